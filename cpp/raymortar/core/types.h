@@ -1,0 +1,23 @@
+// Number and index types shared by every stage.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+
+namespace raymortar
+{
+/// Local index (facet, node, dof): never leaves the rank
+using Index = std::int32_t;
+
+/// Global index (row of the coupled system, mesh entity): int64 everywhere
+using GlobalIndex = std::int64_t;
+
+/// Marks "none" in local index arrays
+inline constexpr Index no_index = -1;
+
+template <int D>
+using Vec = Eigen::Matrix<double, D, 1>;
+
+template <int M, int N>
+using Mat = Eigen::Matrix<double, M, N>;
+} // namespace raymortar

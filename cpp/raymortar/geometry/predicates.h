@@ -1,0 +1,32 @@
+// Every tolerance of the library. All are relative: the caller multiplies by a
+// length or area of the facet at hand, so results do not depend on the unit.
+#pragma once
+
+namespace raymortar::tolerance
+{
+/// Surfaces face each other when n_s . n_m < -facing. Above it the projected
+/// master is so thin that the ray parameter loses half its digits.
+inline constexpr double facing = 1e-3;
+
+/// Clip vertices closer than this times the slave diameter are one vertex
+inline constexpr double merge = 1e-13;
+
+/// A segment below this share of the slave facet's area is dropped
+inline constexpr double segment_area = 1e-14;
+
+/// Uncovered share of a slave facet below which it counts as covered
+inline constexpr double coverage = 1e-11;
+
+/// Ray Newton stops when the step in reference coordinates is below this
+inline constexpr double ray_step = 1e-13;
+
+/// A hit may lie this far outside the reference facet and still be on it
+inline constexpr double ray_outside = 1e-9;
+
+/// lam . n + gamma g below this times gamma times the facet diameter counts
+/// as contact: bodies that touch exactly must not open by a rounding error
+inline constexpr double touch = 1e-11;
+
+/// A facet with |m| below this times diameter^(d-1) has no normal
+inline constexpr double degenerate = 1e-12;
+} // namespace raymortar::tolerance
