@@ -11,6 +11,10 @@ inline constexpr double facing = 1e-3;
 /// Clip vertices closer than this times the slave diameter are one vertex
 inline constexpr double merge = 1e-13;
 
+/// A 2x2 determinant larger than this times the sum of its two products has
+/// the sign of the exact one (Shewchuk 1997, (3 + 16 u) u with u = 2^-53)
+inline constexpr double orientation = 3.3306690738754716e-16;
+
 /// A segment below this share of the slave facet's area is dropped
 inline constexpr double segment_area = 1e-14;
 

@@ -1,0 +1,229 @@
+// Intersection of two convex polygons in the plane, and of two intervals.
+#pragma once
+
+#include "raymortar/core/types.h"
+#include "raymortar/geometry/predicates.h"
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <cstdint>
+#include <span>
+
+namespace raymortar
+{
+namespace detail
+{
+/// Sum that keeps every rounding error (Shewchuk's grow-expansion)
+struct ExactSum
+{
+  int size = 0;
+  std::array<double, 12> parts;
+
+  void add(double x)
+  {
+    for (int k = 0; k < size; ++k)
+    {
+      const double sum = x + parts[k];
+      const double virtual_part = sum - x;
+      parts[k] = (x - (sum - virtual_part)) + (parts[k] - virtual_part);
+      x = sum;
+    }
+    parts[size++] = x;
+  }
+
+  void add_product(double x, double y)
+  {
+    const double product = x * y;
+    add(std::fma(x, y, -product));
+    add(product);
+  }
+
+  /// Smallest first: the parts do not overlap, so the sign is exact
+  [[nodiscard]] double value() const
+  {
+    double sum = 0;
+    for (int k = 0; k < size; ++k)
+      sum += parts[k];
+    return sum;
+  }
+};
+
+inline double exact_orientation(const Vec<2>& p, const Vec<2>& q,
+                                const Vec<2>& x)
+{
+  ExactSum sum;
+  sum.add_product(p.x(), q.y());
+  sum.add_product(-p.y(), q.x());
+  sum.add_product(q.x(), x.y());
+  sum.add_product(-q.y(), x.x());
+  sum.add_product(x.x(), p.y());
+  sum.add_product(-x.y(), p.x());
+  return sum.value();
+}
+} // namespace detail
+
+/// @brief Twice the area of the triangle (p, q, x), > 0 if x is left of pq.
+///
+/// The sign is exact: where rounding could change it, the sum is repeated with
+/// every rounding error kept.
+[[nodiscard]] inline double orientation(const Vec<2>& p, const Vec<2>& q,
+                                        const Vec<2>& x)
+{
+  const double first = (p.x() - x.x()) * (q.y() - x.y());
+  const double second = (p.y() - x.y()) * (q.x() - x.x());
+  const double det = first - second;
+  const double bound =
+      tolerance::orientation * (std::abs(first) + std::abs(second));
+  return std::abs(det) >= bound ? det : detail::exact_orientation(p, q, x);
+}
+
+/// What made a clip vertex: the moving segments differentiate through it
+struct Provenance
+{
+  /// In order of preference where two vertices merge
+  enum class Kind : std::int8_t
+  {
+    slave_corner,
+    master_corner,
+    crossing, ///< a slave edge meets a master edge
+    cut       ///< made by a closer layer of master (subtract.h)
+  };
+  Kind kind = Kind::cut;
+  /// Corner, or edge (edge i: corner i -> i+1 mod n) of a crossing; -1: unused
+  std::int8_t slave = -1;
+  std::int8_t master = -1; ///< As `slave`
+
+  bool operator==(const Provenance&) const = default;
+};
+
+/// Convex polygon, counter-clockwise, vertices distinct; size 0 if empty
+struct ClipPolygon
+{
+  /// Two convex quads share at most an octagon
+  static constexpr int capacity = 8;
+  int size = 0;
+  std::array<Vec<2>, capacity> points;
+  std::array<Provenance, capacity> provenance;
+
+  /// Area; 0 if empty
+  [[nodiscard]] double area() const;
+
+  /// Mean of the vertices: inside, and linear in them. Origin if empty.
+  [[nodiscard]] Vec<2> centre() const;
+
+  /// Copy without repeated vertices; of two, the preferred kind stays
+  [[nodiscard]] ClipPolygon merged(double squared_distance) const;
+
+  /// Append a vertex. Asserts the capacity.
+  void push(const Vec<2>& point, Provenance origin);
+};
+
+/// @brief Intersection of two convex polygons.
+///
+/// Which corners are inside and which edges cross is decided exactly, so that
+/// masters which share corners share out the slave with neither gap nor
+/// overlap; the position of a crossing comes from the two original edges, so
+/// that both masters of an edge compute the same point. Ties are broken as if
+/// the slave were shifted by (e, e^2), e -> 0+: a slave corner on the edge of
+/// two masters belongs to one of them.
+/// @param[in] slave   3 or 4 corners, counter-clockwise, convex. Length.
+/// @param[in] master  As `slave`. Same unit.
+/// @return Polygon; empty if it has fewer than 3 vertices that are
+/// tolerance::merge times the slave's diameter apart, or no area.
+/// @note A corner that makes a quad non-convex (rounding) is left out. A facet
+/// that is flat, clockwise or not a number gives the empty polygon.
+/// @complexity O(1), no allocation.  @see tests/cpp/geometry/test_clip.cpp
+[[nodiscard]] ClipPolygon clip_convex(std::span<const Vec<2>> slave,
+                                      std::span<const Vec<2>> master);
+
+/// Part of the slave edge [0, 1]; size 2, or 0 if empty; points ascending
+struct ClipInterval
+{
+  int size = 0;
+  std::array<double, 2> points{};
+  std::array<Provenance, 2> provenance{};
+};
+
+/// @brief Intersection of the slave edge [0, 1] with a master edge.
+/// @param[in] master_begin  Position of master corner 0. Unit: slave edge.
+/// @param[in] master_end    Position of master corner 1, on either side of it.
+/// @return Interval; empty if not longer than tolerance::merge. Slave corner i
+/// is at i; an end this close to a slave corner is that corner.
+[[nodiscard]] ClipInterval clip_interval(double master_begin,
+                                         double master_end);
+
+inline double ClipPolygon::area() const
+{
+  double twice = 0;
+  for (int v = 1; v + 1 < size; ++v)
+  {
+    const Vec<2> a = points[v] - points[0];
+    const Vec<2> b = points[v + 1] - points[0];
+    twice += a.x() * b.y() - a.y() * b.x();
+  }
+  return 0.5 * twice;
+}
+
+inline Vec<2> ClipPolygon::centre() const
+{
+  Vec<2> offset = Vec<2>::Zero();
+  for (int v = 1; v < size; ++v)
+    offset += points[v] - points[0];
+  return size == 0 ? offset : Vec<2>(points[0] + offset / size);
+}
+
+inline ClipPolygon ClipPolygon::merged(double squared_distance) const
+{
+  ClipPolygon merged;
+  for (int v = 0; v < size; ++v)
+  {
+    int w = 0;
+    while (w < merged.size and
+           (merged.points[w] - points[v]).squaredNorm() > squared_distance)
+      ++w;
+    if (w == merged.size)
+      merged.push(points[v], provenance[v]);
+    else if (provenance[v].kind < merged.provenance[w].kind)
+    {
+      merged.points[w] = points[v];
+      merged.provenance[w] = provenance[v];
+    }
+  }
+  return merged;
+}
+
+inline void ClipPolygon::push(const Vec<2>& point, Provenance origin)
+{
+  assert(size < capacity);
+  points[size] = point;
+  provenance[size++] = origin;
+}
+
+namespace detail
+{
+inline Provenance interval_end(double point, int slave_corner,
+                               int master_corner)
+{
+  if (point == slave_corner)
+    return {Provenance::Kind::slave_corner,
+            static_cast<std::int8_t>(slave_corner), -1};
+  return {Provenance::Kind::master_corner, -1,
+          static_cast<std::int8_t>(master_corner)};
+}
+} // namespace detail
+
+inline ClipInterval clip_interval(double master_begin, double master_end)
+{
+  const bool forward = master_begin <= master_end;
+  const double lower = forward ? master_begin : master_end;
+  const double upper = forward ? master_end : master_begin;
+  const double first = lower <= tolerance::merge ? 0 : lower;
+  const double last = upper >= 1 - tolerance::merge ? 1 : upper;
+  if (!(last - first > tolerance::merge))
+    return {};
+  return {2,
+          {first, last},
+          {detail::interval_end(first, 0, forward ? 0 : 1),
+           detail::interval_end(last, 1, forward ? 1 : 0)}};
+}
+} // namespace raymortar
