@@ -198,7 +198,7 @@ build() {
   stamp="$SOURCE ${RAYMORTAR_PYTHON:-}"$'\n'"$INVENTORY"
   if [[ ! -e $BUILD/stamp || $(<"$BUILD/stamp") != "${stamp%$'\n'}" ]]; then
     configure
-    note "Compiling on $jobs cores (output: ${BUILD#"$SOURCE"/}/build.log)"
+    note "Compiling, $jobs at a time (output: ${BUILD#"$SOURCE"/}/build.log)"
   fi
   logged ninja -C "$BUILD" -j "$jobs" "$1"
   printf '%s' "$stamp" >"$BUILD/stamp"
@@ -220,26 +220,27 @@ run_environment() {
   export MPLBACKEND=${MPLBACKEND:-Agg}
   # Forms compiled once serve every later run of the same system
   export XDG_CACHE_HOME=${XDG_CACHE_HOME:-$BUILD/cache}
-  # Open MPI 4 (OMPI_MCA_*) and 5 on (PRTE_MCA_*): root, more ranks than cores,
-  # threads free to use every core, and silence about what containers lack
+  # Open MPI: allow root, and be silent about what containers lack
   export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
   export PRTE_ALLOW_RUN_AS_ROOT=1 PRTE_ALLOW_RUN_AS_ROOT_CONFIRM=1
-  export OMPI_MCA_rmaps_base_oversubscribe=1
-  export OMPI_MCA_hwloc_base_binding_policy=none
-  export PRTE_MCA_rmaps_default_mapping_policy=:oversubscribe
-  export PRTE_MCA_hwloc_default_binding_policy=none
   export OMPI_MCA_btl_vader_single_copy_mechanism=none
   export OMPI_MCA_btl_sm_single_copy_mechanism=none
   export OMPI_MCA_btl_base_warn_component_unused=0
+  # One machine: shared memory does, and tcp complains where no network is
+  export OMPI_MCA_btl=${OMPI_MCA_btl:-^tcp}
 }
 
 # launch RANKS COMMAND...: under mpirun for more than one rank
 launch() {
-  local ranks=$1
+  local ranks=$1 options=()
   shift
   run_environment "$ranks"
   if ((ranks > 1)); then
-    mpirun -n "$ranks" "$@"
+    # More ranks than cores may be asked for, and threads may use every core.
+    # Options, as the names of the settings differ between Open MPI 4, 5 and 6.
+    [[ $(mpirun --version) != *"Open MPI"* ]] ||
+      options=(--map-by :OVERSUBSCRIBE --bind-to none)
+    mpirun "${options[@]}" -n "$ranks" "$@"
   else
     "$@"
   fi
