@@ -1,0 +1,675 @@
+"""Every difference between DOLFINx 0.5, 0.9 and 0.11 (and Basix, UFL, petsc4py).
+
+Nothing else in raymortar asks for a version. Where two generations differ by a name
+or a type, the code asks for the feature rather than for the number.
+
+Vectors are handled as *ghosted arrays*: the unrolled dofs of a space on this rank,
+owned ones first, then ghosts, shape ``((owned + ghosts) * block size,)``.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import basix
+import dolfinx
+import dolfinx.fem.petsc
+import dolfinx.io
+import dolfinx.nls.petsc
+import numpy as np
+import numpy.typing as npt
+import ufl
+from dolfinx import cpp as _cpp
+from dolfinx import fem
+from mpi4py import MPI
+from petsc4py import PETSc
+
+from .errors import ContactError, raise_everywhere
+
+Array = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.int32]
+
+# UFL lost its own element classes when Basix took them over (DOLFINx 0.8).
+_HAS_UFL_ELEMENTS = hasattr(ufl, "VectorElement")
+
+
+def _unwrap(wrapped: Any) -> Any:
+    """C++ object behind a Python one; the object itself where it is the C++ one."""
+    for name in ("_cpp_object", "_mesh"):
+        if hasattr(wrapped, name):
+            return getattr(wrapped, name)
+    return wrapped
+
+
+def _table(adjacency: Any, width: int) -> Indices:
+    """Rows of equal length as an array (n, width); 0.5 has adjacency lists."""
+    return np.asarray(getattr(adjacency, "array", adjacency)).reshape(-1, width)
+
+
+def scalar_type_is_real() -> bool:
+    """Whether PETSc was built for real numbers."""
+    return not np.issubdtype(PETSc.ScalarType, np.complexfloating)
+
+
+# Reference cells
+
+
+@dataclass(frozen=True)
+class ReferenceElement:
+    """Lagrange element on a reference cell, as arrays.
+
+    Attributes
+    ----------
+    points
+        Node of each dof, shape (n_dofs, tdim), reference coordinates.
+    facet_dofs
+        Dofs in the closure of each local facet.
+    facet_vertices
+        Cell vertices of each local facet, in Basix order.
+    vertices
+        Vertices of the reference cell, shape (n_vertices, tdim).
+    """
+
+    points: Array
+    facet_dofs: tuple[tuple[int, ...], ...]
+    facet_vertices: tuple[tuple[int, ...], ...]
+    vertices: Array
+
+
+@functools.lru_cache(maxsize=None)
+def basix_element(cell: str, degree: int) -> ReferenceElement:
+    """Plain Lagrange element of Basix.
+
+    Parameters
+    ----------
+    cell
+        Name of the cell, such as ``"triangle"``.
+    degree
+        Polynomial degree, 1 or more.
+    """
+    cell_type = getattr(basix.CellType, cell)
+    element = basix.create_element(
+        basix.ElementFamily.P, cell_type, degree, basix.LagrangeVariant.equispaced
+    )
+    topology = basix.topology(cell_type)
+    facet_dim = len(topology) - 2
+    return ReferenceElement(
+        points=np.array(element.points),
+        facet_dofs=tuple(map(tuple, element.entity_closure_dofs[facet_dim])),
+        facet_vertices=tuple(map(tuple, topology[facet_dim])),
+        vertices=np.array(basix.geometry(cell_type)),
+    )
+
+
+@functools.lru_cache(maxsize=None)
+def quadrature(shape_name: str, degree: int) -> tuple[Array, Array]:
+    """Quadrature rule on a Basix reference cell.
+
+    Parameters
+    ----------
+    shape_name
+        ``"interval"``, ``"triangle"`` or ``"quadrilateral"``.
+    degree
+        Degree up to which polynomials are integrated exactly.
+
+    Returns
+    -------
+    points, weights
+        Shapes (n, tdim) and (n,); the weights sum to the cell's reference volume.
+        Shared between callers, hence read-only.
+    """
+    rule = basix.make_quadrature(getattr(basix.CellType, shape_name), degree)
+    points, weights = (np.array(part, dtype=np.float64) for part in rule)
+    points.flags.writeable = weights.flags.writeable = False
+    return points, weights
+
+
+# Meshes
+
+
+def cell_name(mesh: dolfinx.mesh.Mesh) -> str:
+    """Cell type, such as ``"triangle"``; ``"mixed"`` if there are several."""
+    types = getattr(mesh.topology, "entity_types", None)
+    if types is not None and len(types[mesh.topology.dim]) > 1:
+        return "mixed"
+    return mesh.topology.cell_type.name
+
+
+def _coordinate_map(mesh: dolfinx.mesh.Mesh) -> Any:
+    """Coordinate element of a mesh with one cell type."""
+    maps = getattr(mesh.geometry, "cmaps", None)
+    return mesh.geometry.cmap if maps is None else maps[0]
+
+
+def geometry_degree(mesh: dolfinx.mesh.Mesh) -> int:
+    """Polynomial degree of the cells' geometry."""
+    return _coordinate_map(mesh).degree
+
+
+def geometry_dofmap(mesh: dolfinx.mesh.Mesh) -> Indices:
+    """Geometry nodes of each local cell (ghosts last), shape (n_cells, n)."""
+    dofmaps = getattr(mesh.geometry, "dofmaps", None)
+    dofmap = mesh.geometry.dofmap if dofmaps is None else dofmaps[0]
+    element = basix_element(cell_name(mesh), geometry_degree(mesh))
+    return _table(dofmap, len(element.points))
+
+
+def geometry_nodes_global(mesh: dolfinx.mesh.Mesh) -> npt.NDArray[np.int64]:
+    """Global index of each local geometry node, ghosts last, shape (n_nodes,)."""
+    return local_to_global(mesh.geometry.index_map())
+
+
+def local_to_global(
+    index_map: Any, local: Indices | None = None
+) -> npt.NDArray[np.int64]:
+    """Global indices of local ones; of all local ones, ghosts last, by default."""
+    if local is None:
+        count = index_map.size_local + index_map.num_ghosts
+        local = np.arange(count, dtype=np.int32)
+    local = np.ascontiguousarray(local, dtype=np.int32)
+    return np.asarray(index_map.local_to_global(local), dtype=np.int64)
+
+
+def connectivity(mesh: dolfinx.mesh.Mesh, dim0: int, dim1: int) -> Any:
+    """Adjacency list (``array``, ``offsets``) of entities; made if absent. Collective.
+
+    Computes the entities as well, so that their index maps exist afterwards.
+    """
+    for dim in (dim0, dim1):
+        mesh.topology.create_entities(dim)
+    mesh.topology.create_connectivity(dim0, dim1)
+    return mesh.topology.connectivity(dim0, dim1)
+
+
+def connectivity_table(mesh: dolfinx.mesh.Mesh, dim0: int, dim1: int) -> Indices:
+    """Connectivity with equally many links each, shape (n, n_links). Collective."""
+    links = connectivity(mesh, dim0, dim1)
+    sizes = np.diff(links.offsets)
+    return links.array.reshape(-1, sizes[0] if len(sizes) else 1)
+
+
+def exterior_facets(mesh: dolfinx.mesh.Mesh) -> Indices:
+    """Sorted local indices of the exterior facets owned by this rank. Collective.
+
+    The owner of an exterior facet always owns its cell too.
+    """
+    connectivity(mesh, mesh.topology.dim - 1, mesh.topology.dim)
+    # The Python topology (>= 0.9) wraps the class that 0.5 exposes directly.
+    return np.asarray(dolfinx.mesh.exterior_facet_indices(mesh.topology))
+
+
+def _mesh_domain(cell: str, degree: int, gdim: int) -> ufl.Mesh:
+    """UFL mesh with a Lagrange coordinate element."""
+    if _HAS_UFL_ELEMENTS:
+        ufl_cell = ufl.Cell(cell, geometric_dimension=gdim)
+        return ufl.Mesh(ufl.VectorElement("Lagrange", ufl_cell, degree))
+    import basix.ufl
+
+    # Equispaced, as for the meshes that DOLFINx builds or reads itself.
+    variant = basix.LagrangeVariant.equispaced
+    return ufl.Mesh(basix.ufl.element("Lagrange", cell, degree, variant, shape=(gdim,)))
+
+
+def _partitioner(ghosts: bool) -> Any:
+    """Cell partitioner with or without a layer of ghost cells (0.9 and later)."""
+    modes = dolfinx.mesh.GhostMode
+    mode = modes.shared_facet if ghosts else modes.none
+    try:
+        return dolfinx.mesh.create_cell_partitioner(mode)
+    except TypeError:  # 0.11 also wants the most cells that meet in a facet
+        return dolfinx.mesh.create_cell_partitioner(mode, 2)
+
+
+def create_mesh(
+    comm: MPI.Comm,
+    cells: npt.ArrayLike,
+    points: npt.ArrayLike,
+    cell: str,
+    degree: int = 1,
+    ghosts: bool = False,
+) -> dolfinx.mesh.Mesh:
+    """Mesh from arrays. Collective.
+
+    Parameters
+    ----------
+    comm
+        Communicator over which to distribute the cells.
+    cells
+        Nodes of each cell in Basix order, shape (n_cells, n), indices into the
+        points of all ranks together; other ranks pass zero rows.
+    points
+        Coordinates, shape (n_points, gdim). Length.
+    cell
+        Name of the cell type.
+    degree
+        Degree of the geometry.
+    ghosts
+        Whether to keep one layer of ghost cells (cells across a shared facet).
+    """
+    cells = np.ascontiguousarray(cells, dtype=np.int64)
+    points = np.ascontiguousarray(points, dtype=np.float64)
+    domain = _mesh_domain(cell, degree, points.shape[1])
+    if not _HAS_UFL_ELEMENTS:
+        # By name: 0.10 swapped the order of the points and the element.
+        return dolfinx.mesh.create_mesh(
+            comm, cells=cells, x=points, e=domain, partitioner=_partitioner(ghosts)
+        )
+    modes = dolfinx.mesh.GhostMode
+    return dolfinx.mesh.create_mesh(
+        comm,
+        _cpp.graph.AdjacencyList_int64(cells),
+        points,
+        domain,
+        ghost_mode=modes.shared_facet if ghosts else modes.none,
+    )
+
+
+def meshtags(
+    mesh: dolfinx.mesh.Mesh, dim: int, entities: npt.ArrayLike, values: npt.ArrayLike
+) -> Any:
+    """Tags (int32) of local entities of one dimension, given in any order.
+
+    Parameters
+    ----------
+    mesh, dim
+        Mesh, and dimension of the entities.
+    entities
+        Local indices, each once, shape (n,).
+    values
+        Tag of each, shape (n,), or one for all.
+    """
+    entities = np.asarray(entities, dtype=np.int32)
+    values = np.broadcast_to(np.asarray(values, dtype=np.int32), entities.shape)
+    order = np.argsort(entities)
+    return dolfinx.mesh.meshtags(mesh, dim, entities[order], values[order])
+
+
+# Gmsh
+
+
+@dataclass(frozen=True)
+class GmshMesh:
+    """What was read from Gmsh.
+
+    Attributes
+    ----------
+    mesh
+        The distributed mesh.
+    cell_tags, facet_tags
+        Tags of physical groups; ``facet_tags`` is empty if there are none.
+    names
+        (dimension, tag) of each named physical group.
+    """
+
+    mesh: dolfinx.mesh.Mesh
+    cell_tags: Any
+    facet_tags: Any
+    names: dict[str, tuple[int, int]]
+
+
+def _gmsh_converter() -> Any:
+    """``model_to_mesh`` of DOLFINx."""
+    try:
+        from dolfinx.io import gmsh as converter  # 0.10 and later
+    except ImportError:
+        from dolfinx.io import gmshio as converter
+    return converter.model_to_mesh
+
+
+def _physical_names(model: Any) -> dict[str, tuple[int, int]]:
+    """Named physical groups of the current Gmsh model."""
+    groups = [(int(dim), int(tag)) for dim, tag in model.getPhysicalGroups()]
+    names = {model.getPhysicalName(*group): group for group in groups}
+    return {name: group for name, group in names.items() if name}
+
+
+def _convert_gmsh(model: Any, comm: MPI.Comm, gdim: int, rank: int) -> GmshMesh:
+    """Mesh, tags and names of the Gmsh model that lives on one rank. Collective."""
+    names = _physical_names(model) if comm.rank == rank else None
+    names = comm.bcast(names, root=rank)
+    # A tuple before 0.10, a named tuple with further tags since.
+    mesh, cell_tags, facet_tags = _gmsh_converter()(model, comm, rank, gdim=gdim)[:3]
+    if facet_tags is None:
+        facet_tags = meshtags(mesh, mesh.topology.dim - 1, [], [])
+    return GmshMesh(mesh, cell_tags, facet_tags, names)
+
+
+def read_gmsh(source: Any, comm: MPI.Comm, gdim: int = 3, rank: int = 0) -> GmshMesh:
+    """Mesh and tags from a Gmsh model or file. Collective.
+
+    Parameters
+    ----------
+    source
+        ``gmsh.model``, or the path of a ``.msh`` file; looked at on ``rank`` only.
+    comm
+        Communicator over which to distribute the mesh.
+    gdim
+        Dimension of the space, 2 or 3.
+    rank
+        The rank that holds the model or reads the file.
+    """
+    # All ranks take the same branch, whatever was passed on the others.
+    is_file = comm.bcast(isinstance(source, (str, Path)), root=rank)
+    if not is_file:
+        return _convert_gmsh(source, comm, gdim, rank)
+    # DOLFINx 0.5.2 has a reader of files too, which returns an undefined name.
+    message, gmsh, ours = None, None, False
+    if comm.rank == rank:
+        import gmsh
+
+        ours = not gmsh.isInitialized()
+        if ours:
+            gmsh.initialize(["", "-v", "1"], readConfigFiles=False, interruptible=False)
+        try:
+            gmsh.open(str(source))
+        except Exception as error:  # Gmsh raises the bare class
+            message = f"Gmsh cannot read {source}: {error}"
+    try:
+        raise_everywhere(comm, message)
+        return _convert_gmsh(getattr(gmsh, "model", None), comm, gdim, rank)
+    finally:
+        if ours:
+            gmsh.finalize()
+
+
+# Function spaces
+
+
+def space(
+    mesh: dolfinx.mesh.Mesh, family: str, degree: int, shape: Sequence[int] = ()
+) -> fem.FunctionSpace:
+    """Function space of a family by its UFL name, with values of a given shape."""
+    shape = tuple(shape)
+    if not _HAS_UFL_ELEMENTS:
+        return fem.functionspace(mesh, (family, degree, shape))
+    element = ufl.FiniteElement(family, mesh.ufl_cell(), degree)
+    if len(shape) == 1:
+        element = ufl.VectorElement(element, dim=shape[0])
+    elif shape:
+        element = ufl.TensorElement(element, shape=shape)
+    return fem.FunctionSpace(mesh, element)
+
+
+def scalar_space(mesh: dolfinx.mesh.Mesh, degree: int) -> fem.FunctionSpace:
+    """Continuous scalar Lagrange space."""
+    return space(mesh, "Lagrange", degree)
+
+
+def vector_space(mesh: dolfinx.mesh.Mesh, degree: int) -> fem.FunctionSpace:
+    """Continuous Lagrange space of vectors with gdim components."""
+    return space(mesh, "Lagrange", degree, (mesh.geometry.dim,))
+
+
+@dataclass(frozen=True)
+class ElementInfo:
+    """What raymortar asks of the element of a function space.
+
+    Attributes
+    ----------
+    is_lagrange
+        Lagrange whose dofs are values at points, continuous or not.
+    degree
+        Polynomial degree; -1 for a mixed element.
+    block_size
+        Dofs per node.
+    value_shape
+        Shape of the values; () for a scalar.
+    is_mixed, is_sub_space, is_discontinuous
+        Whether it is made of several elements, is a view into a larger space, or has
+        its dofs inside cells.
+    """
+
+    is_lagrange: bool
+    degree: int
+    block_size: int
+    value_shape: tuple[int, ...]
+    is_mixed: bool
+    is_sub_space: bool
+    is_discontinuous: bool
+
+
+def _value_shape(V: fem.FunctionSpace) -> tuple[int, ...]:
+    """Shape of the values of a space's functions."""
+    owner = V if hasattr(V, "value_shape") else V.element
+    return tuple(int(n) for n in owner.value_shape)
+
+
+def element_info(V: fem.FunctionSpace) -> ElementInfo:
+    """Describe the element of a function space."""
+    try:
+        # For a blocked element, the scalar one.
+        element = V.element.basix_element
+    except RuntimeError:  # mixed elements have none
+        element = None
+    block_size = V.dofmap.index_map_bs
+    is_mixed = element is None
+    return ElementInfo(
+        is_lagrange=not is_mixed
+        and element.family.name == "P"
+        and element.interpolation_is_identity,
+        degree=-1 if is_mixed else element.degree,
+        block_size=block_size,
+        value_shape=_value_shape(V),
+        is_mixed=is_mixed,
+        is_sub_space=len(V.component()) > 0,
+        is_discontinuous=not is_mixed and element.discontinuous,
+    )
+
+
+def dofmap_array(V: fem.FunctionSpace) -> Indices:
+    """Local block dofs of each local cell (ghosts last), shape (n_cells, n)."""
+    return _table(V.dofmap.list, V.dofmap.dof_layout.num_dofs)
+
+
+# Vectors
+
+
+def create_la_vector(index_map: Any, bs: int = 1) -> Any:
+    """Zero ``dolfinx.la`` vector of doubles over an index map with a block size."""
+    return dolfinx.la.vector(index_map, bs, dtype=np.float64)
+
+
+def scatter_forward(vector: Any) -> None:
+    """Send the owners' values to the ghosts. Collective."""
+    vector.scatter_forward()
+
+
+def scatter_reverse_add(vector: Any) -> None:
+    """Add the ghosts' values to their owners'. Collective.
+
+    Ghosts keep theirs: follow with :func:`scatter_forward` where they are read.
+    """
+    modes = getattr(dolfinx.la, "InsertMode", None) or dolfinx.la.ScatterMode
+    vector.scatter_reverse(modes.add)
+
+
+# Forms and boundary conditions
+
+
+def form(ufl_form: ufl.Form) -> Any:
+    """Compile a form. Collective (the first rank compiles)."""
+    return fem.form(ufl_form)
+
+
+def assemble_residual(b: Array, L: Any) -> None:
+    """Add a compiled linear form into a ghosted array; ghosts are not sent home."""
+    fem.assemble_vector(b, L)
+
+
+def apply_lifting(
+    b: Array, a: Any, bcs: Sequence[Any], x0: Array, scale: float
+) -> None:
+    """b <- b - scale A (g - x0) over the constrained columns of A; ghosted arrays.
+
+    Parameters
+    ----------
+    b
+        Array to change; ghosts are not sent home.
+    a
+        Compiled bilinear form of A.
+    bcs
+        Dirichlet conditions on the form's trial space: the values g.
+    x0
+        Present solution.
+    scale
+        Factor; -1 for the residual of Newton's method.
+    """
+    fem.apply_lifting(b, [a], [list(bcs)], [x0], scale)
+
+
+def set_bc(
+    b: Array, bcs: Sequence[Any], x0: Array | None = None, scale: float = 1.0
+) -> None:
+    """b = scale (g - x0) at the constrained dofs; ghosted arrays, x0 0 by default."""
+    for bc in bcs:
+        if hasattr(bc, "set"):
+            bc.set(b, x0, scale)
+        else:
+            fem.set_bc(b, [bc], x0, scale)
+
+
+def dirichlet_dofs(
+    bcs: Sequence[Any], V: fem.FunctionSpace
+) -> tuple[npt.NDArray[np.int8], Array]:
+    """Constrained dofs of a space and their values.
+
+    Parameters
+    ----------
+    bcs
+        Dirichlet conditions on V or on components of it.
+    V
+        Space of the unknown.
+
+    Returns
+    -------
+    marker, values
+        Ghosted arrays: 1 where constrained, and the value g there (0 elsewhere).
+
+    Raises
+    ------
+    ContactError
+        If a condition is on another space: DOLFINx would silently pass over it.
+    """
+    index_map, bs = V.dofmap.index_map, V.dofmap.index_map_bs
+    values = np.zeros((index_map.size_local + index_map.num_ghosts) * bs)
+    marker = np.zeros(len(values), dtype=np.int8)
+    for i, bc in enumerate(bcs):
+        if not _unwrap(V).contains(_unwrap(bc.function_space)):
+            raise ContactError(
+                f"boundary condition {i} is not on the space of the displacement: "
+                "make it with u.function_space or a sub-space of it"
+            )
+        marker[bc.dof_indices()[0]] = 1
+    set_bc(values, bcs)
+    return marker, values
+
+
+def assemble_jacobian(A: PETSc.Mat, a: Any, bcs: Sequence[Any]) -> None:
+    """Add a compiled bilinear form into the displacement block of a matrix.
+
+    Constrained rows and columns are left out, and their owned diagonal set to 1.
+    Collective, but the final assembly is the caller's; in between, values may be
+    inserted or added.
+
+    Parameters
+    ----------
+    A
+        Coupled matrix. Its local-to-global map starts with the ghosted dofs of the
+        form's space, unrolled; what follows them is not touched.
+    a
+        Compiled bilinear form with the same test and trial space.
+    bcs
+        Dirichlet conditions on that space.
+    """
+    a, bcs = _unwrap(a), [_unwrap(bc) for bc in bcs]
+    constants, coefficients = _cpp.fem.pack_constants(a), _cpp.fem.pack_coefficients(a)
+    # Unrolled: the multiplier's rows leave the matrix no common block size.
+    _cpp.fem.petsc.assemble_matrix(A, a, constants, coefficients, bcs, True)
+    # PETSc refuses to mix adding and inserting without a flush between them.
+    A.assemble(PETSc.Mat.AssemblyType.FLUSH)
+    _cpp.fem.petsc.insert_diagonal(A, a.function_spaces[0], bcs, 1.0)
+    A.assemble(PETSc.Mat.AssemblyType.FLUSH)
+
+
+# Solver
+
+
+def newton_solver_class() -> type | None:
+    """C++ Newton solver of DOLFINx; ``None`` where it has been removed."""
+    return getattr(_cpp.nls.petsc, "NewtonSolver", None)
+
+
+def make_newton_solver(comm: MPI.Comm) -> Any:
+    """DOLFINx's C++ Newton solver, the same interface in all versions.
+
+    It has ``setF(fn(x, b), b)``, ``setJ(fn(x, A), A)``, ``set_form(fn(x))``,
+    ``set_update(fn(solver, dx, x))``, ``krylov_solver``, ``rtol``, ``atol``,
+    ``max_it``, ``convergence_criterion`` (``"residual"`` or ``"incremental"``),
+    ``relaxation_parameter``, ``report``, ``error_on_nonconvergence`` and
+    ``solve(x) -> (iterations, converged)`` on ``PETSc.Vec``.
+
+    Raises
+    ------
+    NotImplementedError
+        If this DOLFINx no longer has it.
+    """
+    solver_class = newton_solver_class()
+    if solver_class is None:
+        raise NotImplementedError(
+            f"DOLFINx {dolfinx.__version__} has no Newton solver: use SNES"
+        )
+    return solver_class(comm)
+
+
+# Output
+
+
+def _for_xdmf(function: fem.Function, mesh: dolfinx.mesh.Mesh) -> fem.Function:
+    """The function, interpolated to the degree of the mesh if it has another."""
+    V = function.function_space
+    info, degree = element_info(V), geometry_degree(mesh)
+    if info.degree == 0 or (
+        info.is_lagrange and not info.is_discontinuous and info.degree == degree
+    ):
+        return function
+    interpolated = fem.Function(space(mesh, "Lagrange", degree, info.value_shape))
+    interpolated.interpolate(function)
+    interpolated.name = function.name
+    return interpolated
+
+
+def write_xdmf(
+    filename: str | Path,
+    mesh: dolfinx.mesh.Mesh,
+    functions: Sequence[fem.Function],
+    t: float = 0.0,
+    append: bool = False,
+) -> None:
+    """Write functions on a mesh to an XDMF file for ParaView. Collective.
+
+    XDMF holds values at the mesh's own nodes, or one per cell: functions of another
+    degree are interpolated.
+
+    Parameters
+    ----------
+    filename
+        Path of the ``.xdmf`` file; the values go beside it (``.h5``).
+    mesh
+        Mesh of all functions.
+    functions
+        Functions with different names.
+    t
+        Time, or load factor.
+    append
+        Add a step to the file instead of starting it anew.
+    """
+    mode = "a" if append else "w"
+    with dolfinx.io.XDMFFile(mesh.comm, str(filename), mode) as file:
+        if not append:
+            file.write_mesh(mesh)
+        for function in functions:
+            file.write_function(_for_xdmf(function, mesh), t)
