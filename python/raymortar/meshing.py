@@ -293,14 +293,14 @@ def _check_glue(cells, facet_table, cell, body, grids, numbers):
         tags = np.unique(facet_table.reshape(-1)[inside])
         raise ValueError(f"tags {tags[tags > 0]} are on sides glued to other blocks")
     for b in set(body):
-        pieces = [set(numbers[i]) for i, number in enumerate(body) if number == b]
-        joined, apart = pieces[0], pieces[1:]
+        apart = [set(numbers[i]) for i, number in enumerate(body) if number == b]
+        joined = apart.pop()
         while apart:
-            near = [piece for piece in apart if not joined.isdisjoint(piece)]
+            near = [i for i, piece in enumerate(apart) if not joined.isdisjoint(piece)]
             if not near:
                 raise ValueError(f"the blocks of body {b} do not hang together")
-            joined = joined.union(*near)
-            apart = [piece for piece in apart if joined.isdisjoint(piece)]
+            joined = joined.union(*(apart[i] for i in near))
+            apart = [piece for i, piece in enumerate(apart) if i not in near]
 
 
 def _distribute(comm, cells, points, cell, degree, cell_body, facet_table):
