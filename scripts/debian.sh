@@ -64,7 +64,9 @@ run_in_debian() {
   flock "$lock"
   make_root "$suite" "$root"
   exec {lock}>&-
-  cp -L /etc/resolv.conf "$root/etc/resolv.conf"
+  for name in resolv.conf hosts; do
+    [[ ! -e /etc/$name ]] || cp -L "/etc/$name" "$root/etc/$name"
+  done
   # Mirrors of sid that lag carry a release file that has expired
   [[ $suite != sid ]] || printf 'Acquire::Check-Valid-Until "false";\n' \
     >"$root/etc/apt/apt.conf.d/80raymortar"

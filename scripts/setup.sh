@@ -226,8 +226,12 @@ run_environment() {
   export OMPI_MCA_btl_vader_single_copy_mechanism=none
   export OMPI_MCA_btl_sm_single_copy_mechanism=none
   export OMPI_MCA_btl_base_warn_component_unused=0
-  # One machine: shared memory does, and tcp complains where no network is
-  export OMPI_MCA_btl=${OMPI_MCA_btl:-^tcp}
+  # One machine: shared memory does. The networks' components complain where
+  # there is none, or cost a second.
+  export OMPI_MCA_btl=${OMPI_MCA_btl:-^tcp,ofi,uct,openib}
+  # A single rank starts no daemon, which looks its host's name up (5 s where
+  # no one knows it)
+  export OMPI_MCA_ess_singleton_isolated=${OMPI_MCA_ess_singleton_isolated:-1}
 }
 
 # launch RANKS COMMAND...: under mpirun for more than one rank
