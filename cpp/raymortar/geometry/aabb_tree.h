@@ -1,0 +1,85 @@
+// Boxes along the axes, and a tree that finds those that overlap another.
+#pragma once
+
+#include "raymortar/core/types.h"
+#include <limits>
+#include <span>
+#include <vector>
+
+namespace raymortar
+{
+/// Closed box. The default one is empty: it overlaps no finite box nor itself.
+template <int D>
+struct Box
+{
+  Vec<D> lower = Vec<D>::Constant(std::numeric_limits<double>::infinity());
+  Vec<D> upper = Vec<D>::Constant(-std::numeric_limits<double>::infinity());
+
+  /// Box larger by a length on all sides
+  [[nodiscard]] Box inflated(double margin) const
+  {
+    return {lower.array() - margin, upper.array() + margin};
+  }
+
+  /// Touching counts. False if a bound is not a number.
+  [[nodiscard]] bool overlaps(const Box& other) const
+  {
+    for (int i = 0; i < D; ++i)
+      if (!(lower[i] <= other.upper[i] and other.lower[i] <= upper[i]))
+        return false;
+    return true;
+  }
+
+  /// Grow to hold another box. Bounds that are not a number are left out.
+  void merge(const Box& other)
+  {
+    for (int i = 0; i < D; ++i)
+    {
+      lower[i] = other.lower[i] < lower[i] ? other.lower[i] : lower[i];
+      upper[i] = other.upper[i] > upper[i] ? other.upper[i] : upper[i];
+    }
+  }
+};
+
+/// @brief Bounding volume tree over boxes, D = 2 or 3.
+///
+/// Every node is cut at the median of its boxes' centres along the axis on
+/// which these differ most, so the depth is log2(n) whatever the boxes are:
+/// equal, empty or not numbers.
+/// @complexity Build O(n log n). Query O(log n + hits) for small boxes.
+/// @see tests/cpp/geometry/test_aabb_tree.cpp
+template <int D>
+class AabbTree
+{
+public:
+  AabbTree() = default;
+
+  /// @param[in] boxes  Copied; hits are indices into them.
+  explicit AabbTree(std::span<const Box<D>> boxes);
+
+  /// Append the indices of the boxes that overlap a box, in ascending order
+  void query(const Box<D>& box, std::vector<Index>& hits) const;
+
+  /// Number of boxes
+  [[nodiscard]] Index size() const { return static_cast<Index>(_order.size()); }
+
+private:
+  /// Leaf: boxes first, ..., first + count - 1 of the order. Branch: count is
+  /// 0 and the children are nodes first and first + 1.
+  struct Node
+  {
+    Box<D> box;
+    Index first = 0;
+    Index count = 0;
+  };
+
+  void build(const std::vector<Vec<D>>& centres);
+
+  std::vector<Node> _nodes;
+  std::vector<Index> _order;
+  std::vector<Box<D>> _boxes; ///< In the caller's order
+};
+
+extern template class AabbTree<2>;
+extern template class AabbTree<3>;
+} // namespace raymortar
