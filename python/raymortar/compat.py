@@ -329,13 +329,40 @@ def _physical_names(model: Any) -> dict[str, tuple[int, int]]:
 
 def _convert_gmsh(model: Any, comm: MPI.Comm, gdim: int, rank: int) -> GmshMesh:
     """Mesh, tags and names of the Gmsh model that lives on one rank. Collective."""
-    names = _physical_names(model) if comm.rank == rank else None
-    names = comm.bcast(names, root=rank)
+    here = comm.rank == rank
+    message = None
+    if here and not model.getPhysicalGroups():
+        message = "the Gmsh model has no physical groups, which is all that is read"
+    raise_everywhere(comm, message)
+    names = comm.bcast(_physical_names(model) if here else None, root=rank)
     # A tuple before 0.10, a named tuple with further tags since.
     mesh, cell_tags, facet_tags = _gmsh_converter()(model, comm, rank, gdim=gdim)[:3]
     if facet_tags is None:
         facet_tags = meshtags(mesh, mesh.topology.dim - 1, [], [])
     return GmshMesh(mesh, cell_tags, facet_tags, names)
+
+
+def _read_gmsh_file(path: Path, comm: MPI.Comm, gdim: int, rank: int) -> GmshMesh:
+    """Open a file on one rank and convert it. Collective.
+
+    DOLFINx 0.5.2 has such a function too, which returns an undefined name.
+    """
+    missing = comm.rank == rank and not path.is_file()
+    raise_everywhere(comm, f"there is no Gmsh file {path}" if missing else None)
+    if comm.rank != rank:
+        return _convert_gmsh(None, comm, gdim, rank)
+    import gmsh
+
+    # Gmsh 4.8 cannot tell, and then a session of the caller's ends here too.
+    ours = not getattr(gmsh, "isInitialized", bool)()
+    if ours:
+        gmsh.initialize(["", "-v", "1"])
+    try:
+        gmsh.open(str(path))
+        return _convert_gmsh(gmsh.model, comm, gdim, rank)
+    finally:
+        if ours:
+            gmsh.finalize()
 
 
 def read_gmsh(source: Any, comm: MPI.Comm, gdim: int = 3, rank: int = 0) -> GmshMesh:
@@ -351,29 +378,18 @@ def read_gmsh(source: Any, comm: MPI.Comm, gdim: int = 3, rank: int = 0) -> Gmsh
         Dimension of the space, 2 or 3.
     rank
         The rank that holds the model or reads the file.
+
+    Raises
+    ------
+    ContactError
+        If the file does not exist, or there are no physical groups.
     """
     # All ranks take the same branch, whatever was passed on the others.
     is_file = comm.bcast(isinstance(source, (str, Path)), root=rank)
-    if not is_file:
-        return _convert_gmsh(source, comm, gdim, rank)
-    # DOLFINx 0.5.2 has a reader of files too, which returns an undefined name.
-    message, gmsh, ours = None, None, False
-    if comm.rank == rank:
-        import gmsh
-
-        ours = not gmsh.isInitialized()
-        if ours:
-            gmsh.initialize(["", "-v", "1"], readConfigFiles=False, interruptible=False)
-        try:
-            gmsh.open(str(source))
-        except Exception as error:  # Gmsh raises the bare class
-            message = f"Gmsh cannot read {source}: {error}"
-    try:
-        raise_everywhere(comm, message)
-        return _convert_gmsh(getattr(gmsh, "model", None), comm, gdim, rank)
-    finally:
-        if ours:
-            gmsh.finalize()
+    if is_file:
+        path = Path(source) if comm.rank == rank else Path()
+        return _read_gmsh_file(path, comm, gdim, rank)
+    return _convert_gmsh(source, comm, gdim, rank)
 
 
 # Function spaces
@@ -385,7 +401,7 @@ def space(
     """Function space of a family by its UFL name, with values of a given shape."""
     shape = tuple(shape)
     if not _HAS_UFL_ELEMENTS:
-        return fem.functionspace(mesh, (family, degree, shape))
+        return fem.functionspace(mesh, (family, degree, shape or None))
     element = ufl.FiniteElement(family, mesh.ufl_cell(), degree)
     if len(shape) == 1:
         element = ufl.VectorElement(element, dim=shape[0])
