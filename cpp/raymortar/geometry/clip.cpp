@@ -75,7 +75,6 @@ Sides find_sides(const Ring& slave, const Ring& master)
 {
   Sides sides;
   for (int i = 0; i < slave.size; ++i)
-  {
     for (int j = 0; j < master.size; ++j)
     {
       const Vec<2>& s = slave.points[i];
@@ -89,7 +88,6 @@ Sides find_sides(const Ring& slave, const Ring& master)
       sides.master_inside[j][i] =
           g != 0 ? g > 0 : !shifts_inside(s, slave.end(i));
     }
-  }
   return sides;
 }
 
@@ -104,9 +102,7 @@ int crossed_edge(const Sides& sides, const Ring& slave, const Ring& master,
         sides.slave_inside[k][j] == entering and
         sides.master_inside[j][i] == entering and
         sides.master_inside[master.next(j)][i] != entering)
-    {
       return j;
-    }
   }
   return -1;
 }

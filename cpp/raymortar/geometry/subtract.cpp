@@ -102,31 +102,30 @@ Halves cut(const Rest& polygon, const Vec<2>& p, const Vec<2>& q,
   return halves;
 }
 
-/// Vertices first, ..., last of a polygon, as a piece
-ClipPolygon part(const Rest& polygon, int first, int last)
+/// Add vertices first, ..., last of a polygon as a piece, if it has an area
+void add_part(PolygonPieces& result, const Rest& polygon, int first, int last)
 {
   ClipPolygon piece;
   for (int v = first; v <= last; ++v)
     piece.push(polygon.points[v % polygon.size],
                polygon.provenance[v % polygon.size]);
-  return piece;
+  if (!(piece.area() > 0))
+    return;
+  assert(result.size < PolygonPieces::capacity);
+  result.pieces[result.size++] = piece;
 }
 
 /// Add a polygon, halved by a diagonal if it has too many vertices
 void add(PolygonPieces& result, const Rest& polygon)
 {
-  if (polygon.size < 3)
-    return;
   const int middle = polygon.size / 2;
-  const bool large = polygon.size > ClipPolygon::capacity;
-  assert(result.size + (large ? 2 : 1) <= PolygonPieces::capacity);
-  if (!large)
+  if (polygon.size <= ClipPolygon::capacity)
   {
-    result.pieces[result.size++] = part(polygon, 0, polygon.size - 1);
+    add_part(result, polygon, 0, polygon.size - 1);
     return;
   }
-  result.pieces[result.size++] = part(polygon, 0, middle);
-  result.pieces[result.size++] = part(polygon, middle, polygon.size);
+  add_part(result, polygon, 0, middle);
+  add_part(result, polygon, middle, polygon.size);
 }
 
 void add(IntervalPieces& result, const ClipInterval& piece)

@@ -24,8 +24,8 @@ struct PolygonPieces
 /// Each edge line of b cuts off the part of a beyond it, and the rest goes on.
 /// Since a piece is a ClipPolygon again, several b can be taken away in turn.
 /// @param[in] a, b  Convex, counter-clockwise polygons. Same unit of length.
-/// @return Pieces; a itself if b does not meet it, none if b covers it. A
-/// vertex of a keeps its provenance, one made by b is a Kind::cut.
+/// @return Pieces with an area; a itself if b does not meet it, none if b
+/// covers it. A vertex of a keeps its provenance, one made by b is a Kind::cut.
 /// @note What sticks out of b by less than tolerance::merge times the extent
 /// of both is not cut off.
 /// @complexity O(1), no allocation.  @see tests/cpp/geometry/test_clip.cpp

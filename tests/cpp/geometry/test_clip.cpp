@@ -112,6 +112,21 @@ Facet random_coarse_facet(std::mt19937& random)
   return facet;
 }
 
+/// Corners nearly on each other and edges nearly along each other
+Facet random_nudged_facet(std::mt19937& random)
+{
+  std::uniform_real_distribution<double> unit(0, 1);
+  const double step = std::pow(10, -17 + 8 * unit(random));
+  Facet facet;
+  do
+  {
+    facet = moved(random_coarse_facet(random), 1, 0.7, {0, 0});
+    for (Vec<2>& x : facet)
+      x += step * Vec<2>(unit(random) - 0.5, unit(random) - 0.5);
+  } while (!is_convex(facet));
+  return facet;
+}
+
 Vec<2> lines_meet(const Vec<2>& a, const Vec<2>& b, const Vec<2>& c,
                   const Vec<2>& d)
 {
@@ -466,13 +481,19 @@ TEST(Clip, TilingAddsUpToTheFacet)
 TEST(Clip, TilingThroughTheCornersAddsUpToTheFacet)
 {
   std::mt19937 random(10);
-  for (int trial = 0; trial < 2000; ++trial)
+  std::uniform_real_distribution<double> digits(-17, -8);
+  const Vec<2> shift(0.1, 0.1);
+  for (int trial = 0; trial < 1000; ++trial)
   {
-    const Facet slave = moved(random_coarse_facet(random), 1, 0, {0.1, 0.1});
-    std::vector<Facet> masters = tiling(random, 24, 0);
+    const bool near = trial % 2 == 0;
+    const double jitter = near ? std::pow(10, digits(random)) : 0;
+    const Facet slave = moved(random_coarse_facet(random), 1, 0, shift);
+    std::vector<Facet> masters = tiling(random, 24, jitter);
     for (Facet& master : masters)
-      master = moved(master, 1, 0, {0.1, 0.1});
-    ASSERT_NEAR(covered(slave, masters), facet_area(slave), 1e-15);
+      master = moved(master, 1, 0, shift);
+    // A vertex merged into its neighbour takes a strip along an edge with it
+    ASSERT_NEAR(covered(slave, masters), facet_area(slave),
+                near ? tolerance::merge : 1e-15);
   }
 }
 
@@ -544,31 +565,36 @@ TEST(ClipInterval, TouchingOrApartIsEmpty)
     EXPECT_EQ(clip_interval(a, b).size, 0) << a << " " << b;
 }
 
+void expect_pieces(const ClipPolygon& a, const ClipPolygon& b)
+{
+  const PolygonPieces pieces = subtract_convex(a, b);
+  ASSERT_NEAR(pieces.area() + common(a, b), a.area(), 3e-13);
+  for (int k = 0; k < pieces.size; ++k)
+  {
+    ASSERT_GE(pieces.pieces[k].size, 3);
+    ASSERT_GT(pieces.pieces[k].area(), 0);
+    ASSERT_NEAR(common(pieces.pieces[k], b), 0, 3e-13);
+    ASSERT_NEAR(common(pieces.pieces[k], a), pieces.pieces[k].area(), 3e-13);
+    for (int other = 0; other < k; ++other)
+      ASSERT_NEAR(common(pieces.pieces[k], pieces.pieces[other]), 0, 3e-13);
+  }
+}
+
 TEST(Subtract, PiecesAndOverlapAddUp)
 {
   std::mt19937 random(11);
-  for (int trial = 0; trial < 30000; ++trial)
+  for (int trial = 0; trial < 45000 and !HasFatalFailure(); ++trial)
   {
-    const auto facet = [&] {
-      return trial % 2 ? random_facet(random, 0.1)
-                       : random_coarse_facet(random);
+    const auto facet = [&]
+    {
+      return trial % 3 == 0   ? random_facet(random, 0.1)
+             : trial % 3 == 1 ? random_coarse_facet(random)
+                              : random_nudged_facet(random);
     };
     const Facet slave = facet();
     const ClipPolygon a = clip_convex(slave, facet());
-    const ClipPolygon b = clip_convex(slave, facet());
-    const PolygonPieces pieces = subtract_convex(a, b);
-    const double left = pieces.area();
-    ASSERT_NEAR(left + common(a, b), a.area(), 1e-13);
-    ASSERT_NEAR(left, subtract_convex(b, a).area() + a.area() - b.area(),
-                1e-13);
-    for (int k = 0; k < pieces.size; ++k)
-    {
-      expect_valid(pieces.pieces[k], 1);
-      ASSERT_NEAR(common(pieces.pieces[k], b), 0, 1e-13);
-      ASSERT_NEAR(common(pieces.pieces[k], a), pieces.pieces[k].area(), 1e-13);
-      for (int other = 0; other < k; ++other)
-        ASSERT_NEAR(common(pieces.pieces[k], pieces.pieces[other]), 0, 1e-13);
-    }
+    expect_pieces(a, clip_convex(slave, facet()));
+    expect_pieces(a, clip_convex(slave, slave));
   }
 }
 
@@ -632,20 +658,6 @@ TEST(Subtract, NewVerticesAreCuts)
     EXPECT_EQ(p.kind, corner ? Kind::slave_corner : Kind::cut);
     EXPECT_EQ(p.slave == -1, !corner);
     EXPECT_EQ(p.master, -1);
-  }
-}
-
-TEST(Subtract, ShortEdgeOfRoundedDirectionDoesNotCutThrough)
-{
-  const Facet tilted = moved(unit_square, 1, 0.7, {0.1, 0.3});
-  const ClipPolygon a = clip_convex(tilted, tilted);
-  for (double gap = 1e-15; gap < 1e-9; gap *= 1.5)
-  {
-    const Facet most =
-        moved({{gap, -1}, {2, -1}, {2, 2}, {gap, 2}}, 1, 0.7, {0.1, 0.3});
-    const ClipPolygon b = clip_convex(tilted, most);
-    EXPECT_NEAR(subtract_convex(a, b).area(), gap, 3e-13);
-    EXPECT_NEAR(subtract_convex(b, a).area(), 0, 3e-13);
   }
 }
 
