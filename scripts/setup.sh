@@ -80,7 +80,7 @@ apt_install() {
   local apt=(env DEBIAN_FRONTEND=noninteractive apt-get -q
     -o DPkg::Lock::Timeout=600)
   log=$(mktemp)
-  note "Installing $# packages with apt (a few minutes): $*"
+  note "Installing with apt: $*"
   if ! { as_root "${apt[@]}" update &&
     as_root "${apt[@]}" install -y --no-install-recommends "$@"; } \
     >"$log" 2>&1 </dev/null; then
@@ -164,6 +164,7 @@ logged() {
   fail "failed: $*"
 }
 
+# configure STAMP: STAMP says what the build was configured for
 configure() {
   local python options=()
   rm -f "$BUILD/stamp"
@@ -178,6 +179,7 @@ configure() {
     -DCMAKE_INSTALL_PREFIX="$PREFIX" -DPython_EXECUTABLE="$python" \
     "${options[@]}"
   printf '%s' "$python" >"$BUILD/interpreter"
+  printf '%s' "$1" >"$BUILD/stamp"
 }
 
 # Modules that are gone from the source tree must not be importable any more
@@ -197,11 +199,10 @@ build() {
   flock "$lock"
   stamp="$SOURCE ${RAYMORTAR_PYTHON:-}"$'\n'"$INVENTORY"
   if [[ ! -e $BUILD/stamp || $(<"$BUILD/stamp") != "${stamp%$'\n'}" ]]; then
-    configure
+    configure "$stamp"
     note "Compiling, $jobs at a time (output: ${BUILD#"$SOURCE"/}/build.log)"
   fi
   logged ninja -C "$BUILD" -j "$jobs" "$1"
-  printf '%s' "$stamp" >"$BUILD/stamp"
   remove_stale_modules
   logged cmake --install "$BUILD"
   exec {lock}>&-
