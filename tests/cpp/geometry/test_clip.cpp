@@ -63,10 +63,10 @@ Facet random_facet(std::mt19937& random, double flattest)
 {
   std::uniform_real_distribution<double> unit(0, 1);
   const int n = unit(random) < 0.5 ? 3 : 4;
-  std::array<double, 4> angle;
+  std::vector<double> angle(n);
   for (double& a : angle)
     a = 2 * std::numbers::pi * unit(random);
-  std::sort(angle.begin(), angle.begin() + n);
+  std::sort(angle.begin(), angle.end());
   const double flat = std::pow(flattest, unit(random));
   Facet facet;
   for (int k = 0; k < n; ++k)
