@@ -39,10 +39,7 @@ _HAS_UFL_ELEMENTS = hasattr(ufl, "VectorElement")
 
 def _unwrap(wrapped: Any) -> Any:
     """C++ object behind a Python one; the object itself where it is the C++ one."""
-    for name in ("_cpp_object", "_mesh"):
-        if hasattr(wrapped, name):
-            return getattr(wrapped, name)
-    return wrapped
+    return getattr(wrapped, "_cpp_object", wrapped)
 
 
 def _table(adjacency: Any, width: int) -> Indices:
@@ -327,13 +324,28 @@ def _physical_names(model: Any) -> dict[str, tuple[int, int]]:
     return {name: group for name, group in names.items() if name}
 
 
+def _gmsh_fault(model: Any) -> str | None:
+    """Why the current Gmsh model cannot be read, if so."""
+    groups = model.getPhysicalGroups()
+    if not groups:
+        return "the Gmsh model has no physical groups, which is all that is read"
+    top = max(dim for dim, _ in groups)
+    types = set()
+    for dim, tag in groups:
+        if dim == top:
+            for entity in model.getEntitiesForPhysicalGroup(dim, tag):
+                types.update(model.mesh.getElements(dim, entity)[0])
+    if len(types) != 1:
+        # DOLFINx before 0.10 crashes on these, and contact needs one type anyway.
+        names = sorted(model.mesh.getElementProperties(t)[0] for t in types)
+        return f"the cells of the Gmsh model must be of one type, not of {names}"
+    return None
+
+
 def _convert_gmsh(model: Any, comm: MPI.Comm, gdim: int, rank: int) -> GmshMesh:
     """Mesh, tags and names of the Gmsh model that lives on one rank. Collective."""
     here = comm.rank == rank
-    message = None
-    if here and not model.getPhysicalGroups():
-        message = "the Gmsh model has no physical groups, which is all that is read"
-    raise_everywhere(comm, message)
+    raise_everywhere(comm, _gmsh_fault(model) if here else None)
     names = comm.bcast(_physical_names(model) if here else None, root=rank)
     # A tuple before 0.10, a named tuple with further tags since.
     mesh, cell_tags, facet_tags = _gmsh_converter()(model, comm, rank, gdim=gdim)[:3]
@@ -382,7 +394,8 @@ def read_gmsh(source: Any, comm: MPI.Comm, gdim: int = 3, rank: int = 0) -> Gmsh
     Raises
     ------
     ContactError
-        If the file does not exist, or there are no physical groups.
+        If the file does not exist, there are no physical groups, or the cells are of
+        several types.
     """
     # All ranks take the same branch, whatever was passed on the others.
     is_file = comm.bcast(isinstance(source, (str, Path)), root=rank)
@@ -429,14 +442,15 @@ class ElementInfo:
     is_lagrange
         Lagrange whose dofs are values at points, continuous or not.
     degree
-        Polynomial degree; -1 for a mixed element.
+        Polynomial degree; -1 for an element that is not in Basix.
     block_size
         Dofs per node.
     value_shape
         Shape of the values; () for a scalar.
-    is_mixed, is_sub_space, is_discontinuous
-        Whether it is made of several elements, is a view into a larger space, or has
-        its dofs inside cells.
+    is_mixed
+        Whether it is made of several elements (or none: quadrature elements).
+    is_sub_space, is_discontinuous
+        Whether it is a view into a larger space, or has its dofs inside cells.
     """
 
     is_lagrange: bool
@@ -459,7 +473,7 @@ def element_info(V: fem.FunctionSpace) -> ElementInfo:
     try:
         # For a blocked element, the scalar one.
         element = V.element.basix_element
-    except RuntimeError:  # mixed elements have none
+    except RuntimeError:  # mixed and quadrature elements have none
         element = None
     block_size = V.dofmap.index_map_bs
     is_mixed = element is None

@@ -508,7 +508,10 @@ def _element_fault(V: FunctionSpace) -> str | None:
             "on a space of its own (collapse the sub-space)"
         )
     if info.is_mixed:
-        return "the displacement's element is mixed; contact needs a plain Lagrange one"
+        return (
+            "the displacement's element is mixed or holds values at quadrature points; "
+            "contact needs a plain Lagrange one"
+        )
     if not info.is_lagrange:
         return "the displacement's element is not a Lagrange element"
     if info.is_discontinuous:

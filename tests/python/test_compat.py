@@ -210,11 +210,30 @@ def test_missing_gmsh_file_is_refused_everywhere(tmp_path):
         compat.read_gmsh(tmp_path / "none.msh", COMM, gdim=2)
 
 
-def test_gmsh_model_without_groups_is_refused_everywhere():
+def gmsh_halves(gmsh):
+    """Two squares, one of quadrilaterals and one of triangles."""
+    halves = [(2, gmsh.model.occ.addRectangle(x, 0, 0, 1, 1)) for x in (0, 1)]
+    gmsh.model.occ.fragment(halves[:1], halves[1:])
+    gmsh.model.occ.synchronize()
+    gmsh.model.addPhysicalGroup(2, [tag for _, tag in halves], 1)
+    gmsh.model.mesh.setRecombine(*halves[0])
+    gmsh.model.mesh.generate(2)
+
+
+@pytest.mark.parametrize(
+    "fill_model, pattern",
+    [
+        (lambda gmsh: None, "no physical groups"),
+        (gmsh_halves, r"one type, not of \['Quadr.*', 'Triangle 3'\]"),
+    ],
+)
+def test_unreadable_gmsh_models_are_refused_everywhere(fill_model, pattern):
     gmsh = pytest.importorskip("gmsh")
     if COMM.rank == 0:
         gmsh.initialize(["", "-v", "1"])
-    with pytest.raises(errors.ContactError, match="no physical groups"):
+        gmsh.model.add("bad")
+        fill_model(gmsh)
+    with pytest.raises(errors.ContactError, match=pattern):
         compat.read_gmsh(gmsh.model, COMM, gdim=2)
     if COMM.rank == 0:
         gmsh.finalize()
