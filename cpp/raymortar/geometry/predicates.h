@@ -18,11 +18,18 @@ inline constexpr double orientation = 3.3306690738754716e-16;
 /// A segment below this share of the slave facet's area is dropped
 inline constexpr double segment_area = 1e-14;
 
+/// Segments that add up to more than the slave facet by this share overlap
+inline constexpr double overlap = 1e-9;
+
 /// Uncovered share of a slave facet below which it counts as covered
 inline constexpr double coverage = 1e-11;
 
-/// Ray Newton stops when the step in reference coordinates is below this
-inline constexpr double ray_step = 1e-13;
+/// Ray Newton stops after a step below this in reference coordinates: being
+/// quadratic, what is left then is its square, a rounding error
+inline constexpr double ray_step = 1e-8;
+
+/// |n . n_m| below this: the ray runs along the facet
+inline constexpr double parallel = 1e-10;
 
 /// A hit may lie this far outside the reference facet and still be on it
 inline constexpr double ray_outside = 1e-9;

@@ -1,0 +1,18 @@
+#include "raymortar/element/assembler_impl.h"
+
+namespace raymortar
+{
+std::unique_ptr<Assembler> make_assembler(const ContactState& s, LawKind law)
+{
+  switch (s.slave.shape)
+  {
+  case Shape::interval:
+    return interval_assembler(s, law);
+  case Shape::triangle:
+    return triangle_assembler(s, law);
+  case Shape::quadrilateral:
+    return quadrilateral_assembler(s, law);
+  }
+  throw Error("unknown facet shape");
+}
+} // namespace raymortar

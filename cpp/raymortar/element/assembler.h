@@ -1,0 +1,81 @@
+// From the state of a contact zone to dense element blocks.
+#pragma once
+
+#include "raymortar/law/point_law.h"
+#include "raymortar/mortar/elements.h"
+#include <functional>
+#include <memory>
+
+namespace raymortar
+{
+enum class LawKind
+{
+  augmented_normal, ///< scalar multiplier, frictionless
+  augmented_vector, ///< vector multiplier in global coordinates
+  penalty
+};
+
+/// @brief Multiplier unknowns of a zone's slave facets.
+struct Multipliers
+{
+  int degree = 0;               ///< 0: no multiplier
+  int components = 0;           ///< 0, 1 or gdim
+  std::vector<Index> facet;     ///< (facets, multipliers per facet)
+  std::vector<GlobalIndex> row; ///< first row of each multiplier node
+  std::vector<double> value;    ///< nodal traction, (nodes, components)
+  double scale = 1.0;           ///< traction per unit of the solver's unknown
+};
+
+/// @brief Everything the element stage reads.
+struct ContactState
+{
+  Surface slave;
+  Surface master;
+  Multipliers multipliers;
+  bool current_measure = false; ///< integrate over the deformed surface
+  std::vector<double> gamma;    ///< (slave facets, dofs per facet)
+  IntegrationPoints points;
+  Hits hits;
+  ContactElements elements;
+};
+
+/// @brief Pointwise results of the law, for output and statistics.
+struct PointResults
+{
+  std::vector<ContactStatus> status;
+  std::vector<double> pressure; ///< normal traction p of the law, <= 0
+  std::vector<double> traction; ///< t of (3), (points, gdim)
+  std::vector<double> weight;   ///< area each point stands for
+  std::vector<double> x;        ///< deformed slave positions, (points, gdim)
+  std::vector<double> normal;   ///< (points, gdim)
+};
+
+/// Takes an element's block: residual (size,) or tangent (size, size) row-major
+using BlockSink =
+    std::function<void(std::size_t element, const double* block, int size)>;
+
+/// @brief Element kernels for one facet type, law and measure.
+///
+/// One virtual call per zone; inside everything has compile-time sizes.
+class Assembler
+{
+public:
+  virtual ~Assembler() = default;
+
+  /// @brief Residual blocks of all elements.
+  virtual void residual(const ContactState& s, const BlockSink& sink) const = 0;
+
+  /// @brief Tangent blocks of the chosen elements.
+  virtual void tangent(const ContactState& s,
+                       std::span<const std::size_t> elements,
+                       const BlockSink& sink) const = 0;
+
+  /// @brief The law's results at every point.
+  [[nodiscard]] virtual PointResults results(const ContactState& s) const = 0;
+};
+
+/// @brief Assembler for the facets and multipliers of `s`.
+/// @throws Error for a combination that does not exist
+[[nodiscard]] std::unique_ptr<Assembler> make_assembler(const ContactState& s,
+                                                        LawKind law);
+} // namespace raymortar

@@ -1,0 +1,197 @@
+// Element loops for one facet type; instantiated once per shape.
+#pragma once
+
+#include "raymortar/core/error.h"
+#include "raymortar/element/assembler.h"
+#include "raymortar/element/element.h"
+#include "raymortar/geometry/predicates.h"
+#include "raymortar/law/augmented.h"
+#include "raymortar/law/penalty.h"
+
+namespace raymortar
+{
+template <class F, int L, class Law>
+class AssemblerImpl final : public Assembler
+{
+  using Kernel = Element<F, L, Law>;
+  using Layout = typename Kernel::Layout;
+  using Data = typename Kernel::Data;
+  static constexpr int D = F::gdim;
+  static constexpr int M = Layout::components;
+
+public:
+  void residual(const ContactState& s, const BlockSink& sink) const override
+  {
+    Kernel kernel;
+    for (std::size_t e = 0; e < s.elements.size(); ++e)
+    {
+      run(s, e, kernel, false);
+      sink(e, kernel.b.data(), block_size(s, e));
+    }
+  }
+
+  void tangent(const ContactState& s, std::span<const std::size_t> elements,
+               const BlockSink& sink) const override
+  {
+    // Eigen aligns fixed-size blocks; the largest is too big for the stack
+    const auto kernel = std::make_unique<Kernel>();
+    std::vector<double> alone(Layout::alone * Layout::alone);
+    for (const std::size_t e : elements)
+    {
+      run(s, e, *kernel, true);
+      const int n = block_size(s, e);
+      if (n == Layout::size)
+      {
+        sink(e, kernel->A.data(), n);
+        continue;
+      }
+      Eigen::Map<
+          Eigen::Matrix<double, Layout::alone, Layout::alone, Eigen::RowMajor>>(
+          alone.data()) =
+          kernel->A.template topLeftCorner<Layout::alone, Layout::alone>();
+      sink(e, alone.data(), n);
+    }
+  }
+
+  [[nodiscard]] PointResults results(const ContactState& s) const override
+  {
+    const std::size_t n = s.points.size();
+    PointResults r{std::vector<ContactStatus>(n, ContactStatus::none),
+                   std::vector<double>(n, 0.0),
+                   std::vector<double>(n * D, 0.0),
+                   std::vector<double>(n, 0.0),
+                   std::vector<double>(n * D, 0.0),
+                   std::vector<double>(n * D, 0.0)};
+    for (std::size_t e = 0; e < s.elements.size(); ++e)
+    {
+      const Data data = gather(s, e);
+      for (const Index q : s.elements.points_of(e))
+        store(s, data, static_cast<std::size_t>(q), r);
+    }
+    return r;
+  }
+
+private:
+  [[nodiscard]] static int block_size(const ContactState& s, std::size_t e)
+  {
+    return s.elements.master[e] == no_index ? Layout::alone : Layout::size;
+  }
+
+  [[nodiscard]] static Data gather(const ContactState& s, std::size_t e)
+  {
+    Data data;
+    const Index f = s.elements.slave[e];
+    const auto facet = static_cast<std::size_t>(f);
+    data.slave = s.slave.template nodes<F>(s.slave.x, f);
+    if (s.elements.master[e] != no_index)
+      data.master =
+          s.master.template nodes<F>(s.master.x, s.elements.master[e]);
+    data.gamma =
+        Eigen::Map<const Vec<F::dofs>>(s.gamma.data() + facet * F::dofs);
+    data.current = s.current_measure;
+    data.touch = tolerance::touch * diameter<F>(data.slave);
+    if constexpr (M > 0)
+    {
+      data.lam_scale = s.multipliers.scale;
+      for (int k = 0; k < Layout::multipliers; ++k)
+      {
+        const auto node = static_cast<std::size_t>(
+            s.multipliers.facet[facet * Layout::multipliers +
+                                static_cast<std::size_t>(k)]);
+        // The shape functions carry the scale, so the nodal values must not
+        data.lam.col(k) =
+            Eigen::Map<const Vec<M>>(s.multipliers.value.data() + node * M) /
+            s.multipliers.scale;
+      }
+    }
+    return data;
+  }
+
+  [[nodiscard]] static ElementPoint<F> point(const ContactState& s,
+                                             std::size_t q)
+  {
+    return {s.points.xi[q].template head<F::tdim>(),
+            s.hits.eta[q].template head<F::tdim>(), s.points.weight[q],
+            s.points.area[q], s.hits.gap[q]};
+  }
+
+  static void run(const ContactState& s, std::size_t e, Kernel& kernel,
+                  bool tangent)
+  {
+    const Data data = gather(s, e);
+    const bool hit = s.elements.master[e] != no_index;
+    kernel.reset(tangent);
+    for (const Index i : s.elements.points_of(e))
+    {
+      const ElementPoint<F> q = point(s, static_cast<std::size_t>(i));
+      if (hit)
+        kernel.add_hit(data, q, tangent);
+      else
+        kernel.add_miss(data, q, tangent);
+    }
+  }
+
+  static void store(const ContactState& s, const Data& data, std::size_t q,
+                    PointResults& r)
+  {
+    const ElementPoint<F> p = point(s, q);
+    const auto frame = frame_at<F>(data.slave, p.xi);
+    r.weight[q] = data.current ? p.weight * frame.jacobian : p.area;
+    Eigen::Map<Vec<D>>(r.x.data() + q * D) = frame.x;
+    Eigen::Map<Vec<D>>(r.normal.data() + q * D) = frame.n;
+    if (s.hits.status[q] != RayStatus::hit)
+      return;
+    const auto response = Kernel::respond(data, frame.n, p);
+    r.status[q] = response.status;
+    r.pressure[q] = response.p;
+    Eigen::Map<Vec<D>>(r.traction.data() + q * D) = response.t;
+  }
+};
+
+template <class F, int L>
+[[nodiscard]] std::unique_ptr<Assembler> with_multiplier(LawKind law)
+{
+  if (law == LawKind::augmented_normal)
+    return std::make_unique<AssemblerImpl<F, L, NormalAugmentedLagrangian>>();
+  return std::make_unique<AssemblerImpl<F, L, VectorAugmentedLagrangian>>();
+}
+
+/// @brief Assembler for facet type F; the multiplier's degree is 1, or 2 on
+/// quadratic intervals.
+template <class F>
+[[nodiscard]] std::unique_ptr<Assembler> assembler_for(int multiplier_degree,
+                                                       LawKind law)
+{
+  if (law == LawKind::penalty)
+    return std::make_unique<AssemblerImpl<F, 0, NormalPenalty>>();
+  if (multiplier_degree == 1)
+    return with_multiplier<F, 1>(law);
+  if constexpr (F::shape == Shape::interval and F::degree == 2)
+    if (multiplier_degree == 2)
+      return with_multiplier<F, 2>(law);
+  throw Error("multiplier of degree " + std::to_string(multiplier_degree) +
+              " on facets with displacement of degree " +
+              std::to_string(F::degree) +
+              ": 2D takes up to the displacement's degree, 3D takes 1");
+}
+
+/// @brief One translation unit per shape keeps the build parallel and small.
+[[nodiscard]] std::unique_ptr<Assembler>
+interval_assembler(const ContactState& s, LawKind law);
+[[nodiscard]] std::unique_ptr<Assembler>
+triangle_assembler(const ContactState& s, LawKind law);
+[[nodiscard]] std::unique_ptr<Assembler>
+quadrilateral_assembler(const ContactState& s, LawKind law);
+
+template <Shape S>
+[[nodiscard]] std::unique_ptr<Assembler>
+assembler_of_shape(const ContactState& s, LawKind law)
+{
+  const int q = s.multipliers.degree;
+  if (s.slave.degree == 2)
+    return assembler_for<FacetType<S, 2, 2>>(q, law);
+  if (s.slave.node_degree == 2)
+    return assembler_for<FacetType<S, 1, 2>>(q, law);
+  return assembler_for<FacetType<S, 1, 1>>(q, law);
+}
+} // namespace raymortar

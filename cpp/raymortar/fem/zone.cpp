@@ -1,0 +1,258 @@
+#include "raymortar/fem/zone.h"
+#include "raymortar/core/error.h"
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+namespace raymortar
+{
+namespace
+{
+class Stopwatch
+{
+public:
+  explicit Stopwatch(double& seconds) : _seconds(seconds) {}
+  Stopwatch(const Stopwatch&) = delete;
+  Stopwatch& operator=(const Stopwatch&) = delete;
+  ~Stopwatch()
+  {
+    _seconds = std::chrono::duration<double>(Clock::now() - _start).count();
+  }
+
+private:
+  using Clock = std::chrono::steady_clock;
+  double& _seconds;
+  Clock::time_point _start = Clock::now();
+};
+
+/// Lower and upper corners, box after box
+template <int D>
+std::vector<double> flat(const std::vector<Box<D>>& boxes, double margin)
+{
+  std::vector<double> f;
+  f.reserve(boxes.size() * 2 * D);
+  for (const Box<D>& box : boxes)
+  {
+    const Box<D> b = box.inflated(margin);
+    f.insert(f.end(), b.lower.data(), b.lower.data() + D);
+    f.insert(f.end(), b.upper.data(), b.upper.data() + D);
+  }
+  return f;
+}
+
+/// Whether every box lies in its stored one
+template <int D>
+bool inside(const std::vector<Box<D>>& boxes, const std::vector<double>& stored)
+{
+  if (stored.size() != boxes.size() * 2 * D)
+    return false;
+  for (std::size_t k = 0; k < boxes.size(); ++k)
+    for (int i = 0; i < D; ++i)
+    {
+      const double* box = stored.data() + 2 * D * k;
+      if (not(boxes[k].lower[i] >= box[i] and boxes[k].upper[i] <= box[D + i]))
+        return false;
+    }
+  return true;
+}
+
+/// Union of boxes; lower > upper where there is none
+template <int D>
+Box<D> hull(const std::vector<Box<D>>& boxes)
+{
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  Box<D> all{raymortar::Vec<D>::Constant(infinity),
+             raymortar::Vec<D>::Constant(-infinity)};
+  for (const Box<D>& box : boxes)
+    all = {all.lower.cwiseMin(box.lower), all.upper.cwiseMax(box.upper)};
+  return all;
+}
+
+double largest_move(const std::vector<double>& a, const std::vector<double>& b)
+{
+  if (a.size() != b.size())
+    return std::numeric_limits<double>::infinity();
+  double m = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    m = std::max(m, std::abs(a[i] - b[i]));
+  return m;
+}
+
+bool any_rank(MPI_Comm comm, bool here)
+{
+  int mine = here ? 1 : 0, all = 0;
+  MPI_Allreduce(&mine, &all, 1, MPI_INT, MPI_MAX, comm);
+  return all == 1;
+}
+} // namespace
+
+Zone::Zone(MPI_Comm comm, ZoneInput input)
+    : _comm(comm), _input(std::move(input))
+{
+  _state.slave = _input.slave;
+  _state.multipliers = _input.multipliers;
+  _state.current_measure = _input.current_measure;
+  _state.slave.neighbours = find_neighbours(_state.slave);
+  for (Surface* s : {&_state.slave, &_input.master})
+    s->x = s->x_old = s->X;
+  _assembler = make_assembler(_state, _input.law);
+  const auto zeros = [](const Surface& s)
+  {
+    return std::vector<double>(s.rows.size() * static_cast<std::size_t>(s.gdim),
+                               0.0);
+  };
+  _master_u = _master_old = _master_fixed = zeros(_input.master);
+  _fixed_slave = zeros(_input.slave);
+  _state.gamma.assign(_input.slave.facet_dofs.size(), 1.0);
+}
+
+void Zone::set_displacement(std::span<const double> slave,
+                            std::span<const double> master)
+{
+  _state.slave.x = displaced(_state.slave, slave);
+  _master_u.assign(master.begin(), master.end());
+  _input.master.x = displaced(_input.master, master);
+  if (_halo)
+    _state.master.x =
+        displaced(_state.master, _halo->fetch(_master_u, _input.slave.gdim));
+}
+
+void Zone::set_old_displacement(std::span<const double> slave,
+                                std::span<const double> master)
+{
+  _state.slave.x_old = displaced(_state.slave, slave);
+  _master_old.assign(master.begin(), master.end());
+  if (_halo)
+    _state.master.x_old =
+        displaced(_state.master, _halo->fetch(_master_old, _input.slave.gdim));
+}
+
+void Zone::set_fixed(std::span<const double> slave,
+                     std::span<const double> master)
+{
+  _fixed_slave.assign(slave.begin(), slave.end());
+  _master_fixed.assign(master.begin(), master.end());
+  if (_halo)
+    _fixed_master = _halo->fetch(_master_fixed, _input.slave.gdim);
+}
+
+void Zone::set_multiplier(std::span<const double> values)
+{
+  _state.multipliers.value.assign(values.begin(), values.end());
+}
+
+void Zone::set_gamma(std::span<const double> gamma, double scale)
+{
+  _state.gamma.assign(gamma.begin(), gamma.end());
+  _state.multipliers.scale = scale;
+}
+
+template <int D>
+void Zone::update_halo()
+{
+  const Stopwatch watch(_statistics.seconds_halo);
+  const auto& distances = _input.distances;
+  // Half of the margin is for the slave side to move, half for the master
+  const double margin =
+      std::max({distances.skin, distances.depth, distances.reach});
+  const Box<D> box = hull(ray_boxes<D>(_state.slave, distances));
+  const bool none = _input.slave.num_facets() == 0;
+  const bool slave_out =
+      not none and
+      (_wanted.empty() or not inside<D>({box.inflated(0.5 * margin)}, _wanted));
+  const bool master_out =
+      largest_move(_input.master.x, _master_at) > 0.5 * margin;
+  if (not any_rank(_comm, not _halo or slave_out or master_out))
+    return;
+  const Box<D> wanted = none ? box : box.inflated(margin);
+  _wanted = flat<D>({wanted}, 0.0);
+  _master_at = _input.master.x;
+  const std::int64_t before = _halo ? _halo->bytes_sent() : 0;
+  _statistics.bytes_sent += before;
+  _halo.emplace(_comm, _input.master, _input.master_node_ids,
+                _input.master_dof_ids, _wanted);
+  ++_statistics.halo_builds;
+  renew_master();
+}
+
+void Zone::renew_master()
+{
+  _state.master = _halo->surface();
+  const int d = _input.slave.gdim;
+  _state.master.x = displaced(_state.master, _halo->fetch(_master_u, d));
+  _state.master.x_old = displaced(_state.master, _halo->fetch(_master_old, d));
+  _fixed_master = _halo->fetch(_master_fixed, d);
+  _master_boxes.clear();
+}
+
+template <int D>
+void Zone::update_candidates()
+{
+  const Stopwatch watch(_statistics.seconds_candidates);
+  SearchDistances bare = _input.distances;
+  bare.skin = 0.0;
+  const auto slave = ray_boxes<D>(_state.slave, bare);
+  const auto master = facet_boxes<D>(_state.master);
+  if (inside<D>(slave, _slave_boxes) and inside<D>(master, _master_boxes))
+    return;
+  const double half = 0.5 * _input.distances.skin;
+  _slave_boxes = flat<D>(slave, half);
+  _master_boxes = flat<D>(master, half);
+  _candidates = find_candidates(_state.slave, _state.master, _input.distances,
+                                _input.strategy);
+  ++_statistics.candidate_builds;
+}
+
+void Zone::pair()
+{
+  if (_input.slave.gdim == 2)
+  {
+    update_halo<2>();
+    update_candidates<2>();
+  }
+  else
+  {
+    update_halo<3>();
+    update_candidates<3>();
+  }
+  {
+    const Stopwatch watch(_statistics.seconds_segments);
+    _segmentation = make_segments(
+        _state.slave, _state.master, _candidates,
+        {_input.distances.reach, _input.distances.depth, _input.subdivide});
+    _state.points =
+        make_points(_state.slave, _segmentation, _input.segment_rule,
+                    _input.facet_rule, _input.law != LawKind::penalty);
+  }
+  cast();
+}
+
+void Zone::cast()
+{
+  const Stopwatch watch(_statistics.seconds_rays);
+  _state.hits = cast_rays(_state.slave, _state.master, _state.points,
+                          {_input.distances.reach, _input.distances.depth});
+  _state.elements = group_points(_state.points, _state.hits);
+}
+
+ZoneStatistics Zone::statistics() const
+{
+  ZoneStatistics s = _statistics;
+  const auto count = [](std::size_t n) { return static_cast<std::int64_t>(n); };
+  s.slave_facets = _input.slave.num_facets();
+  s.master_facets = _state.master.num_facets();
+  s.candidates = count(_candidates.masters.size());
+  s.clipped = _segmentation.clipped;
+  s.segments = count(_segmentation.segments.size());
+  s.degenerate = count(_segmentation.degenerate.size());
+  s.points = count(_state.points.size());
+  s.hits = std::count(_state.hits.status.begin(), _state.hits.status.end(),
+                      RayStatus::hit);
+  s.pairs = std::count_if(_state.elements.master.begin(),
+                          _state.elements.master.end(),
+                          [](Index m) { return m != no_index; });
+  s.bytes_sent += _halo ? _halo->bytes_sent() : 0;
+  return s;
+}
+} // namespace raymortar

@@ -1,0 +1,130 @@
+// A contact zone: the surfaces of one pair and the stages run over them.
+#pragma once
+
+#include "raymortar/element/assembler.h"
+#include "raymortar/fem/halo.h"
+#include <optional>
+
+namespace raymortar
+{
+/// @brief What a zone is made of. Facets are those owned by this rank.
+struct ZoneInput
+{
+  Surface slave;
+  Surface master;
+  std::vector<std::int64_t> master_node_ids; ///< global, (master nodes,)
+  std::vector<std::int64_t> master_dof_ids;  ///< global, (master dofs,)
+  Multipliers multipliers;
+  LawKind law = LawKind::augmented_normal;
+  bool current_measure = false;
+  SearchDistances distances;
+  Strategy strategy = Strategy::bvh;
+  bool subdivide = false;
+  QuadratureRule segment_rule;
+  QuadratureRule facet_rule;
+};
+
+/// @brief Counts and seconds of the last pairing on this rank.
+struct ZoneStatistics
+{
+  std::int64_t slave_facets = 0;
+  std::int64_t master_facets = 0; ///< fetched: those within reach of the rank
+  std::int64_t candidates = 0;    ///< pairs of the broad phase
+  std::int64_t clipped = 0;       ///< patch pairs that were clipped
+  std::int64_t pairs = 0;         ///< slave-master elements
+  std::int64_t segments = 0;
+  std::int64_t points = 0;
+  std::int64_t hits = 0;
+  std::int64_t degenerate = 0;       ///< slave facets without a usable normal
+  std::int64_t candidate_builds = 0; ///< since creation
+  std::int64_t halo_builds = 0;      ///< since creation
+  std::int64_t bytes_sent = 0;       ///< by this rank since creation
+  double seconds_halo = 0.0;
+  double seconds_candidates = 0.0;
+  double seconds_segments = 0.0;
+  double seconds_rays = 0.0;
+};
+
+/// @brief Runs pairing, segmentation, integration and rays of one pair.
+///
+/// Members that move data between ranks are collective: set_displacement,
+/// set_old_displacement, set_fixed and pair.
+class Zone
+{
+public:
+  Zone(MPI_Comm comm, ZoneInput input);
+
+  /// @brief Current displacement of the owned dofs, (dofs, gdim) each.
+  void set_displacement(std::span<const double> slave,
+                        std::span<const double> master);
+
+  /// @brief Displacement of the last accepted step.
+  void set_old_displacement(std::span<const double> slave,
+                            std::span<const double> master);
+
+  /// @brief Which displacement components are prescribed: nonzero entries.
+  void set_fixed(std::span<const double> slave, std::span<const double> master);
+
+  /// @brief Nodal tractions, (multiplier nodes, components).
+  void set_multiplier(std::span<const double> values);
+
+  /// @brief Augmentation coefficient at the slave facets' dofs,
+  /// (facets, dofs per facet), and the traction per unit of the unknown.
+  void set_gamma(std::span<const double> gamma, double scale);
+
+  /// @brief All stages at the current displacement.
+  void pair();
+
+  /// @brief Rays only: points and weights stay where they are on the slave.
+  void cast();
+
+  [[nodiscard]] const ContactState& state() const { return _state; }
+  [[nodiscard]] const Assembler& assembler() const { return *_assembler; }
+  [[nodiscard]] const Segmentation& segmentation() const
+  {
+    return _segmentation;
+  }
+  [[nodiscard]] const Candidates& candidates() const { return _candidates; }
+  [[nodiscard]] const Halo& halo() const { return *_halo; }
+  [[nodiscard]] const ZoneInput& input() const { return _input; }
+  [[nodiscard]] ZoneStatistics statistics() const;
+
+  /// @brief Values of the owned master dofs at the dofs of state().master.
+  [[nodiscard]] std::vector<double> to_master(std::span<const double> owned,
+                                              int width) const
+  {
+    return _halo->fetch(owned, width);
+  }
+
+  /// Nonzero where a displacement component is prescribed, (dofs, gdim)
+  [[nodiscard]] const std::vector<double>& fixed_slave() const
+  {
+    return _fixed_slave;
+  }
+  [[nodiscard]] const std::vector<double>& fixed_master() const
+  {
+    return _fixed_master;
+  }
+
+private:
+  template <int D>
+  void update_halo();
+  template <int D>
+  void update_candidates();
+  void renew_master();
+
+  MPI_Comm _comm;
+  ZoneInput _input;
+  ContactState _state;
+  std::unique_ptr<Assembler> _assembler;
+  std::optional<Halo> _halo;
+  Candidates _candidates;
+  Segmentation _segmentation;
+  ZoneStatistics _statistics;
+  std::vector<double> _master_u, _master_old, _master_fixed; ///< owned
+  std::vector<double> _fixed_slave, _fixed_master;
+  std::vector<double> _wanted;    ///< box the halo was fetched for
+  std::vector<double> _master_at; ///< owned master positions at that time
+  std::vector<double> _slave_boxes, _master_boxes; ///< candidates hold within
+};
+} // namespace raymortar

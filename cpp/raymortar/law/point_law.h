@@ -1,0 +1,45 @@
+// What a contact law sees and gives at one integration point.
+#pragma once
+
+#include "raymortar/core/types.h"
+
+namespace raymortar
+{
+enum class ContactStatus : std::int8_t
+{
+  none, ///< no admissible hit
+  open,
+  stick,
+  slip
+};
+
+/// @brief State of a point: kinematics and multiplier.
+/// @tparam M Components of the multiplier: 0, 1 or D
+template <int D, int M>
+struct PointState
+{
+  Vec<D> n;     ///< slave unit normal
+  double g;     ///< gap, length
+  Vec<M> lam;   ///< multiplier, traction
+  double gamma; ///< augmentation or penalty coefficient, traction per length
+  double touch; ///< closed up to this value of the gap, length
+};
+
+/// @brief Traction of (3), residual C of (4), and their derivatives.
+///
+/// `a_b` is the derivative of a with respect to b.
+template <int D, int M>
+struct PointResponse
+{
+  ContactStatus status;
+  double p = 0.0; ///< normal traction of the law, <= 0
+  Vec<D> t;       ///< traction on the slave
+  Mat<D, D> t_n = Mat<D, D>::Zero();
+  Vec<D> t_g = Vec<D>::Zero();
+  Mat<D, M> t_lam = Mat<D, M>::Zero();
+  Vec<M> C; ///< residual of the multiplier equation
+  Mat<M, D> C_n = Mat<M, D>::Zero();
+  Vec<M> C_g = Vec<M>::Zero();
+  Mat<M, M> C_lam = Mat<M, M>::Zero();
+};
+} // namespace raymortar

@@ -1,0 +1,113 @@
+#include "raymortar/mortar/layers.h"
+#include "raymortar/geometry/subtract.h"
+#include <limits>
+
+namespace raymortar
+{
+namespace
+{
+/// Distance by which masters compete: infinite out of the search range
+double rank_of(double height, double reach, double depth)
+{
+  return height > reach or height < -depth
+             ? std::numeric_limits<double>::infinity()
+             : std::abs(height);
+}
+
+auto without(const Region<2>& a, const Region<2>& b)
+{
+  return subtract_interval(a, b);
+}
+auto without(const Region<3>& a, const Region<3>& b)
+{
+  return subtract_convex(a, b);
+}
+
+/// First moments of a region: measure times centroid
+Vec<1> moment_of(const Region<2>& r) { return measure_of(r) * centre_of(r); }
+Vec<2> moment_of(const Region<3>& r)
+{
+  Vec<2> sum = Vec<2>::Zero();
+  const auto n = static_cast<std::size_t>(r.size);
+  for (std::size_t i = 1; i + 1 < n; ++i)
+  {
+    const Vec<2> e = r.points[i] - r.points[0];
+    const Vec<2> f = r.points[i + 1] - r.points[0];
+    sum += 0.5 * (e[0] * f[1] - e[1] * f[0]) * (r.points[0] + (e + f) / 3.0);
+  }
+  return sum;
+}
+
+/// What two regions have in common, by what cutting one from the other leaves
+template <int D>
+struct Common
+{
+  double measure;
+  Vec<D - 1> centroid;
+};
+
+template <int D>
+Common<D> common(const Region<D>& a, const Region<D>& b)
+{
+  Common<D> c{measure_of(a), moment_of(a)};
+  const auto rest = without(a, b);
+  for (std::size_t i = 0; i < static_cast<std::size_t>(rest.size); ++i)
+  {
+    c.measure -= measure_of(rest.pieces[i]);
+    c.centroid -= moment_of(rest.pieces[i]);
+  }
+  c.centroid /= c.measure;
+  return c;
+}
+
+template <int D>
+double total(const std::vector<Piece<D>>& pieces)
+{
+  double sum = 0.0;
+  for (const Piece<D>& p : pieces)
+    sum += measure_of(p.region);
+  return sum;
+}
+
+/// Cut `loser` by the winner's region; what is left is appended
+template <int D>
+void give_way(std::vector<Piece<D>>& pieces, std::size_t loser,
+              const Region<D> winner)
+{
+  const Piece<D> old = pieces[loser];
+  const auto rest = without(old.region, winner);
+  pieces[loser].region.size = 0;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(rest.size); ++i)
+    if (measure_of(rest.pieces[i]) > tolerance::segment_area)
+      pieces.push_back(
+          {rest.pieces[i], old.master, old.master_patch, old.seen});
+}
+} // namespace
+
+template <int D>
+void keep_nearest(std::vector<Piece<D>>& pieces, double whole, double reach,
+                  double depth)
+{
+  if (total(pieces) <= whole * (1.0 + tolerance::overlap))
+    return;
+  // Pieces that are cut are appended and compared again, against all
+  for (std::size_t i = 0; i < pieces.size(); ++i)
+    for (std::size_t j = 0; j < i and pieces[i].region.size > 0; ++j)
+    {
+      if (pieces[j].region.size == 0)
+        continue;
+      const Common<D> both = common<D>(pieces[i].region, pieces[j].region);
+      if (not(both.measure > tolerance::overlap * whole))
+        continue;
+      const auto rank = [&](std::size_t k)
+      { return rank_of(pieces[k].seen.height(both.centroid), reach, depth); };
+      const double hi = rank(i), hj = rank(j);
+      const std::size_t loser = hj <= hi ? i : j;
+      give_way(pieces, loser, pieces[loser == i ? j : i].region);
+    }
+  std::erase_if(pieces, [](const Piece<D>& p) { return p.region.size == 0; });
+}
+
+template void keep_nearest<2>(std::vector<Piece<2>>&, double, double, double);
+template void keep_nearest<3>(std::vector<Piece<3>>&, double, double, double);
+} // namespace raymortar

@@ -1,0 +1,225 @@
+#include "raymortar/mortar/points.h"
+#include "raymortar/geometry/dispatch.h"
+
+namespace raymortar
+{
+namespace
+{
+template <class F>
+class PointMaker
+{
+public:
+  PointMaker(const Surface& slave, const Segmentation& segmentation,
+             const QuadratureRule& segment_rule,
+             const QuadratureRule& facet_rule, bool complement)
+      : _slave(slave), _segmentation(segmentation), _segment_rule(segment_rule),
+        _facet_rule(facet_rule), _complement(complement)
+  {
+    const auto n = static_cast<std::size_t>(slave.num_facets());
+    _out.covered.assign(n, 0.0);
+    _out.whole.assign(n, 0.0);
+  }
+
+  [[nodiscard]] IntegrationPoints make() &&
+  {
+    auto segment = _segmentation.segments.begin();
+    for (Index f = 0; f < _slave.num_facets(); ++f)
+    {
+      _nodes = _slave.template nodes<F>(_slave.X, f);
+      const std::size_t first = _out.size();
+      for (; segment != _segmentation.segments.end() and segment->slave == f;
+           ++segment)
+        add_segment(*segment);
+      finish_facet(f, first);
+    }
+    return std::move(_out);
+  }
+
+private:
+  void add_segment(const Segment& segment)
+  {
+    const std::span vertices =
+        std::span(_segmentation.vertices)
+            .subspan(static_cast<std::size_t>(segment.begin),
+                     static_cast<std::size_t>(segment.size));
+    _laid.clear();
+    if constexpr (F::tdim == 1)
+      append_on_interval(_segment_rule, vertices[0][0], vertices[1][0], _laid);
+    else
+      append_on_polygon(_segment_rule, vertices, _laid);
+    for (const WeightedPoint& p : _laid)
+      add(p, segment.slave, segment.master);
+  }
+
+  void add(const WeightedPoint& p, Index slave, Index master)
+  {
+    _out.xi.push_back(p.xi);
+    _out.weight.push_back(p.weight);
+    _out.area.push_back(p.weight * jacobian(p.xi));
+    _out.slave.push_back(slave);
+    _out.seed.push_back(master);
+  }
+
+  /// Areas of the facet, and the signed points of its uncovered part
+  void finish_facet(Index f, std::size_t first)
+  {
+    const auto k = static_cast<std::size_t>(f);
+    for (std::size_t q = 0; q < _facet_rule.points.size(); ++q)
+      _out.whole[k] += _facet_rule.weights[q] * jacobian(_facet_rule.points[q]);
+    const std::size_t last = _out.size();
+    for (std::size_t q = first; q < last; ++q)
+      _out.covered[k] += _out.area[q];
+    if (not _complement or
+        std::abs(1.0 - _segmentation.covered[k]) <= tolerance::coverage)
+      return;
+    for (std::size_t q = 0; q < _facet_rule.points.size(); ++q)
+      add({_facet_rule.points[q], _facet_rule.weights[q]}, f, no_index);
+    for (std::size_t q = first; q < last; ++q)
+      add({_out.xi[q], -_out.weight[q]}, f, no_index);
+  }
+
+  [[nodiscard]] double jacobian(const Vec<2>& xi) const
+  {
+    return frame_at<F>(_nodes, xi.template head<F::tdim>()).jacobian;
+  }
+
+  const Surface& _slave;
+  const Segmentation& _segmentation;
+  const QuadratureRule& _segment_rule;
+  const QuadratureRule& _facet_rule;
+  bool _complement;
+  typename F::NodeMatrix _nodes;
+  std::vector<WeightedPoint> _laid;
+  IntegrationPoints _out;
+};
+
+/// A ray's result together with the facet it ended on
+template <class F>
+struct Landing
+{
+  RayHit<F> hit;
+  Index facet = no_index;
+};
+
+template <class F>
+class RayCaster
+{
+public:
+  RayCaster(const Surface& slave, const Surface& master, const GapRange& range)
+      : _slave(slave), _master(master), _range(range)
+  {
+  }
+
+  [[nodiscard]] Landing<F> cast(Index slave, const Vec<2>& xi, Index seed)
+  {
+    if (slave != _facet)
+    {
+      _facet = slave;
+      _nodes = _slave.template nodes<F>(_slave.x, slave);
+    }
+    const auto frame = frame_at<F>(_nodes, xi.template head<F::tdim>());
+    Landing<F> landing = walk(frame.x, frame.n, seed);
+    if (landing.hit.status == RayStatus::hit)
+      landing.hit.status = admit(frame.n, landing);
+    return landing;
+  }
+
+private:
+  /// Follow the ray from facet to facet until it lands inside one
+  [[nodiscard]] Landing<F> walk(const typename F::Point& x_s,
+                                const typename F::Point& n, Index facet) const
+  {
+    constexpr int max_hops = 16;
+    Landing<F> landing;
+    Index previous = no_index;
+    for (int hop = 0; hop < max_hops; ++hop)
+    {
+      const auto nodes = _master.template nodes<F>(_master.x, facet);
+      landing = {intersect<F>(x_s, n, nodes, flat_guess<F>(x_s, n, nodes)),
+                 facet};
+      RayHit<F>& hit = landing.hit;
+      if (hit.status != RayStatus::hit or
+          hit.outside.amount <= tolerance::ray_outside)
+        return landing;
+      const Index next =
+          _master.neighbours[static_cast<std::size_t>(facet) * F::Ref::edges +
+                             static_cast<std::size_t>(hit.outside.edge)];
+      // Two facets that send the ray to each other: it passes between them
+      if (next == no_index or next == previous)
+        break;
+      previous = facet;
+      facet = next;
+    }
+    landing.hit.status = RayStatus::no_facet;
+    return landing;
+  }
+
+  [[nodiscard]] RayStatus admit(const typename F::Point& n,
+                                const Landing<F>& landing) const
+  {
+    const auto nodes = _master.template nodes<F>(_master.x, landing.facet);
+    const auto master = frame_at<F>(nodes, landing.hit.eta);
+    if (not(n.dot(master.n) < -tolerance::facing))
+      return RayStatus::back_face;
+    if (landing.hit.g > _range.reach)
+      return RayStatus::too_far;
+    if (landing.hit.g < -_range.depth)
+      return RayStatus::too_deep;
+    return RayStatus::hit;
+  }
+
+  const Surface& _slave;
+  const Surface& _master;
+  GapRange _range;
+  Index _facet = no_index;
+  typename F::NodeMatrix _nodes;
+};
+
+template <class F>
+Hits cast_all(const Surface& slave, const Surface& master,
+              const IntegrationPoints& points, const GapRange& range)
+{
+  const std::size_t n = points.size();
+  Hits hits{std::vector<RayStatus>(n, RayStatus::no_facet),
+            std::vector<Index>(n, no_index),
+            std::vector<Vec<2>>(n, Vec<2>::Zero()),
+            std::vector<double>(n, 0.0)};
+  RayCaster<F> caster(slave, master, range);
+  for (std::size_t q = 0; q < n; ++q)
+  {
+    if (points.seed[q] == no_index)
+      continue;
+    const Landing<F> landing =
+        caster.cast(points.slave[q], points.xi[q], points.seed[q]);
+    hits.status[q] = landing.hit.status;
+    hits.gap[q] = landing.hit.g;
+    hits.eta[q].template head<F::tdim>() = landing.hit.eta;
+    if (landing.hit.status == RayStatus::hit)
+      hits.master[q] = landing.facet;
+  }
+  return hits;
+}
+} // namespace
+
+IntegrationPoints make_points(const Surface& slave,
+                              const Segmentation& segmentation,
+                              const QuadratureRule& segment_rule,
+                              const QuadratureRule& facet_rule, bool complement)
+{
+  return with_facet_type(slave,
+                         [&]<class F>(F)
+                         {
+                           return PointMaker<F>(slave, segmentation,
+                                                segment_rule, facet_rule,
+                                                complement)
+                               .make();
+                         });
+}
+
+Hits cast_rays(const Surface& slave, const Surface& master,
+               const IntegrationPoints& points, const GapRange& range)
+{
+  return with_facet_type(slave, [&]<class F>(F)
+                         { return cast_all<F>(slave, master, points, range); });
+}
+} // namespace raymortar

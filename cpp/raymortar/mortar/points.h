@@ -1,0 +1,65 @@
+// Segments -> integration points, and points -> rays on the true master.
+#pragma once
+
+#include "raymortar/geometry/quadrature.h"
+#include "raymortar/geometry/ray.h"
+#include "raymortar/mortar/segmentation.h"
+
+namespace raymortar
+{
+/// @brief Integration points of a contact zone, in order of the slave facet.
+///
+/// Fixed between re-pairings: the tangent at fixed points differentiates the
+/// integrand at these xi with these weights.
+struct IntegrationPoints
+{
+  std::vector<Vec<2>> xi;      ///< slave reference coordinates
+  std::vector<double> weight;  ///< in reference coordinates
+  std::vector<double> area;    ///< weight times reference surface Jacobian
+  std::vector<Index> slave;    ///< slave facet
+  std::vector<Index> seed;     ///< master of the segment, no_index: uncovered
+  std::vector<double> covered; ///< segments' area, per slave facet
+  std::vector<double> whole;   ///< reference area per slave facet
+
+  [[nodiscard]] std::size_t size() const { return xi.size(); }
+};
+
+/// @brief Quadrature on every segment and on what the segments leave out.
+///
+/// The uncovered part of a slave facet is its full rule minus the points of
+/// its segments (negative weights): exact for what is integrated there,
+/// -lam . mu / gamma, on affine facets.
+/// @param[in] segment_rule Interval or triangle rule
+/// @param[in] facet_rule Rule of the whole facet
+/// @param[in] complement Whether the uncovered part is asked for: only a
+/// multiplier lives there
+[[nodiscard]] IntegrationPoints make_points(const Surface& slave,
+                                            const Segmentation& segmentation,
+                                            const QuadratureRule& segment_rule,
+                                            const QuadratureRule& facet_rule,
+                                            bool complement);
+
+/// @brief Where the rays of the integration points meet the master.
+struct Hits
+{
+  std::vector<RayStatus> status; ///< anything but hit: no contact here
+  std::vector<Index> master;     ///< facet that was hit, no_index without
+  std::vector<Vec<2>> eta;       ///< its reference coordinates
+  std::vector<double> gap;       ///< g of (1), length
+};
+
+/// @brief Range of gaps that count. Lengths.
+struct GapRange
+{
+  double reach;
+  double depth;
+};
+
+/// @brief Cast the ray of every covered point on the true deformed master.
+///
+/// Newton from the flat guess on the segment's master; where eta leaves the
+/// facet the ray is handed to the neighbour across that edge.
+[[nodiscard]] Hits cast_rays(const Surface& slave, const Surface& master,
+                             const IntegrationPoints& points,
+                             const GapRange& range);
+} // namespace raymortar

@@ -1,0 +1,50 @@
+// Candidate pairs -> segments: the parts of slave facets that see one master.
+#pragma once
+
+#include "raymortar/mortar/overlap.h"
+#include "raymortar/pairing/candidates.h"
+
+namespace raymortar
+{
+/// @brief Part of one slave facet that faces one master facet.
+struct Segment
+{
+  Index slave;
+  Index master;
+  std::int8_t slave_patch;  ///< linear patch of the slave facet
+  std::int8_t master_patch; ///< linear patch of the master facet
+  std::int32_t begin;       ///< first vertex
+  std::int32_t size;        ///< vertices: 2 in 2D, 3 to 12 in 3D
+};
+
+/// @brief Segments of all slave facets, in order of the slave facet.
+struct Segmentation
+{
+  std::vector<Segment> segments;
+  std::vector<Vec<2>> vertices; ///< slave reference coordinates
+  std::vector<Provenance> provenance;
+  std::vector<double> covered;   ///< share of each slave facet, (slaves,)
+  std::vector<Index> degenerate; ///< slave facets without a usable normal
+  std::int64_t clipped = 0;      ///< patch pairs that were clipped
+};
+
+/// @brief What the segmentation needs to know besides the surfaces.
+struct SegmentationOptions
+{
+  double reach = 0.0;     ///< largest gap that counts, length
+  double depth = 0.0;     ///< largest penetration that counts, length
+  bool subdivide = false; ///< split quadratic facets at their mid nodes
+};
+
+/// @brief Project, clip and collect, slave facet by slave facet.
+///
+/// The master facet is projected along the normal at the slave patch's
+/// barycentre into its plane and clipped against it. All masters share one
+/// direction and one plane per slave patch, so that segments of neighbouring
+/// masters meet in the same edge: they tile the covered part. Where two
+/// layers of master overlap, the one nearer to the slave keeps the place.
+[[nodiscard]] Segmentation make_segments(const Surface& slave,
+                                         const Surface& master,
+                                         const Candidates& candidates,
+                                         const SegmentationOptions& options);
+} // namespace raymortar

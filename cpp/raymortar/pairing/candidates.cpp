@@ -1,0 +1,141 @@
+#include "raymortar/pairing/candidates.h"
+#include "raymortar/geometry/dispatch.h"
+#include "raymortar/geometry/frame.h"
+#include "raymortar/geometry/patch.h"
+#include <algorithm>
+
+namespace raymortar
+{
+namespace
+{
+/// A quadratic facet bulges out of the box of its nodes by at most this share
+/// of its diameter as long as its mid nodes stay in the middle half
+template <class F>
+constexpr double bulge()
+{
+  return F::node_degree == 1 ? 1e-9 : 0.25;
+}
+
+template <class F>
+Box<F::gdim> box_of(const typename F::NodeMatrix& nodes)
+{
+  return {nodes.rowwise().minCoeff(), nodes.rowwise().maxCoeff()};
+}
+
+template <class F>
+std::vector<Box<F::gdim>> boxes_of(const Surface& s)
+{
+  std::vector<Box<F::gdim>> boxes;
+  boxes.reserve(static_cast<std::size_t>(s.num_facets()));
+  for (Index f = 0; f < s.num_facets(); ++f)
+  {
+    const auto nodes = s.nodes<F>(s.x, f);
+    boxes.push_back(box_of<F>(nodes).inflated(bulge<F>() * diameter<F>(nodes)));
+  }
+  return boxes;
+}
+
+template <class F>
+std::vector<Box<F::gdim>> swept_boxes(const Surface& s,
+                                      const SearchDistances& distances)
+{
+  // Rays leave along the normal of each patch, which on a curved facet is not
+  // that of the corners: the ends of the sweep are taken at every node
+  std::vector<Box<F::gdim>> boxes;
+  boxes.reserve(static_cast<std::size_t>(s.num_facets()));
+  for (Index f = 0; f < s.num_facets(); ++f)
+  {
+    const auto nodes = s.nodes<F>(s.x, f);
+    Box<F::gdim> box = box_of<F>(nodes);
+    for (int a = 0; a < F::nodes; ++a)
+    {
+      const typename F::RefPoint xi(
+          F::Node::points[static_cast<std::size_t>(a)].data());
+      const auto frame = frame_at<F>(nodes, xi);
+      for (const double g : {distances.reach, -distances.depth})
+      {
+        const typename F::Point end = frame.x + g * frame.n;
+        box.lower = box.lower.cwiseMin(end);
+        box.upper = box.upper.cwiseMax(end);
+      }
+    }
+    boxes.push_back(
+        box.inflated(distances.skin + bulge<F>() * diameter<F>(nodes)));
+  }
+  return boxes;
+}
+
+template <int D>
+void by_brute_force(const std::vector<Box<D>>& masters, const Box<D>& slave,
+                    std::vector<Index>& hits)
+{
+  for (std::size_t m = 0; m < masters.size(); ++m)
+    if (masters[m].overlaps(slave))
+      hits.push_back(static_cast<Index>(m));
+}
+
+template <int D>
+Candidates overlapping(const std::vector<Box<D>>& slaves,
+                       const std::vector<Box<D>>& masters, Strategy strategy)
+{
+  Candidates c;
+  c.offsets.reserve(slaves.size() + 1);
+  const AabbTree<D> tree(strategy == Strategy::bvh
+                             ? std::span<const Box<D>>(masters)
+                             : std::span<const Box<D>>());
+  for (const Box<D>& slave : slaves)
+  {
+    if (strategy == Strategy::bvh)
+      tree.query(slave, c.masters);
+    else
+      by_brute_force(masters, slave, c.masters);
+    c.offsets.push_back(static_cast<std::int64_t>(c.masters.size()));
+  }
+  return c;
+}
+} // namespace
+
+template <int D>
+std::vector<Box<D>> ray_boxes(const Surface& slave,
+                              const SearchDistances& distances)
+{
+  return with_facet_type(slave,
+                         [&]<class F>(F) -> std::vector<Box<D>>
+                         {
+                           if constexpr (F::gdim == D)
+                             return swept_boxes<F>(slave, distances);
+                           else
+                             return {};
+                         });
+}
+
+template <int D>
+std::vector<Box<D>> facet_boxes(const Surface& surface)
+{
+  return with_facet_type(surface,
+                         [&]<class F>(F) -> std::vector<Box<D>>
+                         {
+                           if constexpr (F::gdim == D)
+                             return boxes_of<F>(surface);
+                           else
+                             return {};
+                         });
+}
+
+template std::vector<Box<2>> ray_boxes<2>(const Surface&,
+                                          const SearchDistances&);
+template std::vector<Box<3>> ray_boxes<3>(const Surface&,
+                                          const SearchDistances&);
+template std::vector<Box<2>> facet_boxes<2>(const Surface&);
+template std::vector<Box<3>> facet_boxes<3>(const Surface&);
+
+Candidates find_candidates(const Surface& slave, const Surface& master,
+                           const SearchDistances& distances, Strategy strategy)
+{
+  if (slave.gdim == 2)
+    return overlapping<2>(ray_boxes<2>(slave, distances),
+                          facet_boxes<2>(master), strategy);
+  return overlapping<3>(ray_boxes<3>(slave, distances), facet_boxes<3>(master),
+                        strategy);
+}
+} // namespace raymortar

@@ -1,0 +1,51 @@
+// Candidate pairs: for each slave facet, the masters it may meet.
+#pragma once
+
+#include "raymortar/geometry/aabb_tree.h"
+#include "raymortar/pairing/surface.h"
+
+namespace raymortar
+{
+enum class Strategy
+{
+  brute_force, ///< every pair of boxes is compared: the reference
+  bvh          ///< tree over the master's boxes
+};
+
+/// @brief Distances that shape the boxes of the broad phase. Lengths.
+struct SearchDistances
+{
+  double reach = 0.0; ///< along the slave normal
+  double depth = 0.0; ///< against it
+  double skin = 0.0;  ///< margin that candidates stay valid for
+};
+
+/// @brief Master candidates of each slave facet, compressed by rows.
+struct Candidates
+{
+  std::vector<std::int64_t> offsets = {0};
+  std::vector<Index> masters; ///< ascending within a slave facet
+
+  [[nodiscard]] std::span<const Index> masters_of(Index slave) const
+  {
+    const auto f = static_cast<std::size_t>(slave);
+    return {masters.data() + offsets[f],
+            static_cast<std::size_t>(offsets[f + 1] - offsets[f])};
+  }
+};
+
+/// @brief Boxes swept by the slave facets along their rays.
+template <int D>
+[[nodiscard]] std::vector<Box<D>> ray_boxes(const Surface& slave,
+                                            const SearchDistances& distances);
+
+/// @brief Boxes of the deformed facets.
+template <int D>
+[[nodiscard]] std::vector<Box<D>> facet_boxes(const Surface& surface);
+
+/// @brief Pairs whose boxes overlap. Same result from every strategy.
+[[nodiscard]] Candidates find_candidates(const Surface& slave,
+                                         const Surface& master,
+                                         const SearchDistances& distances,
+                                         Strategy strategy);
+} // namespace raymortar

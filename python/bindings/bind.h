@@ -1,0 +1,12 @@
+// One function per file of bindings.
+#pragma once
+
+#include "arrays.h"
+
+namespace raymortar::bindings
+{
+void bind_geometry(py::module_& m);
+void bind_surface(py::module_& m);
+void bind_zone(py::module_& m);
+void bind_assembly(py::module_& m);
+} // namespace raymortar::bindings

@@ -1,0 +1,46 @@
+#include "bind.h"
+#include "raymortar/fem/assembly.h"
+
+namespace raymortar::bindings
+{
+namespace
+{
+/// PETSc objects come as petsc4py's `handle`: the C pointer as a number
+template <class Handle>
+Handle from_handle(std::uintptr_t handle)
+{
+  return reinterpret_cast<Handle>(handle);
+}
+
+void preallocate_zones(std::uintptr_t A, const Array<std::int32_t>& offsets,
+                       const Array<std::int32_t>& columns,
+                       const std::vector<const Zone*>& zones,
+                       const std::vector<Pattern>& patterns)
+{
+  preallocate(from_handle<::Mat>(A), to_span(offsets), to_span(columns), zones,
+              patterns);
+}
+} // namespace
+
+void bind_assembly(py::module_& m)
+{
+  py::class_<Pattern>(m, "Pattern")
+      .def(py::init<>())
+      .def("covers", &Pattern::covers)
+      .def("extend", &Pattern::extend)
+      .def("__len__", &Pattern::size);
+  m.def("add_residual", [](const Zone& z, std::uintptr_t b)
+        { add_residual(z, from_handle<::Vec>(b)); });
+  m.def("add_tangent", [](const Zone& z, std::uintptr_t A)
+        { add_tangent(z, from_handle<::Mat>(A)); });
+  m.def(
+      "apply_lifting",
+      [](const Zone& z, std::uintptr_t b, const Array<double>& slave,
+         const Array<double>& master, double alpha)
+      {
+        const auto fetched = z.to_master(to_span(master), z.input().slave.gdim);
+        apply_lifting(z, from_handle<::Vec>(b), to_span(slave), fetched, alpha);
+      });
+  m.def("preallocate", &preallocate_zones);
+}
+} // namespace raymortar::bindings

@@ -1,0 +1,68 @@
+#include "bind.h"
+#include "raymortar/fem/zone.h"
+
+namespace raymortar::bindings
+{
+namespace
+{
+Surface make_surface(Shape shape, int degree, int node_degree, int gdim,
+                     const Array<double>& X, const Array<Index>& facet_nodes,
+                     const Array<Index>& facet_dofs,
+                     const Array<GlobalIndex>& rows,
+                     const Array<GlobalIndex>& facet_id)
+{
+  Surface s;
+  s.shape = shape;
+  s.degree = degree;
+  s.node_degree = node_degree;
+  s.gdim = gdim;
+  s.X = s.x = s.x_old = to_vector(X);
+  s.facet_nodes = to_vector(facet_nodes);
+  s.facet_dofs = to_vector(facet_dofs);
+  s.rows = to_vector(rows);
+  s.facet_id = to_vector(facet_id);
+  return s;
+}
+
+QuadratureRule make_rule(const Array<double>& points,
+                         const Array<double>& weights)
+{
+  QuadratureRule rule;
+  rule.weights = to_vector(weights);
+  for (py::ssize_t i = 0; i < points.shape(0); ++i)
+    rule.points.emplace_back(points.at(i, 0),
+                             points.shape(1) > 1 ? points.at(i, 1) : 0.0);
+  return rule;
+}
+
+Multipliers make_multipliers(int degree, int components,
+                             const Array<Index>& facet,
+                             const Array<GlobalIndex>& rows)
+{
+  Multipliers m;
+  m.degree = degree;
+  m.components = components;
+  m.facet = to_vector(facet);
+  m.row = to_vector(rows);
+  m.value.assign(m.row.size() * static_cast<std::size_t>(components), 0.0);
+  return m;
+}
+} // namespace
+
+void bind_surface(py::module_& m)
+{
+  py::class_<Surface>(m, "Surface")
+      .def(py::init(&make_surface), py::kw_only(), py::arg("shape"),
+           py::arg("degree"), py::arg("node_degree"), py::arg("gdim"),
+           py::arg("X"), py::arg("facet_nodes"), py::arg("facet_dofs"),
+           py::arg("rows"), py::arg("facet_id"))
+      .def("largest_diameter",
+           [](const Surface& s) { return largest_diameter(s, s.X); });
+  py::class_<QuadratureRule>(m, "QuadratureRule")
+      .def(py::init(&make_rule), py::arg("points"), py::arg("weights"));
+  py::class_<Multipliers>(m, "Multipliers")
+      .def(py::init<>())
+      .def(py::init(&make_multipliers), py::arg("degree"),
+           py::arg("components"), py::arg("facet"), py::arg("rows"));
+}
+} // namespace raymortar::bindings

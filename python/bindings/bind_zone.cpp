@@ -1,0 +1,133 @@
+#include "bind.h"
+#include "raymortar/fem/zone.h"
+
+namespace raymortar::bindings
+{
+namespace
+{
+std::unique_ptr<Zone>
+make_zone(int comm, Surface slave, Surface master,
+          const Array<std::int64_t>& master_node_ids,
+          const Array<std::int64_t>& master_dof_ids, Multipliers multipliers,
+          LawKind law, bool current_measure, const SearchDistances& distances,
+          Strategy strategy, bool subdivide, QuadratureRule segment_rule,
+          QuadratureRule facet_rule)
+{
+  return std::make_unique<Zone>(
+      MPI_Comm_f2c(comm),
+      ZoneInput{std::move(slave), std::move(master), to_vector(master_node_ids),
+                to_vector(master_dof_ids), std::move(multipliers), law,
+                current_measure, distances, strategy, subdivide,
+                std::move(segment_rule), std::move(facet_rule)});
+}
+
+py::dict statistics(const Zone& z)
+{
+  const ZoneStatistics s = z.statistics();
+  py::dict d;
+  d["slave_facets"] = s.slave_facets;
+  d["master_facets"] = s.master_facets;
+  d["candidates"] = s.candidates;
+  d["clipped"] = s.clipped;
+  d["pairs"] = s.pairs;
+  d["segments"] = s.segments;
+  d["points"] = s.points;
+  d["hits"] = s.hits;
+  d["degenerate"] = s.degenerate;
+  d["candidate_builds"] = s.candidate_builds;
+  d["halo_builds"] = s.halo_builds;
+  d["bytes_sent"] = s.bytes_sent;
+  d["seconds_halo"] = s.seconds_halo;
+  d["seconds_candidates"] = s.seconds_candidates;
+  d["seconds_segments"] = s.seconds_segments;
+  d["seconds_rays"] = s.seconds_rays;
+  return d;
+}
+
+/// Points, hits and the law's results, as arrays over the points
+py::dict points(const Zone& z)
+{
+  const ContactState& s = z.state();
+  const PointResults r = z.assembler().results(s);
+  const int d = s.slave.gdim;
+  const auto n = static_cast<py::ssize_t>(s.points.size());
+  const std::vector<py::ssize_t> vector = {n, d};
+  py::dict out;
+  out["xi"] = points_to_array(s.points.xi, d - 1);
+  out["slave"] = to_array(s.points.slave);
+  out["master"] = to_array(s.hits.master);
+  out["eta"] = points_to_array(s.hits.eta, d - 1);
+  out["gap"] = to_array(s.hits.gap);
+  out["ray"] = enums_to_array(s.hits.status);
+  out["area"] = to_array(s.points.area);
+  out["weight"] = to_array(r.weight);
+  out["status"] = enums_to_array(r.status);
+  out["pressure"] = to_array(r.pressure);
+  out["traction"] = to_array(r.traction, vector);
+  out["x"] = to_array(r.x, vector);
+  out["normal"] = to_array(r.normal, vector);
+  return out;
+}
+
+/// Segments as polygons in the reference coordinates of their slave facet
+py::dict segments(const Zone& z)
+{
+  const Segmentation& s = z.segmentation();
+  std::vector<Index> slave, master, offsets = {0};
+  for (const Segment& one : s.segments)
+  {
+    slave.push_back(one.slave);
+    master.push_back(one.master);
+    offsets.push_back(one.begin + one.size);
+  }
+  py::dict out;
+  out["slave"] = to_array(slave);
+  out["master"] = to_array(master);
+  out["offsets"] = to_array(offsets);
+  out["xi"] = points_to_array(s.vertices, z.state().slave.gdim - 1);
+  out["covered"] = to_array(s.covered);
+  out["whole_area"] = to_array(z.state().points.whole);
+  out["covered_area"] = to_array(z.state().points.covered);
+  return out;
+}
+
+template <void (Zone::*set)(std::span<const double>, std::span<const double>)>
+void set_both(Zone& z, const Array<double>& slave, const Array<double>& master)
+{
+  (z.*set)(to_span(slave), to_span(master));
+}
+} // namespace
+
+void bind_zone(py::module_& m)
+{
+  py::enum_<LawKind>(m, "LawKind")
+      .value("augmented_normal", LawKind::augmented_normal)
+      .value("augmented_vector", LawKind::augmented_vector)
+      .value("penalty", LawKind::penalty);
+  py::enum_<Strategy>(m, "Strategy")
+      .value("brute_force", Strategy::brute_force)
+      .value("bvh", Strategy::bvh);
+  py::class_<SearchDistances>(m, "SearchDistances")
+      .def(py::init<double, double, double>(), py::arg("reach"),
+           py::arg("depth"), py::arg("skin"));
+  py::class_<Zone>(m, "Zone")
+      .def(py::init(&make_zone), py::kw_only(), py::arg("comm"),
+           py::arg("slave"), py::arg("master"), py::arg("master_node_ids"),
+           py::arg("master_dof_ids"), py::arg("multipliers"), py::arg("law"),
+           py::arg("current_measure"), py::arg("distances"),
+           py::arg("strategy"), py::arg("subdivide"), py::arg("segment_rule"),
+           py::arg("facet_rule"))
+      .def("set_displacement", &set_both<&Zone::set_displacement>)
+      .def("set_old_displacement", &set_both<&Zone::set_old_displacement>)
+      .def("set_fixed", &set_both<&Zone::set_fixed>)
+      .def("set_multiplier", [](Zone& z, const Array<double>& values)
+           { z.set_multiplier(to_span(values)); })
+      .def("set_gamma", [](Zone& z, const Array<double>& gamma, double scale)
+           { z.set_gamma(to_span(gamma), scale); })
+      .def("pair", &Zone::pair)
+      .def("cast", &Zone::cast)
+      .def("points", &points)
+      .def("segments", &segments)
+      .def("statistics", &statistics);
+}
+} // namespace raymortar::bindings

@@ -1,0 +1,13 @@
+#include "bind.h"
+#include "raymortar/core/error.h"
+
+PYBIND11_MODULE(_cpp, m)
+{
+  m.doc() = "C++ library of raymortar: plain arrays in, plain arrays out";
+  pybind11::register_exception<raymortar::Error>(m, "Error",
+                                                 PyExc_RuntimeError);
+  raymortar::bindings::bind_geometry(m);
+  raymortar::bindings::bind_surface(m);
+  raymortar::bindings::bind_zone(m);
+  raymortar::bindings::bind_assembly(m);
+}

@@ -1,0 +1,23 @@
+"""Contact between deformable bodies in large deformation, for FEniCSx."""
+
+from .contact import Contact
+from .errors import ContactError, ConvergenceError
+from .methods import AugmentedLagrangian, Penalty, Search
+from .problem import NonlinearProblem
+from .solver import LoadStep, LoadSteps, NewtonSolver, SNESSolver
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "AugmentedLagrangian",
+    "Contact",
+    "ContactError",
+    "ConvergenceError",
+    "LoadStep",
+    "LoadSteps",
+    "NewtonSolver",
+    "NonlinearProblem",
+    "Penalty",
+    "SNESSolver",
+    "Search",
+]

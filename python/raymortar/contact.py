@@ -1,0 +1,413 @@
+"""Contact between tagged surfaces: the object a user makes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from dolfinx.fem import Function
+
+from mpi4py import MPI
+from petsc4py import PETSc
+
+from . import _cpp, compat, surfaces
+from .compat import Array
+from .errors import ContactError, raise_everywhere
+from .layout import Layout
+from .methods import MEASURES, AugmentedLagrangian, Penalty, Search
+from .results import Resultant, Statistics, nodal_average, resultant, statistics
+from .stiffness import VolumePattern, automatic_gamma
+from .zones import ZoneData, create_zone, find_facets, on_facets
+
+
+class Contact:
+    """Contact integrals between tagged surfaces of a deforming mesh. Collective.
+
+    Parameters
+    ----------
+    u
+        Displacement, a vector-valued Lagrange function of degree 1 or 2. Its present
+        value is the old displacement until `advance` is called.
+    facet_tags
+        Tags of exterior facets (``MeshTags``).
+    pairs
+        ``[(slave tag, master tag), ...]``. Pairs with the same slave tag are one
+        slave surface that meets all their masters.
+    method
+        `AugmentedLagrangian` or `Penalty`.
+    friction
+        None: frictionless.
+    quadrature_degree
+        Of the rule on each segment. None: exact for traction times test function on
+        flat affine facets.
+    measure
+        ``"reference"``: integrals over the undeformed slave surface, the multiplier is
+        the nominal traction; ``"current"``: over the deformed one, Cauchy traction.
+    search
+        `Search` distances and strategy.
+
+    Attributes
+    ----------
+    multiplier
+        Traction on the slave: a scalar ``Function`` (normal component, negative in
+        compression), a vector one in global coordinates, or None with penalty. Zero
+        off the slave surfaces.
+    gamma
+        Coefficient in use (None until an automatic one is set).
+
+    Raises
+    ------
+    ContactError
+        For input that cannot work, on every rank alike.
+
+    Notes
+    -----
+    The solver's unknowns are u and multiplier / gamma (a length): both blocks of the
+    residual are then forces, whatever the unit of stress.
+    """
+
+    def __init__(
+        self,
+        u: Function,
+        facet_tags: Any,
+        pairs: Sequence[tuple[int, int]],
+        method: AugmentedLagrangian | Penalty | None = None,
+        friction: None = None,
+        quadrature_degree: int | None = None,
+        measure: str = "reference",
+        search: Search | None = None,
+    ) -> None:
+        method = AugmentedLagrangian() if method is None else method
+        search = Search() if search is None else search
+        _check_options(method, friction, quadrature_degree, measure, search)
+        surfaces.check_space(u)
+        self.u, self.method, self.measure = u, method, measure
+        self._comm: MPI.Comm = u.function_space.mesh.comm
+        facets = find_facets(u, facet_tags, pairs)
+        degree, components = self._multiplier_kind()
+        mesh = u.function_space.mesh
+        self.multiplier = None
+        if components:
+            W = compat.space(
+                mesh, "Lagrange", degree, (components,) if components > 1 else ()
+            )
+            self.multiplier = Function(W, name="multiplier")
+        self._scalar = compat.scalar_space(mesh, degree)
+        self._vector = compat.vector_space(mesh, degree)
+        self.layout = Layout(u, self.multiplier, self._slave_dofs(facets))
+        self.zones: list[ZoneData] = [
+            create_zone(
+                zone,
+                self.layout,
+                self._law(),
+                self._scalar,
+                quadrature_degree,
+                measure == "current",
+                search,
+            )
+            for zone in facets
+        ]
+        self.gamma: float | Function | None = None
+        self.gamma_scale = 1.0
+        self._u_old = u.x.array.copy()
+        self._fixed_by: tuple[Any, ...] = ()
+        self._volume: VolumePattern | None = None
+        if method.gamma is not None:
+            self.set_gamma(method.gamma)
+        self._send_old_displacement()
+
+    # Set-up
+
+    def _multiplier_kind(self) -> tuple[int, int]:
+        """Degree and components of the multiplier (components 0: none)."""
+        p = compat.element_info(self.u.function_space).degree
+        dim = self.u.function_space.mesh.geometry.dim
+        default = p if dim == 2 else 1
+        if isinstance(self.method, Penalty):
+            return default, 0
+        degree = default if self.method.degree is None else self.method.degree
+        if degree > default:
+            raise ContactError(
+                f"multiplier degree {degree} is not stable: at most {default} with a "
+                f"displacement of degree {p} in {dim}D"
+            )
+        return degree, 1 if self.method.multiplier == "normal" else dim
+
+    def _law(self) -> _cpp.LawKind:
+        if isinstance(self.method, Penalty):
+            return _cpp.LawKind.penalty
+        return getattr(_cpp.LawKind, f"augmented_{self.method.multiplier}")
+
+    def _slave_dofs(self, facets) -> Array:
+        """Block dofs of the multiplier on this rank's slave facets."""
+        if self.multiplier is None:
+            return np.empty(0, dtype=np.int32)
+        W = self.multiplier.function_space
+        tables = [surfaces.facet_dof_table(W, zone.slave) for zone in facets]
+        return np.unique(np.concatenate([table.ravel() for table in tables]))
+
+    def set_gamma(self, gamma: float | Function) -> None:
+        """Set the augmentation or penalty coefficient. Collective.
+
+        Parameters
+        ----------
+        gamma
+            Positive number or scalar Function, traction per length.
+        """
+        values = [
+            on_facets(gamma, zone.facets)
+            if isinstance(gamma, Function)
+            else np.full(zone.facets.slave_surface.facet_dofs.shape, float(gamma))
+            for zone in self.zones
+        ]
+        # One scale for all zones: a multiplier node may belong to two of them
+        total = self._comm.allreduce(sum(float(v.sum()) for v in values))
+        self.gamma_scale = total / self._comm.allreduce(sum(v.size for v in values))
+        for zone, value in zip(self.zones, values):
+            zone.cpp.set_gamma(value, self.gamma_scale)
+        self.gamma = gamma
+
+    # State
+
+    def _on_surface(self, array: Array, surface: surfaces.Surface) -> Array:
+        """Values of a ghosted array of u at the surface's dofs, (dofs, gdim)."""
+        return array.reshape(-1, surface.gdim)[surface.dofs]
+
+    def _for_zones(self, send: str, array: Array) -> None:
+        """Give every zone the values of an array of u on both its sides."""
+        for zone in self.zones:
+            getattr(zone.cpp, send)(
+                self._on_surface(array, zone.facets.slave_surface),
+                self._on_surface(array, zone.facets.master_surface),
+            )
+
+    def _send_state(self) -> None:
+        """Displacement and multiplier to the zones. Collective."""
+        bad = np.count_nonzero(~np.isfinite(self.u.x.array))
+        raise_everywhere(
+            self._comm,
+            f"the displacement has {bad} entries that are not finite" if bad else None,
+        )
+        self._for_zones("set_displacement", self.u.x.array)
+        if self.multiplier is not None:
+            values = self.multiplier.x.array.reshape(-1, self.layout.components)
+            for zone in self.zones:
+                zone.cpp.set_multiplier(values[zone.multiplier_nodes])
+
+    def update(self, rays_only: bool = False) -> None:
+        """Pair and integrate at the present displacement. Collective.
+
+        Parameters
+        ----------
+        rays_only
+            Keep the integration points on the slave and cast their rays anew: what
+            the tangent at fixed points differentiates.
+
+        Raises
+        ------
+        ContactError
+            If the displacement is not finite.
+        """
+        self._send_state()
+        for zone in self.zones:
+            if rays_only:
+                zone.cpp.cast()
+            else:
+                zone.cpp.pair()
+
+    def advance(self) -> None:
+        """Accept the step: the present displacement becomes the old one. Collective."""
+        self._u_old[:] = self.u.x.array
+        self._send_old_displacement()
+
+    def _send_old_displacement(self) -> None:
+        self._for_zones("set_old_displacement", self._u_old)
+
+    def _fix(self, bcs: Sequence[Any]) -> None:
+        """Tell the zones which displacements are prescribed. Collective."""
+        if tuple(map(id, bcs)) == tuple(map(id, self._fixed_by)):
+            return
+        marker, _ = compat.dirichlet_dofs(bcs, self.u.function_space)
+        self._for_zones("set_fixed", marker.astype(np.float64))
+        self._fixed_by = tuple(bcs)
+
+    # Assembly
+
+    def prepare(self, a: Any) -> None:
+        """Read what is needed from the volume's bilinear form. Collective.
+
+        Its sparsity pattern, and the automatic gamma from its diagonal.
+
+        Parameters
+        ----------
+        a
+            Compiled bilinear form of everything but contact.
+        """
+        self._volume = VolumePattern(a, self.layout)
+        if self.gamma is None:
+            self.set_gamma(automatic_gamma(self._volume, self.layout, self.zones))
+
+    def create_matrix(self, a: Any) -> PETSc.Mat:
+        """Matrix over [u, multiplier] with room for volume and contact. Collective.
+
+        Parameters
+        ----------
+        a
+            Compiled bilinear form of everything but contact.
+        """
+        if self._volume is None or self._volume.form is not a:
+            self.prepare(a)
+        A = self.layout.create_matrix()
+        self.update()
+        self._make_room(A)
+        return A
+
+    def create_vector(self, L: Any = None) -> PETSc.Vec:
+        """Zero vector over [u, multiplier]; the form L is not needed."""
+        return self.layout.create_vector()
+
+    def _make_room(self, A: PETSc.Mat) -> None:
+        for zone in self.zones:
+            zone.pattern.extend(zone.cpp)
+        _cpp.preallocate(
+            A.handle,
+            self._volume.offsets,
+            self._volume.columns,
+            [zone.cpp for zone in self.zones],
+            [zone.pattern for zone in self.zones],
+        )
+
+    def make_room(self, A: PETSc.Mat) -> bool:
+        """Preallocate A anew if pairs have appeared that it cannot hold. Collective.
+
+        A loses its values then. Returns whether it did.
+        """
+        short = any(not zone.pattern.covers(zone.cpp) for zone in self.zones)
+        if not self._comm.allreduce(short, op=MPI.LOR):
+            return False
+        self._make_room(A)
+        return True
+
+    def assemble_matrix(self, A: PETSc.Mat, bcs: Sequence[Any] = ()) -> None:
+        """Add the tangent at the last `update`; assembly of A is the caller's.
+
+        Constrained rows and columns are left out. Collective.
+        """
+        self._fix(bcs)
+        for zone in self.zones:
+            _cpp.add_tangent(zone.cpp, A.handle)
+
+    def assemble_vector(self, b: PETSc.Vec, bcs: Sequence[Any] = ()) -> None:
+        """Add the residual at the last `update`; assembly of b is the caller's.
+
+        Constrained rows are left out. Collective.
+        """
+        self._fix(bcs)
+        for zone in self.zones:
+            _cpp.add_residual(zone.cpp, b.handle)
+
+    def apply_lifting(
+        self, b: PETSc.Vec, bcs: Sequence[Any], x0: Array, alpha: float
+    ) -> None:
+        """b <- b - alpha A_c (g - x0) over constrained columns. Collective.
+
+        Parameters
+        ----------
+        b
+            Vector over [u, multiplier]; its assembly is the caller's.
+        bcs
+            Dirichlet conditions.
+        x0
+            Ghosted array of u.
+        alpha
+            Factor; -1 for the residual of Newton's method.
+        """
+        self._fix(bcs)
+        marker, g = compat.dirichlet_dofs(bcs, self.u.function_space)
+        increment = np.where(marker == 1, g - x0, 0.0)
+        if not self._comm.allreduce(bool(np.any(increment)), op=MPI.LOR):
+            return
+        for zone in self.zones:
+            _cpp.apply_lifting(
+                zone.cpp,
+                b.handle,
+                self._on_surface(increment, zone.facets.slave_surface),
+                self._on_surface(increment, zone.facets.master_surface),
+                alpha,
+            )
+
+    @property
+    def stiffness_diagonal(self) -> Array:
+        """Diagonal of the volume's matrix at set-up, owned dofs of u, unrolled."""
+        return self._volume.diagonal
+
+    # Results
+
+    def points(self, zone: int = 0) -> dict[str, Array]:
+        """Arrays over this rank's integration points of a zone, at the last `update`.
+
+        Keys: ``x`` (n, d) deformed positions, ``normal`` (n, d), ``gap``, ``pressure``
+        (normal traction of the law, <= 0), ``traction`` (n, d), ``weight`` (area),
+        ``status`` (0 no hit, 1 open, 2 stick, 3 slip), ``slave`` and ``master`` facet,
+        ``xi``, ``eta``, ``ray``. Points of uncovered parts have status 0.
+        """
+        return self.zones[zone].cpp.points()
+
+    def _field(self, name: str, key: str) -> Function:
+        vector = key == "traction"
+        f = Function(self._vector if vector else self._scalar, name=name)
+        nodal_average(self.zones, key, f)
+        return f
+
+    def gap(self) -> Function:
+        """Gap at the slave nodes, negative in penetration; NaN where no hit. Length.
+
+        Average over the integration points around each node. Collective.
+        """
+        return self._field("gap", "gap")
+
+    def traction(self) -> Function:
+        """Contact traction on the slave, global coordinates; 0 elsewhere. Collective.
+
+        Per reference or current area, by `measure`.
+        """
+        f = self._field("traction", "traction")
+        f.x.array[np.isnan(f.x.array)] = 0.0
+        return f
+
+    def status(self) -> Function:
+        """0 open or no hit, 1 stick, 2 slip (closed, without friction). Collective."""
+        f = self._field("status", "status")
+        f.x.array[np.isnan(f.x.array)] = 0.0
+        f.x.array[:] = np.round(f.x.array)
+        return f
+
+    def resultant(self, i: int = 0) -> Resultant:
+        """Contact force on the slave side of zone i, and its moment. Collective."""
+        return resultant(self.zones[i], self._comm)
+
+    @property
+    def statistics(self) -> Statistics:
+        """Counts of the last `update` over all zones and ranks. Collective."""
+        return statistics(self.zones, self._comm)
+
+
+def _check_options(method, friction, quadrature_degree, measure, search) -> None:
+    """Raise for options that do not exist; the same on every rank."""
+    if not isinstance(method, (AugmentedLagrangian, Penalty)):
+        raise ContactError(
+            f"method must be AugmentedLagrangian or Penalty, not {method!r}"
+        )
+    if friction is not None:
+        raise ContactError(
+            f"friction={friction!r}: this version has frictionless contact only"
+        )
+    if measure not in MEASURES:
+        raise ContactError(f"measure must be one of {MEASURES}, not {measure!r}")
+    if not isinstance(search, Search):
+        raise ContactError(f"search must be a Search, not {search!r}")
+    if quadrature_degree is not None and not 1 <= quadrature_degree <= 30:
+        raise ContactError(
+            f"quadrature_degree = {quadrature_degree} is not between 1 and 30"
+        )

@@ -1,0 +1,113 @@
+"""How contact is enforced and searched: plain option classes, checked when made."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from dolfinx.fem import Function
+
+from .errors import ContactError
+
+STRATEGIES = ("bvh", "brute-force")
+MEASURES = ("reference", "current")
+
+
+def check_coefficient(gamma: Any) -> None:
+    """Raise unless gamma is None, a Function or a positive finite number."""
+    if gamma is None or isinstance(gamma, Function):
+        return
+    if not np.isscalar(gamma) or not np.isreal(gamma):
+        raise ContactError(
+            f"gamma must be a positive number, a Function or None, not {gamma!r}"
+        )
+    if not (np.isfinite(gamma) and gamma > 0.0):
+        raise ContactError(f"gamma = {gamma} must be positive and finite")
+
+
+@dataclass(frozen=True)
+class AugmentedLagrangian:
+    """Augmented Lagrangian: a multiplier, and no penetration but discretisation's.
+
+    Attributes
+    ----------
+    gamma
+        Augmentation coefficient, traction per length: a positive number, a scalar
+        ``Function``, or None: from the diagonal of the user's own stiffness, about
+        the modulus over the mesh size. It changes the path of Newton's method, and
+        the answer hardly.
+    multiplier
+        ``"normal"``: one scalar, the normal traction; ``"vector"``: the traction in
+        global coordinates. Friction needs the vector.
+    degree
+        Degree of the multiplier. None: that of the displacement in 2D, 1 in 3D.
+    """
+
+    gamma: float | Function | None = None
+    multiplier: str = "normal"
+    degree: int | None = None
+
+    def __post_init__(self) -> None:
+        check_coefficient(self.gamma)
+        if self.multiplier not in ("normal", "vector"):
+            raise ContactError(
+                f"multiplier must be 'normal' or 'vector', not {self.multiplier!r}"
+            )
+        if self.degree not in (None, 1, 2):
+            raise ContactError(f"multiplier degree {self.degree!r} is not 1 or 2")
+
+
+@dataclass(frozen=True)
+class Penalty:
+    """Penalty: traction ``gamma min(0, g) n``, no multiplier.
+
+    Attributes
+    ----------
+    gamma
+        Traction per length of penetration, as for `AugmentedLagrangian`. Bodies
+        sink into each other by pressure over gamma.
+    """
+
+    gamma: float | Function | None = None
+
+    def __post_init__(self) -> None:
+        check_coefficient(self.gamma)
+
+
+@dataclass(frozen=True)
+class Search:
+    """Which surfaces are looked for, and how far away. Lengths.
+
+    Attributes
+    ----------
+    strategy
+        ``"bvh"``, a tree of boxes, or ``"brute-force"``, every pair of facets.
+    reach
+        Largest gap that is still seen. None: twice the largest facet diameter.
+    depth
+        Largest penetration that is still contact, not the far side of a thin body.
+        None: twice the largest facet diameter.
+    skin
+        Margin within which candidates stay valid. None: half the largest facet
+        diameter.
+    subdivide
+        Split quadratic facets at their mid nodes before they are projected: closer
+        to strongly curved surfaces, and four times the work.
+    """
+
+    strategy: str = "bvh"
+    reach: float | None = None
+    depth: float | None = None
+    skin: float | None = None
+    subdivide: bool = False
+
+    def __post_init__(self) -> None:
+        if self.strategy not in STRATEGIES:
+            raise ContactError(
+                f"search strategy {self.strategy!r} is not one of {STRATEGIES}"
+            )
+        for name in ("reach", "depth", "skin"):
+            value = getattr(self, name)
+            if value is not None and not (np.isfinite(value) and value >= 0.0):
+                raise ContactError(f"search {name} = {value} must not be negative")

@@ -1,0 +1,131 @@
+"""The coupled nonlinear problem: a user's UFL residual plus contact."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import ufl
+
+from petsc4py import PETSc
+
+from . import compat
+from .contact import Contact
+
+
+class NonlinearProblem:
+    """Residual and tangent of F(u; v) + contact = 0 for PETSc solvers. Collective.
+
+    Parameters
+    ----------
+    F
+        UFL residual of everything but contact: a linear form in the test function of
+        ``contact.u``'s space.
+    contact
+        Contact terms.
+    bcs
+        Dirichlet conditions on the displacement.
+    J
+        UFL Jacobian of F; by default its derivative.
+
+    Notes
+    -----
+    Constrained rows are those of the identity. The columns' effect of a Dirichlet
+    increment is lifted for volume and contact alike, so that the first iterate of a
+    large prescribed step knows about contact.
+    """
+
+    def __init__(
+        self,
+        F: ufl.Form,
+        contact: Contact,
+        bcs: Sequence[Any] = (),
+        J: ufl.Form | None = None,
+    ) -> None:
+        self.contact, self.bcs = contact, list(bcs)
+        u = contact.u
+        if J is None:
+            J = ufl.derivative(F, u, ufl.TrialFunction(u.function_space))
+        self.L, self.a = compat.form(F), compat.form(J)
+        self.history: list[float] = []
+        self._at: np.ndarray | None = None
+        contact.prepare(self.a)
+
+    @property
+    def comm(self):
+        """Communicator of the mesh."""
+        return self.contact.layout.comm
+
+    def create_matrix(self) -> PETSc.Mat:
+        """Matrix with room for the tangent. Collective."""
+        return self.contact.create_matrix(self.a)
+
+    def create_vector(self) -> PETSc.Vec:
+        """Vector of the coupled unknowns."""
+        return self.contact.create_vector(self.L)
+
+    def residual_floor(self) -> float:
+        """Norm below which a residual is rounding error: stiffness times the size of
+        the mesh times the machine's precision. Force. Collective."""
+        diagonal = self.contact.stiffness_diagonal
+        X = self.contact.u.function_space.mesh.geometry.x
+        comm = self.comm
+        lower = comm.allgather(X.min(axis=0) if len(X) else np.full(3, np.inf))
+        upper = comm.allgather(X.max(axis=0) if len(X) else np.full(3, -np.inf))
+        size = np.linalg.norm(np.max(upper, axis=0) - np.min(lower, axis=0))
+        squares = comm.allreduce(float(diagonal @ diagonal))
+        return float(np.finfo(float).eps * np.sqrt(squares) * size)
+
+    def start(self) -> PETSc.Vec:
+        """Present u and multiplier as a vector of unknowns; clears the history."""
+        self.history.clear()
+        self._at = None
+        x = self.create_vector()
+        self.contact.layout.to_vector(x, self.contact.gamma_scale)
+        return x
+
+    def form(self, x: PETSc.Vec) -> None:
+        """Take over an iterate: functions, pairing, integration. Collective.
+
+        Nothing is done again where x has not changed since the last call.
+        """
+        array = x.getArray(readonly=True)
+        same = self._at is not None and np.array_equal(array, self._at)
+        if self.comm.allreduce(int(same)) == self.comm.size:
+            return
+        self._at = array.copy()
+        self.contact.layout.from_vector(x, self.contact.gamma_scale)
+        self.contact.update()
+
+    def F(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
+        """Residual at x into b. Collective."""
+        self.form(x)
+        u, n = self.contact.u, self.contact.layout.n_u
+        V = u.function_space
+        r = compat.create_la_vector(V.dofmap.index_map, V.dofmap.index_map_bs)
+        compat.assemble_residual(r.array, self.L)
+        compat.apply_lifting(r.array, self.a, self.bcs, u.x.array, -1.0)
+        compat.scatter_reverse_add(r)
+        compat.set_bc(r.array, self.bcs, u.x.array, -1.0)
+        b.set(0.0)
+        b.getArray()[:n] = r.array[:n]
+        # Constrained rows are left out by contact, so the values set above stay
+        self.contact.assemble_vector(b, self.bcs)
+        self.contact.apply_lifting(b, self.bcs, u.x.array, -1.0)
+        b.assemble()
+        self.history.append(b.norm())
+
+    def J(self, x: PETSc.Vec, A: PETSc.Mat) -> None:
+        """Tangent at x into A. Collective."""
+        self.form(x)
+        if not self.contact.make_room(A):
+            A.zeroEntries()
+        compat.assemble_jacobian(A, self.a, self.bcs)
+        self.contact.assemble_matrix(A, self.bcs)
+        A.assemble()
+
+    def describe(self) -> str:
+        """State of contact and residual history, for messages. Collective."""
+        history = ", ".join(f"{r:.3e}" for r in self.history)
+        return f"{self.contact.statistics}; residual history: {history}"

@@ -1,0 +1,137 @@
+"""Fields, resultants and counts from the integration points."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, fields
+
+import numpy as np
+from dolfinx.fem import Function
+
+from mpi4py import MPI
+
+from . import compat, surfaces
+from .compat import Array
+
+OPEN, CLOSED = 1, 2
+
+
+@dataclass(frozen=True)
+class Resultant:
+    """Force and moment about the origin of contact on a slave surface, (d,) and (3,)
+    in 3D; in 2D per unit thickness, the moment a number."""
+
+    force: Array
+    moment: Array | float
+
+
+@dataclass
+class Statistics:
+    """Counts over all ranks, seconds of the slowest rank.
+
+    ``hits`` of ``points`` met the master within the search distances; with none, the
+    bodies are out of reach of each other.
+    """
+
+    slave_facets: int = 0
+    master_facets: int = 0
+    candidates: int = 0
+    clipped: int = 0
+    culled: int = 0
+    pairs: int = 0
+    segments: int = 0
+    points: int = 0
+    hits: int = 0
+    active_points: int = 0
+    degenerate: int = 0
+    candidate_builds: int = 0
+    halo_builds: int = 0
+    bytes_sent: int = 0
+    min_gap: float = np.inf
+    max_gap: float = -np.inf
+    max_pressure: float = 0.0
+    seconds_halo: float = 0.0
+    seconds_candidates: float = 0.0
+    seconds_segments: float = 0.0
+    seconds_rays: float = 0.0
+
+    def __str__(self) -> str:
+        gap = f"gap {self.min_gap:.3e} to {self.max_gap:.3e}"
+        return (
+            f"{self.pairs} pairs, {self.segments} segments, {self.hits} of "
+            f"{self.points} points hit, {self.active_points} active, "
+            + (gap if self.hits else "bodies out of reach of each other")
+        )
+
+
+def _reduction(name: str):
+    """How a count is combined over zones and ranks."""
+    if name == "min_gap":
+        return MPI.MIN, min
+    if name in ("max_gap", "max_pressure") or name.startswith("seconds"):
+        return MPI.MAX, max
+    return MPI.SUM, lambda a, b: a + b
+
+
+def statistics(zones, comm: MPI.Comm) -> Statistics:
+    """Counts of all zones and ranks. Collective."""
+    total = Statistics()
+    for zone in zones:
+        local = Statistics(**zone.cpp.statistics())
+        points = zone.cpp.points()
+        hit = points["status"] >= OPEN
+        # Boxes overlap, but the facets do not face each other within reach
+        local.culled = max(local.candidates - local.clipped, 0)
+        local.active_points = int(np.count_nonzero(points["status"] >= CLOSED))
+        if hit.any():
+            local.min_gap = float(points["gap"][hit].min())
+            local.max_gap = float(points["gap"][hit].max())
+            local.max_pressure = float(-points["pressure"][hit].min())
+        for name, value in asdict(local).items():
+            _, combine = _reduction(name)
+            setattr(total, name, combine(getattr(total, name), value))
+    for field in fields(Statistics):
+        op, _ = _reduction(field.name)
+        setattr(total, field.name, comm.allreduce(getattr(total, field.name), op=op))
+    return total
+
+
+def resultant(zone, comm: MPI.Comm) -> Resultant:
+    """Force and moment on the slave side of a zone. Collective."""
+    points = zone.cpp.points()
+    forces = points["weight"][:, None] * points["traction"]
+    moment = np.cross(points["x"], forces).sum(axis=0)
+    force = comm.allreduce(forces.sum(axis=0))
+    moment = comm.allreduce(moment)
+    return Resultant(force, moment if np.ndim(moment) else float(moment))
+
+
+def nodal_average(zones, key: str, field: Function) -> None:
+    """Average of a point quantity around each slave node, NaN elsewhere. Collective.
+
+    Points weigh by their area times the square of the node's shape function, which
+    is positive and largest next to the node.
+    """
+    V = field.function_space
+    index_map, bs = V.dofmap.index_map, V.dofmap.index_map_bs
+    sums = compat.create_la_vector(index_map, bs)
+    weights = compat.create_la_vector(index_map, 1)
+    degree = compat.element_info(V).degree
+    for zone in zones:
+        points = zone.cpp.points()
+        hit = points["status"] >= OPEN
+        values = points[key][hit].astype(np.float64).reshape(hit.sum(), -1)
+        if key == "status":
+            values -= OPEN
+        shape = zone.facets.slave_surface.shape
+        N, _ = surfaces.shape_functions(shape, degree, points["xi"][hit])
+        w = points["weight"][hit, None] * N**2
+        dofs = zone.result_table[points["slave"][hit]]
+        np.add.at(weights.array, dofs, w)
+        table = sums.array.reshape(-1, bs)
+        np.add.at(table, dofs, w[:, :, None] * values[:, None, :])
+    for vector in (sums, weights):
+        compat.scatter_reverse_add(vector)
+        compat.scatter_forward(vector)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        average = sums.array.reshape(-1, bs) / weights.array[:, None]
+    field.x.array[:] = average.ravel()

@@ -1,0 +1,292 @@
+"""Newton's method on the coupled unknowns: DOLFINx's solver, and PETSc SNES."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping
+from typing import Any
+
+from petsc4py import PETSc
+
+from . import compat
+from .errors import ContactError, ConvergenceError, raise_everywhere
+from .problem import NonlinearProblem
+
+# Each solver has its own prefix in the PETSc options, or one would set the other's
+_counter = itertools.count()
+
+# The tangent is unsymmetric and, with a multiplier, has zeros on its diagonal: a
+# direct solver has to pivot. Contact fills in more than MUMPS guesses by default.
+DIRECT = {
+    "ksp_type": "preonly",
+    "pc_type": "lu",
+    "pc_factor_mat_solver_type": "mumps",
+    "mat_mumps_icntl_14": 60,
+}
+
+
+def _configure(obj: Any, prefix: str, options: Mapping[str, Any]) -> None:
+    """Put options under a prefix and read them, PETSc's command line included."""
+    database = PETSc.Options(prefix)
+    for key, value in options.items():
+        if not database.hasName(key):
+            database[key] = value
+    obj.setOptionsPrefix(prefix)
+    obj.setFromOptions()
+
+
+class NewtonSolver:
+    """DOLFINx's Newton solver on [u, multiplier]. Collective.
+
+    Parameters
+    ----------
+    problem
+        Problem to solve.
+    options
+        PETSc options of the linear solver, without prefix. Default: MUMPS.
+
+    Attributes
+    ----------
+    rtol, atol, max_it, relaxation_parameter, convergence_criterion
+        As in DOLFINx; ``atol`` is a force, by default the rounding error of the
+        assembled residual.
+    krylov_solver
+        The PETSc KSP.
+
+    Raises
+    ------
+    ContactError
+        Where DOLFINx no longer has its Newton solver: use `SNESSolver`.
+    """
+
+    def __init__(
+        self, problem: NonlinearProblem, options: Mapping[str, Any] | None = None
+    ) -> None:
+        try:
+            self._newton = compat.make_newton_solver(problem.comm)
+        except NotImplementedError as error:
+            raise ContactError(f"{error} (raymortar.SNESSolver)") from None
+        self.problem = problem
+        self.A, self.b = problem.create_matrix(), problem.create_vector()
+        self._newton.setF(problem.F, self.b)
+        self._newton.setJ(problem.J, self.A)
+        self._newton.set_form(problem.form)
+        self._newton.rtol = 1e-10
+        self._newton.atol = problem.residual_floor()
+        self._newton.max_it = 25
+        self._newton.report = False
+        self._newton.error_on_nonconvergence = False
+        _configure(
+            self.krylov_solver,
+            f"raymortar_newton_{next(_counter)}_",
+            DIRECT if options is None else options,
+        )
+
+    def __getattr__(self, name: str) -> Any:
+        """Settings are those of DOLFINx's solver."""
+        if name == "_newton":
+            raise AttributeError(name)
+        return getattr(self._newton, name)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        newton = self.__dict__.get("_newton")
+        if newton is not None and hasattr(type(newton), name):
+            setattr(newton, name, value)
+        else:
+            object.__setattr__(self, name, value)
+
+    def solve(self) -> tuple[int, bool]:
+        """Solve from the present u and multiplier.
+
+        Returns
+        -------
+        iterations, converged
+
+        Raises
+        ------
+        ConvergenceError
+            With pairs, active points, gap range and residual history.
+        """
+        x = self.problem.start()
+        try:
+            iterations, converged = self._newton.solve(x)
+        finally:
+            x.destroy()
+        _require(self.problem, converged, f"after {iterations} iterations")
+        return iterations, converged
+
+
+def _require(problem: NonlinearProblem, converged: bool, reason: str) -> None:
+    """Raise, on every rank, if a solve has failed."""
+    if not converged:
+        message = f"Newton did not converge {reason}: {problem.describe()}"
+        raise_everywhere(problem.comm, message, ConvergenceError)
+
+
+class SNESSolver:
+    """PETSc SNES on [u, multiplier], with line search. Collective.
+
+    Parameters
+    ----------
+    problem
+        Problem to solve.
+    options
+        PETSc options without prefix, such as ``{"snes_linesearch_type": "bt",
+        "snes_monitor": None}``. They complete the defaults: Newton with a full step,
+        ``snes_rtol`` 1e-10, ``snes_atol`` the rounding error of the residual, MUMPS.
+
+    Attributes
+    ----------
+    snes
+        The petsc4py SNES.
+    """
+
+    def __init__(
+        self, problem: NonlinearProblem, options: Mapping[str, Any] | None = None
+    ) -> None:
+        self.problem = problem
+        self.A, self.b = problem.create_matrix(), problem.create_vector()
+        self.snes = PETSc.SNES().create(problem.comm)
+        self.snes.setFunction(lambda _, x, b: problem.F(x, b), self.b)
+        self.snes.setJacobian(lambda _, x, A, P: problem.J(x, A), self.A)
+        defaults = {
+            "snes_type": "newtonls",
+            "snes_linesearch_type": "basic",
+            "snes_rtol": 1e-10,
+            "snes_atol": problem.residual_floor(),
+            "snes_stol": 0.0,
+            "snes_max_it": 25,
+        }
+        _configure(
+            self.snes,
+            f"raymortar_snes_{next(_counter)}_",
+            {**defaults, **DIRECT, **(options or {})},
+        )
+
+    @property
+    def krylov_solver(self) -> PETSc.KSP:
+        """The PETSc KSP."""
+        return self.snes.ksp
+
+    def solve(self) -> tuple[int, bool]:
+        """Solve from the present u and multiplier.
+
+        Returns
+        -------
+        iterations, converged
+
+        Raises
+        ------
+        ConvergenceError
+            With PETSc's reason, pairs, active points, gaps and residual history.
+        """
+        x = self.problem.start()
+        self.snes.solve(None, x)
+        # The last residual may be of a rejected trial step
+        self.problem.form(x)
+        x.destroy()
+        reason = self.snes.getConvergedReason()
+        iterations = self.snes.getIterationNumber()
+        _require(
+            self.problem,
+            reason > 0,
+            f"after {iterations} iterations (SNES reason {reason})",
+        )
+        return iterations, True
+
+
+class LoadSteps:
+    """A quasi-static path from load factor 0 to 1, halving the step on failure.
+
+    Parameters
+    ----------
+    solver
+        `NewtonSolver` or `SNESSolver`.
+    apply
+        Called with the load factor before each solve: sets loads and Dirichlet values.
+    steps
+        Steps if none fails.
+    max_halvings
+        Of the first step's size; then the failure is raised.
+
+    Examples
+    --------
+    >>> def apply(t):
+    ...     top.value[:] = (0.0, -0.2 * t)
+    >>> for step in LoadSteps(solver, apply, steps=5):
+    ...     print(step.factor, step.iterations)
+    """
+
+    def __init__(
+        self, solver: Any, apply: Any, steps: int = 10, max_halvings: int = 6
+    ) -> None:
+        if steps < 1 or max_halvings < 0:
+            raise ContactError(
+                f"steps = {steps} must be positive, max_halvings = {max_halvings} "
+                "not negative"
+            )
+        self.solver, self.apply = solver, apply
+        self.steps, self.max_halvings = steps, max_halvings
+        self.halvings = 0
+
+    def __iter__(self):
+        """Solve step by step; each accepted step is yielded as a `LoadStep`."""
+        contact = self.solver.problem.contact
+        # In units of the smallest step, so that the path ends at exactly 1
+        unit = 2**self.max_halvings
+        done, size = 0, unit
+        while done < self.steps * unit:
+            size = min(size, self.steps * unit - done)
+            factor = (done + size) / (self.steps * unit)
+            before = _Snapshot(contact)
+            self.apply(factor)
+            try:
+                iterations, _ = self.solver.solve()
+            except (ConvergenceError, ContactError, PETSc.Error) as failure:
+                before.restore(contact)
+                if size == 1:
+                    raise ConvergenceError(
+                        f"load factor {factor:.6g} failed after "
+                        f"{self.max_halvings} halvings of the step: {failure}"
+                    ) from failure
+                size //= 2
+                self.halvings += 1
+                continue
+            contact.advance()
+            done += size
+            # A step that has become small may grow again, on the grid of its size
+            if size < unit and done % (2 * size) == 0:
+                size *= 2
+            yield LoadStep(factor, iterations, self.halvings)
+
+    def run(self) -> list[LoadStep]:
+        """All steps at once."""
+        return list(self)
+
+
+class LoadStep:
+    """An accepted step: load factor, Newton iterations, halvings so far."""
+
+    def __init__(self, factor: float, iterations: int, halvings: int) -> None:
+        self.factor, self.iterations, self.halvings = factor, iterations, halvings
+
+    def __repr__(self) -> str:
+        return (
+            f"LoadStep(factor={self.factor:.6g}, iterations={self.iterations}, "
+            f"halvings={self.halvings})"
+        )
+
+
+class _Snapshot:
+    """Displacement and multiplier before a step that may fail."""
+
+    def __init__(self, contact: Any) -> None:
+        self._u = contact.u.x.array.copy()
+        self._lam = (
+            None if contact.multiplier is None else contact.multiplier.x.array.copy()
+        )
+
+    def restore(self, contact: Any) -> None:
+        contact.u.x.array[:] = self._u
+        if self._lam is not None:
+            contact.multiplier.x.array[:] = self._lam

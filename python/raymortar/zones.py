@@ -1,0 +1,223 @@
+"""From tagged facets to the C++ zones: one per slave tag."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from dolfinx.fem import Function
+
+from mpi4py import MPI
+
+from . import _cpp, compat, surfaces
+from .compat import Array, Indices
+from .errors import ContactError, raise_everywhere
+from .layout import Layout
+from .methods import Search
+from .surfaces import Facets, Surface
+
+
+@dataclass
+class ZoneFacets:
+    """A slave tag, the master tags it meets, and their facets on this rank."""
+
+    slave_tag: int
+    master_tags: tuple[int, ...]
+    slave: Facets
+    slave_surface: Surface
+    master_surface: Surface
+
+
+@dataclass
+class ZoneData:
+    """A C++ zone with what Python needs to feed and read it."""
+
+    facets: ZoneFacets
+    cpp: _cpp.Zone
+    multiplier_table: Indices  # (slave facets, n), local block dofs
+    multiplier_nodes: Indices  # sorted block dofs in the zone's own order
+    result_table: Indices  # (slave facets, n), local block dofs of result fields
+    pattern: _cpp.Pattern = field(default_factory=_cpp.Pattern)
+
+
+def group_pairs(pairs) -> dict[int, tuple[int, ...]]:
+    """Master tags of each slave tag, after checking the list of pairs."""
+    try:
+        tags = [(int(slave), int(master)) for slave, master in pairs]
+    except (TypeError, ValueError):
+        raise ContactError(
+            f"pairs must be a list of (slave tag, master tag), not {pairs!r}"
+        ) from None
+    if not tags:
+        raise ContactError("pairs is empty: give at least one (slave, master)")
+    for slave, master in tags:
+        if slave == master:
+            raise ContactError(f"tag {slave} is slave and master of the same pair")
+        if (master, slave) in tags:
+            raise ContactError(
+                f"pair ({slave}, {master}) is given in both orders: their contact "
+                "would be counted twice"
+            )
+    groups: dict[int, list[int]] = {}
+    for slave, master in tags:
+        if master not in groups.setdefault(slave, []):
+            groups[slave].append(master)
+    return {slave: tuple(masters) for slave, masters in groups.items()}
+
+
+def find_facets(u: Function, facet_tags, pairs) -> list[ZoneFacets]:
+    """Facets of every zone, checked. Collective."""
+    mesh = u.function_space.mesh
+    zones = []
+    for slave_tag, master_tags in group_pairs(pairs).items():
+        slave = surfaces.tagged_facets(mesh, facet_tags, slave_tag, "slave")
+        masters = [
+            surfaces.tagged_facets(mesh, facet_tags, tag, "master")
+            for tag in master_tags
+        ]
+        for facets in (slave, *masters):
+            surfaces.check_areas(mesh, facets)
+        for master in masters:
+            surfaces.check_pair(mesh, slave, master)
+        zones.append(
+            ZoneFacets(
+                slave_tag,
+                master_tags,
+                slave,
+                surfaces.build_surface(u, [slave]),
+                surfaces.build_surface(u, masters),
+            )
+        )
+    return zones
+
+
+def _cpp_surface(surface: Surface, layout: Layout) -> _cpp.Surface:
+    return _cpp.Surface(
+        shape=getattr(_cpp.Shape, surface.shape),
+        degree=surface.displacement_degree,
+        node_degree=surface.node_degree,
+        gdim=surface.gdim,
+        X=surface.X,
+        facet_nodes=surface.facet_nodes,
+        facet_dofs=surface.facet_dofs,
+        rows=layout.u_rows[surface.dofs],
+        facet_id=surface.facet_ids,
+    )
+
+
+def _distances(search: Search, diameter: float) -> _cpp.SearchDistances:
+    """Search distances in lengths, the defaults from the largest facet."""
+
+    def length(value: float | None, default: float) -> float:
+        return default * diameter if value is None else float(value)
+
+    return _cpp.SearchDistances(
+        length(search.reach, 2.0), length(search.depth, 2.0), length(search.skin, 0.5)
+    )
+
+
+def default_quadrature_degree(shape: str, p: int, q: int) -> int:
+    """Degree that integrates traction times test function on flat affine facets.
+
+    Displacement of degree p times a multiplier of degree q (penalty: the gap, of
+    degree p). On quadrilaterals both are of twice the degree in total.
+    """
+    return (2 if shape == "quadrilateral" else 1) * (p + q)
+
+
+def _rules(shape: str, degree: int) -> tuple[_cpp.QuadratureRule, _cpp.QuadratureRule]:
+    """Rules for segments (interval, triangle) and for whole facets."""
+    piece = "interval" if shape == "interval" else "triangle"
+    return tuple(
+        _cpp.QuadratureRule(*compat.quadrature(name, degree)) for name in (piece, shape)
+    )
+
+
+def _multipliers(
+    zone: ZoneFacets, multiplier: Function | None, layout: Layout
+) -> tuple[_cpp.Multipliers, Indices, Indices]:
+    """Multiplier unknowns of a zone, their dof table and sorted dofs."""
+    if multiplier is None:
+        none = np.empty((len(zone.slave.facets), 0), dtype=np.int32)
+        return _cpp.Multipliers(), none, np.empty(0, dtype=np.int32)
+    W = multiplier.function_space
+    table = surfaces.facet_dof_table(W, zone.slave)
+    nodes, local = np.unique(table, return_inverse=True)
+    cpp = _cpp.Multipliers(
+        compat.element_info(W).degree,
+        layout.components,
+        local.reshape(table.shape).astype(np.int32),
+        layout.multiplier_rows[nodes],
+    )
+    return cpp, table, nodes.astype(np.int32)
+
+
+def create_zone(
+    zone: ZoneFacets,
+    layout: Layout,
+    law: _cpp.LawKind,
+    result_space,
+    quadrature_degree: int | None,
+    current_measure: bool,
+    search: Search,
+) -> ZoneData:
+    """C++ zone of some facets. Collective."""
+    slave = _cpp_surface(zone.slave_surface, layout)
+    master = _cpp_surface(zone.master_surface, layout)
+    comm = layout.comm
+    diameter = comm.allreduce(
+        max(slave.largest_diameter(), master.largest_diameter()), op=MPI.MAX
+    )
+    surface = zone.slave_surface
+    multipliers, table, nodes = _multipliers(zone, layout.multiplier, layout)
+    p = surface.displacement_degree
+    q = compat.element_info(result_space).degree if layout.multiplier else p
+    degree = quadrature_degree
+    if degree is None:
+        degree = default_quadrature_degree(surface.shape, p, q)
+    segment_rule, facet_rule = _rules(surface.shape, degree)
+    cpp = _cpp.Zone(
+        comm=comm.py2f(),
+        slave=slave,
+        master=master,
+        master_node_ids=zone.master_surface.node_ids,
+        master_dof_ids=zone.master_surface.dof_ids,
+        multipliers=multipliers,
+        law=law,
+        current_measure=current_measure,
+        distances=_distances(search, diameter),
+        strategy=getattr(_cpp.Strategy, search.strategy.replace("-", "_")),
+        subdivide=search.subdivide,
+        segment_rule=segment_rule,
+        facet_rule=facet_rule,
+    )
+    results = surfaces.facet_dof_table(result_space, zone.slave)
+    return ZoneData(zone, cpp, table, nodes, results)
+
+
+def on_facets(gamma: Function, zone: ZoneFacets) -> Array:
+    """Values of a function at the slave facets' displacement nodes.
+
+    Evaluated cell by cell, so that a discontinuous one keeps its own value on each
+    facet. Collective.
+    """
+    mesh = gamma.function_space.mesh
+    surface = zone.slave_surface
+    n = surface.facet_dofs.shape[1]
+    shape = surfaces.facet_nodes(surface.shape, surface.displacement_degree)
+    N, _ = surfaces.shape_functions(surface.shape, surface.node_degree, shape)
+    points = np.einsum("qk,fkd->fqd", N, surface.X[surface.facet_nodes])
+    padded = np.zeros((points.shape[0] * n, 3))
+    padded[:, : surface.gdim] = points.reshape(-1, surface.gdim)
+    values = np.empty(0)
+    if len(padded):
+        cells = np.repeat(zone.slave.cells, n)
+        values = np.asarray(gamma.eval(padded, cells)).ravel()
+    bad = values[~(np.isfinite(values) & (values > 0.0))]
+    raise_everywhere(
+        mesh.comm,
+        f"gamma is {bad[0]} on slave tag {zone.slave_tag}: it must be positive"
+        if len(bad)
+        else None,
+    )
+    return values.reshape(-1, n)
