@@ -7,7 +7,7 @@ from collections.abc import Callable, Hashable, Mapping, Sequence
 
 import numpy as np
 
-__all__ = ["SIDES", "Block", "Grid", "mirrored", "perturbed"]
+__all__ = ["SIDES", "Block", "Grid", "mirrored", "moved", "perturbed", "rotated"]
 
 # Logical sides by name: (axis, end), the last axis being the vertical one
 SIDES = {
@@ -146,6 +146,41 @@ def mirrored(block: Block, axis: int, tags: Mapping[str, int] | None = None) -> 
     return dataclasses.replace(
         block, grading=grading, mapping=image, tags=tags, pattern=pattern
     )
+
+
+def moved(
+    blocks: Sequence[Block], motion: Callable[[np.ndarray], np.ndarray]
+) -> list[Block]:
+    """The blocks after a rigid `motion` of points (n, d)."""
+
+    def after(first):
+        return lambda x: motion(x if first is None else first(x))
+
+    return [dataclasses.replace(b, mapping=after(b.mapping)) for b in blocks]
+
+
+def _rotation_matrix(rotation, dim) -> np.ndarray:
+    """Matrix (dim, dim) of an angle in radians (2D), or of a matrix, checked."""
+    if np.ndim(rotation) == 0 and dim == 2:
+        c, s = np.cos(rotation), np.sin(rotation)
+        return np.array([[c, -s], [s, c]])
+    matrix = np.asarray(rotation, dtype=np.float64)
+    orthogonal = matrix.shape == (dim, dim) and np.allclose(
+        matrix @ matrix.T, np.eye(dim), atol=1e-12
+    )
+    if not orthogonal or np.linalg.det(matrix) < 0.0:
+        raise ValueError(
+            f"rotation must be a rotation matrix ({dim}, {dim}), or an angle in 2D"
+        )
+    return matrix
+
+
+def rotated(blocks: list[Block], rotation) -> list[Block]:
+    """The blocks after a rotation about the origin; `None` leaves them."""
+    if rotation is None:
+        return blocks
+    matrix = _rotation_matrix(rotation, blocks[0].dim)
+    return moved(blocks, lambda x: x @ matrix.T)
 
 
 def perturbed(block, perturb, perturb_sides, rng) -> np.ndarray:

@@ -25,7 +25,7 @@ import numpy as np
 
 from .blocks import SIDES, Block, mirrored
 
-__all__ = ["PoleGrid", "ball_blocks", "box_blocks", "cap_blocks", "completed", "moved"]
+__all__ = ["PoleGrid", "ball_blocks", "box_blocks", "cap_blocks", "completed"]
 
 # Where the flat cut of a ball is divided, as a fraction of the radius: the corner
 # that all fans share, and the points next to it on the symmetry planes
@@ -77,7 +77,8 @@ class PoleGrid:
         """Parameters of the rings over `distance`, shape (n + 1,), from 0 to 1."""
         ratio = 1.0 + (self.growth - 1.0) * distance / self.facet_size
         n = max(2, int(np.ceil(np.log(ratio) / np.log(self.growth) - 1e-9)))
-        return (self.growth ** np.arange(n + 1) - 1.0) / (self.growth**n - 1.0)
+        distances = self.growth ** np.arange(n + 1) - 1.0
+        return distances / distances[-1]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -140,23 +141,14 @@ def _pole_blocks(
     which of them still belong to the tagged one.
     """
     d, n = shape.far.shape[-1], grid.divisions
-    near_names = ("left", "front")[: d - 1] + ("surface",)
-    low = {axis: name for name, (axis, end) in SIDES[d].items() if end == 0}
-    high = {axis: name for name, (axis, end) in SIDES[d].items() if end == 1}
-
-    def near(axes):
-        named = {low[a]: near_names[a] for a in axes}
-        return {side: tags[name] for side, name in named.items() if name in tags}
-
     options = {"body": body, **options}
-    box = ((0.0,) * d, (1.0,) * d)
     blocks = [
         Block(
             (n,) * d,
             (0.0,) * d,
             (grid.core,) * d,
             mapping=shape.core,
-            tags=near(range(d)),
+            tags=_near_tags(d, tags, range(d)),
             **options,
         )
     ]
@@ -167,19 +159,65 @@ def _pole_blocks(
             line[:, axis] = rings
             cut = max(1, int(np.sum(split(fan(line)))) - 1)
         for part in (rings[: cut + 1], rings[cut:]):
-            if len(part) < 2:
-                continue
-            divisions = tuple(len(part) - 1 if a == axis else n for a in range(d))
-            sides = near(a for a in range(d) if a != axis)
-            if part[0] > 0.0:
-                sides.pop(low[d - 1], None)
-            if part[-1] == rings[-1] and f"far_{axis}" in tags:
-                sides[high[axis]] = tags[f"far_{axis}"]
-            grading = [part if a == axis else None for a in range(d)]
-            blocks.append(
-                Block(divisions, *box, grading, mapping=fan, tags=sides, **options)
-            )
+            if len(part) > 1:
+                divisions = [n] * d
+                divisions[axis] = len(part) - 1
+                blocks.append(
+                    Block(
+                        tuple(divisions),
+                        (0.0,) * d,
+                        (1.0,) * d,
+                        [part if a == axis else None for a in range(d)],
+                        fan,
+                        _fan_tags(d, tags, axis, part),
+                        **options,
+                    )
+                )
     return blocks
+
+
+def _near_tags(d, tags, axes) -> dict[str, int]:
+    """Tags of the sides through the pole that are normal to `axes`."""
+    names = ("left", "front")[: d - 1] + ("surface",)
+    low = {axis: side for side, (axis, end) in SIDES[d].items() if end == 0}
+    return {low[a]: tags[names[a]] for a in axes if names[a] in tags}
+
+
+def _fan_tags(d, tags, axis, rings) -> dict[str, int]:
+    """Tags of the fan along `axis`, or of its part between some `rings`."""
+    inner, outer = rings[0] == 0.0, rings[-1] == 1.0
+    # Beyond the split the surface carries no tag
+    axes = [a for a in range(d) if a != axis and (inner or a < d - 1)]
+    sides = _near_tags(d, tags, axes)
+    if outer and f"far_{axis}" in tags:
+        high = [side for side, where in SIDES[d].items() if where == (axis, 1)]
+        sides[high[0]] = tags[f"far_{axis}"]
+    return sides
+
+
+def _ball_shape(dim: int, radius: float) -> _Shape:
+    """Half a disc or ball on its pole."""
+    centre = np.append(np.zeros(dim - 1), radius)
+
+    def core(p):
+        # Equal angles on the symmetry planes (as on a cubed sphere)
+        v = np.column_stack([np.tan(p[:, :-1] / radius), -np.ones(len(p))])
+        v *= ((radius - p[:, -1]) / np.linalg.norm(v, axis=1))[:, None]
+        return centre + v
+
+    def project(x):
+        v = x - centre
+        return centre + radius * v / np.linalg.norm(v, axis=1, keepdims=True)
+
+    far = np.zeros((2,) * dim + (dim,))
+    for corner in itertools.product((0, 1), repeat=dim):
+        lateral = np.array(corner[:-1], dtype=np.float64)
+        if corner[-1] == 0:
+            lateral /= max(1.0, np.linalg.norm(lateral))
+        else:
+            lateral *= _CUT_CORNER[dim] if all(corner) else _CUT_MIDDLE
+        far[corner] = np.append(radius * lateral, radius)
+    return _Shape(core, project, far)
 
 
 def ball_blocks(
@@ -220,36 +258,16 @@ def ball_blocks(
         )
     if not 0.0 < surface_angle <= 0.5 * np.pi:
         raise ValueError(f"surface_angle = {surface_angle} is not in (0, pi/2]")
-    centre = np.append(np.zeros(dim - 1), radius)
-
-    def core(p):
-        # Equal angles on the symmetry planes (as on a cubed sphere)
-        v = np.column_stack([np.tan(p[:, :-1] / radius), -np.ones(len(p))])
-        v *= ((radius - p[:, -1]) / np.linalg.norm(v, axis=1))[:, None]
-        return centre + v
-
-    def project(x):
-        v = x - centre
-        return centre + radius * v / np.linalg.norm(v, axis=1, keepdims=True)
 
     def within(x):
-        v = centre - x
-        lateral = np.linalg.norm(v[:, :-1], axis=1)
-        return np.arctan2(lateral, v[:, -1]) <= surface_angle * (1.0 + 1e-9)
+        lateral = np.linalg.norm(x[:, :-1], axis=1)
+        return np.arctan2(lateral, radius - x[:, -1]) <= surface_angle * (1.0 + 1e-9)
 
-    far = np.zeros((2,) * dim + (dim,))
-    for corner in itertools.product((0, 1), repeat=dim):
-        lateral = np.array(corner[:-1], dtype=np.float64)
-        if corner[-1] == 0:
-            lateral /= max(1.0, np.linalg.norm(lateral))
-        else:
-            lateral *= _CUT_CORNER[dim] if all(corner) else _CUT_MIDDLE
-        far[corner] = np.append(radius * lateral, radius)
     named = {k: tags[k] for k in ("surface", "left", "front") if k in tags}
     if "cut" in tags:
         named |= {f"far_{axis}": tags["cut"] for axis in range(dim)}
     rings = grid.rings(radius - grid.core)
-    shape = _Shape(core, project, far)
+    shape = _ball_shape(dim, radius)
     return _pole_blocks(shape, grid, rings, named, body, within, **options)
 
 
@@ -352,14 +370,3 @@ def completed(blocks: list[Block], axes) -> list[Block]:
         blocks = [dataclasses.replace(b, tags=open_sides(b)) for b in blocks]
         blocks = blocks + [mirrored(b, axis) for b in blocks]
     return blocks
-
-
-def moved(
-    blocks: list[Block], motion: Callable[[np.ndarray], np.ndarray]
-) -> list[Block]:
-    """The blocks after a rigid `motion` of points (n, d)."""
-
-    def after(first):
-        return lambda x: motion(x if first is None else first(x))
-
-    return [dataclasses.replace(b, mapping=after(b.mapping)) for b in blocks]

@@ -14,20 +14,49 @@ coordinates nor tolerances are involved.
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
 from . import compat
 from .blocks import SIDES, Block, Grid, mirrored, perturbed
 
-__all__ = ["Block", "assemble_blocks", "mirrored"]
+__all__ = ["Block", "Scene", "assemble_blocks", "mirrored"]
 
 _DIMENSION = {"triangle": 2, "quadrilateral": 2, "tetrahedron": 3, "hexahedron": 3}
 # Nodes of one body closer than this fraction of its size are the same node
 _GLUE_TOLERANCE = 1e-9
 _GLUE_DIRECTION = (0.5377, 0.7012, 0.4683)
+
+
+@dataclasses.dataclass(frozen=True)
+class Scene:
+    """Bodies in one mesh, ready for contact.
+
+    Attributes
+    ----------
+    mesh
+        DOLFINx mesh of all bodies.
+    cell_tags
+        Number of the body of each cell, see `bodies`.
+    facet_tags
+        Tags of boundary facets, see `tags`.
+    tags
+        Facet tag by name; "slave" and "master" are always there.
+    bodies
+        Cell tag by name: "lower" 1, "upper" 2.
+    """
+
+    mesh: Any
+    cell_tags: Any
+    facet_tags: Any
+    tags: dict[str, int]
+    bodies: dict[str, int] = dataclasses.field(
+        default_factory=lambda: {"lower": 1, "upper": 2}
+    )
 
 
 def assemble_blocks(
@@ -313,6 +342,7 @@ def _distribute(comm, cells, points, cell, degree, cell_body, facet_table):
     facets = compat.connectivity_table(mesh, tdim, tdim - 1)
     # DOLFINx keeps the order of a cell's vertices, so also that of its facets
     tags = facet_table[original]
+    facets = facets.reshape(tags.shape)  # a rank without cells does not know its width
     tagged, first = np.unique(facets[tags > 0], return_index=True)
     values = tags[tags > 0][first]
     return mesh, cell_tags, compat.meshtags(mesh, tdim - 1, tagged, values)

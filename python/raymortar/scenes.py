@@ -6,14 +6,13 @@ the master surface belongs to the lower one. The last coordinate is the vertical
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import numpy as np
 
-from .graded import PoleGrid, ball_blocks, box_blocks, cap_blocks, completed, moved
-from .meshing import Block, assemble_blocks, mirrored
+from .blocks import Block, rotated
+from .hertz import cylinder_on_block, sphere_on_plane, two_cylinders, two_spheres
+from .meshing import Scene, assemble_blocks
 
 __all__ = [
     "Scene",
@@ -25,57 +24,6 @@ __all__ = [
 ]
 
 _LATERAL = ("left", "right", "front", "back")
-
-
-@dataclasses.dataclass(frozen=True)
-class Scene:
-    """Bodies in one mesh, ready for contact.
-
-    Attributes
-    ----------
-    mesh
-        DOLFINx mesh of all bodies.
-    cell_tags
-        Number of the body of each cell, see `bodies`.
-    facet_tags
-        Tags of boundary facets, see `tags`.
-    tags
-        Facet tag by name; "slave" and "master" are always there.
-    bodies
-        Cell tag by name: "lower" 1, "upper" 2.
-    """
-
-    mesh: Any
-    cell_tags: Any
-    facet_tags: Any
-    tags: dict[str, int]
-    bodies: dict[str, int] = dataclasses.field(
-        default_factory=lambda: {"lower": 1, "upper": 2}
-    )
-
-
-def _rotation_matrix(rotation, dim) -> np.ndarray:
-    """Matrix (dim, dim) of an angle in radians (2D), or of a matrix, checked."""
-    if np.ndim(rotation) == 0 and dim == 2:
-        c, s = np.cos(rotation), np.sin(rotation)
-        return np.array([[c, -s], [s, c]])
-    matrix = np.asarray(rotation, dtype=np.float64)
-    orthogonal = matrix.shape == (dim, dim) and np.allclose(
-        matrix @ matrix.T, np.eye(dim), atol=1e-12
-    )
-    if not orthogonal or np.linalg.det(matrix) < 0.0:
-        raise ValueError(
-            f"rotation must be a rotation matrix ({dim}, {dim}), or an angle in 2D"
-        )
-    return matrix
-
-
-def _rotated(blocks: list[Block], rotation) -> list[Block]:
-    """The blocks after a rotation about the origin; `None` leaves them."""
-    if rotation is None:
-        return blocks
-    matrix = _rotation_matrix(rotation, blocks[0].dim)
-    return moved(blocks, lambda x: x @ matrix.T)
 
 
 def _numbers(value, count: int, name: str, default=None) -> tuple:
@@ -100,6 +48,39 @@ def _interface(interface, tilt, height: float, centre) -> Callable:
         return np.broadcast_to(np.reshape(y, -1), len(x)) + (x - centre) @ slope
 
     return at
+
+
+def _lateral(value, dim: int, name: str) -> np.ndarray:
+    """Lateral vector (dim - 1,); a single number is meant along x."""
+    given = _numbers(value, 1 if np.ndim(value) == 0 else dim - 1, name)
+    return np.array((given + (0.0,))[: dim - 1])
+
+
+def _between(start: float, height: float, floor, roof, lift: float = 0.0) -> Callable:
+    """Map the layer start <= z <= start + height to floor <= z <= roof, and lift it."""
+
+    def mapping(x):
+        share, lateral = (x[:, -1] - start) / height, x[:, :-1]
+        z = (1.0 - share) * floor(lateral) + share * roof(lateral) + lift
+        return np.column_stack([lateral, z])
+
+    return mapping
+
+
+def _block_tags(dim: int) -> dict[str, int]:
+    """Tags of `two_blocks` by name."""
+    tags = {"bottom": 1, "top": 2, "slave": 3, "master": 4}
+    for first, body in ((5, "lower"), (9, "upper")):
+        sides = _LATERAL[: 2 * (dim - 1)]
+        tags |= {f"{body}_{side}": first + i for i, side in enumerate(sides)}
+    return tags
+
+
+def _side_tags(tags: dict[str, int], body: str, bottom: str, top: str):
+    """Tags of one block's sides."""
+    sides = {side: tags.get(f"{body}_{side}") for side in _LATERAL}
+    sides |= {"bottom": tags[bottom], "top": tags[top]}
+    return {side: tag for side, tag in sides.items() if tag is not None}
 
 
 def two_blocks(
@@ -174,352 +155,38 @@ def two_blocks(
         cell = "triangle" if dim == 2 else "tetrahedron"
     below = _numbers(lower_size, dim, "lower_size")
     above = _numbers(upper_size, dim, "upper_size")
-    shift = _numbers(overhang, 1 if np.ndim(overhang) == 0 else dim - 1, "overhang")
-    slopes = _numbers(tilt, 1 if np.ndim(tilt) == 0 else dim - 1, "tilt")
     if min(*below, *above) <= 0.0 or not np.isfinite(gap):
         raise ValueError("sizes must be positive and the gap finite")
+    shift = _lateral(overhang, dim, "overhang")
+    slopes = _lateral(tilt, dim, "tilt")
     if np.max(np.abs(slopes)) >= 0.5 * np.pi:
         raise ValueError(f"tilt = {tilt} is not below a right angle (radians)")
-    lateral, height = np.array(below[:-1]), below[-1]
-    # A single number is meant along x
-    shift = np.array((shift + (0.0,))[: dim - 1])
-    surface = _interface(interface, (slopes + (0.0,))[: dim - 1], height, 0.5 * lateral)
-    start = 0.5 * (lateral - np.array(above[:-1])) + shift
-
-    def lower_map(x):
-        share = x[:, -1] / height
-        return np.column_stack([x[:, :-1], share * surface(x[:, :-1])])
-
-    def upper_map(x):
-        share = (x[:, -1] - height) / above[-1]
-        roof = height + above[-1]
-        y = (1.0 - share) * surface(x[:, :-1]) + share * roof + gap
-        return np.column_stack([x[:, :-1], y])
-
-    tags = {"bottom": 1, "top": 2, "slave": 3, "master": 4}
-    sides = _LATERAL[: 2 * (dim - 1)]
-    tags.update({f"lower_{side}": 5 + i for i, side in enumerate(sides)})
-    tags.update({f"upper_{side}": 9 + i for i, side in enumerate(sides)})
-    default = {2: (7, 5), 3: (4, 3)}[dim]
+    centre = 0.5 * np.array(below[:-1])
+    surface = _interface(interface, slopes, below[-1], centre)
+    start = (*(centre - 0.5 * np.array(above[:-1]) + shift), below[-1])
+    tags = _block_tags(dim)
+    n_lower, n_upper = {2: (7, 5), 3: (4, 3)}[dim]
     lower = Block(
-        _numbers(lower_divisions, dim, "lower_divisions", default[0]),
+        _numbers(lower_divisions, dim, "lower_divisions", n_lower),
         (0.0,) * dim,
         below,
-        mapping=lower_map,
-        tags={"bottom": tags["bottom"], "top": tags["master"]}
-        | {side: tags[f"lower_{side}"] for side in sides},
+        mapping=_between(0.0, below[-1], lambda x: np.zeros(len(x)), surface),
+        tags=_side_tags(tags, "lower", bottom="bottom", top="master"),
         pattern=pattern,
     )
+    roof = below[-1] + above[-1]
     upper = Block(
-        _numbers(upper_divisions, dim, "upper_divisions", default[1]),
-        (*start, height),
-        (*(start + above[:-1]), height + above[-1]),
-        mapping=upper_map,
-        tags={"bottom": tags["slave"], "top": tags["top"]}
-        | {side: tags[f"upper_{side}"] for side in sides},
+        _numbers(upper_divisions, dim, "upper_divisions", n_upper),
+        start,
+        tuple(np.add(start, above)),
+        mapping=_between(
+            below[-1], above[-1], surface, lambda x: np.full(len(x), roof), gap
+        ),
+        tags=_side_tags(tags, "upper", bottom="slave", top="top"),
         pattern=pattern,
     )
-    blocks = _rotated([lower, upper], rotation)
+    blocks = rotated([lower, upper], rotation)
     mesh, cell_tags, facet_tags = assemble_blocks(
         comm, blocks, cell, geometry_degree, perturb, perturb_sides, seed
     )
     return Scene(mesh, cell_tags, facet_tags, tags)
-
-
-_HERTZ_TAGS = {
-    "bottom": 1,
-    "top": 2,
-    "slave": 3,
-    "master": 4,
-    "symmetry_x": 5,
-    "symmetry_y": 6,
-    "side": 7,
-}
-# Directions to mirror the modelled part in
-_SECTORS = {
-    2: {"half": (), "full": (0,)},
-    3: {"quarter": (), "half": (1,), "full": (0, 1)},
-}
-
-
-def _hertz_grids(contact_half_width, facets_across, master_ratio, growth):
-    """Grids of the slave's and of the master's body."""
-    if int(facets_across) != facets_across or facets_across < 2:
-        raise ValueError(f"facets_across = {facets_across} is no integer >= 2")
-    if not master_ratio > 0.0:
-        raise ValueError(f"master_ratio = {master_ratio} is not positive")
-    size = 2.0 * contact_half_width / facets_across
-    grid = PoleGrid(contact_half_width, size, growth)
-    return grid, dataclasses.replace(grid, facet_size=master_ratio * size)
-
-
-def _hertz_tags(surface: str, far: str, dim: int, far_names=("far",)) -> dict[str, int]:
-    """Tags of one body by the names of `graded`."""
-    tags = {"surface": _HERTZ_TAGS[surface], "left": _HERTZ_TAGS["symmetry_x"]}
-    tags |= {"side": _HERTZ_TAGS["side"]}
-    if dim == 3:
-        tags["front"] = _HERTZ_TAGS["symmetry_y"]
-    return tags | {name: _HERTZ_TAGS[far] for name in far_names}
-
-
-def _hertz_scene(
-    comm, upper, lower, sector, cell, geometry_degree, gap, rotation, **mesh_options
-) -> Scene:
-    """Scene of two bodies in local coordinates, poles at the origin."""
-    dim = upper[0].dim
-    sectors = _SECTORS[dim]
-    if sector not in sectors:
-        raise ValueError(f"sector '{sector}' is not one of {list(sectors)}")
-    lift = np.append(np.zeros(dim - 1), float(gap))
-    upper = moved(completed(upper, sectors[sector]), lambda x: x + lift)
-    lower = [mirrored(b, dim - 1) for b in completed(lower, sectors[sector])]
-    blocks = _rotated(lower + upper, rotation)
-    mesh, cell_tags, facet_tags = assemble_blocks(
-        comm, blocks, cell, geometry_degree, **mesh_options
-    )
-    used = {tag for block in blocks for tag in block.tags.values()}
-    tags = {name: tag for name, tag in _HERTZ_TAGS.items() if tag in used}
-    return Scene(mesh, cell_tags, facet_tags, tags)
-
-
-def cylinder_on_block(
-    comm,
-    cell: str = "quadrilateral",
-    geometry_degree: int = 1,
-    *,
-    radius: float = 50.0,
-    block_size: tuple[float, float] = (200.0, 200.0),
-    contact_half_width: float = 6.2146,
-    facets_across: int = 20,
-    master_ratio: float = 1.25,
-    growth: float = 1.2,
-    disc: str = "half",
-    sector: str = "half",
-    slave_angle: float = np.pi / 3,
-    gap: float = 0.0,
-    rotation: float | np.ndarray | None = None,
-    pattern: str = "right",
-    **mesh_options,
-) -> Scene:
-    """A cylinder (2D) on a rectangular block, fine around the contact. Collective.
-
-    They touch at the origin. The defaults are those of NAFEMS benchmark 1 in mm.
-
-    Parameters
-    ----------
-    comm
-        MPI communicator.
-    cell
-        "triangle" or "quadrilateral".
-    geometry_degree
-        1 or 2.
-    radius
-        Of the cylinder. Length.
-    block_size
-        Width (of the whole block, whatever the sector) and height. Length.
-    contact_half_width
-        Expected half-width of the contact, such as Hertz's. Length.
-    facets_across
-        Slave facets across the whole contact. The zone of uniform facets is a quarter
-        wider and as deep as half of it is wide.
-    master_ratio
-        Size of the master's facets over the slave's.
-    growth
-        Ratio of neighbouring rings of cells away from the contact.
-    disc
-        "half", cut at its centre, or "whole".
-    sector
-        "half" of the model, x >= 0, or "full".
-    slave_angle
-        The slave surface ends about this angle from the pole. Radians.
-    gap
-        Lifts the cylinder. Length.
-    rotation
-        Turns the whole scene about the origin: an angle in radians or a matrix.
-    pattern
-        See `Block`.
-    mesh_options
-        perturb, perturb_sides, seed: see `assemble_blocks`.
-
-    Returns
-    -------
-    Scene
-        Tags bottom 1, top 2 (the cut, or the arc within 45 degrees of the top), slave
-        3, master 4 (top of the block), symmetry_x 5 (both bodies, half model), side 7
-        (of the block).
-    """
-    fine, coarse = _hertz_grids(contact_half_width, facets_across, master_ratio, growth)
-    if disc not in ("half", "whole"):
-        raise ValueError(f"disc '{disc}' is neither 'half' nor 'whole'")
-    if len(block_size) != 2:
-        raise ValueError(f"block_size must be width and height, not {block_size}")
-    options = {"pattern": pattern}
-    far = ("cut",) if disc == "half" else ("far",)
-    tags = _hertz_tags("slave", "top", 2, far)
-    upper = ball_blocks(2, radius, fine, tags, "upper", slave_angle, **options)
-    if disc == "whole":
-        upper += cap_blocks(radius, fine, tags, "upper", **options)
-    size = (0.5 * block_size[0], block_size[1])
-    tags = _hertz_tags("master", "bottom", 2)
-    lower = box_blocks(size, coarse, tags, "lower", **options)
-    return _hertz_scene(
-        comm, upper, lower, sector, cell, geometry_degree, gap, rotation, **mesh_options
-    )
-
-
-def two_cylinders(
-    comm,
-    cell: str = "quadrilateral",
-    geometry_degree: int = 1,
-    *,
-    radius: float = 8.0,
-    lower_radius: float | None = None,
-    contact_half_width: float = 0.680778,
-    facets_across: int = 20,
-    master_ratio: float = 1.25,
-    growth: float = 1.2,
-    sector: str = "full",
-    slave_angle: float = np.pi / 3,
-    gap: float = 0.0,
-    rotation: float | np.ndarray | None = None,
-    pattern: str = "right",
-    **mesh_options,
-) -> Scene:
-    """Two half cylinders (2D), cut at their centres. Collective.
-
-    They touch at the origin. The defaults are those of Gitterle's benchmark.
-
-    Parameters
-    ----------
-    radius, lower_radius
-        Of the upper and of the lower cylinder, equal by default. Length.
-    comm, cell, geometry_degree, contact_half_width, facets_across, master_ratio, \
-growth, sector, slave_angle, gap, rotation, pattern, mesh_options
-        See `cylinder_on_block`; `slave_angle` is the master's too.
-
-    Returns
-    -------
-    Scene
-        Tags bottom 1 and top 2 (the cuts), slave 3, master 4, symmetry_x 5 (half
-        model).
-    """
-    blocks = _two_balls(
-        2,
-        (radius, lower_radius),
-        _hertz_grids(contact_half_width, facets_across, master_ratio, growth),
-        slave_angle,
-        pattern,
-    )
-    return _hertz_scene(
-        comm, *blocks, sector, cell, geometry_degree, gap, rotation, **mesh_options
-    )
-
-
-def _two_balls(dim, radii, grids, angle, pattern):
-    """Blocks of the upper and of the lower half disc (quarter of a half ball)."""
-    lower_radius = radii[0] if radii[1] is None else radii[1]
-    upper_tags = _hertz_tags("slave", "top", dim, ("cut",))
-    lower_tags = _hertz_tags("master", "bottom", dim, ("cut",))
-    options = {"surface_angle": angle, "pattern": pattern}
-    return (
-        ball_blocks(dim, radii[0], grids[0], upper_tags, "upper", **options),
-        ball_blocks(dim, lower_radius, grids[1], lower_tags, "lower", **options),
-    )
-
-
-def sphere_on_plane(
-    comm,
-    cell: str = "hexahedron",
-    geometry_degree: int = 1,
-    *,
-    radius: float = 50.0,
-    block_size: tuple[float, float, float] = (100.0, 100.0, 50.0),
-    contact_half_width: float = 10.0,
-    facets_across: int = 10,
-    master_ratio: float = 1.25,
-    growth: float = 1.3,
-    sector: str = "quarter",
-    slave_angle: float = np.pi / 3,
-    gap: float = 0.0,
-    rotation: np.ndarray | None = None,
-    pattern: str = "right",
-    **mesh_options,
-) -> Scene:
-    """Half a ball on a block (3D), fine around the contact. Collective.
-
-    Parameters
-    ----------
-    cell
-        "tetrahedron" or "hexahedron".
-    block_size
-        Widths in x and y (of the whole block, whatever the sector) and height. Length.
-    contact_half_width
-        Expected radius of the contact. Length.
-    sector
-        "quarter" of the model (x >= 0, y >= 0), "half" (x >= 0) or "full".
-    comm, geometry_degree, radius, facets_across, master_ratio, growth, \
-slave_angle, gap, rotation, pattern, mesh_options
-        See `cylinder_on_block`; a rotation in 3D is a matrix.
-
-    Returns
-    -------
-    Scene
-        Tags bottom 1, top 2 (the cut), slave 3, master 4, symmetry_x 5 and symmetry_y
-        6 (both bodies, unless the model is complete there), side 7 (of the block).
-    """
-    fine, coarse = _hertz_grids(contact_half_width, facets_across, master_ratio, growth)
-    if len(block_size) != 3:
-        raise ValueError(f"block_size must be three lengths, not {block_size}")
-    tags = _hertz_tags("slave", "top", 3, ("cut",))
-    upper = ball_blocks(3, radius, fine, tags, "upper", slave_angle, pattern=pattern)
-    size = (0.5 * block_size[0], 0.5 * block_size[1], block_size[2])
-    tags = _hertz_tags("master", "bottom", 3)
-    lower = box_blocks(size, coarse, tags, "lower", pattern=pattern)
-    return _hertz_scene(
-        comm, upper, lower, sector, cell, geometry_degree, gap, rotation, **mesh_options
-    )
-
-
-def two_spheres(
-    comm,
-    cell: str = "hexahedron",
-    geometry_degree: int = 1,
-    *,
-    radius: float = 50.0,
-    lower_radius: float | None = None,
-    contact_half_width: float = 10.0,
-    facets_across: int = 10,
-    master_ratio: float = 1.25,
-    growth: float = 1.3,
-    sector: str = "quarter",
-    slave_angle: float = np.pi / 3,
-    gap: float = 0.0,
-    rotation: np.ndarray | None = None,
-    pattern: str = "right",
-    **mesh_options,
-) -> Scene:
-    """Two half balls (3D), cut at their centres. Collective.
-
-    Parameters
-    ----------
-    radius, lower_radius
-        Of the upper and of the lower ball, equal by default. Length.
-    comm, cell, geometry_degree, contact_half_width, facets_across, master_ratio, \
-growth, sector, slave_angle, gap, rotation, pattern, mesh_options
-        See `sphere_on_plane`; `slave_angle` is the master's too.
-
-    Returns
-    -------
-    Scene
-        Tags as for `sphere_on_plane`, without the side.
-    """
-    blocks = _two_balls(
-        3,
-        (radius, lower_radius),
-        _hertz_grids(contact_half_width, facets_across, master_ratio, growth),
-        slave_angle,
-        pattern,
-    )
-    return _hertz_scene(
-        comm, *blocks, sector, cell, geometry_degree, gap, rotation, **mesh_options
-    )
