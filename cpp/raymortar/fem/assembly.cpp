@@ -271,12 +271,12 @@ void preallocate(::Mat A, std::span<const std::int32_t> offsets,
   PetscInt m = 0, n = 0, begin = 0;
   ::Mat room = nullptr;
   check(MatGetLocalSize(A, &m, &n), "MatGetLocalSize");
-  check(MatGetOwnershipRange(A, &begin, nullptr), "MatGetOwnershipRange");
   check(MatCreate(comm, &room), "MatCreate");
   check(MatSetSizes(room, m, n, PETSC_DETERMINE, PETSC_DETERMINE),
         "MatSetSizes");
   check(MatSetType(room, MATPREALLOCATOR), "MatSetType");
   check(MatSetUp(room), "MatSetUp");
+  check(MatGetOwnershipRange(room, &begin, nullptr), "MatGetOwnershipRange");
   std::vector<double> zeros;
   for (std::size_t i = 0; i + 1 < offsets.size(); ++i)
   {
