@@ -35,9 +35,7 @@ def _earlier_tests(session):
     for report in filter(None, os.environ.get("RAYMORTAR_REPORTS", "").split(":")):
         for case in ElementTree.parse(report).iter("testcase"):
             name = f"{case.get('classname')}.{case.get('name')}"
-            yield EarlierTest.from_parent(
-                session, name=name, case=case, report=report
-            )
+            yield EarlierTest.from_parent(session, name=name, case=case, report=report)
 
 
 @pytest.hookimpl(trylast=True)
