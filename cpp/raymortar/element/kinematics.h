@@ -9,7 +9,7 @@ namespace raymortar
 /// element's displacement dofs [slave | master], node-major.
 ///
 /// With G_a the surface gradient of the slave shape function N_a, and
-/// [T, -n]^-1 giving rho and b   [theory (2.5)-(2.8)]:
+/// [T, n]^-1 giving rho and b   [theory (2.5)-(2.8)]:
 ///   dn   = - sum_a G_a (n . du_a)
 ///   dg   = b . (du_m - du_s - g dn)
 ///   deta = rho (du_s - du_m + g dn)
