@@ -1,5 +1,6 @@
 #include "raymortar/geometry/clip.h"
 #include <algorithm>
+#include <cassert>
 
 namespace raymortar
 {

@@ -1,82 +1,13 @@
 // Intersection of two convex polygons in the plane, and of two intervals.
 #pragma once
 
-#include "raymortar/core/types.h"
-#include "raymortar/geometry/predicates.h"
-#include <array>
-#include <cassert>
-#include <cmath>
+#include "raymortar/core/error.h"
+#include "raymortar/geometry/orientation.h"
 #include <cstdint>
 #include <span>
 
 namespace raymortar
 {
-namespace detail
-{
-/// Sum that keeps every rounding error (Shewchuk's grow-expansion)
-struct ExactSum
-{
-  int size = 0;
-  std::array<double, 12> parts;
-
-  void add(double x)
-  {
-    for (int k = 0; k < size; ++k)
-    {
-      const double sum = x + parts[k];
-      const double virtual_part = sum - x;
-      parts[k] = (x - (sum - virtual_part)) + (parts[k] - virtual_part);
-      x = sum;
-    }
-    parts[size++] = x;
-  }
-
-  void add_product(double x, double y)
-  {
-    const double product = x * y;
-    add(std::fma(x, y, -product));
-    add(product);
-  }
-
-  /// Smallest first: the parts do not overlap, so the sign is exact
-  [[nodiscard]] double value() const
-  {
-    double sum = 0;
-    for (int k = 0; k < size; ++k)
-      sum += parts[k];
-    return sum;
-  }
-};
-
-inline double exact_orientation(const Vec<2>& p, const Vec<2>& q,
-                                const Vec<2>& x)
-{
-  ExactSum sum;
-  sum.add_product(p.x(), q.y());
-  sum.add_product(-p.y(), q.x());
-  sum.add_product(q.x(), x.y());
-  sum.add_product(-q.y(), x.x());
-  sum.add_product(x.x(), p.y());
-  sum.add_product(-x.y(), p.x());
-  return sum.value();
-}
-} // namespace detail
-
-/// @brief Twice the area of the triangle (p, q, x), > 0 if x is left of pq.
-///
-/// The sign is exact: where rounding could change it, the sum is repeated with
-/// every rounding error kept.
-[[nodiscard]] inline double orientation(const Vec<2>& p, const Vec<2>& q,
-                                        const Vec<2>& x)
-{
-  const double first = (p.x() - x.x()) * (q.y() - x.y());
-  const double second = (p.y() - x.y()) * (q.x() - x.x());
-  const double det = first - second;
-  const double bound =
-      tolerance::orientation * (std::abs(first) + std::abs(second));
-  return std::abs(det) >= bound ? det : detail::exact_orientation(p, q, x);
-}
-
 /// What made a clip vertex: the moving segments differentiate through it
 struct Provenance
 {
@@ -114,7 +45,8 @@ struct ClipPolygon
   /// Copy without repeated vertices; of two, the preferred kind stays
   [[nodiscard]] ClipPolygon merged(double squared_distance) const;
 
-  /// Append a vertex. Asserts the capacity.
+  /// Append a vertex. Throws Error beyond the capacity, in release builds too:
+  /// the check is lost in the noise of a clip.
   void push(const Vec<2>& point, Provenance origin);
 };
 
@@ -194,7 +126,8 @@ inline ClipPolygon ClipPolygon::merged(double squared_distance) const
 
 inline void ClipPolygon::push(const Vec<2>& point, Provenance origin)
 {
-  assert(size < capacity);
+  if (size >= capacity) [[unlikely]]
+    throw Error("clip polygon with more than 8 vertices");
   points[size] = point;
   provenance[size++] = origin;
 }
