@@ -9,7 +9,12 @@ namespace raymortar::tolerance
 inline constexpr double facing = 1e-3;
 
 /// Clip vertices closer than this times the slave diameter are one vertex
-inline constexpr double merge = 1e-13;
+inline constexpr double merge = 2e-15;
+
+/// What sticks out of a closer layer by less than this times the extent is not
+/// cut off. Larger than `merge`: an edge between two vertices this close has
+/// a direction made of rounding errors, and its line would cut anywhere
+inline constexpr double cut = 1e-13;
 
 /// A 2x2 determinant larger than this times the sum of its two products has
 /// the sign of the exact one (Shewchuk 1997, (3 + 16 u) u with u = 2^-53)

@@ -17,7 +17,8 @@ struct Rest
 
   void push(const Vec<2>& point, Provenance origin)
   {
-    assert(size < capacity);
+    if (size >= capacity) [[unlikely]]
+      throw Error("cut polygon with too many vertices");
     points[size] = point;
     provenance[size++] = origin;
   }
@@ -111,7 +112,8 @@ void add_part(PolygonPieces& result, const Rest& polygon, int first, int last)
                polygon.provenance[v % polygon.size]);
   if (!(piece.area() > 0))
     return;
-  assert(result.size < PolygonPieces::capacity);
+  if (result.size >= PolygonPieces::capacity) [[unlikely]]
+    throw Error("cut polygon with too many pieces");
   result.pieces[result.size++] = piece;
 }
 
@@ -150,7 +152,7 @@ PolygonPieces subtract_convex(const ClipPolygon& a, const ClipPolygon& b)
     return untouched;
   untouched.size = 1;
   untouched.pieces[0] = a;
-  const double tolerance = tolerance::merge * extent(a, b);
+  const double tolerance = tolerance::cut * extent(a, b);
   const ClipPolygon cutter = without_flat_corners(b, tolerance);
   if (cutter.size < 3)
     return untouched;

@@ -26,9 +26,9 @@ struct PolygonPieces
 /// @param[in] a, b  Convex, counter-clockwise polygons. Same unit of length.
 /// @return Pieces with an area; a itself if b does not meet it, none if b
 /// covers it. A vertex of a keeps its provenance, one made by b is a Kind::cut.
-/// @note What sticks out of b by less than tolerance::merge times the extent
+/// @note What sticks out of b by less than tolerance::cut times the extent
 /// of both is not cut off.
-/// @complexity O(1), no allocation.  @see tests/cpp/geometry/test_clip.cpp
+/// @complexity O(1), no allocation.  @see tests/cpp/geometry/test_subtract.cpp
 [[nodiscard]] PolygonPieces subtract_convex(const ClipPolygon& a,
                                             const ClipPolygon& b);
 
