@@ -1,5 +1,6 @@
 #include "bind.h"
 #include "raymortar/fem/assembly.h"
+#include "raymortar/fem/pattern.h"
 
 namespace raymortar::bindings
 {
@@ -15,7 +16,7 @@ Handle from_handle(std::uintptr_t handle)
 void preallocate_zones(std::uintptr_t A, const Array<std::int32_t>& offsets,
                        const Array<std::int32_t>& columns,
                        const std::vector<const Zone*>& zones,
-                       const std::vector<Pattern>& patterns)
+                       const std::vector<const Pattern*>& patterns)
 {
   preallocate(from_handle<::Mat>(A), to_span(offsets), to_span(columns), zones,
               patterns);
@@ -28,7 +29,7 @@ void bind_assembly(py::module_& m)
       .def(py::init<>())
       .def("covers", &Pattern::covers)
       .def("extend", &Pattern::extend)
-      .def("__len__", &Pattern::size);
+      .def("__len__", [](const Pattern& p) { return p.pairs().size(); });
   m.def("add_residual", [](const Zone& z, std::uintptr_t b)
         { add_residual(z, from_handle<::Vec>(b)); });
   m.def("add_tangent", [](const Zone& z, std::uintptr_t A)

@@ -119,7 +119,7 @@ def nodal_average(zones, key: str, field: Function) -> None:
     for zone in zones:
         points = zone.cpp.points()
         hit = points["status"] >= OPEN
-        values = points[key][hit].astype(np.float64).reshape(hit.sum(), -1)
+        values = points[key][hit].astype(np.float64).reshape(-1, bs)
         if key == "status":
             values -= OPEN
         shape = zone.facets.slave_surface.shape

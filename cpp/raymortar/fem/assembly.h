@@ -1,4 +1,4 @@
-// Contact blocks into PETSc: residual, tangent, Dirichlet lifting, pattern.
+// Contact blocks into PETSc: residual, tangent, Dirichlet lifting.
 #pragma once
 
 #include "raymortar/fem/zone.h"
@@ -24,40 +24,4 @@ void add_tangent(const Zone& zone, ::Mat A);
 /// @param[in] master Same for the dofs of zone.state().master
 void apply_lifting(const Zone& zone, ::Vec b, std::span<const double> slave,
                    std::span<const double> master, double alpha);
-
-/// @brief Pairs of facets whose coupling the matrix has room for.
-class Pattern
-{
-public:
-  /// @brief Whether the zone's present pairs all have room.
-  [[nodiscard]] bool covers(const Zone& zone) const;
-
-  /// @brief Make room for the present pairs; former ones keep theirs as long
-  /// as they are candidates, so that a pair that comes and goes costs nothing.
-  void extend(const Zone& zone);
-
-  /// @brief Insert zero blocks for all pairs into a matrix, for instance a
-  /// MATPREALLOCATOR.
-  void insert(const Zone& zone, ::Mat A) const;
-
-  [[nodiscard]] std::size_t size() const { return _pairs.size(); }
-
-private:
-  /// Slave facet (local) and master facet (global), sorted
-  std::vector<std::pair<Index, std::int64_t>> _pairs;
-};
-
-/// @brief Preallocate A with the volume pattern and the zones' patterns.
-///
-/// A may have been used before: PETSc drops what was preallocated but not
-/// used at the first assembly, so all entries are created, with value zero.
-/// @param[in] offsets Compressed rows of the owned volume rows, (n + 1,)
-/// @param[in] columns Global columns
-/// @param[in] first_row First owned row of A
-/// @param[in] rows Position of the volume rows: A's row of volume row i is
-/// first_row + i, for i < n
-void preallocate(::Mat A, std::span<const std::int32_t> offsets,
-                 std::span<const std::int32_t> columns,
-                 std::span<const Zone* const> zones,
-                 std::span<const Pattern> patterns);
 } // namespace raymortar

@@ -1,0 +1,302 @@
+#include "raymortar/fem/pattern.h"
+#include "raymortar/fem/rows.h"
+#include <algorithm>
+#include <numeric>
+
+namespace raymortar
+{
+namespace
+{
+std::vector<Pattern::Pair> present_pairs(const Zone& zone)
+{
+  const ContactState& s = zone.state();
+  std::vector<Pattern::Pair> pairs;
+  for (std::size_t e = 0; e < s.elements.size(); ++e)
+    if (s.elements.master[e] != no_index)
+      pairs.emplace_back(
+          s.elements.slave[e],
+          s.master.facet_id[static_cast<std::size_t>(s.elements.master[e])]);
+  std::sort(pairs.begin(), pairs.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  return pairs;
+}
+
+/// Local numbers of the fetched master facets, by global number
+class MasterNumbers
+{
+public:
+  explicit MasterNumbers(const Surface& master)
+  {
+    for (std::size_t f = 0; f < master.facet_id.size(); ++f)
+      _known.emplace_back(master.facet_id[f], static_cast<Index>(f));
+    std::sort(_known.begin(), _known.end());
+  }
+
+  /// no_index where the facet is no longer fetched
+  [[nodiscard]] Index operator()(std::int64_t id) const
+  {
+    const auto at =
+        std::lower_bound(_known.begin(), _known.end(), std::pair{id, Index{0}});
+    return at == _known.end() or at->first != id ? no_index : at->second;
+  }
+
+private:
+  std::vector<std::pair<std::int64_t, Index>> _known;
+};
+
+/// Pairs of the slave with the neighbours of a master it has newly met
+void append_neighbours(const Surface& master, Index slave, Index met,
+                       std::vector<Pattern::Pair>& pairs)
+{
+  const std::size_t edges = master.neighbours.size() / master.facet_id.size();
+  for (std::size_t e = 0; e < edges; ++e)
+  {
+    const Index next =
+        master.neighbours[static_cast<std::size_t>(met) * edges + e];
+    if (next != no_index)
+      pairs.emplace_back(slave,
+                         master.facet_id[static_cast<std::size_t>(next)]);
+  }
+}
+
+void sort_unique(std::vector<Pattern::Pair>& pairs)
+{
+  std::sort(pairs.begin(), pairs.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+}
+
+using Columns = std::vector<PetscInt>;
+
+/// Rows of the matrix that contact adds to, each with the blocks it is in
+class ContactRows
+{
+public:
+  void add(std::span<const PetscInt> block)
+  {
+    const auto begin = static_cast<std::int64_t>(_columns.size());
+    _columns.insert(_columns.end(), block.begin(), block.end());
+    for (const PetscInt row : block)
+      _entries.push_back({row, begin, static_cast<std::int32_t>(block.size())});
+  }
+
+  /// Sorted: all blocks of a row follow each other
+  void sort()
+  {
+    std::sort(_entries.begin(), _entries.end(),
+              [](const Entry& a, const Entry& b) {
+                return std::pair{a.row, a.begin} < std::pair{b.row, b.begin};
+              });
+  }
+
+  /// Calls fn(row, sorted unique columns) for each row
+  template <class Fn>
+  void for_each_row(Fn&& fn) const
+  {
+    Columns columns;
+    for (std::size_t i = 0; i < _entries.size();)
+    {
+      const PetscInt row = _entries[i].row;
+      columns.clear();
+      for (; i < _entries.size() and _entries[i].row == row; ++i)
+      {
+        const auto from = _columns.begin() + _entries[i].begin;
+        columns.insert(columns.end(), from, from + _entries[i].size);
+      }
+      std::sort(columns.begin(), columns.end());
+      columns.erase(std::unique(columns.begin(), columns.end()), columns.end());
+      fn(row, columns);
+    }
+  }
+
+private:
+  struct Entry
+  {
+    PetscInt row;
+    std::int64_t begin;
+    std::int32_t size;
+  };
+  std::vector<PetscInt> _columns;
+  std::vector<Entry> _entries;
+};
+
+ContactRows contact_rows(std::span<const Zone* const> zones,
+                         std::span<const Pattern* const> patterns)
+{
+  ContactRows rows;
+  std::vector<PetscInt> block;
+  for (std::size_t z = 0; z < zones.size(); ++z)
+  {
+    const Zone& zone = *zones[z];
+    const MasterNumbers number(zone.state().master);
+    // A facet without a partner still carries its multiplier
+    for (Index f = 0; f < zone.state().slave.num_facets(); ++f)
+    {
+      element_rows(zone, f, no_index, Constrained::kept, block);
+      rows.add(block);
+    }
+    for (const auto& [slave, id] : patterns[z]->pairs())
+    {
+      element_rows(zone, slave, number(id), Constrained::kept, block);
+      rows.add(block);
+    }
+  }
+  rows.sort();
+  return rows;
+}
+
+/// Compressed rows, under construction in ascending order of the rows
+struct CompressedRows
+{
+  std::vector<PetscInt> offsets = {0};
+  std::vector<PetscInt> columns;
+
+  void add(std::span<const PetscInt> row)
+  {
+    columns.insert(columns.end(), row.begin(), row.end());
+    offsets.push_back(static_cast<PetscInt>(columns.size()));
+  }
+};
+
+/// Send the columns of rows that other ranks own to them: row, count, columns
+std::vector<PetscInt> exchange_rows(MPI_Comm comm, const ContactRows& rows,
+                                    const PetscInt* ranges)
+{
+  int size = 1, rank = 0;
+  MPI_Comm_size(comm, &size);
+  MPI_Comm_rank(comm, &rank);
+  std::vector<PetscInt> send;
+  std::vector<int> counts(static_cast<std::size_t>(size), 0);
+  rows.for_each_row(
+      [&](PetscInt row, const Columns& columns)
+      {
+        const auto owner =
+            std::upper_bound(ranges, ranges + size + 1, row) - ranges - 1;
+        if (owner == rank)
+          return;
+        send.insert(send.end(), {row, static_cast<PetscInt>(columns.size())});
+        send.insert(send.end(), columns.begin(), columns.end());
+        counts[static_cast<std::size_t>(owner)] +=
+            2 + static_cast<int>(columns.size());
+      });
+  std::vector<int> from(counts.size()), send_at(counts.size(), 0),
+      recv_at(counts.size(), 0);
+  MPI_Alltoall(counts.data(), 1, MPI_INT, from.data(), 1, MPI_INT, comm);
+  std::exclusive_scan(counts.begin(), counts.end(), send_at.begin(), 0);
+  std::exclusive_scan(from.begin(), from.end(), recv_at.begin(), 0);
+  std::vector<PetscInt> recv(
+      static_cast<std::size_t>(std::accumulate(from.begin(), from.end(), 0)));
+  MPI_Alltoallv(send.data(), counts.data(), send_at.data(), MPIU_INT,
+                recv.data(), from.data(), recv_at.data(), MPIU_INT, comm);
+  return recv;
+}
+
+/// Columns that contact adds to the owned rows, (owned rows,)
+std::vector<Columns> owned_extras(MPI_Comm comm, const ContactRows& rows,
+                                  const PetscInt* ranges)
+{
+  int rank = 0;
+  MPI_Comm_rank(comm, &rank);
+  const PetscInt begin = ranges[rank], end = ranges[rank + 1];
+  std::vector<Columns> extras(static_cast<std::size_t>(end - begin));
+  rows.for_each_row(
+      [&](PetscInt row, const Columns& columns)
+      {
+        if (row >= begin and row < end)
+          extras[static_cast<std::size_t>(row - begin)] = columns;
+      });
+  const std::vector<PetscInt> received = exchange_rows(comm, rows, ranges);
+  for (std::size_t k = 0; k < received.size();)
+  {
+    Columns& row = extras[static_cast<std::size_t>(received[k] - begin)];
+    const auto first = received.begin() + static_cast<std::ptrdiff_t>(k) + 2;
+    row.insert(row.end(), first, first + received[k + 1]);
+    k += 2 + static_cast<std::size_t>(received[k + 1]);
+  }
+  return extras;
+}
+
+CompressedRows merged_rows(std::span<const std::int32_t> offsets,
+                           std::span<const std::int32_t> columns,
+                           const std::vector<Columns>& extras, PetscInt begin)
+{
+  CompressedRows rows;
+  Columns row;
+  for (std::size_t i = 0; i < extras.size(); ++i)
+  {
+    row = extras[i];
+    // The diagonal must exist for factorisations and constraints
+    row.push_back(begin + static_cast<PetscInt>(i));
+    if (i + 1 < offsets.size())
+    {
+      const auto volume = columns.subspan(
+          static_cast<std::size_t>(offsets[i]),
+          static_cast<std::size_t>(offsets[i + 1] - offsets[i]));
+      row.insert(row.end(), volume.begin(), volume.end());
+    }
+    std::sort(row.begin(), row.end());
+    row.erase(std::unique(row.begin(), row.end()), row.end());
+    rows.add(row);
+  }
+  return rows;
+}
+} // namespace
+
+bool Pattern::covers(const Zone& zone) const
+{
+  const auto now = present_pairs(zone);
+  return std::includes(_pairs.begin(), _pairs.end(), now.begin(), now.end());
+}
+
+void Pattern::extend(const Zone& zone)
+{
+  const auto now = present_pairs(zone);
+  const Surface& master = zone.state().master;
+  const MasterNumbers number(master);
+  const auto is_candidate = [&](const Pair& p)
+  {
+    const Index m = number(p.second);
+    const auto candidates = zone.candidates().masters_of(p.first);
+    return m != no_index and
+           std::binary_search(candidates.begin(), candidates.end(), m);
+  };
+  std::vector<Pair> fresh;
+  std::set_difference(now.begin(), now.end(), _pairs.begin(), _pairs.end(),
+                      std::back_inserter(fresh));
+  const bool first = _pairs.empty();
+  std::erase_if(_pairs, [&](const Pair& p) { return not is_candidate(p); });
+  _pairs.insert(_pairs.end(), now.begin(), now.end());
+  if (not first)
+    for (const auto& [slave, id] : fresh)
+      append_neighbours(master, slave, number(id), _pairs);
+  sort_unique(_pairs);
+}
+
+void preallocate(::Mat A, std::span<const std::int32_t> offsets,
+                 std::span<const std::int32_t> columns,
+                 std::span<const Zone* const> zones,
+                 std::span<const Pattern* const> patterns)
+{
+  MPI_Comm comm = MPI_COMM_NULL;
+  check(PetscObjectGetComm(reinterpret_cast<PetscObject>(A), &comm),
+        "PetscObjectGetComm");
+  PetscLayout layout = nullptr;
+  check(MatGetLayouts(A, &layout, nullptr), "MatGetLayouts");
+  check(PetscLayoutSetUp(layout), "PetscLayoutSetUp");
+  const PetscInt* ranges = nullptr;
+  check(PetscLayoutGetRanges(layout, &ranges), "PetscLayoutGetRanges");
+  int rank = 0;
+  MPI_Comm_rank(comm, &rank);
+  const auto extras = owned_extras(comm, contact_rows(zones, patterns), ranges);
+  const CompressedRows rows =
+      merged_rows(offsets, columns, extras, ranges[rank]);
+  // Of the two only the one of A's type does anything
+  check(MatSeqAIJSetPreallocationCSR(A, rows.offsets.data(),
+                                     rows.columns.data(), nullptr),
+        "MatSeqAIJSetPreallocationCSR");
+  check(MatMPIAIJSetPreallocationCSR(A, rows.offsets.data(),
+                                     rows.columns.data(), nullptr),
+        "MatMPIAIJSetPreallocationCSR");
+  check(MatSetOption(A, MAT_NEW_NONZERO_LOCATION_ERR, PETSC_TRUE),
+        "MatSetOption");
+}
+} // namespace raymortar

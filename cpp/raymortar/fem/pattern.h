@@ -1,0 +1,44 @@
+// Room for contact in the coupled matrix.
+#pragma once
+
+#include "raymortar/fem/zone.h"
+#include <petscmat.h>
+
+namespace raymortar
+{
+/// @brief Pairs of facets whose coupling the matrix has room for.
+class Pattern
+{
+public:
+  using Pair = std::pair<Index, std::int64_t>; ///< slave local, master global
+
+  /// @brief Whether the zone's present pairs all have room.
+  [[nodiscard]] bool covers(const Zone& zone) const;
+
+  /// @brief Make room for the present pairs.
+  ///
+  /// Former pairs keep theirs as long as they are candidates. Where a slave
+  /// facet has met a new master, that master's neighbours get room too: a
+  /// facet that slides does not ask again at every step, and one that does not
+  /// slide costs no fill.
+  void extend(const Zone& zone);
+
+  [[nodiscard]] const std::vector<Pair>& pairs() const { return _pairs; }
+
+private:
+  std::vector<Pair> _pairs; ///< sorted
+};
+
+/// @brief Preallocate A for the volume's rows and the zones' patterns, and
+/// set all entries to zero.
+///
+/// A may have been used before. All entries are created, because PETSc drops
+/// at the first assembly what was preallocated but not used.
+/// @param[in] offsets Compressed rows of the owned volume rows, which are the
+/// first of A's owned rows, (n + 1,)
+/// @param[in] columns Global columns
+void preallocate(::Mat A, std::span<const std::int32_t> offsets,
+                 std::span<const std::int32_t> columns,
+                 std::span<const Zone* const> zones,
+                 std::span<const Pattern* const> patterns);
+} // namespace raymortar

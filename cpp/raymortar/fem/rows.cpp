@@ -1,0 +1,67 @@
+#include "raymortar/fem/rows.h"
+#include "raymortar/core/error.h"
+
+namespace raymortar
+{
+namespace
+{
+void append_dofs(const Surface& s, Index facet,
+                 const std::vector<double>& fixed, Constrained constrained,
+                 std::vector<PetscInt>& rows)
+{
+  const auto n = static_cast<std::size_t>(s.dofs_per_facet());
+  const auto d = static_cast<std::size_t>(s.gdim);
+  for (std::size_t a = 0; a < n; ++a)
+  {
+    const auto dof = static_cast<std::size_t>(
+        s.facet_dofs[static_cast<std::size_t>(facet) * n + a]);
+    for (std::size_t i = 0; i < d; ++i)
+    {
+      const bool drop =
+          constrained == Constrained::left_out and fixed[dof * d + i] != 0.0;
+      rows.push_back(drop ? -1
+                          : static_cast<PetscInt>(s.rows[dof] +
+                                                  static_cast<GlobalIndex>(i)));
+    }
+  }
+}
+
+void append_multipliers(const Multipliers& m, Index facet, std::size_t facets,
+                        std::vector<PetscInt>& rows)
+{
+  if (m.components == 0 or facets == 0)
+    return;
+  const std::size_t n = m.facet.size() / facets;
+  for (std::size_t k = 0; k < n; ++k)
+  {
+    const Index node = m.facet[static_cast<std::size_t>(facet) * n + k];
+    for (int i = 0; i < m.components; ++i)
+      rows.push_back(
+          static_cast<PetscInt>(m.row[static_cast<std::size_t>(node)] + i));
+  }
+}
+} // namespace
+
+void check(PetscErrorCode code, const char* call)
+{
+  if (code != 0)
+  {
+    const char* text = nullptr;
+    PetscErrorMessage(code, &text, nullptr);
+    throw Error(std::string(call) + " failed: " + (text ? text : "") +
+                " (PETSc error " + std::to_string(code) + ")");
+  }
+}
+
+void element_rows(const Zone& zone, Index slave, Index master,
+                  Constrained constrained, std::vector<PetscInt>& rows)
+{
+  const ContactState& s = zone.state();
+  rows.clear();
+  append_dofs(s.slave, slave, zone.fixed_slave(), constrained, rows);
+  append_multipliers(s.multipliers, slave,
+                     static_cast<std::size_t>(s.slave.num_facets()), rows);
+  if (master != no_index)
+    append_dofs(s.master, master, zone.fixed_master(), constrained, rows);
+}
+} // namespace raymortar

@@ -1,0 +1,26 @@
+// Rows of the coupled system that a contact element touches.
+#pragma once
+
+#include "raymortar/fem/zone.h"
+#include <petscmat.h>
+
+namespace raymortar
+{
+/// @brief Throw if a PETSc call has failed.
+void check(PetscErrorCode code, const char* call);
+
+/// @brief Whether constrained rows are left out (-1, which PETSc ignores: how
+/// constraints drop out of an assembly) or kept (a pattern serves whatever
+/// constraints come later).
+enum class Constrained
+{
+  left_out,
+  kept
+};
+
+/// @brief Global rows of an element in the order of ElementLayout.
+/// @param[in] master Fetched master facet, or no_index
+/// @param[out] rows Resized; reused between calls to save the allocation
+void element_rows(const Zone& zone, Index slave, Index master,
+                  Constrained constrained, std::vector<PetscInt>& rows);
+} // namespace raymortar
