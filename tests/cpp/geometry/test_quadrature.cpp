@@ -40,7 +40,11 @@ double integral(const std::vector<WeightedPoint>& points, int a, int b)
 std::vector<std::vector<Vec<2>>> random_polygons(int count)
 {
   std::mt19937 random(1);
-  std::vector<std::vector<Vec<2>>> polygons;
+  const Facet square = moved(unit_square, 1, 0, {-0.5, -0.5});
+  const ClipPolygon octagon =
+      clip_convex(square, moved(square, 1, std::numbers::pi / 4, {0, 0}));
+  std::vector<std::vector<Vec<2>>> polygons{
+      {octagon.points.begin(), octagon.points.end()}};
   while (static_cast<int>(polygons.size()) < count)
   {
     const ClipPolygon p =
@@ -64,7 +68,7 @@ TEST(Quadrature, PolygonsAreExactUpToTheRulesDegree)
       append_on_polygon(rule_on(Shape::triangle, degree), polygon, points);
       for (int a = 0; a <= degree; ++a)
         for (int b = 0; a + b <= degree; ++b)
-          ASSERT_NEAR(integral(points, a, b), moment(polygon, a, b), 1e-15);
+          ASSERT_NEAR(integral(points, a, b), moment(polygon, a, b), 4e-15);
     }
   }
   for (std::size_t n = 3; n <= 8; ++n)
