@@ -30,6 +30,9 @@ CELLS_2D = ["triangle", "quadrilateral"]
 CELLS_3D = ["tetrahedron", "hexahedron"]
 CELLS = CELLS_2D + CELLS_3D
 DIMENSION = dict.fromkeys(CELLS_2D, 2) | dict.fromkeys(CELLS_3D, 3)
+# Newer versions of DOLFINx have no Newton solver
+SOLVERS = [raymortar.NewtonSolver, raymortar.SNESSolver]
+SOLVERS = SOLVERS if compat.newton_solver_class() else SOLVERS[1:]
 # Facets under the tensor of nominal stress `Problem.load`, in tags of their own
 LOADED = 1
 
@@ -213,7 +216,7 @@ class Problem:
     def dim(self):
         return self.u.function_space.mesh.geometry.dim
 
-    def solve(self, solver=raymortar.NewtonSolver, *args):
+    def solve(self, solver=SOLVERS[0], *args):
         """Newton iterations; `raymortar.ConvergenceError` if there are too many."""
         if self.solver is None:
             self.solver = solver(self.problem, *args)

@@ -10,7 +10,7 @@ from dolfinx import fem
 from dolfinx import mesh as dmesh
 
 import raymortar
-from problems import COMM, build, fix, residual, squeezed
+from problems import COMM, SOLVERS, build, fix, residual, squeezed
 from raymortar import AugmentedLagrangian, ContactError, Penalty, Search, compat
 from raymortar.blocks import Block
 from raymortar.meshing import assemble_blocks
@@ -253,7 +253,7 @@ def test_displacement_that_is_not_finite_is_refused(scene, value):
     assert c.statistics.hits > 0
 
 
-@pytest.mark.parametrize("solver", [raymortar.NewtonSolver, raymortar.SNESSolver])
+@pytest.mark.parametrize("solver", SOLVERS)
 def test_solve_refuses_a_start_that_is_not_finite(scene, solver):
     problem = build(scene, bcs=squeezed)
     problem.solver = solver(problem.problem)

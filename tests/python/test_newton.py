@@ -10,6 +10,7 @@ import raymortar
 from problems import (
     COMM,
     DIMENSION,
+    SOLVERS,
     build,
     fix,
     homogeneous,
@@ -23,7 +24,6 @@ from raymortar import (
     ContactError,
     ConvergenceError,
     LoadSteps,
-    NewtonSolver,
     SNESSolver,
     compat,
 )
@@ -247,7 +247,7 @@ def test_coefficient_may_be_anything_off_the_slave(cell_2d):
 # Load steps
 
 
-def top_moves(cell, solver=NewtonSolver, steps=4, share=0.2, **options):
+def top_moves(cell, solver=SOLVERS[0], steps=4, share=0.2, **options):
     """LoadSteps over A3 with a top that may be moved."""
     dim = DIMENSION[cell]
     scene = blocks(cell)
@@ -271,7 +271,7 @@ def exact(problem):
     return worst(problem.gradient() + np.eye(problem.dim) - F) <= 1e-8
 
 
-@pytest.mark.parametrize("solver", [NewtonSolver, SNESSolver])
+@pytest.mark.parametrize("solver", SOLVERS)
 def test_load_steps_reach_the_end(cell, solver):
     problem, steps = top_moves(cell, solver)
     path = steps.run()
@@ -283,13 +283,13 @@ def test_load_steps_reach_the_end(cell, solver):
 
 def limit_iterations(problem, count):
     solver = problem.solver
-    if isinstance(solver, NewtonSolver):
-        solver.max_it = count
-    else:
+    if isinstance(solver, SNESSolver):
         solver.snes.setTolerances(max_it=count)
+    else:
+        solver.max_it = count
 
 
-@pytest.mark.parametrize("solver", [NewtonSolver, SNESSolver])
+@pytest.mark.parametrize("solver", SOLVERS)
 def test_load_steps_halve_where_newton_fails(cell_2d, solver):
     problem, steps = top_moves(cell_2d, solver, steps=1)
     limit_iterations(problem, 3)
@@ -302,7 +302,7 @@ def test_load_steps_halve_where_newton_fails(cell_2d, solver):
     assert exact(problem)
 
 
-@pytest.mark.parametrize("solver", [NewtonSolver, SNESSolver])
+@pytest.mark.parametrize("solver", SOLVERS)
 def test_load_steps_survive_inverted_cells(cell, solver):
     # The first trial turns the upper block inside out: ln J is not a number
     problem, steps = top_moves(cell, solver, steps=1, share=1.5, max_halvings=0)
@@ -338,7 +338,7 @@ def test_load_steps_refuse_nonsense(options):
 # Failures
 
 
-@pytest.mark.parametrize("solver", [NewtonSolver, SNESSolver])
+@pytest.mark.parametrize("solver", SOLVERS)
 def test_failure_says_what_contact_looked_like(cell_2d, solver):
     problem = punch(cell_2d)
     problem.solver = solver(problem.problem)
@@ -366,7 +366,7 @@ def test_solvers_leave_no_options_behind(cell_2d):
         return len(PETSc.Options().getAll())
 
     before = count()
-    for solver in (NewtonSolver, SNESSolver):
+    for solver in SOLVERS:
         problem = punch(cell_2d)
         problem.solve(solver)
         assert count() > before
