@@ -4,6 +4,7 @@
 #include "raymortar/geometry/dispatch.h"
 #include "raymortar/mortar/points.h"
 #include <functional>
+#include <numeric>
 #include <random>
 
 namespace raymortar::test
@@ -156,21 +157,19 @@ inline void jitter(Surface& s, std::mt19937& random, double amount)
   s.x = s.x_old = s.X;
 }
 
-/// Sum over the facets of the area of the reference surface
 inline double total(const std::vector<double>& values)
 {
-  double sum = 0;
-  for (const double v : values)
-    sum += v;
-  return sum;
+  return std::accumulate(values.begin(), values.end(), 0.0);
 }
 
-/// All stages up to the rays
-struct Contact
+/// Candidates and segments
+inline Segmentation segments_of(const Surface& slave, const Surface& master,
+                                const SegmentationOptions& options)
 {
-  Candidates candidates;
-  Segmentation segmentation;
-  IntegrationPoints points;
-  Hits hits;
-};
+  return make_segments(slave, master,
+                       find_candidates(slave, master,
+                                       {options.reach, options.depth, 0},
+                                       Strategy::bvh),
+                       options);
+}
 } // namespace raymortar::test
