@@ -216,10 +216,14 @@ class Problem:
     def dim(self):
         return self.u.function_space.mesh.geometry.dim
 
-    def solve(self, solver=SOLVERS[0], *args):
-        """Newton iterations; `raymortar.ConvergenceError` if there are too many."""
+    def solve(self, solver=SOLVERS[0], *args, **tolerances):
+        """Newton iterations; `raymortar.ConvergenceError` if there are too many.
+
+        Tolerances are those of `tolerate`.
+        """
         if self.solver is None:
             self.solver = solver(self.problem, *args)
+        tolerate(self.solver, **tolerances)
         iterations, _ = self.solver.solve()
         return iterations
 
@@ -251,6 +255,15 @@ class Problem:
         V = self.u.function_space
         dofs = [zone.facets.slave_surface.dofs for zone in self.contact.zones]
         return V.tabulate_dof_coordinates()[np.unique(np.concatenate(dofs)), : self.dim]
+
+
+def tolerate(solver, **tolerances):
+    """Set rtol or max_it of either solver."""
+    if isinstance(solver, raymortar.SNESSolver):
+        solver.snes.setTolerances(**tolerances)
+        return
+    for name, value in tolerances.items():
+        setattr(solver, name, value)
 
 
 def _on_cells(function):

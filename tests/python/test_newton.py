@@ -16,6 +16,7 @@ from problems import (
     homogeneous,
     squeeze,
     squeezed,
+    tolerate,
     worst,
 )
 from petsc4py import PETSc
@@ -281,18 +282,10 @@ def test_load_steps_reach_the_end(cell, solver):
     assert exact(problem)
 
 
-def limit_iterations(problem, count):
-    solver = problem.solver
-    if isinstance(solver, SNESSolver):
-        solver.snes.setTolerances(max_it=count)
-    else:
-        solver.max_it = count
-
-
 @pytest.mark.parametrize("solver", SOLVERS)
 def test_load_steps_halve_where_newton_fails(cell_2d, solver):
     problem, steps = top_moves(cell_2d, solver, steps=1)
-    limit_iterations(problem, 3)
+    tolerate(problem.solver, max_it=3)
     path = steps.run()
     print(path)
     factors = np.array([0.0] + [step.factor for step in path])
@@ -306,14 +299,14 @@ def test_load_steps_halve_where_newton_fails(cell_2d, solver):
 def test_load_steps_survive_inverted_cells(cell, solver):
     # The first trial turns the upper block inside out: ln J is not a number
     problem, steps = top_moves(cell, solver, steps=1, share=1.5, max_halvings=0)
-    limit_iterations(problem, 5)
+    tolerate(problem.solver, max_it=5)
     before = problem.u.x.array.copy()
     with pytest.raises(ConvergenceError, match="load factor 1 failed.*pairs, .*nan"):
         steps.run()
     assert np.array_equal(problem.u.x.array, before)
     # The solver is as good as new
     problem, steps = problem, LoadSteps(problem.solver, steps.apply, 15)
-    limit_iterations(problem, 25)
+    tolerate(problem.solver, max_it=25)
     assert next(iter(steps)).factor == 1 / 15
 
 
@@ -322,7 +315,7 @@ def test_load_steps_give_up_and_restore(cell_2d):
     path = iter(steps)
     assert next(path).factor == 0.5
     kept = problem.u.x.array.copy(), problem.contact.multiplier.x.array.copy()
-    limit_iterations(problem, 1)
+    tolerate(problem.solver, max_it=1)
     with pytest.raises(ConvergenceError, match=r"load factor 0\.625 .* 2 halvings"):
         next(path)
     assert np.array_equal(problem.u.x.array, kept[0])
@@ -342,7 +335,7 @@ def test_load_steps_refuse_nonsense(options):
 def test_failure_says_what_contact_looked_like(cell_2d, solver):
     problem = punch(cell_2d)
     problem.solver = solver(problem.problem)
-    limit_iterations(problem, 2)
+    tolerate(problem.solver, max_it=2)
     with pytest.raises(ConvergenceError) as failure:
         problem.solve()
     message = str(failure.value)
