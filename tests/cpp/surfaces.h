@@ -172,4 +172,23 @@ inline Segmentation segments_of(const Surface& slave, const Surface& master,
                                        Strategy::bvh),
                        options);
 }
+
+/// Two surfaces of one kind as one, nodes apart
+inline Surface joined(Surface a, const Surface& b)
+{
+  const auto d = static_cast<std::size_t>(a.gdim);
+  const auto append = [](auto& to, const auto& from, auto shift)
+  {
+    for (const auto value : from)
+      to.push_back(value + shift);
+  };
+  append(a.facet_nodes, b.facet_nodes, static_cast<Index>(a.X.size() / d));
+  append(a.facet_dofs, b.facet_dofs, a.num_dofs());
+  append(a.facet_id, b.facet_id, static_cast<GlobalIndex>(a.num_facets()));
+  append(a.rows, b.rows, static_cast<GlobalIndex>(a.num_dofs() * a.gdim));
+  append(a.X, b.X, 0.0);
+  a.x = a.x_old = a.X;
+  a.neighbours = find_neighbours(a);
+  return a;
+}
 } // namespace raymortar::test
