@@ -88,6 +88,24 @@ def _percent(x: float, sign: str = "") -> str:
     return f"{x:{sign}.2%}" if abs(x) >= 5e-5 or x == 0.0 else f"{x:{sign}.0e}"
 
 
+# Supports
+
+
+def clamp(V, scene, name: str, component: int, value=0.0):
+    """Prescribe one component of the displacement on a named part of the boundary.
+
+    `value` is a number, or a `Constant` that changes from load step to load step.
+    """
+    mesh = scene.mesh
+    dim = mesh.topology.dim
+    compat.connectivity(mesh, dim - 1, dim)
+    facets = scene.facet_tags.find(scene.tags[name])
+    dofs = fem.locate_dofs_topological(V.sub(component), dim - 1, facets)
+    if not isinstance(value, fem.Constant):
+        value = fem.Constant(mesh, value)
+    return fem.dirichletbc(value, dofs, V.sub(component))
+
+
 # Fields
 
 
@@ -103,8 +121,9 @@ def nodal_field(f, mesh, name: str, degree: int = 1):
         compat.create_la_vector(V.dofmap.index_map, V.dofmap.index_map_bs)
         for _ in range(2)
     )
-    compat.assemble_residual(sums.array, compat.form(f * v * ufl.dx))
-    compat.assemble_residual(weights.array, compat.form(v * ufl.dx(mesh)))
+    dx = ufl.dx(metadata={"quadrature_degree": 2 * degree})
+    compat.assemble_residual(sums.array, compat.form(f * v * dx))
+    compat.assemble_residual(weights.array, compat.form(v * dx))
     for vector in (sums, weights):
         compat.scatter_reverse_add(vector)
         compat.scatter_forward(vector)
@@ -207,7 +226,7 @@ def gather_boundary(mesh, *functions, facets=None):
     local = np.argmax(c_to_f[cells] == facets[:, None], axis=1)
     table = compat.basix_element(compat.cell_name(mesh), 1).facet_vertices
     order = [0, 1, 3, 2] if len(table[0]) == 4 else [0, 1, 2]
-    corners = np.array(table)[:, order][local].reshape(len(cells), -1)
+    corners = np.array(table)[:, order][local].reshape(-1, len(order))
     return _gather_corners(mesh, cells, corners, functions)
 
 

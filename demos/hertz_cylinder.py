@@ -8,12 +8,12 @@ it is the benchmark of NAFEMS (Konter 2006), loaded by a force.
 import sys
 from types import SimpleNamespace
 
+from mpi4py import MPI
+
 import common
 import numpy as np
 import ufl
 from dolfinx import fem
-
-from mpi4py import MPI
 
 import raymortar
 from raymortar import compat
@@ -46,15 +46,6 @@ def strain(u):
     """Small strain as a 3 x 3 tensor."""
     e = ufl.sym(ufl.grad(u))
     return ufl.as_tensor([[e[0, 0], e[0, 1], 0], [e[1, 0], e[1, 1], 0], [0, 0, 0]])
-
-
-def clamp(V, scene, name, component, value=0.0):
-    """Prescribe one component of the displacement on a named part of the boundary."""
-    facets = scene.facet_tags.find(scene.tags[name])
-    dofs = fem.locate_dofs_topological(V.sub(component), 1, facets)
-    if not isinstance(value, fem.Constant):
-        value = fem.Constant(scene.mesh, value)
-    return fem.dirichletbc(value, dofs, V.sub(component))
 
 
 def solve(
@@ -95,14 +86,14 @@ def solve(
     F = ufl.inner(stress, strain(v)) * ufl.dx + load * v[1] * ds(tags["top"])
 
     top = fem.Constant(mesh, 0.0)
-    supports = [clamp(V, scene, "symmetry_x", 0)]
-    supports += [clamp(V, scene, "bottom", i) for i in (0, 1)]
-    push = clamp(V, scene, "top", 1, top)
+    supports = [common.clamp(V, scene, "symmetry_x", 0)]
+    supports += [common.clamp(V, scene, "bottom", i) for i in (0, 1)]
+    push = common.clamp(V, scene, "top", 1, top)
 
     pair = (tags["slave"], tags["master"])
     contact = raymortar.Contact(u, scene.facet_tags, [pair], method)
     problem = raymortar.NonlinearProblem(F, contact, supports + [push])
-    solver = raymortar.NewtonSolver(problem)
+    solver = raymortar.SNESSolver(problem)
 
     target = approach(force_of(case.half_width, case.radius), case)
 
@@ -116,7 +107,7 @@ def solve(
         # A force cannot hold bodies that only just touch: it takes over here
         load.value = force / (2.0 * case.radius)
         problem = raymortar.NonlinearProblem(F, contact, supports)
-        iterations.append(raymortar.NewtonSolver(problem).solve()[0])
+        iterations.append(raymortar.SNESSolver(problem).solve()[0])
     return SimpleNamespace(
         scene=scene,
         u=u,
@@ -191,47 +182,40 @@ def draw(result, found, path):
 
 def draw_pressure(axes, x, p, found):
     """Nodal pressures over x, on Hertz's half ellipse."""
-    s, x = np.sin(np.linspace(-0.5, 0.5, 400) * np.pi), x[:, 0]
+    s = np.sin(np.linspace(-0.5, 0.5, 400) * np.pi)
+    hertz = found.p0 * np.sqrt(1.0 - s**2)
+    axes.plot(found.a * s, hertz, color=common.EXACT, lw=1.5, label="Hertz")
+    shown = x[:, 0] < 1.6 * found.a
     axes.plot(
-        found.a * s,
-        found.p0 * np.sqrt(1.0 - s**2),
-        color=common.EXACT,
-        lw=1.5,
-        label="Hertz",
-    )
-    shown = x < 1.5 * found.a
-    axes.plot(
-        np.concatenate([-x[shown], x[shown]]),
+        np.concatenate([-x[shown, 0], x[shown, 0]]),
         np.tile(p[shown, 0], 2),
         "o",
         ms=4,
         mfc="none",
         color=common.COMPUTED,
-        label="raymortar, at the nodes",
+        label="raymortar,\nat the nodes",
     )
     axes.set(xlabel="x [mm]", ylabel="contact pressure [MPa]", ylim=(0, None))
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, 0.4))
+    axes.legend(loc="center")
 
 
 def draw_bodies(fig, axes, x, u, mises, found):
     """Stress in the deformed mesh around the contact, both halves."""
-    at = (x[..., :2] + u).reshape(-1, 2)
-    cells = common.triangles(x)
     half = 3.0 * found.a
-    for side in (-1, 1):
+    cells = common.triangles(x)
+    for side in (-1.0, 1.0):
+        polygons = (x[..., :2] + u) * np.array([side, 1.0])
         colours = axes.tripcolor(
-            side * at[:, 0],
-            at[:, 1],
+            *polygons.reshape(-1, 2).T,
             cells,
             mises.ravel(),
             shading="gouraud",
             cmap=common.STRESS_MAP,
             vmin=0,
         )
-        edges = (x[..., :2] + u) * np.array([side, 1])
-        common.draw_edges(axes, edges)
-    axes.set(xlim=(-half, half), ylim=(-half, half), aspect="equal", xlabel="x [mm]")
-    axes.grid(False)
+        common.draw_edges(axes, polygons)
+    axes.set(xlim=(-half, half), ylim=(-half, half), aspect="equal")
+    axes.set(xlabel="x [mm]", ylabel="y [mm]")
     fig.colorbar(colours, ax=axes, label="von Mises stress [MPa]", shrink=0.9)
 
 

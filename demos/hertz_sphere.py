@@ -8,12 +8,12 @@ but his approach, of half-spaces, does not: Tatara's, of whole spheres, does.
 import sys
 from types import SimpleNamespace
 
+from mpi4py import MPI
+
 import common
 import numpy as np
 import ufl
 from dolfinx import fem
-
-from mpi4py import MPI
 
 import raymortar
 from raymortar import compat
@@ -50,15 +50,6 @@ def tatara_force(push):
     return low
 
 
-def clamp(V, scene, name, component, value=0.0):
-    """Prescribe one component of the displacement on a named part of the boundary."""
-    facets = scene.facet_tags.find(scene.tags[name])
-    dofs = fem.locate_dofs_topological(V.sub(component), 2, facets)
-    if not isinstance(value, fem.Constant):
-        value = fem.Constant(scene.mesh, value)
-    return fem.dirichletbc(value, dofs, V.sub(component))
-
-
 def solve(comm, facets_across=12, degree=1, cell="hexahedron", steps=3):
     """Push the equators of the two spheres towards each other."""
     scene = two_spheres(
@@ -76,16 +67,23 @@ def solve(comm, facets_across=12, degree=1, cell="hexahedron", steps=3):
     mu, lmbda = E / (2 * (1 + NU)), E * NU / ((1 + NU) * (1 - 2 * NU))
     strain = ufl.sym(ufl.grad(u))
     stress = 2 * mu * strain + lmbda * ufl.tr(strain) * ufl.Identity(3)
-    F = ufl.inner(stress, ufl.grad(v)) * ufl.dx
+    dx = ufl.dx(metadata={"quadrature_degree": 2 * degree})
+    F = ufl.inner(stress, ufl.grad(v)) * dx
 
     top, bottom = fem.Constant(mesh, 0.0), fem.Constant(mesh, 0.0)
-    bcs = [clamp(V, scene, "symmetry_x", 0), clamp(V, scene, "symmetry_y", 1)]
-    bcs += [clamp(V, scene, "top", 2, top), clamp(V, scene, "bottom", 2, bottom)]
+    bcs = [
+        common.clamp(V, scene, "symmetry_x", 0),
+        common.clamp(V, scene, "symmetry_y", 1),
+    ]
+    bcs += [
+        common.clamp(V, scene, "top", 2, top),
+        common.clamp(V, scene, "bottom", 2, bottom),
+    ]
 
     pair = (tags["slave"], tags["master"])
     contact = raymortar.Contact(u, scene.facet_tags, [pair])
     problem = raymortar.NonlinearProblem(F, contact, bcs)
-    solver = raymortar.NewtonSolver(problem)
+    solver = raymortar.SNESSolver(problem)
 
     def apply(factor):
         # The square, so that the contact grows evenly from step to step
