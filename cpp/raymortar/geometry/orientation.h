@@ -61,8 +61,8 @@ inline double exact_orientation(const Vec<2>& p, const Vec<2>& q,
 
 /// @brief Twice the area of the triangle (p, q, x), > 0 if x is left of pq.
 ///
-/// The sign is exact: where rounding could change it, the sum is repeated with
-/// every rounding error kept.
+/// The sign is exact, and the value has six digits: where rounding could
+/// change that, the sum is repeated with every rounding error kept.
 [[nodiscard]] inline double orientation(const Vec<2>& p, const Vec<2>& q,
                                         const Vec<2>& x)
 {

@@ -16,9 +16,11 @@ inline constexpr double merge = 2e-15;
 /// a direction made of rounding errors, and its line would cut anywhere
 inline constexpr double cut = 1e-13;
 
-/// A 2x2 determinant larger than this times the sum of its two products has
-/// the sign of the exact one (Shewchuk 1997, (3 + 16 u) u with u = 2^-53)
-inline constexpr double orientation = 3.3306690738754716e-16;
+/// A 2x2 determinant larger than this times the sum of its two products is
+/// taken as computed. Its sign is exact from 3.3e-16 on (Shewchuk 1997,
+/// (3 + 16 u) u with u = 2^-53); a million times that keeps six digits of the
+/// value, by which crossings of nearly parallel edges find their place
+inline constexpr double orientation = 3.3306690738754716e-10;
 
 /// A segment below this share of the slave facet's area is dropped
 inline constexpr double segment_area = 1e-14;
