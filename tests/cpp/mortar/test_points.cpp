@@ -1,0 +1,392 @@
+#include "facet_types.h"
+#include "raymortar/mortar/points.h"
+#include "rules.h"
+#include "surfaces.h"
+
+using namespace raymortar;
+using namespace raymortar::test;
+
+namespace
+{
+const std::array<Shape, 3> shapes = {Shape::interval, Shape::triangle,
+                                     Shape::quadrilateral};
+
+IntegrationPoints points_of(const Surface& slave, const Segmentation& segments,
+                            bool complement)
+{
+  return make_points(slave, segments, segment_rule(slave.shape, 5),
+                     rule_on(slave.shape, 5), complement);
+}
+
+struct Scene
+{
+  Surface slave;
+  Surface master;
+  IntegrationPoints points;
+  Hits hits;
+
+  Scene(Surface s, Surface m, const GapRange& range, bool complement = false)
+      : slave(std::move(s)), master(std::move(m)),
+        points(points_of(
+            slave,
+            segments_of(slave, master, {range.reach, range.depth, false}),
+            complement)),
+        hits(cast_rays(slave, master, points, range))
+  {
+  }
+
+  [[nodiscard]] std::size_t count(RayStatus status) const
+  {
+    return static_cast<std::size_t>(
+        std::count(hits.status.begin(), hits.status.end(), status));
+  }
+};
+
+template <class F>
+typename F::Point position(const Surface& s, Index facet, const Vec<2>& at)
+{
+  return frame_at<F>(s.nodes<F>(s.x, facet), at.head<F::tdim>()).x;
+}
+
+/// Distance from the end of each ray to the point that was hit
+template <class F>
+double worst_residual(const Scene& scene)
+{
+  double worst = 0;
+  for (std::size_t q = 0; q < scene.points.size(); ++q)
+  {
+    if (scene.hits.status[q] != RayStatus::hit)
+      continue;
+    const auto nodes =
+        scene.slave.nodes<F>(scene.slave.x, scene.points.slave[q]);
+    const auto frame =
+        frame_at<F>(nodes, scene.points.xi[q].template head<F::tdim>());
+    const typename F::Point gap =
+        frame.x + scene.hits.gap[q] * frame.n -
+        position<F>(scene.master, scene.hits.master[q], scene.hits.eta[q]);
+    worst = std::max(worst, gap.norm());
+    EXPECT_LE(
+        violation<F::shape>(scene.hits.eta[q].template head<F::tdim>()).amount,
+        tolerance::ray_outside);
+  }
+  return worst;
+}
+
+double bowl(double x, double y)
+{
+  return 0.5 * std::sin(3 * x + 0.3) * std::cos(2 * y + 0.1);
+}
+
+Map raised(double w, double amount, double gap)
+{
+  return graph(w,
+               [=](double x, double y) { return amount * bowl(x, y) + gap; });
+}
+
+/// Rays from anywhere: one small slave facet each, whose normal is the ray
+template <class F>
+struct Rays
+{
+  Surface slave{
+      F::shape, F::degree, F::node_degree, F::gdim, {}, {}, {}, {}, {}, {},
+      {},       {}};
+  IntegrationPoints points;
+
+  void add(const typename F::Point& x, const typename F::Point& n, Index seed)
+  {
+    constexpr int D = F::gdim;
+    const double middle = F::shape == Shape::triangle ? 1.0 / 3 : 0.5;
+    Mat<D, D - 1> t;
+    if constexpr (D == 2)
+      t = Vec<2>(-n[1], n[0]);
+    else
+    {
+      t.col(0) = n.unitOrthogonal();
+      t.col(1) = n.cross(t.col(0));
+    }
+    for (const auto& point : F::Node::points)
+    {
+      const typename F::RefPoint from_middle =
+          typename F::RefPoint(point.data()) - F::RefPoint::Constant(middle);
+      const typename F::Point node = x + t * from_middle;
+      slave.facet_nodes.push_back(static_cast<Index>(slave.x.size() / D));
+      slave.x.insert(slave.x.end(), node.data(), node.data() + D);
+    }
+    points.slave.push_back(slave.num_facets());
+    points.seed.push_back(seed);
+    points.xi.push_back(Vec<2>::Constant(middle));
+    slave.facet_id.push_back(slave.num_facets());
+  }
+};
+
+template <class F>
+Index neighbour(const Surface& s, Index facet, int edge)
+{
+  return s.neighbours[static_cast<std::size_t>(facet * F::Ref::edges + edge)];
+}
+
+/// Edge of a facet that it shares with another
+template <class F>
+int edge_to(const Surface& s, Index facet, Index other)
+{
+  int e = 0;
+  while (neighbour<F>(s, facet, e) != other)
+    ++e;
+  return e;
+}
+
+/// Reference point on an edge; in 2D the end that stands for it
+template <class F>
+typename F::RefPoint on_edge(int e, double along)
+{
+  const auto corner = [&](int k)
+  {
+    const int c = F::Ref::cycle[static_cast<std::size_t>(k % F::Ref::corners)];
+    return typename F::RefPoint(
+        F::Node::points[static_cast<std::size_t>(c)].data());
+  };
+  if (F::tdim == 1)
+    return corner(e);
+  return corner(e) + along * (corner(e + 1) - corner(e));
+}
+
+template <class F>
+class RaysTest : public testing::Test
+{
+};
+} // namespace
+
+TYPED_TEST_SUITE(RaysTest, AllFacets, );
+
+TEST(Points, WeightsArePositiveAndAddUpToTheSlave)
+{
+  std::mt19937 random(1);
+  for (const Shape shape : shapes)
+    for (int trial = 0; trial < 200; ++trial)
+    {
+      Surface slave = make_surface({shape, 1, 1, 4, true}, plate(1, 0));
+      jitter(slave, random, 0.1);
+      const Surface master = make_surface({shape, 1, 1, 3, false}, plate(1, 0));
+      const auto p =
+          points_of(slave, segments_of(slave, master, {1, 1, false}), true);
+      for (const double weight : p.weight)
+        ASSERT_GT(weight, 0);
+      EXPECT_NEAR(total(p.area), shape == Shape::interval ? 2 : 4, 1e-13);
+      for (std::size_t f = 0; f < p.whole.size(); ++f)
+        EXPECT_NEAR(p.covered[f], p.whole[f], 1e-13);
+    }
+}
+
+TEST(Points, WarpedQuadrilateralsKeepTheirMeasure)
+{
+  // G-11: no error of the segments, the square root of a Jacobian is left
+  std::mt19937 random(2);
+  Surface slave =
+      make_surface({Shape::quadrilateral, 1, 1, 3, true}, plate(1, 0));
+  jitter(slave, random, 0.2);
+  for (std::size_t k = 2; k < slave.X.size(); k += 3)
+    slave.X[k] = 0.1 * random_vector<1>(random, 1)[0];
+  slave.x = slave.X;
+  const Surface master =
+      make_surface({Shape::quadrilateral, 1, 1, 4, false}, plate(2, 0.3));
+  const auto segments = segments_of(slave, master, {1, 1, false});
+  const auto p =
+      make_points(slave, segments, segment_rule(Shape::quadrilateral, 14),
+                  rule_on(Shape::quadrilateral, 20), true);
+  for (std::size_t f = 0; f < p.whole.size(); ++f)
+    EXPECT_NEAR(p.covered[f], p.whole[f], 1e-10);
+}
+
+TEST(Points, ComplementIsTheUncoveredPart)
+{
+  for (const Shape shape : shapes)
+    for (const double part : {0.01, 0.4, 0.75, 0.99})
+    {
+      const Surface slave = make_surface({shape, 1, 1, 3, true}, plate(1, 0));
+      const double end = -1 + 2 * part;
+      const Surface master =
+          make_surface({shape, 1, 1, 4, false}, [&](double s, double t)
+                       { return Vec<3>(-1 + 2 * part * s, 2 * t - 1, 0.1); });
+      const auto p =
+          points_of(slave, segments_of(slave, master, {1, 1, false}), true);
+      // Area and first moments in x of what is left
+      double area = 0, moment = 0;
+      for (std::size_t q = 0; q < p.size(); ++q)
+        if (p.seed[q] == no_index)
+          with_facet_type(slave,
+                          [&]<class F>(F)
+                          {
+                            area += p.area[q];
+                            moment += p.area[q] * position<F>(slave, p.slave[q],
+                                                              p.xi[q])[0];
+                          });
+      const double width = shape == Shape::interval ? 1 : 2;
+      EXPECT_NEAR(area, width * (1 - end), 1e-13);
+      EXPECT_NEAR(moment, width * (1 - end * end) / 2, 1e-13);
+      EXPECT_NEAR(total(p.covered) + area, total(p.whole), 1e-13);
+    }
+}
+
+TEST(Points, WithoutMultiplierNoComplementIsMade)
+{
+  for (const Shape shape : shapes)
+  {
+    const Surface slave = make_surface({shape, 1, 1, 3, true}, plate(1, 0));
+    Surface none = slave;
+    none.facet_id.clear();
+    const auto segments = segments_of(slave, none, {1, 1, false});
+    EXPECT_EQ(points_of(slave, segments, false).size(), 0u);
+    const auto p = points_of(slave, segments, true);
+    EXPECT_NEAR(total(p.area), shape == Shape::interval ? 2 : 4, 1e-14);
+    const auto hits = cast_rays(slave, none, p, {1, 1});
+    for (std::size_t q = 0; q < p.size(); ++q)
+    {
+      EXPECT_EQ(hits.status[q], RayStatus::no_facet);
+      EXPECT_EQ(hits.master[q], no_index);
+    }
+  }
+}
+
+TYPED_TEST(RaysTest, CurvedMastersHandRaysToTheirNeighbours)
+{
+  using F = TypeParam;
+  for (const double gap : {1e-9, 1e-3, 0.1, -0.05})
+    for (int n = 3; n < 6; ++n)
+    {
+      const Scene scene(
+          make_surface({F::shape, F::degree, F::node_degree, 4, true},
+                       raised(0.8, 0.3, 0)),
+          make_surface({F::shape, F::degree, F::node_degree, n, false},
+                       raised(1.2, 0.3, gap)),
+          {0.6, 0.6});
+      EXPECT_EQ(scene.count(RayStatus::hit), scene.points.size());
+      EXPECT_LT(worst_residual<F>(scene), 4e-15);
+      int handed = 0;
+      for (std::size_t q = 0; q < scene.points.size(); ++q)
+        handed += scene.hits.master[q] != scene.points.seed[q];
+      // Segments of affine slaves and of all in 2D break where the ray's
+      // master changes
+      EXPECT_EQ(handed > 0, F::tdim == 2 and not F::affine);
+    }
+}
+
+TYPED_TEST(RaysTest, NoRayIsLostAtInteriorEdges)
+{
+  // Through both sides of every edge, from 1e-17 to a tenth of the facet away
+  // from it, on facets that turn by up to 50 degrees; G-15
+  using F = TypeParam;
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> unit(0, 1);
+  for (const double gap : {1e-9, 1e-3, 0.1})
+    for (const double offset : {0.0, 1e6})
+    {
+      Surface master = make_surface(
+          {F::shape, F::degree, F::node_degree, 4, false}, raised(1, 1, 0));
+      for (double& x : master.x)
+        x += offset;
+      Rays<F> rays;
+      std::vector<double> gaps;
+      for (int trial = 0; trial < 5000; ++trial)
+      {
+        const Index f = trial % master.num_facets();
+        const int e = trial / 7 % F::Ref::edges;
+        const Index next = neighbour<F>(master, f, e);
+        const double along = unit(random);
+        if (next == no_index)
+          continue;
+        const auto edge = on_edge<F>(e, along);
+        const auto eta = edge + std::pow(10, -17 + 16 * unit(random)) *
+                                    (F::RefPoint::Constant(0.3) - edge);
+        const auto frame = frame_at<F>(master.nodes<F>(master.x, f), eta);
+        const auto other =
+            frame_at<F>(master.nodes<F>(master.x, next),
+                        on_edge<F>(edge_to<F>(master, next, f), 1 - along));
+        const typename F::Point n =
+            (-frame.n + random_vector<F::gdim>(random, 0.4)).normalized();
+        // At a ridge with one side turned away the ray may pass
+        if (n.dot(other.n) > -0.1)
+          continue;
+        for (const Index seed : {f, next})
+        {
+          gaps.push_back(gap * (2 * unit(random) - 1));
+          rays.add(frame.x - gaps.back() * n, n, seed);
+        }
+      }
+      const Hits hits = cast_rays(rays.slave, master, rays.points, {0.3, 0.3});
+      int lost = 0;
+      for (std::size_t q = 0; q < gaps.size(); ++q)
+        lost += hits.status[q] != RayStatus::hit or
+                std::abs(hits.gap[q] - gaps[q]) > 1e-8;
+      EXPECT_EQ(lost, 0) << "of " << gaps.size() << ", gap " << gap
+                         << ", offset " << offset;
+    }
+}
+
+TYPED_TEST(RaysTest, StatusTellsWhyThereIsNoContact)
+{
+  using F = TypeParam;
+  constexpr int D = F::gdim;
+  const Surface master = make_surface(
+      {F::shape, F::degree, F::node_degree, 2, false}, plate(1, 0));
+  Rays<F> rays;
+  using Point = Vec<D>;
+  const Point up = Point::Unit(D - 1), along = Point::Unit(0);
+  const Point inside = Point::Constant(0.1) - 0.1 * up;
+  rays.add(inside - 0.1 * up, up, 0);
+  rays.add(inside - 0.5 * up, up, 0);
+  rays.add(inside + 0.5 * up, up, 0);
+  rays.add(inside + 0.1 * up, -up, 0);
+  rays.add(inside - 0.1 * up + 3 * along, up, 0);
+  rays.add(inside - 0.1 * up, along, 0);
+  // G-20: grazing from the front is taken for no contact as well
+  rays.add(inside - 1e-6 * along - 1e-12 * up, (along + 1e-6 * up).normalized(),
+           0);
+  const Hits hits = cast_rays(rays.slave, master, rays.points, {0.2, 0.2});
+  const std::vector<RayStatus> expected = {
+      RayStatus::hit,       RayStatus::too_far,  RayStatus::too_deep,
+      RayStatus::back_face, RayStatus::no_facet, RayStatus::parallel,
+      RayStatus::back_face};
+  EXPECT_EQ(hits.status, expected);
+  for (std::size_t q = 0; q < expected.size(); ++q)
+    EXPECT_EQ(hits.master[q] == no_index, expected[q] != RayStatus::hit);
+}
+
+TYPED_TEST(RaysTest, RaysPastTheFreeEdgeMiss)
+{
+  // A bowed slave over the rim: its rays fan out, some pass the edge
+  using F = TypeParam;
+  const Scene scene(
+      make_surface(
+          {F::shape, F::degree, F::node_degree, 4, true},
+          graph(1, [](double x, double y) { return -0.3 * (x * x + y * y); })),
+      make_surface({F::shape, F::degree, F::node_degree, 3, false},
+                   plate(1, 0.5)),
+      {2, 1});
+  EXPECT_GT(scene.count(RayStatus::hit), 0u);
+  EXPECT_EQ(scene.count(RayStatus::hit) + scene.count(RayStatus::no_facet),
+            scene.points.size());
+  EXPECT_LT(worst_residual<F>(scene), 4e-15);
+}
+
+TYPED_TEST(RaysTest, ThinPlateIsHitOnItsNearSide)
+{
+  // G-17: both sides in the group, from 1e-3 to 1e-9 apart
+  using F = TypeParam;
+  const Grid down{F::shape, F::degree, F::node_degree, 3, false};
+  const Grid up{F::shape, F::degree, F::node_degree, 5, true};
+  for (const double thickness : {1e-3, 1e-6, 1e-9})
+    for (const double gap : {0.05, 0.0, -0.05})
+    {
+      const Surface near = make_surface(down, plate(1, gap));
+      const Scene scene(
+          make_surface({F::shape, F::degree, F::node_degree, 4, true},
+                       plate(0.9, 0)),
+          joined(make_surface(up, plate(1, gap + thickness)), near),
+          {0.2, 0.2});
+      EXPECT_EQ(scene.count(RayStatus::hit), scene.points.size());
+      EXPECT_NEAR(total(scene.points.covered), total(scene.points.whole),
+                  1e-12);
+      for (const double g : scene.hits.gap)
+        ASSERT_NEAR(g, gap, 1e-14);
+    }
+}
