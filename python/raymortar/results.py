@@ -95,11 +95,18 @@ def statistics(zones, comm: MPI.Comm) -> Statistics:
     return total
 
 
+def _moments(x: Array, forces: Array) -> Array:
+    """x cross force, (n, 3) in 3D and (n,) in 2D (NumPy 2 leaves 2D to the caller)."""
+    if x.shape[1] == 3:
+        return np.cross(x, forces)
+    return x[:, 0] * forces[:, 1] - x[:, 1] * forces[:, 0]
+
+
 def resultant(zone, comm: MPI.Comm) -> Resultant:
     """Force and moment on the slave side of a zone. Collective."""
     points = zone.cpp.points()
     forces = points["weight"][:, None] * points["traction"]
-    moment = np.cross(points["x"], forces).sum(axis=0)
+    moment = _moments(points["x"], forces).sum(axis=0)
     force = comm.allreduce(forces.sum(axis=0))
     moment = comm.allreduce(moment)
     return Resultant(force, moment if np.ndim(moment) else float(moment))

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
+import weakref
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from petsc4py import PETSc
@@ -25,14 +26,25 @@ DIRECT = {
 }
 
 
-def _configure(obj: Any, prefix: str, options: Mapping[str, Any]) -> None:
-    """Put options under a prefix and read them, PETSc's command line included."""
+def _configure(owner: Any, obj: Any, prefix: str, options: Mapping[str, Any]) -> None:
+    """Put options under a prefix and read them, PETSc's command line included.
+
+    MUMPS reads its own at the first factorisation, so they stay as long as `owner`;
+    then they leave, as PETSc holds 512 options at most.
+    """
     database = PETSc.Options(prefix)
-    for key, value in options.items():
-        if not database.hasName(key):
-            database[key] = value
+    new = [key for key in options if not database.hasName(key)]
+    for key in new:
+        database[key] = options[key]
+    weakref.finalize(owner, _forget, prefix, new).atexit = False
     obj.setOptionsPrefix(prefix)
     obj.setFromOptions()
+
+
+def _forget(prefix: str, keys: Sequence[str]) -> None:
+    """Take options out of PETSc's database."""
+    for key in keys:
+        PETSc.Options(prefix).delValue(key)
 
 
 class NewtonSolver:
@@ -77,6 +89,7 @@ class NewtonSolver:
         self._newton.report = False
         self._newton.error_on_nonconvergence = False
         _configure(
+            self,
             self.krylov_solver,
             f"raymortar_newton_{next(_counter)}_",
             DIRECT if options is None else options,
@@ -158,6 +171,7 @@ class SNESSolver:
             "snes_max_it": 25,
         }
         _configure(
+            self,
             self.snes,
             f"raymortar_snes_{next(_counter)}_",
             {**defaults, **DIRECT, **(options or {})},

@@ -155,8 +155,8 @@ def fix(V, scene, name, component=None, value=0.0):
     component
         Component; None: all of them.
     value
-        Number, ``fem.Constant`` (which may change later), or callable that takes
-        points (n, d) to values (n,), of all components (n, d).
+        Number (for all components the same), ``fem.Constant`` (which may change
+        later), or callable from points (n, d) to values (n,), (n, d) for all.
     """
     dim = scene.mesh.geometry.dim
     names = [name] if isinstance(name, str) else name
@@ -166,7 +166,8 @@ def fix(V, scene, name, component=None, value=0.0):
     part = V if component is None else V.sub(component)
     if not callable(value) or isinstance(value, fem.Constant):
         if not isinstance(value, fem.Constant):
-            value = fem.Constant(scene.mesh, PETSc.ScalarType(value))
+            shape = () if component is not None else (dim,)
+            value = fem.Constant(scene.mesh, np.full(shape, value, PETSc.ScalarType))
         dofs = fem.locate_dofs_topological(part, dim - 1, facets)
         return fem.dirichletbc(value, dofs, part)
     if component is None:

@@ -1,0 +1,260 @@
+"""Hertz: an elastic cylinder pressed on an elastic block (2D, plane strain).
+
+One half of the symmetric scene is meshed. The contact pressure and the half-width
+are compared with Hertz's formulas for the force that was found. With ``--nafems``,
+it is the benchmark of NAFEMS (Konter 2006), loaded by a force.
+"""
+
+import sys
+from types import SimpleNamespace
+
+import common
+import numpy as np
+import ufl
+from dolfinx import fem
+
+from mpi4py import MPI
+
+import raymortar
+from raymortar import compat
+from raymortar.scenes import cylinder_on_block
+
+# Steel on aluminium. Lengths in mm, stresses in MPa, forces in N per mm of length
+E_CYLINDER, E_BLOCK, NU = 210e3, 70e3, 0.3
+E_STAR = 1.0 / ((1.0 - NU**2) * (1.0 / E_CYLINDER + 1.0 / E_BLOCK))
+
+SMALL = SimpleNamespace(radius=10.0, block=(60.0, 30.0), half_width=0.4)
+NAFEMS = SimpleNamespace(radius=50.0, block=(200.0, 200.0), half_width=6.21464)
+
+
+def force_of(half_width, radius):
+    """Hertz: line load that makes a contact of this half-width."""
+    return np.pi * E_STAR * half_width**2 / (4.0 * radius)
+
+
+def approach(force, case):
+    """Estimate of how far the cut of the cylinder moves (Johnson 1985, 5.6)."""
+    a, depth = case.half_width, case.block[1]
+    cylinder = (2.0 * np.log(4.0 * case.radius / a) - 1.0) / E_CYLINDER
+    block = (2.0 * np.log(2.0 * depth / a) - NU / (1.0 - NU)) / E_BLOCK
+    return force * (1.0 - NU**2) / np.pi * (cylinder + block)
+
+
+def strain(u):
+    """Small strain as a 3 x 3 tensor."""
+    e = ufl.sym(ufl.grad(u))
+    return ufl.as_tensor([[e[0, 0], e[0, 1], 0], [e[1, 0], e[1, 1], 0], [0, 0, 0]])
+
+
+def clamp(V, scene, name, component, value=0.0):
+    """Prescribe one component of the displacement on a named part of the boundary."""
+    facets = scene.facet_tags.find(scene.tags[name])
+    dofs = fem.locate_dofs_topological(V.sub(component), 1, facets)
+    if not isinstance(value, fem.Constant):
+        value = fem.Constant(scene.mesh, value)
+    return fem.dirichletbc(value, dofs, V.sub(component))
+
+
+def solve(
+    comm,
+    case,
+    facets_across=20,
+    degree=1,
+    cell="quadrilateral",
+    force=None,
+    method=None,
+    master_ratio=1.25,
+):
+    """Press the cylinder on the block: by a displacement, then by a force if given."""
+    scene = cylinder_on_block(
+        comm,
+        cell,
+        geometry_degree=degree,
+        radius=case.radius,
+        block_size=case.block,
+        contact_half_width=case.half_width,
+        facets_across=facets_across,
+        master_ratio=master_ratio,
+    )
+    mesh, tags = scene.mesh, scene.tags
+
+    V = compat.vector_space(mesh, degree)
+    u, v = fem.Function(V, name="displacement"), ufl.TestFunction(V)
+
+    E = fem.Function(compat.space(mesh, "DG", 0))
+    E.x.array[:] = E_CYLINDER
+    E.x.array[scene.cell_tags.find(scene.bodies["lower"])] = E_BLOCK
+    mu, lmbda = E / (2 * (1 + NU)), E * NU / ((1 + NU) * (1 - 2 * NU))
+    stress = 2 * mu * strain(u) + lmbda * ufl.tr(strain(u)) * ufl.Identity(3)
+
+    ds = ufl.Measure("ds", domain=mesh, subdomain_data=scene.facet_tags)
+    load = fem.Constant(mesh, 0.0)
+    F = ufl.inner(stress, strain(v)) * ufl.dx + load * v[1] * ds(tags["top"])
+
+    top = fem.Constant(mesh, 0.0)
+    supports = [clamp(V, scene, "symmetry_x", 0)]
+    supports += [clamp(V, scene, "bottom", i) for i in (0, 1)]
+    push = clamp(V, scene, "top", 1, top)
+
+    pair = (tags["slave"], tags["master"])
+    contact = raymortar.Contact(u, scene.facet_tags, [pair], method)
+    problem = raymortar.NonlinearProblem(F, contact, supports + [push])
+    solver = raymortar.NewtonSolver(problem)
+
+    target = approach(force_of(case.half_width, case.radius), case)
+
+    def apply(factor):
+        top.value = -factor * target
+
+    steps = raymortar.LoadSteps(solver, apply, steps=4).run()
+    iterations = [step.iterations for step in steps]
+    if force is not None:
+        # A force cannot hold bodies that only just touch: it takes over here
+        load.value = force / (2.0 * case.radius)
+        problem = raymortar.NonlinearProblem(F, contact, supports)
+        iterations.append(raymortar.NewtonSolver(problem).solve()[0])
+    return SimpleNamespace(
+        scene=scene,
+        u=u,
+        contact=contact,
+        stress=stress,
+        iterations=iterations,
+        history=list(problem.history),
+    )
+
+
+def measure(result, case):
+    """Force, peak and half-width of the contact, ours and Hertz's. Collective."""
+    contact = result.contact
+    comm = result.scene.mesh.comm
+    points = contact.points()
+    x, p, w = points["x"][:, 0], -points["pressure"], points["weight"]
+    total = comm.allreduce(np.array([w @ p, w @ (p * x**2)]))
+    closed = np.where(points["status"] >= 2, x, 0.0)
+    force = -2.0 * contact.resultant(0).force[1]
+    a = np.sqrt(4.0 * abs(force) * case.radius / (np.pi * E_STAR))
+    p0 = 2.0 * abs(force) / (np.pi * a)
+    exact = p0 * np.sqrt(np.maximum(0.0, 1.0 - (x / a) ** 2))
+    squares = comm.allreduce(np.array([w @ (p - exact) ** 2, w @ exact**2]))
+    return SimpleNamespace(
+        force=abs(force),
+        a=a,
+        p0=p0,
+        peak=comm.allreduce(-contact.multiplier.x.array.min(initial=0.0), op=MPI.MAX),
+        # The second moment of Hertz's pressure is force times a^2 / 4
+        half_width=2.0 * np.sqrt(total[1] / total[0]),
+        edge=comm.allreduce(closed.max(initial=0.0), op=MPI.MAX),
+        l2=np.sqrt(squares[0] / squares[1]),
+    )
+
+
+def settling(result):
+    """Vertical displacement of the block's surface at the centre. Collective."""
+    V = result.u.function_space
+    scene = result.scene
+    facets = scene.facet_tags.find(scene.tags["master"])
+    dofs = fem.locate_dofs_topological(V, 1, facets)
+    x = V.tabulate_dof_coordinates()[dofs]
+    here = dofs[np.linalg.norm(x, axis=1) < 1e-9]
+    values = result.u.x.array.reshape(-1, 2)[here, 1]
+    return scene.mesh.comm.allreduce(values.min(initial=0.0), op=MPI.MIN)
+
+
+def draw(result, found, path):
+    """Pressure against Hertz, and the stress in the deformed bodies."""
+    scene, contact = result.scene, result.contact
+    comm = scene.mesh.comm
+    mises = common.nodal_field(
+        common.von_mises(result.stress), scene.mesh, "von Mises stress"
+    )
+    pressure = common.pressure_field(contact)
+    compat.write_xdmf(
+        path.with_suffix(".xdmf"), scene.mesh, [result.u, pressure, mises]
+    )
+    nodes = common.gather_nodes(pressure, scene)
+    cells = common.gather_cells(scene.mesh, result.u, mises)
+    if comm.rank > 0:
+        return
+    plt = common.pyplot()
+    fig, (left, right) = plt.subplots(1, 2, figsize=(10, 4.2), width_ratios=(1, 1.15))
+    draw_pressure(left, *nodes, found)
+    draw_bodies(fig, right, *cells, found)
+    fig.savefig(path)
+
+
+def draw_pressure(axes, x, p, found):
+    """Nodal pressures over x, on Hertz's half ellipse."""
+    s, x = np.sin(np.linspace(-0.5, 0.5, 400) * np.pi), x[:, 0]
+    axes.plot(
+        found.a * s,
+        found.p0 * np.sqrt(1.0 - s**2),
+        color=common.EXACT,
+        lw=1.5,
+        label="Hertz",
+    )
+    shown = x < 1.5 * found.a
+    axes.plot(
+        np.concatenate([-x[shown], x[shown]]),
+        np.tile(p[shown, 0], 2),
+        "o",
+        ms=4,
+        mfc="none",
+        color=common.COMPUTED,
+        label="raymortar, at the nodes",
+    )
+    axes.set(xlabel="x [mm]", ylabel="contact pressure [MPa]", ylim=(0, None))
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, 0.4))
+
+
+def draw_bodies(fig, axes, x, u, mises, found):
+    """Stress in the deformed mesh around the contact, both halves."""
+    at = (x[..., :2] + u).reshape(-1, 2)
+    cells = common.triangles(x)
+    half = 3.0 * found.a
+    for side in (-1, 1):
+        colours = axes.tripcolor(
+            side * at[:, 0],
+            at[:, 1],
+            cells,
+            mises.ravel(),
+            shading="gouraud",
+            cmap=common.STRESS_MAP,
+            vmin=0,
+        )
+        edges = (x[..., :2] + u) * np.array([side, 1])
+        common.draw_edges(axes, edges)
+    axes.set(xlim=(-half, half), ylim=(-half, half), aspect="equal", xlabel="x [mm]")
+    axes.grid(False)
+    fig.colorbar(colours, ax=axes, label="von Mises stress [MPa]", shrink=0.9)
+
+
+def main(arguments=None):
+    """Run the demo; 0 if it agrees with Hertz."""
+    parser = common.options("hertz_cylinder", __doc__)
+    parser.add_argument("--size", type=int, default=20, help="facets across")
+    parser.add_argument("--degree", type=int, choices=(1, 2), default=1)
+    parser.add_argument("--nafems", action="store_true", help="NAFEMS benchmark 1")
+    args = parser.parse_args(arguments)
+    comm = MPI.COMM_WORLD
+    case, force = (NAFEMS, 35e3) if args.nafems else (SMALL, None)
+    size = args.size * (2 if args.fine else 1)
+    result = solve(comm, case, size, args.degree, force=force)
+    found = measure(result, case)
+
+    report = common.Report(comm)
+    report.say(f"{result.contact.layout.size_global} unknowns")
+    report.newton("load steps", result.iterations, result.history)
+    report.add("peak pressure", found.peak, found.p0, 0.03, "MPa")
+    report.add("half-width (second moment)", found.half_width, found.a, 0.03, "mm")
+    # Known to one facet only
+    report.add("edge of the contact", found.edge, found.a, 2.0 / size, "mm")
+    if args.nafems:
+        report.add("settling, against MARC", settling(result), -1.306904, 0.03, "mm")
+    report.say(f"pressure over the contact: {found.l2:.2%} off in L2")
+    args.output.mkdir(parents=True, exist_ok=True)
+    draw(result, found, args.output / "hertz_cylinder.png")
+    return report.finish()
+
+
+if __name__ == "__main__":
+    sys.exit(main())
