@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,11 +15,22 @@ from petsc4py import PETSc
 from . import _cpp, compat, surfaces
 from .compat import Array
 from .errors import ContactError, raise_everywhere
+from .friction import LAWS, Coulomb, Stick, Tresca
 from .layout import Layout
 from .methods import MEASURES, AugmentedLagrangian, Penalty, Search
 from .results import Resultant, Statistics, nodal_average, resultant, statistics
 from .stiffness import VolumePattern, automatic_gamma
 from .zones import ZoneData, create_zone, find_facets, on_facets
+
+
+@dataclass(frozen=True)
+class ContactState:
+    """What a step starts from: this rank's arrays of displacement and history."""
+
+    u: Array
+    u_old: Array
+    multiplier: Array | None
+    traction_old: list[Array | None]
 
 
 class Contact:
@@ -37,7 +49,7 @@ class Contact:
     method
         `AugmentedLagrangian` or `Penalty`.
     friction
-        None: frictionless.
+        `Coulomb`, `Tresca` or `Stick`; None: frictionless.
     quadrature_degree
         Of the rule on each segment. None: exact for traction times test function on
         flat affine facets.
@@ -73,7 +85,7 @@ class Contact:
         facet_tags: Any,
         pairs: Sequence[tuple[int, int]],
         method: AugmentedLagrangian | Penalty | None = None,
-        friction: None = None,
+        friction: Coulomb | Tresca | Stick | None = None,
         quadrature_degree: int | None = None,
         measure: str = "reference",
         search: Search | None = None,
@@ -83,6 +95,7 @@ class Contact:
         _check_options(method, friction, quadrature_degree, measure, search)
         surfaces.check_space(u)
         self.u, self.method, self.measure = u, method, measure
+        self.friction = friction
         self._comm: MPI.Comm = u.function_space.mesh.comm
         facets = find_facets(u, facet_tags, pairs)
         degree, components = self._multiplier_kind()
@@ -101,6 +114,7 @@ class Contact:
                 zone,
                 self.layout,
                 self._law(),
+                friction,
                 self._scalar,
                 quadrature_degree,
                 measure == "current",
@@ -132,12 +146,30 @@ class Contact:
                 f"multiplier degree {degree} is not stable: at most {default} with a "
                 f"displacement of degree {p} in {dim}D"
             )
-        return degree, 1 if self.method.multiplier == "normal" else dim
+        return degree, 1 if self._multiplier() == "normal" else dim
+
+    def _multiplier(self) -> str:
+        """Scalar or vector, by choice or by what friction needs."""
+        if self.method.multiplier is not None:
+            return self.method.multiplier
+        return "normal" if self.friction is None else "vector"
 
     def _law(self) -> _cpp.LawKind:
-        if isinstance(self.method, Penalty):
-            return _cpp.LawKind.penalty
-        return getattr(_cpp.LawKind, f"augmented_{self.method.multiplier}")
+        penalty = isinstance(self.method, Penalty)
+        if self.friction is not None:
+            name = "penalty_friction" if penalty else "augmented_friction"
+        else:
+            name = "penalty" if penalty else f"augmented_{self._multiplier()}"
+        return getattr(_cpp.LawKind, name)
+
+    @property
+    def _has_springs(self) -> bool:
+        """Whether friction springs carry a traction from step to step."""
+        return (
+            self.friction is not None
+            and isinstance(self.method, Penalty)
+            and self.method.tangential == "elastic"
+        )
 
     def _slave_dofs(self, facets) -> Array:
         """Block dofs of the multiplier on this rank's slave facets."""
@@ -217,8 +249,37 @@ class Contact:
                 zone.cpp.pair()
 
     def advance(self) -> None:
-        """Accept the step: the present displacement becomes the old one. Collective."""
+        """Accept the step: the present state becomes the old one. Collective.
+
+        The old displacement is the only history; the elastic penalty also keeps the
+        tangential traction of the last `update` on each slave facet.
+        """
+        if self._has_springs:
+            for zone in self.zones:
+                zone.traction_old = zone.cpp.tangential_traction()
+                zone.cpp.set_old_traction(zone.traction_old)
         self._u_old[:] = self.u.x.array
+        self._send_old_displacement()
+
+    def state(self) -> ContactState:
+        """Copy of displacement, multiplier and history, for `restore`."""
+        lam = None if self.multiplier is None else self.multiplier.x.array.copy()
+        return ContactState(
+            self.u.x.array.copy(),
+            self._u_old.copy(),
+            lam,
+            [z.traction_old for z in self.zones],
+        )
+
+    def restore(self, state: ContactState) -> None:
+        """Go back to a state of this object. Collective."""
+        self.u.x.array[:] = state.u
+        self._u_old[:] = state.u_old
+        if self.multiplier is not None:
+            self.multiplier.x.array[:] = state.multiplier
+        for zone, traction in zip(self.zones, state.traction_old):
+            zone.traction_old = traction
+            zone.cpp.set_old_traction(np.empty(0) if traction is None else traction)
         self._send_old_displacement()
 
     def _send_old_displacement(self) -> None:
@@ -399,10 +460,12 @@ def _check_options(method, friction, quadrature_degree, measure, search) -> None
         raise ContactError(
             f"method must be AugmentedLagrangian or Penalty, not {method!r}"
         )
-    if friction is not None:
+    if friction is not None and not isinstance(friction, LAWS):
         raise ContactError(
-            f"friction={friction!r}: this version has frictionless contact only"
+            f"friction must be Coulomb, Tresca, Stick or None, not {friction!r}"
         )
+    if friction is not None and getattr(method, "multiplier", None) == "normal":
+        raise ContactError("friction needs multiplier='vector', not 'normal'")
     if measure not in MEASURES:
         raise ContactError(f"measure must be one of {MEASURES}, not {measure!r}")
     if not isinstance(search, Search):

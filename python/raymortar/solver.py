@@ -252,12 +252,12 @@ class LoadSteps:
         while done < self.steps * unit:
             size = min(size, self.steps * unit - done)
             factor = (done + size) / (self.steps * unit)
-            before = _Snapshot(contact)
+            before = contact.state()
             self.apply(factor)
             try:
                 iterations, _ = self.solver.solve()
             except (ConvergenceError, ContactError, PETSc.Error) as failure:
-                before.restore(contact)
+                contact.restore(before)
                 if size == 1:
                     raise ConvergenceError(
                         f"load factor {factor:.6g} failed after "
@@ -289,18 +289,3 @@ class LoadStep:
             f"LoadStep(factor={self.factor:.6g}, iterations={self.iterations}, "
             f"halvings={self.halvings})"
         )
-
-
-class _Snapshot:
-    """Displacement and multiplier before a step that may fail."""
-
-    def __init__(self, contact: Any) -> None:
-        self._u = contact.u.x.array.copy()
-        self._lam = (
-            None if contact.multiplier is None else contact.multiplier.x.array.copy()
-        )
-
-    def restore(self, contact: Any) -> None:
-        contact.u.x.array[:] = self._u
-        if self._lam is not None:
-            contact.multiplier.x.array[:] = self._lam
