@@ -121,12 +121,27 @@ class NewtonSolver:
             With pairs, active points, gap range and residual history.
         """
         x = self.problem.start()
+        converged, reason = False, ""
         try:
             iterations, converged = self._newton.solve(x)
+            reason = f"after {iterations} iterations"
+        except ContactError as error:
+            # An iterate that is no number; a start that is none is the user's fault
+            if not self.problem.history:
+                raise
+            reason = f"({error})"
         finally:
             x.destroy()
-        _require(self.problem, converged, f"after {iterations} iterations")
+            if not converged:
+                _renew(self.krylov_solver, self.A)
+        _require(self.problem, converged, reason)
         return iterations, converged
+
+
+def _renew(ksp: PETSc.KSP, A: PETSc.Mat) -> None:
+    """Drop the factors: after a failure MUMPS refuses to factorise anew."""
+    ksp.reset()
+    ksp.setOperators(A)
 
 
 def _require(problem: NonlinearProblem, converged: bool, reason: str) -> None:
@@ -201,6 +216,8 @@ class SNESSolver:
         x.destroy()
         reason = self.snes.getConvergedReason()
         iterations = self.snes.getIterationNumber()
+        if reason <= 0:
+            _renew(self.krylov_solver, self.A)
         _require(
             self.problem,
             reason > 0,

@@ -1,5 +1,6 @@
 #include "raymortar/mortar/layers.h"
 #include "raymortar/geometry/subtract.h"
+#include <algorithm>
 #include <limits>
 
 namespace raymortar
@@ -60,13 +61,36 @@ Common<D> common(const Region<D>& a, const Region<D>& b)
   return c;
 }
 
-template <int D>
-double total(const std::vector<Piece<D>>& pieces)
+/// Whether an edge of `a` has all of `b` on its outer side, up to rounding
+bool separates(const Region<3>& a, const Region<3>& b, double slack)
 {
-  double sum = 0.0;
-  for (const Piece<D>& p : pieces)
-    sum += measure_of(p.region);
-  return sum;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(a.size); ++i)
+  {
+    const Vec<2>& p = a.points[i];
+    const Vec<2> e = a.points[(i + 1) % static_cast<std::size_t>(a.size)] - p;
+    bool outside = true;
+    for (std::size_t j = 0; j < static_cast<std::size_t>(b.size); ++j)
+    {
+      const Vec<2> d = b.points[j] - p;
+      outside = outside and e[0] * d[1] - e[1] * d[0] <= slack * e.norm();
+    }
+    if (outside)
+      return true;
+  }
+  return false;
+}
+
+/// Cheap test that rules out most pairs: neighbouring masters share an edge
+bool apart(const Region<3>& a, const Region<3>& b)
+{
+  return separates(a, b, tolerance::overlap) or
+         separates(b, a, tolerance::overlap);
+}
+bool apart(const Region<2>& a, const Region<2>& b)
+{
+  return std::min(a.points[1], b.points[1]) -
+             std::max(a.points[0], b.points[0]) <=
+         tolerance::overlap;
 }
 
 /// Cut `loser` by the winner's region; what is left is appended
@@ -88,13 +112,12 @@ template <int D>
 void keep_nearest(std::vector<Piece<D>>& pieces, double whole, double reach,
                   double depth)
 {
-  if (total(pieces) <= whole * (1.0 + tolerance::overlap))
-    return;
   // Pieces that are cut are appended and compared again, against all
   for (std::size_t i = 0; i < pieces.size(); ++i)
     for (std::size_t j = 0; j < i and pieces[i].region.size > 0; ++j)
     {
-      if (pieces[j].region.size == 0)
+      if (pieces[j].region.size == 0 or
+          apart(pieces[i].region, pieces[j].region))
         continue;
       const Common<D> both = common<D>(pieces[i].region, pieces[j].region);
       if (not(both.measure > tolerance::overlap * whole))

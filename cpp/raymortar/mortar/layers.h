@@ -19,8 +19,8 @@ struct Piece
 
 /// @brief Cut overlapping pieces so that every place keeps its nearest master.
 ///
-/// Does nothing while the pieces' measures do not add up to more than the
-/// slave patch. The nearer master is decided at the middle of each overlap,
+/// Neighbouring masters share an edge, which rules them out at once. The nearer
+/// master is decided at the middle of each overlap,
 /// by |height| among the heights within [-depth, reach].
 /// @param[in,out] pieces Pieces of one slave patch
 /// @param[in] whole Measure of the slave patch in plane coordinates
