@@ -114,7 +114,15 @@ class NonlinearProblem:
         self.contact.assemble_vector(b, self.bcs)
         self.contact.apply_lifting(b, self.bcs, u.x.array, -1.0)
         b.assemble()
-        self.history.append(b.norm())
+        self.history.append(self._force(b))
+
+    def _force(self, b: PETSc.Vec) -> float:
+        """Norm of a residual without its constrained rows: those are lengths."""
+        u, n = self.contact.u, self.contact.layout.n_u
+        marker, _ = compat.dirichlet_dofs(self.bcs, u.function_space)
+        forces = b.getArray(readonly=True).copy()
+        forces[:n][marker[:n] == 1] = 0.0
+        return float(np.sqrt(self.comm.allreduce(float(forces @ forces))))
 
     def J(self, x: PETSc.Vec, A: PETSc.Mat) -> None:
         """Tangent at x into A. Collective."""

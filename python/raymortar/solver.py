@@ -60,8 +60,9 @@ class NewtonSolver:
     Attributes
     ----------
     rtol, atol, max_it, relaxation_parameter, convergence_criterion
-        As in DOLFINx; ``atol`` is a force, by default the rounding error of the
-        assembled residual.
+        As in DOLFINx, except that ``rtol`` is relative to the first residual: DOLFINx
+        compares with the length of the first increment, whatever the units. ``atol``
+        is a force, by default the rounding error of the assembled residual.
     krylov_solver
         The PETSc KSP.
 
@@ -80,7 +81,14 @@ class NewtonSolver:
             raise ContactError(f"{error} (raymortar.SNESSolver)") from None
         self.problem = problem
         self.A, self.b = problem.create_matrix(), problem.create_vector()
-        self._newton.setF(problem.F, self.b)
+        # Weak, or C++ would keep the solver alive in a cycle that nothing finds
+        this = weakref.ref(self)
+
+        def residual(x: PETSc.Vec, b: PETSc.Vec) -> None:
+            problem.F(x, b)
+            this()._measure()
+
+        self._newton.setF(residual, self.b)
         self._newton.setJ(problem.J, self.A)
         self._newton.set_form(problem.form)
         self._newton.rtol = 1e-10
@@ -121,6 +129,7 @@ class NewtonSolver:
             With pairs, active points, gap range and residual history.
         """
         x = self.problem.start()
+        self._tolerances = self.rtol, self.atol
         converged, reason = False, ""
         try:
             iterations, converged = self._newton.solve(x)
@@ -132,10 +141,17 @@ class NewtonSolver:
             reason = f"({error})"
         finally:
             x.destroy()
+            self.rtol, self.atol = self._tolerances
             if not converged:
                 _renew(self.krylov_solver, self.A)
         _require(self.problem, converged, reason)
         return iterations, converged
+
+    def _measure(self) -> None:
+        """Make the relative tolerance one of the first residual."""
+        if self.convergence_criterion == "residual" and len(self.problem.history) == 1:
+            rtol, atol = self._tolerances
+            self.rtol, self.atol = 0.0, max(atol, rtol * self.problem.history[0])
 
 
 def _renew(ksp: PETSc.KSP, A: PETSc.Mat) -> None:
