@@ -159,7 +159,7 @@ private:
     Eigen::Map<Vec<D>>(r.normal.data() + q * D) = frame.n;
     if (s.hits.status[q] != RayStatus::hit)
       return;
-    const auto response = Kernel::respond(data, frame.n, p);
+    const auto response = Kernel::respond(data, frame, p);
     r.status[q] = response.status;
     r.pressure[q] = response.p;
     Eigen::Map<Vec<D>>(r.traction.data() + q * D) = response.t;

@@ -2,7 +2,7 @@
 // facet its points hit, or with none.
 #pragma once
 
-#include "raymortar/element/kinematics.h"
+#include "raymortar/element/carried.h"
 #include "raymortar/law/frictional.h"
 
 namespace raymortar
@@ -101,7 +101,7 @@ public:
     add_master_geometry<F>(p, e.master, q.eta);
     const MuShape shape = multiplier_shape(e, q.xi);
     const double gamma = p.N_s.dot(e.gamma);
-    const auto r = respond(e, p.slave.n, q);
+    const auto r = respond(e, p.slave, q);
     const double w = e.current ? q.weight * p.slave.jacobian : q.area;
     add_work(p, r.t, w);
     add_condition(shape, r.C, w / gamma);
@@ -110,15 +110,20 @@ public:
   }
 
   /// @brief The law at a point with a hit.
-  [[nodiscard]] static auto respond(const Data& e, const Vec<D>& n,
+  [[nodiscard]] static auto respond(const Data& e, const Frame<D>& slave,
                                     const ElementPoint<F>& q)
   {
-    const PointState<D, M> state{n, q.g, lam_at(e, multiplier_shape(e, q.xi)),
+    const PointState<D, M> state{slave.n, q.g,
+                                 lam_at(e, multiplier_shape(e, q.xi)),
                                  F::Disp::values(q.xi).dot(e.gamma), e.touch};
     if constexpr (is_frictional<Law>)
+    {
+      Vec<D> spring = Vec<D>::Zero();
+      if constexpr (M == 0)
+        spring = old_traction(e, slave, q).value();
       return Law::template evaluate<D>(FrictionState<D, M>{
-          state, slip_increment(e, q),
-          e.history.traction_old * F::Disp::values(q.xi), e.history.friction});
+          state, slip_increment(e, q), spring, e.history.friction});
+    }
     else
       return Law::template evaluate<D>(state);
   }
@@ -132,6 +137,15 @@ public:
   {
     const Frame<D> old = frame_at<F>(e.history.slave_old, q.xi);
     return e.history.master_old * F::Node::values(q.eta) - old.x - q.g * old.n;
+  }
+
+  /// @brief Accepted traction of the friction springs on the present surface.
+  [[nodiscard]] static CarriedTraction<D>
+  old_traction(const Data& e, const Frame<D>& slave,
+               const ElementPoint<F>& q) requires is_frictional<Law>
+  {
+    return carry_traction<D>(frame_at<F>(e.history.slave_old, q.xi), slave,
+                             e.history.traction_old * F::Disp::values(q.xi));
   }
 
   /// @brief Point without a hit: the multiplier is driven to zero.
@@ -244,6 +258,9 @@ private:
       dt += spread<D>(r.t_w * dw);
       if constexpr (M > 0)
         dC += spread<M>(r.C_w * dw);
+      else
+        dt.template leftCols<Layout::side>() +=
+            r.t_spring * vary_carried<F>(old_traction(e, p.slave, q), p, q.xi);
     }
     if (e.current)
     {

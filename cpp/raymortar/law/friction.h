@@ -3,6 +3,7 @@
 // FrictionLaw.
 #pragma once
 
+#include <algorithm>
 #include <limits>
 #include <variant>
 
@@ -45,9 +46,12 @@ struct Stick
 
 using FrictionLaw = std::variant<Coulomb, Tresca, Stick>;
 
-/// @brief Bound of whichever law, at normal traction p <= 0.
+/// @brief Bound of whichever law at normal traction p.
+///
+/// Bodies that touch may have p > 0 by rounding [theory (4.4)]; the bound of
+/// p = 0 then keeps s >= 0.
 [[nodiscard]] inline FrictionBound bound_at(const FrictionLaw& law, double p)
 {
-  return std::visit([p](const auto& l) { return l(p); }, law);
+  return std::visit([p](const auto& l) { return l(std::min(p, 0.0)); }, law);
 }
 } // namespace raymortar

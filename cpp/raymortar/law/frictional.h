@@ -11,16 +11,17 @@ namespace raymortar
 template <int D, int M>
 struct FrictionState : PointState<D, M>
 {
-  Vec<D> w;     ///< slip increment since the accepted step (2), length
-  Vec<D> t_old; ///< accepted tangential traction (elastic penalty), or zero
+  Vec<D> w;      ///< slip increment since the accepted step (2), length
+  Vec<D> spring; ///< tangential traction to start from, penalty; may be zero
   FrictionLaw friction;
 };
 
-/// @brief Response with the derivatives by the slip increment.
+/// @brief Response with the derivatives by slip increment and spring.
 template <int D, int M>
 struct FrictionResponse : PointResponse<D, M>
 {
   Mat<D, D> t_w = Mat<D, D>::Zero();
+  Mat<D, D> t_spring = Mat<D, D>::Zero();
   Mat<M, D> C_w = Mat<M, D>::Zero();
 };
 
@@ -78,8 +79,8 @@ private:
 
 /// @brief Penalty with friction.
 ///
-/// t = p n + P_s(T_n (t_old - gamma w)), p = gamma min(0, g)   [theory (4.8)].
-/// With t_old = 0 the tangential part is a viscous regularisation.
+/// t = p n + P_s(T_n (spring - gamma w)), p = gamma min(0, g)   [theory (4.8)].
+/// With spring = 0 the tangential part is a viscous regularisation.
 struct FrictionalPenalty
 {
   template <int D>
@@ -96,13 +97,15 @@ struct FrictionalPenalty
       return r;
     r.p = s.gamma * s.g;
     const FrictionBound bound = bound_at(s.friction, r.p);
-    const auto f = project_tangential<D>(s.n, s.t_old - s.gamma * s.w, bound.s);
+    const auto f =
+        project_tangential<D>(s.n, s.spring - s.gamma * s.w, bound.s);
     r.status = f.stick ? ContactStatus::stick : ContactStatus::slip;
     r.t = r.p * s.n + f.value;
     r.t_g = s.gamma * (s.n + bound.s_p * f.by_s);
     r.t_n = f.by_n;
     r.t_n.diagonal().array() += r.p;
     r.t_w = -s.gamma * f.by_z;
+    r.t_spring = f.by_z;
     return r;
   }
 
