@@ -48,7 +48,7 @@ def ellipse(x, a):
 
 
 def closed_form(x):
-    """Normal and tangential traction at a distance x from the centre."""
+    """Normal and tangential traction, for a positive shear, over x."""
     normal = P0 * ellipse(x, B)
     return normal, FRICTION * (normal - P0 * C / B * ellipse(x, C))
 
@@ -91,13 +91,13 @@ def hold(u, scene, name, component):
 
 def solve(
     comm,
-    facets_across=24,
-    degree=1,
+    facets_across=20,
+    degree=2,
     shear=SHEAR,
     steps=4,
     cell="quadrilateral",
     method=None,
-    master_ratio=1.25,
+    master_ratio=0.8,
 ):
     """Press the cylinders together by a force, then shear them by another one."""
     scene = two_cylinders(
@@ -131,7 +131,9 @@ def solve(
         return raymortar.SNESSolver(problem, LINE_SEARCH)
 
     # Each half cylinder gives way by about this much (Johnson 1985, 5.6)
-    depth = FORCE * (1.0 - NU**2) / (np.pi * E) * (2.0 * np.log(4.0 * RADIUS / B) - 1.0)
+    depth = (
+        FORCE * (1.0 - NU**2) / (np.pi * E) * (2.0 * np.log(4.0 * RADIUS / B) - 1.0)
+    )
     push = [clamp(V, scene, "bottom", 1), clamp(V, scene, "top", 1, -2.0 * depth)]
     iterations.append(solver(*upright, *push).solve()[0])
 
@@ -157,10 +159,15 @@ def solve(
     )
 
 
+def deformed_normal(u):
+    """Normal of the deformed surface in UFL, not of unit length."""
+    F = ufl.Identity(2) + ufl.grad(u)
+    return ufl.inv(F).T * ufl.FacetNormal(u.function_space.mesh)
+
+
 def surface_tractions(u, contact):
     """Normal and tangential traction in UFL; the latter on the lower body."""
-    F = ufl.Identity(2) + ufl.grad(u)
-    n = ufl.inv(F).T * ufl.FacetNormal(u.function_space.mesh)
+    n = deformed_normal(u)
     n = n / ufl.sqrt(ufl.inner(n, n))
     t = contact.multiplier
     return -ufl.inner(t, n), t[0] * n[1] - t[1] * n[0]
@@ -201,3 +208,123 @@ def measure(result, shear=SHEAR):
         # The second moment of Hertz's pressure is force times b^2 / 4
         half_width=2.0 * np.sqrt(integral(normal * x**2) / integral(normal)),
     )
+
+
+def at_nodes(result):
+    """On rank 0: nodes along the slave, normal and tangential traction, status."""
+    scene, contact = result.scene, result.contact
+    mesh = scene.mesh
+    W = contact.multiplier.function_space
+    # Normals are of facets: their averages around the nodes
+    n = deformed_normal(result.u)
+    ds = ufl.Measure("ds", domain=mesh, subdomain_data=scene.facet_tags)
+    normals = fem.Function(W)
+    sums = compat.create_la_vector(W.dofmap.index_map, W.dofmap.index_map_bs)
+    slave = ds(scene.tags["slave"])
+    form = compat.form(ufl.inner(n, ufl.TestFunction(W)) * slave)
+    compat.assemble_residual(sums.array, form)
+    compat.scatter_reverse_add(sums)
+    compat.scatter_forward(sums)
+    normals.x.array[:] = sums.array
+    x, t = common.gather_nodes(contact.multiplier, scene)
+    _, n = common.gather_nodes(normals, scene)
+    _, status = common.gather_nodes(contact.status(), scene)
+    if x is None:
+        return None
+    order = np.argsort(x[:, 0])
+    x, t, n, status = x[order, 0], t[order], n[order], status[order, 0]
+    n /= np.linalg.norm(n, axis=1)[:, None]
+    normal = -np.sum(t * n, axis=1)
+    return x, normal, t[:, 0] * n[:, 1] - t[:, 1] * n[:, 0], status
+
+
+def draw(result, path):
+    """Tractions against the closed form, and the stress in the bodies."""
+    scene, contact = result.scene, result.contact
+    mesh = scene.mesh
+    mises = common.nodal_field(
+        common.von_mises(result.stress), mesh, "von Mises stress"
+    )
+    compat.write_xdmf(
+        path.with_suffix(".xdmf"), mesh, [result.u, contact.multiplier, mises]
+    )
+    nodes = at_nodes(result)
+    cells = common.gather_cells(mesh, result.u, mises)
+    if mesh.comm.rank > 0:
+        return
+    plt = common.pyplot()
+    fig, (left, right) = plt.subplots(1, 2, figsize=(10, 4.2), width_ratios=(1.25, 1))
+    draw_tractions(left, *nodes)
+    draw_bodies(fig, right, *cells)
+    fig.savefig(path)
+
+
+def draw_tractions(axes, x, normal, along, status):
+    """Nodal tractions over x, friction scaled up, on the closed forms."""
+    s = np.sin(np.linspace(-0.5, 0.5, 800) * np.pi) * B
+    exact, exact_along = closed_form(s)
+    scale = 1.0 / FRICTION
+    for sign in (-1, 1):
+        label = "slip zones" if sign > 0 else None
+        axes.axvspan(*sorted((sign * C, sign * B)), color="0.92", lw=0, label=label)
+    axes.plot(s, exact, color=common.EXACT, lw=1.5, label="Hertz; Cattaneo, Mindlin")
+    axes.plot(s, scale * exact_along, color=common.EXACT, lw=1.5)
+    shown = np.abs(x) < 1.2 * B
+    look = {"ls": "none", "color": common.COMPUTED, "ms": 4}
+    axes.plot(x[shown], normal[shown], "o", mfc="none", label="normal", **look)
+    for state, fill, name in ((1, "none", "stick"), (2, None, "slip")):
+        at = shown & (status == state)
+        label = f"tangential / {FRICTION:g}, {name}"
+        axes.plot(x[at], scale * along[at], "s", mfc=fill, label=label, **look)
+    axes.set(xlabel="x [mm]", ylabel="traction [MPa]", ylim=(0, 1.42 * P0))
+    axes.legend(loc="upper center", ncols=2)
+
+
+def draw_bodies(fig, axes, x, u, mises):
+    """Stress in the deformed mesh around the contact."""
+    at = x[..., :2] + u
+    colours = axes.tripcolor(
+        *at.reshape(-1, 2).T,
+        common.triangles(x),
+        mises.ravel(),
+        shading="gouraud",
+        cmap=common.STRESS_MAP,
+        vmin=0,
+    )
+    common.draw_edges(axes, at)
+    half, middle = 3.0 * B, 0.5 * (u[..., 1].min() + u[..., 1].max())
+    axes.set(xlim=(-half, half), ylim=(middle - half, middle + half))
+    axes.set(aspect="equal", xlabel="x [mm]")
+    axes.grid(False)
+    fig.colorbar(colours, ax=axes, label="von Mises stress [MPa]", shrink=0.9)
+
+
+def main(arguments=None):
+    """Run the demo; 0 if it agrees with the closed forms."""
+    parser = common.options("cattaneo_mindlin", __doc__)
+    parser.add_argument("--size", type=int, default=20, help="facets across")
+    parser.add_argument("--degree", type=int, choices=(1, 2), default=2)
+    parser.add_argument("--steps", type=int, default=4, help="of the shear")
+    args = parser.parse_args(arguments)
+    comm = MPI.COMM_WORLD
+    size = args.size * (2 if args.fine else 1)
+    result = solve(comm, size, args.degree, steps=args.steps)
+    found = measure(result)
+
+    report = common.Report(comm)
+    report.say(f"{result.contact.layout.size_global} unknowns")
+    report.newton("guess, pressure, shear", result.iterations, result.history)
+    report.add("force", found.force, FORCE, 1e-9, "N/mm")
+    report.add("force after the shear", found.final_force, FORCE, 1e-3, "N/mm")
+    report.add("shear force", found.shear_force, SHEAR_FORCE, 1e-9, "N/mm")
+    report.add("half-width (second moment)", found.half_width, B, 0.01, "mm")
+    # Norms of the error, over those of the closed forms
+    report.add("normal traction, 1 + error", 1.0 + found.normal_off, 1.0, 0.03)
+    report.add("tangential traction, 1 + error", 1.0 + found.tangential_off, 1.0, 0.06)
+    args.output.mkdir(parents=True, exist_ok=True)
+    draw(result, args.output / "cattaneo_mindlin.png")
+    return report.finish()
+
+
+if __name__ == "__main__":
+    sys.exit(main())
