@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,9 +18,20 @@ from .errors import ContactError, raise_everywhere
 from .friction import LAWS, Coulomb, Stick, Tresca
 from .layout import Layout
 from .methods import MEASURES, AugmentedLagrangian, Penalty, Search
-from .results import Resultant, Statistics, nodal_average, resultant, statistics
+from .results import (
+    OPEN,
+    Resultant,
+    Statistics,
+    along_normal,
+    nodal_average,
+    resultant,
+    statistics,
+)
 from .stiffness import VolumePattern, automatic_gamma
 from .zones import ZoneData, create_zone, find_facets, on_facets
+
+
+PARTS = ("total", "normal", "tangential")
 
 
 @dataclass(frozen=True)
@@ -411,14 +422,23 @@ class Contact:
         Keys: ``x`` (n, d) deformed positions, ``normal`` (n, d), ``gap``, ``pressure``
         (normal traction of the law, <= 0), ``traction`` (n, d), ``weight`` (area),
         ``status`` (0 no hit, 1 open, 2 stick, 3 slip), ``slave`` and ``master`` facet,
-        ``xi``, ``eta``, ``ray``. Points of uncovered parts have status 0.
+        ``xi``, ``eta``, ``ray``; with friction ``slip`` (n, d), the increment since
+        the accepted step. Points of uncovered parts have status 0.
         """
         return self.zones[zone].cpp.points()
 
-    def _field(self, name: str, key: str) -> Function:
-        vector = key == "traction"
+    def _field(
+        self,
+        name: str,
+        quantity: Callable[[dict[str, Array]], Array],
+        vector: bool = False,
+        elsewhere: float | None = 0.0,
+    ) -> Function:
+        """Nodal averages of a point quantity, and a value off the contact."""
         f = Function(self._vector if vector else self._scalar, name=name)
-        nodal_average(self.zones, key, f)
+        nodal_average(self.zones, quantity, f)
+        if elsewhere is not None:
+            f.x.array[np.isnan(f.x.array)] = elsewhere
         return f
 
     def gap(self) -> Function:
@@ -426,26 +446,68 @@ class Contact:
 
         Average over the integration points around each node. Collective.
         """
-        return self._field("gap", "gap")
+        return self._field("gap", lambda points: points["gap"], elsewhere=None)
 
-    def traction(self) -> Function:
+    def traction(self, part: str = "total") -> Function:
         """Contact traction on the slave, global coordinates; 0 elsewhere. Collective.
 
         Per reference or current area, by `measure`.
+
+        Parameters
+        ----------
+        part
+            ``"total"``; ``"normal"``: along the slave's normal; ``"tangential"``: the
+            rest, which is friction.
         """
-        f = self._field("traction", "traction")
-        f.x.array[np.isnan(f.x.array)] = 0.0
-        return f
+        if part not in PARTS:
+            raise ContactError(f"part must be one of {PARTS}, not {part!r}")
+
+        def quantity(points):
+            total = points["traction"]
+            if part == "total":
+                return total
+            normal = along_normal(points, total)
+            return normal if part == "normal" else total - normal
+
+        name = "traction" if part == "total" else f"{part}_traction"
+        return self._field(name, quantity, vector=True)
+
+    def slip(self) -> Function:
+        """Slip since the accepted step, T_n w, at the slave nodes. Length. Collective.
+
+        The motion of the slave over the master point it meets now, in the slave's
+        tangent plane and in global coordinates, also where the contact is open; 0
+        where no hit. After `advance` it is that of a step that has not begun: read it
+        before.
+
+        Raises
+        ------
+        ContactError
+            Without friction, which needs no slip.
+        """
+        if self.friction is None:
+            raise ContactError("slip is only known with friction")
+
+        def quantity(points):
+            return points["slip"] - along_normal(points, points["slip"])
+
+        return self._field("slip", quantity, vector=True)
 
     def status(self) -> Function:
-        """0 open or no hit, 1 stick, 2 slip (closed, without friction). Collective."""
-        f = self._field("status", "status")
-        f.x.array[np.isnan(f.x.array)] = 0.0
+        """0 open or no hit, 1 stick, 2 slip, at the slave nodes. Collective.
+
+        Closed contact without friction is slip. The average over the points around
+        each node, rounded.
+        """
+        f = self._field("status", lambda points: points["status"] - OPEN)
         f.x.array[:] = np.round(f.x.array)
         return f
 
     def resultant(self, i: int = 0) -> Resultant:
-        """Contact force on the slave side of zone i, and its moment. Collective."""
+        """Contact force on the slave side of zone i, its moment and its parts.
+
+        Collective.
+        """
         return resultant(self.zones[i], self._comm)
 
     @property
