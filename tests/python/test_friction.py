@@ -42,6 +42,12 @@ METHODS = {
     "rate": lambda: Penalty(200.0, tangential="rate"),
 }
 HOLDING = ("augmented", "elastic")
+# Coefficients for blocks that go through partial slip
+SOFT = {
+    "augmented": AugmentedLagrangian,
+    "elastic": lambda: Penalty(30.0),
+    "rate": lambda: Penalty(30.0, tangential="rate"),
+}
 
 
 # Homogeneous blocks
@@ -170,11 +176,13 @@ class Blocks:
     def press(self):
         """Pressure without shear, accepted.
 
-        From the reference Newton's method would not get there with penalty: a tenth
-        of the height in one step.
+        From near the solution: a tenth of the height in one step, with slip on the
+        way there, is more than Newton's method can do in some of the cases.
         """
-        if np.isfinite(self.gamma):
-            self.problem.u.x.array[:] = self.exact(0.0).ravel()
+        self.problem.u.x.array[:] = self.exact(0.0).ravel()
+        if self.contact.multiplier is not None:
+            lam = self.contact.multiplier.x.array.reshape(-1, self.dim)
+            lam[:, -1] = -0.9 * pressure(self.dim)
         assert self.step(0.0) <= 1e-9
         self.contact.advance()
 
@@ -471,7 +479,7 @@ def test_springs_of_a_clamped_pair_turn_with_it(cell, record_property):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_failed_step_leaves_the_history(method):
-    problem, move, push = pressed_and_sheared("quadrilateral", Penalty(50.0))
+    problem, move, push = pressed_and_sheared("quadrilateral", SOFT[method]())
     contact, before = problem.contact, problem.contact.state()
     push[0] += 0.02
     move(push)
@@ -499,16 +507,13 @@ def run(problem, move, push, shears):
     ]
 
 
-@pytest.mark.parametrize("cell", ["triangle", "hexahedron"])
+@pytest.mark.parametrize("cell", ["quadrilateral", "hexahedron"])
 @pytest.mark.parametrize("method", METHODS)
 def test_restored_state_gives_the_same_path(cell, method):
-    method = {"augmented": AugmentedLagrangian(), "elastic": Penalty(50.0)}.get(
-        method, Penalty(50.0, tangential="rate")
-    )
-    problem, move, push = pressed_and_sheared(cell, method)
-    state, shears = problem.contact.state(), (0.032, 0.035)
+    problem, move, push = pressed_and_sheared(cell, SOFT[method]())
+    state, shears = problem.contact.state(), (0.035, 0.04)
     first = run(problem, move, push, shears)
-    run(problem, move, push, (0.028, 0.025))
+    run(problem, move, push, (0.02, 0.0))
     problem.contact.restore(state)
     for one, two in zip(first, run(problem, move, push, shears)):
         assert worst(one - two) <= 1e-12 * max(worst(one), 1.0)
@@ -517,10 +522,9 @@ def test_restored_state_gives_the_same_path(cell, method):
 @pytest.mark.parametrize("method", HOLDING)
 def test_halved_steps_are_steps_of_that_size(method):
     """A failure within LoadSteps leaves no trace."""
-    method = AugmentedLagrangian() if method == "augmented" else Penalty(50.0)
     results = []
     for sabotaged in (True, False):
-        problem, move, push = pressed_and_sheared("quadrilateral", method)
+        problem, move, push = pressed_and_sheared("quadrilateral", SOFT[method]())
         push_0 = push.copy()
         failures = [0.5] if sabotaged else []
 
