@@ -6,6 +6,7 @@ Nothing here is needed to solve a contact problem: the demos' own files show tha
 from __future__ import annotations
 
 import argparse
+import logging
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -15,7 +16,10 @@ from dolfinx import fem
 
 from raymortar import compat
 
-# Blue for computed, dark for closed forms, one sequential map for stresses
+# The compiler of forms is chatty the first time
+logging.getLogger().setLevel(logging.WARNING)
+
+# Red for computed, dark for closed forms, one sequential map for stresses
 COMPUTED, EXACT, STRESS_MAP = "#c0392b", "#2c3e50", "viridis"
 
 
@@ -84,6 +88,24 @@ def _percent(x: float, sign: str = "") -> str:
     return f"{x:{sign}.2%}" if abs(x) >= 5e-5 or x == 0.0 else f"{x:{sign}.0e}"
 
 
+# Supports
+
+
+def clamp(V, scene, name: str, component: int, value=0.0):
+    """Prescribe one component of the displacement on a named part of the boundary.
+
+    `value` is a number, or a `Constant` that changes from load step to load step.
+    """
+    mesh = scene.mesh
+    dim = mesh.topology.dim
+    compat.connectivity(mesh, dim - 1, dim)
+    facets = scene.facet_tags.find(scene.tags[name])
+    dofs = fem.locate_dofs_topological(V.sub(component), dim - 1, facets)
+    if not isinstance(value, fem.Constant):
+        value = fem.Constant(mesh, value)
+    return fem.dirichletbc(value, dofs, V.sub(component))
+
+
 # Fields
 
 
@@ -100,8 +122,8 @@ def nodal_field(f, mesh, name: str, degree: int = 1, quadrature_degree=None):
         compat.create_la_vector(V.dofmap.index_map, V.dofmap.index_map_bs)
         for _ in range(2)
     )
-    rule = {"quadrature_degree": quadrature_degree} if quadrature_degree else {}
-    dx = ufl.dx(mesh, metadata=rule)
+    rule = quadrature_degree or 2 * degree
+    dx = ufl.dx(mesh, metadata={"quadrature_degree": rule})
     compat.assemble_residual(sums.array, compat.form(f * v * dx))
     compat.assemble_residual(weights.array, compat.form(v * dx))
     for vector in (sums, weights):
@@ -122,6 +144,25 @@ def pressure_field(contact):
     p = fem.Function(contact.multiplier.function_space, name="pressure")
     p.x.array[:] = -contact.multiplier.x.array
     return p
+
+
+def integral(form, mesh) -> float:
+    """Value of a UFL functional. Collective."""
+    return mesh.comm.allreduce(fem.assemble_scalar(compat.form(form)))
+
+
+def value_at_origin(function, scene, name: str, component: int = 0) -> float:
+    """Value at the node of a named surface that is at the origin. Collective."""
+    V = function.function_space
+    facets = scene.facet_tags.find(scene.tags[name])
+    dofs = fem.locate_dofs_topological(V, scene.mesh.topology.dim - 1, facets)
+    distance = np.linalg.norm(V.tabulate_dof_coordinates()[dofs], axis=1)
+    values = function.x.array.reshape(-1, V.dofmap.index_map_bs)[:, component]
+    nearest = distance.argmin() if len(dofs) else None
+    here = (
+        (np.inf, 0.0) if nearest is None else (distance[nearest], values[dofs][nearest])
+    )
+    return min(scene.mesh.comm.allgather(here))[1]
 
 
 # Gathering on rank 0
@@ -172,16 +213,22 @@ def gather_cells(mesh, *functions):
     return _gather_corners(mesh, cells, corners, functions)
 
 
-def gather_boundary(mesh, *functions):
-    """Exterior facets of a 3D mesh as polygons, as `gather_cells`. Collective."""
-    facets = compat.exterior_facets(mesh)
+def gather_boundary(mesh, *functions, facets=None):
+    """Exterior (or given) facets of a 3D mesh as polygons, as `gather_cells`.
+
+    Collective.
+    """
+    owned = mesh.topology.index_map(3).size_local
+    facets = compat.exterior_facets(mesh) if facets is None else facets
     f_to_c = compat.connectivity(mesh, 2, 3)
     cells = np.array([f_to_c.links(f)[0] for f in facets], dtype=np.int64)
+    # Each facet from the rank that owns its cell, not from its neighbours too
+    facets, cells = facets[cells < owned], cells[cells < owned]
     c_to_f = compat.connectivity_table(mesh, 3, 2)
     local = np.argmax(c_to_f[cells] == facets[:, None], axis=1)
     table = compat.basix_element(compat.cell_name(mesh), 1).facet_vertices
     order = [0, 1, 3, 2] if len(table[0]) == 4 else [0, 1, 2]
-    corners = np.array(table)[:, order][local].reshape(len(cells), -1)
+    corners = np.array(table)[:, order][local].reshape(-1, len(order))
     return _gather_corners(mesh, cells, corners, functions)
 
 
@@ -225,3 +272,38 @@ def draw_edges(axes, polygons: np.ndarray, colour="k", width=0.15, alpha=0.5):
             polygons, facecolor="none", edgecolor=colour, lw=width, alpha=alpha
         )
     )
+
+
+def draw_surface(axes, polygons, values, azimuth, elevation=20):
+    """Facets (n, k, 3) in 3D, coloured by a value each and shaded by the light."""
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+    pyplot()
+    import matplotlib as mpl
+
+    scale = mpl.colors.Normalize(min(0.0, values.min()), values.max())
+    colours = mpl.colormaps[STRESS_MAP](scale(values))
+    normals = np.cross(
+        polygons[:, 1] - polygons[:, 0], polygons[:, -1] - polygons[:, 0]
+    )
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    # Either side may be outward: light what the eye sees
+    light = np.abs(normals @ _direction(azimuth + 25, elevation + 25))
+    colours[:, :3] *= (0.65 + 0.35 * light)[:, None]
+    axes.add_collection3d(
+        Poly3DCollection(polygons, facecolors=colours, edgecolors="k", lw=0.12)
+    )
+    lower, upper = polygons.min(axis=(0, 1)), polygons.max(axis=(0, 1))
+    axes.set(xlim=(lower[0], upper[0]), ylim=(lower[1], upper[1]))
+    axes.set_zlim(lower[2], upper[2])
+    axes.set_box_aspect(upper - lower)
+    axes.view_init(elevation, azimuth)
+    axes.set_proj_type("persp", focal_length=0.4)
+    axes.set_axis_off()
+    return mpl.cm.ScalarMappable(scale, STRESS_MAP)
+
+
+def _direction(azimuth: float, elevation: float) -> np.ndarray:
+    """Unit vector towards the eye. Degrees."""
+    a, e = np.radians([azimuth, elevation])
+    return np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])

@@ -137,22 +137,27 @@ def solve(
 
     places = centre_of(V, scene, "master"), centre_of(V, scene, "slave")
 
+    lam = contact.multiplier
+    node = centre_of(lam.function_space, scene, "slave")
+
     def centre():
+        """Displacements of both surfaces and pressure in the middle. Collective."""
         values = u.x.array.reshape(-1, 2)
-        mine = [values[dofs].sum(axis=0) for dofs in places]
-        return comm.allreduce(np.array(mine))
+        mine = [*values[places[0]].sum(axis=0), *values[places[1]].sum(axis=0)]
+        # Traction on the slave: a vector, or without friction along its normal
+        last = lam.x.array.reshape(-1, contact.layout.components)[node, -1].sum()
+        return comm.allreduce(np.array([*mine, last if friction else -last]))
 
     path, kept, started = [], [], time.perf_counter()
     loading = raymortar.LoadSteps(solver, apply, steps=steps)
     for step in loading:
-        below, above = centre()
-        force = contact.resultant(0).force
-        path.append((step.factor, step.iterations, *below, *above, *force))
+        middle, force = centre(), contact.resultant(0).force
+        path.append((step.factor, step.iterations, *middle, *force))
         if report is not None:
             report.say(
                 f"t = {step.factor:6.4f}: {step.iterations:2} iterations, "
-                f"{step.halvings} halvings, force {force[1]:8.2f} N/mm, gap at the "
-                f"centre {GAP + above[1] - below[1]:8.4f} mm, "
+                f"{step.halvings} halvings, force {force[1]:8.2f} N/mm, "
+                f"pressure in the middle {middle[4]:7.3f} MPa, "
                 f"{time.perf_counter() - started:5.1f} s"
             )
         if len(kept) < len(keep) and step.factor >= keep[len(kept)] - 1e-9:
@@ -168,8 +173,16 @@ def solve(
         below=path[:, 2:4],
         above=path[:, 4:6],
         gap=GAP + path[:, 5] - path[:, 3],
-        force=path[:, 6:8],
+        pressure=path[:, 6],
+        force=path[:, 7:9],
         halvings=loading.halvings,
         kept=kept,
         seconds=time.perf_counter() - started,
     )
+
+
+def lift_off(result):
+    """Load factor at which the pressure in the middle vanishes again."""
+    touched = np.argmax(result.pressure > 0.0)
+    after = touched + np.argmax(result.pressure[touched:] < 1e-3 * result.pressure.max())
+    return result.factor[after] if after > touched else np.nan

@@ -104,6 +104,8 @@ class Contact:
         method = AugmentedLagrangian() if method is None else method
         search = Search() if search is None else search
         _check_options(method, friction, quadrature_degree, measure, search)
+        if not isinstance(u, Function):
+            raise ContactError(f"u must be a Function, not {type(u).__name__}")
         surfaces.check_space(u)
         self.u, self.method, self.measure = u, method, measure
         self.friction = friction
@@ -532,7 +534,10 @@ def _check_options(method, friction, quadrature_degree, measure, search) -> None
         raise ContactError(f"measure must be one of {MEASURES}, not {measure!r}")
     if not isinstance(search, Search):
         raise ContactError(f"search must be a Search, not {search!r}")
-    if quadrature_degree is not None and not 1 <= quadrature_degree <= 30:
+    degree = quadrature_degree
+    if degree is not None and not (
+        isinstance(degree, (int, np.integer)) and 1 <= degree <= 30
+    ):
         raise ContactError(
-            f"quadrature_degree = {quadrature_degree} is not between 1 and 30"
+            f"quadrature_degree = {degree!r} is not a whole number from 1 to 30"
         )

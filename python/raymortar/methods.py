@@ -119,5 +119,9 @@ class Search:
             )
         for name in ("reach", "depth", "skin"):
             value = getattr(self, name)
-            if value is not None and not (np.isfinite(value) and value >= 0.0):
+            if value is None:
+                continue
+            if not (np.isscalar(value) and np.isreal(value)):
+                raise ContactError(f"search {name} = {value!r} is not a number")
+            if not (np.isfinite(value) and value >= 0.0):
                 raise ContactError(f"search {name} = {value} must not be negative")

@@ -45,6 +45,7 @@ class NonlinearProblem:
     ) -> None:
         self.contact, self.bcs = contact, list(bcs)
         u = contact.u
+        compat.dirichlet_dofs(self.bcs, u.function_space)  # refuses foreign ones
         if J is None:
             J = ufl.derivative(F, u, ufl.TrialFunction(u.function_space))
         self.L, self.a = compat.form(F), compat.form(J)

@@ -222,7 +222,9 @@ def _check_tags(mesh: Mesh, facet_tags: Any, tag: int, role: str) -> None:
     """Refuse tags of the wrong dimension, and unknown tags. Collective."""
     comm, tdim = mesh.comm, mesh.topology.dim
     message = None
-    if facet_tags.dim != tdim - 1:
+    if not all(hasattr(facet_tags, name) for name in ("dim", "indices", "values")):
+        message = f"facet_tags must be MeshTags, not {type(facet_tags).__name__}"
+    elif facet_tags.dim != tdim - 1:
         message = (
             f"facet_tags are tags of entities of dimension {facet_tags.dim}; facets "
             f"of this mesh have dimension {tdim - 1}"

@@ -206,6 +206,11 @@ def on_facets(gamma: Function, zone: ZoneFacets) -> Array:
     facet. Collective.
     """
     mesh = gamma.function_space.mesh
+    components = compat.element_info(gamma.function_space).value_shape
+    if components:
+        raise ContactError(
+            f"gamma must be a scalar Function, not one with values of shape {components}"
+        )
     surface = zone.slave_surface
     n = surface.facet_dofs.shape[1]
     shape = surfaces.facet_nodes(surface.shape, surface.displacement_degree)

@@ -30,6 +30,9 @@ CELLS_2D = ["triangle", "quadrilateral"]
 CELLS_3D = ["tetrahedron", "hexahedron"]
 CELLS = CELLS_2D + CELLS_3D
 DIMENSION = dict.fromkeys(CELLS_2D, 2) | dict.fromkeys(CELLS_3D, 3)
+# Newer versions of DOLFINx have no Newton solver
+SOLVERS = [raymortar.NewtonSolver, raymortar.SNESSolver]
+SOLVERS = SOLVERS if compat.newton_solver_class() else SOLVERS[1:]
 # Facets under the tensor of nominal stress `Problem.load`, in tags of their own
 LOADED = 1
 
@@ -213,10 +216,14 @@ class Problem:
     def dim(self):
         return self.u.function_space.mesh.geometry.dim
 
-    def solve(self, solver=raymortar.NewtonSolver, *args):
-        """Newton iterations; `raymortar.ConvergenceError` if there are too many."""
+    def solve(self, solver=SOLVERS[0], *args, **tolerances):
+        """Newton iterations; `raymortar.ConvergenceError` if there are too many.
+
+        Tolerances are those of `tolerate`.
+        """
         if self.solver is None:
             self.solver = solver(self.problem, *args)
+        tolerate(self.solver, **tolerances)
         iterations, _ = self.solver.solve()
         return iterations
 
@@ -248,6 +255,15 @@ class Problem:
         V = self.u.function_space
         dofs = [zone.facets.slave_surface.dofs for zone in self.contact.zones]
         return V.tabulate_dof_coordinates()[np.unique(np.concatenate(dofs)), : self.dim]
+
+
+def tolerate(solver, **tolerances):
+    """Set rtol or max_it of either solver."""
+    if isinstance(solver, raymortar.SNESSolver):
+        solver.snes.setTolerances(**tolerances)
+        return
+    for name, value in tolerances.items():
+        setattr(solver, name, value)
 
 
 def _on_cells(function):
@@ -371,6 +387,43 @@ def build(
     conditions = [] if bcs is None else bcs(V, scene)
     problem = raymortar.NonlinearProblem(F, contact, conditions)
     return Problem(scene, u, contact, problem, material, moduli, S)
+
+
+# The large compression A3
+
+
+def homogeneous(dim, material="neo-hookean", share=0.2, E=2000.0, nu=0.3):
+    """Deformation gradient of a block compressed by a share of its height.
+
+    The lateral faces are free: the scalar equation P_11 = 0 by bisection.
+    """
+    law, moduli = MATERIALS[material][1], lame(E, nu)
+
+    def gradient_at(alpha):
+        return np.diag([alpha] * (dim - 1) + [1.0 - share])
+
+    def lateral(alpha):
+        return law(gradient_at(alpha) - np.eye(dim), *moduli)[0, 0]
+
+    low, high = 1.0, 1.5
+    while low < (low + high) / 2 < high:
+        middle = (low + high) / 2
+        low, high = (middle, high) if lateral(middle) < 0.0 else (low, middle)
+    return gradient_at(low)
+
+
+def squeezed(V, scene, share=0.2):
+    """Top pushed down by a share of the height, sides free but for symmetry."""
+    dim = scene.mesh.geometry.dim
+    top = fix(V, scene, "top", dim - 1, lambda x: -share * x[:, -1])
+    return [*symmetry(V, scene), fix(V, scene, "bottom", dim - 1), top]
+
+
+def squeeze(scene, degree=1, method=None, material="neo-hookean", **options):
+    """A3, its exact deformation gradient and nominal stress, not yet solved."""
+    problem = build(scene, degree, material, method, bcs=squeezed, **options)
+    F = homogeneous(problem.dim, material)
+    return problem, F, MATERIALS[material][1](F - np.eye(problem.dim), *lame(2000, 0.3))
 
 
 # Evaluation

@@ -166,7 +166,9 @@ def test_force_is_that_of_the_covered_part(cell, degree):
     found = contact.resultant()
     force = gamma * depth * overlap * R[:, -1]
     middle = {2: [0.65, 1 - depth], 3: [0.65, 0.395, 1 - depth]}[dim]
-    moment = np.cross(R @ middle, force)
+    x = R @ middle
+    # NumPy 2 has no cross product of vectors in the plane
+    moment = np.cross(x, force) if dim == 3 else x[0] * force[1] - x[1] * force[0]
     size = np.linalg.norm(force)
     assert np.abs(found.force - force).max() <= ROUNDING * size
     assert np.abs(found.moment - moment).max() <= ROUNDING * size

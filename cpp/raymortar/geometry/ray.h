@@ -62,15 +62,17 @@ intersect(const typename F::Point& x_s, const typename F::Point& n,
   constexpr int max_steps = 25;
   // Beyond this the polynomial facet has folded: give up rather than wander
   constexpr double far = 8.0;
+  // From the ray's origin, where positions lose no digits to an offset: the
+  // facets of an edge must agree on the side that the ray passes
+  const typename F::NodeMatrix nodes = master.colwise() - x_s;
   RayHit<F> hit;
   hit.eta = eta;
-  hit.g = n.dot(master * F::Node::values(eta) - x_s);
+  hit.g = n.dot(nodes * F::Node::values(eta));
   for (int step = 0; step < max_steps; ++step)
   {
     Mat<F::gdim, F::gdim> A;
-    const typename F::Point r =
-        x_s + hit.g * n - master * F::Node::values(hit.eta);
-    A.template leftCols<F::tdim>() = master * F::Node::gradients(hit.eta);
+    const typename F::Point r = hit.g * n - nodes * F::Node::values(hit.eta);
+    A.template leftCols<F::tdim>() = nodes * F::Node::gradients(hit.eta);
     A.col(F::tdim) = -n;
     const double volume = std::abs(A.determinant());
     const double area =
@@ -86,9 +88,7 @@ intersect(const typename F::Point& x_s, const typename F::Point& n,
     const double move = dz.template head<F::tdim>().cwiseAbs().maxCoeff();
     if (not(hit.eta.cwiseAbs().maxCoeff() < far))
       return hit;
-    constexpr bool affine =
-        F::node_degree == 1 and F::shape != Shape::quadrilateral;
-    if (affine or move < tolerance::ray_step)
+    if (F::affine or move < tolerance::ray_step)
     {
       hit.status = RayStatus::hit;
       hit.outside = violation<F::shape>(hit.eta);

@@ -231,6 +231,8 @@ struct FacetType
   static constexpr int gdim = tdim + 1;
   static constexpr int dofs = Disp::nodes;
   static constexpr int nodes = Node::nodes;
+  /// Flat with constant tangents
+  static constexpr bool affine = K == 1 and S != Shape::quadrilateral;
   using Point = Vec<gdim>;
   using RefPoint = Vec<tdim>;
   using NodeMatrix = Mat<gdim, nodes>;

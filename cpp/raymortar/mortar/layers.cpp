@@ -1,4 +1,5 @@
 #include "raymortar/mortar/layers.h"
+#include "raymortar/geometry/aabb_tree.h"
 #include "raymortar/geometry/subtract.h"
 #include <algorithm>
 #include <limits>
@@ -93,6 +94,32 @@ bool apart(const Region<2>& a, const Region<2>& b)
          tolerance::overlap;
 }
 
+/// Whether any two pieces overlap: a sweep along the first axis, as a slave
+/// facet may see ten thousand small masters
+template <int D>
+bool any_overlap(const std::vector<Piece<D>>& pieces)
+{
+  std::vector<std::pair<Box<D - 1>, const Region<D>*>> order;
+  order.reserve(pieces.size());
+  for (const Piece<D>& p : pieces)
+  {
+    Box<D - 1> box;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(p.region.size); ++i)
+      box.merge(
+          {Vec<D - 1>(p.region.points[i]), Vec<D - 1>(p.region.points[i])});
+    order.emplace_back(box, &p.region);
+  }
+  std::sort(order.begin(), order.end(),
+            [](const auto& a, const auto& b)
+            { return a.first.lower[0] < b.first.lower[0]; });
+  for (auto a = order.begin(); a != order.end(); ++a)
+    for (auto b = a + 1;
+         b != order.end() and b->first.lower[0] < a->first.upper[0]; ++b)
+      if (a->first.overlaps(b->first) and not apart(*a->second, *b->second))
+        return true;
+  return false;
+}
+
 /// Cut `loser` by the winner's region; what is left is appended
 template <int D>
 void give_way(std::vector<Piece<D>>& pieces, std::size_t loser,
@@ -112,6 +139,8 @@ template <int D>
 void keep_nearest(std::vector<Piece<D>>& pieces, double whole, double reach,
                   double depth)
 {
+  if (not any_overlap<D>(pieces))
+    return;
   // Pieces that are cut are appended and compared again, against all
   for (std::size_t i = 0; i < pieces.size(); ++i)
     for (std::size_t j = 0; j < i and pieces[i].region.size > 0; ++j)

@@ -121,19 +121,22 @@ public:
     Landing<F> landing = walk(frame.x, frame.n, seed);
     if (landing.hit.status == RayStatus::hit)
       landing.hit.status = admit(frame.n, landing);
+    // Affine facets have one root, which Newton finds from anywhere
+    if (not F::affine and landing.hit.status != RayStatus::hit)
+      landing = search(frame.x, frame.n, landing);
     return landing;
   }
 
 private:
   /// Follow the ray from facet to facet until it lands inside one
   [[nodiscard]] Landing<F> walk(const typename F::Point& x_s,
-                                const typename F::Point& n, Index facet) const
+                                const typename F::Point& n, Index facet)
   {
-    constexpr int max_hops = 16;
     Landing<F> landing;
-    Index previous = no_index;
-    for (int hop = 0; hop < max_hops; ++hop)
+    _hops = 0;
+    while (_hops < max_hops)
     {
+      _visited[_hops++] = facet;
       const auto nodes = _master.template nodes<F>(_master.x, facet);
       landing = {intersect<F>(x_s, n, nodes, flat_guess<F>(x_s, n, nodes)),
                  facet};
@@ -145,13 +148,66 @@ private:
           _master.neighbours[static_cast<std::size_t>(facet) * F::Ref::edges +
                              static_cast<std::size_t>(hit.outside.edge)];
       // Two facets that send the ray to each other: it passes between them
-      if (next == no_index or next == previous)
+      if (next == no_index or (_hops > 1 and next == _visited[_hops - 2]))
         break;
-      previous = facet;
       facet = next;
     }
     landing.hit.status = RayStatus::no_facet;
     return landing;
+  }
+
+  /// Second chance on the facets of a walk that failed, and on the neighbours
+  /// of its first.
+  ///
+  /// From the flat guess, Newton may diverge on a strongly curved or warped
+  /// facet, or end at a root of its extension beyond the edges, which then
+  /// sends the walk astray. Other starting points find the root inside, if
+  /// there is one. Nothing is accepted that `walk` would not accept.
+  [[nodiscard]] Landing<F> search(const typename F::Point& x_s,
+                                  const typename F::Point& n,
+                                  const Landing<F>& failed) const
+  {
+    Landing<F> best = failed;
+    for (std::size_t k = 0; k < _hops; ++k)
+      best = nearer(best, inside(x_s, n, _visited[k]));
+    for (std::size_t e = 0; e < F::Ref::edges; ++e)
+    {
+      const Index next =
+          _master.neighbours[static_cast<std::size_t>(_visited[0]) *
+                                 F::Ref::edges +
+                             e];
+      if (best.hit.status != RayStatus::hit and next != no_index)
+        best = nearer(best, inside(x_s, n, next));
+    }
+    return best;
+  }
+
+  /// Nearest admitted hit within a facet, Newton started at each of its nodes
+  [[nodiscard]] Landing<F> inside(const typename F::Point& x_s,
+                                  const typename F::Point& n, Index facet) const
+  {
+    const auto nodes = _master.template nodes<F>(_master.x, facet);
+    Landing<F> best;
+    for (const auto& point : F::Node::points)
+    {
+      const typename F::RefPoint start(point.data());
+      Landing<F> landing{intersect<F>(x_s, n, nodes, start), facet};
+      if (landing.hit.status == RayStatus::hit and
+          landing.hit.outside.amount <= tolerance::ray_outside and
+          admit(n, landing) == RayStatus::hit)
+        best = nearer(best, landing);
+    }
+    return best;
+  }
+
+  [[nodiscard]] static const Landing<F>& nearer(const Landing<F>& a,
+                                                const Landing<F>& b)
+  {
+    if (b.hit.status != RayStatus::hit)
+      return a;
+    const bool better =
+        a.hit.status != RayStatus::hit or std::abs(b.hit.g) < std::abs(a.hit.g);
+    return better ? b : a;
   }
 
   [[nodiscard]] RayStatus admit(const typename F::Point& n,
@@ -168,11 +224,14 @@ private:
     return RayStatus::hit;
   }
 
+  static constexpr std::size_t max_hops = 16;
   const Surface& _slave;
   const Surface& _master;
   GapRange _range;
   Index _facet = no_index;
   typename F::NodeMatrix _nodes;
+  std::array<Index, max_hops> _visited{}; ///< facets of the last walk
+  std::size_t _hops = 0;
 };
 
 template <class F>

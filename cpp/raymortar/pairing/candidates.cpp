@@ -35,33 +35,48 @@ std::vector<Box<F::gdim>> boxes_of(const Surface& s)
   return boxes;
 }
 
+/// Box that a facet's points sweep along their rays.
+///
+/// Ends are taken at every node. Between the nodes the normal leaves the hull
+/// of theirs: by 1 - cos(angle) at most while the un-normalised normal is a
+/// mean of theirs (planar and bilinear facets, quadratic intervals), hence the
+/// sagitta of their cone, doubled for quadratic facets in 3D.
+template <class F>
+Box<F::gdim> swept_box(const typename F::NodeMatrix& nodes,
+                       const SearchDistances& distances)
+{
+  Box<F::gdim> box = box_of<F>(nodes);
+  Mat<F::gdim, F::nodes> normals;
+  for (int a = 0; a < F::nodes; ++a)
+  {
+    const typename F::RefPoint xi(
+        F::Node::points[static_cast<std::size_t>(a)].data());
+    const auto frame = frame_at<F>(nodes, xi);
+    normals.col(a) = frame.n;
+    for (const double g : {distances.reach, -distances.depth})
+    {
+      const typename F::Point end = frame.x + g * frame.n;
+      box.lower = box.lower.cwiseMin(end);
+      box.upper = box.upper.cwiseMax(end);
+    }
+  }
+  const typename F::Point axis = normals.rowwise().mean().normalized();
+  const double spread =
+      (normals.colwise() - axis).colwise().squaredNorm().maxCoeff();
+  const double sagitta = std::max(distances.reach, distances.depth) * spread *
+                         (F::node_degree == 2 and F::tdim == 2 ? 1.0 : 0.5);
+  return box.inflated(distances.skin + bulge<F>() * diameter<F>(nodes) +
+                      (sagitta > 0.0 ? sagitta : 0.0));
+}
+
 template <class F>
 std::vector<Box<F::gdim>> swept_boxes(const Surface& s,
                                       const SearchDistances& distances)
 {
-  // Rays leave along the normal of each patch, which on a curved facet is not
-  // that of the corners: the ends of the sweep are taken at every node
   std::vector<Box<F::gdim>> boxes;
   boxes.reserve(static_cast<std::size_t>(s.num_facets()));
   for (Index f = 0; f < s.num_facets(); ++f)
-  {
-    const auto nodes = s.nodes<F>(s.x, f);
-    Box<F::gdim> box = box_of<F>(nodes);
-    for (int a = 0; a < F::nodes; ++a)
-    {
-      const typename F::RefPoint xi(
-          F::Node::points[static_cast<std::size_t>(a)].data());
-      const auto frame = frame_at<F>(nodes, xi);
-      for (const double g : {distances.reach, -distances.depth})
-      {
-        const typename F::Point end = frame.x + g * frame.n;
-        box.lower = box.lower.cwiseMin(end);
-        box.upper = box.upper.cwiseMax(end);
-      }
-    }
-    boxes.push_back(
-        box.inflated(distances.skin + bulge<F>() * diameter<F>(nodes)));
-  }
+    boxes.push_back(swept_box<F>(s.nodes<F>(s.x, f), distances));
   return boxes;
 }
 

@@ -1,0 +1,123 @@
+#include "facets.h"
+#include "raymortar/geometry/clip.h"
+#include "raymortar/geometry/quadrature.h"
+#include "rules.h"
+#include <gtest/gtest.h>
+
+using namespace raymortar;
+using namespace raymortar::test;
+
+namespace
+{
+/// Integral of x^a y^b over a polygon, by Gauss rules on its edges (Green)
+double moment(std::span<const Vec<2>> polygon, int a, int b)
+{
+  const QuadratureRule line = gauss((a + b) / 2 + 2);
+  double sum = 0;
+  for (std::size_t k = 0; k < polygon.size(); ++k)
+  {
+    const Vec<2>& p = polygon[k];
+    const Vec<2> e = polygon[(k + 1) % polygon.size()] - p;
+    for (std::size_t q = 0; q < line.points.size(); ++q)
+    {
+      const Vec<2> x = p + line.points[q].x() * e;
+      sum += line.weights[q] * e.y() * std::pow(x.x(), a + 1) / (a + 1) *
+             std::pow(x.y(), b);
+    }
+  }
+  return sum;
+}
+
+double integral(const std::vector<WeightedPoint>& points, int a, int b)
+{
+  double sum = 0;
+  for (const WeightedPoint& p : points)
+    sum += p.weight * std::pow(p.xi.x(), a) * std::pow(p.xi.y(), b);
+  return sum;
+}
+
+/// Convex polygons with 3 to 8 vertices
+std::vector<std::vector<Vec<2>>> random_polygons(int count)
+{
+  std::mt19937 random(1);
+  const Facet square = moved(unit_square, 1, 0, {-0.5, -0.5});
+  const ClipPolygon octagon =
+      clip_convex(square, moved(square, 1, std::numbers::pi / 4, {0, 0}));
+  std::vector<std::vector<Vec<2>>> polygons{
+      {octagon.points.begin(), octagon.points.end()}};
+  while (static_cast<int>(polygons.size()) < count)
+  {
+    const ClipPolygon p =
+        clip_convex(random_facet(random, 0.2), random_facet(random, 0.2));
+    if (p.size > 0)
+      polygons.emplace_back(p.points.begin(), p.points.begin() + p.size);
+  }
+  return polygons;
+}
+} // namespace
+
+TEST(Quadrature, PolygonsAreExactUpToTheRulesDegree)
+{
+  std::array<int, 9> seen{};
+  for (const auto& polygon : random_polygons(2000))
+  {
+    ++seen[polygon.size()];
+    for (const int degree : {1, 3, 5})
+    {
+      std::vector<WeightedPoint> points;
+      append_on_polygon(rule_on(Shape::triangle, degree), polygon, points);
+      for (int a = 0; a <= degree; ++a)
+        for (int b = 0; a + b <= degree; ++b)
+          ASSERT_NEAR(integral(points, a, b), moment(polygon, a, b), 4e-15);
+    }
+  }
+  for (std::size_t n = 3; n <= 8; ++n)
+    EXPECT_GT(seen[n], 0) << n << " vertices";
+}
+
+TEST(Quadrature, WeightsArePositiveAndPointsInside)
+{
+  const QuadratureRule rule = rule_on(Shape::triangle, 4);
+  for (const auto& polygon : random_polygons(500))
+  {
+    std::vector<WeightedPoint> points;
+    append_on_polygon(rule, polygon, points);
+    for (const WeightedPoint& p : points)
+    {
+      ASSERT_GT(p.weight, 0);
+      for (std::size_t k = 0; k < polygon.size(); ++k)
+        ASSERT_GT(
+            orientation(polygon[k], polygon[(k + 1) % polygon.size()], p.xi),
+            0);
+    }
+  }
+}
+
+TEST(Quadrature, TriangleTakesTheRuleAsItIs)
+{
+  const QuadratureRule rule = rule_on(Shape::triangle, 2);
+  std::vector<WeightedPoint> points;
+  append_on_polygon(rule, unit_triangle, points);
+  ASSERT_EQ(points.size(), rule.points.size());
+  for (std::size_t q = 0; q < points.size(); ++q)
+  {
+    EXPECT_LT((points[q].xi - rule.points[q]).norm(), 1e-16);
+    EXPECT_DOUBLE_EQ(points[q].weight, rule.weights[q]);
+  }
+}
+
+TEST(Quadrature, IntervalsAreExactAndAppended)
+{
+  for (const int degree : {1, 5, 7})
+  {
+    std::vector<WeightedPoint> points;
+    append_on_interval(gauss(degree / 2 + 1), 0.2, 0.5, points);
+    append_on_interval(gauss(degree / 2 + 1), 0.5, 0.9, points);
+    for (int a = 0; a <= degree; ++a)
+      EXPECT_NEAR(integral(points, a, 0),
+                  (std::pow(0.9, a + 1) - std::pow(0.2, a + 1)) / (a + 1),
+                  2e-16);
+    for (const WeightedPoint& p : points)
+      EXPECT_EQ(p.xi.y(), 0);
+  }
+}
