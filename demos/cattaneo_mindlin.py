@@ -59,15 +59,6 @@ def strain(u):
     return ufl.as_tensor([[e[0, 0], e[0, 1], 0], [e[1, 0], e[1, 1], 0], [0, 0, 0]])
 
 
-def clamp(V, scene, name, component, value=0.0):
-    """Prescribe one component of the displacement on a named part of the boundary."""
-    facets = scene.facet_tags.find(scene.tags[name])
-    dofs = fem.locate_dofs_topological(V.sub(component), 1, facets)
-    if not isinstance(value, fem.Constant):
-        value = fem.Constant(scene.mesh, value)
-    return fem.dirichletbc(value, dofs, V.sub(component))
-
-
 def pin(V, point, component):
     """Prescribe no displacement of one node."""
     W, _ = V.sub(component).collapse()
@@ -134,7 +125,10 @@ def solve(
     depth = (
         FORCE * (1.0 - NU**2) / (np.pi * E) * (2.0 * np.log(4.0 * RADIUS / B) - 1.0)
     )
-    push = [clamp(V, scene, "bottom", 1), clamp(V, scene, "top", 1, -2.0 * depth)]
+    push = [
+        common.clamp(V, scene, "bottom", 1),
+        common.clamp(V, scene, "top", 1, -2.0 * depth),
+    ]
     iterations.append(solver(*upright, *push).solve()[0])
 
     load.value[1] = -PRESSURE
