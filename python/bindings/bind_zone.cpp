@@ -9,15 +9,15 @@ std::unique_ptr<Zone>
 make_zone(int comm, Surface slave, Surface master,
           const Array<std::int64_t>& master_node_ids,
           const Array<std::int64_t>& master_dof_ids, Multipliers multipliers,
-          LawKind law, bool current_measure, const SearchDistances& distances,
-          Strategy strategy, bool subdivide, QuadratureRule segment_rule,
-          QuadratureRule facet_rule)
+          LawKind law, FrictionLaw friction, bool current_measure,
+          const SearchDistances& distances, Strategy strategy, bool subdivide,
+          QuadratureRule segment_rule, QuadratureRule facet_rule)
 {
   return std::make_unique<Zone>(
       MPI_Comm_f2c(comm),
       ZoneInput{std::move(slave), std::move(master), to_vector(master_node_ids),
                 to_vector(master_dof_ids), std::move(multipliers), law,
-                current_measure, distances, strategy, subdivide,
+                friction, current_measure, distances, strategy, subdivide,
                 std::move(segment_rule), std::move(facet_rule)});
 }
 
@@ -66,6 +66,8 @@ py::dict points(const Zone& z)
   out["traction"] = to_array(r.traction, vector);
   out["x"] = to_array(r.x, vector);
   out["normal"] = to_array(r.normal, vector);
+  if (not r.slip.empty())
+    out["slip"] = to_array(r.slip, vector);
   return out;
 }
 
@@ -103,7 +105,12 @@ void bind_zone(py::module_& m)
   py::enum_<LawKind>(m, "LawKind")
       .value("augmented_normal", LawKind::augmented_normal)
       .value("augmented_vector", LawKind::augmented_vector)
-      .value("penalty", LawKind::penalty);
+      .value("penalty", LawKind::penalty)
+      .value("augmented_friction", LawKind::augmented_friction)
+      .value("penalty_friction", LawKind::penalty_friction);
+  py::class_<Coulomb>(m, "Coulomb").def(py::init<double>(), py::arg("mu"));
+  py::class_<Tresca>(m, "Tresca").def(py::init<double>(), py::arg("bound"));
+  py::class_<Stick>(m, "Stick").def(py::init<>());
   py::enum_<Strategy>(m, "Strategy")
       .value("brute_force", Strategy::brute_force)
       .value("bvh", Strategy::bvh);
@@ -114,9 +121,9 @@ void bind_zone(py::module_& m)
       .def(py::init(&make_zone), py::kw_only(), py::arg("comm"),
            py::arg("slave"), py::arg("master"), py::arg("master_node_ids"),
            py::arg("master_dof_ids"), py::arg("multipliers"), py::arg("law"),
-           py::arg("current_measure"), py::arg("distances"),
-           py::arg("strategy"), py::arg("subdivide"), py::arg("segment_rule"),
-           py::arg("facet_rule"))
+           py::arg("friction"), py::arg("current_measure"),
+           py::arg("distances"), py::arg("strategy"), py::arg("subdivide"),
+           py::arg("segment_rule"), py::arg("facet_rule"))
       .def("set_displacement", &set_both<&Zone::set_displacement>)
       .def("set_old_displacement", &set_both<&Zone::set_old_displacement>)
       .def("set_fixed", &set_both<&Zone::set_fixed>)
@@ -124,6 +131,16 @@ void bind_zone(py::module_& m)
            { z.set_multiplier(to_span(values)); })
       .def("set_gamma", [](Zone& z, const Array<double>& gamma, double scale)
            { z.set_gamma(to_span(gamma), scale); })
+      .def("set_old_traction", [](Zone& z, const Array<double>& traction)
+           { z.set_old_traction(to_span(traction)); })
+      .def("tangential_traction",
+           [](const Zone& z)
+           {
+             const auto field = z.tangential_traction();
+             const Surface& s = z.state().slave;
+             return to_array(field, {s.num_facets(), s.dofs_per_facet(),
+                                     static_cast<py::ssize_t>(s.gdim)});
+           })
       .def("pair", &Zone::pair)
       .def("cast", &Zone::cast)
       .def("points", &points)

@@ -2,6 +2,7 @@
 
 from .contact import Contact
 from .errors import ContactError, ConvergenceError
+from .friction import Coulomb, Stick, Tresca
 from .methods import AugmentedLagrangian, Penalty, Search
 from .problem import NonlinearProblem
 from .solver import LoadStep, LoadSteps, NewtonSolver, SNESSolver
@@ -13,6 +14,7 @@ __all__ = [
     "Contact",
     "ContactError",
     "ConvergenceError",
+    "Coulomb",
     "LoadStep",
     "LoadSteps",
     "NewtonSolver",
@@ -20,4 +22,6 @@ __all__ = [
     "Penalty",
     "SNESSolver",
     "Search",
+    "Stick",
+    "Tresca",
 ]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,11 +15,33 @@ from petsc4py import PETSc
 from . import _cpp, compat, surfaces
 from .compat import Array
 from .errors import ContactError, raise_everywhere
+from .friction import LAWS, Coulomb, Stick, Tresca
 from .layout import Layout
 from .methods import MEASURES, AugmentedLagrangian, Penalty, Search
-from .results import Resultant, Statistics, nodal_average, resultant, statistics
+from .results import (
+    OPEN,
+    Resultant,
+    Statistics,
+    along_normal,
+    nodal_average,
+    resultant,
+    statistics,
+)
 from .stiffness import VolumePattern, automatic_gamma
 from .zones import ZoneData, create_zone, find_facets, on_facets
+
+
+PARTS = ("total", "normal", "tangential")
+
+
+@dataclass(frozen=True)
+class ContactState:
+    """What a step starts from: this rank's arrays of displacement and history."""
+
+    u: Array
+    u_old: Array
+    multiplier: Array | None
+    traction_old: list[Array | None]
 
 
 class Contact:
@@ -37,7 +60,7 @@ class Contact:
     method
         `AugmentedLagrangian` or `Penalty`.
     friction
-        None: frictionless.
+        `Coulomb`, `Tresca` or `Stick`; None: frictionless.
     quadrature_degree
         Of the rule on each segment. None: exact for traction times test function on
         flat affine facets.
@@ -73,7 +96,7 @@ class Contact:
         facet_tags: Any,
         pairs: Sequence[tuple[int, int]],
         method: AugmentedLagrangian | Penalty | None = None,
-        friction: None = None,
+        friction: Coulomb | Tresca | Stick | None = None,
         quadrature_degree: int | None = None,
         measure: str = "reference",
         search: Search | None = None,
@@ -85,6 +108,7 @@ class Contact:
             raise ContactError(f"u must be a Function, not {type(u).__name__}")
         surfaces.check_space(u)
         self.u, self.method, self.measure = u, method, measure
+        self.friction = friction
         self._comm: MPI.Comm = u.function_space.mesh.comm
         facets = find_facets(u, facet_tags, pairs)
         degree, components = self._multiplier_kind()
@@ -103,6 +127,7 @@ class Contact:
                 zone,
                 self.layout,
                 self._law(),
+                friction,
                 self._scalar,
                 quadrature_degree,
                 measure == "current",
@@ -134,12 +159,30 @@ class Contact:
                 f"multiplier degree {degree} is not stable: at most {default} with a "
                 f"displacement of degree {p} in {dim}D"
             )
-        return degree, 1 if self.method.multiplier == "normal" else dim
+        return degree, 1 if self._multiplier() == "normal" else dim
+
+    def _multiplier(self) -> str:
+        """Scalar or vector, by choice or by what friction needs."""
+        if self.method.multiplier is not None:
+            return self.method.multiplier
+        return "normal" if self.friction is None else "vector"
 
     def _law(self) -> _cpp.LawKind:
-        if isinstance(self.method, Penalty):
-            return _cpp.LawKind.penalty
-        return getattr(_cpp.LawKind, f"augmented_{self.method.multiplier}")
+        penalty = isinstance(self.method, Penalty)
+        if self.friction is not None:
+            name = "penalty_friction" if penalty else "augmented_friction"
+        else:
+            name = "penalty" if penalty else f"augmented_{self._multiplier()}"
+        return getattr(_cpp.LawKind, name)
+
+    @property
+    def _has_springs(self) -> bool:
+        """Whether friction springs carry a traction from step to step."""
+        return (
+            self.friction is not None
+            and isinstance(self.method, Penalty)
+            and self.method.tangential == "elastic"
+        )
 
     def _slave_dofs(self, facets) -> Array:
         """Block dofs of the multiplier on this rank's slave facets."""
@@ -219,8 +262,37 @@ class Contact:
                 zone.cpp.pair()
 
     def advance(self) -> None:
-        """Accept the step: the present displacement becomes the old one. Collective."""
+        """Accept the step: the present state becomes the old one. Collective.
+
+        The old displacement is the only history; the elastic penalty also keeps the
+        tangential traction of the last `update` on each slave facet.
+        """
+        if self._has_springs:
+            for zone in self.zones:
+                zone.traction_old = zone.cpp.tangential_traction()
+                zone.cpp.set_old_traction(zone.traction_old)
         self._u_old[:] = self.u.x.array
+        self._send_old_displacement()
+
+    def state(self) -> ContactState:
+        """Copy of displacement, multiplier and history, for `restore`."""
+        lam = None if self.multiplier is None else self.multiplier.x.array.copy()
+        return ContactState(
+            self.u.x.array.copy(),
+            self._u_old.copy(),
+            lam,
+            [z.traction_old for z in self.zones],
+        )
+
+    def restore(self, state: ContactState) -> None:
+        """Go back to a state of this object. Collective."""
+        self.u.x.array[:] = state.u
+        self._u_old[:] = state.u_old
+        if self.multiplier is not None:
+            self.multiplier.x.array[:] = state.multiplier
+        for zone, traction in zip(self.zones, state.traction_old):
+            zone.traction_old = traction
+            zone.cpp.set_old_traction(np.empty(0) if traction is None else traction)
         self._send_old_displacement()
 
     def _send_old_displacement(self) -> None:
@@ -352,14 +424,23 @@ class Contact:
         Keys: ``x`` (n, d) deformed positions, ``normal`` (n, d), ``gap``, ``pressure``
         (normal traction of the law, <= 0), ``traction`` (n, d), ``weight`` (area),
         ``status`` (0 no hit, 1 open, 2 stick, 3 slip), ``slave`` and ``master`` facet,
-        ``xi``, ``eta``, ``ray``. Points of uncovered parts have status 0.
+        ``xi``, ``eta``, ``ray``; with friction ``slip`` (n, d), the increment since
+        the accepted step. Points of uncovered parts have status 0.
         """
         return self.zones[zone].cpp.points()
 
-    def _field(self, name: str, key: str) -> Function:
-        vector = key == "traction"
+    def _field(
+        self,
+        name: str,
+        quantity: Callable[[dict[str, Array]], Array],
+        vector: bool = False,
+        elsewhere: float | None = 0.0,
+    ) -> Function:
+        """Nodal averages of a point quantity, and a value off the contact."""
         f = Function(self._vector if vector else self._scalar, name=name)
-        nodal_average(self.zones, key, f)
+        nodal_average(self.zones, quantity, f)
+        if elsewhere is not None:
+            f.x.array[np.isnan(f.x.array)] = elsewhere
         return f
 
     def gap(self) -> Function:
@@ -367,26 +448,68 @@ class Contact:
 
         Average over the integration points around each node. Collective.
         """
-        return self._field("gap", "gap")
+        return self._field("gap", lambda points: points["gap"], elsewhere=None)
 
-    def traction(self) -> Function:
+    def traction(self, part: str = "total") -> Function:
         """Contact traction on the slave, global coordinates; 0 elsewhere. Collective.
 
         Per reference or current area, by `measure`.
+
+        Parameters
+        ----------
+        part
+            ``"total"``; ``"normal"``: along the slave's normal; ``"tangential"``: the
+            rest, which is friction.
         """
-        f = self._field("traction", "traction")
-        f.x.array[np.isnan(f.x.array)] = 0.0
-        return f
+        if part not in PARTS:
+            raise ContactError(f"part must be one of {PARTS}, not {part!r}")
+
+        def quantity(points):
+            total = points["traction"]
+            if part == "total":
+                return total
+            normal = along_normal(points, total)
+            return normal if part == "normal" else total - normal
+
+        name = "traction" if part == "total" else f"{part}_traction"
+        return self._field(name, quantity, vector=True)
+
+    def slip(self) -> Function:
+        """Slip since the accepted step, T_n w, at the slave nodes. Length. Collective.
+
+        The motion of the slave over the master point it meets now, in the slave's
+        tangent plane and in global coordinates, also where the contact is open; 0
+        where no hit. After `advance` it is that of a step that has not begun: read it
+        before.
+
+        Raises
+        ------
+        ContactError
+            Without friction, which needs no slip.
+        """
+        if self.friction is None:
+            raise ContactError("slip is only known with friction")
+
+        def quantity(points):
+            return points["slip"] - along_normal(points, points["slip"])
+
+        return self._field("slip", quantity, vector=True)
 
     def status(self) -> Function:
-        """0 open or no hit, 1 stick, 2 slip (closed, without friction). Collective."""
-        f = self._field("status", "status")
-        f.x.array[np.isnan(f.x.array)] = 0.0
+        """0 open or no hit, 1 stick, 2 slip, at the slave nodes. Collective.
+
+        Closed contact without friction is slip. The average over the points around
+        each node, rounded.
+        """
+        f = self._field("status", lambda points: points["status"] - OPEN)
         f.x.array[:] = np.round(f.x.array)
         return f
 
     def resultant(self, i: int = 0) -> Resultant:
-        """Contact force on the slave side of zone i, and its moment. Collective."""
+        """Contact force on the slave side of zone i, its moment and its parts.
+
+        Collective.
+        """
         return resultant(self.zones[i], self._comm)
 
     @property
@@ -401,10 +524,12 @@ def _check_options(method, friction, quadrature_degree, measure, search) -> None
         raise ContactError(
             f"method must be AugmentedLagrangian or Penalty, not {method!r}"
         )
-    if friction is not None:
+    if friction is not None and not isinstance(friction, LAWS):
         raise ContactError(
-            f"friction={friction!r}: this version has frictionless contact only"
+            f"friction must be Coulomb, Tresca, Stick or None, not {friction!r}"
         )
+    if friction is not None and getattr(method, "multiplier", None) == "normal":
+        raise ContactError("friction needs multiplier='vector', not 'normal'")
     if measure not in MEASURES:
         raise ContactError(f"measure must be one of {MEASURES}, not {measure!r}")
     if not isinstance(search, Search):

@@ -39,18 +39,19 @@ class AugmentedLagrangian:
         the answer hardly.
     multiplier
         ``"normal"``: one scalar, the normal traction; ``"vector"``: the traction in
-        global coordinates. Friction needs the vector.
+        global coordinates. None: the vector with friction, which needs it, and the
+        scalar without.
     degree
         Degree of the multiplier. None: that of the displacement in 2D, 1 in 3D.
     """
 
     gamma: float | Function | None = None
-    multiplier: str = "normal"
+    multiplier: str | None = None
     degree: int | None = None
 
     def __post_init__(self) -> None:
         check_coefficient(self.gamma)
-        if self.multiplier not in ("normal", "vector"):
+        if self.multiplier not in (None, "normal", "vector"):
             raise ContactError(
                 f"multiplier must be 'normal' or 'vector', not {self.multiplier!r}"
             )
@@ -67,12 +68,21 @@ class Penalty:
     gamma
         Traction per length of penetration, as for `AugmentedLagrangian`. Bodies
         sink into each other by pressure over gamma.
+    tangential
+        ``"elastic"``: friction springs carry on from the traction accepted at the
+        last step; ``"rate"``: from zero, a viscous regularisation in which a body
+        held in stick creeps.
     """
 
     gamma: float | Function | None = None
+    tangential: str = "elastic"
 
     def __post_init__(self) -> None:
         check_coefficient(self.gamma)
+        if self.tangential not in ("elastic", "rate"):
+            raise ContactError(
+                f"tangential must be 'elastic' or 'rate', not {self.tangential!r}"
+            )
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, fields
 
 import numpy as np
@@ -18,10 +19,18 @@ OPEN, CLOSED = 1, 2
 @dataclass(frozen=True)
 class Resultant:
     """Force and moment about the origin of contact on a slave surface, (d,) and (3,)
-    in 3D; in 2D per unit thickness, the moment a number."""
+    in 3D; in 2D per unit thickness, the moment a number.
+
+    ``normal`` and ``tangential`` (d,) are the parts of the force that come from
+    tractions along the slave's normal and from those in its tangent plane, point by
+    point: friction is ``tangential``, and on a curved surface both may have any
+    direction. Their sum is ``force``.
+    """
 
     force: Array
     moment: Array | float
+    normal: Array
+    tangential: Array
 
 
 @dataclass
@@ -107,16 +116,36 @@ def resultant(zone, comm: MPI.Comm) -> Resultant:
     points = zone.cpp.points()
     forces = points["weight"][:, None] * points["traction"]
     moment = _moments(points["x"], forces).sum(axis=0)
+    normal = along_normal(points, forces).sum(axis=0)
     force = comm.allreduce(forces.sum(axis=0))
+    normal = comm.allreduce(normal)
     moment = comm.allreduce(moment)
-    return Resultant(force, moment if np.ndim(moment) else float(moment))
+    moment = moment if np.ndim(moment) else float(moment)
+    return Resultant(force, moment, normal, force - normal)
 
 
-def nodal_average(zones, key: str, field: Function) -> None:
+def along_normal(points: dict[str, Array], vectors: Array) -> Array:
+    """Parts of vectors (n, d) at the points along the slave's normals."""
+    n = points["normal"]
+    return np.einsum("qi,qi->q", vectors, n)[:, None] * n
+
+
+def nodal_average(
+    zones, quantity: Callable[[dict[str, Array]], Array], field: Function
+) -> None:
     """Average of a point quantity around each slave node, NaN elsewhere. Collective.
 
     Points weigh by their area times the square of the node's shape function, which
     is positive and largest next to the node.
+
+    Parameters
+    ----------
+    zones
+        Zones.
+    quantity
+        From the arrays of `Contact.points` to values (n,) or (n, d).
+    field
+        Scalar or vector function that is set.
     """
     V = field.function_space
     index_map, bs = V.dofmap.index_map, V.dofmap.index_map_bs
@@ -126,9 +155,7 @@ def nodal_average(zones, key: str, field: Function) -> None:
     for zone in zones:
         points = zone.cpp.points()
         hit = points["status"] >= OPEN
-        values = points[key][hit].astype(np.float64).reshape(-1, bs)
-        if key == "status":
-            values -= OPEN
+        values = quantity(points)[hit].astype(np.float64).reshape(-1, bs)
         shape = zone.facets.slave_surface.shape
         N, _ = surfaces.shape_functions(shape, degree, points["xi"][hit])
         w = points["weight"][hit, None] * N**2

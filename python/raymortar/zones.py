@@ -12,6 +12,7 @@ from mpi4py import MPI
 from . import _cpp, compat, surfaces
 from .compat import Array, Indices
 from .errors import ContactError, raise_everywhere
+from .friction import Coulomb, Stick, Tresca
 from .layout import Layout
 from .methods import Search
 from .surfaces import Facets, Surface
@@ -38,6 +39,7 @@ class ZoneData:
     multiplier_nodes: Indices  # sorted block dofs in the zone's own order
     result_table: Indices  # (slave facets, n), local block dofs of result fields
     pattern: _cpp.Pattern = field(default_factory=_cpp.Pattern)
+    traction_old: Array | None = None  # (slave facets, n, d), of friction springs
 
 
 def group_pairs(pairs) -> dict[int, tuple[int, ...]]:
@@ -156,6 +158,7 @@ def create_zone(
     zone: ZoneFacets,
     layout: Layout,
     law: _cpp.LawKind,
+    friction: Coulomb | Tresca | Stick | None,
     result_space,
     quadrature_degree: int | None,
     current_measure: bool,
@@ -184,6 +187,7 @@ def create_zone(
         master_dof_ids=zone.master_surface.dof_ids,
         multipliers=multipliers,
         law=law,
+        friction=Stick().cpp() if friction is None else friction.cpp(),
         current_measure=current_measure,
         distances=_distances(search, diameter),
         strategy=getattr(_cpp.Strategy, search.strategy.replace("-", "_")),

@@ -193,7 +193,7 @@ def test_vector_function_is_no_coefficient(scene):
     [
         ({"method": "penalty"}, "method must be AugmentedLagrangian or Penalty"),
         ({"method": Penalty}, "method must be AugmentedLagrangian or Penalty"),
-        ({"friction": 0.3}, "friction=0.3.*frictionless"),
+        ({"friction": 0.3}, "friction must be Coulomb.*0.3"),
         ({"measure": "deformed"}, "measure must be one of .* not 'deformed'"),
         ({"search": "bvh"}, "search must be a Search, not 'bvh'"),
         ({"quadrature_degree": 0}, "quadrature_degree = 0"),

@@ -1,6 +1,7 @@
 // From the state of a contact zone to dense element blocks.
 #pragma once
 
+#include "raymortar/law/friction.h"
 #include "raymortar/law/point_law.h"
 #include "raymortar/mortar/elements.h"
 #include <functional>
@@ -12,7 +13,9 @@ enum class LawKind
 {
   augmented_normal, ///< scalar multiplier, frictionless
   augmented_vector, ///< vector multiplier in global coordinates
-  penalty
+  penalty,
+  augmented_friction, ///< vector multiplier
+  penalty_friction
 };
 
 /// @brief Multiplier unknowns of a zone's slave facets.
@@ -33,7 +36,11 @@ struct ContactState
   Surface master;
   Multipliers multipliers;
   bool current_measure = false; ///< integrate over the deformed surface
-  std::vector<double> gamma;    ///< (slave facets, dofs per facet)
+  std::vector<double> gamma; ///< (slave facets, dofs per facet)
+  FrictionLaw friction;      ///< read by the laws with friction only
+  /// Accepted tangential traction of the elastic penalty,
+  /// (slave facets, dofs per facet, gdim); empty for the other laws
+  std::vector<double> traction_old;
   IntegrationPoints points;
   Hits hits;
   ContactElements elements;
@@ -48,6 +55,7 @@ struct PointResults
   std::vector<double> weight;   ///< area each point stands for
   std::vector<double> x;        ///< deformed slave positions, (points, gdim)
   std::vector<double> normal;   ///< (points, gdim)
+  std::vector<double> slip;     ///< w of (2), (points, gdim); friction only
 };
 
 /// Takes an element's block: residual (size,) or tangent (size, size) row-major

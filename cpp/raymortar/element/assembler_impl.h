@@ -61,7 +61,8 @@ public:
                    std::vector<double>(n * D, 0.0),
                    std::vector<double>(n, 0.0),
                    std::vector<double>(n * D, 0.0),
-                   std::vector<double>(n * D, 0.0)};
+                   std::vector<double>(n * D, 0.0),
+                   std::vector<double>(is_frictional<Law> ? n * D : 0, 0.0)};
     for (std::size_t e = 0; e < s.elements.size(); ++e)
     {
       const Data data = gather(s, e);
@@ -90,6 +91,8 @@ private:
         Eigen::Map<const Vec<F::dofs>>(s.gamma.data() + facet * F::dofs);
     data.current = s.current_measure;
     data.touch = tolerance::touch * diameter<F>(data.slave);
+    if constexpr (is_frictional<Law>)
+      gather_history(s, e, data);
     if constexpr (M > 0)
     {
       data.lam_scale = s.multipliers.scale;
@@ -105,6 +108,21 @@ private:
       }
     }
     return data;
+  }
+
+  static void gather_history(const ContactState& s, std::size_t e, Data& data)
+  {
+    const Index f = s.elements.slave[e];
+    auto& history = data.history;
+    history.friction = s.friction;
+    history.slave_old = s.slave.template nodes<F>(s.slave.x_old, f);
+    if (s.elements.master[e] != no_index)
+      history.master_old =
+          s.master.template nodes<F>(s.master.x_old, s.elements.master[e]);
+    history.traction_old.setZero();
+    if (not s.traction_old.empty())
+      history.traction_old = Eigen::Map<const Mat<D, F::dofs>>(
+          s.traction_old.data() + static_cast<std::size_t>(f) * F::dofs * D);
   }
 
   [[nodiscard]] static ElementPoint<F> point(const ContactState& s,
@@ -141,10 +159,13 @@ private:
     Eigen::Map<Vec<D>>(r.normal.data() + q * D) = frame.n;
     if (s.hits.status[q] != RayStatus::hit)
       return;
-    const auto response = Kernel::respond(data, frame.n, p);
+    const auto response = Kernel::respond(data, frame, p);
     r.status[q] = response.status;
     r.pressure[q] = response.p;
     Eigen::Map<Vec<D>>(r.traction.data() + q * D) = response.t;
+    if constexpr (is_frictional<Law>)
+      Eigen::Map<Vec<D>>(r.slip.data() + q * D) =
+          Kernel::slip_increment(data, p);
   }
 };
 
@@ -153,6 +174,9 @@ template <class F, int L>
 {
   if (law == LawKind::augmented_normal)
     return std::make_unique<AssemblerImpl<F, L, NormalAugmentedLagrangian>>();
+  if (law == LawKind::augmented_friction)
+    return std::make_unique<
+        AssemblerImpl<F, L, FrictionalAugmentedLagrangian>>();
   return std::make_unique<AssemblerImpl<F, L, VectorAugmentedLagrangian>>();
 }
 
@@ -164,6 +188,8 @@ template <class F>
 {
   if (law == LawKind::penalty)
     return std::make_unique<AssemblerImpl<F, 0, NormalPenalty>>();
+  if (law == LawKind::penalty_friction)
+    return std::make_unique<AssemblerImpl<F, 0, FrictionalPenalty>>();
   if (multiplier_degree == 1)
     return with_multiplier<F, 1>(law);
   if constexpr (F::shape == Shape::interval and F::degree == 2)

@@ -2,8 +2,8 @@
 // facet its points hit, or with none.
 #pragma once
 
-#include "raymortar/element/kinematics.h"
-#include "raymortar/law/point_law.h"
+#include "raymortar/element/carried.h"
+#include "raymortar/law/frictional.h"
 
 namespace raymortar
 {
@@ -26,6 +26,21 @@ struct ElementLayout
   static constexpr int alone = side + multiplier_dofs;
 };
 
+/// @brief What friction needs of the accepted step; nothing without it.
+template <class F, bool Frictional>
+struct FrictionData
+{
+};
+
+template <class F>
+struct FrictionData<F, true>
+{
+  typename F::NodeMatrix slave_old;
+  typename F::NodeMatrix master_old;
+  Mat<F::gdim, F::dofs> traction_old; ///< nodal, of the elastic penalty
+  FrictionLaw friction;
+};
+
 /// @brief Data of one element besides its points.
 template <class F, int L, class Law>
 struct ElementData
@@ -39,6 +54,7 @@ struct ElementData
   double lam_scale = 1; ///< traction per unit of the multiplier unknown
   double touch = 0;     ///< see PointState, length
   bool current = false; ///< integrate over the deformed slave surface
+  FrictionData<F, is_frictional<Law>> history;
 };
 
 /// @brief One integration point of an element.
@@ -85,21 +101,51 @@ public:
     add_master_geometry<F>(p, e.master, q.eta);
     const MuShape shape = multiplier_shape(e, q.xi);
     const double gamma = p.N_s.dot(e.gamma);
-    const PointResponse<D, M> r = respond(e, p.slave.n, q);
+    const auto r = respond(e, p.slave, q);
     const double w = e.current ? q.weight * p.slave.jacobian : q.area;
     add_work(p, r.t, w);
     add_condition(shape, r.C, w / gamma);
     if (tangent)
-      add_hit_tangent(e, p, r, shape, q.g, w, gamma);
+      add_hit_tangent(e, q, p, r, shape, w, gamma);
   }
 
   /// @brief The law at a point with a hit.
-  [[nodiscard]] static PointResponse<D, M>
-  respond(const Data& e, const Vec<D>& n, const ElementPoint<F>& q)
+  [[nodiscard]] static auto respond(const Data& e, const Frame<D>& slave,
+                                    const ElementPoint<F>& q)
   {
-    return Law::template evaluate<D>(
-        PointState<D, M>{n, q.g, lam_at(e, multiplier_shape(e, q.xi)),
-                         F::Disp::values(q.xi).dot(e.gamma), e.touch});
+    const PointState<D, M> state{slave.n, q.g,
+                                 lam_at(e, multiplier_shape(e, q.xi)),
+                                 F::Disp::values(q.xi).dot(e.gamma), e.touch};
+    if constexpr (is_frictional<Law>)
+    {
+      Vec<D> spring = Vec<D>::Zero();
+      if constexpr (M == 0)
+        spring = old_traction(e, slave, q).value();
+      return Law::template evaluate<D>(FrictionState<D, M>{
+          state, slip_increment(e, q), spring, e.history.friction});
+    }
+    else
+      return Law::template evaluate<D>(state);
+  }
+
+  /// @brief w of (2). With the ray x_s + g n = x_m it is
+  /// w = x_m0(eta) - x_s0 - g n_0: no difference of large numbers of two
+  /// states.
+  [[nodiscard]] static Vec<D>
+  slip_increment(const Data& e,
+                 const ElementPoint<F>& q) requires is_frictional<Law>
+  {
+    const Frame<D> old = frame_at<F>(e.history.slave_old, q.xi);
+    return e.history.master_old * F::Node::values(q.eta) - old.x - q.g * old.n;
+  }
+
+  /// @brief Accepted traction of the friction springs on the present surface.
+  [[nodiscard]] static CarriedTraction<D>
+  old_traction(const Data& e, const Frame<D>& slave,
+               const ElementPoint<F>& q) requires is_frictional<Law>
+  {
+    return carry_traction<D>(frame_at<F>(e.history.slave_old, q.xi), slave,
+                             e.history.traction_old * F::Disp::values(q.xi));
   }
 
   /// @brief Point without a hit: the multiplier is driven to zero.
@@ -185,24 +231,44 @@ private:
     return all;
   }
 
-  void add_hit_tangent(const Data& e, const PointGeometry<F>& p,
-                       const PointResponse<D, M>& r, const MuShape& shape,
-                       double g, double w, double gamma)
+  /// dw = T_0 deta - n_0 dg: the variation of slip_increment  [theory (2.9)]
+  [[nodiscard]] static Mat<D, 2 * Layout::side>
+  vary_slip(const Data& e, const ElementPoint<F>& q,
+            const Variations<F>& v) requires is_frictional<Law>
+  {
+    const Mat<D, F::tdim> T_old =
+        e.history.master_old * F::Node::gradients(q.eta);
+    const Vec<D> n_old = frame_at<F>(e.history.slave_old, q.xi).n;
+    return T_old * v.deta - n_old * v.dg;
+  }
+
+  template <class Response>
+  void add_hit_tangent(const Data& e, const ElementPoint<F>& q,
+                       const PointGeometry<F>& p, const Response& r,
+                       const MuShape& shape, double w, double gamma)
   {
     Variations<F> v;
     vary_slave<F>(p, v);
-    vary_hit<F>(p, g, v);
+    vary_hit<F>(p, q.g, v);
     Mat<D, Layout::size> dt = chain<D>(r.t_n, r.t_g, r.t_lam, v, shape);
-    if (e.current)
-      dt.template leftCols<Layout::side>() += r.t * v.dlog_area;
-    add_work_tangent(p, dt, r.t, spread<D - 1>(v.deta), w);
-    if constexpr (M > 0)
+    Mat<M, Layout::size> dC = chain<M>(r.C_n, r.C_g, r.C_lam, v, shape);
+    if constexpr (is_frictional<Law>)
     {
-      Mat<M, Layout::size> dC = chain<M>(r.C_n, r.C_g, r.C_lam, v, shape);
-      if (e.current)
-        dC.template leftCols<Layout::side>() += r.C * v.dlog_area;
-      add_condition_tangent(shape, dC, w / gamma);
+      const Mat<D, 2 * Layout::side> dw = vary_slip(e, q, v);
+      dt += spread<D>(r.t_w * dw);
+      if constexpr (M > 0)
+        dC += spread<M>(r.C_w * dw);
+      else
+        dt.template leftCols<Layout::side>() +=
+            r.t_spring * vary_carried<F>(old_traction(e, p.slave, q), p, q.xi);
     }
+    if (e.current)
+    {
+      dt.template leftCols<Layout::side>() += r.t * v.dlog_area;
+      dC.template leftCols<Layout::side>() += r.C * v.dlog_area;
+    }
+    add_work_tangent(p, dt, r.t, spread<D - 1>(v.deta), w);
+    add_condition_tangent(shape, dC, w / gamma);
   }
 
   /// Derivative of - t . (v_s - v_m(eta)): the traction changes, and v_m is
@@ -226,8 +292,9 @@ private:
   void add_condition_tangent(const MuShape& shape,
                              const Mat<M, Layout::size>& dC, double w)
   {
-    for (int k = 0; k < Layout::multipliers; ++k)
-      A.template middleRows<M>(Layout::side + k * M) += (w * shape[k]) * dC;
+    if constexpr (M > 0)
+      for (int k = 0; k < Layout::multipliers; ++k)
+        A.template middleRows<M>(Layout::side + k * M) += (w * shape[k]) * dC;
   }
 
   void add_miss_tangent(const Data& e, const PointGeometry<F>& p,

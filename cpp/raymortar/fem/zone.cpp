@@ -1,5 +1,6 @@
 #include "raymortar/fem/zone.h"
 #include "raymortar/core/error.h"
+#include "raymortar/element/facet_field.h"
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -93,6 +94,7 @@ Zone::Zone(MPI_Comm comm, ZoneInput input)
   _state.slave = _input.slave;
   _state.multipliers = _input.multipliers;
   _state.current_measure = _input.current_measure;
+  _state.friction = _input.friction;
   _state.slave.neighbours = find_neighbours(_state.slave);
   for (Surface* s : {&_state.slave, &_input.master})
     s->x = s->x_old = s->X;
@@ -146,6 +148,27 @@ void Zone::set_gamma(std::span<const double> gamma, double scale)
 {
   _state.gamma.assign(gamma.begin(), gamma.end());
   _state.multipliers.scale = scale;
+}
+
+void Zone::set_old_traction(std::span<const double> traction)
+{
+  _state.traction_old.assign(traction.begin(), traction.end());
+}
+
+std::vector<double> Zone::tangential_traction() const
+{
+  const PointResults r = _assembler->results(_state);
+  const auto d = static_cast<std::size_t>(_input.slave.gdim);
+  std::vector<double> tangential = r.traction;
+  for (std::size_t i = 0; i < tangential.size(); ++i)
+  {
+    double normal = 0.0;
+    for (std::size_t j = i - i % d; j < i - i % d + d; ++j)
+      normal += r.traction[j] * r.normal[j];
+    tangential[i] -= normal * r.normal[i];
+  }
+  return project_on_facets(_state.slave, _state.points, tangential,
+                           _input.facet_rule);
 }
 
 template <int D>
@@ -223,7 +246,7 @@ void Zone::pair()
         {_input.distances.reach, _input.distances.depth, _input.subdivide});
     _state.points =
         make_points(_state.slave, _segmentation, _input.segment_rule,
-                    _input.facet_rule, _input.law != LawKind::penalty);
+                    _input.facet_rule, _input.multipliers.components > 0);
   }
   cast();
 }

@@ -16,6 +16,7 @@ struct ZoneInput
   std::vector<std::int64_t> master_dof_ids;  ///< global, (master dofs,)
   Multipliers multipliers;
   LawKind law = LawKind::augmented_normal;
+  FrictionLaw friction;
   bool current_measure = false;
   SearchDistances distances;
   Strategy strategy = Strategy::bvh;
@@ -71,6 +72,13 @@ public:
   /// @brief Augmentation coefficient at the slave facets' dofs,
   /// (facets, dofs per facet), and the traction per unit of the unknown.
   void set_gamma(std::span<const double> gamma, double scale);
+
+  /// @brief Accepted tangential traction of the elastic penalty,
+  /// (slave facets, dofs per facet, gdim); empty: none.
+  void set_old_traction(std::span<const double> traction);
+
+  /// @brief Tangential traction of the present state as such a field.
+  [[nodiscard]] std::vector<double> tangential_traction() const;
 
   /// @brief All stages at the current displacement.
   void pair();

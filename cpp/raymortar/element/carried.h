@@ -1,0 +1,93 @@
+// Tangential traction carried along with the slave surface from the accepted
+// step: what the springs of the elastic penalty start from.
+#pragma once
+
+#include "raymortar/element/kinematics.h"
+
+namespace raymortar
+{
+/// @brief a x b; in 2D it stands on the plane and leaves no vector in it.
+[[nodiscard]] inline Vec<2> cross(const Vec<2>&, const Vec<2>&)
+{
+  return Vec<2>::Zero();
+}
+[[nodiscard]] inline Vec<3> cross(const Vec<3>& a, const Vec<3>& b)
+{
+  return a.cross(b);
+}
+
+/// @brief The traction v of the old surface, turned with the surface.
+///
+/// Let A = sum_i t_i (x) t_0^i take old tangent vectors to present ones. The
+/// rotation of its polar decomposition is A v - n x A (n_0 x v), but for the
+/// length: in two dimensions A + cof A is a multiple of it. Neither drilling
+/// nor tilting of the surface is lost, and stretch does not change the length
+/// [theory (4.9)].
+template <int D>
+struct CarriedTraction
+{
+  double length;     ///< |v|
+  Vec<D - 1> along;  ///< components of v on the old tangents
+  Vec<D - 1> across; ///< of n_0 x v, which is 0 in 2D
+  Vec<D> direction;  ///< of the turned traction, of any length
+
+  [[nodiscard]] Vec<D> value() const
+  {
+    if (length == 0.0)
+      return Vec<D>::Zero();
+    return length * direction.normalized();
+  }
+};
+
+/// @param[in] old Frame at the accepted step
+/// @param[in] now Frame of the same material point
+/// @param[in] traction What there is along the old normal drops out
+template <int D>
+[[nodiscard]] CarriedTraction<D>
+carry_traction(const Frame<D>& old, const Frame<D>& now, const Vec<D>& traction)
+{
+  const Vec<D> v = traction - old.n.dot(traction) * old.n;
+  const Mat<D, D - 1> dual = dual_tangents<D>(old.t);
+  CarriedTraction<D> c;
+  c.length = v.norm();
+  c.along = dual.transpose() * v;
+  c.across = dual.transpose() * cross(old.n, v);
+  const Vec<D> turned = now.t * c.across;
+  c.direction = now.t * c.along - cross(now.n, turned);
+  return c;
+}
+
+/// @brief Variation of value() as rows over the slave's displacement dofs.
+template <class F>
+[[nodiscard]] Mat<F::gdim, Variations<F>::side>
+vary_carried(const CarriedTraction<F::gdim>& c, const PointGeometry<F>& p,
+             const typename F::RefPoint& xi)
+{
+  constexpr int D = F::gdim;
+  Mat<D, Variations<F>::side> rows;
+  rows.setZero();
+  if (c.length == 0.0)
+    return rows;
+  const Vec<D> n = p.slave.n;
+  const Vec<D> across = p.slave.t * c.across;
+  const Vec<D> along = c.direction.normalized();
+  const Mat<D, D> normalise =
+      c.length / c.direction.norm() *
+      (Mat<D, D>::Identity() - along * along.transpose());
+  const auto dN = F::Disp::gradients(xi).eval();
+  for (int a = 0; a < F::dofs; ++a)
+  {
+    const double by_along = dN.row(a).dot(c.along);
+    const double by_across = dN.row(a).dot(c.across);
+    // d direction = dt along - n x (dt across) + (t across) x dn
+    const Vec<D> by_n = -cross(across, Vec<D>(p.G_s.col(a)));
+    for (int i = 0; i < D; ++i)
+    {
+      const Vec<D> e = Vec<D>::Unit(i);
+      rows.col(a * D + i) =
+          normalise * (by_along * e - by_across * cross(n, e) + by_n * n[i]);
+    }
+  }
+  return rows;
+}
+} // namespace raymortar

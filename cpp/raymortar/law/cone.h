@@ -1,0 +1,49 @@
+// Projection of a tangential traction onto the disc that friction allows.
+#pragma once
+
+#include "raymortar/core/types.h"
+
+namespace raymortar
+{
+/// @brief P_s(T_n z) with its derivatives   [theory (4.6)].
+template <int D>
+struct TangentialProjection
+{
+  bool stick;   ///< |q| <= s
+  Vec<D> value; ///< P_s(q), q = T_n z
+  Mat<D, D> by_z;
+  Mat<D, D> by_n;
+  Vec<D> by_s;
+};
+
+/// @brief Radial return of q = (I - n (x) n) z to the disc of radius s.
+///
+/// Inside, P = q; outside, P = s q/|q|. With A the derivative by q,
+/// dP = A (T_n dz - (n . z) dn - n (z . dn)) + q/|q| ds.
+/// @param[in] n Unit normal
+/// @param[in] z Trial traction, any component along n drops out
+/// @param[in] s Radius, traction; may be infinite
+template <int D>
+[[nodiscard]] TangentialProjection<D>
+project_tangential(const Vec<D>& n, const Vec<D>& z, double s)
+{
+  TangentialProjection<D> r;
+  const double z_n = n.dot(z);
+  const Vec<D> q = z - z_n * n;
+  const double length = q.norm();
+  r.stick = length <= s;
+  Mat<D, D> A = Mat<D, D>::Identity();
+  r.by_s.setZero();
+  r.value = q;
+  if (not r.stick)
+  {
+    r.by_s = q / length;
+    r.value = s * r.by_s;
+    A = (s / length) * (A - r.by_s * r.by_s.transpose());
+  }
+  const Vec<D> A_n = A * n;
+  r.by_z = A - A_n * n.transpose();
+  r.by_n = -z_n * A - A_n * z.transpose();
+  return r;
+}
+} // namespace raymortar

@@ -1,0 +1,126 @@
+// Laws with friction: (2), (4) of the design, and the frictional penalty.
+#pragma once
+
+#include "raymortar/law/cone.h"
+#include "raymortar/law/friction.h"
+#include "raymortar/law/point_law.h"
+
+namespace raymortar
+{
+/// @brief State of a point where there is friction.
+template <int D, int M>
+struct FrictionState : PointState<D, M>
+{
+  Vec<D> w;      ///< slip increment since the accepted step (2), length
+  Vec<D> spring; ///< tangential traction to start from, penalty; may be zero
+  FrictionLaw friction;
+};
+
+/// @brief Response with the derivatives by slip increment and spring.
+template <int D, int M>
+struct FrictionResponse : PointResponse<D, M>
+{
+  Mat<D, D> t_w = Mat<D, D>::Zero();
+  Mat<D, D> t_spring = Mat<D, D>::Zero();
+  Mat<M, D> C_w = Mat<M, D>::Zero();
+};
+
+/// @brief Augmented Lagrangian with friction, vector multiplier.
+///
+/// t = lam,  C = p n + P_s(T_n (lam - gamma w)) - lam,
+/// p = min(0, lam . n + gamma g)   [theory (4.7)]
+struct FrictionalAugmentedLagrangian
+{
+  template <int D>
+  static constexpr int multiplier_size = D;
+
+  template <int D>
+  [[nodiscard]] static FrictionResponse<D, D>
+  evaluate(const FrictionState<D, D>& s)
+  {
+    FrictionResponse<D, D> r;
+    const double trial = s.lam.dot(s.n) + s.gamma * s.g;
+    const bool closed = trial <= s.gamma * s.touch;
+    r.status = ContactStatus::open;
+    r.t = s.lam;
+    r.t_lam.setIdentity();
+    r.C = -s.lam;
+    r.C_lam.diagonal().setConstant(-1.0);
+    if (closed)
+      add_closed<D>(s, trial, r);
+    return r;
+  }
+
+  template <int D>
+  [[nodiscard]] static Vec<D> without_hit(const Vec<D>& lam)
+  {
+    return -lam;
+  }
+
+private:
+  template <int D>
+  static void add_closed(const FrictionState<D, D>& s, double p,
+                         FrictionResponse<D, D>& r)
+  {
+    const FrictionBound bound = bound_at(s.friction, p);
+    const auto f = project_tangential<D>(s.n, s.lam - s.gamma * s.w, bound.s);
+    // What a change of p does: along n, and to the radius of the disc
+    const Vec<D> by_p = s.n + bound.s_p * f.by_s;
+    r.status = f.stick ? ContactStatus::stick : ContactStatus::slip;
+    r.p = p;
+    r.C += p * s.n + f.value;
+    r.C_lam += by_p * s.n.transpose() + f.by_z;
+    r.C_n = by_p * s.lam.transpose() + f.by_n;
+    r.C_n.diagonal().array() += p;
+    r.C_g = s.gamma * by_p;
+    r.C_w = -s.gamma * f.by_z;
+  }
+};
+
+/// @brief Penalty with friction.
+///
+/// t = p n + P_s(T_n (spring - gamma w)), p = gamma min(0, g)   [theory (4.8)].
+/// With spring = 0 the tangential part is a viscous regularisation.
+struct FrictionalPenalty
+{
+  template <int D>
+  static constexpr int multiplier_size = 0;
+
+  template <int D>
+  [[nodiscard]] static FrictionResponse<D, 0>
+  evaluate(const FrictionState<D, 0>& s)
+  {
+    FrictionResponse<D, 0> r;
+    r.status = ContactStatus::open;
+    r.t.setZero();
+    if (s.g > s.touch)
+      return r;
+    r.p = s.gamma * s.g;
+    const FrictionBound bound = bound_at(s.friction, r.p);
+    const auto f =
+        project_tangential<D>(s.n, s.spring - s.gamma * s.w, bound.s);
+    r.status = f.stick ? ContactStatus::stick : ContactStatus::slip;
+    r.t = r.p * s.n + f.value;
+    r.t_g = s.gamma * (s.n + bound.s_p * f.by_s);
+    r.t_n = f.by_n;
+    r.t_n.diagonal().array() += r.p;
+    r.t_w = -s.gamma * f.by_z;
+    r.t_spring = f.by_z;
+    return r;
+  }
+
+  template <int D>
+  [[nodiscard]] static Vec<0> without_hit(const Vec<0>&)
+  {
+    return {};
+  }
+};
+
+/// @brief Whether a law takes a FrictionState.
+template <class Law>
+inline constexpr bool is_frictional = false;
+template <>
+inline constexpr bool is_frictional<FrictionalAugmentedLagrangian> = true;
+template <>
+inline constexpr bool is_frictional<FrictionalPenalty> = true;
+} // namespace raymortar

@@ -1,0 +1,294 @@
+"""Friction at random states: tangent (T1), slip under rotations (F1), balances."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+import states
+from dolfinx import fem
+from test_identities import moments, nodal_forces, nodal_positions
+from test_tangent import (
+    COLUMN_TOLERANCE,
+    DECADES,
+    check_columns,
+    slopes,
+    taylor_remainders,
+)
+
+from raymortar import AugmentedLagrangian, Contact, Coulomb, Penalty, Stick, Tresca
+from raymortar import compat
+
+NONE, OPEN, STICK, SLIP = 0, 1, 2, 3
+METHODS = {
+    "augmented": lambda: AugmentedLagrangian(states.GAMMA),
+    "elastic": lambda: Penalty(states.GAMMA),
+    "rate": lambda: Penalty(states.GAMMA, tangential="rate"),
+}
+# Of displacement, of geometry
+DEGREES = {
+    "triangle": (1, 2),
+    "quadrilateral": (2, 2),
+    "tetrahedron": (1, 1),
+    "hexahedron": (1, 1),
+}
+# Slip of the step, next to the random deformation
+DRAG = np.array([0.05, 0.03])
+SMALLEST_TRACTION = 0.5
+# Below the last of them rounding shows within four decades
+FIRST_STEPS = (10.0**-2.5, 1e-3)
+
+
+@dataclass(frozen=True)
+class FrictionCase(states.Case):
+    """What a contact with friction is made of."""
+
+    law: str = "coulomb"
+    regime: str = "slip"  # of all closed points: stick, slip, mixed
+
+    def contact(self, scene, friction):
+        # Few points in 3D, where each has facets to cross and a limit to pass
+        return Contact(
+            fem.Function(compat.vector_space(scene.mesh, self.degree)),
+            scene.facet_tags,
+            [(scene.tags["slave"], scene.tags["master"])],
+            METHODS[self.method](),
+            friction,
+            quadrature_degree=2 if self.dim == 3 else None,
+            measure=self.measure,
+        )
+
+
+def cases(degrees=None):
+    laws = [("coulomb", "stick"), ("coulomb", "slip"), ("coulomb", "mixed")]
+    laws += [("tresca", "stick"), ("tresca", "slip"), ("tresca", "mixed")]
+    laws += [("stick", "stick")]
+    for cell, method, measure, (law, regime) in itertools.product(
+        states.CELLS, METHODS, states.MEASURES, laws
+    ):
+        case = FrictionCase(
+            cell, *(degrees or DEGREES[cell]), method, measure, law, regime
+        )
+        quick = law == "coulomb" and measure == "current" and regime != "stick"
+        yield pytest.param(
+            case,
+            id=f"{cell}-{method}-{measure}-{law}-{regime}",
+            marks=[pytest.mark.quick] if quick else [],
+        )
+
+
+def set_history(contact, scene, seed, drag=DRAG):
+    """A random accepted state, with random traction in the springs."""
+    rng, V = np.random.default_rng(1000 + seed), contact.u.function_space
+    X, upper = states.dof_positions(V), states.upper_dofs(scene, V)
+    u = states.smooth_field(rng, X, 0.05)
+    u[upper] = states.smooth_field(rng, X[upper], 0.05)
+    u[upper, :-1] -= drag[: X.shape[1] - 1]
+    contact.u.x.array[:] = u.ravel()
+    contact.update()
+    contact.advance()
+    for zone in contact.zones:
+        if zone.traction_old is not None:
+            size = zone.traction_old.shape
+            zone.traction_old = rng.uniform(-1.0, 1.0, size) * states.TRACTION
+            zone.cpp.set_old_traction(zone.traction_old)
+
+
+def set_both(contact, scene, seed):
+    set_history(contact, scene, seed)
+    states.set_state(contact, scene, "active", seed)
+
+
+def tangential(points, vectors):
+    n = points["normal"]
+    return vectors - np.einsum("qi,qi->q", vectors, n)[:, None] * n
+
+
+def trial_traction(contact):
+    """Tangential trial traction at the points of a contact that sticks."""
+    p = contact.points()
+    q = tangential(p, p["traction"])
+    if contact.multiplier is not None:
+        q -= states.GAMMA * tangential(p, p["slip"])
+    hit = p["status"] != NONE
+    return np.linalg.norm(q[hit], axis=1), p["pressure"][hit]
+
+
+def widest(values):
+    """Middle of the widest gap within the middle half of some values."""
+    values = np.sort(values)
+    middle = values[len(values) // 4 : -(len(values) // 4)]
+    k = np.argmax(np.diff(middle))
+    return (middle[k] + middle[k + 1]) / 2
+
+
+def law_for(case, scene, seed):
+    """Friction law that puts a random state in a regime; None: too near q = 0."""
+    if case.law == "stick":
+        return Stick()
+    sticking = case.contact(scene, Stick())
+    set_both(sticking, scene, seed)
+    q, p = trial_traction(sticking)
+    if q.min() < SMALLEST_TRACTION:
+        return None  # strongly curved there
+    ratio = q / -p if case.law == "coulomb" else q
+    limit = {
+        "stick": 1.5 * ratio.max(),
+        "slip": 0.7 * ratio.min(),
+        "mixed": widest(ratio),
+    }[case.regime]
+    return Coulomb(limit) if case.law == "coulomb" else Tresca(limit)
+
+
+def check_regime(contact, regime):
+    status = contact.points()["status"]
+    found = set(status[status != NONE])
+    assert found == {"stick": {STICK}, "slip": {SLIP}, "mixed": {STICK, SLIP}}[regime]
+
+
+def quiet_contact(case, scene):
+    """Contact, tangent and Taylor remainders where no point changes branch."""
+    for seed in range(300):
+        friction = law_for(case, scene, seed)
+        if friction is None:
+            continue
+        contact = case.contact(scene, friction)
+        set_both(contact, scene, seed)
+        form = states.mass_form(contact.u.function_space)
+        K = states.tangent(contact, form)
+        check_regime(contact, case.regime)
+        U, R = states.unknowns(contact), states.assembled(contact)
+        direction = np.random.default_rng(seed).normal(size=U.size)
+        for first in FIRST_STEPS:
+            steps = first * 10.0 ** -np.arange(0.0, DECADES + 0.1, 0.5)
+            states.residual_at(contact, U)
+            remainders = taylor_remainders(contact, K, U, R, direction, steps)
+            states.residual_at(contact, U)
+            if remainders is not None:
+                return contact, form, steps, remainders
+    raise AssertionError("no random state without a kink nearby")
+
+
+@pytest.mark.parametrize("case", cases())
+def test_taylor_remainder_is_quadratic(case, record_property):
+    scene = case.scene("single")
+    contact, _, steps, remainders = quiet_contact(case, scene)
+    found = slopes(steps, remainders)
+    record_property("slope", found.tolist())
+    assert np.all(np.abs(found - 2.0) <= 0.05), found
+    if case.dim == 3 and case.method == "augmented" and case.regime == "slip":
+        p = contact.points()
+        w, t = (tangential(p, p[k]) for k in ("slip", "traction"))
+        cosine = np.einsum("qi,qi->q", w, t)
+        cosine /= np.linalg.norm(w, axis=1) * np.linalg.norm(t, axis=1)
+        assert np.median(np.abs(cosine)) < 0.99  # traction and slip not parallel
+
+
+@pytest.mark.parametrize("case", cases())
+def test_columns_are_central_differences(case, record_property):
+    contact, form, _, _ = quiet_contact(case, case.scene("single"))
+    worst = check_columns(contact, form)
+    record_property("column_error", worst)
+    assert worst <= COLUMN_TOLERANCE
+
+
+# Rigid rotations (F1)
+
+
+def turn(dim, angle, rng):
+    """Rotation by an angle about a random axis."""
+    if dim == 2:
+        c, s = np.cos(angle), np.sin(angle)
+        return np.array([[c, -s], [s, c]])
+    axis = rng.normal(size=3)
+    x, y, z = axis / np.linalg.norm(axis)
+    K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * K @ K
+
+
+def rotate(contact, Q, shift=0.0):
+    """Turn both bodies by Q, and the multiplier with them."""
+    u = contact.u.x.array.reshape(-1, len(Q))
+    X = states.dof_positions(contact.u.function_space)
+    u[:] = (X + u) @ Q.T + shift - X
+    if contact.multiplier is not None:
+        lam = contact.multiplier.x.array.reshape(-1, len(Q))
+        lam[:] = lam @ Q.T
+
+
+@pytest.mark.parametrize("gap", [0.1, -0.01])
+@pytest.mark.parametrize("angle", [30.0, 120.0])
+@pytest.mark.parametrize("method", METHODS)
+def test_rigid_rotation_is_no_slip(cell, method, angle, gap, record_property):
+    case = FrictionCase(cell, 2, 2, method, law="stick")
+    scene, rng = case.scene("overhang"), np.random.default_rng(int(angle))
+    contact = case.contact(scene, Stick())
+    V = contact.u.function_space
+    u = states.smooth_field(rng, states.dof_positions(V), 0.05)
+    u[states.upper_dofs(scene, V), -1] += gap
+    contact.u.x.array[:] = u.ravel()
+    states.set_multiplier(contact, rng)
+    contact.update()
+    before = contact.points()
+    hit = before["status"] != NONE
+    assert np.abs(before["gap"][hit] - gap).max() < 0.5 * abs(gap)
+    contact.advance()
+    Q = turn(case.dim, np.deg2rad(angle), rng)
+    rotate(contact, Q, shift=0.3)
+    contact.update()
+    p = contact.points()
+    np.testing.assert_array_equal(p["status"], before["status"])
+    slip = np.abs(p["slip"][hit]).max()
+    record_property("slip", slip)
+    assert slip <= 1e-13 * 2.0  # times the size of the blocks
+    # What the correction g (n - n_0) is for
+    drift = abs(gap) * np.linalg.norm(before["normal"] @ Q.T - before["normal"])
+    assert drift > 1e-3
+
+
+@pytest.mark.parametrize("measure", states.MEASURES)
+def test_spring_traction_turns_with_the_surface(cell, measure, record_property):
+    """Tilting and drilling: 120 degrees about a random axis, in one step."""
+    case = FrictionCase(cell, 2, 2, "elastic", measure)
+    scene, rng = case.scene("overhang"), np.random.default_rng(5)
+    contact = case.contact(scene, Tresca(0.5))
+    set_history(contact, scene, 3)
+    states.set_state(contact, scene, "active", 3)
+    contact.advance()
+    contact.update()
+    before = contact.points()
+    assert {STICK, SLIP} <= set(before["status"]) | {STICK}
+    Q = turn(case.dim, np.deg2rad(120.0), rng)
+    rotate(contact, Q)
+    contact.update()
+    after = contact.points()
+    error = np.abs(after["traction"] - before["traction"] @ Q.T).max()
+    record_property("spring", error)
+    assert np.abs(tangential(before, before["traction"])).max() > 0.1
+    assert error <= 1e-12
+
+
+# Balances (F2, F3)
+
+
+@pytest.mark.parametrize("law", [Coulomb(0.3), Tresca(0.2), Stick()])
+@pytest.mark.parametrize("method", METHODS)
+def test_forces_and_moments_are_in_balance(cell, method, law, record_property):
+    case = FrictionCase(cell, 2, 2, method, "current")
+    scene = case.scene("overhang")
+    for seed, regime in enumerate(["active", "mixed"]):
+        contact = case.contact(scene, law)
+        set_history(contact, scene, seed)
+        states.set_state(contact, scene, regime, seed, noise=0.01)
+        x, r = nodal_positions(contact), nodal_forces(contact)
+        force_error = np.abs(r.sum(axis=0)).max() / np.abs(r).sum()
+        p = contact.points()
+        hit = p["status"] != NONE
+        arm = p["gap"][:, None] * p["normal"]
+        couple = p["weight"][:, None] * moments(arm, p["traction"])
+        defect = moments(x, r).sum(axis=0) - couple[hit].sum(axis=0)
+        moment_error = np.abs(defect).max() / np.abs(moments(x, r)).sum()
+        record_property("balance", max(force_error, moment_error))
+        assert max(force_error, moment_error) <= 1e-12

@@ -1,0 +1,91 @@
+"""Half ring on a block (Yastrebov; Poulios and Renard; code_aster SSNP165).
+
+Large sliding with friction, buckling, lift-off. code_aster's figures are of another
+law and mesh: they are met roughly, signs and order above all.
+"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from problems import COMM
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "demos"))
+
+import half_ring as demo  # noqa: E402
+
+FULL_STEPS = {"snes_linesearch_type": "basic"}
+
+
+@pytest.fixture(scope="module")
+def rubbing():
+    return demo.solve(COMM, 32, steps=20)
+
+
+@pytest.fixture(scope="module")
+def gliding():
+    return demo.solve(COMM, 48, steps=50, friction=0.0)
+
+
+def asymmetry(result):
+    """Largest difference between the displacement and its mirror image."""
+    V = result.u.function_space
+    n = V.dofmap.index_map.size_local
+    x = V.tabulate_dof_coordinates()[:n, :2]
+    u = result.u.x.array.reshape(-1, 2)[:n]
+    parts = COMM.gather((x, u), root=0)
+    worst = 0.0
+    if COMM.rank == 0:
+        x, u = (np.concatenate(part) for part in zip(*parts))
+        mirror = [-1.0, 1.0]
+        order, image = (np.lexsort(np.round(at, 6).T + 0.0) for at in (x, x * mirror))
+        np.testing.assert_allclose(x[order], x[image] * mirror, atol=1e-6)
+        worst = np.abs(u[order] - u[image] * mirror).max()
+    return COMM.bcast(worst, root=0)
+
+
+def test_both_complete_without_halving(rubbing, gliding):
+    for result in (rubbing, gliding):
+        assert result.factor[-1] == 1.0
+        assert result.halvings == 0
+
+
+def test_both_stay_symmetric(rubbing, gliding):
+    for result in (rubbing, gliding):
+        assert asymmetry(result) < 1e-8 * demo.OUTER
+        assert (np.abs(result.force[:, 0]) < 1e-8 * result.force[-1, 1]).all()
+
+
+def test_middle_comes_off_between_half_and_six_tenths(gliding):
+    """As in code_aster, where the pressure is 8.09 at t = 0.5 and none at 0.6."""
+    assert 0.5 < demo.lift_off(gliding) <= 0.6
+    before = np.interp((0.3, 0.4, 0.5), gliding.factor, gliding.pressure)
+    np.testing.assert_allclose(before, (18.152, 16.464, 8.090), rtol=0.1)
+    assert gliding.gap[-1] > 1.0
+
+
+def test_friction_holds_the_middle_down_for_longer(rubbing, gliding):
+    assert 0.6 < demo.lift_off(rubbing) < 0.75
+    assert rubbing.gap[-1] > 1.0
+
+
+def test_middle_of_the_block_moves_as_in_code_aster(rubbing, gliding, record_property):
+    for result, friction, allowed in ((rubbing, 0.5, 0.05), (gliding, 0.0, 0.04)):
+        found = np.interp(demo.TIMES, result.factor, result.below[:, 1])
+        record_property(f"mu = {friction}", found.tolist())
+        reference = np.array(demo.CODE_ASTER[friction])
+        # Of the largest displacement: that without friction ends near zero
+        off = np.abs(found - reference) / np.abs(reference).max()
+        assert off.max() < allowed
+
+
+def test_line_search_saves_halvings(rubbing, record_property):
+    """50 steps need neither; the fewer the steps, the more it saves."""
+    full = demo.solve(COMM, 32, steps=20, options=FULL_STEPS)
+    record_property("with", (int(rubbing.iterations.sum()), rubbing.halvings))
+    record_property("without", (int(full.iterations.sum()), full.halvings))
+    assert full.halvings > rubbing.halvings
+    ends = full.below[-1, 1], rubbing.below[-1, 1]
+    assert abs(ends[0] - ends[1]) < 1e-2 * abs(ends[0])

@@ -1,0 +1,145 @@
+"""Shallow ironing on a coarse mesh: the demo's problem, with gates that are physics.
+
+References for the forces come from the same problem on a mesh twice as fine (demo,
+``--fine``), which agrees with code_aster and GetFEM to 0.2 %.
+"""
+
+import importlib
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from problems import COMM
+
+DEMOS = str(Path(__file__).resolve().parents[2] / "demos")
+PRESS, SLIDE, END = 20, 100, 1.2
+V_PRESSED, V_SLID, H_SLID = 330.5, 416.6, 127.2
+
+
+@pytest.fixture(scope="module")
+def demo():
+    """The demo as a module."""
+    sys.path.insert(0, DEMOS)
+    yield importlib.import_module("shallow_ironing")
+    sys.path.remove(DEMOS)
+
+
+@pytest.fixture(scope="module")
+def run(demo):
+    """Rows of a path, computed once for each set of options."""
+    done = {}
+
+    def solve(until=END, press=PRESS, **options):
+        key = (until, press, *sorted(options.items()))
+        if key not in done:
+            model = demo.Ironing(COMM, 60, **options)
+            done[key] = list(model.path(0.0, press, SLIDE, until))
+        return done[key]
+
+    return solve
+
+
+def column(rows, name):
+    return np.array([getattr(row, name) for row in rows])
+
+
+def mean_iterations(rows):
+    return column(rows, "iterations").mean()
+
+
+@pytest.mark.mpi
+def test_contact_carries_the_reaction(demo, run):
+    """The force that the integration points add up to is the stress' at the top."""
+    assert demo.imbalance(run()) < 1e-8
+
+
+def test_forces_are_those_of_the_fine_mesh(demo, run):
+    rows = run()
+    assert demo.at(rows, 1.0).V == pytest.approx(V_PRESSED, rel=0.01)
+    assert rows[-1].V == pytest.approx(V_SLID, rel=0.02)
+    assert rows[-1].H == pytest.approx(H_SLID, rel=0.04)
+
+
+def test_nothing_is_felt_before_contact_and_more_and_more_after(demo, run):
+    rows = [row for row in run() if row.t <= 1.0]
+    gap = [row for row in rows if row.t < 0.2 - 1e-9]
+    pressed = [row for row in rows if row.t > 0.2 + 1e-9]
+    assert len(gap) == 3
+    assert max(abs(row.V) for row in gap) < 1e-6
+    # The reaction grows, and ever faster: the contact widens
+    assert np.all(np.diff(column(pressed, "V"), 2) > 0.0)
+    assert np.all(np.diff(column(pressed, "V")) > 0.0)
+
+
+def test_slip_begins_once_and_friction_stays_at_its_limit(run):
+    """H rises to a plateau little above mu V: the indenter climbs its own trough."""
+    rows = [row for row in run() if row.t >= 1.0]
+    ratio = column(rows, "H") / column(rows, "V")
+    assert ratio[0] < 0.25
+    assert np.all(np.diff(ratio[:4]) > 0.0)
+    assert np.all((0.28 < ratio[5:]) & (ratio[5:] < 0.36))
+
+
+def test_the_cone_is_reached_in_sliding_and_not_exceeded(demo):
+    """The multiplier is on Coulomb's cone in the mean, and against the motion."""
+    model = demo.Ironing(COMM, 60)
+    list(model.path(0.0, 10, SLIDE, 1.1))
+    points = model.contact.points()
+    inside = points["status"] >= 2
+    lam, n, w = (points[name][inside] for name in ("traction", "normal", "weight"))
+    normal = np.einsum("qi,qi->q", lam, n)
+    tangential = np.linalg.norm(lam - normal[:, None] * n, axis=1)
+    assert w @ tangential == pytest.approx(-demo.FRICTION * (w @ normal), rel=0.01)
+    # Friction on the indenter points back along its path; at the ends of the contact
+    # the multiplier's hat functions reach out of it, and hold it in the mean only
+    well = normal < 0.1 * normal.min()
+    assert well.sum() > 20
+    assert np.all((lam - normal[:, None] * n)[well, 0] < 0.0)
+
+
+def test_without_friction_nothing_resists_the_slide(demo, run):
+    rows = run(friction=0.0)
+    pressed, slid = demo.at(rows, 1.0), rows[-1]
+    # Near the free edge of the foundation even a frictionless indenter is pushed
+    assert pressed.H > 0.05 * pressed.V
+    assert abs(slid.H) < 0.02 * slid.V
+
+
+def test_the_coefficient_does_not_matter(run):
+    fine, coarse = run(until=1.1, gamma=10000.0), run(until=1.1)
+    for name in "VH":
+        a, b = column(fine, name)[-1], column(coarse, name)[-1]
+        assert a == pytest.approx(b, rel=0.01)
+
+
+def test_no_step_is_cut_and_newton_takes_few_iterations(run):
+    rows = run()
+    assert rows[-1].halvings == 0
+    assert mean_iterations(rows) < 7.5
+
+
+def test_extrapolation_saves_iterations_and_changes_nothing(run):
+    plain, extrapolated = run(until=1.1, extrapolate=False), run(until=1.1)
+    for name in "VH":
+        np.testing.assert_allclose(
+            column(plain, name), column(extrapolated, name), atol=1e-5
+        )
+    assert mean_iterations(extrapolated) < mean_iterations(plain) - 0.5
+
+
+def test_a_checkpoint_goes_on_where_the_path_stopped(demo, run, tmp_path):
+    first = demo.Ironing(COMM, 60)
+    rows = list(first.path(0.0, PRESS, SLIDE, 1.03))
+    demo.save(tmp_path / "ironing.npz", first, rows)
+
+    second = demo.Ironing(COMM, 60)
+    rows = demo.load(tmp_path / "ironing.npz", second)
+    rows += second.path(rows[-1].t, PRESS, SLIDE, 1.06)
+    expected = [row for row in run() if row.t < 1.06 + 1e-9]
+    assert [row.t for row in rows] == pytest.approx([row.t for row in expected])
+    for name in "VH":
+        np.testing.assert_allclose(
+            column(rows, name), column(expected, name), atol=1e-5
+        )
