@@ -10,8 +10,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import ufl
+from dolfinx import fem
 
-from problems import COMM
+import raymortar
+from raymortar import compat
+from raymortar.scenes import two_cylinders
+
+from problems import COMM, fix, lame
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "demos"))
 
@@ -82,3 +88,47 @@ def test_tractions_do_not_depend_on_the_steps_of_the_shear():
         demo.measure(demo.solve(COMM, steps=n, **SMALL)).tangential_off for n in (4, 8)
     )
     assert abs(few - many) < 0.02
+
+
+def held_and_sheared(angle):
+    """Tractions in the scene's own axes, (nodes, 2), by the reference place.
+
+    Both cuts are held by displacements, which may point anywhere.
+    """
+    c, s = np.cos(angle), np.sin(angle)
+    R = np.array([[c, -s], [s, c]])
+    scene = two_cylinders(COMM, facets_across=12, rotation=angle)
+    V = compat.vector_space(scene.mesh, 1)
+    u, v = fem.Function(V), ufl.TestFunction(V)
+    mu, lmbda = lame(demo.E, demo.NU)
+    e = demo.strain(u)
+    stress = 2 * mu * e + lmbda * ufl.tr(e) * ufl.Identity(3)
+    contact = raymortar.Contact(
+        u,
+        scene.facet_tags,
+        [(scene.tags["slave"], scene.tags["master"])],
+        friction=raymortar.Coulomb(demo.FRICTION),
+    )
+    cut = fem.Constant(scene.mesh, np.zeros(2))
+    bcs = [fix(V, scene, "bottom"), fix(V, scene, "top", value=cut)]
+    form = ufl.inner(stress, demo.strain(v)) * ufl.dx
+    problem = raymortar.NonlinearProblem(form, contact, bcs)
+    solver = raymortar.SNESSolver(problem, demo.LINE_SEARCH)
+    for target in ((0.0, -0.1), (0.0, -0.2), (0.02, -0.2), (0.04, -0.2)):
+        cut.value[:] = R @ target
+        solver.solve()
+        contact.advance()
+    x, t = demo.common.gather_nodes(contact.multiplier, scene)
+    x = x[:, :2] @ R
+    order = np.argsort(x[:, 0])
+    return x[order], (t @ R)[order]
+
+
+def test_turned_model_has_turned_tractions():
+    if COMM.size > 1:
+        pytest.skip("small enough for one process")
+    x, t = held_and_sheared(0.0)
+    turned_x, turned_t = held_and_sheared(np.radians(37.0))
+    np.testing.assert_allclose(turned_x, x, atol=1e-9)
+    assert np.abs(t[:, 0]).max() > 0.05 * np.abs(t[:, 1]).max()
+    np.testing.assert_allclose(turned_t, t, atol=1e-7 * np.abs(t).max())

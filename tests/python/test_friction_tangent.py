@@ -18,8 +18,15 @@ from test_tangent import (
     taylor_remainders,
 )
 
-from raymortar import AugmentedLagrangian, Contact, Coulomb, Penalty, Stick, Tresca
-from raymortar import compat
+from raymortar import (
+    AugmentedLagrangian,
+    Contact,
+    Coulomb,
+    Penalty,
+    Stick,
+    Tresca,
+    compat,
+)
 
 NONE, OPEN, STICK, SLIP = 0, 1, 2, 3
 METHODS = {

@@ -11,6 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import raymortar
+
 from problems import COMM
 
 DEMOS = str(Path(__file__).resolve().parents[2] / "demos")
@@ -127,6 +129,29 @@ def test_extrapolation_saves_iterations_and_changes_nothing(run):
             column(plain, name), column(extrapolated, name), atol=1e-5
         )
     assert mean_iterations(extrapolated) < mean_iterations(plain) - 0.5
+
+
+def test_a_failure_of_the_extrapolated_start_cuts_no_step(demo, run):
+    """The step is then solved from the accepted state, which a failure must not touch."""
+    model = demo.Ironing(COMM, 60)
+    contact, solve = model.contact, model.solver.solve
+    failures = []
+
+    def failing():
+        if not np.array_equal(contact.u.x.array, contact.state().u_old):
+            failures.append(model.motion.value.copy())
+            contact.u.x.array[:] = 1e3
+            contact.multiplier.x.array[:] = 1e3
+            raise raymortar.ConvergenceError("made up")
+        return solve()
+
+    model.solver.solve = failing
+    rows = list(model.path(0.0, PRESS, SLIDE, 1.05))
+    plain = [row for row in run(until=1.1, extrapolate=False) if row.t < 1.05 + 1e-9]
+    # Not the first step of each of the two directions
+    assert len(failures) == len(rows) - 2
+    assert rows[-1].halvings == 0
+    np.testing.assert_array_equal(column(rows, "V"), column(plain, "V"))
 
 
 def test_a_checkpoint_goes_on_where_the_path_stopped(demo, run, tmp_path):

@@ -248,7 +248,8 @@ def solve(case, cell, degree, n, s0, s1, c=1.0, share=1.0, gamma=None):
     contact.advance()
     u.interpolate(lambda x: at(s1, c)(x[:dim].T).T)
     u.x.array.reshape(-1, dim)[dofs] = 0.0
-    # A guess of the pressure: without any, friction knows no cone at first
+    # A guess of the pressure: without any, friction has no cone at first, and
+    # quadratic stick then needs a hundredth of the automatic gamma to converge
     lam = contact.multiplier.x.array.reshape(-1, dim)
     lam[contact.zones[0].multiplier_nodes, -1] = GUESS
     problem = raymortar.NonlinearProblem(L, contact, bcs)

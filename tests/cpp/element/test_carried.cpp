@@ -1,0 +1,139 @@
+#include "law/differences.h"
+#include "raymortar/element/carried.h"
+
+using namespace raymortar;
+using namespace raymortar::test;
+
+namespace
+{
+/// A facet near the reference one, in the plane of the first coordinates
+template <class F>
+typename F::NodeMatrix random_facet(Random& random, double bend = 0.1)
+{
+  constexpr int D = F::gdim;
+  typename F::NodeMatrix x;
+  for (std::size_t a = 0; a < F::nodes; ++a)
+  {
+    Vec<D> at = bend * random.vector<D>();
+    for (std::size_t i = 0; i < F::tdim; ++i)
+      at[static_cast<int>(i)] += F::Node::points[a][i];
+    x.col(static_cast<int>(a)) = at;
+  }
+  return x;
+}
+
+template <class F>
+typename F::RefPoint centre()
+{
+  return F::RefPoint::Constant(0.3);
+}
+
+template <class F>
+auto carried(const typename F::NodeMatrix& old,
+             const typename F::NodeMatrix& now, const Vec<F::gdim>& traction)
+{
+  const auto xi = centre<F>();
+  return carry_traction<F::gdim>(frame_at<F>(old, xi), frame_at<F>(now, xi),
+                                 traction);
+}
+
+template <class F>
+class Carried : public testing::Test
+{
+};
+using Facets = testing::Types<
+    FacetType<Shape::interval, 1, 1>, FacetType<Shape::interval, 2, 2>,
+    FacetType<Shape::triangle, 1, 1>, FacetType<Shape::triangle, 2, 2>,
+    FacetType<Shape::quadrilateral, 1, 1>,
+    FacetType<Shape::quadrilateral, 2, 2>>;
+TYPED_TEST_SUITE(Carried, Facets);
+} // namespace
+
+TYPED_TEST(Carried, RestLeavesTheTangentialPart)
+{
+  constexpr int D = TypeParam::gdim;
+  Random random(1);
+  const auto x = random_facet<TypeParam>(random);
+  const Vec<D> v = random.vector<D>();
+  const Vec<D> n = frame_at<TypeParam>(x, centre<TypeParam>()).n;
+  const Vec<D> expected = v - n.dot(v) * n;
+  EXPECT_LE((carried<TypeParam>(x, x, v).value() - expected).norm(), 1e-14);
+}
+
+TYPED_TEST(Carried, RigidRotationsOfAnySizeTurnIt)
+{
+  constexpr int D = TypeParam::gdim;
+  Random random(2);
+  for (int i = 0; i < 50; ++i)
+  {
+    const auto x = random_facet<TypeParam>(random);
+    const Mat<D, D> Q = random.rotation<D>();
+    const Vec<D> v = random.vector<D>();
+    const Vec<D> rest = carried<TypeParam>(x, x, v).value();
+    const Vec<D> turned = carried<TypeParam>(x, Q * x, v).value();
+    EXPECT_LE((turned - Q * rest).norm(), 1e-13);
+  }
+}
+
+TYPED_TEST(Carried, StretchNeitherTurnsNorScalesIt)
+{
+  // A symmetric stretch within the plane of a flat facet
+  constexpr int D = TypeParam::gdim;
+  Random random(3);
+  const auto x = random_facet<TypeParam>(random, 0.0);
+  Mat<D, D> U = Mat<D, D>::Identity();
+  U(0, 0) = 1.7;
+  U(D - 2, 0) = U(0, D - 2) = D == 3 ? 0.3 : 1.7;
+  const Vec<D> v = random.vector<D>();
+  const Vec<D> rest = carried<TypeParam>(x, x, v).value();
+  EXPECT_LE((carried<TypeParam>(x, U * x, v).value() - rest).norm(), 1e-14);
+}
+
+TYPED_TEST(Carried, StaysInThePresentTangentPlaneWithItsLength)
+{
+  constexpr int D = TypeParam::gdim;
+  Random random(4);
+  for (int i = 0; i < 50; ++i)
+  {
+    const auto x = random_facet<TypeParam>(random);
+    const auto y = random_facet<TypeParam>(random);
+    const Vec<D> v = random.vector<D>();
+    const auto c = carried<TypeParam>(x, y, v);
+    const Vec<D> n = frame_at<TypeParam>(y, centre<TypeParam>()).n;
+    EXPECT_NEAR(n.dot(c.value()), 0.0, 1e-13);
+    EXPECT_NEAR(c.value().norm(), carried<TypeParam>(x, x, v).value().norm(),
+                1e-13);
+  }
+}
+
+TYPED_TEST(Carried, VariationIsTheDerivative)
+{
+  using F = TypeParam;
+  constexpr int D = F::gdim;
+  Random random(5);
+  for (int i = 0; i < 10; ++i)
+  {
+    const auto x = random_facet<F>(random), y = random_facet<F>(random);
+    const Vec<D> v = random.vector<D>();
+    const auto f = [&](const Vector& u) -> Vector
+    {
+      const typename F::NodeMatrix at =
+          y + Eigen::Map<const typename F::NodeMatrix>(u.data());
+      return carried<F>(x, at, v).value();
+    };
+    const auto p = slave_geometry<F>(y, centre<F>());
+    expect_derivative(f, Vector::Zero(F::dofs * D),
+                      vary_carried<F>(carried<F>(x, y, v), p, centre<F>()));
+  }
+}
+
+TYPED_TEST(Carried, NoTractionHasNoVariation)
+{
+  using F = TypeParam;
+  Random random(6);
+  const auto x = random_facet<F>(random), y = random_facet<F>(random);
+  const auto c = carried<F>(x, y, Vec<F::gdim>::Zero());
+  EXPECT_TRUE(c.value().isZero(0.0));
+  const auto p = slave_geometry<F>(y, centre<F>());
+  EXPECT_TRUE(vary_carried<F>(c, p, centre<F>()).isZero(0.0));
+}
