@@ -1,39 +1,89 @@
-// Derivatives against central differences, by the slope of the error.
+// Derivatives against central differences, by the slope of their error.
 #pragma once
 
-#include <Eigen/Core>
-#include <functional>
+#include "raymortar/core/types.h"
+#include <Eigen/LU>
+#include <Eigen/QR>
 #include <gtest/gtest.h>
+#include <random>
 
 namespace raymortar::test
 {
-using Function = std::function<Eigen::VectorXd(const Eigen::VectorXd&)>;
+using Vector = Eigen::VectorXd;
+using Matrix = Eigen::MatrixXd;
 
-/// Largest deviation of J from the central difference of f with a step
-inline double difference_error(const Function& f, const Eigen::VectorXd& x,
-                               const Eigen::MatrixXd& J, double step)
+/// Central differences of f at x, one column per component
+template <class Function>
+Matrix central(const Function& f, const Vector& x, double h)
 {
-  double worst = 0;
+  Matrix J(f(x).size(), x.size());
   for (Eigen::Index j = 0; j < x.size(); ++j)
   {
-    Eigen::VectorXd ahead = x, behind = x;
-    ahead[j] += step;
-    behind[j] -= step;
-    const Eigen::VectorXd slope = (f(ahead) - f(behind)) / (2 * step);
-    worst = std::max(worst, (slope - J.col(j)).cwiseAbs().maxCoeff());
+    const Vector e = h * Vector::Unit(x.size(), j);
+    J.col(j) = (f(x + e) - f(x - e)) / (2.0 * h);
   }
-  return worst;
+  return J;
 }
 
-/// The error must fall with the square of the step, down to rounding
-inline void expect_derivative(const Function& f, const Eigen::VectorXd& x,
-                              const Eigen::MatrixXd& J, double step = 1e-2)
+/// J is f': the error of central differences falls with h^2, or is rounding
+template <class Function>
+void expect_derivative(const Function& f, const Vector& x, const Matrix& J)
 {
-  ASSERT_EQ(J.cols(), x.size());
+  ASSERT_TRUE(J.allFinite());
   const double scale = std::max(1.0, J.cwiseAbs().maxCoeff());
-  const double first = difference_error(f, x, J, step);
-  const double second = difference_error(f, x, J, step / 10);
-  EXPECT_LT(second, std::max(std::pow(10, -1.9) * first, 2e-11 * scale))
-      << "from " << first;
+  const double coarse = (central(f, x, 1e-3) - J).cwiseAbs().maxCoeff();
+  const double fine = (central(f, x, 1e-4) - J).cwiseAbs().maxCoeff();
+  EXPECT_LE(fine, 1e-5 * scale);
+  if (coarse > 1e-8 * scale)
+  {
+    EXPECT_NEAR(std::log10(coarse / fine), 2.0, 0.1);
+  }
 }
+
+/// J is the one-sided derivative of f at x along d: first order in h
+template <class Function>
+void expect_one_sided(const Function& f, const Vector& x, const Vector& d,
+                      const Matrix& J)
+{
+  const double h = 1e-6;
+  const Vector change = (f(x + h * d) - f(x)) / h;
+  EXPECT_LE((change - J * d).cwiseAbs().maxCoeff(), 1e-4);
+}
+
+/// Seeded random vectors and rotations
+class Random
+{
+public:
+  explicit Random(unsigned seed) : _engine(seed) {}
+
+  template <int D>
+  Vec<D> vector()
+  {
+    Vec<D> v;
+    for (int i = 0; i < D; ++i)
+      v[i] = _normal(_engine);
+    return v;
+  }
+
+  template <int D>
+  Vec<D> unit()
+  {
+    return vector<D>().normalized();
+  }
+
+  template <int D>
+  Mat<D, D> rotation()
+  {
+    Mat<D, D> A;
+    for (int i = 0; i < D; ++i)
+      A.col(i) = vector<D>();
+    Mat<D, D> Q = Eigen::HouseholderQR<Mat<D, D>>(A).householderQ();
+    Q.col(0) *= Q.determinant();
+    return Q;
+  }
+
+private:
+  std::mt19937 _engine;
+  std::normal_distribution<double> _normal;
+};
 } // namespace raymortar::test
