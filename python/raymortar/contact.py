@@ -142,7 +142,7 @@ class Contact:
         self._volume: VolumePattern | None = None
         if method.gamma is not None:
             self.set_gamma(method.gamma)
-        self._send_old_displacement()
+        self._history_is_new = True
 
     # Set-up
 
@@ -254,6 +254,7 @@ class Contact:
         ContactError
             If the displacement is not finite.
         """
+        self._send_history()
         self._send_state()
         for zone in self.zones:
             if rays_only:
@@ -265,14 +266,14 @@ class Contact:
         """Accept the step: the present state becomes the old one. Collective.
 
         The old displacement is the only history; the elastic penalty also keeps the
-        tangential traction of the last `update` on each slave facet.
+        tangential traction of the last `update` on each slave facet. Results stay those
+        of the accepted step until the next `update`.
         """
         if self._has_springs:
             for zone in self.zones:
                 zone.traction_old = zone.cpp.tangential_traction()
-                zone.cpp.set_old_traction(zone.traction_old)
         self._u_old[:] = self.u.x.array
-        self._send_old_displacement()
+        self._history_is_new = True
 
     def state(self) -> ContactState:
         """Copy of displacement, multiplier and history, for `restore`."""
@@ -292,11 +293,17 @@ class Contact:
             self.multiplier.x.array[:] = state.multiplier
         for zone, traction in zip(self.zones, state.traction_old):
             zone.traction_old = traction
-            zone.cpp.set_old_traction(np.empty(0) if traction is None else traction)
-        self._send_old_displacement()
+        self._history_is_new = True
 
-    def _send_old_displacement(self) -> None:
+    def _send_history(self) -> None:
+        """Old displacement and tractions to the zones, where they have changed."""
+        if not self._history_is_new:
+            return
         self._for_zones("set_old_displacement", self._u_old)
+        for zone in self.zones:
+            traction = zone.traction_old
+            zone.cpp.set_old_traction(np.empty(0) if traction is None else traction)
+        self._history_is_new = False
 
     def _fix(self, bcs: Sequence[Any]) -> None:
         """Tell the zones which displacements are prescribed. Collective."""

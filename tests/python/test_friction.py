@@ -70,6 +70,10 @@ def test_tresca_plateau_is_the_bound(cell, method):
         force = np.linalg.norm(blocks.contact.resultant().tangential)
         assert abs(force / (bound * area) - 1.0) <= 1e-9
         blocks.contact.advance()
+        # Results are those of the accepted step until the next update
+        assert blocks.statuses() == {SLIP}
+        after = np.linalg.norm(blocks.contact.resultant().tangential)
+        assert after == force
 
 
 @pytest.mark.parametrize("method", HOLDING)
