@@ -55,12 +55,12 @@ struct Pair
     if constexpr (is_frictional<typename C::Law>)
     {
       auto& old = start.history;
-      const double slip = random() % 2 == 0 ? 0.2 : 0.01;
+      const bool slip = random() % 2 == 0;
       old.slave_old = start.slave;
-      old.slave_old.row(0).array() += slip;
+      old.slave_old.row(0).array() += slip ? 0.5 : 0.01;
       old.master_old = start.master;
       old.traction_old.setConstant(0.1);
-      old.friction = Coulomb{0.4};
+      old.friction = Coulomb{slip ? 0.4 : 20.0};
     }
     for (int q = 0; q < 5; ++q)
       points.push_back({0.8 * random_inside<F>(random), F::RefPoint::Zero(),
