@@ -1,4 +1,4 @@
-#include "law/differences.h"
+#include "differences.h"
 #include "raymortar/element/carried.h"
 
 using namespace raymortar;
