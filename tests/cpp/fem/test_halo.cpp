@@ -19,7 +19,6 @@ struct Session
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
 };
-void start_mpi() { static const Session session; }
 
 /// One session for the suites of all facet types
 void start_session() { static const Session session; }
