@@ -270,7 +270,11 @@ def pressed_and_sheared(cell, method, friction=None, degree=1):
     friction = Coulomb(0.5) if friction is None else friction
     problem, move = clamped(cell, method, friction, degree)
     push = np.zeros(DIMENSION[cell])
-    for push[-1], push[0] in ((-0.03, 0.0), (-0.06, 0.0), (-0.06, 0.03)):
+    # Small steps: full Newton steps cycle where much starts to slip at once
+    path = [(-0.01 * k, 0.0) for k in range(1, 7)] + [
+        (-0.06, 0.01 * k) for k in (1, 2, 3)
+    ]
+    for push[-1], push[0] in path:
         move(push)
         problem.solve()
         problem.contact.advance()
