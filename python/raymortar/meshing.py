@@ -345,6 +345,7 @@ def _distribute(comm, cells, points, cell, degree, cell_body, facet_table):
     facets = facets.reshape(tags.shape)  # a rank without cells does not know its width
     tagged, first = np.unique(facets[tags > 0], return_index=True)
     values = tags[tags > 0][first]
-    # DOLFINx's locate_dofs_topological asks the user for it
-    compat.connectivity(mesh, tdim - 1, tdim)
+    # DOLFINx's locate_dofs_topological asks the user for it, for facets and cells
+    for dim in (tdim - 1, tdim):
+        compat.connectivity(mesh, dim, tdim)
     return mesh, cell_tags, compat.meshtags(mesh, tdim - 1, tagged, values)
