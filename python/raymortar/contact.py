@@ -362,7 +362,13 @@ class Contact:
     def make_room(self, A: PETSc.Mat) -> bool:
         """Preallocate A anew if pairs have appeared that it cannot hold. Collective.
 
-        A loses its values then. Returns whether it did.
+        A loses its values then, and a KSP that has factorised it must be ``reset()``:
+        PETSc 3.22 (3.18 not yet) does not notice the new pattern of a parallel matrix and
+        would write the new values into the old pattern's memory.
+
+        Returns
+        -------
+        Whether it did.
         """
         short = any(not zone.pattern.covers(zone.cpp) for zone in self.zones)
         if not self._comm.allreduce(short, op=MPI.LOR):

@@ -125,14 +125,21 @@ class NonlinearProblem:
         forces[:n][marker[:n] == 1] = 0.0
         return float(np.sqrt(self.comm.allreduce(float(forces @ forces))))
 
-    def J(self, x: PETSc.Vec, A: PETSc.Mat) -> None:
-        """Tangent at x into A. Collective."""
+    def J(self, x: PETSc.Vec, A: PETSc.Mat) -> bool:
+        """Tangent at x into A. Collective.
+
+        Returns
+        -------
+        Whether A has a new pattern: see `Contact.make_room`.
+        """
         self.form(x)
-        if not self.contact.make_room(A):
+        renewed = self.contact.make_room(A)
+        if not renewed:
             A.zeroEntries()
         compat.assemble_jacobian(A, self.a, self.bcs)
         self.contact.assemble_matrix(A, self.bcs)
         A.assemble()
+        return renewed
 
     def describe(self) -> str:
         """State of contact and residual history, for messages. Collective."""

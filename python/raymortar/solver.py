@@ -92,8 +92,12 @@ class NewtonSolver:
             problem.F(x, b)
             this()._measure()
 
+        def tangent(x: PETSc.Vec, A: PETSc.Mat) -> None:
+            if problem.J(x, A):
+                _renew(this().krylov_solver, A)
+
         self._newton.setF(residual, self.b)
-        self._newton.setJ(problem.J, self.A)
+        self._newton.setJ(tangent, self.A)
         self._newton.set_form(problem.form)
         self._newton.rtol = 1e-10
         self._newton.atol = problem.residual_floor()
@@ -159,7 +163,8 @@ class NewtonSolver:
 
 
 def _renew(ksp: PETSc.KSP, A: PETSc.Mat) -> None:
-    """Drop the factors: after a failure MUMPS refuses to factorise anew."""
+    """Drop the factors: after a failure MUMPS refuses to factorise anew, and PETSc
+    takes a new pattern for the old one (`Contact.make_room`)."""
     ksp.reset()
     ksp.setOperators(A)
 
@@ -195,8 +200,23 @@ class SNESSolver:
         self.problem = problem
         self.A, self.b = problem.create_matrix(), problem.create_vector()
         self.snes = PETSc.SNES().create(problem.comm)
-        self.snes.setFunction(lambda _, x, b: problem.F(x, b), self.b)
-        self.snes.setJacobian(lambda _, x, A, P: problem.J(x, A), self.A)
+        # What a callback raised: newer petsc4py raises an error of its own instead
+        self._raised: list[ContactError] = []
+        raised = self._raised  # not self: C would keep it alive in a cycle
+
+        def residual(snes: PETSc.SNES, x: PETSc.Vec, b: PETSc.Vec) -> None:
+            try:
+                problem.F(x, b)
+            except ContactError as error:
+                raised.append(error)
+                raise
+
+        def tangent(snes: PETSc.SNES, x: PETSc.Vec, A: PETSc.Mat, P: PETSc.Mat) -> None:
+            if problem.J(x, A):
+                _renew(snes.ksp, A)
+
+        self.snes.setFunction(residual, self.b)
+        self.snes.setJacobian(tangent, self.A)
         defaults = {
             "snes_type": "newtonls",
             "snes_linesearch_type": "basic",
@@ -230,7 +250,13 @@ class SNESSolver:
             With PETSc's reason, pairs, active points, gaps and residual history.
         """
         x = self.problem.start()
-        self.snes.solve(None, x)
+        self._raised.clear()
+        try:
+            self.snes.solve(None, x)
+        except PETSc.Error:
+            if not self._raised:
+                raise
+            raise self._raised[0] from None
         # The last residual may be of a rejected trial step
         self.problem.form(x)
         x.destroy()
