@@ -213,7 +213,6 @@ PLANE = {
 }
 
 
-@pytest.mark.quick
 @pytest.mark.parametrize("shake", SHAKES)
 @pytest.mark.parametrize("kind", PLANE)
 def test_square_on_parabola(kind, shake, record_property):
@@ -261,6 +260,8 @@ def test_two_cubes(record_property):
     check(found, 1.9, 0.95, 1.5, BODIES)
 
 
+@pytest.mark.quick
+@pytest.mark.mpi
 def test_master_bent_by_its_displacement_is_that_of_its_geometry():
     """Degree 2 on a flat mesh: the same deformed surface, so the same answer."""
     curved, flat = (
