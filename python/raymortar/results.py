@@ -86,7 +86,7 @@ def statistics(zones, comm: MPI.Comm) -> Statistics:
     total = Statistics()
     for zone in zones:
         local = Statistics(**zone.cpp.statistics())
-        points = zone.cpp.points()
+        points = zone.points()
         hit = points["status"] >= OPEN
         # Boxes overlap, but the facets do not face each other within reach
         local.culled = max(local.candidates - local.clipped, 0)
@@ -113,7 +113,7 @@ def _moments(x: Array, forces: Array) -> Array:
 
 def resultant(zone, comm: MPI.Comm) -> Resultant:
     """Force and moment on the slave side of a zone. Collective."""
-    points = zone.cpp.points()
+    points = zone.points()
     forces = points["weight"][:, None] * points["traction"]
     moment = _moments(points["x"], forces).sum(axis=0)
     normal = along_normal(points, forces).sum(axis=0)
@@ -131,7 +131,10 @@ def along_normal(points: dict[str, Array], vectors: Array) -> Array:
 
 
 def nodal_average(
-    zones, quantity: Callable[[dict[str, Array]], Array], field: Function
+    zones,
+    quantity: Callable[[dict[str, Array]], Array],
+    field: Function,
+    hits_only: bool = True,
 ) -> None:
     """Average of a point quantity around each slave node, NaN elsewhere. Collective.
 
@@ -146,6 +149,8 @@ def nodal_average(
         From the arrays of `Contact.points` to values (n,) or (n, d).
     field
         Scalar or vector function that is set.
+    hits_only
+        Leave out points whose ray meets no master.
     """
     V = field.function_space
     index_map, bs = V.dofmap.index_map, V.dofmap.index_map_bs
@@ -153,8 +158,8 @@ def nodal_average(
     weights = compat.create_la_vector(index_map, 1)
     degree = compat.element_info(V).degree
     for zone in zones:
-        points = zone.cpp.points()
-        hit = points["status"] >= OPEN
+        points = zone.points()
+        hit = points["status"] >= (OPEN if hits_only else 0)
         values = quantity(points)[hit].astype(np.float64).reshape(-1, bs)
         shape = zone.facets.slave_surface.shape
         N, _ = surfaces.shape_functions(shape, degree, points["xi"][hit])
