@@ -14,13 +14,26 @@ from petsc4py import PETSc
 
 from . import _cpp, compat, surfaces
 from .compat import Array
-from .errors import ContactError, raise_everywhere
+from .errors import ContactError, raise_everywhere, require_agreement, together
 from .fields import ContactFields
 from .friction import LAWS, Coulomb, Stick, Tresca
 from .layout import Layout
-from .methods import MEASURES, AugmentedLagrangian, Penalty, Search
+from .methods import (
+    MEASURES,
+    AugmentedLagrangian,
+    Penalty,
+    Search,
+    check_coefficient,
+)
 from .stiffness import VolumePattern, automatic_gamma
-from .zones import ZoneData, create_zone, find_facets, numbered, on_facets
+from .zones import (
+    ZoneData,
+    create_zone,
+    find_facets,
+    group_pairs,
+    numbered,
+    on_facets,
+)
 
 
 @dataclass(frozen=True)
@@ -97,14 +110,25 @@ class Contact(ContactFields):
     ) -> None:
         method = AugmentedLagrangian() if method is None else method
         search = Search() if search is None else search
-        _check_options(method, friction, quadrature_degree, measure, search)
         if not isinstance(u, Function):
             raise ContactError(f"u must be a Function, not {type(u).__name__}")
+        self._comm: MPI.Comm = u.function_space.mesh.comm
+        with together(self._comm):
+            _check_options(method, friction, quadrature_degree, measure, search)
+            groups = group_pairs(numbered(pairs, names, u))
+        require_agreement(
+            self._comm,
+            method=method,
+            friction=friction,
+            quadrature_degree=quadrature_degree,
+            measure=measure,
+            search=search,
+            pairs=groups,
+        )
         surfaces.check_space(u)
         self.u, self.method, self.measure = u, method, measure
         self.friction = friction
-        self._comm: MPI.Comm = u.function_space.mesh.comm
-        facets = find_facets(u, facet_tags, numbered(pairs, names, u))
+        facets = find_facets(u, facet_tags, groups)
         degree, components = self._multiplier_kind()
         mesh = u.function_space.mesh
         self.multiplier = None
@@ -193,7 +217,17 @@ class Contact(ContactFields):
         ----------
         gamma
             Positive number or scalar Function, traction per length.
+
+        Raises
+        ------
+        ContactError
+            If it is not positive, differs between ranks or is of another mesh.
         """
+        with together(self._comm):
+            check_coefficient(gamma)
+            if isinstance(gamma, Function):
+                _check_coefficient_function(gamma, self.u)
+        require_agreement(self._comm, gamma=gamma)
         values = [
             on_facets(gamma, zone.facets)
             if isinstance(gamma, Function)
@@ -221,13 +255,17 @@ class Contact(ContactFields):
                 self._on_surface(array, zone.facets.master_surface),
             )
 
+    def _not_finite(self) -> str | None:
+        """What is no number in this rank's share of the state, if anything."""
+        for name, f in (("displacement", self.u), ("multiplier", self.multiplier)):
+            bad = 0 if f is None else np.count_nonzero(~np.isfinite(f.x.array))
+            if bad:
+                return f"the {name} has {bad} entries that are not finite"
+        return None
+
     def _send_state(self) -> None:
         """Displacement and multiplier to the zones. Collective."""
-        bad = np.count_nonzero(~np.isfinite(self.u.x.array))
-        raise_everywhere(
-            self._comm,
-            f"the displacement has {bad} entries that are not finite" if bad else None,
-        )
+        raise_everywhere(self._comm, self._not_finite())
         self._for_zones("set_displacement", self.u.x.array)
         if self.multiplier is not None:
             values = self.multiplier.x.array.reshape(-1, self.layout.components)
@@ -251,10 +289,11 @@ class Contact(ContactFields):
         self._send_history()
         self._send_state()
         for zone in self.zones:
-            if rays_only:
-                zone.cpp.cast()
-            else:
-                zone.cpp.pair()
+            with together(self._comm):
+                if rays_only:
+                    zone.cpp.cast()
+                else:
+                    zone.cpp.pair()
 
     def advance(self) -> None:
         """Accept the step: the present state becomes the old one. Collective.
@@ -281,10 +320,11 @@ class Contact(ContactFields):
 
     def restore(self, state: ContactState) -> None:
         """Go back to a state of this object. Collective."""
-        self.u.x.array[:] = state.u
-        self._u_old[:] = state.u_old
-        if self.multiplier is not None:
-            self.multiplier.x.array[:] = state.multiplier
+        with together(self._comm):
+            self.u.x.array[:] = state.u
+            self._u_old[:] = state.u_old
+            if self.multiplier is not None:
+                self.multiplier.x.array[:] = state.multiplier
         for zone, traction in zip(self.zones, state.traction_old):
             zone.traction_old = traction
         self._history_is_new = True
@@ -376,8 +416,9 @@ class Contact(ContactFields):
         Constrained rows and columns are left out. Collective.
         """
         self._fix(bcs)
-        for zone in self.zones:
-            _cpp.add_tangent(zone.cpp, A.handle)
+        with together(self._comm):
+            for zone in self.zones:
+                _cpp.add_tangent(zone.cpp, A.handle)
 
     def assemble_vector(self, b: PETSc.Vec, bcs: Sequence[Any] = ()) -> None:
         """Add the residual at the last `update`; assembly of b is the caller's.
@@ -385,8 +426,9 @@ class Contact(ContactFields):
         Constrained rows are left out. Collective.
         """
         self._fix(bcs)
-        for zone in self.zones:
-            _cpp.add_residual(zone.cpp, b.handle)
+        with together(self._comm):
+            for zone in self.zones:
+                _cpp.add_residual(zone.cpp, b.handle)
 
     def apply_lifting(
         self, b: PETSc.Vec, bcs: Sequence[Any], x0: Array, alpha: float
@@ -410,13 +452,10 @@ class Contact(ContactFields):
         if not self._comm.allreduce(bool(np.any(increment)), op=MPI.LOR):
             return
         for zone in self.zones:
-            _cpp.apply_lifting(
-                zone.cpp,
-                b.handle,
-                self._on_surface(increment, zone.facets.slave_surface),
-                self._on_surface(increment, zone.facets.master_surface),
-                alpha,
-            )
+            sides = zone.facets.slave_surface, zone.facets.master_surface
+            increments = [self._on_surface(increment, side) for side in sides]
+            with together(self._comm):
+                _cpp.apply_lifting(zone.cpp, b.handle, *increments, alpha)
 
     @property
     def stiffness_diagonal(self) -> Array:
@@ -424,8 +463,19 @@ class Contact(ContactFields):
         return self._volume.diagonal
 
 
+def _check_coefficient_function(gamma: Function, u: Function) -> None:
+    """Raise unless gamma is a scalar on the displacement's mesh."""
+    components = compat.element_info(gamma.function_space).value_shape
+    if components:
+        raise ContactError(
+            f"gamma must be a scalar Function, not one with values of shape {components}"
+        )
+    if not compat.on_mesh(gamma, u.function_space.mesh):
+        raise ContactError("gamma is a Function on another mesh than the displacement")
+
+
 def _check_options(method, friction, quadrature_degree, measure, search) -> None:
-    """Raise for options that do not exist; the same on every rank."""
+    """Raise for options that do not exist."""
     if not isinstance(method, (AugmentedLagrangian, Penalty)):
         raise ContactError(
             f"method must be AugmentedLagrangian or Penalty, not {method!r}"

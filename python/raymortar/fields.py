@@ -12,7 +12,8 @@ from dolfinx.fem import Function
 from mpi4py import MPI
 
 from .compat import Array
-from .errors import ContactError
+from .errors import ContactError, raise_everywhere
+from .layout import Layout
 from .results import (
     OPEN,
     Resultant,
@@ -35,6 +36,7 @@ class ContactFields:
     friction: Any
     multiplier: Function | None
     u: Function
+    layout: Layout
     _comm: MPI.Comm
     _scalar: Any
     _vector: Any
@@ -83,8 +85,10 @@ class ContactFields:
             ``"total"``; ``"normal"``: along the slave's normal; ``"tangential"``: the
             rest, which is friction.
         """
-        if part not in PARTS:
-            raise ContactError(f"part must be one of {PARTS}, not {part!r}")
+        raise_everywhere(
+            self._comm,
+            None if part in PARTS else f"part must be one of {PARTS}, not {part!r}",
+        )
 
         def quantity(points):
             total = points["traction"]
@@ -176,4 +180,4 @@ class ContactFields:
     @property
     def statistics(self) -> Statistics:
         """Counts of the last `update` over all zones and ranks. Collective."""
-        return statistics(self.zones, self._comm)
+        return statistics(self.zones, self.layout)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass, field, fields
 
 import numpy as np
 from dolfinx.fem import Function
@@ -11,7 +11,9 @@ from dolfinx.fem import Function
 from mpi4py import MPI
 
 from . import compat, surfaces
+from .communication import Communication, communication
 from .compat import Array
+from .layout import Layout
 
 OPEN, CLOSED = 1, 2
 
@@ -62,6 +64,7 @@ class Statistics:
     seconds_candidates: float = 0.0
     seconds_segments: float = 0.0
     seconds_rays: float = 0.0
+    communication: Communication = field(default_factory=Communication)
 
     def __str__(self) -> str:
         gap = f"gap {self.min_gap:.3e} to {self.max_gap:.3e}"
@@ -81,9 +84,11 @@ def _reduction(name: str):
     return MPI.SUM, lambda a, b: a + b
 
 
-def statistics(zones, comm: MPI.Comm) -> Statistics:
+def statistics(zones, layout: Layout) -> Statistics:
     """Counts of all zones and ranks. Collective."""
-    total = Statistics()
+    comm, names = layout.comm, [f.name for f in fields(Statistics)]
+    names.remove("communication")
+    total = Statistics(communication=communication(zones, layout))
     for zone in zones:
         local = Statistics(**zone.cpp.statistics())
         points = zone.points()
@@ -95,12 +100,13 @@ def statistics(zones, comm: MPI.Comm) -> Statistics:
             local.min_gap = float(points["gap"][hit].min())
             local.max_gap = float(points["gap"][hit].max())
             local.max_pressure = float(-points["pressure"][hit].min())
-        for name, value in asdict(local).items():
+        for name in names:
             _, combine = _reduction(name)
-            setattr(total, name, combine(getattr(total, name), value))
-    for field in fields(Statistics):
-        op, _ = _reduction(field.name)
-        setattr(total, field.name, comm.allreduce(getattr(total, field.name), op=op))
+            value = combine(getattr(total, name), getattr(local, name))
+            setattr(total, name, value)
+    for name in names:
+        op, _ = _reduction(name)
+        setattr(total, name, comm.allreduce(getattr(total, name), op=op))
     return total
 
 

@@ -110,11 +110,11 @@ def group_pairs(pairs) -> dict[int, tuple[int, ...]]:
     return {slave: tuple(masters) for slave, masters in groups.items()}
 
 
-def find_facets(u: Function, facet_tags, pairs) -> list[ZoneFacets]:
-    """Facets of every zone, checked. Collective."""
+def find_facets(u: Function, facet_tags, groups) -> list[ZoneFacets]:
+    """Facets of every zone (of `group_pairs`), checked. Collective."""
     mesh = u.function_space.mesh
     zones = []
-    for slave_tag, master_tags in group_pairs(pairs).items():
+    for slave_tag, master_tags in groups.items():
         slave = surfaces.tagged_facets(mesh, facet_tags, slave_tag, "slave")
         masters = [
             surfaces.tagged_facets(mesh, facet_tags, tag, "master")
@@ -249,11 +249,6 @@ def on_facets(gamma: Function, zone: ZoneFacets) -> Array:
     facet. Collective.
     """
     mesh = gamma.function_space.mesh
-    components = compat.element_info(gamma.function_space).value_shape
-    if components:
-        raise ContactError(
-            f"gamma must be a scalar Function, not one with values of shape {components}"
-        )
     surface = zone.slave_surface
     n = surface.facet_dofs.shape[1]
     shape = surfaces.facet_nodes(surface.shape, surface.displacement_degree)

@@ -46,6 +46,13 @@ struct ZoneStatistics
   double seconds_rays = 0.0;
 };
 
+/// @brief What this rank has sent for a zone since its creation.
+struct ZoneTraffic
+{
+  Traffic pairing; ///< to find partners, and facets when the halo is renewed
+  Traffic values;  ///< displacements and the like, between renewals
+};
+
 /// @brief Runs pairing, segmentation, integration and rays of one pair.
 ///
 /// Members that move data between ranks are collective: set_displacement,
@@ -96,6 +103,7 @@ public:
   [[nodiscard]] const Halo& halo() const { return *_halo; }
   [[nodiscard]] const ZoneInput& input() const { return _input; }
   [[nodiscard]] ZoneStatistics statistics() const;
+  [[nodiscard]] ZoneTraffic traffic() const;
 
   /// @brief Values of the owned master dofs at the dofs of state().master.
   [[nodiscard]] std::vector<double> to_master(std::span<const double> owned,
@@ -131,7 +139,9 @@ private:
   ZoneStatistics _statistics;
   std::vector<double> _master_u, _master_old, _master_fixed; ///< owned
   std::vector<double> _fixed_slave, _fixed_master;
-  std::vector<double> _wanted;    ///< box the halo was fetched for
+  ZoneTraffic _past;              ///< of halos that have been replaced
+  std::vector<Index> _part;       ///< of each slave facet
+  std::vector<double> _wanted;    ///< parts' boxes the halo was fetched for
   std::vector<double> _master_at; ///< owned master positions at that time
   std::vector<double> _slave_boxes, _master_boxes; ///< candidates hold within
 };
