@@ -32,8 +32,12 @@ void bind_assembly(py::module_& m)
       .def("__len__", [](const Pattern& p) { return p.pairs().size(); });
   m.def("add_residual", [](const Zone& z, std::uintptr_t b)
         { add_residual(z, from_handle<::Vec>(b)); });
-  m.def("add_tangent", [](const Zone& z, std::uintptr_t A)
-        { add_tangent(z, from_handle<::Mat>(A)); });
+  py::class_<BlockPositions>(m, "BlockPositions")
+      .def(py::init<>())
+      .def("lookups", &BlockPositions::lookups);
+  m.def("add_tangent",
+        [](const Zone& z, std::uintptr_t A, BlockPositions& positions)
+        { add_tangent(z, from_handle<::Mat>(A), positions); });
   m.def(
       "apply_lifting",
       [](const Zone& z, std::uintptr_t b, const Array<double>& slave,

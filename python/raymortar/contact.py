@@ -383,7 +383,7 @@ class Contact:
         """
         self._fix(bcs)
         for zone in self.zones:
-            _cpp.add_tangent(zone.cpp, A.handle)
+            _cpp.add_tangent(zone.cpp, A.handle, zone.positions)
 
     def assemble_vector(self, b: PETSc.Vec, bcs: Sequence[Any] = ()) -> None:
         """Add the residual at the last `update`; assembly of b is the caller's.

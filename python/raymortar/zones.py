@@ -39,6 +39,7 @@ class ZoneData:
     multiplier_nodes: Indices  # sorted block dofs in the zone's own order
     result_table: Indices  # (slave facets, n), local block dofs of result fields
     pattern: _cpp.Pattern = field(default_factory=_cpp.Pattern)
+    positions: _cpp.BlockPositions = field(default_factory=_cpp.BlockPositions)
     traction_old: Array | None = None  # (slave facets, n, d), of friction springs
 
 

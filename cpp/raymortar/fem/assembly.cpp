@@ -52,6 +52,79 @@ std::vector<std::size_t> all_elements(const ContactState& s)
   std::iota(all.begin(), all.end(), std::size_t{0});
   return all;
 }
+/// Adds tangent blocks: straight to the entries of rows of this rank, through
+/// PETSc to those of other ranks
+class BlockWriter
+{
+public:
+  BlockWriter(const Zone& zone, ::Mat A, BlockPositions& positions)
+      : _zone(zone), _matrix(A), _positions(positions)
+  {
+    open();
+  }
+
+  void add(std::size_t e, const double* block)
+  {
+    const ContactElements& elements = _zone.state().elements;
+    const Index slave = elements.slave[e], master = elements.master[e];
+    element_rows(_zone, slave, master, Constrained::left_out, _rows);
+    if (not _arrays->available())
+      return set_values(_rows, block);
+    const auto at = _positions.of(*_arrays, _zone, slave, master);
+    if (not at.known)
+    {
+      // Where PETSc makes a new entry, the arrays are others afterwards
+      _arrays.reset();
+      set_values(_rows, block);
+      return open();
+    }
+    add_block(*_arrays, at, _rows, without_constrained(block));
+    if (not at.has_foreign)
+      return;
+    _foreign = _rows;
+    for (PetscInt& row : _foreign)
+      row = _arrays->owns(row) ? -1 : row;
+    set_values(_foreign, block);
+  }
+
+private:
+  void open()
+  {
+    _arrays.emplace(_matrix);
+    if (_arrays->available())
+      _positions.follow(_matrix, _zone);
+  }
+
+  /// PETSc leaves out rows and columns numbered -1
+  void set_values(const std::vector<PetscInt>& rows, const double* block)
+  {
+    const auto n = static_cast<PetscInt>(_rows.size());
+    check(MatSetValues(_matrix, n, rows.data(), n, _rows.data(), block,
+                       ADD_VALUES),
+          "MatSetValues");
+  }
+
+  /// The block with zeros in the columns that are left out
+  const double* without_constrained(const double* block)
+  {
+    const std::size_t n = _rows.size();
+    if (std::none_of(_rows.begin(), _rows.end(),
+                     [](PetscInt row) { return row < 0; }))
+      return block;
+    _masked.assign(block, block + n * n);
+    for (std::size_t k = 0; k < n * n; ++k)
+      if (_rows[k % n] < 0)
+        _masked[k] = 0.0;
+    return _masked.data();
+  }
+
+  const Zone& _zone;
+  ::Mat _matrix;
+  std::optional<AijArrays> _arrays;
+  BlockPositions& _positions;
+  std::vector<PetscInt> _rows, _foreign;
+  std::vector<double> _masked;
+};
 } // namespace
 
 void add_residual(const Zone& zone, ::Vec b)
@@ -70,20 +143,12 @@ void add_residual(const Zone& zone, ::Vec b)
       });
 }
 
-void add_tangent(const Zone& zone, ::Mat A)
+void add_tangent(const Zone& zone, ::Mat A, BlockPositions& positions)
 {
-  const ContactState& s = zone.state();
-  std::vector<PetscInt> rows;
-  zone.assembler().tangent(s, all_elements(s),
-                           [&](std::size_t e, const double* block, int size)
-                           {
-                             element_rows(zone, s.elements.slave[e],
-                                          s.elements.master[e],
-                                          Constrained::left_out, rows);
-                             check(MatSetValues(A, size, rows.data(), size,
-                                                rows.data(), block, ADD_VALUES),
-                                   "MatSetValues");
-                           });
+  BlockWriter writer(zone, A, positions);
+  zone.assembler().tangent(zone.state(), all_elements(zone.state()),
+                           [&](std::size_t e, const double* block, int)
+                           { writer.add(e, block); });
 }
 
 void apply_lifting(const Zone& zone, ::Vec b, std::span<const double> slave,

@@ -1,6 +1,7 @@
 // Contact blocks into PETSc: residual, tangent, Dirichlet lifting.
 #pragma once
 
+#include "raymortar/fem/positions.h"
 #include "raymortar/fem/zone.h"
 #include <petscmat.h>
 
@@ -14,7 +15,9 @@ void add_residual(const Zone& zone, ::Vec b);
 
 /// @brief Add the tangent of a zone; constrained rows and columns are left
 /// out. Assembly is the caller's.
-void add_tangent(const Zone& zone, ::Mat A);
+/// @param[in,out] positions Where the zone's blocks go in A; what is not yet
+/// known is looked up. With matrices other than AIJ it is not used.
+void add_tangent(const Zone& zone, ::Mat A, BlockPositions& positions);
 
 /// @brief b <- b - alpha * (tangent's constrained columns) * increment.
 ///
