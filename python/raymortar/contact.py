@@ -143,6 +143,7 @@ class Contact:
         if method.gamma is not None:
             self.set_gamma(method.gamma)
         self._history_is_new = True
+        self._preallocations = 0
 
     # Set-up
 
@@ -349,6 +350,7 @@ class Contact:
         return self.layout.create_vector()
 
     def _make_room(self, A: PETSc.Mat) -> None:
+        self._preallocations += 1
         for zone in self.zones:
             zone.pattern.extend(zone.cpp)
         _cpp.preallocate(
@@ -527,8 +529,10 @@ class Contact:
 
     @property
     def statistics(self) -> Statistics:
-        """Counts of the last `update` over all zones and ranks. Collective."""
-        return statistics(self.zones, self._comm)
+        """Counts and seconds over all zones and ranks: see `Statistics`. Collective."""
+        counts = statistics(self.zones, self._comm)
+        counts.preallocations = self._preallocations
+        return counts
 
 
 def _check_options(method, friction, quadrature_degree, measure, search) -> None:
