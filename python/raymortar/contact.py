@@ -161,6 +161,7 @@ class Contact(ContactFields):
         if method.gamma is not None:
             self.set_gamma(method.gamma)
         self._history_is_new = True
+        self._preallocations = 0
 
     # Set-up
 
@@ -383,8 +384,10 @@ class Contact(ContactFields):
         return self.layout.create_vector()
 
     def _make_room(self, A: PETSc.Mat) -> None:
+        self._preallocations += 1
         for zone in self.zones:
             zone.pattern.extend(zone.cpp)
+            zone.positions.forget()
         _cpp.preallocate(
             A.handle,
             self._volume.offsets,
@@ -418,7 +421,7 @@ class Contact(ContactFields):
         self._fix(bcs)
         with together(self._comm):
             for zone in self.zones:
-                _cpp.add_tangent(zone.cpp, A.handle)
+                _cpp.add_tangent(zone.cpp, A.handle, zone.positions)
 
     def assemble_vector(self, b: PETSc.Vec, bcs: Sequence[Any] = ()) -> None:
         """Add the residual at the last `update`; assembly of b is the caller's.

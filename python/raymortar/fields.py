@@ -34,6 +34,7 @@ class ContactFields:
 
     zones: list[ZoneData]
     friction: Any
+    _preallocations: int
     multiplier: Function | None
     u: Function
     layout: Layout
@@ -179,5 +180,7 @@ class ContactFields:
 
     @property
     def statistics(self) -> Statistics:
-        """Counts of the last `update` over all zones and ranks. Collective."""
-        return statistics(self.zones, self.layout)
+        """Counts and seconds over all zones and ranks: see `Statistics`. Collective."""
+        counts = statistics(self.zones, self.layout)
+        counts.preallocations = self._preallocations
+        return counts

@@ -39,8 +39,16 @@ class Resultant:
 class Statistics:
     """Counts over all ranks, seconds of the slowest rank.
 
+    Of the last `Contact.update`, but for these sums since the start:
+    ``candidate_builds``, ``halo_builds``, ``pairings``, ``pairings_skipped`` (nothing
+    had moved), ``preallocations`` of matrices, ``residual_blocks``, ``tangent_blocks``,
+    ``lifted_blocks`` (tangent blocks for Dirichlet increments), ``skipped_blocks`` (left
+    out of tangents because they are zero), ``lookups`` (blocks whose place in the
+    matrix had to be found) and ``bytes_sent``. Zones add up.
+
     ``hits`` of ``points`` met the master within the search distances; with none, the
-    bodies are out of reach of each other.
+    bodies are out of reach of each other. ``slip_points`` of them needed their slip.
+    Seconds are those of the last time each stage ran.
     """
 
     slave_facets: int = 0
@@ -52,10 +60,19 @@ class Statistics:
     segments: int = 0
     points: int = 0
     hits: int = 0
+    slip_points: int = 0
     active_points: int = 0
     degenerate: int = 0
     candidate_builds: int = 0
     halo_builds: int = 0
+    pairings: int = 0
+    pairings_skipped: int = 0
+    preallocations: int = 0
+    residual_blocks: int = 0
+    tangent_blocks: int = 0
+    lifted_blocks: int = 0
+    skipped_blocks: int = 0
+    lookups: int = 0
     bytes_sent: int = 0
     min_gap: float = np.inf
     max_gap: float = -np.inf
@@ -64,6 +81,8 @@ class Statistics:
     seconds_candidates: float = 0.0
     seconds_segments: float = 0.0
     seconds_rays: float = 0.0
+    seconds_residual: float = 0.0
+    seconds_tangent: float = 0.0
     communication: Communication = field(default_factory=Communication)
 
     def __str__(self) -> str:
@@ -96,6 +115,7 @@ def statistics(zones, layout: Layout) -> Statistics:
         # Boxes overlap, but the facets do not face each other within reach
         local.culled = max(local.candidates - local.clipped, 0)
         local.active_points = int(np.count_nonzero(points["status"] >= CLOSED))
+        local.slip_points = local.hits if "slip" in points else 0
         if hit.any():
             local.min_gap = float(points["gap"][hit].min())
             local.max_gap = float(points["gap"][hit].max())

@@ -41,6 +41,7 @@ class ZoneData:
     result_table: Indices  # (slave facets, n), local block dofs of result fields
     frictional: bool
     pattern: _cpp.Pattern = field(default_factory=_cpp.Pattern)
+    positions: _cpp.BlockPositions = field(default_factory=_cpp.BlockPositions)
     traction_old: Array | None = None  # (slave facets, n, d), of friction springs
 
     def points(self) -> dict[str, Array]:
