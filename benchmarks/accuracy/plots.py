@@ -5,8 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import common
+import numpy as np
+from clock import STAGES
 
-STAGES = ("pairing", "integration", "assembly", "solve")
 LEVELS = (1e-2, 1e-3, 1e-4)
 LOOK = {1: "o", 2: "s"}
 
@@ -24,8 +25,6 @@ def pareto(found, error):
 def seconds_at(found, error, level):
     """Least run time with an error below a level, between sizes on log scales; None if
     it is not reached."""
-    import numpy as np
-
     front = pareto(found, error)
     e = np.log([row[error] for row in front])
     t = np.log([row["seconds"] for row in front])
@@ -52,6 +51,7 @@ def draw(found, output: Path):
     if of(found, program="GetFEM"):
         _peer(plt, found, output / "getfem.png")
         print(peer_table(found))
+    print(rate_table(found))
     _quadrature(plt, found, output / "quadrature.png")
 
 
@@ -146,6 +146,32 @@ def peer_table(found) -> str:
                 lines.append(
                     f"| {problem} | {name} | {program} | {' | '.join(cells)} |"
                 )
+    return "\n".join(lines)
+
+
+def rate_table(found) -> str:
+    """Mean orders of convergence between the first and the last mesh with defaults,
+    and the errors of the last, as Markdown."""
+    lines = ["| problem | cell, degree | mesh | n | u | grad u | multiplier | errors |"]
+    lines.append("|---|---|---|---|---|---|---|---|")
+    names = ("error_u", "error_H", "error_multiplier")
+    shown = of(found, program="raymortar", quadrature="default", method="augmented")
+    shown = of(shown, measure="reference", multiplier="normal", tangent="default")
+    keys = ("problem", "cell", "degree", "mesh")
+    for key in sorted({tuple(r[k] for k in keys) for r in shown}):
+        part = sorted(of(shown, **dict(zip(keys, key))), key=lambda r: r["n"])
+        if key[0].startswith("D") or len(part) < 2:
+            continue
+        first, last = part[0], part[-1]
+        halvings = np.log2(last["n"] / first["n"])
+        orders = [np.log2(first[e] / last[e]) / halvings for e in names]
+        orders = " | ".join(f"{order:.2f}" for order in orders)
+        errors = ", ".join(f"{last[e]:.1e}" for e in names)
+        sizes = f"{first['n']:g} to {last['n']:g}"
+        name = f"{key[1]} {key[2]:g}"
+        lines.append(
+            f"| {key[0]} | {name} | {key[3]} | {sizes} | {orders} | {errors} |"
+        )
     return "\n".join(lines)
 
 

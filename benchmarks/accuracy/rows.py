@@ -28,6 +28,7 @@ FIELDS = (
     "pairing",
     "integration",
     "assembly",
+    "volume",
     "solve",
 )
 _TEXT = ("problem", "program", "cell", "mesh", "method", "multiplier", "measure")

@@ -32,6 +32,7 @@ class Run:
     method: str = "augmented"
     multiplier: str = "normal"
     measure: str = "reference"
+    tangent: str | None = None
     shake: float = 0.0
     swap: bool = False
     curved: bool = True
@@ -51,7 +52,7 @@ class Run:
             "method": self.method,
             "multiplier": "" if "penalty" in self.method else self.multiplier,
             "measure": self.measure,
-            "tangent": "default",
+            "tangent": "default" if self.tangent is None else self.tangent,
         }
 
 
@@ -61,6 +62,7 @@ def manufactured(run: Run) -> Manufactured:
     motion = REST
     if fields.lower is not None:
         motion = Motion((0.0, 0.0), SLIDE[fields.dim])
+    options = {} if run.tangent is None else {"tangent": run.tangent}
     method = raymortar.AugmentedLagrangian(multiplier=run.multiplier)
     if run.method != "augmented":
         method = raymortar.Penalty()
@@ -76,6 +78,7 @@ def manufactured(run: Run) -> Manufactured:
         curved=run.curved,
         quadrature_degree=run.quadrature,
         measure=run.measure,
+        **options,
     )
     if run.method != "augmented":
         factor = float(run.method.split()[1])
