@@ -71,7 +71,7 @@ def closed_forms():
     """Cattaneo and Mindlin's cylinders, and Hertz's spheres."""
     for degree, sizes in ((1, (10, 20, 40)), (2, (10, 20, 40))):
         for n in sizes:
-            for q in (None, 2, 4, 8) if n == 20 else (None,):
+            for q in (None, 2, 8) if n == 20 else (None,):
                 yield Run("D2", "quadrilateral", degree, n, q)
     for n in (6, 8, 12):
         for q in (None, 2, 8) if n == 8 else (None,):
