@@ -11,6 +11,7 @@ from petsc4py import PETSc
 
 from . import compat
 from .errors import ContactError, ConvergenceError, raise_everywhere
+from .methods import Penalty
 from .problem import NonlinearProblem
 
 # Each solver has its own prefix in the PETSc options, or one would set the other's
@@ -172,6 +173,14 @@ def _require(problem: NonlinearProblem, converged: bool, reason: str) -> None:
         raise_everywhere(problem.comm, message, ConvergenceError)
 
 
+def _line_search(problem: NonlinearProblem) -> str:
+    """Full steps cycle at the onset of slip where springs hold the bodies, and smaller
+    load steps do not help; with multipliers they are best (docs/parameters)."""
+    contact = problem.contact
+    springs = isinstance(contact.method, Penalty) and contact.friction is not None
+    return "bt" if springs else "basic"
+
+
 class SNESSolver:
     """PETSc SNES on [u, multiplier], with line search. Collective.
 
@@ -181,8 +190,9 @@ class SNESSolver:
         Problem to solve.
     options
         PETSc options without prefix, such as ``{"snes_linesearch_type": "bt",
-        "snes_monitor": None}``. They complete the defaults: Newton with a full step,
-        ``snes_rtol`` 1e-10, ``snes_atol`` the rounding error of the residual, MUMPS.
+        "snes_monitor": None}``. They complete the defaults: Newton with a full step
+        (penalty with friction: line search ``bt``), ``snes_rtol`` 1e-10, ``snes_atol``
+        the rounding error of the residual, MUMPS.
 
     Attributes
     ----------
@@ -215,7 +225,7 @@ class SNESSolver:
         self.snes.setJacobian(tangent, self.A)
         defaults = {
             "snes_type": "newtonls",
-            "snes_linesearch_type": "basic",
+            "snes_linesearch_type": _line_search(problem),
             "snes_rtol": 1e-10,
             "snes_atol": problem.residual_floor(),
             "snes_stol": 0.0,

@@ -157,10 +157,10 @@ def test_a_failure_of_the_extrapolated_start_cuts_no_step(demo, run):
 def test_a_checkpoint_goes_on_where_the_path_stopped(demo, run, tmp_path):
     first = demo.Ironing(COMM, 60)
     rows = list(first.path(0.0, PRESS, SLIDE, 1.03))
-    demo.save(tmp_path / "ironing.npz", first, rows)
+    demo.long_runs.save(tmp_path / "ironing.npz", first.contact, rows)
 
     second = demo.Ironing(COMM, 60)
-    rows = demo.load(tmp_path / "ironing.npz", second)
+    rows, _ = demo.long_runs.load(tmp_path / "ironing.npz", second.contact, demo.Row)
     rows += second.path(rows[-1].t, PRESS, SLIDE, 1.06)
     expected = [row for row in run() if row.t < 1.06 + 1e-9]
     assert [row.t for row in rows] == pytest.approx([row.t for row in expected])
