@@ -3,9 +3,10 @@
 from .contact import Contact
 from .errors import ContactError, ConvergenceError
 from .friction import Coulomb, Stick, Tresca
+from .load_steps import LoadStep, LoadSteps
 from .methods import AugmentedLagrangian, Penalty, Search
 from .problem import NonlinearProblem
-from .solver import LoadStep, LoadSteps, NewtonSolver, SNESSolver
+from .solver import NewtonSolver, SNESSolver
 
 __version__ = "0.1.0"
 

@@ -55,7 +55,7 @@ class NonlinearProblem:
         self.L, self.a = compat.form(F), compat.form(J)
         self.history: list[float] = []
         self._at: np.ndarray | None = None
-        contact.prepare(self.a)
+        contact.prepare(self.a, self.bcs)
 
     @property
     def comm(self):
