@@ -112,6 +112,7 @@ def assemble_blocks(
     keys = _global_keys(grids, numbers, len(points))
     for grid, number, b in zip(grids, numbers, body):
         split, vertices = _cells(grid, number, keys, cell, degree)
+        _centre_mid_nodes(points, grid, number, split, cell, degree)
         _check_orientation(points, split, cell, grid.position)
         cells.append(split)
         cell_body.append(np.full(len(split), b, dtype=np.int32))
@@ -223,6 +224,24 @@ def _cells(grid, number, keys, cell, degree):
     cells = np.take_along_axis(macro[:, None, :], local, axis=2)
     vertices = grid.index[:, None, None, :] + vertices
     return cells.reshape(-1, local.shape[-1]), vertices.reshape(-1, split.shape[-1], d)
+
+
+def _centre_mid_nodes(points, grid, number, cells, cell, degree):
+    """Put the mid nodes of simplices at the mean parameter of their edge, in place.
+
+    The grid has them between its own lines. On a diagonal of a shaken macro cell that
+    is elsewhere, and the edge would be bent by a part of its length at any size.
+    """
+    if degree == 1 or cell not in ("triangle", "tetrahedron"):
+        return
+    place = np.empty(len(points), dtype=np.int64)
+    place[number] = np.arange(len(number))
+    place = place[cells]
+    shape = _vertex_functions(cell, compat.basix_element(cell, degree).points)
+    corners = grid.parameters[place[:, : shape.shape[1]]]
+    parameters = grid.parameters.copy()
+    parameters[place] = np.einsum("nv,cvd->cnd", shape, corners)
+    points[number] = grid.block.map(parameters)
 
 
 def _corners(d) -> np.ndarray:
