@@ -2,6 +2,7 @@
 
 from .contact import Contact
 from .errors import ContactError, ConvergenceError
+from .fixed_point import FixedPointSolver
 from .friction import Coulomb, Stick, Tresca
 from .methods import AugmentedLagrangian, Penalty, Search
 from .problem import NonlinearProblem
@@ -15,6 +16,7 @@ __all__ = [
     "ContactError",
     "ConvergenceError",
     "Coulomb",
+    "FixedPointSolver",
     "LoadStep",
     "LoadSteps",
     "NewtonSolver",
