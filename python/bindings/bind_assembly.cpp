@@ -34,7 +34,8 @@ void bind_assembly(py::module_& m)
         { add_residual(z, from_handle<::Vec>(b)); });
   py::class_<BlockPositions>(m, "BlockPositions")
       .def(py::init<>())
-      .def("lookups", &BlockPositions::lookups);
+      .def("lookups", &BlockPositions::lookups)
+      .def("forget", &BlockPositions::forget);
   m.def("add_tangent", [](Zone& z, std::uintptr_t A, BlockPositions& positions)
         { add_tangent(z, from_handle<::Mat>(A), positions); });
   m.def(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass, field, fields
 
 import numpy as np
 from dolfinx.fem import Function
@@ -11,7 +11,9 @@ from dolfinx.fem import Function
 from mpi4py import MPI
 
 from . import compat, surfaces
+from .communication import Communication, communication
 from .compat import Array
+from .layout import Layout
 
 OPEN, CLOSED = 1, 2
 
@@ -81,6 +83,7 @@ class Statistics:
     seconds_rays: float = 0.0
     seconds_residual: float = 0.0
     seconds_tangent: float = 0.0
+    communication: Communication = field(default_factory=Communication)
 
     def __str__(self) -> str:
         gap = f"gap {self.min_gap:.3e} to {self.max_gap:.3e}"
@@ -100,12 +103,14 @@ def _reduction(name: str):
     return MPI.SUM, lambda a, b: a + b
 
 
-def statistics(zones, comm: MPI.Comm) -> Statistics:
+def statistics(zones, layout: Layout) -> Statistics:
     """Counts of all zones and ranks. Collective."""
-    total = Statistics()
+    comm, names = layout.comm, [f.name for f in fields(Statistics)]
+    names.remove("communication")
+    total = Statistics(communication=communication(zones, layout))
     for zone in zones:
         local = Statistics(**zone.cpp.statistics())
-        points = zone.cpp.points()
+        points = zone.points()
         hit = points["status"] >= OPEN
         # Boxes overlap, but the facets do not face each other within reach
         local.culled = max(local.candidates - local.clipped, 0)
@@ -115,12 +120,13 @@ def statistics(zones, comm: MPI.Comm) -> Statistics:
             local.min_gap = float(points["gap"][hit].min())
             local.max_gap = float(points["gap"][hit].max())
             local.max_pressure = float(-points["pressure"][hit].min())
-        for name, value in asdict(local).items():
+        for name in names:
             _, combine = _reduction(name)
-            setattr(total, name, combine(getattr(total, name), value))
-    for field in fields(Statistics):
-        op, _ = _reduction(field.name)
-        setattr(total, field.name, comm.allreduce(getattr(total, field.name), op=op))
+            value = combine(getattr(total, name), getattr(local, name))
+            setattr(total, name, value)
+    for name in names:
+        op, _ = _reduction(name)
+        setattr(total, name, comm.allreduce(getattr(total, name), op=op))
     return total
 
 
@@ -133,7 +139,7 @@ def _moments(x: Array, forces: Array) -> Array:
 
 def resultant(zone, comm: MPI.Comm) -> Resultant:
     """Force and moment on the slave side of a zone. Collective."""
-    points = zone.cpp.points()
+    points = zone.points()
     forces = points["weight"][:, None] * points["traction"]
     moment = _moments(points["x"], forces).sum(axis=0)
     normal = along_normal(points, forces).sum(axis=0)
@@ -151,7 +157,10 @@ def along_normal(points: dict[str, Array], vectors: Array) -> Array:
 
 
 def nodal_average(
-    zones, quantity: Callable[[dict[str, Array]], Array], field: Function
+    zones,
+    quantity: Callable[[dict[str, Array]], Array],
+    field: Function,
+    hits_only: bool = True,
 ) -> None:
     """Average of a point quantity around each slave node, NaN elsewhere. Collective.
 
@@ -166,6 +175,8 @@ def nodal_average(
         From the arrays of `Contact.points` to values (n,) or (n, d).
     field
         Scalar or vector function that is set.
+    hits_only
+        Leave out points whose ray meets no master.
     """
     V = field.function_space
     index_map, bs = V.dofmap.index_map, V.dofmap.index_map_bs
@@ -173,8 +184,8 @@ def nodal_average(
     weights = compat.create_la_vector(index_map, 1)
     degree = compat.element_info(V).degree
     for zone in zones:
-        points = zone.cpp.points()
-        hit = points["status"] >= OPEN
+        points = zone.points()
+        hit = points["status"] >= (OPEN if hits_only else 0)
         values = quantity(points)[hit].astype(np.float64).reshape(-1, bs)
         shape = zone.facets.slave_surface.shape
         N, _ = surfaces.shape_functions(shape, degree, points["xi"][hit])

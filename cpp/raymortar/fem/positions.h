@@ -27,6 +27,10 @@ public:
   /// @brief Forget everything if A's pattern is not the one known.
   void follow(::Mat A, const Zone& zone);
 
+  /// @brief Forget everything: the matrix has been preallocated anew, which
+  /// newer PETSc does not count as another pattern where it is parallel.
+  void forget() { _matrix = 0; }
+
   /// @brief Places of one element's block.
   struct Block
   {

@@ -1,6 +1,6 @@
 #include "raymortar/fem/zone.h"
-#include "raymortar/core/error.h"
 #include "raymortar/element/facet_field.h"
+#include "raymortar/fem/parts.h"
 #include "raymortar/fem/stopwatch.h"
 #include <algorithm>
 #include <cmath>
@@ -25,9 +25,10 @@ std::vector<double> flat(const std::vector<Box<D>>& boxes, double margin)
   return f;
 }
 
-/// Whether every box lies in its stored one
+/// Whether every box, made larger by a margin, lies in its stored one
 template <int D>
-bool inside(const std::vector<Box<D>>& boxes, const std::vector<double>& stored)
+bool inside(const std::vector<Box<D>>& boxes, const std::vector<double>& stored,
+            double margin = 0.0)
 {
   if (stored.size() != boxes.size() * 2 * D)
     return false;
@@ -35,22 +36,11 @@ bool inside(const std::vector<Box<D>>& boxes, const std::vector<double>& stored)
     for (int i = 0; i < D; ++i)
     {
       const double* box = stored.data() + 2 * D * k;
-      if (not(boxes[k].lower[i] >= box[i] and boxes[k].upper[i] <= box[D + i]))
+      if (not(boxes[k].lower[i] - margin >= box[i] and
+              boxes[k].upper[i] + margin <= box[D + i]))
         return false;
     }
   return true;
-}
-
-/// Union of boxes; lower > upper where there is none
-template <int D>
-Box<D> hull(const std::vector<Box<D>>& boxes)
-{
-  constexpr double infinity = std::numeric_limits<double>::infinity();
-  Box<D> all{raymortar::Vec<D>::Constant(infinity),
-             raymortar::Vec<D>::Constant(-infinity)};
-  for (const Box<D>& box : boxes)
-    all = {all.lower.cwiseMin(box.lower), all.upper.cwiseMax(box.upper)};
-  return all;
 }
 
 double largest_move(const std::vector<double>& a, const std::vector<double>& b)
@@ -175,20 +165,16 @@ void Zone::update_halo()
   // Half of the margin is for the slave side to move, half for the master
   const double margin =
       std::max({distances.skin, distances.depth, distances.reach});
-  const Box<D> box = hull(ray_boxes<D>(_state.slave, distances));
-  const bool none = _input.slave.num_facets() == 0;
-  const bool slave_out =
-      not none and
-      (_wanted.empty() or not inside<D>({box.inflated(0.5 * margin)}, _wanted));
-  const bool master_out =
-      largest_move(_input.master.x, _master_at) > 0.5 * margin;
-  if (not any_rank(_comm, not _halo or slave_out or master_out))
+  const auto rays = ray_boxes<D>(_state.slave, distances);
+  const bool holds =
+      _halo and inside<D>(part_boxes<D>(rays, _part), _wanted, 0.5 * margin) and
+      largest_move(_input.master.x, _master_at) <= 0.5 * margin;
+  if (not any_rank(_comm, not holds))
     return;
-  const Box<D> wanted = none ? box : box.inflated(margin);
-  _wanted = flat<D>({wanted}, 0.0);
+  _part = parts_of<D>(rays);
+  _wanted = flat<D>(part_boxes<D>(rays, _part), margin);
   _master_at = _input.master.x;
-  const std::int64_t before = _halo ? _halo->bytes_sent() : 0;
-  _statistics.bytes_sent += before;
+  _past = traffic();
   _halo.emplace(_comm, _input.master, _input.master_node_ids,
                 _input.master_dof_ids, _wanted);
   ++_statistics.halo_builds;
@@ -265,6 +251,17 @@ void Zone::cast()
   _rays_are_present = true;
 }
 
+ZoneTraffic Zone::traffic() const
+{
+  ZoneTraffic sum = _past;
+  if (_halo)
+  {
+    sum.pairing += _halo->facet_traffic();
+    sum.values += _halo->value_traffic();
+  }
+  return sum;
+}
+
 ZoneStatistics Zone::statistics() const
 {
   ZoneStatistics s = _statistics;
@@ -281,7 +278,8 @@ ZoneStatistics Zone::statistics() const
   s.pairs = std::count_if(_state.elements.master.begin(),
                           _state.elements.master.end(),
                           [](Index m) { return m != no_index; });
-  s.bytes_sent += _halo ? _halo->bytes_sent() : 0;
+  const ZoneTraffic sent = traffic();
+  s.bytes_sent = sent.pairing.bytes + sent.values.bytes;
   return s;
 }
 } // namespace raymortar

@@ -48,6 +48,13 @@ struct ZoneStatistics
   double seconds_rays = 0.0;
 };
 
+/// @brief What this rank has sent for a zone since its creation.
+struct ZoneTraffic
+{
+  Traffic pairing; ///< to find partners, and facets when the halo is renewed
+  Traffic values;  ///< displacements and the like, between renewals
+};
+
 /// @brief Blocks of the assemblies since creation, seconds of the last ones.
 struct AssemblyStatistics
 {
@@ -111,6 +118,7 @@ public:
   [[nodiscard]] const Halo& halo() const { return *_halo; }
   [[nodiscard]] const ZoneInput& input() const { return _input; }
   [[nodiscard]] ZoneStatistics statistics() const;
+  [[nodiscard]] ZoneTraffic traffic() const;
 
   /// @brief Counts that the assembly functions keep.
   [[nodiscard]] AssemblyStatistics& assembly() { return _assembly; }
@@ -154,7 +162,9 @@ private:
   bool _rays_are_present = false;
   std::vector<double> _master_u, _master_old, _master_fixed; ///< owned
   std::vector<double> _fixed_slave, _fixed_master;
-  std::vector<double> _wanted;    ///< box the halo was fetched for
+  ZoneTraffic _past;              ///< of halos that have been replaced
+  std::vector<Index> _part;       ///< of each slave facet
+  std::vector<double> _wanted;    ///< parts' boxes the halo was fetched for
   std::vector<double> _master_at; ///< owned master positions at that time
   std::vector<double> _slave_boxes, _master_boxes; ///< candidates hold within
 };
