@@ -2,6 +2,7 @@
 
 from .contact import Contact
 from .errors import ContactError, ConvergenceError
+from .fixed_point import FixedPointSolver
 from .friction import Coulomb, Stick, Tresca
 from .load_steps import LoadStep, LoadSteps
 from .methods import AugmentedLagrangian, Penalty, Search
@@ -16,6 +17,7 @@ __all__ = [
     "ContactError",
     "ConvergenceError",
     "Coulomb",
+    "FixedPointSolver",
     "LoadStep",
     "LoadSteps",
     "NewtonSolver",

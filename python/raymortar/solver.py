@@ -152,6 +152,15 @@ class NewtonSolver:
         _require(self.problem, converged, reason)
         return iterations, converged
 
+    @property
+    def tolerances(self) -> tuple[float, float]:
+        """rtol and atol."""
+        return self.rtol, self.atol
+
+    @tolerances.setter
+    def tolerances(self, values: tuple[float, float]) -> None:
+        self.rtol, self.atol = values
+
     def _measure(self) -> None:
         """Make the relative tolerance one of the first residual."""
         if self.convergence_criterion == "residual" and len(self.problem.history) == 1:
@@ -242,6 +251,16 @@ class SNESSolver:
     def krylov_solver(self) -> PETSc.KSP:
         """The PETSc KSP."""
         return self.snes.ksp
+
+    @property
+    def tolerances(self) -> tuple[float, float]:
+        """rtol and atol."""
+        rtol, atol, _, _ = self.snes.getTolerances()
+        return rtol, atol
+
+    @tolerances.setter
+    def tolerances(self, values: tuple[float, float]) -> None:
+        self.snes.setTolerances(rtol=values[0], atol=values[1])
 
     def solve(self) -> tuple[int, bool]:
         """Solve from the present u and multiplier.
