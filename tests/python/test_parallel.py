@@ -25,7 +25,7 @@ CASES = [
     ("triangle", 2, "penalty", "striped"),
     ("tetrahedron", 1, "augmented", "striped"),
     ("hexahedron", 1, "penalty", "one_rank_empty"),
-    ("triangle", 1, "augmented", "one_rank_empty"),
+    ("triangle", 1, "penalty", "one_rank_empty"),
     ("quadrilateral", 2, "frictionless", "contact_on_few"),
     ("tetrahedron", 1, "penalty", "contact_on_few"),
     ("hexahedron", 1, "augmented", "graph"),
