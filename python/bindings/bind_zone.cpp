@@ -21,8 +21,9 @@ make_zone(int comm, Surface slave, Surface master,
                 std::move(segment_rule), std::move(facet_rule)});
 }
 
-py::dict statistics(const Zone& z)
+py::dict statistics(Zone& z)
 {
+  const AssemblyStatistics& a = z.assembly();
   const ZoneStatistics s = z.statistics();
   py::dict d;
   d["slave_facets"] = s.slave_facets;
@@ -35,12 +36,21 @@ py::dict statistics(const Zone& z)
   d["hits"] = s.hits;
   d["degenerate"] = s.degenerate;
   d["candidate_builds"] = s.candidate_builds;
+  d["pairings"] = s.pairings;
+  d["pairings_skipped"] = s.pairings_skipped;
+  d["residual_blocks"] = a.residual_blocks;
+  d["tangent_blocks"] = a.tangent_blocks;
+  d["lifted_blocks"] = a.lifted_blocks;
+  d["skipped_blocks"] = a.skipped_blocks;
+  d["lookups"] = a.lookups;
   d["halo_builds"] = s.halo_builds;
   d["bytes_sent"] = s.bytes_sent;
   d["seconds_halo"] = s.seconds_halo;
   d["seconds_candidates"] = s.seconds_candidates;
   d["seconds_segments"] = s.seconds_segments;
   d["seconds_rays"] = s.seconds_rays;
+  d["seconds_residual"] = a.seconds_residual;
+  d["seconds_tangent"] = a.seconds_tangent;
   return d;
 }
 

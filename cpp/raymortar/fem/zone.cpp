@@ -1,8 +1,8 @@
 #include "raymortar/fem/zone.h"
 #include "raymortar/element/facet_field.h"
 #include "raymortar/fem/parts.h"
+#include "raymortar/fem/stopwatch.h"
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 
@@ -10,23 +10,6 @@ namespace raymortar
 {
 namespace
 {
-class Stopwatch
-{
-public:
-  explicit Stopwatch(double& seconds) : _seconds(seconds) {}
-  Stopwatch(const Stopwatch&) = delete;
-  Stopwatch& operator=(const Stopwatch&) = delete;
-  ~Stopwatch()
-  {
-    _seconds = std::chrono::duration<double>(Clock::now() - _start).count();
-  }
-
-private:
-  using Clock = std::chrono::steady_clock;
-  double& _seconds;
-  Clock::time_point _start = Clock::now();
-};
-
 /// Lower and upper corners, box after box
 template <int D>
 std::vector<double> flat(const std::vector<Box<D>>& boxes, double margin)
@@ -70,6 +53,14 @@ double largest_move(const std::vector<double>& a, const std::vector<double>& b)
   return m;
 }
 
+/// Whether the positions were others before
+bool replace(std::vector<double>& positions, std::vector<double> by)
+{
+  const bool differ = positions != by;
+  positions = std::move(by);
+  return differ;
+}
+
 bool any_rank(MPI_Comm comm, bool here)
 {
   int mine = here ? 1 : 0, all = 0;
@@ -102,12 +93,17 @@ Zone::Zone(MPI_Comm comm, ZoneInput input)
 void Zone::set_displacement(std::span<const double> slave,
                             std::span<const double> master)
 {
-  _state.slave.x = displaced(_state.slave, slave);
+  bool moved = replace(_state.slave.x, displaced(_state.slave, slave));
   _master_u.assign(master.begin(), master.end());
-  _input.master.x = displaced(_input.master, master);
+  if (replace(_input.master.x, displaced(_input.master, master)) or moved)
+    _halo_is_checked = false;
   if (_halo)
-    _state.master.x =
-        displaced(_state.master, _halo->fetch(_master_u, _input.slave.gdim));
+    moved = replace(_state.master.x,
+                    displaced(_state.master,
+                              _halo->fetch(_master_u, _input.slave.gdim))) or
+            moved;
+  if (moved)
+    _points_are_present = _rays_are_present = false;
 }
 
 void Zone::set_old_displacement(std::span<const double> slave,
@@ -193,6 +189,7 @@ void Zone::renew_master()
   _state.master.x_old = displaced(_state.master, _halo->fetch(_master_old, d));
   _fixed_master = _halo->fetch(_master_fixed, d);
   _master_boxes.clear();
+  _points_are_present = _rays_are_present = false;
 }
 
 template <int D>
@@ -215,34 +212,43 @@ void Zone::update_candidates()
 
 void Zone::pair()
 {
-  if (_input.slave.gdim == 2)
+  const bool flat = _input.slave.gdim == 2;
+  if (any_rank(_comm, not _halo_is_checked))
+    flat ? update_halo<2>() : update_halo<3>();
+  _halo_is_checked = true;
+  if (_points_are_present and _rays_are_present)
   {
-    update_halo<2>();
-    update_candidates<2>();
+    ++_statistics.pairings_skipped;
+    return;
   }
-  else
-  {
-    update_halo<3>();
-    update_candidates<3>();
-  }
-  {
-    const Stopwatch watch(_statistics.seconds_segments);
-    _segmentation = make_segments(
-        _state.slave, _state.master, _candidates,
-        {_input.distances.reach, _input.distances.depth, _input.subdivide});
-    _state.points =
-        make_points(_state.slave, _segmentation, _input.segment_rule,
-                    _input.facet_rule, _input.multipliers.components > 0);
-  }
+  flat ? update_candidates<2>() : update_candidates<3>();
+  make_points_anew();
   cast();
+  ++_statistics.pairings;
+}
+
+void Zone::make_points_anew()
+{
+  const Stopwatch watch(_statistics.seconds_segments);
+  _segmentation = make_segments(
+      _state.slave, _state.master, _candidates,
+      {_input.distances.reach, _input.distances.depth, _input.subdivide});
+  _state.points =
+      make_points(_state.slave, _segmentation, _input.segment_rule,
+                  _input.facet_rule, _input.multipliers.components > 0);
+  _points_are_present = true;
+  _rays_are_present = false;
 }
 
 void Zone::cast()
 {
+  if (_rays_are_present)
+    return;
   const Stopwatch watch(_statistics.seconds_rays);
   _state.hits = cast_rays(_state.slave, _state.master, _state.points,
                           {_input.distances.reach, _input.distances.depth});
   _state.elements = group_points(_state.points, _state.hits);
+  _rays_are_present = true;
 }
 
 ZoneTraffic Zone::traffic() const
