@@ -11,10 +11,17 @@ from typing import Any
 
 import numpy as np
 
+from mpi4py import MPI
 from petsc4py import PETSc
 
 from . import compat, surfaces
 from .compat import Array
+from .layout import marked_everywhere
+
+# Stiffness of the springs that stand for closed contact, in those of the volume at its
+# surface: softer ones leave more to GMRES, stiffer ones are hard on multigrid (measured:
+# docs/parallel.md)
+SPRINGS = 10.0
 
 MULTIGRIDS = ("gamg", "hypre")
 
@@ -24,7 +31,8 @@ _KRYLOV = {"ksp_type": "gmres", "ksp_gmres_restart": 200, "ksp_rtol": 1e-8}
 _MULTIGRID = {
     "gamg": {
         "pc_type": "gamg",
-        "pc_gamg_threshold": 0.01,
+        # Dropped entries leave single nodes behind, which no coarse level can hold
+        "pc_gamg_threshold": 0.0,
         "mg_levels_ksp_type": "richardson",
         "mg_levels_ksp_max_it": 2,
         "mg_levels_pc_type": "sor",
@@ -102,12 +110,12 @@ class ContactPreconditioner:
     """Eliminates the multiplier; multigrid for the displacement. A PETSc python PC.
 
     With a penalty, S below is the tangent itself. With a multiplier D, which is zero where contact is closed, is replaced by the blocks of its nodes
-    less M, the lumped mass matrix of the slave surface times gamma. What is left for
+    less M, a multiple of the lumped mass matrix of the slave surface. What is left for
     the displacement, S = K - B E^-1 C with these blocks E, is then the stiffness with
-    closed contact held by penalties gamma: it couples the bodies, and has no zeros.
-    Since gamma is about the modulus over the mesh size, S is no worse for multigrid
-    than K, and the error of E costs a number of iterations that refinement does not
-    change.
+    closed contact held by springs: it couples the bodies, and has no zeros. Where the
+    springs are about as stiff as the volume's surface (the modulus over the mesh size),
+    S is no worse for multigrid than K, and the error of E costs a number of iterations
+    that refinement does not change.
 
     Attributes
     ----------
@@ -121,6 +129,7 @@ class ContactPreconditioner:
         self.contact: Any = None
         self.solver: PETSc.KSP | None = None
         self._near: PETSc.NullSpace | None = None
+        self._springs: float | None = None
 
     def setUp(self, pc: PETSc.PC) -> None:
         """Take the blocks of the tangent anew. Collective."""
@@ -140,7 +149,11 @@ class ContactPreconditioner:
 
     def _eliminate(self, A: PETSc.Mat) -> PETSc.Mat:
         """S, and keep the blocks that the elimination needs."""
-        self._u, self._lam = _index_sets(self.contact.layout)
+        if self._springs is None:
+            # The multiplier is divided by gamma, and so its equation is multiplied
+            scale = self.contact.gamma_scale
+            self._springs = scale**2 / (SPRINGS * surface_stiffness(self.contact))
+            self._u, self._lam = _index_sets(self.contact.layout)
         K, self._B, self._C, D = (
             A.createSubMatrix(rows, columns)
             for rows in (self._u, self._lam)
@@ -159,7 +172,7 @@ class ContactPreconditioner:
         """E^-1 from the nodes' blocks of D and the lumped mass."""
         layout = self.contact.layout
         c, begin = layout.components, D.getOwnershipRange()[0]
-        mass = self.contact.gamma_scale * lumped_mass(self.contact)
+        mass = self._springs * lumped_mass(self.contact)
         offsets, columns, values = D.getValuesCSR()
         rows = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
         columns = columns - begin
@@ -253,3 +266,15 @@ def lumped_mass(contact: Any) -> Array:
         np.add.at(mass.array, dofs, points["weight"][:, None] * N)
     compat.scatter_reverse_add(mass)
     return mass.array[contact.layout.owned_multipliers]
+
+
+def surface_stiffness(contact: Any) -> float:
+    """Diagonal of the volume's stiffness per area of the slave surface. Collective."""
+    V, comm = contact.u.function_space, contact.layout.comm
+    bs, owned = V.dofmap.index_map_bs, V.dofmap.index_map.size_local
+    dofs = [zone.facets.slave_surface.dofs for zone in contact.zones]
+    slave = marked_everywhere(V, np.unique(np.concatenate(dofs)))[:owned]
+    diagonal = contact.stiffness_diagonal.reshape(-1, bs)[slave].sum() / bs
+    sums = np.array([diagonal, lumped_mass(contact).sum()])
+    comm.Allreduce(MPI.IN_PLACE, sums)
+    return float(sums[0] / sums[1])
