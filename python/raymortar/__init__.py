@@ -1,5 +1,6 @@
 """Contact between deformable bodies in large deformation, for FEniCSx."""
 
+from . import solvers
 from .contact import Contact
 from .errors import ContactError, ConvergenceError
 from .fixed_point import FixedPointSolver
@@ -27,4 +28,5 @@ __all__ = [
     "Search",
     "Stick",
     "Tresca",
+    "solvers",
 ]

@@ -16,10 +16,11 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from . import compat
 from .blocks import SIDES, Block, Grid, mirrored, perturbed
@@ -67,6 +68,7 @@ def assemble_blocks(
     perturb: float = 0.0,
     perturb_sides: float = 0.0,
     seed: int = 0,
+    partition: Callable[[np.ndarray, int], npt.ArrayLike] | None = None,
 ):
     """Make one mesh of all blocks, with cell and facet tags. Collective.
 
@@ -88,6 +90,9 @@ def assemble_blocks(
         its edges stay what they are.
     seed
         Of the random shifts and of the "random" pattern.
+    partition
+        Takes midpoints of cells (n, d) and the number of ranks to the rank of each
+        cell (n,). By default up to DOLFINx's graph partitioner.
 
     Returns
     -------
@@ -121,7 +126,9 @@ def assemble_blocks(
     facet_table = np.concatenate(cell_tag_table)
     if len(set(body)) < len(blocks):
         _check_glue(cells, facet_table, cell, body, grids, numbers)
-    return _distribute(comm, cells, points, cell, degree, cell_body, facet_table)
+    ranks = None if partition is None else partition(points[cells].mean(1), comm.size)
+    tables = cell_body, facet_table
+    return _distribute(comm, cells, points, cell, degree, tables, ranks)
 
 
 def _check_arguments(blocks, cell, degree, perturb, perturb_sides):
@@ -351,10 +358,14 @@ def _check_glue(cells, facet_table, cell, body, grids, numbers):
             apart = [piece for i, piece in enumerate(apart) if i not in near]
 
 
-def _distribute(comm, cells, points, cell, degree, cell_body, facet_table):
+def _distribute(comm, cells, points, cell, degree, tables, ranks):
     """Hand rank 0's arrays to DOLFINx and carry the tags over. Collective."""
     root = slice(None) if comm.rank == 0 else slice(0)
-    mesh = compat.create_mesh(comm, cells[root], points[root], cell, degree)
+    cell_body, facet_table = tables
+    ranks = None if ranks is None else np.asarray(ranks)[root]
+    mesh = compat.create_mesh(
+        comm, cells[root], points[root], cell, degree, destinations=ranks
+    )
     original, tdim = mesh.topology.original_cell_index, mesh.topology.dim
     local = np.arange(len(original), dtype=np.int32)
     cell_tags = compat.meshtags(mesh, tdim, local, cell_body[original])

@@ -9,7 +9,7 @@ from typing import Any
 
 from petsc4py import PETSc
 
-from . import compat
+from . import compat, solvers
 from .errors import ContactError, ConvergenceError, raise_everywhere
 from .methods import Penalty
 from .problem import NonlinearProblem
@@ -107,6 +107,7 @@ class NewtonSolver:
             f"raymortar_newton_{next(_counter)}_",
             DIRECT if options is None else options,
         )
+        solvers.attach(self.krylov_solver, problem.contact)
 
     def __getattr__(self, name: str) -> Any:
         """Settings are those of DOLFINx's solver."""
@@ -246,6 +247,7 @@ class SNESSolver:
             f"raymortar_snes_{next(_counter)}_",
             {**defaults, **DIRECT, **(options or {})},
         )
+        solvers.attach(self.krylov_solver, problem.contact)
 
     @property
     def krylov_solver(self) -> PETSc.KSP:
