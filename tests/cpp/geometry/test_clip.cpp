@@ -177,6 +177,28 @@ TEST(Clip, SliverKeepsItsArea)
   }
 }
 
+TEST(Clip, LongEdgeThroughATinyFacetHalvesIt)
+{
+  // The centre is on the edge to rounding, which moves the cut by as much
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> unit(0, 1);
+  for (int trial = 0; trial < 2000; ++trial)
+  {
+    const double turn = 2 * std::numbers::pi * unit(random);
+    const Facet large = moved(unit_triangle, 1, turn, {0, 0});
+    const Vec<2> on_edge = large[1] + unit(random) * (large[2] - large[1]);
+    const double h = 0.1 * std::pow(10, -7 * unit(random));
+    const Facet tiny =
+        moved(moved(unit_square, 1, 0, {-0.5, -0.5}), h, unit(random), on_edge);
+    const bool within =
+        (on_edge - large[1]).norm() > h and (on_edge - large[2]).norm() > h;
+    if (!within)
+      continue;
+    ASSERT_NEAR(valid_area(large, tiny), 0.5 * h * h, 1e-15 * h) << h;
+    ASSERT_NEAR(valid_area(tiny, large), 0.5 * h * h, 1e-15 * h) << h;
+  }
+}
+
 TEST(Clip, NearCoincidenceIsLipschitz)
 {
   std::mt19937 random(1);
