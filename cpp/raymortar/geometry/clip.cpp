@@ -136,6 +136,16 @@ struct Walk
   ClipPolygon polygon{};
   int first_entry = -1;
   int last_exit = -1;
+  /// More vertices than two convex facets have in common: products of their
+  /// coordinates overflow or vanish, so that the sides contradict each other
+  bool contradictory = false;
+
+  void push(const Vec<2>& point, Provenance origin)
+  {
+    contradictory = contradictory or polygon.size == ClipPolygon::capacity;
+    if (!contradictory)
+      polygon.push(point, origin);
+  }
 
   [[nodiscard]] bool inside(int slave_corner) const
   {
@@ -157,7 +167,7 @@ struct Walk
 
   void push_crossing(int i, int j)
   {
-    polygon.push(crossing(i, j), {Kind::crossing, slave.ids[i], master.ids[j]});
+    push(crossing(i, j), {Kind::crossing, slave.ids[i], master.ids[j]});
   }
 
   /// Master corners between two master edges
@@ -166,14 +176,14 @@ struct Walk
     for (int k = from; k != to;)
     {
       k = master.next(k);
-      polygon.push(master.points[k], {Kind::master_corner, -1, master.ids[k]});
+      push(master.points[k], {Kind::master_corner, -1, master.ids[k]});
     }
   }
 
   void along_slave_edge(int i)
   {
     if (inside(i))
-      polygon.push(slave.points[i], {Kind::slave_corner, slave.ids[i], -1});
+      push(slave.points[i], {Kind::slave_corner, slave.ids[i], -1});
     if (const int j = crossed_edge(sides, slave, master, i, true); j >= 0)
     {
       if (last_exit >= 0)
@@ -198,7 +208,7 @@ struct Walk
       follow_master(last_exit, first_entry);
     if (polygon.size == 0 and all_true(sides.master_inside[0], slave.size))
     {
-      polygon.push(master.points[0], {Kind::master_corner, -1, master.ids[0]});
+      push(master.points[0], {Kind::master_corner, -1, master.ids[0]});
       follow_master(0, master.size - 1);
     }
   }
@@ -251,12 +261,15 @@ ClipPolygon clip_convex(std::span<const Vec<2>> slave,
     return {};
   Walk walk{s, m};
   walk.run();
+  if (walk.contradictory) [[unlikely]]
+    return {};
   const double distance =
       tolerance::merge * tolerance::merge * squared_diameter(s);
   for (int v = 0; v < walk.polygon.size; ++v)
     snap(walk.polygon.points[v], walk.polygon.provenance[v], s, m, distance);
   ClipPolygon polygon = walk.polygon.merged(distance);
-  if (!(polygon.area() > 0))
+  const double area = polygon.area();
+  if (!(area > 0 and std::isfinite(area)))
     polygon.size = 0;
   return polygon;
 }
