@@ -13,7 +13,7 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from . import _cpp, compat, surfaces
-from .compat import Array
+from .compat import Array, Indices
 from .errors import ContactError, raise_everywhere
 from .friction import LAWS, Coulomb, Stick, Tresca
 from .layout import Layout
@@ -28,7 +28,7 @@ from .results import (
     statistics,
 )
 from .stiffness import VolumePattern, automatic_gamma
-from .zones import ZoneData, create_zone, find_facets, on_facets
+from .zones import ZoneData, ZoneFacets, create_zone, find_facets, on_facets
 
 
 PARTS = ("total", "normal", "tangential")
@@ -139,7 +139,8 @@ class Contact:
         self.gamma_scale = 1.0
         self._u_old = u.x.array.copy()
         self._fixed_by: tuple[Any, ...] = ()
-        self._volume: VolumePattern | None = None
+        # Read by `prepare`, which every use of it follows
+        self._volume: Any = None
         if method.gamma is not None:
             self.set_gamma(method.gamma)
         self._history_is_new = True
@@ -163,8 +164,9 @@ class Contact:
 
     def _multiplier(self) -> str:
         """Scalar or vector, by choice or by what friction needs."""
-        if self.method.multiplier is not None:
-            return self.method.multiplier
+        method = self.method
+        if isinstance(method, AugmentedLagrangian) and method.multiplier is not None:
+            return method.multiplier
         return "normal" if self.friction is None else "vector"
 
     def _law(self) -> _cpp.LawKind:
@@ -184,7 +186,7 @@ class Contact:
             and self.method.tangential == "elastic"
         )
 
-    def _slave_dofs(self, facets) -> Array:
+    def _slave_dofs(self, facets: Sequence[ZoneFacets]) -> Indices:
         """Block dofs of the multiplier on this rank's slave facets."""
         if self.multiplier is None:
             return np.empty(0, dtype=np.int32)
@@ -477,7 +479,7 @@ class Contact:
         if part not in PARTS:
             raise ContactError(f"part must be one of {PARTS}, not {part!r}")
 
-        def quantity(points):
+        def quantity(points: dict[str, Array]) -> Array:
             total = points["traction"]
             if part == "total":
                 return total
@@ -503,7 +505,7 @@ class Contact:
         if self.friction is None:
             raise ContactError("slip is only known with friction")
 
-        def quantity(points):
+        def quantity(points: dict[str, Array]) -> Array:
             return points["slip"] - along_normal(points, points["slip"])
 
         return self._field("slip", quantity, vector=True)
@@ -531,7 +533,9 @@ class Contact:
         return statistics(self.zones, self._comm)
 
 
-def _check_options(method, friction, quadrature_degree, measure, search) -> None:
+def _check_options(
+    method: Any, friction: Any, quadrature_degree: Any, measure: Any, search: Any
+) -> None:
     """Raise for options that do not exist; the same on every rank."""
     if not isinstance(method, (AugmentedLagrangian, Penalty)):
         raise ContactError(

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import ufl
 
+from mpi4py import MPI
 from petsc4py import PETSc
 
 from . import compat
@@ -54,7 +55,7 @@ class NonlinearProblem:
         contact.prepare(self.a)
 
     @property
-    def comm(self):
+    def comm(self) -> MPI.Comm:
         """Communicator of the mesh."""
         return self.contact.layout.comm
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, fields
+from typing import Any
 
 import numpy as np
 from dolfinx.fem import Function
@@ -72,7 +73,7 @@ class Statistics:
         )
 
 
-def _reduction(name: str):
+def _reduction(name: str) -> tuple[MPI.Op, Callable[[Any, Any], Any]]:
     """How a count is combined over zones and ranks."""
     if name == "min_gap":
         return MPI.MIN, min
@@ -81,7 +82,7 @@ def _reduction(name: str):
     return MPI.SUM, lambda a, b: a + b
 
 
-def statistics(zones, comm: MPI.Comm) -> Statistics:
+def statistics(zones: Any, comm: MPI.Comm) -> Statistics:
     """Counts of all zones and ranks. Collective."""
     total = Statistics()
     for zone in zones:
@@ -111,7 +112,7 @@ def _moments(x: Array, forces: Array) -> Array:
     return x[:, 0] * forces[:, 1] - x[:, 1] * forces[:, 0]
 
 
-def resultant(zone, comm: MPI.Comm) -> Resultant:
+def resultant(zone: Any, comm: MPI.Comm) -> Resultant:
     """Force and moment on the slave side of a zone. Collective."""
     points = zone.cpp.points()
     forces = points["weight"][:, None] * points["traction"]
@@ -131,7 +132,7 @@ def along_normal(points: dict[str, Array], vectors: Array) -> Array:
 
 
 def nodal_average(
-    zones, quantity: Callable[[dict[str, Array]], Array], field: Function
+    zones: Any, quantity: Callable[[dict[str, Array]], Array], field: Function
 ) -> None:
     """Average of a point quantity around each slave node, NaN elsewhere. Collective.
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import itertools
 import weakref
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any, cast
 
 from petsc4py import PETSc
 
@@ -86,7 +86,7 @@ class NewtonSolver:
         self.problem = problem
         self.A, self.b = problem.create_matrix(), problem.create_vector()
         # Weak, or C++ would keep the solver alive in a cycle that nothing finds
-        this = weakref.ref(self)
+        this = cast("Callable[[], NewtonSolver]", weakref.ref(self))
 
         def residual(x: PETSc.Vec, b: PETSc.Vec) -> None:
             problem.F(x, b)
@@ -137,7 +137,7 @@ class NewtonSolver:
             With pairs, active points, gap range and residual history.
         """
         x = self.problem.start()
-        self._tolerances = self.rtol, self.atol
+        self._tolerances: tuple[float, float] = self._newton.rtol, self._newton.atol
         converged, reason = False, ""
         try:
             iterations, converged = self._newton.solve(x)
@@ -319,7 +319,7 @@ class LoadSteps:
         self.extrapolate = extrapolate
         self.halvings = 0
 
-    def __iter__(self):
+    def __iter__(self) -> Iterator[LoadStep]:
         """Solve step by step; each accepted step is yielded as a `LoadStep`."""
         contact = self.solver.problem.contact
         # In units of the smallest step, so that the path ends at exactly 1
@@ -356,7 +356,7 @@ class LoadSteps:
         contact = self.solver.problem.contact
         if self.extrapolate and last is not None:
             contact.u.x.array[:] += ratio * (now.u - last.u)
-            if contact.multiplier is not None:
+            if now.multiplier is not None and last.multiplier is not None:
                 change = now.multiplier - last.multiplier
                 contact.multiplier.x.array[:] += ratio * change
             try:

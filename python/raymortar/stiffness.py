@@ -41,7 +41,7 @@ class VolumePattern:
         K.destroy()
 
 
-def automatic_gamma(volume: VolumePattern, layout: Layout, zones) -> float:
+def automatic_gamma(volume: VolumePattern, layout: Layout, zones: Any) -> float:
     """gamma = c sum(diag K) / sum(int N_a dG) over the slave displacement dofs.
 
     About the modulus over the mesh size, in force per length over area, with no

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from dolfinx.fem import Function
@@ -42,7 +43,7 @@ class ZoneData:
     traction_old: Array | None = None  # (slave facets, n, d), of friction springs
 
 
-def group_pairs(pairs) -> dict[int, tuple[int, ...]]:
+def group_pairs(pairs: Any) -> dict[int, tuple[int, ...]]:
     """Master tags of each slave tag, after checking the list of pairs."""
     try:
         tags = [(int(slave), int(master)) for slave, master in pairs]
@@ -67,7 +68,7 @@ def group_pairs(pairs) -> dict[int, tuple[int, ...]]:
     return {slave: tuple(masters) for slave, masters in groups.items()}
 
 
-def find_facets(u: Function, facet_tags, pairs) -> list[ZoneFacets]:
+def find_facets(u: Function, facet_tags: Any, pairs: Any) -> list[ZoneFacets]:
     """Facets of every zone, checked. Collective."""
     mesh = u.function_space.mesh
     zones = []
@@ -130,8 +131,9 @@ def default_quadrature_degree(shape: str, p: int, q: int) -> int:
 def _rules(shape: str, degree: int) -> tuple[_cpp.QuadratureRule, _cpp.QuadratureRule]:
     """Rules for segments (interval, triangle) and for whole facets."""
     piece = "interval" if shape == "interval" else "triangle"
-    return tuple(
-        _cpp.QuadratureRule(*compat.quadrature(name, degree)) for name in (piece, shape)
+    return (
+        _cpp.QuadratureRule(*compat.quadrature(piece, degree)),
+        _cpp.QuadratureRule(*compat.quadrature(shape, degree)),
     )
 
 
@@ -159,7 +161,7 @@ def create_zone(
     layout: Layout,
     law: _cpp.LawKind,
     friction: Coulomb | Tresca | Stick | None,
-    result_space,
+    result_space: Any,
     quadrature_degree: int | None,
     current_measure: bool,
     search: Search,
