@@ -158,6 +158,7 @@ struct LinearSystem
   Vec b = nullptr, step = nullptr;
   std::vector<std::int32_t> offsets, columns; ///< of the volume
   rm::Pattern pattern;
+  rm::BlockPositions positions; ///< of contact's blocks in A
 
   LinearSystem(MPI_Comm comm, const Volume& volume, Vec x)
   {
@@ -197,18 +198,19 @@ struct LinearSystem
     const rm::Zone* zones[] = {&zone};
     const rm::Pattern* patterns[] = {&pattern};
     rm::preallocate(A, offsets, columns, zones, patterns);
+    positions.forget();
     check(KSPReset(ksp));
     check(KSPSetOperators(ksp, A, A));
   }
 
-  void assemble(const Volume& volume, const rm::Zone& zone,
+  void assemble(const Volume& volume, rm::Zone& zone,
                 std::span<const double> x)
   {
     check(VecZeroEntries(b));
     check(MatZeroEntries(A));
     volume.assemble(x, A, b);
     rm::add_residual(zone, b);
-    rm::add_tangent(zone, A);
+    rm::add_tangent(zone, A, positions);
     check(VecAssemblyBegin(b));
     check(VecAssemblyEnd(b));
     check(MatAssemblyBegin(A, MAT_FINAL_ASSEMBLY));

@@ -30,13 +30,17 @@ void bind_assembly(py::module_& m)
       .def("covers", &Pattern::covers)
       .def("extend", &Pattern::extend)
       .def("__len__", [](const Pattern& p) { return p.pairs().size(); });
-  m.def("add_residual", [](const Zone& z, std::uintptr_t b)
+  m.def("add_residual", [](Zone& z, std::uintptr_t b)
         { add_residual(z, from_handle<::Vec>(b)); });
-  m.def("add_tangent", [](const Zone& z, std::uintptr_t A)
-        { add_tangent(z, from_handle<::Mat>(A)); });
+  py::class_<BlockPositions>(m, "BlockPositions")
+      .def(py::init<>())
+      .def("lookups", &BlockPositions::lookups)
+      .def("forget", &BlockPositions::forget);
+  m.def("add_tangent", [](Zone& z, std::uintptr_t A, BlockPositions& positions)
+        { add_tangent(z, from_handle<::Mat>(A), positions); });
   m.def(
       "apply_lifting",
-      [](const Zone& z, std::uintptr_t b, const Array<double>& slave,
+      [](Zone& z, std::uintptr_t b, const Array<double>& slave,
          const Array<double>& master, double alpha)
       {
         const auto fetched = z.to_master(to_span(master), z.input().slave.gdim);

@@ -1,5 +1,5 @@
 #include "bind.h"
-#include "raymortar/fem/zone.h"
+#include "raymortar/fem/remote_entries.h"
 
 namespace raymortar::bindings
 {
@@ -21,8 +21,9 @@ make_zone(int comm, Surface slave, Surface master,
                 std::move(segment_rule), std::move(facet_rule)});
 }
 
-py::dict statistics(const Zone& z)
+py::dict statistics(Zone& z)
 {
+  const AssemblyStatistics& a = z.assembly();
   const ZoneStatistics s = z.statistics();
   py::dict d;
   d["slave_facets"] = s.slave_facets;
@@ -35,13 +36,53 @@ py::dict statistics(const Zone& z)
   d["hits"] = s.hits;
   d["degenerate"] = s.degenerate;
   d["candidate_builds"] = s.candidate_builds;
+  d["pairings"] = s.pairings;
+  d["pairings_skipped"] = s.pairings_skipped;
+  d["residual_blocks"] = a.residual_blocks;
+  d["tangent_blocks"] = a.tangent_blocks;
+  d["lifted_blocks"] = a.lifted_blocks;
+  d["skipped_blocks"] = a.skipped_blocks;
+  d["lookups"] = a.lookups;
   d["halo_builds"] = s.halo_builds;
   d["bytes_sent"] = s.bytes_sent;
   d["seconds_halo"] = s.seconds_halo;
   d["seconds_candidates"] = s.seconds_candidates;
   d["seconds_segments"] = s.seconds_segments;
   d["seconds_rays"] = s.seconds_rays;
+  d["seconds_residual"] = a.seconds_residual;
+  d["seconds_tangent"] = a.seconds_tangent;
   return d;
+}
+
+/// What this rank has sent, and the entries it would send at an assembly
+py::dict traffic(const Zone& z, const Array<std::int64_t>& ranges, int rank)
+{
+  const ZoneTraffic t = z.traffic();
+  const RemoteEntries r = remote_entries(z, to_span(ranges), rank);
+  py::dict d;
+  d["pairing_messages"] = t.pairing.messages;
+  d["pairing_bytes"] = t.pairing.bytes;
+  d["value_messages"] = t.values.messages;
+  d["value_bytes"] = t.values.bytes;
+  d["matrix_entries"] = r.matrix;
+  d["vector_entries"] = r.vector;
+  d["entry_ranks"] = r.ranks;
+  return d;
+}
+
+/// Global numbers of the slave and master facets that have met, (pairs, 2)
+py::array_t<std::int64_t> pairs(const Zone& z)
+{
+  const ContactState& s = z.state();
+  std::vector<std::int64_t> ids;
+  for (std::size_t e = 0; e < s.elements.size(); ++e)
+    if (const Index m = s.elements.master[e]; m != no_index)
+    {
+      const Index f = s.elements.slave[e];
+      ids.push_back(s.slave.facet_id[static_cast<std::size_t>(f)]);
+      ids.push_back(s.master.facet_id[static_cast<std::size_t>(m)]);
+    }
+  return to_array(ids, {static_cast<py::ssize_t>(ids.size() / 2), 2});
 }
 
 /// Points, hits and the law's results, as arrays over the points
@@ -145,6 +186,8 @@ void bind_zone(py::module_& m)
       .def("cast", &Zone::cast)
       .def("points", &points)
       .def("segments", &segments)
+      .def("pairs", &pairs)
+      .def("traffic", &traffic, py::arg("ranges"), py::arg("rank"))
       .def("statistics", &statistics);
 }
 } // namespace raymortar::bindings

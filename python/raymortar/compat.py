@@ -142,6 +142,13 @@ def _coordinate_map(mesh: dolfinx.mesh.Mesh) -> Any:
     return mesh.geometry.cmap if maps is None else maps[0]
 
 
+def on_mesh(thing: Any, mesh: dolfinx.mesh.Mesh) -> bool:
+    """Whether MeshTags or a Function are of this very mesh, not of a like one."""
+    owner = thing.function_space.mesh if hasattr(thing, "function_space") else thing
+    owner = owner if hasattr(owner, "topology") else owner.mesh  # MeshTags before 0.7
+    return _unwrap(owner.topology) is _unwrap(mesh.topology)
+
+
 def geometry_degree(mesh: dolfinx.mesh.Mesh) -> int:
     """Polynomial degree of the cells' geometry."""
     return _coordinate_map(mesh).degree

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,24 +14,27 @@ from petsc4py import PETSc
 
 from . import _cpp, compat, surfaces
 from .compat import Array, Indices
-from .errors import ContactError, raise_everywhere
+from .errors import ContactError, raise_everywhere, require_agreement, together
+from .fields import ContactFields
 from .friction import LAWS, Coulomb, Stick, Tresca
 from .layout import Layout
-from .methods import MEASURES, AugmentedLagrangian, Penalty, Search
-from .results import (
-    OPEN,
-    Resultant,
-    Statistics,
-    along_normal,
-    nodal_average,
-    resultant,
-    statistics,
+from .methods import (
+    MEASURES,
+    AugmentedLagrangian,
+    Penalty,
+    Search,
+    check_coefficient,
 )
 from .stiffness import VolumePattern, automatic_gamma
-from .zones import ZoneData, ZoneFacets, create_zone, find_facets, on_facets
-
-
-PARTS = ("total", "normal", "tangential")
+from .zones import (
+    ZoneData,
+    ZoneFacets,
+    create_zone,
+    find_facets,
+    group_pairs,
+    numbered,
+    on_facets,
+)
 
 
 @dataclass(frozen=True)
@@ -44,7 +47,7 @@ class ContactState:
     traction_old: list[Array | None]
 
 
-class Contact:
+class Contact(ContactFields):
     """Contact integrals between tagged surfaces of a deforming mesh. Collective.
 
     Parameters
@@ -55,8 +58,9 @@ class Contact:
     facet_tags
         Tags of exterior facets (``MeshTags``).
     pairs
-        ``[(slave tag, master tag), ...]``. Pairs with the same slave tag are one
-        slave surface that meets all their masters.
+        ``[(slave tag, master tag), ...]``, a tag being its number or, with `names`,
+        its name. Pairs with the same slave tag are one slave surface that meets all
+        their masters.
     method
         `AugmentedLagrangian` or `Penalty`.
     friction
@@ -69,6 +73,9 @@ class Contact:
         the nominal traction; ``"current"``: over the deformed one, Cauchy traction.
     search
         `Search` distances and strategy.
+    names
+        Facet tag by name: numbers, as in a scene's ``tags``, or (dimension, tag), as
+        Gmsh's physical groups are read (``compat.read_gmsh(...).names``).
 
     Attributes
     ----------
@@ -94,23 +101,35 @@ class Contact:
         self,
         u: Function,
         facet_tags: Any,
-        pairs: Sequence[tuple[int, int]],
+        pairs: Sequence[tuple[int | str, int | str]],
         method: AugmentedLagrangian | Penalty | None = None,
         friction: Coulomb | Tresca | Stick | None = None,
         quadrature_degree: int | None = None,
         measure: str = "reference",
         search: Search | None = None,
+        names: Mapping[str, int | tuple[int, int]] | None = None,
     ) -> None:
         method = AugmentedLagrangian() if method is None else method
         search = Search() if search is None else search
-        _check_options(method, friction, quadrature_degree, measure, search)
         if not isinstance(u, Function):
             raise ContactError(f"u must be a Function, not {type(u).__name__}")
+        self._comm: MPI.Comm = u.function_space.mesh.comm
+        with together(self._comm):
+            _check_options(method, friction, quadrature_degree, measure, search)
+            groups = group_pairs(numbered(pairs, names, u))
+        require_agreement(
+            self._comm,
+            method=method,
+            friction=friction,
+            quadrature_degree=quadrature_degree,
+            measure=measure,
+            search=search,
+            pairs=groups,
+        )
         surfaces.check_space(u)
         self.u, self.method, self.measure = u, method, measure
         self.friction = friction
-        self._comm: MPI.Comm = u.function_space.mesh.comm
-        facets = find_facets(u, facet_tags, pairs)
+        facets = find_facets(u, facet_tags, groups)
         degree, components = self._multiplier_kind()
         mesh = u.function_space.mesh
         self.multiplier = None
@@ -144,6 +163,7 @@ class Contact:
         if method.gamma is not None:
             self.set_gamma(method.gamma)
         self._history_is_new = True
+        self._preallocations = 0
 
     # Set-up
 
@@ -201,7 +221,17 @@ class Contact:
         ----------
         gamma
             Positive number or scalar Function, traction per length.
+
+        Raises
+        ------
+        ContactError
+            If it is not positive, differs between ranks or is of another mesh.
         """
+        with together(self._comm):
+            check_coefficient(gamma)
+            if isinstance(gamma, Function):
+                _check_coefficient_function(gamma, self.u)
+        require_agreement(self._comm, gamma=gamma)
         values = [
             on_facets(gamma, zone.facets)
             if isinstance(gamma, Function)
@@ -229,13 +259,17 @@ class Contact:
                 self._on_surface(array, zone.facets.master_surface),
             )
 
+    def _not_finite(self) -> str | None:
+        """What is no number in this rank's share of the state, if anything."""
+        for name, f in (("displacement", self.u), ("multiplier", self.multiplier)):
+            bad = 0 if f is None else np.count_nonzero(~np.isfinite(f.x.array))
+            if bad:
+                return f"the {name} has {bad} entries that are not finite"
+        return None
+
     def _send_state(self) -> None:
         """Displacement and multiplier to the zones. Collective."""
-        bad = np.count_nonzero(~np.isfinite(self.u.x.array))
-        raise_everywhere(
-            self._comm,
-            f"the displacement has {bad} entries that are not finite" if bad else None,
-        )
+        raise_everywhere(self._comm, self._not_finite())
         self._for_zones("set_displacement", self.u.x.array)
         if self.multiplier is not None:
             values = self.multiplier.x.array.reshape(-1, self.layout.components)
@@ -259,10 +293,11 @@ class Contact:
         self._send_history()
         self._send_state()
         for zone in self.zones:
-            if rays_only:
-                zone.cpp.cast()
-            else:
-                zone.cpp.pair()
+            with together(self._comm):
+                if rays_only:
+                    zone.cpp.cast()
+                else:
+                    zone.cpp.pair()
 
     def advance(self) -> None:
         """Accept the step: the present state becomes the old one. Collective.
@@ -289,10 +324,11 @@ class Contact:
 
     def restore(self, state: ContactState) -> None:
         """Go back to a state of this object. Collective."""
-        self.u.x.array[:] = state.u
-        self._u_old[:] = state.u_old
-        if self.multiplier is not None:
-            self.multiplier.x.array[:] = state.multiplier
+        with together(self._comm):
+            self.u.x.array[:] = state.u
+            self._u_old[:] = state.u_old
+            if self.multiplier is not None:
+                self.multiplier.x.array[:] = state.multiplier
         for zone, traction in zip(self.zones, state.traction_old):
             zone.traction_old = traction
         self._history_is_new = True
@@ -351,8 +387,10 @@ class Contact:
         return self.layout.create_vector()
 
     def _make_room(self, A: PETSc.Mat) -> None:
+        self._preallocations += 1
         for zone in self.zones:
             zone.pattern.extend(zone.cpp)
+            zone.positions.forget()
         _cpp.preallocate(
             A.handle,
             self._volume.offsets,
@@ -384,8 +422,9 @@ class Contact:
         Constrained rows and columns are left out. Collective.
         """
         self._fix(bcs)
-        for zone in self.zones:
-            _cpp.add_tangent(zone.cpp, A.handle)
+        with together(self._comm):
+            for zone in self.zones:
+                _cpp.add_tangent(zone.cpp, A.handle, zone.positions)
 
     def assemble_vector(self, b: PETSc.Vec, bcs: Sequence[Any] = ()) -> None:
         """Add the residual at the last `update`; assembly of b is the caller's.
@@ -393,8 +432,9 @@ class Contact:
         Constrained rows are left out. Collective.
         """
         self._fix(bcs)
-        for zone in self.zones:
-            _cpp.add_residual(zone.cpp, b.handle)
+        with together(self._comm):
+            for zone in self.zones:
+                _cpp.add_residual(zone.cpp, b.handle)
 
     def apply_lifting(
         self, b: PETSc.Vec, bcs: Sequence[Any], x0: Array, alpha: float
@@ -418,125 +458,32 @@ class Contact:
         if not self._comm.allreduce(bool(np.any(increment)), op=MPI.LOR):
             return
         for zone in self.zones:
-            _cpp.apply_lifting(
-                zone.cpp,
-                b.handle,
-                self._on_surface(increment, zone.facets.slave_surface),
-                self._on_surface(increment, zone.facets.master_surface),
-                alpha,
-            )
+            sides = zone.facets.slave_surface, zone.facets.master_surface
+            slave, master = (self._on_surface(increment, side) for side in sides)
+            with together(self._comm):
+                _cpp.apply_lifting(zone.cpp, b.handle, slave, master, alpha)
 
     @property
     def stiffness_diagonal(self) -> Array:
         """Diagonal of the volume's matrix at set-up, owned dofs of u, unrolled."""
         return self._volume.diagonal
 
-    # Results
 
-    def points(self, zone: int = 0) -> dict[str, Array]:
-        """Arrays over this rank's integration points of a zone, at the last `update`.
-
-        Keys: ``x`` (n, d) deformed positions, ``normal`` (n, d), ``gap``, ``pressure``
-        (normal traction of the law, <= 0), ``traction`` (n, d), ``weight`` (area),
-        ``status`` (0 no hit, 1 open, 2 stick, 3 slip), ``slave`` and ``master`` facet,
-        ``xi``, ``eta``, ``ray``; with friction ``slip`` (n, d), the increment since
-        the accepted step. Points of uncovered parts have status 0.
-        """
-        return self.zones[zone].cpp.points()
-
-    def _field(
-        self,
-        name: str,
-        quantity: Callable[[dict[str, Array]], Array],
-        vector: bool = False,
-        elsewhere: float | None = 0.0,
-    ) -> Function:
-        """Nodal averages of a point quantity, and a value off the contact."""
-        f = Function(self._vector if vector else self._scalar, name=name)
-        nodal_average(self.zones, quantity, f)
-        if elsewhere is not None:
-            f.x.array[np.isnan(f.x.array)] = elsewhere
-        return f
-
-    def gap(self) -> Function:
-        """Gap at the slave nodes, negative in penetration; NaN where no hit. Length.
-
-        Average over the integration points around each node. Collective.
-        """
-        return self._field("gap", lambda points: points["gap"], elsewhere=None)
-
-    def traction(self, part: str = "total") -> Function:
-        """Contact traction on the slave, global coordinates; 0 elsewhere. Collective.
-
-        Per reference or current area, by `measure`.
-
-        Parameters
-        ----------
-        part
-            ``"total"``; ``"normal"``: along the slave's normal; ``"tangential"``: the
-            rest, which is friction.
-        """
-        if part not in PARTS:
-            raise ContactError(f"part must be one of {PARTS}, not {part!r}")
-
-        def quantity(points: dict[str, Array]) -> Array:
-            total = points["traction"]
-            if part == "total":
-                return total
-            normal = along_normal(points, total)
-            return normal if part == "normal" else total - normal
-
-        name = "traction" if part == "total" else f"{part}_traction"
-        return self._field(name, quantity, vector=True)
-
-    def slip(self) -> Function:
-        """Slip since the accepted step, T_n w, at the slave nodes. Length. Collective.
-
-        The motion of the slave over the master point it meets now, in the slave's
-        tangent plane and in global coordinates, also where the contact is open; 0
-        where no hit. After `advance` it is that of a step that has not begun: read it
-        before.
-
-        Raises
-        ------
-        ContactError
-            Without friction, which needs no slip.
-        """
-        if self.friction is None:
-            raise ContactError("slip is only known with friction")
-
-        def quantity(points: dict[str, Array]) -> Array:
-            return points["slip"] - along_normal(points, points["slip"])
-
-        return self._field("slip", quantity, vector=True)
-
-    def status(self) -> Function:
-        """0 open or no hit, 1 stick, 2 slip, at the slave nodes. Collective.
-
-        Closed contact without friction is slip. The average over the points around
-        each node, rounded.
-        """
-        f = self._field("status", lambda points: points["status"] - OPEN)
-        f.x.array[:] = np.round(f.x.array)
-        return f
-
-    def resultant(self, i: int = 0) -> Resultant:
-        """Contact force on the slave side of zone i, its moment and its parts.
-
-        Collective.
-        """
-        return resultant(self.zones[i], self._comm)
-
-    @property
-    def statistics(self) -> Statistics:
-        """Counts of the last `update` over all zones and ranks. Collective."""
-        return statistics(self.zones, self._comm)
+def _check_coefficient_function(gamma: Function, u: Function) -> None:
+    """Raise unless gamma is a scalar on the displacement's mesh."""
+    components = compat.element_info(gamma.function_space).value_shape
+    if components:
+        raise ContactError(
+            f"gamma must be a scalar Function, not one with values of shape {components}"
+        )
+    if not compat.on_mesh(gamma, u.function_space.mesh):
+        raise ContactError("gamma is a Function on another mesh than the displacement")
 
 
 def _check_options(
     method: Any, friction: Any, quadrature_degree: Any, measure: Any, search: Any
 ) -> None:
-    """Raise for options that do not exist; the same on every rank."""
+    """Raise for options that do not exist."""
     if not isinstance(method, (AugmentedLagrangian, Penalty)):
         raise ContactError(
             f"method must be AugmentedLagrangian or Penalty, not {method!r}"

@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import fields, is_dataclass
+from typing import Any
+
 from mpi4py import MPI
 
 
@@ -42,3 +47,69 @@ def raise_everywhere(
         return
     text = comm.bcast(message, root=rank)
     raise exception(f"{text} (rank {rank})" if comm.size > 1 else text)
+
+
+@contextmanager
+def together(comm: MPI.Comm) -> Iterator[None]:
+    """What one rank raises in the block, all raise at its end. Collective.
+
+    The block itself must not communicate after the point where a rank may fail. All
+    ranks raise the type of the lowest that failed, if it is one of raymortar's or a
+    plain one of Python's, else ``RuntimeError``.
+    """
+    failure: Exception | None = None
+    try:
+        yield
+    except Exception as error:
+        failure = error
+    rank = comm.allreduce(comm.size if failure is None else comm.rank, op=MPI.MIN)
+    if rank == comm.size:
+        return
+    if comm.size == 1 and failure is not None:
+        raise failure
+    kind = next((k for k in _SENT if type(failure) is k), RuntimeError)
+    kind, text = comm.bcast((kind, str(failure)), root=rank)
+    raise kind(f"{text} (rank {rank})") from failure
+
+
+_SENT = (ContactError, ConvergenceError, ValueError, TypeError, IndexError)
+
+
+def _signature(value: Any) -> Any:
+    """Text that two ranks have alike if they were given the same."""
+    if is_dataclass(value) and not isinstance(value, type):
+        parts = [
+            f"{f.name}={_signature(getattr(value, f.name))}" for f in fields(value)
+        ]
+        return f"{type(value).__name__}({', '.join(parts)})"
+    if hasattr(value, "function_space"):
+        return type(value).__name__  # its values may differ, and its address does
+    return repr(value)
+
+
+def require_agreement(comm: MPI.Comm, **arguments: Any) -> None:
+    """Raise on all ranks unless all were given the same arguments. Collective.
+
+    Parameters
+    ----------
+    comm
+        Communicator of the mesh.
+    arguments
+        By name. Functions need only be functions on all ranks.
+
+    Raises
+    ------
+    ContactError
+        Naming the first argument that differs, with two of its values.
+    """
+    mine = {name: _signature(value) for name, value in arguments.items()}
+    first = comm.bcast(mine, root=0)
+    message = next(
+        (
+            f"{name} differs between ranks: {text} and, on rank 0, {first[name]}"
+            for name, text in mine.items()
+            if text != first[name]
+        ),
+        None,
+    )
+    raise_everywhere(comm, message)

@@ -51,6 +51,8 @@ class Layout:
     ----------
     size
         Owned rows of this rank.
+    ranges
+        First row of each rank, then the number of rows, int64.
     u_rows
         Global row of the first component of every local block dof of u, int64.
     multiplier_rows
@@ -74,8 +76,9 @@ class Layout:
             self._owned = np.flatnonzero(marked[:owned]).astype(np.int32)
             self.components = W.dofmap.index_map_bs
         self.size = self.n_u + len(self._owned) * self.components
-        ends = np.cumsum(self.comm.allgather(self.size))
-        self.begin = int(ends[self.comm.rank]) - self.size
+        ends = np.cumsum(self.comm.allgather(self.size), dtype=np.int64)
+        self.ranges = np.concatenate([np.zeros(1, dtype=np.int64), ends])
+        self.begin = int(self.ranges[self.comm.rank])
         self.u_rows = self._number(
             self._u_map, np.arange(self._u_map.size_local), self._bs, self.begin
         )
@@ -117,11 +120,10 @@ class Layout:
     def coupled_columns(self, columns: npt.ArrayLike) -> Indices:
         """From global columns of DOLFINx's matrix of u to the coupled numbering."""
         starts = np.array(self.comm.allgather(self._u_map.local_range[0]))
-        begins = np.array(self.comm.allgather(self.begin))
         columns = np.asarray(columns, dtype=np.int64)
         # A rank without dofs shares its start with the next one: take the last
         rank = np.searchsorted(self._bs * starts, columns, side="right") - 1
-        return (columns - self._bs * starts[rank] + begins[rank]).astype(np.int32)
+        return (columns - self._bs * starts[rank] + self.ranges[rank]).astype(np.int32)
 
     def to_vector(self, x: PETSc.Vec, scale: float) -> None:
         """Functions to the solver's unknowns; the multiplier is divided by scale."""

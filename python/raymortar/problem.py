@@ -13,6 +13,7 @@ from petsc4py import PETSc
 
 from . import compat
 from .contact import Contact
+from .errors import require_agreement, together
 
 
 class NonlinearProblem:
@@ -46,7 +47,9 @@ class NonlinearProblem:
     ) -> None:
         self.contact, self.bcs = contact, list(bcs)
         u = contact.u
-        compat.dirichlet_dofs(self.bcs, u.function_space)  # refuses foreign ones
+        with together(contact.layout.comm):
+            compat.dirichlet_dofs(self.bcs, u.function_space)  # refuses foreign ones
+        require_agreement(contact.layout.comm, number_of_conditions=len(self.bcs))
         if J is None:
             J = ufl.derivative(F, u, ufl.TrialFunction(u.function_space))
         self.L, self.a = compat.form(F), compat.form(J)
@@ -73,9 +76,13 @@ class NonlinearProblem:
         diagonal = self.contact.stiffness_diagonal
         X = self.contact.u.function_space.mesh.geometry.x
         comm = self.comm
-        lower = comm.allgather(X.min(axis=0) if len(X) else np.full(3, np.inf))
-        upper = comm.allgather(X.max(axis=0) if len(X) else np.full(3, -np.inf))
-        size = np.linalg.norm(np.max(upper, axis=0) - np.min(lower, axis=0))
+        # Without cells on a rank: the neutral element of the maximum
+        extent = np.empty((2, 3))
+        ends = np.stack(
+            [X.max(axis=0, initial=-np.inf), (-X).max(axis=0, initial=-np.inf)]
+        )
+        comm.Allreduce(ends, extent, op=MPI.MAX)
+        size = np.linalg.norm(extent.sum(axis=0))
         squares = comm.allreduce(float(diagonal @ diagonal))
         return float(np.finfo(float).eps * np.sqrt(squares) * size)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,9 @@ from dolfinx.fem import Function
 from mpi4py import MPI
 
 from . import compat, surfaces
+from .communication import Communication, communication
 from .compat import Array
+from .layout import Layout
 
 OPEN, CLOSED = 1, 2
 
@@ -38,8 +40,16 @@ class Resultant:
 class Statistics:
     """Counts over all ranks, seconds of the slowest rank.
 
+    Of the last `Contact.update`, but for these sums since the start:
+    ``candidate_builds``, ``halo_builds``, ``pairings``, ``pairings_skipped`` (nothing
+    had moved), ``preallocations`` of matrices, ``residual_blocks``, ``tangent_blocks``,
+    ``lifted_blocks`` (tangent blocks for Dirichlet increments), ``skipped_blocks`` (left
+    out of tangents because they are zero), ``lookups`` (blocks whose place in the
+    matrix had to be found) and ``bytes_sent``. Zones add up.
+
     ``hits`` of ``points`` met the master within the search distances; with none, the
-    bodies are out of reach of each other.
+    bodies are out of reach of each other. ``slip_points`` of them needed their slip.
+    Seconds are those of the last time each stage ran.
     """
 
     slave_facets: int = 0
@@ -51,10 +61,19 @@ class Statistics:
     segments: int = 0
     points: int = 0
     hits: int = 0
+    slip_points: int = 0
     active_points: int = 0
     degenerate: int = 0
     candidate_builds: int = 0
     halo_builds: int = 0
+    pairings: int = 0
+    pairings_skipped: int = 0
+    preallocations: int = 0
+    residual_blocks: int = 0
+    tangent_blocks: int = 0
+    lifted_blocks: int = 0
+    skipped_blocks: int = 0
+    lookups: int = 0
     bytes_sent: int = 0
     min_gap: float = np.inf
     max_gap: float = -np.inf
@@ -63,6 +82,9 @@ class Statistics:
     seconds_candidates: float = 0.0
     seconds_segments: float = 0.0
     seconds_rays: float = 0.0
+    seconds_residual: float = 0.0
+    seconds_tangent: float = 0.0
+    communication: Communication = field(default_factory=Communication)
 
     def __str__(self) -> str:
         gap = f"gap {self.min_gap:.3e} to {self.max_gap:.3e}"
@@ -82,26 +104,30 @@ def _reduction(name: str) -> tuple[MPI.Op, Callable[[Any, Any], Any]]:
     return MPI.SUM, lambda a, b: a + b
 
 
-def statistics(zones: Any, comm: MPI.Comm) -> Statistics:
+def statistics(zones: Any, layout: Layout) -> Statistics:
     """Counts of all zones and ranks. Collective."""
-    total = Statistics()
+    comm, names = layout.comm, [f.name for f in fields(Statistics)]
+    names.remove("communication")
+    total = Statistics(communication=communication(zones, layout))
     for zone in zones:
         local = Statistics(**zone.cpp.statistics())
-        points = zone.cpp.points()
+        points = zone.points()
         hit = points["status"] >= OPEN
         # Boxes overlap, but the facets do not face each other within reach
         local.culled = max(local.candidates - local.clipped, 0)
         local.active_points = int(np.count_nonzero(points["status"] >= CLOSED))
+        local.slip_points = local.hits if "slip" in points else 0
         if hit.any():
             local.min_gap = float(points["gap"][hit].min())
             local.max_gap = float(points["gap"][hit].max())
             local.max_pressure = float(-points["pressure"][hit].min())
-        for name, value in asdict(local).items():
+        for name in names:
             _, combine = _reduction(name)
-            setattr(total, name, combine(getattr(total, name), value))
-    for field in fields(Statistics):
-        op, _ = _reduction(field.name)
-        setattr(total, field.name, comm.allreduce(getattr(total, field.name), op=op))
+            value = combine(getattr(total, name), getattr(local, name))
+            setattr(total, name, value)
+    for name in names:
+        op, _ = _reduction(name)
+        setattr(total, name, comm.allreduce(getattr(total, name), op=op))
     return total
 
 
@@ -114,7 +140,7 @@ def _moments(x: Array, forces: Array) -> Array:
 
 def resultant(zone: Any, comm: MPI.Comm) -> Resultant:
     """Force and moment on the slave side of a zone. Collective."""
-    points = zone.cpp.points()
+    points = zone.points()
     forces = points["weight"][:, None] * points["traction"]
     moment = _moments(points["x"], forces).sum(axis=0)
     normal = along_normal(points, forces).sum(axis=0)
@@ -132,7 +158,10 @@ def along_normal(points: dict[str, Array], vectors: Array) -> Array:
 
 
 def nodal_average(
-    zones: Any, quantity: Callable[[dict[str, Array]], Array], field: Function
+    zones: Any,
+    quantity: Callable[[dict[str, Array]], Array],
+    field: Function,
+    hits_only: bool = True,
 ) -> None:
     """Average of a point quantity around each slave node, NaN elsewhere. Collective.
 
@@ -147,6 +176,8 @@ def nodal_average(
         From the arrays of `Contact.points` to values (n,) or (n, d).
     field
         Scalar or vector function that is set.
+    hits_only
+        Leave out points whose ray meets no master.
     """
     V = field.function_space
     index_map, bs = V.dofmap.index_map, V.dofmap.index_map_bs
@@ -154,8 +185,8 @@ def nodal_average(
     weights = compat.create_la_vector(index_map, 1)
     degree = compat.element_info(V).degree
     for zone in zones:
-        points = zone.cpp.points()
-        hit = points["status"] >= OPEN
+        points = zone.points()
+        hit = points["status"] >= (OPEN if hits_only else 0)
         values = quantity(points)[hit].astype(np.float64).reshape(-1, bs)
         shape = zone.facets.slave_surface.shape
         N, _ = surfaces.shape_functions(shape, degree, points["xi"][hit])

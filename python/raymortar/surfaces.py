@@ -229,6 +229,8 @@ def _check_tags(mesh: Mesh, facet_tags: Any, tag: int, role: str) -> None:
             f"facet_tags are tags of entities of dimension {facet_tags.dim}; facets "
             f"of this mesh have dimension {tdim - 1}"
         )
+    elif not compat.on_mesh(facet_tags, mesh):
+        message = "facet_tags are of another mesh than the displacement"
     raise_everywhere(comm, message)
     if comm.allreduce(int(np.sum(facet_tags.values == tag))) == 0:
         raise_everywhere(
@@ -248,21 +250,32 @@ def _with_owned_cell(mesh: Mesh, facets: Indices) -> Indices:
     return facets[counts[last] > counts[first]]
 
 
+def _marked_anywhere(index_map: Any, entities: Indices) -> npt.NDArray[np.bool_]:
+    """Local entities that any rank has among some of its own. Collective."""
+    marker = compat.create_la_vector(index_map)
+    marker.array[entities.ravel()] = 1
+    # By way of the owners, who may have none of them themselves
+    compat.scatter_reverse_add(marker)
+    compat.scatter_forward(marker)
+    return marker.array > 0
+
+
 def _check_exterior(mesh: Mesh, interior: Indices, tag: int, role: str) -> None:
     """Refuse the interior facets that carry the tag. Collective."""
-    comm, tdim = mesh.comm, mesh.topology.dim
+    tdim = mesh.topology.dim
     midpoints = _midpoints(mesh, _facets_of_mesh(mesh, tag, interior[:1]))
-    ids = compat.local_to_global(mesh.topology.index_map(tdim - 1), interior)
-    # A facet between two ranks is reported by both.
-    found = set().union(*comm.allgather(ids.tolist()))
+    # A facet between two ranks is found by both
+    facet_map = mesh.topology.index_map(tdim - 1)
+    marked = _marked_anywhere(facet_map, interior)[: facet_map.size_local]
+    count = mesh.comm.allreduce(int(marked.sum()))
     message = None
     if len(midpoints) > 0:
         message = (
-            f"{len(found)} facet(s) with the {role} tag {tag} lie inside the body, "
+            f"{count} facet(s) with the {role} tag {tag} lie inside the body, "
             f"between two cells, for example at {_format(midpoints[0])}: contact needs "
             "boundary facets, so the bodies must not share nodes"
         )
-    raise_everywhere(comm, message)
+    raise_everywhere(mesh.comm, message)
 
 
 def tagged_facets(mesh: Mesh, facet_tags: Any, tag: int, role: str) -> Facets:
@@ -561,16 +574,6 @@ def _facet_vertices(mesh: Mesh, facets: Facets) -> Indices:
     return to_vertices[facets.cells[:, None], columns]
 
 
-def _marked_vertices(mesh: Mesh, vertices: Indices) -> npt.NDArray[np.bool_]:
-    """Local vertices marked on any rank, shape (n_vertices,). Collective."""
-    marker = compat.create_la_vector(mesh.topology.index_map(0))
-    marker.array[vertices.ravel()] = 1
-    # By way of the owners: the two surfaces may sit on different ranks.
-    compat.scatter_reverse_add(marker)
-    compat.scatter_forward(marker)
-    return marker.array > 0
-
-
 def check_pair(mesh: Mesh, slave: Facets, master: Facets) -> None:
     """Refuse a slave and a master surface that touch in the mesh. Collective.
 
@@ -579,12 +582,11 @@ def check_pair(mesh: Mesh, slave: Facets, master: Facets) -> None:
     ContactError
         If they share vertices (hence also if they share facets).
     """
-    vertices = _facet_vertices(mesh, slave)
-    shared = _marked_vertices(mesh, vertices)
-    shared &= _marked_vertices(mesh, _facet_vertices(mesh, master))
-    count = mesh.comm.allreduce(
-        int(shared[: mesh.topology.index_map(0).size_local].sum())
-    )
+    vertices, vertex_map = _facet_vertices(mesh, slave), mesh.topology.index_map(0)
+    # The two surfaces may sit on different ranks
+    shared = _marked_anywhere(vertex_map, vertices)
+    shared &= _marked_anywhere(vertex_map, _facet_vertices(mesh, master))
+    count = mesh.comm.allreduce(int(shared[: vertex_map.size_local].sum()))
     message = None
     if np.any(shared[vertices]):
         # Both follow Basix's order of the facet's vertices.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -39,8 +40,51 @@ class ZoneData:
     multiplier_table: Indices  # (slave facets, n), local block dofs
     multiplier_nodes: Indices  # sorted block dofs in the zone's own order
     result_table: Indices  # (slave facets, n), local block dofs of result fields
+    frictional: bool
     pattern: _cpp.Pattern = field(default_factory=_cpp.Pattern)
+    positions: _cpp.BlockPositions = field(default_factory=_cpp.BlockPositions)
     traction_old: Array | None = None  # (slave facets, n, d), of friction springs
+
+    def points(self) -> dict[str, Array]:
+        """Arrays over the integration points, see `ContactFields.points`."""
+        points = self.cpp.points()
+        if self.frictional:  # the same keys on a rank without points
+            points.setdefault("slip", np.empty_like(points["x"]))
+        return points
+
+
+def numbered(pairs: Any, names: Any, u: Function) -> list[tuple[Any, Any]]:
+    """Pairs with every name replaced by its tag.
+
+    Parameters
+    ----------
+    pairs
+        [(slave, master), ...], numbers or names.
+    names
+        Tag or (dimension, tag) by name; None: no names.
+    u
+        Displacement, for the dimension of facets.
+    """
+    facet_dim = u.function_space.mesh.topology.dim - 1
+    known: dict[str, int] = {}
+    for name, group in ({} if names is None else dict(names)).items():
+        dim, tag = group if isinstance(group, tuple) else (facet_dim, group)
+        if dim == facet_dim:
+            known[name] = int(tag)
+
+    def number(tag: Any) -> Any:
+        if not isinstance(tag, str):
+            return tag
+        if tag not in known:
+            listed = ", ".join(map(repr, known)) or "none: pass names="
+            raise ContactError(f"no facets are named {tag!r}; known names: {listed}")
+        return known[tag]
+
+    try:
+        two_each = [(slave, master) for slave, master in pairs]
+    except (TypeError, ValueError):
+        return pairs  # `group_pairs` says what it should be
+    return [(number(slave), number(master)) for slave, master in two_each]
 
 
 def group_pairs(pairs: Any) -> dict[int, tuple[int, ...]]:
@@ -68,11 +112,13 @@ def group_pairs(pairs: Any) -> dict[int, tuple[int, ...]]:
     return {slave: tuple(masters) for slave, masters in groups.items()}
 
 
-def find_facets(u: Function, facet_tags: Any, pairs: Any) -> list[ZoneFacets]:
-    """Facets of every zone, checked. Collective."""
+def find_facets(
+    u: Function, facet_tags: Any, groups: Mapping[int, tuple[int, ...]]
+) -> list[ZoneFacets]:
+    """Facets of every zone (of `group_pairs`), checked. Collective."""
     mesh = u.function_space.mesh
     zones = []
-    for slave_tag, master_tags in group_pairs(pairs).items():
+    for slave_tag, master_tags in groups.items():
         slave = surfaces.tagged_facets(mesh, facet_tags, slave_tag, "slave")
         masters = [
             surfaces.tagged_facets(mesh, facet_tags, tag, "master")
@@ -198,7 +244,7 @@ def create_zone(
         facet_rule=facet_rule,
     )
     results = surfaces.facet_dof_table(result_space, zone.slave)
-    return ZoneData(zone, cpp, table, nodes, results)
+    return ZoneData(zone, cpp, table, nodes, results, friction is not None)
 
 
 def on_facets(gamma: Function, zone: ZoneFacets) -> Array:
@@ -208,11 +254,6 @@ def on_facets(gamma: Function, zone: ZoneFacets) -> Array:
     facet. Collective.
     """
     mesh = gamma.function_space.mesh
-    components = compat.element_info(gamma.function_space).value_shape
-    if components:
-        raise ContactError(
-            f"gamma must be a scalar Function, not one with values of shape {components}"
-        )
     surface = zone.slave_surface
     n = surface.facet_dofs.shape[1]
     shape = surfaces.facet_nodes(surface.shape, surface.displacement_degree)

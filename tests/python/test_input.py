@@ -57,7 +57,7 @@ def contact(scene, pairs=PAIR, V=None, tags=None, **options):
         ([(4, 3), (3, 4)], r"pair \(4, 3\) is given in both orders"),
         ([3, 4], "pairs must be a list of"),
         ([(3, 4, 5)], "pairs must be a list of"),
-        ([("a", "b")], "pairs must be a list of"),
+        ([("a", "b")], "no facets are named .a.; known names: none"),
         (None, "pairs must be a list of"),
         # The upper block's left side shares a corner with its bottom
         ([(3, 9)], r"slave surface \(tag 3\) and .* \(tag 9\) share 1 vertex"),

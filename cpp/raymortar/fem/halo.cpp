@@ -1,4 +1,5 @@
 #include "raymortar/fem/halo.h"
+#include "raymortar/pairing/candidates.h"
 #include <algorithm>
 #include <numeric>
 #include <unordered_map>
@@ -7,82 +8,67 @@ namespace raymortar
 {
 namespace
 {
-template <class T>
-MPI_Datatype mpi_type();
-template <>
-MPI_Datatype mpi_type<double>()
+/// Kinds of items that travel
+enum : int
 {
-  return MPI_DOUBLE;
-}
-template <>
-MPI_Datatype mpi_type<std::int64_t>()
+  facets_kind,
+  nodes_kind,
+  dofs_kind,
+  kinds
+};
+
+/// Boxes of all ranks, rank by rank
+struct Published
 {
-  return MPI_INT64_T;
+  std::vector<double> boxes;
+  std::vector<int> offsets; ///< values, (ranks + 1,)
+};
+
+Published publish(MPI_Comm comm, std::span<const double> wanted)
+{
+  int size = 1;
+  MPI_Comm_size(comm, &size);
+  std::vector<int> counts(static_cast<std::size_t>(size));
+  const int mine = static_cast<int>(wanted.size());
+  MPI_Allgather(&mine, 1, MPI_INT, counts.data(), 1, MPI_INT, comm);
+  Published all;
+  all.offsets.assign(counts.size() + 1, 0);
+  std::partial_sum(counts.begin(), counts.end(), all.offsets.begin() + 1);
+  all.boxes.resize(static_cast<std::size_t>(all.offsets.back()));
+  MPI_Allgatherv(wanted.data(), mine, MPI_DOUBLE, all.boxes.data(),
+                 counts.data(), all.offsets.data(), MPI_DOUBLE, comm);
+  return all;
 }
 
-std::vector<int> starts(const std::vector<int>& counts)
+/// Owned facets that each rank wants, ascending; calls fn(rank, facets)
+template <int D, class Fn>
+void for_each_demand(const Surface& own, const Published& all, Fn&& fn)
 {
-  std::vector<int> s(counts.size() + 1, 0);
-  std::partial_sum(counts.begin(), counts.end(), s.begin() + 1);
-  return s;
-}
-
-/// Items with `width` values each, `counts` items per rank
-template <class T>
-std::vector<T> exchange(MPI_Comm comm, const std::vector<T>& send,
-                        std::vector<int> send_counts,
-                        std::vector<int> recv_counts, int width)
-{
-  for (int& c : send_counts)
-    c *= width;
-  for (int& c : recv_counts)
-    c *= width;
-  const std::vector<int> from = starts(send_counts), to = starts(recv_counts);
-  std::vector<T> recv(static_cast<std::size_t>(to.back()));
-  MPI_Alltoallv(send.data(), send_counts.data(), from.data(), mpi_type<T>(),
-                recv.data(), recv_counts.data(), to.data(), mpi_type<T>(),
-                comm);
-  return recv;
-}
-
-std::vector<int> transposed(MPI_Comm comm, const std::vector<int>& counts)
-{
-  std::vector<int> other(counts.size());
-  MPI_Alltoall(counts.data(), 1, MPI_INT, other.data(), 1, MPI_INT, comm);
-  return other;
-}
-
-/// Facets of `own` whose nodes' box overlaps the box (lower, upper)
-std::vector<Index> facets_in(const Surface& own, const double* box)
-{
-  const auto d = static_cast<std::size_t>(own.gdim);
-  const auto n = static_cast<std::size_t>(own.nodes_per_facet());
+  const std::vector<Box<D>> boxes = facet_boxes<D>(own);
+  const AabbTree<D> tree(boxes);
   std::vector<Index> facets;
-  for (std::size_t f = 0; f < own.facet_id.size(); ++f)
+  for (std::size_t r = 0; r + 1 < all.offsets.size(); ++r)
   {
-    bool overlaps = true;
-    for (std::size_t i = 0; i < d and overlaps; ++i)
+    facets.clear();
+    for (int k = all.offsets[r]; k < all.offsets[r + 1]; k += 2 * D)
     {
-      double lower = box[d + i] + 1.0, upper = box[i] - 1.0;
-      for (std::size_t a = 0; a < n; ++a)
-      {
-        const auto node = static_cast<std::size_t>(own.facet_nodes[f * n + a]);
-        const double x = own.x[node * d + i];
-        lower = a == 0 ? x : std::min(lower, x);
-        upper = a == 0 ? x : std::max(upper, x);
-      }
-      overlaps = lower <= box[d + i] and upper >= box[i];
+      const double* box = all.boxes.data() + k;
+      tree.query({Eigen::Map<const raymortar::Vec<D>>(box),
+                  Eigen::Map<const raymortar::Vec<D>>(box + D)},
+                 facets);
     }
-    if (overlaps)
-      facets.push_back(static_cast<Index>(f));
+    std::sort(facets.begin(), facets.end());
+    facets.erase(std::unique(facets.begin(), facets.end()), facets.end());
+    if (not facets.empty())
+      fn(static_cast<int>(r), facets);
   }
-  return facets;
 }
 
 /// What one rank sends to another, appended rank by rank
 struct Parcel
 {
-  std::vector<int> facet_counts, node_counts, dof_counts;
+  std::vector<int> ranks;
+  std::vector<std::int64_t> counts; ///< facets, nodes, dofs of each rank
   std::vector<std::int64_t> facets; ///< id, node ids, dof ids per facet
   std::vector<std::int64_t> nodes;  ///< global node number
   std::vector<double> positions;    ///< X, x, x_old per node
@@ -104,7 +90,7 @@ std::vector<Index> used(const std::vector<Index>& table, std::size_t n,
 }
 
 void pack(const Surface& own, std::span<const std::int64_t> node_ids,
-          std::span<const std::int64_t> dof_ids,
+          std::span<const std::int64_t> dof_ids, int rank,
           const std::vector<Index>& facets, Parcel& out)
 {
   const auto d = static_cast<std::size_t>(own.gdim);
@@ -137,9 +123,10 @@ void pack(const Surface& own, std::span<const std::int64_t> node_ids,
     out.dofs.insert(out.dofs.end(), {dof_ids[k], own.rows[k]});
     out.send_dofs.push_back(dof);
   }
-  out.facet_counts.push_back(static_cast<int>(facets.size()));
-  out.node_counts.push_back(static_cast<int>(used_nodes.size()));
-  out.dof_counts.push_back(static_cast<int>(used_dofs.size()));
+  out.ranks.push_back(rank);
+  for (const std::size_t n :
+       {facets.size(), used_nodes.size(), used_dofs.size()})
+    out.counts.push_back(static_cast<std::int64_t>(n));
 }
 
 /// Local number of each global one, in order of first appearance
@@ -209,53 +196,51 @@ Halo::Halo(MPI_Comm comm, const Surface& own,
            std::span<const std::int64_t> node_ids,
            std::span<const std::int64_t> dof_ids,
            std::span<const double> wanted)
-    : _comm(comm)
 {
-  int size = 1;
-  MPI_Comm_size(comm, &size);
-  const int width = 2 * own.gdim;
-  std::vector<double> boxes(static_cast<std::size_t>(size * width));
-  MPI_Allgather(wanted.data(), width, MPI_DOUBLE, boxes.data(), width,
-                MPI_DOUBLE, comm);
+  const Published all = publish(comm, wanted);
   Parcel parcel;
-  for (int r = 0; r < size; ++r)
-    pack(own, node_ids, dof_ids, facets_in(own, boxes.data() + r * width),
-         parcel);
-  const auto send = [&]<class T>(const std::vector<T>& data,
-                                 const std::vector<int>& counts, int w)
-  {
-    _bytes_sent += static_cast<std::int64_t>(data.size() * sizeof(T));
-    return exchange(comm, data, counts, transposed(comm, counts), w);
-  };
+  const auto add = [&](int rank, const std::vector<Index>& facets)
+  { pack(own, node_ids, dof_ids, rank, facets, parcel); };
+  if (own.gdim == 2)
+    for_each_demand<2>(own, all, add);
+  else
+    for_each_demand<3>(own, all, add);
+  _exchange.emplace(comm, std::move(parcel.ranks), std::move(parcel.counts),
+                    kinds);
   const int facet_width = 1 + own.nodes_per_facet() + own.dofs_per_facet();
   Received r;
-  r.facets = send(parcel.facets, parcel.facet_counts, facet_width);
-  r.nodes = send(parcel.nodes, parcel.node_counts, 1);
-  r.positions = send(parcel.positions, parcel.node_counts, 3 * own.gdim);
-  r.dofs = send(parcel.dofs, parcel.dof_counts, 2);
-  _send_counts = parcel.dof_counts;
-  _recv_counts = transposed(comm, _send_counts);
+  r.facets = _exchange->send(parcel.facets, facets_kind, facet_width);
+  r.nodes = _exchange->send(parcel.nodes, nodes_kind, 1);
+  r.positions = _exchange->send(parcel.positions, nodes_kind, 3 * own.gdim);
+  r.dofs = _exchange->send(parcel.dofs, dofs_kind, 2);
   _send_dofs = std::move(parcel.send_dofs);
   _surface = unpack(own, r, _place);
+  _facet_traffic = _exchange->traffic();
 }
 
 std::vector<double> Halo::fetch(std::span<const double> own, int width) const
 {
   const auto w = static_cast<std::size_t>(width);
-  std::vector<double> send;
-  send.reserve(_send_dofs.size() * w);
+  std::vector<double> items;
+  items.reserve(_send_dofs.size() * w);
   for (const Index dof : _send_dofs)
   {
     const auto values = own.subspan(static_cast<std::size_t>(dof) * w, w);
-    send.insert(send.end(), values.begin(), values.end());
+    items.insert(items.end(), values.begin(), values.end());
   }
-  const auto recv = exchange(_comm, send, _send_counts, _recv_counts, width);
-  _bytes_sent += static_cast<std::int64_t>(send.size() * sizeof(double));
+  const std::vector<double> received = _exchange->send(items, dofs_kind, width);
   std::vector<double> values(_surface.rows.size() * w, 0.0);
   for (std::size_t k = 0; k < _place.size(); ++k)
-    std::copy_n(recv.begin() + static_cast<std::ptrdiff_t>(k * w), w,
+    std::copy_n(received.begin() + static_cast<std::ptrdiff_t>(k * w), w,
                 values.begin() + static_cast<std::ptrdiff_t>(
                                      static_cast<std::size_t>(_place[k]) * w));
   return values;
+}
+
+Traffic Halo::value_traffic() const
+{
+  const Traffic& all = _exchange->traffic();
+  return {all.messages - _facet_traffic.messages,
+          all.bytes - _facet_traffic.bytes};
 }
 } // namespace raymortar

@@ -158,36 +158,34 @@ struct CompressedRows
 };
 
 /// Send the columns of rows that other ranks own to them: row, count, columns
-std::vector<PetscInt> exchange_rows(MPI_Comm comm, const ContactRows& rows,
-                                    const PetscInt* ranges)
+std::vector<std::int64_t> exchange_rows(MPI_Comm comm, const ContactRows& rows,
+                                        const PetscInt* ranges)
 {
   int size = 1, rank = 0;
   MPI_Comm_size(comm, &size);
   MPI_Comm_rank(comm, &rank);
-  std::vector<PetscInt> send;
-  std::vector<int> counts(static_cast<std::size_t>(size), 0);
+  std::vector<std::int64_t> items, counts;
+  std::vector<int> ranks;
+  // Rows ascend, so their owners do
   rows.for_each_row(
       [&](PetscInt row, const Columns& columns)
       {
-        const auto owner =
-            std::upper_bound(ranges, ranges + size + 1, row) - ranges - 1;
+        const auto owner = static_cast<int>(
+            std::upper_bound(ranges, ranges + size + 1, row) - ranges - 1);
         if (owner == rank)
           return;
-        send.insert(send.end(), {row, static_cast<PetscInt>(columns.size())});
-        send.insert(send.end(), columns.begin(), columns.end());
-        counts[static_cast<std::size_t>(owner)] +=
-            2 + static_cast<int>(columns.size());
+        if (ranks.empty() or ranks.back() != owner)
+        {
+          ranks.push_back(owner);
+          counts.push_back(0);
+        }
+        const auto n = static_cast<std::int64_t>(columns.size());
+        items.insert(items.end(), {row, n});
+        items.insert(items.end(), columns.begin(), columns.end());
+        counts.back() += 2 + n;
       });
-  std::vector<int> from(counts.size()), send_at(counts.size(), 0),
-      recv_at(counts.size(), 0);
-  MPI_Alltoall(counts.data(), 1, MPI_INT, from.data(), 1, MPI_INT, comm);
-  std::exclusive_scan(counts.begin(), counts.end(), send_at.begin(), 0);
-  std::exclusive_scan(from.begin(), from.end(), recv_at.begin(), 0);
-  std::vector<PetscInt> recv(
-      static_cast<std::size_t>(std::accumulate(from.begin(), from.end(), 0)));
-  MPI_Alltoallv(send.data(), counts.data(), send_at.data(), MPIU_INT,
-                recv.data(), from.data(), recv_at.data(), MPIU_INT, comm);
-  return recv;
+  return Exchange(comm, std::move(ranks), std::move(counts), 1)
+      .send(items, 0, 1);
 }
 
 /// Columns that contact adds to the owned rows, (owned rows,)
@@ -204,12 +202,13 @@ std::vector<Columns> owned_extras(MPI_Comm comm, const ContactRows& rows,
         if (row >= begin and row < end)
           extras[static_cast<std::size_t>(row - begin)] = columns;
       });
-  const std::vector<PetscInt> received = exchange_rows(comm, rows, ranges);
+  const auto received = exchange_rows(comm, rows, ranges);
   for (std::size_t k = 0; k < received.size();)
   {
     Columns& row = extras[static_cast<std::size_t>(received[k] - begin)];
     const auto first = received.begin() + static_cast<std::ptrdiff_t>(k) + 2;
-    row.insert(row.end(), first, first + received[k + 1]);
+    std::transform(first, first + received[k + 1], std::back_inserter(row),
+                   [](std::int64_t c) { return static_cast<PetscInt>(c); });
     k += 2 + static_cast<std::size_t>(received[k + 1]);
   }
   return extras;

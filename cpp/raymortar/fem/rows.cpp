@@ -1,5 +1,4 @@
 #include "raymortar/fem/rows.h"
-#include "raymortar/core/error.h"
 
 namespace raymortar
 {
@@ -41,17 +40,6 @@ void append_multipliers(const Multipliers& m, Index facet, std::size_t facets,
   }
 }
 } // namespace
-
-void check(PetscErrorCode code, const char* call)
-{
-  if (code != 0)
-  {
-    const char* text = nullptr;
-    PetscErrorMessage(code, &text, nullptr);
-    throw Error(std::string(call) + " failed: " + (text ? text : "") +
-                " (PETSc error " + std::to_string(code) + ")");
-  }
-}
 
 void element_rows(const Zone& zone, Index slave, Index master,
                   Constrained constrained, std::vector<PetscInt>& rows)

@@ -1,14 +1,12 @@
 // Rows of the coupled system that a contact element touches.
 #pragma once
 
+#include "raymortar/fem/petsc.h"
 #include "raymortar/fem/zone.h"
 #include <petscmat.h>
 
 namespace raymortar
 {
-/// @brief Throw if a PETSc call has failed.
-void check(PetscErrorCode code, const char* call);
-
 /// @brief Whether constrained rows are left out (-1, which PETSc ignores: how
 /// constraints drop out of an assembly) or kept (a pattern serves whatever
 /// constraints come later).

@@ -1,8 +1,8 @@
 #include "raymortar/fem/zone.h"
-#include "raymortar/core/error.h"
 #include "raymortar/element/facet_field.h"
+#include "raymortar/fem/parts.h"
+#include "raymortar/fem/stopwatch.h"
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 
@@ -10,23 +10,6 @@ namespace raymortar
 {
 namespace
 {
-class Stopwatch
-{
-public:
-  explicit Stopwatch(double& seconds) : _seconds(seconds) {}
-  Stopwatch(const Stopwatch&) = delete;
-  Stopwatch& operator=(const Stopwatch&) = delete;
-  ~Stopwatch()
-  {
-    _seconds = std::chrono::duration<double>(Clock::now() - _start).count();
-  }
-
-private:
-  using Clock = std::chrono::steady_clock;
-  double& _seconds;
-  Clock::time_point _start = Clock::now();
-};
-
 /// Lower and upper corners, box after box
 template <int D>
 std::vector<double> flat(const std::vector<Box<D>>& boxes, double margin)
@@ -42,9 +25,10 @@ std::vector<double> flat(const std::vector<Box<D>>& boxes, double margin)
   return f;
 }
 
-/// Whether every box lies in its stored one
+/// Whether every box, made larger by a margin, lies in its stored one
 template <int D>
-bool inside(const std::vector<Box<D>>& boxes, const std::vector<double>& stored)
+bool inside(const std::vector<Box<D>>& boxes, const std::vector<double>& stored,
+            double margin = 0.0)
 {
   if (stored.size() != boxes.size() * 2 * D)
     return false;
@@ -52,22 +36,11 @@ bool inside(const std::vector<Box<D>>& boxes, const std::vector<double>& stored)
     for (int i = 0; i < D; ++i)
     {
       const double* box = stored.data() + 2 * D * k;
-      if (not(boxes[k].lower[i] >= box[i] and boxes[k].upper[i] <= box[D + i]))
+      if (not(boxes[k].lower[i] - margin >= box[i] and
+              boxes[k].upper[i] + margin <= box[D + i]))
         return false;
     }
   return true;
-}
-
-/// Union of boxes; lower > upper where there is none
-template <int D>
-Box<D> hull(const std::vector<Box<D>>& boxes)
-{
-  constexpr double infinity = std::numeric_limits<double>::infinity();
-  Box<D> all{raymortar::Vec<D>::Constant(infinity),
-             raymortar::Vec<D>::Constant(-infinity)};
-  for (const Box<D>& box : boxes)
-    all = {all.lower.cwiseMin(box.lower), all.upper.cwiseMax(box.upper)};
-  return all;
 }
 
 double largest_move(const std::vector<double>& a, const std::vector<double>& b)
@@ -78,6 +51,14 @@ double largest_move(const std::vector<double>& a, const std::vector<double>& b)
   for (std::size_t i = 0; i < a.size(); ++i)
     m = std::max(m, std::abs(a[i] - b[i]));
   return m;
+}
+
+/// Whether the positions were others before
+bool replace(std::vector<double>& positions, std::vector<double> by)
+{
+  const bool differ = positions != by;
+  positions = std::move(by);
+  return differ;
 }
 
 bool any_rank(MPI_Comm comm, bool here)
@@ -112,12 +93,17 @@ Zone::Zone(MPI_Comm comm, ZoneInput input)
 void Zone::set_displacement(std::span<const double> slave,
                             std::span<const double> master)
 {
-  _state.slave.x = displaced(_state.slave, slave);
+  bool moved = replace(_state.slave.x, displaced(_state.slave, slave));
   _master_u.assign(master.begin(), master.end());
-  _input.master.x = displaced(_input.master, master);
+  if (replace(_input.master.x, displaced(_input.master, master)) or moved)
+    _halo_is_checked = false;
   if (_halo)
-    _state.master.x =
-        displaced(_state.master, _halo->fetch(_master_u, _input.slave.gdim));
+    moved = replace(_state.master.x,
+                    displaced(_state.master,
+                              _halo->fetch(_master_u, _input.slave.gdim))) or
+            moved;
+  if (moved)
+    _points_are_present = _rays_are_present = false;
 }
 
 void Zone::set_old_displacement(std::span<const double> slave,
@@ -179,20 +165,16 @@ void Zone::update_halo()
   // Half of the margin is for the slave side to move, half for the master
   const double margin =
       std::max({distances.skin, distances.depth, distances.reach});
-  const Box<D> box = hull(ray_boxes<D>(_state.slave, distances));
-  const bool none = _input.slave.num_facets() == 0;
-  const bool slave_out =
-      not none and
-      (_wanted.empty() or not inside<D>({box.inflated(0.5 * margin)}, _wanted));
-  const bool master_out =
-      largest_move(_input.master.x, _master_at) > 0.5 * margin;
-  if (not any_rank(_comm, not _halo or slave_out or master_out))
+  const auto rays = ray_boxes<D>(_state.slave, distances);
+  const bool holds =
+      _halo and inside<D>(part_boxes<D>(rays, _part), _wanted, 0.5 * margin) and
+      largest_move(_input.master.x, _master_at) <= 0.5 * margin;
+  if (not any_rank(_comm, not holds))
     return;
-  const Box<D> wanted = none ? box : box.inflated(margin);
-  _wanted = flat<D>({wanted}, 0.0);
+  _part = parts_of<D>(rays);
+  _wanted = flat<D>(part_boxes<D>(rays, _part), margin);
   _master_at = _input.master.x;
-  const std::int64_t before = _halo ? _halo->bytes_sent() : 0;
-  _statistics.bytes_sent += before;
+  _past = traffic();
   _halo.emplace(_comm, _input.master, _input.master_node_ids,
                 _input.master_dof_ids, _wanted);
   ++_statistics.halo_builds;
@@ -207,6 +189,7 @@ void Zone::renew_master()
   _state.master.x_old = displaced(_state.master, _halo->fetch(_master_old, d));
   _fixed_master = _halo->fetch(_master_fixed, d);
   _master_boxes.clear();
+  _points_are_present = _rays_are_present = false;
 }
 
 template <int D>
@@ -229,34 +212,54 @@ void Zone::update_candidates()
 
 void Zone::pair()
 {
-  if (_input.slave.gdim == 2)
+  const bool flat = _input.slave.gdim == 2;
+  if (any_rank(_comm, not _halo_is_checked))
+    flat ? update_halo<2>() : update_halo<3>();
+  _halo_is_checked = true;
+  if (_points_are_present and _rays_are_present)
   {
-    update_halo<2>();
-    update_candidates<2>();
+    ++_statistics.pairings_skipped;
+    return;
   }
-  else
-  {
-    update_halo<3>();
-    update_candidates<3>();
-  }
-  {
-    const Stopwatch watch(_statistics.seconds_segments);
-    _segmentation = make_segments(
-        _state.slave, _state.master, _candidates,
-        {_input.distances.reach, _input.distances.depth, _input.subdivide});
-    _state.points =
-        make_points(_state.slave, _segmentation, _input.segment_rule,
-                    _input.facet_rule, _input.multipliers.components > 0);
-  }
+  flat ? update_candidates<2>() : update_candidates<3>();
+  make_points_anew();
   cast();
+  ++_statistics.pairings;
+}
+
+void Zone::make_points_anew()
+{
+  const Stopwatch watch(_statistics.seconds_segments);
+  _segmentation = make_segments(
+      _state.slave, _state.master, _candidates,
+      {_input.distances.reach, _input.distances.depth, _input.subdivide});
+  _state.points =
+      make_points(_state.slave, _segmentation, _input.segment_rule,
+                  _input.facet_rule, _input.multipliers.components > 0);
+  _points_are_present = true;
+  _rays_are_present = false;
 }
 
 void Zone::cast()
 {
+  if (_rays_are_present)
+    return;
   const Stopwatch watch(_statistics.seconds_rays);
   _state.hits = cast_rays(_state.slave, _state.master, _state.points,
                           {_input.distances.reach, _input.distances.depth});
   _state.elements = group_points(_state.points, _state.hits);
+  _rays_are_present = true;
+}
+
+ZoneTraffic Zone::traffic() const
+{
+  ZoneTraffic sum = _past;
+  if (_halo)
+  {
+    sum.pairing += _halo->facet_traffic();
+    sum.values += _halo->value_traffic();
+  }
+  return sum;
 }
 
 ZoneStatistics Zone::statistics() const
@@ -275,7 +278,8 @@ ZoneStatistics Zone::statistics() const
   s.pairs = std::count_if(_state.elements.master.begin(),
                           _state.elements.master.end(),
                           [](Index m) { return m != no_index; });
-  s.bytes_sent += _halo ? _halo->bytes_sent() : 0;
+  const ZoneTraffic sent = traffic();
+  s.bytes_sent = sent.pairing.bytes + sent.values.bytes;
   return s;
 }
 } // namespace raymortar

@@ -38,12 +38,33 @@ struct ZoneStatistics
   std::int64_t hits = 0;
   std::int64_t degenerate = 0;       ///< slave facets without a usable normal
   std::int64_t candidate_builds = 0; ///< since creation
+  std::int64_t pairings = 0;         ///< since creation
+  std::int64_t pairings_skipped = 0; ///< nothing had moved; since creation
   std::int64_t halo_builds = 0;      ///< since creation
   std::int64_t bytes_sent = 0;       ///< by this rank since creation
   double seconds_halo = 0.0;
   double seconds_candidates = 0.0;
   double seconds_segments = 0.0;
   double seconds_rays = 0.0;
+};
+
+/// @brief What this rank has sent for a zone since its creation.
+struct ZoneTraffic
+{
+  Traffic pairing; ///< to find partners, and facets when the halo is renewed
+  Traffic values;  ///< displacements and the like, between renewals
+};
+
+/// @brief Blocks of the assemblies since creation, seconds of the last ones.
+struct AssemblyStatistics
+{
+  std::int64_t residual_blocks = 0;
+  std::int64_t tangent_blocks = 0;
+  std::int64_t lifted_blocks = 0;  ///< tangent blocks for Dirichlet increments
+  std::int64_t skipped_blocks = 0; ///< left out of tangents: they are zero
+  std::int64_t lookups = 0;        ///< blocks whose places had to be found
+  double seconds_residual = 0.0;
+  double seconds_tangent = 0.0;
 };
 
 /// @brief Runs pairing, segmentation, integration and rays of one pair.
@@ -80,7 +101,8 @@ public:
   /// @brief Tangential traction of the present state as such a field.
   [[nodiscard]] std::vector<double> tangential_traction() const;
 
-  /// @brief All stages at the current displacement.
+  /// @brief All stages at the current displacement; none if nothing has moved
+  /// since the last time.
   void pair();
 
   /// @brief Rays only: points and weights stay where they are on the slave.
@@ -96,6 +118,10 @@ public:
   [[nodiscard]] const Halo& halo() const { return *_halo; }
   [[nodiscard]] const ZoneInput& input() const { return _input; }
   [[nodiscard]] ZoneStatistics statistics() const;
+  [[nodiscard]] ZoneTraffic traffic() const;
+
+  /// @brief Counts that the assembly functions keep.
+  [[nodiscard]] AssemblyStatistics& assembly() { return _assembly; }
 
   /// @brief Values of the owned master dofs at the dofs of state().master.
   [[nodiscard]] std::vector<double> to_master(std::span<const double> owned,
@@ -120,6 +146,7 @@ private:
   template <int D>
   void update_candidates();
   void renew_master();
+  void make_points_anew();
 
   MPI_Comm _comm;
   ZoneInput _input;
@@ -129,9 +156,15 @@ private:
   Candidates _candidates;
   Segmentation _segmentation;
   ZoneStatistics _statistics;
+  AssemblyStatistics _assembly;
+  bool _halo_is_checked = false;    ///< at the present positions
+  bool _points_are_present = false; ///< made at the present positions
+  bool _rays_are_present = false;
   std::vector<double> _master_u, _master_old, _master_fixed; ///< owned
   std::vector<double> _fixed_slave, _fixed_master;
-  std::vector<double> _wanted;    ///< box the halo was fetched for
+  ZoneTraffic _past;              ///< of halos that have been replaced
+  std::vector<Index> _part;       ///< of each slave facet
+  std::vector<double> _wanted;    ///< parts' boxes the halo was fetched for
   std::vector<double> _master_at; ///< owned master positions at that time
   std::vector<double> _slave_boxes, _master_boxes; ///< candidates hold within
 };

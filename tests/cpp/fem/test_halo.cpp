@@ -1,4 +1,5 @@
 #include "facet_types.h"
+#include "petsc_session.h"
 #include "raymortar/fem/halo.h"
 #include "surfaces.h"
 #include <limits>
@@ -10,18 +11,6 @@ using namespace raymortar::test;
 namespace
 {
 constexpr double infinity = std::numeric_limits<double>::infinity();
-
-/// MPI for these tests only: the others start without
-struct Session
-{
-  Session() { MPI_Init(nullptr, nullptr); }
-  ~Session() { MPI_Finalize(); }
-  Session(const Session&) = delete;
-  Session& operator=(const Session&) = delete;
-};
-
-/// One session for the suites of all facet types
-void start_session() { static const Session session; }
 
 /// Halo of one rank; global numbers are local ones times 7 plus 100
 Halo fetched(const Surface& own, const std::vector<double>& box)
@@ -46,7 +35,7 @@ template <class F>
 class HaloTest : public testing::Test
 {
 protected:
-  static void SetUpTestSuite() { start_session(); }
+  static void SetUpTestSuite() { start_petsc(); }
 
   static Surface own()
   {
@@ -95,7 +84,8 @@ TYPED_TEST(HaloTest, WholeBoxFetchesTheSurfaceAsItIs)
   EXPECT_EQ(halo.surface().X.size(), own.X.size());
   EXPECT_EQ(halo.surface().rows.size(), own.rows.size());
   expect_same_facets<F>(halo.surface(), own);
-  EXPECT_GT(halo.bytes_sent(), 0);
+  // A rank on its own has told nobody
+  EXPECT_EQ(halo.facet_traffic().messages, 0);
 }
 
 TYPED_TEST(HaloTest, BoxFetchesTheFacetsThatOverlapIt)
@@ -107,14 +97,23 @@ TYPED_TEST(HaloTest, BoxFetchesTheFacetsThatOverlapIt)
   box[F::gdim] = 0.7;
   const Halo halo = fetched(own, box);
   expect_same_facets<F>(halo.surface(), own);
+  const auto& got = halo.surface().facet_id;
   std::vector<GlobalIndex> expected;
   for (Index f = 0; f < own.num_facets(); ++f)
   {
-    const auto x = own.nodes<F>(own.x, f).row(0).eval();
+    const auto nodes = own.nodes<F>(own.x, f);
+    const auto x = nodes.row(0).eval();
     if (x.minCoeff() <= 0.7 and x.maxCoeff() >= 0.6)
       expected.push_back(f);
+    // Curved facets leave the box of their nodes, by a part of their size
+    const double room = F::node_degree == 2 ? 0.5 * diameter<F>(nodes) : 1e-6;
+    if (x.minCoeff() > 0.7 + room or x.maxCoeff() < 0.6 - room)
+    {
+      EXPECT_EQ(std::count(got.begin(), got.end(), f), 0);
+    }
   }
-  EXPECT_EQ(halo.surface().facet_id, expected);
+  EXPECT_TRUE(std::includes(got.begin(), got.end(), expected.begin(),
+                            expected.end()));
   EXPECT_LT(expected.size(), own.facet_id.size());
   EXPECT_GT(expected.size(), 0u);
 }
@@ -126,7 +125,6 @@ TYPED_TEST(HaloTest, ValuesArriveAtTheirDofs)
   auto box = box_of(F::gdim, -infinity, infinity);
   box[F::gdim] = -0.3;
   const Halo halo = fetched(own, box);
-  const std::int64_t before = halo.bytes_sent();
   for (const int width : {1, 3})
   {
     std::vector<double> values(own.rows.size() *
@@ -144,7 +142,6 @@ TYPED_TEST(HaloTest, ValuesArriveAtTheirDofs)
         EXPECT_EQ(there[k * w + i], values[dof * w + i]);
     }
   }
-  EXPECT_GT(halo.bytes_sent(), before);
 }
 
 TYPED_TEST(HaloTest, EmptyBoxFetchesNothing)

@@ -1,0 +1,186 @@
+"""What a user reads off a contact: fields, resultants, points, counts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from dolfinx.fem import Function
+
+from mpi4py import MPI
+
+from .compat import Array
+from .errors import ContactError, raise_everywhere
+from .layout import Layout
+from .results import (
+    OPEN,
+    Resultant,
+    Statistics,
+    along_normal,
+    nodal_average,
+    resultant,
+    statistics,
+)
+from .segments import write_segments
+from .zones import ZoneData
+
+PARTS = ("total", "normal", "tangential")
+
+
+class ContactFields:
+    """Results at the last `update`; `Contact` has them all."""
+
+    zones: list[ZoneData]
+    friction: Any
+    _preallocations: int
+    multiplier: Function | None
+    u: Function
+    layout: Layout
+    _comm: MPI.Comm
+    _scalar: Any
+    _vector: Any
+
+    def points(self, zone: int = 0) -> dict[str, Array]:
+        """Arrays over this rank's integration points of a zone, at the last `update`.
+
+        Keys: ``x`` (n, d) deformed positions, ``normal`` (n, d), ``gap``, ``pressure``
+        (normal traction of the law, <= 0), ``traction`` (n, d), ``weight`` (area),
+        ``status`` (0 no hit, 1 open, 2 stick, 3 slip), ``slave`` and ``master`` facet,
+        ``xi``, ``eta``, ``ray``; with friction ``slip`` (n, d), the increment since
+        the accepted step. Points of uncovered parts have status 0.
+        """
+        return self.zones[zone].points()
+
+    def _field(
+        self,
+        name: str,
+        quantity: Callable[[dict[str, Array]], Array],
+        vector: bool = False,
+        elsewhere: float | None = 0.0,
+        hits_only: bool = True,
+    ) -> Function:
+        """Nodal averages of a point quantity, and a value off the contact."""
+        f = Function(self._vector if vector else self._scalar, name=name)
+        nodal_average(self.zones, quantity, f, hits_only)
+        if elsewhere is not None:
+            f.x.array[np.isnan(f.x.array)] = elsewhere
+        return f
+
+    def gap(self) -> Function:
+        """Gap at the slave nodes, negative in penetration; NaN where no hit. Length.
+
+        Average over the integration points around each node. Collective.
+        """
+        return self._field("gap", lambda points: points["gap"], elsewhere=None)
+
+    def traction(self, part: str = "total") -> Function:
+        """Contact traction on the slave, global coordinates; 0 elsewhere. Collective.
+
+        Per reference or current area, by `measure`.
+
+        Parameters
+        ----------
+        part
+            ``"total"``; ``"normal"``: along the slave's normal; ``"tangential"``: the
+            rest, which is friction.
+        """
+        raise_everywhere(
+            self._comm,
+            None if part in PARTS else f"part must be one of {PARTS}, not {part!r}",
+        )
+
+        def quantity(points: dict[str, Array]) -> Array:
+            total = points["traction"]
+            if part == "total":
+                return total
+            normal = along_normal(points, total)
+            return normal if part == "normal" else total - normal
+
+        name = "traction" if part == "total" else f"{part}_traction"
+        return self._field(name, quantity, vector=True)
+
+    def slip(self) -> Function:
+        """Slip since the accepted step, T_n w, at the slave nodes. Length. Collective.
+
+        The motion of the slave over the master point it meets now, in the slave's
+        tangent plane and in global coordinates, also where the contact is open; 0
+        where no hit. After `advance` it is that of a step that has not begun: read it
+        before.
+
+        Raises
+        ------
+        ContactError
+            Without friction, which needs no slip.
+        """
+        if self.friction is None:
+            raise ContactError("slip is only known with friction")
+
+        def quantity(points: dict[str, Array]) -> Array:
+            return points["slip"] - along_normal(points, points["slip"])
+
+        return self._field("slip", quantity, vector=True)
+
+    def status(self) -> Function:
+        """0 open or no hit, 1 stick, 2 slip, at the slave nodes. Collective.
+
+        Closed contact without friction is slip. The average over the points around
+        each node, rounded.
+        """
+        f = self._field("status", lambda points: points["status"] - OPEN)
+        f.x.array[:] = np.round(f.x.array)
+        return f
+
+    def coverage(self) -> Function:
+        """Share of the slave surface around each node that has a hit. Collective.
+
+        1 where every ray meets the master, 0 where none does and off the slave.
+        """
+
+        def quantity(points: dict[str, Array]) -> Array:
+            return (points["status"] >= OPEN).astype(np.float64)
+
+        return self._field("coverage", quantity, hits_only=False)
+
+    def fields(self) -> list[Function]:
+        """All nodal results of the last `update`, for XDMF or VTK files. Collective.
+
+        Gap (NaN where no hit), normal and tangential traction, status, coverage, the
+        multiplier if there is one, slip with friction: write them next to the
+        displacement, ``compat.write_xdmf(file, mesh, [u, *contact.fields()])``.
+        """
+        found = [self.gap(), self.traction("normal"), self.traction("tangential")]
+        found += [self.status(), self.coverage()]
+        if self.friction is not None:
+            found.append(self.slip())
+        return found if self.multiplier is None else [self.multiplier, *found]
+
+    def write_segments(self, path: str | Path) -> None:
+        """Segments and integration points as VTK files for ParaView. Collective.
+
+        Writes ``<path>`` with one polygon (line in 2D) for each part of a slave facet
+        that faces one master facet, in the deformed configuration, and
+        ``<stem>_points.vtu`` with the integration points; in parallel, one piece of
+        each per rank and a ``.pvtu`` file that joins them.
+
+        Parameters
+        ----------
+        path
+            File name that ends in ``.vtu``.
+        """
+        write_segments(self.zones, self.u, self._comm, Path(path))
+
+    def resultant(self, i: int = 0) -> Resultant:
+        """Contact force on the slave side of zone i, its moment and its parts.
+
+        Collective.
+        """
+        return resultant(self.zones[i], self._comm)
+
+    @property
+    def statistics(self) -> Statistics:
+        """Counts and seconds over all zones and ranks: see `Statistics`. Collective."""
+        counts = statistics(self.zones, self.layout)
+        counts.preallocations = self._preallocations
+        return counts
