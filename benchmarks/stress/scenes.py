@@ -248,9 +248,7 @@ def _reference(setting):
 
 def _difference(problem, setting):
     """Relative difference of the reaction to that in small steps, NaN without."""
-    expected = _reference(
-        dataclasses.replace(setting, gamma=1.0)
-    )
+    expected = _reference(dataclasses.replace(setting, gamma=1.0))
     if expected is None:
         return float("nan")
     return abs(reaction(problem) - expected) / abs(expected)

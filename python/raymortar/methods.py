@@ -18,7 +18,7 @@ def check_coefficient(gamma: Any) -> None:
     """Raise unless gamma is None, a Function or a positive finite number."""
     if gamma is None or isinstance(gamma, Function):
         return
-    if not np.isscalar(gamma) or not np.isreal(gamma):
+    if not (isinstance(gamma, (int, float, np.number)) and np.isreal(gamma)):
         raise ContactError(
             f"gamma must be a positive number, a Function or None, not {gamma!r}"
         )
@@ -125,7 +125,7 @@ class Search:
             value = getattr(self, name)
             if value is None:
                 continue
-            if not (np.isscalar(value) and np.isreal(value)):
+            if not (isinstance(value, (int, float, np.number)) and np.isreal(value)):
                 raise ContactError(f"search {name} = {value!r} is not a number")
             if not (np.isfinite(value) and value >= 0.0):
                 raise ContactError(f"search {name} = {value} must not be negative")

@@ -67,7 +67,7 @@ class NonlinearProblem:
         contact.prepare(self.a, self.bcs)
 
     @property
-    def comm(self):
+    def comm(self) -> MPI.Comm:
         """Communicator of the mesh."""
         return self.contact.layout.comm
 

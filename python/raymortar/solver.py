@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import itertools
 import weakref
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any, cast
 
 from petsc4py import PETSc
 
@@ -83,7 +83,7 @@ class NewtonSolver:
         self.problem = problem
         self.A, self.b = problem.create_matrix(), problem.create_vector()
         # Weak, or C++ would keep the solver alive in a cycle that nothing finds
-        this = weakref.ref(self)
+        this = cast("Callable[[], NewtonSolver]", weakref.ref(self))
 
         def residual(x: PETSc.Vec, b: PETSc.Vec) -> None:
             problem.F(x, b)
@@ -135,7 +135,7 @@ class NewtonSolver:
             With pairs, active points, gap range and residual history.
         """
         x = self.problem.start()
-        self._tolerances = self.rtol, self.atol
+        self._tolerances: tuple[float, float] = self._newton.rtol, self._newton.atol
         converged, reason = False, ""
         try:
             iterations, converged = self._newton.solve(x)
