@@ -66,8 +66,8 @@ class Contact(ContactFields):
     friction
         `Coulomb`, `Tresca` or `Stick`; None: frictionless.
     quadrature_degree
-        Of the rule on each segment. None: exact for traction times test function on
-        flat affine facets.
+        Of the rule on each segment. None: such that more points change no error, see
+        `zones.default_quadrature_degree`.
     measure
         ``"reference"``: integrals over the undeformed slave surface, the multiplier is
         the nominal traction; ``"current"``: over the deformed one, Cauchy traction.
