@@ -64,10 +64,10 @@ class NonlinearProblem:
         self.history: list[float] = []
         self.rays_only = False
         self._at: np.ndarray | None = None
-        contact.prepare(self.a)
+        contact.prepare(self.a, self.bcs)
 
     @property
-    def comm(self):
+    def comm(self) -> MPI.Comm:
         """Communicator of the mesh."""
         return self.contact.layout.comm
 
