@@ -148,15 +148,15 @@ def draw(result, path):
     if mesh.comm.rank > 0:
         return
     plt = common.pyplot()
-    # The room that axes in space take reaches out of the figure
-    plt.rcParams["savefig.bbox"] = None
     fig = plt.figure(figsize=(11, 4.4))
     axes = fig.add_axes((-0.08, -0.16, 0.7, 1.36), projection="3d")
     colours = draw_bodies(axes, *parts)
     bar = fig.add_axes((0.57, 0.22, 0.012, 0.56))
     fig.colorbar(colours, cax=bar, label="von Mises stress")
-    draw_forces(fig.add_axes((0.7, 0.14, 0.29, 0.76)), result)
-    fig.savefig(path)
+    draw_forces(fig.add_axes((0.7, 0.14, 0.275, 0.76)), result)
+    # The room that axes in space take reaches out of the figure
+    with plt.rc_context({"savefig.bbox": None}):
+        fig.savefig(path)
 
 
 def draw_bodies(axes, x, u, mises):

@@ -160,15 +160,15 @@ def draw(result, path):
     if mesh.comm.rank > 0:
         return
     plt = common.pyplot()
-    # The room that axes in space take reaches out of the figure
-    plt.rcParams["savefig.bbox"] = None
     fig = plt.figure(figsize=(11, 4.6))
     axes = fig.add_axes((-0.06, -0.2, 0.62, 1.4), projection="3d")
     colours = draw_bodies(axes, *parts)
     bar = fig.add_axes((0.53, 0.22, 0.012, 0.56))
     fig.colorbar(colours, cax=bar, label="von Mises stress / E")
-    draw_force(fig.add_axes((0.68, 0.14, 0.31, 0.78)), result)
-    fig.savefig(path)
+    draw_force(fig.add_axes((0.68, 0.14, 0.295, 0.78)), result)
+    # The room that axes in space take reaches out of the figure
+    with plt.rc_context({"savefig.bbox": None}):
+        fig.savefig(path)
 
 
 def draw_bodies(axes, x, u, mises):
@@ -203,7 +203,7 @@ def draw_force(axes, result):
 def main(arguments=None):
     """Run the demo; 0 if the force is balanced and as published."""
     parser = common.options("shells", __doc__)
-    parser.add_argument("--size", type=int, default=3, help="cells along an edge")
+    parser.add_argument("--size", type=int, default=4, help="cells along an edge")
     parser.add_argument("--steps", type=int, default=10)
     parser.add_argument("--closing", type=float, help="at most 10 (5; 8 with --fine)")
     args = parser.parse_args(arguments)
