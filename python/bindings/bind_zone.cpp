@@ -1,4 +1,5 @@
 #include "bind.h"
+#include "raymortar/fem/free_points.h"
 #include "raymortar/fem/remote_entries.h"
 
 namespace raymortar::bindings
@@ -107,7 +108,8 @@ py::dict points(const Zone& z)
   out["traction"] = to_array(r.traction, vector);
   out["x"] = to_array(r.x, vector);
   out["normal"] = to_array(r.normal, vector);
-  if (not r.slip.empty())
+  const LawKind law = z.input().law;
+  if (law == LawKind::augmented_friction or law == LawKind::penalty_friction)
     out["slip"] = to_array(r.slip, vector);
   return out;
 }
@@ -154,7 +156,8 @@ void bind_zone(py::module_& m)
   py::class_<Stick>(m, "Stick").def(py::init<>());
   py::enum_<Strategy>(m, "Strategy")
       .value("brute_force", Strategy::brute_force)
-      .value("bvh", Strategy::bvh);
+      .value("bvh", Strategy::bvh)
+      .value("advancing_front", Strategy::advancing_front);
   py::class_<SearchDistances>(m, "SearchDistances")
       .def(py::init<double, double, double>(), py::arg("reach"),
            py::arg("depth"), py::arg("skin"));
@@ -187,6 +190,8 @@ void bind_zone(py::module_& m)
       .def("points", &points)
       .def("segments", &segments)
       .def("pairs", &pairs)
+      .def("free_points",
+           [](const Zone& z) { return to_array(free_points(z)); })
       .def("traffic", &traffic, py::arg("ranges"), py::arg("rank"))
       .def("statistics", &statistics);
 }
