@@ -156,7 +156,8 @@ void bind_zone(py::module_& m)
   py::class_<Stick>(m, "Stick").def(py::init<>());
   py::enum_<Strategy>(m, "Strategy")
       .value("brute_force", Strategy::brute_force)
-      .value("bvh", Strategy::bvh);
+      .value("bvh", Strategy::bvh)
+      .value("advancing_front", Strategy::advancing_front);
   py::class_<SearchDistances>(m, "SearchDistances")
       .def(py::init<double, double, double>(), py::arg("reach"),
            py::arg("depth"), py::arg("skin"));

@@ -3,10 +3,12 @@
 from . import solvers
 from .contact import Contact
 from .errors import ContactError, ConvergenceError
+from .fixed_point import FixedPointSolver
 from .friction import Coulomb, Stick, Tresca
+from .load_steps import LoadStep, LoadSteps
 from .methods import AugmentedLagrangian, Penalty, Search
 from .problem import NonlinearProblem
-from .solver import LoadStep, LoadSteps, NewtonSolver, SNESSolver
+from .solver import NewtonSolver, SNESSolver
 
 __version__ = "0.1.0"
 
@@ -16,6 +18,7 @@ __all__ = [
     "ContactError",
     "ConvergenceError",
     "Coulomb",
+    "FixedPointSolver",
     "LoadStep",
     "LoadSteps",
     "NewtonSolver",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 from dolfinx.fem import Function, FunctionSpace
@@ -15,7 +17,7 @@ from .compat import Array, Indices
 Global = npt.NDArray[np.int64]
 
 
-def _spread(index_map, owned: npt.ArrayLike) -> Array:
+def _spread(index_map: Any, owned: npt.ArrayLike) -> Array:
     """Owners' values on owned and ghost entries; numbers up to 2^53 stay exact."""
     vector = compat.create_la_vector(index_map, 1)
     vector.array[: index_map.size_local] = owned
@@ -90,7 +92,7 @@ class Layout:
             )
 
     @staticmethod
-    def _number(index_map, owned: Indices, width: int, begin: int) -> Global:
+    def _number(index_map: Any, owned: Indices, width: int, begin: int) -> Global:
         """Rows of the owned dofs in order, -1 for the rest, sent to the ghosts."""
         rows = np.full(index_map.size_local, -1.0)
         rows[owned] = begin + width * np.arange(len(owned))
