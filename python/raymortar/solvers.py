@@ -27,16 +27,16 @@ MULTIGRIDS = ("gamg", "hypre")
 
 _KRYLOV = {"ksp_type": "gmres", "ksp_gmres_restart": 200, "ksp_rtol": 1e-8}
 
-# Point relaxation, as Chebyshev's needs bounds of a spectrum that is real
 _MULTIGRID = {
     "gamg": {
         "pc_type": "gamg",
-        # Keep all: entries that vanish in slip, once dropped, leave nodes without a
-        # neighbour, which the coarse levels cannot hold
+        # All entries: those that vanish in slip leave nodes without a neighbour
         "pc_gamg_threshold": -1.0,
-        "mg_levels_ksp_type": "richardson",
-        "mg_levels_ksp_max_it": 2,
-        "mg_levels_pc_type": "sor",
+        # Nodes that are left alone have fewer unknowns than there are rigid motions, so
+        # that diagonals of coarse levels vanish: PETSc's Jacobi takes it, its SOR does not
+        "mg_levels_ksp_type": "chebyshev",
+        "mg_levels_ksp_max_it": 3,
+        "mg_levels_pc_type": "jacobi",
     },
     "hypre": {
         "pc_type": "hypre",

@@ -16,7 +16,7 @@ from raymortar.blocks import Block
 from raymortar.meshing import assemble_blocks
 from raymortar.scenes import two_blocks
 
-pytestmark = pytest.mark.quick
+pytestmark = [pytest.mark.quick, pytest.mark.mpi]
 PAIR = [(3, 4)]  # slave and master of `two_blocks`
 
 

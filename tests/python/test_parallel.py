@@ -25,10 +25,8 @@ CASES = [
     ("triangle", 2, "penalty", "striped"),
     ("tetrahedron", 1, "augmented", "striped"),
     ("hexahedron", 1, "penalty", "one_rank_empty"),
-    ("triangle", 1, "penalty", "one_rank_empty"),
+    ("triangle", 1, "penalty", "graph"),
     ("quadrilateral", 2, "frictionless", "contact_on_few"),
-    ("tetrahedron", 1, "penalty", "contact_on_few"),
-    ("hexahedron", 1, "augmented", "graph"),
 ]
 PARAMETERS = [
     pytest.param(c, marks=[pytest.mark.many_ranks] * (i < 4), id="-".join(map(str, c)))
