@@ -1,4 +1,5 @@
 #include "bind.h"
+#include "raymortar/fem/free_points.h"
 #include "raymortar/fem/remote_entries.h"
 
 namespace raymortar::bindings
@@ -189,6 +190,8 @@ void bind_zone(py::module_& m)
       .def("points", &points)
       .def("segments", &segments)
       .def("pairs", &pairs)
+      .def("free_points",
+           [](const Zone& z) { return to_array(free_points(z)); })
       .def("traffic", &traffic, py::arg("ranges"), py::arg("rank"))
       .def("statistics", &statistics);
 }
