@@ -92,8 +92,8 @@ def rows(quick):
     if quick:
         paths.append(("ironing", ironing, 2, 20, 1.05, 40))
     else:
-        paths.append(("ironing, 100 slide steps", ironing, 10, 100, 1.3, 100))
-        paths.append(("ironing, 20 slide steps", ironing, 10, 20, 1.3, 100))
+        paths.append(("ironing, 100 slide steps", ironing, 10, 100, 1.2, 60))
+        paths.append(("ironing, 20 slide steps", ironing, 10, 20, 1.2, 60))
     return [
         row(name, fixed_point, run, *arguments)
         for name, run, *arguments in paths

@@ -76,6 +76,7 @@ class FixedPointSolver:
             f"{found}; {self.problem.contact.statistics}"
         )
         raise_everywhere(self.problem.comm, message, ConvergenceError)
+        return iterations, False
 
     def _residual(self) -> float:
         """Norm of the residual, paired anew at the present state."""
