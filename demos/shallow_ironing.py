@@ -12,6 +12,8 @@ import math
 import os
 import sys
 import time
+import zipfile
+import zlib
 from collections import namedtuple
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,6 +28,7 @@ from mpi4py import MPI
 import raymortar
 from raymortar import compat
 from raymortar.contact import ContactState
+from raymortar.errors import raise_everywhere
 from raymortar.meshing import Block, Scene, assemble_blocks
 
 # Lengths in mm, stresses in MPa, forces in N per mm of thickness
@@ -268,14 +271,23 @@ def save(path, model, rows):
     os.replace(part, path)
 
 
+# What NumPy raises for a file that is missing, cut short or something else
+DAMAGE = (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile, zlib.error)
+
+
 def load(path, model):
     """Go back to a checkpoint of the same mesh and number of ranks; its rows."""
     comm = model.scene.mesh.comm
-    with np.load(rank_file(path, comm)) as data:
-        if data["ranks"] != comm.size or data["u"].shape != model.u.x.array.shape:
-            raise SystemExit(f"{path} is of another mesh or number of ranks")
-        arrays = [data[name] for name in ("u", "u_old", "multiplier")]
-        rows = [Row(*row) for row in data["rows"]]
+    problem = None
+    try:
+        with np.load(rank_file(path, comm)) as data:
+            if data["ranks"] != comm.size or data["u"].shape != model.u.x.array.shape:
+                problem = f"{path} is of another mesh or number of ranks"
+            arrays = [data[name] for name in ("u", "u_old", "multiplier")]
+            rows = [Row(*row) for row in data["rows"]]
+    except DAMAGE as error:
+        problem = f"{path} is not a whole checkpoint: {error}"
+    raise_everywhere(comm, problem, SystemExit)
     model.contact.restore(ContactState(*arrays, [None] * len(model.contact.zones)))
     return rows
 
