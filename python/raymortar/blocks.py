@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Hashable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -21,6 +22,8 @@ SIDES = {
         "top": (2, 1),
     },
 }
+Motion = Callable[[np.ndarray], np.ndarray]
+
 _PATTERNS = ("right", "left", "alternate", "random")
 
 
@@ -53,13 +56,13 @@ class Block:
     divisions: tuple[int, ...]
     lower: tuple[float, ...]
     upper: tuple[float, ...]
-    grading: Sequence | None = None
+    grading: Sequence[Any] | None = None
     mapping: Callable[[np.ndarray], np.ndarray] | None = None
     tags: Mapping[str, int] = dataclasses.field(default_factory=dict)
     pattern: str = "right"
     body: Hashable = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         d = len(self.divisions)
         if d not in SIDES:
             raise ValueError(f"Block.divisions has {d} numbers, not 2 or 3")
@@ -127,7 +130,7 @@ def mirrored(block: Block, axis: int, tags: Mapping[str, int] | None = None) -> 
     """
     middle = block.lower[axis] + block.upper[axis]
 
-    def image(x):
+    def image(x: np.ndarray) -> np.ndarray:
         y = x.copy()
         y[:, axis] = middle - y[:, axis]
         y = y if block.mapping is None else np.array(block.mapping(y), np.float64)
@@ -148,18 +151,16 @@ def mirrored(block: Block, axis: int, tags: Mapping[str, int] | None = None) -> 
     )
 
 
-def moved(
-    blocks: Sequence[Block], motion: Callable[[np.ndarray], np.ndarray]
-) -> list[Block]:
+def moved(blocks: Sequence[Block], motion: Motion) -> list[Block]:
     """The blocks after a rigid `motion` of points (n, d)."""
 
-    def after(first):
+    def after(first: Motion | None) -> Motion:
         return lambda x: motion(x if first is None else first(x))
 
     return [dataclasses.replace(b, mapping=after(b.mapping)) for b in blocks]
 
 
-def _rotation_matrix(rotation, dim) -> np.ndarray:
+def _rotation_matrix(rotation: float | np.ndarray, dim: int) -> np.ndarray:
     """Matrix (dim, dim) of an angle in radians (2D), or of a matrix, checked."""
     if np.ndim(rotation) == 0 and dim == 2:
         c, s = np.cos(rotation), np.sin(rotation)
@@ -175,7 +176,7 @@ def _rotation_matrix(rotation, dim) -> np.ndarray:
     return matrix
 
 
-def rotated(blocks: list[Block], rotation) -> list[Block]:
+def rotated(blocks: list[Block], rotation: float | np.ndarray | None) -> list[Block]:
     """The blocks after a rotation about the origin; `None` leaves them."""
     if rotation is None:
         return blocks
@@ -183,7 +184,9 @@ def rotated(blocks: list[Block], rotation) -> list[Block]:
     return moved(blocks, lambda x: x @ matrix.T)
 
 
-def perturbed(block, perturb, perturb_sides, rng) -> np.ndarray:
+def perturbed(
+    block: Block, perturb: float, perturb_sides: float, rng: np.random.Generator
+) -> np.ndarray:
     """Parameters of the vertices, shape (n_1 + 1, ..., n_d + 1, d)."""
     d = block.dim
     axes = [block.parameters(a) for a in range(d)]
@@ -199,22 +202,33 @@ def perturbed(block, perturb, perturb_sides, rng) -> np.ndarray:
     factor[(slice(1, -1),) * d] = perturb
     for side in block.tags:
         axis, end = SIDES[d][side]
-        where = [slice(1, -1)] * d
+        where: list[slice | int] = [slice(1, -1)] * d
         where[axis] = -end
         factor[tuple(where)] = perturb_sides
     return t + factor[..., None] * noise
 
 
 class Grid:
-    """Nodes and macro cells of one block; `number` of a node counts in C order."""
+    """Nodes, by parameters and in space, and macro cells of one block.
 
-    def __init__(self, block, position, parameters, degree, rng):
+    Nodes count in C order.
+    """
+
+    def __init__(
+        self,
+        block: Block,
+        position: int,
+        parameters: np.ndarray,
+        degree: int,
+        rng: np.random.Generator,
+    ) -> None:
         d = block.dim
         for a in range(d):
             parameters = _with_middles(parameters, a) if degree == 2 else parameters
         self.block, self.position = block, position
-        self.points = block.map(parameters.reshape(-1, d))
         shape = parameters.shape[:-1]
+        self.parameters = parameters.reshape(-1, d)
+        self.points = block.map(self.parameters)
         self.index = np.indices(block.divisions).reshape(d, -1).T
         local = np.indices((degree + 1,) * d).reshape(d, -1).T
         lattice = degree * self.index[:, None, :] + local
@@ -223,7 +237,7 @@ class Grid:
         self.keys = _pattern_keys(shape, degree, block.pattern, rng)
 
 
-def _with_middles(t, axis):
+def _with_middles(t: np.ndarray, axis: int) -> np.ndarray:
     """Insert the mean of neighbours along `axis`."""
     t = np.moveaxis(t, axis, 0)
     fine = np.empty((2 * len(t) - 1,) + t.shape[1:])
@@ -232,7 +246,9 @@ def _with_middles(t, axis):
     return np.moveaxis(fine, 0, axis)
 
 
-def _pattern_keys(shape, degree, pattern, rng) -> np.ndarray:
+def _pattern_keys(
+    shape: tuple[int, ...], degree: int, pattern: str, rng: np.random.Generator
+) -> np.ndarray:
     """Rank of each node: quadrilaterals are cut through their lowest vertex.
 
     Both cells at a face read the same ranks, so the cuts always match, also

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 
@@ -39,7 +40,7 @@ class Communication:
     largest: Sent = Sent()
 
 
-def communication(zones, layout: Layout) -> Communication:
+def communication(zones: Any, layout: Layout) -> Communication:
     """Counts of all zones. Collective."""
     comm, names = layout.comm, [field.name for field in fields(Sent)]
     counts = np.zeros(len(names), dtype=np.int64)

@@ -13,7 +13,7 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from . import _cpp, compat, surfaces
-from .compat import Array
+from .compat import Array, Indices
 from .errors import ContactError, raise_everywhere, require_agreement, together
 from .fields import ContactFields
 from .friction import LAWS, Coulomb, Stick, Tresca
@@ -25,9 +25,10 @@ from .methods import (
     Search,
     check_coefficient,
 )
-from .stiffness import VolumePattern, automatic_gamma
+from .stiffness import VolumePattern, contact_stiffness
 from .zones import (
     ZoneData,
+    ZoneFacets,
     create_zone,
     find_facets,
     group_pairs,
@@ -157,7 +158,8 @@ class Contact(ContactFields):
         self.gamma_scale = 1.0
         self._u_old = u.x.array.copy()
         self._fixed_by: tuple[Any, ...] = ()
-        self._volume: VolumePattern | None = None
+        # Read by `prepare`, which every use of it follows
+        self._volume: Any = None
         if method.gamma is not None:
             self.set_gamma(method.gamma)
         self._history_is_new = True
@@ -182,8 +184,9 @@ class Contact(ContactFields):
 
     def _multiplier(self) -> str:
         """Scalar or vector, by choice or by what friction needs."""
-        if self.method.multiplier is not None:
-            return self.method.multiplier
+        method = self.method
+        if isinstance(method, AugmentedLagrangian) and method.multiplier is not None:
+            return method.multiplier
         return "normal" if self.friction is None else "vector"
 
     def _law(self) -> _cpp.LawKind:
@@ -203,7 +206,7 @@ class Contact(ContactFields):
             and self.method.tangential == "elastic"
         )
 
-    def _slave_dofs(self, facets) -> Array:
+    def _slave_dofs(self, facets: Sequence[ZoneFacets]) -> Indices:
         """Block dofs of the multiplier on this rank's slave facets."""
         if self.multiplier is None:
             return np.empty(0, dtype=np.int32)
@@ -350,7 +353,7 @@ class Contact(ContactFields):
 
     # Assembly
 
-    def prepare(self, a: Any) -> None:
+    def prepare(self, a: Any, bcs: Sequence[Any] = ()) -> None:
         """Read what is needed from the volume's bilinear form. Collective.
 
         Its sparsity pattern, and the automatic gamma from its diagonal.
@@ -359,10 +362,13 @@ class Contact(ContactFields):
         ----------
         a
             Compiled bilinear form of everything but contact.
+        bcs
+            Dirichlet conditions: a body that they hold throughout is taken as rigid.
         """
-        self._volume = VolumePattern(a, self.layout)
+        volume = self._volume = VolumePattern(a, self.layout)
         if self.gamma is None:
-            self.set_gamma(automatic_gamma(self._volume, self.layout, self.zones))
+            stiffness = contact_stiffness(volume, self.layout, self.zones, bcs)
+            self.set_gamma(self.method.automatic_factor * stiffness)
 
     def create_matrix(self, a: Any) -> PETSc.Mat:
         """Matrix over [u, multiplier] with room for volume and contact. Collective.
@@ -456,9 +462,9 @@ class Contact(ContactFields):
             return
         for zone in self.zones:
             sides = zone.facets.slave_surface, zone.facets.master_surface
-            increments = [self._on_surface(increment, side) for side in sides]
+            slave, master = (self._on_surface(increment, side) for side in sides)
             with together(self._comm):
-                _cpp.apply_lifting(zone.cpp, b.handle, *increments, alpha)
+                _cpp.apply_lifting(zone.cpp, b.handle, slave, master, alpha)
 
     @property
     def stiffness_diagonal(self) -> Array:
@@ -477,7 +483,9 @@ def _check_coefficient_function(gamma: Function, u: Function) -> None:
         raise ContactError("gamma is a Function on another mesh than the displacement")
 
 
-def _check_options(method, friction, quadrature_degree, measure, search) -> None:
+def _check_options(
+    method: Any, friction: Any, quadrature_degree: Any, measure: Any, search: Any
+) -> None:
     """Raise for options that do not exist."""
     if not isinstance(method, (AugmentedLagrangian, Penalty)):
         raise ContactError(

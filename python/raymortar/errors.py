@@ -65,7 +65,7 @@ def together(comm: MPI.Comm) -> Iterator[None]:
     rank = comm.allreduce(comm.size if failure is None else comm.rank, op=MPI.MIN)
     if rank == comm.size:
         return
-    if comm.size == 1:
+    if comm.size == 1 and failure is not None:
         raise failure
     kind = next((k for k in _SENT if type(failure) is k), RuntimeError)
     kind, text = comm.bcast((kind, str(failure)), root=rank)

@@ -91,7 +91,7 @@ class ContactFields:
             None if part in PARTS else f"part must be one of {PARTS}, not {part!r}",
         )
 
-        def quantity(points):
+        def quantity(points: dict[str, Array]) -> Array:
             total = points["traction"]
             if part == "total":
                 return total
@@ -117,7 +117,7 @@ class ContactFields:
         if self.friction is None:
             raise ContactError("slip is only known with friction")
 
-        def quantity(points):
+        def quantity(points: dict[str, Array]) -> Array:
             return points["slip"] - along_normal(points, points["slip"])
 
         return self._field("slip", quantity, vector=True)
@@ -138,8 +138,8 @@ class ContactFields:
         1 where every ray meets the master, 0 where none does and off the slave.
         """
 
-        def quantity(points):
-            return points["status"] >= OPEN
+        def quantity(points: dict[str, Array]) -> Array:
+            return (points["status"] >= OPEN).astype(np.float64)
 
         return self._field("coverage", quantity, hits_only=False)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -10,8 +11,9 @@ from . import _cpp
 from .errors import ContactError
 
 
-def _check(name: str, value: float) -> None:
-    if not (np.isscalar(value) and np.isreal(value) and np.isfinite(value)):
+def _check(name: str, value: Any) -> None:
+    number = isinstance(value, (int, float, np.number)) and np.isreal(value)
+    if not (number and np.isfinite(value)):
         raise ContactError(f"{name} must be a finite number, not {value!r}")
     if value < 0.0:
         raise ContactError(f"{name} = {value} must not be negative")

@@ -19,7 +19,8 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Hashable, Iterable, Mapping
+from typing import Any
 
 import numpy as np
 
@@ -54,7 +55,7 @@ class PoleGrid:
     growth: float = 1.2
     core_ratio: float = 1.25
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not (self.half_width > 0.0 and self.facet_size > 0.0):
             raise ValueError("the contact half-width and facet size must be positive")
         if not 1.0 < self.growth <= 3.0:
@@ -106,13 +107,13 @@ def _multilinear(values: np.ndarray, p: np.ndarray) -> np.ndarray:
 def _fan(shape: _Shape, axis: int, core: float) -> Callable[[np.ndarray], np.ndarray]:
     """Map of the unit box to the fan that leaves the core along `axis`."""
 
-    def straight(p):
+    def straight(p: np.ndarray) -> np.ndarray:
         face, outer = core * p, p.copy()
         face[:, axis], outer[:, axis] = core, 1.0
         r = p[:, axis : axis + 1]
         return (1.0 - r) * shape.core(face) + r * _multilinear(shape.far, outer)
 
-    def fan(p):
+    def fan(p: np.ndarray) -> np.ndarray:
         x = straight(p)
         if shape.project is None or axis == p.shape[1] - 1:
             return x
@@ -130,9 +131,9 @@ def _pole_blocks(
     grid: PoleGrid,
     rings: np.ndarray,
     tags: Mapping[str, int],
-    body,
+    body: Hashable,
     split: Callable[[np.ndarray], np.ndarray] | None = None,
-    **options,
+    **options: Any,
 ) -> list[Block]:
     """Core and fans.
 
@@ -176,14 +177,16 @@ def _pole_blocks(
     return blocks
 
 
-def _near_tags(d, tags, axes) -> dict[str, int]:
+def _near_tags(d: int, tags: Mapping[str, int], axes: Iterable[int]) -> dict[str, int]:
     """Tags of the sides through the pole that are normal to `axes`."""
     names = ("left", "front")[: d - 1] + ("surface",)
     low = {axis: side for side, (axis, end) in SIDES[d].items() if end == 0}
     return {low[a]: tags[names[a]] for a in axes if names[a] in tags}
 
 
-def _fan_tags(d, tags, axis, rings) -> dict[str, int]:
+def _fan_tags(
+    d: int, tags: Mapping[str, int], axis: int, rings: np.ndarray
+) -> dict[str, int]:
     """Tags of the fan along `axis`, or of its part between some `rings`."""
     inner, outer = rings[0] == 0.0, rings[-1] == 1.0
     # Beyond the split the surface carries no tag
@@ -199,13 +202,13 @@ def _ball_shape(dim: int, radius: float) -> _Shape:
     """Half a disc or ball on its pole."""
     centre = np.append(np.zeros(dim - 1), radius)
 
-    def core(p):
+    def core(p: np.ndarray) -> np.ndarray:
         # Equal angles on the symmetry planes (as on a cubed sphere)
         v = np.column_stack([np.tan(p[:, :-1] / radius), -np.ones(len(p))])
         v *= ((radius - p[:, -1]) / np.linalg.norm(v, axis=1))[:, None]
         return centre + v
 
-    def project(x):
+    def project(x: np.ndarray) -> np.ndarray:
         v = x - centre
         return centre + radius * v / np.linalg.norm(v, axis=1, keepdims=True)
 
@@ -213,7 +216,7 @@ def _ball_shape(dim: int, radius: float) -> _Shape:
     for corner in itertools.product((0, 1), repeat=dim):
         lateral = np.array(corner[:-1], dtype=np.float64)
         if corner[-1] == 0:
-            lateral /= max(1.0, np.linalg.norm(lateral))
+            lateral /= max(1.0, float(np.linalg.norm(lateral)))
         else:
             lateral *= _CUT_CORNER[dim] if all(corner) else _CUT_MIDDLE
         far[corner] = np.append(radius * lateral, radius)
@@ -225,9 +228,9 @@ def ball_blocks(
     radius: float,
     grid: PoleGrid,
     tags: Mapping[str, int],
-    body,
+    body: Hashable,
     surface_angle: float = np.pi / 3,
-    **options,
+    **options: Any,
 ) -> list[Block]:
     """A quadrant (octant) of a disc (ball) between the pole and the cut at its centre.
 
@@ -259,7 +262,7 @@ def ball_blocks(
     if not 0.0 < surface_angle <= 0.5 * np.pi:
         raise ValueError(f"surface_angle = {surface_angle} is not in (0, pi/2]")
 
-    def within(x):
+    def within(x: np.ndarray) -> np.ndarray:
         lateral = np.linalg.norm(x[:, :-1], axis=1)
         return np.arctan2(lateral, radius - x[:, -1]) <= surface_angle * (1.0 + 1e-9)
 
@@ -272,7 +275,11 @@ def ball_blocks(
 
 
 def box_blocks(
-    size: tuple[float, ...], grid: PoleGrid, tags: Mapping[str, int], body, **options
+    size: tuple[float, ...],
+    grid: PoleGrid,
+    tags: Mapping[str, int],
+    body: Hashable,
+    **options: Any,
 ) -> list[Block]:
     """A box [0, size] with the pole in a corner.
 
@@ -312,7 +319,11 @@ def box_blocks(
 
 
 def cap_blocks(
-    radius: float, grid: PoleGrid, tags: Mapping[str, int], body, **options
+    radius: float,
+    grid: PoleGrid,
+    tags: Mapping[str, int],
+    body: Hashable,
+    **options: Any,
 ) -> list[Block]:
     """The quadrant of a disc that fits on the cut of `ball_blocks` (2D).
 
@@ -331,10 +342,15 @@ def cap_blocks(
     left = {"left": tags["left"]} if "left" in tags else {}
     far = {"top": tags["far"]} if "far" in tags else {}
 
-    def quadrilateral(divisions, corners, arc, sides):
+    def quadrilateral(
+        divisions: tuple[int, int],
+        corners: tuple[Any, ...],
+        arc: int | None,
+        sides: Mapping[str, int],
+    ) -> Block:
         values = np.reshape(np.array(corners, float), (2, 2, 2)) * radius
 
-        def mapping(p):
+        def mapping(p: np.ndarray) -> np.ndarray:
             x = _multilinear(values, p)
             if arc is not None:
                 edge = p.copy()
@@ -355,7 +371,7 @@ def cap_blocks(
     ]
 
 
-def completed(blocks: list[Block], axes) -> list[Block]:
+def completed(blocks: list[Block], axes: Iterable[int]) -> list[Block]:
     """The blocks and their mirror images in the planes normal to `axes`.
 
     The tags of those planes, now inside the body, are dropped.
@@ -364,7 +380,7 @@ def completed(blocks: list[Block], axes) -> list[Block]:
         d = blocks[0].dim
         plane = [name for name, side in SIDES[d].items() if side == (axis, 0)][0]
 
-        def open_sides(block):
+        def open_sides(block: Block) -> dict[str, int]:
             return {s: tag for s, tag in block.tags.items() if s != plane}
 
         blocks = [dataclasses.replace(b, tags=open_sides(b)) for b in blocks]

@@ -7,9 +7,14 @@ from __future__ import annotations
 
 import dataclasses
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 
-from .blocks import mirrored, moved, rotated
+from mpi4py import MPI
+
+from .blocks import Block, mirrored, moved, rotated
 from .graded import PoleGrid, ball_blocks, box_blocks, cap_blocks, completed
 from .meshing import Scene, assemble_blocks
 
@@ -31,7 +36,9 @@ _SECTORS = {
 }
 
 
-def _hertz_grids(contact_half_width, facets_across, master_ratio, growth):
+def _hertz_grids(
+    contact_half_width: float, facets_across: int, master_ratio: float, growth: float
+) -> tuple[PoleGrid, PoleGrid]:
     """Grids of the slave's and of the master's body."""
     if int(facets_across) != facets_across or facets_across < 2:
         raise ValueError(f"facets_across = {facets_across} is no integer >= 2")
@@ -42,7 +49,9 @@ def _hertz_grids(contact_half_width, facets_across, master_ratio, growth):
     return grid, dataclasses.replace(grid, facet_size=master_ratio * size)
 
 
-def _hertz_tags(surface: str, far: str, dim: int, far_names=("far",)) -> dict[str, int]:
+def _hertz_tags(
+    surface: str, far: str, dim: int, far_names: Sequence[str] = ("far",)
+) -> dict[str, int]:
     """Tags of one body by the names of `graded`."""
     tags = {"surface": _HERTZ_TAGS[surface], "left": _HERTZ_TAGS["symmetry_x"]}
     tags |= {"side": _HERTZ_TAGS["side"]}
@@ -52,7 +61,15 @@ def _hertz_tags(surface: str, far: str, dim: int, far_names=("far",)) -> dict[st
 
 
 def _hertz_scene(
-    comm, upper, lower, sector, cell, geometry_degree, gap, rotation, **mesh_options
+    comm: MPI.Comm,
+    upper: list[Block],
+    lower: list[Block],
+    sector: str,
+    cell: str,
+    geometry_degree: int,
+    gap: float,
+    rotation: float | np.ndarray | None,
+    **mesh_options: Any,
 ) -> Scene:
     """Scene of two bodies in local coordinates, poles at the origin."""
     dim = upper[0].dim
@@ -72,7 +89,7 @@ def _hertz_scene(
 
 
 def cylinder_on_block(
-    comm,
+    comm: MPI.Comm,
     cell: str = "quadrilateral",
     geometry_degree: int = 1,
     *,
@@ -88,7 +105,7 @@ def cylinder_on_block(
     gap: float = 0.0,
     rotation: float | np.ndarray | None = None,
     pattern: str = "right",
-    **mesh_options,
+    **mesh_options: Any,
 ) -> Scene:
     """A cylinder (2D) on a rectangular block, fine around the contact. Collective.
 
@@ -157,7 +174,7 @@ def cylinder_on_block(
 
 
 def two_cylinders(
-    comm,
+    comm: MPI.Comm,
     cell: str = "quadrilateral",
     geometry_degree: int = 1,
     *,
@@ -172,7 +189,7 @@ def two_cylinders(
     gap: float = 0.0,
     rotation: float | np.ndarray | None = None,
     pattern: str = "right",
-    **mesh_options,
+    **mesh_options: Any,
 ) -> Scene:
     """Two half cylinders (2D), cut at their centres. Collective.
 
@@ -192,7 +209,7 @@ growth, sector, slave_angle, gap, rotation, pattern, mesh_options
         Tags bottom 1 and top 2 (the cuts), slave 3, master 4, symmetry_x 5 (half
         model).
     """
-    blocks = _two_balls(
+    upper, lower = _two_balls(
         2,
         (radius, lower_radius),
         _hertz_grids(contact_half_width, facets_across, master_ratio, growth),
@@ -200,16 +217,22 @@ growth, sector, slave_angle, gap, rotation, pattern, mesh_options
         pattern,
     )
     return _hertz_scene(
-        comm, *blocks, sector, cell, geometry_degree, gap, rotation, **mesh_options
+        comm, upper, lower, sector, cell, geometry_degree, gap, rotation, **mesh_options
     )
 
 
-def _two_balls(dim, radii, grids, angle, pattern):
+def _two_balls(
+    dim: int,
+    radii: tuple[float, float | None],
+    grids: tuple[PoleGrid, PoleGrid],
+    angle: float,
+    pattern: str,
+) -> tuple[list[Block], list[Block]]:
     """Blocks of the upper and of the lower half disc (quarter of a half ball)."""
     lower_radius = radii[0] if radii[1] is None else radii[1]
     upper_tags = _hertz_tags("slave", "top", dim, ("cut",))
     lower_tags = _hertz_tags("master", "bottom", dim, ("cut",))
-    options = {"surface_angle": angle, "pattern": pattern}
+    options: dict[str, Any] = {"surface_angle": angle, "pattern": pattern}
     return (
         ball_blocks(dim, radii[0], grids[0], upper_tags, "upper", **options),
         ball_blocks(dim, lower_radius, grids[1], lower_tags, "lower", **options),
@@ -217,7 +240,7 @@ def _two_balls(dim, radii, grids, angle, pattern):
 
 
 def sphere_on_plane(
-    comm,
+    comm: MPI.Comm,
     cell: str = "hexahedron",
     geometry_degree: int = 1,
     *,
@@ -232,7 +255,7 @@ def sphere_on_plane(
     gap: float = 0.0,
     rotation: np.ndarray | None = None,
     pattern: str = "right",
-    **mesh_options,
+    **mesh_options: Any,
 ) -> Scene:
     """Half a ball on a block (3D), fine around the contact. Collective.
 
@@ -270,7 +293,7 @@ slave_angle, gap, rotation, pattern, mesh_options
 
 
 def two_spheres(
-    comm,
+    comm: MPI.Comm,
     cell: str = "hexahedron",
     geometry_degree: int = 1,
     *,
@@ -285,7 +308,7 @@ def two_spheres(
     gap: float = 0.0,
     rotation: np.ndarray | None = None,
     pattern: str = "right",
-    **mesh_options,
+    **mesh_options: Any,
 ) -> Scene:
     """Two half balls (3D), cut at their centres. Collective.
 
@@ -302,7 +325,7 @@ growth, sector, slave_angle, gap, rotation, pattern, mesh_options
     Scene
         Tags as for `sphere_on_plane`, without the side.
     """
-    blocks = _two_balls(
+    upper, lower = _two_balls(
         3,
         (radius, lower_radius),
         _hertz_grids(contact_half_width, facets_across, master_ratio, growth),
@@ -310,5 +333,5 @@ growth, sector, slave_angle, gap, rotation, pattern, mesh_options
         pattern,
     )
     return _hertz_scene(
-        comm, *blocks, sector, cell, geometry_degree, gap, rotation, **mesh_options
+        comm, upper, lower, sector, cell, geometry_degree, gap, rotation, **mesh_options
     )

@@ -16,10 +16,13 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Hashable, Sequence
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
+
+from mpi4py import MPI
 
 from . import compat
 from .blocks import SIDES, Block, Grid, mirrored, perturbed
@@ -60,14 +63,15 @@ class Scene:
 
 
 def assemble_blocks(
-    comm,
+    comm: MPI.Comm,
     blocks: Sequence[Block],
     cell: str = "triangle",
     geometry_degree: int = 1,
     perturb: float = 0.0,
     perturb_sides: float = 0.0,
     seed: int = 0,
-):
+    partition: Callable[[np.ndarray, int], npt.ArrayLike] | None = None,
+) -> tuple[Any, Any, Any]:
     """Make one mesh of all blocks, with cell and facet tags. Collective.
 
     Parameters
@@ -88,6 +92,9 @@ def assemble_blocks(
         its edges stay what they are.
     seed
         Of the random shifts and of the "random" pattern.
+    partition
+        Takes midpoints of cells (n, d) and the number of ranks to the rank of each
+        cell (n,). By default up to DOLFINx's graph partitioner.
 
     Returns
     -------
@@ -108,22 +115,31 @@ def assemble_blocks(
         parameters = perturbed(block, perturb, perturb_sides, rng)
         grids.append(Grid(block, i, parameters, degree, rng))
     points, numbers = _glue(grids, body)
-    cells, cell_body, cell_tag_table = [], [], []
+    split_cells, body_numbers, cell_tag_table = [], [], []
     keys = _global_keys(grids, numbers, len(points))
     for grid, number, b in zip(grids, numbers, body):
         split, vertices = _cells(grid, number, keys, cell, degree)
+        _centre_mid_nodes(points, grid, number, split, cell, degree)
         _check_orientation(points, split, cell, grid.position)
-        cells.append(split)
-        cell_body.append(np.full(len(split), b, dtype=np.int32))
+        split_cells.append(split)
+        body_numbers.append(np.full(len(split), b, dtype=np.int32))
         cell_tag_table.append(_side_tags(grid.block, vertices, cell))
-    cells, cell_body = np.concatenate(cells), np.concatenate(cell_body)
+    cells, cell_body = np.concatenate(split_cells), np.concatenate(body_numbers)
     facet_table = np.concatenate(cell_tag_table)
     if len(set(body)) < len(blocks):
-        _check_glue(cells, facet_table, cell, body, grids, numbers)
-    return _distribute(comm, cells, points, cell, degree, cell_body, facet_table)
+        _check_glue(cells, facet_table, cell, body, numbers)
+    ranks = None if partition is None else partition(points[cells].mean(1), comm.size)
+    tables = cell_body, facet_table
+    return _distribute(comm, cells, points, cell, degree, tables, ranks)
 
 
-def _check_arguments(blocks, cell, degree, perturb, perturb_sides):
+def _check_arguments(
+    blocks: Sequence[Block],
+    cell: str,
+    degree: int,
+    perturb: float,
+    perturb_sides: float,
+) -> None:
     """Raise ValueError for what `assemble_blocks` cannot take."""
     if cell not in _DIMENSION:
         raise ValueError(f"cell '{cell}' is not one of {list(_DIMENSION)}")
@@ -138,14 +154,16 @@ def _check_arguments(blocks, cell, degree, perturb, perturb_sides):
             raise ValueError(f"{name} = {value} is not in [0, 0.5)")
 
 
-def _number_bodies(blocks) -> list[int]:
+def _number_bodies(blocks: Sequence[Block]) -> list[int]:
     """Body number of each block, from 1."""
-    numbers: dict = {}
-    labels = [(i,) if b.body is None else b.body for i, b in enumerate(blocks)]
+    numbers: dict[Hashable, int] = {}
+    labels: list[Hashable] = [
+        (i,) if b.body is None else b.body for i, b in enumerate(blocks)
+    ]
     return [numbers.setdefault(label, len(numbers) + 1) for label in labels]
 
 
-def _glue(grids, body):
+def _glue(grids: list[Grid], body: list[int]) -> tuple[np.ndarray, list[np.ndarray]]:
     """Merge coincident nodes of each body.
 
     Returns
@@ -155,7 +173,8 @@ def _glue(grids, body):
     numbers
         Per block, number of each of its nodes in `points`.
     """
-    points, numbers, start = [], [None] * len(grids), 0
+    points, start = [], 0
+    numbers = [np.empty(0, dtype=np.int64)] * len(grids)
     for b in sorted(set(body)):
         members = [i for i, number in enumerate(body) if number == b]
         x = np.concatenate([grids[i].points for i in members])
@@ -169,7 +188,7 @@ def _glue(grids, body):
     return np.concatenate(points), numbers
 
 
-def _coincident(x) -> np.ndarray:
+def _coincident(x: np.ndarray) -> np.ndarray:
     """For each of the points `x` (n, d) the lowest point that coincides with it."""
     tolerance = _GLUE_TOLERANCE * np.linalg.norm(np.ptp(x, axis=0))
     # Along a direction in general position only coincident points are neighbours
@@ -177,7 +196,9 @@ def _coincident(x) -> np.ndarray:
     s = x @ direction
     order = np.argsort(s, kind="stable")
     label = np.arange(len(x))
-    for step in itertools.count(1):
+    step = 0
+    while True:
+        step += 1
         near = s[order[step:]] - s[order[:-step]] <= 2.0 * tolerance
         if not near.any():
             return label
@@ -187,7 +208,9 @@ def _coincident(x) -> np.ndarray:
         np.minimum.at(label, j[same], i[same])
 
 
-def _global_keys(grids, numbers, num_points) -> np.ndarray:
+def _global_keys(
+    grids: list[Grid], numbers: list[np.ndarray], num_points: int
+) -> np.ndarray:
     """Ranks of all nodes (see `Grid`); those of the first block where glued."""
     keys = np.empty(num_points, dtype=np.int64)
     starts = np.cumsum([0] + [2 * len(grid.keys) for grid in grids])
@@ -196,7 +219,9 @@ def _global_keys(grids, numbers, num_points) -> np.ndarray:
     return keys
 
 
-def _cells(grid, number, keys, cell, degree):
+def _cells(
+    grid: Grid, number: np.ndarray, keys: np.ndarray, cell: str, degree: int
+) -> tuple[np.ndarray, np.ndarray]:
     """Cells of one block, its macro cells cut into simplices where asked.
 
     Returns
@@ -225,17 +250,42 @@ def _cells(grid, number, keys, cell, degree):
     return cells.reshape(-1, local.shape[-1]), vertices.reshape(-1, split.shape[-1], d)
 
 
-def _corners(d) -> np.ndarray:
+def _centre_mid_nodes(
+    points: np.ndarray,
+    grid: Any,
+    number: np.ndarray,
+    cells: np.ndarray,
+    cell: str,
+    degree: int,
+) -> None:
+    """Put the mid nodes of simplices at the mean parameter of their edge, in place.
+
+    The grid has them between its own lines. On a diagonal of a shaken macro cell that
+    is elsewhere, and the edge would be bent by a part of its length at any size.
+    """
+    if degree == 1 or cell not in ("triangle", "tetrahedron"):
+        return
+    place = np.empty(len(points), dtype=np.int64)
+    place[number] = np.arange(len(number))
+    place = place[cells]
+    shape = _vertex_functions(cell, compat.basix_element(cell, degree).points)
+    corners = grid.parameters[place[:, : shape.shape[1]]]
+    parameters = grid.parameters.copy()
+    parameters[place] = np.einsum("nv,cvd->cnd", shape, corners)
+    points[number] = grid.block.map(parameters)
+
+
+def _corners(d: int) -> np.ndarray:
     """Corners of the unit box in Basix order, x running fastest, shape (2^d, d)."""
     return (np.arange(2**d)[:, None] >> np.arange(d)) & 1
 
 
-def _strides(degree, d) -> np.ndarray:
+def _strides(degree: int, d: int) -> np.ndarray:
     """Strides of a macro cell's nodes, in C order."""
     return (degree + 1) ** np.arange(d)[::-1]
 
 
-def _vertex_functions(cell, points) -> np.ndarray:
+def _vertex_functions(cell: str, points: np.ndarray) -> np.ndarray:
     """(Multi-)linear functions of a cell's vertices at `points`: (points, vertices)."""
     if cell in ("triangle", "tetrahedron"):
         return np.column_stack([1.0 - points.sum(axis=1), points])
@@ -243,13 +293,13 @@ def _vertex_functions(cell, points) -> np.ndarray:
     return np.where(corner, points[:, None, :], 1.0 - points[:, None, :]).prod(axis=2)
 
 
-def _split_quadrilaterals(keys) -> np.ndarray:
+def _split_quadrilaterals(keys: np.ndarray) -> np.ndarray:
     """Triangles (n, 2, 3) of quadrilaterals with the vertex ranks `keys` (n, 4)."""
     first = np.argmin(keys, axis=1)
     return _oriented(np.array([[0, 1, 3], [0, 3, 2]])[None] ^ first[:, None, None])
 
 
-def _split_hexahedra(keys) -> np.ndarray:
+def _split_hexahedra(keys: np.ndarray) -> np.ndarray:
     """Tetrahedra (n, 6, 4) of hexahedra with the vertex ranks `keys` (n, 8).
 
     The cone from the lowest vertex over the three faces opposite to it, each of them
@@ -275,7 +325,7 @@ def _split_hexahedra(keys) -> np.ndarray:
 _SPLIT = {2: _split_quadrilaterals, 3: _split_hexahedra}
 
 
-def _oriented(simplices) -> np.ndarray:
+def _oriented(simplices: np.ndarray) -> np.ndarray:
     """Swap two vertices of the simplices (n, m, d + 1) of negative volume."""
     x = _corners(simplices.shape[-1] - 1)[simplices]
     negative = np.linalg.det(x[:, :, 1:] - x[:, :, :1]) < 0.0
@@ -283,7 +333,9 @@ def _oriented(simplices) -> np.ndarray:
     return np.where(negative[:, :, None], swapped, simplices)
 
 
-def _check_orientation(points, cells, cell, position):
+def _check_orientation(
+    points: np.ndarray, cells: np.ndarray, cell: str, position: int
+) -> None:
     """Raise ValueError unless the Jacobian is positive at all vertices."""
     d = points.shape[1]
     simplex = cell in ("triangle", "tetrahedron")
@@ -298,7 +350,7 @@ def _check_orientation(points, cells, cell, position):
             )
 
 
-def _side_tags(block, vertices, cell) -> np.ndarray:
+def _side_tags(block: Block, vertices: np.ndarray, cell: str) -> np.ndarray:
     """Tag of each local facet of each cell, 0 for none: shape (n, facets per cell)."""
     facets = compat.basix_element(cell, 1).facet_vertices
     table = np.zeros((len(vertices), len(facets)), dtype=np.int32)
@@ -310,12 +362,18 @@ def _side_tags(block, vertices, cell) -> np.ndarray:
     return table
 
 
-def _check_glue(cells, facet_table, cell, body, grids, numbers):
+def _check_glue(
+    cells: np.ndarray,
+    facet_table: np.ndarray,
+    cell: str,
+    body: list[int],
+    numbers: list[np.ndarray],
+) -> None:
     """Raise ValueError if a tag is inside a body, or a body falls into pieces."""
     facets = compat.basix_element(cell, 1).facet_vertices
     # A random number per node makes the sum over a facet's vertices its name
     name = np.random.default_rng(0).integers(2**62, size=cells.max() + 1)
-    names = np.column_stack([name[cells[:, f]].sum(axis=1) for f in map(list, facets)])
+    names = np.column_stack([name[cells[:, f]].sum(axis=1) for f in np.array(facets)])
     _, inverse, count = np.unique(names, return_inverse=True, return_counts=True)
     inside = count[inverse.reshape(-1)] > 1
     if np.any(inside & (facet_table.reshape(-1) > 0)):
@@ -332,10 +390,22 @@ def _check_glue(cells, facet_table, cell, body, grids, numbers):
             apart = [piece for i, piece in enumerate(apart) if i not in near]
 
 
-def _distribute(comm, cells, points, cell, degree, cell_body, facet_table):
+def _distribute(
+    comm: MPI.Comm,
+    cells: np.ndarray,
+    points: np.ndarray,
+    cell: str,
+    degree: int,
+    tables: tuple[np.ndarray, np.ndarray],
+    ranks: npt.ArrayLike | None,
+) -> tuple[Any, Any, Any]:
     """Hand rank 0's arrays to DOLFINx and carry the tags over. Collective."""
     root = slice(None) if comm.rank == 0 else slice(0)
-    mesh = compat.create_mesh(comm, cells[root], points[root], cell, degree)
+    cell_body, facet_table = tables
+    ranks = None if ranks is None else np.asarray(ranks)[root]
+    mesh = compat.create_mesh(
+        comm, cells[root], points[root], cell, degree, destinations=ranks
+    )
     original, tdim = mesh.topology.original_cell_index, mesh.topology.dim
     local = np.arange(len(original), dtype=np.int32)
     cell_tags = compat.meshtags(mesh, tdim, local, cell_body[original])

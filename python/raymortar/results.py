@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields
+from typing import Any
 
 import numpy as np
 from dolfinx.fem import Function
@@ -94,7 +95,7 @@ class Statistics:
         )
 
 
-def _reduction(name: str):
+def _reduction(name: str) -> tuple[MPI.Op, Callable[[Any, Any], Any]]:
     """How a count is combined over zones and ranks."""
     if name == "min_gap":
         return MPI.MIN, min
@@ -103,7 +104,7 @@ def _reduction(name: str):
     return MPI.SUM, lambda a, b: a + b
 
 
-def statistics(zones, layout: Layout) -> Statistics:
+def statistics(zones: Any, layout: Layout) -> Statistics:
     """Counts of all zones and ranks. Collective."""
     comm, names = layout.comm, [f.name for f in fields(Statistics)]
     names.remove("communication")
@@ -137,7 +138,7 @@ def _moments(x: Array, forces: Array) -> Array:
     return x[:, 0] * forces[:, 1] - x[:, 1] * forces[:, 0]
 
 
-def resultant(zone, comm: MPI.Comm) -> Resultant:
+def resultant(zone: Any, comm: MPI.Comm) -> Resultant:
     """Force and moment on the slave side of a zone. Collective."""
     points = zone.points()
     forces = points["weight"][:, None] * points["traction"]
@@ -157,7 +158,7 @@ def along_normal(points: dict[str, Array], vectors: Array) -> Array:
 
 
 def nodal_average(
-    zones,
+    zones: Any,
     quantity: Callable[[dict[str, Array]], Array],
     field: Function,
     hits_only: bool = True,

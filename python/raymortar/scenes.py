@@ -7,10 +7,14 @@ the master surface belongs to the lower one. The last coordinate is the vertical
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
-from .blocks import Block, rotated
+from mpi4py import MPI
+
+from .blocks import Block, Motion, rotated
 from .hertz import cylinder_on_block, sphere_on_plane, two_cylinders, two_spheres
 from .meshing import Scene, assemble_blocks
 
@@ -26,7 +30,7 @@ __all__ = [
 _LATERAL = ("left", "right", "front", "back")
 
 
-def _numbers(value, count: int, name: str, default=None) -> tuple:
+def _numbers(value: Any, count: int, name: str, default: Any = None) -> tuple[Any, ...]:
     """`count` numbers out of a number or a sequence of them."""
     value = default if value is None else value
     numbers = (value,) * count if np.ndim(value) == 0 else tuple(value)
@@ -37,12 +41,14 @@ def _numbers(value, count: int, name: str, default=None) -> tuple:
     return numbers
 
 
-def _interface(interface, tilt, height: float, centre) -> Callable:
+def _interface(
+    interface: Motion | None, tilt: npt.ArrayLike, height: float, centre: np.ndarray
+) -> Motion:
     """Height of the interface over lateral points (n, d - 1)."""
     slope = np.tan(np.asarray(tilt, dtype=np.float64))
 
-    def at(x):
-        y = height if interface is None else np.asarray(interface(x), np.float64)
+    def at(x: np.ndarray) -> np.ndarray:
+        y: Any = height if interface is None else np.asarray(interface(x), np.float64)
         if np.ndim(y) > 0 and np.size(y) != len(x):
             raise ValueError("interface must return one height per point")
         return np.broadcast_to(np.reshape(y, -1), len(x)) + (x - centre) @ slope
@@ -50,16 +56,18 @@ def _interface(interface, tilt, height: float, centre) -> Callable:
     return at
 
 
-def _lateral(value, dim: int, name: str) -> np.ndarray:
+def _lateral(value: Any, dim: int, name: str) -> np.ndarray:
     """Lateral vector (dim - 1,); a single number is meant along x."""
     given = _numbers(value, 1 if np.ndim(value) == 0 else dim - 1, name)
     return np.array((given + (0.0,))[: dim - 1])
 
 
-def _between(start: float, height: float, floor, roof, lift: float = 0.0) -> Callable:
+def _between(
+    start: float, height: float, floor: Motion, roof: Motion, lift: float = 0.0
+) -> Motion:
     """Map the layer start <= z <= start + height to floor <= z <= roof, and lift it."""
 
-    def mapping(x):
+    def mapping(x: np.ndarray) -> np.ndarray:
         share, lateral = (x[:, -1] - start) / height, x[:, :-1]
         z = (1.0 - share) * floor(lateral) + share * roof(lateral) + lift
         return np.column_stack([lateral, z])
@@ -76,7 +84,9 @@ def _block_tags(dim: int) -> dict[str, int]:
     return tags
 
 
-def _side_tags(tags: dict[str, int], body: str, bottom: str, top: str):
+def _side_tags(
+    tags: dict[str, int], body: str, bottom: str, top: str
+) -> dict[str, int]:
     """Tags of one block's sides."""
     sides = {side: tags.get(f"{body}_{side}") for side in _LATERAL}
     sides |= {"bottom": tags[bottom], "top": tags[top]}
@@ -84,7 +94,7 @@ def _side_tags(tags: dict[str, int], body: str, bottom: str, top: str):
 
 
 def two_blocks(
-    comm,
+    comm: MPI.Comm,
     dim: int = 2,
     cell: str | None = None,
     lower_divisions: int | Sequence[int] | None = None,
@@ -102,6 +112,7 @@ def two_blocks(
     perturb: float = 0.0,
     perturb_sides: float = 0.0,
     seed: int = 0,
+    partition: Callable[[np.ndarray, int], np.ndarray] | None = None,
 ) -> Scene:
     """One block on another, with unrelated nodes. Collective.
 
@@ -132,7 +143,7 @@ def two_blocks(
         block's centre line. Radians.
     rotation
         Turns the whole scene about the origin: an angle in radians (2D) or a matrix.
-    pattern, perturb, perturb_sides, seed
+    pattern, perturb, perturb_sides, seed, partition
         See `Block` and `assemble_blocks`. Only tagged sides move, so all do here.
 
     Returns
@@ -187,6 +198,13 @@ def two_blocks(
     )
     blocks = rotated([lower, upper], rotation)
     mesh, cell_tags, facet_tags = assemble_blocks(
-        comm, blocks, cell, geometry_degree, perturb, perturb_sides, seed
+        comm,
+        blocks,
+        cell,
+        geometry_degree,
+        perturb,
+        perturb_sides,
+        seed,
+        partition,
     )
     return Scene(mesh, cell_tags, facet_tags, tags)

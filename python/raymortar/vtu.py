@@ -8,13 +8,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from mpi4py import MPI
 
 from .compat import Array
 from .errors import ContactError, raise_everywhere
+
+Numbers = npt.NDArray[Any]  # whole ones or reals
 
 # VTK's numbers of cell types
 VERTEX, LINE, POLYGON = 1, 3, 7
@@ -37,26 +41,26 @@ class Piece:
     """
 
     points: Array
-    offsets: Array
+    offsets: Numbers
     cell_type: int
-    cell_data: Mapping[str, Array] = field(default_factory=dict)
+    cell_data: Mapping[str, Numbers] = field(default_factory=dict)
 
 
-def _padded(values: Array) -> Array:
+def _padded(values: Numbers) -> Numbers:
     """Vectors with three components, as VTK wants them."""
     if values.ndim == 1:
         return values[:, None]
     return np.pad(values, ((0, 0), (0, 3 - values.shape[1])))
 
 
-def _header(name: str, values: Array) -> str:
+def _header(name: str, values: Numbers) -> str:
     """Attributes of a DataArray element."""
     kind = "Int64" if np.issubdtype(values.dtype, np.integer) else "Float64"
     components = 1 if values.ndim == 1 else 3
     return f'type="{kind}" Name="{name}" NumberOfComponents="{components}"'
 
 
-def _array(name: str, values: Array) -> str:
+def _array(name: str, values: Numbers) -> str:
     digits = "d" if np.issubdtype(values.dtype, np.integer) else ".17g"
     text = "\n".join(
         " ".join(format(v, digits) for v in row) for row in _padded(values)

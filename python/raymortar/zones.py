@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -52,7 +53,7 @@ class ZoneData:
         return points
 
 
-def numbered(pairs, names, u: Function) -> list[tuple[Any, Any]]:
+def numbered(pairs: Any, names: Any, u: Function) -> list[tuple[Any, Any]]:
     """Pairs with every name replaced by its tag.
 
     Parameters
@@ -71,7 +72,7 @@ def numbered(pairs, names, u: Function) -> list[tuple[Any, Any]]:
         if dim == facet_dim:
             known[name] = int(tag)
 
-    def number(tag):
+    def number(tag: Any) -> Any:
         if not isinstance(tag, str):
             return tag
         if tag not in known:
@@ -86,7 +87,7 @@ def numbered(pairs, names, u: Function) -> list[tuple[Any, Any]]:
     return [(number(slave), number(master)) for slave, master in two_each]
 
 
-def group_pairs(pairs) -> dict[int, tuple[int, ...]]:
+def group_pairs(pairs: Any) -> dict[int, tuple[int, ...]]:
     """Master tags of each slave tag, after checking the list of pairs."""
     try:
         tags = [(int(slave), int(master)) for slave, master in pairs]
@@ -111,7 +112,9 @@ def group_pairs(pairs) -> dict[int, tuple[int, ...]]:
     return {slave: tuple(masters) for slave, masters in groups.items()}
 
 
-def find_facets(u: Function, facet_tags, groups) -> list[ZoneFacets]:
+def find_facets(
+    u: Function, facet_tags: Any, groups: Mapping[int, tuple[int, ...]]
+) -> list[ZoneFacets]:
     """Facets of every zone (of `group_pairs`), checked. Collective."""
     mesh = u.function_space.mesh
     zones = []
@@ -174,8 +177,9 @@ def default_quadrature_degree(shape: str, p: int, q: int) -> int:
 def _rules(shape: str, degree: int) -> tuple[_cpp.QuadratureRule, _cpp.QuadratureRule]:
     """Rules for segments (interval, triangle) and for whole facets."""
     piece = "interval" if shape == "interval" else "triangle"
-    return tuple(
-        _cpp.QuadratureRule(*compat.quadrature(name, degree)) for name in (piece, shape)
+    return (
+        _cpp.QuadratureRule(*compat.quadrature(piece, degree)),
+        _cpp.QuadratureRule(*compat.quadrature(shape, degree)),
     )
 
 
@@ -203,7 +207,7 @@ def create_zone(
     layout: Layout,
     law: _cpp.LawKind,
     friction: Coulomb | Tresca | Stick | None,
-    result_space,
+    result_space: Any,
     quadrature_degree: int | None,
     current_measure: bool,
     search: Search,

@@ -1,0 +1,59 @@
+"""What is written in several places agrees: the version, and the types of the module."""
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+
+import raymortar
+from raymortar import _cpp
+
+ROOT = Path(__file__).parents[2]
+STUB = ROOT / "python" / "raymortar" / "_cpp.pyi"
+
+
+def first(pattern, name):
+    """First match of a pattern in a file of the source tree."""
+    return re.search(pattern, (ROOT / name).read_text(encoding="utf-8"), re.M)[1]
+
+
+@pytest.mark.parametrize(
+    "pattern, name",
+    [
+        (r"project\(raymortar VERSION ([\d.]+)", "CMakeLists.txt"),
+        (r'^version = "([\d.]+)"', "pyproject.toml"),
+        (r"^version: ([\d.]+)", "CITATION.cff"),
+        (r"^## (?:Unreleased: )?([\d.]+)", "CHANGELOG.md"),
+    ],
+)
+def test_version_is_the_same_everywhere(pattern, name):
+    assert first(pattern, name) == raymortar.__version__
+
+
+def members(owner):
+    """Public names of a module or class of its own, as pybind11 gives them."""
+    names = {name for name in vars(owner) if not name.startswith("_")}
+    # Of an enumeration's own machinery only the values are ours
+    return names - {"name", "value"} if hasattr(owner, "__members__") else names
+
+
+def annotated(body):
+    """Public names that a stub defines."""
+    names = set()
+    for node in body:
+        if isinstance(node, (ast.ClassDef, ast.FunctionDef)):
+            names.add(node.name)
+        elif isinstance(node, ast.AnnAssign):
+            names.add(node.target.id)
+    return {name for name in names if not name.startswith("_")}
+
+
+@pytest.mark.quick
+def test_every_bound_name_has_a_type():
+    stub = ast.parse(STUB.read_text(encoding="utf-8"))
+    assert annotated(stub.body) == members(_cpp)
+    for node in stub.body:
+        if isinstance(node, ast.ClassDef) and node.name != "Error":
+            bound = members(getattr(_cpp, node.name))
+            assert annotated(node.body) == bound, node.name
