@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import csv
 import os
+import zipfile
+import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from raymortar.contact import ContactState
+from raymortar.errors import raise_everywhere
 
 
 def add_options(parser):
@@ -46,19 +49,31 @@ def save(path, contact, rows, **more):
     os.replace(part, path)
 
 
+# What NumPy raises for a file that is missing, cut short or something else
+DAMAGE = (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile, zlib.error)
+
+
 def load(path, contact, row):
     """Go back to a checkpoint of the same mesh and number of ranks.
 
     Returns the rows, as objects of the class `row`, and the other arrays.
     """
     comm = contact.layout.comm
-    with np.load(rank_file(path, comm)) as data:
-        found = {name: data[name] for name in data.files}
-    if found.pop("ranks") != comm.size or found["u"].shape != contact.u.x.array.shape:
-        raise SystemExit(f"{path} is of another mesh or number of ranks")
-    arrays = [found.pop(name) for name in ("u", "u_old", "multiplier")]
+    found, problem = {}, None
+    try:
+        with np.load(rank_file(path, comm)) as data:
+            found = {name: data[name] for name in data.files}
+        shape = found["u"].shape
+        if found.pop("ranks") != comm.size or shape != contact.u.x.array.shape:
+            problem = f"{path} is of another mesh or number of ranks"
+        else:
+            arrays = [found.pop(name) for name in ("u", "u_old", "multiplier")]
+            rows = [row(*values) for values in found.pop("rows")]
+    except DAMAGE as error:
+        problem = f"{path} is not a whole checkpoint: {error}"
+    raise_everywhere(comm, problem, SystemExit)
     contact.restore(ContactState(*arrays, [None] * len(contact.zones)))
-    return [row(*values) for values in found.pop("rows")], found
+    return rows, found
 
 
 @dataclass

@@ -14,6 +14,8 @@ COLOURS = {
     "one step": "#1a9850",
     "line search": "#91cf60",
     "steps": "#fee08b",
+    "steps with line search": "#fdae61",
+    "another equilibrium": "#74add1",
     "fails": "#bdbdbd",
     "fails without a reason": "#c51b7d",
     "wrong": "#d73027",

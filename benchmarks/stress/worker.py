@@ -37,15 +37,24 @@ def with_line_search(case):
     return case.problem.solver.snes.getIterationNumber()
 
 
-def in_steps(case):
-    solver = raymortar.SNESSolver(case.problem.problem)
+def in_steps(case, options=None):
+    solver = raymortar.SNESSolver(case.problem.problem, options)
     case.problem.solver = solver
     steps = raymortar.LoadSteps(solver, case.apply, case.steps).run()
     return sum(step.iterations for step in steps)
 
 
+def in_searched_steps(case):
+    return in_steps(case, LINE_SEARCH)
+
+
 # In the order of their cost: the first that converges counts
-WAYS = {"one step": one_step, "line search": with_line_search, "steps": in_steps}
+WAYS = {
+    "one step": one_step,
+    "line search": with_line_search,
+    "steps": in_steps,
+    "steps with line search": in_searched_steps,
+}
 
 
 def condition(A):
@@ -59,11 +68,11 @@ def condition(A):
 def solve(setting):
     """How a setting ends: the way that converged, its figures, or why none did."""
     result = {"way": "", "message": ""}
-    ways = {"steps": in_steps} if setting.scene == "slide" else WAYS
-    for way, go in ways.items():
+    ways = [way for way in WAYS if setting.scene != "slide" or "steps" in way]
+    for way in ways:
         case = SCENES[setting.scene](setting)
         try:
-            result["iterations"] = go(case)
+            result["iterations"] = WAYS[way](case)
         except FAILURES as failure:
             result["message"] += f"{way}: {str(failure)[:400]} | "
             continue
@@ -71,6 +80,7 @@ def solve(setting):
         result["way"] = way
         result["floor"] = history[-1] / max(history) if max(history) > 0.0 else 0.0
         result["error"] = case.error()
+        result |= case.defects()
         result["condition"] = condition(case.problem.solver.A)
         break
     return result

@@ -405,6 +405,15 @@ def _convert_gmsh(model: Any, comm: MPI.Comm, gdim: int, rank: int) -> GmshMesh:
     return GmshMesh(mesh, cell_tags, facet_tags, names)
 
 
+def _open_in_gmsh(gmsh: Any, path: Path) -> str | None:
+    """Open a file; what is wrong with it, if anything."""
+    try:
+        gmsh.open(str(path))
+    except Exception as error:  # Gmsh raises nothing narrower
+        return f"{path} is not a whole Gmsh file: {error}"
+    return None
+
+
 def _read_gmsh_file(path: Path, comm: MPI.Comm, gdim: int, rank: int) -> GmshMesh:
     """Open a file on one rank and convert it. Collective.
 
@@ -413,6 +422,7 @@ def _read_gmsh_file(path: Path, comm: MPI.Comm, gdim: int, rank: int) -> GmshMes
     missing = comm.rank == rank and not path.is_file()
     raise_everywhere(comm, f"there is no Gmsh file {path}" if missing else None)
     if comm.rank != rank:
+        raise_everywhere(comm, None)  # unless the reading rank has a reason to
         return _convert_gmsh(None, comm, gdim, rank)
     import gmsh
 
@@ -421,7 +431,7 @@ def _read_gmsh_file(path: Path, comm: MPI.Comm, gdim: int, rank: int) -> GmshMes
     if ours:
         gmsh.initialize(["", "-v", "1"])
     try:
-        gmsh.open(str(path))
+        raise_everywhere(comm, _open_in_gmsh(gmsh, path))
         return _convert_gmsh(gmsh.model, comm, gdim, rank)
     finally:
         if ours:
@@ -445,8 +455,8 @@ def read_gmsh(source: Any, comm: MPI.Comm, gdim: int = 3, rank: int = 0) -> Gmsh
     Raises
     ------
     ContactError
-        If the file does not exist, there are no physical groups, or the cells are of
-        several types.
+        If the file does not exist or is damaged, there are no physical groups, or the
+        cells are of several types.
     """
     # All ranks take the same branch, whatever was passed on the others.
     is_file = comm.bcast(isinstance(source, (str, Path)), root=rank)
@@ -747,10 +757,20 @@ def write_xdmf(
         Time, or load factor.
     append
         Add a step to the file instead of starting it anew.
+
+    Raises
+    ------
+    ContactError
+        If the file cannot be written.
     """
     mode = "a" if append else "w"
-    with dolfinx.io.XDMFFile(mesh.comm, str(filename), mode) as file:
-        if not append:
-            file.write_mesh(mesh)
-        for function in functions:
-            file.write_function(_for_xdmf(function, mesh), t)
+    problem = None
+    try:
+        with dolfinx.io.XDMFFile(mesh.comm, str(filename), mode) as file:
+            if not append:
+                file.write_mesh(mesh)
+            for function in functions:
+                file.write_function(_for_xdmf(function, mesh), t)
+    except RuntimeError as error:
+        problem = f"{filename} cannot be written: {error}"
+    raise_everywhere(mesh.comm, problem)

@@ -81,7 +81,8 @@ class NonlinearProblem:
 
     def residual_floor(self) -> float:
         """Norm below which a residual is rounding error: stiffness times the size of
-        the mesh times the machine's precision. Force. Collective."""
+        the mesh, or its distance from the origin if that is larger, times the
+        machine's precision. Force. Collective."""
         diagonal = self.contact.stiffness_diagonal
         X = self.contact.u.function_space.mesh.geometry.x
         comm = self.comm
@@ -91,7 +92,8 @@ class NonlinearProblem:
             [X.max(axis=0, initial=-np.inf), (-X).max(axis=0, initial=-np.inf)]
         )
         comm.Allreduce(ends, extent, op=MPI.MAX)
-        size = np.linalg.norm(extent.sum(axis=0))
+        # Gaps are differences of positions, which lose what the distance takes
+        size = np.linalg.norm(np.max([extent.sum(axis=0), *abs(extent)], axis=0))
         squares = comm.allreduce(float(diagonal @ diagonal))
         return float(np.finfo(float).eps * np.sqrt(squares) * size)
 

@@ -226,6 +226,7 @@ class SNESSolver:
             except ContactError as error:
                 raised.append(error)
                 raise
+            _measure(problem, snes)
 
         def tangent(snes: PETSc.SNES, x: PETSc.Vec, A: PETSc.Mat, P: PETSc.Mat) -> None:
             if problem.J(x, A):
@@ -278,12 +279,15 @@ class SNESSolver:
         """
         x = self.problem.start()
         self._raised.clear()
+        rtol, atol, _, _ = self.snes.getTolerances()
         try:
             self.snes.solve(None, x)
         except PETSc.Error:
             if not self._raised:
                 raise
             raise self._raised[0] from None
+        finally:
+            self.snes.setTolerances(rtol=rtol, atol=atol)
         # The last residual may be of a rejected trial step
         self.problem.form(x)
         x.destroy()
@@ -297,3 +301,11 @@ class SNESSolver:
             f"after {iterations} iterations (SNES reason {reason})",
         )
         return iterations, True
+
+
+def _measure(problem: NonlinearProblem, snes: PETSc.SNES) -> None:
+    """Make the relative tolerance one of the first residual's forces: SNES counts the
+    constrained rows in, which are lengths, in whatever unit."""
+    if len(problem.history) == 1:
+        rtol, atol, _, _ = snes.getTolerances()
+        snes.setTolerances(rtol=0.0, atol=max(atol, rtol * problem.history[0]))

@@ -255,6 +255,17 @@ def test_bodies_out_of_reach_have_no_contact(cell, multiplier):
     assert worst(contact.resultant().force) <= 1e-12
 
 
+@pytest.mark.mpi
+def test_bodies_may_leave_and_come_back(cell):
+    """Far off no rank holds a master facet, nor any candidate of before."""
+    contact = touch(two_blocks(COMM, DIMENSION[cell], cell))
+    there = contact.statistics.hits
+    assert there == contact.statistics.points > 0
+    for height, hits in [(1e3, 0), (0.0, there), (-1e3, 0), (0.0, there)]:
+        lift(contact, height)
+        assert contact.statistics.hits == hits
+
+
 @pytest.mark.parametrize("reach, seen", [(0.29, False), (0.31, True)])
 def test_reach_is_the_largest_gap_that_is_seen(cell, reach, seen):
     scene = two_blocks(COMM, DIMENSION[cell], cell, gap=0.3)

@@ -171,3 +171,21 @@ def test_a_checkpoint_goes_on_where_the_path_stopped(demo, run, tmp_path):
         np.testing.assert_allclose(
             column(rows, name), column(expected, name), atol=1e-5
         )
+
+
+@pytest.mark.parametrize("damage", ["missing", "empty", "cut", "changed", "other"])
+def test_damaged_checkpoints_are_refused(demo, tmp_path, damage):
+    path = tmp_path / "ironing.npz"
+    model = demo.Ironing(COMM, 60)
+    demo.long_runs.save(path, model.contact, [])
+    whole = path.read_bytes()
+    middle = len(whole) // 2
+    if damage == "other":
+        np.savez(path, u=np.zeros(3))
+    else:
+        changed = whole[:middle] + bytes(64) + whole[middle + 64 :]
+        path.write_bytes({"cut": whole[:middle], "changed": changed}.get(damage, b""))
+    if damage == "missing":
+        path.unlink()
+    with pytest.raises(SystemExit, match="not a whole checkpoint"):
+        demo.long_runs.load(path, model.contact, demo.Row)

@@ -188,6 +188,9 @@ void Zone::renew_master()
   _state.master.x = displaced(_state.master, _halo->fetch(_master_u, d));
   _state.master.x_old = displaced(_state.master, _halo->fetch(_master_old, d));
   _fixed_master = _halo->fetch(_master_fixed, d);
+  // Of both sides: no boxes at all are inside of none, so that the candidates
+  // of facets that have left would stay if the new surface is empty
+  _slave_boxes.clear();
   _master_boxes.clear();
   _points_are_present = _rays_are_present = false;
 }
