@@ -89,8 +89,12 @@ def solve(
     cell="quadrilateral",
     method=None,
     master_ratio=0.8,
+    **options,
 ):
-    """Press the cylinders together by a force, then shear them by another one."""
+    """Press the cylinders together by a force, then shear them by another one.
+
+    `options` are those of `raymortar.Contact`.
+    """
     scene = two_cylinders(
         comm,
         cell,
@@ -112,7 +116,7 @@ def solve(
 
     pair = (tags["slave"], tags["master"])
     contact = raymortar.Contact(
-        u, scene.facet_tags, [pair], method, raymortar.Coulomb(FRICTION)
+        u, scene.facet_tags, [pair], method, raymortar.Coulomb(FRICTION), **options
     )
     upright = [pin(V, (0.0, y), 0) for y in (-RADIUS, RADIUS)]
     iterations = []

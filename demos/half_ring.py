@@ -4,14 +4,17 @@ The ends of an elastic half ring, stiff inside and soft outside, are pushed towa
 an elastic block. The ring flattens, slides along the block by a multiple of its
 facets, and buckles: its middle comes off the block again. Data of code_aster's
 SSNP165, after Yastrebov, and Poulios and Renard (2015), but for the law, which is
-neo-Hookean here.
+neo-Hookean here. ``--checkpoint`` and ``--restart`` let the path be interrupted.
 """
 
+import math
 import sys
 import time
+from collections import namedtuple
 from types import SimpleNamespace
 
 import common
+import long_runs
 import numpy as np
 import ufl
 from dolfinx import fem
@@ -35,6 +38,13 @@ CODE_ASTER = {
     0.0: (-2.0578, -0.2533, 0.1146, 0.0708, 0.0915),
     0.5: (-2.2315, -0.6803, 0.6690, 1.0114, 1.3408),
 }
+# An accepted step: load factor, Newton iterations, halvings so far, displacements of
+# block and ring in the middle, pressure there, force on the ring, seconds of CPU
+Row = namedtuple(
+    "Row",
+    "t iterations halvings below_x below_y above_x above_y pressure fx fy seconds",
+)
+HEADING = "        t  Newton  halvings      force   pressure  CPU [s]"
 TAGS = {"bottom": 1, "master": 2, "slave": 3, "ends": 4}
 # Residuals of Newton's method go up and down where points hop between states
 LINE_SEARCH = {"snes_linesearch_type": "l2"}
@@ -93,17 +103,8 @@ def centre_of(V, scene, name):
     return dofs[np.abs(V.tabulate_dof_coordinates()[dofs, 0]) < 1e-6 * OUTER]
 
 
-def solve(
-    comm,
-    size=32,
-    steps=50,
-    friction=FRICTION,
-    options=None,
-    gamma=None,
-    report=None,
-    keep=(0.3, 0.7, 1.0),
-):
-    """Push the ring in `steps`; what happened at each accepted step.
+class HalfRing:
+    """The mechanical problem, and where on its path it is.
 
     Parameters
     ----------
@@ -111,83 +112,149 @@ def solve(
         PETSc options of SNES; None: with line search.
     keep
         Load factors at which the displacement is kept, for the picture.
+
+    Attributes
+    ----------
+    kept
+        (load factor, this rank's displacement) at those factors that are past.
     """
-    scene = half_ring(comm, size)
-    mesh, tags = scene.mesh, scene.tags
-    V = compat.vector_space(mesh, 2)
-    u, v = fem.Function(V, name="displacement"), ufl.TestFunction(V)
-    E = moduli(scene)
+
+    def __init__(
+        self,
+        comm,
+        size=32,
+        friction=FRICTION,
+        options=None,
+        gamma=None,
+        keep=(0.3, 0.7, 1.0),
+    ):
+        self.friction, self.keep, self.kept = friction, keep, []
+        scene = self.scene = half_ring(comm, size)
+        V = compat.vector_space(scene.mesh, 2)
+        self.u = fem.Function(V, name="displacement")
+        L, self.stress = residual(scene, self.u)
+        self.down = fem.Constant(scene.mesh, 0.0)
+        bcs = [common.clamp(V, scene, name, 0) for name in ("bottom", "ends")]
+        bcs += [
+            common.clamp(V, scene, "bottom", 1),
+            common.clamp(V, scene, "ends", 1, self.down),
+        ]
+        self.contact = raymortar.Contact(
+            self.u,
+            scene.facet_tags,
+            [(TAGS["slave"], TAGS["master"])],
+            raymortar.AugmentedLagrangian(gamma),
+            raymortar.Coulomb(friction) if friction else None,
+        )
+        self.problem = raymortar.NonlinearProblem(L, self.contact, bcs)
+        options = LINE_SEARCH if options is None else options
+        self.solver = raymortar.SNESSolver(self.problem, options)
+        self._places = [centre_of(V, scene, name) for name in ("master", "slave")]
+        W = self.contact.multiplier.function_space
+        self._node = centre_of(W, scene, "slave")
+
+    def apply(self, t):
+        """Push the ring's ends down."""
+        self.down.value = -PUSH * t
+
+    def centre(self):
+        """Displacements of both surfaces and pressure in the middle. Collective."""
+        values = self.u.x.array.reshape(-1, 2)
+        mine = [x for place in self._places for x in values[place].sum(axis=0)]
+        # Traction on the slave: a vector, or without friction along its normal
+        lam = self.contact.multiplier.x.array
+        last = lam.reshape(-1, self.contact.layout.components)[self._node, -1].sum()
+        mine.append(last if self.friction else -last)
+        return self.scene.mesh.comm.allreduce(np.array(mine))
+
+    def path(self, steps, rows=()):
+        """Rows of the accepted steps after those given: a generator. Collective."""
+        begin, halvings = (rows[-1].t, rows[-1].halvings) if rows else (0.0, 0)
+        # A path that was cut between its steps goes on with shorter ones
+        left = math.ceil((1.0 - begin) * steps - 1e-6)
+        if left < 1:
+            return
+        times = lambda factor: begin + factor * (1.0 - begin)  # noqa: E731
+        load = raymortar.LoadSteps(
+            self.solver, lambda factor: self.apply(times(factor)), left
+        )
+        clock = time.process_time()
+        for step in load:
+            t, force = times(step.factor), self.contact.resultant(0).force
+            if (
+                len(self.kept) < len(self.keep)
+                and t >= self.keep[len(self.kept)] - 1e-9
+            ):
+                self.kept.append((t, self.u.x.array.copy()))
+            now = time.process_time()
+            yield Row(
+                t,
+                step.iterations,
+                halvings + step.halvings,
+                *self.centre(),
+                *force,
+                now - clock,
+            )
+            clock = now
+
+    def pictures(self):
+        """The displacements kept, as arrays for a checkpoint."""
+        return {f"kept_{t!r}": u for t, u in self.kept}
+
+    def load(self, path):
+        """Go back to a checkpoint; its rows."""
+        rows, arrays = long_runs.load(path, self.contact, Row)
+        self.kept = [(float(name[5:]), u) for name, u in arrays.items()]
+        return rows
+
+
+def residual(scene, u):
+    """Residual in UFL of a neo-Hookean law, and the Cauchy stress."""
+    v, E = ufl.TestFunction(u.function_space), moduli(scene)
     mu, lmbda = E / (2 * (1 + NU)), E * NU / ((1 + NU) * (1 - 2 * NU))
     F = ufl.Identity(2) + ufl.grad(u)
     inverse, J = ufl.inv(F).T, ufl.det(F)
     P = mu * (F - inverse) + lmbda * ufl.ln(J) * inverse
     dx = ufl.dx(metadata={"quadrature_degree": 4})
-    L = ufl.inner(P, ufl.grad(v)) * dx
+    return ufl.inner(P, ufl.grad(v)) * dx, cauchy(u, mu, lmbda)
 
-    down = fem.Constant(mesh, 0.0)
-    bcs = [common.clamp(V, scene, name, 0) for name in ("bottom", "ends")]
-    bcs += [
-        common.clamp(V, scene, "bottom", 1),
-        common.clamp(V, scene, "ends", 1, down),
-    ]
-    pair = (tags["slave"], tags["master"])
-    contact = raymortar.Contact(
-        u,
-        scene.facet_tags,
-        [pair],
-        raymortar.AugmentedLagrangian(gamma),
-        raymortar.Coulomb(friction) if friction else None,
+
+def line(row):
+    """A row on screen, under `HEADING`."""
+    return (
+        f"{row.t:9.4f}{row.iterations:8.0f}{row.halvings:10.0f}{row.fy:11.3f}"
+        f"{row.pressure:11.3f}{row.seconds:9.2f}"
     )
-    problem = raymortar.NonlinearProblem(L, contact, bcs)
-    solver = raymortar.SNESSolver(problem, LINE_SEARCH if options is None else options)
 
-    def apply(factor):
-        down.value = -PUSH * factor
 
-    places = centre_of(V, scene, "master"), centre_of(V, scene, "slave")
-
-    lam = contact.multiplier
-    node = centre_of(lam.function_space, scene, "slave")
-
-    def centre():
-        """Displacements of both surfaces and pressure in the middle. Collective."""
-        values = u.x.array.reshape(-1, 2)
-        mine = [*values[places[0]].sum(axis=0), *values[places[1]].sum(axis=0)]
-        # Traction on the slave: a vector, or without friction along its normal
-        last = lam.x.array.reshape(-1, contact.layout.components)[node, -1].sum()
-        return comm.allreduce(np.array([*mine, last if friction else -last]))
-
-    path, kept, started = [], [], time.perf_counter()
-    loading = raymortar.LoadSteps(solver, apply, steps=steps)
-    for step in loading:
-        middle, force = centre(), contact.resultant(0).force
-        path.append((step.factor, step.iterations, *middle, *force))
-        if report is not None:
-            report.say(
-                f"t = {step.factor:6.4f}: {step.iterations:2} iterations, "
-                f"{step.halvings} halvings, force {force[1]:8.2f} N/mm, "
-                f"pressure in the middle {middle[4]:7.3f} MPa, "
-                f"{time.perf_counter() - started:5.1f} s"
-            )
-        if len(kept) < len(keep) and step.factor >= keep[len(kept)] - 1e-9:
-            kept.append((step.factor, u.copy()))
-    path = np.array(path)
+def summary(model, rows):
+    """The path as arrays, one entry for each accepted step."""
+    column = {name: np.array([getattr(r, name) for r in rows]) for name in Row._fields}
+    below, above, force = (
+        np.column_stack([column[name] for name in names])
+        for names in (("below_x", "below_y"), ("above_x", "above_y"), ("fx", "fy"))
+    )
     return SimpleNamespace(
-        scene=scene,
-        u=u,
-        contact=contact,
-        stress=cauchy(u, mu, lmbda),
-        factor=path[:, 0],
-        iterations=path[:, 1].astype(int),
-        below=path[:, 2:4],
-        above=path[:, 4:6],
-        gap=GAP + path[:, 5] - path[:, 3],
-        pressure=path[:, 6],
-        force=path[:, 7:9],
-        halvings=loading.halvings,
-        kept=kept,
-        seconds=time.perf_counter() - started,
+        scene=model.scene,
+        u=model.u,
+        contact=model.contact,
+        stress=model.stress,
+        factor=column["t"],
+        iterations=column["iterations"].astype(int),
+        below=below,
+        above=above,
+        gap=GAP + above[:, 1] - below[:, 1],
+        pressure=column["pressure"],
+        force=force,
+        halvings=int(rows[-1].halvings),
+        kept=model.kept,
     )
+
+
+def solve(comm, size=32, steps=50, friction=FRICTION, options=None, gamma=None):
+    """Push the ring in `steps`; what happened at each accepted step."""
+    model = HalfRing(comm, size, friction, options, gamma)
+    return summary(model, list(model.path(steps)))
 
 
 def lift_off(result):
@@ -206,7 +273,7 @@ def draw(result, friction, path):
     pictures = []
     final = u.x.array.copy()
     for factor, state in result.kept:
-        u.x.array[:] = state.x.array
+        u.x.array[:] = state
         mises = common.nodal_field(common.von_mises(result.stress), mesh, "mises")
         pictures.append((factor, common.gather_cells(mesh, u, mises)))
     u.x.array[:] = final
@@ -266,17 +333,31 @@ def main(arguments=None):
     parser.add_argument(
         "--no-line-search", action="store_true", help="full steps of Newton's method"
     )
+    long_runs.add_options(parser)
     args = parser.parse_args(arguments)
     comm = MPI.COMM_WORLD
     report = common.Report(comm)
-    result = solve(
+    args.output.mkdir(parents=True, exist_ok=True)
+    model = HalfRing(
         comm,
         args.size * (2 if args.fine else 1),
-        args.steps,
         args.friction,
         {} if args.no_line_search else None,
-        report=report,
     )
+    rows = model.load(args.restart) if args.restart else []
+    record = long_runs.Record(
+        model.contact,
+        args.output / "half_ring.csv",
+        args.checkpoint or args.restart,
+        args.every,
+        rows,
+        HEADING,
+        line,
+        model.pictures,
+    )
+    if not record.follow(model.path(args.steps, list(rows))):
+        return 130
+    result = summary(model, rows)
     report.say(
         f"{result.contact.layout.size_global} unknowns, {len(result.factor)} steps, "
         f"{result.iterations.sum()} Newton iterations, {result.halvings} halvings, "
@@ -290,7 +371,6 @@ def main(arguments=None):
         # Small differences of large motions without friction
         allowed = 0.08 if args.friction else None
         report.add(f"middle of the block at t = {t}", ours, theirs, allowed, "mm")
-    args.output.mkdir(parents=True, exist_ok=True)
     draw(result, args.friction, args.output / "half_ring.png")
     failed = report.finish("code_aster")
     return int(failed or aside > 1e-8 * OUTER)

@@ -50,8 +50,11 @@ def tatara_force(push):
     return low
 
 
-def solve(comm, facets_across=12, degree=1, cell="hexahedron", steps=3):
-    """Push the equators of the two spheres towards each other."""
+def solve(comm, facets_across=12, degree=1, cell="hexahedron", steps=3, **options):
+    """Push the equators of the two spheres towards each other.
+
+    `options` are those of `raymortar.Contact`.
+    """
     scene = two_spheres(
         comm,
         cell,
@@ -81,7 +84,7 @@ def solve(comm, facets_across=12, degree=1, cell="hexahedron", steps=3):
     ]
 
     pair = (tags["slave"], tags["master"])
-    contact = raymortar.Contact(u, scene.facet_tags, [pair])
+    contact = raymortar.Contact(u, scene.facet_tags, [pair], **options)
     problem = raymortar.NonlinearProblem(F, contact, bcs)
     solver = raymortar.SNESSolver(problem)
 

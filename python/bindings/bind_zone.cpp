@@ -107,7 +107,8 @@ py::dict points(const Zone& z)
   out["traction"] = to_array(r.traction, vector);
   out["x"] = to_array(r.x, vector);
   out["normal"] = to_array(r.normal, vector);
-  if (not r.slip.empty())
+  const LawKind law = z.input().law;
+  if (law == LawKind::augmented_friction or law == LawKind::penalty_friction)
     out["slip"] = to_array(r.slip, vector);
   return out;
 }

@@ -1,11 +1,14 @@
 """Contact between deformable bodies in large deformation, for FEniCSx."""
 
+from . import solvers
 from .contact import Contact
 from .errors import ContactError, ConvergenceError
+from .fixed_point import FixedPointSolver
 from .friction import Coulomb, Stick, Tresca
+from .load_steps import LoadStep, LoadSteps
 from .methods import AugmentedLagrangian, Penalty, Search
 from .problem import NonlinearProblem
-from .solver import LoadStep, LoadSteps, NewtonSolver, SNESSolver
+from .solver import NewtonSolver, SNESSolver
 
 __version__ = "0.1.0"
 
@@ -15,6 +18,7 @@ __all__ = [
     "ContactError",
     "ConvergenceError",
     "Coulomb",
+    "FixedPointSolver",
     "LoadStep",
     "LoadSteps",
     "NewtonSolver",
@@ -24,4 +28,5 @@ __all__ = [
     "Search",
     "Stick",
     "Tresca",
+    "solvers",
 ]

@@ -209,7 +209,10 @@ def perturbed(
 
 
 class Grid:
-    """Nodes and macro cells of one block; `number` of a node counts in C order."""
+    """Nodes, by parameters and in space, and macro cells of one block.
+
+    Nodes count in C order.
+    """
 
     def __init__(
         self,
@@ -223,8 +226,9 @@ class Grid:
         for a in range(d):
             parameters = _with_middles(parameters, a) if degree == 2 else parameters
         self.block, self.position = block, position
-        self.points = block.map(parameters.reshape(-1, d))
         shape = parameters.shape[:-1]
+        self.parameters = parameters.reshape(-1, d)
+        self.points = block.map(self.parameters)
         self.index = np.indices(block.divisions).reshape(d, -1).T
         local = np.indices((degree + 1,) * d).reshape(d, -1).T
         lattice = degree * self.index[:, None, :] + local

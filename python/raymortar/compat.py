@@ -218,8 +218,40 @@ def _mesh_domain(cell: str, degree: int, gdim: int) -> ufl.Mesh:
     return ufl.Mesh(basix.ufl.element("Lagrange", cell, degree, variant, shape=(gdim,)))
 
 
+def _ranks_across_facets(
+    cells: npt.NDArray[np.int64], cell: str, ranks: Indices
+) -> list[set[int]]:
+    """Other ranks that have a cell across a facet, for each of the cells."""
+    columns = np.array(basix_element(cell, 1).facet_vertices)
+    facets = np.sort(cells[:, columns], axis=2).reshape(-1, columns.shape[1])
+    of_cell = np.repeat(np.arange(len(cells)), len(columns))
+    order = np.lexsort(facets.T)
+    same = np.all(facets[order][1:] == facets[order][:-1], axis=1)
+    others: list[set[int]] = [set() for _ in cells]
+    for a, b in zip(of_cell[order][:-1][same], of_cell[order][1:][same]):
+        for here, there in ((a, b), (b, a)):
+            if ranks[here] != ranks[there]:
+                others[here].add(int(ranks[there]))
+    return others
+
+
+def _given_partition(cells: npt.NDArray[np.int64], cell: str, ranks: Indices) -> Any:
+    """Partitioner that sends each of this rank's cells where it is told."""
+    rows = [[rank] for rank in ranks.tolist()]
+    if _HAS_UFL_ELEMENTS:
+        # It knows the vertices that ranks share from ghosts alone, which it drops later
+        others = _ranks_across_facets(cells, cell, ranks)
+        rows = [row + sorted(more) for row, more in zip(rows, others)]
+    offsets = np.cumsum([0] + [len(row) for row in rows], dtype=np.int32)
+    data = np.array([rank for row in rows for rank in row], dtype=np.int32)
+    # Its arguments differ between versions, and none of them is needed
+    return lambda *_: _cpp.graph.AdjacencyList_int32(data, offsets)
+
+
 def _partitioner(ghosts: bool) -> Any:
-    """Cell partitioner with or without a layer of ghost cells (0.9 and later)."""
+    """DOLFINx's, from 0.9 on with or without a layer of ghost cells."""
+    if _HAS_UFL_ELEMENTS:
+        return _cpp.mesh.create_cell_partitioner()
     modes = dolfinx.mesh.GhostMode
     mode = modes.shared_facet if ghosts else modes.none
     try:
@@ -235,6 +267,7 @@ def create_mesh(
     cell: str,
     degree: int = 1,
     ghosts: bool = False,
+    destinations: npt.ArrayLike | None = None,
 ) -> dolfinx.mesh.Mesh:
     """Mesh from arrays. Collective.
 
@@ -253,14 +286,24 @@ def create_mesh(
         Degree of the geometry.
     ghosts
         Whether to keep one layer of ghost cells (cells across a shared facet).
+    destinations
+        Rank that gets each of the cells, shape (n_cells,), without ghosts; all cells
+        must then be passed by one rank. Default: up to DOLFINx's graph partitioner.
     """
+    if ghosts and destinations is not None:
+        raise ValueError("destinations and ghosts exclude each other")
     cells = np.ascontiguousarray(cells, dtype=np.int64)
     points = np.ascontiguousarray(points, dtype=np.float64)
     domain = _mesh_domain(cell, degree, points.shape[1])
+    partitioner = (
+        _partitioner(ghosts)
+        if destinations is None
+        else _given_partition(cells, cell, np.asarray(destinations, dtype=np.int32))
+    )
     if not _HAS_UFL_ELEMENTS:
         # By name: 0.10 swapped the order of the points and the element.
         return dolfinx.mesh.create_mesh(
-            comm, cells=cells, x=points, e=domain, partitioner=_partitioner(ghosts)
+            comm, cells=cells, x=points, e=domain, partitioner=partitioner
         )
     modes = dolfinx.mesh.GhostMode
     return dolfinx.mesh.create_mesh(
@@ -269,6 +312,7 @@ def create_mesh(
         points,
         domain,
         ghost_mode=modes.shared_facet if ghosts else modes.none,
+        partitioner=partitioner,
     )
 
 

@@ -25,7 +25,7 @@ from .methods import (
     Search,
     check_coefficient,
 )
-from .stiffness import VolumePattern, automatic_gamma
+from .stiffness import VolumePattern, contact_stiffness
 from .zones import (
     ZoneData,
     ZoneFacets,
@@ -353,7 +353,7 @@ class Contact(ContactFields):
 
     # Assembly
 
-    def prepare(self, a: Any) -> None:
+    def prepare(self, a: Any, bcs: Sequence[Any] = ()) -> None:
         """Read what is needed from the volume's bilinear form. Collective.
 
         Its sparsity pattern, and the automatic gamma from its diagonal.
@@ -362,10 +362,13 @@ class Contact(ContactFields):
         ----------
         a
             Compiled bilinear form of everything but contact.
+        bcs
+            Dirichlet conditions: a body that they hold throughout is taken as rigid.
         """
-        self._volume = VolumePattern(a, self.layout)
+        volume = self._volume = VolumePattern(a, self.layout)
         if self.gamma is None:
-            self.set_gamma(automatic_gamma(self._volume, self.layout, self.zones))
+            stiffness = contact_stiffness(volume, self.layout, self.zones, bcs)
+            self.set_gamma(self.method.automatic_factor * stiffness)
 
     def create_matrix(self, a: Any) -> PETSc.Mat:
         """Matrix over [u, multiplier] with room for volume and contact. Collective.

@@ -53,6 +53,8 @@ class Layout:
         Owned rows of this rank.
     ranges
         First row of each rank, then the number of rows, int64.
+    owned_multipliers
+        Owned block dofs of the multiplier that are unknowns, in the order of their rows.
     u_rows
         Global row of the first component of every local block dof of u, int64.
     multiplier_rows
@@ -67,15 +69,15 @@ class Layout:
         self.comm: MPI.Comm = V.mesh.comm
         self._u_map, self._bs = V.dofmap.index_map, V.dofmap.index_map_bs
         self.n_u = self._u_map.size_local * self._bs
-        self._owned = np.empty(0, dtype=np.int32)
+        self.owned_multipliers = np.empty(0, dtype=np.int32)
         self.components = 0
         if multiplier is not None:
             W = multiplier.function_space
             marked = marked_everywhere(W, multiplier_dofs)
             owned = W.dofmap.index_map.size_local
-            self._owned = np.flatnonzero(marked[:owned]).astype(np.int32)
+            self.owned_multipliers = np.flatnonzero(marked[:owned]).astype(np.int32)
             self.components = W.dofmap.index_map_bs
-        self.size = self.n_u + len(self._owned) * self.components
+        self.size = self.n_u + len(self.owned_multipliers) * self.components
         ends = np.cumsum(self.comm.allgather(self.size), dtype=np.int64)
         self.ranges = np.concatenate([np.zeros(1, dtype=np.int64), ends])
         self.begin = int(self.ranges[self.comm.rank])
@@ -86,7 +88,7 @@ class Layout:
         if multiplier is not None:
             W_map = multiplier.function_space.dofmap.index_map
             self.multiplier_rows = self._number(
-                W_map, self._owned, self.components, self.begin + self.n_u
+                W_map, self.owned_multipliers, self.components, self.begin + self.n_u
             )
 
     @staticmethod
@@ -110,10 +112,13 @@ class Layout:
         A = PETSc.Mat().create(self.comm)
         A.setSizes(((self.size, None), (self.size, None)))
         A.setType(PETSc.Mat.Type.AIJ)
-        unrolled = self.u_rows[:, None] + np.arange(self._bs)
-        lgmap = PETSc.LGMap().create(
-            unrolled.ravel().astype(PETSc.IntType), comm=self.comm
-        )
+        # Multigrid wants to know which rows are of one node; rows of multipliers fit
+        # into no block
+        bs = self._bs if self.multiplier is None else 1
+        A.setBlockSize(bs)
+        rows = self.u_rows[:, None] + np.arange(0, self._bs, bs)
+        blocks = (rows.ravel() // bs).astype(PETSc.IntType)
+        lgmap = PETSc.LGMap().create(blocks, bsize=bs, comm=self.comm)
         A.setLGMap(lgmap, lgmap)
         return A
 
@@ -131,7 +136,7 @@ class Layout:
         array[: self.n_u] = self.u.x.array[: self.n_u]
         if self.multiplier is not None:
             values = self.multiplier.x.array.reshape(-1, self.components)
-            array[self.n_u :] = values[self._owned].ravel() / scale
+            array[self.n_u :] = values[self.owned_multipliers].ravel() / scale
 
     def from_vector(self, x: PETSc.Vec, scale: float) -> None:
         """Solver's unknowns to the functions, ghosts included. Collective."""
@@ -140,5 +145,7 @@ class Layout:
         compat.scatter_forward(self.u.x)
         if self.multiplier is not None:
             values = self.multiplier.x.array.reshape(-1, self.components)
-            values[self._owned] = scale * array[self.n_u :].reshape(-1, self.components)
+            values[self.owned_multipliers] = scale * array[self.n_u :].reshape(
+                -1, self.components
+            )
             compat.scatter_forward(self.multiplier.x)

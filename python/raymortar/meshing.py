@@ -15,10 +15,12 @@ coordinates nor tolerances are involved.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Hashable, Sequence
+import itertools
+from collections.abc import Callable, Hashable, Sequence
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from mpi4py import MPI
 
@@ -68,6 +70,7 @@ def assemble_blocks(
     perturb: float = 0.0,
     perturb_sides: float = 0.0,
     seed: int = 0,
+    partition: Callable[[np.ndarray, int], npt.ArrayLike] | None = None,
 ) -> tuple[Any, Any, Any]:
     """Make one mesh of all blocks, with cell and facet tags. Collective.
 
@@ -89,6 +92,9 @@ def assemble_blocks(
         its edges stay what they are.
     seed
         Of the random shifts and of the "random" pattern.
+    partition
+        Takes midpoints of cells (n, d) and the number of ranks to the rank of each
+        cell (n,). By default up to DOLFINx's graph partitioner.
 
     Returns
     -------
@@ -113,6 +119,7 @@ def assemble_blocks(
     keys = _global_keys(grids, numbers, len(points))
     for grid, number, b in zip(grids, numbers, body):
         split, vertices = _cells(grid, number, keys, cell, degree)
+        _centre_mid_nodes(points, grid, number, split, cell, degree)
         _check_orientation(points, split, cell, grid.position)
         split_cells.append(split)
         body_numbers.append(np.full(len(split), b, dtype=np.int32))
@@ -121,7 +128,9 @@ def assemble_blocks(
     facet_table = np.concatenate(cell_tag_table)
     if len(set(body)) < len(blocks):
         _check_glue(cells, facet_table, cell, body, numbers)
-    return _distribute(comm, cells, points, cell, degree, cell_body, facet_table)
+    ranks = None if partition is None else partition(points[cells].mean(1), comm.size)
+    tables = cell_body, facet_table
+    return _distribute(comm, cells, points, cell, degree, tables, ranks)
 
 
 def _check_arguments(
@@ -239,6 +248,31 @@ def _cells(
     cells = np.take_along_axis(macro[:, None, :], local, axis=2)
     vertices = grid.index[:, None, None, :] + vertices
     return cells.reshape(-1, local.shape[-1]), vertices.reshape(-1, split.shape[-1], d)
+
+
+def _centre_mid_nodes(
+    points: np.ndarray,
+    grid: Any,
+    number: np.ndarray,
+    cells: np.ndarray,
+    cell: str,
+    degree: int,
+) -> None:
+    """Put the mid nodes of simplices at the mean parameter of their edge, in place.
+
+    The grid has them between its own lines. On a diagonal of a shaken macro cell that
+    is elsewhere, and the edge would be bent by a part of its length at any size.
+    """
+    if degree == 1 or cell not in ("triangle", "tetrahedron"):
+        return
+    place = np.empty(len(points), dtype=np.int64)
+    place[number] = np.arange(len(number))
+    place = place[cells]
+    shape = _vertex_functions(cell, compat.basix_element(cell, degree).points)
+    corners = grid.parameters[place[:, : shape.shape[1]]]
+    parameters = grid.parameters.copy()
+    parameters[place] = np.einsum("nv,cvd->cnd", shape, corners)
+    points[number] = grid.block.map(parameters)
 
 
 def _corners(d: int) -> np.ndarray:
@@ -362,12 +396,16 @@ def _distribute(
     points: np.ndarray,
     cell: str,
     degree: int,
-    cell_body: np.ndarray,
-    facet_table: np.ndarray,
+    tables: tuple[np.ndarray, np.ndarray],
+    ranks: npt.ArrayLike | None,
 ) -> tuple[Any, Any, Any]:
     """Hand rank 0's arrays to DOLFINx and carry the tags over. Collective."""
     root = slice(None) if comm.rank == 0 else slice(0)
-    mesh = compat.create_mesh(comm, cells[root], points[root], cell, degree)
+    cell_body, facet_table = tables
+    ranks = None if ranks is None else np.asarray(ranks)[root]
+    mesh = compat.create_mesh(
+        comm, cells[root], points[root], cell, degree, destinations=ranks
+    )
     original, tdim = mesh.topology.original_cell_index, mesh.topology.dim
     local = np.arange(len(original), dtype=np.int32)
     cell_tags = compat.meshtags(mesh, tdim, local, cell_body[original])

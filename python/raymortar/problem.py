@@ -31,6 +31,14 @@ class NonlinearProblem:
     J
         UFL Jacobian of F; by default its derivative.
 
+    Attributes
+    ----------
+    history
+        Norms of the residuals since `start`, without constrained rows. Force.
+    rays_only
+        Whether iterates keep the segments and integration points of the last pairing and
+        only cast their rays anew, as `FixedPointSolver` asks for.
+
     Notes
     -----
     Constrained rows are those of the identity. The columns' effect of a Dirichlet
@@ -54,8 +62,9 @@ class NonlinearProblem:
             J = ufl.derivative(F, u, ufl.TrialFunction(u.function_space))
         self.L, self.a = compat.form(F), compat.form(J)
         self.history: list[float] = []
+        self.rays_only = False
         self._at: np.ndarray | None = None
-        contact.prepare(self.a)
+        contact.prepare(self.a, self.bcs)
 
     @property
     def comm(self) -> MPI.Comm:
@@ -105,7 +114,7 @@ class NonlinearProblem:
             return
         self._at = array.copy()
         self.contact.layout.from_vector(x, self.contact.gamma_scale)
-        self.contact.update()
+        self.contact.update(self.rays_only)
 
     def F(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
         """Residual at x into b. Collective."""

@@ -112,6 +112,7 @@ def two_blocks(
     perturb: float = 0.0,
     perturb_sides: float = 0.0,
     seed: int = 0,
+    partition: Callable[[np.ndarray, int], np.ndarray] | None = None,
 ) -> Scene:
     """One block on another, with unrelated nodes. Collective.
 
@@ -142,7 +143,7 @@ def two_blocks(
         block's centre line. Radians.
     rotation
         Turns the whole scene about the origin: an angle in radians (2D) or a matrix.
-    pattern, perturb, perturb_sides, seed
+    pattern, perturb, perturb_sides, seed, partition
         See `Block` and `assemble_blocks`. Only tagged sides move, so all do here.
 
     Returns
@@ -197,6 +198,13 @@ def two_blocks(
     )
     blocks = rotated([lower, upper], rotation)
     mesh, cell_tags, facet_tags = assemble_blocks(
-        comm, blocks, cell, geometry_degree, perturb, perturb_sides, seed
+        comm,
+        blocks,
+        cell,
+        geometry_degree,
+        perturb,
+        perturb_sides,
+        seed,
+        partition,
     )
     return Scene(mesh, cell_tags, facet_tags, tags)

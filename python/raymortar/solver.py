@@ -9,13 +9,10 @@ from typing import Any, cast
 
 from petsc4py import PETSc
 
-from . import compat
-from .contact import ContactState
+from . import compat, solvers
 from .errors import ContactError, ConvergenceError, raise_everywhere
+from .methods import Penalty
 from .problem import NonlinearProblem
-
-# What a smaller step may cure
-_FAILURES = (ConvergenceError, ContactError, PETSc.Error)
 
 # Each solver has its own prefix in the PETSc options, or one would set the other's
 _counter = itertools.count()
@@ -110,6 +107,7 @@ class NewtonSolver:
             f"raymortar_newton_{next(_counter)}_",
             DIRECT if options is None else options,
         )
+        solvers.attach(self.krylov_solver, problem.contact)
 
     def __getattr__(self, name: str) -> Any:
         """Settings are those of DOLFINx's solver."""
@@ -155,6 +153,15 @@ class NewtonSolver:
         _require(self.problem, converged, reason)
         return iterations, converged
 
+    @property
+    def tolerances(self) -> tuple[float, float]:
+        """rtol and atol."""
+        return self.rtol, self.atol
+
+    @tolerances.setter
+    def tolerances(self, values: tuple[float, float]) -> None:
+        self.rtol, self.atol = values
+
     def _measure(self) -> None:
         """Make the relative tolerance one of the first residual."""
         if self.convergence_criterion == "residual" and len(self.problem.history) == 1:
@@ -176,6 +183,14 @@ def _require(problem: NonlinearProblem, converged: bool, reason: str) -> None:
         raise_everywhere(problem.comm, message, ConvergenceError)
 
 
+def _line_search(problem: NonlinearProblem) -> str:
+    """Full steps cycle at the onset of slip where springs hold the bodies, and smaller
+    load steps do not help; with multipliers they are best (docs/parameters)."""
+    contact = problem.contact
+    springs = isinstance(contact.method, Penalty) and contact.friction is not None
+    return "bt" if springs else "basic"
+
+
 class SNESSolver:
     """PETSc SNES on [u, multiplier], with line search. Collective.
 
@@ -185,8 +200,9 @@ class SNESSolver:
         Problem to solve.
     options
         PETSc options without prefix, such as ``{"snes_linesearch_type": "bt",
-        "snes_monitor": None}``. They complete the defaults: Newton with a full step,
-        ``snes_rtol`` 1e-10, ``snes_atol`` the rounding error of the residual, MUMPS.
+        "snes_monitor": None}``. They complete the defaults: Newton with a full step
+        (penalty with friction: line search ``bt``), ``snes_rtol`` 1e-10, ``snes_atol``
+        the rounding error of the residual, MUMPS.
 
     Attributes
     ----------
@@ -219,7 +235,7 @@ class SNESSolver:
         self.snes.setJacobian(tangent, self.A)
         defaults = {
             "snes_type": "newtonls",
-            "snes_linesearch_type": "basic",
+            "snes_linesearch_type": _line_search(problem),
             "snes_rtol": 1e-10,
             "snes_atol": problem.residual_floor(),
             "snes_stol": 0.0,
@@ -231,11 +247,22 @@ class SNESSolver:
             f"raymortar_snes_{next(_counter)}_",
             {**defaults, **DIRECT, **(options or {})},
         )
+        solvers.attach(self.krylov_solver, problem.contact)
 
     @property
     def krylov_solver(self) -> PETSc.KSP:
         """The PETSc KSP."""
         return self.snes.ksp
+
+    @property
+    def tolerances(self) -> tuple[float, float]:
+        """rtol and atol."""
+        rtol, atol, _, _ = self.snes.getTolerances()
+        return rtol, atol
+
+    @tolerances.setter
+    def tolerances(self, values: tuple[float, float]) -> None:
+        self.snes.setTolerances(rtol=values[0], atol=values[1])
 
     def solve(self) -> tuple[int, bool]:
         """Solve from the present u and multiplier.
@@ -270,114 +297,3 @@ class SNESSolver:
             f"after {iterations} iterations (SNES reason {reason})",
         )
         return iterations, True
-
-
-class LoadSteps:
-    """A quasi-static path from load factor 0 to 1, halving the step on failure.
-
-    Parameters
-    ----------
-    solver
-        `NewtonSolver` or `SNESSolver`.
-    apply
-        Called with the load factor before each solve: sets loads and Dirichlet values.
-    steps
-        Steps if none fails.
-    max_halvings
-        Of the first step's size; then the failure is raised.
-    extrapolate
-        Start each solve where the last step's change of displacement and multiplier,
-        in proportion to the steps' sizes, would lead; where that fails, from the last
-        accepted state. Saves one or two iterations of a step on a smooth path (in
-        sliding the first iterate slips the right way) and is of no use on a rough
-        one. The solver's ``rtol`` is then relative to a small residual: give it an
-        ``atol``, a force.
-
-    Examples
-    --------
-    >>> def apply(t):
-    ...     top.value[:] = (0.0, -0.2 * t)
-    >>> for step in LoadSteps(solver, apply, steps=5):
-    ...     print(step.factor, step.iterations)
-    """
-
-    def __init__(
-        self,
-        solver: Any,
-        apply: Any,
-        steps: int = 10,
-        max_halvings: int = 6,
-        extrapolate: bool = False,
-    ) -> None:
-        if steps < 1 or max_halvings < 0:
-            raise ContactError(
-                f"steps = {steps} must be positive, max_halvings = {max_halvings} "
-                "not negative"
-            )
-        self.solver, self.apply = solver, apply
-        self.steps, self.max_halvings = steps, max_halvings
-        self.extrapolate = extrapolate
-        self.halvings = 0
-
-    def __iter__(self) -> Iterator[LoadStep]:
-        """Solve step by step; each accepted step is yielded as a `LoadStep`."""
-        contact = self.solver.problem.contact
-        # In units of the smallest step, so that the path ends at exactly 1
-        unit = 2**self.max_halvings
-        done, size = 0, unit
-        last, last_size = None, size
-        while done < self.steps * unit:
-            size = min(size, self.steps * unit - done)
-            factor = (done + size) / (self.steps * unit)
-            before = contact.state()
-            self.apply(factor)
-            try:
-                iterations = self._solve(before, last, size / last_size)
-            except _FAILURES as failure:
-                contact.restore(before)
-                if size == 1:
-                    raise ConvergenceError(
-                        f"load factor {factor:.6g} failed after "
-                        f"{self.max_halvings} halvings of the step: {failure}"
-                    ) from failure
-                size //= 2
-                self.halvings += 1
-                continue
-            contact.advance()
-            done += size
-            last, last_size = before, size
-            # A step that has become small may grow again, on the grid of its size
-            if size < unit and done % (2 * size) == 0:
-                size *= 2
-            yield LoadStep(factor, iterations, self.halvings)
-
-    def _solve(self, now: ContactState, last: ContactState | None, ratio: float) -> int:
-        """Iterations from the extrapolated state or else from the present one."""
-        contact = self.solver.problem.contact
-        if self.extrapolate and last is not None:
-            contact.u.x.array[:] += ratio * (now.u - last.u)
-            if now.multiplier is not None and last.multiplier is not None:
-                change = now.multiplier - last.multiplier
-                contact.multiplier.x.array[:] += ratio * change
-            try:
-                return self.solver.solve()[0]
-            except _FAILURES:
-                contact.restore(now)
-        return self.solver.solve()[0]
-
-    def run(self) -> list[LoadStep]:
-        """All steps at once."""
-        return list(self)
-
-
-class LoadStep:
-    """An accepted step: load factor, Newton iterations, halvings so far."""
-
-    def __init__(self, factor: float, iterations: int, halvings: int) -> None:
-        self.factor, self.iterations, self.halvings = factor, iterations, halvings
-
-    def __repr__(self) -> str:
-        return (
-            f"LoadStep(factor={self.factor:.6g}, iterations={self.iterations}, "
-            f"halvings={self.halvings})"
-        )

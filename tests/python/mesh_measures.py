@@ -13,15 +13,20 @@ from raymortar import compat
 QUADRATURE_DEGREE = 6
 
 
-def _tabulate(mesh, points):
-    """Derivatives (d, points, nodes) of the geometry's shape functions."""
+def lagrange(cell, degree, points):
+    """Shape functions of a cell and their gradients, (1 + d, points, nodes)."""
     element = basix.create_element(
         basix.ElementFamily.P,
-        getattr(basix.CellType, compat.cell_name(mesh)),
-        compat.geometry_degree(mesh),
+        getattr(basix.CellType, cell),
+        degree,
         basix.LagrangeVariant.equispaced,
     )
-    return element.tabulate(1, points)[1:, :, :, 0]
+    return element.tabulate(1, np.asarray(points))[..., 0]
+
+
+def _tabulate(mesh, points):
+    """Derivatives (d, points, nodes) of the geometry's shape functions."""
+    return lagrange(compat.cell_name(mesh), compat.geometry_degree(mesh), points)[1:]
 
 
 def cell_nodes(mesh, owned=True):

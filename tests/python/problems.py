@@ -11,7 +11,6 @@ import dataclasses
 from collections.abc import Callable
 from typing import Any
 
-import basix
 import numpy as np
 import ufl
 from dolfinx import fem
@@ -23,7 +22,7 @@ from raymortar import compat
 from raymortar.blocks import Block, rotated
 from raymortar.meshing import Scene, assemble_blocks
 
-from mesh_measures import jacobians
+from mesh_measures import jacobians, lagrange
 
 COMM = MPI.COMM_WORLD
 CELLS_2D = ["triangle", "quadrilateral"]
@@ -436,17 +435,6 @@ def check_points(u):
     return np.vstack([points, compat.basix_element(cell, 1).points])
 
 
-def _tabulate(cell, degree, points):
-    """Gradients (d, points, nodes) of the shape functions of a cell."""
-    element = basix.create_element(
-        basix.ElementFamily.P,
-        getattr(basix.CellType, cell),
-        degree,
-        basix.LagrangeVariant.equispaced,
-    )
-    return element.tabulate(1, points)[1:, :, :, 0]
-
-
 def gradient(u, points):
     """Gradient of a displacement at reference points of this rank's owned cells.
 
@@ -460,9 +448,7 @@ def gradient(u, points):
     J = jacobians(mesh, points)
     table = compat.dofmap_array(V)[: len(J)]
     nodal = u.x.array.reshape(-1, mesh.geometry.dim)[table]
-    shape = _tabulate(
-        compat.cell_name(mesh), compat.element_info(V).degree, np.asarray(points)
-    )
+    shape = lagrange(compat.cell_name(mesh), compat.element_info(V).degree, points)[1:]
     by_reference = np.einsum("aqn,cni->cqia", shape, nodal)
     return by_reference @ np.linalg.inv(J)
 

@@ -95,3 +95,47 @@ def test_line_search_or_a_small_gamma_saves_halvings(record_property):
     assert runs["line search"].halvings == runs["small gamma"].halvings == 0
     ends = np.array([run.below[-1, 1] for run in runs.values()])
     np.testing.assert_allclose(ends, ends[0], rtol=1e-2)
+
+
+def interrupted(main, monkeypatch, after, arguments):
+    """Run a demo's main; Ctrl-C comes in the solve after so many."""
+    solve, count = demo.raymortar.SNESSolver.solve, iter(range(after))
+
+    def until(solver):
+        if next(count, None) is None:
+            raise KeyboardInterrupt
+        return solve(solver)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(demo.raymortar.SNESSolver, "solve", until)
+        return main(arguments)
+
+
+@pytest.mark.mpi
+def test_an_interrupted_run_goes_on_where_it_stopped(tmp_path, monkeypatch):
+    pytest.importorskip("matplotlib")
+    output = Path(COMM.bcast(str(tmp_path), root=0))
+    runs = {}
+    monkeypatch.setattr(demo, "draw", lambda result, *_: runs.update(last=result))
+    options = ["--size", "16", "--steps", "8", "--every", "2", "--output", str(output)]
+    saved = str(output / "ring.npz")
+    demo.main(options)
+    whole, table = runs.pop("last"), (output / "half_ring.csv").read_text()
+    COMM.Barrier()
+    begun = [*options, "--checkpoint", saved]
+    # The fifth step is after the last checkpoint: it is done again
+    assert interrupted(demo.main, monkeypatch, 5, begun) == 130
+    assert not runs
+    demo.main([*options, "--restart", saved])
+    again = runs["last"]
+    np.testing.assert_allclose(again.factor, whole.factor, rtol=1e-14)
+    np.testing.assert_array_equal(again.iterations, whole.iterations)
+    for name in ("below", "above", "force", "pressure"):
+        ours, exact = getattr(again, name), getattr(whole, name)
+        np.testing.assert_allclose(ours, exact, atol=1e-12 * np.abs(exact).max())
+    assert [t for t, _ in again.kept] == [t for t, _ in whole.kept]
+    for (_, ours), (_, exact) in zip(again.kept, whole.kept):
+        np.testing.assert_allclose(ours, exact, atol=1e-12 * np.abs(exact).max())
+    if COMM.rank == 0:
+        lines = (output / "half_ring.csv").read_text().splitlines()
+        assert len(lines) == len(table.splitlines()) == 9

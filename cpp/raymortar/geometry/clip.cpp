@@ -23,7 +23,9 @@ struct Ring
 struct Sides
 {
   /// Twice the area of (master edge j, slave corner a)
-  std::array<std::array<double, 4>, 4> height;
+  std::array<std::array<double, 4>, 4> slave_height;
+  /// Twice the area of (slave edge i, master corner c), [master][slave]
+  std::array<std::array<double, 4>, 4> master_height;
   /// Slave corner a is on the inner side of master edge j
   std::array<std::array<bool, 4>, 4> slave_inside;
   /// Master corner c is on the inner side of slave edge i
@@ -81,10 +83,11 @@ Sides find_sides(const Ring& slave, const Ring& master)
       const Vec<2>& s = slave.points[i];
       const Vec<2>& m = master.points[j];
       const double h = orientation(m, master.end(j), s);
-      sides.height[i][j] = h;
+      sides.slave_height[i][j] = h;
       sides.slave_inside[i][j] =
           h != 0 ? h > 0 : shifts_inside(m, master.end(j));
       const double g = orientation(s, slave.end(i), m);
+      sides.master_height[j][i] = g;
       // A shift of the slave is the opposite shift of the master
       sides.master_inside[j][i] =
           g != 0 ? g > 0 : !shifts_inside(s, slave.end(i));
@@ -133,18 +136,38 @@ struct Walk
   ClipPolygon polygon{};
   int first_entry = -1;
   int last_exit = -1;
+  /// More vertices than two convex facets have in common: products of their
+  /// coordinates overflow or vanish, so that the sides contradict each other
+  bool contradictory = false;
+
+  void push(const Vec<2>& point, Provenance origin)
+  {
+    contradictory = contradictory or polygon.size == ClipPolygon::capacity;
+    if (!contradictory)
+      polygon.push(point, origin);
+  }
 
   [[nodiscard]] bool inside(int slave_corner) const
   {
     return all_true(sides.slave_inside[slave_corner], master.size);
   }
 
+  /// On the shorter edge: on the longer one, the heights over a much shorter
+  /// one are small differences of products as large as the longer one squared
+  [[nodiscard]] Vec<2> crossing(int i, int j) const
+  {
+    const Vec<2>&s = slave.points[i], &s_end = slave.end(i);
+    const Vec<2>&m = master.points[j], &m_end = master.end(j);
+    if ((s_end - s).squaredNorm() <= (m_end - m).squaredNorm())
+      return zero_of(s, s_end, sides.slave_height[i][j],
+                     sides.slave_height[slave.next(i)][j]);
+    return zero_of(m, m_end, sides.master_height[j][i],
+                   sides.master_height[master.next(j)][i]);
+  }
+
   void push_crossing(int i, int j)
   {
-    const Vec<2> point =
-        zero_of(slave.points[i], slave.end(i), sides.height[i][j],
-                sides.height[slave.next(i)][j]);
-    polygon.push(point, {Kind::crossing, slave.ids[i], master.ids[j]});
+    push(crossing(i, j), {Kind::crossing, slave.ids[i], master.ids[j]});
   }
 
   /// Master corners between two master edges
@@ -153,14 +176,14 @@ struct Walk
     for (int k = from; k != to;)
     {
       k = master.next(k);
-      polygon.push(master.points[k], {Kind::master_corner, -1, master.ids[k]});
+      push(master.points[k], {Kind::master_corner, -1, master.ids[k]});
     }
   }
 
   void along_slave_edge(int i)
   {
     if (inside(i))
-      polygon.push(slave.points[i], {Kind::slave_corner, slave.ids[i], -1});
+      push(slave.points[i], {Kind::slave_corner, slave.ids[i], -1});
     if (const int j = crossed_edge(sides, slave, master, i, true); j >= 0)
     {
       if (last_exit >= 0)
@@ -185,7 +208,7 @@ struct Walk
       follow_master(last_exit, first_entry);
     if (polygon.size == 0 and all_true(sides.master_inside[0], slave.size))
     {
-      polygon.push(master.points[0], {Kind::master_corner, -1, master.ids[0]});
+      push(master.points[0], {Kind::master_corner, -1, master.ids[0]});
       follow_master(0, master.size - 1);
     }
   }
@@ -238,12 +261,15 @@ ClipPolygon clip_convex(std::span<const Vec<2>> slave,
     return {};
   Walk walk{s, m};
   walk.run();
+  if (walk.contradictory) [[unlikely]]
+    return {};
   const double distance =
       tolerance::merge * tolerance::merge * squared_diameter(s);
   for (int v = 0; v < walk.polygon.size; ++v)
     snap(walk.polygon.points[v], walk.polygon.provenance[v], s, m, distance);
   ClipPolygon polygon = walk.polygon.merged(distance);
-  if (!(polygon.area() > 0))
+  const double area = polygon.area();
+  if (!(area > 0 and std::isfinite(area)))
     polygon.size = 0;
   return polygon;
 }

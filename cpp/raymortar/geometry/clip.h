@@ -63,7 +63,8 @@ struct ClipPolygon
 /// @return Polygon; empty if it has fewer than 3 vertices that are
 /// tolerance::merge times the slave's diameter apart, or no area.
 /// @note A corner that makes a quad non-convex (rounding) is left out. A facet
-/// that is flat, clockwise or not a number gives the empty polygon.
+/// that is flat, clockwise or not a number gives the empty polygon, as do
+/// coordinates whose products overflow or vanish.
 /// @complexity O(1), no allocation.  @see tests/cpp/geometry/test_clip.cpp
 [[nodiscard]] ClipPolygon clip_convex(std::span<const Vec<2>> slave,
                                       std::span<const Vec<2>> master);

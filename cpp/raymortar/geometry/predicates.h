@@ -41,6 +41,17 @@ inline constexpr double parallel = 1e-10;
 /// A hit may lie this far outside the reference facet and still be on it
 inline constexpr double ray_outside = 1e-9;
 
+/// A true break may lie this far from where the clip of the flat patches had
+/// it, in reference coordinates: a few times what curvature and warping do
+inline constexpr double break_move = 0.1;
+
+/// Newton for a true break that goes this far is given up
+inline constexpr double astray = 0.5;
+
+/// Sine of the angle below which edges count as running along each other: where
+/// rims of slave and master coincide they cross anywhere
+inline constexpr double along = 1e-2;
+
 /// lam . n + gamma g below this times gamma times the facet diameter counts
 /// as contact: bodies that touch exactly must not open by a rounding error
 inline constexpr double touch = 1e-11;

@@ -28,10 +28,11 @@ struct WeightedPoint
 void append_on_interval(const QuadratureRule& rule, double begin, double end,
                         std::vector<WeightedPoint>& out);
 
-/// @brief Triangle rule laid on a convex polygon, counter-clockwise.
+/// @brief Triangle rule laid on a polygon, counter-clockwise.
 ///
-/// A triangle is taken as it is; a larger polygon is cut into triangles
-/// around its barycentre. Exact for polynomials up to the rule's degree.
+/// Triangle i of the fan has the vertices 0, i + 1 and i + 2. Exact for
+/// polynomials up to the rule's degree; areas are signed, so that this holds
+/// for polygons that are not convex, too.
 void append_on_polygon(const QuadratureRule& rule,
                        std::span<const Vec<2>> polygon,
                        std::vector<WeightedPoint>& out);

@@ -10,7 +10,7 @@ namespace raymortar
 enum class RayStatus : std::int8_t
 {
   hit,       ///< on the facet (or just outside: see RayHit::outside)
-  parallel,  ///< the ray runs along the facet
+  parallel,  ///< the ray runs along the facet, or the facet has no normal
   diverged,  ///< Newton did not settle
   no_facet,  ///< left the surface over its rim
   back_face, ///< n . n_m >= 0: the surfaces do not face each other
@@ -77,7 +77,12 @@ intersect(const typename F::Point& x_s, const typename F::Point& n,
     const double volume = std::abs(A.determinant());
     const double area =
         normal_of(Mat<F::gdim, F::tdim>(A.template leftCols<F::tdim>())).norm();
-    if (not(volume > tolerance::parallel * area))
+    // Without a normal, as where corners coincide, small steps mean nothing
+    const double extent =
+        A.template leftCols<F::tdim>().colwise().squaredNorm().maxCoeff();
+    const bool has_normal =
+        F::gdim == 2 or area > tolerance::degenerate * extent;
+    if (not(has_normal and volume > tolerance::parallel * area))
     {
       hit.status = RayStatus::parallel;
       return hit;
@@ -86,7 +91,8 @@ intersect(const typename F::Point& x_s, const typename F::Point& n,
     hit.eta += dz.template head<F::tdim>();
     hit.g += dz[F::tdim];
     const double move = dz.template head<F::tdim>().cwiseAbs().maxCoeff();
-    if (not(hit.eta.cwiseAbs().maxCoeff() < far))
+    // Eigen's maxCoeff may pass over a NaN: each component is asked
+    if (not((hit.eta.array().abs() < far).all() and std::isfinite(hit.g)))
       return hit;
     if (F::affine or move < tolerance::ray_step)
     {

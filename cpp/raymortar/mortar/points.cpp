@@ -1,5 +1,6 @@
 #include "raymortar/mortar/points.h"
 #include "raymortar/geometry/dispatch.h"
+#include "raymortar/mortar/flat_map.h"
 
 namespace raymortar
 {
@@ -26,38 +27,55 @@ public:
     for (Index f = 0; f < _slave.num_facets(); ++f)
     {
       _nodes = _slave.template nodes<F>(_slave.X, f);
+      const FlatMap<F> map(_nodes);
       const std::size_t first = _out.size();
       for (; segment != _segmentation.segments.end() and segment->slave == f;
            ++segment)
-        add_segment(*segment);
+        add_segment(*segment, map);
       finish_facet(f, first);
     }
     return std::move(_out);
   }
 
 private:
-  void add_segment(const Segment& segment)
+  void add_segment(const Segment& segment, const FlatMap<F>& map)
   {
-    const std::span vertices =
-        std::span(_segmentation.vertices)
-            .subspan(static_cast<std::size_t>(segment.begin),
-                     static_cast<std::size_t>(segment.size));
+    _corners.clear();
+    for (std::int32_t v = segment.begin; v < segment.begin + segment.size; ++v)
+    {
+      const Vec<2>& xi = _segmentation.vertices[static_cast<std::size_t>(v)];
+      _corners.push_back(Vec<2>::Zero());
+      _corners.back().template head<F::tdim>() =
+          map.to_flat(xi.template head<F::tdim>());
+    }
     _laid.clear();
     if constexpr (F::tdim == 1)
-      append_on_interval(_segment_rule, vertices[0][0], vertices[1][0], _laid);
+      append_on_interval(_segment_rule, _corners[0][0], _corners[1][0], _laid);
     else
-      append_on_polygon(_segment_rule, vertices, _laid);
-    for (const WeightedPoint& p : _laid)
-      add(p, segment.slave, segment.master);
+      append_on_polygon(_segment_rule, _corners, _laid);
+    const auto number =
+        static_cast<Index>(&segment - _segmentation.segments.data());
+    Index place = 0;
+    for (WeightedPoint& p : _laid)
+    {
+      const typename F::RefPoint xi =
+          map.from_flat(p.xi.template head<F::tdim>());
+      p.xi.template head<F::tdim>() = xi;
+      p.weight /= map.gradient(xi).determinant();
+      add(p, segment.slave, segment.master, number, place++);
+    }
   }
 
-  void add(const WeightedPoint& p, Index slave, Index master)
+  void add(const WeightedPoint& p, Index slave, Index master, Index segment,
+           Index place)
   {
     _out.xi.push_back(p.xi);
     _out.weight.push_back(p.weight);
     _out.area.push_back(p.weight * jacobian(p.xi));
     _out.slave.push_back(slave);
     _out.seed.push_back(master);
+    _out.segment.push_back(segment);
+    _out.place.push_back(place);
   }
 
   /// Areas of the facet, and the signed points of its uncovered part
@@ -73,9 +91,11 @@ private:
         std::abs(1.0 - _segmentation.covered[k]) <= tolerance::coverage)
       return;
     for (std::size_t q = 0; q < _facet_rule.points.size(); ++q)
-      add({_facet_rule.points[q], _facet_rule.weights[q]}, f, no_index);
+      add({_facet_rule.points[q], _facet_rule.weights[q]}, f, no_index,
+          no_index, 0);
     for (std::size_t q = first; q < last; ++q)
-      add({_out.xi[q], -_out.weight[q]}, f, no_index);
+      add({_out.xi[q], -_out.weight[q]}, f, no_index, _out.segment[q],
+          _out.place[q]);
   }
 
   [[nodiscard]] double jacobian(const Vec<2>& xi) const
@@ -89,6 +109,7 @@ private:
   const QuadratureRule& _facet_rule;
   bool _complement;
   typename F::NodeMatrix _nodes;
+  std::vector<Vec<2>> _corners; ///< of the present segment, flat
   std::vector<WeightedPoint> _laid;
   IntegrationPoints _out;
 };

@@ -18,6 +18,8 @@ struct IntegrationPoints
   std::vector<double> area;    ///< weight times reference surface Jacobian
   std::vector<Index> slave;    ///< slave facet
   std::vector<Index> seed;     ///< master of the segment, no_index: uncovered
+  std::vector<Index> segment;  ///< no_index: of the rule of the whole facet
+  std::vector<Index> place;    ///< number within the segment: piece by piece
   std::vector<double> covered; ///< segments' area, per slave facet
   std::vector<double> whole;   ///< reference area per slave facet
 

@@ -2,6 +2,7 @@
 #include "raymortar/geometry/dispatch.h"
 #include "raymortar/geometry/patch.h"
 #include "raymortar/mortar/layers.h"
+#include <limits>
 
 namespace raymortar
 {
@@ -25,6 +26,11 @@ struct SlavePatch
       y[i] = plane.coordinates(corners[i]);
   }
 
+  [[nodiscard]] ReferenceEdge<F> edge(std::size_t e) const
+  {
+    return {xi[e], xi[(e + 1) % static_cast<std::size_t>(count)] - xi[e]};
+  }
+
   /// From plane coordinates to the facet's reference coordinates
   [[nodiscard]] typename F::RefPoint
   to_reference(const typename F::RefPoint& at) const
@@ -42,6 +48,92 @@ struct SlavePatch
     return result;
   }
 };
+
+/// One linear patch of a master facet as a slave patch sees it
+template <class F>
+struct MasterPatch
+{
+  const typename F::NodeMatrix nodes;
+  std::size_t count;
+  std::array<typename F::Point, 4> corners;
+  std::array<typename F::RefPoint, 4> eta; ///< corners on the facet
+  std::array<typename F::RefPoint, 4> y;   ///< corners in plane coordinates
+
+  MasterPatch(const typename F::NodeMatrix& facet, const Patch& patch,
+              const PatchPlane<F::gdim>& plane)
+      : nodes(facet), count(static_cast<std::size_t>(patch.size)),
+        corners(patch_corners<F>(nodes, patch)), eta(patch_reference<F>(patch))
+  {
+    for (std::size_t i = 0; i < count; ++i)
+      y[i] = plane.coordinates(corners[i]);
+  }
+
+  [[nodiscard]] ReferenceEdge<F> edge(std::size_t e) const
+  {
+    return {eta[e], eta[(e + 1) % count] - eta[e]};
+  }
+  /// Where between the ends of an edge a point of the plane lies
+  [[nodiscard]] double place_on_edge(std::size_t e,
+                                     const typename F::RefPoint& at) const
+  {
+    return ReferenceEdge<F>{y[e], y[(e + 1) % count] - y[e]}.place_of(at);
+  }
+};
+
+/// A vertex of a segment in the slave's reference coordinates
+template <class F>
+struct Vertex
+{
+  typename F::RefPoint xi;
+  Break hangs_on;
+};
+
+/// A vertex of a segment as it is stored
+struct Corner
+{
+  Vec<2> xi;
+  Provenance from;
+  Break hangs_on;
+};
+
+double twice_area(const Corner& a, const Corner& b, const Corner& c)
+{
+  const Vec<2> e = b.xi - a.xi, f = c.xi - a.xi;
+  return e[0] * f[1] - e[1] * f[0];
+}
+
+/// Length of an interval, signed area of a polygon
+double reference_measure(const std::vector<Corner>& polygon)
+{
+  if (polygon.size() == 2)
+    return polygon[1].xi[0] - polygon[0].xi[0];
+  double twice = 0.0;
+  for (std::size_t i = 1; i + 1 < polygon.size(); ++i)
+    twice += twice_area(polygon[0], polygon[i], polygon[i + 1]);
+  return 0.5 * twice;
+}
+
+/// Vertex whose fan has the largest smallest triangle: a fan around one end of
+/// three vertices on a line would begin with a triangle of rounding errors
+std::ptrdiff_t apex(const std::vector<Corner>& polygon)
+{
+  const std::size_t n = polygon.size();
+  std::size_t best = 0;
+  double best_area = -std::numeric_limits<double>::infinity();
+  for (std::size_t v = 0; v < n; ++v)
+  {
+    double smallest = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 1; i + 1 < n; ++i)
+      smallest = std::min(smallest, twice_area(polygon[v], polygon[(v + i) % n],
+                                               polygon[(v + i + 1) % n]));
+    if (smallest > best_area)
+    {
+      best = v;
+      best_area = smallest;
+    }
+  }
+  return static_cast<std::ptrdiff_t>(best);
+}
 
 /// Share of the slave patch that the plane coordinates give measure one to
 template <class F>
@@ -128,85 +220,94 @@ private:
   void emit(Index facet, std::int8_t slave_patch, const SlavePatch<F>& patch,
             const typename F::NodeMatrix& nodes, const Piece<D>& piece)
   {
-    const auto begin = static_cast<std::int32_t>(_out.vertices.size());
-    for (std::size_t i = 0; i < static_cast<std::size_t>(piece.region.size);
-         ++i)
+    const MasterPatch<F> master(
+        _master.template nodes<F>(_master.x, piece.master),
+        _patches[static_cast<std::size_t>(piece.master_patch)], patch.plane);
+    const Region<D>& region = piece.region;
+    const auto n = static_cast<std::size_t>(region.size);
+    _polygon.clear();
+    for (std::size_t i = 0; i < n; ++i)
     {
-      const Provenance& from = piece.region.provenance[i];
+      const Vertex<F> v = vertex(patch, nodes, master, region.provenance[i],
+                                 typename F::RefPoint(region.points[i]));
       Vec<2> xi = Vec<2>::Zero();
-      xi.template head<F::tdim>() = vertex(patch, nodes, piece, i);
-      _out.vertices.push_back(xi);
-      _out.provenance.push_back(from);
+      xi.template head<F::tdim>() = v.xi;
+      _polygon.push_back({xi, region.provenance[i], v.hangs_on});
     }
-    const double share = reference_measure(begin) / F::Ref::measure;
-    if (not(share > tolerance::segment_area))
-    {
-      _out.vertices.resize(static_cast<std::size_t>(begin));
-      _out.provenance.resize(static_cast<std::size_t>(begin));
+    const double share = reference_measure(_polygon) / F::Ref::measure;
+    if (not(std::abs(share) > tolerance::segment_area))
       return;
+    if (D == 3)
+      std::rotate(_polygon.begin(), _polygon.begin() + apex(_polygon),
+                  _polygon.end());
+    const auto begin = static_cast<std::int32_t>(_out.vertices.size());
+    for (const Corner& c : _polygon)
+    {
+      _out.vertices.push_back(c.xi);
+      _out.provenance.push_back(c.from);
+      _out.breaks.push_back(c.hangs_on);
     }
     _out.covered[static_cast<std::size_t>(facet)] += share;
     _out.segments.push_back({facet, piece.master, slave_patch,
-                             piece.master_patch, begin, piece.region.size});
+                             piece.master_patch, begin, region.size});
   }
 
-  /// Corners of the slave are exact; everything else is mapped back
-  [[nodiscard]] typename F::RefPoint vertex(const SlavePatch<F>& patch,
-                                            const typename F::NodeMatrix& nodes,
-                                            const Piece<D>& piece,
-                                            std::size_t i) const
+  /// Corners of the slave are exact; everything else is mapped back, and moved
+  /// to the true break where that is elsewhere
+  [[nodiscard]] static Vertex<F> vertex(const SlavePatch<F>& patch,
+                                        const typename F::NodeMatrix& nodes,
+                                        const MasterPatch<F>& master,
+                                        const Provenance& from,
+                                        const typename F::RefPoint& at)
   {
-    const Provenance& from = piece.region.provenance[i];
     if (from.kind == Provenance::Kind::slave_corner)
-      return patch.xi[static_cast<std::size_t>(from.slave)];
-    if constexpr (D == 2)
-    {
-      const typename F::RefPoint guess =
-          patch.to_reference(Vec<1>(piece.region.points[i]));
-      if (F::node_degree == 1 or from.kind != Provenance::Kind::master_corner)
-        return guess;
-      const Patch& cut = _patches[static_cast<std::size_t>(piece.master_patch)];
-      const auto corner = static_cast<std::size_t>(from.master);
-      const auto masters = _master.template nodes<F>(_master.x, piece.master);
-      return seen_from_curve(nodes, masters.col(cut.node[corner]), guess);
-    }
-    else
-      return patch.to_reference(piece.region.points[i]);
+      return {patch.xi[static_cast<std::size_t>(from.slave)], {}};
+    const Vertex<F> flat{patch.to_reference(at), {}};
+    if (from.kind == Provenance::Kind::master_corner)
+      return under_corner(nodes, master, static_cast<std::size_t>(from.master),
+                          flat);
+    if constexpr (D == 3)
+      if (from.kind == Provenance::Kind::crossing and from.master >= 0)
+        return crossing(patch.edge(static_cast<std::size_t>(from.slave)), nodes,
+                        master, static_cast<std::size_t>(from.master), at,
+                        flat);
+    return flat;
   }
 
-  /// Where the slave ray through a master node starts on a curved slave:
-  /// (x_node - x_s(xi)) . t(xi) = 0. Segments of both masters that share the
-  /// node break at the same xi.
-  [[nodiscard]] static typename F::RefPoint
-  seen_from_curve(const typename F::NodeMatrix& nodes,
-                  const typename F::Point& node, typename F::RefPoint xi)
+  /// Where the slave ray through a corner of the master starts
+  [[nodiscard]] static Vertex<F>
+  under_corner(const typename F::NodeMatrix& nodes,
+               const MasterPatch<F>& master, std::size_t corner, Vertex<F> v)
   {
-    for (int step = 0; step < 10; ++step)
+    v.hangs_on.eta.template head<F::tdim>() = master.eta[corner];
+    v.hangs_on.motion = Break::Motion::corner;
+    if (F::affine)
+      return v;
+    if (not ray_through<F>(nodes, master.corners[corner], v.xi))
+      v.hangs_on.motion = Break::Motion::fixed;
+    if (D == 2 and violation<F::shape>(v.xi).amount > 0.0)
     {
-      const Frame<D> f = frame_at<F>(nodes, xi);
-      const Vec<F::tdim> dxi =
-          (f.t.transpose() * f.t).inverse() * (f.t.transpose() * (node - f.x));
-      xi += dxi;
-      if (not(dxi.cwiseAbs().maxCoeff() > 1e-2 * tolerance::ray_step))
-        break;
+      v.xi = v.xi.cwiseMax(0.0).cwiseMin(1.0);
+      v.hangs_on.motion = Break::Motion::fixed;
     }
-    return xi.cwiseMax(0.0).cwiseMin(1.0);
+    return v;
   }
 
-  [[nodiscard]] double reference_measure(std::int32_t begin) const
+  [[nodiscard]] static Vertex<F>
+  crossing(const ReferenceEdge<F>& edge_s, const typename F::NodeMatrix& nodes,
+           const MasterPatch<F>& master, std::size_t edge,
+           const typename F::RefPoint& at, Vertex<F> v)
   {
-    const std::span v =
-        std::span(_out.vertices).subspan(static_cast<std::size_t>(begin));
-    if constexpr (D == 2)
-      return v[1][0] - v[0][0];
-    double twice = 0.0;
-    for (std::size_t i = 0; i < v.size(); ++i)
-    {
-      const Vec<2>& a = v[i];
-      const Vec<2>& b = v[(i + 1) % v.size()];
-      twice += a[0] * b[1] - a[1] * b[0];
-    }
-    return 0.5 * twice;
+    const ReferenceEdge<F> edge_m = master.edge(edge);
+    double s = edge_s.place_of(v.xi), t = master.place_on_edge(edge, at);
+    if (not F::affine and
+        not cross_edges<F>(nodes, edge_s, master.nodes, edge_m, s, t))
+      return v;
+    if (not F::affine)
+      v.xi = edge_s.at(s);
+    v.hangs_on = {Break::Motion::crossing, edge_m.at(t), edge_s.along,
+                  edge_m.along};
+    return v;
   }
 
   const Surface& _slave;
@@ -214,6 +315,7 @@ private:
   SegmentationOptions _options;
   std::span<const Patch> _patches;
   std::vector<Piece<D>> _pieces;
+  std::vector<Corner> _polygon; ///< of the present segment
   Segmentation _out;
 };
 } // namespace

@@ -1,6 +1,7 @@
 // Candidate pairs -> segments: the parts of slave facets that see one master.
 #pragma once
 
+#include "raymortar/mortar/breaks.h"
 #include "raymortar/mortar/overlap.h"
 #include "raymortar/pairing/candidates.h"
 
@@ -14,7 +15,7 @@ struct Segment
   std::int8_t slave_patch;  ///< linear patch of the slave facet
   std::int8_t master_patch; ///< linear patch of the master facet
   std::int32_t begin;       ///< first vertex
-  std::int32_t size;        ///< vertices: 2 in 2D, 3 to 12 in 3D
+  std::int32_t size;        ///< vertices: 2 in 2D, 3 to 8 in 3D
 };
 
 /// @brief Segments of all slave facets, in order of the slave facet.
@@ -23,6 +24,7 @@ struct Segmentation
   std::vector<Segment> segments;
   std::vector<Vec<2>> vertices; ///< slave reference coordinates
   std::vector<Provenance> provenance;
+  std::vector<Break> breaks;     ///< how each vertex moves
   std::vector<double> covered;   ///< share of each slave facet, (slaves,)
   std::vector<Index> degenerate; ///< slave facets without a usable normal
   std::int64_t clipped = 0;      ///< patch pairs that were clipped
@@ -43,6 +45,12 @@ struct SegmentationOptions
 /// direction and one plane per slave patch, so that segments of neighbouring
 /// masters meet in the same edge: they tile the covered part. Where two
 /// layers of master overlap, the one nearer to the slave keeps the place.
+///
+/// This clip of flat patches decides which corners and edges meet. On curved
+/// and warped facets every vertex is then moved to where the *true* corner or
+/// edge is seen along the slave's rays. Neighbours share their vertices before
+/// and after, so that they still tile: areas are signed, as polygons thinner
+/// than this move may turn over.
 [[nodiscard]] Segmentation make_segments(const Surface& slave,
                                          const Surface& master,
                                          const Candidates& candidates,

@@ -177,6 +177,28 @@ TEST(Clip, SliverKeepsItsArea)
   }
 }
 
+TEST(Clip, LongEdgeThroughATinyFacetHalvesIt)
+{
+  // The centre is on the edge to rounding, which moves the cut by as much
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> unit(0, 1);
+  for (int trial = 0; trial < 2000; ++trial)
+  {
+    const double turn = 2 * std::numbers::pi * unit(random);
+    const Facet large = moved(unit_triangle, 1, turn, {0, 0});
+    const Vec<2> on_edge = large[1] + unit(random) * (large[2] - large[1]);
+    const double h = 0.1 * std::pow(10, -7 * unit(random));
+    const Facet tiny =
+        moved(moved(unit_square, 1, 0, {-0.5, -0.5}), h, unit(random), on_edge);
+    const bool within =
+        (on_edge - large[1]).norm() > h and (on_edge - large[2]).norm() > h;
+    if (!within)
+      continue;
+    ASSERT_NEAR(valid_area(large, tiny), 0.5 * h * h, 1e-15 * h) << h;
+    ASSERT_NEAR(valid_area(tiny, large), 0.5 * h * h, 1e-15 * h) << h;
+  }
+}
+
 TEST(Clip, NearCoincidenceIsLipschitz)
 {
   std::mt19937 random(1);
@@ -363,6 +385,34 @@ TEST(Clip, FacetWithoutAreaGivesNothing)
     EXPECT_EQ(clip_convex(unit_square, bad).size, 0);
     EXPECT_EQ(clip_convex(bad, unit_square).size, 0);
   }
+}
+
+TEST(Clip, AbsurdCoordinatesGiveNothingOrAFinitePolygon)
+{
+  // An iterate of Newton's method may be anywhere; no exception may come of it
+  std::mt19937 random(12);
+  std::uniform_real_distribution<double> exponent(-300, 300);
+  for (int trial = 0; trial < 20000; ++trial)
+  {
+    std::array<Facet, 2> pair{Facet(4), Facet(4)};
+    for (Facet& facet : pair)
+      for (Vec<2>& x : facet)
+        for (double& component : x)
+          component =
+              (random() % 2 == 0 ? 1 : -1) * std::pow(10, exponent(random));
+    const ClipPolygon polygon = clip_convex(pair[0], pair[1]);
+    ASSERT_TRUE(std::isfinite(polygon.area()));
+  }
+  // Found by the fuzzer: sides contradict each other where products vanish
+  const Facet slave{{1.93101616978e-312, 9.777e-320},
+                    {2.4108255004517747e+64, 1.7484050860694e+63},
+                    {0, 5.43172907765e-312},
+                    {-5.486124068793689e+303, 1.456888840062918e+66}};
+  const Facet master{{2.1895594979953788e-277, 2.386302995730437e+64},
+                     {8.899684282666963e-308, 7.100924451287169e-304},
+                     {2.388562791735076e+64, 5.686073566141286e-270},
+                     {-1.3396087580921922e+200, 5.6860735661413805e-270}};
+  EXPECT_EQ(clip_convex(slave, master).size, 0);
 }
 
 TEST(Clip, FewerThanThreeVerticesGiveNothing)

@@ -223,3 +223,22 @@ TYPED_TEST(RayTest, ScaleChangesOnlyTheGap)
     }
   }
 }
+
+TYPED_TEST(RayTest, FacetDrawnTogetherInALineIsNotHit)
+{
+  // All nodes but one in a point: tangents are parallel to rounding
+  using F = TypeParam;
+  if constexpr (F::gdim == 3)
+  {
+    std::mt19937 random(12);
+    for (int trial = 0; trial < 1000; ++trial)
+    {
+      typename F::NodeMatrix master = F::NodeMatrix::Zero();
+      master.col(trial % F::nodes) = random_vector<3>(random, 1);
+      const Vec<3> x = random_vector<3>(random, 1);
+      const Vec<3> n = random_vector<3>(random, 1).normalized();
+      const auto hit = intersect<F>(x, n, master, random_inside<F>(random));
+      ASSERT_NE(hit.status, RayStatus::hit);
+    }
+  }
+}

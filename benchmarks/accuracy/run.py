@@ -1,0 +1,143 @@
+"""Run time against error of contact problems with known answers.
+
+    scripts/python benchmarks/accuracy/run.py            # all: about half an hour
+    scripts/python benchmarks/accuracy/run.py --quick    # some seconds
+    scripts/python benchmarks/accuracy/run.py --plot     # plots of the CSV that is there
+
+Writes `accuracy.csv`, row by row, and the plots of `docs/accuracy.md`.
+"""
+
+import argparse
+import sys
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
+sys.path[:0] = [str(HERE), str(ROOT / "tests" / "python"), str(ROOT / "demos")]
+
+import getfem_peer  # noqa: E402
+import plots  # noqa: E402
+import rows  # noqa: E402
+from sweeps import Run, demo, getfem, measure  # noqa: E402
+
+# Cells of an edge by dimension and degree
+SIZES = {(2, 1): (4, 8, 16, 32, 64), (2, 2): (4, 8, 16, 32, 64)}
+SIZES |= {(3, 1): (4, 8, 16), (3, 2): (2, 4, 8)}
+CELLS = {2: ("triangle", "quadrilateral"), 3: ("tetrahedron", "hexahedron")}
+QUADRATURES = (1, 2, 3, 4, 5, 6, 8, 12)
+
+
+def kinds(dim):
+    """Cells and degrees of a dimension."""
+    return [(cell, degree) for cell in CELLS[dim] for degree in (1, 2)]
+
+
+def refinement():
+    """Size of the mesh, regular and shaken, in all problems and both roles."""
+    for problem, dim in (("B2", 2), ("B4", 2), ("B1", 3)):
+        for cell, degree in kinds(dim):
+            sizes = SIZES[dim, degree]
+            for n in sizes:
+                yield Run(problem, cell, degree, n)
+            for n in sizes if dim == 2 else sizes[:2]:
+                yield Run(problem, cell, degree, n, shake=0.2)
+            for n in sizes if problem == "B4" else ():
+                yield Run(problem, cell, degree, n, swap=True)
+    for n in (4, 8):
+        yield Run("B4 3D", "hexahedron", 1, n)
+
+
+def quadrature():
+    """Degree of the rule on segments, on irregular meshes."""
+    for problem, dim in (("B2", 2), ("B1", 3), ("B4", 2)):
+        for cell, degree in kinds(dim):
+            n = {2: 16, 3: 8 // degree}[dim]
+            for q in QUADRATURES:
+                yield Run(problem, cell, degree, n, q, shake=0.2)
+
+
+def settings():
+    """Method, multiplier and measure, at the sizes in the middle."""
+    for problem, dim in (("B2", 2), ("B1", 3)):
+        for cell, degree in kinds(dim):
+            for n in SIZES[dim, degree][:3] if dim == 2 else SIZES[dim, degree][:2]:
+                yield Run(problem, cell, degree, n, multiplier="vector")
+                yield Run(problem, cell, degree, n, measure="current")
+                for factor in (1, 10, 100, 1000):
+                    yield Run(problem, cell, degree, n, method=f"penalty {factor}")
+
+
+def closed_forms():
+    """Cattaneo and Mindlin's cylinders, and Hertz's spheres."""
+    for degree, sizes in ((1, (10, 20, 40)), (2, (10, 20, 40))):
+        for n in sizes:
+            for q in (None, 2, 8) if n == 20 else (None,):
+                yield Run("D2", "quadrilateral", degree, n, q)
+    for n in (6, 8, 12):
+        for q in (None, 2, 8) if n == 8 else (None,):
+            yield Run("D3", "hexahedron", 1, n, q)
+
+
+def peer():
+    """Both programs with a vector multiplier and a flat master bent by its values."""
+    for problem, dim in (("B2", 2), ("B1", 3)):
+        for cell, degree in kinds(dim):
+            for n in SIZES[dim, degree]:
+                # 4: what GetFEM's demos take, and for B2 and B1 enough
+                yield "GetFEM", _alike(problem, cell, degree, n, 4)
+                yield "raymortar", _alike(problem, cell, degree, n, None)
+
+
+def _alike(*args):
+    return Run(*args, multiplier="vector", curved=False)
+
+
+def quick():
+    """One small run of each kind."""
+    yield Run("B2", "quadrilateral", 2, 4)
+    yield Run("B2", "quadrilateral", 2, 8)
+    yield Run("B2", "quadrilateral", 2, 4, method="penalty 100")
+    yield Run("B4", "triangle", 1, 4, swap=True)
+
+
+def solve_all(table, arguments):
+    """Run what is asked for. A setting that fails is said, and has no row."""
+    jobs = {"raymortar": measure, "GetFEM": getfem}
+    chosen = [("raymortar", run) for run in quick()]
+    comparison = [("GetFEM", _alike("B2", "quadrilateral", 2, 4, 4))]
+    if not arguments.quick:
+        sweeps = (quadrature, settings, refinement)
+        chosen = [("demo", run) for run in closed_forms()]
+        chosen += [("raymortar", run) for sweep in sweeps for run in sweep()]
+        comparison = list(peer())
+        jobs["demo"] = demo
+    if getfem_peer.gf is None:
+        print(getfem_peer.MISSING)
+        comparison = []
+    for job, run in chosen + comparison:
+        if arguments.only and run.problem not in arguments.only:
+            continue
+        try:
+            table.add(jobs[job](run))
+        except RuntimeError as error:
+            print(f"{job}: {run} failed: {error}")
+
+
+def main(arguments=None):
+    """Run the benchmark; 0 if every plot could be drawn."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--quick", action="store_true", help="some seconds")
+    parser.add_argument("--plot", action="store_true", help="do not solve")
+    parser.add_argument("--only", nargs="+", help="problems: B1 B2 B4 D2 D3")
+    parser.add_argument("--output", type=Path, default=HERE / "results")
+    arguments = parser.parse_args(arguments)
+    path = arguments.output / "accuracy.csv"
+    if not arguments.plot:
+        table = rows.Table(path)
+        solve_all(table, arguments)
+    plots.draw(rows.read(path), arguments.output)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

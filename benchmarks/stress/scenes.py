@@ -1,0 +1,257 @@
+"""Small contact scenes under stress, each with what its answer must be.
+
+Lengths are in `unit`s, stresses in the lower block's modulus.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import sys
+from pathlib import Path
+
+import numpy as np
+from dolfinx import fem
+from mpi4py import MPI
+from petsc4py import PETSc
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "tests" / "python"))
+
+from problems import build, fix, lame  # noqa: E402
+
+import raymortar  # noqa: E402
+from raymortar import compat  # noqa: E402
+from raymortar.scenes import two_blocks  # noqa: E402
+
+# Of the lower block; contact has no stress of its own
+MODULUS = 2000.0
+
+
+@dataclasses.dataclass(frozen=True)
+class Setting:
+    """What is asked of a scene; the defaults are harmless."""
+
+    scene: str = "column"
+    cell: str = "triangle"
+    degree: int = 1
+    ratio: float = 1.0  # modulus of the upper block (slave) over the lower's
+    gamma: float = 1.0  # times the automatic one
+    friction: float = 0.0
+    unit: float = 1.0  # length
+    push: float = 0.05  # shortening, in heights of a block
+    divisions: tuple[int, int] = (7, 5)  # cells along the interface: master, slave
+    aspect: float = 1.0  # width of a cell over its height
+    gap: float = 0.0  # at the start, in heights; negative: penetration
+    nu: float = 0.3
+    perpendicular: bool = False  # the slave's flanks are slave surfaces as well
+
+
+@dataclasses.dataclass
+class Case:
+    """A problem with its load and its judge."""
+
+    problem: object
+    apply: object  # sets the load of a factor from 0 to 1
+    error: object  # () -> relative error of the answer, NaN where none is known
+    steps: int = 10  # for a path in steps
+
+
+def _dimension(setting):
+    return 3 if setting.cell in ("tetrahedron", "hexahedron") else 2
+
+
+def _blocks(setting, upper_width):
+    """Blocks of height 1; the slave is `upper_width` wide, the master 1."""
+    dim, unit = _dimension(setting), setting.unit
+    wide = setting.aspect * unit
+    below, above = setting.divisions
+    # Rows of cells, whatever their length along the interface
+    rows = 5
+    return two_blocks(
+        MPI.COMM_WORLD,
+        dim,
+        setting.cell,
+        (below,) * (dim - 1) + (rows,),
+        (above,) * (dim - 1) + (rows,),
+        lower_size=(wide,) * (dim - 1) + (unit,),
+        upper_size=(upper_width * wide,) * (dim - 1) + (unit,),
+        gap=setting.gap * unit,
+    )
+
+
+def _contact_options(setting):
+    """Options of `build`: law, and a search that sees the initial gap."""
+    options = {}
+    if setting.friction > 0.0:
+        options["friction"] = raymortar.Coulomb(setting.friction)
+    if abs(setting.gap) > 0.0:
+        distance = 2.0 * (abs(setting.gap) + setting.push) * setting.unit
+        options["search"] = raymortar.Search(reach=distance, depth=distance)
+    return options
+
+
+def _build(setting, scene, bcs, **options):
+    moduli = {"lower": MODULUS, "upper": setting.ratio * MODULUS}
+    problem = build(
+        scene,
+        setting.degree,
+        "neo-hookean",
+        E=moduli,
+        nu=setting.nu,
+        bcs=bcs,
+        **_contact_options(setting),
+        **options,
+    )
+    if setting.gamma != 1.0:
+        problem.contact.set_gamma(setting.gamma * problem.contact.gamma)
+    return problem
+
+
+def _top(scene):
+    """Displacement of the top, to be set."""
+    dim = scene.mesh.geometry.dim
+    return fem.Constant(scene.mesh, np.zeros(dim, PETSc.ScalarType))
+
+
+# Column: uniaxial strain, known in closed form
+
+
+def column(setting):
+    """Two blocks between smooth walls: uniaxial strain in each, one pressure."""
+    scene = _blocks(setting, 1.0)
+    dim = scene.mesh.geometry.dim
+    top = _top(scene)
+
+    def bcs(V, scene):
+        sides = [("left", 0), ("right", 0), ("front", 1), ("back", 1)][: 2 * dim - 2]
+        return [fix(V, scene, ["bottom"]), fix(V, scene, "top", None, top)] + [
+            fix(V, scene, [f"lower_{side}", f"upper_{side}"], k) for side, k in sides
+        ]
+
+    problem = _build(setting, scene, bcs)
+    total = (setting.push + setting.gap) * setting.unit
+
+    def apply(factor):
+        top.value[-1] = -factor * total
+
+    pressure = _column_pressure(setting)
+
+    def error():
+        multiplier = problem.slave_multiplier()
+        # The traction on the slave, whose normal points down
+        normal = multiplier[:, 0] if multiplier.shape[1] == 1 else -multiplier[:, -1]
+        return float(np.abs(normal - pressure).max() / abs(pressure))
+
+    return Case(problem, apply, error)
+
+
+def _uniaxial(stretch, E, nu):
+    """Nominal stress of the neo-Hookean material in uniaxial strain."""
+    mu, lmbda = lame(E, nu)
+    return mu * (stretch - 1.0 / stretch) + lmbda * np.log(stretch) / stretch
+
+
+def _column_pressure(setting):
+    """Stress of two layers in series whose heights shrink by `push` in all.
+
+    By bisection on the logarithm of the share of the stiffer one, so that a share
+    of 1e-6 keeps its digits.
+    """
+    stiff, soft = max(1.0, setting.ratio), min(1.0, setting.ratio)
+
+    def excess(log_share):
+        share = np.exp(log_share) * setting.push
+        return _uniaxial(1.0 - share, stiff * MODULUS, setting.nu) - _uniaxial(
+            1.0 - setting.push + share, soft * MODULUS, setting.nu
+        )
+
+    low, high = np.log(1e-12), 0.0
+    while low < (low + high) / 2 < high:
+        middle = (low + high) / 2
+        low, high = (middle, high) if excess(middle) > 0.0 else (low, middle)
+    share = np.exp(low) * setting.push
+    return _uniaxial(1.0 - share, stiff * MODULUS, setting.nu)
+
+
+# Punch and slide: sharp corners, against small steps and against nothing
+
+
+def punch(setting):
+    """A block 0.6 wide pressed into one 1.0 wide, its corners sharp."""
+    scene = _blocks(setting, 0.6)
+    top = _top(scene)
+
+    def bcs(V, scene):
+        return [fix(V, scene, "bottom"), fix(V, scene, "top", None, top)]
+
+    pairs = [("slave", "master")]
+    if setting.perpendicular:
+        pairs += [("upper_left", "master"), ("upper_right", "master")]
+    problem = _build(setting, scene, bcs, pairs=pairs)
+    total = (setting.push + setting.gap) * setting.unit
+
+    def apply(factor):
+        top.value[-1] = -factor * total
+
+    return Case(problem, apply, lambda: _difference(problem, setting))
+
+
+def slide(setting):
+    """A block pressed into another and pushed over its edge, until it hangs free."""
+    scene = _blocks(setting, 0.4)
+    top = _top(scene)
+
+    def bcs(V, scene):
+        return [fix(V, scene, "bottom"), fix(V, scene, "top", None, top)]
+
+    problem = _build(setting, scene, bcs)
+
+    def apply(factor):
+        top.value[-1] = -min(10.0 * factor, 1.0) * setting.push * setting.unit
+        top.value[0] = max(factor - 0.1, 0.0) / 0.9 * setting.aspect * setting.unit
+
+    def error():
+        force = np.linalg.norm(problem.contact.resultant(0).force)
+        return float(force / (MODULUS * setting.push * setting.unit))
+
+    return Case(problem, apply, error, steps=60)
+
+
+def reaction(problem):
+    """Vertical force in the upper body: from the form alone, without contact."""
+    form = problem.problem
+    V = problem.u.function_space
+    dim = problem.dim
+    forces = compat.create_la_vector(V.dofmap.index_map, V.dofmap.index_map_bs)
+    compat.assemble_residual(forces.array, form.L)
+    facets = problem.scene.facet_tags.find(problem.scene.tags["top"])
+    dofs = fem.locate_dofs_topological(V.sub(dim - 1), dim - 1, facets)
+    return float(np.sum(forces.array[dofs]))
+
+
+@functools.cache
+def _reference(setting):
+    """Reaction of a punch in 20 small steps; None where these fail.
+
+    Whether gamma or the size of the step change it is what the scene asks.
+    """
+    case = punch(setting)
+    try:
+        for k in range(1, 21):
+            case.apply(k / 20)
+            case.problem.solve()
+            case.problem.contact.advance()
+    except (raymortar.ConvergenceError, raymortar.ContactError, PETSc.Error):
+        return None
+    return reaction(case.problem)
+
+
+def _difference(problem, setting):
+    """Relative difference of the reaction to that in small steps, NaN without."""
+    expected = _reference(dataclasses.replace(setting, gamma=1.0))
+    if expected is None:
+        return float("nan")
+    return abs(reaction(problem) - expected) / abs(expected)
+
+
+SCENES = {"column": column, "punch": punch, "slide": slide}

@@ -1,0 +1,91 @@
+"""Solves the settings that come in, one line of JSON each, and answers in kind.
+
+A process of its own, so that a crash or a hang ends one scene and not the matrix.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import logging
+import sys
+import time
+
+import numpy as np
+from petsc4py import PETSc
+
+import raymortar
+from scenes import SCENES, Setting
+
+logging.getLogger().setLevel(logging.WARNING)
+
+LINE_SEARCH = {"snes_linesearch_type": "bt", "snes_max_it": 50}
+FAILURES = (raymortar.ConvergenceError, raymortar.ContactError, PETSc.Error)
+# Larger matrices have no condition estimate
+LARGEST = 1500
+
+
+def one_step(case):
+    case.apply(1.0)
+    case.problem.solve(max_it=25)
+    return len(case.problem.history) - 1
+
+
+def with_line_search(case):
+    case.apply(1.0)
+    case.problem.solve(raymortar.SNESSolver, LINE_SEARCH)
+    return case.problem.solver.snes.getIterationNumber()
+
+
+def in_steps(case):
+    solver = raymortar.SNESSolver(case.problem.problem)
+    case.problem.solver = solver
+    steps = raymortar.LoadSteps(solver, case.apply, case.steps).run()
+    return sum(step.iterations for step in steps)
+
+
+# In the order of their cost: the first that converges counts
+WAYS = {"one step": one_step, "line search": with_line_search, "steps": in_steps}
+
+
+def condition(A):
+    """Condition number of a small matrix, NaN for others."""
+    if A.getSize()[0] > LARGEST:
+        return float("nan")
+    dense = A.convert("dense").getDenseArray()
+    return float(np.linalg.cond(dense))
+
+
+def solve(setting):
+    """How a setting ends: the way that converged, its figures, or why none did."""
+    result = {"way": "", "message": ""}
+    ways = {"steps": in_steps} if setting.scene == "slide" else WAYS
+    for way, go in ways.items():
+        case = SCENES[setting.scene](setting)
+        try:
+            result["iterations"] = go(case)
+        except FAILURES as failure:
+            result["message"] += f"{way}: {str(failure)[:400]} | "
+            continue
+        history = case.problem.history
+        result["way"] = way
+        result["floor"] = history[-1] / max(history) if max(history) > 0.0 else 0.0
+        result["error"] = case.error()
+        result["condition"] = condition(case.problem.solver.A)
+        break
+    return result
+
+
+def main():
+    for line in sys.stdin:
+        values = json.loads(line)
+        values["divisions"] = tuple(values["divisions"])
+        begin = time.perf_counter()
+        answer = solve(Setting(**values))
+        answer["seconds"] = time.perf_counter() - begin
+        # Apart from what libraries print
+        print("answer " + json.dumps(answer), flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,113 @@
+"""What long demos share: progress on screen and in a file, interruption, restart."""
+
+from __future__ import annotations
+
+import csv
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from raymortar.contact import ContactState
+
+
+def add_options(parser):
+    """Options of demos that can be interrupted."""
+    parser.add_argument("--checkpoint", type=Path, help="file to save the path to")
+    parser.add_argument("--every", type=int, default=10, help="steps per checkpoint")
+    parser.add_argument("--restart", type=Path, help="checkpoint to go on from")
+
+
+def rank_file(path, comm):
+    """Each rank keeps its own part of a checkpoint."""
+    return path if comm.size == 1 else path.with_suffix(f".{comm.rank}.npz")
+
+
+def save(path, contact, rows, **more):
+    """Write the accepted state, the path so far and more arrays of this rank.
+
+    The file is replaced at once: an interruption leaves the old one or the new one.
+    """
+    comm, state = contact.layout.comm, contact.state()
+    path = rank_file(path, comm)
+    part = path.with_suffix(".part.npz")
+    np.savez(
+        part,
+        rows=np.array(rows),
+        ranks=comm.size,
+        u=state.u,
+        u_old=state.u_old,
+        multiplier=state.multiplier,
+        **more,
+    )
+    os.replace(part, path)
+
+
+def load(path, contact, row):
+    """Go back to a checkpoint of the same mesh and number of ranks.
+
+    Returns the rows, as objects of the class `row`, and the other arrays.
+    """
+    comm = contact.layout.comm
+    with np.load(rank_file(path, comm)) as data:
+        found = {name: data[name] for name in data.files}
+    if found.pop("ranks") != comm.size or found["u"].shape != contact.u.x.array.shape:
+        raise SystemExit(f"{path} is of another mesh or number of ranks")
+    arrays = [found.pop(name) for name in ("u", "u_old", "multiplier")]
+    contact.restore(ContactState(*arrays, [None] * len(contact.zones)))
+    return [row(*values) for values in found.pop("rows")], found
+
+
+@dataclass
+class Record:
+    """Keeps the rows: on screen, in a CSV file, in a checkpoint every few steps.
+
+    Attributes
+    ----------
+    heading, line
+        Head of the table on screen, and what makes a line of a row.
+    more
+        Arrays by name that a checkpoint keeps besides, when it is written.
+    """
+
+    contact: Any
+    csv_path: Path
+    checkpoint: Path | None
+    every: int
+    rows: list
+    heading: str
+    line: Callable
+    more: Callable[[], dict] = dict
+
+    def say(self, text):
+        if self.contact.layout.comm.rank == 0:
+            print(text, flush=True)
+
+    def follow(self, path):
+        """Record the rows of a path; False if interrupted from the keyboard."""
+        self.say(f"  step{self.heading}")
+        try:
+            for row in path:
+                self.rows.append(row)
+                self.say(f"{len(self.rows):6}{self.line(row)}")
+                if len(self.rows) % self.every == 0:
+                    self.write()
+        except KeyboardInterrupt:
+            where = self.checkpoint or "a file given by --checkpoint"
+            self.say(f"interrupted: --restart continues from {where}")
+            return False
+        self.write()
+        return True
+
+    def write(self):
+        """The CSV file, and the checkpoint if one is asked for."""
+        if self.checkpoint is not None:
+            save(self.checkpoint, self.contact, self.rows, **self.more())
+        if self.rows and self.contact.layout.comm.rank == 0:
+            with open(self.csv_path, "w", newline="", encoding="utf-8") as file:
+                writer = csv.writer(file)
+                writer.writerow(self.rows[0]._fields)
+                writer.writerows(self.rows)

@@ -1,0 +1,151 @@
+"""Load steps that halve on failure and grow again."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from petsc4py import PETSc
+
+from .contact import ContactState
+from .errors import ContactError, ConvergenceError
+
+# What a smaller step may cure
+_FAILURES = (ConvergenceError, ContactError, PETSc.Error)
+
+
+class LoadSteps:
+    """A quasi-static path from load factor 0 to 1, with steps as large as they may be.
+
+    After a failure the step is halved; then, and where `largest` allows it, it doubles
+    again.
+
+    Parameters
+    ----------
+    solver
+        `NewtonSolver` or `SNESSolver`.
+    apply
+        Called with the load factor before each solve: sets loads and Dirichlet values.
+    steps
+        Steps if none fails.
+    max_halvings
+        Of the first step's size; then the failure is raised.
+    extrapolate
+        Start each solve where the last step's change of displacement and multiplier,
+        in proportion to the steps' sizes, would lead; where that fails, from the last
+        accepted state. Saves one or two iterations of a step on a smooth path (in
+        sliding the first iterate slips the right way) and is of no use on a rough
+        one. The solver's ``rtol`` is then relative to a small residual: give it an
+        ``atol``, a force.
+    largest
+        How many times the first step's size a step may grow to. With friction the
+        path's result depends on the steps, so that the default is 1: no growth beyond
+        the size that was asked for.
+    easy
+        Newton iterations up to which a step is an easy one, after which the size may
+        grow beyond the first step's.
+
+    Attributes
+    ----------
+    halvings
+        So far.
+
+    Examples
+    --------
+    >>> def apply(t):
+    ...     top.value[:] = (0.0, -0.2 * t)
+    >>> for step in LoadSteps(solver, apply, steps=5):
+    ...     print(step.factor, step.iterations)
+    """
+
+    def __init__(
+        self,
+        solver: Any,
+        apply: Any,
+        steps: int = 10,
+        max_halvings: int = 6,
+        extrapolate: bool = False,
+        largest: int = 1,
+        easy: int = 5,
+    ) -> None:
+        if steps < 1 or max_halvings < 0:
+            raise ContactError(
+                f"steps = {steps} must be positive, max_halvings = {max_halvings} "
+                "not negative"
+            )
+        if largest < 1:
+            raise ContactError(f"largest = {largest} must be at least 1")
+        self.solver, self.apply = solver, apply
+        self.steps, self.max_halvings = steps, max_halvings
+        self.extrapolate, self.largest, self.easy = extrapolate, largest, easy
+        self.halvings = 0
+
+    def __iter__(self) -> Iterator[LoadStep]:
+        """Solve step by step; each accepted step is yielded as a `LoadStep`."""
+        contact = self.solver.problem.contact
+        # In units of the smallest step, so that the path ends at exactly 1
+        unit = 2**self.max_halvings
+        done, size = 0, unit
+        last, last_size = None, size
+        while done < self.steps * unit:
+            while size > self.steps * unit - done:
+                size //= 2
+            factor = (done + size) / (self.steps * unit)
+            before = contact.state()
+            self.apply(factor)
+            try:
+                iterations = self._solve(before, last, size / last_size)
+            except _FAILURES as failure:
+                contact.restore(before)
+                if size == 1:
+                    raise ConvergenceError(
+                        f"load factor {factor:.6g} failed after "
+                        f"{self.max_halvings} halvings of the step: {failure}"
+                    ) from failure
+                size //= 2
+                self.halvings += 1
+                continue
+            contact.advance()
+            done += size
+            last, last_size = before, size
+            # On the grid of the larger size, so that the steps asked for are met again
+            if self._may_grow(size / unit, iterations) and done % (2 * size) == 0:
+                size *= 2
+            yield LoadStep(factor, iterations, self.halvings)
+
+    def _may_grow(self, size: float, iterations: int) -> bool:
+        """Whether twice a step, in first steps, is not too much after the last one."""
+        if size < 1.0:
+            return True
+        return 2.0 * size <= self.largest and iterations <= self.easy
+
+    def _solve(self, now: ContactState, last: ContactState | None, ratio: float) -> int:
+        """Iterations from the extrapolated state or else from the present one."""
+        contact = self.solver.problem.contact
+        if self.extrapolate and last is not None:
+            contact.u.x.array[:] += ratio * (now.u - last.u)
+            if now.multiplier is not None and last.multiplier is not None:
+                change = now.multiplier - last.multiplier
+                contact.multiplier.x.array[:] += ratio * change
+            try:
+                return self.solver.solve()[0]
+            except _FAILURES:
+                contact.restore(now)
+        return self.solver.solve()[0]
+
+    def run(self) -> list[LoadStep]:
+        """All steps at once."""
+        return list(self)
+
+
+class LoadStep:
+    """An accepted step: load factor, Newton iterations, halvings so far."""
+
+    def __init__(self, factor: float, iterations: int, halvings: int) -> None:
+        self.factor, self.iterations, self.halvings = factor, iterations, halvings
+
+    def __repr__(self) -> str:
+        return (
+            f"LoadStep(factor={self.factor:.6g}, iterations={self.iterations}, "
+            f"halvings={self.halvings})"
+        )

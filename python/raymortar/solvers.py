@@ -1,0 +1,281 @@
+"""Iterative linear solvers: PETSc options for each method, and what they need to know.
+
+The tangent is [[K, B], [C, D]] over [u, multiplier / gamma]: unsymmetric, and D is zero
+where contact is closed. Multigrid takes neither as it is. With a penalty there is K
+alone, and rigid bodies' motions are what its coarse levels have to hold.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from mpi4py import MPI
+from petsc4py import PETSc
+
+from . import compat, surfaces
+from .compat import Array
+from .layout import marked_everywhere
+
+# Stiffness of the springs that stand for closed contact, in those of the volume at its
+# surface: softer ones leave more to GMRES, stiffer ones are hard on multigrid (measured:
+# docs/parallel.md)
+SPRINGS = 10.0
+
+MULTIGRIDS = ("gamg", "hypre")
+
+_KRYLOV = {"ksp_type": "gmres", "ksp_gmres_restart": 200, "ksp_rtol": 1e-8}
+
+# Point relaxation, as Chebyshev's needs bounds of a spectrum that is real
+_MULTIGRID = {
+    "gamg": {
+        "pc_type": "gamg",
+        # Dropped entries leave single nodes behind, which no coarse level can hold
+        "pc_gamg_threshold": 0.0,
+        "mg_levels_ksp_type": "richardson",
+        "mg_levels_ksp_max_it": 2,
+        "mg_levels_pc_type": "sor",
+    },
+    "hypre": {
+        "pc_type": "hypre",
+        "pc_hypre_type": "boomeramg",
+        "pc_hypre_boomeramg_strong_threshold": 0.5,
+        "pc_hypre_boomeramg_nodal_coarsen": 6,
+        "pc_hypre_boomeramg_relax_type_all": "SOR/Jacobi",
+    },
+}
+
+
+def iterative(multigrid: str = "gamg", **options: Any) -> dict[str, Any]:
+    """PETSc options of an iterative linear solver, for `NewtonSolver` or `SNESSolver`.
+
+    Parameters
+    ----------
+    multigrid
+        ``"gamg"`` (PETSc's own, smoothed aggregation) or ``"hypre"`` (BoomerAMG).
+    options
+        Further ones, or others, such as ``ksp_rtol=1e-6``.
+
+    Returns
+    -------
+    GMRES with `ContactPreconditioner`, whose multigrid has the prefix
+    ``displacement_``.
+    """
+    if multigrid not in MULTIGRIDS:
+        raise ValueError(f"multigrid must be one of {MULTIGRIDS}, not {multigrid!r}")
+    inner = {f"displacement_{k}": v for k, v in _MULTIGRID[multigrid].items()}
+    outer = {
+        "pc_type": "python",
+        "pc_python_type": f"{__name__}.{ContactPreconditioner.__name__}",
+    }
+    return {**_KRYLOV, **outer, **inner, **options}
+
+
+def rigid_motions(V: Any) -> list[Array]:
+    """Translations and rotations at the owned dofs of a vector space, unrolled."""
+    dim, n = V.mesh.geometry.dim, V.dofmap.index_map.size_local
+    x = V.tabulate_dof_coordinates()[:n, :dim]
+    x = x - np.mean(x, axis=0, keepdims=True) if n else x
+    motions = [np.tile(e, (n, 1)) for e in np.eye(dim)]
+    for i, j in ((0, 1), (1, 2), (2, 0))[: 1 if dim == 2 else 3]:
+        turn = np.zeros((n, dim))
+        turn[:, i], turn[:, j] = -x[:, j], x[:, i]
+        motions.append(turn)
+    return [motion.ravel() for motion in motions]
+
+
+def near_nullspace(contact: Any) -> PETSc.NullSpace:
+    """Rigid motions as vectors over the owned displacement dofs. Collective."""
+    comm = contact.layout.comm
+    vectors: list[PETSc.Vec] = []
+    for motion in rigid_motions(contact.u.function_space):
+        vector = PETSc.Vec().createMPI((len(motion), None), comm=comm)
+        vector.array[:] = motion
+        for other in vectors:
+            vector.axpy(-other.dot(vector), other)
+        vector.normalize()
+        vectors.append(vector)
+    return PETSc.NullSpace().create(vectors=vectors, comm=comm)
+
+
+def attach(ksp: PETSc.KSP, contact: Any) -> None:
+    """Tell a solver whose options have been read about the contact."""
+    if ksp.getPC().getType() == "python":
+        context = ksp.getPC().getPythonContext()
+        if isinstance(context, ContactPreconditioner):
+            context.contact = contact
+
+
+class ContactPreconditioner:
+    """Eliminates the multiplier; multigrid for the displacement. A PETSc python PC.
+
+    With a penalty, S below is the tangent itself. With a multiplier D, which is zero where contact is closed, is replaced by the blocks of its nodes
+    less M, a multiple of the lumped mass matrix of the slave surface. What is left for
+    the displacement, S = K - B E^-1 C with these blocks E, is then the stiffness with
+    closed contact held by springs: it couples the bodies, and has no zeros. Where the
+    springs are about as stiff as the volume's surface (the modulus over the mesh size),
+    S is no worse for multigrid than K, and the error of E costs a number of iterations
+    that refinement does not change.
+
+    Attributes
+    ----------
+    contact
+        Set by `attach` before the first use.
+    solver
+        KSP of S, with prefix ``displacement_`` after that of the outer one.
+    """
+
+    def __init__(self) -> None:
+        self.contact: Any = None
+        self.solver: Any = None  # PETSc.KSP from `setUp` on
+        self._near: PETSc.NullSpace | None = None
+        self._springs: Any = None  # a number from the first elimination on
+
+    def setUp(self, pc: PETSc.PC) -> None:
+        """Take the blocks of the tangent anew. Collective."""
+        A, _ = pc.getOperators()
+        S = A if self.contact.multiplier is None else self._eliminate(A)
+        if self._near is None:
+            self._near = near_nullspace(self.contact)
+        S.setNearNullSpace(self._near)
+        # A new one each time: GAMG cannot change the sizes of its levels
+        self.reset(pc)
+        self.solver = PETSc.KSP().create(pc.comm)
+        self.solver.setType("preonly")
+        self.solver.setOptionsPrefix(f"{pc.getOptionsPrefix() or ''}displacement_")
+        self.solver.setOperators(S)
+        self.solver.setFromOptions()
+        self.solver.setUp()
+
+    def _eliminate(self, A: PETSc.Mat) -> PETSc.Mat:
+        """S, and keep the blocks that the elimination needs."""
+        if self._springs is None:
+            # The multiplier is divided by gamma, and so its equation is multiplied
+            scale = self.contact.gamma_scale
+            self._springs = scale**2 / (SPRINGS * surface_stiffness(self.contact))
+            self._u, self._lam = _index_sets(self.contact.layout)
+        K, self._B, self._C, D = (
+            A.createSubMatrix(rows, columns)
+            for rows in (self._u, self._lam)
+            for columns in (self._u, self._lam)
+        )
+        self._inverse = self._inverse_blocks(D)
+        EC = self._inverse.matMult(self._C)
+        S = self._B.matMult(EC)
+        S.aypx(-1.0, K, PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
+        S = _with_blocks(S, K.getBlockSize())
+        for matrix in (K, D, EC):
+            matrix.destroy()
+        return S
+
+    def _inverse_blocks(self, D: PETSc.Mat) -> PETSc.Mat:
+        """E^-1 from the nodes' blocks of D and the lumped mass."""
+        layout = self.contact.layout
+        c, begin = layout.components, D.getOwnershipRange()[0]
+        mass = self._springs * lumped_mass(self.contact)
+        offsets, columns, values = D.getValuesCSR()
+        rows = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
+        columns = columns - begin
+        own = columns // c == rows // c
+        blocks = np.zeros((len(mass), c, c))
+        rows, columns, values = rows[own], columns[own], values[own]
+        blocks[rows // c, rows % c, columns % c] = values
+        blocks -= mass[:, None, None] * np.eye(c)
+        n = len(offsets) - 1
+        pattern = c * (np.arange(n) // c)[:, None] + np.arange(c) + begin
+        E = PETSc.Mat().createAIJ(
+            ((n, None), (n, None)),
+            csr=(
+                c * np.arange(n + 1, dtype=PETSc.IntType),
+                pattern.ravel().astype(PETSc.IntType),
+                np.linalg.inv(blocks).ravel(),
+            ),
+            comm=D.comm,
+        )
+        E.assemble()
+        return E
+
+    def apply(self, pc: PETSc.PC, x: PETSc.Vec, y: PETSc.Vec) -> None:
+        """y = P^-1 x: eliminate, solve, substitute. Collective."""
+        if self.contact.multiplier is None:
+            self.solver.solve(x, y)
+            return
+        r, q = x.getSubVector(self._u), x.getSubVector(self._lam)
+        right, rest = r.copy(), q.copy()
+        x.restoreSubVector(self._u, r)
+        x.restoreSubVector(self._lam, q)
+        u, lam = right.duplicate(), rest.duplicate()
+        self._inverse.mult(rest, lam)
+        self._B.mult(lam, u)
+        right.axpy(-1.0, u)
+        self.solver.solve(right, u)
+        self._C.mult(u, lam)
+        rest.axpy(-1.0, lam)
+        self._inverse.mult(rest, lam)
+        n = self.contact.layout.n_u
+        y.array[:n] = u.array_r
+        y.array[n:] = lam.array_r
+        for vector in (right, rest, u, lam):
+            vector.destroy()
+
+    def reset(self, pc: PETSc.PC) -> None:
+        """Forget the operators: the next ones may have another pattern."""
+        if self.solver is not None:
+            self.solver.destroy()
+            self.solver = None
+
+
+def _index_sets(layout: Any) -> tuple[PETSc.IS, PETSc.IS]:
+    """Owned rows of displacement and multiplier."""
+    bs = layout.u.function_space.dofmap.index_map_bs
+    sets = []
+    ends = layout.begin, layout.begin + layout.n_u, layout.begin + layout.size
+    for first, last, block in zip(ends, ends[1:], (bs, max(layout.components, 1))):
+        rows = np.arange(first, last, dtype=PETSc.IntType)
+        one = PETSc.IS().createGeneral(rows, comm=layout.comm)
+        one.setBlockSize(block)
+        sets.append(one)
+    return sets[0], sets[1]
+
+
+def _with_blocks(S: PETSc.Mat, bs: int) -> PETSc.Mat:
+    """S with a block size, which products of matrices have lost."""
+    if S.getBlockSize() == bs:
+        return S
+    offsets, columns, values = S.getValuesCSR()
+    n = len(offsets) - 1
+    T = PETSc.Mat().create(S.comm)
+    T.setSizes(((n, None), (n, None)), bsize=bs)
+    T.setType(PETSc.Mat.Type.AIJ)
+    T.setPreallocationCSR((offsets, columns, values))
+    T.assemble()
+    S.destroy()
+    return T
+
+
+def lumped_mass(contact: Any) -> Array:
+    """int N_a dG at the owned unknowns of the multiplier, (nodes,). Collective."""
+    W = contact.multiplier.function_space
+    mass = compat.create_la_vector(W.dofmap.index_map, 1)
+    degree = compat.element_info(W).degree
+    for zone in contact.zones:
+        points = zone.cpp.points()
+        shape = zone.facets.slave_surface.shape
+        N, _ = surfaces.shape_functions(shape, degree, points["xi"])
+        dofs = zone.multiplier_table[points["slave"]]
+        np.add.at(mass.array, dofs, points["weight"][:, None] * N)
+    compat.scatter_reverse_add(mass)
+    return mass.array[contact.layout.owned_multipliers]
+
+
+def surface_stiffness(contact: Any) -> float:
+    """Diagonal of the volume's stiffness per area of the slave surface. Collective."""
+    V, comm = contact.u.function_space, contact.layout.comm
+    bs, owned = V.dofmap.index_map_bs, V.dofmap.index_map.size_local
+    dofs = [zone.facets.slave_surface.dofs for zone in contact.zones]
+    slave = marked_everywhere(V, np.unique(np.concatenate(dofs)))[:owned]
+    diagonal = contact.stiffness_diagonal.reshape(-1, bs)[slave].sum() / bs
+    sums = np.array([diagonal, lumped_mass(contact).sum()])
+    comm.Allreduce(MPI.IN_PLACE, sums)
+    return float(sums[0] / sums[1])

@@ -1,0 +1,122 @@
+"""Iterative solvers: the direct solver's answer, and iterations that stay few."""
+
+import numpy as np
+import pytest
+
+from problems import COMM, SOLVERS, build, fix, worst
+from raymortar import (
+    AugmentedLagrangian,
+    Coulomb,
+    Penalty,
+    SNESSolver,
+    compat,
+    solvers,
+)
+from raymortar.scenes import two_blocks
+
+pytestmark = pytest.mark.mpi
+METHODS = {"augmented": AugmentedLagrangian, "penalty": lambda: Penalty(200.0)}
+FRICTIONS = {"frictionless": None, "friction": Coulomb(0.3)}
+
+
+def blocks(method, friction, n=2, gamma=None):
+    """A block pressed on another, and sheared where there is friction."""
+    scene = two_blocks(
+        COMM,
+        3,
+        "hexahedron",
+        lower_divisions=(4 * n, 4 * n, 2 * n),
+        upper_divisions=(3 * n, 3 * n, 2 * n),
+        lower_size=(1.0, 1.0, 0.5),
+        upper_size=(0.8, 0.8, 0.5),
+    )
+    push = (0.004 if friction else 0.0, 0.0, -0.02)
+
+    def held(V, scene):
+        top = fix(V, scene, "top", value=lambda x: np.tile(push, (len(x), 1)))
+        return [fix(V, scene, "bottom"), top]
+
+    method = METHODS[method]() if gamma is None else AugmentedLagrangian(gamma)
+    return build(scene, 1, "neo-hookean", method, E=10.0, bcs=held, friction=friction)
+
+
+def solution(problem, options, solver=SNESSolver):
+    """Displacement and multiplier at the solution, and the Krylov iterations."""
+    problem.solver = solver(problem.problem, options)
+    krylov, steps = problem.solver.krylov_solver, []
+    krylov.setMonitor(lambda ksp, i, norm: steps.append(i))
+    problem.solve(rtol=1e-12)
+    ends = [a for a, b in zip(steps, [*steps[1:], 0]) if b == 0]
+    return problem.problem.start().array.copy(), max(ends)
+
+
+@pytest.mark.parametrize("friction", FRICTIONS)
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("multigrid", solvers.MULTIGRIDS)
+def test_answer_is_that_of_the_direct_solver(multigrid, method, friction):
+    case = method, FRICTIONS[friction]
+    direct, _ = solution(blocks(*case), None)
+    iterative, iterations = solution(blocks(*case), solvers.iterative(multigrid))
+    assert worst(iterative - direct) <= 1e-8 * worst(direct)
+    assert 2 < iterations < 40
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_either_solver_takes_the_options(solver):
+    problem = blocks("augmented", None, n=1)
+    _, iterations = solution(problem, solvers.iterative(), solver)
+    assert 2 < iterations < 40
+    context = problem.solver.krylov_solver.getPC().getPythonContext()
+    assert context.contact is problem.contact
+
+
+def test_iterations_hardly_depend_on_gamma():
+    gamma = blocks("augmented", None).contact.gamma
+    counts = [
+        solution(blocks("augmented", None, gamma=f * gamma), solvers.iterative())[1]
+        for f in (0.01, 1.0, 100.0)
+    ]
+    assert max(counts) <= 1.5 * min(counts)
+
+
+def test_iterations_hardly_grow_with_refinement():
+    counts = [
+        solution(blocks("augmented", FRICTIONS["friction"], n), solvers.iterative())[1]
+        for n in (1, 2, 3)
+    ]
+    assert counts[2] <= 1.3 * counts[1] <= 1.3**2 * counts[0]
+
+
+def test_options_are_those_of_the_prefix():
+    problem = blocks("augmented", None, n=1)
+    options = solvers.iterative(
+        ksp_type="fgmres",
+        displacement_ksp_type="gmres",
+        displacement_ksp_max_it=7,
+        displacement_pc_type="sor",
+    )
+    solution(problem, options)
+    krylov = problem.solver.krylov_solver
+    inner = krylov.getPC().getPythonContext().solver
+    assert krylov.getType() == "fgmres"
+    assert inner.getType() == "gmres" and inner.getPC().getType() == "sor"
+    assert inner.getTolerances()[3] == 7
+
+
+def test_unknown_multigrid_is_refused():
+    with pytest.raises(ValueError, match="multigrid must be one of .* not 'ml'"):
+        solvers.iterative("ml")
+
+
+def test_rigid_motions_cost_no_energy():
+    """The motions of multigrid's coarse levels are those of the volume's kernel."""
+    problem = blocks("penalty", None, n=1)
+    K = problem.problem.create_matrix()
+    problem.contact.u.x.array[:] = 0.0
+    compat.assemble_jacobian(K, problem.problem.a, [])
+    K.assemble()
+    near = solvers.near_nullspace(problem.contact).getVecs()
+    assert len(near) == 6
+    for i, v in enumerate(near):
+        assert [abs(v.dot(w)) for w in near] == pytest.approx(np.eye(6)[i], abs=1e-12)
+        assert (K * v).norm() <= 1e-12 * K.norm()
