@@ -31,8 +31,9 @@ _KRYLOV = {"ksp_type": "gmres", "ksp_gmres_restart": 200, "ksp_rtol": 1e-8}
 _MULTIGRID = {
     "gamg": {
         "pc_type": "gamg",
-        # Dropped entries leave single nodes behind, which no coarse level can hold
-        "pc_gamg_threshold": 0.0,
+        # Keep all: entries that vanish in slip, once dropped, leave nodes without a
+        # neighbour, which the coarse levels cannot hold
+        "pc_gamg_threshold": -1.0,
         "mg_levels_ksp_type": "richardson",
         "mg_levels_ksp_max_it": 2,
         "mg_levels_pc_type": "sor",
