@@ -39,6 +39,15 @@ def with_directives(app, name, source):
     source[0] = source[0].replace("\n```math\n", "\n```{math}\n")
 
 
+def with_other_pages(app, name, source):
+    """The start page lists every page that it does not name itself."""
+    if name == "index":
+        pages = {page.stem for page in Path(app.srcdir).glob("*.md")} - {"index"}
+        others = sorted(pages - set(source[0].split("\n")))
+        source[0] = source[0].replace("OTHER_PAGES", "\n".join(others))
+
+
 def setup(app):
     """Read the pages as they are shown elsewhere."""
     app.connect("source-read", with_directives)
+    app.connect("source-read", with_other_pages)

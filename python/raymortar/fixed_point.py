@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .errors import ContactError, ConvergenceError, raise_everywhere
+from .errors import ContactError, ConvergenceError
 from .solver import NewtonSolver, SNESSolver
 
 

@@ -88,7 +88,8 @@ def rigid_motions(V: Any) -> list[Array]:
 
 def near_nullspace(contact: Any) -> PETSc.NullSpace:
     """Rigid motions as vectors over the owned displacement dofs. Collective."""
-    comm, vectors = contact.layout.comm, []
+    comm = contact.layout.comm
+    vectors: list[PETSc.Vec] = []
     for motion in rigid_motions(contact.u.function_space):
         vector = PETSc.Vec().createMPI((len(motion), None), comm=comm)
         vector.array[:] = motion
@@ -128,9 +129,9 @@ class ContactPreconditioner:
 
     def __init__(self) -> None:
         self.contact: Any = None
-        self.solver: PETSc.KSP | None = None
+        self.solver: Any = None  # PETSc.KSP from `setUp` on
         self._near: PETSc.NullSpace | None = None
-        self._springs: float | None = None
+        self._springs: Any = None  # a number from the first elimination on
 
     def setUp(self, pc: PETSc.PC) -> None:
         """Take the blocks of the tangent anew. Collective."""

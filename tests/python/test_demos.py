@@ -58,6 +58,7 @@ def test_press_fit_is_balanced_and_slides_at_the_limit(tmp_path):
     run(press_fit, tmp_path, "--size", "4", "--steps", "40")
 
 
+@pytest.mark.quick
 @pytest.mark.mpi
 def test_pin_jaw_and_base_are_in_equilibrium(tmp_path):
     pytest.importorskip("gmsh")
@@ -69,7 +70,6 @@ def test_die_is_in_equilibrium_and_slides_at_the_limit(tmp_path, friction):
     run(ironing_3d, tmp_path, "--size", "2", "--steps", "8", "--friction", friction)
 
 
-@pytest.mark.mpi
 def test_shells_store_what_the_plates_do(tmp_path):
     run(shells, tmp_path, "--size", "2", "--steps", "5", "--closing", "2.5")
 
