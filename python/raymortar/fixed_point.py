@@ -75,8 +75,7 @@ class FixedPointSolver:
             f"the pairing has not settled after {self.max_outer} pairings: residuals "
             f"{found}; {self.problem.contact.statistics}"
         )
-        raise_everywhere(self.problem.comm, message, ConvergenceError)
-        return iterations, False
+        raise ConvergenceError(message)
 
     def _residual(self) -> float:
         """Norm of the residual, paired anew at the present state."""
