@@ -57,6 +57,7 @@ def solve(
     force=None,
     method=None,
     master_ratio=1.25,
+    make_solver=raymortar.SNESSolver,
 ):
     """Press the cylinder on the block: by a displacement, then by a force if given."""
     scene = cylinder_on_block(
@@ -93,7 +94,7 @@ def solve(
     pair = (tags["slave"], tags["master"])
     contact = raymortar.Contact(u, scene.facet_tags, [pair], method)
     problem = raymortar.NonlinearProblem(F, contact, supports + [push])
-    solver = raymortar.SNESSolver(problem)
+    solver = make_solver(problem)
 
     target = approach(force_of(case.half_width, case.radius), case)
 
@@ -107,7 +108,7 @@ def solve(
         # A force cannot hold bodies that only just touch: it takes over here
         load.value = force / (2.0 * case.radius)
         problem = raymortar.NonlinearProblem(F, contact, supports)
-        iterations.append(raymortar.SNESSolver(problem).solve()[0])
+        iterations.append(make_solver(problem).solve()[0])
     return SimpleNamespace(
         scene=scene,
         u=u,

@@ -245,6 +245,8 @@ launch() {
     # Options, as the names of the settings differ between Open MPI 4, 5 and 6.
     [[ $(mpirun --version) != *"Open MPI"* ]] ||
       options=(--map-by :OVERSUBSCRIBE --bind-to none)
+    # Ranks that wait for others must leave them the cores
+    ((ranks <= $(nproc))) || export OMPI_MCA_mpi_yield_when_idle=1
     mpirun "${options[@]}" -n "$ranks" "$@"
   else
     "$@"

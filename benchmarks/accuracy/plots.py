@@ -85,14 +85,11 @@ def _fronts(plt, found, problem, path):
 
 def _shares(axes, found):
     """Stages of the largest run of each kind with all defaults."""
+    found = of(found, quadrature="default", method="augmented")
     kinds = sorted({(r["cell"], r["degree"]) for r in found})
     bottom = [0.0] * len(kinds)
     largest = [
-        max(
-            of(found, cell=c, degree=d, quadrature="default", method="augmented"),
-            key=lambda r: r["unknowns"],
-        )
-        for c, d in kinds
+        max(of(found, cell=c, degree=d), key=lambda r: r["unknowns"]) for c, d in kinds
     ]
     labels = [f"{c[:4]}. {d:g}\n{r['unknowns']:g}" for (c, d), r in zip(kinds, largest)]
     for stage in STAGES:

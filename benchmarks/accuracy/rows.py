@@ -42,16 +42,17 @@ def _format(value):
 class Table:
     """A CSV file that is written row by row: an interrupted run keeps its results."""
 
-    def __init__(self, path: Path):
+    def __init__(self, path: Path, append: bool = False):
         path.parent.mkdir(parents=True, exist_ok=True)
-        self._path, self.rows = path, []
+        self._path = path
+        if append and path.exists():
+            return
         with path.open("w", newline="") as file:
             csv.DictWriter(file, FIELDS).writeheader()
 
     def add(self, row: dict):
         """Append, and say so on the terminal."""
         row = {name: _format(value) for name, value in row.items()}
-        self.rows.append(row)
         with self._path.open("a", newline="") as file:
             csv.DictWriter(file, FIELDS).writerow(row)
         shown = [str(row[name]) for name in FIELDS[:13] if row.get(name, "") != ""]

@@ -1,5 +1,6 @@
 #include "bind.h"
 #include "raymortar/fem/assembly.h"
+#include "raymortar/fem/floor.h"
 #include "raymortar/fem/pattern.h"
 
 namespace raymortar::bindings
@@ -47,5 +48,8 @@ void bind_assembly(py::module_& m)
         apply_lifting(z, from_handle<::Vec>(b), to_span(slave), fetched, alpha);
       });
   m.def("preallocate", &preallocate_zones);
+  m.def("write_blocks", [](const Zone& z, std::uintptr_t A)
+        { return write_blocks(z, from_handle<::Mat>(A)); });
+  m.def("compute_blocks", &compute_blocks);
 }
 } // namespace raymortar::bindings

@@ -21,6 +21,7 @@ Surface make_surface(Shape shape, int degree, int node_degree, int gdim,
   s.facet_dofs = to_vector(facet_dofs);
   s.rows = to_vector(rows);
   s.facet_id = to_vector(facet_id);
+  s.neighbours = find_neighbours(s);
   return s;
 }
 
@@ -58,6 +59,14 @@ void bind_surface(py::module_& m)
            py::arg("rows"), py::arg("facet_id"))
       .def("largest_diameter",
            [](const Surface& s) { return largest_diameter(s, s.X); });
+  m.def(
+      "find_candidates",
+      [](const Surface& slave, const Surface& master,
+         const SearchDistances& distances, Strategy strategy) {
+        return find_candidates(slave, master, distances, strategy)
+            .masters.size();
+      },
+      "Number of candidate pairs of two surfaces as they are.");
   py::class_<QuadratureRule>(m, "QuadratureRule")
       .def(py::init(&make_rule), py::arg("points"), py::arg("weights"));
   py::class_<Multipliers>(m, "Multipliers")

@@ -1,4 +1,5 @@
 #include "bind.h"
+#include "raymortar/fem/free_points.h"
 #include "raymortar/fem/remote_entries.h"
 
 namespace raymortar::bindings
@@ -155,7 +156,8 @@ void bind_zone(py::module_& m)
   py::class_<Stick>(m, "Stick").def(py::init<>());
   py::enum_<Strategy>(m, "Strategy")
       .value("brute_force", Strategy::brute_force)
-      .value("bvh", Strategy::bvh);
+      .value("bvh", Strategy::bvh)
+      .value("advancing_front", Strategy::advancing_front);
   py::class_<SearchDistances>(m, "SearchDistances")
       .def(py::init<double, double, double>(), py::arg("reach"),
            py::arg("depth"), py::arg("skin"));
@@ -188,6 +190,8 @@ void bind_zone(py::module_& m)
       .def("points", &points)
       .def("segments", &segments)
       .def("pairs", &pairs)
+      .def("free_points",
+           [](const Zone& z) { return to_array(free_points(z)); })
       .def("traffic", &traffic, py::arg("ranges"), py::arg("rank"))
       .def("statistics", &statistics);
 }

@@ -17,6 +17,7 @@ from .compat import Array, Indices
 from .errors import ContactError, raise_everywhere, require_agreement, together
 from .fields import ContactFields
 from .friction import LAWS, Coulomb, Stick, Tresca
+from .held import any_held, refuse_held
 from .layout import Layout
 from .methods import (
     MEASURES,
@@ -66,8 +67,8 @@ class Contact(ContactFields):
     friction
         `Coulomb`, `Tresca` or `Stick`; None: frictionless.
     quadrature_degree
-        Of the rule on each segment. None: exact for traction times test function on
-        flat affine facets.
+        Of the rule on each segment. None: such that more points change no error, see
+        `zones.default_quadrature_degree`.
     measure
         ``"reference"``: integrals over the undeformed slave surface, the multiplier is
         the nominal traction; ``"current"``: over the deformed one, Cauchy traction.
@@ -158,6 +159,7 @@ class Contact(ContactFields):
         self.gamma_scale = 1.0
         self._u_old = u.x.array.copy()
         self._fixed_by: tuple[Any, ...] = ()
+        self._some_held = False
         # Read by `prepare`, which every use of it follows
         self._volume: Any = None
         if method.gamma is not None:
@@ -350,6 +352,7 @@ class Contact(ContactFields):
         marker, _ = compat.dirichlet_dofs(bcs, self.u.function_space)
         self._for_zones("set_fixed", marker.astype(np.float64))
         self._fixed_by = tuple(bcs)
+        self._some_held = self.multiplier is not None and any_held(self, marker)
 
     # Assembly
 
@@ -425,6 +428,8 @@ class Contact(ContactFields):
         Constrained rows and columns are left out. Collective.
         """
         self._fix(bcs)
+        if self._some_held:
+            refuse_held(self)
         with together(self._comm):
             for zone in self.zones:
                 _cpp.add_tangent(zone.cpp, A.handle, zone.positions)

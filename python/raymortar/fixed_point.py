@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .errors import ContactError, ConvergenceError, raise_everywhere
+from .errors import ContactError, ConvergenceError
 from .solver import NewtonSolver, SNESSolver
 
 
@@ -76,6 +76,7 @@ class FixedPointSolver:
             f"{found}; {self.problem.contact.statistics}"
         )
         raise_everywhere(self.problem.comm, message, ConvergenceError)
+        return iterations, False
 
     def _residual(self) -> float:
         """Norm of the residual, paired anew at the present state."""

@@ -21,7 +21,7 @@ def _check(name: str, value: Any) -> None:
 
 @dataclass(frozen=True)
 class Coulomb:
-    """Coulomb friction: slip where the tangential traction reaches mu |p|.
+    """Coulomb friction: slip where the tangential traction reaches ``mu |p|``.
 
     Attributes
     ----------

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 from petsc4py import PETSc
@@ -79,7 +80,7 @@ class LoadSteps:
         self.extrapolate, self.largest, self.easy = extrapolate, largest, easy
         self.halvings = 0
 
-    def __iter__(self):
+    def __iter__(self) -> Iterator[LoadStep]:
         """Solve step by step; each accepted step is yielded as a `LoadStep`."""
         contact = self.solver.problem.contact
         # In units of the smallest step, so that the path ends at exactly 1
@@ -123,7 +124,7 @@ class LoadSteps:
         contact = self.solver.problem.contact
         if self.extrapolate and last is not None:
             contact.u.x.array[:] += ratio * (now.u - last.u)
-            if contact.multiplier is not None:
+            if now.multiplier is not None and last.multiplier is not None:
                 change = now.multiplier - last.multiplier
                 contact.multiplier.x.array[:] += ratio * change
             try:

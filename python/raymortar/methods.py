@@ -10,7 +10,7 @@ from dolfinx.fem import Function
 
 from .errors import ContactError
 
-STRATEGIES = ("bvh", "brute-force")
+STRATEGIES = ("bvh", "advancing-front", "brute-force")
 MEASURES = ("reference", "current")
 
 
@@ -96,7 +96,9 @@ class Search:
     Attributes
     ----------
     strategy
-        ``"bvh"``, a tree of boxes, or ``"brute-force"``, every pair of facets.
+        ``"bvh"``, a tree of boxes; ``"advancing-front"``, from neighbour to neighbour
+        on both surfaces; or ``"brute-force"``, every pair of facets. All find the
+        same pairs.
     reach
         Largest gap that is still seen. None: twice the largest facet diameter.
     depth

@@ -38,7 +38,7 @@ class Resultant:
 
 @dataclass
 class Statistics:
-    """Counts over all ranks, seconds of the slowest rank.
+    """Counts over all ranks, CPU seconds of the slowest rank.
 
     Of the last `Contact.update`, but for these sums since the start:
     ``candidate_builds``, ``halo_builds``, ``pairings``, ``pairings_skipped`` (nothing
@@ -49,7 +49,7 @@ class Statistics:
 
     ``hits`` of ``points`` met the master within the search distances; with none, the
     bodies are out of reach of each other. ``slip_points`` of them needed their slip.
-    Seconds are those of the last time each stage ran.
+    Seconds are CPU seconds of the last time each stage ran.
     """
 
     slave_facets: int = 0

@@ -27,15 +27,16 @@ MULTIGRIDS = ("gamg", "hypre")
 
 _KRYLOV = {"ksp_type": "gmres", "ksp_gmres_restart": 200, "ksp_rtol": 1e-8}
 
-# Point relaxation, as Chebyshev's needs bounds of a spectrum that is real
 _MULTIGRID = {
     "gamg": {
         "pc_type": "gamg",
-        # Dropped entries leave single nodes behind, which no coarse level can hold
-        "pc_gamg_threshold": 0.0,
-        "mg_levels_ksp_type": "richardson",
-        "mg_levels_ksp_max_it": 2,
-        "mg_levels_pc_type": "sor",
+        # All entries: those that vanish in slip leave nodes without a neighbour
+        "pc_gamg_threshold": -1.0,
+        # Nodes that are left alone have fewer unknowns than there are rigid motions, so
+        # that diagonals of coarse levels vanish: PETSc's Jacobi takes it, its SOR does not
+        "mg_levels_ksp_type": "chebyshev",
+        "mg_levels_ksp_max_it": 3,
+        "mg_levels_pc_type": "jacobi",
     },
     "hypre": {
         "pc_type": "hypre",
@@ -87,7 +88,8 @@ def rigid_motions(V: Any) -> list[Array]:
 
 def near_nullspace(contact: Any) -> PETSc.NullSpace:
     """Rigid motions as vectors over the owned displacement dofs. Collective."""
-    comm, vectors = contact.layout.comm, []
+    comm = contact.layout.comm
+    vectors: list[PETSc.Vec] = []
     for motion in rigid_motions(contact.u.function_space):
         vector = PETSc.Vec().createMPI((len(motion), None), comm=comm)
         vector.array[:] = motion
@@ -127,9 +129,9 @@ class ContactPreconditioner:
 
     def __init__(self) -> None:
         self.contact: Any = None
-        self.solver: PETSc.KSP | None = None
+        self.solver: Any = None  # PETSc.KSP from `setUp` on
         self._near: PETSc.NullSpace | None = None
-        self._springs: float | None = None
+        self._springs: Any = None  # a number from the first elimination on
 
     def setUp(self, pc: PETSc.PC) -> None:
         """Take the blocks of the tangent anew. Collective."""

@@ -50,7 +50,9 @@ def _area(surface: Surface) -> float:
     return float((np.linalg.norm(normals(tangents), axis=-1) @ weights).sum())
 
 
-def _side(volume: VolumePattern, layout: Layout, sides, fixed: Array):
+def _side(
+    volume: VolumePattern, layout: Layout, sides: Sequence[Surface], fixed: Any
+) -> tuple[float, bool]:
     """Stiffness over area of all surfaces of one side, and whether it can move.
 
     Collective.
@@ -67,7 +69,7 @@ def _side(volume: VolumePattern, layout: Layout, sides, fixed: Array):
 
 
 def contact_stiffness(
-    volume: VolumePattern, layout: Layout, zones, bcs: Sequence[Any] = ()
+    volume: VolumePattern, layout: Layout, zones: Any, bcs: Sequence[Any] = ()
 ) -> float:
     """sum(diag K) / sum(int N_a dG) over a side's displacement dofs [theory (5.2)].
 

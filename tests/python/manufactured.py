@@ -306,6 +306,8 @@ class Manufactured:
 
     def _pressure_error(self):
         zone, points = self.contact.zones[0], self.contact.points()
+        if COMM.allreduce(len(points["gap"])) == 0:
+            raise RuntimeError("the bodies have lost contact")
         surface = zone.facets.slave_surface
         N, _ = surfaces.shape_functions(
             surface.shape, surface.node_degree, points["xi"]

@@ -63,10 +63,13 @@ METHODS = {
 
 @dataclass
 class Results:
-    """What a run gives: fields by place, and numbers. Equal on all ranks."""
+    """What a run gives, equal on all ranks: fields by place at the end, and of every
+    step forces, extreme gaps and pressures, counts, and pairs of facets."""
 
     fields: dict = field(default_factory=dict)
-    numbers: dict = field(default_factory=dict)
+    forces: list = field(default_factory=list)
+    extremes: list = field(default_factory=list)
+    counts: list = field(default_factory=list)
     pairs: list = field(default_factory=list)
     partner_ranks: list = field(default_factory=list)
 
@@ -118,10 +121,10 @@ class Sliding:
     def run(self):
         """Results of the whole path."""
         results = Results()
-        for k, t in enumerate(np.linspace(0.0, 1.0, 4 * STEPS + 1)[1:]):
+        for t in np.linspace(0.0, 1.0, 4 * STEPS + 1)[1:]:
             self.apply(t)
             self.solver.solve()
-            self._record(results, f"step {k}")
+            self._record(results)
             self.contact.advance()
         self._record_end(results)
         return results
@@ -140,20 +143,22 @@ class Sliding:
         key = np.round(rows[:, : self.dim], 9)
         return rows[np.lexsort(key.T)]
 
-    def _record(self, results, name):
+    def _record(self, results):
         contact = self.contact
         r = contact.resultant()
-        results.numbers[name] = np.concatenate(
-            [r.force, np.atleast_1d(r.moment), r.tangential, self._reaction()]
+        results.forces.append(
+            np.concatenate(
+                [r.force, np.atleast_1d(r.moment), r.tangential, self._reaction()]
+            )
         )
         pairs, ranks = self._pairs()
         results.pairs.append(pairs)
         results.partner_ranks.append(ranks)
         s = contact.statistics
-        results.numbers[f"counts, {name}"] = np.array(
+        results.counts.append(
             [s.slave_facets, s.pairs, s.segments, s.points, s.hits, s.active_points]
-            + [s.min_gap, s.max_gap, s.max_pressure]
         )
+        results.extremes.append([s.min_gap, s.max_gap, s.max_pressure])
 
     def _reaction(self):
         """Force on the top, from the stress in the block."""

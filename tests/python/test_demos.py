@@ -10,9 +10,13 @@ import pytest
 pytest.importorskip("matplotlib")
 sys.path.insert(0, str(Path(__file__).parents[2] / "demos"))
 
+import assembly  # noqa: E402
 import blocks_3d  # noqa: E402
 import hertz_cylinder  # noqa: E402
 import hertz_sphere  # noqa: E402
+import ironing_3d  # noqa: E402
+import press_fit  # noqa: E402
+import shells  # noqa: E402
 
 COMM = MPI.COMM_WORLD
 
@@ -47,6 +51,27 @@ def test_quadratic_blocks_are_uniform_and_in_equilibrium(tmp_path):
 
 def test_spheres_agree_with_hertz_and_tatara(tmp_path):
     run(hertz_sphere, tmp_path)
+
+
+@pytest.mark.mpi
+def test_press_fit_is_balanced_and_slides_at_the_limit(tmp_path):
+    run(press_fit, tmp_path, "--size", "4", "--steps", "40")
+
+
+@pytest.mark.quick
+@pytest.mark.mpi
+def test_pin_jaw_and_base_are_in_equilibrium(tmp_path):
+    pytest.importorskip("gmsh")
+    run(assembly, tmp_path, "--size", "4", "--steps", "4")
+
+
+@pytest.mark.parametrize("friction", ["0", "0.3"])
+def test_die_is_in_equilibrium_and_slides_at_the_limit(tmp_path, friction):
+    run(ironing_3d, tmp_path, "--size", "2", "--steps", "8", "--friction", friction)
+
+
+def test_shells_store_what_the_plates_do(tmp_path):
+    run(shells, tmp_path, "--size", "2", "--steps", "5", "--closing", "2.5")
 
 
 def test_a_demo_that_is_off_fails():

@@ -16,7 +16,7 @@ from raymortar.blocks import Block
 from raymortar.meshing import assemble_blocks
 from raymortar.scenes import two_blocks
 
-pytestmark = pytest.mark.quick
+pytestmark = [pytest.mark.quick, pytest.mark.mpi]
 PAIR = [(3, 4)]  # slave and master of `two_blocks`
 
 
@@ -286,3 +286,25 @@ def test_bodies_out_of_reach_are_allowed():
     c.update()
     assert c.statistics.hits == 0
     assert "bodies out of reach of each other" in str(c.statistics)
+
+
+def test_contact_between_prescribed_surfaces_is_refused(scene):
+    """No traction can be found there, and no empty row is left to the direct solver."""
+
+    def held(V, scene):
+        return [fix(V, scene, ["slave", "master", "bottom"])]
+
+    problem = build(scene, method=AugmentedLagrangian(), bcs=held).problem
+    u = problem.contact.u
+    A, x = problem.create_matrix(), problem.start()
+    cells = scene.cell_tags.find(scene.bodies["upper"])
+    upper = np.unique(compat.dofmap_array(u.function_space)[cells])
+
+    def lift(height):
+        u.x.array.reshape(-1, 2)[upper, 1] = height
+        problem.contact.layout.to_vector(x, problem.contact.gamma_scale)
+        problem.J(x, A)
+
+    lift(0.1)  # open: the multiplier's own equation holds it at zero
+    with refused(r"3 node\(s\) of the contact traction, .* prescribed on both sides"):
+        lift(-0.1)

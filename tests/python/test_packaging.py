@@ -57,3 +57,10 @@ def test_every_bound_name_has_a_type():
         if isinstance(node, ast.ClassDef) and node.name != "Error":
             bound = members(getattr(_cpp, node.name))
             assert annotated(node.body) == bound, node.name
+
+
+def test_every_public_name_is_documented():
+    pages = (ROOT / "docs" / "api").glob("*.md")
+    text = "\n".join(page.read_text(encoding="utf-8") for page in pages)
+    named = set(re.findall(r":: raymortar\.(\w+)$", text, re.M))
+    assert set(raymortar.__all__) <= named

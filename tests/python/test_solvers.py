@@ -14,7 +14,6 @@ from raymortar import (
 )
 from raymortar.scenes import two_blocks
 
-pytestmark = pytest.mark.mpi
 METHODS = {"augmented": AugmentedLagrangian, "penalty": lambda: Penalty(200.0)}
 FRICTIONS = {"frictionless": None, "friction": Coulomb(0.3)}
 
@@ -50,6 +49,7 @@ def solution(problem, options, solver=SNESSolver):
     return problem.problem.start().array.copy(), max(ends)
 
 
+@pytest.mark.mpi
 @pytest.mark.parametrize("friction", FRICTIONS)
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("multigrid", solvers.MULTIGRIDS)
@@ -61,6 +61,7 @@ def test_answer_is_that_of_the_direct_solver(multigrid, method, friction):
     assert 2 < iterations < 40
 
 
+@pytest.mark.mpi
 @pytest.mark.parametrize("solver", SOLVERS)
 def test_either_solver_takes_the_options(solver):
     problem = blocks("augmented", None, n=1)
@@ -108,6 +109,7 @@ def test_unknown_multigrid_is_refused():
         solvers.iterative("ml")
 
 
+@pytest.mark.mpi
 def test_rigid_motions_cost_no_energy():
     """The motions of multigrid's coarse levels are those of the volume's kernel."""
     problem = blocks("penalty", None, n=1)

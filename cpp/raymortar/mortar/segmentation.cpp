@@ -31,6 +31,22 @@ struct SlavePatch
     return {xi[e], xi[(e + 1) % static_cast<std::size_t>(count)] - xi[e]};
   }
 
+  /// Whether a point of the plane lies on an edge, to rounding. Coordinates are
+  /// of size one
+  [[nodiscard]] bool on_edge(const typename F::RefPoint& at) const
+  {
+    bool on = false;
+    if constexpr (F::tdim == 2)
+      for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
+      {
+        const Vec<2> e = y[(i + 1) % static_cast<std::size_t>(count)] - y[i];
+        const Vec<2> d = at - y[i];
+        on = on or std::abs(e[0] * d[1] - e[1] * d[0]) <=
+                       4.0 * tolerance::merge * e.norm();
+      }
+    return on;
+  }
+
   /// From plane coordinates to the facet's reference coordinates
   [[nodiscard]] typename F::RefPoint
   to_reference(const typename F::RefPoint& at) const
@@ -263,7 +279,9 @@ private:
     if (from.kind == Provenance::Kind::slave_corner)
       return {patch.xi[static_cast<std::size_t>(from.slave)], {}};
     const Vertex<F> flat{patch.to_reference(at), {}};
-    if (from.kind == Provenance::Kind::master_corner)
+    // A corner on an edge of the slave is a vertex of polygons that have it for
+    // a crossing: leaving the edge would open a gap
+    if (from.kind == Provenance::Kind::master_corner and not patch.on_edge(at))
       return under_corner(nodes, master, static_cast<std::size_t>(from.master),
                           flat);
     if constexpr (D == 3)

@@ -2,6 +2,7 @@
 #include "raymortar/geometry/dispatch.h"
 #include "raymortar/geometry/frame.h"
 #include "raymortar/geometry/patch.h"
+#include "raymortar/pairing/advancing_front.h"
 #include <algorithm>
 
 namespace raymortar
@@ -144,13 +145,24 @@ template std::vector<Box<3>> ray_boxes<3>(const Surface&,
 template std::vector<Box<2>> facet_boxes<2>(const Surface&);
 template std::vector<Box<3>> facet_boxes<3>(const Surface&);
 
+namespace
+{
+template <int D>
+Candidates candidates_by(const Surface& slave, const Surface& master,
+                         const SearchDistances& distances, Strategy strategy)
+{
+  const auto slaves = ray_boxes<D>(slave, distances);
+  const auto masters = facet_boxes<D>(master);
+  return strategy == Strategy::advancing_front
+             ? advancing_front<D>(slave, slaves, masters)
+             : overlapping<D>(slaves, masters, strategy);
+}
+} // namespace
+
 Candidates find_candidates(const Surface& slave, const Surface& master,
                            const SearchDistances& distances, Strategy strategy)
 {
-  if (slave.gdim == 2)
-    return overlapping<2>(ray_boxes<2>(slave, distances),
-                          facet_boxes<2>(master), strategy);
-  return overlapping<3>(ray_boxes<3>(slave, distances), facet_boxes<3>(master),
-                        strategy);
+  return slave.gdim == 2 ? candidates_by<2>(slave, master, distances, strategy)
+                         : candidates_by<3>(slave, master, distances, strategy);
 }
 } // namespace raymortar

@@ -8,8 +8,9 @@ namespace raymortar
 {
 enum class Strategy
 {
-  brute_force, ///< every pair of boxes is compared: the reference
-  bvh          ///< tree over the master's boxes
+  brute_force,    ///< every pair of boxes is compared: the reference
+  bvh,            ///< tree over the master's boxes
+  advancing_front ///< tree asked per patch of neighbours
 };
 
 /// @brief Distances that shape the boxes of the broad phase. Lengths.

@@ -261,12 +261,13 @@ TYPED_TEST(RaysTest, CurvedMastersHandRaysToTheirNeighbours)
           {0.6, 0.6});
       EXPECT_EQ(scene.count(RayStatus::hit), scene.points.size());
       EXPECT_LT(worst_residual<F>(scene), 4e-15);
-      int handed = 0;
+      std::size_t handed = 0;
       for (std::size_t q = 0; q < scene.points.size(); ++q)
-        handed += scene.hits.master[q] != scene.points.seed[q];
-      // Segments of affine slaves and of all in 2D break where the ray's
-      // master changes
-      EXPECT_EQ(handed > 0, F::tdim == 2 and not F::affine);
+        handed += scene.hits.master[q] != scene.points.seed[q] ? 1 : 0;
+      // Segments break where the ray's master changes, but for chords in place
+      // of edges that curve within the slave
+      const bool chords = F::tdim == 2 and not F::affine;
+      EXPECT_LE(handed, chords ? scene.points.size() / 4 : 0);
     }
 }
 

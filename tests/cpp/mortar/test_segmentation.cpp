@@ -23,8 +23,9 @@ void expect_covered(const Segmentation& s, double tolerance)
   EXPECT_TRUE(s.degenerate.empty());
 }
 
-/// Vertices finite and in the reference facet, segments with an area, in order
-void expect_valid(const Segmentation& s, Shape shape)
+/// Vertices finite and in the reference facet, segments with an area, in order.
+/// True breaks on curved and warped facets may lie outside by a slack
+void expect_valid(const Segmentation& s, Shape shape, double slack = 2e-15)
 {
   Index last = 0;
   std::int32_t end = 0;
@@ -45,7 +46,7 @@ void expect_valid(const Segmentation& s, Shape shape)
                           : shape == Shape::triangle
                               ? violation<Shape::triangle>(v).amount
                               : violation<Shape::quadrilateral>(v).amount;
-    ASSERT_LT(amount, 2e-15);
+    ASSERT_LT(amount, slack);
   }
 }
 
@@ -89,7 +90,7 @@ TEST(Segmentation, CurvedFacetsAreCoveredByALargerMaster)
             make_surface({shape, 2, 2, n, false}, raised(1.2, 0.05));
         const auto s = segments_of(slave, master, {0.2, 0.1, subdivide});
         expect_covered(s, 1e-12);
-        expect_valid(s, shape);
+        expect_valid(s, shape, tolerance::break_move);
       }
 }
 
@@ -273,7 +274,7 @@ TEST(Segmentation, WarpedQuadrilateralsAreCovered)
         make_surface({Shape::quadrilateral, 1, 1, 4, false}, plate(2, 0.3));
     const auto s = segments_of(slave, master, {1, 1, false});
     expect_covered(s, 1e-12);
-    expect_valid(s, Shape::quadrilateral);
+    expect_valid(s, Shape::quadrilateral, tolerance::break_move);
   }
 }
 

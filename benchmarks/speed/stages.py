@@ -1,0 +1,131 @@
+"""CPU seconds of every stage of contact, and the floor of its insertion."""
+
+from __future__ import annotations
+
+import resource
+import time
+
+import numpy as np
+from petsc4py import PETSc
+
+from raymortar import _cpp
+
+from grids import Pair
+
+STAGES = ("candidates", "segments", "rays")
+
+
+def clock(call, repeats):
+    """Median CPU seconds of a call."""
+    seconds = []
+    for _ in range(repeats):
+        start = time.process_time()
+        call()
+        seconds.append(time.process_time() - start)
+    return float(np.median(seconds))
+
+
+def pairing(shape, degree, n, repeats, strategy="bvh"):
+    """Stages of the pairing of a new zone, and its counts.
+
+    Returns
+    -------
+    zone, dict
+        Seconds: ``first`` (everything, halo included), the stages, ``again`` (moved by
+        less than the skin), ``unmoved``.
+    """
+    first, stages = [], {name: [] for name in STAGES}
+    for _ in range(repeats):
+        pair = Pair(shape, degree, n, strategy)
+        first.append(clock(pair.zone.pair, 1))
+        counts = pair.zone.statistics()
+        for name in STAGES:
+            stages[name].append(counts[f"seconds_{name}"])
+    shift = 1e-9 / n
+
+    def again():
+        nonlocal shift
+        shift *= -1.1
+        pair.move(shift)
+        pair.zone.pair()
+
+    result = {"first": float(np.median(first))}
+    result |= {name: float(np.median(values)) for name, values in stages.items()}
+    result["again"] = clock(again, repeats)
+    assert pair.zone.statistics()["candidate_builds"] == 1
+    result["unmoved"] = clock(pair.zone.pair, repeats)
+    return pair, result, pair.zone.statistics()
+
+
+def assembly(pair, repeats):
+    """Seconds of residual, tangent and their parts.
+
+    ``laws`` is what the residual computes; ``blocks`` what the tangent computes;
+    ``insertion`` the rest of it; ``floor`` writing blocks of the same sizes to the same
+    places with MatSetValues.
+    """
+    zone, A = pair.zone, pair.matrix()
+    b = PETSc.Vec().createSeq(pair.size)
+    positions = _cpp.BlockPositions()
+    _cpp.add_tangent(zone, A.handle, positions)
+    A.assemble()
+
+    def tangent():
+        A.zeroEntries()
+        _cpp.add_tangent(zone, A.handle, positions)
+        A.assemble()
+
+    def floor():
+        A.zeroEntries()
+        _cpp.write_blocks(zone, A.handle)
+        A.assemble()
+
+    def residual():
+        b.set(0.0)
+        _cpp.add_residual(zone, b.handle)
+        b.assemble()
+
+    result = {
+        "laws": clock(lambda: _cpp.compute_blocks(zone, False), repeats),
+        "residual": clock(residual, repeats),
+        "blocks": clock(lambda: _cpp.compute_blocks(zone, True), repeats),
+        "tangent": clock(tangent, repeats),
+        "floor": clock(floor, repeats),
+    }
+    result["insertion"] = max(result["tangent"] - result["blocks"], 0.0)
+    return result
+
+
+def resident():
+    """Largest memory of this process so far, bytes."""
+    return 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+
+
+def row(shape, degree, n, repeats=5, with_assembly=True):
+    """One line of the table: counts, seconds and memory of one size."""
+    before = resident()
+    pair, seconds, counts = pairing(shape, degree, n, repeats)
+    if with_assembly:
+        seconds |= assembly(pair, repeats)
+    line = {
+        "shape": shape,
+        "degree": degree,
+        "facets": pair.facets,
+        "pairs": counts["pairs"],
+        "segments": counts["segments"],
+        "points": counts["points"],
+        "candidates_found": counts["candidates"],
+        "bytes": resident() - before,
+    }
+    return line | {f"s_{name}": value for name, value in seconds.items()}
+
+
+def search(shape, n, strategy, repeats):
+    """Median CPU seconds to find the candidates of new linear surfaces, and their number."""
+    pair = Pair(shape, 1, n, strategy)
+    seconds = []
+    for _ in range(repeats):
+        start = time.process_time()
+        found = pair.candidates()
+        seconds.append(time.process_time() - start)
+    return float(np.median(seconds)), found

@@ -1,0 +1,106 @@
+"""Several hyperelastic bodies in one mesh: what the larger demos share."""
+
+from __future__ import annotations
+
+import common
+import numpy as np
+import ufl
+from dolfinx import fem
+
+from raymortar import compat
+
+
+def by_body(scene, values) -> fem.Function:
+    """Piecewise constant field from {name of body: value}."""
+    field = fem.Function(compat.space(scene.mesh, "DG", 0))
+    n = len(field.x.array)
+    numbers = np.zeros(n, dtype=np.int64)
+    numbers[scene.cell_tags.indices] = scene.cell_tags.values
+    table = {scene.bodies[name]: value for name, value in values.items()}
+    field.x.array[:] = [table.get(number, 0.0) for number in numbers]
+    return field
+
+
+class NeoHookean:
+    """psi = mu/2 (tr C - 3 - 2 ln J) + lambda/2 (ln J)^2; plane strain in 2D.
+
+    Parameters
+    ----------
+    E
+        Young's modulus, a number or a field.
+    nu
+        Poisson's ratio.
+    """
+
+    def __init__(self, E, nu: float) -> None:
+        self.mu = E / (2 * (1 + nu))
+        self.lmbda = E * nu / ((1 + nu) * (1 - 2 * nu))
+
+    def energy(self, u, quadrature_degree: int):
+        """Stored energy of all bodies, a UFL functional."""
+        F = ufl.Identity(len(u)) + ufl.grad(u)
+        log_J = ufl.ln(ufl.det(F))
+        density = self.mu / 2 * (ufl.inner(F, F) - len(u) - 2 * log_J)
+        density += self.lmbda / 2 * log_J**2
+        return density * ufl.dx(metadata={"quadrature_degree": quadrature_degree})
+
+    def residual(self, u, quadrature_degree: int):
+        """Virtual work of the stresses: linear form in the test function."""
+        v = ufl.TestFunction(u.function_space)
+        F = ufl.Identity(len(u)) + ufl.grad(u)
+        inverse, J = ufl.inv(F).T, ufl.det(F)
+        P = self.mu * (F - inverse) + self.lmbda * ufl.ln(J) * inverse
+        dx = ufl.dx(metadata={"quadrature_degree": quadrature_degree})
+        return ufl.inner(P, ufl.grad(v)) * dx
+
+    def cauchy(self, u):
+        """Cauchy stress as a 3 x 3 tensor."""
+        H = ufl.grad(u)
+        if len(u) == 2:
+            H = ufl.as_tensor([[H[0, 0], H[0, 1], 0], [H[1, 0], H[1, 1], 0], [0, 0, 0]])
+        F = ufl.Identity(3) + H
+        J, identity = ufl.det(F), ufl.Identity(3)
+        return (
+            self.mu / J * (F * F.T - identity) + self.lmbda * ufl.ln(J) / J * identity
+        )
+
+
+def hold(V, scene, names, values=None):
+    """Dirichlet conditions for all components on named parts of the boundary.
+
+    `values` are `Constant`s or numbers, one per component; None: at rest.
+    """
+    values = [0.0] * scene.mesh.geometry.dim if values is None else values
+    return [
+        common.clamp(V, scene, name, i, value)
+        for name in names
+        for i, value in enumerate(values)
+    ]
+
+
+def reaction(form, bc) -> float:
+    """Force of a support: the residual in its dofs. Collective."""
+    V = form.arguments()[0].ufl_function_space()
+    r = compat.create_la_vector(V.dofmap.index_map, V.dofmap.index_map_bs)
+    compat.assemble_residual(r.array, compat.form(form))
+    compat.scatter_reverse_add(r)
+    dofs, owned = bc.dof_indices()
+    return V.mesh.comm.allreduce(r.array[dofs[:owned]].sum())
+
+
+def sliding(contact, axis: int, zone: int = 0) -> np.ndarray:
+    """Where the slave slides along an axis: forces along it. Collective.
+
+    Returns
+    -------
+    What friction would carry with a coefficient of 1, its pull being along the surface
+    and against the slide at every point, and what it carries.
+    """
+    points = contact.points(zone)
+    t, n, w = (points[name] for name in ("traction", "normal", "weight"))
+    along = t[:, axis] - np.einsum("qi,qi->q", t, n) * n[:, axis]
+    tilt = np.sqrt(1.0 - n[:, axis] ** 2)
+    comm = contact.u.function_space.mesh.comm
+    return comm.allreduce(
+        np.array([w @ (np.abs(points["pressure"]) * tilt), w @ along])
+    )

@@ -1,0 +1,223 @@
+"""Press fit: a soft block is pushed into a channel that narrows (2D, plane strain).
+
+The block overlaps the walls by 1 mm when the path begins, slides by more than twice
+its length with Coulomb friction, and loses a quarter of its height on the way. The
+data are those of Fischer and Wriggers (2006), who give the force as a curve only: it
+rises while the block enters, and falls to a plateau when all of it is in the narrow
+part. There the walls are parallel, so that friction carries mu times what presses.
+"""
+
+import sys
+from types import SimpleNamespace
+
+import bodies
+import common
+import numpy as np
+
+from mpi4py import MPI
+
+import raymortar
+from dolfinx import fem
+from raymortar import compat
+from raymortar.blocks import Block
+from raymortar.meshing import Scene, assemble_blocks
+
+# Lengths in mm, stresses in MPa, forces in N per mm of thickness; the upper half
+LENGTH, HEIGHT, START = 450.0, 200.0, 330.0
+WIDE, NARROW, WALL = 199.0, 149.0, 150.0
+ENTRANCE, TAPER, EXIT = 800.0, 200.0, 900.0
+E_BLOCK, E_WALL, NU, FRICTION = 689.6, 6896.0, 0.32, 0.1
+PUSH = 1000.0
+TAGS = {"pushed": 1, "symmetry": 2, "slave": 3, "master": 4, "outside": 5}
+# Points hop between stick and slip where the wall bends
+OPTIONS = {"snes_linesearch_type": "l2", "snes_max_it": 40}
+
+
+def opening(x):
+    """Half of the channel's width at places along it."""
+    share = np.clip((x - ENTRANCE) / TAPER, 0.0, 1.0)
+    return WIDE - (WIDE - NARROW) * share
+
+
+def scene_of(comm, size):
+    """Block of `size` cells along its height and the wall above it. Collective."""
+    end = ENTRANCE + TAPER + EXIT
+
+    def wall(x):
+        share = x[:, 1] / WALL
+        y = (1.0 - share) * opening(x[:, 0]) + share * (WIDE + WALL)
+        return np.column_stack([x[:, 0], y])
+
+    block = Block(
+        (9 * size // 4, size),
+        (START, 0.0),
+        (START + LENGTH, HEIGHT),
+        tags={"left": TAGS["pushed"], "bottom": TAGS["symmetry"], "top": TAGS["slave"]},
+    )
+    # Nodes of the wall where it bends: 19 cells to 1900 mm, times a whole number
+    channel = Block(
+        (19 * max(size // 3, 1), max(size // 2, 1)),
+        (0.0, 0.0),
+        (end, WALL),
+        mapping=wall,
+        tags={"bottom": TAGS["master"], "top": TAGS["outside"]},
+    )
+    mesh, cells, facets = assemble_blocks(comm, [block, channel], "quadrilateral")
+    return Scene(mesh, cells, facets, TAGS, {"block": 1, "channel": 2})
+
+
+def solve(comm, size=12, steps=50, report=None, keep=(0.0, 0.45, 1.0)):
+    """Push the block through; forces and displacements along the path."""
+    scene = scene_of(comm, size)
+    V = compat.vector_space(scene.mesh, 1)
+    u = fem.Function(V, name="displacement")
+    E = bodies.by_body(scene, {"block": E_BLOCK, "channel": E_WALL})
+    material = bodies.NeoHookean(E, NU)
+    form = material.residual(u, 2)
+    pushed = fem.Constant(scene.mesh, 0.0)
+    support = bodies.hold(V, scene, ["outside"])
+    bcs = [common.clamp(V, scene, "pushed", 0, pushed), *support]
+    bcs.append(common.clamp(V, scene, "symmetry", 1))
+    contact = raymortar.Contact(
+        u, scene.facet_tags, [(TAGS["slave"], TAGS["master"])],
+        friction=raymortar.Coulomb(FRICTION),
+    )  # fmt: skip
+    problem = raymortar.NonlinearProblem(form, contact, bcs)
+    solver = raymortar.SNESSolver(problem, OPTIONS)
+    # The overlap is pushed out first, with the block held where it is
+    solver.solve()
+    contact.advance()
+    rows, kept = [], []
+
+    def record(factor, iterations):
+        force = contact.resultant(0)
+        normal, along = (np.linalg.norm(f) for f in (force.normal, force.tangential))
+        rows.append(
+            (factor, iterations, *-force.force, normal, along,
+             bodies.reaction(form, support[0]))
+        )  # fmt: skip
+        if len(kept) < len(keep) and factor >= keep[len(kept)] - 1e-9:
+            kept.append((factor, u.copy()))
+
+    record(0.0, 0)
+
+    def apply(factor):
+        pushed.value = PUSH * factor
+
+    path = raymortar.LoadSteps(solver, apply, steps=steps)
+    for step in path:
+        record(step.factor, step.iterations)
+        if report is not None:
+            t, n, H, V_, *_ = rows[-1]
+            report.say(f"{PUSH * t:7.1f} mm: {n:2} iterations, H {H:9.2f}, V {V_:9.2f}")
+    names = "factor iterations H V normal along support".split()
+    columns = dict(zip(names, np.array(rows).T))
+    return SimpleNamespace(
+        scene=scene, u=u, contact=contact, material=material, kept=kept,
+        halvings=path.halvings, **columns,
+    )  # fmt: skip
+
+
+def imbalance(result):
+    """Largest difference of the push and what the wall's support takes, over the push."""
+    return np.abs(result.H + result.support).max() / np.abs(result.H).max()
+
+
+def draw(result, path):
+    """The block on its way, and the forces along it."""
+    scene, u = result.scene, result.u
+    pictures, final = [], u.x.array.copy()
+    for factor, state in result.kept:
+        u.x.array[:] = state.x.array
+        stress = common.von_mises(result.material.cauchy(u))
+        mises = common.nodal_field(stress, scene.mesh, "mises", quadrature_degree=2)
+        pictures.append((factor, common.gather_cells(scene.mesh, u, mises)))
+    u.x.array[:] = final
+    compat.write_xdmf(
+        path.with_suffix(".xdmf"), scene.mesh, [u, result.contact.multiplier, mises]
+    )
+    if scene.mesh.comm.rank > 0:
+        return
+    plt = common.pyplot()
+    fig, panels = plt.subplot_mosaic(
+        [["0", "forces"], ["1", "forces"], ["2", "forces"]],
+        figsize=(11, 4.8),
+        layout="constrained",
+        width_ratios=[1.15, 1.0],
+    )
+    for name, (factor, cells) in zip("012", pictures):
+        colours = draw_bodies(panels[name], *cells)
+        panels[name].set_title(f"pushed by {PUSH * factor:.0f} mm", loc="left")
+    fig.colorbar(
+        colours,
+        ax=[panels[name] for name in "012"],
+        label="von Mises stress [MPa]",
+        shrink=0.7,
+    )
+    draw_forces(panels["forces"], result)
+    fig.savefig(path)
+
+
+def draw_bodies(axes, x, u, mises):
+    """Both halves, deformed."""
+    for sign in (1.0, -1.0):
+        at = (x[..., :2] + u) * [1.0, sign]
+        colours = axes.tripcolor(
+            *at.reshape(-1, 2).T,
+            common.triangles(x),
+            mises.ravel(),
+            shading="gouraud",
+            cmap=common.STRESS_MAP,
+            vmin=0.0,
+            vmax=300.0,
+        )
+        common.draw_edges(axes, at)
+    axes.set(aspect="equal", xlim=(-2, 1902), ylim=(-351, 351))
+    axes.axis("off")
+    return colours
+
+
+def draw_forces(axes, result):
+    """Push and friction's limit over the path."""
+    way = PUSH * result.factor
+    axes.plot(way, 2e-3 * result.H, color=common.COMPUTED, label="push H")
+    limit = 2e-3 * FRICTION * result.normal
+    axes.plot(way, limit, "--", color=common.EXACT, label=r"friction's limit $\mu N$")
+    for place, text in (
+        (ENTRANCE - START - LENGTH, "front enters the taper"),
+        (ENTRANCE + TAPER - START, "tail leaves the taper"),
+    ):
+        axes.axvline(place, color="0.75", lw=0.8, zorder=0)
+        axes.text(place + 10, 33.0, text, color="0.4", fontsize=8)
+    axes.set(xlabel="push [mm]", ylabel="force of both halves [kN/mm]")
+    axes.set(xlim=(0.0, PUSH), ylim=(0.0, 35.0))
+    axes.legend(loc="lower right")
+
+
+def main(arguments=None):
+    """Run the demo; 0 if forces balance and friction carries what it can."""
+    parser = common.options("press_fit", __doc__)
+    parser.add_argument("--size", type=int, default=12, help="cells over half a height")
+    parser.add_argument("--steps", type=int, default=50)
+    args = parser.parse_args(arguments)
+    comm = MPI.COMM_WORLD
+    report = common.Report(comm)
+    size = args.size * (2 if args.fine else 1)
+    steps = args.steps * (2 if args.fine else 1)
+    result = solve(comm, size, steps, report)
+    report.say(
+        f"{result.contact.layout.size_global} unknowns, "
+        f"{int(result.iterations.sum())} Newton iterations, {result.halvings} halvings"
+    )
+    report.add("1 + push - support of the wall", 1.0 + imbalance(result), 1.0, 1e-7)
+    friction, normal = result.along[-1], FRICTION * result.normal[-1]
+    report.add("friction at the end", friction, normal, 0.02, "N/mm")
+    report.add("push at the end", result.H[-1], normal, 0.05, "N/mm")
+    report.add("largest push", result.H.max(), normal, unit="N/mm")
+    args.output.mkdir(parents=True, exist_ok=True)
+    draw(result, args.output / "press_fit.png")
+    return report.finish("limit")
+
+
+if __name__ == "__main__":
+    sys.exit(main())
