@@ -1,6 +1,6 @@
 """Stress matrix: small scenes over a grid of extremes.
 
-    python benchmarks/stress/run.py [--output DIR] [--limit SECONDS] [--only TEXT]
+    python benchmarks/stress/run.py [--output DIR] [--limit SECONDS] [--only TEXT] [--jobs N]
 
 Writes matrix.csv and matrix.png, prints what does not converge and why, and fails
 if a scene crashes, hangs, reports a wrong answer, or fails without a reason.
@@ -9,6 +9,7 @@ if a scene crashes, hangs, reports a wrong answer, or fails without a reason.
 from __future__ import annotations
 
 import argparse
+import concurrent.futures
 import csv
 import dataclasses
 import json
@@ -92,17 +93,24 @@ def judge(setting, answer):
     return "another equilibrium" if differs else answer["way"]
 
 
-def solve_all(limit, wanted):
-    """Answers with verdicts, by setting."""
-    worker, answers = Worker(limit), {}
-    try:
-        for setting in wanted:
-            answer = worker.ask(setting)
-            answer["verdict"] = judge(setting, answer)
-            answers[setting] = answer
-    finally:
-        worker.close()
-    return answers
+def solve_all(limit, wanted, jobs):
+    """Answers with verdicts, by setting: each job takes the next one that waits."""
+    waiting, answers = iter(wanted), {}
+
+    def work():
+        worker = Worker(limit)
+        try:
+            for setting in waiting:
+                answer = worker.ask(setting)
+                answer["verdict"] = judge(setting, answer)
+                answers[setting] = answer
+        finally:
+            worker.close()
+
+    with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
+        for done in [pool.submit(work) for _ in range(jobs)]:
+            done.result()
+    return {setting: answers[setting] for setting in wanted}
 
 
 FIGURES = [
@@ -149,11 +157,13 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--output", type=Path, default=Path("results/stress"))
     parser.add_argument("--limit", type=float, default=60.0, help="seconds per scene")
+    parser.add_argument("--jobs", type=int, default=1, help="scenes at a time")
     parser.add_argument("--only", default="", help="panels whose name has this text")
     arguments = parser.parse_args()
     panels = [name for name in PANELS if arguments.only in name]
     shown = {s for name in panels for row in settings(name) for s in row}
-    answers = solve_all(arguments.limit, [s for s in all_settings() if s in shown])
+    wanted = [s for s in all_settings() if s in shown]
+    answers = solve_all(arguments.limit, wanted, arguments.jobs)
     arguments.output.mkdir(parents=True, exist_ok=True)
     write(answers, arguments.output / "matrix.csv")
     draw(panels, answers, arguments.output / "matrix.png")

@@ -87,8 +87,9 @@ class Solved:
 
     @property
     def traction(self):
-        """At the points, in the original's frame and unit."""
-        return self.problem.contact.points()["traction"] @ self.Q / self.xi
+        """At the nodes, zero off the slave, in the original's frame and unit."""
+        values = self.problem.contact.traction().x.array.reshape(-1, len(self.Q))
+        return np.nan_to_num(values) @ self.Q / self.xi
 
     def scale(self, power):
         return self.xi * self.eta**power

@@ -183,7 +183,7 @@ def test_damaged_checkpoints_are_refused(demo, tmp_path, damage):
     if damage == "other":
         np.savez(path, u=np.zeros(3))
     else:
-        changed = whole[:middle] + bytes(64) + whole[middle + 64 :]
+        changed = whole[:middle] + b"\xff" * 64 + whole[middle + 64 :]
         path.write_bytes({"cut": whole[:middle], "changed": changed}.get(damage, b""))
     if damage == "missing":
         path.unlink()
