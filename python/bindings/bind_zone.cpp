@@ -11,15 +11,16 @@ make_zone(int comm, Surface slave, Surface master,
           const Array<std::int64_t>& master_node_ids,
           const Array<std::int64_t>& master_dof_ids, Multipliers multipliers,
           LawKind law, FrictionLaw friction, bool current_measure,
-          const SearchDistances& distances, Strategy strategy, bool subdivide,
-          QuadratureRule segment_rule, QuadratureRule facet_rule)
+          bool moving_segments, const SearchDistances& distances,
+          Strategy strategy, bool subdivide, QuadratureRule segment_rule,
+          QuadratureRule facet_rule)
 {
   return std::make_unique<Zone>(
       MPI_Comm_f2c(comm),
       ZoneInput{std::move(slave), std::move(master), to_vector(master_node_ids),
                 to_vector(master_dof_ids), std::move(multipliers), law,
-                friction, current_measure, distances, strategy, subdivide,
-                std::move(segment_rule), std::move(facet_rule)});
+                friction, current_measure, moving_segments, distances, strategy,
+                subdivide, std::move(segment_rule), std::move(facet_rule)});
 }
 
 py::dict statistics(Zone& z)
@@ -96,6 +97,7 @@ py::dict points(const Zone& z)
   const std::vector<py::ssize_t> vector = {n, d};
   py::dict out;
   out["xi"] = points_to_array(s.points.xi, d - 1);
+  out["seed"] = to_array(s.points.seed);
   out["slave"] = to_array(s.points.slave);
   out["master"] = to_array(s.hits.master);
   out["eta"] = points_to_array(s.hits.eta, d - 1);
@@ -119,6 +121,9 @@ py::dict segments(const Zone& z)
 {
   const Segmentation& s = z.segmentation();
   std::vector<Index> slave, master, offsets = {0};
+  std::vector<Break::Motion> motion;
+  for (const Break& one : s.breaks)
+    motion.push_back(one.motion);
   for (const Segment& one : s.segments)
   {
     slave.push_back(one.slave);
@@ -130,6 +135,7 @@ py::dict segments(const Zone& z)
   out["master"] = to_array(master);
   out["offsets"] = to_array(offsets);
   out["xi"] = points_to_array(s.vertices, z.state().slave.gdim - 1);
+  out["motion"] = enums_to_array(motion);
   out["covered"] = to_array(s.covered);
   out["whole_area"] = to_array(z.state().points.whole);
   out["covered_area"] = to_array(z.state().points.covered);
@@ -166,8 +172,9 @@ void bind_zone(py::module_& m)
            py::arg("slave"), py::arg("master"), py::arg("master_node_ids"),
            py::arg("master_dof_ids"), py::arg("multipliers"), py::arg("law"),
            py::arg("friction"), py::arg("current_measure"),
-           py::arg("distances"), py::arg("strategy"), py::arg("subdivide"),
-           py::arg("segment_rule"), py::arg("facet_rule"))
+           py::arg("moving_segments"), py::arg("distances"),
+           py::arg("strategy"), py::arg("subdivide"), py::arg("segment_rule"),
+           py::arg("facet_rule"))
       .def("set_displacement", &set_both<&Zone::set_displacement>)
       .def("set_old_displacement", &set_both<&Zone::set_old_displacement>)
       .def("set_fixed", &set_both<&Zone::set_fixed>)

@@ -21,6 +21,7 @@ from .held import any_held, refuse_held
 from .layout import Layout
 from .methods import (
     MEASURES,
+    TANGENTS,
     AugmentedLagrangian,
     Penalty,
     Search,
@@ -74,6 +75,9 @@ class Contact(ContactFields):
         the nominal traction; ``"current"``: over the deformed one, Cauchy traction.
     search
         `Search` distances and strategy.
+    tangent
+        ``"fixed"``: the derivative at fixed integration points; ``"full"``: of the
+        residual that is paired anew, through the segments that move with the bodies.
     names
         Facet tag by name: numbers, as in a scene's ``tags``, or (dimension, tag), as
         Gmsh's physical groups are read (``compat.read_gmsh(...).names``).
@@ -109,6 +113,7 @@ class Contact(ContactFields):
         measure: str = "reference",
         search: Search | None = None,
         names: Mapping[str, int | tuple[int, int]] | None = None,
+        tangent: str = "fixed",
     ) -> None:
         method = AugmentedLagrangian() if method is None else method
         search = Search() if search is None else search
@@ -116,7 +121,9 @@ class Contact(ContactFields):
             raise ContactError(f"u must be a Function, not {type(u).__name__}")
         self._comm: MPI.Comm = u.function_space.mesh.comm
         with together(self._comm):
-            _check_options(method, friction, quadrature_degree, measure, search)
+            _check_options(
+                method, friction, quadrature_degree, measure, search, tangent
+            )
             groups = group_pairs(numbered(pairs, names, u))
         require_agreement(
             self._comm,
@@ -125,10 +132,12 @@ class Contact(ContactFields):
             quadrature_degree=quadrature_degree,
             measure=measure,
             search=search,
+            tangent=tangent,
             pairs=groups,
         )
         surfaces.check_space(u)
         self.u, self.method, self.measure = u, method, measure
+        self.tangent = tangent
         self.friction = friction
         facets = find_facets(u, facet_tags, groups)
         degree, components = self._multiplier_kind()
@@ -151,6 +160,7 @@ class Contact(ContactFields):
                 self._scalar,
                 quadrature_degree,
                 measure == "current",
+                tangent == "full",
                 search,
             )
             for zone in facets
@@ -489,7 +499,12 @@ def _check_coefficient_function(gamma: Function, u: Function) -> None:
 
 
 def _check_options(
-    method: Any, friction: Any, quadrature_degree: Any, measure: Any, search: Any
+    method: Any,
+    friction: Any,
+    quadrature_degree: Any,
+    measure: Any,
+    search: Any,
+    tangent: Any,
 ) -> None:
     """Raise for options that do not exist."""
     if not isinstance(method, (AugmentedLagrangian, Penalty)):
@@ -504,6 +519,8 @@ def _check_options(
         raise ContactError("friction needs multiplier='vector', not 'normal'")
     if measure not in MEASURES:
         raise ContactError(f"measure must be one of {MEASURES}, not {measure!r}")
+    if tangent not in TANGENTS:
+        raise ContactError(f"tangent must be one of {TANGENTS}, not {tangent!r}")
     if not isinstance(search, Search):
         raise ContactError(f"search must be a Search, not {search!r}")
     degree = quadrature_degree

@@ -12,6 +12,7 @@ from .errors import ContactError
 
 STRATEGIES = ("bvh", "advancing-front", "brute-force")
 MEASURES = ("reference", "current")
+TANGENTS = ("fixed", "full")
 
 
 def check_coefficient(gamma: Any) -> None:

@@ -212,6 +212,7 @@ def create_zone(
     result_space: Any,
     quadrature_degree: int | None,
     current_measure: bool,
+    moving_segments: bool,
     search: Search,
 ) -> ZoneData:
     """C++ zone of some facets. Collective."""
@@ -239,6 +240,7 @@ def create_zone(
         law=law,
         friction=Stick().cpp() if friction is None else friction.cpp(),
         current_measure=current_measure,
+        moving_segments=moving_segments,
         distances=_distances(search, diameter),
         strategy=getattr(_cpp.Strategy, search.strategy.replace("-", "_")),
         subdivide=search.subdivide,

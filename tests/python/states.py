@@ -183,12 +183,13 @@ def assembled(contact, bcs=()):
     return b.array.copy()
 
 
-def residual_at(contact, U):
-    """Residual at the unknowns U with the integration points where they are."""
+def residual_at(contact, U, rays_only=True):
+    """Residual at the unknowns U, with the integration points where they are or,
+    not rays_only, paired anew."""
     x = contact.create_vector()
     x.array[:] = U
     contact.layout.from_vector(x, contact.gamma_scale)
-    contact.update(rays_only=True)
+    contact.update(rays_only=rays_only)
     return assembled(contact)
 
 

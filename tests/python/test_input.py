@@ -195,6 +195,7 @@ def test_vector_function_is_no_coefficient(scene):
         ({"method": Penalty}, "method must be AugmentedLagrangian or Penalty"),
         ({"friction": 0.3}, "friction must be Coulomb.*0.3"),
         ({"measure": "deformed"}, "measure must be one of .* not 'deformed'"),
+        ({"tangent": "exact"}, "tangent must be one of .* not 'exact'"),
         ({"search": "bvh"}, "search must be a Search, not 'bvh'"),
         ({"quadrature_degree": 0}, "quadrature_degree = 0"),
         ({"quadrature_degree": 99}, "quadrature_degree = 99"),

@@ -61,18 +61,20 @@ class Branch:
         self.master, self.status = points["master"], points["status"]
 
     def holds(self, contact):
-        now = Branch(contact)
+        now = type(self)(contact)
         return np.array_equal(self.master, now.master) and np.array_equal(
             self.status, now.status
         )
 
 
-def taylor_remainders(contact, K, U, R, direction, steps):
+def taylor_remainders(
+    contact, K, U, R, direction, steps, branch=Branch, rays_only=True
+):
     """||R(U + e d) - R(U) - e K d|| per step; None where a point changes branch."""
-    branch, remainders = Branch(contact), []
+    branch, remainders = branch(contact), []
     slope = K @ direction
     for e in steps:
-        change = states.residual_at(contact, U + e * direction) - R
+        change = states.residual_at(contact, U + e * direction, rays_only) - R
         if not branch.holds(contact):
             return None
         remainders.append(np.linalg.norm(change - e * slope))

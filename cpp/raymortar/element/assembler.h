@@ -36,11 +36,14 @@ struct ContactState
   Surface master;
   Multipliers multipliers;
   bool current_measure = false; ///< integrate over the deformed surface
-  std::vector<double> gamma; ///< (slave facets, dofs per facet)
-  FrictionLaw friction;      ///< read by the laws with friction only
+  bool moving_segments = false; ///< differentiate through the vertices, too
+  std::vector<double> gamma;    ///< (slave facets, dofs per facet)
+  FrictionLaw friction;         ///< read by the laws with friction only
   /// Accepted tangential traction of the elastic penalty,
   /// (slave facets, dofs per facet, gdim); empty for the other laws
   std::vector<double> traction_old;
+  Segmentation segmentation;
+  QuadratureRule segment_rule;
   IntegrationPoints points;
   Hits hits;
   ContactElements elements;
@@ -62,6 +65,12 @@ struct PointResults
 using BlockSink =
     std::function<void(std::size_t element, const double* block, int size)>;
 
+/// Takes what an element has to do with a master that it does not hit, but that
+/// the vertices of its segments hang on: a block of the slave facet with this
+/// master, (size, size) row-major. Moving segments only
+using CouplingSink = std::function<void(std::size_t element, Index master,
+                                        const double* block, int size)>;
+
 /// @brief Element kernels for one facet type, law and measure.
 ///
 /// One virtual call per zone; inside everything has compile-time sizes.
@@ -73,10 +82,12 @@ public:
   /// @brief Residual blocks of all elements.
   virtual void residual(const ContactState& s, const BlockSink& sink) const = 0;
 
-  /// @brief Tangent blocks of the chosen elements.
+  /// @brief Tangent blocks of the chosen elements. Couplings come before the
+  /// block of their element, with moving segments only.
   virtual void tangent(const ContactState& s,
                        std::span<const std::size_t> elements,
-                       const BlockSink& sink) const = 0;
+                       const BlockSink& sink,
+                       const CouplingSink& couplings) const = 0;
 
   /// @brief The law's results at every point.
   [[nodiscard]] virtual PointResults results(const ContactState& s) const = 0;

@@ -3,7 +3,7 @@
 
 #include "raymortar/core/error.h"
 #include "raymortar/element/assembler.h"
-#include "raymortar/element/element.h"
+#include "raymortar/element/moving_segments.h"
 #include "raymortar/geometry/predicates.h"
 #include "raymortar/law/augmented.h"
 #include "raymortar/law/penalty.h"
@@ -25,32 +25,19 @@ public:
     Kernel kernel;
     for (std::size_t e = 0; e < s.elements.size(); ++e)
     {
-      run(s, e, kernel, false);
+      run(s, e, gather(s, e), kernel, false);
       sink(e, kernel.b.data(), block_size(s, e));
     }
   }
 
   void tangent(const ContactState& s, std::span<const std::size_t> elements,
-               const BlockSink& sink) const override
+               const BlockSink& sink,
+               const CouplingSink& couplings) const override
   {
-    // Eigen aligns fixed-size blocks; the largest is too big for the stack
-    const auto kernel = std::make_unique<Kernel>();
-    std::vector<double> alone(Layout::alone * Layout::alone);
-    for (const std::size_t e : elements)
-    {
-      run(s, e, *kernel, true);
-      const int n = block_size(s, e);
-      if (n == Layout::size)
-      {
-        sink(e, kernel->A.data(), n);
-        continue;
-      }
-      Eigen::Map<
-          Eigen::Matrix<double, Layout::alone, Layout::alone, Eigen::RowMajor>>(
-          alone.data()) =
-          kernel->A.template topLeftCorner<Layout::alone, Layout::alone>();
-      sink(e, alone.data(), n);
-    }
+    if (s.moving_segments)
+      add_tangents<true>(s, elements, sink, couplings);
+    else
+      add_tangents<false>(s, elements, sink, couplings);
   }
 
   [[nodiscard]] PointResults results(const ContactState& s) const override
@@ -73,6 +60,36 @@ public:
   }
 
 private:
+  template <bool Moving>
+  static void add_tangents(const ContactState& s,
+                           std::span<const std::size_t> elements,
+                           const BlockSink& sink, const CouplingSink& couplings)
+  {
+    // Eigen aligns fixed-size blocks; the largest is too big for the stack
+    const auto kernel = std::make_unique<Kernel>();
+    using Motion = std::conditional_t<Moving, MovingSegments<F, L, Law>, int>;
+    const auto motion = std::make_unique<Motion>();
+    std::vector<double> alone(Layout::alone * Layout::alone);
+    for (const std::size_t e : elements)
+    {
+      const Data data = gather(s, e);
+      run(s, e, data, *kernel, true);
+      if constexpr (Moving)
+        motion->add(s, e, data, *kernel, couplings);
+      const int n = block_size(s, e);
+      if (n == Layout::size)
+      {
+        sink(e, kernel->A.data(), n);
+        continue;
+      }
+      Eigen::Map<
+          Eigen::Matrix<double, Layout::alone, Layout::alone, Eigen::RowMajor>>(
+          alone.data()) =
+          kernel->A.template topLeftCorner<Layout::alone, Layout::alone>();
+      sink(e, alone.data(), n);
+    }
+  }
+
   [[nodiscard]] static int block_size(const ContactState& s, std::size_t e)
   {
     return s.elements.master[e] == no_index ? Layout::alone : Layout::size;
@@ -84,6 +101,8 @@ private:
     const Index f = s.elements.slave[e];
     const auto facet = static_cast<std::size_t>(f);
     data.slave = s.slave.template nodes<F>(s.slave.x, f);
+    if (s.moving_segments)
+      data.reference = s.slave.template nodes<F>(s.slave.X, f);
     if (s.elements.master[e] != no_index)
       data.master =
           s.master.template nodes<F>(s.master.x, s.elements.master[e]);
@@ -125,23 +144,15 @@ private:
           s.traction_old.data() + static_cast<std::size_t>(f) * F::dofs * D);
   }
 
-  [[nodiscard]] static ElementPoint<F> point(const ContactState& s,
-                                             std::size_t q)
+  static void run(const ContactState& s, std::size_t e, const Data& data,
+                  Kernel& kernel, bool tangent)
   {
-    return {s.points.xi[q].template head<F::tdim>(),
-            s.hits.eta[q].template head<F::tdim>(), s.points.weight[q],
-            s.points.area[q], s.hits.gap[q]};
-  }
-
-  static void run(const ContactState& s, std::size_t e, Kernel& kernel,
-                  bool tangent)
-  {
-    const Data data = gather(s, e);
     const bool hit = s.elements.master[e] != no_index;
     kernel.reset(tangent);
     for (const Index i : s.elements.points_of(e))
     {
-      const ElementPoint<F> q = point(s, static_cast<std::size_t>(i));
+      const ElementPoint<F> q =
+          element_point<F>(s, static_cast<std::size_t>(i));
       if (hit)
         kernel.add_hit(data, q, tangent);
       else
@@ -152,7 +163,7 @@ private:
   static void store(const ContactState& s, const Data& data, std::size_t q,
                     PointResults& r)
   {
-    const ElementPoint<F> p = point(s, q);
+    const ElementPoint<F> p = element_point<F>(s, q);
     const auto frame = frame_at<F>(data.slave, p.xi);
     r.weight[q] = data.current ? p.weight * frame.jacobian : p.area;
     Eigen::Map<Vec<D>>(r.x.data() + q * D) = frame.x;

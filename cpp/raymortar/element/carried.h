@@ -3,6 +3,7 @@
 #pragma once
 
 #include "raymortar/element/kinematics.h"
+#include "raymortar/geometry/curvature.h"
 
 namespace raymortar
 {
@@ -89,5 +90,62 @@ vary_carried(const CarriedTraction<F::gdim>& c, const PointGeometry<F>& p,
     }
   }
   return rows;
+}
+
+/// @brief Frame of a material point with its derivatives along the facet.
+template <int D>
+struct BentFrame
+{
+  Frame<D> frame;
+  Curvature<D> bend;
+};
+
+/// @brief Derivative by xi of what carry_traction makes of a field.
+/// @param[in] old, now Of the same material point
+/// @param[in] traction, traction_xi The field and its derivative by xi
+template <int D>
+[[nodiscard]] Mat<D, D - 1>
+carried_along_facet(const BentFrame<D>& old, const BentFrame<D>& now,
+                    const Vec<D>& traction, const Mat<D, D - 1>& traction_xi)
+{
+  const CarriedTraction<D> c =
+      carry_traction<D>(old.frame, now.frame, traction);
+  Mat<D, D - 1> rate = Mat<D, D - 1>::Zero();
+  if (c.length == 0.0)
+    return rate;
+  const Vec<D> n_0 = old.frame.n;
+  const Mat<D, D - 1>& t_0 = old.frame.t;
+  const Mat<D - 1, D - 1> metric = (t_0.transpose() * t_0).inverse();
+  const double normal = n_0.dot(traction);
+  const Vec<D> v = traction - normal * n_0;
+  const Vec<D> along = c.direction.normalized();
+  const Vec<D> turned = now.frame.t * c.across;
+  for (int j = 0; j < D - 1; ++j)
+  {
+    const auto k = static_cast<std::size_t>(j);
+    const Mat<D, D - 1>&dt_0 = old.bend.t[k], &dt = now.bend.t[k];
+    const Vec<D> dn_0 = old.bend.n.col(j), dn = now.bend.n.col(j);
+    const Vec<D> dtraction = traction_xi.col(j);
+    const Vec<D> dv = dtraction - normal * dn_0 -
+                      (dn_0.dot(traction) + n_0.dot(dtraction)) * n_0;
+    // Of the components a of a vector u on the tangents: (t^T t) a = t^T u
+    const auto components = [&](const Vec<D>& u, const Vec<D>& du,
+                                const Vec<D - 1>& a) -> Vec<D - 1>
+    {
+      const Vec<D> rest = u - t_0 * a;
+      return metric *
+             (dt_0.transpose() * rest + t_0.transpose() * (du - dt_0 * a));
+    };
+    const Vec<D - 1> dalong = components(v, dv, c.along);
+    const Vec<D - 1> dacross =
+        components(cross(n_0, v), cross(dn_0, v) + cross(n_0, dv), c.across);
+    const Vec<D> dturned = dt * c.across + now.frame.t * dacross;
+    const Vec<D> ddirection = dt * c.along + now.frame.t * dalong -
+                              cross(dn, turned) - cross(now.frame.n, dturned);
+    rate.col(j) = v.dot(dv) / c.length * along +
+                  c.length / c.direction.norm() *
+                      (ddirection - along.dot(ddirection) * along);
+  }
+  return rate;
 }
 } // namespace raymortar

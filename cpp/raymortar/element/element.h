@@ -48,6 +48,7 @@ struct ElementData
   using Layout = ElementLayout<F, L, Law>;
   typename F::NodeMatrix slave;
   typename F::NodeMatrix master;
+  typename F::NodeMatrix reference; ///< undeformed slave; moving segments only
   Mat<Layout::components, Layout::multipliers>
       lam;              ///< nodal unknowns ell = lam / lam_scale
   Vec<F::dofs> gamma;   ///< nodal coefficient on the slave facet
@@ -164,10 +165,9 @@ public:
     }
   }
 
-private:
   using MuShape = Vec<Layout::multipliers>;
-  using Row = Mat<1, Layout::size>;
 
+  /// @brief Test functions of the multiplier's unknowns.
   [[nodiscard]] static MuShape multiplier_shape(const Data& e,
                                                 const typename F::RefPoint& xi)
   {
@@ -176,6 +176,9 @@ private:
     else
       return e.lam_scale * Lagrange<F::shape, L>::values(xi);
   }
+
+private:
+  using Row = Mat<1, Layout::size>;
 
   [[nodiscard]] static Vec<M> lam_at(const Data& e, const MuShape& shape)
   {

@@ -46,12 +46,11 @@ void gather_values(const Surface& s, Index facet,
 }
 
 /// Dirichlet increment of an element in the order of ElementLayout
-void element_increment(const ContactState& s, std::size_t e,
+void element_increment(const ContactState& s, Index f, Index m,
                        std::span<const double> slave,
                        std::span<const double> master, std::vector<double>& du)
 {
   du.clear();
-  const Index f = s.elements.slave[e];
   gather_values(s.slave, f, slave, du);
   if (s.multipliers.components > 0)
     du.insert(du.end(),
@@ -59,8 +58,27 @@ void element_increment(const ContactState& s, std::size_t e,
                   static_cast<std::size_t>(s.slave.num_facets()) *
                   static_cast<std::size_t>(s.multipliers.components),
               0.0);
-  if (s.elements.master[e] != no_index)
-    gather_values(s.master, s.elements.master[e], master, du);
+  if (m != no_index)
+    gather_values(s.master, m, master, du);
+}
+
+/// Masters, other than the element's own, that its segments' vertices hang on
+std::vector<Index> coupled_masters(const ContactState& s, std::size_t e)
+{
+  std::vector<Index> masters;
+  for (const Index q : s.elements.points_of(e))
+  {
+    const Index segment = s.points.segment[static_cast<std::size_t>(q)];
+    if (not s.moving_segments or segment == no_index)
+      continue;
+    const Index m =
+        s.segmentation.segments[static_cast<std::size_t>(segment)].master;
+    if (m != s.elements.master[e])
+      masters.push_back(m);
+  }
+  std::sort(masters.begin(), masters.end());
+  masters.erase(std::unique(masters.begin(), masters.end()), masters.end());
+  return masters;
 }
 
 /// Elements whose tangent is not zero: without a multiplier, those with a
@@ -96,10 +114,8 @@ public:
     open();
   }
 
-  void add(std::size_t e, const double* block)
+  void add(Index slave, Index master, const double* block)
   {
-    const ContactElements& elements = _zone.state().elements;
-    const Index slave = elements.slave[e], master = elements.master[e];
     element_rows(_zone, slave, master, Constrained::left_out, _rows);
     if (not _arrays->available())
       return set_values(_rows, block);
@@ -186,9 +202,12 @@ void add_tangent(Zone& zone, ::Mat A, BlockPositions& positions)
   const ContactState& s = zone.state();
   const auto elements = working_elements(s);
   BlockWriter writer(zone, A, positions);
-  zone.assembler().tangent(s, elements,
-                           [&](std::size_t e, const double* block, int)
-                           { writer.add(e, block); });
+  zone.assembler().tangent(
+      s, elements,
+      [&](std::size_t e, const double* block, int)
+      { writer.add(s.elements.slave[e], s.elements.master[e], block); },
+      [&](std::size_t e, Index master, const double* block, int)
+      { writer.add(s.elements.slave[e], master, block); });
   statistics.tangent_blocks += static_cast<std::int64_t>(elements.size());
   statistics.skipped_blocks +=
       static_cast<std::int64_t>(s.elements.size() - elements.size());
@@ -200,33 +219,39 @@ void apply_lifting(Zone& zone, ::Vec b, std::span<const double> slave,
 {
   const ContactState& s = zone.state();
   std::vector<std::size_t> lifted = working_elements(s);
-  std::erase_if(
-      lifted,
-      [&](std::size_t e)
-      {
-        const Index m = s.elements.master[e];
-        return not any_nonzero(s.slave, s.elements.slave[e], slave) and
-               (m == no_index or not any_nonzero(s.master, m, master));
-      });
+  const auto moves = [&](Index m)
+  { return m != no_index and any_nonzero(s.master, m, master); };
+  std::erase_if(lifted,
+                [&](std::size_t e)
+                {
+                  const auto coupled = coupled_masters(s, e);
+                  return not any_nonzero(s.slave, s.elements.slave[e],
+                                         slave) and
+                         not moves(s.elements.master[e]) and
+                         std::none_of(coupled.begin(), coupled.end(), moves);
+                });
   ignore_left_out(b);
   std::vector<PetscInt> rows;
   std::vector<double> change, increment;
+  const auto lift = [&](Index f, Index m, const double* block, int size)
+  {
+    element_rows(zone, f, m, Constrained::left_out, rows);
+    element_increment(s, f, m, slave, master, increment);
+    change.assign(static_cast<std::size_t>(size), 0.0);
+    for (int i = 0; i < size; ++i)
+      for (int j = 0; j < size; ++j)
+        change[static_cast<std::size_t>(i)] -=
+            alpha * block[i * size + j] *
+            increment[static_cast<std::size_t>(j)];
+    check(VecSetValues(b, size, rows.data(), change.data(), ADD_VALUES),
+          "VecSetValues");
+  };
   zone.assembler().tangent(
       s, lifted,
       [&](std::size_t e, const double* block, int size)
-      {
-        element_rows(zone, s.elements.slave[e], s.elements.master[e],
-                     Constrained::left_out, rows);
-        element_increment(s, e, slave, master, increment);
-        change.assign(static_cast<std::size_t>(size), 0.0);
-        for (int i = 0; i < size; ++i)
-          for (int j = 0; j < size; ++j)
-            change[static_cast<std::size_t>(i)] -=
-                alpha * block[i * size + j] *
-                increment[static_cast<std::size_t>(j)];
-        check(VecSetValues(b, size, rows.data(), change.data(), ADD_VALUES),
-              "VecSetValues");
-      });
+      { lift(s.elements.slave[e], s.elements.master[e], block, size); },
+      [&](std::size_t e, Index m, const double* block, int size)
+      { lift(s.elements.slave[e], m, block, size); });
   zone.assembly().lifted_blocks += static_cast<std::int64_t>(lifted.size());
 }
 } // namespace raymortar

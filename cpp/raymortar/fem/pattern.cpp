@@ -16,6 +16,12 @@ std::vector<Pattern::Pair> present_pairs(const Zone& zone)
       pairs.emplace_back(
           s.elements.slave[e],
           s.master.facet_id[static_cast<std::size_t>(s.elements.master[e])]);
+  // Vertices of a segment hang on its master, wherever its points hit
+  if (s.moving_segments)
+    for (const Segment& segment : s.segmentation.segments)
+      pairs.emplace_back(
+          segment.slave,
+          s.master.facet_id[static_cast<std::size_t>(segment.master)]);
   std::sort(pairs.begin(), pairs.end());
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
   return pairs;

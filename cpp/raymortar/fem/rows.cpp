@@ -52,4 +52,12 @@ void element_rows(const Zone& zone, Index slave, Index master,
   if (master != no_index)
     append_dofs(s.master, master, zone.fixed_master(), constrained, rows);
 }
+
+void master_rows(const Zone& zone, Index master, Constrained constrained,
+                 std::vector<PetscInt>& rows)
+{
+  rows.clear();
+  append_dofs(zone.state().master, master, zone.fixed_master(), constrained,
+              rows);
+}
 } // namespace raymortar

@@ -21,4 +21,9 @@ enum class Constrained
 /// @param[out] rows Resized; reused between calls to save the allocation
 void element_rows(const Zone& zone, Index slave, Index master,
                   Constrained constrained, std::vector<PetscInt>& rows);
+
+/// @brief Global rows of a fetched master facet's displacement.
+/// @param[out] rows As for element_rows
+void master_rows(const Zone& zone, Index master, Constrained constrained,
+                 std::vector<PetscInt>& rows);
 } // namespace raymortar

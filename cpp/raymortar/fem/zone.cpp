@@ -75,6 +75,8 @@ Zone::Zone(MPI_Comm comm, ZoneInput input)
   _state.slave = _input.slave;
   _state.multipliers = _input.multipliers;
   _state.current_measure = _input.current_measure;
+  _state.moving_segments = _input.moving_segments;
+  _state.segment_rule = _input.segment_rule;
   _state.friction = _input.friction;
   _state.slave.neighbours = find_neighbours(_state.slave);
   for (Surface* s : {&_state.slave, &_input.master})
@@ -233,11 +235,11 @@ void Zone::pair()
 void Zone::make_points_anew()
 {
   const Stopwatch watch(_statistics.seconds_segments);
-  _segmentation = make_segments(
+  _state.segmentation = make_segments(
       _state.slave, _state.master, _candidates,
       {_input.distances.reach, _input.distances.depth, _input.subdivide});
   _state.points =
-      make_points(_state.slave, _segmentation, _input.segment_rule,
+      make_points(_state.slave, _state.segmentation, _input.segment_rule,
                   _input.facet_rule, _input.multipliers.components > 0);
   _points_are_present = true;
   _rays_are_present = false;
@@ -272,9 +274,9 @@ ZoneStatistics Zone::statistics() const
   s.slave_facets = _input.slave.num_facets();
   s.master_facets = _state.master.num_facets();
   s.candidates = count(_candidates.masters.size());
-  s.clipped = _segmentation.clipped;
-  s.segments = count(_segmentation.segments.size());
-  s.degenerate = count(_segmentation.degenerate.size());
+  s.clipped = _state.segmentation.clipped;
+  s.segments = count(_state.segmentation.segments.size());
+  s.degenerate = count(_state.segmentation.degenerate.size());
   s.points = count(_state.points.size());
   s.hits = std::count(_state.hits.status.begin(), _state.hits.status.end(),
                       RayStatus::hit);

@@ -18,6 +18,7 @@ struct ZoneInput
   LawKind law = LawKind::augmented_normal;
   FrictionLaw friction;
   bool current_measure = false;
+  bool moving_segments = false;
   SearchDistances distances;
   Strategy strategy = Strategy::bvh;
   bool subdivide = false;
@@ -112,7 +113,7 @@ public:
   [[nodiscard]] const Assembler& assembler() const { return *_assembler; }
   [[nodiscard]] const Segmentation& segmentation() const
   {
-    return _segmentation;
+    return _state.segmentation;
   }
   [[nodiscard]] const Candidates& candidates() const { return _candidates; }
   [[nodiscard]] const Halo& halo() const { return *_halo; }
@@ -154,7 +155,6 @@ private:
   std::unique_ptr<Assembler> _assembler;
   std::optional<Halo> _halo;
   Candidates _candidates;
-  Segmentation _segmentation;
   ZoneStatistics _statistics;
   AssemblyStatistics _assembly;
   bool _halo_is_checked = false;    ///< at the present positions

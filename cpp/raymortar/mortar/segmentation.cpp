@@ -253,7 +253,7 @@ private:
     const double share = reference_measure(_polygon) / F::Ref::measure;
     if (not(std::abs(share) > tolerance::segment_area))
       return;
-    if (D == 3)
+    if (n > 3)
       std::rotate(_polygon.begin(), _polygon.begin() + apex(_polygon),
                   _polygon.end());
     const auto begin = static_cast<std::int32_t>(_out.vertices.size());

@@ -137,3 +137,34 @@ TYPED_TEST(Carried, NoTractionHasNoVariation)
   const auto p = slave_geometry<F>(y, centre<F>());
   EXPECT_TRUE(vary_carried<F>(c, p, centre<F>()).isZero(0.0));
 }
+
+TYPED_TEST(Carried, ChangesAlongTheFacetByItsDerivative)
+{
+  using F = TypeParam;
+  constexpr int D = F::gdim;
+  Random random(7);
+  for (int i = 0; i < 10; ++i)
+  {
+    const auto x = random_facet<F>(random), y = random_facet<F>(random);
+    Mat<D, F::dofs> nodal;
+    for (int a = 0; a < F::dofs; ++a)
+      nodal.col(a) = random.vector<D>();
+    const auto f = [&](const Vector& at) -> Vector
+    {
+      const typename F::RefPoint xi = at;
+      return carry_traction<D>(frame_at<F>(x, xi), frame_at<F>(y, xi),
+                               nodal * F::Disp::values(xi))
+          .value();
+    };
+    const auto bent = [](const typename F::NodeMatrix& nodes)
+    {
+      const auto frame = frame_at<F>(nodes, centre<F>());
+      return BentFrame<D>{frame, curvature_at<F>(nodes, centre<F>(), frame)};
+    };
+    expect_derivative(
+        f, centre<F>(),
+        carried_along_facet<D>(bent(x), bent(y),
+                               nodal * F::Disp::values(centre<F>()),
+                               nodal * F::Disp::gradients(centre<F>())));
+  }
+}

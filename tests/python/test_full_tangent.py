@@ -1,0 +1,201 @@
+"""tangent="full" is the derivative of the residual that is paired anew (T1).
+
+Perturbations move the segments: every residual is of points made at its own state.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+import states
+from problems import fix
+from raymortar import compat
+from states import GAMMA, NONE, Case
+from test_friction_tangent import FrictionCase, check_regime, law_for, set_both
+from test_tangent import DECADES, Branch, name_of, slopes, taylor_remainders
+
+# Largest steps to try: vertices come closer than facets' sizes
+FIRST_STEPS = 10.0 ** np.array([-2.5, -3.0, -3.5, -4.0])
+SLOPE_TOLERANCE = 0.05
+SEEDS = range(60)
+
+
+class Topology(Branch):
+    """Hits, statuses, and what each segment is made of."""
+
+    def __init__(self, contact):
+        super().__init__(contact)
+        s = contact.zones[0].cpp.segments()
+        self.segments = [s[k] for k in ("slave", "master", "offsets", "motion")]
+
+    def holds(self, contact):
+        now = type(self)(contact)
+        same = zip(self.segments, now.segments)
+        return super().holds(contact) and all(np.array_equal(a, b) for a, b in same)
+
+
+def all_hit_their_own(contact):
+    """Whether no point lies between the chord of a segment and its true edge."""
+    p = contact.points()
+    return np.array_equal(p["master"][p["seed"] >= 0], p["seed"][p["seed"] >= 0])
+
+
+def remainders_of(contact, K, seed):
+    """Steps and Taylor remainders of the re-paired residual, with the topology held;
+    None where it is not."""
+    U, R = states.unknowns(contact), states.assembled(contact)
+    direction = np.random.default_rng(seed + 1000).normal(size=U.size)
+    for first in FIRST_STEPS:
+        steps = first * 10.0 ** -np.arange(0.0, DECADES - 0.9, 0.5)
+        remainders = taylor_remainders(
+            contact, K, U, R, direction, steps, Topology, rays_only=False
+        )
+        states.residual_at(contact, U, rays_only=False)
+        if remainders is not None:
+            return steps, remainders
+    return None
+
+
+@dataclass
+class Pair:
+    """The same contact with both tangents."""
+
+    fixed: object
+    full: object
+
+    def tangents(self, form):
+        return [states.tangent(contact, form) for contact in (self.fixed, self.full)]
+
+
+def quiet_slopes(make, prepare):
+    """Slopes with the fixed and the full tangent, at a state with no kink nearby."""
+    for seed in SEEDS:
+        pair = make(seed)
+        if (
+            pair is None
+            or not prepare(pair.fixed, seed)
+            or not prepare(pair.full, seed)
+        ):
+            continue
+        if not all_hit_their_own(pair.full):
+            continue
+        form = states.mass_form(pair.full.u.function_space)
+        fixed, full = pair.tangents(form)
+        found = remainders_of(pair.full, full, seed)
+        if found is None:
+            continue
+        return slopes(*found), slopes(*remainders_of(pair.full, fixed, seed))
+    raise AssertionError("no random state without a kink nearby")
+
+
+def is_second_order(found):
+    return np.all(np.abs(found - 2.0) <= SLOPE_TOLERANCE)
+
+
+def is_first_order(found):
+    """In the limit: the slopes of the smallest steps."""
+    return np.all(np.abs(found[-2:] - 1.0) <= SLOPE_TOLERANCE)
+
+
+def cases():
+    for cell in states.CELLS:
+        for degrees, method, measure in (
+            ((1, 1), "normal", "reference"),
+            ((1, 1), "penalty", "current"),
+            ((2, 1), "vector", "reference"),
+            ((1, 2), "normal", "current"),
+            ((2, 2), "vector", "current"),
+            ((2, 2), "penalty", "reference"),
+        ):
+            case = Case(cell, *degrees, method, measure)
+            quick = [pytest.mark.quick] if measure == "current" else []
+            yield pytest.param(case, id=name_of(case), marks=quick)
+
+
+@pytest.mark.parametrize("case", cases())
+def test_repaired_residual_has_the_full_tangent(case, record_property):
+    """The slave overhangs a free edge of the master, where the integrand jumps."""
+    scene = case.scene("overhang")
+    degree = 2 if case.dim == 3 else None
+
+    def make(seed):
+        return Pair(
+            *(
+                states.make_contact(scene, case, quadrature_degree=degree, tangent=t)
+                for t in ("fixed", "full")
+            )
+        )
+
+    def prepare(contact, seed):
+        states.set_state(contact, scene, "active", seed)
+        return states.in_regime(contact, "active")
+
+    full, fixed = quiet_slopes(make, prepare)
+    record_property("slope", full.tolist())
+    assert is_second_order(full), full
+    assert is_first_order(fixed), fixed
+
+
+def friction_cases():
+    for cell in states.CELLS:
+        for degrees, method, measure, law, regime in (
+            ((1, 1), "augmented", "reference", "coulomb", "slip"),
+            ((2, 2), "augmented", "current", "coulomb", "stick"),
+            ((1, 2), "elastic", "reference", "coulomb", "slip"),
+            ((2, 2), "elastic", "current", "tresca", "slip"),
+            ((1, 1), "rate", "current", "stick", "stick"),
+        ):
+            case = FrictionCase(cell, *degrees, method, measure, law, regime)
+            yield pytest.param(case, id=f"{name_of(case)}-{law}-{regime}")
+
+
+@pytest.mark.parametrize("case", friction_cases())
+def test_repaired_residual_with_friction(case, record_property):
+    scene = case.scene("overhang")
+
+    def make(seed):
+        friction = law_for(case, scene, seed)
+        if friction is None:
+            return None
+        return Pair(
+            *(case.contact(scene, friction, tangent=t) for t in ("fixed", "full"))
+        )
+
+    def prepare(contact, seed):
+        set_both(contact, scene, seed)
+        check_regime(contact, case.regime)
+        return True
+
+    full, fixed = quiet_slopes(make, prepare)
+    record_property("slope", full.tolist())
+    assert is_second_order(full), full
+    assert is_first_order(fixed), fixed
+
+
+@pytest.mark.parametrize("method", ["normal", "penalty"])
+def test_lifting_is_the_constrained_columns(cell, method):
+    case = Case(cell, 1, 1, method, "current")
+    scene = case.scene("overhang")
+    contact = states.make_contact(scene, case, tangent="full")
+    states.set_state(contact, scene, "active", 2)
+    V = contact.u.function_space
+    bcs = [
+        fix(V, scene, "upper_left", value=lambda x: 0.1 + 0.05 * x),
+        fix(V, scene, "lower_right", component=0, value=-0.07),
+    ]
+    K = states.tangent(contact, states.mass_form(V))
+    marker, g = compat.dirichlet_dofs(bcs, V)
+    n, x0 = contact.layout.n_u, contact.u.x.array
+    fixed = np.zeros(len(K), dtype=bool)
+    fixed[:n] = marker == 1
+    increment = np.zeros(len(K))
+    increment[:n] = np.where(marker == 1, g - x0, 0.0)
+    b = contact.create_vector()
+    contact.apply_lifting(b, bcs, x0, -1.0)
+    b.assemble()
+    expected = np.where(fixed, 0.0, K @ increment)
+    size = np.abs(expected).max()
+    assert size > 0.0
+    np.testing.assert_allclose(b.array, expected, atol=1e-13 * size)
