@@ -31,20 +31,21 @@ struct SlavePatch
     return {xi[e], xi[(e + 1) % static_cast<std::size_t>(count)] - xi[e]};
   }
 
-  /// Whether a point of the plane lies on an edge, to rounding. Coordinates are
-  /// of size one
-  [[nodiscard]] bool on_edge(const typename F::RefPoint& at) const
+  /// Edge that a point of the plane lies on, to rounding, or -1. Coordinates
+  /// are of size one
+  [[nodiscard]] int edge_at(const typename F::RefPoint& at) const
   {
-    bool on = false;
     if constexpr (F::tdim == 2)
-      for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
+      for (int i = 0; i < count; ++i)
       {
-        const Vec<2> e = y[(i + 1) % static_cast<std::size_t>(count)] - y[i];
-        const Vec<2> d = at - y[i];
-        on = on or std::abs(e[0] * d[1] - e[1] * d[0]) <=
-                       4.0 * tolerance::merge * e.norm();
+        const Vec<2>& begin = y[static_cast<std::size_t>(i)];
+        const Vec<2> e = y[static_cast<std::size_t>((i + 1) % count)] - begin;
+        const Vec<2> d = at - begin;
+        if (std::abs(e[0] * d[1] - e[1] * d[0]) <=
+            4.0 * tolerance::merge * e.norm())
+          return i;
       }
-    return on;
+    return -1;
   }
 
   /// From plane coordinates to the facet's reference coordinates
@@ -279,11 +280,20 @@ private:
     if (from.kind == Provenance::Kind::slave_corner)
       return {patch.xi[static_cast<std::size_t>(from.slave)], {}};
     const Vertex<F> flat{patch.to_reference(at), {}};
-    // A corner on an edge of the slave is a vertex of polygons that have it for
-    // a crossing: leaving the edge would open a gap
-    if (from.kind == Provenance::Kind::master_corner and not patch.on_edge(at))
-      return under_corner(nodes, master, static_cast<std::size_t>(from.master),
-                          flat);
+    if (from.kind == Provenance::Kind::master_corner)
+    {
+      Vertex<F> v = under_corner(nodes, master,
+                                 static_cast<std::size_t>(from.master), flat);
+      // A corner on an edge of the slave is a vertex of polygons that have it
+      // for a crossing: leaving the edge would open a gap
+      if (const int e = F::affine ? -1 : patch.edge_at(at); e >= 0)
+      {
+        const ReferenceEdge<F> edge = patch.edge(static_cast<std::size_t>(e));
+        v.xi = edge.at(edge.place_of(v.xi));
+        v.hangs_on.motion = Break::Motion::fixed;
+      }
+      return v;
+    }
     if constexpr (D == 3)
       if (from.kind == Provenance::Kind::crossing and from.master >= 0)
         return crossing(patch.edge(static_cast<std::size_t>(from.slave)), nodes,
