@@ -7,7 +7,8 @@
 namespace raymortar
 {
 /// @brief dxi of a vertex as rows over the displacement dofs
-/// [slave | master of the segment]: (3.5) or (3.6) differentiated.
+/// [slave | master of the segment]: (3.5) or (3.6) differentiated. Zero where
+/// two edges run along each other: their crossing may be anywhere on them.
 /// @param[in] slave, master Deformed nodes, (gdim, nodes). Length
 /// @param[in] hangs_on Not Motion::fixed
 /// [theory (3.9), (3.10)]
@@ -40,6 +41,9 @@ vertex_motion(const typename F::NodeMatrix& slave,
     A.col(0) = along * by_z.col(0);
     A.col(1) = -p.T * hangs_on.along_m.template head<T>();
   }
+  if (not(std::abs(A.determinant()) >
+          tolerance::along * A.colwise().norm().prod()))
+    return Mat<T, 2 * side>::Zero();
   // Applied to du_m - du_s - g dn, with dn = - sum_a G_a (n . du_a)
   const Mat<T, D> by_u = by_z * A.inverse();
   Mat<T, 2 * side> dxi;

@@ -75,11 +75,18 @@ TYPED_TEST(CrossingMotionTest, CrossingOfEdgesMovesByItsDerivative)
   for (int trial = 0; trial < 5; ++trial)
   {
     const auto slave = random_nodes<F>(random, 0.05);
-    const auto master = random_master<F>(random);
+    typename F::NodeMatrix master = random_master<F>(random);
     // The slave's edge along the first axis, the master's along the second
     const ReferenceEdge<F> edge_s{{0, 0}, {1, 0}}, edge_m{{0, 0}, {0, 1}};
-    double s = 0.4, t = 0.0;
+    double s = 0.4, t = 0.3;
+    // Put it where the edges cross, a little off the start
+    const auto frame = frame_at<F>(slave, edge_s.at(s + 0.01));
+    master.colwise() += (frame.x + 0.1 * frame.n -
+                         master * F::Node::values(edge_m.at(t - 0.01)))
+                            .eval();
     ASSERT_TRUE(cross_edges<F>(slave, edge_s, master, edge_m, s, t));
+    EXPECT_NEAR(s, 0.41, 1e-9);
+    EXPECT_NEAR(t, 0.29, 1e-9);
     const Break at{Break::Motion::crossing, edge_m.at(t), edge_s.along,
                    edge_m.along};
     const auto f = [&](const Vector& u) -> Vector

@@ -158,7 +158,7 @@ class RaysTest : public testing::Test
 
 TYPED_TEST_SUITE(RaysTest, AllFacets, );
 
-TEST(Points, WeightsArePositiveAndAddUpToTheSlave)
+TEST(Points, WeightsAreNotNegativeAndAddUpToTheSlave)
 {
   std::mt19937 random(1);
   for (const Shape shape : shapes)
@@ -169,8 +169,9 @@ TEST(Points, WeightsArePositiveAndAddUpToTheSlave)
       const Surface master = make_surface({shape, 1, 1, 3, false}, plate(1, 0));
       const auto p =
           points_of(slave, segments_of(slave, master, {1, 1, false}), true);
+      // But for the rounding of triangles between three vertices on a line
       for (const double weight : p.weight)
-        ASSERT_GT(weight, 0);
+        ASSERT_GT(weight, -1e-15);
       EXPECT_NEAR(total(p.area), shape == Shape::interval ? 2 : 4, 1e-13);
       for (std::size_t f = 0; f < p.whole.size(); ++f)
         EXPECT_NEAR(p.covered[f], p.whole[f], 1e-13);
@@ -261,13 +262,14 @@ TYPED_TEST(RaysTest, CurvedMastersHandRaysToTheirNeighbours)
           {0.6, 0.6});
       EXPECT_EQ(scene.count(RayStatus::hit), scene.points.size());
       EXPECT_LT(worst_residual<F>(scene), 4e-15);
-      std::size_t handed = 0;
+      double handed = 0.0;
       for (std::size_t q = 0; q < scene.points.size(); ++q)
-        handed += scene.hits.master[q] != scene.points.seed[q] ? 1 : 0;
+        if (scene.hits.master[q] != scene.points.seed[q])
+          handed += std::abs(scene.points.area[q]);
       // Segments break where the ray's master changes, but for chords in place
       // of edges that curve within the slave
       const bool chords = F::tdim == 2 and not F::affine;
-      EXPECT_LE(handed, chords ? scene.points.size() / 4 : 0);
+      EXPECT_LE(handed, (chords ? 0.01 : 0.0) * total(scene.points.area));
     }
 }
 
