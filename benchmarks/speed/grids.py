@@ -135,6 +135,7 @@ class Pair:
             law=_cpp.LawKind.augmented_normal,
             friction=_cpp.Stick(),
             current_measure=False,
+            moving_segments=False,
             distances=self._distances,
             strategy=self._strategy,
             subdivide=False,

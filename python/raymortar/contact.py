@@ -113,7 +113,7 @@ class Contact(ContactFields):
         measure: str = "reference",
         search: Search | None = None,
         names: Mapping[str, int | tuple[int, int]] | None = None,
-        tangent: str = "full",
+        tangent: str = "fixed",
     ) -> None:
         method = AugmentedLagrangian() if method is None else method
         search = Search() if search is None else search

@@ -77,7 +77,8 @@ def test_weights_of_a_covered_surface_add_up(cell, degree, swap):
     assert abs(whole - 1.0) <= ROUNDING
     assert abs(covered - 1.0) <= ROUNDING
     assert worst(contact.zones[0].cpp.segments()["covered"] - 1.0) <= ROUNDING
-    assert min(contact.points()["weight"], default=1.0) > 0.0
+    # But for the rounding of triangles between three vertices on a line
+    assert min(contact.points()["weight"], default=1.0) > -ROUNDING
 
 
 def overlaps(dim):
@@ -308,7 +309,7 @@ def test_closer_of_two_layers_wins(cell, strategy, turned, order):
     contact = touch(scene, pairs, search=Search(strategy, reach=1.0))
     assert len(contact.zones) == 1
     points = contact.points()
-    assert np.all(points["status"] >= HIT) and np.all(points["weight"] > 0.0)
+    assert np.all(points["status"] >= HIT) and np.all(points["weight"] > -ROUNDING)
     near = points["gap"] < 0.1
     assert worst(points["gap"] - np.where(near, NEAR, FAR)) <= ROUNDING
     assert abs(total(points["weight"][near]) - 0.4 ** (dim - 1)) <= ROUNDING
