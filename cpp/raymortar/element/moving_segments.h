@@ -58,15 +58,19 @@ private:
   static constexpr std::size_t capacity = ClipPolygon::capacity;
   static constexpr std::size_t corners = T + 1; ///< of an interval or triangle
 
-  /// Where a point is in its segment: vertices of its piece and their shares
+  /// Where a point is in its segment: corners of its piece and their shares
   struct Place
   {
-    std::array<std::size_t, corners> vertex;
+    std::array<std::size_t, corners> vertex; ///< or centre
     std::array<double, corners> share;
     double rule_weight;
   };
 
-  [[nodiscard]] static Place place_of(const ContactState& s, std::size_t q)
+  /// Mean of all vertices, around which pieces of larger polygons lie
+  static constexpr std::size_t centre = capacity;
+
+  [[nodiscard]] static Place place_of(const ContactState& s, std::size_t q,
+                                      std::size_t size)
   {
     const QuadratureRule& rule = s.segment_rule;
     const auto number = static_cast<std::size_t>(s.points.place[q]);
@@ -77,9 +81,10 @@ private:
     else
     {
       const std::size_t piece = number / rule.weights.size();
-      return {{0, piece + 1, piece + 2},
-              {1.0 - r[0] - r[1], r[0], r[1]},
-              rule.weights[k]};
+      const std::array<double, corners> share = {1.0 - r[0] - r[1], r[0], r[1]};
+      if (size == 3)
+        return {{0, 1, 2}, share, rule.weights[k]};
+      return {{centre, piece, (piece + 1) % size}, share, rule.weights[k]};
     }
   }
 
@@ -100,12 +105,27 @@ private:
   void add_point(const ContactState& s, std::size_t q, const FlatMap<F>& map,
                  const Integrand<F, L, Law>& at)
   {
-    const Place place = place_of(s, q);
-    const auto begin = vertices_begin(s, s.points.segment[q]);
+    const Segment& segment =
+        s.segmentation.segments[static_cast<std::size_t>(s.points.segment[q])];
+    const auto size = static_cast<std::size_t>(segment.size);
+    const Place place = place_of(s, q, size);
+    const auto vertex = [&](std::size_t v) -> Flat
+    {
+      const auto k = static_cast<std::size_t>(segment.begin) + v;
+      return map.to_flat(s.segmentation.vertices[k].template head<T>());
+    };
     std::array<Flat, corners> y;
     for (std::size_t c = 0; c < corners; ++c)
-      y[c] = map.to_flat(
-          s.segmentation.vertices[begin + place.vertex[c]].template head<T>());
+    {
+      if (place.vertex[c] != centre)
+      {
+        y[c] = vertex(place.vertex[c]);
+        continue;
+      }
+      y[c].setZero();
+      for (std::size_t v = 0; v < size; ++v)
+        y[c] += vertex(v) / static_cast<double>(size);
+    }
     const typename F::RefPoint xi = s.points.xi[q].template head<T>();
     const typename FlatMap<F>::Gradient G = map.gradient(xi);
     const Mat<Layout::size, T> by_y =
@@ -116,15 +136,17 @@ private:
     const double per_measure = sign * place.rule_weight / G.determinant();
     const auto measure = measure_gradient(y);
     for (std::size_t c = 0; c < corners; ++c)
-      _by_vertex[place.vertex[c]] +=
+    {
+      const Mat<Layout::size, T> sum =
           place.share[c] * by_y + per_measure * at.f * measure[c].transpose();
-  }
-
-  [[nodiscard]] static std::size_t vertices_begin(const ContactState& s,
-                                                  Index segment)
-  {
-    return static_cast<std::size_t>(
-        s.segmentation.segments[static_cast<std::size_t>(segment)].begin);
+      if (place.vertex[c] != centre)
+      {
+        _by_vertex[place.vertex[c]] += sum;
+        continue;
+      }
+      for (std::size_t v = 0; v < size; ++v)
+        _by_vertex[v] += sum / static_cast<double>(size);
+    }
   }
 
   /// Vertices' share of the tangent; empties the sums for the next segment

@@ -28,7 +28,13 @@ void append_on_polygon(const QuadratureRule& rule,
                        std::span<const Vec<2>> polygon,
                        std::vector<WeightedPoint>& out)
 {
-  for (std::size_t i = 1; i + 1 < polygon.size(); ++i)
-    append_on_triangle(rule, polygon[0], polygon[i], polygon[i + 1], out);
+  const std::size_t n = polygon.size();
+  if (n == 3)
+    return append_on_triangle(rule, polygon[0], polygon[1], polygon[2], out);
+  Vec<2> centre = Vec<2>::Zero();
+  for (const Vec<2>& p : polygon)
+    centre += p / static_cast<double>(n);
+  for (std::size_t i = 0; i < n; ++i)
+    append_on_triangle(rule, centre, polygon[i], polygon[(i + 1) % n], out);
 }
 } // namespace raymortar

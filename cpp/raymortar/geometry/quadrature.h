@@ -30,9 +30,9 @@ void append_on_interval(const QuadratureRule& rule, double begin, double end,
 
 /// @brief Triangle rule laid on a polygon, counter-clockwise.
 ///
-/// Triangle i of the fan has the vertices 0, i + 1 and i + 2. Exact for
-/// polynomials up to the rule's degree; areas are signed, so that this holds
-/// for polygons that are not convex, too.
+/// Triangle i has the mean of the vertices and the vertices i and i + 1. Exact
+/// for polynomials up to the rule's degree; areas are signed, so that this
+/// holds for polygons that are not convex, too.
 void append_on_polygon(const QuadratureRule& rule,
                        std::span<const Vec<2>> polygon,
                        std::vector<WeightedPoint>& out);

@@ -130,20 +130,6 @@ double reference_measure(const std::vector<Corner>& polygon)
   return 0.5 * twice;
 }
 
-/// Vertex that the fan of triangles is drawn around: the first one in a fixed
-/// direction, along which no two vertices of regular meshes lie abreast. A
-/// choice by shape would hop between vertices that are as good, from rounding
-/// error to rounding error, and the residual by the error of the quadrature.
-std::ptrdiff_t apex(const std::vector<Corner>& polygon)
-{
-  const auto place = [](const Corner& c)
-  { return 0.5403 * c.xi[0] + 0.8415 * c.xi[1]; };
-  return std::min_element(polygon.begin(), polygon.end(),
-                          [&](const Corner& a, const Corner& b)
-                          { return place(a) < place(b); }) -
-         polygon.begin();
-}
-
 /// Share of the slave patch that the plane coordinates give measure one to
 template <class F>
 constexpr double patch_measure()
@@ -246,9 +232,6 @@ private:
     const double share = reference_measure(_polygon) / F::Ref::measure;
     if (not(std::abs(share) > tolerance::segment_area))
       return;
-    if (n > 3)
-      std::rotate(_polygon.begin(), _polygon.begin() + apex(_polygon),
-                  _polygon.end());
     const auto begin = static_cast<std::int32_t>(_out.vertices.size());
     for (const Corner& c : _polygon)
     {
