@@ -107,6 +107,7 @@ def test_a_new_pattern_is_followed():
 
 def test_a_matrix_without_room_is_an_error():
     case = touching("triangle")
+    case.contact.update()
     small = case.contact.layout.create_matrix()
     small.setPreallocationNNZ(1)
     small.assemble()
