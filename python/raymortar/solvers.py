@@ -74,10 +74,14 @@ def iterative(multigrid: str = "gamg", **options: Any) -> dict[str, Any]:
 
 
 def rigid_motions(V: Any) -> list[Array]:
-    """Translations and rotations at the owned dofs of a vector space, unrolled."""
-    dim, n = V.mesh.geometry.dim, V.dofmap.index_map.size_local
+    """Translations and rotations at the owned dofs of a vector space, unrolled.
+
+    Rotations are about the mean of all ranks' dofs. Collective.
+    """
+    dim, index_map = V.mesh.geometry.dim, V.dofmap.index_map
+    n = index_map.size_local
     x = V.tabulate_dof_coordinates()[:n, :dim]
-    x = x - np.mean(x, axis=0, keepdims=True) if n else x
+    x = x - V.mesh.comm.allreduce(x.sum(axis=0)) / index_map.size_global
     motions = [np.tile(e, (n, 1)) for e in np.eye(dim)]
     for i, j in ((0, 1), (1, 2), (2, 0))[: 1 if dim == 2 else 3]:
         turn = np.zeros((n, dim))

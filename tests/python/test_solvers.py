@@ -110,9 +110,6 @@ def test_unknown_multigrid_is_refused():
 
 
 @pytest.mark.mpi
-@pytest.mark.xfail(
-    COMM.size > 1, reason="off by a hundredth on several ranks, cause not found yet"
-)
 def test_rigid_motions_cost_no_energy():
     """The motions of multigrid's coarse levels are those of the volume's kernel."""
     problem = blocks("penalty", None, n=1)
