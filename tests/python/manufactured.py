@@ -278,7 +278,7 @@ class Manufactured:
     def _traction_error(self, nodal):
         """Error of nodal pressures (f, n, 1) or tractions (f, n, d) on the slave."""
         X, area, M = self._slave_points()
-        found = np.einsum("qk,fki->fqi", M, nodal).reshape(area.size, -1)
+        found = np.einsum("qk,fki->fqi", M, nodal).reshape(area.size, nodal.shape[-1])
         p, traction = self._exact_traction(X.reshape(-1, self.dim))
         exact = traction if found.shape[1] > 1 else p[:, None]
         return relative(found - exact, exact, area.reshape(-1, 1))
