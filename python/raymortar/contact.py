@@ -523,6 +523,9 @@ def _check_options(
         raise ContactError(f"tangent must be one of {TANGENTS}, not {tangent!r}")
     if not isinstance(search, Search):
         raise ContactError(f"search must be a Search, not {search!r}")
+    for part in (method, friction, search):
+        if part is not None:
+            part.check()
     degree = quadrature_degree
     if degree is not None and not (
         isinstance(degree, (int, np.integer)) and 1 <= degree <= 30
