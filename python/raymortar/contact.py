@@ -12,9 +12,11 @@ from dolfinx.fem import Function
 from mpi4py import MPI
 from petsc4py import PETSc
 
-from . import _cpp, compat, surfaces
+from . import _cpp, compat
+from .checks import check_space
 from .compat import Array, Indices
 from .errors import ContactError, raise_everywhere, require_agreement, together
+from .facets import facet_dof_table
 from .fields import ContactFields
 from .friction import LAWS, Coulomb, Stick, Tresca
 from .held import any_held, refuse_held
@@ -28,6 +30,7 @@ from .methods import (
     check_coefficient,
 )
 from .stiffness import VolumePattern, contact_stiffness
+from .surfaces import Surface
 from .zones import (
     ZoneData,
     ZoneFacets,
@@ -135,7 +138,7 @@ class Contact(ContactFields):
             tangent=tangent,
             pairs=groups,
         )
-        surfaces.check_space(u)
+        check_space(u)
         self.u, self.method, self.measure = u, method, measure
         self.tangent = tangent
         self.friction = friction
@@ -223,7 +226,7 @@ class Contact(ContactFields):
         if self.multiplier is None:
             return np.empty(0, dtype=np.int32)
         W = self.multiplier.function_space
-        tables = [surfaces.facet_dof_table(W, zone.slave) for zone in facets]
+        tables = [facet_dof_table(W, zone.slave) for zone in facets]
         return np.unique(np.concatenate([table.ravel() for table in tables]))
 
     def set_gamma(self, gamma: float | Function) -> None:
@@ -259,7 +262,7 @@ class Contact(ContactFields):
 
     # State
 
-    def _on_surface(self, array: Array, surface: surfaces.Surface) -> Array:
+    def _on_surface(self, array: Array, surface: Surface) -> Array:
         """Values of a ghosted array of u at the surface's dofs, (dofs, gdim)."""
         return array.reshape(-1, surface.gdim)[surface.dofs]
 

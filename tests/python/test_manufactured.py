@@ -10,7 +10,6 @@ import itertools
 import numpy as np
 import pytest
 import ufl
-from dolfinx import fem
 
 import raymortar
 from raymortar import compat
