@@ -17,7 +17,8 @@ from raymortar.reference_facets import shape_functions
 from manufactured_fields import Fields, Motion
 from manufactured_scenes import TAGS, on_elastic, on_rigid
 from mesh_measures import cell_nodes, jacobians, lagrange
-from problems import COMM, DIMENSION, MATERIALS, SOLVERS, cellwise, fix, gradient
+from materials import MATERIALS
+from problems import COMM, DIMENSION, SOLVERS, cellwise, fix, gradient
 
 # Pressure that iterations start from; about that of all the fields. Without any,
 # friction has no cone at first

@@ -17,7 +17,8 @@ import raymortar
 from raymortar import compat
 from raymortar.scenes import two_cylinders
 
-from problems import COMM, fix, lame
+from materials import lame
+from problems import COMM, fix
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "demos"))
 
