@@ -83,6 +83,7 @@ class Zone:
         law: LawKind,
         friction: Coulomb | Tresca | Stick,
         current_measure: bool,
+        moving_segments: bool,
         distances: SearchDistances,
         strategy: Strategy,
         subdivide: bool,
