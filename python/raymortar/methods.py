@@ -104,8 +104,9 @@ class Search(Options):
     reach
         Largest gap that is still seen. None: twice the largest facet diameter.
     depth
-        Largest penetration that is still contact, not the far side of a thin body.
-        None: twice the largest facet diameter.
+        Largest penetration that is still contact, not the far side of a thin body. Along
+        a ray that meets the master obliquely, times the cosine of incidence. None: twice
+        the largest facet diameter.
     skin
         Margin within which candidates stay valid. None: half the largest facet
         diameter.
