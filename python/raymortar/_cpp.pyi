@@ -83,7 +83,6 @@ class Zone:
         law: LawKind,
         friction: Coulomb | Tresca | Stick,
         current_measure: bool,
-        moving_segments: bool,
         distances: SearchDistances,
         strategy: Strategy,
         subdivide: bool,
