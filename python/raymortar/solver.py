@@ -251,7 +251,8 @@ class SNESSolver:
                 raised.append(error)
                 raise
             # Of the forces: SNES counts the constrained rows in, which are lengths
-            goal = _goal(problem, *tolerances, floor)
+            rtol, atol = tolerances
+            goal = _goal(problem, rtol, atol, floor)
             snes.setTolerances(rtol=0.0, atol=goal)
 
         def tangent(snes: PETSc.SNES, x: PETSc.Vec, A: PETSc.Mat, P: PETSc.Mat) -> None:

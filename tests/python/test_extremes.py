@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from problems import COMM, MATERIALS, SOLVERS, build, fix, lame, worst
+from materials import MATERIALS, lame
+from problems import COMM, SOLVERS, build, fix, worst
 
 from raymortar.scenes import two_blocks
 
