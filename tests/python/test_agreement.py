@@ -11,6 +11,7 @@ import pytest
 from dolfinx import fem
 
 import raymortar
+from load_paths import top_moves
 from problems import COMM, SOLVERS, build, residual, squeezed
 from raymortar import AugmentedLagrangian, ContactError, Coulomb, Penalty, Search
 from raymortar import compat
@@ -130,6 +131,13 @@ def test_bad_option_on_one_rank(scene, options, pattern):
 )
 def test_bad_value_of_an_option_on_one_rank(scene, options, pattern):
     refused_by_all(pattern, lambda: contact(scene, **(options() if ODD else {})))
+
+
+def test_bad_number_of_steps_on_one_rank():
+    refused_by_all(
+        "steps = 0 must be positive",
+        lambda: top_moves("triangle", steps=0 if ODD else 4),
+    )
 
 
 def test_tags_of_another_mesh_on_one_rank(scene):

@@ -317,7 +317,7 @@ def test_grown_steps_that_fail_are_halved():
 )
 def test_load_steps_refuse_nonsense(options):
     with pytest.raises(ContactError, match="must be (positive|at least 1)"):
-        LoadSteps(None, None, **options)
+        top_moves("triangle", **options)
 
 
 # Failures
