@@ -177,7 +177,7 @@ def counts(result):
 
 def ironing(friction, until=1.4):
     """Shallow ironing, coarse, as far as t: 10 steps down, 20 along to t = 1.4."""
-    model = shallow_ironing.Ironing(COMM, (60, 15), friction=friction)
+    model = shallow_ironing.Ironing(COMM, 60, friction=friction)
     rows = list(model.path(0.0, 10, 50, until))
     return len(rows), rows[-1].halvings
 
@@ -251,11 +251,11 @@ def summarise(table):
         sums[group, tangent][3] += fails
         if (group, scene) not in failed:
             sums[group, tangent][:3] += halved, iterations, float(seconds)
-    print(f"\n{'':26}tangent  scenes  fail  halved  iterations   seconds")
+    print(f"\n{'':32}tangent  scenes  fail  halved  iterations   seconds")
     for (group, tangent), (halved, iterations, seconds, fails) in sums.items():
         scenes = sum(row[0] == group and row[2] == tangent for row in table)
         print(
-            f"{group:26}{tangent:7}{scenes:8}{fails:6.0f}{halved:8.0f}"
+            f"{group:32}{tangent:7}{scenes:8}{fails:6.0f}{halved:8.0f}"
             f"{iterations:12.0f}{seconds:10.2f}"
         )
 

@@ -18,7 +18,7 @@ struct ZoneInput
   LawKind law = LawKind::augmented_normal;
   FrictionLaw friction;
   bool current_measure = false;
-  bool moving_segments = false;
+  bool moving_segments = true;
   SearchDistances distances;
   Strategy strategy = Strategy::bvh;
   bool subdivide = false;
