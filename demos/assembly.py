@@ -12,6 +12,7 @@ from types import SimpleNamespace
 
 import bodies
 import common
+import drawing
 import numpy as np
 from dolfinx import fem
 
@@ -166,44 +167,27 @@ def solve(comm, size=10, steps=12, report=None):
 def draw(result, path):
     """The closed clamp, completed, and the share of each pair in the load."""
     mesh, u = result.scene.mesh, result.u
-    stress = common.von_mises(result.material.cauchy(u))
-    mises = common.nodal_field(stress, mesh, "mises", quadrature_degree=2)
-    lam = result.contact.multiplier
+    lam, mises = result.contact.multiplier, result.material.mises(u)
     compat.write_xdmf(path.with_suffix(".xdmf"), mesh, [u, lam, mises])
-    cells = common.gather_cells(mesh, u, mises)
+    cells = drawing.gather_cells(mesh, u, mises)
     if mesh.comm.rank > 0:
         return
-    plt = common.pyplot()
+    plt = drawing.pyplot()
     fig, (left, right) = plt.subplots(1, 2, figsize=(11, 4.6), layout="constrained")
-    colours = draw_bodies(left, *cells)
+    x, displacement, values = cells
+    # Both halves; the corners' peaks would leave the rest dark
+    at, images = x[..., :2] + displacement, [(1, 1), (-1, 1)]
+    colours = drawing.draw_field(left, at, values, images, np.quantile(values, 0.995))
+    left.axis("off")
     fig.colorbar(colours, ax=left, label="von Mises stress [MPa]", shrink=0.8)
     draw_forces(right, result)
     fig.savefig(path)
 
 
-def draw_bodies(axes, x, u, mises):
-    """Both halves in the deformed state."""
-    for sign in (1.0, -1.0):
-        at = (x[..., :2] + u) * [sign, 1.0]
-        colours = axes.tripcolor(
-            *at.reshape(-1, 2).T,
-            common.triangles(x),
-            mises.ravel(),
-            shading="gouraud",
-            cmap=common.STRESS_MAP,
-            vmin=0.0,
-            vmax=np.quantile(mises, 0.995),
-        )
-        common.draw_edges(axes, at)
-    axes.set(aspect="equal")
-    axes.axis("off")
-    return colours
-
-
 def draw_forces(axes, result):
     """Vertical forces of the pairs over the closing."""
     for i, (name, style) in enumerate(zip(PAIRS, ("-", "--", "-"))):
-        colour = (common.EXACT, "#2980b9", common.COMPUTED)[i]
+        colour = (drawing.EXACT, "#2980b9", drawing.COMPUTED)[i]
         force = 2e-3 * np.abs(result.forces[:, i, 1])
         axes.plot(
             np.append(0.0, result.closing), np.append(0.0, force), style, color=colour,
@@ -225,10 +209,7 @@ def main(arguments=None):
     report = common.Report(comm)
     size = args.size * (2 if args.fine else 1)
     result = solve(comm, size, args.steps, report)
-    report.say(
-        f"{result.contact.layout.size_global} unknowns, "
-        f"{int(result.iterations.sum())} Newton iterations, {result.halvings} halvings"
-    )
+    report.effort(result.contact, result.iterations, result.halvings)
     below, above, stop = np.abs(result.forces[-1, :, 1])
     report.add("above the pin / below it", above, below, 1e-7, "N/mm")
     report.add("pin and stop / support", above + stop, result.support[-1], 1e-7, "N/mm")

@@ -64,6 +64,26 @@ class NeoHookean:
             self.mu / J * (F * F.T - identity) + self.lmbda * ufl.ln(J) / J * identity
         )
 
+    def mises(self, u, degree: int = 1, quadrature_degree: int = 2):
+        """Von Mises stress at the nodes. Collective."""
+        stress, mesh = common.von_mises(self.cauchy(u)), u.function_space.mesh
+        return common.nodal_field(stress, mesh, "mises", degree, quadrature_degree)
+
+
+def small_strain(u):
+    """Linear strain as a 3 x 3 tensor; plane strain in 2D."""
+    e = ufl.sym(ufl.grad(u))
+    if len(u) == 2:
+        e = ufl.as_tensor([[e[0, 0], e[0, 1], 0], [e[1, 0], e[1, 1], 0], [0, 0, 0]])
+    return e
+
+
+def hooke(u, E, nu: float):
+    """Stress of linear elasticity, 3 x 3; E a number or a field."""
+    mu, lmbda = E / (2 * (1 + nu)), E * nu / ((1 + nu) * (1 - 2 * nu))
+    e = small_strain(u)
+    return 2 * mu * e + lmbda * ufl.tr(e) * ufl.Identity(3)
+
 
 def hold(V, scene, names, values=None):
     """Dirichlet conditions for all components on named parts of the boundary.

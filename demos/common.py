@@ -1,4 +1,4 @@
-"""What the demos share: options, tables, gathering on rank 0, and a look for plots.
+"""What the demos share: options, tables, supports, fields and values at nodes.
 
 Nothing here is needed to solve a contact problem: the demos' own files show that.
 """
@@ -17,10 +17,7 @@ from dolfinx import fem
 from raymortar import compat
 
 # The compiler of forms is chatty the first time
-logging.getLogger().setLevel(logging.WARNING)
-
-# Red for computed, dark for closed forms, one sequential map for stresses
-COMPUTED, EXACT, STRESS_MAP = "#c0392b", "#2c3e50", "viridis"
+logging.disable(logging.INFO)
 
 
 def options(name: str, description: str) -> argparse.ArgumentParser:
@@ -59,6 +56,15 @@ class Report:
         """Print on rank 0."""
         if self.comm.rank == 0:
             print(text, flush=True)
+
+    def effort(self, contact, iterations=None, halvings=None):
+        """Unknowns and, over a whole path, Newton iterations and halved steps."""
+        text = f"{contact.layout.size_global} unknowns"
+        if iterations is not None:
+            text += f", {int(np.sum(iterations))} Newton iterations"
+        if halvings is not None:
+            text += f", {halvings} halvings"
+        self.say(text)
 
     def newton(self, title, iterations, history):
         """Iterations of the steps, and the residuals of the last one."""
@@ -183,127 +189,3 @@ def gather_nodes(function, scene, name: str = "slave"):
     dofs = dofs[dofs < V.dofmap.index_map.size_local]
     values = function.x.array.reshape(-1, V.dofmap.index_map_bs)[dofs]
     return gather(comm, V.tabulate_dof_coordinates()[dofs]), gather(comm, values)
-
-
-def _corner_values(function, cells, corners) -> np.ndarray:
-    """Values at some vertices of cells: (n, corners, components)."""
-    V = function.function_space
-    dofs = compat.dofmap_array(V)[cells[:, None], corners]
-    return function.x.array.reshape(-1, V.dofmap.index_map_bs)[dofs]
-
-
-def _gather_corners(mesh, cells, corners, functions):
-    """Vertices (n, k, 3) of pieces of cells, and functions there, on rank 0."""
-    nodes = compat.geometry_dofmap(mesh)[cells[:, None], corners]
-    arrays = [mesh.geometry.x[nodes]]
-    arrays += [_corner_values(f, cells, corners) for f in functions]
-    return [gather(mesh.comm, array) for array in arrays]
-
-
-def gather_cells(mesh, *functions):
-    """Cells of a 2D mesh as polygons, with functions at their vertices.
-
-    Returns, on rank 0, vertices (n, k, 3) in order around the cell, and an array
-    (n, k, components) for each Lagrange function. Collective.
-    """
-    cells = np.arange(mesh.topology.index_map(2).size_local)
-    quadrilateral = compat.cell_name(mesh) == "quadrilateral"
-    order = [0, 1, 3, 2] if quadrilateral else [0, 1, 2]
-    corners = np.tile(order, (len(cells), 1))
-    return _gather_corners(mesh, cells, corners, functions)
-
-
-def gather_boundary(mesh, *functions, facets=None):
-    """Exterior (or given) facets of a 3D mesh as polygons, as `gather_cells`.
-
-    Collective.
-    """
-    owned = mesh.topology.index_map(3).size_local
-    facets = compat.exterior_facets(mesh) if facets is None else facets
-    f_to_c = compat.connectivity(mesh, 2, 3)
-    cells = np.array([f_to_c.links(f)[0] for f in facets], dtype=np.int64)
-    # Each facet from the rank that owns its cell, not from its neighbours too
-    facets, cells = facets[cells < owned], cells[cells < owned]
-    c_to_f = compat.connectivity_table(mesh, 3, 2)
-    local = np.argmax(c_to_f[cells] == facets[:, None], axis=1)
-    table = compat.basix_element(compat.cell_name(mesh), 1).facet_vertices
-    order = [0, 1, 3, 2] if len(table[0]) == 4 else [0, 1, 2]
-    corners = np.array(table)[:, order][local].reshape(-1, len(order))
-    return _gather_corners(mesh, cells, corners, functions)
-
-
-# Plots
-
-
-def pyplot():
-    """matplotlib.pyplot without a screen, with our look."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    plt.rcParams.update(
-        {
-            "figure.dpi": 160,
-            "font.size": 9,
-            "axes.spines.top": False,
-            "axes.spines.right": False,
-            "axes.titlesize": 10,
-            "legend.frameon": False,
-            "savefig.bbox": "tight",
-        }
-    )
-    return plt
-
-
-def triangles(polygons: np.ndarray) -> np.ndarray:
-    """Vertex numbers of the triangles of n polygons (n, k, ...), row by row."""
-    n, k = polygons.shape[:2]
-    fans = [[0, i, i + 1] for i in range(1, k - 1)]
-    return (k * np.arange(n)[:, None, None] + np.array(fans)).reshape(-1, 3)
-
-
-def draw_edges(axes, polygons: np.ndarray, colour="k", width=0.15, alpha=0.5):
-    """Outlines of polygons (n, k, 2)."""
-    from matplotlib.collections import PolyCollection
-
-    axes.add_collection(
-        PolyCollection(
-            polygons, facecolor="none", edgecolor=colour, lw=width, alpha=alpha
-        )
-    )
-
-
-def draw_surface(axes, polygons, values, azimuth, elevation=20):
-    """Facets (n, k, 3) in 3D, coloured by a value each and shaded by the light."""
-    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
-
-    pyplot()
-    import matplotlib as mpl
-
-    scale = mpl.colors.Normalize(min(0.0, values.min()), values.max())
-    colours = mpl.colormaps[STRESS_MAP](scale(values))
-    normals = np.cross(
-        polygons[:, 1] - polygons[:, 0], polygons[:, -1] - polygons[:, 0]
-    )
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    # Either side may be outward: light what the eye sees
-    light = np.abs(normals @ _direction(azimuth + 25, elevation + 25))
-    colours[:, :3] *= (0.65 + 0.35 * light)[:, None]
-    axes.add_collection3d(
-        Poly3DCollection(polygons, facecolors=colours, edgecolors="k", lw=0.12)
-    )
-    lower, upper = polygons.min(axis=(0, 1)), polygons.max(axis=(0, 1))
-    axes.set(xlim=(lower[0], upper[0]), ylim=(lower[1], upper[1]))
-    axes.set_zlim(lower[2], upper[2])
-    axes.set_box_aspect(upper - lower)
-    axes.view_init(elevation, azimuth)
-    axes.set_proj_type("persp", focal_length=0.4)
-    axes.set_axis_off()
-    return mpl.cm.ScalarMappable(scale, STRESS_MAP)
-
-
-def _direction(azimuth: float, elevation: float) -> np.ndarray:
-    """Unit vector towards the eye. Degrees."""
-    a, e = np.radians([azimuth, elevation])
-    return np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])

@@ -13,6 +13,7 @@ from types import SimpleNamespace
 
 import bodies
 import common
+import drawing
 import numpy as np
 from dolfinx import fem
 
@@ -140,23 +141,17 @@ def imbalance(result):
 def draw(result, path):
     """Slab and die at the end, mirrored, and the forces over the path."""
     mesh, u, contact = result.scene.mesh, result.u, result.contact
-    stress = common.von_mises(result.material.cauchy(u))
-    mises = common.nodal_field(stress, mesh, "mises", quadrature_degree=2)
-    lam = contact.multiplier
+    lam, mises = contact.multiplier, result.material.mises(u)
     compat.write_xdmf(path.with_suffix(".xdmf"), mesh, [u, lam, mises])
-    parts = common.gather_boundary(mesh, u, mises)
+    parts = drawing.gather_boundary(mesh, u, mises)
     if mesh.comm.rank > 0:
         return
-    plt = common.pyplot()
-    fig = plt.figure(figsize=(11, 4.4))
-    axes = fig.add_axes((-0.08, -0.16, 0.7, 1.36), projection="3d")
-    colours = draw_bodies(axes, *parts)
-    bar = fig.add_axes((0.57, 0.22, 0.012, 0.56))
-    fig.colorbar(colours, cax=bar, label="von Mises stress")
-    draw_forces(fig.add_axes((0.7, 0.14, 0.275, 0.76)), result)
-    # The room that axes in space take reaches out of the figure
-    with plt.rc_context({"savefig.bbox": None}):
-        fig.savefig(path)
+    drawing.space_and_curve(
+        path,
+        lambda axes: draw_bodies(axes, *parts),
+        "von Mises stress",
+        lambda axes: draw_forces(axes, result),
+    )
 
 
 def draw_bodies(axes, x, u, mises):
@@ -171,7 +166,7 @@ def draw_bodies(axes, x, u, mises):
     bodies_of = np.concatenate([at[slab], (at * mirror)[slab]])
     # What is drawn last hides the rest: the die lies on the slab
     axes.computed_zorder = False
-    colours = common.draw_surface(axes, bodies_of, np.tile(value[slab], 2), -62, 24)
+    colours = drawing.draw_surface(axes, bodies_of, np.tile(value[slab], 2), -62, 24)
     draw_die(axes, at[die])
     return colours
 
@@ -190,8 +185,8 @@ def draw_die(axes, polygons):
 
 def draw_forces(axes, result):
     """Forces of the whole slab over time."""
-    axes.plot(result.t, -2 * result.V, color=common.EXACT, label="down, V")
-    axes.plot(result.t, 2 * result.H, color=common.COMPUTED, label="along, H")
+    axes.plot(result.t, -2 * result.V, color=drawing.EXACT, label="down, V")
+    axes.plot(result.t, 2 * result.H, color=drawing.COMPUTED, label="along, H")
     axes.axvline(1.0, color="0.75", lw=0.8, zorder=0)
     axes.set(xlabel="pressed until 1, then dragged", ylabel="force on the slab")
     axes.set(xlim=(0.0, 2.0), ylim=(min(0.0, 2.2 * result.H.min()), None))
@@ -210,10 +205,7 @@ def main(arguments=None):
     factor = 2 if args.fine else 1
     steps = (max(args.steps * factor // 2, 1), args.steps * factor)
     result = solve(comm, args.size * factor, steps, args.friction, report)
-    report.say(
-        f"{result.contact.layout.size_global} unknowns, "
-        f"{int(result.iterations.sum())} Newton iterations"
-    )
+    report.effort(result.contact, result.iterations)
     report.add("1 + contact force - support", 1.0 + imbalance(result), 1.0, 1e-7)
     if args.friction:
         limit = args.friction * result.normal[-1]

@@ -12,6 +12,7 @@ from types import SimpleNamespace
 
 import bodies
 import common
+import drawing
 import numpy as np
 
 from mpi4py import MPI
@@ -97,7 +98,7 @@ def solve(comm, size=12, steps=50, report=None, keep=(0.0, 0.45, 1.0)):
              bodies.reaction(form, support[0]))
         )  # fmt: skip
         if len(kept) < len(keep) and factor >= keep[len(kept)] - 1e-9:
-            kept.append((factor, u.copy()))
+            kept.append((factor, u.x.array.copy()))
 
     record(0.0, 0)
 
@@ -126,19 +127,12 @@ def imbalance(result):
 def draw(result, path):
     """The block on its way, and the forces along it."""
     scene, u = result.scene, result.u
-    pictures, final = [], u.x.array.copy()
-    for factor, state in result.kept:
-        u.x.array[:] = state.x.array
-        stress = common.von_mises(result.material.cauchy(u))
-        mises = common.nodal_field(stress, scene.mesh, "mises", quadrature_degree=2)
-        pictures.append((factor, common.gather_cells(scene.mesh, u, mises)))
-    u.x.array[:] = final
-    compat.write_xdmf(
-        path.with_suffix(".xdmf"), scene.mesh, [u, result.contact.multiplier, mises]
-    )
+    pictures = drawing.gather_states(u, result.kept, lambda: result.material.mises(u))
+    lam, mises = result.contact.multiplier, result.material.mises(u)
+    compat.write_xdmf(path.with_suffix(".xdmf"), scene.mesh, [u, lam, mises])
     if scene.mesh.comm.rank > 0:
         return
-    plt = common.pyplot()
+    plt = drawing.pyplot()
     fig, panels = plt.subplot_mosaic(
         [["0", "forces"], ["1", "forces"], ["2", "forces"]],
         figsize=(11, 4.8),
@@ -160,19 +154,9 @@ def draw(result, path):
 
 def draw_bodies(axes, x, u, mises):
     """Both halves, deformed."""
-    for sign in (1.0, -1.0):
-        at = (x[..., :2] + u) * [1.0, sign]
-        colours = axes.tripcolor(
-            *at.reshape(-1, 2).T,
-            common.triangles(x),
-            mises.ravel(),
-            shading="gouraud",
-            cmap=common.STRESS_MAP,
-            vmin=0.0,
-            vmax=300.0,
-        )
-        common.draw_edges(axes, at)
-    axes.set(aspect="equal", xlim=(-2, 1902), ylim=(-351, 351))
+    at = x[..., :2] + u
+    colours = drawing.draw_field(axes, at, mises, [(1, 1), (1, -1)], top=300.0)
+    axes.set(xlim=(-2, 1902), ylim=(-351, 351))
     axes.axis("off")
     return colours
 
@@ -180,9 +164,9 @@ def draw_bodies(axes, x, u, mises):
 def draw_forces(axes, result):
     """Push and friction's limit over the path."""
     way = PUSH * result.factor
-    axes.plot(way, 2e-3 * result.H, color=common.COMPUTED, label="push H")
+    axes.plot(way, 2e-3 * result.H, color=drawing.COMPUTED, label="push H")
     limit = 2e-3 * FRICTION * result.normal
-    axes.plot(way, limit, "--", color=common.EXACT, label=r"friction's limit $\mu N$")
+    axes.plot(way, limit, "--", color=drawing.EXACT, label=r"friction's limit $\mu N$")
     for place, text in (
         (ENTRANCE - START - LENGTH, "front enters the taper"),
         (ENTRANCE + TAPER - START, "tail leaves the taper"),
@@ -205,10 +189,7 @@ def main(arguments=None):
     size = args.size * (2 if args.fine else 1)
     steps = args.steps * (2 if args.fine else 1)
     result = solve(comm, size, steps, report)
-    report.say(
-        f"{result.contact.layout.size_global} unknowns, "
-        f"{int(result.iterations.sum())} Newton iterations, {result.halvings} halvings"
-    )
+    report.effort(result.contact, result.iterations, result.halvings)
     report.add("1 + push - support of the wall", 1.0 + imbalance(result), 1.0, 1e-7)
     friction, normal = result.along[-1], FRICTION * result.normal[-1]
     report.add("friction at the end", friction, normal, 0.02, "N/mm")

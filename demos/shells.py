@@ -11,6 +11,7 @@ from types import SimpleNamespace
 
 import bodies
 import common
+import drawing
 import numpy as np
 from dolfinx import fem
 
@@ -151,24 +152,18 @@ def work(result):
 def draw(result, path):
     """The deformed shells, cut open, and the force over the closing."""
     mesh, u = result.scene.mesh, result.u
-    stress = common.von_mises(result.material.cauchy(u))
-    mises = common.nodal_field(stress, mesh, "mises", 2, quadrature_degree=4)
-    lam = result.contact.multiplier
-    linear = common.nodal_field(stress, mesh, "mises", 1, quadrature_degree=4)
+    lam, material = result.contact.multiplier, result.material
+    mises, linear = (material.mises(u, degree, 4) for degree in (2, 1))
     compat.write_xdmf(path.with_suffix(".xdmf"), mesh, [u, lam, linear])
-    parts = common.gather_boundary(mesh, u, mises)
+    parts = drawing.gather_boundary(mesh, u, mises)
     if mesh.comm.rank > 0:
         return
-    plt = common.pyplot()
-    fig = plt.figure(figsize=(11, 4.6))
-    axes = fig.add_axes((-0.06, -0.2, 0.62, 1.4), projection="3d")
-    colours = draw_bodies(axes, *parts)
-    bar = fig.add_axes((0.53, 0.22, 0.012, 0.56))
-    fig.colorbar(colours, cax=bar, label="von Mises stress / E")
-    draw_force(fig.add_axes((0.68, 0.14, 0.295, 0.78)), result)
-    # The room that axes in space take reaches out of the figure
-    with plt.rc_context({"savefig.bbox": None}):
-        fig.savefig(path)
+    drawing.space_and_curve(
+        path,
+        lambda axes: draw_bodies(axes, *parts),
+        "von Mises stress / E",
+        lambda axes: draw_force(axes, result),
+    )
 
 
 def draw_bodies(axes, x, u, mises):
@@ -180,17 +175,19 @@ def draw_bodies(axes, x, u, mises):
         shells &= ~(np.abs(x[..., i]).max(axis=1) < 1e-9)
     at, value = (x + u)[shells], mises.mean(axis=(1, 2))[shells]
     images = [at * np.array([a, 1.0, c]) for a in (1.0, -1.0) for c in (1.0, -1.0)]
-    return common.draw_surface(axes, np.concatenate(images), np.tile(value, 4), -75, 18)
+    return drawing.draw_surface(
+        axes, np.concatenate(images), np.tile(value, 4), -75, 18
+    )
 
 
 def draw_force(axes, result):
     """Ours and the published ones."""
-    axes.plot(result.closing, result.force, color=common.COMPUTED, label="raymortar")
+    axes.plot(result.closing, result.force, color=drawing.COMPUTED, label="raymortar")
     axes.plot(
         *(PUSO * [CLOSING, 1]).T,
         "o",
         mfc="none",
-        color=common.EXACT,
+        color=drawing.EXACT,
         label="Puso, Laursen",
     )
     axes.plot(*(FEBIO * [CLOSING, 1]).T, "x", color="0.5", label="FEBio")
@@ -213,10 +210,7 @@ def main(arguments=None):
     factor = 2 if args.fine else 1
     steps = args.steps * factor
     result = solve(comm, args.size * factor, 1, steps, closing, report)
-    report.say(
-        f"{result.contact.layout.size_global} unknowns, "
-        f"{int(result.iterations.sum())} Newton iterations, {result.halvings} halvings"
-    )
+    report.effort(result.contact, result.iterations, result.halvings)
     report.add("force, reaction", result.force[-1], result.held[-1], 1e-6)
     stored = result.energy[-1] - result.energy[0]
     report.add("work of the plates, energy", work(result), stored, 0.01)

@@ -8,7 +8,8 @@ import numpy as np
 from mpi4py import MPI
 from petsc4py import PETSc
 
-from raymortar import _cpp, compat, surfaces
+from raymortar import _cpp, compat
+from raymortar.reference_facets import facet_nodes
 from raymortar.zones import default_quadrature_degree
 
 INDEX, GLOBAL = np.int32, np.int64
@@ -49,7 +50,7 @@ def grid(shape, degree, n, up):
     """
     gdim, _ = FACETS[shape]
     tdim = gdim - 1
-    points = np.atleast_2d(surfaces.facet_nodes(shape, degree)).reshape(-1, tdim)
+    points = np.atleast_2d(facet_nodes(shape, degree)).reshape(-1, tdim)
     halves = [points, 1.0 - points] if shape == "triangle" else [points]
     local = np.rint(degree * np.stack(halves)).astype(np.int64)
     cells = np.stack(

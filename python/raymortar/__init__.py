@@ -5,6 +5,7 @@ from .contact import Contact
 from .errors import ContactError, ConvergenceError
 from .fixed_point import FixedPointSolver
 from .friction import Coulomb, Stick, Tresca
+from .history import History
 from .load_steps import LoadStep, LoadSteps
 from .methods import AugmentedLagrangian, Penalty, Search
 from .problem import NonlinearProblem
@@ -19,6 +20,7 @@ __all__ = [
     "ConvergenceError",
     "Coulomb",
     "FixedPointSolver",
+    "History",
     "LoadStep",
     "LoadSteps",
     "NewtonSolver",

@@ -178,6 +178,23 @@ class ContactFields:
         """
         return resultant(self.zones[i], self._comm)
 
+    def friction_work(self) -> float:
+        """Work that tangential tractions take in this step, before `advance`. Collective.
+
+        - int t_T . w over the slave surfaces: force times length, per thickness in 2D.
+        With the elastic penalty a part is stored in its springs.
+        """
+        if self.friction is None:
+            return 0.0
+        work = 0.0
+        for zone in self.zones:
+            points = zone.points()
+            slip = points["slip"] - along_normal(points, points["slip"])
+            work -= float(
+                np.einsum("q,qi,qi", points["weight"], points["traction"], slip)
+            )
+        return float(self._comm.allreduce(work))
+
     @property
     def statistics(self) -> Statistics:
         """Counts and seconds over all zones and ranks: see `Statistics`. Collective."""

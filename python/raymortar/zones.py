@@ -11,13 +11,16 @@ from dolfinx.fem import Function
 
 from mpi4py import MPI
 
-from . import _cpp, compat, surfaces
+from . import _cpp, compat
+from .checks import check_areas, check_pair
 from .compat import Array, Indices
 from .errors import ContactError, raise_everywhere
+from .facets import Facets, facet_dof_table, tagged_facets
 from .friction import Coulomb, Stick, Tresca
 from .layout import Layout
 from .methods import Search
-from .surfaces import Facets, Surface
+from .reference_facets import facet_nodes, shape_functions
+from .surfaces import Surface, build_surface
 
 
 @dataclass
@@ -119,22 +122,21 @@ def find_facets(
     mesh = u.function_space.mesh
     zones = []
     for slave_tag, master_tags in groups.items():
-        slave = surfaces.tagged_facets(mesh, facet_tags, slave_tag, "slave")
+        slave = tagged_facets(mesh, facet_tags, slave_tag, "slave")
         masters = [
-            surfaces.tagged_facets(mesh, facet_tags, tag, "master")
-            for tag in master_tags
+            tagged_facets(mesh, facet_tags, tag, "master") for tag in master_tags
         ]
         for facets in (slave, *masters):
-            surfaces.check_areas(mesh, facets)
+            check_areas(mesh, facets)
         for master in masters:
-            surfaces.check_pair(mesh, slave, master)
+            check_pair(mesh, slave, master)
         zones.append(
             ZoneFacets(
                 slave_tag,
                 master_tags,
                 slave,
-                surfaces.build_surface(u, [slave]),
-                surfaces.build_surface(u, masters),
+                build_surface(u, [slave]),
+                build_surface(u, masters),
             )
         )
     return zones
@@ -193,7 +195,7 @@ def _multipliers(
         none = np.empty((len(zone.slave.facets), 0), dtype=np.int32)
         return _cpp.Multipliers(), none, np.empty(0, dtype=np.int32)
     W = multiplier.function_space
-    table = surfaces.facet_dof_table(W, zone.slave)
+    table = facet_dof_table(W, zone.slave)
     nodes, local = np.unique(table, return_inverse=True)
     cpp = _cpp.Multipliers(
         compat.element_info(W).degree,
@@ -247,7 +249,7 @@ def create_zone(
         segment_rule=segment_rule,
         facet_rule=facet_rule,
     )
-    results = surfaces.facet_dof_table(result_space, zone.slave)
+    results = facet_dof_table(result_space, zone.slave)
     return ZoneData(zone, cpp, table, nodes, results, friction is not None)
 
 
@@ -260,8 +262,8 @@ def on_facets(gamma: Function, zone: ZoneFacets) -> Array:
     mesh = gamma.function_space.mesh
     surface = zone.slave_surface
     n = surface.facet_dofs.shape[1]
-    shape = surfaces.facet_nodes(surface.shape, surface.displacement_degree)
-    N, _ = surfaces.shape_functions(surface.shape, surface.node_degree, shape)
+    shape = facet_nodes(surface.shape, surface.displacement_degree)
+    N, _ = shape_functions(surface.shape, surface.node_degree, shape)
     points = np.einsum("qk,fkd->fqd", N, surface.X[surface.facet_nodes])
     padded = np.zeros((points.shape[0] * n, 3))
     padded[:, : surface.gdim] = points.reshape(-1, surface.gdim)

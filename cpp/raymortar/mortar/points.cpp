@@ -236,11 +236,14 @@ private:
   {
     const auto nodes = _master.template nodes<F>(_master.x, landing.facet);
     const auto master = frame_at<F>(nodes, landing.hit.eta);
-    if (not(n.dot(master.n) < -tolerance::facing))
+    const double facing = -n.dot(master.n);
+    if (not(facing > tolerance::facing))
       return RayStatus::back_face;
     if (landing.hit.g > _range.reach)
       return RayStatus::too_far;
-    if (landing.hit.g < -_range.depth)
+    // Obliquely, a point that lies little below the master is deep along its
+    // ray: beside a corner of the slave, the other face is nearer by far
+    if (landing.hit.g < -_range.depth * facing)
       return RayStatus::too_deep;
     return RayStatus::hit;
   }

@@ -54,7 +54,7 @@ struct Hits
 struct GapRange
 {
   double reach;
-  double depth;
+  double depth; ///< head on; times the cosine of a ray's incidence otherwise
 };
 
 /// @brief Cast the ray of every covered point on the true deformed master.
