@@ -19,6 +19,7 @@ from .fields import ContactFields
 from .friction import LAWS, Coulomb, Stick, Tresca
 from .held import any_held, refuse_held
 from .layout import Layout
+from .memory import matrix_bytes, require_memory
 from .methods import (
     MEASURES,
     TANGENTS,
@@ -407,6 +408,9 @@ class Contact(ContactFields):
         for zone in self.zones:
             zone.pattern.extend(zone.cpp)
             zone.positions.forget()
+        require_memory(
+            self._comm, matrix_bytes(self._volume, self.zones, self.layout.components)
+        )
         _cpp.preallocate(
             A.handle,
             self._volume.offsets,
