@@ -170,6 +170,7 @@ def _draw_plane(figure: Any, bodies: Any, line: Any, label: str) -> None:
         right.plot(at[:, axis], along, ".", ms=3, color=TANGENTIAL, label="friction")
         right.legend()
     right.set(xlabel="xy"[axis], ylabel="contact pressure")
+    right.set_ylim(bottom=min(0.0, pressure.min(initial=0.0)))
 
 
 def _span(values: Array) -> Any:
