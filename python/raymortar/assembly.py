@@ -56,9 +56,9 @@ class ContactAssembly(ContactFields):
         for zone in self.zones:
             zone.pattern.extend(zone.cpp)
             zone.positions.forget()
-        require_memory(
-            self._comm, matrix_bytes(self._volume, self.zones, self.layout.components)
-        )
+        if self._preallocations == 1:  # later ones take the memory of the last
+            needed = matrix_bytes(self._volume, self.zones, self.layout.components)
+            require_memory(self._comm, needed)
         _cpp.preallocate(
             A.handle,
             self._volume.offsets,
