@@ -76,8 +76,9 @@ class Contact(ContactAssembly):
     search
         `Search` distances and strategy.
     tangent
-        ``"fixed"``: the derivative at fixed integration points; ``"full"``: of the
-        residual that is paired anew, through the segments that move with the bodies.
+        ``"full"``: the derivative of the residual that is paired anew, through the
+        segments that move with the bodies; ``"fixed"``: that at fixed integration
+        points.
     names
         Facet tag by name: numbers, as in a scene's ``tags``, or (dimension, tag), as
         Gmsh's physical groups are read (``compat.read_gmsh(...).names``).
@@ -113,7 +114,7 @@ class Contact(ContactAssembly):
         measure: str = "reference",
         search: Search | None = None,
         names: Mapping[str, int | tuple[int, int]] | None = None,
-        tangent: str = "fixed",
+        tangent: str = "full",
     ) -> None:
         method = AugmentedLagrangian() if method is None else method
         search = Search() if search is None else search
@@ -280,8 +281,8 @@ class Contact(ContactAssembly):
         Parameters
         ----------
         rays_only
-            Keep the integration points on the slave and cast their rays anew: what
-            the tangent at fixed points differentiates.
+            Keep the integration points on the slave and cast their rays anew. The
+            tangent is then that at fixed points, whatever `tangent` says.
 
         Raises
         ------

@@ -41,7 +41,7 @@ class Manufactured:
         The step.
     swap
         The lower body is the slave.
-    shake, seed, curved
+    shake, seed, curved, bend
         See `manufactured_scenes`.
     method, options
         Of `raymortar.Contact`.
@@ -60,6 +60,7 @@ class Manufactured:
         shake=0.0,
         seed=0,
         curved=True,
+        bend=0.0,
         **options,
     ):
         self.fields, self.motion, self.swap = fields, motion, swap
@@ -67,8 +68,10 @@ class Manufactured:
         if fields.lower is None:
             # Straight cells of degree 1 will do where the master is bent by values
             mesh_options |= {"geometry_degree": 2 if curved else 1, "curved": curved}
+            mesh_options["bend"] = bend
             self.scene = on_rigid(cell, n, **mesh_options)
         else:
+            mesh_options |= {"geometry_degree": 2, "bend": bend} if bend else {}
             self.scene = on_elastic(cell, n, **mesh_options)
         self.dim, self._flat = DIMENSION[cell], not curved
         V = compat.vector_space(self.scene.mesh, degree)

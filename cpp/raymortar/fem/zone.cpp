@@ -221,6 +221,7 @@ void Zone::pair()
   if (any_rank(_comm, not _halo_is_checked))
     flat ? update_halo<2>() : update_halo<3>();
   _halo_is_checked = true;
+  _state.moving_segments = _input.moving_segments;
   if (_points_are_present and _rays_are_present)
   {
     ++_statistics.pairings_skipped;
@@ -228,7 +229,7 @@ void Zone::pair()
   }
   flat ? update_candidates<2>() : update_candidates<3>();
   make_points_anew();
-  cast();
+  renew_rays();
   ++_statistics.pairings;
 }
 
@@ -246,6 +247,13 @@ void Zone::make_points_anew()
 }
 
 void Zone::cast()
+{
+  // What moves now is the rays alone, and the tangent is that of this function
+  _state.moving_segments = false;
+  renew_rays();
+}
+
+void Zone::renew_rays()
 {
   if (_rays_are_present)
     return;
