@@ -111,7 +111,7 @@ def scene_of(comm, size):
     return Scene(read.mesh, read.cell_tags, read.facet_tags, tags, parts)
 
 
-def solve(comm, size=10, steps=12, report=None):
+def solve(comm, size=10, steps=12, report=None, file=None):
     """Close the clamp; forces of the three pairs at each accepted step."""
     scene = scene_of(comm, size)
     V = compat.vector_space(scene.mesh, 1)
@@ -137,29 +137,27 @@ def solve(comm, size=10, steps=12, report=None):
     def apply(factor):
         down.value = -CLOSING * factor
 
-    rows, path = [], raymortar.LoadSteps(solver, apply, steps=steps)
+    history = raymortar.History(problem, file, {"support": held})
+    path = raymortar.LoadSteps(solver, apply, steps, history=history)
     for step in path:
-        forces = [contact.resultant(i).force for i in range(len(PAIRS))]
-        support = bodies.reaction(form, held[1])
-        rows.append(
-            (CLOSING * step.factor, step.iterations, support, *np.ravel(forces))
-        )
         if report is not None:
-            vertical = ", ".join(f"{f[1]:9.2f}" for f in forces)
+            row = history.rows[-1]
+            forces = (getattr(row, f"force_{i}_y") for i in range(len(PAIRS)))
+            vertical = ", ".join(f"{force:9.2f}" for force in forces)
             report.say(
-                f"closed by {rows[-1][0]:.3f} mm: {step.iterations:2} iterations, "
-                f"forces {vertical} N/mm"
+                f"closed by {CLOSING * row.time:.3f} mm: {step.iterations:2} "
+                f"iterations, forces {vertical} N/mm"
             )
-    rows = np.array(rows)
+    forces = [history.vectors(f"force_{i}") for i in range(len(PAIRS))]
     return SimpleNamespace(
         scene=scene,
         u=u,
         contact=contact,
         material=material,
-        closing=rows[:, 0],
-        iterations=rows[:, 1].astype(int),
-        support=rows[:, 2],
-        forces=rows[:, 3:].reshape(len(rows), len(PAIRS), 2),
+        closing=CLOSING * history["time"],
+        iterations=history["iterations"],
+        support=history["reaction_support_y"],
+        forces=np.stack(forces, axis=1),
         halvings=path.halvings,
     )
 
@@ -208,14 +206,14 @@ def main(arguments=None):
     comm = MPI.COMM_WORLD
     report = common.Report(comm)
     size = args.size * (2 if args.fine else 1)
-    result = solve(comm, size, args.steps, report)
+    args.output.mkdir(parents=True, exist_ok=True)
+    result = solve(comm, size, args.steps, report, args.output / "assembly.csv")
     report.effort(result.contact, result.iterations, result.halvings)
     below, above, stop = np.abs(result.forces[-1, :, 1])
     report.add("above the pin / below it", above, below, 1e-7, "N/mm")
     report.add("pin and stop / support", above + stop, result.support[-1], 1e-7, "N/mm")
     open_until = result.closing[np.argmax(np.abs(result.forces[:, 2, 1]) > 0.0)]
     report.add("stop closes after the slot", open_until, SLOT, unit="mm")
-    args.output.mkdir(parents=True, exist_ok=True)
     draw(result, args.output / "assembly.png")
     return report.finish("balance")
 

@@ -98,16 +98,6 @@ def hold(V, scene, names, values=None):
     ]
 
 
-def reaction(form, bc) -> float:
-    """Force of a support: the residual in its dofs. Collective."""
-    V = form.arguments()[0].ufl_function_space()
-    r = compat.create_la_vector(V.dofmap.index_map, V.dofmap.index_map_bs)
-    compat.assemble_residual(r.array, compat.form(form))
-    compat.scatter_reverse_add(r)
-    dofs, owned = bc.dof_indices()
-    return V.mesh.comm.allreduce(r.array[dofs[:owned]].sum())
-
-
 def sliding(contact, axis: int, zone: int = 0) -> np.ndarray:
     """Where the slave slides along an axis: forces along it. Collective.
 

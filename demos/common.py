@@ -15,6 +15,19 @@ import ufl
 from dolfinx import fem
 
 from raymortar import compat
+from raymortar.gathering import gather, nodal_field
+
+__all__ = [
+    "Report",
+    "clamp",
+    "gather_nodes",
+    "integral",
+    "nodal_field",
+    "options",
+    "pressure_field",
+    "value_at_origin",
+    "von_mises",
+]
 
 # The compiler of forms is chatty the first time
 logging.disable(logging.INFO)
@@ -115,30 +128,6 @@ def clamp(V, scene, name: str, component: int, value=0.0):
 # Fields
 
 
-def nodal_field(f, mesh, name: str, degree: int = 1, quadrature_degree=None):
-    """Continuous version of a UFL scalar: averages weighted by the shape functions.
-
-    Cheap (no system to solve), and never outside the range of f. Where UFL's guess
-    of the degree of f is far too high, give a quadrature degree. Collective.
-    """
-    field_ = fem.Function(compat.scalar_space(mesh, degree), name=name)
-    V = field_.function_space
-    v = ufl.TestFunction(V)
-    sums, weights = (
-        compat.create_la_vector(V.dofmap.index_map, V.dofmap.index_map_bs)
-        for _ in range(2)
-    )
-    rule = quadrature_degree or 2 * degree
-    dx = ufl.dx(mesh, metadata={"quadrature_degree": rule})
-    compat.assemble_residual(sums.array, compat.form(f * v * dx))
-    compat.assemble_residual(weights.array, compat.form(v * dx))
-    for vector in (sums, weights):
-        compat.scatter_reverse_add(vector)
-        compat.scatter_forward(vector)
-    field_.x.array[:] = sums.array / weights.array
-    return field_
-
-
 def von_mises(sigma):
     """Equivalent stress of a 3 x 3 tensor."""
     s = sigma - ufl.tr(sigma) / 3 * ufl.Identity(3)
@@ -172,12 +161,6 @@ def value_at_origin(function, scene, name: str, component: int = 0) -> float:
 
 
 # Gathering on rank 0
-
-
-def gather(comm, array: np.ndarray):
-    """Rows of all ranks, one after the other; None elsewhere than on rank 0."""
-    parts = comm.gather(array, root=0)
-    return None if parts is None else np.concatenate(parts)
 
 
 def gather_nodes(function, scene, name: str = "slave"):

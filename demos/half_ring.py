@@ -11,6 +11,7 @@ import math
 import sys
 import time
 from collections import namedtuple
+from functools import partial
 from types import SimpleNamespace
 
 import bodies
@@ -41,9 +42,9 @@ CODE_ASTER = {
 }
 # An accepted step: load factor, Newton iterations, halvings so far, displacements of
 # block and ring in the middle, pressure there, force on the ring, seconds of CPU
+MIDDLE_OF = ("below_x", "below_y", "above_x", "above_y", "pressure")
 Row = namedtuple(
-    "Row",
-    "t iterations halvings below_x below_y above_x above_y pressure fx fy seconds",
+    "Row", ("t", "iterations", "halvings", *MIDDLE_OF, "fx", "fy", "seconds")
 )
 HEADING = "        t  Newton  halvings      force   pressure  CPU [s]"
 TAGS = {"bottom": 1, "master": 2, "slave": 3, "ends": 4}
@@ -105,6 +106,8 @@ class HalfRing:
         PETSc options of SNES; None: with line search.
     keep
         Load factors at which the displacement is kept, for the picture.
+    file
+        CSV file of the path.
 
     Attributes
     ----------
@@ -120,6 +123,7 @@ class HalfRing:
         options=None,
         gamma=None,
         keep=(0.3, 0.7, 1.0),
+        file=None,
     ):
         self.friction, self.keep, self.kept = friction, keep, []
         scene = self.scene = half_ring(comm, size)
@@ -146,20 +150,22 @@ class HalfRing:
         self._places = [centre_of(V, scene, name) for name in ("master", "slave")]
         W = self.contact.multiplier.function_space
         self._node = centre_of(W, scene, "slave")
+        middle = {name: partial(self.centre, k) for k, name in enumerate(MIDDLE_OF)}
+        self.history = raymortar.History(self.problem, file, more=middle)
 
     def apply(self, t):
         """Push the ring's ends down."""
         self.down.value = -PUSH * t
 
-    def centre(self):
-        """Displacements of both surfaces and pressure in the middle. Collective."""
+    def centre(self, k):
+        """Displacement of a surface or pressure in the middle. Collective."""
         values = self.u.x.array.reshape(-1, 2)
         mine = [x for place in self._places for x in values[place].sum(axis=0)]
         # Traction on the slave: a vector, or without friction along its normal
         lam = self.contact.multiplier.x.array
         last = lam.reshape(-1, self.contact.layout.components)[self._node, -1].sum()
         mine.append(last if self.friction else -last)
-        return self.scene.mesh.comm.allreduce(np.array(mine))
+        return self.scene.mesh.comm.allreduce(mine[k])
 
     def path(self, steps, rows=()):
         """Rows of the accepted steps after those given: a generator. Collective."""
@@ -168,13 +174,12 @@ class HalfRing:
         left = math.ceil((1.0 - begin) * steps - 1e-6)
         if left < 1:
             return
-        times = lambda factor: begin + factor * (1.0 - begin)  # noqa: E731
         load = raymortar.LoadSteps(
-            self.solver, lambda factor: self.apply(times(factor)), left
+            self.solver, self.apply, left, path=(begin, 1.0), history=self.history
         )
         clock = time.process_time()
         for step in load:
-            t, force = times(step.factor), self.contact.resultant(0).force
+            t, last = step.factor, self.history.rows[-1]
             if (
                 len(self.kept) < len(self.keep)
                 and t >= self.keep[len(self.kept)] - 1e-9
@@ -185,8 +190,9 @@ class HalfRing:
                 t,
                 step.iterations,
                 halvings + step.halvings,
-                *self.centre(),
-                *force,
+                *(getattr(last, name) for name in MIDDLE_OF),
+                last.force_0_x,
+                last.force_0_y,
                 now - clock,
             )
             clock = now
@@ -198,6 +204,7 @@ class HalfRing:
     def load(self, path):
         """Go back to a checkpoint; its rows."""
         rows, arrays = long_runs.load(path, self.contact, Row)
+        long_runs.resume(self.history, rows)
         self.kept = [(float(name[5:]), u) for name, u in arrays.items()]
         return rows
 
@@ -311,11 +318,11 @@ def main(arguments=None):
         args.size * (2 if args.fine else 1),
         args.friction,
         {} if args.no_line_search else None,
+        file=args.output / "half_ring.csv",
     )
     rows = model.load(args.restart) if args.restart else []
     record = long_runs.Record(
         model.contact,
-        args.output / "half_ring.csv",
         args.checkpoint or args.restart,
         args.every,
         rows,

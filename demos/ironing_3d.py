@@ -69,7 +69,7 @@ def scene_of(comm, size):
     return Scene(mesh, cells, facets, TAGS, {"slab": 1, "die": 2})
 
 
-def solve(comm, size=4, steps=(10, 20), friction=FRICTION, report=None):
+def solve(comm, size=4, steps=(10, 20), friction=FRICTION, report=None, file=None):
     """Press, then slide; forces on the slab at each accepted step."""
     scene = scene_of(comm, size)
     V = compat.vector_space(scene.mesh, 1)
@@ -95,46 +95,46 @@ def solve(comm, size=4, steps=(10, 20), friction=FRICTION, report=None):
     )
     problem = raymortar.NonlinearProblem(form, contact, bcs)
     solver = raymortar.SNESSolver(problem, OPTIONS)
-    rows = []
+    history = raymortar.History(
+        problem,
+        file,
+        {"bottom": support},
+        more={
+            "normal": lambda: bodies.sliding(contact, 0)[0],
+            "along": lambda: bodies.sliding(contact, 0)[1],
+        },
+    )
 
-    def press(factor):
-        down.value = -DOWN * factor
+    def apply(t):
+        down.value = -DOWN * min(t, 1.0)
+        along.value = ALONG * max(t - 1.0, 0.0)
 
-    def slide(factor):
-        along.value = ALONG * factor
-
-    for begin, n, apply in ((0.0, steps[0], press), (1.0, steps[1], slide)):
-        for step in raymortar.LoadSteps(solver, apply, steps=n):
-            force = contact.resultant(0)
-            rows.append(
-                (
-                    begin + step.factor,
-                    step.iterations,
-                    *force.force,
-                    *bodies.sliding(contact, 0),
-                    *(bodies.reaction(form, bc) for bc in support),
-                )
-            )
+    for n, path in zip(steps, ((0.0, 1.0), (1.0, 2.0))):
+        for step in raymortar.LoadSteps(solver, apply, n, path=path, history=history):
             if report is not None:
-                t, iterations, H, _, V_, *_ = rows[-1]
+                row = history.rows[-1]
                 report.say(
-                    f"t = {t:5.3f}: {iterations:2} iterations, H {H:8.5f}, V {V_:8.5f}"
+                    f"t = {row.time:5.3f}: {step.iterations:2} iterations, "
+                    f"H {row.force_0_x:8.5f}, V {row.force_0_z:8.5f}"
                 )
-    names = "t iterations H side V normal along support_x support_y support_z".split()
-    columns = dict(zip(names, np.array(rows).T))
     return SimpleNamespace(
         scene=scene,
         u=u,
         contact=contact,
         material=material,
-        friction=friction,
-        **columns,
+        t=history["time"],
+        iterations=history["iterations"],
+        H=history["force_0_x"],
+        V=history["force_0_z"],
+        normal=history["normal"],
+        along=history["along"],
+        support=history.vectors("reaction_bottom"),
     )
 
 
 def imbalance(result):
     """Largest difference of contact and the slab's support, over the largest force."""
-    off = [result.H + result.support_x, result.V + result.support_z]
+    off = [result.H + result.support[:, 0], result.V + result.support[:, 2]]
     return np.abs(off).max() / np.abs(result.V).max()
 
 
@@ -204,7 +204,9 @@ def main(arguments=None):
     report = common.Report(comm)
     factor = 2 if args.fine else 1
     steps = (max(args.steps * factor // 2, 1), args.steps * factor)
-    result = solve(comm, args.size * factor, steps, args.friction, report)
+    args.output.mkdir(parents=True, exist_ok=True)
+    file = args.output / "ironing_3d.csv"
+    result = solve(comm, args.size * factor, steps, args.friction, report, file)
     report.effort(result.contact, result.iterations)
     report.add("1 + contact force - support", 1.0 + imbalance(result), 1.0, 1e-7)
     if args.friction:
@@ -215,7 +217,6 @@ def main(arguments=None):
         pressed = steps[0] - 1
         report.add("H, end of the slide", -result.H[-1], result.H[pressed], 1e-6)
         report.add("V, end of the slide", result.V[-1], result.V[pressed], 1e-6)
-    args.output.mkdir(parents=True, exist_ok=True)
     draw(result, args.output / "ironing_3d.png")
     return report.finish("balance")
 

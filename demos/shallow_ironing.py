@@ -110,6 +110,7 @@ class Ironing:
         gamma=GAMMA,
         extrapolate=True,
         options=None,
+        file=None,
     ):
         self.extrapolate = extrapolate
         self.scene = ironing_scene(comm, size)
@@ -129,10 +130,9 @@ class Ironing:
 
         self.motion = fem.Constant(mesh, np.zeros(2))
         clamped = fem.Constant(mesh, np.zeros(2))
-        self.top = self._dofs(V, "top")
         bcs = [
             fem.dirichletbc(clamped, self._dofs(V, "bottom"), V),
-            fem.dirichletbc(self.motion, self.top, V),
+            fem.dirichletbc(self.motion, self._dofs(V, "top"), V),
         ]
         self.contact = raymortar.Contact(
             self.u,
@@ -150,6 +150,7 @@ class Ironing:
         # A force [N/mm]: extrapolated steps start from small residuals
         options = {"snes_atol": 1e-10 * E_FOUNDATION, **(options or {})}
         self.solver = raymortar.SNESSolver(self.problem, options)
+        self.history = raymortar.History(self.problem, file, {"top": bcs[1]})
 
     def _dofs(self, V, name):
         facets = self.scene.facet_tags.find(TAGS[name])
@@ -159,22 +160,20 @@ class Ironing:
         """Move the indenter's top: down until t = 1, then along."""
         self.motion.value[:] = (SLID * max(t - 1.0, 0.0), -PRESSED * min(t, 1.0))
 
-    def reaction(self):
-        """Force on the indenter's top, from the stress in the indenter. Collective."""
-        V = self.u.function_space
-        r = compat.create_la_vector(V.dofmap.index_map, V.dofmap.index_map_bs)
-        compat.assemble_residual(r.array, self.problem.L)
-        compat.scatter_reverse_add(r)
-        owned = self.top[self.top < V.dofmap.index_map.size_local]
-        force = r.array.reshape(-1, 2)[owned].sum(axis=0)
-        return self.scene.mesh.comm.allreduce(force)
-
-    def row(self, t, step, seconds):
-        """What is recorded of an accepted step. Collective."""
-        H, V = self.reaction()
-        fx, fy = self.contact.resultant().force
-        closed = self.contact.statistics.active_points
-        return Row(t, -V, H, fx, fy, step.iterations, step.halvings, closed, seconds)
+    def row(self, step, seconds):
+        """What is said of an accepted step."""
+        last = self.history.rows[-1]
+        return Row(
+            last.time,
+            -last.reaction_top_y,
+            last.reaction_top_x,
+            last.force_0_x,
+            last.force_0_y,
+            step.iterations,
+            step.halvings,
+            last.active,
+            seconds,
+        )
 
     def path(self, start, press, slide, until):
         """Rows of the accepted steps from time `start`: a generator. Collective.
@@ -187,17 +186,18 @@ class Ironing:
             steps = math.ceil((end - begin) * rate - 1e-6)
             if steps < 1:
                 continue
-            times = lambda factor: begin + factor * (end - begin)  # noqa: E731
             load = raymortar.LoadSteps(
                 self.solver,
-                lambda factor: self.apply(times(factor)),
+                self.apply,
                 steps,
                 extrapolate=self.extrapolate,
+                path=(begin, end),
+                history=self.history,
             )
             clock = time.process_time()
             for step in load:
                 now = time.process_time()
-                yield self.row(times(step.factor), step, now - clock)
+                yield self.row(step, now - clock)
                 clock = time.process_time()
 
 
@@ -275,17 +275,23 @@ def main(arguments=None):
     """Run the demo; 0 if it agrees with the references."""
     args = arguments_of(arguments)
     comm = MPI.COMM_WORLD
+    args.output.mkdir(parents=True, exist_ok=True)
     model = Ironing(
-        comm, args.size, args.law, args.friction, args.gamma, not args.no_extrapolation
+        comm,
+        args.size,
+        args.law,
+        args.friction,
+        args.gamma,
+        not args.no_extrapolation,
+        file=args.output / "shallow_ironing.csv",
     )
     report = common.Report(comm)
     report.effort(model.contact)
     report.say(f"gamma {model.contact.gamma:.4g} MPa/mm")
-    args.output.mkdir(parents=True, exist_ok=True)
     rows = long_runs.load(args.restart, model.contact, Row)[0] if args.restart else []
+    long_runs.resume(model.history, rows)
     record = long_runs.Record(
         model.contact,
-        args.output / "shallow_ironing.csv",
         args.checkpoint or args.restart,
         args.every,
         rows,

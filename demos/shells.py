@@ -87,7 +87,9 @@ def scene_of(comm, size, layers):
     return Scene(mesh, cells, facets, TAGS, {"inner": 1, "outer": 2, "plate": 3})
 
 
-def solve(comm, size=3, layers=1, steps=10, closing=0.5 * CLOSING, report=None):
+def solve(
+    comm, size=3, layers=1, steps=10, closing=0.5 * CLOSING, report=None, file=None
+):
     """Close the plates; their force at each accepted step."""
     scene = scene_of(comm, size, layers)
     V = compat.vector_space(scene.mesh, 2)
@@ -111,33 +113,33 @@ def solve(comm, size=3, layers=1, steps=10, closing=0.5 * CLOSING, report=None):
     def apply(factor):
         down.value = -0.5 * closing * factor
 
-    rows = []
-
-    def record(factor, iterations):
-        # A quarter of the plate's force, in contact and where the plate is held
-        force = 4.0 * contact.resultant(1).force[2]
-        held = 4.0 * bodies.reaction(form, grip[2])
-        energy = 8.0 * common.integral(material.energy(u, 4), scene.mesh)
-        rows.append((closing * factor, iterations, -force, -held, energy))
-
-    # Meshes that approximate the same sphere overlap a little
-    record(0.0, solver.solve()[0])
-    contact.advance()
-    path = raymortar.LoadSteps(solver, apply, steps=steps)
-    for step in path:
-        record(step.factor, step.iterations)
-        if report is not None:
-            report.say(
-                f"closed by {rows[-1][0]:5.2f}: {step.iterations:2} iterations, "
-                f"force {rows[-1][2]:8.5f}"
-            )
-    columns = dict(
-        zip(("closing", "iterations", "force", "held", "energy"), np.array(rows).T)
+    history = raymortar.History(
+        problem, file, {"grip": grip}, energy=material.energy(u, 4)
     )
+    # Meshes that approximate the same sphere overlap a little
+    history.record(0.0, solver.solve()[0])
+    contact.advance()
+    path = raymortar.LoadSteps(solver, apply, steps, history=history)
+    for step in path:
+        if report is not None:
+            row = history.rows[-1]
+            report.say(
+                f"closed by {closing * row.time:5.2f}: {step.iterations:2} iterations, "
+                f"force {-4.0 * row.force_1_z:8.5f}"
+            )
     return SimpleNamespace(
-        scene=scene, u=u, contact=contact, material=material,
-        halvings=path.halvings, **columns,
-    )  # fmt: skip
+        scene=scene,
+        u=u,
+        contact=contact,
+        material=material,
+        halvings=path.halvings,
+        iterations=history["iterations"],
+        closing=closing * history["time"],
+        # A quarter of the plate's force, in contact and where the plate is held
+        force=-4.0 * history["force_1_z"],
+        held=-4.0 * history["reaction_grip_z"],
+        energy=8.0 * history["energy"],
+    )
 
 
 def work(result):
@@ -209,7 +211,9 @@ def main(arguments=None):
     closing = args.closing or (8.0 if args.fine else 5.0)
     factor = 2 if args.fine else 1
     steps = args.steps * factor
-    result = solve(comm, args.size * factor, 1, steps, closing, report)
+    args.output.mkdir(parents=True, exist_ok=True)
+    file = args.output / "shells.csv"
+    result = solve(comm, args.size * factor, 1, steps, closing, report, file)
     report.effort(result.contact, result.iterations, result.halvings)
     report.add("force, reaction", result.force[-1], result.held[-1], 1e-6)
     stored = result.energy[-1] - result.energy[0]
@@ -219,7 +223,6 @@ def main(arguments=None):
             if share * CLOSING <= min(closing, 5.2):
                 ours = np.interp(share * CLOSING, result.closing, result.force)
                 report.add(f"{name}, closed by {share * CLOSING:.2f}", ours, force)
-    args.output.mkdir(parents=True, exist_ok=True)
     draw(result, args.output / "shells.png")
     return report.finish("published")
 

@@ -8,6 +8,7 @@ from .friction import Coulomb, Stick, Tresca
 from .history import History
 from .load_steps import LoadStep, LoadSteps
 from .methods import AugmentedLagrangian, Penalty, Search
+from .picture import plot
 from .problem import NonlinearProblem
 from .solver import NewtonSolver, SNESSolver
 
@@ -30,5 +31,6 @@ __all__ = [
     "Search",
     "Stick",
     "Tresca",
+    "plot",
     "solvers",
 ]

@@ -58,6 +58,14 @@ class Surface:
 class QuadratureRule:
     def __init__(self, points: _Reals, weights: _Reals) -> None: ...
 
+class SegmentRules:
+    def __init__(
+        self,
+        simplex: QuadratureRule,
+        quadrilateral: QuadratureRule = ...,
+        fan: QuadratureRule = ...,
+    ) -> None: ...
+
 class Multipliers:
     def __init__(
         self,
@@ -86,7 +94,7 @@ class Zone:
         distances: SearchDistances,
         strategy: Strategy,
         subdivide: bool,
-        segment_rule: QuadratureRule,
+        segment_rules: SegmentRules,
         facet_rule: QuadratureRule,
         moving_segments: bool,
     ) -> None: ...

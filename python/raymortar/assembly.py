@@ -15,6 +15,7 @@ from .compat import Array
 from .errors import together
 from .fields import ContactFields
 from .held import any_held, refuse_held
+from .memory import matrix_bytes, require_memory
 from .surfaces import Surface
 
 
@@ -55,6 +56,9 @@ class ContactAssembly(ContactFields):
         for zone in self.zones:
             zone.pattern.extend(zone.cpp)
             zone.positions.forget()
+        if self._preallocations == 1:  # later ones take the memory of the last
+            needed = matrix_bytes(self._volume, self.zones, self.layout.components)
+            require_memory(self._comm, needed)
         _cpp.preallocate(
             A.handle,
             self._volume.offsets,

@@ -69,7 +69,7 @@ class Contact(ContactAssembly):
         `Coulomb`, `Tresca` or `Stick`; None: frictionless.
     quadrature_degree
         Of the rule on each segment. None: such that more points change no error, see
-        `zones.default_quadrature_degree`.
+        `quadrature.default_degree`.
     measure
         ``"reference"``: integrals over the undeformed slave surface, the multiplier is
         the nominal traction; ``"current"``: over the deformed one, Cauchy traction.

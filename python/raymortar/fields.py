@@ -146,11 +146,14 @@ class ContactFields:
     def fields(self) -> list[Function]:
         """All nodal results of the last `update`, for XDMF or VTK files. Collective.
 
-        Gap (NaN where no hit), normal and tangential traction, status, coverage, the
-        multiplier if there is one, slip with friction: write them next to the
-        displacement, ``compat.write_xdmf(file, mesh, [u, *contact.fields()])``.
+        Gap (0 where no hit: see coverage), normal and tangential traction, status,
+        coverage, the multiplier if there is one, slip with friction: write them next to
+        the displacement, ``compat.write_xdmf(file, mesh, [u, *contact.fields()])``.
         """
-        found = [self.gap(), self.traction("normal"), self.traction("tangential")]
+        gap = self.gap()
+        # DOLFINx 0.5 interpolates for XDMF, and a NaN then takes its whole cell
+        gap.x.array[np.isnan(gap.x.array)] = 0.0
+        found = [gap, self.traction("normal"), self.traction("tangential")]
         found += [self.status(), self.coverage()]
         if self.friction is not None:
             found.append(self.slip())

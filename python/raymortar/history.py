@@ -44,8 +44,8 @@ class History:
         - ``time``: load factor; ``iterations``, ``halvings``: of the load step;
         - ``active``: integration points in contact; ``min_gap`` (length; NaN where
           the bodies are out of reach), ``max_pressure``: over these points;
-        - ``normal_0_x``, ...: the normal part of the force on slave surface 0, and
-          with friction ``tangential_0_x``, ...: the rest;
+        - ``force_0_x``, ...: contact force on slave surface 0; with friction its parts
+          ``normal_0_x``, ... and ``tangential_0_x``, ...;
         - ``reaction_<name>_x``, ...: `NonlinearProblem.reactions`;
         - ``energy``; with friction ``friction_work``: the work that tangential
           tractions have taken so far. With the elastic penalty that includes what its
@@ -80,7 +80,7 @@ class History:
     def _names(self) -> list[str]:
         """Columns, in the order of `_values`."""
         axes = "xyz"[: self.problem.contact.u.function_space.mesh.geometry.dim]
-        parts = ["normal"] + ["tangential"] * self._frictional
+        parts = ["force"] + ["normal", "tangential"] * self._frictional
         zones = range(len(self.problem.contact.zones))
         vectors = [f"{part}_{zone}" for zone in zones for part in parts]
         vectors += [f"reaction_{name}" for name in self._reactions]
@@ -114,9 +114,9 @@ class History:
         values.append(counts.max_pressure)
         for zone in range(len(contact.zones)):
             force = contact.resultant(zone)
-            values.extend(force.normal)
+            values.extend(force.force)
             if self._frictional:
-                values.extend(force.tangential)
+                values.extend((*force.normal, *force.tangential))
         if self._reactions:
             for reaction in self.problem.reactions(self._reactions).values():
                 values.extend(reaction)
@@ -146,6 +146,11 @@ class History:
     def __getitem__(self, column: str) -> Array:
         """A column over all records, (n,)."""
         return np.array([getattr(row, column) for row in self.rows])
+
+    def vectors(self, name: str) -> Array:
+        """Columns of a vector over all records, such as ``"force_0"``, (n, d)."""
+        dim = self.problem.contact.u.function_space.mesh.geometry.dim
+        return np.column_stack([self[f"{name}_{x}"] for x in "xyz"[:dim]])
 
     def __len__(self) -> int:
         return len(self.rows)

@@ -11,7 +11,7 @@ from dolfinx.fem import Function
 
 from mpi4py import MPI
 
-from . import _cpp, compat
+from . import _cpp, compat, quadrature
 from .checks import check_areas, check_pair
 from .compat import Array, Indices
 from .errors import ContactError, raise_everywhere
@@ -167,26 +167,6 @@ def _distances(search: Search, diameter: float) -> _cpp.SearchDistances:
     )
 
 
-def default_quadrature_degree(shape: str, p: int, q: int) -> int:
-    """Degree of the rule on segments, from where more points change no error.
-
-    On simplices traction times test function is exact on flat facets: displacement of
-    degree p times a multiplier of degree q (penalty: the gap, of degree p). On
-    quadrilaterals a constant traction times a test function is, on any flat facet: 2p
-    and 1 for the Jacobian. The rule of degree 4 has no more points than that of 3.
-    """
-    return max(2 * p + 1, 4) if shape == "quadrilateral" else p + q
-
-
-def _rules(shape: str, degree: int) -> tuple[_cpp.QuadratureRule, _cpp.QuadratureRule]:
-    """Rules for segments (interval, triangle) and for whole facets."""
-    piece = "interval" if shape == "interval" else "triangle"
-    return (
-        _cpp.QuadratureRule(*compat.quadrature(piece, degree)),
-        _cpp.QuadratureRule(*compat.quadrature(shape, degree)),
-    )
-
-
 def _multipliers(
     zone: ZoneFacets, multiplier: Function | None, layout: Layout
 ) -> tuple[_cpp.Multipliers, Indices, Indices]:
@@ -230,8 +210,7 @@ def create_zone(
     q = compat.element_info(result_space).degree if layout.multiplier else p
     degree = quadrature_degree
     if degree is None:
-        degree = default_quadrature_degree(surface.shape, p, q)
-    segment_rule, facet_rule = _rules(surface.shape, degree)
+        degree = quadrature.default_degree(surface.shape, p, q)
     cpp = _cpp.Zone(
         comm=comm.py2f(),
         slave=slave,
@@ -246,8 +225,8 @@ def create_zone(
         distances=_distances(search, diameter),
         strategy=getattr(_cpp.Strategy, search.strategy.replace("-", "_")),
         subdivide=search.subdivide,
-        segment_rule=segment_rule,
-        facet_rule=facet_rule,
+        segment_rules=quadrature.segment_rules(surface.shape, degree),
+        facet_rule=quadrature.facet_rule(surface.shape, degree),
     )
     results = facet_dof_table(result_space, zone.slave)
     return ZoneData(zone, cpp, table, nodes, results, friction is not None)

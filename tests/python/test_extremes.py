@@ -2,9 +2,12 @@
 
 import numpy as np
 import pytest
+from dolfinx import fem
+
 from materials import MATERIALS, lame
 from problems import COMM, SOLVERS, build, fix, worst
 
+import raymortar
 from raymortar.scenes import two_blocks
 
 SHARE = 0.05
@@ -61,3 +64,31 @@ def test_flanks_beside_a_sharp_corner_do_not_hit_the_master_below(share):
         closed = points["pressure"] < 0.0
         # Of the slave's facets, 0.12 long
         assert worst(points["gap"][closed]) < 0.1 * 0.12
+
+
+def test_block_that_snaps_off_an_edge_says_that_newton_cycles():
+    """Pushed over the edge with friction 1 it sticks by a corner, then hangs by it.
+
+    There the path of equilibria ends, and no step is small enough.
+    """
+    scene = two_blocks(COMM, 2, "triangle", (7, 5), (5, 5), upper_size=(0.4, 1.0))
+    top = fem.Constant(scene.mesh, np.zeros(2))
+    problem = build(
+        scene,
+        1,
+        "neo-hookean",
+        friction=raymortar.Coulomb(1.0),
+        tangent="full",
+        bcs=lambda V, scene: [
+            fix(V, scene, "bottom"),
+            fix(V, scene, "top", None, top),
+        ],
+    )
+
+    def apply(t):
+        top.value[:] = max(t - 0.1, 0.0) / 0.9, -min(10.0 * t, 1.0) * SHARE
+
+    steps = raymortar.LoadSteps(raymortar.SNESSolver(problem.problem), apply, 60)
+    cycle = r"load factor 0\.64.*repeats every 2 residuals: points open and close, or"
+    with pytest.raises(raymortar.ConvergenceError, match=cycle):
+        steps.run()

@@ -54,8 +54,7 @@ def test_uniform_compression_has_the_closed_form_at_every_step(cell):
     for row in history.rows:
         F = homogeneous(dim, share=0.2 * row.time)
         P = MATERIALS["neo-hookean"][1](F - np.eye(dim), *lame(2000.0, 0.3))[-1, -1]
-        force = row.normal_0_y if dim == 2 else row.normal_0_z
-        assert force == pytest.approx(-P, rel=1e-8)
+        assert getattr(row, f"force_0_{axis}") == pytest.approx(-P, rel=1e-8)
         assert getattr(row, f"reaction_top_{axis}") == pytest.approx(P, rel=1e-8)
         assert getattr(row, f"reaction_bottom_{axis}") == pytest.approx(-P, rel=1e-8)
         assert row.max_pressure == pytest.approx(-P, rel=1e-6)
@@ -99,7 +98,9 @@ def test_work_of_friction_is_the_bound_times_the_slide(cell, method):
     bound = 0.3 * -pressure(blocks.dim) * WIDTH ** (blocks.dim - 1)
     work = np.diff(history["friction_work"])
     np.testing.assert_allclose(work, bound * np.diff(slides), rtol=1e-7)
-    np.testing.assert_allclose(history["tangential_0_x"] < 0.0, True)
+    assert np.all(history["tangential_0_x"] < 0.0)
+    whole = history.vectors("normal_0") + history.vectors("tangential_0")
+    np.testing.assert_allclose(history.vectors("force_0"), whole, atol=1e-12 * bound)
 
 
 def test_work_of_the_load_is_stored_or_goes_into_friction():
@@ -120,8 +121,7 @@ def test_work_of_the_load_is_stored_or_goes_into_friction():
         history.record(time)
         problem.contact.advance()
     moved = np.diff(np.column_stack([along, down]), axis=0, prepend=0.0)
-    force = np.column_stack([history["reaction_top_x"], history["reaction_top_y"]])
-    force = np.vstack([np.zeros(2), force])
+    force = np.vstack([np.zeros(2), history.vectors("reaction_top")])
     work = np.sum(0.5 * (force[1:] + force[:-1]) * moved)
     friction = history["friction_work"]
     assert work == pytest.approx(history["energy"][-1] + friction[-1], rel=0.02)

@@ -76,7 +76,7 @@ Zone::Zone(MPI_Comm comm, ZoneInput input)
   _state.multipliers = _input.multipliers;
   _state.current_measure = _input.current_measure;
   _state.moving_segments = _input.moving_segments;
-  _state.segment_rule = _input.segment_rule;
+  _state.segment_rules = _input.segment_rules;
   _state.friction = _input.friction;
   _state.slave.neighbours = find_neighbours(_state.slave);
   for (Surface* s : {&_state.slave, &_input.master})
@@ -240,7 +240,7 @@ void Zone::make_points_anew()
       _state.slave, _state.master, _candidates,
       {_input.distances.reach, _input.distances.depth, _input.subdivide});
   _state.points =
-      make_points(_state.slave, _state.segmentation, _input.segment_rule,
+      make_points(_state.slave, _state.segmentation, _input.segment_rules,
                   _input.facet_rule, _input.multipliers.components > 0);
   _points_are_present = true;
   _rays_are_present = false;

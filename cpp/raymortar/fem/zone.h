@@ -22,7 +22,7 @@ struct ZoneInput
   SearchDistances distances;
   Strategy strategy = Strategy::bvh;
   bool subdivide = false;
-  QuadratureRule segment_rule;
+  SegmentRules segment_rules;
   QuadratureRule facet_rule;
 };
 
