@@ -12,6 +12,7 @@ from types import SimpleNamespace
 
 import bodies
 import common
+import drawing
 import numpy as np
 from dolfinx import fem
 
@@ -110,7 +111,7 @@ def scene_of(comm, size):
     return Scene(read.mesh, read.cell_tags, read.facet_tags, tags, parts)
 
 
-def solve(comm, size=10, steps=12, report=None):
+def solve(comm, size=10, steps=12, report=None, file=None):
     """Close the clamp; forces of the three pairs at each accepted step."""
     scene = scene_of(comm, size)
     V = compat.vector_space(scene.mesh, 1)
@@ -136,29 +137,27 @@ def solve(comm, size=10, steps=12, report=None):
     def apply(factor):
         down.value = -CLOSING * factor
 
-    rows, path = [], raymortar.LoadSteps(solver, apply, steps=steps)
+    history = raymortar.History(problem, file, {"support": held})
+    path = raymortar.LoadSteps(solver, apply, steps, history=history)
     for step in path:
-        forces = [contact.resultant(i).force for i in range(len(PAIRS))]
-        support = bodies.reaction(form, held[1])
-        rows.append(
-            (CLOSING * step.factor, step.iterations, support, *np.ravel(forces))
-        )
         if report is not None:
-            vertical = ", ".join(f"{f[1]:9.2f}" for f in forces)
+            row = history.rows[-1]
+            forces = (getattr(row, f"force_{i}_y") for i in range(len(PAIRS)))
+            vertical = ", ".join(f"{force:9.2f}" for force in forces)
             report.say(
-                f"closed by {rows[-1][0]:.3f} mm: {step.iterations:2} iterations, "
-                f"forces {vertical} N/mm"
+                f"closed by {CLOSING * row.time:.3f} mm: {step.iterations:2} "
+                f"iterations, forces {vertical} N/mm"
             )
-    rows = np.array(rows)
+    forces = [history.vectors(f"force_{i}") for i in range(len(PAIRS))]
     return SimpleNamespace(
         scene=scene,
         u=u,
         contact=contact,
         material=material,
-        closing=rows[:, 0],
-        iterations=rows[:, 1].astype(int),
-        support=rows[:, 2],
-        forces=rows[:, 3:].reshape(len(rows), len(PAIRS), 2),
+        closing=CLOSING * history["time"],
+        iterations=history["iterations"],
+        support=history["reaction_support_y"],
+        forces=np.stack(forces, axis=1),
         halvings=path.halvings,
     )
 
@@ -166,44 +165,27 @@ def solve(comm, size=10, steps=12, report=None):
 def draw(result, path):
     """The closed clamp, completed, and the share of each pair in the load."""
     mesh, u = result.scene.mesh, result.u
-    stress = common.von_mises(result.material.cauchy(u))
-    mises = common.nodal_field(stress, mesh, "mises", quadrature_degree=2)
-    lam = result.contact.multiplier
+    lam, mises = result.contact.multiplier, result.material.mises(u)
     compat.write_xdmf(path.with_suffix(".xdmf"), mesh, [u, lam, mises])
-    cells = common.gather_cells(mesh, u, mises)
+    cells = drawing.gather_cells(mesh, u, mises)
     if mesh.comm.rank > 0:
         return
-    plt = common.pyplot()
+    plt = drawing.pyplot()
     fig, (left, right) = plt.subplots(1, 2, figsize=(11, 4.6), layout="constrained")
-    colours = draw_bodies(left, *cells)
+    x, displacement, values = cells
+    # Both halves; the corners' peaks would leave the rest dark
+    at, images = x[..., :2] + displacement, [(1, 1), (-1, 1)]
+    colours = drawing.draw_field(left, at, values, images, np.quantile(values, 0.995))
+    left.axis("off")
     fig.colorbar(colours, ax=left, label="von Mises stress [MPa]", shrink=0.8)
     draw_forces(right, result)
     fig.savefig(path)
 
 
-def draw_bodies(axes, x, u, mises):
-    """Both halves in the deformed state."""
-    for sign in (1.0, -1.0):
-        at = (x[..., :2] + u) * [sign, 1.0]
-        colours = axes.tripcolor(
-            *at.reshape(-1, 2).T,
-            common.triangles(x),
-            mises.ravel(),
-            shading="gouraud",
-            cmap=common.STRESS_MAP,
-            vmin=0.0,
-            vmax=np.quantile(mises, 0.995),
-        )
-        common.draw_edges(axes, at)
-    axes.set(aspect="equal")
-    axes.axis("off")
-    return colours
-
-
 def draw_forces(axes, result):
     """Vertical forces of the pairs over the closing."""
     for i, (name, style) in enumerate(zip(PAIRS, ("-", "--", "-"))):
-        colour = (common.EXACT, "#2980b9", common.COMPUTED)[i]
+        colour = (drawing.EXACT, "#2980b9", drawing.COMPUTED)[i]
         force = 2e-3 * np.abs(result.forces[:, i, 1])
         axes.plot(
             np.append(0.0, result.closing), np.append(0.0, force), style, color=colour,
@@ -224,17 +206,14 @@ def main(arguments=None):
     comm = MPI.COMM_WORLD
     report = common.Report(comm)
     size = args.size * (2 if args.fine else 1)
-    result = solve(comm, size, args.steps, report)
-    report.say(
-        f"{result.contact.layout.size_global} unknowns, "
-        f"{int(result.iterations.sum())} Newton iterations, {result.halvings} halvings"
-    )
+    args.output.mkdir(parents=True, exist_ok=True)
+    result = solve(comm, size, args.steps, report, args.output / "assembly.csv")
+    report.effort(result.contact, result.iterations, result.halvings)
     below, above, stop = np.abs(result.forces[-1, :, 1])
     report.add("above the pin / below it", above, below, 1e-7, "N/mm")
     report.add("pin and stop / support", above + stop, result.support[-1], 1e-7, "N/mm")
     open_until = result.closing[np.argmax(np.abs(result.forces[:, 2, 1]) > 0.0)]
     report.add("stop closes after the slot", open_until, SLOT, unit="mm")
-    args.output.mkdir(parents=True, exist_ok=True)
     draw(result, args.output / "assembly.png")
     return report.finish("balance")
 

@@ -64,6 +64,26 @@ class NeoHookean:
             self.mu / J * (F * F.T - identity) + self.lmbda * ufl.ln(J) / J * identity
         )
 
+    def mises(self, u, degree: int = 1, quadrature_degree: int = 2):
+        """Von Mises stress at the nodes. Collective."""
+        stress, mesh = common.von_mises(self.cauchy(u)), u.function_space.mesh
+        return common.nodal_field(stress, mesh, "mises", degree, quadrature_degree)
+
+
+def small_strain(u):
+    """Linear strain as a 3 x 3 tensor; plane strain in 2D."""
+    e = ufl.sym(ufl.grad(u))
+    if len(u) == 2:
+        e = ufl.as_tensor([[e[0, 0], e[0, 1], 0], [e[1, 0], e[1, 1], 0], [0, 0, 0]])
+    return e
+
+
+def hooke(u, E, nu: float):
+    """Stress of linear elasticity, 3 x 3; E a number or a field."""
+    mu, lmbda = E / (2 * (1 + nu)), E * nu / ((1 + nu) * (1 - 2 * nu))
+    e = small_strain(u)
+    return 2 * mu * e + lmbda * ufl.tr(e) * ufl.Identity(3)
+
 
 def hold(V, scene, names, values=None):
     """Dirichlet conditions for all components on named parts of the boundary.
@@ -76,16 +96,6 @@ def hold(V, scene, names, values=None):
         for name in names
         for i, value in enumerate(values)
     ]
-
-
-def reaction(form, bc) -> float:
-    """Force of a support: the residual in its dofs. Collective."""
-    V = form.arguments()[0].ufl_function_space()
-    r = compat.create_la_vector(V.dofmap.index_map, V.dofmap.index_map_bs)
-    compat.assemble_residual(r.array, compat.form(form))
-    compat.scatter_reverse_add(r)
-    dofs, owned = bc.dof_indices()
-    return V.mesh.comm.allreduce(r.array[dofs[:owned]].sum())
 
 
 def sliding(contact, axis: int, zone: int = 0) -> np.ndarray:

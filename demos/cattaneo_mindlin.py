@@ -19,7 +19,9 @@ cylinder upright on the other, so that
 import sys
 from types import SimpleNamespace
 
+import bodies
 import common
+import drawing
 import numpy as np
 import ufl
 from dolfinx import fem
@@ -51,12 +53,6 @@ def closed_form(x):
     """Normal and tangential traction, for a positive shear, over x."""
     normal = P0 * ellipse(x, B)
     return normal, FRICTION * (normal - P0 * C / B * ellipse(x, C))
-
-
-def strain(u):
-    """Small strain as a 3 x 3 tensor."""
-    e = ufl.sym(ufl.grad(u))
-    return ufl.as_tensor([[e[0, 0], e[0, 1], 0], [e[1, 0], e[1, 1], 0], [0, 0, 0]])
 
 
 def pin(V, point, component):
@@ -107,11 +103,10 @@ def solve(
     mesh, tags = scene.mesh, scene.tags
     V = compat.vector_space(mesh, degree)
     u, v = fem.Function(V, name="displacement"), ufl.TestFunction(V)
-    mu, lmbda = E / (2 * (1 + NU)), E * NU / ((1 + NU) * (1 - 2 * NU))
-    stress = 2 * mu * strain(u) + lmbda * ufl.tr(strain(u)) * ufl.Identity(3)
+    stress = bodies.hooke(u, E, NU)
     ds = ufl.Measure("ds", domain=mesh, subdomain_data=scene.facet_tags)
     load = fem.Constant(mesh, (0.0, 0.0))
-    F = ufl.inner(stress, strain(v)) * ufl.dx
+    F = ufl.inner(stress, bodies.small_strain(v)) * ufl.dx
     F += ufl.inner(load, v) * ds(tags["bottom"]) - ufl.inner(load, v) * ds(tags["top"])
 
     pair = (tags["slave"], tags["master"])
@@ -247,10 +242,10 @@ def draw(result, path):
         path.with_suffix(".xdmf"), mesh, [result.u, contact.multiplier, mises]
     )
     nodes = at_nodes(result)
-    cells = common.gather_cells(mesh, result.u, mises)
+    cells = drawing.gather_cells(mesh, result.u, mises)
     if mesh.comm.rank > 0:
         return
-    plt = common.pyplot()
+    plt = drawing.pyplot()
     fig, (left, right) = plt.subplots(1, 2, figsize=(10, 4.2), width_ratios=(1.25, 1))
     draw_tractions(left, *nodes)
     draw_bodies(fig, right, *cells)
@@ -265,10 +260,10 @@ def draw_tractions(axes, x, normal, along, status):
     for sign in (-1, 1):
         label = "slip zones" if sign > 0 else None
         axes.axvspan(*sorted((sign * C, sign * B)), color="0.92", lw=0, label=label)
-    axes.plot(s, exact, color=common.EXACT, lw=1.5, label="Hertz; Cattaneo, Mindlin")
-    axes.plot(s, scale * exact_along, color=common.EXACT, lw=1.5)
+    axes.plot(s, exact, color=drawing.EXACT, lw=1.5, label="Hertz; Cattaneo, Mindlin")
+    axes.plot(s, scale * exact_along, color=drawing.EXACT, lw=1.5)
     shown = np.abs(x) < 1.2 * B
-    look = {"ls": "none", "color": common.COMPUTED, "ms": 4}
+    look = {"ls": "none", "color": drawing.COMPUTED, "ms": 4}
     axes.plot(x[shown], normal[shown], "o", mfc="none", label="normal", **look)
     for state, fill, name in ((1, "none", "stick"), (2, None, "slip")):
         at = shown & (status == state)
@@ -280,20 +275,10 @@ def draw_tractions(axes, x, normal, along, status):
 
 def draw_bodies(fig, axes, x, u, mises):
     """Stress in the deformed mesh around the contact."""
-    at = x[..., :2] + u
-    colours = axes.tripcolor(
-        *at.reshape(-1, 2).T,
-        common.triangles(x),
-        mises.ravel(),
-        shading="gouraud",
-        cmap=common.STRESS_MAP,
-        vmin=0,
-    )
-    common.draw_edges(axes, at)
+    colours = drawing.draw_field(axes, x[..., :2] + u, mises)
     half, middle = 3.0 * B, 0.5 * (u[..., 1].min() + u[..., 1].max())
     axes.set(xlim=(-half, half), ylim=(middle - half, middle + half))
-    axes.set(aspect="equal", xlabel="x [mm]")
-    axes.grid(False)
+    axes.set(xlabel="x [mm]")
     fig.colorbar(colours, ax=axes, label="von Mises stress [MPa]", shrink=0.9)
 
 
@@ -310,7 +295,7 @@ def main(arguments=None):
     found = measure(result)
 
     report = common.Report(comm)
-    report.say(f"{result.contact.layout.size_global} unknowns")
+    report.effort(result.contact)
     report.newton("guess, pressure, shear", result.iterations, result.history)
     report.add("force", found.force, FORCE, 1e-9, "N/mm")
     report.add("force after the shear", found.final_force, FORCE, 1e-3, "N/mm")

@@ -11,12 +11,14 @@ import math
 import sys
 import time
 from collections import namedtuple
+from functools import partial
 from types import SimpleNamespace
 
+import bodies
 import common
+import drawing
 import long_runs
 import numpy as np
-import ufl
 from dolfinx import fem
 
 from mpi4py import MPI
@@ -40,9 +42,9 @@ CODE_ASTER = {
 }
 # An accepted step: load factor, Newton iterations, halvings so far, displacements of
 # block and ring in the middle, pressure there, force on the ring, seconds of CPU
+MIDDLE_OF = ("below_x", "below_y", "above_x", "above_y", "pressure")
 Row = namedtuple(
-    "Row",
-    "t iterations halvings below_x below_y above_x above_y pressure fx fy seconds",
+    "Row", ("t", "iterations", "halvings", *MIDDLE_OF, "fx", "fy", "seconds")
 )
 HEADING = "        t  Newton  halvings      force   pressure  CPU [s]"
 TAGS = {"bottom": 1, "master": 2, "slave": 3, "ends": 4}
@@ -87,14 +89,6 @@ def moduli(scene):
     return E
 
 
-def cauchy(u, mu, lmbda):
-    """Cauchy stress in plane strain as a 3 x 3 tensor, neo-Hookean."""
-    H = ufl.grad(u)
-    F = ufl.as_tensor([[1 + H[0, 0], H[0, 1], 0], [H[1, 0], 1 + H[1, 1], 0], [0, 0, 1]])
-    J, identity = ufl.det(F), ufl.Identity(3)
-    return mu / J * (F * F.T - identity) + lmbda * ufl.ln(J) / J * identity
-
-
 def centre_of(V, scene, name):
     """Dof of the node of a surface at x = 0, where this rank owns it."""
     facets = scene.facet_tags.find(scene.tags[name])
@@ -112,6 +106,8 @@ class HalfRing:
         PETSc options of SNES; None: with line search.
     keep
         Load factors at which the displacement is kept, for the picture.
+    file
+        CSV file of the path.
 
     Attributes
     ----------
@@ -127,12 +123,14 @@ class HalfRing:
         options=None,
         gamma=None,
         keep=(0.3, 0.7, 1.0),
+        file=None,
     ):
         self.friction, self.keep, self.kept = friction, keep, []
         scene = self.scene = half_ring(comm, size)
         V = compat.vector_space(scene.mesh, 2)
         self.u = fem.Function(V, name="displacement")
-        L, self.stress = residual(scene, self.u)
+        self.material = bodies.NeoHookean(moduli(scene), NU)
+        L = self.material.residual(self.u, 4)
         self.down = fem.Constant(scene.mesh, 0.0)
         bcs = [common.clamp(V, scene, name, 0) for name in ("bottom", "ends")]
         bcs += [
@@ -152,20 +150,22 @@ class HalfRing:
         self._places = [centre_of(V, scene, name) for name in ("master", "slave")]
         W = self.contact.multiplier.function_space
         self._node = centre_of(W, scene, "slave")
+        middle = {name: partial(self.centre, k) for k, name in enumerate(MIDDLE_OF)}
+        self.history = raymortar.History(self.problem, file, more=middle)
 
     def apply(self, t):
         """Push the ring's ends down."""
         self.down.value = -PUSH * t
 
-    def centre(self):
-        """Displacements of both surfaces and pressure in the middle. Collective."""
+    def centre(self, k):
+        """Displacement of a surface or pressure in the middle. Collective."""
         values = self.u.x.array.reshape(-1, 2)
         mine = [x for place in self._places for x in values[place].sum(axis=0)]
         # Traction on the slave: a vector, or without friction along its normal
         lam = self.contact.multiplier.x.array
         last = lam.reshape(-1, self.contact.layout.components)[self._node, -1].sum()
         mine.append(last if self.friction else -last)
-        return self.scene.mesh.comm.allreduce(np.array(mine))
+        return self.scene.mesh.comm.allreduce(mine[k])
 
     def path(self, steps, rows=()):
         """Rows of the accepted steps after those given: a generator. Collective."""
@@ -174,13 +174,12 @@ class HalfRing:
         left = math.ceil((1.0 - begin) * steps - 1e-6)
         if left < 1:
             return
-        times = lambda factor: begin + factor * (1.0 - begin)  # noqa: E731
         load = raymortar.LoadSteps(
-            self.solver, lambda factor: self.apply(times(factor)), left
+            self.solver, self.apply, left, path=(begin, 1.0), history=self.history
         )
         clock = time.process_time()
         for step in load:
-            t, force = times(step.factor), self.contact.resultant(0).force
+            t, last = step.factor, self.history.rows[-1]
             if (
                 len(self.kept) < len(self.keep)
                 and t >= self.keep[len(self.kept)] - 1e-9
@@ -191,8 +190,9 @@ class HalfRing:
                 t,
                 step.iterations,
                 halvings + step.halvings,
-                *self.centre(),
-                *force,
+                *(getattr(last, name) for name in MIDDLE_OF),
+                last.force_0_x,
+                last.force_0_y,
                 now - clock,
             )
             clock = now
@@ -204,19 +204,9 @@ class HalfRing:
     def load(self, path):
         """Go back to a checkpoint; its rows."""
         rows, arrays = long_runs.load(path, self.contact, Row)
+        long_runs.resume(self.history, rows)
         self.kept = [(float(name[5:]), u) for name, u in arrays.items()]
         return rows
-
-
-def residual(scene, u):
-    """Residual in UFL of a neo-Hookean law, and the Cauchy stress."""
-    v, E = ufl.TestFunction(u.function_space), moduli(scene)
-    mu, lmbda = E / (2 * (1 + NU)), E * NU / ((1 + NU) * (1 - 2 * NU))
-    F = ufl.Identity(2) + ufl.grad(u)
-    inverse, J = ufl.inv(F).T, ufl.det(F)
-    P = mu * (F - inverse) + lmbda * ufl.ln(J) * inverse
-    dx = ufl.dx(metadata={"quadrature_degree": 4})
-    return ufl.inner(P, ufl.grad(v)) * dx, cauchy(u, mu, lmbda)
 
 
 def line(row):
@@ -238,7 +228,7 @@ def summary(model, rows):
         scene=model.scene,
         u=model.u,
         contact=model.contact,
-        stress=model.stress,
+        material=model.material,
         factor=column["t"],
         iterations=column["iterations"].astype(int),
         below=below,
@@ -270,19 +260,12 @@ def draw(result, friction, path):
     """The ring at some load factors, and the middle of the block over all of them."""
     scene, u = result.scene, result.u
     mesh = scene.mesh
-    pictures = []
-    final = u.x.array.copy()
-    for factor, state in result.kept:
-        u.x.array[:] = state
-        mises = common.nodal_field(common.von_mises(result.stress), mesh, "mises")
-        pictures.append((factor, common.gather_cells(mesh, u, mises)))
-    u.x.array[:] = final
-    compat.write_xdmf(
-        path.with_suffix(".xdmf"), mesh, [u, result.contact.multiplier, mises]
-    )
+    pictures = drawing.gather_states(u, result.kept, lambda: result.material.mises(u))
+    lam, mises = result.contact.multiplier, result.material.mises(u)
+    compat.write_xdmf(path.with_suffix(".xdmf"), mesh, [u, lam, mises])
     if mesh.comm.rank > 0:
         return
-    plt = common.pyplot()
+    plt = drawing.pyplot()
     fig, axes = plt.subplots(2, 2, figsize=(10, 6.4), layout="constrained")
     for panel, (factor, cells) in zip(axes.flat, pictures):
         colours = draw_bodies(panel, *cells)
@@ -296,31 +279,23 @@ def draw_bodies(axes, x, u, mises):
     """Stress in the deformed mesh; it spans decades between the layers."""
     from matplotlib.colors import LogNorm
 
-    at = x[..., :2] + u
-    colours = axes.tripcolor(
-        *at.reshape(-1, 2).T,
-        common.triangles(x),
-        np.maximum(mises.ravel(), 1.0),
-        shading="gouraud",
-        cmap=common.STRESS_MAP,
-        norm=LogNorm(1.0, 1e4),
-    )
-    common.draw_edges(axes, at)
-    axes.set(xlim=(-135, 135), ylim=(-55, 125), aspect="equal")
+    at, mises = x[..., :2] + u, np.maximum(mises, 1.0)
+    colours = drawing.draw_field(axes, at, mises, norm=LogNorm(1.0, 1e4))
+    axes.set(xlim=(-135, 135), ylim=(-55, 125))
     axes.axis("off")
     return colours
 
 
 def draw_middle(axes, result, friction):
     """Displacement of the block's middle, and the pressure there, over the load."""
-    axes.plot(result.factor, result.below[:, 1], color=common.COMPUTED)
+    axes.plot(result.factor, result.below[:, 1], color=drawing.COMPUTED)
     axes.set(xlabel="load factor t", ylabel="middle of the block, u_y [mm]")
     if friction in CODE_ASTER:
-        axes.plot(TIMES, CODE_ASTER[friction], "o", color=common.EXACT, mfc="none")
+        axes.plot(TIMES, CODE_ASTER[friction], "o", color=drawing.EXACT, mfc="none")
         axes.legend(["raymortar", "code_aster"], loc="lower right", borderaxespad=3)
     pressure = axes.twinx()
     pressure.spines["right"].set_visible(True)
-    pressure.plot(result.factor, result.pressure, "--", color=common.COMPUTED, lw=1)
+    pressure.plot(result.factor, result.pressure, "--", color=drawing.COMPUTED, lw=1)
     pressure.set(ylabel="pressure in the middle (dashed) [MPa]", ylim=(0, None))
 
 
@@ -343,11 +318,11 @@ def main(arguments=None):
         args.size * (2 if args.fine else 1),
         args.friction,
         {} if args.no_line_search else None,
+        file=args.output / "half_ring.csv",
     )
     rows = model.load(args.restart) if args.restart else []
     record = long_runs.Record(
         model.contact,
-        args.output / "half_ring.csv",
         args.checkpoint or args.restart,
         args.every,
         rows,
@@ -358,11 +333,10 @@ def main(arguments=None):
     if not record.follow(model.path(args.steps, list(rows))):
         return 130
     result = summary(model, rows)
+    report.effort(result.contact, result.iterations, result.halvings)
     report.say(
-        f"{result.contact.layout.size_global} unknowns, {len(result.factor)} steps, "
-        f"{result.iterations.sum()} Newton iterations, {result.halvings} halvings, "
-        f"the middle comes off at t = {lift_off(result):.3f}\n"
-        "Against code_aster, another law and mesh:"
+        f"{len(result.factor)} steps, the middle comes off at t = "
+        f"{lift_off(result):.3f}\nAgainst code_aster, another law and mesh:"
     )
     aside = max(np.abs(result.below[:, 0]).max(), np.abs(result.above[:, 0]).max())
     report.say(f"displacement of the middle to the side: {aside:.1e} mm")

@@ -10,7 +10,9 @@ from types import SimpleNamespace
 
 from mpi4py import MPI
 
+import bodies
 import common
+import drawing
 import numpy as np
 import ufl
 from dolfinx import fem
@@ -40,12 +42,6 @@ def approach(force, case):
     cylinder = (2.0 * np.log(4.0 * case.radius / a) - 1.0) / E_CYLINDER
     block = (2.0 * np.log(2.0 * depth / a) - NU / (1.0 - NU)) / E_BLOCK
     return force * (1.0 - NU**2) / np.pi * (cylinder + block)
-
-
-def strain(u):
-    """Small strain as a 3 x 3 tensor."""
-    e = ufl.sym(ufl.grad(u))
-    return ufl.as_tensor([[e[0, 0], e[0, 1], 0], [e[1, 0], e[1, 1], 0], [0, 0, 0]])
 
 
 def solve(
@@ -79,12 +75,13 @@ def solve(
     E = fem.Function(compat.space(mesh, "DG", 0))
     E.x.array[:] = E_CYLINDER
     E.x.array[scene.cell_tags.find(scene.bodies["lower"])] = E_BLOCK
-    mu, lmbda = E / (2 * (1 + NU)), E * NU / ((1 + NU) * (1 - 2 * NU))
-    stress = 2 * mu * strain(u) + lmbda * ufl.tr(strain(u)) * ufl.Identity(3)
+    stress = bodies.hooke(u, E, NU)
 
     ds = ufl.Measure("ds", domain=mesh, subdomain_data=scene.facet_tags)
     load = fem.Constant(mesh, 0.0)
-    F = ufl.inner(stress, strain(v)) * ufl.dx + load * v[1] * ds(tags["top"])
+    F = ufl.inner(stress, bodies.small_strain(v)) * ufl.dx + load * v[1] * ds(
+        tags["top"]
+    )
 
     top = fem.Constant(mesh, 0.0)
     supports = [common.clamp(V, scene, "symmetry_x", 0)]
@@ -171,10 +168,10 @@ def draw(result, found, path):
         path.with_suffix(".xdmf"), scene.mesh, [result.u, pressure, mises]
     )
     nodes = common.gather_nodes(pressure, scene)
-    cells = common.gather_cells(scene.mesh, result.u, mises)
+    cells = drawing.gather_cells(scene.mesh, result.u, mises)
     if comm.rank > 0:
         return
-    plt = common.pyplot()
+    plt = drawing.pyplot()
     fig, (left, right) = plt.subplots(1, 2, figsize=(10, 4.2), width_ratios=(1, 1.15))
     draw_pressure(left, *nodes, found)
     draw_bodies(fig, right, *cells, found)
@@ -185,7 +182,7 @@ def draw_pressure(axes, x, p, found):
     """Nodal pressures over x, on Hertz's half ellipse."""
     s = np.sin(np.linspace(-0.5, 0.5, 400) * np.pi)
     hertz = found.p0 * np.sqrt(1.0 - s**2)
-    axes.plot(found.a * s, hertz, color=common.EXACT, lw=1.5, label="Hertz")
+    axes.plot(found.a * s, hertz, color=drawing.EXACT, lw=1.5, label="Hertz")
     shown = x[:, 0] < 1.6 * found.a
     axes.plot(
         np.concatenate([-x[shown, 0], x[shown, 0]]),
@@ -193,7 +190,7 @@ def draw_pressure(axes, x, p, found):
         "o",
         ms=4,
         mfc="none",
-        color=common.COMPUTED,
+        color=drawing.COMPUTED,
         label="raymortar,\nat the nodes",
     )
     axes.set(xlabel="x [mm]", ylabel="contact pressure [MPa]", ylim=(0, None))
@@ -203,19 +200,9 @@ def draw_pressure(axes, x, p, found):
 def draw_bodies(fig, axes, x, u, mises, found):
     """Stress in the deformed mesh around the contact, both halves."""
     half = 3.0 * found.a
-    cells = common.triangles(x)
-    for side in (-1.0, 1.0):
-        polygons = (x[..., :2] + u) * np.array([side, 1.0])
-        colours = axes.tripcolor(
-            *polygons.reshape(-1, 2).T,
-            cells,
-            mises.ravel(),
-            shading="gouraud",
-            cmap=common.STRESS_MAP,
-            vmin=0,
-        )
-        common.draw_edges(axes, polygons)
-    axes.set(xlim=(-half, half), ylim=(-half, half), aspect="equal")
+    at, images = x[..., :2] + u, [(-1, 1), (1, 1)]
+    colours = drawing.draw_field(axes, at, mises, images)
+    axes.set(xlim=(-half, half), ylim=(-half, half))
     axes.set(xlabel="x [mm]", ylabel="y [mm]")
     fig.colorbar(colours, ax=axes, label="von Mises stress [MPa]", shrink=0.9)
 
@@ -234,7 +221,7 @@ def main(arguments=None):
     found = measure(result, case)
 
     report = common.Report(comm)
-    report.say(f"{result.contact.layout.size_global} unknowns")
+    report.effort(result.contact)
     report.newton("load steps", result.iterations, result.history)
     report.add("peak pressure", found.peak, found.p0, 0.03, "MPa")
     report.add("half-width (second moment)", found.half_width, found.a, 0.03, "mm")

@@ -10,7 +10,9 @@ from types import SimpleNamespace
 
 from mpi4py import MPI
 
+import bodies
 import common
+import drawing
 import numpy as np
 import ufl
 from dolfinx import fem
@@ -67,11 +69,9 @@ def solve(comm, facets_across=12, degree=1, cell="hexahedron", steps=3, **option
 
     V = compat.vector_space(mesh, degree)
     u, v = fem.Function(V, name="displacement"), ufl.TestFunction(V)
-    mu, lmbda = E / (2 * (1 + NU)), E * NU / ((1 + NU) * (1 - 2 * NU))
-    strain = ufl.sym(ufl.grad(u))
-    stress = 2 * mu * strain + lmbda * ufl.tr(strain) * ufl.Identity(3)
+    stress = bodies.hooke(u, E, NU)
     dx = ufl.dx(metadata={"quadrature_degree": 2 * degree})
-    F = ufl.inner(stress, ufl.grad(v)) * dx
+    F = ufl.inner(stress, bodies.small_strain(v)) * dx
 
     top, bottom = fem.Constant(mesh, 0.0), fem.Constant(mesh, 0.0)
     bcs = [
@@ -131,10 +131,10 @@ def draw(result, found, path):
         path.with_suffix(".xdmf"), scene.mesh, [result.u, pressure, mises]
     )
     nodes = common.gather_nodes(pressure, scene)
-    faces = common.gather_boundary(scene.mesh, result.u, mises)
+    faces = drawing.gather_boundary(scene.mesh, result.u, mises)
     if scene.mesh.comm.rank > 0:
         return
-    plt = common.pyplot()
+    plt = drawing.pyplot()
     fig = plt.figure(figsize=(12.5, 4.2))
     left, middle = (
         fig.add_axes(box) for box in ((0, 0.12, 0.27, 0.8), (0.33, 0.12, 0.29, 0.8))
@@ -152,7 +152,7 @@ def draw_pressure(axes, x, p, found):
     """Pressures at the nodes over the distance from the axis, and Hertz's."""
     s = np.sin(np.linspace(0.0, 0.5, 300) * np.pi)
     exact = found.p0 * np.sqrt(1.0 - s**2)
-    axes.plot(found.a * s, exact, color=common.EXACT, lw=1.5, label="Hertz")
+    axes.plot(found.a * s, exact, color=drawing.EXACT, lw=1.5, label="Hertz")
     r = np.hypot(x[:, 0], x[:, 1])
     axes.plot(
         r[r < 1.4 * found.a],
@@ -160,7 +160,7 @@ def draw_pressure(axes, x, p, found):
         "o",
         ms=3.5,
         mfc="none",
-        color=common.COMPUTED,
+        color=drawing.COMPUTED,
         label="raymortar, at the nodes",
     )
     axes.set(
@@ -175,27 +175,17 @@ def draw_pressure(axes, x, p, found):
 def draw_cut(axes, x, u, mises, found):
     """Stress in the plane y = 0 around the contact, deformed and mirrored."""
     cut = np.all(x[..., 1] < 1e-9 * RADIUS, axis=1)
-    at, cells = (x + u)[cut][..., [0, 2]], common.triangles(x[cut])
-    for side in (-1.0, 1.0):
-        polygons = at * np.array([side, 1.0])
-        colours = axes.tripcolor(
-            *polygons.reshape(-1, 2).T,
-            cells,
-            mises[cut].ravel(),
-            shading="gouraud",
-            cmap=common.STRESS_MAP,
-            vmin=0,
-        )
-        common.draw_edges(axes, polygons)
+    at, images = (x + u)[cut][..., [0, 2]], [(-1, 1), (1, 1)]
+    colours = drawing.draw_field(axes, at, mises[cut], images)
     half = 2.2 * found.a
-    axes.set(xlim=(-half, half), ylim=(-half, half), aspect="equal")
+    axes.set(xlim=(-half, half), ylim=(-half, half))
     axes.set(xlabel="x [mm]", ylabel="z [mm]")
     return colours
 
 
 def draw_bodies(axes, x, u, mises):
     """The deformed quarter, seen from the axis."""
-    common.draw_surface(axes, x + u, mises.mean(axis=(1, 2)), azimuth=-135)
+    drawing.draw_surface(axes, x + u, mises.mean(axis=(1, 2)), azimuth=-135)
 
 
 def main(arguments=None):
@@ -209,7 +199,7 @@ def main(arguments=None):
     found = measure(result)
 
     report = common.Report(comm)
-    report.say(f"{result.contact.layout.size_global} unknowns")
+    report.effort(result.contact)
     report.newton("load steps", result.iterations, result.history)
     report.add("peak pressure", found.axis, found.p0, 0.01, "MPa")
     report.add("contact radius", found.radius, found.a, 0.03, "mm")

@@ -13,6 +13,7 @@ from types import SimpleNamespace
 
 import bodies
 import common
+import drawing
 import numpy as np
 from dolfinx import fem
 
@@ -68,7 +69,7 @@ def scene_of(comm, size):
     return Scene(mesh, cells, facets, TAGS, {"slab": 1, "die": 2})
 
 
-def solve(comm, size=4, steps=(10, 20), friction=FRICTION, report=None):
+def solve(comm, size=4, steps=(10, 20), friction=FRICTION, report=None, file=None):
     """Press, then slide; forces on the slab at each accepted step."""
     scene = scene_of(comm, size)
     V = compat.vector_space(scene.mesh, 1)
@@ -94,69 +95,63 @@ def solve(comm, size=4, steps=(10, 20), friction=FRICTION, report=None):
     )
     problem = raymortar.NonlinearProblem(form, contact, bcs)
     solver = raymortar.SNESSolver(problem, OPTIONS)
-    rows = []
+    history = raymortar.History(
+        problem,
+        file,
+        {"bottom": support},
+        more={
+            "normal": lambda: bodies.sliding(contact, 0)[0],
+            "along": lambda: bodies.sliding(contact, 0)[1],
+        },
+    )
 
-    def press(factor):
-        down.value = -DOWN * factor
+    def apply(t):
+        down.value = -DOWN * min(t, 1.0)
+        along.value = ALONG * max(t - 1.0, 0.0)
 
-    def slide(factor):
-        along.value = ALONG * factor
-
-    for begin, n, apply in ((0.0, steps[0], press), (1.0, steps[1], slide)):
-        for step in raymortar.LoadSteps(solver, apply, steps=n):
-            force = contact.resultant(0)
-            rows.append(
-                (
-                    begin + step.factor,
-                    step.iterations,
-                    *force.force,
-                    *bodies.sliding(contact, 0),
-                    *(bodies.reaction(form, bc) for bc in support),
-                )
-            )
+    for n, path in zip(steps, ((0.0, 1.0), (1.0, 2.0))):
+        for step in raymortar.LoadSteps(solver, apply, n, path=path, history=history):
             if report is not None:
-                t, iterations, H, _, V_, *_ = rows[-1]
+                row = history.rows[-1]
                 report.say(
-                    f"t = {t:5.3f}: {iterations:2} iterations, H {H:8.5f}, V {V_:8.5f}"
+                    f"t = {row.time:5.3f}: {step.iterations:2} iterations, "
+                    f"H {row.force_0_x:8.5f}, V {row.force_0_z:8.5f}"
                 )
-    names = "t iterations H side V normal along support_x support_y support_z".split()
-    columns = dict(zip(names, np.array(rows).T))
     return SimpleNamespace(
         scene=scene,
         u=u,
         contact=contact,
         material=material,
-        friction=friction,
-        **columns,
+        t=history["time"],
+        iterations=history["iterations"],
+        H=history["force_0_x"],
+        V=history["force_0_z"],
+        normal=history["normal"],
+        along=history["along"],
+        support=history.vectors("reaction_bottom"),
     )
 
 
 def imbalance(result):
     """Largest difference of contact and the slab's support, over the largest force."""
-    off = [result.H + result.support_x, result.V + result.support_z]
+    off = [result.H + result.support[:, 0], result.V + result.support[:, 2]]
     return np.abs(off).max() / np.abs(result.V).max()
 
 
 def draw(result, path):
     """Slab and die at the end, mirrored, and the forces over the path."""
     mesh, u, contact = result.scene.mesh, result.u, result.contact
-    stress = common.von_mises(result.material.cauchy(u))
-    mises = common.nodal_field(stress, mesh, "mises", quadrature_degree=2)
-    lam = contact.multiplier
+    lam, mises = contact.multiplier, result.material.mises(u)
     compat.write_xdmf(path.with_suffix(".xdmf"), mesh, [u, lam, mises])
-    parts = common.gather_boundary(mesh, u, mises)
+    parts = drawing.gather_boundary(mesh, u, mises)
     if mesh.comm.rank > 0:
         return
-    plt = common.pyplot()
-    fig = plt.figure(figsize=(11, 4.4))
-    axes = fig.add_axes((-0.08, -0.16, 0.7, 1.36), projection="3d")
-    colours = draw_bodies(axes, *parts)
-    bar = fig.add_axes((0.57, 0.22, 0.012, 0.56))
-    fig.colorbar(colours, cax=bar, label="von Mises stress")
-    draw_forces(fig.add_axes((0.7, 0.14, 0.275, 0.76)), result)
-    # The room that axes in space take reaches out of the figure
-    with plt.rc_context({"savefig.bbox": None}):
-        fig.savefig(path)
+    drawing.space_and_curve(
+        path,
+        lambda axes: draw_bodies(axes, *parts),
+        "von Mises stress",
+        lambda axes: draw_forces(axes, result),
+    )
 
 
 def draw_bodies(axes, x, u, mises):
@@ -171,7 +166,7 @@ def draw_bodies(axes, x, u, mises):
     bodies_of = np.concatenate([at[slab], (at * mirror)[slab]])
     # What is drawn last hides the rest: the die lies on the slab
     axes.computed_zorder = False
-    colours = common.draw_surface(axes, bodies_of, np.tile(value[slab], 2), -62, 24)
+    colours = drawing.draw_surface(axes, bodies_of, np.tile(value[slab], 2), -62, 24)
     draw_die(axes, at[die])
     return colours
 
@@ -190,8 +185,8 @@ def draw_die(axes, polygons):
 
 def draw_forces(axes, result):
     """Forces of the whole slab over time."""
-    axes.plot(result.t, -2 * result.V, color=common.EXACT, label="down, V")
-    axes.plot(result.t, 2 * result.H, color=common.COMPUTED, label="along, H")
+    axes.plot(result.t, -2 * result.V, color=drawing.EXACT, label="down, V")
+    axes.plot(result.t, 2 * result.H, color=drawing.COMPUTED, label="along, H")
     axes.axvline(1.0, color="0.75", lw=0.8, zorder=0)
     axes.set(xlabel="pressed until 1, then dragged", ylabel="force on the slab")
     axes.set(xlim=(0.0, 2.0), ylim=(min(0.0, 2.2 * result.H.min()), None))
@@ -209,11 +204,10 @@ def main(arguments=None):
     report = common.Report(comm)
     factor = 2 if args.fine else 1
     steps = (max(args.steps * factor // 2, 1), args.steps * factor)
-    result = solve(comm, args.size * factor, steps, args.friction, report)
-    report.say(
-        f"{result.contact.layout.size_global} unknowns, "
-        f"{int(result.iterations.sum())} Newton iterations"
-    )
+    args.output.mkdir(parents=True, exist_ok=True)
+    file = args.output / "ironing_3d.csv"
+    result = solve(comm, args.size * factor, steps, args.friction, report, file)
+    report.effort(result.contact, result.iterations)
     report.add("1 + contact force - support", 1.0 + imbalance(result), 1.0, 1e-7)
     if args.friction:
         limit = args.friction * result.normal[-1]
@@ -223,7 +217,6 @@ def main(arguments=None):
         pressed = steps[0] - 1
         report.add("H, end of the slide", -result.H[-1], result.H[pressed], 1e-6)
         report.add("V, end of the slide", result.V[-1], result.V[pressed], 1e-6)
-    args.output.mkdir(parents=True, exist_ok=True)
     draw(result, args.output / "ironing_3d.png")
     return report.finish("balance")
 

@@ -1,8 +1,7 @@
-"""What long demos share: progress on screen and in a file, interruption, restart."""
+"""What long demos share: a table on screen, interruption, checkpoints, restart."""
 
 from __future__ import annotations
 
-import csv
 import os
 import zipfile
 import zlib
@@ -76,9 +75,16 @@ def load(path, contact, row):
     return rows, found
 
 
+def resume(history, rows):
+    """Let a file of the path go on after the rows of a checkpoint, where there is one."""
+    comm = history.problem.comm
+    if rows and comm.bcast(history.path is not None and history.path.exists(), root=0):
+        history.resume(until=rows[-1].t)
+
+
 @dataclass
 class Record:
-    """Keeps the rows: on screen, in a CSV file, in a checkpoint every few steps.
+    """Keeps the rows: on screen, and in a checkpoint every few steps.
 
     Attributes
     ----------
@@ -89,7 +95,6 @@ class Record:
     """
 
     contact: Any
-    csv_path: Path
     checkpoint: Path | None
     every: int
     rows: list
@@ -118,11 +123,6 @@ class Record:
         return True
 
     def write(self):
-        """The CSV file, and the checkpoint if one is asked for."""
+        """The checkpoint if one is asked for."""
         if self.checkpoint is not None:
             save(self.checkpoint, self.contact, self.rows, **self.more())
-        if self.rows and self.contact.layout.comm.rank == 0:
-            with open(self.csv_path, "w", newline="", encoding="utf-8") as file:
-                writer = csv.writer(file)
-                writer.writerow(self.rows[0]._fields)
-                writer.writerows(self.rows)

@@ -12,6 +12,7 @@ from types import SimpleNamespace
 
 import bodies
 import common
+import drawing
 import numpy as np
 
 from mpi4py import MPI
@@ -66,7 +67,7 @@ def scene_of(comm, size):
     return Scene(mesh, cells, facets, TAGS, {"block": 1, "channel": 2})
 
 
-def solve(comm, size=12, steps=50, report=None, keep=(0.0, 0.45, 1.0)):
+def solve(comm, size=12, steps=50, report=None, file=None, keep=(0.0, 0.45, 1.0)):
     """Push the block through; forces and displacements along the path."""
     scene = scene_of(comm, size)
     V = compat.vector_space(scene.mesh, 1)
@@ -87,35 +88,42 @@ def solve(comm, size=12, steps=50, report=None, keep=(0.0, 0.45, 1.0)):
     # The overlap is pushed out first, with the block held where it is
     solver.solve()
     contact.advance()
-    rows, kept = [], []
+    history, kept = raymortar.History(problem, file, {"support": support}), []
 
-    def record(factor, iterations):
-        force = contact.resultant(0)
-        normal, along = (np.linalg.norm(f) for f in (force.normal, force.tangential))
-        rows.append(
-            (factor, iterations, *-force.force, normal, along,
-             bodies.reaction(form, support[0]))
-        )  # fmt: skip
+    def keep_state(factor):
         if len(kept) < len(keep) and factor >= keep[len(kept)] - 1e-9:
-            kept.append((factor, u.copy()))
+            kept.append((factor, u.x.array.copy()))
 
-    record(0.0, 0)
+    history.record(0.0)
+    keep_state(0.0)
 
     def apply(factor):
         pushed.value = PUSH * factor
 
-    path = raymortar.LoadSteps(solver, apply, steps=steps)
+    path = raymortar.LoadSteps(solver, apply, steps, history=history)
     for step in path:
-        record(step.factor, step.iterations)
+        keep_state(step.factor)
         if report is not None:
-            t, n, H, V_, *_ = rows[-1]
-            report.say(f"{PUSH * t:7.1f} mm: {n:2} iterations, H {H:9.2f}, V {V_:9.2f}")
-    names = "factor iterations H V normal along support".split()
-    columns = dict(zip(names, np.array(rows).T))
+            row = history.rows[-1]
+            report.say(
+                f"{PUSH * row.time:7.1f} mm: {step.iterations:2} iterations, "
+                f"H {-row.force_0_x:9.2f}, V {-row.force_0_y:9.2f}"
+            )
+    normal, along = (history.vectors(part) for part in ("normal_0", "tangential_0"))
     return SimpleNamespace(
-        scene=scene, u=u, contact=contact, material=material, kept=kept,
-        halvings=path.halvings, **columns,
-    )  # fmt: skip
+        scene=scene,
+        u=u,
+        contact=contact,
+        material=material,
+        kept=kept,
+        halvings=path.halvings,
+        factor=history["time"],
+        iterations=history["iterations"],
+        H=-history["force_0_x"],
+        normal=np.linalg.norm(normal, axis=1),
+        along=np.linalg.norm(along, axis=1),
+        support=history["reaction_support_x"],
+    )
 
 
 def imbalance(result):
@@ -126,19 +134,12 @@ def imbalance(result):
 def draw(result, path):
     """The block on its way, and the forces along it."""
     scene, u = result.scene, result.u
-    pictures, final = [], u.x.array.copy()
-    for factor, state in result.kept:
-        u.x.array[:] = state.x.array
-        stress = common.von_mises(result.material.cauchy(u))
-        mises = common.nodal_field(stress, scene.mesh, "mises", quadrature_degree=2)
-        pictures.append((factor, common.gather_cells(scene.mesh, u, mises)))
-    u.x.array[:] = final
-    compat.write_xdmf(
-        path.with_suffix(".xdmf"), scene.mesh, [u, result.contact.multiplier, mises]
-    )
+    pictures = drawing.gather_states(u, result.kept, lambda: result.material.mises(u))
+    lam, mises = result.contact.multiplier, result.material.mises(u)
+    compat.write_xdmf(path.with_suffix(".xdmf"), scene.mesh, [u, lam, mises])
     if scene.mesh.comm.rank > 0:
         return
-    plt = common.pyplot()
+    plt = drawing.pyplot()
     fig, panels = plt.subplot_mosaic(
         [["0", "forces"], ["1", "forces"], ["2", "forces"]],
         figsize=(11, 4.8),
@@ -160,19 +161,9 @@ def draw(result, path):
 
 def draw_bodies(axes, x, u, mises):
     """Both halves, deformed."""
-    for sign in (1.0, -1.0):
-        at = (x[..., :2] + u) * [1.0, sign]
-        colours = axes.tripcolor(
-            *at.reshape(-1, 2).T,
-            common.triangles(x),
-            mises.ravel(),
-            shading="gouraud",
-            cmap=common.STRESS_MAP,
-            vmin=0.0,
-            vmax=300.0,
-        )
-        common.draw_edges(axes, at)
-    axes.set(aspect="equal", xlim=(-2, 1902), ylim=(-351, 351))
+    at = x[..., :2] + u
+    colours = drawing.draw_field(axes, at, mises, [(1, 1), (1, -1)], top=300.0)
+    axes.set(xlim=(-2, 1902), ylim=(-351, 351))
     axes.axis("off")
     return colours
 
@@ -180,9 +171,9 @@ def draw_bodies(axes, x, u, mises):
 def draw_forces(axes, result):
     """Push and friction's limit over the path."""
     way = PUSH * result.factor
-    axes.plot(way, 2e-3 * result.H, color=common.COMPUTED, label="push H")
+    axes.plot(way, 2e-3 * result.H, color=drawing.COMPUTED, label="push H")
     limit = 2e-3 * FRICTION * result.normal
-    axes.plot(way, limit, "--", color=common.EXACT, label=r"friction's limit $\mu N$")
+    axes.plot(way, limit, "--", color=drawing.EXACT, label=r"friction's limit $\mu N$")
     for place, text in (
         (ENTRANCE - START - LENGTH, "front enters the taper"),
         (ENTRANCE + TAPER - START, "tail leaves the taper"),
@@ -204,17 +195,14 @@ def main(arguments=None):
     report = common.Report(comm)
     size = args.size * (2 if args.fine else 1)
     steps = args.steps * (2 if args.fine else 1)
-    result = solve(comm, size, steps, report)
-    report.say(
-        f"{result.contact.layout.size_global} unknowns, "
-        f"{int(result.iterations.sum())} Newton iterations, {result.halvings} halvings"
-    )
+    args.output.mkdir(parents=True, exist_ok=True)
+    result = solve(comm, size, steps, report, args.output / "press_fit.csv")
+    report.effort(result.contact, result.iterations, result.halvings)
     report.add("1 + push - support of the wall", 1.0 + imbalance(result), 1.0, 1e-7)
     friction, normal = result.along[-1], FRICTION * result.normal[-1]
     report.add("friction at the end", friction, normal, 0.02, "N/mm")
     report.add("push at the end", result.H[-1], normal, 0.05, "N/mm")
     report.add("largest push", result.H.max(), normal, unit="N/mm")
-    args.output.mkdir(parents=True, exist_ok=True)
     draw(result, args.output / "press_fit.png")
     return report.finish("limit")
 

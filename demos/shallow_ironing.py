@@ -13,6 +13,8 @@ import time
 from collections import namedtuple
 
 import common
+import drawing
+import ironing_references as references
 import long_runs
 import numpy as np
 import ufl
@@ -25,56 +27,13 @@ from raymortar import compat
 from raymortar.meshing import Block, Scene, assemble_blocks
 
 # Lengths in mm, stresses in MPa, forces in N per mm of thickness
-E_INDENTER, E_FOUNDATION, NU, FRICTION = 6896.0, 689.6, 0.32, 0.3
+E_INDENTER, E_FOUNDATION, NU = 6896.0, 689.6, 0.32
+FRICTION = references.FRICTION
 PRESSED, SLID = 1.0, 10.0
 # Augmentation [MPa/mm] with which code_aster's forces are met best; from 300 to 30000
 # they change by less than 0.5 %. The automatic one is 8700 on the fine mesh
 GAMMA = 1000.0
-# Peak to peak over the mean for t in [1.3, 1.7], a quartic in time taken out. It has
-# the period of the elements, and is there without friction too (docs/troubleshooting):
-# 0.13 and 0.8 % on the fine mesh (0.54 % with 500 steps), 0.04 and 0.4 % with elements
-# half as large
-RIPPLE_OF_V, RIPPLE_OF_H = 0.002, 0.01
 TAGS = {"bottom": 1, "top": 2, "slave": 3, "master": 4}
-
-# Reactions (V, H) by time. code_aster: SSNP153b, 2 steps down and 120 along
-CODE_ASTER = {
-    0.5: (93.863, None),
-    1.0: (330.670, 63.646),
-    1.1: (402.763, 126.993),
-    1.2: (416.287, 127.587),
-}
-# GetFEM with our material laws, 10 steps down and 500 along
-GETFEM = {
-    "simo-miehe": {1.0: (330.49, 69.00), 1.5: (421.71, 129.93)},
-    "neo-hookean": {1.0: (315.66, 66.60), 1.5: (402.19, 129.16)},
-}
-# The same without friction, 10 steps down and 100 along
-GETFEM_FRICTIONLESS = {1.0: (324.85, 34.66), 1.5: (418.41, None)}
-# Digitised in the solid-benchmarks collection of solids4foam
-PUBLISHED_TIMES = (0.5, 0.8, 1.0, 1.1, 1.2, 1.3, 1.5, 1.7, 1.9)
-PUBLISHED = {
-    "code_aster, older method": (
-        (96.2, 225.8, 332.0, 405.0, 416.4, 420.2, 421.0, 417.8, 393.9),
-        (18.7, 46.5, 71.0, 138.8, 140.7, 141.8, 143.3, 141.3, 120.6),
-    ),
-    "Fischer & Wriggers 2006": (
-        (86.1, 204.7, 297.9, 363.2, 368.8, 367.1, 365.1, 360.7, 342.4),
-        (15.9, 39.9, 62.1, 172.6, 182.3, 189.7, 188.8, 191.0, 135.6),
-    ),
-    "Hartmann et al. 2009": (
-        (95.1, 221.3, 319.5, 395.5, 406.5, 408.6, 408.4, 404.3, 379.3),
-        (17.6, 44.0, 67.2, 149.6, 150.2, 162.4, 160.2, 156.9, 132.2),
-    ),
-    "Poulios & Renard 2015": (
-        (81.5, 187.0, 267.9, 324.3, 334.0, 335.6, 337.4, 336.4, 321.9),
-        (15.5, 37.4, 55.3, 99.4, 99.1, 100.9, 102.1, 101.4, 89.8),
-    ),
-    "Yastrebov 2011": (
-        (92.3, 206.3, 289.7, 352.1, 366.1, 365.2, 359.5, 354.6, 334.7),
-        (17.2, 41.0, 58.5, 167.4, 171.2, 173.2, 170.8, 165.3, 136.6),
-    ),
-}
 
 # An accepted step: time, reactions on the indenter, contact force on it (fx, fy),
 # Newton iterations, halvings so far, integration points in contact, seconds of CPU
@@ -151,6 +110,7 @@ class Ironing:
         gamma=GAMMA,
         extrapolate=True,
         options=None,
+        file=None,
     ):
         self.extrapolate = extrapolate
         self.scene = ironing_scene(comm, size)
@@ -170,10 +130,9 @@ class Ironing:
 
         self.motion = fem.Constant(mesh, np.zeros(2))
         clamped = fem.Constant(mesh, np.zeros(2))
-        self.top = self._dofs(V, "top")
         bcs = [
             fem.dirichletbc(clamped, self._dofs(V, "bottom"), V),
-            fem.dirichletbc(self.motion, self.top, V),
+            fem.dirichletbc(self.motion, self._dofs(V, "top"), V),
         ]
         self.contact = raymortar.Contact(
             self.u,
@@ -191,6 +150,7 @@ class Ironing:
         # A force [N/mm]: extrapolated steps start from small residuals
         options = {"snes_atol": 1e-10 * E_FOUNDATION, **(options or {})}
         self.solver = raymortar.SNESSolver(self.problem, options)
+        self.history = raymortar.History(self.problem, file, {"top": bcs[1]})
 
     def _dofs(self, V, name):
         facets = self.scene.facet_tags.find(TAGS[name])
@@ -200,22 +160,20 @@ class Ironing:
         """Move the indenter's top: down until t = 1, then along."""
         self.motion.value[:] = (SLID * max(t - 1.0, 0.0), -PRESSED * min(t, 1.0))
 
-    def reaction(self):
-        """Force on the indenter's top, from the stress in the indenter. Collective."""
-        V = self.u.function_space
-        r = compat.create_la_vector(V.dofmap.index_map, V.dofmap.index_map_bs)
-        compat.assemble_residual(r.array, self.problem.L)
-        compat.scatter_reverse_add(r)
-        owned = self.top[self.top < V.dofmap.index_map.size_local]
-        force = r.array.reshape(-1, 2)[owned].sum(axis=0)
-        return self.scene.mesh.comm.allreduce(force)
-
-    def row(self, t, step, seconds):
-        """What is recorded of an accepted step. Collective."""
-        H, V = self.reaction()
-        fx, fy = self.contact.resultant().force
-        closed = self.contact.statistics.active_points
-        return Row(t, -V, H, fx, fy, step.iterations, step.halvings, closed, seconds)
+    def row(self, step, seconds):
+        """What is said of an accepted step."""
+        last = self.history.rows[-1]
+        return Row(
+            last.time,
+            -last.reaction_top_y,
+            last.reaction_top_x,
+            last.force_0_x,
+            last.force_0_y,
+            step.iterations,
+            step.halvings,
+            last.active,
+            seconds,
+        )
 
     def path(self, start, press, slide, until):
         """Rows of the accepted steps from time `start`: a generator. Collective.
@@ -228,17 +186,18 @@ class Ironing:
             steps = math.ceil((end - begin) * rate - 1e-6)
             if steps < 1:
                 continue
-            times = lambda factor: begin + factor * (end - begin)  # noqa: E731
             load = raymortar.LoadSteps(
                 self.solver,
-                lambda factor: self.apply(times(factor)),
+                self.apply,
                 steps,
                 extrapolate=self.extrapolate,
+                path=(begin, end),
+                history=self.history,
             )
             clock = time.process_time()
             for step in load:
                 now = time.process_time()
-                yield self.row(times(step.factor), step, now - clock)
+                yield self.row(step, now - clock)
                 clock = time.process_time()
 
 
@@ -250,108 +209,33 @@ def line(row):
     )
 
 
-# Figures
-
-
-def at(rows, t):
-    """The row at time t, or None."""
-    found = [row for row in rows if abs(row.t - t) < 1e-6]
-    return found[0] if found else None
-
-
-def ripple(rows, name, begin=1.3, end=1.7):
-    """Peak to peak of V or H over the mean, after removing a quartic in time.
-
-    None if the path does not get as far as `end`.
-    """
-    window = [row for row in rows if begin - 1e-6 <= row.t <= end + 1e-6]
-    if rows[-1].t < end - 1e-6 or len(window) < 10:
-        return None
-    t = np.array([row.t for row in window]) - (begin + end) / 2
-    y = np.array([getattr(row, name) for row in window])
-    rest = y - np.polynomial.Polynomial.fit(t, y, 4)(t)
-    return np.ptp(rest) / abs(y.mean())
-
-
-def imbalance(rows):
-    """Largest difference between contact force and reaction, over the largest force."""
-    force = np.array([(row.H, row.V) for row in rows])
-    contact = np.array([(-row.fx, row.fy) for row in rows])
-    return np.abs(force - contact).max() / np.abs(force).max()
-
-
-def compare(report, rows, reference, tolerances):
-    """Rows of the report for a table of (V, H) by time."""
-    for t, values in reference.items():
-        row = at(rows, t)
-        for name, value, tolerance in zip("VH", values, tolerances):
-            if row is not None and value is not None:
-                report.add(f"{name}({t})", getattr(row, name), value, tolerance, "N/mm")
-
-
 def draw(model, rows, path):
     """Reactions over time beside published ones, and the stress at the end."""
     mesh = model.scene.mesh
-    mises = common.nodal_field(
-        common.von_mises(model.cauchy), mesh, "von Mises stress", quadrature_degree=2
-    )
+    stress = common.von_mises(model.cauchy)
+    mises = common.nodal_field(stress, mesh, "von Mises stress", quadrature_degree=2)
     traction = model.contact.traction()
     compat.write_xdmf(path.with_suffix(".xdmf"), mesh, [model.u, mises, traction])
-    cells = common.gather_cells(mesh, model.u, mises)
+    cells = drawing.gather_cells(mesh, model.u, mises)
     if mesh.comm.rank > 0:
         return
-    plt = common.pyplot()
+    plt = drawing.pyplot()
     fig = plt.figure(figsize=(10, 8.5), layout="constrained")
     grid = fig.add_gridspec(2, 2, height_ratios=(1.15, 1))
     for k, (name, direction) in enumerate((("V", "vertical"), ("H", "horizontal"))):
         axes = fig.add_subplot(grid[0, k])
-        draw_reactions(axes, rows, name, k)
+        references.draw(axes, rows, name, k)
         axes.set(xlabel="time", ylabel=f"{direction} reaction [N/mm]", ylim=(0, None))
         axes.set_xlim(0, 2)
     fig.axes[0].legend(loc="lower right", fontsize=8)
-    draw_bodies(fig, fig.add_subplot(grid[1, :]), *cells, rows[-1].t)
-    fig.savefig(path)
-
-
-def draw_reactions(axes, rows, name, k):
-    """One reaction over time: ours, code_aster's, and the curves of the literature."""
-    markers = "sv^Do"
-    for marker, (source, curves) in zip(markers, PUBLISHED.items()):
-        axes.plot(
-            PUBLISHED_TIMES, curves[k], marker + ":", color="0.6", ms=3.5, label=source
-        )
-    points = [(t, values[k]) for t, values in CODE_ASTER.items() if values[k]]
-    axes.plot(
-        *zip(*points), "x", color=common.EXACT, ms=7, label="code_aster, same method"
-    )
-    axes.plot(
-        [0.0] + [row.t for row in rows],
-        [0.0] + [getattr(row, name) for row in rows],
-        color=common.COMPUTED,
-        lw=1.8,
-        label="raymortar",
-    )
-
-
-def draw_bodies(fig, axes, x, u, mises, t):
-    """Stress in the deformed mesh."""
-    deformed = x[..., :2] + u
-    points = deformed.reshape(-1, 2)
-    colours = axes.tripcolor(
-        points[:, 0],
-        points[:, 1],
-        common.triangles(x),
-        mises.ravel(),
-        shading="gouraud",
-        cmap=common.STRESS_MAP,
-        vmin=0,
-        vmax=np.quantile(mises, 0.995),
-    )
-    common.draw_edges(axes, deformed)
-    axes.set(aspect="equal", xlabel="x [mm]", title=f"time {t:.3g}")
+    axes, (x, u, values) = fig.add_subplot(grid[1, :]), cells
+    at, top = x[..., :2] + u, np.quantile(values, 0.995)
+    colours = drawing.draw_field(axes, at, values, top=top)
+    axes.set(xlabel="x [mm]", title=f"time {rows[-1].t:.3g}")
     fig.colorbar(
         colours, ax=axes, label="von Mises stress [MPa]", shrink=0.8, extend="max"
     )
+    fig.savefig(path)
 
 
 def arguments_of(arguments):
@@ -387,47 +271,27 @@ def arguments_of(arguments):
     return args
 
 
-def check(report, rows, args):
-    """What the run must fulfil, by how much of it was run."""
-    report.add("contact force / reaction", 1.0 + imbalance(rows), 1.0, 1e-7)
-    fine = args.size >= 120
-    # Away from the free ends: the foundation gives way there
-    inner = [row for row in rows if 1.05 < row.t < 1.7 + 1e-6]
-    if inner:
-        last = inner[-1]
-        # Friction acts on a curved surface that ploughs: H / V is close to mu
-        allowed = 0.1 * FRICTION if args.friction else 0.005
-        difference = last.H / last.V - args.friction
-        report.add(f"1 + H / V - mu at {last.t:.4g}", 1.0 + difference, 1.0, allowed)
-    if fine and args.law == "simo-miehe" and not args.friction:
-        compare(report, rows, GETFEM_FRICTIONLESS, (0.005, 0.015))
-    elif fine and args.friction == FRICTION and args.steps[0] > 2:
-        compare(report, rows, GETFEM[args.law], (0.005, 0.015))
-    elif fine and args.friction == FRICTION and args.law == "simo-miehe":
-        compare(report, rows, CODE_ASTER, (0.005, 0.005))
-    for name, allowed in (("V", RIPPLE_OF_V), ("H", RIPPLE_OF_H)):
-        value = ripple(rows, name)
-        if value is not None and (args.friction or name == "V"):
-            bound = allowed if fine else None
-            report.add(f"1 + ripple of {name}", 1.0 + value, 1.0, bound)
-
-
 def main(arguments=None):
     """Run the demo; 0 if it agrees with the references."""
     args = arguments_of(arguments)
     comm = MPI.COMM_WORLD
+    args.output.mkdir(parents=True, exist_ok=True)
     model = Ironing(
-        comm, args.size, args.law, args.friction, args.gamma, not args.no_extrapolation
+        comm,
+        args.size,
+        args.law,
+        args.friction,
+        args.gamma,
+        not args.no_extrapolation,
+        file=args.output / "shallow_ironing.csv",
     )
     report = common.Report(comm)
-    report.say(
-        f"{model.contact.layout.size_global} unknowns, gamma {model.contact.gamma:.4g}"
-    )
-    args.output.mkdir(parents=True, exist_ok=True)
+    report.effort(model.contact)
+    report.say(f"gamma {model.contact.gamma:.4g} MPa/mm")
     rows = long_runs.load(args.restart, model.contact, Row)[0] if args.restart else []
+    long_runs.resume(model.history, rows)
     record = long_runs.Record(
         model.contact,
-        args.output / "shallow_ironing.csv",
         args.checkpoint or args.restart,
         args.every,
         rows,
@@ -449,7 +313,8 @@ def main(arguments=None):
                 f"each (at most {iterations.max():.0f}), {part[-1].halvings:.0f} "
                 f"halvings, {sum(row.seconds for row in part):.1f} s of CPU"
             )
-    check(report, rows, args)
+    fine, press = args.size >= 120, args.steps[0]
+    references.check(report, rows, fine, args.law, args.friction, press)
     draw(model, rows, args.output / "shallow_ironing.png")
     return report.finish("reference")
 

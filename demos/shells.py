@@ -11,6 +11,7 @@ from types import SimpleNamespace
 
 import bodies
 import common
+import drawing
 import numpy as np
 from dolfinx import fem
 
@@ -86,7 +87,9 @@ def scene_of(comm, size, layers):
     return Scene(mesh, cells, facets, TAGS, {"inner": 1, "outer": 2, "plate": 3})
 
 
-def solve(comm, size=3, layers=1, steps=10, closing=0.5 * CLOSING, report=None):
+def solve(
+    comm, size=3, layers=1, steps=10, closing=0.5 * CLOSING, report=None, file=None
+):
     """Close the plates; their force at each accepted step."""
     scene = scene_of(comm, size, layers)
     V = compat.vector_space(scene.mesh, 2)
@@ -110,33 +113,33 @@ def solve(comm, size=3, layers=1, steps=10, closing=0.5 * CLOSING, report=None):
     def apply(factor):
         down.value = -0.5 * closing * factor
 
-    rows = []
-
-    def record(factor, iterations):
-        # A quarter of the plate's force, in contact and where the plate is held
-        force = 4.0 * contact.resultant(1).force[2]
-        held = 4.0 * bodies.reaction(form, grip[2])
-        energy = 8.0 * common.integral(material.energy(u, 4), scene.mesh)
-        rows.append((closing * factor, iterations, -force, -held, energy))
-
-    # Meshes that approximate the same sphere overlap a little
-    record(0.0, solver.solve()[0])
-    contact.advance()
-    path = raymortar.LoadSteps(solver, apply, steps=steps)
-    for step in path:
-        record(step.factor, step.iterations)
-        if report is not None:
-            report.say(
-                f"closed by {rows[-1][0]:5.2f}: {step.iterations:2} iterations, "
-                f"force {rows[-1][2]:8.5f}"
-            )
-    columns = dict(
-        zip(("closing", "iterations", "force", "held", "energy"), np.array(rows).T)
+    history = raymortar.History(
+        problem, file, {"grip": grip}, energy=material.energy(u, 4)
     )
+    # Meshes that approximate the same sphere overlap a little
+    history.record(0.0, solver.solve()[0])
+    contact.advance()
+    path = raymortar.LoadSteps(solver, apply, steps, history=history)
+    for step in path:
+        if report is not None:
+            row = history.rows[-1]
+            report.say(
+                f"closed by {closing * row.time:5.2f}: {step.iterations:2} iterations, "
+                f"force {-4.0 * row.force_1_z:8.5f}"
+            )
     return SimpleNamespace(
-        scene=scene, u=u, contact=contact, material=material,
-        halvings=path.halvings, **columns,
-    )  # fmt: skip
+        scene=scene,
+        u=u,
+        contact=contact,
+        material=material,
+        halvings=path.halvings,
+        iterations=history["iterations"],
+        closing=closing * history["time"],
+        # A quarter of the plate's force, in contact and where the plate is held
+        force=-4.0 * history["force_1_z"],
+        held=-4.0 * history["reaction_grip_z"],
+        energy=8.0 * history["energy"],
+    )
 
 
 def work(result):
@@ -151,24 +154,18 @@ def work(result):
 def draw(result, path):
     """The deformed shells, cut open, and the force over the closing."""
     mesh, u = result.scene.mesh, result.u
-    stress = common.von_mises(result.material.cauchy(u))
-    mises = common.nodal_field(stress, mesh, "mises", 2, quadrature_degree=4)
-    lam = result.contact.multiplier
-    linear = common.nodal_field(stress, mesh, "mises", 1, quadrature_degree=4)
+    lam, material = result.contact.multiplier, result.material
+    mises, linear = (material.mises(u, degree, 4) for degree in (2, 1))
     compat.write_xdmf(path.with_suffix(".xdmf"), mesh, [u, lam, linear])
-    parts = common.gather_boundary(mesh, u, mises)
+    parts = drawing.gather_boundary(mesh, u, mises)
     if mesh.comm.rank > 0:
         return
-    plt = common.pyplot()
-    fig = plt.figure(figsize=(11, 4.6))
-    axes = fig.add_axes((-0.06, -0.2, 0.62, 1.4), projection="3d")
-    colours = draw_bodies(axes, *parts)
-    bar = fig.add_axes((0.53, 0.22, 0.012, 0.56))
-    fig.colorbar(colours, cax=bar, label="von Mises stress / E")
-    draw_force(fig.add_axes((0.68, 0.14, 0.295, 0.78)), result)
-    # The room that axes in space take reaches out of the figure
-    with plt.rc_context({"savefig.bbox": None}):
-        fig.savefig(path)
+    drawing.space_and_curve(
+        path,
+        lambda axes: draw_bodies(axes, *parts),
+        "von Mises stress / E",
+        lambda axes: draw_force(axes, result),
+    )
 
 
 def draw_bodies(axes, x, u, mises):
@@ -180,17 +177,19 @@ def draw_bodies(axes, x, u, mises):
         shells &= ~(np.abs(x[..., i]).max(axis=1) < 1e-9)
     at, value = (x + u)[shells], mises.mean(axis=(1, 2))[shells]
     images = [at * np.array([a, 1.0, c]) for a in (1.0, -1.0) for c in (1.0, -1.0)]
-    return common.draw_surface(axes, np.concatenate(images), np.tile(value, 4), -75, 18)
+    return drawing.draw_surface(
+        axes, np.concatenate(images), np.tile(value, 4), -75, 18
+    )
 
 
 def draw_force(axes, result):
     """Ours and the published ones."""
-    axes.plot(result.closing, result.force, color=common.COMPUTED, label="raymortar")
+    axes.plot(result.closing, result.force, color=drawing.COMPUTED, label="raymortar")
     axes.plot(
         *(PUSO * [CLOSING, 1]).T,
         "o",
         mfc="none",
-        color=common.EXACT,
+        color=drawing.EXACT,
         label="Puso, Laursen",
     )
     axes.plot(*(FEBIO * [CLOSING, 1]).T, "x", color="0.5", label="FEBio")
@@ -212,11 +211,10 @@ def main(arguments=None):
     closing = args.closing or (8.0 if args.fine else 5.0)
     factor = 2 if args.fine else 1
     steps = args.steps * factor
-    result = solve(comm, args.size * factor, 1, steps, closing, report)
-    report.say(
-        f"{result.contact.layout.size_global} unknowns, "
-        f"{int(result.iterations.sum())} Newton iterations, {result.halvings} halvings"
-    )
+    args.output.mkdir(parents=True, exist_ok=True)
+    file = args.output / "shells.csv"
+    result = solve(comm, args.size * factor, 1, steps, closing, report, file)
+    report.effort(result.contact, result.iterations, result.halvings)
     report.add("force, reaction", result.force[-1], result.held[-1], 1e-6)
     stored = result.energy[-1] - result.energy[0]
     report.add("work of the plates, energy", work(result), stored, 0.01)
@@ -225,7 +223,6 @@ def main(arguments=None):
             if share * CLOSING <= min(closing, 5.2):
                 ours = np.interp(share * CLOSING, result.closing, result.force)
                 report.add(f"{name}, closed by {share * CLOSING:.2f}", ours, force)
-    args.output.mkdir(parents=True, exist_ok=True)
     draw(result, args.output / "shells.png")
     return report.finish("published")
 

@@ -45,7 +45,7 @@ class Setting:
     gap: float = 0.0  # at the start, in heights; negative: penetration
     nu: float = 0.3
     perpendicular: bool = False  # the slave's flanks are slave surfaces as well
-    tangent: str = "fixed"
+    tangent: str = "full"
 
 
 @dataclasses.dataclass

@@ -5,8 +5,10 @@ from .contact import Contact
 from .errors import ContactError, ConvergenceError
 from .fixed_point import FixedPointSolver
 from .friction import Coulomb, Stick, Tresca
+from .history import History
 from .load_steps import LoadStep, LoadSteps
 from .methods import AugmentedLagrangian, Penalty, Search
+from .picture import plot
 from .problem import NonlinearProblem
 from .solver import NewtonSolver, SNESSolver
 
@@ -19,6 +21,7 @@ __all__ = [
     "ConvergenceError",
     "Coulomb",
     "FixedPointSolver",
+    "History",
     "LoadStep",
     "LoadSteps",
     "NewtonSolver",
@@ -28,5 +31,6 @@ __all__ = [
     "Search",
     "Stick",
     "Tresca",
+    "plot",
     "solvers",
 ]

@@ -719,18 +719,27 @@ def make_newton_solver(comm: MPI.Comm) -> Any:
 # Output
 
 
-def _for_xdmf(function: fem.Function, mesh: dolfinx.mesh.Mesh) -> fem.Function:
-    """The function, interpolated to the degree of the mesh if it has another."""
+def of_degree(function: fem.Function, degree: int) -> fem.Function:
+    """The function, interpolated to continuous Lagrange of a degree if it is not that."""
     V = function.function_space
-    info, degree = element_info(V), geometry_degree(mesh)
-    if info.degree == 0 or (
-        info.is_lagrange and not info.is_discontinuous and info.degree == degree
-    ):
+    info = element_info(V)
+    if info.is_lagrange and not info.is_discontinuous and info.degree == degree:
         return function
-    interpolated = fem.Function(space(mesh, "Lagrange", degree, info.value_shape))
+    interpolated = fem.Function(space(V.mesh, "Lagrange", degree, info.value_shape))
     interpolated.interpolate(function)
     interpolated.name = function.name
     return interpolated
+
+
+def of_one_degree(functions: Sequence[fem.Function]) -> list[fem.Function]:
+    """Functions interpolated to the highest degree among them, 1 at least.
+
+    What DOLFINx's writers of VTK and VTX files ask for: one element for all. Exact for
+    continuous Lagrange functions.
+    """
+    degrees = (element_info(f.function_space).degree for f in functions)
+    degree = max(1, *degrees)
+    return [of_degree(f, degree) for f in functions]
 
 
 def write_xdmf(
@@ -770,7 +779,50 @@ def write_xdmf(
             if not append:
                 file.write_mesh(mesh)
             for function in functions:
-                file.write_function(_for_xdmf(function, mesh), t)
+                cellwise = element_info(function.function_space).degree == 0
+                degree = geometry_degree(mesh)
+                written = function if cellwise else of_degree(function, degree)
+                file.write_function(written, t)
     except RuntimeError as error:
         problem = f"{filename} cannot be written: {error}"
+    raise_everywhere(mesh.comm, problem)
+
+
+def write_vtk(
+    filename: str | Path,
+    mesh: dolfinx.mesh.Mesh,
+    functions: Sequence[fem.Function],
+    t: float = 0.0,
+) -> None:
+    """Write functions on a mesh to VTK files for ParaView. Collective.
+
+    Unlike XDMF at the nodes of degree 2 too; all are interpolated to the highest degree
+    among them.
+
+    Parameters
+    ----------
+    filename
+        Path of the ``.pvd`` file; the ``.vtu`` files of the ranks go beside it.
+    mesh
+        Mesh of all functions.
+    functions
+        Functions with different names.
+    t
+        Time, or load factor.
+
+    Raises
+    ------
+    ContactError
+        If the file cannot be written.
+    """
+    path = Path(filename)
+    # DOLFINx would say nothing where there is no such folder
+    found = path.parent.is_dir()
+    problem = None if found else f"{path} cannot be written: there is no such folder"
+    raise_everywhere(mesh.comm, problem)
+    try:
+        with dolfinx.io.VTKFile(mesh.comm, str(path), "w") as file:
+            file.write_function(of_one_degree(functions), t)
+    except RuntimeError as error:
+        problem = f"{path} cannot be written: {error}"
     raise_everywhere(mesh.comm, problem)

@@ -146,11 +146,14 @@ class ContactFields:
     def fields(self) -> list[Function]:
         """All nodal results of the last `update`, for XDMF or VTK files. Collective.
 
-        Gap (NaN where no hit), normal and tangential traction, status, coverage, the
-        multiplier if there is one, slip with friction: write them next to the
-        displacement, ``compat.write_xdmf(file, mesh, [u, *contact.fields()])``.
+        Gap (0 where no hit: see coverage), normal and tangential traction, status,
+        coverage, the multiplier if there is one, slip with friction: write them next to
+        the displacement, ``compat.write_xdmf(file, mesh, [u, *contact.fields()])``.
         """
-        found = [self.gap(), self.traction("normal"), self.traction("tangential")]
+        gap = self.gap()
+        # DOLFINx 0.5 interpolates for XDMF, and a NaN then takes its whole cell
+        gap.x.array[np.isnan(gap.x.array)] = 0.0
+        found = [gap, self.traction("normal"), self.traction("tangential")]
         found += [self.status(), self.coverage()]
         if self.friction is not None:
             found.append(self.slip())
@@ -177,6 +180,23 @@ class ContactFields:
         Collective.
         """
         return resultant(self.zones[i], self._comm)
+
+    def friction_work(self) -> float:
+        """Work that tangential tractions take in this step, before `advance`. Collective.
+
+        - int t_T . w over the slave surfaces: force times length, per thickness in 2D.
+        With the elastic penalty a part is stored in its springs.
+        """
+        if self.friction is None:
+            return 0.0
+        work = 0.0
+        for zone in self.zones:
+            points = zone.points()
+            slip = points["slip"] - along_normal(points, points["slip"])
+            work -= float(
+                np.einsum("q,qi,qi", points["weight"], points["traction"], slip)
+            )
+        return float(self._comm.allreduce(work))
 
     @property
     def statistics(self) -> Statistics:

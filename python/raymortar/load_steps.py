@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Callable, Iterator
+from typing import Any, TextIO
 
 from petsc4py import PETSc
 
 from .contact import ContactState
-from .errors import ContactError, ConvergenceError
+from .errors import ContactError, ConvergenceError, together
+from .history import History
+from .progress import Progress, check_progress, line
 
 # What a smaller step may cure
 _FAILURES = (ConvergenceError, ContactError, PETSc.Error)
 
 
 class LoadSteps:
-    """A quasi-static path from load factor 0 to 1, with steps as large as they may be.
+    """A quasi-static path of the load factor, with steps as large as they may be.
 
     After a failure the step is halved; then, and where `largest` allows it, it doubles
     again.
@@ -44,6 +46,17 @@ class LoadSteps:
     easy
         Newton iterations up to which a step is an easy one, after which the size may
         grow beyond the first step's.
+    path
+        Load factor at the start and at the end.
+    progress
+        One line for each step: load factor, Newton iterations, halvings so far,
+        integration points in contact, smallest gap, largest pressure. On a terminal
+        it is rewritten in place, and away while the caller has the step; elsewhere
+        each has a line of its own. None: on standard error where that is a terminal
+        (under ``mpirun`` it is none); True: on standard error; False: nothing; a file
+        that is open for writing: there. Rank 0 decides and writes.
+    history
+        `History` that records every accepted step.
 
     Attributes
     ----------
@@ -67,21 +80,45 @@ class LoadSteps:
         extrapolate: bool = False,
         largest: int = 1,
         easy: int = 5,
+        path: tuple[float, float] = (0.0, 1.0),
+        progress: bool | TextIO | None = None,
+        history: History | None = None,
     ) -> None:
-        if steps < 1 or max_halvings < 0:
-            raise ContactError(
-                f"steps = {steps} must be positive, max_halvings = {max_halvings} "
-                "not negative"
-            )
-        if largest < 1:
-            raise ContactError(f"largest = {largest} must be at least 1")
+        with together(solver.problem.contact.layout.comm):
+            if steps < 1 or max_halvings < 0:
+                raise ContactError(
+                    f"steps = {steps} must be positive, max_halvings = {max_halvings} "
+                    "not negative"
+                )
+            if largest < 1:
+                raise ContactError(f"largest = {largest} must be at least 1")
+            check_progress(progress)
         self.solver, self.apply = solver, apply
         self.steps, self.max_halvings = steps, max_halvings
         self.extrapolate, self.largest, self.easy = extrapolate, largest, easy
+        self.path, self.progress, self.history = path, progress, history
         self.halvings = 0
 
     def __iter__(self) -> Iterator[LoadStep]:
         """Solve step by step; each accepted step is yielded as a `LoadStep`."""
+        contact = self.solver.problem.contact
+        progress = Progress(contact.layout.comm, self.progress)
+        try:
+            for number, step in enumerate(self._steps(progress.solving), 1):
+                if progress.shown:
+                    counts = contact.statistics
+                    progress.accepted(
+                        line(
+                            number, step.factor, step.iterations, self.halvings, counts
+                        )
+                    )
+                yield step
+        finally:
+            progress.clear()
+        progress.finished()
+
+    def _steps(self, solving: Callable[[float], None]) -> Iterator[LoadStep]:
+        """The accepted steps; says at which load factor it tries the next one."""
         contact = self.solver.problem.contact
         # In units of the smallest step, so that the path ends at exactly 1
         unit = 2**self.max_halvings
@@ -90,8 +127,9 @@ class LoadSteps:
         while done < self.steps * unit:
             while size > self.steps * unit - done:
                 size //= 2
-            factor = (done + size) / (self.steps * unit)
+            factor = self._factor((done + size) / (self.steps * unit))
             before = contact.state()
+            solving(factor)
             self.apply(factor)
             try:
                 iterations = self._solve(before, last, size / last_size)
@@ -105,6 +143,8 @@ class LoadSteps:
                 size //= 2
                 self.halvings += 1
                 continue
+            if self.history is not None:
+                self.history.record(factor, iterations, self.halvings)
             contact.advance()
             done += size
             last, last_size = before, size
@@ -112,6 +152,11 @@ class LoadSteps:
             if self._may_grow(size / unit, iterations) and done % (2 * size) == 0:
                 size *= 2
             yield LoadStep(factor, iterations, self.halvings)
+
+    def _factor(self, share: float) -> float:
+        """Load factor after a share of the path, its end met exactly."""
+        begin, end = self.path
+        return end if share == 1.0 else begin + share * (end - begin)
 
     def _may_grow(self, size: float, iterations: int) -> bool:
         """Whether twice a step, in first steps, is not too much after the last one."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from . import compat
+from .compat import Array
 from .contact import Contact
 from .errors import require_agreement, together
 
@@ -159,6 +160,39 @@ class NonlinearProblem:
         self.contact.assemble_matrix(A, self.bcs)
         A.assemble()
         return renewed
+
+    def reactions(self, supports: Mapping[str, Any]) -> dict[str, Array]:
+        """Forces by which conditions hold the bodies, after a solve. Collective.
+
+        The residual, contact included, in the dofs of the conditions: what external
+        forces and stresses leave to them.
+
+        Parameters
+        ----------
+        supports
+            Dirichlet condition, or a list of them, by the name of the support.
+
+        Returns
+        -------
+        By name, (d,). Force (per thickness in 2D).
+        """
+        V, n = self.contact.u.function_space, self.contact.layout.n_u
+        r = compat.create_la_vector(V.dofmap.index_map, V.dofmap.index_map_bs)
+        compat.assemble_residual(r.array, self.L)
+        compat.scatter_reverse_add(r)
+        b = self.create_vector()
+        self.contact.assemble_vector(b)
+        b.assemble()
+        forces = r.array[:n] + b.getArray(readonly=True)[:n]
+        b.destroy()
+        dim = V.dofmap.index_map_bs
+        local = []
+        for bcs in supports.values():
+            bcs = bcs if isinstance(bcs, (list, tuple)) else [bcs]
+            held, _ = compat.dirichlet_dofs(bcs, V)
+            local.append(np.where(held[:n] == 1, forces, 0.0).reshape(-1, dim).sum(0))
+        total = self.comm.allreduce(np.array(local).reshape(-1, dim))
+        return dict(zip(supports, total))
 
     def describe(self) -> str:
         """State of contact and residual history, for messages. Collective."""

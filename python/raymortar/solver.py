@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import weakref
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, cast
 
 from petsc4py import PETSc
@@ -251,7 +251,8 @@ class SNESSolver:
                 raised.append(error)
                 raise
             # Of the forces: SNES counts the constrained rows in, which are lengths
-            goal = _goal(problem, *tolerances, floor)
+            rtol, atol = tolerances
+            goal = _goal(problem, rtol, atol, floor)
             snes.setTolerances(rtol=0.0, atol=goal)
 
         def tangent(snes: PETSc.SNES, x: PETSc.Vec, A: PETSc.Mat, P: PETSc.Mat) -> None:

@@ -17,7 +17,7 @@ import raymortar
 from raymortar import compat
 from raymortar.scenes import two_cylinders
 
-from problems import COMM, fix, lame
+from problems import COMM, fix
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "demos"))
 
@@ -100,9 +100,7 @@ def held_and_sheared(angle):
     scene = two_cylinders(COMM, facets_across=12, rotation=angle)
     V = compat.vector_space(scene.mesh, 1)
     u, v = fem.Function(V), ufl.TestFunction(V)
-    mu, lmbda = lame(demo.E, demo.NU)
-    e = demo.strain(u)
-    stress = 2 * mu * e + lmbda * ufl.tr(e) * ufl.Identity(3)
+    stress = demo.bodies.hooke(u, demo.E, demo.NU)
     contact = raymortar.Contact(
         u,
         scene.facet_tags,
@@ -111,7 +109,7 @@ def held_and_sheared(angle):
     )
     cut = fem.Constant(scene.mesh, np.zeros(2))
     bcs = [fix(V, scene, "bottom"), fix(V, scene, "top", value=cut)]
-    form = ufl.inner(stress, demo.strain(v)) * ufl.dx
+    form = ufl.inner(stress, demo.bodies.small_strain(v)) * ufl.dx
     problem = raymortar.NonlinearProblem(form, contact, bcs)
     solver = raymortar.SNESSolver(problem, demo.LINE_SEARCH)
     for target in ((0.0, -0.1), (0.0, -0.2), (0.02, -0.2), (0.04, -0.2)):

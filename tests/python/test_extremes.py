@@ -3,18 +3,9 @@
 import numpy as np
 import pytest
 from dolfinx import fem
-from problems import (
-    CELLS,
-    COMM,
-    DIMENSION,
-    MATERIALS,
-    SOLVERS,
-    build,
-    fix,
-    lame,
-    squeeze,
-    worst,
-)
+
+from materials import MATERIALS, lame
+from problems import CELLS, COMM, DIMENSION, SOLVERS, build, fix, squeeze, worst
 
 import raymortar
 from raymortar.scenes import two_blocks

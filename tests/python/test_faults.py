@@ -4,16 +4,16 @@ import numpy as np
 import pytest
 from dolfinx import fem
 from dolfinx.fem.petsc import assemble_matrix
+
+from materials import MATERIALS, lame
 from problems import (
     CELLS,
     COMM,
     DIMENSION,
-    MATERIALS,
     SOLVERS,
     build,
     fix,
     homogeneous,
-    lame,
     symmetry,
     worst,
 )

@@ -54,12 +54,12 @@ def mean_iterations(rows):
 @pytest.mark.mpi
 def test_contact_carries_the_reaction(demo, run):
     """The force that the integration points add up to is the stress' at the top."""
-    assert demo.imbalance(run()) < 1e-8
+    assert demo.references.imbalance(run()) < 1e-8
 
 
 def test_forces_are_those_of_the_fine_mesh(demo, run):
     rows = run()
-    assert demo.at(rows, 1.0).V == pytest.approx(V_PRESSED, rel=0.01)
+    assert demo.references.at(rows, 1.0).V == pytest.approx(V_PRESSED, rel=0.01)
     assert rows[-1].V == pytest.approx(V_SLID, rel=0.02)
     assert rows[-1].H == pytest.approx(H_SLID, rel=0.04)
 
@@ -103,7 +103,7 @@ def test_the_cone_is_reached_in_sliding_and_not_exceeded(demo):
 
 def test_without_friction_nothing_resists_the_slide(demo, run):
     rows = run(friction=0.0)
-    pressed, slid = demo.at(rows, 1.0), rows[-1]
+    pressed, slid = demo.references.at(rows, 1.0), rows[-1]
     # Near the free edge of the foundation even a frictionless indenter is pushed
     assert pressed.H > 0.05 * pressed.V
     assert abs(slid.H) < 0.02 * slid.V

@@ -7,8 +7,8 @@ import pytest
 from dolfinx import fem
 
 import raymortar
+from load_paths import blocks, divisions, exact, top_moves
 from problems import (
-    COMM,
     DIMENSION,
     SOLVERS,
     build,
@@ -29,18 +29,8 @@ from raymortar import (
     compat,
 )
 from raymortar.problem import cycle_length
-from raymortar.scenes import two_blocks
 
 MAX_ITERATIONS = 8
-
-
-def divisions(cell):
-    """Cells per direction of the lower and of the upper block."""
-    return (5, 4) if DIMENSION[cell] == 2 else (3, 2)
-
-
-def blocks(cell, **options):
-    return two_blocks(COMM, DIMENSION[cell], cell, *divisions(cell), **options)
 
 
 def pressed(V, scene, share=0.2):
@@ -245,30 +235,6 @@ def test_coefficient_may_be_anything_off_the_slave(cell_2d):
 # Load steps
 
 
-def top_moves(cell, solver=SOLVERS[0], steps=4, share=0.2, **options):
-    """LoadSteps over A3 with a top that may be moved."""
-    dim = DIMENSION[cell]
-    scene = blocks(cell)
-    down = fem.Constant(scene.mesh, PETSc.ScalarType(0.0))
-
-    def conditions(V, scene):
-        fixed = squeezed(V, scene)[:-1]
-        return [*fixed, fix(V, scene, "top", dim - 1, down)]
-
-    problem = build(scene, material="neo-hookean", bcs=conditions)
-    problem.solver = solver(problem.problem)
-
-    def apply(t):
-        down.value = -share * 2.0 * t
-
-    return problem, LoadSteps(problem.solver, apply, steps, **options)
-
-
-def exact(problem):
-    F = homogeneous(problem.dim)
-    return worst(problem.gradient() + np.eye(problem.dim) - F) <= 1e-8
-
-
 @pytest.mark.parametrize("solver", SOLVERS)
 def test_load_steps_reach_the_end(cell, solver):
     problem, steps = top_moves(cell, solver)
@@ -352,7 +318,7 @@ def test_grown_steps_that_fail_are_halved():
 )
 def test_load_steps_refuse_nonsense(options):
     with pytest.raises(ContactError, match="must be (positive|at least 1)"):
-        LoadSteps(None, None, **options)
+        top_moves("triangle", **options)
 
 
 # Failures

@@ -31,13 +31,12 @@ struct IntegrationPoints
 /// The uncovered part of a slave facet is its full rule minus the points of
 /// its segments (negative weights): exact for what is integrated there,
 /// -lam . mu / gamma, on affine facets.
-/// @param[in] segment_rule Interval or triangle rule
 /// @param[in] facet_rule Rule of the whole facet
 /// @param[in] complement Whether the uncovered part is asked for: only a
 /// multiplier lives there
 [[nodiscard]] IntegrationPoints make_points(const Surface& slave,
                                             const Segmentation& segmentation,
-                                            const QuadratureRule& segment_rule,
+                                            const SegmentRules& segment_rules,
                                             const QuadratureRule& facet_rule,
                                             bool complement);
 

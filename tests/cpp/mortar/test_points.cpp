@@ -14,7 +14,7 @@ const std::array<Shape, 3> shapes = {Shape::interval, Shape::triangle,
 IntegrationPoints points_of(const Surface& slave, const Segmentation& segments,
                             bool complement)
 {
-  return make_points(slave, segments, segment_rule(slave.shape, 5),
+  return make_points(slave, segments, segment_rules(slave.shape, 5),
                      rule_on(slave.shape, 5), complement);
 }
 
@@ -192,7 +192,7 @@ TEST(Points, WarpedQuadrilateralsKeepTheirMeasure)
       make_surface({Shape::quadrilateral, 1, 1, 4, false}, plate(2, 0.3));
   const auto segments = segments_of(slave, master, {1, 1, false});
   const auto p =
-      make_points(slave, segments, segment_rule(Shape::quadrilateral, 14),
+      make_points(slave, segments, segment_rules(Shape::quadrilateral, 14),
                   rule_on(Shape::quadrilateral, 20), true);
   for (std::size_t f = 0; f < p.whole.size(); ++f)
     EXPECT_NEAR(p.covered[f], p.whole[f], 1e-10);

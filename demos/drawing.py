@@ -1,0 +1,66 @@
+"""Pictures of the demos: their look, states along a path, bodies beside a curve."""
+
+from __future__ import annotations
+
+from raymortar.drawing import (
+    LOOK,
+    draw_field,
+    draw_surface,
+)
+from raymortar.gathering import gather_boundary, gather_cells
+
+__all__ = [
+    "COMPUTED",
+    "EXACT",
+    "draw_field",
+    "draw_surface",
+    "gather_boundary",
+    "gather_cells",
+    "gather_states",
+    "pyplot",
+    "space_and_curve",
+]
+
+# Red for computed, dark for closed forms
+COMPUTED, EXACT = "#c0392b", "#2c3e50"
+
+
+def gather_states(u, states, field):
+    """Cells with u and a field at several states. Collective.
+
+    `states` are (load factor, array of u); `field` makes a function of the present u.
+    """
+    final, parts = u.x.array.copy(), []
+    for factor, state in states:
+        u.x.array[:] = state
+        parts.append((factor, gather_cells(u.function_space.mesh, u, field())))
+    u.x.array[:] = final
+    return parts
+
+
+def pyplot():
+    """matplotlib.pyplot without a screen, with our look."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    plt.rcParams.update(LOOK)
+    return plt
+
+
+def space_and_curve(path, bodies, label, curve):
+    """Picture of bodies in space on the left and of a curve on the right.
+
+    `bodies` and `curve` draw on the axes they are given; the former returns the
+    colours, which `label` names.
+    """
+    plt = pyplot()
+    fig = plt.figure(figsize=(11, 4.5))
+    colours = bodies(fig.add_axes((-0.07, -0.18, 0.66, 1.38), projection="3d"))
+    bar = fig.add_axes((0.55, 0.22, 0.012, 0.56))
+    fig.colorbar(colours, cax=bar, label=label)
+    curve(fig.add_axes((0.68, 0.14, 0.295, 0.78)))
+    # The room that axes in space take reaches out of the figure
+    with plt.rc_context({"savefig.bbox": None}):
+        fig.savefig(path)

@@ -1,0 +1,205 @@
+"""One picture of deformed bodies in contact, and of what they press with."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import ufl
+from dolfinx.fem import Function
+
+from . import compat
+from .compat import Array
+from .drawing import LOOK, draw_field, draw_surface
+from .errors import raise_everywhere
+from .gathering import gather, gather_boundary, gather_cells, nodal_field
+from .results import OPEN, along_normal
+
+if TYPE_CHECKING:
+    from .contact import Contact
+
+NORMAL, TANGENTIAL = "#c0392b", "#2c3e50"
+
+
+def plot(
+    contact: Contact,
+    file: str | Path | None = None,
+    field: Any = None,
+    label: str | None = None,
+    view: tuple[float, float] = (-60.0, 20.0),
+) -> Any:
+    """Draw the deformed bodies and the contact pressure, at the last update. Collective.
+
+    In 2D: cells coloured by a field, and normal and tangential traction at the
+    integration points along the slave surfaces. In 3D: the bodies' surfaces, and the
+    pressure on the slave surfaces, laid flat. All that is drawn is gathered on rank 0,
+    which needs room for it: a look at a solution, not a file for large meshes (those
+    are written with ``compat.write_xdmf``). Edges of degree 2 are drawn straight.
+
+    Parameters
+    ----------
+    contact
+        Contact.
+    file
+        Picture to write, ``.png``, ``.pdf``, ...; None: only the figure is made.
+    field
+        Colours of the bodies: a ``Function`` or a UFL expression such as the von Mises
+        stress, a vector by its length. Default: the displacement.
+    label
+        What the colour bar says. Default: the field's name.
+    view
+        Azimuth and elevation of the eye in 3D. Degrees.
+
+    Returns
+    -------
+    The matplotlib figure on rank 0, None elsewhere.
+
+    Raises
+    ------
+    ContactError
+        Without matplotlib, or if the file cannot be written.
+
+    Examples
+    --------
+    >>> raymortar.plot(contact, "contact.png", field=von_mises, label="MPa")
+    """
+    u, mesh = contact.u, contact.u.function_space.mesh
+    raise_everywhere(mesh.comm, _missing() if mesh.comm.rank == 0 else None)
+    shown = _nodal(u if field is None else field, u)
+    label = shown.name if label is None else label
+    if mesh.geometry.dim == 2:
+        parts, pressure = gather_cells(mesh, u, shown), _pressure_line(contact)
+    else:
+        parts, pressure = gather_boundary(mesh, u, shown), _pressure_map(contact)
+    figure, problem = None, None
+    if mesh.comm.rank == 0:
+        from matplotlib import rc_context
+
+        with rc_context(LOOK):
+            figure = _figure(file is None)
+            if mesh.geometry.dim == 2:
+                _draw_plane(figure, parts, pressure, label)
+            else:
+                _draw_space(figure, parts, pressure, label, view)
+            problem = None if file is None else _save(figure, Path(file))
+    raise_everywhere(mesh.comm, problem)
+    return figure
+
+
+def _missing() -> str | None:
+    """What is lacking here, if anything."""
+    try:
+        import matplotlib  # noqa: F401
+    except ImportError as error:
+        return (
+            f"raymortar.plot needs matplotlib ({error}): apt install "
+            "python3-matplotlib, or pip install matplotlib"
+        )
+    return None
+
+
+def _figure(interactive: bool) -> Any:
+    """An empty figure; only an interactive one is kept by pyplot, for its ``show``."""
+    from matplotlib import pyplot
+    from matplotlib.figure import Figure
+
+    make = pyplot.figure if interactive else Figure
+    return make(figsize=(10, 4.2), layout="constrained")
+
+
+def _save(figure: Any, path: Path) -> str | None:
+    """Write a figure; what is wrong, if anything."""
+    try:
+        figure.savefig(path)
+    except (OSError, ValueError) as error:
+        return f"{path} cannot be written: {error}"
+    return None
+
+
+def _nodal(field: Any, u: Function) -> Function:
+    """A scalar function that is continuous, for the colours at the vertices."""
+    mesh = u.function_space.mesh
+    if isinstance(field, Function):
+        info = compat.element_info(field.function_space)
+        if info.is_lagrange and not info.is_discontinuous and info.block_size == 1:
+            return field
+    name = getattr(field, "name", "field")
+    length = ufl.sqrt(ufl.inner(field, field)) if field.ufl_shape else field
+    # Degree 2 sees the variation in a cell, and no expression is exact to more
+    return nodal_field(length, mesh, name, quadrature_degree=2)
+
+
+def _pressure_line(contact: Contact) -> list[Array]:
+    """On rank 0: positions (n, 2), pressure and, if any, friction (n,) at the points."""
+    arrays: list[list[Array]] = [[], [], []]
+    for zone in contact.zones:
+        points = zone.points()
+        hit = points["status"] >= OPEN
+        normal = along_normal(points, points["traction"])
+        pressure = -np.einsum("qi,qi->q", normal, points["normal"])
+        friction = np.linalg.norm(points["traction"] - normal, axis=1)
+        for array, values in zip(arrays, (points["x"], pressure, friction)):
+            array.append(values[hit])
+    if contact.friction is None:
+        arrays.pop()
+    comm = contact.u.function_space.mesh.comm
+    return [gather(comm, np.concatenate(parts)) for parts in arrays]  # type: ignore
+
+
+def _pressure_map(contact: Contact) -> list[Any]:
+    """On rank 0: slave facets, displacement and normal traction at their vertices."""
+    mesh = contact.u.function_space.mesh
+    facets = np.concatenate([zone.facets.slave.facets for zone in contact.zones])
+    normal = contact.traction("normal")
+    return gather_boundary(mesh, contact.u, normal, facets=facets)
+
+
+def _draw_plane(figure: Any, bodies: Any, line: Any, label: str) -> None:
+    """Bodies on the left, tractions over the coordinate of most extent on the right."""
+    x, u, values = bodies
+    left, right = figure.subplots(1, 2)
+    span = None if values.min() >= 0.0 else _span(values)
+    colours = draw_field(left, x[..., :2] + u, values, norm=span)
+    figure.colorbar(colours, ax=left, label=label, shrink=0.85)
+    left.set(xlabel="x", ylabel="y")
+    at, pressure, *friction = line
+    axis = int(np.argmax(np.ptp(at, axis=0))) if len(at) else 0
+    right.plot(at[:, axis], pressure, ".", ms=3, color=NORMAL, label="pressure")
+    for along in friction:
+        right.plot(at[:, axis], along, ".", ms=3, color=TANGENTIAL, label="friction")
+        right.legend()
+    right.set(xlabel="xy"[axis], ylabel="contact pressure")
+    right.set_ylim(bottom=min(0.0, pressure.min(initial=0.0)))
+
+
+def _span(values: Array) -> Any:
+    """Colours from the smallest to the largest value."""
+    from matplotlib.colors import Normalize
+
+    return Normalize(values.min(), values.max())
+
+
+def _draw_space(
+    figure: Any, bodies: Any, surface: Any, label: str, view: tuple[float, float]
+) -> None:
+    """Bodies on the left, pressure on the slave surfaces on the right."""
+    x, u, values = bodies
+    left = figure.add_subplot(1, 2, 1, projection="3d")
+    colours = draw_surface(left, x + u, values.mean(axis=(1, 2)), *view)
+    figure.colorbar(colours, ax=left, label=label, shrink=0.7)
+    X, displacement, traction = surface
+    at, axes = _flat(X + displacement)
+    right = figure.add_subplot(1, 2, 2)
+    pressure = np.linalg.norm(traction, axis=2, keepdims=True)
+    colours = draw_field(right, at, pressure, cmap="magma_r")
+    figure.colorbar(colours, ax=right, label="contact pressure", shrink=0.85)
+    right.set(xlabel=axes[0], ylabel=axes[1])
+
+
+def _flat(at: Array) -> tuple[Array, str]:
+    """Facets (n, k, 3) seen along the axis that is most normal to them: (n, k, 2)."""
+    areas = np.cross(at[:, 1] - at[:, 0], at[:, -1] - at[:, 0])
+    across = int(np.argmax(np.abs(areas).sum(axis=0)))
+    kept = [axis for axis in range(3) if axis != across]
+    return at[..., kept], "".join("xyz"[axis] for axis in kept)
