@@ -1,16 +1,22 @@
 """Iterative linear solvers against mesh refinement, and against MUMPS.
 
-    scripts/python benchmarks/parallel/linear.py [--levels 1,2,4] [--output DIR]
+    scripts/python benchmarks/parallel/linear.py [--levels 1,2,4,8] [--output DIR]
 
 A block pressed on another (hexahedra, degree 1, neo-Hookean), without friction and
-sheared with it. Writes `linear.csv`: Krylov iterations of each Newton iteration and CPU
-seconds of the whole solve, assembly included, on one rank.
+sheared with it. Writes `linear.csv`: Krylov iterations of each Newton iteration, CPU
+seconds of the whole solve, assembly included, and what memory grew by meanwhile; each row
+from a process of its own, on one rank.
 """
 
 from __future__ import annotations
 
 import argparse
 import csv
+import itertools
+import json
+import resource
+import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -76,7 +82,7 @@ def measure(level, method, law, linear):
     options = {"snes_rtol": 1e-8, **LINEAR[linear]()}
     solver, steps = raymortar.SNESSolver(problem, options), []
     solver.krylov_solver.setMonitor(lambda ksp, i, norm: steps.append(i))
-    start = time.process_time()
+    before, start = peak_megabytes(), time.process_time()
     newton, _ = solver.solve()
     seconds = time.process_time() - start
     krylov = [a for a, b in zip(steps, [*steps[1:], 0]) if b == 0]
@@ -90,23 +96,44 @@ def measure(level, method, law, linear):
         "krylov_mean": round(float(np.mean(krylov)), 1),
         "krylov_most": max(krylov),
         "seconds": round(seconds, 2),
+        "megabytes": round(peak_megabytes() - before),
     }
+
+
+def peak_megabytes():
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+
+
+def measure_apart(*case):
+    """`measure` in a process of its own, whose peak of memory is that of the case."""
+    command = [sys.executable, __file__, "--row", *map(str, case)]
+    out = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout
+    return json.loads(out.splitlines()[-1])
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--levels", default="1,2,4", help="cells are 4 per level, edge")
+    parser.add_argument(
+        "--levels", default="1,2,4,8", help="cells are 4 per level, edge"
+    )
+    parser.add_argument("--methods", default=",".join(METHODS))
+    parser.add_argument("--laws", default=",".join(LAWS))
     parser.add_argument("--linear", default=",".join(LINEAR))
     parser.add_argument("--output", type=Path, default=Path(__file__).parent)
+    parser.add_argument("--row", nargs=4, metavar=("LEVEL", "METHOD", "LAW", "LINEAR"))
     arguments = parser.parse_args()
+    if arguments.row:
+        level, *case = arguments.row
+        print(json.dumps(measure(int(level), *case)))
+        return
+    choices = (
+        getattr(arguments, name).split(",")
+        for name in ("methods", "laws", "levels", "linear")
+    )
     rows = []
-    for method in METHODS:
-        for law in LAWS:
-            for level in map(int, arguments.levels.split(",")):
-                for linear in arguments.linear.split(","):
-                    row = measure(level, method, law, linear)
-                    rows.append(row)
-                    print(*row.values(), flush=True)
+    for method, law, level, linear in itertools.product(*choices):
+        rows.append(measure_apart(level, method, law, linear))
+        print(*rows[-1].values(), flush=True)
     arguments.output.mkdir(parents=True, exist_ok=True)
     with open(arguments.output / "linear.csv", "w", newline="") as file:
         table = csv.DictWriter(file, rows[0], lineterminator="\n")

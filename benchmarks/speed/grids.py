@@ -8,8 +8,8 @@ import numpy as np
 from mpi4py import MPI
 from petsc4py import PETSc
 
-from raymortar import _cpp, compat, surfaces
-from raymortar.zones import default_quadrature_degree
+from raymortar import _cpp, quadrature
+from raymortar.reference_facets import facet_nodes
 
 INDEX, GLOBAL = np.int32, np.int64
 FACETS = {
@@ -49,7 +49,7 @@ def grid(shape, degree, n, up):
     """
     gdim, _ = FACETS[shape]
     tdim = gdim - 1
-    points = np.atleast_2d(surfaces.facet_nodes(shape, degree)).reshape(-1, tdim)
+    points = np.atleast_2d(facet_nodes(shape, degree)).reshape(-1, tdim)
     halves = [points, 1.0 - points] if shape == "triangle" else [points]
     local = np.rint(degree * np.stack(halves)).astype(np.int64)
     cells = np.stack(
@@ -111,8 +111,7 @@ class Pair:
         nodes, table = np.unique(own, return_inverse=True)
         rows_u = dim * (len(slave.X) + len(master.X))
         self.size = rows_u + len(nodes)
-        rule = default_quadrature_degree(shape, degree, q)
-        piece = "interval" if shape == "interval" else "triangle"
+        rule = quadrature.default_degree(shape, degree, q)
         h = np.sqrt(2.0) / n
         self._surfaces = (
             surface(shape, degree, slave, 0),
@@ -139,8 +138,8 @@ class Pair:
             distances=self._distances,
             strategy=self._strategy,
             subdivide=False,
-            segment_rule=_cpp.QuadratureRule(*compat.quadrature(piece, rule)),
-            facet_rule=_cpp.QuadratureRule(*compat.quadrature(shape, rule)),
+            segment_rules=quadrature.segment_rules(shape, rule),
+            facet_rule=quadrature.facet_rule(shape, rule),
         )
         self.zone.set_multiplier(np.full(len(nodes), -1.0))
         self.move(0.0)

@@ -39,16 +39,21 @@ RULES = {
 }
 
 
+def mesh_of(mesh, cells, cell):
+    """Some cells of a DOLFINx mesh as a mesh in GetFEM."""
+    table = compat.geometry_dofmap(mesh)[cells]
+    corners = mesh.geometry.x[table][:, :, : CELLS[cell]]
+    copy = gf.Mesh("empty", CELLS[cell])
+    copy.add_convex(
+        gf.GeoTrans(_MAPS[cell]), np.ascontiguousarray(corners.transpose(2, 1, 0))
+    )
+    return copy
+
+
 def _body(scene, cell, name):
     """A body's mesh in GetFEM."""
     cells = scene.cell_tags.find(scene.bodies[name])
-    table = compat.geometry_dofmap(scene.mesh)[cells]
-    corners = scene.mesh.geometry.x[table][:, :, : CELLS[cell]]
-    mesh = gf.Mesh("empty", CELLS[cell])
-    mesh.add_convex(
-        gf.GeoTrans(_MAPS[cell]), np.ascontiguousarray(corners.transpose(2, 1, 0))
-    )
-    return mesh
+    return mesh_of(scene.mesh, cells, cell)
 
 
 def _mark(mesh, region, downward):

@@ -87,9 +87,9 @@ rm::Zone make_zone(MPI_Comm comm, const Part& part)
   in.distances.reach = in.distances.depth = 0.3; // mm
   in.distances.skin = 0.1;
   const double gauss = std::sqrt(1.0 / 12);
-  in.segment_rule.points = {{0.5 - gauss, 0}, {0.5 + gauss, 0}};
-  in.segment_rule.weights = {0.5, 0.5};
-  in.facet_rule = in.segment_rule;
+  in.segment_rules.simplex.points = {{0.5 - gauss, 0}, {0.5 + gauss, 0}};
+  in.segment_rules.simplex.weights = {0.5, 0.5};
+  in.facet_rule = in.segment_rules.simplex;
   return {comm, std::move(in)};
 }
 
@@ -203,8 +203,7 @@ struct LinearSystem
     check(KSPSetOperators(ksp, A, A));
   }
 
-  void assemble(const Volume& volume, rm::Zone& zone,
-                std::span<const double> x)
+  void assemble(const Volume& volume, rm::Zone& zone, std::span<const double> x)
   {
     check(VecZeroEntries(b));
     check(MatZeroEntries(A));

@@ -69,6 +69,10 @@ void bind_surface(py::module_& m)
       "Number of candidate pairs of two surfaces as they are.");
   py::class_<QuadratureRule>(m, "QuadratureRule")
       .def(py::init(&make_rule), py::arg("points"), py::arg("weights"));
+  py::class_<SegmentRules>(m, "SegmentRules")
+      .def(py::init<QuadratureRule, QuadratureRule, QuadratureRule>(),
+           py::arg("simplex"), py::arg("quadrilateral") = QuadratureRule(),
+           py::arg("fan") = QuadratureRule());
   py::class_<Multipliers>(m, "Multipliers")
       .def(py::init<>())
       .def(py::init(&make_multipliers), py::arg("degree"),

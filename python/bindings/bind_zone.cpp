@@ -12,7 +12,7 @@ make_zone(int comm, Surface slave, Surface master,
           const Array<std::int64_t>& master_dof_ids, Multipliers multipliers,
           LawKind law, FrictionLaw friction, bool current_measure,
           bool moving_segments, const SearchDistances& distances,
-          Strategy strategy, bool subdivide, QuadratureRule segment_rule,
+          Strategy strategy, bool subdivide, SegmentRules segment_rules,
           QuadratureRule facet_rule)
 {
   return std::make_unique<Zone>(
@@ -20,7 +20,7 @@ make_zone(int comm, Surface slave, Surface master,
       ZoneInput{std::move(slave), std::move(master), to_vector(master_node_ids),
                 to_vector(master_dof_ids), std::move(multipliers), law,
                 friction, current_measure, moving_segments, distances, strategy,
-                subdivide, std::move(segment_rule), std::move(facet_rule)});
+                subdivide, std::move(segment_rules), std::move(facet_rule)});
 }
 
 py::dict statistics(Zone& z)
@@ -173,7 +173,7 @@ void bind_zone(py::module_& m)
            py::arg("master_dof_ids"), py::arg("multipliers"), py::arg("law"),
            py::arg("friction"), py::arg("current_measure"),
            py::arg("moving_segments"), py::arg("distances"),
-           py::arg("strategy"), py::arg("subdivide"), py::arg("segment_rule"),
+           py::arg("strategy"), py::arg("subdivide"), py::arg("segment_rules"),
            py::arg("facet_rule"))
       .def("set_displacement", &set_both<&Zone::set_displacement>)
       .def("set_old_displacement", &set_both<&Zone::set_old_displacement>)

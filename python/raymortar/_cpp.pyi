@@ -58,6 +58,14 @@ class Surface:
 class QuadratureRule:
     def __init__(self, points: _Reals, weights: _Reals) -> None: ...
 
+class SegmentRules:
+    def __init__(
+        self,
+        simplex: QuadratureRule,
+        quadrilateral: QuadratureRule = ...,
+        fan: QuadratureRule = ...,
+    ) -> None: ...
+
 class Multipliers:
     def __init__(
         self,
@@ -83,12 +91,12 @@ class Zone:
         law: LawKind,
         friction: Coulomb | Tresca | Stick,
         current_measure: bool,
-        moving_segments: bool,
         distances: SearchDistances,
         strategy: Strategy,
         subdivide: bool,
-        segment_rule: QuadratureRule,
+        segment_rules: SegmentRules,
         facet_rule: QuadratureRule,
+        moving_segments: bool,
     ) -> None: ...
     def set_displacement(self, slave: _Reals, master: _Reals) -> None: ...
     def set_old_displacement(self, slave: _Reals, master: _Reals) -> None: ...

@@ -12,16 +12,16 @@ from dolfinx.fem import Function
 from mpi4py import MPI
 from petsc4py import PETSc
 
-from . import _cpp, compat, surfaces
+from . import _cpp, compat
+from .arguments import check_coefficient_function, check_options
+from .assembly import ContactAssembly
+from .checks import check_space
 from .compat import Array, Indices
 from .errors import ContactError, raise_everywhere, require_agreement, together
-from .fields import ContactFields
-from .friction import LAWS, Coulomb, Stick, Tresca
-from .held import any_held, refuse_held
+from .facets import facet_dof_table
+from .friction import Coulomb, Stick, Tresca
 from .layout import Layout
 from .methods import (
-    MEASURES,
-    TANGENTS,
     AugmentedLagrangian,
     Penalty,
     Search,
@@ -49,7 +49,7 @@ class ContactState:
     traction_old: list[Array | None]
 
 
-class Contact(ContactFields):
+class Contact(ContactAssembly):
     """Contact integrals between tagged surfaces of a deforming mesh. Collective.
 
     Parameters
@@ -69,15 +69,16 @@ class Contact(ContactFields):
         `Coulomb`, `Tresca` or `Stick`; None: frictionless.
     quadrature_degree
         Of the rule on each segment. None: such that more points change no error, see
-        `zones.default_quadrature_degree`.
+        `quadrature.default_degree`.
     measure
         ``"reference"``: integrals over the undeformed slave surface, the multiplier is
         the nominal traction; ``"current"``: over the deformed one, Cauchy traction.
     search
         `Search` distances and strategy.
     tangent
-        ``"fixed"``: the derivative at fixed integration points; ``"full"``: of the
-        residual that is paired anew, through the segments that move with the bodies.
+        ``"full"``: the derivative of the residual that is paired anew, through the
+        segments that move with the bodies; ``"fixed"``: that at fixed integration
+        points.
     names
         Facet tag by name: numbers, as in a scene's ``tags``, or (dimension, tag), as
         Gmsh's physical groups are read (``compat.read_gmsh(...).names``).
@@ -113,7 +114,7 @@ class Contact(ContactFields):
         measure: str = "reference",
         search: Search | None = None,
         names: Mapping[str, int | tuple[int, int]] | None = None,
-        tangent: str = "fixed",
+        tangent: str = "full",
     ) -> None:
         method = AugmentedLagrangian() if method is None else method
         search = Search() if search is None else search
@@ -121,9 +122,7 @@ class Contact(ContactFields):
             raise ContactError(f"u must be a Function, not {type(u).__name__}")
         self._comm: MPI.Comm = u.function_space.mesh.comm
         with together(self._comm):
-            _check_options(
-                method, friction, quadrature_degree, measure, search, tangent
-            )
+            check_options(method, friction, quadrature_degree, measure, search, tangent)
             groups = group_pairs(numbered(pairs, names, u))
         require_agreement(
             self._comm,
@@ -135,7 +134,7 @@ class Contact(ContactFields):
             tangent=tangent,
             pairs=groups,
         )
-        surfaces.check_space(u)
+        check_space(u)
         self.u, self.method, self.measure = u, method, measure
         self.tangent = tangent
         self.friction = friction
@@ -223,7 +222,7 @@ class Contact(ContactFields):
         if self.multiplier is None:
             return np.empty(0, dtype=np.int32)
         W = self.multiplier.function_space
-        tables = [surfaces.facet_dof_table(W, zone.slave) for zone in facets]
+        tables = [facet_dof_table(W, zone.slave) for zone in facets]
         return np.unique(np.concatenate([table.ravel() for table in tables]))
 
     def set_gamma(self, gamma: float | Function) -> None:
@@ -242,7 +241,7 @@ class Contact(ContactFields):
         with together(self._comm):
             check_coefficient(gamma)
             if isinstance(gamma, Function):
-                _check_coefficient_function(gamma, self.u)
+                check_coefficient_function(gamma, self.u)
         require_agreement(self._comm, gamma=gamma)
         values = [
             on_facets(gamma, zone.facets)
@@ -258,18 +257,6 @@ class Contact(ContactFields):
         self.gamma = gamma
 
     # State
-
-    def _on_surface(self, array: Array, surface: surfaces.Surface) -> Array:
-        """Values of a ghosted array of u at the surface's dofs, (dofs, gdim)."""
-        return array.reshape(-1, surface.gdim)[surface.dofs]
-
-    def _for_zones(self, send: str, array: Array) -> None:
-        """Give every zone the values of an array of u on both its sides."""
-        for zone in self.zones:
-            getattr(zone.cpp, send)(
-                self._on_surface(array, zone.facets.slave_surface),
-                self._on_surface(array, zone.facets.master_surface),
-            )
 
     def _not_finite(self) -> str | None:
         """What is no number in this rank's share of the state, if anything."""
@@ -294,8 +281,8 @@ class Contact(ContactFields):
         Parameters
         ----------
         rays_only
-            Keep the integration points on the slave and cast their rays anew: what
-            the tangent at fixed points differentiates.
+            Keep the integration points on the slave and cast their rays anew. The
+            tangent is then that at fixed points, whatever `tangent` says.
 
         Raises
         ------
@@ -355,16 +342,7 @@ class Contact(ContactFields):
             zone.cpp.set_old_traction(np.empty(0) if traction is None else traction)
         self._history_is_new = False
 
-    def _fix(self, bcs: Sequence[Any]) -> None:
-        """Tell the zones which displacements are prescribed. Collective."""
-        if tuple(map(id, bcs)) == tuple(map(id, self._fixed_by)):
-            return
-        marker, _ = compat.dirichlet_dofs(bcs, self.u.function_space)
-        self._for_zones("set_fixed", marker.astype(np.float64))
-        self._fixed_by = tuple(bcs)
-        self._some_held = self.multiplier is not None and any_held(self, marker)
-
-    # Assembly
+    # Volume
 
     def prepare(self, a: Any, bcs: Sequence[Any] = ()) -> None:
         """Read what is needed from the volume's bilinear form. Collective.
@@ -397,136 +375,3 @@ class Contact(ContactFields):
         self.update()
         self._make_room(A)
         return A
-
-    def create_vector(self, L: Any = None) -> PETSc.Vec:
-        """Zero vector over [u, multiplier]; the form L is not needed."""
-        return self.layout.create_vector()
-
-    def _make_room(self, A: PETSc.Mat) -> None:
-        self._preallocations += 1
-        for zone in self.zones:
-            zone.pattern.extend(zone.cpp)
-            zone.positions.forget()
-        _cpp.preallocate(
-            A.handle,
-            self._volume.offsets,
-            self._volume.columns,
-            [zone.cpp for zone in self.zones],
-            [zone.pattern for zone in self.zones],
-        )
-
-    def make_room(self, A: PETSc.Mat) -> bool:
-        """Preallocate A anew if pairs have appeared that it cannot hold. Collective.
-
-        A loses its values then, and a KSP that has factorised it must be ``reset()``:
-        PETSc 3.22 (3.18 not yet) does not notice the new pattern of a parallel matrix and
-        would write the new values into the old pattern's memory.
-
-        Returns
-        -------
-        Whether it did.
-        """
-        short = any(not zone.pattern.covers(zone.cpp) for zone in self.zones)
-        if not self._comm.allreduce(short, op=MPI.LOR):
-            return False
-        self._make_room(A)
-        return True
-
-    def assemble_matrix(self, A: PETSc.Mat, bcs: Sequence[Any] = ()) -> None:
-        """Add the tangent at the last `update`; assembly of A is the caller's.
-
-        Constrained rows and columns are left out. Collective.
-        """
-        self._fix(bcs)
-        if self._some_held:
-            refuse_held(self)
-        with together(self._comm):
-            for zone in self.zones:
-                _cpp.add_tangent(zone.cpp, A.handle, zone.positions)
-
-    def assemble_vector(self, b: PETSc.Vec, bcs: Sequence[Any] = ()) -> None:
-        """Add the residual at the last `update`; assembly of b is the caller's.
-
-        Constrained rows are left out. Collective.
-        """
-        self._fix(bcs)
-        with together(self._comm):
-            for zone in self.zones:
-                _cpp.add_residual(zone.cpp, b.handle)
-
-    def apply_lifting(
-        self, b: PETSc.Vec, bcs: Sequence[Any], x0: Array, alpha: float
-    ) -> None:
-        """b <- b - alpha A_c (g - x0) over constrained columns. Collective.
-
-        Parameters
-        ----------
-        b
-            Vector over [u, multiplier]; its assembly is the caller's.
-        bcs
-            Dirichlet conditions.
-        x0
-            Ghosted array of u.
-        alpha
-            Factor; -1 for the residual of Newton's method.
-        """
-        self._fix(bcs)
-        marker, g = compat.dirichlet_dofs(bcs, self.u.function_space)
-        increment = np.where(marker == 1, g - x0, 0.0)
-        if not self._comm.allreduce(bool(np.any(increment)), op=MPI.LOR):
-            return
-        for zone in self.zones:
-            sides = zone.facets.slave_surface, zone.facets.master_surface
-            slave, master = (self._on_surface(increment, side) for side in sides)
-            with together(self._comm):
-                _cpp.apply_lifting(zone.cpp, b.handle, slave, master, alpha)
-
-    @property
-    def stiffness_diagonal(self) -> Array:
-        """Diagonal of the volume's matrix at set-up, owned dofs of u, unrolled."""
-        return self._volume.diagonal
-
-
-def _check_coefficient_function(gamma: Function, u: Function) -> None:
-    """Raise unless gamma is a scalar on the displacement's mesh."""
-    components = compat.element_info(gamma.function_space).value_shape
-    if components:
-        raise ContactError(
-            f"gamma must be a scalar Function, not one with values of shape {components}"
-        )
-    if not compat.on_mesh(gamma, u.function_space.mesh):
-        raise ContactError("gamma is a Function on another mesh than the displacement")
-
-
-def _check_options(
-    method: Any,
-    friction: Any,
-    quadrature_degree: Any,
-    measure: Any,
-    search: Any,
-    tangent: Any,
-) -> None:
-    """Raise for options that do not exist."""
-    if not isinstance(method, (AugmentedLagrangian, Penalty)):
-        raise ContactError(
-            f"method must be AugmentedLagrangian or Penalty, not {method!r}"
-        )
-    if friction is not None and not isinstance(friction, LAWS):
-        raise ContactError(
-            f"friction must be Coulomb, Tresca, Stick or None, not {friction!r}"
-        )
-    if friction is not None and getattr(method, "multiplier", None) == "normal":
-        raise ContactError("friction needs multiplier='vector', not 'normal'")
-    if measure not in MEASURES:
-        raise ContactError(f"measure must be one of {MEASURES}, not {measure!r}")
-    if tangent not in TANGENTS:
-        raise ContactError(f"tangent must be one of {TANGENTS}, not {tangent!r}")
-    if not isinstance(search, Search):
-        raise ContactError(f"search must be a Search, not {search!r}")
-    degree = quadrature_degree
-    if degree is not None and not (
-        isinstance(degree, (int, np.integer)) and 1 <= degree <= 30
-    ):
-        raise ContactError(
-            f"quadrature_degree = {degree!r} is not a whole number from 1 to 30"
-        )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .errors import ContactError, ConvergenceError
+from .errors import ContactError, ConvergenceError, raise_everywhere
 from .solver import NewtonSolver, SNESSolver
 
 
@@ -34,8 +34,10 @@ class FixedPointSolver:
             raise ContactError(
                 f"solver must be a NewtonSolver or an SNESSolver, not {solver!r}"
             )
-        if max_outer < 1:
-            raise ContactError(f"max_outer = {max_outer} must be positive")
+        raise_everywhere(
+            solver.problem.contact.layout.comm,
+            None if max_outer >= 1 else f"max_outer = {max_outer} must be positive",
+        )
         self.solver, self.max_outer = solver, max_outer
         self.problem = solver.problem
         self.residuals: list[float] = []

@@ -9,6 +9,7 @@ import numpy as np
 
 from . import _cpp
 from .errors import ContactError
+from .options import Options
 
 
 def _check(name: str, value: Any) -> None:
@@ -20,7 +21,7 @@ def _check(name: str, value: Any) -> None:
 
 
 @dataclass(frozen=True)
-class Coulomb:
+class Coulomb(Options):
     """Coulomb friction: slip where the tangential traction reaches ``mu |p|``.
 
     Attributes
@@ -31,7 +32,7 @@ class Coulomb:
 
     mu: float
 
-    def __post_init__(self) -> None:
+    def check(self) -> None:
         _check("friction coefficient mu", self.mu)
 
     def cpp(self) -> _cpp.Coulomb:
@@ -40,7 +41,7 @@ class Coulomb:
 
 
 @dataclass(frozen=True)
-class Tresca:
+class Tresca(Options):
     """Tresca friction: slip where the tangential traction reaches a given bound.
 
     Attributes
@@ -51,7 +52,7 @@ class Tresca:
 
     bound: float
 
-    def __post_init__(self) -> None:
+    def check(self) -> None:
         _check("friction bound", self.bound)
 
     def cpp(self) -> _cpp.Tresca:
@@ -60,7 +61,7 @@ class Tresca:
 
 
 @dataclass(frozen=True)
-class Stick:
+class Stick(Options):
     """No slip while the contact is closed."""
 
     def cpp(self) -> _cpp.Stick:

@@ -8,7 +8,7 @@ from typing import Any, TextIO
 from petsc4py import PETSc
 
 from .contact import ContactState
-from .errors import ContactError, ConvergenceError
+from .errors import ContactError, ConvergenceError, together
 from .history import History
 from .progress import Progress, check_progress, line
 
@@ -84,14 +84,15 @@ class LoadSteps:
         progress: bool | TextIO | None = None,
         history: History | None = None,
     ) -> None:
-        if steps < 1 or max_halvings < 0:
-            raise ContactError(
-                f"steps = {steps} must be positive, max_halvings = {max_halvings} "
-                "not negative"
-            )
-        if largest < 1:
-            raise ContactError(f"largest = {largest} must be at least 1")
-        check_progress(progress)
+        with together(solver.problem.contact.layout.comm):
+            if steps < 1 or max_halvings < 0:
+                raise ContactError(
+                    f"steps = {steps} must be positive, max_halvings = {max_halvings} "
+                    "not negative"
+                )
+            if largest < 1:
+                raise ContactError(f"largest = {largest} must be at least 1")
+            check_progress(progress)
         self.solver, self.apply = solver, apply
         self.steps, self.max_halvings = steps, max_halvings
         self.extrapolate, self.largest, self.easy = extrapolate, largest, easy

@@ -15,7 +15,6 @@ coordinates nor tolerances are involved.
 from __future__ import annotations
 
 import dataclasses
-import itertools
 from collections.abc import Callable, Hashable, Sequence
 from typing import Any
 

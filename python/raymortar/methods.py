@@ -1,4 +1,4 @@
-"""How contact is enforced and searched: plain option classes, checked when made."""
+"""How contact is enforced and searched: plain classes of options."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from dolfinx.fem import Function
 
 from .errors import ContactError
+from .options import Options
 
 STRATEGIES = ("bvh", "advancing-front", "brute-force")
 MEASURES = ("reference", "current")
@@ -28,7 +29,7 @@ def check_coefficient(gamma: Any) -> None:
 
 
 @dataclass(frozen=True)
-class AugmentedLagrangian:
+class AugmentedLagrangian(Options):
     """Augmented Lagrangian: a multiplier, and no penetration but discretisation's.
 
     Attributes
@@ -52,7 +53,7 @@ class AugmentedLagrangian:
     multiplier: str | None = None
     degree: int | None = None
 
-    def __post_init__(self) -> None:
+    def check(self) -> None:
         check_coefficient(self.gamma)
         if self.multiplier not in (None, "normal", "vector"):
             raise ContactError(
@@ -63,7 +64,7 @@ class AugmentedLagrangian:
 
 
 @dataclass(frozen=True)
-class Penalty:
+class Penalty(Options):
     """Penalty: traction ``gamma min(0, g) n``, no multiplier.
 
     Attributes
@@ -82,7 +83,7 @@ class Penalty:
     gamma: float | Function | None = None
     tangential: str = "elastic"
 
-    def __post_init__(self) -> None:
+    def check(self) -> None:
         check_coefficient(self.gamma)
         if self.tangential not in ("elastic", "rate"):
             raise ContactError(
@@ -91,7 +92,7 @@ class Penalty:
 
 
 @dataclass(frozen=True)
-class Search:
+class Search(Options):
     """Which surfaces are looked for, and how far away. Lengths.
 
     Attributes
@@ -103,8 +104,9 @@ class Search:
     reach
         Largest gap that is still seen. None: twice the largest facet diameter.
     depth
-        Largest penetration that is still contact, not the far side of a thin body.
-        None: twice the largest facet diameter.
+        Largest penetration that is still contact, not the far side of a thin body. Along
+        a ray that meets the master obliquely, times the cosine of incidence. None: twice
+        the largest facet diameter.
     skin
         Margin within which candidates stay valid. None: half the largest facet
         diameter.
@@ -119,7 +121,7 @@ class Search:
     skin: float | None = None
     subdivide: bool = False
 
-    def __post_init__(self) -> None:
+    def check(self) -> None:
         if self.strategy not in STRATEGIES:
             raise ContactError(
                 f"search strategy {self.strategy!r} is not one of {STRATEGIES}"

@@ -197,4 +197,27 @@ class NonlinearProblem:
     def describe(self) -> str:
         """State of contact and residual history, for messages. Collective."""
         history = ", ".join(f"{r:.3e}" for r in self.history)
-        return f"{self.contact.statistics}; residual history: {history}"
+        text = f"{self.contact.statistics}; residual history: {history}"
+        period = cycle_length(self.history)
+        if period:
+            text += (
+                f"; it repeats every {period} residuals: points open and close, or "
+                "stick and slip, in turn"
+            )
+        return text
+
+
+def cycle_length(history: Sequence[float]) -> int:
+    """Number of residuals after which the last ones repeat, 0 if they do not.
+
+    Three times over, to a hundredth; residuals that stay the same are no cycle.
+    """
+    for period in (2, 3, 4):
+        last = np.array(history[-3 * period :])
+        if len(last) < 3 * period or not np.isfinite(last).all():
+            continue
+        change = np.abs(last[period:] - last[:-period])
+        same = change <= 1e-2 * last[period:]
+        if same.all() and np.ptp(last[:period]) > 0.03 * last.max():
+            return period
+    return 0

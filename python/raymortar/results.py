@@ -11,10 +11,11 @@ from dolfinx.fem import Function
 
 from mpi4py import MPI
 
-from . import compat, surfaces
+from . import compat
 from .communication import Communication, communication
 from .compat import Array
 from .layout import Layout
+from .reference_facets import shape_functions
 
 OPEN, CLOSED = 1, 2
 
@@ -189,7 +190,7 @@ def nodal_average(
         hit = points["status"] >= (OPEN if hits_only else 0)
         values = quantity(points)[hit].astype(np.float64).reshape(-1, bs)
         shape = zone.facets.slave_surface.shape
-        N, _ = surfaces.shape_functions(shape, degree, points["xi"][hit])
+        N, _ = shape_functions(shape, degree, points["xi"][hit])
         w = points["weight"][hit, None] * N**2
         dofs = zone.result_table[points["slave"][hit]]
         np.add.at(weights.array, dofs, w)

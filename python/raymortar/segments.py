@@ -9,8 +9,9 @@ from dolfinx.fem import Function
 
 from mpi4py import MPI
 
-from . import surfaces, vtu
+from . import vtu
 from .compat import Array
+from .reference_facets import shape_functions
 from .results import OPEN
 from .zones import ZoneData
 
@@ -37,8 +38,8 @@ def deformed(zone: ZoneData, u: Function, slave: Array, xi: Array) -> Array:
     """
     s = zone.facets.slave_surface
     values = u.x.array.reshape(-1, s.gdim)[s.dofs]
-    N, _ = surfaces.shape_functions(s.shape, s.node_degree, xi)
-    M, _ = surfaces.shape_functions(s.shape, s.displacement_degree, xi)
+    N, _ = shape_functions(s.shape, s.node_degree, xi)
+    M, _ = shape_functions(s.shape, s.displacement_degree, xi)
     X = np.einsum("qa,qad->qd", N, s.X[s.facet_nodes[slave]])
     return X + np.einsum("qa,qad->qd", M, values[s.facet_dofs[slave]])
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import weakref
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, cast
 
 from petsc4py import PETSc
@@ -63,7 +63,8 @@ class NewtonSolver:
     rtol, atol, max_it, relaxation_parameter, convergence_criterion
         As in DOLFINx, except that ``rtol`` is relative to the first residual: DOLFINx
         compares with the length of the first increment, whatever the units. ``atol``
-        is a force, by default the rounding error of the assembled residual.
+        is a force, by default the rounding error of the stiffest part, below which a
+        solve goes on as long as that brings anything (theory, 5.4).
     krylov_solver
         The PETSc KSP.
 
@@ -97,7 +98,8 @@ class NewtonSolver:
         self._newton.setJ(tangent, self.A)
         self._newton.set_form(problem.form)
         self._newton.rtol = 1e-10
-        self._newton.atol = problem.residual_floor()
+        self._floor = problem.residual_floor()
+        self._newton.atol = self._floor
         self._newton.max_it = 25
         self._newton.report = False
         self._newton.error_on_nonconvergence = False
@@ -164,9 +166,27 @@ class NewtonSolver:
 
     def _measure(self) -> None:
         """Make the relative tolerance one of the first residual."""
-        if self.convergence_criterion == "residual" and len(self.problem.history) == 1:
+        if self.convergence_criterion == "residual":
             rtol, atol = self._tolerances
-            self.rtol, self.atol = 0.0, max(atol, rtol * self.problem.history[0])
+            self.rtol, self.atol = 0.0, _goal(self.problem, rtol, atol, self._floor)
+
+
+def _goal(problem: NonlinearProblem, rtol: float, atol: float, floor: float) -> float:
+    """Residual that ends the solve at the present iterate. Force.
+
+    The default `atol`, the floor, is the rounding error of the stiffest part. All forces
+    of a soft one may lie below it, so it counts only once iterations bring nothing more.
+    """
+    history = problem.history
+    goal = rtol * history[0]
+    if atol == floor and history[-1] > 0.0 and _improves(history):
+        return goal
+    return max(atol, goal)
+
+
+def _improves(history: Sequence[float]) -> bool:
+    """Whether the last iteration has taken nine tenths of the residual, or none was."""
+    return len(history) < 2 or history[-1] < 0.1 * history[-2]
 
 
 def _renew(ksp: PETSc.KSP, A: PETSc.Mat) -> None:
@@ -218,7 +238,11 @@ class SNESSolver:
         self.snes = PETSc.SNES().create(problem.comm)
         # What a callback raised: newer petsc4py raises an error of its own instead
         self._raised: list[ContactError] = []
-        raised = self._raised  # not self: C would keep it alive in a cycle
+        # rtol and atol of the present solve, which each residual may change for SNES
+        self._tolerances = [0.0, 0.0]
+        # Not self: C would keep it alive in a cycle
+        raised, tolerances = self._raised, self._tolerances
+        floor = problem.residual_floor()
 
         def residual(snes: PETSc.SNES, x: PETSc.Vec, b: PETSc.Vec) -> None:
             try:
@@ -226,7 +250,10 @@ class SNESSolver:
             except ContactError as error:
                 raised.append(error)
                 raise
-            _measure(problem, snes)
+            # Of the forces: SNES counts the constrained rows in, which are lengths
+            rtol, atol = tolerances
+            goal = _goal(problem, rtol, atol, floor)
+            snes.setTolerances(rtol=0.0, atol=goal)
 
         def tangent(snes: PETSc.SNES, x: PETSc.Vec, A: PETSc.Mat, P: PETSc.Mat) -> None:
             if problem.J(x, A):
@@ -238,7 +265,7 @@ class SNESSolver:
             "snes_type": "newtonls",
             "snes_linesearch_type": _line_search(problem),
             "snes_rtol": 1e-10,
-            "snes_atol": problem.residual_floor(),
+            "snes_atol": floor,
             "snes_stol": 0.0,
             "snes_max_it": 25,
         }
@@ -279,7 +306,7 @@ class SNESSolver:
         """
         x = self.problem.start()
         self._raised.clear()
-        rtol, atol, _, _ = self.snes.getTolerances()
+        rtol, atol = self._tolerances[:] = self.tolerances
         try:
             self.snes.solve(None, x)
         except PETSc.Error:
@@ -287,25 +314,20 @@ class SNESSolver:
                 raise
             raise self._raised[0] from None
         finally:
-            self.snes.setTolerances(rtol=rtol, atol=atol)
+            self.tolerances = rtol, atol
         # The last residual may be of a rejected trial step
         self.problem.form(x)
         x.destroy()
         reason = self.snes.getConvergedReason()
         iterations = self.snes.getIterationNumber()
-        if reason <= 0:
+        # Of a residual that is rounding error no line search finds a smaller one
+        no_descent = reason == PETSc.SNES.ConvergedReason.DIVERGED_LINE_SEARCH
+        converged = reason > 0 or (no_descent and self.snes.getFunctionNorm() <= atol)
+        if not converged:
             _renew(self.krylov_solver, self.A)
         _require(
             self.problem,
-            reason > 0,
+            converged,
             f"after {iterations} iterations (SNES reason {reason})",
         )
         return iterations, True
-
-
-def _measure(problem: NonlinearProblem, snes: PETSc.SNES) -> None:
-    """Make the relative tolerance one of the first residual's forces: SNES counts the
-    constrained rows in, which are lengths, in whatever unit."""
-    if len(problem.history) == 1:
-        rtol, atol, _, _ = snes.getTolerances()
-        snes.setTolerances(rtol=0.0, atol=max(atol, rtol * problem.history[0]))

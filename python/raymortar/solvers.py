@@ -14,9 +14,10 @@ import numpy as np
 from mpi4py import MPI
 from petsc4py import PETSc
 
-from . import compat, surfaces
+from . import compat
 from .compat import Array
 from .layout import marked_everywhere
+from .reference_facets import shape_functions
 
 # Stiffness of the springs that stand for closed contact, in those of the volume at its
 # surface: softer ones leave more to GMRES, stiffer ones are hard on multigrid (measured:
@@ -267,7 +268,7 @@ def lumped_mass(contact: Any) -> Array:
     for zone in contact.zones:
         points = zone.cpp.points()
         shape = zone.facets.slave_surface.shape
-        N, _ = surfaces.shape_functions(shape, degree, points["xi"])
+        N, _ = shape_functions(shape, degree, points["xi"])
         dofs = zone.multiplier_table[points["slave"]]
         np.add.at(mass.array, dofs, points["weight"][:, None] * N)
     compat.scatter_reverse_add(mass)

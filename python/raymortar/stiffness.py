@@ -14,7 +14,8 @@ from . import compat
 from .compat import Array
 from .errors import ContactError, raise_everywhere
 from .layout import Layout, marked_everywhere
-from .surfaces import Surface, normals, shape_functions
+from .reference_facets import normals, shape_functions
+from .surfaces import Surface
 
 
 class VolumePattern:

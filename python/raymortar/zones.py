@@ -11,13 +11,16 @@ from dolfinx.fem import Function
 
 from mpi4py import MPI
 
-from . import _cpp, compat, surfaces
+from . import _cpp, compat, quadrature
+from .checks import check_areas, check_pair
 from .compat import Array, Indices
 from .errors import ContactError, raise_everywhere
+from .facets import Facets, facet_dof_table, tagged_facets
 from .friction import Coulomb, Stick, Tresca
 from .layout import Layout
 from .methods import Search
-from .surfaces import Facets, Surface
+from .reference_facets import facet_nodes, shape_functions
+from .surfaces import Surface, build_surface
 
 
 @dataclass
@@ -119,22 +122,21 @@ def find_facets(
     mesh = u.function_space.mesh
     zones = []
     for slave_tag, master_tags in groups.items():
-        slave = surfaces.tagged_facets(mesh, facet_tags, slave_tag, "slave")
+        slave = tagged_facets(mesh, facet_tags, slave_tag, "slave")
         masters = [
-            surfaces.tagged_facets(mesh, facet_tags, tag, "master")
-            for tag in master_tags
+            tagged_facets(mesh, facet_tags, tag, "master") for tag in master_tags
         ]
         for facets in (slave, *masters):
-            surfaces.check_areas(mesh, facets)
+            check_areas(mesh, facets)
         for master in masters:
-            surfaces.check_pair(mesh, slave, master)
+            check_pair(mesh, slave, master)
         zones.append(
             ZoneFacets(
                 slave_tag,
                 master_tags,
                 slave,
-                surfaces.build_surface(u, [slave]),
-                surfaces.build_surface(u, masters),
+                build_surface(u, [slave]),
+                build_surface(u, masters),
             )
         )
     return zones
@@ -165,26 +167,6 @@ def _distances(search: Search, diameter: float) -> _cpp.SearchDistances:
     )
 
 
-def default_quadrature_degree(shape: str, p: int, q: int) -> int:
-    """Degree of the rule on segments, from where more points change no error.
-
-    On simplices traction times test function is exact on flat facets: displacement of
-    degree p times a multiplier of degree q (penalty: the gap, of degree p). On
-    quadrilaterals a constant traction times a test function is, on any flat facet: 2p
-    and 1 for the Jacobian. The rule of degree 4 has no more points than that of 3.
-    """
-    return max(2 * p + 1, 4) if shape == "quadrilateral" else p + q
-
-
-def _rules(shape: str, degree: int) -> tuple[_cpp.QuadratureRule, _cpp.QuadratureRule]:
-    """Rules for segments (interval, triangle) and for whole facets."""
-    piece = "interval" if shape == "interval" else "triangle"
-    return (
-        _cpp.QuadratureRule(*compat.quadrature(piece, degree)),
-        _cpp.QuadratureRule(*compat.quadrature(shape, degree)),
-    )
-
-
 def _multipliers(
     zone: ZoneFacets, multiplier: Function | None, layout: Layout
 ) -> tuple[_cpp.Multipliers, Indices, Indices]:
@@ -193,7 +175,7 @@ def _multipliers(
         none = np.empty((len(zone.slave.facets), 0), dtype=np.int32)
         return _cpp.Multipliers(), none, np.empty(0, dtype=np.int32)
     W = multiplier.function_space
-    table = surfaces.facet_dof_table(W, zone.slave)
+    table = facet_dof_table(W, zone.slave)
     nodes, local = np.unique(table, return_inverse=True)
     cpp = _cpp.Multipliers(
         compat.element_info(W).degree,
@@ -228,8 +210,7 @@ def create_zone(
     q = compat.element_info(result_space).degree if layout.multiplier else p
     degree = quadrature_degree
     if degree is None:
-        degree = default_quadrature_degree(surface.shape, p, q)
-    segment_rule, facet_rule = _rules(surface.shape, degree)
+        degree = quadrature.default_degree(surface.shape, p, q)
     cpp = _cpp.Zone(
         comm=comm.py2f(),
         slave=slave,
@@ -244,10 +225,10 @@ def create_zone(
         distances=_distances(search, diameter),
         strategy=getattr(_cpp.Strategy, search.strategy.replace("-", "_")),
         subdivide=search.subdivide,
-        segment_rule=segment_rule,
-        facet_rule=facet_rule,
+        segment_rules=quadrature.segment_rules(surface.shape, degree),
+        facet_rule=quadrature.facet_rule(surface.shape, degree),
     )
-    results = surfaces.facet_dof_table(result_space, zone.slave)
+    results = facet_dof_table(result_space, zone.slave)
     return ZoneData(zone, cpp, table, nodes, results, friction is not None)
 
 
@@ -260,8 +241,8 @@ def on_facets(gamma: Function, zone: ZoneFacets) -> Array:
     mesh = gamma.function_space.mesh
     surface = zone.slave_surface
     n = surface.facet_dofs.shape[1]
-    shape = surfaces.facet_nodes(surface.shape, surface.displacement_degree)
-    N, _ = surfaces.shape_functions(surface.shape, surface.node_degree, shape)
+    shape = facet_nodes(surface.shape, surface.displacement_degree)
+    N, _ = shape_functions(surface.shape, surface.node_degree, shape)
     points = np.einsum("qk,fkd->fqd", N, surface.X[surface.facet_nodes])
     padded = np.zeros((points.shape[0] * n, 3))
     padded[:, : surface.gdim] = points.reshape(-1, surface.gdim)

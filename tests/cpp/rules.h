@@ -53,9 +53,13 @@ inline QuadratureRule rule_on(Shape shape, int degree)
   return rule;
 }
 
-/// Rule for the segments of facets of a shape
-inline QuadratureRule segment_rule(Shape shape, int degree)
+/// Rules for the segments of facets of a shape
+inline SegmentRules segment_rules(Shape shape, int degree)
 {
-  return rule_on(shape == Shape::interval ? shape : Shape::triangle, degree);
+  if (shape == Shape::interval)
+    return {rule_on(shape, degree), {}, {}};
+  return {rule_on(Shape::triangle, degree),
+          rule_on(Shape::quadrilateral, degree + 1),
+          rule_on(Shape::triangle, degree)};
 }
 } // namespace raymortar::test

@@ -23,7 +23,7 @@ ClipPolygon common_part(Bytes& bytes)
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data,
                                       std::size_t size)
 {
-  static const QuadratureRule rule = rule_on(Shape::triangle, 3);
+  static const SegmentRules rules = segment_rules(Shape::triangle, 3);
   Bytes bytes{data, size};
   const ClipPolygon polygon = common_part(bytes);
   const std::span<const Vec<2>> corners(polygon.points.data(),
@@ -31,7 +31,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data,
   std::vector<WeightedPoint> points;
   if (polygon.size == 0)
     return 0;
-  append_on_polygon(rule, corners, points);
+  append_on_polygon(rules, corners, points);
   double area = 0;
   Vec<2> moment = Vec<2>::Zero(), exact = Vec<2>::Zero();
   for (const WeightedPoint& p : points)

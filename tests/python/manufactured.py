@@ -10,13 +10,15 @@ import ufl
 from dolfinx import fem
 
 import raymortar
-from raymortar import compat, surfaces
+from raymortar import compat
 from raymortar.problem import NonlinearProblem
+from raymortar.reference_facets import shape_functions
 
 from manufactured_fields import Fields, Motion
 from manufactured_scenes import TAGS, on_elastic, on_rigid
 from mesh_measures import cell_nodes, jacobians, lagrange
-from problems import COMM, DIMENSION, MATERIALS, SOLVERS, cellwise, fix, gradient
+from materials import MATERIALS
+from problems import COMM, DIMENSION, SOLVERS, cellwise, fix, gradient
 
 # Pressure that iterations start from; about that of all the fields. Without any,
 # friction has no cone at first
@@ -39,7 +41,7 @@ class Manufactured:
         The step.
     swap
         The lower body is the slave.
-    shake, seed, curved
+    shake, seed, curved, bend
         See `manufactured_scenes`.
     method, options
         Of `raymortar.Contact`.
@@ -58,6 +60,7 @@ class Manufactured:
         shake=0.0,
         seed=0,
         curved=True,
+        bend=0.0,
         **options,
     ):
         self.fields, self.motion, self.swap = fields, motion, swap
@@ -65,8 +68,10 @@ class Manufactured:
         if fields.lower is None:
             # Straight cells of degree 1 will do where the master is bent by values
             mesh_options |= {"geometry_degree": 2 if curved else 1, "curved": curved}
+            mesh_options["bend"] = bend
             self.scene = on_rigid(cell, n, **mesh_options)
         else:
+            mesh_options |= {"geometry_degree": 2, "bend": bend} if bend else {}
             self.scene = on_elastic(cell, n, **mesh_options)
         self.dim, self._flat = DIMENSION[cell], not curved
         V = compat.vector_space(self.scene.mesh, degree)
@@ -264,14 +269,12 @@ class Manufactured:
         multiplier's shape functions there (q, n)."""
         surface = self.contact.zones[0].facets.slave_surface
         points, weights = compat.quadrature(surface.shape, 10)
-        N, dN = surfaces.shape_functions(surface.shape, surface.node_degree, points)
+        N, dN = shape_functions(surface.shape, surface.node_degree, points)
         nodes = surface.X[surface.facet_nodes]
         tangents = np.einsum("aqk,fki->fqia", dN, nodes)
         gram = np.einsum("fqia,fqib->fqab", tangents, tangents)
         V = (self.contact.multiplier or self.u).function_space
-        M, _ = surfaces.shape_functions(
-            surface.shape, compat.element_info(V).degree, points
-        )
+        M, _ = shape_functions(surface.shape, compat.element_info(V).degree, points)
         area = np.sqrt(np.linalg.det(gram)) * weights
         return np.einsum("qk,fki->fqi", N, nodes), area, M
 
@@ -309,9 +312,7 @@ class Manufactured:
         if COMM.allreduce(len(points["gap"])) == 0:
             raise RuntimeError("the bodies have lost contact")
         surface = zone.facets.slave_surface
-        N, _ = surfaces.shape_functions(
-            surface.shape, surface.node_degree, points["xi"]
-        )
+        N, _ = shape_functions(surface.shape, surface.node_degree, points["xi"])
         nodes = surface.X[surface.facet_nodes[points["slave"]]]
         p, _ = self._exact_traction(np.einsum("qk,qki->qi", N, nodes))
         return relative(points["pressure"] - p, p, points["weight"])

@@ -17,7 +17,7 @@ from collections.abc import Callable
 import numpy as np
 import ufl
 
-from problems import MATERIALS, lame
+from materials import MATERIALS, lame
 
 MU = 0.3
 

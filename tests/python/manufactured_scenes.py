@@ -37,7 +37,21 @@ def _parabola(x):
     return -0.5 - 0.2 * (x[:, :2] ** 2).sum(axis=1)
 
 
-def on_rigid(cell, n, curved=True, shake=0.0, geometry_degree=2, seed=0):
+def _warped(x, bend, corner, size):
+    """Places (n, d) whose lateral components are moved within a square (an interval):
+    straight lines become arcs, the outline stays."""
+    inside = (x[:, :-1] - corner) / size
+    wave = (
+        bend
+        * np.sin(np.pi * inside).prod(axis=1)
+        * np.all((inside > 0.0) & (inside < 1.0), axis=1)
+    )
+    moved = x.copy()
+    moved[:, :-1] += wave[:, None] * (1.0, -1.0)[: x.shape[1] - 1]
+    return moved
+
+
+def on_rigid(cell, n, curved=True, shake=0.0, geometry_degree=2, seed=0, bend=0.0):
     """The upper body with n facets along an edge, on a thin rigid one. Collective.
 
     Parameters
@@ -51,11 +65,14 @@ def on_rigid(cell, n, curved=True, shake=0.0, geometry_degree=2, seed=0):
     shake
         Irregular mesh: random shift of vertices as a share of their cells. Simplices
         then have random diagonals.
+    bend
+        Amplitude of the master's edges, curved within its surface. Length.
     """
     dim = DIMENSION[cell]
     pattern = "random" if shake else "right"
 
     def bent(x):
+        x = _warped(x, bend, np.full(dim - 1, -1.0), 2.0) if bend else x
         return np.column_stack([x[:, :-1], x[:, -1] + _parabola(x)])
 
     mapping = bent if curved else None
@@ -81,12 +98,13 @@ def _sections(n, starts, ends):
     return parts
 
 
-def on_elastic(cell, n, shake=0.0, geometry_degree=1, seed=0):
+def on_elastic(cell, n, shake=0.0, geometry_degree=1, seed=0, bend=0.0):
     """The upper body on an elastic one, both flat. Collective.
 
     The lower body's nodes line up with the place of the upper body's edges: its loads
     jump there. The part between is tagged "master", the rest of the face "free", all
-    the rest of its boundary "bottom".
+    the rest of its boundary "bottom". `bend`, as in `on_rigid`, is that of the part
+    between, for geometry of degree 2.
     """
     dim = DIMENSION[cell]
     pattern = "random" if shake else "right"
@@ -94,6 +112,7 @@ def on_elastic(cell, n, shake=0.0, geometry_degree=1, seed=0):
     start = 0.0 if dim == 2 else -0.5
     margin = (0.6, 0.4) if dim == 2 else (0.25, 0.25)
     lateral = []
+    corner = start + np.array(SLIDE[dim])
     for slide in SLIDE[dim]:
         a, b = start + slide, start + slide + 1.0
         lateral.append(_sections(n, (a - margin[0], a, b), (a, b, b + margin[1])))
@@ -116,6 +135,7 @@ def on_elastic(cell, n, shake=0.0, geometry_degree=1, seed=0):
                 tags=tags,
                 pattern=pattern,
                 body="lower",
+                mapping=(lambda x: _warped(x, bend, corner, 1.0)) if bend else None,
             )
         )
     # Bodies are numbered in the order of the blocks: the lower one first

@@ -9,10 +9,10 @@ faces are given, so that the states are exact on any mesh.
 from __future__ import annotations
 
 import numpy as np
-import problems
 import states
 from dolfinx import fem
-from problems import COMM, DIMENSION, Problem, build, lame, worst
+from materials import MATERIALS, lame
+from problems import COMM, DIMENSION, Problem, build, worst
 
 from raymortar import AugmentedLagrangian, Coulomb, Penalty, Tresca, compat
 from raymortar.scenes import two_blocks
@@ -56,7 +56,7 @@ def deformation(dim, k, a=SQUEEZE):
 def nominal(dim, k, a=SQUEEZE):
     """Nominal stress."""
     H = deformation(dim, k, a) - np.eye(dim)
-    return problems.MATERIALS["neo-hookean"][1](H, *lame(E, NU))
+    return MATERIALS["neo-hookean"][1](H, *lame(E, NU))
 
 
 def pressure(dim):

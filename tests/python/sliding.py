@@ -10,7 +10,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from dolfinx import fem
-from mpi4py import MPI
 from problems import DIMENSION, build, fix
 
 import raymortar

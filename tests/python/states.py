@@ -78,15 +78,24 @@ class Case:
         return build_scene(kind, self.cell, self.geometry_degree, flat)
 
 
-def make_contact(scene, case, gamma=GAMMA, **options):
-    """Contact between the blocks of a scene."""
+def make_contact(scene, case, gamma=GAMMA, tangent="fixed", **options):
+    """Contact between the blocks of a scene, by default with the tangent whose
+    identities hold at the integration points of one state: symmetry, balance."""
     u = fem.Function(compat.vector_space(scene.mesh, case.degree))
     if case.method == "penalty":
         method = Penalty(gamma)
     else:
         method = AugmentedLagrangian(gamma, multiplier=case.method)
     pair = (scene.tags["slave"], scene.tags["master"])
-    return Contact(u, scene.facet_tags, [pair], method, measure=case.measure, **options)
+    return Contact(
+        u,
+        scene.facet_tags,
+        [pair],
+        method,
+        measure=case.measure,
+        tangent=tangent,
+        **options,
+    )
 
 
 def mass_form(V):

@@ -11,6 +11,7 @@ import pytest
 from dolfinx import fem
 
 import raymortar
+from load_paths import top_moves
 from problems import COMM, SOLVERS, build, residual, squeezed
 from raymortar import AugmentedLagrangian, ContactError, Coulomb, Penalty, Search
 from raymortar import compat
@@ -115,6 +116,28 @@ def test_functions_agree_whatever_their_values(scene):
 )
 def test_bad_option_on_one_rank(scene, options, pattern):
     refused_by_all(pattern, lambda: contact(scene, **(options if ODD else {})))
+
+
+@pytest.mark.parametrize(
+    "options, pattern",
+    [
+        (lambda: {"search": Search(reach=-1.0)}, "search reach = -1.0 must not be"),
+        (lambda: {"search": Search("octree")}, "search strategy 'octree'"),
+        (lambda: {"method": Penalty(-2.0)}, "gamma = -2.0 must be positive"),
+        (lambda: {"method": Penalty(2.0, "creep")}, "not 'creep'"),
+        (lambda: {"method": AugmentedLagrangian(degree=3)}, "degree 3 is not 1 or 2"),
+        (lambda: {"friction": Coulomb(-0.1)}, "mu = -0.1 must not be negative"),
+    ],
+)
+def test_bad_value_of_an_option_on_one_rank(scene, options, pattern):
+    refused_by_all(pattern, lambda: contact(scene, **(options() if ODD else {})))
+
+
+def test_bad_number_of_steps_on_one_rank():
+    refused_by_all(
+        "steps = 0 must be positive",
+        lambda: top_moves("triangle", steps=0 if ODD else 4),
+    )
 
 
 def test_tags_of_another_mesh_on_one_rank(scene):

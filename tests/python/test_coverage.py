@@ -81,6 +81,19 @@ def test_weights_of_a_covered_surface_add_up(cell, degree, swap):
     assert min(contact.points()["weight"], default=1.0) > -ROUNDING
 
 
+@pytest.mark.mpi
+@pytest.mark.parametrize("degree", [1, 2, 3, 4, 5])
+def test_polynomials_up_to_the_degree_are_exact(cell, degree):
+    dim, options = DIMENSION[cell], {"perturb": 0.2, "perturb_sides": 0.3}
+    contact = touch(two_blocks(COMM, dim, cell, **options), quadrature_degree=degree)
+    points = contact.points()
+    for powers in np.ndindex(*(degree + 1,) * (dim - 1)):
+        if sum(powers) <= degree:
+            values = np.prod(points["x"][:, :-1] ** powers, axis=1)
+            exact = 1.0 / np.prod(np.add(powers, 1.0))
+            assert abs(total(values * points["weight"]) - exact) <= ROUNDING
+
+
 def overlaps(dim):
     """Options of `two_blocks`, and the true measure of overlap and of the slave."""
     if dim == 2:

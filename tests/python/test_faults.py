@@ -1,12 +1,13 @@
-"""Files that cannot be read or written, and tags as large as they come."""
+"""Files that cannot be read or written, tags as large as they come, no memory."""
 
 import numpy as np
 import pytest
 from dolfinx import fem
-from problems import COMM, build, fix
+from dolfinx.fem.petsc import assemble_matrix
+from problems import CELLS, COMM, DIMENSION, build, fix
 
 import raymortar
-from raymortar import ContactError, compat
+from raymortar import ContactError, compat, memory
 from raymortar.scenes import two_blocks
 
 LARGEST_TAG = 2**31 - 1
@@ -92,3 +93,42 @@ def test_folder_that_is_a_file_is_reported(pressed, tmp_path):
         compat.write_xdmf(no_folder / "u.xdmf", pressed.scene.mesh, [pressed.u])
     with pytest.raises(ContactError, match="cannot be written"):
         pressed.contact.write_segments(no_folder / "segments.vtu")
+
+
+# Memory
+
+
+@pytest.mark.parametrize("degree", [1, 2])
+@pytest.mark.parametrize("cell", CELLS)
+def test_guess_of_the_matrix_is_less_than_its_size(cell, degree):
+    """But not by far, or it would warn of nothing."""
+    dim = DIMENSION[cell]
+    problem = build(two_blocks(COMM, dim, cell, 4, 5), degree)
+    contact, A = problem.contact, problem.problem.create_matrix()
+    (zone,) = contact.zones
+    guess = memory.contact_entries(zone, contact.layout.components)
+    volume = assemble_matrix(problem.problem.a)
+    volume.assemble()
+    added = A.getInfo()["nz_used"] - volume.getInfo()["nz_used"]
+    print(guess, added)
+    assert added / 4 < guess < added
+
+
+def test_machine_tells_its_memory():
+    available = memory.available_memory()
+    assert available is None or 1e6 < available < 1e15
+
+
+@pytest.mark.mpi
+@pytest.mark.quick
+def test_matrix_that_cannot_fit_is_refused_on_every_rank(monkeypatch):
+    """Before it is allocated; only one rank's machine is short of memory."""
+    problem = build(two_blocks(COMM, 2))
+    last = COMM.rank == COMM.size - 1
+    monkeypatch.setattr(memory, "available_memory", lambda: 1000 if last else None)
+    with pytest.raises(
+        MemoryError, match=r"takes at least .* GB .* 1e-06 GB are avail"
+    ):
+        problem.problem.create_matrix()
+    monkeypatch.undo()
+    assert problem.problem.create_matrix().getSize()[0] > 0

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from problems import lame, worst
+from materials import lame
+from problems import worst
 from sheared_blocks import (
     HEIGHT,
     HOLDING,

@@ -55,7 +55,7 @@ class FrictionCase(states.Case):
     law: str = "coulomb"
     regime: str = "slip"  # of all closed points: stick, slip, mixed
 
-    def contact(self, scene, friction, **options):
+    def contact(self, scene, friction, tangent="fixed", **options):
         # Few points in 3D, where each has facets to cross and a limit to pass
         return Contact(
             fem.Function(compat.vector_space(scene.mesh, self.degree)),
@@ -65,6 +65,7 @@ class FrictionCase(states.Case):
             friction,
             quadrature_degree=2 if self.dim == 3 else None,
             measure=self.measure,
+            tangent=tangent,
             **options,
         )
 

@@ -12,7 +12,7 @@ import pytest
 import states
 from problems import fix
 from raymortar import compat
-from states import GAMMA, NONE, Case
+from states import Case
 from test_friction_tangent import FrictionCase, check_regime, law_for, set_both
 from test_tangent import DECADES, Branch, name_of, slopes, taylor_remainders
 

@@ -9,15 +9,8 @@ import pytest
 import ufl
 
 from load_paths import blocks, top_moves
-from problems import (
-    COMM,
-    DIMENSION,
-    MATERIALS,
-    homogeneous,
-    lame,
-    neo_hookean_energy,
-    squeeze,
-)
+from materials import MATERIALS, lame, neo_hookean_energy
+from problems import COMM, DIMENSION, homogeneous, squeeze
 from raymortar import ContactError, Coulomb, History
 from sheared_blocks import METHODS, WIDTH, Blocks, clamped, limit_of, pressure
 

@@ -1,6 +1,6 @@
 """Bad input through `Contact` and the problem: an exception that says what is wrong.
 
-The checks of single facets and spaces are tested in test_surfaces.
+The checks of single facets and spaces are tested in test_checks.
 """
 
 import numpy as np

@@ -10,7 +10,6 @@ import itertools
 import numpy as np
 import pytest
 import ufl
-from dolfinx import fem
 
 import raymortar
 from raymortar import compat
@@ -18,7 +17,8 @@ from raymortar import compat
 from manufactured import Manufactured, rates
 from manufactured_fields import CUBE, SQUARE, TWO_CUBES, TWO_SQUARES, Motion
 from manufactured_scenes import SLIDE, TAGS, on_rigid
-from problems import MATERIALS, fix
+from materials import MATERIALS
+from problems import fix
 from states import dense
 
 REST = Motion()

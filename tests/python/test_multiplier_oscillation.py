@@ -18,7 +18,8 @@ from raymortar import compat
 from raymortar.blocks import Block
 from raymortar.meshing import Scene, assemble_blocks
 
-from problems import CELLS_2D, COMM, MATERIALS, SOLVERS, cellwise, fix, lame
+from materials import MATERIALS, lame
+from problems import CELLS_2D, COMM, SOLVERS, cellwise, fix
 
 TAGS = {"bottom": 1, "top": 2, "slave": 3, "master": 4, "sides": 5}
 RATIOS = [1.0, 1e3, 1e-3]  # of the master's modulus to the slave's

@@ -28,6 +28,7 @@ from raymortar import (
     SNESSolver,
     compat,
 )
+from raymortar.problem import cycle_length
 
 MAX_ITERATIONS = 8
 
@@ -317,7 +318,7 @@ def test_grown_steps_that_fail_are_halved():
 )
 def test_load_steps_refuse_nonsense(options):
     with pytest.raises(ContactError, match="must be (positive|at least 1)"):
-        LoadSteps(None, None, **options)
+        top_moves("triangle", **options)
 
 
 # Failures
@@ -342,6 +343,26 @@ def test_failure_says_what_contact_looked_like(cell_2d, solver):
     ):
         assert text in message
     assert len(problem.history) == 3
+
+
+CYCLE = [1.9, 0.25, 0.6]
+
+
+@pytest.mark.parametrize(
+    "history, length",
+    [
+        ([5.0, 0.1] + 3 * CYCLE[:2], 2),
+        ([5.0, 0.1] + 3 * CYCLE, 3),
+        (3 * [1.0, 1.004 * 0.25, 1.0, 0.25], 2),
+        (3 * [1.0, 1.1 * 0.25, 1.0, 0.25], 4),
+        ([5.0, 0.1] + 2 * CYCLE, 0),  # too few to tell
+        (12 * [0.3], 0),  # a line search that finds no descent
+        ([0.5**k for k in range(12)], 0),  # linear convergence
+        ([1.0, 0.1, 2.0, np.nan, 2.0, np.nan, 2.0, np.nan], 0),
+    ],
+)
+def test_cycles_are_told_from_other_histories(history, length):
+    assert cycle_length(history) == length
 
 
 def test_solvers_leave_no_options_behind(cell_2d):

@@ -125,4 +125,4 @@ def test_bodies_out_of_reach_have_no_gap():
 
 def test_what_is_neither_is_refused():
     with pytest.raises(ContactError, match="progress must be True, False, None or a"):
-        LoadSteps(None, None, progress=3)
+        top_moves("triangle", progress=3)

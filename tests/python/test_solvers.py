@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from mpi4py import MPI
 
 from problems import COMM, SOLVERS, build, fix, worst
 from raymortar import (
@@ -62,7 +63,8 @@ def test_answer_is_that_of_the_direct_solver(multigrid, method, friction):
     problem.contact.restore(start)
     iterative, iterations = solution(problem, solvers.iterative(multigrid))
     assert worst(iterative - direct) <= 1e-8 * worst(direct)
-    assert 2 < iterations < 40
+    # BoomerAMG smooths by Jacobi across ranks: 32 iterations on one, 44 on three
+    assert 2 < iterations < (40 if MPI.COMM_WORLD.size == 1 else 60)
 
 
 @pytest.mark.mpi

@@ -2,7 +2,8 @@
 
 import pytest
 from dolfinx import fem
-from problems import COMM, DIMENSION, build, fix, lame, squeezed
+from materials import lame
+from problems import COMM, DIMENSION, build, fix, squeezed
 
 import raymortar
 from raymortar.scenes import two_blocks

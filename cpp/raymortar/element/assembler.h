@@ -43,7 +43,7 @@ struct ContactState
   /// (slave facets, dofs per facet, gdim); empty for the other laws
   std::vector<double> traction_old;
   Segmentation segmentation;
-  QuadratureRule segment_rule;
+  SegmentRules segment_rules;
   IntegrationPoints points;
   Hits hits;
   ContactElements elements;

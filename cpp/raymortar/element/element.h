@@ -178,8 +178,6 @@ public:
   }
 
 private:
-  using Row = Mat<1, Layout::size>;
-
   [[nodiscard]] static Vec<M> lam_at(const Data& e, const MuShape& shape)
   {
     if constexpr (L == 0)
@@ -206,43 +204,52 @@ private:
         b.template segment<M>(Layout::side + k * M) += w * shape[k] * C;
   }
 
-  /// Row over all element dofs from a row over [slave | master]
+  /// Rows of derivatives by C dofs, stored as those of A are
+  template <int R, int C>
+  using Rows =
+      Eigen::Matrix<double, R, C, C == 1 ? Eigen::ColMajor : Eigen::RowMajor>;
+
+  /// What t or C varies with, the multiplier aside
   template <int R>
-  [[nodiscard]] static Mat<R, Layout::size>
-  spread(const Mat<R, 2 * Layout::side>& rows)
+  struct Derivatives
   {
-    Mat<R, Layout::size> all = Mat<R, Layout::size>::Zero();
-    all.template leftCols<Layout::side>() =
-        rows.template leftCols<Layout::side>();
-    all.template rightCols<Layout::side>() =
-        rows.template rightCols<Layout::side>();
-    return all;
+    Mat<R, D> by_n;
+    Vec<R> by_g;
+    Mat<R, D - 1> by_eta;
+
+    /// With dw = T_0 deta - n_0 dg, the variation of slip_increment
+    /// [theory (2.9)]
+    void add_slip(const Data& e, const ElementPoint<F>& q,
+                  const Mat<R, D>& by_w) requires is_frictional<Law>
+    {
+      by_g -= by_w * frame_at<F>(e.history.slave_old, q.xi).n;
+      by_eta = by_w * (e.history.master_old * F::Node::gradients(q.eta));
+    }
+  };
+
+  /// Their rows over [slave | master] by the chain rule
+  template <int R>
+  [[nodiscard]] static Rows<R, 2 * Layout::side>
+  chain(const Derivatives<R>& d, const PointGeometry<F>& p,
+        const Variations<F>& v)
+  {
+    Rows<R, 2 * Layout::side> rows = d.by_g * v.dg;
+    if constexpr (is_frictional<Law>)
+      rows += d.by_eta * v.deta;
+    rows.template leftCols<Layout::side>() += turn<R>(d.by_n, p);
+    return rows;
   }
 
-  /// Derivative rows of t or C by the chain rule
+  /// by_n dn, which has rank one per node  [theory (2.5)]
   template <int R>
-  [[nodiscard]] static Mat<R, Layout::size>
-  chain(const Mat<R, D>& by_n, const Vec<R>& by_g, const Mat<R, M>& by_lam,
-        const Variations<F>& v, const MuShape& shape)
+  [[nodiscard]] static Rows<R, Layout::side> turn(const Mat<R, D>& by_n,
+                                                  const PointGeometry<F>& p)
   {
-    Mat<R, 2 * Layout::side> rows = by_g * v.dg;
-    rows.template leftCols<Layout::side>() += by_n * v.dn;
-    Mat<R, Layout::size> all = spread<R>(rows);
-    if constexpr (M > 0)
-      for (int k = 0; k < Layout::multipliers; ++k)
-        all.template middleCols<M>(Layout::side + k * M) = shape[k] * by_lam;
-    return all;
-  }
-
-  /// dw = T_0 deta - n_0 dg: the variation of slip_increment  [theory (2.9)]
-  [[nodiscard]] static Mat<D, 2 * Layout::side>
-  vary_slip(const Data& e, const ElementPoint<F>& q,
-            const Variations<F>& v) requires is_frictional<Law>
-  {
-    const Mat<D, F::tdim> T_old =
-        e.history.master_old * F::Node::gradients(q.eta);
-    const Vec<D> n_old = frame_at<F>(e.history.slave_old, q.xi).n;
-    return T_old * v.deta - n_old * v.dg;
+    Rows<R, Layout::side> rows;
+    for (int a = 0; a < F::dofs; ++a)
+      rows.template middleCols<D>(a * D) =
+          -(by_n * p.G_s.col(a)) * p.slave.n.transpose();
+    return rows;
   }
 
   template <class Response>
@@ -250,71 +257,128 @@ private:
                        const PointGeometry<F>& p, const Response& r,
                        const MuShape& shape, double w, double gamma)
   {
-    Variations<F> v;
-    vary_slave<F>(p, v);
-    vary_hit<F>(p, q.g, v);
-    Mat<D, Layout::size> dt = chain<D>(r.t_n, r.t_g, r.t_lam, v, shape);
-    Mat<M, Layout::size> dC = chain<M>(r.C_n, r.C_g, r.C_lam, v, shape);
-    if constexpr (is_frictional<Law>)
+    const Variations<F> v = vary_hit<F>(p, q.g);
+    add_traction_tangent(e, q, p, r, shape, v, w);
+    add_slide_tangent(p, r.t, v.deta, w);
+    if constexpr (M > 0)
     {
-      const Mat<D, 2 * Layout::side> dw = vary_slip(e, q, v);
-      dt += spread<D>(r.t_w * dw);
-      if constexpr (M > 0)
-        dC += spread<M>(r.C_w * dw);
-      else
-        dt.template leftCols<Layout::side>() +=
-            r.t_spring * vary_carried<F>(old_traction(e, p.slave, q), p, q.xi);
+      Derivatives<M> d{r.C_n, r.C_g, {}};
+      if constexpr (is_frictional<Law>)
+        d.add_slip(e, q, r.C_w);
+      Rows<M, 2 * Layout::side> dC = chain<M>(d, p, v);
+      if (e.current)
+        dC.template leftCols<Layout::side>() += r.C * area_variation(p);
+      add_condition_tangent(shape, dC, r.C_lam, w / gamma);
     }
-    if (e.current)
-    {
-      dt.template leftCols<Layout::side>() += r.t * v.dlog_area;
-      dC.template leftCols<Layout::side>() += r.C * v.dlog_area;
-    }
-    add_work_tangent(p, dt, r.t, spread<D - 1>(v.deta), w);
-    add_condition_tangent(shape, dC, w / gamma);
   }
 
-  /// Derivative of - t . (v_s - v_m(eta)): the traction changes, and v_m is
-  /// taken at another point of the master
-  void add_work_tangent(const PointGeometry<F>& p,
-                        const Mat<D, Layout::size>& dt, const Vec<D>& t,
-                        const Mat<D - 1, Layout::size>& deta, double w)
+  /// Derivative of t in - t . (v_s - v_m): by what it varies with, see
+  /// PointResponse
+  template <class Response>
+  void add_traction_tangent(const Data& e, const ElementPoint<F>& q,
+                            const PointGeometry<F>& p, const Response& r,
+                            const MuShape& shape, const Variations<F>& v,
+                            double w)
+  {
+    constexpr int side = Layout::side;
+    if (e.current)
+      add_work_tangent<side>(p, r.t * area_variation(p), 0, w);
+    if constexpr (M == 0)
+    {
+      Derivatives<D> d{r.t_n, r.t_g, {}};
+      if constexpr (is_frictional<Law>)
+        d.add_slip(e, q, r.t_w);
+      Rows<D, 2 * side> dt = chain<D>(d, p, v);
+      if constexpr (is_frictional<Law>)
+        dt.template leftCols<side>() +=
+            r.t_spring * vary_carried<F>(old_traction(e, p.slave, q), p, q.xi);
+      add_work_tangent<2 * side>(p, dt, 0, w);
+    }
+    else if constexpr (M == 1)
+    {
+      add_work_tangent<side>(p, turn<D>(r.t_n, p), 0, w);
+      add_work_tangent<Layout::multipliers>(p, r.t_lam * shape.transpose(),
+                                            side, w);
+    }
+    else
+      for (int k = 0; k < Layout::multipliers; ++k)
+        for (int a = 0; a < F::dofs; ++a)
+        {
+          const int column = side + k * D, m = Layout::master + a * D;
+          A.template block<D, D>(a * D, column).diagonal().array() -=
+              w * p.N_s[a] * shape[k];
+          A.template block<D, D>(m, column).diagonal().array() +=
+              w * p.N_m[a] * shape[k];
+        }
+  }
+
+  /// - dt . (v_s - v_m) over the C columns of dt, the first of which is given
+  template <int C>
+  void add_work_tangent(const PointGeometry<F>& p, const Rows<D, C>& dt,
+                        int column, double w)
   {
     for (int a = 0; a < F::dofs; ++a)
-    {
-      const Row slide = (w * p.dN_m.row(a)) * deta;
       for (int i = 0; i < D; ++i)
       {
-        A.row(a * D + i) -= (w * p.N_s[a]) * dt.row(i);
-        A.row(Layout::master + a * D + i) +=
-            (w * p.N_m[a]) * dt.row(i) + t[i] * slide;
+        A.row(a * D + i).template segment<C>(column) -=
+            (w * p.N_s[a]) * dt.row(i);
+        A.row(Layout::master + a * D + i).template segment<C>(column) +=
+            (w * p.N_m[a]) * dt.row(i);
+      }
+  }
+
+  /// v_m(eta) is taken at another point of the master
+  void add_slide_tangent(const PointGeometry<F>& p, const Vec<D>& t,
+                         const Rows<D - 1, 2 * Layout::side>& deta, double w)
+  {
+    constexpr int side = Layout::side;
+    for (int a = 0; a < F::dofs; ++a)
+    {
+      const Rows<1, 2 * side> slide = (w * p.dN_m.row(a)) * deta;
+      for (int i = 0; i < D; ++i)
+      {
+        const int row = Layout::master + a * D + i;
+        A.row(row).template head<side>() += t[i] * slide.template head<side>();
+        A.row(row).template tail<side>() += t[i] * slide.template tail<side>();
       }
     }
   }
 
+  /// dC . mu / gamma; dC over [slave | master]
   void add_condition_tangent(const MuShape& shape,
-                             const Mat<M, Layout::size>& dC, double w)
+                             const Rows<M, 2 * Layout::side>& dC,
+                             const Mat<M, M>& C_lam, double w)
   {
-    if constexpr (M > 0)
-      for (int k = 0; k < Layout::multipliers; ++k)
-        A.template middleRows<M>(Layout::side + k * M) += (w * shape[k]) * dC;
+    constexpr int side = Layout::side;
+    for (int k = 0; k < Layout::multipliers; ++k)
+    {
+      const double test = w * shape[k];
+      for (int i = 0; i < M; ++i)
+      {
+        auto row = A.row(side + k * M + i);
+        row.template head<side>() += test * dC.row(i).template head<side>();
+        row.template tail<side>() += test * dC.row(i).template tail<side>();
+        for (int j = 0; j < Layout::multipliers; ++j)
+          row.template segment<M>(side + j * M) +=
+              (test * shape[j]) * C_lam.row(i);
+      }
+    }
   }
 
   void add_miss_tangent(const Data& e, const PointGeometry<F>& p,
                         const MuShape& shape, const Vec<M>& C, double w)
   {
-    Mat<M, Layout::size> dC = Mat<M, Layout::size>::Zero();
-    for (int k = 0; k < Layout::multipliers; ++k)
-      dC.template middleCols<M>(Layout::side + k * M)
-          .diagonal()
-          .setConstant(-shape[k]);
+    Rows<M, 2 * Layout::side> dC = Rows<M, 2 * Layout::side>::Zero();
     if (e.current)
-    {
-      Variations<F> v;
-      vary_slave<F>(p, v);
-      dC.template leftCols<Layout::side>() += C * v.dlog_area;
-    }
-    add_condition_tangent(shape, dC, w);
+      dC.template leftCols<Layout::side>() = C * area_variation(p);
+    add_condition_tangent(shape, dC, -Mat<M, M>::Identity(), w);
+  }
+
+  /// d log |m| over the slave's dofs  [theory (2.4)]
+  [[nodiscard]] static Rows<1, Layout::side>
+  area_variation(const PointGeometry<F>& p)
+  {
+    return Eigen::Map<const Rows<1, Layout::side>>(p.G_s.data());
   }
 };
 } // namespace raymortar

@@ -5,7 +5,7 @@
 
 namespace raymortar
 {
-/// @brief First variations at one integration point, as rows over the
+/// @brief First variations of gap and master point, as rows over the
 /// element's displacement dofs [slave | master], node-major.
 ///
 /// With G_a the surface gradient of the slave shape function N_a, and
@@ -18,10 +18,8 @@ struct Variations
 {
   static constexpr int D = F::gdim;
   static constexpr int side = F::dofs * D;
-  Mat<D, side> dn; ///< slave dofs only
-  Mat<1, 2 * side> dg;
-  Mat<D - 1, 2 * side> deta;
-  Mat<1, side> dlog_area; ///< d|m| / |m|, slave dofs only
+  Eigen::Matrix<double, 1, 2 * side, Eigen::RowMajor> dg;
+  Eigen::Matrix<double, D - 1, 2 * side, Eigen::RowMajor> deta;
 };
 
 /// @brief What a point needs of shape functions and frames.
@@ -59,22 +57,8 @@ void add_master_geometry(PointGeometry<F>& p,
   p.T = master * F::Node::gradients(eta);
 }
 
-/// @brief Variations that need the slave alone: normal and area.
 template <class F>
-void vary_slave(const PointGeometry<F>& p, Variations<F>& v)
-{
-  constexpr int D = F::gdim;
-  for (int a = 0; a < F::dofs; ++a)
-  {
-    v.dn.template middleCols<D>(a * D).noalias() =
-        -p.G_s.col(a) * p.slave.n.transpose();
-    v.dlog_area.template segment<D>(a * D) = p.G_s.col(a).transpose();
-  }
-}
-
-/// @brief Variations of gap and master point; needs vary_slave before.
-template <class F>
-void vary_hit(const PointGeometry<F>& p, double g, Variations<F>& v)
+[[nodiscard]] Variations<F> vary_hit(const PointGeometry<F>& p, double g)
 {
   constexpr int D = F::gdim;
   constexpr int side = Variations<F>::side;
@@ -83,15 +67,15 @@ void vary_hit(const PointGeometry<F>& p, double g, Variations<F>& v)
   A.col(D - 1) = p.slave.n;
   // Rows rho (dual of T, orthogonal to n) and b (dual of n, orthogonal to T)
   const Mat<D, D> dual = A.inverse();
+  const Mat<D, F::dofs> turn = g * dual * p.G_s;
   // du_s - du_m + g dn, applied to rho and -b
-  Mat<D, 2 * side> z;
-  z.template leftCols<side>().noalias() = g * dual * v.dn;
+  Eigen::Matrix<double, D, 2 * side, Eigen::RowMajor> z;
   for (int a = 0; a < F::dofs; ++a)
   {
-    z.template middleCols<D>(a * D) += p.N_s[a] * dual;
+    z.template middleCols<D>(a * D) =
+        p.N_s[a] * dual - turn.col(a) * p.slave.n.transpose();
     z.template middleCols<D>(side + a * D) = -p.N_m[a] * dual;
   }
-  v.deta = z.template topRows<D - 1>();
-  v.dg = -z.row(D - 1);
+  return {-z.row(D - 1), z.template topRows<D - 1>()};
 }
 } // namespace raymortar

@@ -56,96 +56,125 @@ private:
   using Gradient = SurfaceGradient<F, L, Law>;
   using Flat = typename F::RefPoint;
   static constexpr std::size_t capacity = ClipPolygon::capacity;
-  static constexpr std::size_t corners = T + 1; ///< of an interval or triangle
-
-  /// Where a point is in its segment: corners of its piece and their shares
-  struct Place
-  {
-    std::array<std::size_t, corners> vertex; ///< or centre
-    std::array<double, corners> share;
-    double rule_weight;
-  };
+  using Sum = Mat<Layout::size, T>;
 
   /// Mean of all vertices, around which pieces of larger polygons lie
   static constexpr std::size_t centre = capacity;
 
-  [[nodiscard]] static Place place_of(const ContactState& s, std::size_t q,
-                                      std::size_t size)
+  /// What a point changes by its place y in the segment's plane, and by the
+  /// measure of its piece per weight of the rule
+  struct Change
   {
-    const QuadratureRule& rule = s.segment_rule;
-    const auto number = static_cast<std::size_t>(s.points.place[q]);
-    const std::size_t k = number % rule.weights.size();
-    const Vec<2>& r = rule.points[k];
-    if constexpr (T == 1)
-      return {{0, 1}, {1.0 - r[0], r[0]}, rule.weights[k]};
-    else
-    {
-      const std::size_t piece = number / rule.weights.size();
-      const std::array<double, corners> share = {1.0 - r[0] - r[1], r[0], r[1]};
-      if (size == 3)
-        return {{0, 1, 2}, share, rule.weights[k]};
-      return {{centre, piece, (piece + 1) % size}, share, rule.weights[k]};
-    }
-  }
+    Sum by_y;
+    Vec<Layout::size> by_measure;
+  };
 
-  /// Derivatives of the piece's measure by its vertices
-  [[nodiscard]] static std::array<Flat, corners>
-  measure_gradient(const std::array<Flat, corners>& y)
+  /// Vertices of one segment in the plane in which its sides are straight
+  struct Vertices
   {
-    if constexpr (T == 1)
-      return {Flat(-1.0), Flat(1.0)};
-    else
+    const ContactState& s;
+    const Segment& segment;
+    const FlatMap<F>& map;
+
+    [[nodiscard]] std::size_t size() const
     {
-      const Flat e = y[1] - y[0], f = y[2] - y[0];
-      const Flat by_1(f[1], -f[0]), by_2(-e[1], e[0]);
-      return {-by_1 - by_2, by_1, by_2};
+      return static_cast<std::size_t>(segment.size);
     }
-  }
+
+    [[nodiscard]] Flat operator()(std::size_t v) const
+    {
+      if (v == centre)
+      {
+        Flat sum = Flat::Zero();
+        for (std::size_t k = 0; k < size(); ++k)
+          sum += (*this)(k) / static_cast<double>(size());
+        return sum;
+      }
+      const auto k = static_cast<std::size_t>(segment.begin) + v;
+      return map.to_flat(s.segmentation.vertices[k].template head<T>());
+    }
+  };
 
   void add_point(const ContactState& s, std::size_t q, const FlatMap<F>& map,
                  const Integrand<F, L, Law>& at)
   {
     const Segment& segment =
         s.segmentation.segments[static_cast<std::size_t>(s.points.segment[q])];
-    const auto size = static_cast<std::size_t>(segment.size);
-    const Place place = place_of(s, q, size);
-    const auto vertex = [&](std::size_t v) -> Flat
-    {
-      const auto k = static_cast<std::size_t>(segment.begin) + v;
-      return map.to_flat(s.segmentation.vertices[k].template head<T>());
-    };
-    std::array<Flat, corners> y;
-    for (std::size_t c = 0; c < corners; ++c)
-    {
-      if (place.vertex[c] != centre)
-      {
-        y[c] = vertex(place.vertex[c]);
-        continue;
-      }
-      y[c].setZero();
-      for (std::size_t v = 0; v < size; ++v)
-        y[c] += vertex(v) / static_cast<double>(size);
-    }
     const typename F::RefPoint xi = s.points.xi[q].template head<T>();
     const typename FlatMap<F>::Gradient G = map.gradient(xi);
-    const Mat<Layout::size, T> by_y =
-        s.points.weight[q] *
-        (at.f_xi - at.f * map.log_det_gradient(xi).transpose()) * G.inverse();
     // The uncovered part takes the points of segments with negative weights
     const double sign = s.points.seed[q] == no_index ? -1.0 : 1.0;
-    const double per_measure = sign * place.rule_weight / G.determinant();
-    const auto measure = measure_gradient(y);
-    for (std::size_t c = 0; c < corners; ++c)
+    const Change change{
+        s.points.weight[q] *
+            (at.f_xi - at.f * map.log_det_gradient(xi).transpose()) *
+            G.inverse(),
+        sign / G.determinant() * at.f};
+    add_in_piece(change, {s, segment, map},
+                 static_cast<std::size_t>(s.points.place[q]));
+  }
+
+  /// By the rule that append_on_polygon took, and its place in there
+  void add_in_piece(const Change& change, const Vertices& vertices,
+                    std::size_t place)
+  {
+    const SegmentRules& rules = vertices.s.segment_rules;
+    const std::size_t n = vertices.size();
+    if constexpr (T == 1)
+      add_on<Shape::interval>(change, vertices, rules.simplex, place, {0, 1});
+    else if (n == 3)
+      add_on<Shape::triangle>(change, vertices, rules.simplex, place,
+                              {0, 1, 2});
+    else if (n == 4)
+      add_on<Shape::quadrilateral>(change, vertices, rules.quadrilateral, place,
+                                   {0, 1, 3, 2});
+    else
     {
-      const Mat<Layout::size, T> sum =
-          place.share[c] * by_y + per_measure * at.f * measure[c].transpose();
-      if (place.vertex[c] != centre)
+      const std::size_t piece = place / rules.fan.weights.size();
+      add_on<Shape::triangle>(change, vertices, rules.fan,
+                              place % rules.fan.weights.size(),
+                              {centre, piece, (piece + 1) % n});
+    }
+  }
+
+  /// Point k of a rule under the map of some vertices
+  template <Shape P>
+  void add_on(const Change& change, const Vertices& vertices,
+              const QuadratureRule& rule, std::size_t k,
+              const std::array<std::size_t, Reference<P>::corners>& corners)
+  {
+    constexpr int count = Reference<P>::corners;
+    const Flat r = rule.points[k].template head<T>();
+    const Vec<count> N = Lagrange<P, 1>::values(r);
+    const Mat<count, T> dN = Lagrange<P, 1>::gradients(r);
+    Mat<T, T> J = Mat<T, T>::Zero();
+    for (int c = 0; c < count; ++c)
+      J += vertices(corners[static_cast<std::size_t>(c)]) * dN.row(c);
+    const Mat<count, T> dJ = rule.weights[k] * dN * adjugate(J);
+    for (int c = 0; c < count; ++c)
+    {
+      const Sum sum = N[c] * change.by_y + change.by_measure * dJ.row(c);
+      const std::size_t v = corners[static_cast<std::size_t>(c)];
+      if (v != centre)
       {
-        _by_vertex[place.vertex[c]] += sum;
+        _by_vertex[v] += sum;
         continue;
       }
-      for (std::size_t v = 0; v < size; ++v)
-        _by_vertex[v] += sum / static_cast<double>(size);
+      for (std::size_t each = 0; each < vertices.size(); ++each)
+        _by_vertex[each] += sum / static_cast<double>(vertices.size());
+    }
+  }
+
+  /// det(J) J^-1: the derivative of det(J) by a corner is its row of dN times
+  /// this, also where the piece has no area
+  [[nodiscard]] static Mat<T, T> adjugate(const Mat<T, T>& J)
+  {
+    if constexpr (T == 1)
+      return Mat<T, T>::Identity();
+    else
+    {
+      Mat<T, T> adj;
+      adj << J(1, 1), -J(0, 1), -J(1, 0), J(0, 0);
+      return adj;
     }
   }
 
@@ -173,7 +202,7 @@ private:
           s.segmentation.vertices[at].template head<T>();
       const Mat<T, 2 * side> dy =
           map.gradient(xi) * vertex_motion<F>(data.slave, master, xi, hangs_on);
-      const Mat<Layout::size, T>& A = _by_vertex[v];
+      const Sum& A = _by_vertex[v];
       kernel.A.template leftCols<side>() += A * dy.template leftCols<side>();
       if (own)
         kernel.A.template rightCols<side>() +=
@@ -188,9 +217,9 @@ private:
       sum.setZero();
   }
 
-  std::array<Mat<Layout::size, T>, capacity> _by_vertex = []
+  std::array<Sum, capacity> _by_vertex = []
   {
-    std::array<Mat<Layout::size, T>, capacity> zero;
+    std::array<Sum, capacity> zero;
     for (auto& sum : zero)
       sum.setZero();
     return zero;

@@ -1,4 +1,5 @@
 #include "raymortar/fem/assembly.h"
+#include "raymortar/fem/facet_dofs.h"
 #include "raymortar/fem/rows.h"
 #include "raymortar/fem/stopwatch.h"
 #include "raymortar/geometry/predicates.h"
@@ -18,31 +19,16 @@ void ignore_left_out(::Vec b)
 /// Whether a facet has a nonzero among values (dofs, gdim)
 bool any_nonzero(const Surface& s, Index facet, std::span<const double> values)
 {
-  const auto n = static_cast<std::size_t>(s.dofs_per_facet());
-  const auto d = static_cast<std::size_t>(s.gdim);
-  for (std::size_t a = 0; a < n; ++a)
-  {
-    const auto dof = static_cast<std::size_t>(
-        s.facet_dofs[static_cast<std::size_t>(facet) * n + a]);
-    for (std::size_t i = 0; i < d; ++i)
-      if (values[dof * d + i] != 0.0)
-        return true;
-  }
-  return false;
+  bool any = false;
+  for_facet_dofs(s, facet,
+                 [&](std::size_t k) { any = any or values[k] != 0.0; });
+  return any;
 }
 
 void gather_values(const Surface& s, Index facet,
                    std::span<const double> values, std::vector<double>& out)
 {
-  const auto n = static_cast<std::size_t>(s.dofs_per_facet());
-  const auto d = static_cast<std::size_t>(s.gdim);
-  for (std::size_t a = 0; a < n; ++a)
-  {
-    const auto dof = static_cast<std::size_t>(
-        s.facet_dofs[static_cast<std::size_t>(facet) * n + a]);
-    for (std::size_t i = 0; i < d; ++i)
-      out.push_back(values[dof * d + i]);
-  }
+  for_facet_dofs(s, facet, [&](std::size_t k) { out.push_back(values[k]); });
 }
 
 /// Dirichlet increment of an element in the order of ElementLayout

@@ -1,4 +1,5 @@
 #include "raymortar/fem/free_points.h"
+#include "raymortar/fem/facet_dofs.h"
 
 namespace raymortar
 {
@@ -6,17 +7,10 @@ namespace
 {
 bool any_free(const Surface& s, Index facet, const std::vector<double>& fixed)
 {
-  const auto n = static_cast<std::size_t>(s.dofs_per_facet());
-  const auto d = static_cast<std::size_t>(s.gdim);
-  for (std::size_t a = 0; a < n; ++a)
-  {
-    const auto dof = static_cast<std::size_t>(
-        s.facet_dofs[static_cast<std::size_t>(facet) * n + a]);
-    for (std::size_t i = 0; i < d; ++i)
-      if (fixed[dof * d + i] == 0.0)
-        return true;
-  }
-  return false;
+  bool any = false;
+  for_facet_dofs(s, facet,
+                 [&](std::size_t k) { any = any or fixed[k] == 0.0; });
+  return any;
 }
 } // namespace
 

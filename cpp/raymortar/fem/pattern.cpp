@@ -17,7 +17,7 @@ std::vector<Pattern::Pair> present_pairs(const Zone& zone)
           s.elements.slave[e],
           s.master.facet_id[static_cast<std::size_t>(s.elements.master[e])]);
   // Vertices of a segment hang on its master, wherever its points hit
-  if (s.moving_segments)
+  if (zone.input().moving_segments)
     for (const Segment& segment : s.segmentation.segments)
       pairs.emplace_back(
           segment.slave,

@@ -1,4 +1,5 @@
 #include "raymortar/fem/rows.h"
+#include "raymortar/fem/facet_dofs.h"
 
 namespace raymortar
 {
@@ -8,21 +9,17 @@ void append_dofs(const Surface& s, Index facet,
                  const std::vector<double>& fixed, Constrained constrained,
                  std::vector<PetscInt>& rows)
 {
-  const auto n = static_cast<std::size_t>(s.dofs_per_facet());
   const auto d = static_cast<std::size_t>(s.gdim);
-  for (std::size_t a = 0; a < n; ++a)
-  {
-    const auto dof = static_cast<std::size_t>(
-        s.facet_dofs[static_cast<std::size_t>(facet) * n + a]);
-    for (std::size_t i = 0; i < d; ++i)
-    {
-      const bool drop =
-          constrained == Constrained::left_out and fixed[dof * d + i] != 0.0;
-      rows.push_back(drop ? -1
-                          : static_cast<PetscInt>(s.rows[dof] +
-                                                  static_cast<GlobalIndex>(i)));
-    }
-  }
+  for_facet_dofs(s, facet,
+                 [&](std::size_t k)
+                 {
+                   const bool drop =
+                       constrained == Constrained::left_out and fixed[k] != 0.0;
+                   rows.push_back(drop ? -1
+                                       : static_cast<PetscInt>(
+                                             s.rows[k / d] +
+                                             static_cast<GlobalIndex>(k % d)));
+                 });
 }
 
 void append_multipliers(const Multipliers& m, Index facet, std::size_t facets,

@@ -76,7 +76,7 @@ Zone::Zone(MPI_Comm comm, ZoneInput input)
   _state.multipliers = _input.multipliers;
   _state.current_measure = _input.current_measure;
   _state.moving_segments = _input.moving_segments;
-  _state.segment_rule = _input.segment_rule;
+  _state.segment_rules = _input.segment_rules;
   _state.friction = _input.friction;
   _state.slave.neighbours = find_neighbours(_state.slave);
   for (Surface* s : {&_state.slave, &_input.master})
@@ -221,6 +221,7 @@ void Zone::pair()
   if (any_rank(_comm, not _halo_is_checked))
     flat ? update_halo<2>() : update_halo<3>();
   _halo_is_checked = true;
+  _state.moving_segments = _input.moving_segments;
   if (_points_are_present and _rays_are_present)
   {
     ++_statistics.pairings_skipped;
@@ -228,7 +229,7 @@ void Zone::pair()
   }
   flat ? update_candidates<2>() : update_candidates<3>();
   make_points_anew();
-  cast();
+  renew_rays();
   ++_statistics.pairings;
 }
 
@@ -239,13 +240,20 @@ void Zone::make_points_anew()
       _state.slave, _state.master, _candidates,
       {_input.distances.reach, _input.distances.depth, _input.subdivide});
   _state.points =
-      make_points(_state.slave, _state.segmentation, _input.segment_rule,
+      make_points(_state.slave, _state.segmentation, _input.segment_rules,
                   _input.facet_rule, _input.multipliers.components > 0);
   _points_are_present = true;
   _rays_are_present = false;
 }
 
 void Zone::cast()
+{
+  // What moves now is the rays alone, and the tangent is that of this function
+  _state.moving_segments = false;
+  renew_rays();
+}
+
+void Zone::renew_rays()
 {
   if (_rays_are_present)
     return;

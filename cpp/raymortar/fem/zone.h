@@ -18,11 +18,11 @@ struct ZoneInput
   LawKind law = LawKind::augmented_normal;
   FrictionLaw friction;
   bool current_measure = false;
-  bool moving_segments = false;
+  bool moving_segments = true;
   SearchDistances distances;
   Strategy strategy = Strategy::bvh;
   bool subdivide = false;
-  QuadratureRule segment_rule;
+  SegmentRules segment_rules;
   QuadratureRule facet_rule;
 };
 
@@ -106,7 +106,8 @@ public:
   /// since the last time.
   void pair();
 
-  /// @brief Rays only: points and weights stay where they are on the slave.
+  /// @brief Rays only: points and weights stay where they are on the slave, for
+  /// the tangent also, until pair() is called.
   void cast();
 
   [[nodiscard]] const ContactState& state() const { return _state; }
@@ -148,6 +149,7 @@ private:
   void update_candidates();
   void renew_master();
   void make_points_anew();
+  void renew_rays();
 
   MPI_Comm _comm;
   ZoneInput _input;

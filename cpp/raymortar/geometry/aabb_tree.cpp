@@ -3,7 +3,6 @@
 #include <array>
 #include <cassert>
 #include <cmath>
-#include <numeric>
 
 namespace raymortar
 {
@@ -22,53 +21,79 @@ Vec<D> centre(const Box<D>& box)
   return x;
 }
 
+/// What the build moves about: side by side in memory for every node
+template <int D>
+struct Entry
+{
+  Vec<D> centre;
+  Index box;
+};
+
 /// Axis on which the centres differ most
 template <int D>
-int widest_axis(std::span<const Index> order,
-                const std::vector<Vec<D>>& centres)
+int widest_axis(std::span<const Entry<D>> entries)
 {
   Box<D> bounds;
-  for (const Index k : order)
-    bounds.merge({centres[k], centres[k]});
+  for (const Entry<D>& e : entries)
+    bounds.merge({e.centre, e.centre});
   int axis = 0;
   (bounds.upper - bounds.lower).maxCoeff(&axis);
   return axis;
+}
+
+/// Divide in two halves by the centres
+template <int D>
+void halve(std::span<Entry<D>> entries)
+{
+  const int axis = widest_axis<D>(entries);
+  std::nth_element(entries.begin(), entries.begin() + entries.size() / 2,
+                   entries.end(),
+                   [axis](const Entry<D>& a, const Entry<D>& b)
+                   { return a.centre[axis] < b.centre[axis]; });
 }
 } // namespace
 
 template <int D>
 AabbTree<D>::AabbTree(std::span<const Box<D>> boxes)
-    : _order(boxes.size()), _boxes(boxes.begin(), boxes.end())
 {
-  std::iota(_order.begin(), _order.end(), 0);
-  std::vector<Vec<D>> centres(boxes.size());
-  std::transform(boxes.begin(), boxes.end(), centres.begin(), centre<D>);
-  if (!boxes.empty())
-    build(centres);
-}
-
-template <int D>
-void AabbTree<D>::build(const std::vector<Vec<D>>& centres)
-{
-  _nodes.push_back({{}, 0, size()});
+  std::vector<Entry<D>> entries;
+  entries.reserve(boxes.size());
+  for (const Box<D>& box : boxes)
+    entries.push_back({centre(box), static_cast<Index>(entries.size())});
+  if (boxes.empty())
+    return;
+  _nodes.push_back({{}, 0, static_cast<Index>(boxes.size())});
   // Children come after their parent, so one pass splits them all
   for (std::size_t k = 0; k < _nodes.size(); ++k)
   {
     const auto [first, count] = std::pair{_nodes[k].first, _nodes[k].count};
-    const std::span<Index> order(_order.begin() + first, count);
-    for (const Index b : order)
-      _nodes[k].box.merge(_boxes[b]);
     if (count <= leaf_size)
       continue;
-    const int axis = widest_axis<D>(order, centres);
-    const Index half = count / 2;
-    std::nth_element(order.begin(), order.begin() + half, order.end(),
-                     [&](Index a, Index b)
-                     { return centres[a][axis] < centres[b][axis]; });
+    halve<D>({entries.data() + first, static_cast<std::size_t>(count)});
     _nodes[k].first = static_cast<Index>(_nodes.size());
     _nodes[k].count = 0;
-    _nodes.push_back({{}, first, half});
-    _nodes.push_back({{}, first + half, count - half});
+    _nodes.push_back({{}, first, count / 2});
+    _nodes.push_back({{}, first + count / 2, count - count / 2});
+  }
+  for (const Entry<D>& e : entries)
+  {
+    _order.push_back(e.box);
+    _boxes.push_back(boxes[static_cast<std::size_t>(e.box)]);
+  }
+  merge_boxes();
+}
+
+template <int D>
+void AabbTree<D>::merge_boxes()
+{
+  for (auto node = _nodes.rbegin(); node != _nodes.rend(); ++node)
+  {
+    for (Index k = node->first; k < node->first + node->count; ++k)
+      node->box.merge(_boxes[k]);
+    if (node->count > 0)
+      continue;
+    node->box.merge(_nodes[node->first].box);
+    node->box.merge(_nodes[node->first + 1].box);
   }
 }
 
@@ -87,7 +112,7 @@ void AabbTree<D>::query(const Box<D>& box, std::vector<Index>& hits) const
     if (!node.box.overlaps(box))
       continue;
     for (Index k = node.first; k < node.first + node.count; ++k)
-      if (_boxes[_order[k]].overlaps(box))
+      if (_boxes[k].overlaps(box))
         hits.push_back(_order[k]);
     if (node.count > 0)
       continue;

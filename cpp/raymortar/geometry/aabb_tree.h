@@ -73,11 +73,12 @@ private:
     Index count = 0;
   };
 
-  void build(const std::vector<Vec<D>>& centres);
+  /// Boxes of the nodes, from the leaves up
+  void merge_boxes();
 
   std::vector<Node> _nodes;
-  std::vector<Index> _order;
-  std::vector<Box<D>> _boxes; ///< In the caller's order
+  std::vector<Index> _order; ///< Of the boxes in the caller's
+  std::vector<Box<D>> _boxes;
 };
 
 extern template class AabbTree<2>;

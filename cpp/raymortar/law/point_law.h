@@ -27,7 +27,9 @@ struct PointState
 
 /// @brief Traction of (3), residual C of (4), and their derivatives.
 ///
-/// `a_b` is the derivative of a with respect to b.
+/// `a_b` is the derivative of a with respect to b. With a multiplier the
+/// traction is the multiplier, t = lam, or t = lam n of a scalar one: t_g = 0,
+/// and of a vector t_n = 0 and t_lam = I. Elements skip these.
 template <int D, int M>
 struct PointResponse
 {

@@ -11,10 +11,11 @@ class PointMaker
 {
 public:
   PointMaker(const Surface& slave, const Segmentation& segmentation,
-             const QuadratureRule& segment_rule,
+             const SegmentRules& segment_rules,
              const QuadratureRule& facet_rule, bool complement)
-      : _slave(slave), _segmentation(segmentation), _segment_rule(segment_rule),
-        _facet_rule(facet_rule), _complement(complement)
+      : _slave(slave), _segmentation(segmentation),
+        _segment_rules(segment_rules), _facet_rule(facet_rule),
+        _complement(complement)
   {
     const auto n = static_cast<std::size_t>(slave.num_facets());
     _out.covered.assign(n, 0.0);
@@ -50,9 +51,10 @@ private:
     }
     _laid.clear();
     if constexpr (F::tdim == 1)
-      append_on_interval(_segment_rule, _corners[0][0], _corners[1][0], _laid);
+      append_on_interval(_segment_rules.simplex, _corners[0][0], _corners[1][0],
+                         _laid);
     else
-      append_on_polygon(_segment_rule, _corners, _laid);
+      append_on_polygon(_segment_rules, _corners, _laid);
     const auto number =
         static_cast<Index>(&segment - _segmentation.segments.data());
     Index place = 0;
@@ -105,7 +107,7 @@ private:
 
   const Surface& _slave;
   const Segmentation& _segmentation;
-  const QuadratureRule& _segment_rule;
+  const SegmentRules& _segment_rules;
   const QuadratureRule& _facet_rule;
   bool _complement;
   typename F::NodeMatrix _nodes;
@@ -236,11 +238,14 @@ private:
   {
     const auto nodes = _master.template nodes<F>(_master.x, landing.facet);
     const auto master = frame_at<F>(nodes, landing.hit.eta);
-    if (not(n.dot(master.n) < -tolerance::facing))
+    const double facing = -n.dot(master.n);
+    if (not(facing > tolerance::facing))
       return RayStatus::back_face;
     if (landing.hit.g > _range.reach)
       return RayStatus::too_far;
-    if (landing.hit.g < -_range.depth)
+    // Obliquely, a point that lies little below the master is deep along its
+    // ray: beside a corner of the slave, the other face is nearer by far
+    if (landing.hit.g < -_range.depth * facing)
       return RayStatus::too_deep;
     return RayStatus::hit;
   }
@@ -283,14 +288,14 @@ Hits cast_all(const Surface& slave, const Surface& master,
 
 IntegrationPoints make_points(const Surface& slave,
                               const Segmentation& segmentation,
-                              const QuadratureRule& segment_rule,
+                              const SegmentRules& segment_rules,
                               const QuadratureRule& facet_rule, bool complement)
 {
   return with_facet_type(slave,
                          [&]<class F>(F)
                          {
                            return PointMaker<F>(slave, segmentation,
-                                                segment_rule, facet_rule,
+                                                segment_rules, facet_rule,
                                                 complement)
                                .make();
                          });

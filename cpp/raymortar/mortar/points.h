@@ -31,13 +31,12 @@ struct IntegrationPoints
 /// The uncovered part of a slave facet is its full rule minus the points of
 /// its segments (negative weights): exact for what is integrated there,
 /// -lam . mu / gamma, on affine facets.
-/// @param[in] segment_rule Interval or triangle rule
 /// @param[in] facet_rule Rule of the whole facet
 /// @param[in] complement Whether the uncovered part is asked for: only a
 /// multiplier lives there
 [[nodiscard]] IntegrationPoints make_points(const Surface& slave,
                                             const Segmentation& segmentation,
-                                            const QuadratureRule& segment_rule,
+                                            const SegmentRules& segment_rules,
                                             const QuadratureRule& facet_rule,
                                             bool complement);
 
@@ -54,7 +53,7 @@ struct Hits
 struct GapRange
 {
   double reach;
-  double depth;
+  double depth; ///< head on; times the cosine of a ray's incidence otherwise
 };
 
 /// @brief Cast the ray of every covered point on the true deformed master.

@@ -54,6 +54,15 @@ std::vector<std::vector<Vec<2>>> random_polygons(int count)
   }
   return polygons;
 }
+
+void expect_exact(std::span<const Vec<2>> polygon, int degree)
+{
+  std::vector<WeightedPoint> points;
+  append_on_polygon(segment_rules(Shape::triangle, degree), polygon, points);
+  for (int a = 0; a <= degree; ++a)
+    for (int b = 0; a + b <= degree; ++b)
+      ASSERT_NEAR(integral(points, a, b), moment(polygon, a, b), 4e-15);
+}
 } // namespace
 
 TEST(Quadrature, PolygonsAreExactUpToTheRulesDegree)
@@ -62,26 +71,37 @@ TEST(Quadrature, PolygonsAreExactUpToTheRulesDegree)
   for (const auto& polygon : random_polygons(2000))
   {
     ++seen[polygon.size()];
-    for (const int degree : {1, 3, 5})
-    {
-      std::vector<WeightedPoint> points;
-      append_on_polygon(rule_on(Shape::triangle, degree), polygon, points);
-      for (int a = 0; a <= degree; ++a)
-        for (int b = 0; a + b <= degree; ++b)
-          ASSERT_NEAR(integral(points, a, b), moment(polygon, a, b), 4e-15);
-    }
+    for (const int degree : {1, 2, 3, 4, 5})
+      expect_exact(polygon, degree);
   }
   for (std::size_t n = 3; n <= 8; ++n)
     EXPECT_GT(seen[n], 0) << n << " vertices";
 }
 
+TEST(Quadrature, QuadrilateralsMayDegenerate)
+{
+  const double tiny = 1e-15;
+  const std::vector<std::vector<Vec<2>>> quadrilaterals = {
+      {{0, 0}, {1, 0}, {1, 0}, {0, 1}},             // a triangle
+      {{0, 0}, {1, 0}, {1 - tiny, tiny}, {0, 1}},   // nearly so
+      {{0, 0}, {0.5, 0}, {1, 0}, {0, 1}},           // three in line
+      {{0, 0}, {0.5, -tiny}, {1, 0}, {0, 1}},       // nearly so
+      {{0, 0}, {0.5, tiny}, {1, 0}, {0, 1}},        // dented by rounding
+      {{0, 0}, {1, 0}, {1, tiny}, {0, tiny}},       // without width
+      {{0, 0}, {1, 0}, {0.3, 0.3}, {0, 1}},         // dented
+      {{0, 0}, {0.1, 0.9}, {1, 0.5}, {0.2, 0.95}}}; // crossing itself
+  for (const auto& polygon : quadrilaterals)
+    for (const int degree : {1, 2, 3, 4, 5})
+      expect_exact(polygon, degree);
+}
+
 TEST(Quadrature, WeightsArePositiveAndPointsInside)
 {
-  const QuadratureRule rule = rule_on(Shape::triangle, 4);
+  const SegmentRules rules = segment_rules(Shape::triangle, 4);
   for (const auto& polygon : random_polygons(500))
   {
     std::vector<WeightedPoint> points;
-    append_on_polygon(rule, polygon, points);
+    append_on_polygon(rules, polygon, points);
     for (const WeightedPoint& p : points)
     {
       ASSERT_GT(p.weight, 0);
@@ -93,11 +113,40 @@ TEST(Quadrature, WeightsArePositiveAndPointsInside)
   }
 }
 
-TEST(Quadrature, TriangleTakesTheRuleAsItIs)
+TEST(Quadrature, QuadrilateralsHaveNoFirstVertexAndNoDirection)
 {
-  const QuadratureRule rule = rule_on(Shape::triangle, 2);
+  const std::vector<Vec<2>> polygon = {{0, 0}, {1, 0.1}, {1.3, 0.9}, {0.2, 1}};
+  const SegmentRules rules = segment_rules(Shape::quadrilateral, 5);
   std::vector<WeightedPoint> points;
-  append_on_polygon(rule, unit_triangle, points);
+  append_on_polygon(rules, polygon, points);
+  for (const int direction : {1, 3})
+    for (std::size_t first = 0; first < 4; ++first)
+    {
+      std::vector<Vec<2>> same;
+      for (std::size_t k = 0; k < 4; ++k)
+        same.push_back(
+            polygon[(first + k * static_cast<std::size_t>(direction)) % 4]);
+      std::vector<WeightedPoint> others;
+      append_on_polygon(rules, same, others);
+      ASSERT_EQ(others.size(), points.size());
+      for (const WeightedPoint& p : points)
+        EXPECT_TRUE(std::any_of(others.begin(), others.end(),
+                                [&](const WeightedPoint& o)
+                                {
+                                  const double sign = direction == 1 ? 1 : -1;
+                                  return (o.xi - p.xi).norm() < 1e-15 and
+                                         std::abs(o.weight - sign * p.weight) <
+                                             1e-16;
+                                }));
+    }
+}
+
+TEST(Quadrature, TrianglesTakeTheRuleAsItIs)
+{
+  const SegmentRules rules = segment_rules(Shape::triangle, 2);
+  const QuadratureRule& rule = rules.simplex;
+  std::vector<WeightedPoint> points;
+  append_on_polygon(rules, unit_triangle, points);
   ASSERT_EQ(points.size(), rule.points.size());
   for (std::size_t q = 0; q < points.size(); ++q)
   {

@@ -138,6 +138,24 @@ TYPED_TEST(LawTest, OpenPointDrivesTheMultiplierToZero)
   }
 }
 
+TYPED_TEST(LawTest, TractionIsTheMultiplier)
+{
+  // Elements take these derivatives as they are here without looking
+  using C = TypeParam;
+  std::mt19937 random(7);
+  for (const double g : {-0.2, 0.3})
+  {
+    const auto r = evaluate<C>(state<C>(random, g, -0.5));
+    if constexpr (C::M > 0)
+      EXPECT_TRUE(r.t_g.isZero(0));
+    if constexpr (C::M == C::D)
+    {
+      EXPECT_TRUE(r.t_n.isZero(0));
+      EXPECT_TRUE(r.t_lam.isIdentity(0));
+    }
+  }
+}
+
 TYPED_TEST(LawTest, ClosedPointAsksForNoGap)
 {
   using C = TypeParam;

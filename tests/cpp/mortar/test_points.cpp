@@ -14,7 +14,7 @@ const std::array<Shape, 3> shapes = {Shape::interval, Shape::triangle,
 IntegrationPoints points_of(const Surface& slave, const Segmentation& segments,
                             bool complement)
 {
-  return make_points(slave, segments, segment_rule(slave.shape, 5),
+  return make_points(slave, segments, segment_rules(slave.shape, 5),
                      rule_on(slave.shape, 5), complement);
 }
 
@@ -192,7 +192,7 @@ TEST(Points, WarpedQuadrilateralsKeepTheirMeasure)
       make_surface({Shape::quadrilateral, 1, 1, 4, false}, plate(2, 0.3));
   const auto segments = segments_of(slave, master, {1, 1, false});
   const auto p =
-      make_points(slave, segments, segment_rule(Shape::quadrilateral, 14),
+      make_points(slave, segments, segment_rules(Shape::quadrilateral, 14),
                   rule_on(Shape::quadrilateral, 20), true);
   for (std::size_t f = 0; f < p.whole.size(); ++f)
     EXPECT_NEAR(p.covered[f], p.whole[f], 1e-10);
@@ -315,7 +315,8 @@ TYPED_TEST(RaysTest, NoRayIsLostAtInteriorEdges)
           rays.add(frame.x - gaps.back() * n, n, seed);
         }
       }
-      const Hits hits = cast_rays(rays.slave, master, rays.points, {0.3, 0.3});
+      // Oblique rays have a tenth of the depth
+      const Hits hits = cast_rays(rays.slave, master, rays.points, {0.3, 3.0});
       int lost = 0;
       for (std::size_t q = 0; q < gaps.size(); ++q)
         lost += hits.status[q] != RayStatus::hit or
@@ -352,6 +353,33 @@ TYPED_TEST(RaysTest, StatusTellsWhyThereIsNoContact)
   EXPECT_EQ(hits.status, expected);
   for (std::size_t q = 0; q < expected.size(); ++q)
     EXPECT_EQ(hits.master[q] == no_index, expected[q] != RayStatus::hit);
+}
+
+TYPED_TEST(RaysTest, DepthShrinksWithTheCosineOfIncidenceAndReachDoesNot)
+{
+  // A face beside a corner looks along the master that pokes over the corner
+  using F = TypeParam;
+  constexpr int D = F::gdim;
+  const Surface master = make_surface(
+      {F::shape, F::degree, F::node_degree, 2, false}, plate(1, 0));
+  const Vec<D> up = Vec<D>::Unit(D - 1), along = Vec<D>::Unit(0);
+  const Vec<D> target = Vec<D>::Constant(0.1) - 0.1 * up;
+  Rays<F> rays;
+  std::vector<RayStatus> expected;
+  for (const double cosine : {1.0, 0.5, 0.1, 0.01})
+  {
+    const Vec<D> n = cosine * up + std::sqrt(1 - cosine * cosine) * along;
+    for (const double g :
+         {-1.01 * 0.2 * cosine, -0.99 * 0.2 * cosine, 0.199, 0.201})
+    {
+      rays.add(target - g * n, n, 0);
+      expected.push_back(g < -0.2 * cosine ? RayStatus::too_deep
+                         : g > 0.2         ? RayStatus::too_far
+                                           : RayStatus::hit);
+    }
+  }
+  const Hits hits = cast_rays(rays.slave, master, rays.points, {0.2, 0.2});
+  EXPECT_EQ(hits.status, expected);
 }
 
 TYPED_TEST(RaysTest, RaysPastTheFreeEdgeMiss)

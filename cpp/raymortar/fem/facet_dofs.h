@@ -1,0 +1,23 @@
+// The displacement dofs of a facet, one number per component.
+#pragma once
+
+#include "raymortar/pairing/surface.h"
+
+namespace raymortar
+{
+/// @brief Call visit(k) for each unrolled displacement dof of a facet,
+/// k = gdim * dof + component.
+template <class Visit>
+void for_facet_dofs(const Surface& s, Index facet, Visit&& visit)
+{
+  const auto n = static_cast<std::size_t>(s.dofs_per_facet());
+  const auto d = static_cast<std::size_t>(s.gdim);
+  for (std::size_t a = 0; a < n; ++a)
+  {
+    const auto dof = static_cast<std::size_t>(
+        s.facet_dofs[static_cast<std::size_t>(facet) * n + a]);
+    for (std::size_t i = 0; i < d; ++i)
+      visit(dof * d + i);
+  }
+}
+} // namespace raymortar
