@@ -33,6 +33,11 @@ PANELS = {
         ("friction", [0.0, 0.3, 1.0]),
         ("push", [0.01, 0.05, 0.1]),
     ),
+    "slide off the edge: friction x tangent": (
+        "slide",
+        ("friction", [0.0, 0.3, 1.0]),
+        ("tangent", ["fixed", "full"]),
+    ),
 }
 
 

@@ -15,6 +15,7 @@ COLOURS = {
     "line search": "#91cf60",
     "steps": "#fee08b",
     "steps with line search": "#fdae61",
+    "growing steps": "#e6ab02",
     "another equilibrium": "#74add1",
     "fails": "#bdbdbd",
     "fails without a reason": "#c51b7d",
@@ -27,6 +28,8 @@ COLOURS = {
 def _label(value):
     if isinstance(value, tuple):
         return f"{value[0]}:{value[1]}"
+    if isinstance(value, str):
+        return value
     return f"{value:g}"
 
 
@@ -61,7 +64,7 @@ def draw(panels, answers, path):
     figure.legend(
         handles=[Patch(color=c, label=v) for v, c in COLOURS.items() if v in seen],
         loc="lower center",
-        ncol=len(seen),
+        ncol=min(len(seen), 6),
         fontsize=8,
     )
     figure.tight_layout(rect=(0, 0.3 / (2.6 * rows), 1, 1))

@@ -22,7 +22,13 @@ from cases import PANELS, all_settings, settings
 from plot import draw
 
 HERE = Path(__file__).parent
-WAYS = ("one step", "line search", "steps", "steps with line search")
+WAYS = (
+    "one step",
+    "line search",
+    "steps",
+    "steps with line search",
+    "growing steps",
+)
 # Answers further off than this are not the reference
 TOLERANCE = {"column": 1e-5, "punch": 1e-5, "slide": 1e-9}
 # With friction the answer depends on the steps

@@ -23,6 +23,7 @@ import raymortar  # noqa: E402
 from raymortar import compat  # noqa: E402
 from raymortar.scenes import two_blocks  # noqa: E402
 
+LINE_SEARCH = {"snes_linesearch_type": "bt", "snes_max_it": 50}
 # Of the lower block; contact has no stress of its own
 MODULUS = 2000.0
 
@@ -44,6 +45,7 @@ class Setting:
     gap: float = 0.0  # at the start, in heights; negative: penetration
     nu: float = 0.3
     perpendicular: bool = False  # the slave's flanks are slave surfaces as well
+    tangent: str = "full"
 
 
 @dataclasses.dataclass
@@ -102,7 +104,7 @@ def _blocks(setting, upper_width):
 
 def _contact_options(setting):
     """Options of `build`: law, and a search that sees the initial gap."""
-    options = {}
+    options = {"tangent": setting.tangent}
     if setting.friction > 0.0:
         options["friction"] = raymortar.Coulomb(setting.friction)
     if abs(setting.gap) > 0.0:
@@ -255,13 +257,12 @@ def reaction(problem, name="top"):
 
 @functools.cache
 def _reference(setting):
-    """Reaction of a punch in 20 small steps; None where these fail."""
+    """Reaction of a punch in 20 small steps, smaller ones where they fail, with a line
+    search, as full steps cycle at the onset of friction; None where these fail too."""
     case = punch(setting)
+    solver = raymortar.SNESSolver(case.problem.problem, LINE_SEARCH)
     try:
-        for k in range(1, 21):
-            case.apply(k / 20)
-            case.problem.solve()
-            case.problem.contact.advance()
+        raymortar.LoadSteps(solver, case.apply, 20).run()
     except (raymortar.ConvergenceError, raymortar.ContactError, PETSc.Error):
         return None
     return reaction(case.problem)

@@ -5,7 +5,7 @@ import pytest
 from dolfinx import fem
 
 from materials import MATERIALS, lame
-from problems import COMM, SOLVERS, build, fix, worst
+from problems import CELLS, COMM, DIMENSION, SOLVERS, build, fix, squeeze, worst
 
 import raymortar
 from raymortar.scenes import two_blocks
@@ -92,3 +92,12 @@ def test_block_that_snaps_off_an_edge_says_that_newton_cycles():
     cycle = r"load factor 0\.64.*repeats every 2 residuals: points open and close, or"
     with pytest.raises(raymortar.ConvergenceError, match=cycle):
         steps.run()
+
+
+@pytest.mark.parametrize("cell", CELLS)
+def test_surfaces_of_one_facet_meet(cell):
+    """G-21: a cell on a cell (simplices: the halves of a face)."""
+    problem, F, P = squeeze(two_blocks(COMM, DIMENSION[cell], cell, 1, 1))
+    problem.solve()
+    assert worst(problem.gradient() + np.eye(problem.dim) - F) < 1e-9
+    assert worst(problem.slave_multiplier() / P[-1, -1] - 1.0) < 1e-9

@@ -1,10 +1,22 @@
-"""Files that cannot be read or written, tags as large as they come, no memory."""
+"""Damaged files, full disks, the largest tags, ranks without facets, no memory."""
 
 import numpy as np
 import pytest
 from dolfinx import fem
 from dolfinx.fem.petsc import assemble_matrix
-from problems import CELLS, COMM, DIMENSION, build, fix
+
+from materials import MATERIALS, lame
+from problems import (
+    CELLS,
+    COMM,
+    DIMENSION,
+    SOLVERS,
+    build,
+    fix,
+    homogeneous,
+    symmetry,
+    worst,
+)
 
 import raymortar
 from raymortar import ContactError, compat, memory
@@ -93,6 +105,39 @@ def test_folder_that_is_a_file_is_reported(pressed, tmp_path):
         compat.write_xdmf(no_folder / "u.xdmf", pressed.scene.mesh, [pressed.u])
     with pytest.raises(ContactError, match="cannot be written"):
         pressed.contact.write_segments(no_folder / "segments.vtu")
+
+
+def all_on_the_last(midpoints, size):
+    return np.full(len(midpoints), size - 1)
+
+
+def interface_on_the_last(midpoints, size):
+    near = np.abs(midpoints[:, 1] - 1.0) < 0.3
+    return np.where(near, size - 1, 0)
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("partition", [all_on_the_last, interface_on_the_last])
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_ranks_without_a_cell_or_a_facet_take_part(partition, solver):
+    scene = two_blocks(COMM, 2, "quadrilateral", 4, 5, partition=partition)
+    # Numbers: DOLFINx 0.5 crashes in V.sub(i).collapse() on a rank without cells
+    problem = build(
+        scene,
+        material="neo-hookean",
+        bcs=lambda V, s: [
+            *symmetry(V, s),
+            fix(V, s, "bottom", 1),
+            fix(V, s, "top", 1, -0.4),
+        ],
+    )
+    F = homogeneous(2)
+    pressure = MATERIALS["neo-hookean"][1](F - np.eye(2), *lame(2000, 0.3))[1, 1]
+    facets = [len(z.facets.slave.facets) for z in problem.contact.zones]
+    assert COMM.rank == COMM.size - 1 or sum(facets) == 0
+    problem.solve(solver)
+    assert worst(problem.gradient() + np.eye(2) - F) < 1e-8
+    assert worst(problem.slave_multiplier() / pressure - 1.0) < 1e-8
 
 
 # Memory
