@@ -5,13 +5,10 @@ polynomial, so that a hydrostatic state is exact if and only if the segments bre
 the true edges of the master are.
 """
 
-import itertools
-
 import numpy as np
 import pytest
 
-from problems import COMM, DIMENSION, build, fix, squeezed
-from raymortar import Search, compat
+from problems import COMM, DIMENSION
 from raymortar.scenes import two_blocks
 from test_coverage import ROTATION, touch, worst
 from test_patch import METHODS, check_hydrostatic
@@ -63,41 +60,3 @@ def test_curved_surfaces_are_covered(cell, swap, gap):
         assert worst(segments["covered"] - 1.0) <= COVERAGE
         # Newton's method has found all there is to find
         assert np.all(contact.points()["status"] >= 1)
-
-
-def bend_within(scene, amplitude):
-    """Move the nodes of the lower block among each other: straight edges of the
-    interface become arcs within it, those of the rim stay."""
-    x = scene.mesh.geometry.x
-    cells = scene.cell_tags.find(scene.bodies["lower"])
-    nodes = np.unique(compat.geometry_dofmap(scene.mesh)[cells])
-    lateral = np.sin(np.pi * x[nodes, :2]).prod(axis=1) * x[nodes, 2]
-    x[nodes, :2] += amplitude * lateral[:, None] * (1.0, -1.0)
-
-
-def in_a_box(V, scene):
-    """Squeezed, with no normal displacement on all lateral sides."""
-    sides = itertools.product(("lower", "upper"), enumerate(("right", "back")))
-    return squeezed(V, scene) + [
-        fix(V, scene, f"{block}_{side}", axis) for block, (axis, side) in sides
-    ]
-
-
-@pytest.mark.parametrize("n", [2, 4])
-def test_edges_bent_within_a_flat_interface(n, record_property):
-    """The rims of both bodies coincide but for what the chords of bent edges do to the
-    surfaces: crossings of rims must not wander along them, or Newton's method stalls.
-    """
-    errors = []
-    for subdivide in (False, True):
-        scene = two_blocks(COMM, 3, "hexahedron", (n + 1, n + 1, 1), (n, n, 1), 2)
-        bend_within(scene, 0.1)
-        search = Search(subdivide=subdivide)
-        case = build(scene, 2, "neo-hookean", bcs=in_a_box, search=search)
-        assert case.solve() <= 5
-        exact = np.diag([0.0, 0.0, -0.2])
-        errors.append(np.linalg.norm(case.gradient() - exact, axis=(2, 3)).mean())
-    record_property("errors", errors)
-    # The strain is 0.2: there is an error, and it is that of the chords
-    assert 1e-6 < errors[0] < 2e-4
-    assert errors[1] < 0.2 * errors[0]

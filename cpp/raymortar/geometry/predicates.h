@@ -52,10 +52,6 @@ inline constexpr double astray = 0.5;
 /// rims of slave and master coincide they cross anywhere
 inline constexpr double along = 1e-2;
 
-/// Edges that lie on each other within this share of the slave's edge cross
-/// anywhere along it: the digits left say nothing of where
-inline constexpr double same_edge = 1e-5;
-
 /// lam . n + gamma g below this times gamma times the facet diameter counts
 /// as contact: bodies that touch exactly must not open by a rounding error
 inline constexpr double touch = 1e-11;

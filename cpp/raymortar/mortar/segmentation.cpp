@@ -3,7 +3,6 @@
 #include "raymortar/geometry/patch.h"
 #include "raymortar/mortar/layers.h"
 #include <limits>
-#include <optional>
 
 namespace raymortar
 {
@@ -272,7 +271,7 @@ private:
     }
     if constexpr (D == 3)
       if (from.kind == Provenance::Kind::crossing and from.master >= 0)
-        return crossing(patch, static_cast<std::size_t>(from.slave), nodes,
+        return crossing(patch.edge(static_cast<std::size_t>(from.slave)), nodes,
                         master, static_cast<std::size_t>(from.master), at,
                         flat);
     return flat;
@@ -297,41 +296,12 @@ private:
     return v;
   }
 
-  /// A crossing of edges that run along each other has no place of its own. It
-  /// would wander along them, and the points with it: it is put in the middle
-  [[nodiscard]] static std::optional<double>
-  middle_of_shared(const SlavePatch<F>& patch, std::size_t edge_s,
-                   const MasterPatch<F>& master, std::size_t edge_m)
-  {
-    const auto next = (edge_s + 1) % static_cast<std::size_t>(patch.count);
-    const Vec<2> begin = patch.y[edge_s], along = patch.y[next] - begin;
-    double first = 1.0, last = 0.0;
-    for (const std::size_t c : {edge_m, (edge_m + 1) % master.count})
-    {
-      const Vec<2> to = master.y[c] - begin;
-      const double off = along[0] * to[1] - along[1] * to[0];
-      if (std::abs(off) > tolerance::same_edge * along.squaredNorm())
-        return std::nullopt;
-      const double s = along.dot(to) / along.squaredNorm();
-      first = std::min(first, s);
-      last = std::max(last, s);
-    }
-    return 0.5 * (std::max(first, 0.0) + std::min(last, 1.0));
-  }
-
   [[nodiscard]] static Vertex<F>
-  crossing(const SlavePatch<F>& patch, std::size_t slave_edge,
-           const typename F::NodeMatrix& nodes, const MasterPatch<F>& master,
-           std::size_t edge, const typename F::RefPoint& at, Vertex<F> v)
+  crossing(const ReferenceEdge<F>& edge_s, const typename F::NodeMatrix& nodes,
+           const MasterPatch<F>& master, std::size_t edge,
+           const typename F::RefPoint& at, Vertex<F> v)
   {
-    const ReferenceEdge<F> edge_s = patch.edge(slave_edge);
     const ReferenceEdge<F> edge_m = master.edge(edge);
-    if (not F::affine)
-      if (const auto s = middle_of_shared(patch, slave_edge, master, edge))
-      {
-        v.xi = edge_s.at(*s);
-        return v;
-      }
     double s = edge_s.place_of(v.xi), t = master.place_on_edge(edge, at);
     if (not F::affine and
         not cross_edges<F>(nodes, edge_s, master.nodes, edge_m, s, t))
