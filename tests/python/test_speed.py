@@ -28,7 +28,9 @@ def results(tmp_path_factory):
     output = tmp_path_factory.mktemp("speed")
     command = [sys.executable, str(RUN), "--quick", "--output", str(output)]
     subprocess.run(
-        [*command, "--parts", "stages,pairing,fixed_point,ironing"], check=True, timeout=300
+        [*command, "--parts", "stages,pairing,fixed_point,ironing"],
+        check=True,
+        timeout=300,
     )
     return output
 
