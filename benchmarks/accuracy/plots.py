@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import common
+import drawing
 import numpy as np
 from clock import STAGES
 
@@ -44,7 +44,7 @@ def of(found, **values):
 
 def draw(found, output: Path):
     """All plots for which there are results, as PNG."""
-    plt = common.pyplot()
+    plt = drawing.pyplot()
     for problem in ("B1", "B2", "B4"):
         if of(found, problem=problem, program="raymortar"):
             _fronts(plt, found, problem, output / f"pareto_{problem}.png")

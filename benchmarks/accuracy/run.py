@@ -24,6 +24,7 @@ from sweeps import Run, demo, getfem, measure  # noqa: E402
 SIZES = {(2, 1): (4, 8, 16, 32, 64), (2, 2): (4, 8, 16, 32, 64)}
 SIZES |= {(3, 1): (4, 8, 16), (3, 2): (2, 4, 8)}
 CELLS = {2: ("triangle", "quadrilateral"), 3: ("tetrahedron", "hexahedron")}
+TANGENTS = ("fixed", "full")
 QUADRATURES = (1, 2, 3, 4, 5, 6, 8, 12)
 
 
@@ -78,6 +79,20 @@ def closed_forms():
             yield Run("D3", "hexahedron", 1, n, q)
 
 
+def tangents():
+    """Both tangents, on the second mesh of each kind (in 2D the third too), and in
+    the demos."""
+    for problem, dim in (("B2", 2), ("B4", 2), ("B1", 3)):
+        for cell, degree in kinds(dim):
+            for n in SIZES[dim, degree][1 : 5 - dim]:
+                for tangent in TANGENTS:
+                    yield "raymortar", Run(problem, cell, degree, n, tangent=tangent)
+    for tangent in TANGENTS:
+        for degree in (1, 2):
+            yield "demo", Run("D2", "quadrilateral", degree, 20, tangent=tangent)
+        yield "demo", Run("D3", "hexahedron", 1, 8, tangent=tangent)
+
+
 def peer():
     """Both programs with a vector multiplier and a flat master bent by its values."""
     for problem, dim in (("B2", 2), ("B1", 3)):
@@ -109,6 +124,7 @@ SWEEPS = {
     "closed_forms": lambda: (("demo", run) for run in closed_forms()),
     "quadrature": lambda: raymortars(quadrature),
     "settings": lambda: raymortars(settings),
+    "tangents": tangents,
     "refinement": lambda: raymortars(refinement),
     "peer": peer,
 }

@@ -136,9 +136,11 @@ def demo(run: Run) -> dict:
                 cell=run.cell,
                 quadrature_degree=run.quadrature,
                 measure=run.measure,
+                **options,
             )
         return result, clock
 
+    options = {} if run.tangent is None else {"tangent": run.tangent}
     # Compiles the forms
     module.solve(COMM, SMALLEST[run.problem], run.degree, cell=run.cell)
     result, clock = once()

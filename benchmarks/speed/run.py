@@ -5,7 +5,8 @@
 CPU seconds, medians of five calls. Parts: `stages` (every stage against the number of
 slave facets, and the floor of the insertion), `pairing` (up to a million facets, all
 strategies), `peer` (GetFEM on the same surfaces), `share` (of a Newton iteration with
-MUMPS), `fixed_point` (against Newton's method on everything).
+MUMPS), `fixed_point` (against Newton's method on everything), `ironing` (a path from
+end to end, and in GetFEM).
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from pathlib import Path
 import numpy as np
 
 import fixed_point
+import ironing
 import peer
 import plots
 import share
@@ -118,7 +120,16 @@ def share_rows(quick):
 
 def fixed_point_rows(quick):
     """Solves, iterations and time of both methods on the same paths."""
-    rows = fixed_point.rows(quick)
+    return listed(fixed_point.rows(quick))
+
+
+def ironing_rows(quick):
+    """Run time of a path in both programs."""
+    return listed(ironing.rows(quick))
+
+
+def listed(rows):
+    """The rows, printed with the names of their columns."""
     for row in rows:
         print(", ".join(f"{name} {value}" for name, value in row.items()))
     return rows
@@ -130,6 +141,7 @@ PARTS = {
     "peer": peer_rows,
     "share": share_rows,
     "fixed_point": fixed_point_rows,
+    "ironing": ironing_rows,
 }
 
 

@@ -55,7 +55,7 @@ class Blocks:
         See raymortar.
     """
 
-    def __init__(self, cell, degree, n, height=None, multiplier=None):
+    def __init__(self, cell, degree, n, height=None, multiplier=None, tangent="full"):
         self.scene, dim = layers(cell, n, height), CELLS[cell]
         V = compat.vector_space(self.scene.mesh, degree)
         self.u = fem.Function(V)
@@ -65,6 +65,7 @@ class Blocks:
             self.scene.facet_tags,
             [(tags["slave"], tags["master"])],
             raymortar.AugmentedLagrangian(1.0, multiplier=multiplier),
+            tangent=tangent,
         )
         lam = self.contact.multiplier
         components = self.contact.layout.components

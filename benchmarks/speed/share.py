@@ -12,7 +12,7 @@ from stages import clock
 def row(cell, degree, n, repeats=5):
     """CPU seconds of the parts of one Newton iteration on two cubes.
 
-    Contact includes pairing, its residual and its tangent.
+    Contact includes pairing, its residual and its tangent (through moving segments).
     """
     blocks = Blocks(cell, degree, n, height=n)
     contact, problem = blocks.contact, blocks.problem

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import ctypes
 import resource
 import time
+from pathlib import Path
 
 import numpy as np
 from petsc4py import PETSc
@@ -62,7 +64,7 @@ def assembly(pair, repeats):
 
     ``laws`` is what the residual computes; ``blocks`` what the tangent computes;
     ``insertion`` the rest of it; ``floor`` writing blocks of the same sizes to the same
-    places with MatSetValues.
+    places with MatSetValues. Second result: memory of the process with the matrix.
     """
     zone, A = pair.zone, pair.matrix()
     b = PETSc.Vec().createSeq(pair.size)
@@ -92,21 +94,27 @@ def assembly(pair, repeats):
         "tangent": clock(tangent, repeats),
         "floor": clock(floor, repeats),
     }
+    memory = resident()
     result["insertion"] = max(result["tangent"] - result["blocks"], 0.0)
-    return result
+    return result, memory
 
 
 def resident():
-    """Largest memory of this process so far, bytes."""
-    return 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    """Memory of this process, bytes. What is free goes back to the system before."""
+    ctypes.CDLL(None).malloc_trim(0)
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * resource.getpagesize()
 
 
-def row(shape, degree, n, repeats=5, with_assembly=True):
-    """One line of the table: counts, seconds and memory of one size."""
+def row(shape, degree, n, repeats=5):
+    """One line of the table: counts, seconds and memory of one size.
+
+    ``bytes`` are those of surfaces, zone and contact's own matrix.
+    """
     before = resident()
     pair, seconds, counts = pairing(shape, degree, n, repeats)
-    if with_assembly:
-        seconds |= assembly(pair, repeats)
+    assembled, memory = assembly(pair, repeats)
+    seconds |= assembled
     line = {
         "shape": shape,
         "degree": degree,
@@ -115,7 +123,7 @@ def row(shape, degree, n, repeats=5, with_assembly=True):
         "segments": counts["segments"],
         "points": counts["points"],
         "candidates_found": counts["candidates"],
-        "bytes": resident() - before,
+        "bytes": memory - before,
     }
     return line | {f"s_{name}": value for name, value in seconds.items()}
 

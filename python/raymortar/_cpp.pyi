@@ -91,12 +91,12 @@ class Zone:
         law: LawKind,
         friction: Coulomb | Tresca | Stick,
         current_measure: bool,
+        moving_segments: bool,
         distances: SearchDistances,
         strategy: Strategy,
         subdivide: bool,
         segment_rules: SegmentRules,
         facet_rule: QuadratureRule,
-        moving_segments: bool,
     ) -> None: ...
     def set_displacement(self, slave: _Reals, master: _Reals) -> None: ...
     def set_old_displacement(self, slave: _Reals, master: _Reals) -> None: ...

@@ -184,8 +184,8 @@ class ContactFields:
     def friction_work(self) -> float:
         """Work that tangential tractions take in this step, before `advance`. Collective.
 
-        - int t_T . w over the slave surfaces: force times length, per thickness in 2D.
-        With the elastic penalty a part is stored in its springs.
+        The integral of -t . T_n w over the slave surfaces: force times length, per
+        thickness in 2D. With the elastic penalty a part is stored in its springs.
         """
         if self.friction is None:
             return 0.0

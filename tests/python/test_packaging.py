@@ -59,6 +59,47 @@ def test_every_bound_name_has_a_type():
             assert annotated(node.body) == bound, node.name
 
 
+def arguments(node):
+    """Names of the arguments of a function of the stub."""
+    parts = (*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs)
+    return [part.arg for part in parts]
+
+
+def bound_arguments(function):
+    """Those of a function of the module, from the signature that pybind11 writes.
+
+    Of several versions of it, those of the longest.
+    """
+    head = rf"^(?:\d+\. )?{function.__name__}\((.*)\)(?: ->.*)?$"
+    versions = re.findall(head, function.__doc__, re.MULTILINE)
+    names = (re.findall(r"(?:^|, )(\w+)(?=:|,|$)", version) for version in versions)
+    return max(names, key=len)
+
+
+def functions(body, owner):
+    """Pairs of a stub's function and the bound one, of classes too."""
+    for node in body:
+        if isinstance(node, ast.ClassDef):
+            yield from functions(node.body, getattr(owner, node.name))
+        elif isinstance(node, ast.FunctionDef) and not node.decorator_list:
+            yield node, getattr(owner, node.name)
+
+
+@pytest.mark.quick
+def test_every_bound_function_has_the_arguments_of_its_type():
+    stub = ast.parse(STUB.read_text(encoding="utf-8"))
+    pairs = list(functions(stub.body, _cpp))
+    assert len(pairs) > 30
+    for node, bound in pairs:
+        names = bound_arguments(bound)
+        # Names that pybind11 was not told are arg0, arg1, ...
+        given = [
+            ours for ours, name in zip(arguments(node), names) if "arg" not in name
+        ]
+        assert given == [name for name in names if "arg" not in name], node.name
+        assert len(arguments(node)) == len(names), node.name
+
+
 def test_every_public_name_is_documented():
     pages = (ROOT / "docs" / "api").glob("*.md")
     text = "\n".join(page.read_text(encoding="utf-8") for page in pages)

@@ -1,5 +1,6 @@
 """Programs of the pages run as they are typed in, and print what the pages say."""
 
+import inspect
 import re
 import subprocess
 import sys
@@ -7,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+import raymortar
 from raymortar import compat
 
 ROOT = Path(__file__).parents[2]
@@ -61,3 +63,45 @@ def test_example_of_the_start_page_carries_its_load(tmp_path):
     assert all(row[1] <= 8 for row in rows)
     stiffness = [row[-1] / row[0] for row in rows]
     assert stiffness == sorted(stiffness) and stiffness[0] > 0.0
+
+
+# What None means, where the page says that instead
+STANDS_FOR_NONE = {
+    "method": "AugmentedLagrangian()",
+    "search": "Search()",
+    "reach": "twice the largest facet diameter",
+    "depth": "twice the largest facet diameter",
+    "skin": "half the largest facet diameter",
+}
+
+
+def rows_of(heading):
+    """First two columns of the table of arguments in a section of the guide."""
+    page = (ROOT / "docs" / "parameters.md").read_text(encoding="utf-8")
+    section = re.search(
+        rf"^## `{heading}\(.*?(?=^## |\Z)", page, re.MULTILINE | re.DOTALL
+    )[0]
+    table = re.search(r"^\| argument .*?(?=^$|\Z)", section, re.MULTILINE | re.DOTALL)[
+        0
+    ]
+    return dict(re.findall(r"^\| `(\w+)` \| *(.*?) *\|", table, re.MULTILINE))
+
+
+@pytest.mark.quick
+@pytest.mark.parametrize(
+    "name",
+    """Contact AugmentedLagrangian Penalty Search NonlinearProblem FixedPointSolver
+    LoadSteps History""".split(),
+)
+def test_every_argument_has_a_row_with_its_default(name):
+    rows = rows_of(name)
+    parameters = inspect.signature(getattr(raymortar, name)).parameters
+    assert list(rows) == list(parameters)
+    for parameter in parameters.values():
+        default, said = parameter.default, rows[parameter.name].strip("`")
+        if default is inspect.Parameter.empty:
+            assert said == ""
+        elif parameter.name in STANDS_FOR_NONE:
+            assert default is None and STANDS_FOR_NONE[parameter.name] in said
+        else:
+            assert said.replace('"', "'") == repr(default)

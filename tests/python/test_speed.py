@@ -28,7 +28,7 @@ def results(tmp_path_factory):
     output = tmp_path_factory.mktemp("speed")
     command = [sys.executable, str(RUN), "--quick", "--output", str(output)]
     subprocess.run(
-        [*command, "--parts", "stages,pairing,fixed_point"], check=True, timeout=300
+        [*command, "--parts", "stages,pairing,fixed_point,ironing"], check=True, timeout=300
     )
     return output
 
@@ -58,3 +58,13 @@ def test_both_methods_finish_the_same_paths(results):
     for newton, held in zip(rows[::2], rows[1::2]):
         assert newton["path"] == held["path"]
         assert int(held["pairings"]) < int(newton["pairings"])
+
+
+def test_ironing_agrees_with_getfem(results):
+    rows = read(results / "ironing.csv")
+    assert rows[0]["program"] == "raymortar"
+    assert 0.0 < float(rows[0]["contact_share"]) < 1.0
+    for row in rows[1:]:
+        assert row["steps"] == rows[0]["steps"]
+        for force, allowed in (("V", 1e-4), ("H", 2e-3)):  # measured 1e-5, 5e-4
+            assert abs(float(row[force]) / float(rows[0][force]) - 1.0) < allowed

@@ -70,11 +70,15 @@ template <class F>
   const Mat<D, F::dofs> turn = g * dual * p.G_s;
   // du_s - du_m + g dn, applied to rho and -b
   Eigen::Matrix<double, D, 2 * side, Eigen::RowMajor> z;
-  for (int a = 0; a < F::dofs; ++a)
+  for (int j = 0; j < D; ++j)
   {
-    z.template middleCols<D>(a * D) =
-        p.N_s[a] * dual - turn.col(a) * p.slave.n.transpose();
-    z.template middleCols<D>(side + a * D) = -p.N_m[a] * dual;
+    auto row = z.row(j);
+    for (int a = 0; a < F::dofs; ++a)
+    {
+      row.template segment<D>(a * D) =
+          p.N_s[a] * dual.row(j) - turn(j, a) * p.slave.n.transpose();
+      row.template segment<D>(side + a * D) = -p.N_m[a] * dual.row(j);
+    }
   }
   return {-z.row(D - 1), z.template topRows<D - 1>()};
 }

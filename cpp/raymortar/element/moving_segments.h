@@ -42,6 +42,8 @@ public:
       {
         flush(s, e, segment, data, map, kernel, couplings);
         segment = s.points.segment[q];
+        if (segment != no_index)
+          place_vertices(s, segment, map);
       }
       if (segment == no_index)
         continue;
@@ -69,77 +71,64 @@ private:
     Vec<Layout::size> by_measure;
   };
 
-  /// Vertices of one segment in the plane in which its sides are straight
-  struct Vertices
+  /// Vertices of a segment, and their mean, in the plane in which its sides are
+  /// straight
+  void place_vertices(const ContactState& s, Index number,
+                      const FlatMap<F>& map)
   {
-    const ContactState& s;
-    const Segment& segment;
-    const FlatMap<F>& map;
-
-    [[nodiscard]] std::size_t size() const
+    const Segment& segment =
+        s.segmentation.segments[static_cast<std::size_t>(number)];
+    _size = static_cast<std::size_t>(segment.size);
+    _y[centre].setZero();
+    for (std::size_t v = 0; v < _size; ++v)
     {
-      return static_cast<std::size_t>(segment.size);
-    }
-
-    [[nodiscard]] Flat operator()(std::size_t v) const
-    {
-      if (v == centre)
-      {
-        Flat sum = Flat::Zero();
-        for (std::size_t k = 0; k < size(); ++k)
-          sum += (*this)(k) / static_cast<double>(size());
-        return sum;
-      }
       const auto k = static_cast<std::size_t>(segment.begin) + v;
-      return map.to_flat(s.segmentation.vertices[k].template head<T>());
+      _y[v] = map.to_flat(s.segmentation.vertices[k].template head<T>());
+      _y[centre] += _y[v] / static_cast<double>(_size);
     }
-  };
+  }
 
   void add_point(const ContactState& s, std::size_t q, const FlatMap<F>& map,
                  const Integrand<F, L, Law>& at)
   {
-    const Segment& segment =
-        s.segmentation.segments[static_cast<std::size_t>(s.points.segment[q])];
     const typename F::RefPoint xi = s.points.xi[q].template head<T>();
     const typename FlatMap<F>::Gradient G = map.gradient(xi);
     // The uncovered part takes the points of segments with negative weights
     const double sign = s.points.seed[q] == no_index ? -1.0 : 1.0;
-    const Change change{
-        s.points.weight[q] *
-            (at.f_xi - at.f * map.log_det_gradient(xi).transpose()) *
-            G.inverse(),
-        sign / G.determinant() * at.f};
-    add_in_piece(change, {s, segment, map},
+    const Mat<T, T> to_y = s.points.weight[q] * G.inverse();
+    const Mat<1, T> log_det = map.log_det_gradient(xi).transpose() * to_y;
+    Change change;
+    change.by_y = at.f_xi.lazyProduct(to_y);
+    for (int t = 0; t < T; ++t)
+      change.by_y.col(t) -= log_det[t] * at.f;
+    change.by_measure = sign / G.determinant() * at.f;
+    add_in_piece(change, s.segment_rules,
                  static_cast<std::size_t>(s.points.place[q]));
   }
 
   /// By the rule that append_on_polygon took, and its place in there
-  void add_in_piece(const Change& change, const Vertices& vertices,
+  void add_in_piece(const Change& change, const SegmentRules& rules,
                     std::size_t place)
   {
-    const SegmentRules& rules = vertices.s.segment_rules;
-    const std::size_t n = vertices.size();
     if constexpr (T == 1)
-      add_on<Shape::interval>(change, vertices, rules.simplex, place, {0, 1});
-    else if (n == 3)
-      add_on<Shape::triangle>(change, vertices, rules.simplex, place,
-                              {0, 1, 2});
-    else if (n == 4)
-      add_on<Shape::quadrilateral>(change, vertices, rules.quadrilateral, place,
+      add_on<Shape::interval>(change, rules.simplex, place, {0, 1});
+    else if (_size == 3)
+      add_on<Shape::triangle>(change, rules.simplex, place, {0, 1, 2});
+    else if (_size == 4)
+      add_on<Shape::quadrilateral>(change, rules.quadrilateral, place,
                                    {0, 1, 3, 2});
     else
     {
       const std::size_t piece = place / rules.fan.weights.size();
-      add_on<Shape::triangle>(change, vertices, rules.fan,
+      add_on<Shape::triangle>(change, rules.fan,
                               place % rules.fan.weights.size(),
-                              {centre, piece, (piece + 1) % n});
+                              {centre, piece, (piece + 1) % _size});
     }
   }
 
   /// Point k of a rule under the map of some vertices
   template <Shape P>
-  void add_on(const Change& change, const Vertices& vertices,
-              const QuadratureRule& rule, std::size_t k,
+  void add_on(const Change& change, const QuadratureRule& rule, std::size_t k,
               const std::array<std::size_t, Reference<P>::corners>& corners)
   {
     constexpr int count = Reference<P>::corners;
@@ -148,19 +137,13 @@ private:
     const Mat<count, T> dN = Lagrange<P, 1>::gradients(r);
     Mat<T, T> J = Mat<T, T>::Zero();
     for (int c = 0; c < count; ++c)
-      J += vertices(corners[static_cast<std::size_t>(c)]) * dN.row(c);
+      J += _y[corners[static_cast<std::size_t>(c)]] * dN.row(c);
     const Mat<count, T> dJ = rule.weights[k] * dN * adjugate(J);
     for (int c = 0; c < count; ++c)
     {
-      const Sum sum = N[c] * change.by_y + change.by_measure * dJ.row(c);
-      const std::size_t v = corners[static_cast<std::size_t>(c)];
-      if (v != centre)
-      {
-        _by_vertex[v] += sum;
-        continue;
-      }
-      for (std::size_t each = 0; each < vertices.size(); ++each)
-        _by_vertex[each] += sum / static_cast<double>(vertices.size());
+      Sum& sum = _by_vertex[corners[static_cast<std::size_t>(c)]];
+      for (int t = 0; t < T; ++t)
+        sum.col(t) += N[c] * change.by_y.col(t) + dJ(c, t) * change.by_measure;
     }
   }
 
@@ -200,16 +183,18 @@ private:
         continue;
       const typename F::RefPoint xi =
           s.segmentation.vertices[at].template head<T>();
-      const Mat<T, 2 * side> dy =
+      const Motion dy =
           map.gradient(xi) * vertex_motion<F>(data.slave, master, xi, hangs_on);
-      const Sum& A = _by_vertex[v];
-      kernel.A.template leftCols<side>() += A * dy.template leftCols<side>();
+      // The mean of all vertices moves with each
+      if (_size > 4)
+        _by_vertex[v] += _by_vertex[centre] / static_cast<double>(_size);
+      add_motion<Layout::size>(_by_vertex[v], dy, 0, kernel.A, 0);
       if (own)
-        kernel.A.template rightCols<side>() +=
-            A * dy.template rightCols<side>();
+        add_motion<Layout::size>(_by_vertex[v], dy, side, kernel.A,
+                                 Layout::master);
       else
-        _coupling.template topRightCorner<Layout::alone, side>() +=
-            A.template topRows<Layout::alone>() * dy.template rightCols<side>();
+        add_motion<Layout::alone>(_by_vertex[v], dy, side, _coupling,
+                                  Layout::master);
     }
     if (not own)
       couplings(e, of.master, _coupling.data(), Layout::size);
@@ -217,9 +202,30 @@ private:
       sum.setZero();
   }
 
-  std::array<Sum, capacity> _by_vertex = []
+  using Motion = Eigen::Matrix<double, T, 2 * Layout::side, Eigen::RowMajor>;
+
+  /// Add the first rows of A times one side's columns of dy to a block
+  template <int Count>
+  static void add_motion(const Sum& A, const Motion& dy, int from,
+                         typename Kernel::Matrix& block, int to)
   {
-    std::array<Sum, capacity> zero;
+    constexpr int side = Layout::side;
+    for (int r = 0; r < Count; ++r)
+    {
+      auto row = block.row(r).template segment<side>(to);
+      if constexpr (T == 1)
+        row += A(r, 0) * dy.template segment<side>(from);
+      else
+        row += A(r, 0) * dy.row(0).template segment<side>(from) +
+               A(r, 1) * dy.row(1).template segment<side>(from);
+    }
+  }
+
+  std::size_t _size = 0; ///< vertices of the present segment
+  std::array<Flat, capacity + 1> _y;
+  std::array<Sum, capacity + 1> _by_vertex = []
+  {
+    std::array<Sum, capacity + 1> zero;
     for (auto& sum : zero)
       sum.setZero();
     return zero;
