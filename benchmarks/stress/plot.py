@@ -17,6 +17,7 @@ COLOURS = {
     "steps with line search": "#fdae61",
     "growing steps": "#e6ab02",
     "another equilibrium": "#74add1",
+    "wrong, with a warning": "#f4a6a0",
     "fails": "#bdbdbd",
     "fails without a reason": "#c51b7d",
     "wrong": "#d73027",

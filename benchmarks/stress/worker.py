@@ -10,6 +10,7 @@ import json
 import logging
 import sys
 import time
+import warnings
 
 import numpy as np
 from petsc4py import PETSc
@@ -77,12 +78,16 @@ def solve(setting):
     for way in ways:
         case = SCENES[setting.scene](setting)
         try:
-            result["iterations"] = WAYS[way](case)
+            with warnings.catch_warnings(record=True) as told:
+                warnings.simplefilter("always", raymortar.ContactWarning)
+                result["iterations"] = WAYS[way](case)
         except FAILURES as failure:
             result["message"] += f"{way}: {str(failure)[:400]} | "
             continue
         history = case.problem.history
         result["way"] = way
+        kinds = [issubclass(w.category, raymortar.ContactWarning) for w in told]
+        result["warned"] = bool(kinds and kinds[-1])
         result["floor"] = history[-1] / max(history) if max(history) > 0.0 else 0.0
         result["error"] = case.error()
         result |= case.defects()

@@ -2,7 +2,7 @@
 
 from . import solvers
 from .contact import Contact
-from .errors import ContactError, ConvergenceError
+from .errors import ContactError, ContactWarning, ConvergenceError
 from .fixed_point import FixedPointSolver
 from .friction import Coulomb, Stick, Tresca
 from .history import History
@@ -18,6 +18,7 @@ __all__ = [
     "AugmentedLagrangian",
     "Contact",
     "ContactError",
+    "ContactWarning",
     "ConvergenceError",
     "Coulomb",
     "FixedPointSolver",

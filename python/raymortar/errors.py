@@ -18,6 +18,10 @@ class ConvergenceError(RuntimeError):
     """A nonlinear solve, or a path of load steps, that did not converge."""
 
 
+class ContactWarning(UserWarning):
+    """A converged solve whose contact is not to be trusted everywhere."""
+
+
 def raise_everywhere(
     comm: MPI.Comm, message: str | None, exception: type[Exception] = ContactError
 ) -> None:

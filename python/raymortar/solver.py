@@ -12,6 +12,7 @@ from petsc4py import PETSc
 from . import compat, solvers
 from .errors import ContactError, ConvergenceError, raise_everywhere
 from .methods import Penalty
+from .penetration import warn_of_penetration
 from .problem import NonlinearProblem
 
 # Each solver has its own prefix in the PETSc options, or one would set the other's
@@ -197,10 +198,11 @@ def _renew(ksp: PETSc.KSP, A: PETSc.Mat) -> None:
 
 
 def _require(problem: NonlinearProblem, converged: bool, reason: str) -> None:
-    """Raise, on every rank, if a solve has failed."""
+    """Raise, on every rank, if a solve has failed, and warn of a doubtful end."""
     if not converged:
         message = f"Newton did not converge {reason}: {problem.describe()}"
         raise_everywhere(problem.comm, message, ConvergenceError)
+    warn_of_penetration(problem.contact)
 
 
 def _line_search(problem: NonlinearProblem) -> str:

@@ -46,18 +46,24 @@ def test_forces_below_the_rounding_error_of_a_stiff_body_are_found(soft, solver)
     assert worst(problem.slave_multiplier() / pressure - 1.0) < 3e-6
 
 
-@pytest.mark.parametrize("share", [0.01, 0.05, 0.1])
-def test_flanks_beside_a_sharp_corner_do_not_hit_the_master_below(share):
-    """Rays of the flanks run backwards over the master that pokes over the corner."""
+def flanked(share):
+    """A punch pressed by a share of its height, its flanks slave surfaces as well."""
     scene = two_blocks(COMM, 2, "triangle", (7, 5), (5, 5), upper_size=(0.6, 1.0))
     names = ["slave", "upper_left", "upper_right"]
-    problem = build(
+    return build(
         scene,
         1,
         "neo-hookean",
         pairs=[(name, "master") for name in names],
         bcs=lambda V, scene: pushed(V, scene, share),
     )
+
+
+@pytest.mark.filterwarnings("error::raymortar.ContactWarning")
+@pytest.mark.parametrize("share", [0.01, 0.05, 0.1])
+def test_flanks_beside_a_sharp_corner_do_not_hit_the_master_below(share):
+    """Rays of the flanks run backwards over the master that pokes over the corner."""
+    problem = flanked(share)
     assert problem.solve() <= 8
     for zone in problem.contact.zones:
         points = zone.points()
@@ -101,3 +107,13 @@ def test_surfaces_of_one_facet_meet(cell):
     problem.solve()
     assert worst(problem.gradient() + np.eye(problem.dim) - F) < 1e-9
     assert worst(problem.slave_multiplier() / P[-1, -1] - 1.0) < 1e-9
+
+
+@pytest.mark.mpi
+def test_flanks_pressed_deep_are_told_of():
+    """By 0.4 heights in one step a flank's point is a third of a facet deep, in balance."""
+    problem = flanked(0.4)
+    with pytest.warns(
+        raymortar.ContactWarning, match=r"deep in the master, 0\.3.* of its"
+    ):
+        problem.solve(SOLVERS[-1])
