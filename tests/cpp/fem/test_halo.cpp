@@ -112,8 +112,8 @@ TYPED_TEST(HaloTest, BoxFetchesTheFacetsThatOverlapIt)
       EXPECT_EQ(std::count(got.begin(), got.end(), f), 0);
     }
   }
-  EXPECT_TRUE(std::includes(got.begin(), got.end(), expected.begin(),
-                            expected.end()));
+  EXPECT_TRUE(
+      std::includes(got.begin(), got.end(), expected.begin(), expected.end()));
   EXPECT_LT(expected.size(), own.facet_id.size());
   EXPECT_GT(expected.size(), 0u);
 }
