@@ -256,6 +256,7 @@ def test_columns_of_variants(variant, cell, record_property):
         fem.Function(compat.vector_space(scene.mesh, 2)),
         scene.facet_tags,
         [(scene.tags["slave"], scene.tags["master"])],
+        tangent="fixed",
         **VARIANTS[variant](scene),
     )
     form = states.mass_form(contact.u.function_space)
