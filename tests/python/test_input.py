@@ -177,9 +177,9 @@ def test_coordinates_that_are_not_finite_are_refused(scene):
         (1 + 1j, "gamma must be a positive number"),
     ],
 )
-def test_bad_coefficients_are_refused(method, gamma, pattern):
+def test_bad_coefficients_are_refused(scene, method, gamma, pattern):
     with refused(pattern):
-        method(gamma)
+        contact(scene, method=method(gamma))
 
 
 def test_vector_function_is_no_coefficient(scene):
@@ -218,16 +218,22 @@ def test_unknown_options_are_refused(scene, options, pattern):
         ({"reach": "far"}, "reach = 'far'"),
     ],
 )
-def test_bad_search_is_refused(options, pattern):
+def test_bad_search_is_refused(scene, options, pattern):
     with refused(pattern):
-        Search(**options)
+        contact(scene, search=Search(**options))
 
 
-def test_unknown_multipliers_are_refused():
+def test_unknown_multipliers_are_refused(scene):
     with refused("multiplier must be 'normal' or 'vector', not 'tangential'"):
-        AugmentedLagrangian(multiplier="tangential")
+        contact(scene, method=AugmentedLagrangian(multiplier="tangential"))
     with refused("multiplier degree 3 is not 1 or 2"):
-        AugmentedLagrangian(degree=3)
+        contact(scene, method=AugmentedLagrangian(degree=3))
+
+
+@pytest.mark.skipif(COMM.size > 1, reason="several ranks are told together, by Contact")
+def test_one_rank_is_told_where_the_option_is_made():
+    with refused("reach = -1"):
+        Search(reach=-1)
 
 
 def test_unstable_multiplier_degree_is_refused(scene, scene_3d):
