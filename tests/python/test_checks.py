@@ -20,6 +20,8 @@ from raymortar import compat, errors
 from raymortar.checks import check_areas, check_pair, check_space
 from raymortar.facets import tagged_facets
 
+pytestmark = pytest.mark.mpi
+
 
 # Refusals of the displacement
 

@@ -12,6 +12,8 @@ from petsc4py import PETSc
 
 from raymortar import compat, errors
 
+pytestmark = pytest.mark.mpi
+
 COMM = MPI.COMM_WORLD
 N_MULTIPLIERS = 3  # rows per rank after the displacement's
 

@@ -5,6 +5,8 @@ import pytest
 from problems import COMM
 from raymortar import errors
 
+pytestmark = pytest.mark.mpi
+
 
 def test_error_of_one_rank_is_raised_on_all():
     last = COMM.size - 1

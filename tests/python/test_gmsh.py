@@ -6,6 +6,8 @@ import pytest
 from problems import COMM
 from raymortar import compat, errors
 
+pytestmark = pytest.mark.mpi
+
 
 def gmsh_square(gmsh):
     """Model of the unit square, with named groups."""

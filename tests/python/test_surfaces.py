@@ -21,6 +21,8 @@ from raymortar.facets import Facets, facet_node_table, tagged_facets
 from raymortar.reference_facets import facet_nodes, normals, shape_functions
 from raymortar.surfaces import build_surface
 
+pytestmark = pytest.mark.mpi
+
 
 @pytest.mark.parametrize("p, g", DEGREES)
 @pytest.mark.parametrize("cell", CELLS)
