@@ -11,8 +11,9 @@ from problems import COMM
 pytest.importorskip("matplotlib")
 if COMM.size > 1:
     pytest.skip("the benchmark is serial", allow_module_level=True)
-BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
-sys.path[:0] = [str(BENCHMARKS), str(BENCHMARKS / "accuracy")]
+ROOT = Path(__file__).parents[2]
+BENCHMARKS = ROOT / "benchmarks"
+sys.path[:0] = [str(BENCHMARKS), str(BENCHMARKS / "accuracy"), str(ROOT / "demos")]
 
 import plots  # noqa: E402
 import rows  # noqa: E402
