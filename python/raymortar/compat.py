@@ -28,7 +28,7 @@ from dolfinx import fem
 from mpi4py import MPI
 from petsc4py import PETSc
 
-from .errors import ContactError, raise_everywhere
+from .errors import ContactError, raise_everywhere, writing
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int32]
@@ -773,8 +773,7 @@ def write_xdmf(
         If the file cannot be written.
     """
     mode = "a" if append else "w"
-    problem = None
-    try:
+    with writing(mesh.comm, filename, RuntimeError):
         with dolfinx.io.XDMFFile(mesh.comm, str(filename), mode) as file:
             if not append:
                 file.write_mesh(mesh)
@@ -783,9 +782,6 @@ def write_xdmf(
                 degree = geometry_degree(mesh)
                 written = function if cellwise else of_degree(function, degree)
                 file.write_function(written, t)
-    except RuntimeError as error:
-        problem = f"{filename} cannot be written: {error}"
-    raise_everywhere(mesh.comm, problem)
 
 
 def write_vtk(
@@ -820,9 +816,6 @@ def write_vtk(
     found = path.parent.is_dir()
     problem = None if found else f"{path} cannot be written: there is no such folder"
     raise_everywhere(mesh.comm, problem)
-    try:
+    with writing(mesh.comm, path, RuntimeError):
         with dolfinx.io.VTKFile(mesh.comm, str(path), "w") as file:
             file.write_function(of_one_degree(functions), t)
-    except RuntimeError as error:
-        problem = f"{path} cannot be written: {error}"
-    raise_everywhere(mesh.comm, problem)

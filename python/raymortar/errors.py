@@ -54,6 +54,32 @@ def raise_everywhere(
 
 
 @contextmanager
+def writing(comm: MPI.Comm, path: Any, *kinds: type[Exception]) -> Iterator[None]:
+    """Raise on all ranks what keeps any of them from writing a file. Collective.
+
+    Parameters
+    ----------
+    comm
+        Communicator of the mesh.
+    path
+        For the message.
+    kinds
+        What the block raises where a file cannot be written.
+
+    Raises
+    ------
+    ContactError
+        That it cannot be written, and why.
+    """
+    problem = None
+    try:
+        yield
+    except kinds as error:
+        problem = f"{path} cannot be written: {error}"
+    raise_everywhere(comm, problem)
+
+
+@contextmanager
 def together(comm: MPI.Comm) -> Iterator[None]:
     """What one rank raises in the block, all raise at its end. Collective.
 

@@ -9,12 +9,11 @@ import numpy as np
 
 from . import _cpp
 from .errors import ContactError
-from .options import Options
+from .options import Options, is_real_number
 
 
 def _check(name: str, value: Any) -> None:
-    number = isinstance(value, (int, float, np.number)) and np.isreal(value)
-    if not (number and np.isfinite(value)):
+    if not (is_real_number(value) and np.isfinite(value)):
         raise ContactError(f"{name} must be a finite number, not {value!r}")
     if value < 0.0:
         raise ContactError(f"{name} = {value} must not be negative")

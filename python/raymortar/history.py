@@ -14,7 +14,7 @@ from dolfinx import fem
 
 from . import compat
 from .compat import Array
-from .errors import raise_everywhere
+from .errors import raise_everywhere, writing
 from .problem import NonlinearProblem
 
 _COUNTS = ("time", "iterations", "halvings", "active", "min_gap", "max_pressure")
@@ -129,18 +129,14 @@ class History:
 
     def _write(self, rows: Sequence[Sequence[float]]) -> None:
         """Add rows to the file, or begin it with them. Collective."""
-        problem = None
-        if self.path is not None and self._comm.rank == 0:
-            mode = "a" if self._begun else "w"
-            try:
+        with writing(self._comm, self.path, OSError):
+            if self.path is not None and self._comm.rank == 0:
+                mode = "a" if self._begun else "w"
                 with open(self.path, mode, newline="", encoding="utf-8") as file:
                     writer = csv.writer(file, lineterminator="\n")
                     if not self._begun:
                         writer.writerow(self.columns)
                     writer.writerows(rows)
-            except OSError as error:
-                problem = f"{self.path} cannot be written: {error}"
-        raise_everywhere(self._comm, problem)
         self._begun = True
 
     def __getitem__(self, column: str) -> Array:

@@ -9,7 +9,7 @@ import numpy as np
 from dolfinx.fem import Function
 
 from .errors import ContactError
-from .options import Options
+from .options import Options, is_real_number
 
 STRATEGIES = ("bvh", "advancing-front", "brute-force")
 MEASURES = ("reference", "current")
@@ -20,7 +20,7 @@ def check_coefficient(gamma: Any) -> None:
     """Raise unless gamma is None, a Function or a positive finite number."""
     if gamma is None or isinstance(gamma, Function):
         return
-    if not (isinstance(gamma, (int, float, np.number)) and np.isreal(gamma)):
+    if not is_real_number(gamma):
         raise ContactError(
             f"gamma must be a positive number, a Function or None, not {gamma!r}"
         )
@@ -130,7 +130,7 @@ class Search(Options):
             value = getattr(self, name)
             if value is None:
                 continue
-            if not (isinstance(value, (int, float, np.number)) and np.isreal(value)):
+            if not is_real_number(value):
                 raise ContactError(f"search {name} = {value!r} is not a number")
             if not (np.isfinite(value) and value >= 0.0):
                 raise ContactError(f"search {name} = {value} must not be negative")

@@ -2,7 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+import numpy as np
+
 from mpi4py import MPI
+
+
+def is_real_number(value: Any) -> bool:
+    """Whether a value is one real number, finite or not."""
+    return isinstance(value, (int, float, np.number)) and bool(np.isreal(value))
 
 
 class Options:

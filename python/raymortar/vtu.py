@@ -16,7 +16,7 @@ import numpy.typing as npt
 from mpi4py import MPI
 
 from .compat import Array
-from .errors import ContactError, raise_everywhere
+from .errors import ContactError, writing
 
 Numbers = npt.NDArray[Any]  # whole ones or reals
 
@@ -135,14 +135,10 @@ def write(path: Path, piece: Piece, comm: MPI.Comm) -> None:
     if path.suffix != ".vtu":
         raise ContactError(f"{path} must end in .vtu")
     files = [f"{path.stem}_{rank}.vtu" for rank in range(comm.size)]
-    problem = None
-    try:
+    with writing(comm, path, OSError):
         if comm.size == 1:
             path.write_text(_piece(piece))
         else:
             path.with_name(files[comm.rank]).write_text(_piece(piece))
             if comm.rank == 0:
                 path.with_suffix(".pvtu").write_text(_index(piece, files))
-    except OSError as error:
-        problem = f"{path} cannot be written: {error}"
-    raise_everywhere(comm, problem)
