@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from dataclasses import dataclass
 
+import gathered
 import numpy as np
 import pytest
 import states
@@ -117,7 +118,7 @@ def tangential(points, vectors):
 
 def trial_traction(contact):
     """Tangential trial traction at the points of a contact that sticks."""
-    p = contact.points()
+    p = gathered.points(contact)
     q = tangential(p, p["traction"])
     if contact.multiplier is not None:
         q -= states.GAMMA * tangential(p, p["slip"])
@@ -152,7 +153,7 @@ def law_for(case, scene, seed):
 
 
 def check_regime(contact, regime):
-    status = contact.points()["status"]
+    status = gathered.points(contact)["status"]
     found = set(status[status != NONE])
     assert found == {"stick": {STICK}, "slip": {SLIP}, "mixed": {STICK, SLIP}}[regime]
 
@@ -188,7 +189,7 @@ def test_taylor_remainder_is_quadratic(case, record_property):
     record_property("slope", found.tolist())
     assert np.all(np.abs(found - 2.0) <= 0.05), found
     if case.dim == 3 and case.method == "augmented" and case.regime == "slip":
-        p = contact.points()
+        p = gathered.points(contact)
         w, t = (tangential(p, p[k]) for k in ("slip", "traction"))
         cosine = np.einsum("qi,qi->q", w, t)
         cosine /= np.linalg.norm(w, axis=1) * np.linalg.norm(t, axis=1)
@@ -240,14 +241,14 @@ def test_rigid_rotation_is_no_slip(cell, method, angle, gap, record_property):
     contact.u.x.array[:] = u.ravel()
     states.set_multiplier(contact, rng)
     contact.update()
-    before = contact.points()
+    before = gathered.points(contact)
     hit = before["status"] != NONE
     assert np.abs(before["gap"][hit] - gap).max() < 0.5 * abs(gap)
     contact.advance()
     Q = turn(case.dim, np.deg2rad(angle), rng)
     rotate(contact, Q, shift=0.3)
     contact.update()
-    p = contact.points()
+    p = gathered.points(contact)
     np.testing.assert_array_equal(p["status"], before["status"])
     slip = np.abs(p["slip"][hit]).max()
     record_property("slip", slip)
@@ -267,12 +268,12 @@ def test_spring_traction_turns_with_the_surface(cell, measure, record_property):
     states.set_state(contact, scene, "active", 3)
     contact.advance()
     contact.update()
-    before = contact.points()
+    before = gathered.points(contact)
     assert {STICK, SLIP} <= set(before["status"]) | {STICK}
     Q = turn(case.dim, np.deg2rad(120.0), rng)
     rotate(contact, Q)
     contact.update()
-    after = contact.points()
+    after = gathered.points(contact)
     error = np.abs(after["traction"] - before["traction"] @ Q.T).max()
     record_property("spring", error)
     assert np.abs(tangential(before, before["traction"])).max() > 0.1
@@ -293,7 +294,7 @@ def test_forces_and_moments_are_in_balance(cell, method, law, record_property):
         states.set_state(contact, scene, regime, seed, noise=0.01)
         x, r = nodal_positions(contact), nodal_forces(contact)
         force_error = np.abs(r.sum(axis=0)).max() / np.abs(r).sum()
-        p = contact.points()
+        p = gathered.points(contact)
         hit = p["status"] != NONE
         arm = p["gap"][:, None] * p["normal"]
         couple = p["weight"][:, None] * moments(arm, p["traction"])

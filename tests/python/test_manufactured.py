@@ -14,12 +14,12 @@ import ufl
 import raymortar
 from raymortar import compat
 
+from gathered import dense
 from manufactured import Manufactured, rates
 from manufactured_fields import CUBE, SQUARE, TWO_CUBES, TWO_SQUARES, Motion
 from manufactured_scenes import SLIDE, TAGS, on_rigid
 from materials import MATERIALS
 from problems import fix
-from states import dense
 
 REST = Motion()
 ALL = {
