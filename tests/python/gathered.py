@@ -6,6 +6,8 @@ all of the multiplier; dofs and points are rank by rank. Everything is collectiv
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from mpi4py import MPI
 from problems import COMM
@@ -28,7 +30,8 @@ def found(values):
 
 def dictionary(arrays):
     """Arrays of all ranks by their keys, which must be the same everywhere."""
-    return {key: concatenated(values) for key, values in arrays.items()}
+    parts = COMM.allgather(arrays)
+    return {key: np.concatenate([part[key] for part in parts]) for key in arrays}
 
 
 def points(contact, zone=0):
@@ -46,12 +49,17 @@ def size_u(contact):
     return COMM.allreduce(contact.layout.n_u)
 
 
-def rows(contact):
-    """Rows of PETSc in the order of one rank's."""
-    starts, ends = contact.layout.ranges[:-1], contact.layout.ranges[1:]
-    middle = starts + COMM.allgather(contact.layout.n_u)
+@lru_cache(maxsize=4)
+def _rows(layout):
+    starts, ends = layout.ranges[:-1], layout.ranges[1:]
+    middle = starts + COMM.allgather(layout.n_u)
     ranges = [*zip(starts, middle), *zip(middle, ends)]
     return np.concatenate([np.arange(*limits) for limits in ranges])
+
+
+def rows(contact):
+    """Rows of PETSc in the order of one rank's."""
+    return _rows(contact.layout)
 
 
 def vector(contact, x):

@@ -80,6 +80,19 @@ class Case:
         return build_scene(kind, self.cell, self.geometry_degree, flat)
 
 
+def sampled(case, **others):
+    """Whether a case is one of a few for several ranks: for each cell one of each
+    method, or a single one in 3D; of two or more scenes that with an overhang."""
+    i, k = CELLS.index(case.cell), METHODS.index(case.method)
+    return (
+        (k == 1 or i < 2)
+        and (case.degree, case.geometry_degree) == DEGREES[(i + k) % len(DEGREES)]
+        and case.measure == MEASURES[(i + k) % len(MEASURES)]
+        and others.get("kind", "overhang") == "overhang"
+        and others.get("regime", "mixed") == "mixed"
+    )
+
+
 def make_contact(scene, case, gamma=GAMMA, tangent="fixed", **options):
     """Contact between the blocks of a scene, by default with the tangent whose
     identities hold at the integration points of one state: symmetry, balance."""

@@ -114,6 +114,9 @@ def cases():
             yield pytest.param(case, id=name_of(case), marks=quick)
 
 
+@pytest.mark.mpi(
+    where=lambda case, **_: case.cell == "triangle" and case.measure == "current"
+)
 @pytest.mark.parametrize("case", cases())
 def test_repaired_residual_has_the_full_tangent(case, record_property):
     """The slave overhangs a free edge of the master, where the integrand jumps."""
@@ -151,6 +154,9 @@ def friction_cases():
             yield pytest.param(case, id=f"{name_of(case)}-{law}-{regime}")
 
 
+@pytest.mark.mpi(
+    where=lambda case, **_: case.cell == "quadrilateral" and case.measure == "current"
+)
 @pytest.mark.parametrize("case", friction_cases())
 def test_repaired_residual_with_friction(case, record_property):
     scene = case.scene("overhang")
@@ -174,6 +180,7 @@ def test_repaired_residual_with_friction(case, record_property):
     assert is_first_order(fixed), fixed
 
 
+@pytest.mark.mpi
 @pytest.mark.parametrize("method", ["normal", "penalty"])
 def test_lifting_is_the_constrained_columns(cell, method):
     case = Case(cell, 1, 1, method, "current")

@@ -79,6 +79,7 @@ def moments(x, f):
 # Balances
 
 
+@pytest.mark.mpi(where=states.sampled)
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("case", cases())
 def test_forces_are_in_balance(case, kind, record_property):
@@ -91,6 +92,7 @@ def test_forces_are_in_balance(case, kind, record_property):
         assert error <= 1e-12
 
 
+@pytest.mark.mpi(where=states.sampled)
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("case", cases(rotates))
 def test_moments_are_those_of_tractions_over_the_gap(case, kind, record_property):
@@ -115,6 +117,7 @@ def test_moments_are_those_of_tractions_over_the_gap(case, kind, record_property
         assert max(defects) <= 1e-12  # the traction is along n
 
 
+@pytest.mark.mpi(where=states.sampled)
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("case", cases(rotates))
 def test_resultant_is_the_sum_of_nodal_forces(case, kind, record_property):
@@ -162,6 +165,7 @@ def turned(contact, Q):
     return R
 
 
+@pytest.mark.mpi(where=states.sampled)
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("case", cases(rotates))
 def test_residual_turns_with_the_bodies(case, kind, record_property):
@@ -184,6 +188,7 @@ def test_residual_turns_with_the_bodies(case, kind, record_property):
     assert max(error, gap_error, shape_error) <= 1e-12
 
 
+@pytest.mark.mpi(where=states.sampled)
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("case", cases())
 def test_residual_does_not_depend_on_the_place(case, kind, record_property):
@@ -217,6 +222,7 @@ def in_moved_scene(contact, case, scene, Q, eta):
     return moved
 
 
+@pytest.mark.mpi(where=states.sampled)
 @pytest.mark.parametrize("case", cases(lambda c: c.measure == "current"))
 def test_residual_scales_with_the_unit_of_length(case, record_property):
     """F5: lengths times eta, gamma over eta, same tractions: forces times
@@ -236,6 +242,7 @@ def test_residual_scales_with_the_unit_of_length(case, record_property):
         assert shape_error <= 1e-12 and error <= 1e-10
 
 
+@pytest.mark.mpi(where=states.sampled)
 @pytest.mark.parametrize("case", cases(lambda c: c.geometry_degree == 2))
 def test_residual_turns_with_the_reference(case, record_property):
     """F4: the whole model turned, mesh and displacement."""
@@ -334,6 +341,7 @@ def penalty_energy(contact):
     return 0.5 * states.GAMMA * float(p["weight"][hit] @ g**2)
 
 
+@pytest.mark.mpi
 @pytest.mark.parametrize("degree", [1, 2])
 def test_penalty_is_the_gradient_of_an_energy(cell, degree, record_property):
     """Where n_m = -n_s; elsewhere gamma g n_s is the gradient of nothing."""

@@ -130,6 +130,7 @@ def check_taylor(contact, scene, regime, form, record):
     assert np.all(np.abs(found - 2.0) <= 0.05), (found, steps[0])
 
 
+@pytest.mark.mpi(where=states.sampled)
 @pytest.mark.parametrize("kind, regime", SETTINGS)
 @pytest.mark.parametrize("case", PARAMETERS)
 def test_taylor_remainder_is_quadratic(case, kind, regime, record_property):
@@ -141,6 +142,10 @@ def test_taylor_remainder_is_quadratic(case, kind, regime, record_property):
     check_taylor(contact, scene, regime, form, record_property)
 
 
+@pytest.mark.mpi(
+    where=lambda cell, degree, method: (cell, degree, method)
+    == ("quadrilateral", 1, "vector")
+)
 @pytest.mark.parametrize("degree", [1, 2])
 @pytest.mark.parametrize("method", states.METHODS)
 def test_residual_is_continuous_where_points_change_facets(cell, method, degree):
@@ -212,6 +217,7 @@ def check_columns(contact, form, seed=0):
     return max(errors)
 
 
+@pytest.mark.mpi(where=states.sampled)
 @pytest.mark.parametrize("kind, regime", [("single", "active"), ("overhang", "mixed")])
 @pytest.mark.parametrize("case", PARAMETERS)
 def test_columns_are_central_differences(case, kind, regime, record_property):
@@ -248,6 +254,7 @@ VARIANTS = {
 }
 
 
+@pytest.mark.mpi(where=lambda cell, **_: cell == "triangle")
 @pytest.mark.parametrize("cell", ["triangle", "hexahedron"])
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_columns_of_variants(variant, cell, record_property):
@@ -278,6 +285,9 @@ def flat_touching(cell, degree, method, measure):
     return contact
 
 
+@pytest.mark.mpi(
+    where=lambda measure, degree, **_: measure == "current" and degree == 2
+)
 @pytest.mark.parametrize("measure", states.MEASURES)
 @pytest.mark.parametrize("method", ["normal", "penalty"])
 @pytest.mark.parametrize("degree", [1, 2])
@@ -289,6 +299,7 @@ def test_tangent_is_symmetric_where_flat_surfaces_touch(cell, degree, method, me
     assert np.abs(K - K.T).max() <= 1e-13 * np.abs(K).max()
 
 
+@pytest.mark.mpi(where=lambda measure, **_: measure == "current")
 @pytest.mark.parametrize("measure", states.MEASURES)
 @pytest.mark.parametrize("degree", [1, 2])
 def test_coupling_is_symmetric_under_pressure(cell, degree, measure):
@@ -320,6 +331,7 @@ def loaded_state(cell, degree, method="normal"):
     return contact, bcs, states.mass_form(V)
 
 
+@pytest.mark.mpi(where=lambda degree, **_: degree == 1)
 @pytest.mark.parametrize("degree", [1, 2])
 @pytest.mark.parametrize("method", states.METHODS)
 def test_constrained_rows_and_columns_are_left_out(cell, degree, method):
@@ -336,6 +348,7 @@ def test_constrained_rows_and_columns_are_left_out(cell, degree, method):
     same(states.assembled(contact), R)
 
 
+@pytest.mark.mpi(where=lambda degree, alpha, **_: degree == 1 and alpha < 0.0)
 @pytest.mark.parametrize("alpha", [-1.0, 0.5])
 @pytest.mark.parametrize("degree", [1, 2])
 @pytest.mark.parametrize("method", states.METHODS)
@@ -354,6 +367,7 @@ def test_lifting_is_the_constrained_columns(cell, degree, method, alpha):
     np.testing.assert_allclose(lifted, expected, atol=1e-14 * (3.0 + size))
 
 
+@pytest.mark.mpi
 def test_assembly_adds_to_what_is_there(cell):
     contact, _, form = loaded_state(cell, 2)
     A, b = contact.create_matrix(form), contact.create_vector()
@@ -368,6 +382,7 @@ def test_assembly_adds_to_what_is_there(cell):
     np.testing.assert_allclose(once[1][1], 2.0 * once[0][1], rtol=1e-14, atol=1e-15)
 
 
+@pytest.mark.mpi
 def test_casting_again_at_the_same_state_changes_nothing(cell):
     contact, _, _ = loaded_state(cell, 2)
     R = states.assembled(contact)
