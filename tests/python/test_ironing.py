@@ -57,6 +57,7 @@ def test_contact_carries_the_reaction(demo, run):
     assert demo.references.imbalance(run()) < 1e-8
 
 
+@pytest.mark.mpi
 def test_forces_are_those_of_the_fine_mesh(demo, run):
     rows = run()
     assert demo.references.at(rows, 1.0).V == pytest.approx(V_PRESSED, rel=0.01)
@@ -64,6 +65,7 @@ def test_forces_are_those_of_the_fine_mesh(demo, run):
     assert rows[-1].H == pytest.approx(H_SLID, rel=0.04)
 
 
+@pytest.mark.mpi
 def test_nothing_is_felt_before_contact_and_more_and_more_after(demo, run):
     rows = [row for row in run() if row.t <= 1.0]
     gap = [row for row in rows if row.t < 0.2 - 1e-9]
@@ -75,6 +77,7 @@ def test_nothing_is_felt_before_contact_and_more_and_more_after(demo, run):
     assert np.all(np.diff(column(pressed, "V")) > 0.0)
 
 
+@pytest.mark.mpi
 def test_slip_begins_once_and_friction_stays_at_its_limit(run):
     """H rises to a plateau little above mu V: the indenter climbs its own trough."""
     rows = [row for row in run() if row.t >= 1.0]
@@ -119,6 +122,7 @@ def test_the_coefficient_does_not_matter_over_two_decades(run):
             assert a == pytest.approx(b, rel=0.01)
 
 
+@pytest.mark.mpi
 def test_no_step_is_cut_and_newton_takes_few_iterations(run):
     rows = run()
     assert rows[-1].halvings == 0

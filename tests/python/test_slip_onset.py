@@ -23,6 +23,7 @@ def press_and_shear(cell, method, options=None):
     return iterations, problem.contact.resultant()
 
 
+@pytest.mark.mpi
 @pytest.mark.quick
 @pytest.mark.parametrize("cell", CASES)
 def test_springs_get_a_line_search(cell):
@@ -33,6 +34,7 @@ def test_springs_get_a_line_search(cell):
     assert 0.05 < ratio < 0.5
 
 
+@pytest.mark.mpi
 def test_full_steps_cycle_with_springs():
     """Why: the same in full steps, which the user may ask for.
 
@@ -44,6 +46,7 @@ def test_full_steps_cycle_with_springs():
         )
 
 
+@pytest.mark.mpi
 @pytest.mark.parametrize("cell", CASES)
 def test_multipliers_need_no_line_search(cell):
     for options in (None, {"snes_linesearch_type": "bt"}):
