@@ -112,6 +112,7 @@ def test_plate_agrees_with_the_references(cell, degree, record_property):
     np.testing.assert_allclose(ratio[slip], 1.0, atol=0.05)
 
 
+@pytest.mark.mpi
 def test_plate_hardly_depends_on_gamma():
     ends = []
     for gamma in (0.1 * GAMMA, GAMMA, 10.0 * GAMMA):

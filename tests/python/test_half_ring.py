@@ -46,18 +46,21 @@ def asymmetry(result):
     return COMM.bcast(worst, root=0)
 
 
+@pytest.mark.mpi
 def test_both_complete_without_halving(rubbing, gliding):
     for result in (rubbing, gliding):
         assert result.factor[-1] == 1.0
         assert result.halvings == 0
 
 
+@pytest.mark.mpi
 def test_both_stay_symmetric(rubbing, gliding):
     for result in (rubbing, gliding):
         assert asymmetry(result) < 1e-8 * demo.OUTER
         assert (np.abs(result.force[:, 0]) < 1e-8 * result.force[-1, 1]).all()
 
 
+@pytest.mark.mpi
 def test_middle_comes_off_between_half_and_six_tenths(gliding):
     """As in code_aster, where the pressure is 8.09 at t = 0.5 and none at 0.6."""
     assert 0.5 < demo.lift_off(gliding) <= 0.6
@@ -66,11 +69,13 @@ def test_middle_comes_off_between_half_and_six_tenths(gliding):
     assert gliding.gap[-1] > 1.0
 
 
+@pytest.mark.mpi
 def test_friction_holds_the_middle_down_for_longer(rubbing, gliding):
     assert 0.6 < demo.lift_off(rubbing) < 0.75
     assert rubbing.gap[-1] > 1.0
 
 
+@pytest.mark.mpi
 def test_middle_of_the_block_moves_as_in_code_aster(rubbing, gliding, record_property):
     for result, friction, allowed in ((rubbing, 0.5, 0.05), (gliding, 0.0, 0.04)):
         found = np.interp(demo.TIMES, result.factor, result.below[:, 1])

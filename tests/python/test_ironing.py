@@ -8,6 +8,7 @@ import importlib
 import sys
 from pathlib import Path
 
+import gathered
 import numpy as np
 import pytest
 
@@ -87,11 +88,12 @@ def test_slip_begins_once_and_friction_stays_at_its_limit(run):
     assert np.all((0.28 < ratio[5:]) & (ratio[5:] < 0.36))
 
 
+@pytest.mark.mpi
 def test_the_cone_is_reached_in_sliding_and_not_exceeded(demo):
     """The multiplier is on Coulomb's cone in the mean, and against the motion."""
     model = demo.Ironing(COMM, 60)
     list(model.path(0.0, 10, SLIDE, 1.1))
-    points = model.contact.points()
+    points = gathered.points(model.contact)
     inside = points["status"] >= 2
     lam, n, w = (points[name][inside] for name in ("traction", "normal", "weight"))
     normal = np.einsum("qi,qi->q", lam, n)
@@ -104,6 +106,7 @@ def test_the_cone_is_reached_in_sliding_and_not_exceeded(demo):
     assert np.all((lam - normal[:, None] * n)[well, 0] < 0.0)
 
 
+@pytest.mark.mpi
 def test_without_friction_nothing_resists_the_slide(demo, run):
     rows = run(friction=0.0)
     pressed, slid = demo.references.at(rows, 1.0), rows[-1]
@@ -161,13 +164,14 @@ def test_a_failure_of_the_extrapolated_start_cuts_no_step(demo, run):
     np.testing.assert_array_equal(column(rows, "V"), column(plain, "V"))
 
 
-def test_a_checkpoint_goes_on_where_the_path_stopped(demo, run, tmp_path):
+@pytest.mark.mpi
+def test_a_checkpoint_goes_on_where_the_path_stopped(demo, run, folder):
     first = demo.Ironing(COMM, 60)
     rows = list(first.path(0.0, PRESS, SLIDE, 1.03))
-    demo.long_runs.save(tmp_path / "ironing.npz", first.contact, rows)
+    demo.long_runs.save(folder / "ironing.npz", first.contact, rows)
 
     second = demo.Ironing(COMM, 60)
-    rows, _ = demo.long_runs.load(tmp_path / "ironing.npz", second.contact, demo.Row)
+    rows, _ = demo.long_runs.load(folder / "ironing.npz", second.contact, demo.Row)
     rows += second.path(rows[-1].t, PRESS, SLIDE, 1.06)
     expected = [row for row in run() if row.t < 1.06 + 1e-9]
     assert [row.t for row in rows] == pytest.approx([row.t for row in expected])

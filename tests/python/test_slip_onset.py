@@ -34,11 +34,11 @@ def test_springs_get_a_line_search(cell):
     assert 0.05 < ratio < 0.5
 
 
-@pytest.mark.mpi
 def test_full_steps_cycle_with_springs():
     """Why: the same in full steps, which the user may ask for.
 
-    Not on hexahedra, where rounding decides whether a cycle is left.
+    Not on hexahedra and not on several ranks, where rounding decides whether a cycle
+    is left.
     """
     with pytest.raises(raymortar.ConvergenceError):
         press_and_shear(
