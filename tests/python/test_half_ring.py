@@ -117,15 +117,14 @@ def interrupted(main, monkeypatch, after, arguments):
 
 
 @pytest.mark.mpi
-def test_an_interrupted_run_goes_on_where_it_stopped(tmp_path, monkeypatch):
+def test_an_interrupted_run_goes_on_where_it_stopped(folder, monkeypatch):
     pytest.importorskip("matplotlib")
-    output = Path(COMM.bcast(str(tmp_path), root=0))
     runs = {}
     monkeypatch.setattr(demo, "draw", lambda result, *_: runs.update(last=result))
-    options = ["--size", "16", "--steps", "8", "--every", "2", "--output", str(output)]
-    saved = str(output / "ring.npz")
+    options = ["--size", "16", "--steps", "8", "--every", "2", "--output", str(folder)]
+    saved = str(folder / "ring.npz")
     demo.main(options)
-    whole, table = runs.pop("last"), (output / "half_ring.csv").read_text()
+    whole, table = runs.pop("last"), (folder / "half_ring.csv").read_text()
     COMM.Barrier()
     begun = [*options, "--checkpoint", saved]
     # The fifth step is after the last checkpoint: it is done again
@@ -142,5 +141,5 @@ def test_an_interrupted_run_goes_on_where_it_stopped(tmp_path, monkeypatch):
     for (_, ours), (_, exact) in zip(again.kept, whole.kept):
         np.testing.assert_allclose(ours, exact, atol=1e-12 * np.abs(exact).max())
     if COMM.rank == 0:
-        lines = (output / "half_ring.csv").read_text().splitlines()
+        lines = (folder / "half_ring.csv").read_text().splitlines()
         assert len(lines) == len(table.splitlines()) == 9
