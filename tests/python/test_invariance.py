@@ -14,6 +14,7 @@ from problems import COMM, DIMENSION, build, fix, worst
 from test_identities import by_place, rotation
 
 from raymortar import Coulomb, Penalty, SNESSolver
+from raymortar.partitions import strips
 from raymortar.scenes import two_blocks
 
 LAWS = {
@@ -39,7 +40,8 @@ class Solved:
         self.Q, self.eta, self.xi = np.eye(dim) if Q is None else Q, eta, xi
         self.shift = np.broadcast_to(shift, dim)
         n = (5, 4) if dim == 2 else (3, 2)
-        scene = two_blocks(COMM, dim, cell, *n, upper_size=(0.6,) * dim)
+        size = (0.6,) * dim
+        scene = two_blocks(COMM, dim, cell, *n, upper_size=size, partition=strips)
         X = scene.mesh.geometry.x
         X[:, :dim] = eta * X[:, :dim] @ self.Q.T + self.shift
         self.solve(scene, law, degree)

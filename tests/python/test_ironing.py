@@ -181,6 +181,17 @@ def test_a_checkpoint_goes_on_where_the_path_stopped(demo, run, folder):
         )
 
 
+@pytest.mark.mpi
+@pytest.mark.skipif(COMM.size == 1, reason="one rank has all the cells")
+def test_checkpoints_of_another_partition_are_refused(demo, folder, monkeypatch):
+    """Also where each rank has as many cells as before."""
+    path, strips = folder / "ironing.npz", demo.strips
+    demo.long_runs.save(path, demo.Ironing(COMM, 60).contact, [])
+    monkeypatch.setattr(demo, "strips", lambda x, ranks: ranks - 1 - strips(x, ranks))
+    with pytest.raises(SystemExit, match="is of another mesh, partition or number"):
+        demo.long_runs.load(path, demo.Ironing(COMM, 60).contact, demo.Row)
+
+
 @pytest.mark.parametrize("damage", ["missing", "empty", "cut", "changed", "other"])
 def test_damaged_checkpoints_are_refused(demo, tmp_path, damage):
     path = tmp_path / "ironing.npz"
