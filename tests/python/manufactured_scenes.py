@@ -12,6 +12,7 @@ import numpy as np
 
 from raymortar.blocks import SIDES, Block
 from raymortar.meshing import Scene, assemble_blocks
+from raymortar.partitions import strips
 
 from problems import COMM, DIMENSION
 
@@ -151,5 +152,6 @@ def _scene(cell, blocks, geometry_degree, shake, seed):
         perturb=shake,
         perturb_sides=shake,
         seed=seed,
+        partition=strips,
     )
     return Scene(mesh, cells, facets, TAGS)
