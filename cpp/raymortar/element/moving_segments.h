@@ -68,37 +68,42 @@ public:
 
 private:
   using Flat = typename F::RefPoint;
-  static constexpr std::size_t capacity = ClipPolygon::capacity;
+  static constexpr std::size_t capacity = Tiles::capacity;
   using Sum = Mat<Layout::size, T>;
 
-  /// Mean of all vertices, around which pieces of larger polygons lie
-  static constexpr std::size_t centre = capacity;
+  /// Place of the mean of the core after all vertices
+  static constexpr auto centre = static_cast<std::size_t>(Tiles::centre);
 
   /// What a point changes by its place y in the segment's plane, and by the
-  /// measure of its piece per weight of the rule
+  /// measure of its tile per weight of the rule
   struct Change
   {
     Sum by_y;
     Vec<Layout::size> by_measure;
   };
 
-  /// Vertices of a segment, and their mean, in the plane in which its sides are
-  /// straight
+  /// Vertices of a segment, and the mean of its core, in the plane in which its
+  /// sides are straight
   void place_vertices(const ContactState& s, Index number,
                       const FlatMap<F>& map)
   {
     const Segment& segment =
         s.segmentation.segments[static_cast<std::size_t>(number)];
-    _size = static_cast<std::size_t>(segment.size);
-    _y[centre].setZero();
-    for (std::size_t v = 0; v < _size; ++v)
+    for (std::size_t v = 0; v < static_cast<std::size_t>(segment.size); ++v)
     {
       const auto k = static_cast<std::size_t>(segment.begin) + v;
       _y[v] = map.to_flat(s.segmentation.vertices[k].template head<T>());
-      _y[centre] += _y[v] / static_cast<double>(_size);
       _by_vertex[v].setZero();
     }
-    _by_vertex[centre].setZero();
+    if constexpr (T == 2)
+    {
+      _tiles = s.segmentation.tiles(segment);
+      if (_tiles.has_centre())
+      {
+        _y[centre] = mean_of_core(_tiles, _y);
+        _by_vertex[centre].setZero();
+      }
+    }
   }
 
   void add_point(const ContactState& s, std::size_t q, const FlatMap<F>& map,
@@ -124,27 +129,29 @@ private:
                              at.f_xi.col(1) * to_y(1, t) - log_det[t] * at.f;
       change.by_measure = sign / G.determinant() * at.f;
     }
-    add_in_piece(change, s.segment_rules,
-                 static_cast<std::size_t>(s.points.place[q]));
+    add_in_tile(change, s.segment_rules,
+                static_cast<std::size_t>(s.points.place[q]));
   }
 
   /// By the rule that append_on_polygon took, and its place in there
-  void add_in_piece(const Change& change, const SegmentRules& rules,
-                    std::size_t place)
+  void add_in_tile(const Change& change, const SegmentRules& rules,
+                   std::size_t place)
   {
     if constexpr (T == 1)
       add_on<Shape::interval>(change, rules.simplex, place, {0, 1});
-    else if (_size == 3)
-      add_on<Shape::triangle>(change, rules.simplex, place, {0, 1, 2});
-    else if (_size == 4)
-      add_on<Shape::quadrilateral>(change, rules.quadrilateral, place,
-                                   {0, 1, 3, 2});
     else
     {
-      const std::size_t piece = place / rules.fan.weights.size();
-      add_on<Shape::triangle>(change, rules.fan,
-                              place % rules.fan.weights.size(),
-                              {centre, piece, (piece + 1) % _size});
+      const Tile* tile = _tiles.tiles.data();
+      while (place >= rules.on(tile->kind).weights.size())
+        place -= rules.on((tile++)->kind).weights.size();
+      const QuadratureRule& rule = rules.on(tile->kind);
+      const auto& [a, b, c, d] = tile->corners;
+      const auto at = [](std::int8_t v) { return static_cast<std::size_t>(v); };
+      if (tile->kind == Tile::Kind::quadrilateral)
+        add_on<Shape::quadrilateral>(change, rule, place,
+                                     {at(a), at(b), at(d), at(c)});
+      else
+        add_on<Shape::triangle>(change, rule, place, {at(a), at(b), at(c)});
     }
   }
 
@@ -170,7 +177,7 @@ private:
   }
 
   /// det(J) J^-1: the derivative of det(J) by a corner is its row of dN times
-  /// this, also where the piece has no area
+  /// this, also where the tile has no area
   [[nodiscard]] static Mat<T, T> adjugate(const Mat<T, T>& J)
   {
     if constexpr (T == 1)
@@ -191,7 +198,8 @@ private:
     const auto master = s.master.template nodes<F>(s.master.x, of.master);
     if (not own)
       _coupling.setZero();
-    for (std::size_t v = 0; v < _size; ++v)
+    share_centre();
+    for (std::size_t v = 0; v < static_cast<std::size_t>(of.size); ++v)
     {
       const std::size_t at = static_cast<std::size_t>(of.begin) + v;
       const Break& hangs_on = s.segmentation.breaks[at];
@@ -201,9 +209,6 @@ private:
           s.segmentation.vertices[at].template head<T>();
       const Motion dy = e.map.gradient(xi) *
                         vertex_motion<F>(e.data.slave, master, xi, hangs_on);
-      // The mean of all vertices moves with each
-      if (_size > 4)
-        _by_vertex[v] += _by_vertex[centre] / static_cast<double>(_size);
       add_motion<Layout::size>(_by_vertex[v], dy, 0, e.A, 0);
       if (own)
         add_motion<Layout::size>(_by_vertex[v], dy, side, e.A, Layout::master);
@@ -213,6 +218,17 @@ private:
     }
     if (not own)
       e.couplings(e.number, of.master, _coupling.data(), Layout::size);
+  }
+
+  /// The mean of the core moves with each of its vertices
+  void share_centre()
+  {
+    if (T == 1 or not _tiles.has_centre())
+      return;
+    for (int v = 0; v < _tiles.core_size; ++v)
+      _by_vertex[static_cast<std::size_t>(
+          _tiles.core[static_cast<std::size_t>(v)])] +=
+          _by_vertex[centre] / static_cast<double>(_tiles.core_size);
   }
 
   using Motion = Eigen::Matrix<double, T, 2 * Layout::side, Eigen::RowMajor>;
@@ -235,7 +251,7 @@ private:
   }
 
   Index _segment = no_index; ///< that of the points being added
-  std::size_t _size = 0;     ///< its vertices
+  Tiles _tiles;              ///< of that
   std::array<Flat, capacity + 1> _y;
   std::array<Sum, capacity + 1> _by_vertex;
   typename Kernel::Matrix _coupling;

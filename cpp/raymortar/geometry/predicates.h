@@ -22,6 +22,11 @@ inline constexpr double cut = 1e-13;
 /// value, by which crossings of nearly parallel edges find their place
 inline constexpr double orientation = 3.3306690738754716e-10;
 
+/// Ears of a polygon with less than this share of its area are integrated on
+/// their own (tiles.h). Far above what positions change by in the last
+/// iterations of a solve, far below what vertices of other origin are apart
+inline constexpr double ear = 1e-3;
+
 /// A segment below this share of the slave facet's area is dropped
 inline constexpr double segment_area = 1e-14;
 

@@ -30,30 +30,34 @@ void append_on_interval(const QuadratureRule& rule, double begin, double end,
                    rule.weights[q] * (end - begin)});
 }
 
-void append_on_polygon(const SegmentRules& rules,
+void append_on_polygon(const SegmentRules& rules, const Tiles& tiles,
                        std::span<const Vec<2>> polygon,
                        std::vector<WeightedPoint>& out)
 {
-  const std::size_t n = polygon.size();
-  Mat<2, 3> triangle;
-  if (n == 3)
-  {
-    triangle << polygon[0], polygon[1], polygon[2];
-    return append_on<Shape::triangle>(rules.simplex, triangle, out);
-  }
-  if (n == 4)
-  {
-    Mat<2, 4> corners;
-    corners << polygon[0], polygon[1], polygon[3], polygon[2];
-    return append_on<Shape::quadrilateral>(rules.quadrilateral, corners, out);
-  }
   Vec<2> centre = Vec<2>::Zero();
-  for (const Vec<2>& p : polygon)
-    centre += p / static_cast<double>(n);
-  for (std::size_t i = 0; i < n; ++i)
+  if (tiles.has_centre())
+    centre = mean_of_core(tiles, polygon);
+  for (int i = 0; i < tiles.size; ++i)
   {
-    triangle << centre, polygon[i], polygon[(i + 1) % n];
-    append_on<Shape::triangle>(rules.fan, triangle, out);
+    const Tile& tile = tiles.tiles[static_cast<std::size_t>(i)];
+    const auto corner = [&](std::size_t k) -> const Vec<2>&
+    {
+      const std::int8_t v = tile.corners[k];
+      return v == Tiles::centre ? centre : polygon[static_cast<std::size_t>(v)];
+    };
+    const QuadratureRule& rule = rules.on(tile.kind);
+    if (tile.kind == Tile::Kind::quadrilateral)
+    {
+      Mat<2, 4> corners;
+      corners << corner(0), corner(1), corner(3), corner(2);
+      append_on<Shape::quadrilateral>(rule, corners, out);
+    }
+    else
+    {
+      Mat<2, 3> corners;
+      corners << corner(0), corner(1), corner(2);
+      append_on<Shape::triangle>(rule, corners, out);
+    }
   }
 }
 } // namespace raymortar

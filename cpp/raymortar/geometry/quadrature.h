@@ -1,8 +1,7 @@
 // Quadrature rules as data, and their placement on segments.
 #pragma once
 
-#include "raymortar/core/types.h"
-#include <span>
+#include "raymortar/geometry/tiles.h"
 #include <vector>
 
 namespace raymortar
@@ -17,17 +16,23 @@ struct QuadratureRule
   std::vector<double> weights;
 };
 
-/// @brief Rules for segments, by their number of vertices.
+/// @brief Rules for the tiles of segments, by their kind.
 ///
 /// All are symmetric such that points depend neither on the vertex that comes
 /// first nor on the direction around the segment.
 struct SegmentRules
 {
-  QuadratureRule simplex; ///< two on an interval, three in 3D
-  /// four: one degree more than the others, for the Jacobian of the map
+  QuadratureRule simplex; ///< intervals; triangles between three vertices
+  /// One degree more than the others, for the Jacobian of the map
   QuadratureRule quadrilateral;
-  /// more: on triangles around the mean of the vertices, their first corner
-  QuadratureRule fan;
+  QuadratureRule fan; ///< triangles around a mean, which is their first corner
+
+  [[nodiscard]] const QuadratureRule& on(Tile::Kind kind) const
+  {
+    return kind == Tile::Kind::triangle        ? simplex
+           : kind == Tile::Kind::quadrilateral ? quadrilateral
+                                               : fan;
+  }
 };
 
 /// @brief One quadrature point in the reference coordinates of a facet.
@@ -41,13 +46,13 @@ struct WeightedPoint
 void append_on_interval(const QuadratureRule& rule, double begin, double end,
                         std::vector<WeightedPoint>& out);
 
-/// @brief Rule laid on a polygon, counter-clockwise.
+/// @brief Rules laid on the tiles of a polygon, counter-clockwise.
 ///
 /// Triangles take theirs as it is, quadrilaterals theirs under the bilinear map
-/// of the vertices; of more vertices, piece i is the triangle of their mean and
-/// the vertices i and i + 1. Exact for polynomials up to the rules' degree;
-/// areas are signed, so that this holds for polygons that are not convex, too.
-void append_on_polygon(const SegmentRules& rules,
+/// of the vertices. Exact for polynomials up to the rules' degree; areas are
+/// signed, so that this holds for polygons that are not convex, too.
+/// @param[in] tiles As `tiles_of` the same vertices, in any coordinates
+void append_on_polygon(const SegmentRules& rules, const Tiles& tiles,
                        std::span<const Vec<2>> polygon,
                        std::vector<WeightedPoint>& out);
 } // namespace raymortar

@@ -54,7 +54,8 @@ private:
       append_on_interval(_segment_rules.simplex, _corners[0][0], _corners[1][0],
                          _laid);
     else
-      append_on_polygon(_segment_rules, _corners, _laid);
+      append_on_polygon(_segment_rules, _segmentation.tiles(segment), _corners,
+                        _laid);
     const auto number =
         static_cast<Index>(&segment - _segmentation.segments.data());
     Index place = 0;

@@ -19,7 +19,7 @@ struct IntegrationPoints
   std::vector<Index> slave;    ///< slave facet
   std::vector<Index> seed;     ///< master of the segment, no_index: uncovered
   std::vector<Index> segment;  ///< no_index: of the rule of the whole facet
-  std::vector<Index> place;    ///< number within the segment: piece by piece
+  std::vector<Index> place;    ///< number within the segment: tile by tile
   std::vector<double> covered; ///< segments' area, per slave facet
   std::vector<double> whole;   ///< reference area per slave facet
 

@@ -1,6 +1,7 @@
 // Candidate pairs -> segments: the parts of slave facets that see one master.
 #pragma once
 
+#include "raymortar/geometry/tiles.h"
 #include "raymortar/mortar/breaks.h"
 #include "raymortar/mortar/overlap.h"
 #include "raymortar/pairing/candidates.h"
@@ -28,6 +29,14 @@ struct Segmentation
   std::vector<double> covered;   ///< share of each slave facet, (slaves,)
   std::vector<Index> degenerate; ///< slave facets without a usable normal
   std::int64_t clipped = 0;      ///< patch pairs that were clipped
+
+  /// What a polygon is integrated on
+  [[nodiscard]] Tiles tiles(const Segment& segment) const
+  {
+    return tiles_of(
+        std::span(vertices).subspan(static_cast<std::size_t>(segment.begin),
+                                    static_cast<std::size_t>(segment.size)));
+  }
 };
 
 /// @brief What the segmentation needs to know besides the surfaces.

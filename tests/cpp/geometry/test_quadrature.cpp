@@ -1,7 +1,4 @@
-#include "facets.h"
-#include "raymortar/geometry/clip.h"
-#include "raymortar/geometry/quadrature.h"
-#include "rules.h"
+#include "polygons.h"
 #include <gtest/gtest.h>
 
 using namespace raymortar;
@@ -36,29 +33,9 @@ double integral(const std::vector<WeightedPoint>& points, int a, int b)
   return sum;
 }
 
-/// Convex polygons with 3 to 8 vertices
-std::vector<std::vector<Vec<2>>> random_polygons(int count)
-{
-  std::mt19937 random(1);
-  const Facet square = moved(unit_square, 1, 0, {-0.5, -0.5});
-  const ClipPolygon octagon =
-      clip_convex(square, moved(square, 1, std::numbers::pi / 4, {0, 0}));
-  std::vector<std::vector<Vec<2>>> polygons{
-      {octagon.points.begin(), octagon.points.end()}};
-  while (static_cast<int>(polygons.size()) < count)
-  {
-    const ClipPolygon p =
-        clip_convex(random_facet(random, 0.2), random_facet(random, 0.2));
-    if (p.size > 0)
-      polygons.emplace_back(p.points.begin(), p.points.begin() + p.size);
-  }
-  return polygons;
-}
-
 void expect_exact(std::span<const Vec<2>> polygon, int degree)
 {
-  std::vector<WeightedPoint> points;
-  append_on_polygon(segment_rules(Shape::triangle, degree), polygon, points);
+  const auto points = lay(segment_rules(Shape::triangle, degree), polygon);
   for (int a = 0; a <= degree; ++a)
     for (int b = 0; a + b <= degree; ++b)
       ASSERT_NEAR(integral(points, a, b), moment(polygon, a, b), 4e-15);
@@ -100,8 +77,7 @@ TEST(Quadrature, WeightsArePositiveAndPointsInside)
   const SegmentRules rules = segment_rules(Shape::triangle, 4);
   for (const auto& polygon : random_polygons(500))
   {
-    std::vector<WeightedPoint> points;
-    append_on_polygon(rules, polygon, points);
+    const std::vector<WeightedPoint> points = lay(rules, polygon);
     for (const WeightedPoint& p : points)
     {
       ASSERT_GT(p.weight, 0);
@@ -117,8 +93,7 @@ TEST(Quadrature, QuadrilateralsHaveNoFirstVertexAndNoDirection)
 {
   const std::vector<Vec<2>> polygon = {{0, 0}, {1, 0.1}, {1.3, 0.9}, {0.2, 1}};
   const SegmentRules rules = segment_rules(Shape::quadrilateral, 5);
-  std::vector<WeightedPoint> points;
-  append_on_polygon(rules, polygon, points);
+  const std::vector<WeightedPoint> points = lay(rules, polygon);
   for (const int direction : {1, 3})
     for (std::size_t first = 0; first < 4; ++first)
     {
@@ -126,8 +101,7 @@ TEST(Quadrature, QuadrilateralsHaveNoFirstVertexAndNoDirection)
       for (std::size_t k = 0; k < 4; ++k)
         same.push_back(
             polygon[(first + k * static_cast<std::size_t>(direction)) % 4]);
-      std::vector<WeightedPoint> others;
-      append_on_polygon(rules, same, others);
+      const std::vector<WeightedPoint> others = lay(rules, same);
       ASSERT_EQ(others.size(), points.size());
       for (const WeightedPoint& p : points)
         EXPECT_TRUE(std::any_of(others.begin(), others.end(),
@@ -145,8 +119,7 @@ TEST(Quadrature, TrianglesTakeTheRuleAsItIs)
 {
   const SegmentRules rules = segment_rules(Shape::triangle, 2);
   const QuadratureRule& rule = rules.simplex;
-  std::vector<WeightedPoint> points;
-  append_on_polygon(rules, unit_triangle, points);
+  const std::vector<WeightedPoint> points = lay(rules, unit_triangle);
   ASSERT_EQ(points.size(), rule.points.size());
   for (std::size_t q = 0; q < points.size(); ++q)
   {
