@@ -26,7 +26,7 @@ def strips(midpoints: Array, ranks: int) -> Indices:
     Rank of each cell, shape (n,).
     """
     x = midpoints[:, 0]
-    size = max(float(np.ptp(x)), np.finfo(float).tiny)
+    size = max(float(x.max() - x.min()), float(np.finfo(float).tiny))
     # Rounding must not decide between cells above each other
     order = np.argsort(np.round((x - x.min()) / size, 9), kind="stable")
     found = np.empty(len(x), dtype=np.int32)
