@@ -9,7 +9,6 @@ from petsc4py import PETSc
 from problems import COMM, DIMENSION, SOLVERS, build, fix, homogeneous, squeezed, worst
 
 from raymortar import LoadSteps
-from raymortar.partitions import strips
 from raymortar.scenes import two_blocks
 
 
@@ -19,8 +18,7 @@ def divisions(cell):
 
 
 def blocks(cell, **options):
-    """Two blocks, cut in the same way each time, so that arrays can be compared."""
-    options = {"partition": strips} | options
+    """Two blocks."""
     return two_blocks(COMM, DIMENSION[cell], cell, *divisions(cell), **options)
 
 

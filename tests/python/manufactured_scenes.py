@@ -12,7 +12,6 @@ import numpy as np
 
 from raymortar.blocks import SIDES, Block
 from raymortar.meshing import Scene, assemble_blocks
-from raymortar.partitions import strips
 
 from problems import COMM, DIMENSION
 
@@ -152,6 +151,5 @@ def _scene(cell, blocks, geometry_degree, shake, seed):
         perturb=shake,
         perturb_sides=shake,
         seed=seed,
-        partition=strips,
     )
     return Scene(mesh, cells, facets, TAGS)

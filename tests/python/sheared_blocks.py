@@ -15,7 +15,6 @@ from materials import MATERIALS, lame
 from problems import COMM, DIMENSION, Problem, build, worst
 
 from raymortar import AugmentedLagrangian, Coulomb, Penalty, Tresca, compat
-from raymortar.partitions import strips
 from raymortar.scenes import two_blocks
 
 E, NU = 10.0, 0.3
@@ -236,7 +235,6 @@ def clamped(cell, method, friction, degree=1):
         upper_divisions=2,
         lower_size=(1.4,) * (dim - 1) + (0.6,),
         upper_size=0.7,
-        partition=strips,
     )
     ends = {}
 

@@ -18,7 +18,6 @@ from dolfinx import fem
 from problems import COMM
 
 from raymortar import AugmentedLagrangian, Contact, Penalty, compat
-from raymortar.partitions import strips
 from raymortar.scenes import two_blocks
 
 CELLS = ("triangle", "quadrilateral", "tetrahedron", "hexahedron")
@@ -60,7 +59,6 @@ def build_scene(kind, cell, geometry_degree, flat=False):
         upper_size=(edge,) * (dim - 1) + (0.4,),
         overhang=shift[: dim - 1],
         interface=None if flat else curved,
-        partition=strips,
     )
 
 

@@ -5,7 +5,6 @@ import pytest
 
 import raymortar
 from raymortar import AugmentedLagrangian, ConvergenceError, Coulomb, FixedPointSolver
-from raymortar.partitions import strips
 from raymortar.scenes import two_blocks
 
 from problems import COMM, SOLVERS, build, fix, squeezed, stack, worst
@@ -19,7 +18,6 @@ def curved_blocks():
         upper_divisions=(7, 3),
         upper_size=(0.6, 0.5),
         interface=lambda x: 1.0 + 0.3 * (x[:, 0] - 0.5) ** 2,
-        partition=strips,
     )
 
 
