@@ -15,6 +15,7 @@ import gathered
 import numpy as np
 import ufl
 from dolfinx import fem
+from mesh_measures import lagrange
 from problems import COMM
 
 from raymortar import AugmentedLagrangian, Contact, Penalty, compat
@@ -125,10 +126,14 @@ def dof_positions(V):
     return V.tabulate_dof_coordinates()[:, : V.mesh.geometry.dim]
 
 
+def body_dofs(scene, V, number):
+    """Block dofs of the body with a number."""
+    return np.unique(compat.dofmap_array(V)[scene.cell_tags.find(number)])
+
+
 def upper_dofs(scene, V):
     """Block dofs of the upper body."""
-    cells = scene.cell_tags.find(scene.bodies["upper"])
-    return np.unique(compat.dofmap_array(V)[cells])
+    return body_dofs(scene, V, scene.bodies["upper"])
 
 
 def in_upper(scene, V):
@@ -286,6 +291,14 @@ def cell_symmetries(cell):
     )
 
 
+def node_symmetries(cell, degree):
+    """The same for all nodes of a cell of degree 1 or 2."""
+    vertices, points = (compat.basix_element(cell, p).points for p in (1, degree))
+    mapped = lagrange(cell, 1, points)[0] @ vertices[cell_symmetries(cell)]
+    apart = np.linalg.norm(mapped[:, :, None] - points, axis=3)
+    return apart.argmin(axis=2)
+
+
 def facet_midpoints(mesh):
     """Facets of every cell and the means of their vertices, (cells, n[, 3])."""
     tdim = mesh.topology.dim
@@ -297,17 +310,18 @@ def facet_midpoints(mesh):
 
 
 def renumbered(scene, seed):
-    """The same bodies (of geometry degree 1) with cells, nodes and the order of the
-    vertices within each cell shuffled."""
+    """The same bodies with cells, nodes and the order of the vertices within each
+    cell shuffled."""
     rng, mesh = np.random.default_rng(seed), scene.mesh
     cell, tdim = compat.cell_name(mesh), mesh.topology.dim
     cells, x = compat.geometry_dofmap(mesh), mesh.geometry.x
     node, order = rng.permutation(len(x)), rng.permutation(len(cells))
     points = np.empty((len(x), mesh.geometry.dim))
     points[node] = x[:, : mesh.geometry.dim]
-    symmetry = rng.choice(cell_symmetries(cell), len(cells))
+    degree = compat.geometry_degree(mesh)
+    symmetry = rng.choice(node_symmetries(cell, degree), len(cells))
     shuffled = node[np.take_along_axis(cells, symmetry, axis=1)[order]]
-    new = compat.create_mesh(MPI.COMM_SELF, shuffled, points, cell, 1)
+    new = compat.create_mesh(MPI.COMM_SELF, shuffled, points, cell, degree)
     old_cell = order[np.asarray(new.topology.original_cell_index)]
     numbers = np.arange(len(cells), dtype=np.int32)
     bodies = np.empty(len(cells), dtype=np.int32)

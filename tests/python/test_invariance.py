@@ -7,10 +7,12 @@ iterations included: no stage has an absolute tolerance or knows the axes.
 import gathered
 import numpy as np
 import pytest
-import states
 from dolfinx import fem
+from frames import Frame, Framed, Solution, quarter_turn
 from petsc4py import PETSc
 from problems import COMM, DIMENSION, build, fix, worst
+from public_models import MODELS
+from states import CLOSED
 from test_identities import by_place, rotation
 
 from raymortar import Coulomb, Penalty, SNESSolver
@@ -32,28 +34,22 @@ SOLVER = SNESSolver, {
 PATH = [(0.0, -0.03), (0.01, -0.03)]
 
 
-class Solved:
-    """A narrow block on a wide one in the frame x -> eta Q x + shift."""
+class Solved(Framed):
+    """A narrow block on a wide one in a frame."""
 
-    def __init__(self, cell, law, degree=1, eta=1.0, xi=1.0, Q=None, shift=0.0):
+    def __init__(self, cell, law, degree=1, **frame):
         dim = DIMENSION[cell]
-        self.Q, self.eta, self.xi = np.eye(dim) if Q is None else Q, eta, xi
-        self.shift = np.broadcast_to(shift, dim)
+        self.frame = Frame(**{"Q": np.eye(dim)} | frame)
         n = (5, 4) if dim == 2 else (3, 2)
         size = (0.6,) * dim
         scene = two_blocks(COMM, dim, cell, *n, upper_size=size, partition=strips)
-        X = scene.mesh.geometry.x
-        X[:, :dim] = eta * X[:, :dim] @ self.Q.T + self.shift
-        self.solve(scene, law, degree)
-
-    def solve(self, scene, law, degree):
-        dim = scene.mesh.geometry.dim
+        scene, eta, Q = self.frame.place(scene), self.frame.eta, self.frame.Q
         top = fem.Constant(scene.mesh, np.zeros(dim, PETSc.ScalarType))
         self.problem = build(
             scene,
             degree,
             "neo-hookean",
-            E=2000.0 * self.xi,
+            E=2000.0 * self.frame.xi,
             bcs=lambda V, s: [fix(V, s, "bottom"), fix(V, s, "top", None, top)],
             **LAWS[law](),
         )
@@ -63,44 +59,10 @@ class Solved:
         for aside, down in PATH:
             move = np.zeros(dim)
             move[0], move[-1] = aside, down
-            top.value[:] = self.eta * self.Q @ move
+            top.value[:] = eta * Q @ move
             self.problem.solve(*SOLVER)
             self.iterations.append(self.problem.solver.snes.getIterationNumber())
             contact.advance()
-
-    @property
-    def displacement(self):
-        """In the frame and unit of the original, (dofs, d)."""
-        u = self.problem.u.x.array.reshape(-1, len(self.Q))
-        return u @ self.Q / self.eta
-
-    @property
-    def places(self):
-        """Of the dofs, in the original, with the body as a further coordinate."""
-        V = self.problem.u.function_space
-        X = (states.dof_positions(V) - self.shift) @ self.Q / self.eta
-        upper = np.zeros((len(X), 1))
-        upper[states.upper_dofs(self.problem.scene, V)] = 10.0
-        return np.hstack([upper, X])
-
-    @property
-    def force(self):
-        dim = len(self.Q)
-        return self.problem.contact.resultant().force @ self.Q / self.scale(dim - 1)
-
-    @property
-    def traction(self):
-        """At the nodes, zero off the slave, in the original's frame and unit."""
-        values = self.problem.contact.traction().x.array.reshape(-1, len(self.Q))
-        return np.nan_to_num(values) @ self.Q / self.xi
-
-    def scale(self, power):
-        return self.xi * self.eta**power
-
-    @property
-    def counts(self):
-        s = self.problem.contact.statistics
-        return s.pairs, s.segments, s.points, s.hits, s.active_points
 
 
 _first = {}
@@ -123,16 +85,27 @@ def same_path(one, other, law):
     assert law != "frictionless" or more <= 1
 
 
-def compare(cell, law, degree, tolerance, **frame):
-    one, other = original(cell, law, degree), Solved(cell, law, degree, **frame)
-    if "shift" not in frame:
-        same_path(one, other, law)
-    assert other.counts == one.counts
+def same(one, other, tolerance):
     for name in ("displacement", "traction", "force"):
         a, b = getattr(one, name), getattr(other, name)
         error = worst(b - a) / worst(a)
         print(f"{name}: {error:.1e}")
         assert error <= tolerance
+
+
+def same_by_place(one, other, tolerance):
+    """Where dofs are numbered differently."""
+    u = one.displacement[by_place(one.places, other.places)]
+    assert worst(other.displacement - u) <= tolerance * worst(u)
+    assert worst(other.force - one.force) <= tolerance * worst(one.force)
+
+
+def compare(cell, law, degree, tolerance, **frame):
+    one, other = original(cell, law, degree), Solved(cell, law, degree, **frame)
+    if "shift" not in frame:
+        same_path(one, other, law)
+    assert other.counts == one.counts
+    same(one, other, tolerance)
     return one, other
 
 
@@ -195,13 +168,73 @@ def test_place_changes_nothing(cell, degree, law):
 @every
 @pytest.mark.parametrize("seed", range(2))
 def test_numbering_changes_nothing(cell, degree, law, seed):
-    one = original(cell, law, degree)
-    other = Solved.__new__(Solved)
-    other.Q, other.eta, other.xi, other.shift = one.Q, 1.0, 1.0, one.shift
-    other.solve(states.renumbered(one.problem.scene, seed), law, degree)
+    one, other = original(cell, law, degree), Solved(cell, law, degree, seed=seed)
     same_path(one, other, law)
     assert other.counts == one.counts
-    nearest = by_place(one.places, other.places)
-    u = one.displacement[nearest]
-    assert worst(other.displacement - u) <= 1e-10 * worst(u)
-    assert worst(other.force - one.force) <= 1e-10 * worst(one.force)
+    same_by_place(one, other, 1e-10)
+
+
+# Demos and validation
+
+
+def away(dim, size):
+    return size * np.array([1.0, -0.8, 0.6])[:dim]
+
+
+# Takes a model, the dimension and the size of a scene to a frame
+FRAMES = {
+    "turned": lambda model, dim, size: Frame(
+        rotation(dim) if model.turns else quarter_turn(dim)
+    ),
+    "ten sizes away": lambda model, dim, size: Frame(
+        np.eye(dim), shift=away(dim, 10.0 * size)
+    ),
+    "length 1e-9": lambda model, dim, size: Frame(np.eye(dim), eta=1e-9),
+    "length 1e6": lambda model, dim, size: Frame(np.eye(dim), eta=1e6),
+    "force 1e-6": lambda model, dim, size: Frame(np.eye(dim), xi=1e-6),
+    "force 1e6": lambda model, dim, size: Frame(np.eye(dim), xi=1e6),
+    "renumbered": lambda model, dim, size: Frame(np.eye(dim), seed=1),
+}
+
+
+def posed(name, frame=None):
+    """A public problem solved in a frame; in its own, once."""
+    if frame is not None:
+        return Solution(MODELS[name](), frame)
+    if name not in _first:
+        model = MODELS[name]()
+        dim = model.scene().mesh.geometry.dim
+        _first[name] = Solution(model, Frame(np.eye(dim)))
+    return _first[name]
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_public_problems_are_in_contact(name):
+    """Part of the surface at least; with friction, that slips."""
+    one = posed(name)
+    contact, found = one.problem.contact, set()
+    for zone in range(len(contact.zones)):
+        found |= gathered.found(contact.points(zone)["status"])
+    assert one.closed[-1] > 0 and CLOSED in found
+    assert max(one.iterations) > 2
+
+
+@pytest.mark.parametrize("change", FRAMES)
+@pytest.mark.parametrize("name", MODELS)
+def test_public_problems_do_not_depend_on_the_frame(name, change):
+    """Every step takes the same iterations to as many active points."""
+    one = posed(name)
+    X = one.places[:, 1:]
+    dim, size = X.shape[1], worst(X)
+    other = posed(name, FRAMES[change](MODELS[name](), dim, size))
+    assert other.iterations == one.iterations
+    assert other.closed == one.closed
+    boxes = one.segments, other.segments
+    assert len(boxes[0]) == len(boxes[1])
+    for some, others in (boxes, boxes[::-1]):
+        apart = np.abs(some[:, None] - others).max(axis=2).min(axis=1)
+        assert worst(apart) <= 1e-9 * size
+    if change == "renumbered":
+        return same_by_place(one, other, 1e-9)
+    np.testing.assert_array_equal(other.pairs, one.pairs)
+    same(one, other, 1e-9)
