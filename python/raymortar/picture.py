@@ -55,7 +55,7 @@ def plot(
         Azimuth and elevation of the eye in 3D. Degrees.
     backend
         What draws: ``"matplotlib"``, or in 3D ``"pyvista"``, which hides what is behind
-        exactly, draws large meshes fast and puts the pressure on the deformed surface.
+        exactly and puts the pressure on the deformed surface.
 
     Returns
     -------
