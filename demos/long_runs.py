@@ -23,6 +23,11 @@ def add_options(parser):
     parser.add_argument("--restart", type=Path, help="checkpoint to go on from")
 
 
+def cells(contact):
+    """Numbers of this rank's cells in the order in which the mesh was given."""
+    return contact.u.function_space.mesh.topology.original_cell_index
+
+
 def rank_file(path, comm):
     """Each rank keeps its own part of a checkpoint."""
     return path if comm.size == 1 else path.with_suffix(f".{comm.rank}.npz")
@@ -40,6 +45,7 @@ def save(path, contact, rows, **more):
         part,
         rows=np.array(rows),
         ranks=comm.size,
+        cells=cells(contact),
         u=state.u,
         u_old=state.u_old,
         multiplier=state.multiplier,
@@ -53,7 +59,7 @@ DAMAGE = (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile, zlib.erro
 
 
 def load(path, contact, row):
-    """Go back to a checkpoint of the same mesh and number of ranks.
+    """Go back to a checkpoint of the same mesh, ranks and partition.
 
     Returns the rows, as objects of the class `row`, and the other arrays.
     """
@@ -62,9 +68,10 @@ def load(path, contact, row):
     try:
         with np.load(rank_file(path, comm)) as data:
             found = {name: data[name] for name in data.files}
-        shape = found["u"].shape
-        if found.pop("ranks") != comm.size or shape != contact.u.x.array.shape:
-            problem = f"{path} is of another mesh or number of ranks"
+        same = found["u"].shape == contact.u.x.array.shape
+        same = np.array_equal(found.pop("cells"), cells(contact)) and same
+        if found.pop("ranks") != comm.size or not same:
+            problem = f"{path} is of another mesh, partition or number of ranks"
         else:
             arrays = [found.pop(name) for name in ("u", "u_old", "multiplier")]
             rows = [row(*values) for values in found.pop("rows")]

@@ -25,6 +25,7 @@ from mpi4py import MPI
 import raymortar
 from raymortar import compat
 from raymortar.meshing import Block, Scene, assemble_blocks
+from raymortar.partitions import strips
 
 # Lengths in mm, stresses in MPa, forces in N per mm of thickness
 E_INDENTER, E_FOUNDATION, NU = 6896.0, 689.6, 0.32
@@ -69,7 +70,10 @@ def ironing_scene(comm, size):
         mapping=on_arc,
         tags={"bottom": TAGS["slave"], "top": TAGS["top"]},
     )
-    parts = assemble_blocks(comm, [foundation, indenter], "quadrilateral")
+    # A checkpoint is of a rank's cells: they must be the same in the next run
+    parts = assemble_blocks(
+        comm, [foundation, indenter], "quadrilateral", partition=strips
+    )
     return Scene(*parts, TAGS)
 
 

@@ -24,7 +24,7 @@ _CLOCKS = {
     "seconds_segments": ("integration", "pairings"),
     "seconds_rays": ("integration", "pairings"),
 }
-_BLOCKS = ("assemble_vector", "assemble_matrix", "apply_lifting")
+_BLOCKS = ("assemble_vector", "assemble_matrix", "lift")
 
 
 class Clock:

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import argparse
 import csv
+import functools
 import itertools
 import json
 import resource
@@ -28,6 +29,7 @@ from mpi4py import MPI
 import raymortar
 from raymortar import AugmentedLagrangian, Coulomb, Penalty, compat, solvers
 from raymortar.scenes import two_blocks
+from raymortar.solvers import MULTIGRIDS
 
 E, NU = 10.0, 0.3
 # Without friction, with it, and the sideways motion of the top
@@ -35,8 +37,7 @@ LAWS = {"none": (None, 0.0), "Coulomb": (Coulomb(0.3), 0.004)}
 METHODS = {"augmented": AugmentedLagrangian, "penalty": Penalty}
 LINEAR = {
     "mumps": dict,
-    "gamg": solvers.iterative,
-    "hypre": lambda: solvers.iterative("hypre"),
+    **{name: functools.partial(solvers.iterative, name) for name in MULTIGRIDS},
 }
 
 

@@ -36,6 +36,7 @@ def slabs(facets):
         lower_size=(1.0, 1.0, 0.05),
         upper_size=(0.8, 0.8, 0.05),
         overhang=(-0.05, 0.03),
+        partition=None,
     )
     u = fem.Function(compat.vector_space(scene.mesh, 1))
     contact = Contact(

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from mpi4py import MPI
 from petsc4py import PETSc
@@ -24,6 +25,7 @@ class ContactAssembly(ContactFields):
 
     _volume: Any
     _fixed_by: tuple[Any, ...]
+    _fixed: npt.NDArray[np.int8]
     _some_held: bool
 
     def _on_surface(self, array: Array, surface: Surface) -> Array:
@@ -42,10 +44,15 @@ class ContactAssembly(ContactFields):
         """Tell the zones which displacements are prescribed. Collective."""
         if tuple(map(id, bcs)) == tuple(map(id, self._fixed_by)):
             return
-        marker, _ = compat.dirichlet_dofs(bcs, self.u.function_space)
-        self._for_zones("set_fixed", marker.astype(np.float64))
+        self._fixed, _ = compat.dirichlet_dofs(bcs, self.u.function_space)
+        self._for_zones("set_fixed", self._fixed.astype(np.float64))
         self._fixed_by = tuple(bcs)
-        self._some_held = self.multiplier is not None and any_held(self, marker)
+        self._some_held = self.multiplier is not None and any_held(self, self._fixed)
+
+    def constrained(self, bcs: Sequence[Any]) -> npt.NDArray[np.bool_]:
+        """Whether Dirichlet conditions prescribe a dof of u; ghosted. Collective."""
+        self._fix(bcs)
+        return self._fixed == 1
 
     def create_vector(self, L: Any = None) -> PETSc.Vec:
         """Zero vector over [u, multiplier]; the form L is not needed."""
@@ -123,8 +130,10 @@ class ContactAssembly(ContactFields):
             Factor; -1 for the residual of Newton's method.
         """
         self._fix(bcs)
-        marker, g = compat.dirichlet_dofs(bcs, self.u.function_space)
-        increment = np.where(marker == 1, g - x0, 0.0)
+        self.lift(b, compat.dirichlet_increment(bcs, x0), alpha)
+
+    def lift(self, b: PETSc.Vec, increment: Array, alpha: float) -> None:
+        """b <- b - alpha A_c increment (ghosted, of the last conditions). Collective."""
         if not self._comm.allreduce(bool(np.any(increment)), op=MPI.LOR):
             return
         for zone in self.zones:

@@ -168,6 +168,7 @@ class Contact(ContactAssembly):
         self.gamma_scale = 1.0
         self._u_old = u.x.array.copy()
         self._fixed_by: tuple[Any, ...] = ()
+        self._fixed = np.zeros(len(u.x.array), dtype=np.int8)
         self._some_held = False
         # Read by `prepare`, which every use of it follows
         self._volume: Any = None

@@ -45,12 +45,16 @@ def raise_everywhere(
         With the message of the lowest rank that has one, naming that rank if there
         are several.
     """
+    if comm.size == 1:
+        if message is not None:
+            raise exception(message)
+        return
     complains = message is not None
     rank = comm.allreduce(comm.rank if complains else comm.size, op=MPI.MIN)
     if rank == comm.size:
         return
     text = comm.bcast(message, root=rank)
-    raise exception(f"{text} (rank {rank})" if comm.size > 1 else text)
+    raise exception(f"{text} (rank {rank})")
 
 
 @contextmanager
@@ -87,6 +91,9 @@ def together(comm: MPI.Comm) -> Iterator[None]:
     ranks raise the type of the lowest that failed, if it is one of raymortar's or a
     plain one of Python's, else ``RuntimeError``.
     """
+    if comm.size == 1:
+        yield
+        return
     failure: Exception | None = None
     try:
         yield
@@ -95,8 +102,6 @@ def together(comm: MPI.Comm) -> Iterator[None]:
     rank = comm.allreduce(comm.size if failure is None else comm.rank, op=MPI.MIN)
     if rank == comm.size:
         return
-    if comm.size == 1 and failure is not None:
-        raise failure
     kind = next((k for k in _SENT if type(failure) is k), RuntimeError)
     kind, text = comm.bcast((kind, str(failure)), root=rank)
     raise kind(f"{text} (rank {rank})") from failure

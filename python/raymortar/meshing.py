@@ -25,6 +25,7 @@ from mpi4py import MPI
 
 from . import compat
 from .blocks import SIDES, Block, Grid, mirrored, perturbed
+from .partitions import strips
 
 __all__ = ["Block", "Scene", "assemble_blocks", "mirrored"]
 
@@ -69,7 +70,7 @@ def assemble_blocks(
     perturb: float = 0.0,
     perturb_sides: float = 0.0,
     seed: int = 0,
-    partition: Callable[[np.ndarray, int], npt.ArrayLike] | None = None,
+    partition: Callable[[np.ndarray, int], npt.ArrayLike] | None = strips,
 ) -> tuple[Any, Any, Any]:
     """Make one mesh of all blocks, with cell and facet tags. Collective.
 
@@ -93,7 +94,8 @@ def assemble_blocks(
         Of the random shifts and of the "random" pattern.
     partition
         Takes midpoints of cells (n, d) and the number of ranks to the rank of each
-        cell (n,). By default up to DOLFINx's graph partitioner.
+        cell (n,). By default strips, the same in every run; `None`: up to DOLFINx's
+        graph partitioner, which may cut the same mesh differently each time.
 
     Returns
     -------
@@ -127,7 +129,9 @@ def assemble_blocks(
     facet_table = np.concatenate(cell_tag_table)
     if len(set(body)) < len(blocks):
         _check_glue(cells, facet_table, cell, body, numbers)
-    ranks = None if partition is None else partition(points[cells].mean(1), comm.size)
+    ranks = None
+    if partition is not None and comm.size > 1:
+        ranks = partition(points[cells].mean(1), comm.size)
     tables = cell_body, facet_table
     return _distribute(comm, cells, points, cell, degree, tables, ranks)
 

@@ -65,6 +65,8 @@ class NonlinearProblem:
         self.history: list[float] = []
         self.rays_only = False
         self._at: np.ndarray | None = None
+        dofmap = u.function_space.dofmap
+        self._r = compat.create_la_vector(dofmap.index_map, dofmap.index_map_bs)
         contact.prepare(self.a, self.bcs)
 
     @property
@@ -123,26 +125,27 @@ class NonlinearProblem:
         """Residual at x into b. Collective."""
         self.form(x)
         u, n = self.contact.u, self.contact.layout.n_u
-        V = u.function_space
-        r = compat.create_la_vector(V.dofmap.index_map, V.dofmap.index_map_bs)
-        compat.assemble_residual(r.array, self.L)
-        compat.apply_lifting(r.array, self.a, self.bcs, u.x.array, -1.0)
-        compat.scatter_reverse_add(r)
-        compat.set_bc(r.array, self.bcs, u.x.array, -1.0)
+        r = self._r.array
+        r[:] = 0.0
+        compat.assemble_residual(r, self.L)
+        increment = compat.dirichlet_increment(self.bcs, u.x.array)
+        if increment.any():  # takes the tangents of all cells with constrained dofs
+            compat.apply_lifting(r, self.a, self.bcs, u.x.array, -1.0)
+        compat.scatter_reverse_add(self._r)
+        compat.set_bc(r, self.bcs, u.x.array, -1.0)
         b.set(0.0)
-        b.getArray()[:n] = r.array[:n]
+        b.getArray()[:n] = r[:n]
         # Constrained rows are left out by contact, so the values set above stay
         self.contact.assemble_vector(b, self.bcs)
-        self.contact.apply_lifting(b, self.bcs, u.x.array, -1.0)
+        self.contact.lift(b, increment, -1.0)
         b.assemble()
         self.history.append(self._force(b))
 
     def _force(self, b: PETSc.Vec) -> float:
         """Norm of a residual without its constrained rows: those are lengths."""
-        u, n = self.contact.u, self.contact.layout.n_u
-        marker, _ = compat.dirichlet_dofs(self.bcs, u.function_space)
+        n = self.contact.layout.n_u
         forces = b.getArray(readonly=True).copy()
-        forces[:n][marker[:n] == 1] = 0.0
+        forces[:n][self.contact.constrained(self.bcs)[:n]] = 0.0
         return float(np.sqrt(self.comm.allreduce(float(forces @ forces))))
 
     def J(self, x: PETSc.Vec, A: PETSc.Mat) -> bool:
@@ -177,7 +180,8 @@ class NonlinearProblem:
         By name, (d,). Force (per thickness in 2D).
         """
         V, n = self.contact.u.function_space, self.contact.layout.n_u
-        r = compat.create_la_vector(V.dofmap.index_map, V.dofmap.index_map_bs)
+        r = self._r
+        r.array[:] = 0.0
         compat.assemble_residual(r.array, self.L)
         compat.scatter_reverse_add(r)
         b = self.create_vector()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields
 from typing import Any
@@ -96,19 +97,21 @@ class Statistics:
         )
 
 
-def _reduction(name: str) -> tuple[MPI.Op, Callable[[Any, Any], Any]]:
-    """How a count is combined over zones and ranks."""
-    if name == "min_gap":
-        return MPI.MIN, min
-    if name in ("max_gap", "max_pressure") or name.startswith("seconds"):
-        return MPI.MAX, max
-    return MPI.SUM, lambda a, b: a + b
+def _reductions() -> list[tuple[MPI.Op, Callable[[Any, Any], Any], list[str]]]:
+    """How counts are combined over ranks and zones, and which."""
+    names = [f.name for f in fields(Statistics) if f.name != "communication"]
+    largest = [n for n in names if n in ("max_gap", "max_pressure") or "seconds" in n]
+    sums = [n for n in names if n not in largest and n != "min_gap"]
+    return [
+        (MPI.MIN, min, ["min_gap"]),
+        (MPI.MAX, max, largest),
+        (MPI.SUM, operator.add, sums),
+    ]
 
 
 def statistics(zones: Any, layout: Layout) -> Statistics:
     """Counts of all zones and ranks. Collective."""
-    comm, names = layout.comm, [f.name for f in fields(Statistics)]
-    names.remove("communication")
+    reductions = _reductions()
     total = Statistics(communication=communication(zones, layout))
     for zone in zones:
         local = Statistics(**zone.cpp.statistics())
@@ -122,13 +125,15 @@ def statistics(zones: Any, layout: Layout) -> Statistics:
             local.min_gap = float(points["gap"][hit].min())
             local.max_gap = float(points["gap"][hit].max())
             local.max_pressure = float(-points["pressure"][hit].min())
-        for name in names:
-            _, combine = _reduction(name)
-            value = combine(getattr(total, name), getattr(local, name))
+        for _, combine, names in reductions:
+            for name in names:
+                value = combine(getattr(total, name), getattr(local, name))
+                setattr(total, name, value)
+    for op, _, names in reductions:
+        values = np.array([getattr(total, name) for name in names])
+        layout.comm.Allreduce(MPI.IN_PLACE, values, op=op)
+        for name, value in zip(names, values.tolist()):
             setattr(total, name, value)
-    for name in names:
-        op, _ = _reduction(name)
-        setattr(total, name, comm.allreduce(getattr(total, name), op=op))
     return total
 
 

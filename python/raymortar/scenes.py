@@ -17,6 +17,7 @@ from mpi4py import MPI
 from .blocks import Block, Motion, rotated
 from .hertz import cylinder_on_block, sphere_on_plane, two_cylinders, two_spheres
 from .meshing import Scene, assemble_blocks
+from .partitions import strips
 
 __all__ = [
     "Scene",
@@ -112,7 +113,7 @@ def two_blocks(
     perturb: float = 0.0,
     perturb_sides: float = 0.0,
     seed: int = 0,
-    partition: Callable[[np.ndarray, int], np.ndarray] | None = None,
+    partition: Callable[[np.ndarray, int], np.ndarray] | None = strips,
 ) -> Scene:
     """One block on another, with unrelated nodes. Collective.
 

@@ -1,6 +1,5 @@
 // Any convex polygon: its rule has positive weights (but for rounding, on ears
-// without area), points inside, and the
-// polygon's area and centre of gravity.
+// without area), points inside, and the polygon's area and centre of gravity.
 #include "../cpp/rules.h"
 #include "bytes.h"
 #include "raymortar/geometry/clip.h"

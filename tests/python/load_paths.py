@@ -18,6 +18,7 @@ def divisions(cell):
 
 
 def blocks(cell, **options):
+    """Two blocks."""
     return two_blocks(COMM, DIMENSION[cell], cell, *divisions(cell), **options)
 
 

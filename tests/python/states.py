@@ -1,6 +1,6 @@
 """Random states of two bodies in contact, and their assembled residual and tangent.
 
-Everything lives on one rank (COMM_SELF): a process of a parallel run repeats it.
+Residuals, tangents and unknowns are those of all ranks, on every rank (`gathered`).
 """
 
 from __future__ import annotations
@@ -11,9 +11,11 @@ from itertools import permutations, product
 
 from mpi4py import MPI
 
+import gathered
 import numpy as np
 import ufl
 from dolfinx import fem
+from problems import COMM
 
 from raymortar import AugmentedLagrangian, Contact, Penalty, compat
 from raymortar.scenes import two_blocks
@@ -47,7 +49,7 @@ def build_scene(kind, cell, geometry_degree, flat=False):
     dim = 2 if cell in CELLS[:2] else 3
     divisions, edge, shift = SCENES[kind]
     return two_blocks(
-        MPI.COMM_SELF,
+        COMM,
         dim,
         cell,
         lower_divisions=(divisions,) * (dim - 1) + (1,),
@@ -76,6 +78,19 @@ class Case:
 
     def scene(self, kind, flat=False):
         return build_scene(kind, self.cell, self.geometry_degree, flat)
+
+
+def sampled(case, **others):
+    """Whether a case is one of a few for several ranks: for each cell one of each
+    method, or a single one in 3D; of two or more scenes that with an overhang."""
+    i, k = CELLS.index(case.cell), METHODS.index(case.method)
+    return (
+        (k == 1 or i < 2)
+        and (case.degree, case.geometry_degree) == DEGREES[(i + k) % len(DEGREES)]
+        and case.measure == MEASURES[(i + k) % len(MEASURES)]
+        and others.get("kind", "overhang") == "overhang"
+        and others.get("regime", "mixed") == "mixed"
+    )
 
 
 def make_contact(scene, case, gamma=GAMMA, tangent="fixed", **options):
@@ -116,6 +131,13 @@ def upper_dofs(scene, V):
     return np.unique(compat.dofmap_array(V)[cells])
 
 
+def in_upper(scene, V):
+    """Whether each unknown dof of all ranks is of the upper body."""
+    mask = np.zeros(len(dof_positions(V)), dtype=bool)
+    mask[upper_dofs(scene, V)] = True
+    return gathered.owned(V, mask)
+
+
 def smooth_field(rng, x, amplitude):
     """Random sum of waves longer than the blocks, at x (n, d)."""
     d = x.shape[1]
@@ -126,15 +148,23 @@ def smooth_field(rng, x, amplitude):
     return amplitude * u
 
 
+def rough_field(rng, V):
+    """Random values at all dofs between -1 and 1, (dofs, gdim)."""
+    n, dim = V.dofmap.index_map.size_global, V.mesh.geometry.dim
+    f, owned = fem.Function(V), V.dofmap.index_map.local_range
+    values = rng.uniform(-1.0, 1.0, (n, dim))[slice(*owned)]
+    f.x.array[: values.size] = values.ravel()
+    compat.scatter_forward(f.x)
+    return f.x.array.reshape(-1, dim)
+
+
 def set_multiplier(contact, rng, size=TRACTION):
     """Random multiplier, components between -size and size."""
     if contact.multiplier is None:
         return
-    x = contact.create_vector()
-    contact.layout.to_vector(x, contact.gamma_scale)
-    n = contact.layout.n_u
-    x.array[n:] = size / contact.gamma_scale * rng.uniform(-1, 1, x.getSize() - n)
-    contact.layout.from_vector(x, contact.gamma_scale)
+    U, n = unknowns(contact), gathered.size_u(contact)
+    U[n:] = size / contact.gamma_scale * rng.uniform(-1, 1, U.size - n)
+    set_unknowns(contact, U)
 
 
 def set_state(contact, scene, regime, seed, amplitude=0.05, noise=0.0):
@@ -148,12 +178,12 @@ def set_state(contact, scene, regime, seed, amplitude=0.05, noise=0.0):
     X, upper = dof_positions(V), upper_dofs(scene, V)
     u = smooth_field(rng, X, amplitude)
     u[upper] = smooth_field(rng, X[upper], amplitude)
-    u += noise * rng.uniform(-1.0, 1.0, u.shape)
+    u += noise * rough_field(rng, V)
     set_multiplier(contact, rng)
     for _ in range(3):  # the points change a little as the body is shifted
         contact.u.x.array[:] = u.ravel()
         contact.update()
-        points = contact.points()
+        points = gathered.points(contact)
         gap = points["gap"][points["status"] != NONE]
         shift = {
             "open": 1.2 * CLEARANCE - gap.min(),
@@ -167,7 +197,7 @@ def set_state(contact, scene, regime, seed, amplitude=0.05, noise=0.0):
 
 def in_regime(contact, regime):
     """Whether the points' statuses are those of a regime."""
-    status = contact.points()["status"]
+    status = gathered.points(contact)["status"]
     hit = status[status != NONE]
     closed = np.count_nonzero(hit == CLOSED) / len(hit)
     return {
@@ -181,7 +211,13 @@ def unknowns(contact):
     """U = [u, multiplier / gamma_scale] as an array."""
     x = contact.create_vector()
     contact.layout.to_vector(x, contact.gamma_scale)
-    return x.array.copy()
+    return gathered.vector(contact, x)
+
+
+def set_unknowns(contact, U):
+    x = contact.create_vector()
+    gathered.set_vector(contact, x, U)
+    contact.layout.from_vector(x, contact.gamma_scale)
 
 
 def assembled(contact, bcs=()):
@@ -189,26 +225,21 @@ def assembled(contact, bcs=()):
     b = contact.create_vector()
     contact.assemble_vector(b, bcs)
     b.assemble()
-    return b.array.copy()
+    return gathered.vector(contact, b)
 
 
 def residual_at(contact, U, rays_only=True):
     """Residual at the unknowns U, with the integration points where they are or,
     not rays_only, paired anew."""
-    x = contact.create_vector()
-    x.array[:] = U
-    contact.layout.from_vector(x, contact.gamma_scale)
+    set_unknowns(contact, U)
     contact.update(rays_only=rays_only)
     return assembled(contact)
 
 
-def dense(A):
-    """Entries of an assembled serial matrix."""
-    n, _ = A.getSize()
-    offsets, columns, values = A.getValuesCSR()
-    K = np.zeros((n, n))
-    K[np.repeat(np.arange(n), np.diff(offsets)), columns] = values
-    return K
+def dense(contact, A):
+    """Entries of an assembled matrix of the unknowns."""
+    rows = gathered.rows(contact)
+    return gathered.dense(A)[np.ix_(rows, rows)]
 
 
 def tangent(contact, form, bcs=()):
@@ -216,7 +247,20 @@ def tangent(contact, form, bcs=()):
     A = contact.create_matrix(form)
     contact.assemble_matrix(A, bcs)
     A.assemble()
-    return dense(A)
+    return dense(contact, A)
+
+
+def constraints(contact, bcs):
+    """Whether each of the unknowns is constrained, and the increment to where."""
+    V, n = contact.u.function_space, gathered.size_u(contact)
+    marker, g = compat.dirichlet_dofs(bcs, V)
+    change = np.where(marker == 1, g - contact.u.x.array, 0.0)
+    dim = V.mesh.geometry.dim
+    fixed = np.zeros(COMM.allreduce(contact.layout.size), dtype=bool)
+    increment = np.zeros(len(fixed))
+    fixed[:n] = gathered.owned(V, marker.reshape(-1, dim) == 1).ravel()
+    increment[:n] = gathered.owned(V, change.reshape(-1, dim)).ravel()
+    return fixed, increment
 
 
 def moved_scene(kind, case, Q=None, eta=1.0):

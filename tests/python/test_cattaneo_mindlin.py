@@ -32,6 +32,7 @@ def pushed():
     return [demo.solve(COMM, shear=s, **SMALL) for s in (demo.SHEAR, -demo.SHEAR)]
 
 
+@pytest.mark.mpi
 def test_forces_are_exact(pushed):
     for result, sign in zip(pushed, (1.0, -1.0)):
         assert abs(result.pressed[0]) < 1e-9 * demo.FORCE
@@ -42,6 +43,7 @@ def test_forces_are_exact(pushed):
         assert abs(force[1] / demo.FORCE - 1.0) < 1e-3
 
 
+@pytest.mark.mpi
 def test_opposite_shear_is_the_mirror_image(pushed):
     right, left = (demo.at_nodes(result) for result in pushed)
     if right is None:
@@ -54,6 +56,7 @@ def test_opposite_shear_is_the_mirror_image(pushed):
     assert np.count_nonzero(right[3] != left[3][::-1]) <= 2
 
 
+@pytest.mark.mpi
 def test_tractions_of_a_small_mesh(pushed):
     for result, sign in zip(pushed, (1.0, -1.0)):
         found = demo.measure(result, sign * demo.SHEAR)
@@ -91,7 +94,8 @@ def test_tractions_do_not_depend_on_the_steps_of_the_shear():
 
 
 def held_and_sheared(angle):
-    """Tractions in the scene's own axes, (nodes, 2), by the reference place.
+    """Tractions in the scene's own axes, (nodes, 2), by the reference place; on every
+    rank.
 
     Both cuts are held by displacements, which may point anywhere.
     """
@@ -116,15 +120,14 @@ def held_and_sheared(angle):
         cut.value[:] = R @ target
         solver.solve()
         contact.advance()
-    x, t = demo.common.gather_nodes(contact.multiplier, scene)
+    x, t = COMM.bcast(demo.common.gather_nodes(contact.multiplier, scene))
     x = x[:, :2] @ R
     order = np.argsort(x[:, 0])
     return x[order], (t @ R)[order]
 
 
+@pytest.mark.mpi
 def test_turned_model_has_turned_tractions():
-    if COMM.size > 1:
-        pytest.skip("small enough for one process")
     x, t = held_and_sheared(0.0)
     turned_x, turned_t = held_and_sheared(np.radians(37.0))
     np.testing.assert_allclose(turned_x, x, atol=1e-9)

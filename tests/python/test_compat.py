@@ -366,8 +366,8 @@ def test_real_petsc():
 
 
 @pytest.mark.parametrize("degree, g", [(1, 1), (2, 1), (1, 2), (2, 2)])
-def test_write_xdmf(degree, g, tmp_path):
-    path = COMM.bcast(tmp_path, root=0) / "out.xdmf"
+def test_write_xdmf(degree, g, folder):
+    path = folder / "out.xdmf"
     mesh = square(g)
     u = fem.Function(compat.vector_space(mesh, degree))
     u.name = "displacement"

@@ -111,6 +111,9 @@ def overlaps(dim):
         yield size | {"overhang": (0.6, 0.1)}, 0.15 * 0.6, 0.3
 
 
+@pytest.mark.mpi(
+    where=lambda case, turned, degree, **_: case in (1, 4) and turned and degree == 2
+)
 @pytest.mark.parametrize("case", range(5))
 @pytest.mark.parametrize("turned", [False, True])
 @pytest.mark.parametrize("degree", [1, 2])
@@ -129,6 +132,7 @@ def test_overhanging_block_integrates_the_true_overlap(cell, case, turned, degre
     assert abs(total(segments["whole_area"]) - area) <= ROUNDING
 
 
+@pytest.mark.mpi
 @pytest.mark.parametrize("cell", ["triangle", "quadrilateral", "hexahedron"])
 def test_covered_fraction_of_each_facet(cell):
     dim = DIMENSION[cell]
@@ -145,6 +149,7 @@ def test_covered_fraction_of_each_facet(cell):
     assert COMM.size > 1 or not kinds  # some facets are free, some covered
 
 
+@pytest.mark.mpi
 @pytest.mark.parametrize("method", [AugmentedLagrangian(1.0), Penalty(1.0)])
 def test_points_without_master_are_misses(cell, method):
     dim = DIMENSION[cell]
@@ -192,6 +197,7 @@ def test_force_is_that_of_the_covered_part(cell, degree):
 # Gaps
 
 
+@pytest.mark.mpi(where=lambda distance, degree, **_: distance != 0.0 and degree == 1)
 @pytest.mark.parametrize("distance", [0.123, 0.0, -0.05])
 @pytest.mark.parametrize("degree", [1, 2])
 def test_gap_of_parallel_faces_is_their_distance(cell, distance, degree):
@@ -210,6 +216,7 @@ def test_gap_of_parallel_faces_is_their_distance(cell, distance, degree):
     assert COMM.size > 1 or set(np.flatnonzero(on_slave)) == set(nodes.ravel())
 
 
+@pytest.mark.mpi(where=lambda share, **_: share > 1.0)
 @pytest.mark.parametrize("share", [0.1, 2.0])
 def test_deep_penetration_is_found_and_pushed_out(cell, share):
     dim = DIMENSION[cell]
@@ -233,9 +240,10 @@ def test_deep_penetration_is_found_and_pushed_out(cell, share):
     mean = total(contact.points()["gap"] * contact.points()["weight"]) / whole
     print(f"mean gap {mean / depth:.1e} of the depth")
     assert abs(mean) <= 1e-9 * depth
-    assert problem.slave_multiplier().max() <= 0.0
+    assert problem.slave_multiplier().max(initial=0.0) <= 0.0
 
 
+@pytest.mark.mpi
 def test_default_depth_sees_two_facets_deep(cell):
     dim = DIMENSION[cell]
     n = 5 if dim == 2 else 3
@@ -247,6 +255,7 @@ def test_default_depth_sees_two_facets_deep(cell):
 # Distances
 
 
+@pytest.mark.mpi(where=lambda multiplier, **_: multiplier == "vector")
 @pytest.mark.parametrize("multiplier", ["normal", "vector"])
 def test_bodies_out_of_reach_have_no_contact(cell, multiplier):
     dim = DIMENSION[cell]
@@ -280,6 +289,7 @@ def test_bodies_may_leave_and_come_back(cell):
         assert contact.statistics.hits == hits
 
 
+@pytest.mark.mpi
 @pytest.mark.parametrize("reach, seen", [(0.29, False), (0.31, True)])
 def test_reach_is_the_largest_gap_that_is_seen(cell, reach, seen):
     scene = two_blocks(COMM, DIMENSION[cell], cell, gap=0.3)
@@ -287,6 +297,7 @@ def test_reach_is_the_largest_gap_that_is_seen(cell, reach, seen):
     assert statistics.hits == (statistics.points if seen else 0)
 
 
+@pytest.mark.mpi
 @pytest.mark.parametrize("depth, seen", [(0.29, False), (0.31, True)])
 def test_depth_is_the_largest_penetration_that_is_seen(cell, depth, seen):
     scene = two_blocks(COMM, DIMENSION[cell], cell, gap=-0.3)
@@ -312,6 +323,7 @@ def layers(cell, rotation=None):
 NEAR, FAR = 0.05, 0.05 + 0.1 + 0.06
 
 
+@pytest.mark.mpi(where=lambda strategy, turned, **_: strategy == "bvh" and turned)
 @pytest.mark.parametrize("strategy", ["bvh", "brute-force"])
 @pytest.mark.parametrize("turned", [False, True])
 @pytest.mark.parametrize("order", [1, -1])
@@ -330,11 +342,13 @@ def test_closer_of_two_layers_wins(cell, strategy, turned, order):
     assert worst(contact.zones[0].cpp.segments()["covered"] - 1.0) <= ROUNDING
 
 
+@pytest.mark.mpi
 def test_back_faces_are_no_masters(cell):
     contact = touch(layers(cell), [("bottom_2", "bottom_1")], search=Search(reach=1.0))
     assert contact.statistics.hits == 0
 
 
+@pytest.mark.mpi
 def test_back_faces_hide_nothing(cell):
     # The thin block's lower side is closer than the large block's top, but turned away
     pairs = [("bottom_2", "bottom_1"), ("bottom_2", "top_0")]
@@ -346,6 +360,7 @@ def test_back_faces_hide_nothing(cell):
 # Strategies
 
 
+@pytest.mark.mpi
 @pytest.mark.parametrize("degree, geometry_degree", [(1, 1), (2, 2)])
 def test_strategies_agree(cell, degree, geometry_degree):
     dim = DIMENSION[cell]
@@ -377,19 +392,22 @@ def test_strategies_agree(cell, degree, geometry_degree):
 # Candidates
 
 
+@pytest.mark.mpi
 @pytest.mark.parametrize("strategy", ["bvh", "brute-force"])
 def test_candidates_are_kept_within_the_skin(cell, strategy):
     skin = 0.1
     scene = two_blocks(COMM, DIMENSION[cell], cell, gap=0.2)
     contact = touch(scene, search=Search(strategy, reach=0.5, skin=skin))
     first = contact.statistics.candidate_builds
+    ranks = COMM.allreduce(len(contact.zones[0].facets.slave.facets) > 0)
+    assert first == ranks
     for height in (0.2 * skin, 0.4 * skin, -0.4 * skin):
         lift(contact, height)
         assert worst(contact.points()["gap"] - 0.2 - height) <= ROUNDING
     assert contact.statistics.candidate_builds == first
     lift(contact, 2.0 * skin)
-    assert contact.statistics.candidate_builds == first + COMM.size
+    assert contact.statistics.candidate_builds == first + ranks
     assert worst(contact.points()["gap"] - 0.2 - 2.0 * skin) <= ROUNDING
     # From there on the new place counts
     lift(contact, 2.2 * skin)
-    assert contact.statistics.candidate_builds == first + COMM.size
+    assert contact.statistics.candidate_builds == first + ranks

@@ -1,7 +1,9 @@
 """Chords in place of bent edges of the master: what they change converges faster than
 the solution."""
 
+import gathered
 import numpy as np
+import pytest
 
 from raymortar import Search
 
@@ -48,6 +50,7 @@ def test_what_chords_change_falls_faster_than_the_error(record_property):
     assert np.all(orders[0] >= orders[1] + 1.0)
 
 
+@pytest.mark.mpi
 def test_points_lie_beyond_chords_of_bent_edges_only(record_property):
     """What is measured above is there, and straight edges are cut along exactly."""
     straight, bent = (
@@ -58,7 +61,7 @@ def test_points_lie_beyond_chords_of_bent_edges_only(record_property):
         problem.solve()
     own = [
         np.mean(p["master"][p["seed"] >= 0] == p["seed"][p["seed"] >= 0])
-        for p in (straight.contact.points(), bent.contact.points())
+        for p in (gathered.points(straight.contact), gathered.points(bent.contact))
     ]
     record_property("own", own)
     assert own[0] == 1.0 > own[1]

@@ -30,6 +30,7 @@ def blocks(cell, **options):
     return two_blocks(COMM, dim, cell, below, above, 2, interface=bowl, **options)
 
 
+@pytest.mark.mpi(where=lambda swap, **_: not swap)
 @pytest.mark.parametrize("swap", [False, True])
 def test_hydrostatic_pressure_on_a_curved_interface(cell, swap):
     dim = DIMENSION[cell]

@@ -21,9 +21,8 @@ import shells  # noqa: E402
 COMM = MPI.COMM_WORLD
 
 
-def run(demo, tmp_path, *arguments):
+def run(demo, output, *arguments):
     """Run a demo on all ranks and look at what it leaves."""
-    output = Path(COMM.bcast(str(tmp_path), root=0))
     assert demo.main(["--output", str(output), *arguments]) == 0
     COMM.Barrier()
     for suffix in (".png", ".xdmf", ".h5"):
@@ -32,46 +31,46 @@ def run(demo, tmp_path, *arguments):
 
 @pytest.mark.quick
 @pytest.mark.mpi
-def test_cylinder_agrees_with_hertz(tmp_path):
-    run(hertz_cylinder, tmp_path, "--size", "10")
+def test_cylinder_agrees_with_hertz(folder):
+    run(hertz_cylinder, folder, "--size", "10")
 
 
-def test_quadratic_cylinder_agrees_with_hertz(tmp_path):
-    run(hertz_cylinder, tmp_path, "--size", "10", "--degree", "2")
-
-
-@pytest.mark.mpi
-def test_blocks_are_uniform_and_in_equilibrium(tmp_path):
-    run(blocks_3d, tmp_path, "--size", "2")
-
-
-def test_quadratic_blocks_are_uniform_and_in_equilibrium(tmp_path):
-    run(blocks_3d, tmp_path, "--size", "1", "--degree", "2")
-
-
-def test_spheres_agree_with_hertz_and_tatara(tmp_path):
-    run(hertz_sphere, tmp_path)
+def test_quadratic_cylinder_agrees_with_hertz(folder):
+    run(hertz_cylinder, folder, "--size", "10", "--degree", "2")
 
 
 @pytest.mark.mpi
-def test_press_fit_is_balanced_and_slides_at_the_limit(tmp_path):
-    run(press_fit, tmp_path, "--size", "4", "--steps", "40")
+def test_blocks_are_uniform_and_in_equilibrium(folder):
+    run(blocks_3d, folder, "--size", "2")
+
+
+def test_quadratic_blocks_are_uniform_and_in_equilibrium(folder):
+    run(blocks_3d, folder, "--size", "1", "--degree", "2")
+
+
+def test_spheres_agree_with_hertz_and_tatara(folder):
+    run(hertz_sphere, folder)
+
+
+@pytest.mark.mpi
+def test_press_fit_is_balanced_and_slides_at_the_limit(folder):
+    run(press_fit, folder, "--size", "4", "--steps", "40")
 
 
 @pytest.mark.quick
 @pytest.mark.mpi
-def test_pin_jaw_and_base_are_in_equilibrium(tmp_path):
+def test_pin_jaw_and_base_are_in_equilibrium(folder):
     pytest.importorskip("gmsh")
-    run(assembly, tmp_path, "--size", "4", "--steps", "4")
+    run(assembly, folder, "--size", "4", "--steps", "4")
 
 
 @pytest.mark.parametrize("friction", ["0", "0.3"])
-def test_die_is_in_equilibrium_and_slides_at_the_limit(tmp_path, friction):
-    run(ironing_3d, tmp_path, "--size", "2", "--steps", "8", "--friction", friction)
+def test_die_is_in_equilibrium_and_slides_at_the_limit(folder, friction):
+    run(ironing_3d, folder, "--size", "2", "--steps", "8", "--friction", friction)
 
 
-def test_shells_store_what_the_plates_do(tmp_path):
-    run(shells, tmp_path, "--size", "2", "--steps", "5", "--closing", "2.5")
+def test_shells_store_what_the_plates_do(folder):
+    run(shells, folder, "--size", "2", "--steps", "5", "--closing", "2.5")
 
 
 def test_a_demo_that_is_off_fails():

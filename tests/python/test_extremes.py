@@ -59,6 +59,7 @@ def flanked(share):
     )
 
 
+@pytest.mark.mpi(where=lambda share: share == 0.05)
 @pytest.mark.filterwarnings("error::raymortar.ContactWarning")
 @pytest.mark.parametrize("share", [0.01, 0.05, 0.1])
 def test_flanks_beside_a_sharp_corner_do_not_hit_the_master_below(share):
@@ -72,6 +73,7 @@ def test_flanks_beside_a_sharp_corner_do_not_hit_the_master_below(share):
         assert worst(points["gap"][closed]) < 0.1 * 0.12
 
 
+@pytest.mark.mpi
 def test_block_that_snaps_off_an_edge_says_that_newton_cycles():
     """Pushed over the edge with friction 1 it sticks by a corner, then hangs by it.
 
@@ -100,6 +102,9 @@ def test_block_that_snaps_off_an_edge_says_that_newton_cycles():
         steps.run()
 
 
+# Simplices: of two other cells a rank would have none, where DOLFINx 0.5 crashes in
+# V.sub(i).collapse()
+@pytest.mark.mpi(where=lambda cell: cell in ("triangle", "tetrahedron"))
 @pytest.mark.parametrize("cell", CELLS)
 def test_surfaces_of_one_facet_meet(cell):
     """G-21: a cell on a cell (simplices: the halves of a face)."""

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from dolfinx import fem
 from dolfinx.fem.petsc import assemble_matrix
+from petsc4py import PETSc
 
 from materials import MATERIALS, lame
 from problems import (
@@ -59,6 +60,7 @@ def gmsh_file(tmp_path_factory):
     return path.read_text()
 
 
+@pytest.mark.mpi
 def test_largest_tag_is_a_tag_like_any_other(gmsh_file, tmp_path):
     path = tmp_path / "whole.msh"
     path.write_text(gmsh_file)
@@ -71,6 +73,7 @@ def test_largest_tag_is_a_tag_like_any_other(gmsh_file, tmp_path):
     assert contact.statistics.hits == contact.statistics.points > 0
 
 
+@pytest.mark.mpi
 @pytest.mark.parametrize("share", [0.3, 0.5, 0.7, 0.95])
 def test_truncated_meshes_are_refused(gmsh_file, tmp_path, share):
     path = tmp_path / "cut.msh"
@@ -79,6 +82,7 @@ def test_truncated_meshes_are_refused(gmsh_file, tmp_path, share):
         compat.read_gmsh(path, COMM, 2)
 
 
+@pytest.mark.mpi
 @pytest.mark.parametrize("seed", range(4))
 def test_corrupted_meshes_are_refused(gmsh_file, tmp_path, seed):
     text = np.frombuffer(gmsh_file.encode(), np.uint8).copy()
@@ -90,16 +94,21 @@ def test_corrupted_meshes_are_refused(gmsh_file, tmp_path, seed):
         compat.read_gmsh(path, COMM, 2)
 
 
-def test_full_disk_is_reported(pressed, tmp_path):
-    """A file that takes no byte: the device that is always full."""
-    full = tmp_path / "full.vtu"
-    full.symlink_to("/dev/full")
+@pytest.mark.mpi
+def test_full_disk_is_reported(pressed, folder):
+    """A file that takes no byte: the device that is always full. Of several ranks the
+    last one's disk."""
+    last = COMM.size - 1
+    if COMM.rank == last:
+        name = f"full_{last}.vtu" if last else "full.vtu"
+        (folder / name).symlink_to("/dev/full")
     with pytest.raises(ContactError, match="cannot be written.*No space left"):
-        pressed.contact.write_segments(full)
+        pressed.contact.write_segments(folder / "full.vtu")
 
 
-def test_folder_that_is_a_file_is_reported(pressed, tmp_path):
-    no_folder = tmp_path / "file"
+@pytest.mark.mpi
+def test_folder_that_is_a_file_is_reported(pressed, folder):
+    no_folder = folder / "file"
     no_folder.write_text("")
     with pytest.raises(ContactError, match="cannot be written"):
         compat.write_xdmf(no_folder / "u.xdmf", pressed.scene.mesh, [pressed.u])
@@ -143,6 +152,7 @@ def test_ranks_without_a_cell_or_a_facet_take_part(partition, solver):
 # Memory
 
 
+@pytest.mark.mpi
 @pytest.mark.parametrize("degree", [1, 2])
 @pytest.mark.parametrize("cell", CELLS)
 def test_guess_of_the_matrix_is_less_than_its_size(cell, degree):
@@ -151,10 +161,11 @@ def test_guess_of_the_matrix_is_less_than_its_size(cell, degree):
     problem = build(two_blocks(COMM, dim, cell, 4, 5), degree)
     contact, A = problem.contact, problem.problem.create_matrix()
     (zone,) = contact.zones
-    guess = memory.contact_entries(zone, contact.layout.components)
+    guess = COMM.allreduce(memory.contact_entries(zone, contact.layout.components))
     volume = assemble_matrix(problem.problem.a)
     volume.assemble()
-    added = A.getInfo()["nz_used"] - volume.getInfo()["nz_used"]
+    every = PETSc.Mat.InfoType.GLOBAL_SUM
+    added = A.getInfo(every)["nz_used"] - volume.getInfo(every)["nz_used"]
     print(guess, added)
     assert added / 4 < guess < added
 

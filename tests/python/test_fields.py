@@ -77,8 +77,8 @@ def test_coverage_is_one_under_the_master_and_zero_beyond_it(overhanging):
 
 @pytest.mark.mpi
 @pytest.mark.quick
-def test_fields_go_into_one_file(overhanging, tmp_path):
-    path = COMM.bcast(tmp_path) / "contact.xdmf"
+def test_fields_go_into_one_file(overhanging, folder):
+    path = folder / "contact.xdmf"
     contact = overhanging.contact
     mesh = overhanging.u.function_space.mesh
     compat.write_xdmf(path, mesh, [overhanging.u, *contact.fields()])
@@ -117,9 +117,9 @@ def measures(data):
 
 @pytest.mark.mpi
 @pytest.mark.quick
-def test_segments_of_all_ranks_tile_what_the_master_covers(overhanging, tmp_path):
+def test_segments_of_all_ranks_tile_what_the_master_covers(overhanging, folder):
     """Area of the polygons and weights of the points, against the closed form."""
-    path = COMM.bcast(tmp_path) / "segments.vtu"
+    path = folder / "segments.vtu"
     overhanging.contact.write_segments(path)
     rank = f"_{COMM.rank}" if COMM.size > 1 else ""
     polygons = arrays(path.with_name(f"segments{rank}.vtu"))
@@ -141,6 +141,7 @@ def test_segments_of_all_ranks_tile_what_the_master_covers(overhanging, tmp_path
         assert sources == [f"segments_{r}.vtu" for r in range(COMM.size)]
 
 
+@pytest.mark.mpi
 def test_segments_need_a_vtu_name_that_can_be_written(overhanging, tmp_path):
     with pytest.raises(ContactError, match="must end in .vtu"):
         overhanging.contact.write_segments(tmp_path / "segments.vtk")
@@ -151,6 +152,7 @@ def test_segments_need_a_vtu_name_that_can_be_written(overhanging, tmp_path):
 # Names
 
 
+@pytest.mark.mpi
 @pytest.mark.quick
 @pytest.mark.parametrize("kind", ["tags", "groups"])
 def test_pairs_by_name_are_those_by_number(kind):
@@ -167,6 +169,7 @@ def test_pairs_by_name_are_those_by_number(kind):
         assert a.facets.master_tags == b.facets.master_tags
 
 
+@pytest.mark.mpi
 @pytest.mark.parametrize(
     "pair, names, message",
     [
@@ -186,6 +189,7 @@ def test_unknown_names_are_refused(pair, names, message):
         raymortar.Contact(u, scene.facet_tags, [pair], names=names)
 
 
+@pytest.mark.mpi
 def test_fields_of_a_solved_problem_without_friction():
     scene = two_blocks(COMM, 2, "triangle", 3, 2)
     problem = build(scene, material="neo-hookean", bcs=squeezed)

@@ -53,6 +53,7 @@ def test_ends_where_newton_ends(inner, friction):
     assert solver.residuals[-1] <= 1e-10 * solver.residuals[0]
 
 
+@pytest.mark.mpi
 def test_one_pairing_where_no_facet_moves_along_another():
     case = build(stack("triangle", (3, 4)), bcs=squeezed)
     solver = FixedPointSolver(SOLVERS[-1](case.problem))
@@ -60,6 +61,7 @@ def test_one_pairing_where_no_facet_moves_along_another():
     assert len(solver.residuals) == 2
 
 
+@pytest.mark.mpi
 def test_inner_iterations_keep_the_points():
     case = build(curved_blocks(), material="neo-hookean", bcs=pushed)
     solver = FixedPointSolver(SOLVERS[-1](case.problem))
@@ -77,6 +79,7 @@ def test_inner_iterations_keep_the_points():
         assert not rays_only or np.array_equal(before, after)
 
 
+@pytest.mark.mpi
 def test_a_pairing_that_does_not_settle_is_an_error():
     case = build(curved_blocks(), material="neo-hookean", bcs=pushed)
     inner = SOLVERS[-1](case.problem)
@@ -87,6 +90,7 @@ def test_a_pairing_that_does_not_settle_is_an_error():
     assert inner.tolerances == tolerances
 
 
+@pytest.mark.mpi
 def test_drives_load_steps():
     case = build(stack("triangle", (3, 4)), bcs=None, method=AugmentedLagrangian(1e3))
     case.problem.bcs.extend(squeezed(case.u.function_space, case.scene))
@@ -95,6 +99,7 @@ def test_drives_load_steps():
     assert [step.factor for step in steps] == [0.5, 1.0]
 
 
+@pytest.mark.mpi
 def test_arguments_are_checked():
     case = build(stack("triangle", (1, 2)))
     with pytest.raises(raymortar.ContactError, match="solver must be"):

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import gathered
 import numpy as np
 import pytest
 import states
 from dolfinx import fem
-from problems import COMM, worst
+from problems import CELLS_2D, COMM, worst
 from sheared_blocks import (
     HEIGHT,
     HOLDING,
@@ -57,6 +58,7 @@ def test_force_ratio_is_mu_once_it_slips(cell, method, mu, record_property):
         blocks.contact.advance()
 
 
+@pytest.mark.mpi(where=lambda cell, **_: cell in ("quadrilateral", "tetrahedron"))
 @pytest.mark.parametrize("method", HOLDING)
 def test_tresca_plateau_is_the_bound(cell, method):
     bound = 0.2
@@ -76,6 +78,7 @@ def test_tresca_plateau_is_the_bound(cell, method):
         assert after == force
 
 
+@pytest.mark.mpi(where=lambda cell, **_: cell in ("triangle", "hexahedron"))
 @pytest.mark.parametrize("method", HOLDING)
 def test_stick_has_no_plateau(cell, method):
     """Ten times what Coulomb friction would hold, without slip."""
@@ -90,6 +93,7 @@ def test_stick_has_no_plateau(cell, method):
         blocks.contact.advance()
 
 
+@pytest.mark.mpi(where=lambda cell, share, **_: share > 0.9 and cell in CELLS_2D)
 @pytest.mark.parametrize("share", [0.5, 0.99, 1.01])
 @pytest.mark.parametrize("method", HOLDING)
 def test_uniform_shear_slips_above_the_limit_only(cell, method, share):
@@ -105,6 +109,7 @@ def test_uniform_shear_slips_above_the_limit_only(cell, method, share):
     assert blocks.statuses() == {SLIP if share > 1.0 else STICK}
 
 
+@pytest.mark.mpi
 @pytest.mark.parametrize("degree", [1, 2])
 def test_stick_passes_a_uniform_shear_between_deformable_blocks(cell, degree):
     """A3 with friction: homogeneous simple shear through both, no slip."""
@@ -131,6 +136,7 @@ def slave_values(blocks, f):
     return f.x.array.reshape(-1, size)[np.unique(dofs)]
 
 
+@pytest.mark.mpi
 @pytest.mark.parametrize("method", HOLDING)
 @pytest.mark.parametrize("share", [0.5, 1.0])
 def test_fields_of_a_uniform_state(cell, method, share):
@@ -157,6 +163,7 @@ def test_fields_of_a_uniform_state(cell, method, share):
     assert worst(result.force - result.normal - result.tangential) <= 1e-14
 
 
+@pytest.mark.mpi
 def test_open_contact_has_status_zero(cell):
     blocks = Blocks(cell, AugmentedLagrangian(10.0), Coulomb(0.5))
     u = blocks.exact(0.0)
@@ -168,12 +175,13 @@ def test_open_contact_has_status_zero(cell):
     assert worst(blocks.contact.traction("tangential").x.array) == 0.0
 
 
+@pytest.mark.mpi
 def test_resultant_splits_on_curved_surfaces(cell):
     case = states.Case(cell, 2, 2, "vector", "current")
     scene = case.scene("overhang")
     contact = states.make_contact(scene, case)
     states.set_state(contact, scene, "mixed", 1)
-    p, result = contact.points(), contact.resultant()
+    p, result = gathered.points(contact), contact.resultant()
     t_n = np.einsum("qi,qi->q", p["traction"], p["normal"])
     normal = (p["weight"] * t_n) @ p["normal"]
     assert np.abs(result.normal - normal).max() <= 1e-13
@@ -181,6 +189,7 @@ def test_resultant_splits_on_curved_surfaces(cell):
     assert np.linalg.norm(result.tangential) > 1e-3
 
 
+@pytest.mark.mpi
 @pytest.mark.parametrize("method", ["normal", "penalty"])
 def test_resultant_without_friction_is_normal(cell, method):
     case = states.Case(cell, 2, 2, method)
@@ -196,11 +205,12 @@ def test_resultant_without_friction_is_normal(cell, method):
 # Input errors
 
 
+@pytest.mark.mpi
 @pytest.mark.parametrize("value", [-0.1, np.nan, np.inf, "0.3", None, [0.3], 1j])
 @pytest.mark.parametrize("law", [Coulomb, Tresca])
-def test_impossible_coefficients_are_refused(law, value):
+def test_impossible_coefficients_are_refused(small, law, value):
     with pytest.raises(ContactError, match="mu|bound"):
-        law(value)
+        make(small, friction=law(value))
 
 
 @pytest.fixture(scope="module")
@@ -215,12 +225,14 @@ def make(small, **options):
     return Contact(u, scene.facet_tags, [pair], **options)
 
 
+@pytest.mark.mpi
 @pytest.mark.parametrize("friction", [0.3, "coulomb", Coulomb, True])
 def test_friction_of_another_type_is_refused(small, friction):
     with pytest.raises(ContactError, match="friction must be"):
         make(small, friction=friction)
 
 
+@pytest.mark.mpi
 def test_friction_needs_a_vector_multiplier(small):
     method = AugmentedLagrangian(1.0, multiplier="normal")
     with pytest.raises(ContactError, match="vector"):
@@ -229,16 +241,19 @@ def test_friction_needs_a_vector_multiplier(small):
     assert make(small, method=method, friction=Coulomb(0.3)).layout.components == 2
 
 
-def test_unknown_tangential_penalty_is_refused():
+@pytest.mark.mpi
+def test_unknown_tangential_penalty_is_refused(small):
     with pytest.raises(ContactError, match="tangential"):
-        Penalty(1.0, tangential="viscous")
+        make(small, method=Penalty(1.0, tangential="viscous"))
 
 
+@pytest.mark.mpi
 def test_slip_without_friction_is_refused(small):
     with pytest.raises(ContactError, match="friction"):
         make(small, method=Penalty(1.0)).slip()
 
 
+@pytest.mark.mpi
 def test_unknown_part_of_traction_is_refused(small):
     contact = make(small, method=Penalty(1.0))
     contact.update()

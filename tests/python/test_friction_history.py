@@ -29,6 +29,7 @@ from raymortar import ConvergenceError, Coulomb, LoadSteps, Penalty, Stick
 # Holding (E7)
 
 
+@pytest.mark.mpi(where=lambda cell, method: cell == "quadrilateral")
 @pytest.mark.parametrize("method", METHODS)
 def test_held_block_keeps_its_force(cell, method, record_property):
     """Sheared to half the limit, held for 20 steps. The rate form creeps: a step
@@ -61,6 +62,9 @@ def test_held_block_keeps_its_force(cell, method, record_property):
 # Rotations of a loaded pair (F1)
 
 
+@pytest.mark.mpi(
+    where=lambda cell, steps, **_: steps == 1 and cell in ("triangle", "hexahedron")
+)
 @pytest.mark.parametrize("steps", [1, 6])
 @pytest.mark.parametrize("method", HOLDING)
 def test_rotation_of_a_loaded_pair_is_no_slip(cell, method, steps, record_property):
@@ -94,9 +98,8 @@ def test_rotation_of_a_loaded_pair_is_no_slip(cell, method, steps, record_proper
     ]
     record_property("rotation", figures)
     assert figures[0] <= 1e-7 and figures[1] <= 1e-8 and figures[2] <= 1e-8
-    assert np.abs(energy(turned) - energy(gradient)).max() <= 1e-8 * energy(
-        gradient
-    ).max(initial=0.0)
+    change = worst(energy(turned) - energy(gradient))
+    assert change <= 1e-8 * worst(energy(gradient))
 
 
 def energy(F):
@@ -107,6 +110,7 @@ def energy(F):
     return mu / 2 * (I_1 - F.shape[-1] - 2 * log) + lmbda / 2 * log**2
 
 
+@pytest.mark.mpi(where=lambda cell: cell == "quadrilateral")
 @pytest.mark.parametrize("cell", ["quadrilateral", "tetrahedron", "hexahedron"])
 def test_springs_of_a_clamped_pair_turn_with_it(cell, record_property):
     """A state that is not homogeneous: traction in global coordinates would be cut
@@ -134,6 +138,7 @@ def test_springs_of_a_clamped_pair_turn_with_it(cell, record_property):
 # History
 
 
+@pytest.mark.mpi
 @pytest.mark.parametrize("method", METHODS)
 def test_failed_step_leaves_the_history(method):
     problem, move, push = pressed_and_sheared("quadrilateral", SOFT[method]())
@@ -166,6 +171,7 @@ def run(problem, move, push, shears):
 
 # Not with penalty on hexahedra: there full Newton steps cycle at the onset of slip,
 # and what is tested here does not depend on the cell
+@pytest.mark.mpi(where=lambda cell, method: cell == "quadrilateral")
 @pytest.mark.parametrize(
     "cell, method",
     [("quadrilateral", method) for method in METHODS] + [("hexahedron", "augmented")],
@@ -180,6 +186,7 @@ def test_restored_state_gives_the_same_path(cell, method):
         assert worst(one - two) <= 1e-12 * max(worst(one), 1.0)
 
 
+@pytest.mark.mpi
 @pytest.mark.parametrize("method", HOLDING)
 def test_halved_steps_are_steps_of_that_size(method):
     """A failure within LoadSteps leaves no trace."""

@@ -46,18 +46,21 @@ def asymmetry(result):
     return COMM.bcast(worst, root=0)
 
 
+@pytest.mark.mpi
 def test_both_complete_without_halving(rubbing, gliding):
     for result in (rubbing, gliding):
         assert result.factor[-1] == 1.0
         assert result.halvings == 0
 
 
+@pytest.mark.mpi
 def test_both_stay_symmetric(rubbing, gliding):
     for result in (rubbing, gliding):
         assert asymmetry(result) < 1e-8 * demo.OUTER
         assert (np.abs(result.force[:, 0]) < 1e-8 * result.force[-1, 1]).all()
 
 
+@pytest.mark.mpi
 def test_middle_comes_off_between_half_and_six_tenths(gliding):
     """As in code_aster, where the pressure is 8.09 at t = 0.5 and none at 0.6."""
     assert 0.5 < demo.lift_off(gliding) <= 0.6
@@ -66,11 +69,13 @@ def test_middle_comes_off_between_half_and_six_tenths(gliding):
     assert gliding.gap[-1] > 1.0
 
 
+@pytest.mark.mpi
 def test_friction_holds_the_middle_down_for_longer(rubbing, gliding):
     assert 0.6 < demo.lift_off(rubbing) < 0.75
     assert rubbing.gap[-1] > 1.0
 
 
+@pytest.mark.mpi
 def test_middle_of_the_block_moves_as_in_code_aster(rubbing, gliding, record_property):
     for result, friction, allowed in ((rubbing, 0.5, 0.05), (gliding, 0.0, 0.04)):
         found = np.interp(demo.TIMES, result.factor, result.below[:, 1])
@@ -112,15 +117,14 @@ def interrupted(main, monkeypatch, after, arguments):
 
 
 @pytest.mark.mpi
-def test_an_interrupted_run_goes_on_where_it_stopped(tmp_path, monkeypatch):
+def test_an_interrupted_run_goes_on_where_it_stopped(folder, monkeypatch):
     pytest.importorskip("matplotlib")
-    output = Path(COMM.bcast(str(tmp_path), root=0))
     runs = {}
     monkeypatch.setattr(demo, "draw", lambda result, *_: runs.update(last=result))
-    options = ["--size", "16", "--steps", "8", "--every", "2", "--output", str(output)]
-    saved = str(output / "ring.npz")
+    options = ["--size", "16", "--steps", "8", "--every", "2", "--output", str(folder)]
+    saved = str(folder / "ring.npz")
     demo.main(options)
-    whole, table = runs.pop("last"), (output / "half_ring.csv").read_text()
+    whole, table = runs.pop("last"), (folder / "half_ring.csv").read_text()
     COMM.Barrier()
     begun = [*options, "--checkpoint", saved]
     # The fifth step is after the last checkpoint: it is done again
@@ -137,5 +141,5 @@ def test_an_interrupted_run_goes_on_where_it_stopped(tmp_path, monkeypatch):
     for (_, ours), (_, exact) in zip(again.kept, whole.kept):
         np.testing.assert_allclose(ours, exact, atol=1e-12 * np.abs(exact).max())
     if COMM.rank == 0:
-        lines = (output / "half_ring.csv").read_text().splitlines()
+        lines = (folder / "half_ring.csv").read_text().splitlines()
         assert len(lines) == len(table.splitlines()) == 9

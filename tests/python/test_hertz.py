@@ -44,6 +44,7 @@ def test_peak_and_half_width_improve_with_refinement():
     assert peaks[2] > 0.002 and widths[2] > 0.002
 
 
+@pytest.mark.mpi
 def test_newton_needs_few_iterations_and_ends_quadratically():
     _, result = cylinder_errors(20)
     assert max(result.iterations) <= 8
@@ -52,6 +53,9 @@ def test_newton_needs_few_iterations_and_ends_quadratically():
     assert b < 1e-2 * a and c < 1e-4 * b
 
 
+@pytest.mark.mpi(
+    where=lambda degree, master_ratio, **_: degree == 2 and master_ratio < 1.0
+)
 @pytest.mark.parametrize("master_ratio", [0.7, 1.25])
 @pytest.mark.parametrize("degree, multiplier_degree", [(1, 1), (2, 2), (2, 1)])
 def test_equal_order_is_as_good_as_lower_order(degree, multiplier_degree, master_ratio):
@@ -65,6 +69,7 @@ def test_equal_order_is_as_good_as_lower_order(degree, multiplier_degree, master
     assert peak < 0.004 and width < 0.01
 
 
+@pytest.mark.mpi(where=lambda degree: degree == 1)
 @pytest.mark.parametrize("degree", [1, 2])
 def test_nafems_benchmark(degree):
     """Konter (2006), benchmark 1; -1.2727 is code_aster's (cont008a)."""

@@ -2,6 +2,7 @@
 
 import itertools
 
+import gathered
 import numpy as np
 import pytest
 import states
@@ -60,14 +61,14 @@ def random_contact(case, kind, regime="mixed", seed=0):
 def nodal_forces(contact):
     """Contact forces on the displacement dofs, (dofs, gdim)."""
     dim = contact.u.function_space.mesh.geometry.dim
-    return states.assembled(contact)[: contact.layout.n_u].reshape(-1, dim)
+    return states.assembled(contact)[: gathered.size_u(contact)].reshape(-1, dim)
 
 
 def nodal_positions(contact):
     """Deformed positions of the displacement dofs, (dofs, gdim)."""
     V = contact.u.function_space
     X = states.dof_positions(V)
-    return X + contact.u.x.array.reshape(X.shape)
+    return gathered.owned(V, X + contact.u.x.array.reshape(X.shape))
 
 
 def moments(x, f):
@@ -78,6 +79,7 @@ def moments(x, f):
 # Balances
 
 
+@pytest.mark.mpi(where=states.sampled)
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("case", cases())
 def test_forces_are_in_balance(case, kind, record_property):
@@ -90,6 +92,7 @@ def test_forces_are_in_balance(case, kind, record_property):
         assert error <= 1e-12
 
 
+@pytest.mark.mpi(where=states.sampled)
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("case", cases(rotates))
 def test_moments_are_those_of_tractions_over_the_gap(case, kind, record_property):
@@ -98,7 +101,7 @@ def test_moments_are_those_of_tractions_over_the_gap(case, kind, record_property
     for seed, regime in enumerate(regimes(case)):
         contact = random_contact(case, kind, regime, seed)
         x, r = nodal_positions(contact), nodal_forces(contact)
-        p = contact.points()
+        p = gathered.points(contact)
         hit = p["status"] != NONE
         arm = p["gap"][:, None] * p["normal"]
         couple = p["weight"][:, None] * moments(arm, p["traction"])
@@ -114,12 +117,13 @@ def test_moments_are_those_of_tractions_over_the_gap(case, kind, record_property
         assert max(defects) <= 1e-12  # the traction is along n
 
 
+@pytest.mark.mpi(where=states.sampled)
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("case", cases(rotates))
 def test_resultant_is_the_sum_of_nodal_forces(case, kind, record_property):
     contact = random_contact(case, kind)
     scene = case.scene(kind)
-    upper = states.upper_dofs(scene, contact.u.function_space)
+    upper = states.in_upper(scene, contact.u.function_space)
     x, r = nodal_positions(contact)[upper], nodal_forces(contact)[upper]
     result = contact.resultant(0)
     force_error = np.abs(result.force + r.sum(axis=0)).max() / np.abs(r).sum()
@@ -141,7 +145,7 @@ def rotation(dim, seed=3):
 
 def pairing(contact):
     """Pairs of facets, vertices of their segments and their polygons."""
-    s = contact.zones[0].cpp.segments()
+    s = gathered.dictionary(contact.zones[0].cpp.segments())
     return s["slave"], s["master"], s["offsets"], s["xi"]
 
 
@@ -154,21 +158,23 @@ def polygon_error(before, after):
 
 def turned(contact, Q):
     """Residual blocks turned by Q: what that of the turned state must be."""
-    R, n, dim = states.assembled(contact), contact.layout.n_u, len(Q)
+    R, n, dim = states.assembled(contact), gathered.size_u(contact), len(Q)
     R[:n] = (R[:n].reshape(-1, dim) @ Q.T).ravel()
     if contact.layout.components == dim:
         R[n:] = (R[n:].reshape(-1, dim) @ Q.T).ravel()
     return R
 
 
+@pytest.mark.mpi(where=states.sampled)
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("case", cases(rotates))
 def test_residual_turns_with_the_bodies(case, kind, record_property):
     """R(QU) = Q R(U): no stage knows the axes."""
     contact = random_contact(case, kind)
     Q = rotation(case.dim)
-    X, x = states.dof_positions(contact.u.function_space), nodal_positions(contact)
-    before, gap = pairing(contact), contact.points()["gap"]
+    X = states.dof_positions(contact.u.function_space)
+    x = X + contact.u.x.array.reshape(X.shape)
+    before, gap = pairing(contact), gathered.points(contact)["gap"]
     expected = turned(contact, Q)
     contact.u.x.array[:] = (x @ Q.T - X).ravel()
     if case.method == "vector":
@@ -176,25 +182,26 @@ def test_residual_turns_with_the_bodies(case, kind, record_property):
         lam[:] = lam @ Q.T
     contact.update()
     error = np.abs(states.assembled(contact) - expected).max() / np.abs(expected).max()
-    gap_error = np.abs(contact.points()["gap"] - gap).max()
+    gap_error = np.abs(gathered.points(contact)["gap"] - gap).max()
     shape_error = polygon_error(before, pairing(contact))
     record_property("rotation", max(error, gap_error, shape_error))
     assert max(error, gap_error, shape_error) <= 1e-12
 
 
+@pytest.mark.mpi(where=states.sampled)
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("case", cases())
 def test_residual_does_not_depend_on_the_place(case, kind, record_property):
     """Both bodies a thousand times their size away: digits are lost, no more."""
     contact = random_contact(case, kind)
-    before, gap = pairing(contact), contact.points()["gap"]
+    before, gap = pairing(contact), gathered.points(contact)["gap"]
     expected = states.assembled(contact)
     away = 2e3 * np.array([1.0, -0.8, 0.6])[: case.dim]
     u = contact.u.x.array.reshape(-1, case.dim)
     u += away
     contact.update()
     error = np.abs(states.assembled(contact) - expected).max() / np.abs(expected).max()
-    gap_error = np.abs(contact.points()["gap"] - gap).max()
+    gap_error = np.abs(gathered.points(contact)["gap"] - gap).max()
     shape_error = polygon_error(before, pairing(contact))
     record_property("translation", max(error, gap_error, shape_error))
     assert max(error, gap_error, shape_error) <= 1e-9
@@ -215,17 +222,18 @@ def in_moved_scene(contact, case, scene, Q, eta):
     return moved
 
 
+@pytest.mark.mpi(where=states.sampled)
 @pytest.mark.parametrize("case", cases(lambda c: c.measure == "current"))
 def test_residual_scales_with_the_unit_of_length(case, record_property):
     """F5: lengths times eta, gamma over eta, same tractions: forces times
     eta^(d - 1), and not one decision of the pairing changes."""
     contact = random_contact(case, "overhang")
     before, expected = pairing(contact), states.assembled(contact)
-    statuses = contact.points()["status"]
+    statuses = gathered.points(contact)["status"]
     for eta in SCALES:
         scene = states.moved_scene("overhang", case, eta=eta)
         scaled = in_moved_scene(contact, case, scene, np.eye(case.dim), eta)
-        np.testing.assert_array_equal(scaled.points()["status"], statuses)
+        np.testing.assert_array_equal(gathered.points(scaled)["status"], statuses)
         shape_error = polygon_error(before, pairing(scaled))
         R = states.assembled(scaled) / eta ** (case.dim - 1)
         error = np.abs(R - expected).max() / np.abs(expected).max()
@@ -234,6 +242,7 @@ def test_residual_scales_with_the_unit_of_length(case, record_property):
         assert shape_error <= 1e-12 and error <= 1e-10
 
 
+@pytest.mark.mpi(where=states.sampled)
 @pytest.mark.parametrize("case", cases(lambda c: c.geometry_degree == 2))
 def test_residual_turns_with_the_reference(case, record_property):
     """F4: the whole model turned, mesh and displacement."""
@@ -297,8 +306,8 @@ def test_residual_does_not_depend_on_numbering(
     errors = [np.abs(nodal_forces(other) - forces).max() / np.abs(forces).max()]
     # Points and multipliers are numbered differently: only as sets
     for values in (
-        [c.points()["gap"] for c in (contact, other)],
-        [states.assembled(c)[c.layout.n_u :] for c in (contact, other)],
+        [gathered.points(c)["gap"] for c in (contact, other)],
+        [states.assembled(c)[gathered.size_u(c) :] for c in (contact, other)],
     ):
         one, two = map(np.sort, values)
         size = np.abs(one).max(initial=np.finfo(float).tiny)
@@ -326,18 +335,19 @@ def parallel_surfaces(cell, degree):
 
 def penalty_energy(contact):
     """1/2 gamma int min(0, g)^2 at the present points."""
-    p = contact.points()
+    p = gathered.points(contact)
     hit = p["status"] != NONE
     g = np.minimum(0.0, p["gap"][hit])
     return 0.5 * states.GAMMA * float(p["weight"][hit] @ g**2)
 
 
+@pytest.mark.mpi
 @pytest.mark.parametrize("degree", [1, 2])
 def test_penalty_is_the_gradient_of_an_energy(cell, degree, record_property):
     """Where n_m = -n_s; elsewhere gamma g n_s is the gradient of nothing."""
     contact = parallel_surfaces(cell, degree)
     U, R = states.unknowns(contact), states.assembled(contact)
-    assert np.all(np.isin(contact.points()["status"], [NONE, CLOSED]))
+    assert np.all(np.isin(gathered.points(contact)["status"], [NONE, CLOSED]))
     rng, h = np.random.default_rng(4), 1e-6
     for _ in range(5):
         d = rng.normal(size=U.size)

@@ -90,6 +90,7 @@ def test_places_are_looked_up_once():
     assert worst(rows_of(copy) - reference) == 0.0
 
 
+@pytest.mark.mpi
 def test_a_new_pattern_is_followed():
     """The upper block jumps to masters it has never met."""
     case = touching("triangle")

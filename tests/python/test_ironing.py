@@ -8,6 +8,7 @@ import importlib
 import sys
 from pathlib import Path
 
+import gathered
 import numpy as np
 import pytest
 
@@ -57,6 +58,7 @@ def test_contact_carries_the_reaction(demo, run):
     assert demo.references.imbalance(run()) < 1e-8
 
 
+@pytest.mark.mpi
 def test_forces_are_those_of_the_fine_mesh(demo, run):
     rows = run()
     assert demo.references.at(rows, 1.0).V == pytest.approx(V_PRESSED, rel=0.01)
@@ -64,6 +66,7 @@ def test_forces_are_those_of_the_fine_mesh(demo, run):
     assert rows[-1].H == pytest.approx(H_SLID, rel=0.04)
 
 
+@pytest.mark.mpi
 def test_nothing_is_felt_before_contact_and_more_and_more_after(demo, run):
     rows = [row for row in run() if row.t <= 1.0]
     gap = [row for row in rows if row.t < 0.2 - 1e-9]
@@ -75,6 +78,7 @@ def test_nothing_is_felt_before_contact_and_more_and_more_after(demo, run):
     assert np.all(np.diff(column(pressed, "V")) > 0.0)
 
 
+@pytest.mark.mpi
 def test_slip_begins_once_and_friction_stays_at_its_limit(run):
     """H rises to a plateau little above mu V: the indenter climbs its own trough."""
     rows = [row for row in run() if row.t >= 1.0]
@@ -84,11 +88,12 @@ def test_slip_begins_once_and_friction_stays_at_its_limit(run):
     assert np.all((0.28 < ratio[5:]) & (ratio[5:] < 0.36))
 
 
+@pytest.mark.mpi
 def test_the_cone_is_reached_in_sliding_and_not_exceeded(demo):
     """The multiplier is on Coulomb's cone in the mean, and against the motion."""
     model = demo.Ironing(COMM, 60)
     list(model.path(0.0, 10, SLIDE, 1.1))
-    points = model.contact.points()
+    points = gathered.points(model.contact)
     inside = points["status"] >= 2
     lam, n, w = (points[name][inside] for name in ("traction", "normal", "weight"))
     normal = np.einsum("qi,qi->q", lam, n)
@@ -101,6 +106,7 @@ def test_the_cone_is_reached_in_sliding_and_not_exceeded(demo):
     assert np.all((lam - normal[:, None] * n)[well, 0] < 0.0)
 
 
+@pytest.mark.mpi
 def test_without_friction_nothing_resists_the_slide(demo, run):
     rows = run(friction=0.0)
     pressed, slid = demo.references.at(rows, 1.0), rows[-1]
@@ -119,6 +125,7 @@ def test_the_coefficient_does_not_matter_over_two_decades(run):
             assert a == pytest.approx(b, rel=0.01)
 
 
+@pytest.mark.mpi
 def test_no_step_is_cut_and_newton_takes_few_iterations(run):
     rows = run()
     assert rows[-1].halvings == 0
@@ -157,13 +164,14 @@ def test_a_failure_of_the_extrapolated_start_cuts_no_step(demo, run):
     np.testing.assert_array_equal(column(rows, "V"), column(plain, "V"))
 
 
-def test_a_checkpoint_goes_on_where_the_path_stopped(demo, run, tmp_path):
+@pytest.mark.mpi
+def test_a_checkpoint_goes_on_where_the_path_stopped(demo, run, folder):
     first = demo.Ironing(COMM, 60)
     rows = list(first.path(0.0, PRESS, SLIDE, 1.03))
-    demo.long_runs.save(tmp_path / "ironing.npz", first.contact, rows)
+    demo.long_runs.save(folder / "ironing.npz", first.contact, rows)
 
     second = demo.Ironing(COMM, 60)
-    rows, _ = demo.long_runs.load(tmp_path / "ironing.npz", second.contact, demo.Row)
+    rows, _ = demo.long_runs.load(folder / "ironing.npz", second.contact, demo.Row)
     rows += second.path(rows[-1].t, PRESS, SLIDE, 1.06)
     expected = [row for row in run() if row.t < 1.06 + 1e-9]
     assert [row.t for row in rows] == pytest.approx([row.t for row in expected])
@@ -171,6 +179,17 @@ def test_a_checkpoint_goes_on_where_the_path_stopped(demo, run, tmp_path):
         np.testing.assert_allclose(
             column(rows, name), column(expected, name), atol=1e-5
         )
+
+
+@pytest.mark.mpi
+@pytest.mark.skipif(COMM.size == 1, reason="one rank has all the cells")
+def test_checkpoints_of_another_partition_are_refused(demo, folder, monkeypatch):
+    """Also where each rank has as many cells as before."""
+    path, strips = folder / "ironing.npz", demo.strips
+    demo.long_runs.save(path, demo.Ironing(COMM, 60).contact, [])
+    monkeypatch.setattr(demo, "strips", lambda x, ranks: ranks - 1 - strips(x, ranks))
+    with pytest.raises(SystemExit, match="is of another mesh, partition or number"):
+        demo.long_runs.load(path, demo.Ironing(COMM, 60).contact, demo.Row)
 
 
 @pytest.mark.parametrize("damage", ["missing", "empty", "cut", "changed", "other"])

@@ -9,6 +9,7 @@ from dolfinx import fem
 import raymortar
 from load_paths import blocks, divisions, exact, top_moves
 from problems import (
+    CELLS_2D,
     DIMENSION,
     SOLVERS,
     build,
@@ -60,6 +61,9 @@ def show(history):
 # Convergence
 
 
+@pytest.mark.mpi(
+    where=lambda cell, degree, **_: degree == 1 and cell in ("triangle", "hexahedron")
+)
 @pytest.mark.quick
 @pytest.mark.parametrize("measure", ["reference", "current"])
 @pytest.mark.parametrize("degree", [1, 2])
@@ -78,6 +82,9 @@ def test_residual_drops_quadratically(cell, degree, measure):
     assert quadratic >= 2
 
 
+@pytest.mark.mpi(
+    where=lambda cell, degree: degree == 1 and cell in ("triangle", "tetrahedron")
+)
 @pytest.mark.parametrize("degree", [1, 2])
 def test_large_step_converges_in_one_solve(cell, degree):
     # The slave's modulus over its cells. The automatic coefficient, a fifth of it, takes
@@ -89,6 +96,7 @@ def test_large_step_converges_in_one_solve(cell, degree):
     assert iterations <= MAX_ITERATIONS
 
 
+@pytest.mark.mpi(where=lambda cell, options: cell in CELLS_2D)
 @pytest.mark.parametrize("options", [{}, {"snes_linesearch_type": "bt"}])
 def test_solvers_agree(cell, options):
     newton, snes = punch(cell), punch(cell)
@@ -102,6 +110,9 @@ def test_solvers_agree(cell, options):
     assert worst(lam[0] - lam[1]) <= 1e-8 * worst(lam[0])
 
 
+@pytest.mark.mpi(
+    where=lambda cell, multiplier: (cell, multiplier) == ("triangle", "vector")
+)
 @pytest.mark.parametrize("multiplier", ["normal", "vector"])
 def test_units_do_not_matter(cell, multiplier):
     force, length = 1e6, 1e-3
@@ -162,11 +173,13 @@ def unequal(cell, degree, width):
     )
 
 
+@pytest.mark.mpi(where=lambda cell: cell == "triangle")
 def test_closed_contact_does_not_depend_on_the_coefficient(cell):
     for change in changes(unequal(cell, 1, 0.95), (0.1, 10.0)):
         assert max(change) <= 1e-6
 
 
+@pytest.mark.mpi(where=lambda cell, degree: (cell, degree) == ("quadrilateral", 2))
 @pytest.mark.parametrize("degree", [1, 2])
 def test_partly_open_contact_depends_little_on_the_coefficient(cell, degree):
     # min(0, lambda + gamma g) is taken point by point, and lambda and g vary within
@@ -191,6 +204,9 @@ def of_function(cell, expression, family="Lagrange", degree=1, penalty=False):
     return squeeze(scene, method=make(gamma))[0]
 
 
+@pytest.mark.mpi(
+    where=lambda cell, family, **_: (cell, family) == ("quadrilateral", "DG")
+)
 @pytest.mark.parametrize("penalty", [False, True])
 @pytest.mark.parametrize("family, degree", [("Lagrange", 1), ("DG", 0)])
 def test_constant_function_is_its_number(cell, family, degree, penalty):
@@ -204,6 +220,7 @@ def test_constant_function_is_its_number(cell, family, degree, penalty):
     assert worst(function.u.x.array - number.u.x.array) <= 1e-12
 
 
+@pytest.mark.mpi(where=lambda cell: cell in CELLS_2D)
 def test_varying_coefficient_leaves_the_patch_exact(cell):
     problem = of_function(cell, lambda x: 1e4 * (1 + 5 * x[:, 0]))
     assert problem.solve() <= MAX_ITERATIONS
@@ -211,6 +228,7 @@ def test_varying_coefficient_leaves_the_patch_exact(cell):
     assert worst(problem.gradient() + np.eye(problem.dim) - F) <= 1e-8
 
 
+@pytest.mark.mpi
 def test_varying_penalty_is_taken_point_by_point(cell_2d):
     problem = of_function(cell_2d, lambda x: 1e4 * (1 + 5 * x[:, 0]), penalty=True)
     problem.solve()
@@ -222,12 +240,14 @@ def test_varying_penalty_is_taken_point_by_point(cell_2d):
     assert np.allclose(points["pressure"], gamma * points["gap"], rtol=1e-9)
 
 
+@pytest.mark.mpi
 @pytest.mark.parametrize("value", [0.0, -1.0, np.nan])
 def test_coefficient_must_be_positive_on_the_slave(cell_2d, value):
     with pytest.raises(ContactError, match=r"gamma is .* on slave tag 3.*positive"):
         of_function(cell_2d, lambda x: np.where(x[:, 0] > 0.5, value, 1.0))
 
 
+@pytest.mark.mpi
 def test_coefficient_may_be_anything_off_the_slave(cell_2d):
     of_function(cell_2d, lambda x: np.where(x[:, 1] < 0.9, -1.0, 1e4)).solve()
 
@@ -235,6 +255,7 @@ def test_coefficient_may_be_anything_off_the_slave(cell_2d):
 # Load steps
 
 
+@pytest.mark.mpi(where=lambda cell, **_: cell == "hexahedron")
 @pytest.mark.parametrize("solver", SOLVERS)
 def test_load_steps_reach_the_end(cell, solver):
     problem, steps = top_moves(cell, solver)
@@ -245,6 +266,7 @@ def test_load_steps_reach_the_end(cell, solver):
     assert exact(problem)
 
 
+@pytest.mark.mpi
 @pytest.mark.parametrize("solver", SOLVERS)
 def test_load_steps_halve_where_newton_fails(cell_2d, solver):
     problem, steps = top_moves(cell_2d, solver, steps=1)
@@ -258,6 +280,7 @@ def test_load_steps_halve_where_newton_fails(cell_2d, solver):
     assert exact(problem)
 
 
+@pytest.mark.mpi(where=lambda cell, **_: cell in CELLS_2D)
 @pytest.mark.parametrize("solver", SOLVERS)
 def test_load_steps_survive_inverted_cells(cell, solver):
     # The first trial turns the upper block inside out: ln J is not a number
@@ -273,6 +296,7 @@ def test_load_steps_survive_inverted_cells(cell, solver):
     assert next(iter(steps)).factor == 1 / 15
 
 
+@pytest.mark.mpi
 def test_load_steps_give_up_and_restore(cell_2d):
     problem, steps = top_moves(cell_2d, steps=2, max_halvings=2)
     path = iter(steps)
@@ -285,6 +309,7 @@ def test_load_steps_give_up_and_restore(cell_2d):
     assert np.array_equal(problem.contact.multiplier.x.array, kept[1])
 
 
+@pytest.mark.mpi(where=lambda options, **_: options.get("largest") == 3)
 @pytest.mark.quick
 @pytest.mark.parametrize(
     "options, sizes",
@@ -303,6 +328,7 @@ def test_load_steps_grow_after_easy_ones(options, sizes):
     assert exact(problem)
 
 
+@pytest.mark.mpi
 def test_grown_steps_that_fail_are_halved():
     problem, steps = top_moves("quadrilateral", steps=16, share=0.3, largest=16)
     tolerate(problem.solver, max_it=3)
@@ -313,6 +339,7 @@ def test_grown_steps_that_fail_are_halved():
     assert worst(problem.gradient() + np.eye(2) - F) <= 1e-8
 
 
+@pytest.mark.mpi
 @pytest.mark.parametrize(
     "options", [{"steps": 0}, {"max_halvings": -1}, {"largest": 0.5}]
 )
@@ -324,6 +351,7 @@ def test_load_steps_refuse_nonsense(options):
 # Failures
 
 
+@pytest.mark.mpi
 @pytest.mark.parametrize("solver", SOLVERS)
 def test_failure_says_what_contact_looked_like(cell_2d, solver):
     problem = punch(cell_2d)
@@ -365,6 +393,7 @@ def test_cycles_are_told_from_other_histories(history, length):
     assert cycle_length(history) == length
 
 
+@pytest.mark.mpi
 def test_solvers_leave_no_options_behind(cell_2d):
     # PETSc holds 512 options and refuses the next one
     def count():

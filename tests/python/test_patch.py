@@ -149,6 +149,7 @@ def test_uniform_pressure_on_irregular_meshes(cell, degree):
     check_uniaxial(press(scene, degree))
 
 
+@pytest.mark.mpi(where=lambda swap, **_: not swap)
 @pytest.mark.parametrize("swap", [False, True])
 def test_uniform_pressure_under_a_narrow_punch(cell, swap):
     # The foundation's uncovered top carries the same pressure
@@ -213,6 +214,7 @@ def trapezoids(bodies):
     return Scene(*assemble_blocks(COMM, blocks, "hexahedron"), names)
 
 
+@pytest.mark.mpi
 @pytest.mark.parametrize("bodies", [("lower",), ("upper",)], ids=["master", "slave"])
 def test_exact_state_is_in_balance_on_trapezoids(bodies):
     # Shape functions are rational in the plane of a trapezoid: no rule is exact, but
@@ -237,12 +239,14 @@ def test_exact_state_is_in_balance_on_trapezoids(bodies):
     assert b.norm() <= TOLERANCE * PRESSURE
 
 
+@pytest.mark.mpi(where=lambda degree, **_: degree == 2)
 @pytest.mark.parametrize("degree", [1, 2])
 def test_uniform_pressure_with_quadratic_geometry(cell, degree):
     scene = two_blocks(COMM, DIMENSION[cell], cell, 3, 2, geometry_degree=2)
     check_uniaxial(press(scene, degree))
 
 
+@pytest.mark.mpi(where=lambda degree, swap, **_: degree == 1 and not swap)
 @pytest.mark.parametrize("swap", [False, True])
 @pytest.mark.parametrize("degree", [1, 2])
 def test_penalty_sinks_in_by_pressure_over_gamma(cell, degree, swap):
@@ -259,6 +263,7 @@ def test_penalty_sinks_in_by_pressure_over_gamma(cell, degree, swap):
     assert found <= TOLERANCE
 
 
+@pytest.mark.mpi(where=lambda pairs, **_: pairs[1][0] == "top_1")
 @pytest.mark.parametrize(
     "pairs",
     [
@@ -316,6 +321,7 @@ def tilted_normal(tilt):
     return m / np.linalg.norm(m)
 
 
+@pytest.mark.mpi(where=lambda angle, **_: angle == 30)
 @pytest.mark.parametrize("degree", [1, 2])
 @pytest.mark.parametrize("angle", [0, 15, 30, 45, 60])
 def test_hydrostatic_pressure_on_a_tilted_line(cell_2d, angle, degree):
@@ -324,6 +330,7 @@ def test_hydrostatic_pressure_on_a_tilted_line(cell_2d, angle, degree):
     check_hydrostatic(scene, tilted_normal(tilt), degree)
 
 
+@pytest.mark.mpi(where=lambda angles, **_: angles == (40, -35))
 @pytest.mark.parametrize("angles", [(0, 0), (20, 10), (40, -35), (57, 38)])
 def test_hydrostatic_pressure_on_a_tilted_plane(cell_3d, angles):
     # The steepest of them is tilted by 60 degrees
@@ -333,6 +340,7 @@ def test_hydrostatic_pressure_on_a_tilted_plane(cell_3d, angles):
     check_hydrostatic(scene, tilted_normal(tilt))
 
 
+@pytest.mark.mpi(where=lambda degree, method, **_: degree == 1 and method is VECTOR)
 @pytest.mark.parametrize("method", METHODS.values(), ids=METHODS)
 @pytest.mark.parametrize("degree", [1, 2])
 def test_hydrostatic_pressure_on_a_rotated_model(cell, degree, method):
@@ -364,6 +372,10 @@ def check_squeezed(problem, F, P, swap=False, measure="reference"):
     assert found <= TOLERANCE
 
 
+@pytest.mark.mpi(
+    where=lambda degree, multiplier, measure, **_: (degree, multiplier, measure)
+    == (1, "vector", "current")
+)
 @pytest.mark.parametrize("measure", ["reference", "current"])
 @pytest.mark.parametrize("multiplier", METHODS)
 @pytest.mark.parametrize("degree", [1, 2])
@@ -376,6 +388,7 @@ def test_large_compression_is_homogeneous(cell, degree, multiplier, measure):
     check_squeezed(problem, F, P, swap, measure)
 
 
+@pytest.mark.mpi
 @pytest.mark.parametrize("material", ["linear", "svk"])
 def test_large_compression_of_other_materials(cell_2d, material):
     problem, F, P = squeeze(two_blocks(COMM, 2, cell_2d), material=material)

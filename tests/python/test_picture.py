@@ -41,9 +41,9 @@ def squeezed_blocks(cell):
 
 @pytest.mark.mpi
 @pytest.mark.quick
-def test_all_cells_and_the_pressure_of_all_ranks_are_drawn(squeezed_blocks, tmp_path):
+def test_all_cells_and_the_pressure_of_all_ranks_are_drawn(squeezed_blocks, folder):
     problem, pressure = squeezed_blocks
-    mesh, file = problem.u.function_space.mesh, COMM.bcast(tmp_path) / "contact.png"
+    mesh, file = problem.u.function_space.mesh, folder / "contact.png"
     hits = problem.contact.statistics.hits
     whole = cells_of(mesh) if problem.dim == 2 else outside(mesh)
     figure = raymortar.plot(problem.contact, file)
@@ -111,10 +111,10 @@ def test_bodies_take_their_colours_from_any_field(kind):
 
 
 @pytest.mark.mpi
-def test_what_is_lacking_is_said_on_all_ranks(monkeypatch, tmp_path):
+def test_what_is_lacking_is_said_on_all_ranks(monkeypatch, folder):
     problem, _, _ = squeeze(blocks("triangle"))
     problem.contact.update()
-    nowhere = COMM.bcast(tmp_path) / "nowhere" / "a.png"
+    nowhere = folder / "nowhere" / "a.png"
     with pytest.raises(ContactError, match="nowhere/a.png cannot be written"):
         raymortar.plot(problem.contact, nowhere)
     with pytest.raises(ContactError, match="a.word cannot be written"):

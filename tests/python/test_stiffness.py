@@ -43,6 +43,7 @@ def test_coefficient_is_that_of_the_softer_body(cell, ratio, swap):
     assert gamma_of(cell, ratio, swap=swap) == pytest.approx(expected, rel=1e-12)
 
 
+@pytest.mark.mpi
 @pytest.mark.parametrize("swap", [False, True])
 def test_body_that_is_prescribed_throughout_is_rigid(cell, swap):
     """Whatever stiffness it was given."""
@@ -56,11 +57,13 @@ def test_body_that_is_prescribed_throughout_is_rigid(cell, swap):
     assert gamma_of(cell, 1e-3, held, swap=swap) == pytest.approx(expected)
 
 
+@pytest.mark.mpi
 def test_penalty_takes_ten_times_as_much(cell):
     gamma = gamma_of(cell, method=raymortar.Penalty())
     assert gamma == pytest.approx(10.0 * gamma_of(cell))
 
 
+@pytest.mark.mpi(where=lambda ratio, **_: ratio == 1.0)
 @pytest.mark.parametrize("ratio", [0.1, 1.0, 10.0])
 def test_automatic_penalty_is_off_by_some_percent(cell_2d, ratio):
     """Of the force, whichever body is the stiff one."""

@@ -2,16 +2,16 @@
 
 import itertools
 
-from mpi4py import MPI
-
+import gathered
 import numpy as np
 import pytest
 import states
 from dolfinx import fem
-from problems import fix
+from problems import COMM, fix
 from states import CLOSED, NONE, Case
 
 from raymortar import AugmentedLagrangian, Contact, Penalty, Search, compat
+from raymortar.layout import marked_everywhere
 from raymortar.scenes import two_blocks
 
 DECADES = 4
@@ -57,7 +57,7 @@ class Branch:
     """What must not change along a smooth branch: hits and statuses of the points."""
 
     def __init__(self, contact):
-        points = contact.points()
+        points = gathered.points(contact)
         self.master, self.status = points["master"], points["status"]
 
     def holds(self, contact):
@@ -101,7 +101,7 @@ def quiet_taylor(contact, scene, regime, form, seeds=range(40)):
             continue
         K = states.tangent(contact, form)
         U, R = states.unknowns(contact), states.assembled(contact)
-        before = contact.points()
+        before = gathered.points(contact)
         direction = np.random.default_rng(seed + 1000).normal(size=U.size)
         for first in FIRST_STEPS:
             steps = first * 10.0 ** -np.arange(0.0, DECADES + 0.1, 0.5)
@@ -109,7 +109,7 @@ def quiet_taylor(contact, scene, regime, form, seeds=range(40)):
             remainders = taylor_remainders(contact, K, U, R, direction, steps)
             if remainders is not None:
                 states.residual_at(contact, U + first * direction)
-                moved = np.abs(contact.points()["eta"] - before["eta"])
+                moved = np.abs(gathered.points(contact)["eta"] - before["eta"])
                 states.residual_at(contact, U)
                 return steps, remainders, moved.max(), K
             states.residual_at(contact, U)
@@ -130,6 +130,7 @@ def check_taylor(contact, scene, regime, form, record):
     assert np.all(np.abs(found - 2.0) <= 0.05), (found, steps[0])
 
 
+@pytest.mark.mpi(where=states.sampled)
 @pytest.mark.parametrize("kind, regime", SETTINGS)
 @pytest.mark.parametrize("case", PARAMETERS)
 def test_taylor_remainder_is_quadratic(case, kind, regime, record_property):
@@ -141,6 +142,10 @@ def test_taylor_remainder_is_quadratic(case, kind, regime, record_property):
     check_taylor(contact, scene, regime, form, record_property)
 
 
+@pytest.mark.mpi(
+    where=lambda cell, degree, method: (cell, degree, method)
+    == ("quadrilateral", 1, "vector")
+)
 @pytest.mark.parametrize("degree", [1, 2])
 @pytest.mark.parametrize("method", states.METHODS)
 def test_residual_is_continuous_where_points_change_facets(cell, method, degree):
@@ -151,15 +156,14 @@ def test_residual_is_continuous_where_points_change_facets(cell, method, degree)
     contact = states.make_contact(scene, case)
     states.set_state(contact, scene, "active", 1)
     U, R = states.unknowns(contact), states.assembled(contact)
-    dim, upper = case.dim, states.upper_dofs(scene, contact.u.function_space)
-    slide = np.zeros(U.size)
-    for k in range(dim - 1):
-        slide[dim * upper + k] = 0.2 / count
-    switches, lost, changes, master = 0, 0, [], contact.points()["master"]
+    upper = states.in_upper(scene, contact.u.function_space)
+    aside = np.outer(upper, [0.2 / count] * (case.dim - 1) + [0.0]).ravel()
+    slide = np.append(aside, np.zeros(U.size - aside.size))
+    switches, lost, changes, master = 0, 0, [], gathered.points(contact)["master"]
     for i in range(1, count + 1):
         before, R = R, states.residual_at(contact, U + i * slide)
         changes.append(np.abs(R - before).max())
-        points = contact.points()
+        points = gathered.points(contact)
         lost += np.count_nonzero(points["status"] == NONE)
         switches += np.count_nonzero(points["master"] != master)
         master = points["master"]
@@ -171,10 +175,11 @@ def test_residual_is_continuous_where_points_change_facets(cell, method, degree)
 
 def surface_unknowns(contact):
     """Unknowns on the contact surfaces, multipliers included."""
-    facets, dim = contact.zones[0].facets, contact.u.function_space.mesh.geometry.dim
+    facets, V = contact.zones[0].facets, contact.u.function_space
     dofs = np.union1d(facets.slave_surface.dofs, facets.master_surface.dofs)
-    unrolled = (dim * dofs[:, None] + np.arange(dim)).ravel()
-    return np.append(unrolled, np.arange(contact.layout.n_u, contact.layout.size))
+    near = np.repeat(gathered.owned(V, marked_everywhere(V, dofs)), V.mesh.geometry.dim)
+    multipliers = COMM.allreduce(contact.layout.size) - len(near)
+    return np.flatnonzero(np.append(near, np.ones(multipliers, dtype=bool)))
 
 
 def check_columns(contact, form, seed=0):
@@ -194,7 +199,7 @@ def check_columns(contact, form, seed=0):
     used = surface_unknowns(contact)
     moved = U + 1e-2 * rng.normal(size=U.size)
     moved[used] = U[used]
-    np.testing.assert_array_equal(states.residual_at(contact, moved), R)
+    gathered.assert_same(states.residual_at(contact, moved), R)
     if len(used) > MAX_COLUMNS:
         used = rng.choice(used, MAX_COLUMNS, replace=False)
     errors, h = [], DIFFERENCE_STEP
@@ -212,6 +217,7 @@ def check_columns(contact, form, seed=0):
     return max(errors)
 
 
+@pytest.mark.mpi(where=states.sampled)
 @pytest.mark.parametrize("kind, regime", [("single", "active"), ("overhang", "mixed")])
 @pytest.mark.parametrize("case", PARAMETERS)
 def test_columns_are_central_differences(case, kind, regime, record_property):
@@ -248,6 +254,7 @@ VARIANTS = {
 }
 
 
+@pytest.mark.mpi(where=lambda cell, **_: cell == "triangle")
 @pytest.mark.parametrize("cell", ["triangle", "hexahedron"])
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_columns_of_variants(variant, cell, record_property):
@@ -270,9 +277,7 @@ def test_columns_of_variants(variant, cell, record_property):
 def flat_touching(cell, degree, method, measure):
     """Blocks of equal facets that touch without gap, stretched, turned and sheared."""
     case = Case(cell, degree, 1, method, measure)
-    scene = two_blocks(
-        MPI.COMM_SELF, case.dim, cell, 2, 2, lower_size=1.0, upper_size=1.0
-    )
+    scene = two_blocks(COMM, case.dim, cell, 2, 2, lower_size=1.0, upper_size=1.0)
     contact = states.make_contact(scene, case)
     rng = np.random.default_rng(5)
     X = states.dof_positions(contact.u.function_space)
@@ -280,28 +285,30 @@ def flat_touching(cell, degree, method, measure):
     return contact
 
 
+@pytest.mark.mpi(
+    where=lambda measure, degree, **_: measure == "current" and degree == 2
+)
 @pytest.mark.parametrize("measure", states.MEASURES)
 @pytest.mark.parametrize("method", ["normal", "penalty"])
 @pytest.mark.parametrize("degree", [1, 2])
 def test_tangent_is_symmetric_where_flat_surfaces_touch(cell, degree, method, measure):
     contact = flat_touching(cell, degree, method, measure)
     K = states.tangent(contact, states.mass_form(contact.u.function_space))
-    assert np.all(contact.points()["status"] == CLOSED)
+    assert np.all(gathered.points(contact)["status"] == CLOSED)
     assert np.abs(K).max() > 0.0
     assert np.abs(K - K.T).max() <= 1e-13 * np.abs(K).max()
 
 
+@pytest.mark.mpi(where=lambda measure, **_: measure == "current")
 @pytest.mark.parametrize("measure", states.MEASURES)
 @pytest.mark.parametrize("degree", [1, 2])
 def test_coupling_is_symmetric_under_pressure(cell, degree, measure):
     """With traction the displacement block is not: lam n_s is no gradient of
     lam g unless n_s stays parallel to n_m (F3b). Its coupling to lam is."""
     contact = flat_touching(cell, degree, "normal", measure)
-    x = contact.create_vector()
-    contact.layout.to_vector(x, contact.gamma_scale)
-    n = contact.layout.n_u
-    x.array[n:] = -np.random.default_rng(1).uniform(0.01, 0.02, x.getSize() - n)
-    contact.layout.from_vector(x, contact.gamma_scale)
+    U, n = states.unknowns(contact), gathered.size_u(contact)
+    U[n:] = -np.random.default_rng(1).uniform(0.01, 0.02, U.size - n)
+    states.set_unknowns(contact, U)
     K = states.tangent(contact, states.mass_form(contact.u.function_space))
     assert np.abs(K[:n, n:] - K[n:, :n].T).max() <= 1e-13 * np.abs(K[:n, n:]).max()
     assert np.abs(K[:n, :n] - K[:n, :n].T).max() > 1e-3 * np.abs(K[:n, :n]).max()
@@ -324,49 +331,43 @@ def loaded_state(cell, degree, method="normal"):
     return contact, bcs, states.mass_form(V)
 
 
+@pytest.mark.mpi(where=lambda degree, **_: degree == 1)
 @pytest.mark.parametrize("degree", [1, 2])
 @pytest.mark.parametrize("method", states.METHODS)
 def test_constrained_rows_and_columns_are_left_out(cell, degree, method):
     contact, bcs, form = loaded_state(cell, degree, method)
     K, R = states.tangent(contact, form), states.assembled(contact)
-    fixed = np.zeros(len(R), dtype=bool)
-    marker, _ = compat.dirichlet_dofs(bcs, contact.u.function_space)
-    fixed[: contact.layout.n_u] = marker == 1
+    fixed, _ = states.constraints(contact, bcs)
     assert np.abs(K[fixed][:, ~fixed]).max() > 0.0  # or nothing is tested
     free = np.outer(~fixed, ~fixed)
-    np.testing.assert_array_equal(
-        states.tangent(contact, form, bcs), np.where(free, K, 0.0)
-    )
-    np.testing.assert_array_equal(
-        states.assembled(contact, bcs), np.where(fixed, 0.0, R)
-    )
+    same = gathered.assert_same
+    same(states.tangent(contact, form, bcs), np.where(free, K, 0.0))
+    same(states.assembled(contact, bcs), np.where(fixed, 0.0, R))
     # Without conditions again all is there
-    np.testing.assert_array_equal(states.tangent(contact, form), K)
-    np.testing.assert_array_equal(states.assembled(contact), R)
+    same(states.tangent(contact, form), K)
+    same(states.assembled(contact), R)
 
 
+@pytest.mark.mpi(where=lambda degree, alpha, **_: degree == 1 and alpha < 0.0)
 @pytest.mark.parametrize("alpha", [-1.0, 0.5])
 @pytest.mark.parametrize("degree", [1, 2])
 @pytest.mark.parametrize("method", states.METHODS)
 def test_lifting_is_the_constrained_columns(cell, degree, method, alpha):
     contact, bcs, form = loaded_state(cell, degree, method)
     K = states.tangent(contact, form)
-    marker, g = compat.dirichlet_dofs(bcs, contact.u.function_space)
-    n, x0 = contact.layout.n_u, contact.u.x.array
-    fixed = np.zeros(len(K), dtype=bool)
-    fixed[:n] = marker == 1
-    increment = np.zeros(len(K))
-    increment[:n] = np.where(marker == 1, g - x0, 0.0)
+    fixed, increment = states.constraints(contact, bcs)
     expected = np.where(fixed, 0.0, -alpha * K @ increment)
     b = contact.create_vector()
     b.set(3.0)
-    contact.apply_lifting(b, bcs, x0, alpha)
+    contact.apply_lifting(b, bcs, contact.u.x.array, alpha)
     b.assemble()
     size = np.abs(expected).max()
     assert size > 0.0
-    np.testing.assert_allclose(b.array - 3.0, expected, atol=1e-14 * (3.0 + size))
+    lifted = gathered.vector(contact, b) - 3.0
+    np.testing.assert_allclose(lifted, expected, atol=1e-14 * (3.0 + size))
 
 
+@pytest.mark.mpi
 def test_assembly_adds_to_what_is_there(cell):
     contact, _, form = loaded_state(cell, 2)
     A, b = contact.create_matrix(form), contact.create_vector()
@@ -376,14 +377,13 @@ def test_assembly_adds_to_what_is_there(cell):
         contact.assemble_vector(b)
         A.assemble()
         b.assemble()
-        once.append((states.dense(A), b.array.copy()))
+        once.append((states.dense(contact, A), gathered.vector(contact, b)))
     np.testing.assert_allclose(once[1][0], 2.0 * once[0][0], rtol=1e-14, atol=1e-14)
     np.testing.assert_allclose(once[1][1], 2.0 * once[0][1], rtol=1e-14, atol=1e-15)
 
 
+@pytest.mark.mpi
 def test_casting_again_at_the_same_state_changes_nothing(cell):
     contact, _, _ = loaded_state(cell, 2)
     R = states.assembled(contact)
-    np.testing.assert_array_equal(
-        states.residual_at(contact, states.unknowns(contact)), R
-    )
+    gathered.assert_same(states.residual_at(contact, states.unknowns(contact)), R)

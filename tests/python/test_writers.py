@@ -90,8 +90,8 @@ def from_vtk(folder):
 @pytest.mark.mpi
 @pytest.mark.quick
 @pytest.mark.parametrize("cell", ["triangle", "hexahedron"])
-def test_xdmf_has_all_fields_at_the_nodes_of_the_mesh(cell, tmp_path):
-    path = COMM.bcast(tmp_path) / "out.xdmf"
+def test_xdmf_has_all_fields_at_the_nodes_of_the_mesh(cell, folder):
+    path = folder / "out.xdmf"
     problem, functions = pressed_in(cell)
     compat.write_xdmf(path, problem.u.function_space.mesh, functions)
     COMM.barrier()
@@ -101,11 +101,7 @@ def test_xdmf_has_all_fields_at_the_nodes_of_the_mesh(cell, tmp_path):
 @pytest.mark.mpi
 @pytest.mark.quick
 @pytest.mark.parametrize("cell, degree", [("triangle", 2), ("tetrahedron", 1)])
-def test_vtk_has_all_fields_at_all_nodes(cell, degree, tmp_path):
-    folder = COMM.bcast(tmp_path) / "vtk"
-    if COMM.rank == 0:
-        folder.mkdir()
-    COMM.barrier()
+def test_vtk_has_all_fields_at_all_nodes(cell, degree, folder):
     problem, functions = pressed_in(cell, degree)
     compat.write_vtk(folder / "out.pvd", problem.u.function_space.mesh, functions)
     COMM.barrier()
@@ -113,14 +109,12 @@ def test_vtk_has_all_fields_at_all_nodes(cell, degree, tmp_path):
 
 
 @pytest.mark.mpi
-def test_fields_of_two_degrees_are_written_at_the_finer_nodes(tmp_path):
+def test_fields_of_two_degrees_are_written_at_the_finer_nodes(folder):
     """3D: the multiplier has degree 1, the displacement 2; linear in between."""
     problem, functions = pressed_in("tetrahedron", 2)
-    compat.write_vtk(
-        COMM.bcast(tmp_path) / "out.pvd", problem.u.function_space.mesh, functions
-    )
+    compat.write_vtk(folder / "out.pvd", problem.u.function_space.mesh, functions)
     COMM.barrier()
-    read = from_vtk(COMM.bcast(tmp_path))
+    read = from_vtk(folder)
     assert {len(values) for values in read.values()} == {len(at_nodes(problem.u))}
     compare({"f": read["f"]}, [problem.u], len)
     coarse = at_nodes(problem.contact.status())
@@ -165,8 +159,8 @@ def test_vtx_has_all_fields_at_all_nodes(cell, degree, tmp_path):
 
 
 @pytest.mark.mpi
-def test_vtk_into_no_folder_is_reported(tmp_path):
+def test_vtk_into_no_folder_is_reported(folder):
     problem, functions = pressed_in("triangle")
-    path = COMM.bcast(tmp_path) / "nowhere" / "out.pvd"
+    path = folder / "nowhere" / "out.pvd"
     with pytest.raises(ContactError, match="nowhere/out.pvd cannot be written"):
         compat.write_vtk(path, problem.u.function_space.mesh, functions)

@@ -22,11 +22,11 @@ class AssemblerImpl final : public Assembler
 public:
   void residual(const ContactState& s, const BlockSink& sink) const override
   {
-    Kernel kernel;
+    const auto kernel = std::make_unique<Kernel>();
     for (std::size_t e = 0; e < s.elements.size(); ++e)
     {
-      run(s, e, gather(s, e), kernel, false);
-      sink(e, kernel.b.data(), block_size(s, e));
+      add_residual(s, e, gather(s, e), *kernel);
+      sink(e, kernel->b.data(), block_size(s, e));
     }
   }
 
@@ -73,9 +73,17 @@ private:
     for (const std::size_t e : elements)
     {
       const Data data = gather(s, e);
-      run(s, e, data, *kernel, true);
       if constexpr (Moving)
-        motion->add(s, e, data, *kernel, couplings);
+      {
+        const typename Motion::Element element{
+            s, e, data, kernel->A, couplings, FlatMap<F>(data.reference)};
+        add_tangent(s, e, data, *kernel,
+                    [&](std::size_t q, auto&& integrand)
+                    { motion->add(element, q, integrand); });
+        motion->finish(element);
+      }
+      else
+        add_tangent(s, e, data, *kernel, [](std::size_t, auto&&) {});
       const int n = block_size(s, e);
       if (n == Layout::size)
       {
@@ -144,39 +152,66 @@ private:
           s.traction_old.data() + static_cast<std::size_t>(f) * F::dofs * D);
   }
 
-  static void run(const ContactState& s, std::size_t e, const Data& data,
-                  Kernel& kernel, bool tangent)
+  static void add_residual(const ContactState& s, std::size_t e,
+                           const Data& data, Kernel& kernel)
   {
     const bool hit = s.elements.master[e] != no_index;
-    kernel.reset(tangent);
+    kernel.b.setZero();
     for (const Index i : s.elements.points_of(e))
     {
-      const ElementPoint<F> q =
-          element_point<F>(s, static_cast<std::size_t>(i));
+      const auto q = element_point<F>(s, static_cast<std::size_t>(i));
       if (hit)
-        kernel.add_hit(data, q, tangent);
+        kernel.add_hit(HitPoint<F, L, Law>(data, q));
       else
-        kernel.add_miss(data, q, tangent);
+        kernel.add_miss(SlavePoint<F, L, Law>(data, q));
+    }
+  }
+
+  /// Tangent at fixed points. `along` is called at each with its number and
+  /// what gives the integrand there with its derivative along the facet
+  template <class Along>
+  static void add_tangent(const ContactState& s, std::size_t e,
+                          const Data& data, Kernel& kernel, Along&& along)
+  {
+    using Gradient = SurfaceGradient<F, L, Law>;
+    const bool hit = s.elements.master[e] != no_index;
+    kernel.A.setZero();
+    for (const Index i : s.elements.points_of(e))
+    {
+      const auto number = static_cast<std::size_t>(i);
+      const auto q = element_point<F>(s, number);
+      if (hit)
+      {
+        const HitPoint<F, L, Law> p(data, q);
+        const HitSlopes<F, L, Law> slopes(data, q, p);
+        kernel.add_hit_tangent(data, p, slopes);
+        along(number, [&] { return Gradient::hit(data, q, p, slopes); });
+      }
+      else
+      {
+        const SlavePoint<F, L, Law> p(data, q);
+        kernel.add_miss_tangent(data, q, p);
+        along(number, [&] { return Gradient::miss(data, q, p); });
+      }
     }
   }
 
   static void store(const ContactState& s, const Data& data, std::size_t q,
                     PointResults& r)
   {
-    const ElementPoint<F> p = element_point<F>(s, q);
-    const auto frame = frame_at<F>(data.slave, p.xi);
-    r.weight[q] = data.current ? p.weight * frame.jacobian : p.area;
-    Eigen::Map<Vec<D>>(r.x.data() + q * D) = frame.x;
-    Eigen::Map<Vec<D>>(r.normal.data() + q * D) = frame.n;
+    const ElementPoint<F> at = element_point<F>(s, q);
+    const SlavePoint<F, L, Law> place(data, at);
+    r.weight[q] = place.weight;
+    Eigen::Map<Vec<D>>(r.x.data() + q * D) = place.slave.x;
+    Eigen::Map<Vec<D>>(r.normal.data() + q * D) = place.slave.n;
     if (s.hits.status[q] != RayStatus::hit)
       return;
-    const auto response = Kernel::respond(data, frame, p);
-    r.status[q] = response.status;
-    r.pressure[q] = response.p;
-    Eigen::Map<Vec<D>>(r.traction.data() + q * D) = response.t;
+    const HitPoint<F, L, Law> p(data, at);
+    r.status[q] = p.response.status;
+    r.pressure[q] = p.response.p;
+    Eigen::Map<Vec<D>>(r.traction.data() + q * D) = p.response.t;
     if constexpr (is_frictional<Law>)
-      Eigen::Map<Vec<D>>(r.slip.data() + q * D) =
-          Kernel::slip_increment(data, p);
+      Eigen::Map<Vec<D>>(r.slip.data() + q * D) = p.old.w;
   }
 };
 

@@ -61,8 +61,7 @@ carry_traction(const Frame<D>& old, const Frame<D>& now, const Vec<D>& traction)
 /// @brief Variation of value() as rows over the slave's displacement dofs.
 template <class F>
 [[nodiscard]] Mat<F::gdim, Variations<F>::side>
-vary_carried(const CarriedTraction<F::gdim>& c, const PointGeometry<F>& p,
-             const typename F::RefPoint& xi)
+vary_carried(const CarriedTraction<F::gdim>& c, const PointGeometry<F>& p)
 {
   constexpr int D = F::gdim;
   Mat<D, Variations<F>::side> rows;
@@ -75,11 +74,10 @@ vary_carried(const CarriedTraction<F::gdim>& c, const PointGeometry<F>& p,
   const Mat<D, D> normalise =
       c.length / c.direction.norm() *
       (Mat<D, D>::Identity() - along * along.transpose());
-  const auto dN = F::Disp::gradients(xi).eval();
   for (int a = 0; a < F::dofs; ++a)
   {
-    const double by_along = dN.row(a).dot(c.along);
-    const double by_across = dN.row(a).dot(c.across);
+    const double by_along = p.dN_s.row(a).dot(c.along);
+    const double by_across = p.dN_s.row(a).dot(c.across);
     // d direction = dt along - n x (dt across) + (t across) x dn
     const Vec<D> by_n = -cross(across, Vec<D>(p.G_s.col(a)));
     for (int i = 0; i < D; ++i)
@@ -101,15 +99,15 @@ struct BentFrame
 };
 
 /// @brief Derivative by xi of what carry_traction makes of a field.
+/// @param[in] c What it makes of it
 /// @param[in] old, now Of the same material point
 /// @param[in] traction, traction_xi The field and its derivative by xi
 template <int D>
 [[nodiscard]] Mat<D, D - 1>
-carried_along_facet(const BentFrame<D>& old, const BentFrame<D>& now,
-                    const Vec<D>& traction, const Mat<D, D - 1>& traction_xi)
+carried_along_facet(const CarriedTraction<D>& c, const BentFrame<D>& old,
+                    const BentFrame<D>& now, const Vec<D>& traction,
+                    const Mat<D, D - 1>& traction_xi)
 {
-  const CarriedTraction<D> c =
-      carry_traction<D>(old.frame, now.frame, traction);
   Mat<D, D - 1> rate = Mat<D, D - 1>::Zero();
   if (c.length == 0.0)
     return rate;

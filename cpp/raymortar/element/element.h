@@ -2,73 +2,10 @@
 // facet its points hit, or with none.
 #pragma once
 
-#include "raymortar/element/carried.h"
-#include "raymortar/law/frictional.h"
+#include "raymortar/element/contact_point.h"
 
 namespace raymortar
 {
-/// @brief Dof layout of an element: [slave u | multiplier | master u].
-///
-/// The multiplier is first of the optional parts so that an element without
-/// master uses the leading block.
-/// @tparam L Degree of the multiplier, 0 without
-template <class F, int L, class Law>
-struct ElementLayout
-{
-  static constexpr int D = F::gdim;
-  static constexpr int components = Law::template multiplier_size<D>;
-  static constexpr int side = F::dofs * D;
-  static constexpr int multipliers = L == 0 ? 0 : Lagrange < F::shape,
-                       L == 0 ? 1 : L > ::nodes;
-  static constexpr int multiplier_dofs = multipliers * components;
-  static constexpr int master = side + multiplier_dofs;
-  static constexpr int size = 2 * side + multiplier_dofs;
-  static constexpr int alone = side + multiplier_dofs;
-};
-
-/// @brief What friction needs of the accepted step; nothing without it.
-template <class F, bool Frictional>
-struct FrictionData
-{
-};
-
-template <class F>
-struct FrictionData<F, true>
-{
-  typename F::NodeMatrix slave_old;
-  typename F::NodeMatrix master_old;
-  Mat<F::gdim, F::dofs> traction_old; ///< nodal, of the elastic penalty
-  FrictionLaw friction;
-};
-
-/// @brief Data of one element besides its points.
-template <class F, int L, class Law>
-struct ElementData
-{
-  using Layout = ElementLayout<F, L, Law>;
-  typename F::NodeMatrix slave;
-  typename F::NodeMatrix master;
-  typename F::NodeMatrix reference; ///< undeformed slave; moving segments only
-  Mat<Layout::components, Layout::multipliers>
-      lam;              ///< nodal unknowns ell = lam / lam_scale
-  Vec<F::dofs> gamma;   ///< nodal coefficient on the slave facet
-  double lam_scale = 1; ///< traction per unit of the multiplier unknown
-  double touch = 0;     ///< see PointState, length
-  bool current = false; ///< integrate over the deformed slave surface
-  FrictionData<F, is_frictional<Law>> history;
-};
-
-/// @brief One integration point of an element.
-template <class F>
-struct ElementPoint
-{
-  typename F::RefPoint xi;
-  typename F::RefPoint eta;
-  double weight; ///< in reference coordinates
-  double area;   ///< times the reference Jacobian
-  double g;
-};
-
 /// @brief Accumulates residual and tangent of one element, point by point.
 ///
 /// The unknown multiplier is ell = lam / lam_scale and its test function is
@@ -85,123 +22,77 @@ public:
   using Matrix =
       Eigen::Matrix<double, Layout::size, Layout::size, Eigen::RowMajor>;
 
-  Vector b;
+  Vector b; ///< to be set to zero before the first point, as A
   Matrix A;
 
-  void reset(bool tangent)
+  /// @brief Residual of a point with a hit: contact work (3), condition (4).
+  void add_hit(const HitPoint<F, L, Law>& p)
   {
-    b.setZero();
-    if (tangent)
-      A.setZero();
+    add_work(p, p.response.t);
+    add_condition(p, p.response.C);
   }
 
-  /// @brief Point with a hit: contact work (3) and condition (4).
-  void add_hit(const Data& e, const ElementPoint<F>& q, bool tangent)
+  /// @brief Residual of a point without: the multiplier is driven to zero.
+  void add_miss(const SlavePoint<F, L, Law>& p)
   {
-    PointGeometry<F> p = slave_geometry<F>(e.slave, q.xi);
-    add_master_geometry<F>(p, e.master, q.eta);
-    const MuShape shape = multiplier_shape(e, q.xi);
-    const double gamma = p.N_s.dot(e.gamma);
-    const auto r = respond(e, p.slave, q);
-    const double w = e.current ? q.weight * p.slave.jacobian : q.area;
-    add_work(p, r.t, w);
-    add_condition(shape, r.C, w / gamma);
-    if (tangent)
-      add_hit_tangent(e, q, p, r, shape, w, gamma);
+    if constexpr (M > 0)
+      add_condition(p, Law::template without_hit<D>(p.lam));
   }
 
-  /// @brief The law at a point with a hit.
-  [[nodiscard]] static auto respond(const Data& e, const Frame<D>& slave,
-                                    const ElementPoint<F>& q)
+  /// @brief Tangent of a point with a hit.
+  void add_hit_tangent(const Data& e, const HitPoint<F, L, Law>& p,
+                       const HitSlopes<F, L, Law>& at)
   {
-    const PointState<D, M> state{slave.n, q.g,
-                                 lam_at(e, multiplier_shape(e, q.xi)),
-                                 F::Disp::values(q.xi).dot(e.gamma), e.touch};
-    if constexpr (is_frictional<Law>)
+    add_traction_tangent(e, p, at);
+    add_slide_tangent(at.geometry, p.response.t, at.vary.deta, p.weight);
+    if constexpr (M > 0)
     {
-      Vec<D> spring = Vec<D>::Zero();
-      if constexpr (M == 0)
-        spring = old_traction(e, slave, q).value();
-      return Law::template evaluate<D>(FrictionState<D, M>{
-          state, slip_increment(e, q), spring, e.history.friction});
+      Derivatives<M> d{p.response.C_n, p.response.C_g, {}};
+      if constexpr (is_frictional<Law>)
+        d.add_slip(p, at, p.response.C_w);
+      Rows<M, 2 * Layout::side> dC = chain<M>(d, at);
+      if (e.current)
+        dC.template leftCols<Layout::side>() +=
+            p.response.C * area_variation(at.geometry);
+      add_condition_tangent(p, dC, p.response.C_lam);
     }
-    else
-      return Law::template evaluate<D>(state);
   }
 
-  /// @brief w of (2). With the ray x_s + g n = x_m it is
-  /// w = x_m0(eta) - x_s0 - g n_0: no difference of large numbers of two
-  /// states.
-  [[nodiscard]] static Vec<D>
-  slip_increment(const Data& e,
-                 const ElementPoint<F>& q) requires is_frictional<Law>
-  {
-    const Frame<D> old = frame_at<F>(e.history.slave_old, q.xi);
-    return e.history.master_old * F::Node::values(q.eta) - old.x - q.g * old.n;
-  }
-
-  /// @brief Accepted traction of the friction springs on the present surface.
-  [[nodiscard]] static CarriedTraction<D>
-  old_traction(const Data& e, const Frame<D>& slave,
-               const ElementPoint<F>& q) requires is_frictional<Law>
-  {
-    return carry_traction<D>(frame_at<F>(e.history.slave_old, q.xi), slave,
-                             e.history.traction_old * F::Disp::values(q.xi));
-  }
-
-  /// @brief Point without a hit: the multiplier is driven to zero.
-  void add_miss(const Data& e, const ElementPoint<F>& q, bool tangent)
+  /// @brief Tangent of a point without a hit.
+  void add_miss_tangent(const Data& e, const ElementPoint<F>& q,
+                        const SlavePoint<F, L, Law>& p)
   {
     if constexpr (M > 0)
     {
-      const PointGeometry<F> p = slave_geometry<F>(e.slave, q.xi);
-      const MuShape shape = multiplier_shape(e, q.xi);
-      const double w = (e.current ? q.weight * p.slave.jacobian : q.area) /
-                       p.N_s.dot(e.gamma);
-      const Vec<M> C = Law::template without_hit<D>(lam_at(e, shape));
-      add_condition(shape, C, w);
-      if (tangent)
-        add_miss_tangent(e, p, shape, C, w);
+      Rows<M, 2 * Layout::side> dC = Rows<M, 2 * Layout::side>::Zero();
+      if (e.current)
+        dC.template leftCols<Layout::side>() =
+            Law::template without_hit<D>(p.lam) *
+            area_variation(slave_geometry<F>(p.slave, p.N_s, q.xi));
+      add_condition_tangent(p, dC, -Mat<M, M>::Identity());
     }
-  }
-
-  using MuShape = Vec<Layout::multipliers>;
-
-  /// @brief Test functions of the multiplier's unknowns.
-  [[nodiscard]] static MuShape multiplier_shape(const Data& e,
-                                                const typename F::RefPoint& xi)
-  {
-    if constexpr (L == 0)
-      return {};
-    else
-      return e.lam_scale * Lagrange<F::shape, L>::values(xi);
   }
 
 private:
-  [[nodiscard]] static Vec<M> lam_at(const Data& e, const MuShape& shape)
-  {
-    if constexpr (L == 0)
-      return {};
-    else
-      return e.lam * shape;
-  }
-
   /// - int t . (v_s - v_m) dG
-  void add_work(const PointGeometry<F>& p, const Vec<D>& t, double w)
+  void add_work(const HitPoint<F, L, Law>& p, const Vec<D>& t)
   {
     for (int a = 0; a < F::dofs; ++a)
     {
-      b.template segment<D>(a * D) -= w * p.N_s[a] * t;
-      b.template segment<D>(Layout::master + a * D) += w * p.N_m[a] * t;
+      b.template segment<D>(a * D) -= p.weight * p.N_s[a] * t;
+      b.template segment<D>(Layout::master + a * D) += p.weight * p.N_m[a] * t;
     }
   }
 
-  /// (1/gamma) int C . mu dG, w includes 1/gamma
-  void add_condition(const MuShape& shape, const Vec<M>& C, double w)
+  /// (1/gamma) int C . mu dG
+  void add_condition(const SlavePoint<F, L, Law>& p, const Vec<M>& C)
   {
     if constexpr (M > 0)
+    {
+      const double w = p.weight / p.gamma;
       for (int k = 0; k < Layout::multipliers; ++k)
-        b.template segment<M>(Layout::side + k * M) += w * shape[k] * C;
+        b.template segment<M>(Layout::side + k * M) += w * p.shape[k] * C;
+    }
   }
 
   /// Rows of derivatives by C dofs, stored as those of A are
@@ -219,24 +110,23 @@ private:
 
     /// With dw = T_0 deta - n_0 dg, the variation of slip_increment
     /// [theory (2.9)]
-    void add_slip(const Data& e, const ElementPoint<F>& q,
+    void add_slip(const HitPoint<F, L, Law>& p, const HitSlopes<F, L, Law>& at,
                   const Mat<R, D>& by_w) requires is_frictional<Law>
     {
-      by_g -= by_w * frame_at<F>(e.history.slave_old, q.xi).n;
-      by_eta = by_w * (e.history.master_old * F::Node::gradients(q.eta));
+      by_g -= by_w * p.old.frame.n;
+      by_eta = by_w * at.T_old;
     }
   };
 
   /// Their rows over [slave | master] by the chain rule
   template <int R>
   [[nodiscard]] static Rows<R, 2 * Layout::side>
-  chain(const Derivatives<R>& d, const PointGeometry<F>& p,
-        const Variations<F>& v)
+  chain(const Derivatives<R>& d, const HitSlopes<F, L, Law>& at)
   {
-    Rows<R, 2 * Layout::side> rows = d.by_g * v.dg;
+    Rows<R, 2 * Layout::side> rows = d.by_g * at.vary.dg;
     if constexpr (is_frictional<Law>)
-      rows += d.by_eta * v.deta;
-    rows.template leftCols<Layout::side>() += turn<R>(d.by_n, p);
+      rows += d.by_eta * at.vary.deta;
+    rows.template leftCols<Layout::side>() += turn<R>(d.by_n, at.geometry);
     return rows;
   }
 
@@ -252,53 +142,33 @@ private:
     return rows;
   }
 
-  template <class Response>
-  void add_hit_tangent(const Data& e, const ElementPoint<F>& q,
-                       const PointGeometry<F>& p, const Response& r,
-                       const MuShape& shape, double w, double gamma)
-  {
-    const Variations<F> v = vary_hit<F>(p, q.g);
-    add_traction_tangent(e, q, p, r, shape, v, w);
-    add_slide_tangent(p, r.t, v.deta, w);
-    if constexpr (M > 0)
-    {
-      Derivatives<M> d{r.C_n, r.C_g, {}};
-      if constexpr (is_frictional<Law>)
-        d.add_slip(e, q, r.C_w);
-      Rows<M, 2 * Layout::side> dC = chain<M>(d, p, v);
-      if (e.current)
-        dC.template leftCols<Layout::side>() += r.C * area_variation(p);
-      add_condition_tangent(shape, dC, r.C_lam, w / gamma);
-    }
-  }
-
   /// Derivative of t in - t . (v_s - v_m): by what it varies with, see
   /// PointResponse
-  template <class Response>
-  void add_traction_tangent(const Data& e, const ElementPoint<F>& q,
-                            const PointGeometry<F>& p, const Response& r,
-                            const MuShape& shape, const Variations<F>& v,
-                            double w)
+  void add_traction_tangent(const Data& e, const HitPoint<F, L, Law>& p,
+                            const HitSlopes<F, L, Law>& at)
   {
     constexpr int side = Layout::side;
+    const auto& r = p.response;
+    const PointGeometry<F>& geometry = at.geometry;
+    const double w = p.weight;
     if (e.current)
-      add_work_tangent<side>(p, r.t * area_variation(p), 0, w);
+      add_work_tangent<side>(geometry, r.t * area_variation(geometry), 0, w);
     if constexpr (M == 0)
     {
       Derivatives<D> d{r.t_n, r.t_g, {}};
       if constexpr (is_frictional<Law>)
-        d.add_slip(e, q, r.t_w);
-      Rows<D, 2 * side> dt = chain<D>(d, p, v);
+        d.add_slip(p, at, r.t_w);
+      Rows<D, 2 * side> dt = chain<D>(d, at);
       if constexpr (is_frictional<Law>)
         dt.template leftCols<side>() +=
-            r.t_spring * vary_carried<F>(old_traction(e, p.slave, q), p, q.xi);
-      add_work_tangent<2 * side>(p, dt, 0, w);
+            r.t_spring * vary_carried<F>(p.old.spring, geometry);
+      add_work_tangent<2 * side>(geometry, dt, 0, w);
     }
     else if constexpr (M == 1)
     {
-      add_work_tangent<side>(p, turn<D>(r.t_n, p), 0, w);
-      add_work_tangent<Layout::multipliers>(p, r.t_lam * shape.transpose(),
-                                            side, w);
+      add_work_tangent<side>(geometry, turn<D>(r.t_n, geometry), 0, w);
+      add_work_tangent<Layout::multipliers>(
+          geometry, r.t_lam * p.shape.transpose(), side, w);
     }
     else
       for (int k = 0; k < Layout::multipliers; ++k)
@@ -306,9 +176,9 @@ private:
         {
           const int column = side + k * D, m = Layout::master + a * D;
           A.template block<D, D>(a * D, column).diagonal().array() -=
-              w * p.N_s[a] * shape[k];
+              w * p.N_s[a] * p.shape[k];
           A.template block<D, D>(m, column).diagonal().array() +=
-              w * p.N_m[a] * shape[k];
+              w * p.N_m[a] * p.shape[k];
         }
   }
 
@@ -334,25 +204,31 @@ private:
     constexpr int side = Layout::side;
     for (int a = 0; a < F::dofs; ++a)
     {
-      const Rows<1, 2 * side> slide = (w * p.dN_m.row(a)) * deta;
+      // Two halves: a load across two fresh stores would wait for both
+      const Vec<D - 1> by_eta = w * p.dN_m.row(a).transpose();
+      const Rows<1, side> by_s =
+          by_eta.transpose() * deta.template leftCols<side>();
+      const Rows<1, side> by_m =
+          by_eta.transpose() * deta.template rightCols<side>();
       for (int i = 0; i < D; ++i)
       {
         const int row = Layout::master + a * D + i;
-        A.row(row).template head<side>() += t[i] * slide.template head<side>();
-        A.row(row).template tail<side>() += t[i] * slide.template tail<side>();
+        A.row(row).template head<side>() += t[i] * by_s;
+        A.row(row).template tail<side>() += t[i] * by_m;
       }
     }
   }
 
   /// dC . mu / gamma; dC over [slave | master]
-  void add_condition_tangent(const MuShape& shape,
+  void add_condition_tangent(const SlavePoint<F, L, Law>& p,
                              const Rows<M, 2 * Layout::side>& dC,
-                             const Mat<M, M>& C_lam, double w)
+                             const Mat<M, M>& C_lam)
   {
     constexpr int side = Layout::side;
+    const double w = p.weight / p.gamma;
     for (int k = 0; k < Layout::multipliers; ++k)
     {
-      const double test = w * shape[k];
+      const double test = w * p.shape[k];
       for (int i = 0; i < M; ++i)
       {
         auto row = A.row(side + k * M + i);
@@ -360,18 +236,9 @@ private:
         row.template tail<side>() += test * dC.row(i).template tail<side>();
         for (int j = 0; j < Layout::multipliers; ++j)
           row.template segment<M>(side + j * M) +=
-              (test * shape[j]) * C_lam.row(i);
+              (test * p.shape[j]) * C_lam.row(i);
       }
     }
-  }
-
-  void add_miss_tangent(const Data& e, const PointGeometry<F>& p,
-                        const MuShape& shape, const Vec<M>& C, double w)
-  {
-    Rows<M, 2 * Layout::side> dC = Rows<M, 2 * Layout::side>::Zero();
-    if (e.current)
-      dC.template leftCols<Layout::side>() = C * area_variation(p);
-    add_condition_tangent(shape, dC, -Mat<M, M>::Identity(), w);
   }
 
   /// d log |m| over the slave's dofs  [theory (2.4)]

@@ -20,6 +20,8 @@ struct Variations
   static constexpr int side = F::dofs * D;
   Eigen::Matrix<double, 1, 2 * side, Eigen::RowMajor> dg;
   Eigen::Matrix<double, D - 1, 2 * side, Eigen::RowMajor> deta;
+  /// Rows rho (dual of T, orthogonal to n) and b (dual of n, orthogonal to T)
+  Mat<D, D> dual;
 };
 
 /// @brief What a point needs of shape functions and frames.
@@ -28,33 +30,49 @@ struct PointGeometry
 {
   Frame<F::gdim> slave;
   Vec<F::dofs> N_s;           ///< slave shape functions at xi
+  Mat<F::dofs, F::tdim> dN_s; ///< their gradients in xi
+  Mat<F::gdim, F::tdim> dual; ///< of the slave's tangents, see dual_tangents
   Mat<F::gdim, F::dofs> G_s;  ///< their surface gradients, 1/length
   Vec<F::dofs> N_m;           ///< master shape functions at eta
   Mat<F::dofs, F::tdim> dN_m; ///< their gradients in eta
   Mat<F::gdim, F::tdim> T;    ///< master tangents dx_m/deta
 };
 
+/// @brief The slave's part, where its frame and shape functions are known.
+template <class F>
+[[nodiscard]] PointGeometry<F> slave_geometry(const Frame<F::gdim>& frame,
+                                              const Vec<F::dofs>& N_s,
+                                              const typename F::RefPoint& xi)
+{
+  PointGeometry<F> p;
+  p.slave = frame;
+  p.N_s = N_s;
+  p.dN_s = F::Disp::gradients(xi);
+  p.dual = dual_tangents<F::gdim>(frame.t);
+  p.G_s = p.dual * p.dN_s.transpose();
+  return p;
+}
+
 template <class F>
 [[nodiscard]] PointGeometry<F>
 slave_geometry(const typename F::NodeMatrix& slave,
                const typename F::RefPoint& xi)
 {
-  PointGeometry<F> p;
-  p.slave = frame_at<F>(slave, xi);
-  p.N_s = F::Disp::values(xi);
-  p.G_s =
-      dual_tangents<F::gdim>(p.slave.t) * F::Disp::gradients(xi).transpose();
-  return p;
+  return slave_geometry<F>(frame_at<F>(slave, xi), F::Disp::values(xi), xi);
 }
 
 template <class F>
 void add_master_geometry(PointGeometry<F>& p,
                          const typename F::NodeMatrix& master,
+                         const Vec<F::dofs>& N_m,
                          const typename F::RefPoint& eta)
 {
-  p.N_m = F::Disp::values(eta);
+  p.N_m = N_m;
   p.dN_m = F::Disp::gradients(eta);
-  p.T = master * F::Node::gradients(eta);
+  if constexpr (F::degree == F::node_degree)
+    p.T = master * p.dN_m;
+  else
+    p.T = master * F::Node::gradients(eta);
 }
 
 template <class F>
@@ -65,21 +83,23 @@ template <class F>
   Mat<D, D> A;
   A.template leftCols<D - 1>() = p.T;
   A.col(D - 1) = p.slave.n;
-  // Rows rho (dual of T, orthogonal to n) and b (dual of n, orthogonal to T)
-  const Mat<D, D> dual = A.inverse();
-  const Mat<D, F::dofs> turn = g * dual * p.G_s;
-  // du_s - du_m + g dn, applied to rho and -b
-  Eigen::Matrix<double, D, 2 * side, Eigen::RowMajor> z;
-  for (int j = 0; j < D; ++j)
+  Variations<F> v;
+  v.dual = A.inverse();
+  const auto n = p.slave.n.transpose();
+  const auto b = v.dual.row(D - 1);
+  const Mat<D, F::dofs> turn = g * v.dual * p.G_s;
+  for (int a = 0; a < F::dofs; ++a)
   {
-    auto row = z.row(j);
-    for (int a = 0; a < F::dofs; ++a)
+    const int s = a * D, m = side + a * D;
+    v.dg.template segment<D>(s) = turn(D - 1, a) * n - p.N_s[a] * b;
+    v.dg.template segment<D>(m) = p.N_m[a] * b;
+    for (int j = 0; j < D - 1; ++j)
     {
-      row.template segment<D>(a * D) =
-          p.N_s[a] * dual.row(j) - turn(j, a) * p.slave.n.transpose();
-      row.template segment<D>(side + a * D) = -p.N_m[a] * dual.row(j);
+      auto row = v.deta.row(j);
+      row.template segment<D>(s) = p.N_s[a] * v.dual.row(j) - turn(j, a) * n;
+      row.template segment<D>(m) = -p.N_m[a] * v.dual.row(j);
     }
   }
-  return {-z.row(D - 1), z.template topRows<D - 1>()};
+  return v;
 }
 } // namespace raymortar

@@ -18,44 +18,55 @@ template <class F, int L, class Law>
 class MovingSegments
 {
 public:
-  using Kernel = Element<F, L, Law>;
+  using Kernel = raymortar::Element<F, L, Law>;
   using Layout = typename Kernel::Layout;
   using Data = typename Kernel::Data;
   static constexpr int T = F::tdim;
 
-  /// @brief Add to the tangent of element e.
-  /// @param[in,out] kernel Its tangent at fixed points
-  /// @param[in] couplings Takes the columns of masters that are not e's own.
-  /// Of the rows of a master that was hit in place of the segment's own they
-  /// are left out: only points between the true edge of two masters and the
-  /// chord that stands for it have such
-  void add(const ContactState& s, std::size_t e, const Data& data,
-           Kernel& kernel, const CouplingSink& couplings)
+  /// @brief An element whose points are being added.
+  struct Element
   {
-    const FlatMap<F> map(data.reference);
-    const bool hit = s.elements.master[e] != no_index;
-    Index segment = no_index;
-    for (const Index i : s.elements.points_of(e))
+    const ContactState& state;
+    std::size_t number;
+    const Data& data;
+    /// Tangent at fixed points, to which the motion adds
+    typename Kernel::Matrix& A;
+    /// Takes the columns of masters that are not the element's own. Of the rows
+    /// of a master that was hit in place of the segment's own they are left
+    /// out: only points between the true edge of two masters and the chord that
+    /// stands for it have such
+    const CouplingSink& couplings;
+    FlatMap<F> map;
+  };
+
+  /// @brief Add point q of element e, in the order of its points.
+  /// @param[in] integrand Gives the Integrand there; points that no segment
+  /// made do not move
+  template <class Make>
+  void add(const Element& e, std::size_t q, Make&& integrand)
+  {
+    const Index segment = e.state.points.segment[q];
+    if (segment != _segment)
     {
-      const auto q = static_cast<std::size_t>(i);
-      if (s.points.segment[q] != segment)
-      {
-        flush(s, e, segment, data, map, kernel, couplings);
-        segment = s.points.segment[q];
-        if (segment != no_index)
-          place_vertices(s, segment, map);
-      }
-      if (segment == no_index)
-        continue;
-      const ElementPoint<F> point = element_point<F>(s, q);
-      add_point(s, q, map,
-                hit ? Gradient::hit(data, point) : Gradient::miss(data, point));
+      finish(e);
+      _segment = segment;
+      if (segment != no_index)
+        place_vertices(e.state, segment, e.map);
     }
-    flush(s, e, segment, data, map, kernel, couplings);
+    if (segment != no_index)
+      add_point(e.state, q, e.map, integrand());
+  }
+
+  /// @brief Vertices' share of the tangent, after the last point of an element.
+  void finish(const Element& e)
+  {
+    if (_segment != no_index)
+      flush(e,
+            e.state.segmentation.segments[static_cast<std::size_t>(_segment)]);
+    _segment = no_index;
   }
 
 private:
-  using Gradient = SurfaceGradient<F, L, Law>;
   using Flat = typename F::RefPoint;
   static constexpr std::size_t capacity = Tiles::capacity;
   using Sum = Mat<Layout::size, T>;
@@ -82,29 +93,42 @@ private:
     {
       const auto k = static_cast<std::size_t>(segment.begin) + v;
       _y[v] = map.to_flat(s.segmentation.vertices[k].template head<T>());
+      _by_vertex[v].setZero();
     }
     if constexpr (T == 2)
     {
       _tiles = s.segmentation.tiles(segment);
       if (_tiles.has_centre())
+      {
         _y[centre] = mean_of_core(_tiles, _y);
+        _by_vertex[centre].setZero();
+      }
     }
   }
 
   void add_point(const ContactState& s, std::size_t q, const FlatMap<F>& map,
                  const Integrand<F, L, Law>& at)
   {
-    const typename F::RefPoint xi = s.points.xi[q].template head<T>();
-    const typename FlatMap<F>::Gradient G = map.gradient(xi);
     // The uncovered part takes the points of segments with negative weights
     const double sign = s.points.seed[q] == no_index ? -1.0 : 1.0;
-    const Mat<T, T> to_y = s.points.weight[q] * G.inverse();
-    const Mat<1, T> log_det = map.log_det_gradient(xi).transpose() * to_y;
+    const double weight = s.points.weight[q];
     Change change;
-    change.by_y = at.f_xi.lazyProduct(to_y);
-    for (int t = 0; t < T; ++t)
-      change.by_y.col(t) -= log_det[t] * at.f;
-    change.by_measure = sign / G.determinant() * at.f;
+    if constexpr (not FlatMap<F>::is_map)
+    {
+      change.by_y = weight * at.f_xi;
+      change.by_measure = sign * at.f;
+    }
+    else
+    {
+      const typename F::RefPoint xi = s.points.xi[q].template head<T>();
+      const typename FlatMap<F>::Gradient G = map.gradient(xi);
+      const Mat<T, T> to_y = weight * G.inverse();
+      const Mat<1, T> log_det = map.log_det_gradient(xi).transpose() * to_y;
+      for (int t = 0; t < T; ++t)
+        change.by_y.col(t) = at.f_xi.col(0) * to_y(0, t) +
+                             at.f_xi.col(1) * to_y(1, t) - log_det[t] * at.f;
+      change.by_measure = sign / G.determinant() * at.f;
+    }
     add_in_tile(change, s.segment_rules,
                 static_cast<std::size_t>(s.points.place[q]));
   }
@@ -166,17 +190,11 @@ private:
     }
   }
 
-  /// Vertices' share of the tangent; empties the sums for the next segment
-  void flush(const ContactState& s, std::size_t e, Index segment,
-             const Data& data, const FlatMap<F>& map, Kernel& kernel,
-             const CouplingSink& couplings)
+  void flush(const Element& e, const Segment& of)
   {
     constexpr int side = Layout::side;
-    if (segment == no_index)
-      return;
-    const Segment& of =
-        s.segmentation.segments[static_cast<std::size_t>(segment)];
-    const bool own = of.master == s.elements.master[e];
+    const ContactState& s = e.state;
+    const bool own = of.master == s.elements.master[e.number];
     const auto master = s.master.template nodes<F>(s.master.x, of.master);
     if (not own)
       _coupling.setZero();
@@ -189,20 +207,17 @@ private:
         continue;
       const typename F::RefPoint xi =
           s.segmentation.vertices[at].template head<T>();
-      const Motion dy =
-          map.gradient(xi) * vertex_motion<F>(data.slave, master, xi, hangs_on);
-      add_motion<Layout::size>(_by_vertex[v], dy, 0, kernel.A, 0);
+      const Motion dy = e.map.gradient(xi) *
+                        vertex_motion<F>(e.data.slave, master, xi, hangs_on);
+      add_motion<Layout::size>(_by_vertex[v], dy, 0, e.A, 0);
       if (own)
-        add_motion<Layout::size>(_by_vertex[v], dy, side, kernel.A,
-                                 Layout::master);
+        add_motion<Layout::size>(_by_vertex[v], dy, side, e.A, Layout::master);
       else
         add_motion<Layout::alone>(_by_vertex[v], dy, side, _coupling,
                                   Layout::master);
     }
     if (not own)
-      couplings(e, of.master, _coupling.data(), Layout::size);
-    for (auto& sum : _by_vertex)
-      sum.setZero();
+      e.couplings(e.number, of.master, _coupling.data(), Layout::size);
   }
 
   /// The mean of the core moves with each of its vertices
@@ -235,15 +250,10 @@ private:
     }
   }
 
-  Tiles _tiles; ///< of the present segment
+  Index _segment = no_index; ///< that of the points being added
+  Tiles _tiles;              ///< of that
   std::array<Flat, capacity + 1> _y;
-  std::array<Sum, capacity + 1> _by_vertex = []
-  {
-    std::array<Sum, capacity + 1> zero;
-    for (auto& sum : zero)
-      sum.setZero();
-    return zero;
-  }();
+  std::array<Sum, capacity + 1> _by_vertex;
   typename Kernel::Matrix _coupling;
 };
 } // namespace raymortar

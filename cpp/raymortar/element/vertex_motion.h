@@ -23,9 +23,10 @@ vertex_motion(const typename F::NodeMatrix& slave,
   constexpr int side = Variations<F>::side;
   const typename F::RefPoint eta = hangs_on.eta.template head<T>();
   PointGeometry<F> p = slave_geometry<F>(slave, xi);
-  add_master_geometry<F>(p, master, eta);
+  add_master_geometry<F>(p, master, F::Disp::values(eta), eta);
   const double g = p.slave.n.dot(master * F::Node::values(eta) - p.slave.x);
-  const Mat<D, T> along = p.slave.t + g * curvature_at<F>(slave, xi, p.slave).n;
+  const Mat<D, T> along =
+      p.slave.t + g * curvature_at<F>(slave, xi, p.slave, p.dual).n;
   Mat<D, D> A;
   Mat<T, D> by_z; // dxi of the unknowns
   by_z.setZero();

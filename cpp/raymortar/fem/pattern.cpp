@@ -50,7 +50,7 @@ private:
   std::vector<std::pair<std::int64_t, Index>> _known;
 };
 
-/// Pairs of the slave with the neighbours of a master it has newly met
+/// Pairs of the slave with the neighbours of a master
 void append_neighbours(const Surface& master, Index slave, Index met,
                        std::vector<Pattern::Pair>& pairs)
 {
@@ -65,10 +65,11 @@ void append_neighbours(const Surface& master, Index slave, Index met,
   }
 }
 
-void sort_unique(std::vector<Pattern::Pair>& pairs)
+template <class T>
+void sort_unique(std::vector<T>& values)
 {
-  std::sort(pairs.begin(), pairs.end());
-  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  std::sort(values.begin(), values.end());
+  values.erase(std::unique(values.begin(), values.end()), values.end());
 }
 
 using Columns = std::vector<PetscInt>;
@@ -267,11 +268,14 @@ void Pattern::extend(const Zone& zone)
   std::vector<Pair> fresh;
   std::set_difference(now.begin(), now.end(), _pairs.begin(), _pairs.end(),
                       std::back_inserter(fresh));
-  const bool first = _pairs.empty();
+  if (not _pairs.empty())
+    for (const Pair& p : fresh)
+      _sliding.push_back(p.first);
+  sort_unique(_sliding);
   std::erase_if(_pairs, [&](const Pair& p) { return not is_candidate(p); });
   _pairs.insert(_pairs.end(), now.begin(), now.end());
-  if (not first)
-    for (const auto& [slave, id] : fresh)
+  for (const auto& [slave, id] : now)
+    if (std::binary_search(_sliding.begin(), _sliding.end(), slave))
       append_neighbours(master, slave, number(id), _pairs);
   sort_unique(_pairs);
 }

@@ -17,16 +17,17 @@ public:
 
   /// @brief Make room for the present pairs.
   ///
-  /// Former pairs keep theirs as long as they are candidates. Where a slave
-  /// facet has met a new master, that master's neighbours get room too: a
-  /// facet that slides does not ask again at every step, and one that does not
-  /// slide costs no fill.
+  /// Former pairs keep theirs as long as they are candidates. Slave facets that
+  /// have met a new master before get room for the neighbours of their present
+  /// ones too, all at once: facets that slide do not ask again at every step,
+  /// one after the other, and those that do not slide cost no fill.
   void extend(const Zone& zone);
 
   [[nodiscard]] const std::vector<Pair>& pairs() const { return _pairs; }
 
 private:
-  std::vector<Pair> _pairs; ///< sorted
+  std::vector<Pair> _pairs;    ///< sorted
+  std::vector<Index> _sliding; ///< slave facets that met new masters, sorted
 };
 
 /// @brief Preallocate A for the volume's rows and the zones' patterns, and

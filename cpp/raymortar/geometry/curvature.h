@@ -65,20 +65,28 @@ struct Curvature
   Vec<D - 1> log_jacobian;            ///< of log |m|
 };
 
-/// @brief Curvature at xi of a facet, whose frame there is known.
+/// @brief Curvature at xi of a facet, whose frame there is known, and the dual
+/// basis of its tangents.
 ///
 /// With dt_i = x_,ij the normal's and the area's variations  [theory (2.4),
 /// (2.5)] hold as they are: n_,j = - sum_i t^i (n . x_,ij).
 template <class F>
 [[nodiscard]] Curvature<F::gdim>
 curvature_at(const typename F::NodeMatrix& nodes,
-             const typename F::RefPoint& xi, const Frame<F::gdim>& frame)
+             const typename F::RefPoint& xi, const Frame<F::gdim>& frame,
+             const Mat<F::gdim, F::tdim>& dual)
 {
   constexpr int T = F::tdim;
+  Curvature<F::gdim> c;
+  if constexpr (F::affine)
+  {
+    c.t.fill(Mat<F::gdim, T>::Zero());
+    c.n.setZero();
+    c.log_jacobian.setZero();
+    return c;
+  }
   const Mat<F::gdim, T == 1 ? 1 : 3> second =
       nodes * SecondGradients<F::shape, F::node_degree>::at(xi);
-  const Mat<F::gdim, T> dual = dual_tangents<F::gdim>(frame.t);
-  Curvature<F::gdim> c;
   for (int j = 0; j < T; ++j)
   {
     Mat<F::gdim, T>& dt = c.t[static_cast<std::size_t>(j)];
@@ -88,5 +96,13 @@ curvature_at(const typename F::NodeMatrix& nodes,
     c.log_jacobian[j] = dual.cwiseProduct(dt).sum();
   }
   return c;
+}
+
+template <class F>
+[[nodiscard]] Curvature<F::gdim>
+curvature_at(const typename F::NodeMatrix& nodes,
+             const typename F::RefPoint& xi, const Frame<F::gdim>& frame)
+{
+  return curvature_at<F>(nodes, xi, frame, dual_tangents<F::gdim>(frame.t));
 }
 } // namespace raymortar

@@ -22,6 +22,9 @@ public:
   using RefPoint = typename F::RefPoint;
   using Gradient = Mat<F::tdim, F::tdim>;
 
+  /// Whether y is not just xi
+  static constexpr bool is_map = F::shape == Shape::quadrilateral;
+
   explicit FlatMap(const typename F::NodeMatrix& nodes)
   {
     if constexpr (is_map)
@@ -78,8 +81,6 @@ public:
   }
 
 private:
-  static constexpr bool is_map = F::shape == Shape::quadrilateral;
-
   [[nodiscard]] RefPoint twist() const { return _y[0] - _y[1] + _y[2] - _y[3]; }
 
   std::array<RefPoint, 4> _y; ///< corners around the facet

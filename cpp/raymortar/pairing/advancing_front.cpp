@@ -1,5 +1,5 @@
 #include "raymortar/pairing/advancing_front.h"
-#include <algorithm>
+#include "raymortar/pairing/group_pairs.h"
 
 namespace raymortar
 {
@@ -15,18 +15,16 @@ class Front
 public:
   Front(const Surface& slave, std::span<const Box<D>> slaves,
         std::span<const Box<D>> masters)
-      : _slave(slave), _slaves(slaves), _masters(masters), _tree(masters),
-        _begin(slaves.size(), 0), _count(slaves.size(), 0),
-        _is_taken(slaves.size(), false)
+      : _slave(slave), _pairs(slaves, masters), _is_taken(slaves.size(), false)
   {
   }
 
   [[nodiscard]] Candidates run() &&
   {
-    for (Index f = 0; f < static_cast<Index>(_slaves.size()); ++f)
+    for (Index f = 0; f < static_cast<Index>(_is_taken.size()); ++f)
       if (not is_taken(f))
         advance_from(f);
-    return in_order();
+    return _pairs.in_order();
   }
 
 private:
@@ -43,7 +41,7 @@ private:
 
   [[nodiscard]] std::span<const Index> neighbours(Index slave) const
   {
-    const std::size_t edges = _slave.neighbours.size() / _slaves.size();
+    const std::size_t edges = _slave.neighbours.size() / _is_taken.size();
     return std::span(_slave.neighbours)
         .subspan(static_cast<std::size_t>(slave) * edges, edges);
   }
@@ -56,7 +54,7 @@ private:
       if (not is_taken(front[k]))
       {
         grow_patch(front[k], front);
-        pair_patch();
+        _pairs.add(_patch);
       }
   }
 
@@ -78,46 +76,10 @@ private:
       }
   }
 
-  /// What the tree finds around the patch is compared with each of its facets
-  void pair_patch()
-  {
-    Box<D> around;
-    for (const Index f : _patch)
-      around.merge(_slaves[static_cast<std::size_t>(f)]);
-    _near.clear();
-    _tree.query(around, _near);
-    for (const Index f : _patch)
-    {
-      const auto k = static_cast<std::size_t>(f);
-      _begin[k] = _pairs.size();
-      for (const Index m : _near)
-        if (_masters[static_cast<std::size_t>(m)].overlaps(_slaves[k]))
-          _pairs.push_back(m);
-      _count[k] = _pairs.size() - _begin[k];
-    }
-  }
-
-  /// Pairs in the order of the slave facets instead of the front's
-  [[nodiscard]] Candidates in_order() const
-  {
-    Candidates c;
-    c.offsets.reserve(_slaves.size() + 1);
-    c.masters.reserve(_pairs.size());
-    for (std::size_t f = 0; f < _slaves.size(); ++f)
-    {
-      const auto own = std::span(_pairs).subspan(_begin[f], _count[f]);
-      c.masters.insert(c.masters.end(), own.begin(), own.end());
-      c.offsets.push_back(static_cast<std::int64_t>(c.masters.size()));
-    }
-    return c;
-  }
-
   const Surface& _slave;
-  std::span<const Box<D>> _slaves, _masters;
-  AabbTree<D> _tree;
-  std::vector<std::size_t> _begin, _count; ///< pairs of each slave facet
-  std::vector<bool> _is_taken;             ///< slaves that are in a patch
-  std::vector<Index> _pairs, _patch, _near;
+  GroupPairs<D> _pairs;
+  std::vector<bool> _is_taken; ///< slaves that are in a patch
+  std::vector<Index> _patch;
 };
 } // namespace
 

@@ -1,8 +1,11 @@
 #include "raymortar/pairing/candidates.h"
+#include "raymortar/core/error.h"
 #include "raymortar/geometry/dispatch.h"
 #include "raymortar/geometry/frame.h"
 #include "raymortar/geometry/patch.h"
 #include "raymortar/pairing/advancing_front.h"
+#include "raymortar/pairing/cells.h"
+#include "raymortar/pairing/group_pairs.h"
 #include <algorithm>
 
 namespace raymortar
@@ -82,32 +85,30 @@ std::vector<Box<F::gdim>> swept_boxes(const Surface& s,
 }
 
 template <int D>
-void by_brute_force(const std::vector<Box<D>>& masters, const Box<D>& slave,
-                    std::vector<Index>& hits)
-{
-  for (std::size_t m = 0; m < masters.size(); ++m)
-    if (masters[m].overlaps(slave))
-      hits.push_back(static_cast<Index>(m));
-}
-
-template <int D>
-Candidates overlapping(const std::vector<Box<D>>& slaves,
-                       const std::vector<Box<D>>& masters, Strategy strategy)
+Candidates by_brute_force(std::span<const Box<D>> slaves,
+                          std::span<const Box<D>> masters)
 {
   Candidates c;
-  c.offsets.reserve(slaves.size() + 1);
-  const AabbTree<D> tree(strategy == Strategy::bvh
-                             ? std::span<const Box<D>>(masters)
-                             : std::span<const Box<D>>());
   for (const Box<D>& slave : slaves)
   {
-    if (strategy == Strategy::bvh)
-      tree.query(slave, c.masters);
-    else
-      by_brute_force(masters, slave, c.masters);
+    for (std::size_t m = 0; m < masters.size(); ++m)
+      if (masters[m].overlaps(slave))
+        c.masters.push_back(static_cast<Index>(m));
     c.offsets.push_back(static_cast<std::int64_t>(c.masters.size()));
   }
   return c;
+}
+
+/// In groups, whatever the order in which a mesh has its facets
+template <int D>
+Candidates by_tree(std::span<const Box<D>> slaves,
+                   std::span<const Box<D>> masters)
+{
+  const BoxGroups groups = group_by_cells<D>(slaves);
+  GroupPairs<D> pairs(slaves, masters);
+  for (std::size_t k = 0; k < groups.size(); ++k)
+    pairs.add(groups[k]);
+  return pairs.in_order();
 }
 } // namespace
 
@@ -153,9 +154,16 @@ Candidates candidates_by(const Surface& slave, const Surface& master,
 {
   const auto slaves = ray_boxes<D>(slave, distances);
   const auto masters = facet_boxes<D>(master);
-  return strategy == Strategy::advancing_front
-             ? advancing_front<D>(slave, slaves, masters)
-             : overlapping<D>(slaves, masters, strategy);
+  switch (strategy)
+  {
+  case Strategy::brute_force:
+    return by_brute_force<D>(slaves, masters);
+  case Strategy::bvh:
+    return by_tree<D>(slaves, masters);
+  case Strategy::advancing_front:
+    return advancing_front<D>(slave, slaves, masters);
+  }
+  throw Error("unknown strategy");
 }
 } // namespace
 

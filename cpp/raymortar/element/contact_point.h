@@ -1,0 +1,141 @@
+// What is computed once at a point of an element: its residual, its tangent and
+// the derivative along the facet take it from here.
+#pragma once
+
+#include "raymortar/element/carried.h"
+#include "raymortar/element/element_data.h"
+
+namespace raymortar
+{
+/// @brief Slave, multiplier and measure at a point with a hit or without.
+template <class F, int L, class Law>
+struct SlavePoint
+{
+  using Layout = ElementLayout<F, L, Law>;
+  using Data = ElementData<F, L, Law>;
+  static constexpr int D = F::gdim;
+  static constexpr int M = Layout::components;
+
+  Frame<D> slave;
+  Vec<F::dofs> N_s;
+  Vec<Layout::multipliers> shape; ///< test functions of its unknowns
+  Vec<M> lam;
+  double gamma;
+  double weight; ///< area in the measure of integration
+
+  SlavePoint(const Data& e, const ElementPoint<F>& q)
+      : slave(frame_at<F>(e.slave, q.xi)), N_s(F::Disp::values(q.xi)),
+        gamma(N_s.dot(e.gamma)),
+        weight(e.current ? q.weight * slave.jacobian : q.area)
+  {
+    if constexpr (L > 0)
+    {
+      shape = e.lam_scale * Lagrange<F::shape, L>::values(q.xi);
+      lam = e.lam * shape;
+    }
+  }
+};
+
+/// @brief The accepted step at a point; nothing without friction.
+template <class F, bool Frictional>
+struct OldPoint
+{
+};
+
+template <class F>
+struct OldPoint<F, true>
+{
+  Frame<F::gdim> frame; ///< of the slave
+  /// Slip increment w of (2). With the ray x_s + g n = x_m it is
+  /// w = x_m0(eta) - x_s0 - g n_0: no difference of large numbers of two states
+  Vec<F::gdim> w;
+  Vec<F::gdim> traction;           ///< accepted then; penalty only
+  CarriedTraction<F::gdim> spring; ///< made of it; penalty only
+};
+
+/// @brief A point with a hit, and the law's response there.
+template <class F, int L, class Law>
+struct HitPoint : SlavePoint<F, L, Law>
+{
+  using Base = SlavePoint<F, L, Law>;
+  using Base::D;
+  using Base::M;
+  using typename Base::Data;
+  using Response =
+      std::conditional_t<is_frictional<Law>, FrictionResponse<D, M>,
+                         PointResponse<D, M>>;
+
+  Vec<F::dofs> N_m; ///< master shape functions at eta
+  OldPoint<F, is_frictional<Law>> old;
+  Response response;
+
+  HitPoint(const Data& e, const ElementPoint<F>& q)
+      : Base(e, q), N_m(F::Disp::values(q.eta)), old(old_point(e, q)),
+        response(respond(e, q))
+  {
+  }
+
+private:
+  [[nodiscard]] OldPoint<F, is_frictional<Law>>
+  old_point(const Data& e, const ElementPoint<F>& q) const
+  {
+    OldPoint<F, is_frictional<Law>> was;
+    if constexpr (is_frictional<Law>)
+    {
+      was.frame = frame_at<F>(e.history.slave_old, q.xi);
+      was.w = e.history.master_old * F::Node::values(q.eta) - was.frame.x -
+              q.g * was.frame.n;
+      if constexpr (M == 0)
+      {
+        was.traction = e.history.traction_old * this->N_s;
+        was.spring = carry_traction<D>(was.frame, this->slave, was.traction);
+      }
+    }
+    return was;
+  }
+
+  [[nodiscard]] Response respond(const Data& e, const ElementPoint<F>& q) const
+  {
+    const PointState<D, M> state{this->slave.n, q.g, this->lam, this->gamma,
+                                 e.touch};
+    if constexpr (not is_frictional<Law>)
+      return Law::template evaluate<D>(state);
+    else
+    {
+      Vec<D> spring = Vec<D>::Zero();
+      if constexpr (M == 0)
+        spring = old.spring.value();
+      return Law::template evaluate<D>(
+          FrictionState<D, M>{state, old.w, spring, e.history.friction});
+    }
+  }
+};
+
+/// @brief Tangents and variations at a point with a hit: what tangents take
+/// besides.
+template <class F, int L, class Law>
+struct HitSlopes
+{
+  PointGeometry<F> geometry;
+  Variations<F> vary;
+  Mat<F::gdim, F::tdim> T_old; ///< dx_m0/deta; friction only
+
+  HitSlopes(const ElementData<F, L, Law>& e, const ElementPoint<F>& q,
+            const HitPoint<F, L, Law>& p)
+      : geometry(geometry_at(e, q, p)), vary(vary_hit<F>(geometry, q.g))
+  {
+    if constexpr (is_frictional<Law>)
+      T_old = e.history.master_old * F::Node::gradients(q.eta);
+  }
+
+private:
+  [[nodiscard]] static PointGeometry<F>
+  geometry_at(const ElementData<F, L, Law>& e, const ElementPoint<F>& q,
+              const HitPoint<F, L, Law>& p)
+  {
+    PointGeometry<F> geometry = slave_geometry<F>(p.slave, p.N_s, q.xi);
+    add_master_geometry<F>(geometry, e.master, p.N_m, q.eta);
+    return geometry;
+  }
+};
+} // namespace raymortar

@@ -1,0 +1,70 @@
+// What an element is made of: its unknowns, nodal data and integration points.
+#pragma once
+
+#include "raymortar/geometry/reference.h"
+#include "raymortar/law/frictional.h"
+
+namespace raymortar
+{
+/// @brief Dof layout of an element: [slave u | multiplier | master u].
+///
+/// The multiplier is first of the optional parts so that an element without
+/// master uses the leading block.
+/// @tparam L Degree of the multiplier, 0 without
+template <class F, int L, class Law>
+struct ElementLayout
+{
+  static constexpr int D = F::gdim;
+  static constexpr int components = Law::template multiplier_size<D>;
+  static constexpr int side = F::dofs * D;
+  static constexpr int multipliers = L == 0 ? 0 : Lagrange < F::shape,
+                       L == 0 ? 1 : L > ::nodes;
+  static constexpr int multiplier_dofs = multipliers * components;
+  static constexpr int master = side + multiplier_dofs;
+  static constexpr int size = 2 * side + multiplier_dofs;
+  static constexpr int alone = side + multiplier_dofs;
+};
+
+/// @brief What friction needs of the accepted step; nothing without it.
+template <class F, bool Frictional>
+struct FrictionData
+{
+};
+
+template <class F>
+struct FrictionData<F, true>
+{
+  typename F::NodeMatrix slave_old;
+  typename F::NodeMatrix master_old;
+  Mat<F::gdim, F::dofs> traction_old; ///< nodal, of the elastic penalty
+  FrictionLaw friction;
+};
+
+/// @brief Data of one element besides its points.
+template <class F, int L, class Law>
+struct ElementData
+{
+  using Layout = ElementLayout<F, L, Law>;
+  typename F::NodeMatrix slave;
+  typename F::NodeMatrix master;
+  typename F::NodeMatrix reference; ///< undeformed slave; moving segments only
+  Mat<Layout::components, Layout::multipliers>
+      lam;              ///< nodal unknowns ell = lam / lam_scale
+  Vec<F::dofs> gamma;   ///< nodal coefficient on the slave facet
+  double lam_scale = 1; ///< traction per unit of the multiplier unknown
+  double touch = 0;     ///< see PointState, length
+  bool current = false; ///< integrate over the deformed slave surface
+  FrictionData<F, is_frictional<Law>> history;
+};
+
+/// @brief One integration point of an element.
+template <class F>
+struct ElementPoint
+{
+  typename F::RefPoint xi;
+  typename F::RefPoint eta;
+  double weight; ///< in reference coordinates
+  double area;   ///< times the reference Jacobian
+  double g;
+};
+} // namespace raymortar
