@@ -149,7 +149,7 @@ def draw_pressure(fig, axes, x, u, pressure):
     """Contact pressure under the narrow block, its symmetric parts completed."""
     images = [(1, 1), (-1, 1), (1, -1), (-1, -1)]
     at = (x + u)[..., :2]
-    colours = drawing.draw_field(axes, at, pressure, images, cmap="magma_r")
+    colours = drawing.draw_field(axes, at, pressure, images, cmap=drawing.PRESSURE_MAP)
     axes.set(xlabel="x", ylabel="y")
     fig.colorbar(colours, ax=axes, shrink=0.88)
 

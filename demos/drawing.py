@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from raymortar.drawing import (
     LOOK,
+    PRESSURE_MAP,
     draw_field,
     draw_surface,
 )
@@ -12,6 +13,7 @@ from raymortar.gathering import gather_boundary, gather_cells
 __all__ = [
     "COMPUTED",
     "EXACT",
+    "PRESSURE_MAP",
     "draw_field",
     "draw_surface",
     "gather_boundary",

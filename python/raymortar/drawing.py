@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from .compat import Array
 
-STRESS_MAP = "viridis"
+STRESS_MAP, PRESSURE_MAP = "viridis", "magma_r"
 LOOK = {
     "figure.dpi": 160,
     "font.size": 9,
@@ -119,7 +119,7 @@ def draw_surface(
     )
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     # Either side may be outward: light what the eye sees
-    light = np.abs(normals @ _direction(azimuth + 25, elevation + 25))
+    light = np.abs(normals @ direction(azimuth + 25, elevation + 25))
     colours[:, :3] *= (0.65 + 0.35 * light)[:, None]
     axes.add_collection3d(
         Poly3DCollection(polygons, facecolors=colours, edgecolors="k", lw=0.12)
@@ -134,7 +134,7 @@ def draw_surface(
     return mpl.cm.ScalarMappable(scale, STRESS_MAP)
 
 
-def _direction(azimuth: float, elevation: float) -> Array:
+def direction(azimuth: float, elevation: float) -> Array:
     """Unit vector towards the eye. Degrees."""
     a, e = np.radians([azimuth, elevation])
     return np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])

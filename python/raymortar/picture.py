@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -9,16 +10,17 @@ import numpy as np
 import ufl
 from dolfinx.fem import Function
 
-from . import compat
+from . import compat, rendering
 from .compat import Array
-from .drawing import LOOK, draw_field, draw_surface
-from .errors import raise_everywhere
+from .drawing import LOOK, PRESSURE_MAP, draw_field, draw_surface
+from .errors import raise_everywhere, require_agreement
 from .gathering import gather, gather_boundary, gather_cells, nodal_field
 from .results import OPEN, along_normal
 
 if TYPE_CHECKING:
     from .contact import Contact
 
+BACKENDS = ("matplotlib", "pyvista")
 NORMAL, TANGENTIAL = "#c0392b", "#2c3e50"
 
 
@@ -28,6 +30,7 @@ def plot(
     field: Any = None,
     label: str | None = None,
     view: tuple[float, float] = (-60.0, 20.0),
+    backend: str = "matplotlib",
 ) -> Any:
     """Draw the deformed bodies and the contact pressure, at the last update. Collective.
 
@@ -50,45 +53,55 @@ def plot(
         What the colour bar says. Default: the field's name.
     view
         Azimuth and elevation of the eye in 3D. Degrees.
+    backend
+        What draws: ``"matplotlib"``, or in 3D ``"pyvista"``, which hides what is behind
+        exactly and puts the pressure on the deformed surface.
 
     Returns
     -------
-    The matplotlib figure on rank 0, None elsewhere.
+    The matplotlib figure or the pyvista plotter on rank 0, None elsewhere. Without a
+    file, its ``show`` opens a window.
 
     Raises
     ------
     ContactError
-        Without matplotlib, or if the file cannot be written.
+        Without the backend, or if the file cannot be written.
 
     Examples
     --------
     >>> raymortar.plot(contact, "contact.png", field=von_mises, label="MPa")
+    >>> raymortar.plot(contact, "contact.png", backend="pyvista")
     """
     u, mesh = contact.u, contact.u.function_space.mesh
-    raise_everywhere(mesh.comm, _missing() if mesh.comm.rank == 0 else None)
+    require_agreement(mesh.comm, backend=backend)
+    dim, draws = mesh.geometry.dim, mesh.comm.rank == 0
+    raise_everywhere(mesh.comm, _lacking(backend, dim) if draws else None)
     shown = _nodal(u if field is None else field, u)
     label = shown.name if label is None else label
-    if mesh.geometry.dim == 2:
+    if dim == 2:
         parts, pressure = gather_cells(mesh, u, shown), _pressure_line(contact)
     else:
         parts, pressure = gather_boundary(mesh, u, shown), _pressure_map(contact)
     figure, problem = None, None
-    if mesh.comm.rank == 0:
-        from matplotlib import rc_context
-
-        with rc_context(LOOK):
-            figure = _figure(file is None)
-            if mesh.geometry.dim == 2:
-                _draw_plane(figure, parts, pressure, label)
-            else:
-                _draw_space(figure, parts, pressure, label, view)
-            problem = None if file is None else _save(figure, Path(file))
+    if draws:
+        if backend == "pyvista":
+            figure = rendering.render(parts, pressure, label, view, file is None)
+            save: Callable[[Any, Path], str | None] = rendering.save
+        else:
+            figure, save = _draw(parts, pressure, label, view, file is None), _save
+        problem = None if file is None else save(figure, Path(file))
     raise_everywhere(mesh.comm, problem)
     return figure
 
 
-def _missing() -> str | None:
-    """What is lacking here, if anything."""
+def _lacking(backend: str, dim: int) -> str | None:
+    """What keeps a backend from drawing, if anything."""
+    if backend not in BACKENDS:
+        return f"backend {backend!r} is not one of {', '.join(BACKENDS)}"
+    if backend == "pyvista":
+        if dim == 2:
+            return "backend 'pyvista' draws bodies in 3D: use 'matplotlib' in 2D"
+        return rendering.lacking()
     try:
         import matplotlib  # noqa: F401
     except ImportError as error:
@@ -108,10 +121,32 @@ def _figure(interactive: bool) -> Any:
     return make(figsize=(10, 4.2), layout="constrained")
 
 
+def _draw(
+    bodies: Any,
+    pressure: Any,
+    label: str,
+    view: tuple[float, float],
+    interactive: bool,
+) -> Any:
+    """The figure of matplotlib."""
+    from matplotlib import rc_context
+
+    with rc_context(LOOK):
+        figure = _figure(interactive)
+        if bodies[1].shape[-1] == 2:
+            _draw_plane(figure, bodies, pressure, label)
+        else:
+            _draw_space(figure, bodies, pressure, label, view)
+    return figure
+
+
 def _save(figure: Any, path: Path) -> str | None:
     """Write a figure; what is wrong, if anything."""
+    from matplotlib import rc_context
+
     try:
-        figure.savefig(path)
+        with rc_context(LOOK):
+            figure.savefig(path)
     except (OSError, ValueError) as error:
         return f"{path} cannot be written: {error}"
     return None
@@ -192,7 +227,7 @@ def _draw_space(
     at, axes = _flat(X + displacement)
     right = figure.add_subplot(1, 2, 2)
     pressure = np.linalg.norm(traction, axis=2, keepdims=True)
-    colours = draw_field(right, at, pressure, cmap="magma_r")
+    colours = draw_field(right, at, pressure, cmap=PRESSURE_MAP)
     figure.colorbar(colours, ax=right, label="contact pressure", shrink=0.85)
     right.set(xlabel=axes[0], ylabel=axes[1])
 

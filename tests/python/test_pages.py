@@ -91,7 +91,7 @@ def rows_of(heading):
 @pytest.mark.parametrize(
     "name",
     """Contact AugmentedLagrangian Penalty Search NonlinearProblem FixedPointSolver
-    LoadSteps History""".split(),
+    LoadSteps History plot""".split(),
 )
 def test_every_argument_has_a_row_with_its_default(name):
     rows = rows_of(name)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from dolfinx import fem
 import raymortar
 from load_paths import blocks
 from problems import COMM, squeeze
-from raymortar import ContactError, Coulomb, compat
+from raymortar import ContactError, Coulomb, compat, rendering
 from sheared_blocks import Blocks, limit_of
 
 pytest.importorskip("matplotlib")
@@ -26,12 +27,16 @@ def outside(mesh):
     return COMM.allreduce(len(compat.exterior_facets(mesh)))
 
 
-@pytest.fixture
-def squeezed_blocks(cell):
+def squeezed(cell):
     """Uniform state: the problem, and the pressure of the closed form."""
     problem, F, P = squeeze(blocks(cell))
     problem.solve()
     return problem, -P[-1, -1]
+
+
+@pytest.fixture
+def squeezed_blocks(cell):
+    return squeezed(cell)
 
 
 @pytest.mark.mpi
@@ -117,3 +122,65 @@ def test_what_is_lacking_is_said_on_all_ranks(monkeypatch, folder):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     with pytest.raises(ContactError, match="needs matplotlib .*: apt install"):
         raymortar.plot(problem.contact)
+
+
+# CI has no pyvista: VTK, Qt and their like are 65 packages of 300 MB
+@pytest.mark.mpi
+@pytest.mark.quick
+@pytest.mark.skipif(rendering.lacking() is not None, reason=str(rendering.lacking()))
+def test_pyvista_draws_all_facets_and_the_exact_pressure(cell_3d, tmp_path):
+    problem, pressure = squeezed(cell_3d)
+    mesh, file = problem.u.function_space.mesh, COMM.bcast(tmp_path) / "contact.png"
+    V, whole, hidden = problem.u.function_space, outside(mesh), file.parent / "no"
+    x = V.tabulate_dof_coordinates() + problem.u.x.array.reshape(-1, 3)
+    parts = [part for part in COMM.allgather(x) if len(part)]
+    plotter = raymortar.plot(problem.contact, file, label="u", backend="pyvista")
+    with pytest.raises(ContactError, match="no/a.png cannot be written"):
+        raymortar.plot(problem.contact, hidden / "a.png", backend="pyvista")
+    if COMM.rank > 0:
+        assert plotter is None
+        return
+    assert file.read_bytes().startswith(b"\x89PNG")
+    assert np.ptp(plotter.screenshot()) > 200
+    plotter.subplot(0, 0)
+    (bodies,) = plotter.meshes
+    assert bodies.n_cells == whole
+    box = np.array(bodies.bounds).reshape(3, 2)
+    np.testing.assert_allclose(box[:, 0], np.min(np.concatenate(parts), 0), atol=1e-9)
+    np.testing.assert_allclose(box[:, 1], np.max(np.concatenate(parts), 0), atol=1e-9)
+    plotter.subplot(0, 1)
+    (surface,) = plotter.meshes
+    np.testing.assert_allclose(surface["contact pressure"], pressure, rtol=1e-6)
+    plotter.close()
+
+
+@pytest.mark.mpi
+def test_backends_that_cannot_draw_say_what_they_lack(monkeypatch):
+    flat, solid = (squeeze(blocks(cell))[0] for cell in ("triangle", "hexahedron"))
+    for problem in (flat, solid):
+        problem.contact.update()
+    with pytest.raises(ContactError, match="backend 'pyvista' draws bodies in 3D"):
+        raymortar.plot(flat.contact, backend="pyvista")
+    with pytest.raises(ContactError, match="'vtk' is not one of matplotlib, pyvista"):
+        raymortar.plot(flat.contact, backend="vtk")
+    monkeypatch.setitem(sys.modules, "pyvista", None)
+    with pytest.raises(ContactError, match="needs pyvista .*: apt install"):
+        raymortar.plot(solid.contact, backend="pyvista")
+
+
+@pytest.mark.parametrize("kind, works", [("vtkX", False), ("vtkEGL", True)])
+def test_windows_of_an_x_server_need_a_display(kind, works, monkeypatch):
+    """Without one VTK would end the program; its other windows need none."""
+
+    class Window:
+        def GetClassName(self):
+            return f"{kind}OpenGLRenderWindow"
+
+    core = SimpleNamespace(vtkRenderWindow=Window)
+    for name in ("pyvista", "vtkmodules", "vtkmodules.vtkRenderingOpenGL2"):
+        monkeypatch.setitem(sys.modules, name, SimpleNamespace())
+    monkeypatch.setitem(sys.modules, "vtkmodules.vtkRenderingCore", core)
+    monkeypatch.delenv("DISPLAY", raising=False)
+    assert works == (rendering.lacking() is None)
+    monkeypatch.setenv("DISPLAY", ":99")
+    assert rendering.lacking() is None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ElementTree
 
+import dolfinx
 import numpy as np
 import pytest
 
@@ -11,13 +12,21 @@ from problems import COMM, DIMENSION, build
 from raymortar import ContactError, Coulomb, compat
 from raymortar.scenes import two_blocks
 
+HAS_ADIOS2 = getattr(dolfinx, "has_adios2", False)  # DOLFINx 0.5 does not say
+
 
 def pressed_in(cell, degree=1):
-    """Upper block that sticks out by a quarter of its width, pressed in by 0.01."""
+    """Upper block that sticks out by a quarter of its width, pressed in by 0.01.
+
+    Displacement and multiplier are no solution, but differ from node to node.
+    """
     scene = two_blocks(COMM, DIMENSION[cell], cell, 4, 3, overhang=0.25, gap=-0.01)
     problem = build(scene, degree, friction=Coulomb(0.3))
     x = problem.u.function_space.tabulate_dof_coordinates()
     problem.u.x.array[:] = 1e-3 * np.sin(x[:, : problem.dim]).ravel()
+    multiplier = problem.contact.multiplier
+    x = multiplier.function_space.tabulate_dof_coordinates()
+    multiplier.x.array[:] = -np.cos(x[:, : problem.dim]).ravel()
     problem.contact.update()
     return problem, [problem.u, *problem.contact.fields()]
 
@@ -111,6 +120,42 @@ def test_fields_of_two_degrees_are_written_at_the_finer_nodes(folder):
     coarse = at_nodes(problem.contact.status())
     for x, values in coarse.items():
         assert read["status"][x][0] == pytest.approx(values[0], abs=1e-12)
+
+
+def as_vtx(function):
+    """Values as they lie in a VTX file: node by node, vectors filled up to three."""
+    width = function.function_space.dofmap.index_map_bs
+    rows = function.x.array.reshape(-1, width)
+    filled = np.zeros((len(rows), 1 if width == 1 else 3))
+    filled[:, :width] = rows
+    return filled.tobytes()
+
+
+@pytest.mark.mpi
+@pytest.mark.quick
+@pytest.mark.skipif(not HAS_ADIOS2, reason="DOLFINx without ADIOS2")
+@pytest.mark.parametrize("cell, degree", [("triangle", 1), ("tetrahedron", 2)])
+def test_vtx_has_all_fields_at_all_nodes(cell, degree, tmp_path):
+    """Each rank's block of each field, and one set of points for all of them.
+
+    ADIOS2 files are read by their bytes, as their Python module is rarely there.
+    """
+    from dolfinx.io import VTXWriter
+
+    path = COMM.bcast(tmp_path) / "out.bp"
+    problem, functions = pressed_in(cell, degree)
+    written = compat.of_one_degree(functions)
+    with VTXWriter(COMM, path, written) as file:
+        file.write(0.5)
+    COMM.barrier()
+    data = b"".join(part.read_bytes() for part in path.glob("data.*"))
+    names = b"".join(part.read_bytes() for part in path.glob("*md.*"))
+    x = problem.u.function_space.tabulate_dof_coordinates()
+    assert x.tobytes() in data
+    for f in written:
+        np.testing.assert_array_equal(f.function_space.tabulate_dof_coordinates(), x)
+        assert as_vtx(f) in data
+        assert f.name.encode() in names
 
 
 @pytest.mark.mpi

@@ -23,7 +23,7 @@ AijPart open_part(::Mat A)
   check(MatGetRowIJ(A, 0, PETSC_FALSE, PETSC_FALSE, &rows, &part.offsets,
                     &part.columns, &done),
         "MatGetRowIJ");
-  if (not done)
+  if (done == PETSC_FALSE)
     return {};
   check(MatSeqAIJGetArray(A, &part.values), "MatSeqAIJGetArray");
   part.matrix = A;

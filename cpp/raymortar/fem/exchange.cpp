@@ -41,7 +41,7 @@ PrivateComm::PrivateComm(MPI_Comm comm)
 PrivateComm::~PrivateComm()
 {
   // Python may drop its last reference after PETSc has gone, and this with it
-  if (not PetscFinalizeCalled)
+  if (PetscFinalizeCalled == PETSC_FALSE)
     PetscCommDestroy(&_comm);
 }
 

@@ -35,7 +35,7 @@ bool inside(const std::vector<Box<D>>& boxes, const std::vector<double>& stored,
   for (std::size_t k = 0; k < boxes.size(); ++k)
     for (int i = 0; i < D; ++i)
     {
-      const double* box = stored.data() + 2 * D * k;
+      const double* box = stored.data() + k * 2 * D;
       if (not(boxes[k].lower[i] - margin >= box[i] and
               boxes[k].upper[i] + margin <= box[D + i]))
         return false;

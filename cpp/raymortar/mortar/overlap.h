@@ -62,7 +62,7 @@ project_patch(const PatchPlane<D>& plane, const std::array<Vec<D>, 4>& corners,
   Vec<D - 1> rise;
   for (int j = 0; j < D - 1; ++j)
   {
-    const auto k = static_cast<std::size_t>(j + 1);
+    const auto k = static_cast<std::size_t>(j) + 1;
     A.row(j) = (p.y[k] - p.y[0]).transpose();
     rise[j] = h[k] - h[0];
   }

@@ -73,7 +73,8 @@ template <int D>
 [[nodiscard]] inline Vec<2>
 inverse_bilinear(const std::array<Vec<2>, 4>& corners, const Vec<2>& y)
 {
-  const Vec<2> a = corners[0], b = corners[1] - a, c = corners[3] - a;
+  const Vec<2>& a = corners[0];
+  const Vec<2> b = corners[1] - a, c = corners[3] - a;
   const Vec<2> d = corners[2] - corners[1] - corners[3] + a;
   Vec<2> s = y;
   for (int step = 0; step < 20; ++step)

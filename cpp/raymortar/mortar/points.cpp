@@ -45,7 +45,7 @@ private:
     for (std::int32_t v = segment.begin; v < segment.begin + segment.size; ++v)
     {
       const Vec<2>& xi = _segmentation.vertices[static_cast<std::size_t>(v)];
-      _corners.push_back(Vec<2>::Zero());
+      _corners.emplace_back(Vec<2>::Zero());
       _corners.back().template head<F::tdim>() =
           map.to_flat(xi.template head<F::tdim>());
     }

@@ -63,6 +63,7 @@ private:
   {
     _patch.clear();
     take(first);
+    // The patch grows meanwhile NOLINTNEXTLINE(modernize-loop-convert)
     for (std::size_t k = 0; k < _patch.size(); ++k)
       for (const Index next : neighbours(_patch[k]))
       {
