@@ -27,7 +27,6 @@ import raymortar
 from raymortar import compat
 from raymortar.blocks import Block
 from raymortar.meshing import Scene, assemble_blocks
-from raymortar.partitions import strips
 
 # Lengths in mm, moduli in MPa
 INNER, MIDDLE, OUTER = 90.0, 95.0, 100.0  # radii
@@ -74,10 +73,7 @@ def half_ring(comm, size):
         (0.5 * WIDTH, 0.0),
         tags={"bottom": TAGS["bottom"], "top": TAGS["master"]},
     )
-    # A checkpoint is of a rank's cells: they must be the same in the next run
-    mesh, cells, facets = assemble_blocks(
-        comm, [block, ring], "quadrilateral", 2, partition=strips
-    )
+    mesh, cells, facets = assemble_blocks(comm, [block, ring], "quadrilateral", 2)
     return Scene(mesh, cells, facets, TAGS)
 
 

@@ -25,7 +25,6 @@ from mpi4py import MPI
 import raymortar
 from raymortar import compat
 from raymortar.meshing import Block, Scene, assemble_blocks
-from raymortar.partitions import strips
 
 # Lengths in mm, stresses in MPa, forces in N per mm of thickness
 E_INDENTER, E_FOUNDATION, NU = 6896.0, 689.6, 0.32
@@ -70,10 +69,7 @@ def ironing_scene(comm, size):
         mapping=on_arc,
         tags={"bottom": TAGS["slave"], "top": TAGS["top"]},
     )
-    # A checkpoint is of a rank's cells: they must be the same in the next run
-    parts = assemble_blocks(
-        comm, [foundation, indenter], "quadrilateral", partition=strips
-    )
+    parts = assemble_blocks(comm, [foundation, indenter], "quadrilateral")
     return Scene(*parts, TAGS)
 
 

@@ -29,7 +29,6 @@ from mpi4py import MPI
 import raymortar
 from raymortar import AugmentedLagrangian, Coulomb, Penalty, compat, solvers
 from raymortar.scenes import two_blocks
-from raymortar.solvers import MULTIGRIDS
 
 E, NU = 10.0, 0.3
 # Without friction, with it, and the sideways motion of the top
@@ -37,7 +36,7 @@ LAWS = {"none": (None, 0.0), "Coulomb": (Coulomb(0.3), 0.004)}
 METHODS = {"augmented": AugmentedLagrangian, "penalty": Penalty}
 LINEAR = {
     "mumps": dict,
-    **{name: functools.partial(solvers.iterative, name) for name in MULTIGRIDS},
+    **{name: functools.partial(solvers.iterative, name) for name in solvers.MULTIGRIDS},
 }
 
 

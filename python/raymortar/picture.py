@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +12,7 @@ from dolfinx.fem import Function
 from . import compat, rendering
 from .compat import Array
 from .drawing import LOOK, PRESSURE_MAP, draw_field, draw_surface
-from .errors import raise_everywhere, require_agreement
+from .errors import raise_everywhere, require_agreement, writing
 from .gathering import gather, gather_boundary, gather_cells, nodal_field
 from .results import OPEN, along_normal
 
@@ -82,15 +81,13 @@ def plot(
         parts, pressure = gather_cells(mesh, u, shown), _pressure_line(contact)
     else:
         parts, pressure = gather_boundary(mesh, u, shown), _pressure_map(contact)
-    figure, problem = None, None
+    figure = None
     if draws:
-        if backend == "pyvista":
-            figure = rendering.render(parts, pressure, label, view, file is None)
-            save: Callable[[Any, Path], str | None] = rendering.save
-        else:
-            figure, save = _draw(parts, pressure, label, view, file is None), _save
-        problem = None if file is None else save(figure, Path(file))
-    raise_everywhere(mesh.comm, problem)
+        draw = rendering.render if backend == "pyvista" else _draw
+        figure = draw(parts, pressure, label, view, file is None)
+    with writing(mesh.comm, file, OSError, ValueError):
+        if draws and file is not None:
+            _save(figure, Path(file), backend)
     return figure
 
 
@@ -140,16 +137,15 @@ def _draw(
     return figure
 
 
-def _save(figure: Any, path: Path) -> str | None:
-    """Write a figure; what is wrong, if anything."""
+def _save(figure: Any, path: Path, backend: str) -> None:
+    """Write a figure, or a plotter's picture."""
+    if backend == "pyvista":
+        figure.screenshot(path)
+        return
     from matplotlib import rc_context
 
-    try:
-        with rc_context(LOOK):
-            figure.savefig(path)
-    except (OSError, ValueError) as error:
-        return f"{path} cannot be written: {error}"
-    return None
+    with rc_context(LOOK):
+        figure.savefig(path)
 
 
 def _nodal(field: Any, u: Function) -> Function:

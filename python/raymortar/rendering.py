@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -87,15 +86,6 @@ def render(
     pressure = np.linalg.norm(traction, axis=2, keepdims=True)
     _add(plotter, 1, x + u, pressure, "contact pressure", PRESSURE_MAP, 0.0, view)
     return plotter
-
-
-def save(plotter: Any, path: Path) -> str | None:
-    """Write the picture; what is wrong, if anything."""
-    try:
-        plotter.screenshot(path)
-    except (OSError, ValueError) as error:
-        return f"{path} cannot be written: {error}"
-    return None
 
 
 def _add(

@@ -16,7 +16,6 @@ from states import CLOSED
 from test_identities import by_place, rotation
 
 from raymortar import Coulomb, Penalty, SNESSolver
-from raymortar.partitions import strips
 from raymortar.scenes import two_blocks
 
 LAWS = {
@@ -42,7 +41,7 @@ class Solved(Framed):
         self.frame = Frame(**{"Q": np.eye(dim)} | frame)
         n = (5, 4) if dim == 2 else (3, 2)
         size = (0.6,) * dim
-        scene = two_blocks(COMM, dim, cell, *n, upper_size=size, partition=strips)
+        scene = two_blocks(COMM, dim, cell, *n, upper_size=size)
         scene, eta, Q = self.frame.place(scene), self.frame.eta, self.frame.Q
         top = fem.Constant(scene.mesh, np.zeros(dim, PETSc.ScalarType))
         self.problem = build(

@@ -6,6 +6,7 @@ References for the forces come from the same problem on a mesh twice as fine (de
 
 import importlib
 import sys
+from functools import partial
 from pathlib import Path
 
 import gathered
@@ -13,6 +14,7 @@ import numpy as np
 import pytest
 
 import raymortar
+from raymortar.partitions import strips
 
 from problems import COMM
 
@@ -185,9 +187,10 @@ def test_a_checkpoint_goes_on_where_the_path_stopped(demo, run, folder):
 @pytest.mark.skipif(COMM.size == 1, reason="one rank has all the cells")
 def test_checkpoints_of_another_partition_are_refused(demo, folder, monkeypatch):
     """Also where each rank has as many cells as before."""
-    path, strips = folder / "ironing.npz", demo.strips
+    path, build = folder / "ironing.npz", demo.assemble_blocks
     demo.long_runs.save(path, demo.Ironing(COMM, 60).contact, [])
-    monkeypatch.setattr(demo, "strips", lambda x, ranks: ranks - 1 - strips(x, ranks))
+    turned = partial(build, partition=lambda x, ranks: ranks - 1 - strips(x, ranks))
+    monkeypatch.setattr(demo, "assemble_blocks", turned)
     with pytest.raises(SystemExit, match="is of another mesh, partition or number"):
         demo.long_runs.load(path, demo.Ironing(COMM, 60).contact, demo.Row)
 

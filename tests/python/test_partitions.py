@@ -31,7 +31,7 @@ def test_cells_above_each_other_are_told_apart_by_their_order():
 @pytest.mark.mpi
 def test_the_same_mesh_is_cut_in_the_same_way(cell_3d):
     def cells():
-        scene = two_blocks(COMM, DIMENSION[cell_3d], cell_3d, 4, 3, partition=strips)
+        scene = two_blocks(COMM, DIMENSION[cell_3d], cell_3d, 4, 3)
         return np.asarray(scene.mesh.topology.original_cell_index)
 
     first = cells()
