@@ -26,6 +26,11 @@ from .reference_facets import FACET_SHAPE, normals, shape_functions
 
 # A facet narrower than this fraction of its cell has no usable normal.
 MIN_RELATIVE_WIDTH = 1e-12
+# A cell thinner than this fraction of its edges has no volume.
+MIN_RELATIVE_VOLUME = 1e-12
+# Share of the largest volume element that the other sign may have: vertices on a
+# straight line, or on one point, leave a zero that is rounded either way.
+MAX_FOLD = 1e-8
 
 
 def _mesh_fault(mesh: Mesh) -> str | None:
@@ -180,9 +185,61 @@ def check_areas(mesh: Mesh, facets: Facets) -> None:
     if len(bad) > 0:
         first = bad[0]
         cell = facet_ids(mesh, facets)[first] // FACETS_PER_CELL
-        fault = "no area" if np.isfinite(area[first]) else "coordinates not finite"
+        finite = np.isfinite(area[first]) and np.isfinite(smallest[first])
+        fault = "no area" if finite else "coordinates not finite"
         message = (
             f"{len(bad)} facet(s) with tag {facets.tag} have {fault}, the first on "
             f"cell {cell} at {format_point(midpoints(mesh, facets)[first])}"
         )
+    raise_everywhere(mesh.comm, message)
+
+
+def _cell_jacobians(mesh: Mesh, cells: Indices) -> tuple[Array, Array]:
+    """Volume elements at the nodes of cells, and what they are at right angles.
+
+    Returns
+    -------
+    determinant, bound
+        Of the Jacobian, and the product of its columns' lengths, shape (n_cells, n).
+    """
+    element = compat.basix_element(compat.cell_name(mesh), compat.geometry_degree(mesh))
+    X = coordinates(mesh)[compat.geometry_dofmap(mesh)[cells]]
+    with np.errstate(invalid="ignore"):  # what is not finite is told from the result
+        columns = np.array([gradients @ X for gradients in element.gradients])
+        # The last column on the normal of the others
+        determinant = np.sum(normals(columns[:-1]) * columns[-1], axis=-1)
+        return determinant, np.prod(np.linalg.norm(columns, axis=-1), axis=0)
+
+
+def check_cells(mesh: Mesh, facets: Facets) -> None:
+    """Refuse facets of cells that are folded or have no volume. Collective.
+
+    The sign of the volume element alone says nothing: it follows from how the cell's
+    vertices are numbered. It must not change within a cell. It is looked at in the
+    nodes; where it vanishes in some, as in vertices of an angle of 180 degrees or at
+    nodes moved to the quarter of an edge, that is no fault.
+
+    Raises
+    ------
+    ContactError
+        Naming the tag, and the cell and the facet's midpoint of the first such facet.
+    """
+    determinant, bound = _cell_jacobians(mesh, facets.cells)
+    size = np.abs(determinant).max(axis=1)
+    fold = np.minimum(determinant.max(axis=1), -determinant.min(axis=1))
+    faults = {
+        "coordinates not finite": ~np.isfinite(size),
+        "no volume": size <= MIN_RELATIVE_VOLUME * bound.max(axis=1),
+        "a fold: their Jacobian changes sign": fold > MAX_FOLD * size,
+    }
+    message = None
+    for fault, bad in faults.items():
+        first = np.flatnonzero(bad)[:1]
+        if message is None and len(first) > 0:
+            cell = facet_ids(mesh, facets)[first[0]] // FACETS_PER_CELL
+            message = (
+                f"{int(bad.sum())} facet(s) with tag {facets.tag} are on cells with "
+                f"{fault}, the first on cell {cell} at "
+                f"{format_point(midpoints(mesh, facets)[first[0]])}"
+            )
     raise_everywhere(mesh.comm, message)

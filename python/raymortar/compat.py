@@ -69,12 +69,16 @@ class ReferenceElement:
         Cell vertices of each local facet, in Basix order.
     vertices
         Vertices of the reference cell, shape (n_vertices, tdim).
+    gradients
+        Derivatives of the functions at the points, shape (tdim, n_dofs, n_dofs): by
+        direction, point, function.
     """
 
     points: Array
     facet_dofs: tuple[tuple[int, ...], ...]
     facet_vertices: tuple[tuple[int, ...], ...]
     vertices: Array
+    gradients: Array
 
 
 @functools.lru_cache(maxsize=None)
@@ -99,6 +103,7 @@ def basix_element(cell: str, degree: int) -> ReferenceElement:
         facet_dofs=tuple(map(tuple, element.entity_closure_dofs[facet_dim])),
         facet_vertices=tuple(map(tuple, topology[facet_dim])),
         vertices=np.array(basix.geometry(cell_type)),
+        gradients=np.array(element.tabulate(1, element.points)[1:, :, :, 0]),
     )
 
 

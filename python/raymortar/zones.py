@@ -12,7 +12,7 @@ from dolfinx.fem import Function
 from mpi4py import MPI
 
 from . import _cpp, compat, quadrature
-from .checks import check_areas, check_pair
+from .checks import check_areas, check_cells, check_pair
 from .compat import Array, Indices
 from .errors import ContactError, raise_everywhere
 from .facets import Facets, facet_dof_table, tagged_facets
@@ -128,6 +128,7 @@ def find_facets(
         ]
         for facets in (slave, *masters):
             check_areas(mesh, facets)
+            check_cells(mesh, facets)
         for master in masters:
             check_pair(mesh, slave, master)
         zones.append(

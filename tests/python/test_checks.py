@@ -17,7 +17,7 @@ from boxes import (
     whole_boundary,
 )
 from raymortar import compat, errors
-from raymortar.checks import check_areas, check_pair, check_space
+from raymortar.checks import check_areas, check_cells, check_pair, check_space
 from raymortar.facets import tagged_facets
 
 pytestmark = pytest.mark.mpi
@@ -216,3 +216,144 @@ def test_coordinates_that_are_not_finite_are_refused():
     mesh.geometry.x[:] = np.nan
     with pytest.raises(errors.ContactError, match="tag 7 have coordinates not finite"):
         check_areas(mesh, facets)
+
+
+# Refusals of cells
+
+
+def moved_node(cell, g, place, to):
+    """A box of two cells each way; its geometry's node at one place goes elsewhere."""
+
+    def move(x):
+        x[np.all(np.isclose(x, place), axis=1)] = to
+        return x
+
+    return box(cell, degree=g, move=move)
+
+
+def single(cell, corners, degree=1):
+    """Mesh of one cell."""
+    return build(cell, (np.arange(len(corners))[None], np.array(corners)), degree)
+
+
+# Cell, degree of the geometry, a node's place and where it goes, tagged facets that
+# are on cells which this folds. Outlines tell nothing of most of them
+FOLDED = {
+    "re-entrant corner": ("quadrilateral", 1, (0.5, 0.5), (0.2, 0.2), 2),
+    "crossed sides": ("quadrilateral", 1, (0.5, 0.5), (-0.3, 0.25), 4),
+    "re-entrant corner in 3D": ("hexahedron", 1, (0.5,) * 3, (0.1,) * 3, 3),
+    "edge over a vertex": ("triangle", 2, (0.25, 0.25), (0.45, 0.0), 1),
+    "node near the end of its edge": ("triangle", 2, (0.25, 0.0), (0.4, 0.0), 1),
+    "edge of tetrahedra": ("tetrahedron", 2, (0.25, 0.0, 0.0), (0.4, 0.0, 0.0), 2),
+    "edge across its cell": ("quadrilateral", 2, (0.25, 0.5), (0.25, 0.05), 2),
+    "middle": ("hexahedron", 2, (0.25,) * 3, (0.45, 0.25, 0.25), 3),
+}
+
+
+@pytest.mark.parametrize("case", FOLDED)
+def test_facets_on_folded_cells_are_refused(case):
+    *moved, count = FOLDED[case]
+    mesh = moved_node(*moved)
+    facets = whole_boundary(mesh)
+    check_areas(mesh, facets)
+    with pytest.raises(errors.ContactError, match="tag 7 .* a fold") as caught:
+        check_cells(mesh, facets)
+    # Facets of the rank that is named; the cells may be on several
+    number = int(str(caught.value).split()[0])
+    assert number == count if COMM.size == 1 else 1 <= number <= count
+
+
+@pytest.mark.parametrize("corner", [0, 1, 2, 3])
+def test_the_fold_is_found_from_any_corner_and_named(corner):
+    corners = np.roll([[0.0, 0], [1, 0], [0.2, 0.2], [0, 1]], corner, axis=0)
+    mesh = single("quadrilateral", corners[[0, 1, 3, 2]])
+    x = np.stack([corners, np.roll(corners, -1, axis=0)]).mean(axis=0)
+    with pytest.raises(errors.ContactError) as caught:
+        check_cells(mesh, whole_boundary(mesh))
+    text = str(caught.value)
+    assert text.startswith("4 facet(s) with tag 7 are on cells with a fold")
+    assert "the first on cell 0 at" in text
+    assert any(f"({a:.6g}, {b:.6g})" in text for a, b in x)
+    assert ("(rank " in text) == (COMM.size > 1)
+
+
+FLAT = {
+    "triangle": [[0.0, 0], [1, 0], [0.4, 0]],
+    "quadrilateral": [[0.0, 0], [1, 0], [0.2, 0], [0.6, 0]],
+    "tetrahedron": [[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0.3, 0.4, 0]],
+}
+
+
+@pytest.mark.parametrize("cell", FLAT)
+def test_cells_without_volume_are_refused(cell):
+    """All of their facets have area."""
+    for height, bad in ((0.0, True), (1e-14, True), (1e-9, False)):
+        corners = np.array(FLAT[cell])
+        corners[2:, -1] += height
+        mesh = single(cell, corners)
+        facets = whole_boundary(mesh)
+        check_areas(mesh, facets)
+        if bad:
+            with pytest.raises(errors.ContactError, match="tag 7 .* no volume"):
+                check_cells(mesh, facets)
+        else:
+            check_cells(mesh, facets)
+
+
+@pytest.mark.parametrize(
+    "check, g", [(check_areas, 1), (check_cells, 1), (check_cells, 2)]
+)
+def test_nodes_off_the_facets_must_be_finite_too(check, g):
+    """A vertex inside, or the middle of a cell."""
+    mesh = moved_node("quadrilateral", g, (0.5 / g,) * 2, (np.nan, 0.5))
+    with pytest.raises(errors.ContactError, match="tag 7 .* coordinates not finite"):
+        check(mesh, whole_boundary(mesh))
+
+
+def sheared(x):
+    """By 87 degrees."""
+    return x + 20.0 * x[:, ::-1] * (np.arange(x.shape[1]) == 0)
+
+
+def mirrored(x):
+    return x * np.where(np.arange(x.shape[1]) == 0, -1.0, 1.0)
+
+
+def shaken(x):
+    """Nodes of two cells each way, vertices or not, by up to a fifteenth of a cell."""
+    return x + 0.03 * np.sin(40.0 * x @ (1.3 + np.eye(x.shape[1])))
+
+
+SANE = {
+    "curved": curve,
+    "shaken": shaken,
+    "sheared": sheared,
+    "mirrored": mirrored,
+    "thin": lambda x: x * np.where(np.arange(x.shape[1]) == 0, 1e-6, 1.0),
+    "small": lambda x: 1e-9 * curve(x),
+    "large": lambda x: 1e9 * curve(x),
+    "far": lambda x: 1e5 + shaken(x),
+}
+
+
+@pytest.mark.parametrize("g", [1, 2])
+@pytest.mark.parametrize("cell", CELLS)
+def test_sane_cells_pass(cell, g):
+    for move in SANE.values():
+        mesh = box(cell, degree=g, move=move)
+        check_cells(mesh, whole_boundary(mesh))
+
+
+def test_vertices_of_180_degrees_and_quarter_nodes_pass():
+    """Where the volume element vanishes in a node: far from the origin it is rounded
+    to either sign."""
+    straight = [[0.0, 0], [1, 0], [0, 1], [0.5, 0.5]]
+    collapsed = [[0.0, 0], [1, 0], [0, 1], [0, 1]]
+    for corners in (straight, collapsed):
+        for shift in (0.0, 1e4):
+            mesh = single("quadrilateral", np.array(corners) + shift / 3.0)
+            check_cells(mesh, whole_boundary(mesh))
+    # Nodes of a triangle of degree 2, as at the tip of a crack in its first vertex
+    nodes = [[0.0, 0], [1, 0], [0, 1], [0.5, 0.5], [0, 0.25], [0.25, 0]]
+    mesh = single("triangle", nodes, degree=2)
+    check_cells(mesh, whole_boundary(mesh))

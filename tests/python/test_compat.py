@@ -130,6 +130,13 @@ def test_element_on_a_reference_cell(cell):
         corners = element.vertices[list(vertices)]
         on_facet = element.points[list(dofs)]
         assert np.allclose(on_facet.mean(axis=0), corners.mean(axis=0))
+    # Of a polynomial of degree 2
+    x = element.points
+    values = x[:, 0] ** 2 - 3.0 * x[:, 0] * x[:, 1]
+    exact = np.zeros_like(x)
+    exact[:, 0] = 2.0 * x[:, 0] - 3.0 * x[:, 1]
+    exact[:, 1] = -3.0 * x[:, 0]
+    assert np.allclose(element.gradients @ values, exact.T)
 
 
 # Meshes

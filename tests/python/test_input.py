@@ -155,6 +155,19 @@ def test_facet_without_area_is_refused():
         raymortar.Contact(fem.Function(V), tags, PAIR)
 
 
+@pytest.mark.parametrize("tag, place", [(3, (0.5, 1.5)), (4, (0.5, 0.5))])
+def test_folded_cell_at_a_contact_facet_is_refused(tag, place):
+    """Its facet on the surface is as it was; only a node inside has moved."""
+    scene = two_blocks(COMM, 2, "quadrilateral", 2, 2)
+    x = scene.mesh.geometry.x
+    inside = np.all(np.isclose(x[:, :2], place), axis=1)
+    x[inside, :2] = 0.1, 1.1 if tag == 3 else 0.9
+    with refused(
+        rf"facet\(s\) with tag {tag} are on cells with a fold.* cell \d+ at \("
+    ):
+        contact(scene)
+
+
 def test_coordinates_that_are_not_finite_are_refused(scene):
     scene.mesh.geometry.x[:, 0] = np.nan
     with refused("coordinates not finite"):

@@ -16,7 +16,7 @@ from boxes import (
     whole_boundary,
     integrate,
 )
-from raymortar.checks import check_areas
+from raymortar.checks import check_areas, check_cells
 from raymortar.facets import Facets, facet_node_table, tagged_facets
 from raymortar.reference_facets import facet_nodes, normals, shape_functions
 from raymortar.surfaces import build_surface
@@ -149,6 +149,7 @@ def test_no_python_loop_runs_over_facets():
         many = Facets(7, *[np.tile(getattr(facets, n), repeats) for n in names])
         build_surface(u, [many])
         check_areas(mesh, many)
+        check_cells(mesh, many)
 
     make(1)  # tables that are made once
     # NumPy itself calls a little more for large arrays
