@@ -206,8 +206,8 @@ def _require(problem: NonlinearProblem, converged: bool, reason: str) -> None:
 
 
 def _line_search(problem: NonlinearProblem) -> str:
-    """Full steps cycle at the onset of slip where springs hold the bodies, and smaller
-    load steps do not help; with multipliers they are best (docs/parameters)."""
+    """Full steps cycle where springs are touched and slip in the same large step; with
+    multipliers they are best (docs/parameters)."""
     contact = problem.contact
     springs = isinstance(contact.method, Penalty) and contact.friction is not None
     return "bt" if springs else "basic"

@@ -182,11 +182,7 @@ def without_last_facet(scene):
 
 
 def plate():
-    """Greco's plate under a fifth of its dead loads, in one step.
-
-    In a second one, points that slipped in the first start on the edge of the cone: what
-    they do in its first iterate is a matter of rounding.
-    """
+    """Greco's plate under a fifth of its dead loads, in one step."""
     return Model(
         lambda: without_last_facet(greco.plate("quadrilateral")),
         (Hold("right", (0,)),),

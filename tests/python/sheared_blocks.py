@@ -270,7 +270,7 @@ def pressed_and_sheared(cell, method, friction=None, degree=1):
     friction = Coulomb(0.5) if friction is None else friction
     problem, move = clamped(cell, method, friction, degree)
     push = np.zeros(DIMENSION[cell])
-    # Small steps: full Newton steps cycle where much starts to slip at once
+    # Small steps: slip spreads from the edges
     path = [(-0.01 * k, 0.0) for k in range(1, 7)] + [
         (-0.06, 0.01 * k) for k in (1, 2, 3)
     ]

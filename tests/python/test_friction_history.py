@@ -12,6 +12,7 @@ from sheared_blocks import (
     METHODS,
     NU,
     SHEAR,
+    SLIP,
     SOFT,
     STICK,
     Blocks,
@@ -24,7 +25,7 @@ from sheared_blocks import (
 )
 from test_friction_tangent import turn
 
-from raymortar import ConvergenceError, Coulomb, LoadSteps, Penalty, Stick
+from raymortar import ConvergenceError, Coulomb, LoadSteps, Penalty, Stick, Tresca
 
 # Holding (E7)
 
@@ -57,6 +58,60 @@ def test_held_block_keeps_its_force(cell, method, record_property):
     share = 1.0 / (1.0 + SHEAR / (blocks.gamma * HEIGHT))
     np.testing.assert_allclose(size[1:] / size[:-1], share, rtol=1e-9)
     assert size[-1] < 0.6 * size[0]
+
+
+# From the edge of the cone
+
+
+@pytest.fixture
+def slid(cell, method, law):
+    """Blocks of which all points slipped in the accepted step."""
+    blocks = Blocks(cell, METHODS[method](), law)
+    blocks.press()
+    k = limit_of(law, blocks.dim)
+    for slide in (0.02, 0.05):
+        blocks.step(k, slide + blocks.spring(k))
+        assert blocks.statuses() == {SLIP}
+        blocks.contact.advance()
+    return blocks
+
+
+on_the_edge = pytest.mark.parametrize(
+    "law", [Coulomb(0.3), Coulomb(1.0), Tresca(0.2)], ids=str
+)
+
+
+@pytest.mark.mpi(where=lambda law, **_: law == Coulomb(0.3))
+@pytest.mark.parametrize("method", HOLDING)
+@on_the_edge
+def test_unloading_from_the_edge_of_the_cone_takes_one_iteration(slid, method, law):
+    """Shear is linear in k at a height: all that may ask for more is a point that slips
+    in the first iterate. Traction and bound are equal, but for rounding."""
+    k = limit_of(law, slid.dim)
+    slid.contact.update()
+    assert slid.statuses() == {STICK}
+    for share in (0.5, 0.0, -0.9):
+        # Where the last slide has left the foot of the block
+        slid.drive(share * k, 0.05 + slid.spring(k) * share)
+        assert slid.problem.solve(rtol=1e-8) == 1
+        assert slid.statuses() == {STICK}
+        slid.contact.advance()
+
+
+@pytest.mark.mpi(
+    where=lambda cell, law, **_: law == Coulomb(0.3) and cell == "hexahedron"
+)
+@pytest.mark.parametrize("method", HOLDING)
+@on_the_edge
+def test_hold_after_a_slide_is_stick(slid, method, law):
+    """From a state in balance: one iteration takes what the slide's tolerance has left,
+    a second one may show that there is no more."""
+    force = slid.contact.resultant().force
+    for _ in range(3):
+        assert slid.problem.solve() <= 2
+        assert slid.statuses() == {STICK}
+        assert worst(slid.contact.resultant().force - force) <= 1e-9 * worst(force)
+        slid.contact.advance()
 
 
 # Rotations of a loaded pair (F1)

@@ -98,10 +98,9 @@ def test_work_of_friction_is_the_bound_times_the_slide(cell, method):
     np.testing.assert_allclose(history.vectors("force_0"), whole, atol=1e-12 * bound)
 
 
+@pytest.mark.mpi
 def test_work_of_the_load_is_stored_or_goes_into_friction():
     """Clamped blocks, pressed and then dragged to and fro: the first law to 2 %.
-
-    On one rank: at rest rounding decides what sticks, and on three it starts a cycle.
 
     The work is that of the support by the trapezoidal rule. Contact conditions hold in
     the mean over four facets and a step, so that a little is gained or lost.

@@ -58,7 +58,9 @@ inline constexpr double astray = 0.5;
 inline constexpr double along = 1e-2;
 
 /// lam . n + gamma g below this times gamma times the facet diameter counts
-/// as contact: bodies that touch exactly must not open by a rounding error
+/// as contact: bodies that touch exactly must not open by a rounding error. So
+/// does a tangential trial traction beyond its bound by that much count as
+/// stick
 inline constexpr double touch = 1e-11;
 
 /// A facet with |m| below this times diameter^(d-1) has no normal

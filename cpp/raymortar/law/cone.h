@@ -9,7 +9,7 @@ namespace raymortar
 template <int D>
 struct TangentialProjection
 {
-  bool stick;   ///< |q| <= s
+  bool stick;   ///< |q| <= s + slack
   Vec<D> value; ///< P_s(q), q = T_n z
   Mat<D, D> by_z;
   Mat<D, D> by_n;
@@ -19,19 +19,22 @@ struct TangentialProjection
 /// @brief Radial return of q = (I - n (x) n) z to the disc of radius s.
 ///
 /// Inside, P = q; outside, P = s q/|q|. With A the derivative by q,
-/// dP = A (T_n dz - (n . z) dn - n (z . dn)) + q/|q| ds.
+/// dP = A (T_n dz - (n . z) dn - n (z . dn)) + q/|q| ds. On the circle, and
+/// outside by no more than slack, is inside: rounding must not choose.
 /// @param[in] n Unit normal
 /// @param[in] z Trial traction, any component along n drops out
 /// @param[in] s Radius, traction; may be infinite
+/// @param[in] slack Traction that is taken for none
 template <int D>
 [[nodiscard]] TangentialProjection<D>
-project_tangential(const Vec<D>& n, const Vec<D>& z, double s)
+project_tangential(const Vec<D>& n, const Vec<D>& z, double s,
+                   double slack = 0.0)
 {
   TangentialProjection<D> r;
   const double z_n = n.dot(z);
   const Vec<D> q = z - z_n * n;
   const double length = q.norm();
-  r.stick = length <= s;
+  r.stick = length <= s + slack;
   Mat<D, D> A = Mat<D, D>::Identity();
   r.by_s.setZero();
   r.value = q;

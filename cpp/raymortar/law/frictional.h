@@ -8,6 +8,8 @@
 namespace raymortar
 {
 /// @brief State of a point where there is friction.
+///
+/// Slips shorter than `touch` are stick, as are gaps closed.
 template <int D, int M>
 struct FrictionState : PointState<D, M>
 {
@@ -63,7 +65,8 @@ private:
                          FrictionResponse<D, D>& r)
   {
     const FrictionBound bound = bound_at(s.friction, p);
-    const auto f = project_tangential<D>(s.n, s.lam - s.gamma * s.w, bound.s);
+    const auto f = project_tangential<D>(s.n, s.lam - s.gamma * s.w, bound.s,
+                                         s.gamma * s.touch);
     // What a change of p does: along n, and to the radius of the disc
     const Vec<D> by_p = s.n + bound.s_p * f.by_s;
     r.status = f.stick ? ContactStatus::stick : ContactStatus::slip;
@@ -97,8 +100,8 @@ struct FrictionalPenalty
       return r;
     r.p = s.gamma * s.g;
     const FrictionBound bound = bound_at(s.friction, r.p);
-    const auto f =
-        project_tangential<D>(s.n, s.spring - s.gamma * s.w, bound.s);
+    const auto f = project_tangential<D>(s.n, s.spring - s.gamma * s.w, bound.s,
+                                         s.gamma * s.touch);
     r.status = f.stick ? ContactStatus::stick : ContactStatus::slip;
     r.t = r.p * s.n + f.value;
     r.t_g = s.gamma * (s.n + bound.s_p * f.by_s);

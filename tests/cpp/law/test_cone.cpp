@@ -188,3 +188,43 @@ TYPED_TEST(Cone, TurnsWithItsArguments)
     EXPECT_LE((Q * a.by_s - b.by_s).norm(), 1e-13);
   }
 }
+
+TYPED_TEST(Cone, OutsideByNoMoreThanTheSlackIsInside)
+{
+  constexpr int D = TypeParam::value;
+  Random random(8);
+  constexpr double slack = 1e-10;
+  for (int i = 0; i < 50; ++i)
+  {
+    const auto [in, length] = random_input<D>(random);
+    const Vec<D> q = in.z - in.n.dot(in.z) * in.n;
+    // Inside, on the circle but for rounding, and outside by less or more
+    for (const double beyond :
+         {-0.5 * slack, -1e-16, 1e-16, 0.5 * slack, 2.0 * slack})
+    {
+      const double s = length - beyond;
+      const auto r = project_tangential<D>(in.n, in.z, s, slack);
+      EXPECT_EQ(r.stick, beyond < slack);
+      EXPECT_LE((r.value - (r.stick ? 1.0 : s / length) * q).norm(), 1e-14);
+      const Mat<D, D> T = Mat<D, D>::Identity() - in.n * in.n.transpose();
+      EXPECT_EQ((r.by_z - T).norm() <= 1e-14, r.stick);
+      EXPECT_EQ(r.by_s.isZero(0.0), r.stick);
+    }
+  }
+}
+
+TYPED_TEST(Cone, RestIsStickWhateverTheRounding)
+{
+  // Neither pressure nor traction, but for rounding of either sign
+  constexpr int D = TypeParam::value;
+  Random random(9);
+  for (int i = 0; i < 50; ++i)
+    for (const double s : {0.0, 1e-17})
+    {
+      const Vec<D> n = random.unit<D>(), z = 1e-15 * random.vector<D>();
+      const auto r = project_tangential<D>(n, z, s, 1e-11);
+      EXPECT_TRUE(r.stick);
+      EXPECT_TRUE(r.by_s.isZero(0.0));
+      EXPECT_TRUE(r.by_z.isApprox(Mat<D, D>::Identity() - n * n.transpose()));
+    }
+}

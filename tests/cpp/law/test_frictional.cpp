@@ -176,10 +176,11 @@ TYPED_TEST(Frictional, BothDerivativesMeetAtTheOnsetOfSlip)
     const Vec<D> q = TypeParam::trial_traction(s);
     if (q.norm() < 0.3)
       continue;
-    // Just inside, then shorter; just outside, then longer
+    // Just inside, then shorter; outside by more than `touch`, then longer
     for (const double side : {1.0, -1.0})
     {
-      const FrictionLaw law = Tresca{q.norm() * (1.0 + side * 1e-12)};
+      const FrictionLaw law =
+          Tresca{q.norm() - (side < 0.0 ? 2.0 : -0.5) * gamma_ * touch};
       s.friction = law;
       EXPECT_EQ(TypeParam::evaluate(s).status,
                 side > 0.0 ? ContactStatus::stick : ContactStatus::slip);
@@ -188,6 +189,29 @@ TYPED_TEST(Frictional, BothDerivativesMeetAtTheOnsetOfSlip)
       const auto f = [&law](const Vector& x)
       { return TypeParam::value(TypeParam::state(x, law)); };
       expect_one_sided(f, TypeParam::stacked(s), d, TypeParam::derivative(s));
+    }
+  }
+}
+
+TYPED_TEST(Frictional, SlipsShorterThanTouchAreStick)
+{
+  // On the cone, then moved on against the traction
+  constexpr int D = TypeParam::D;
+  Random random(9);
+  for (int i = 0; i < 50; ++i)
+  {
+    auto s = TypeParam::random_state(random, -1.0, Stick{});
+    const Vec<D> q = TypeParam::trial_traction(s);
+    for (const double slip : {-0.5, -1e-5, 0.0, 1e-5, 0.5, 2.0})
+    {
+      auto moved = s;
+      moved.w -= slip * touch * q.normalized();
+      for (const FrictionLaw& law : laws_at<TypeParam>(s, 1.0))
+      {
+        moved.friction = law;
+        EXPECT_EQ(TypeParam::evaluate(moved).status,
+                  slip < 1.0 ? ContactStatus::stick : ContactStatus::slip);
+      }
     }
   }
 }
