@@ -94,7 +94,7 @@ def test_iterations_hardly_grow_with_refinement(friction):
         solution(blocks("augmented", FRICTIONS[friction], n), options)[1]
         for n in (1, 2, 3)
     ]
-    assert counts[2] <= 1.3 * counts[1] <= 1.3**2 * counts[0]
+    assert max(counts) <= 1.3 * counts[0]
 
 
 @pytest.mark.mpi
