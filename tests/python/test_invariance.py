@@ -107,7 +107,7 @@ def compare(cell, law, degree, tolerance, **frame):
 SMALL = [("triangle", 1), ("quadrilateral", 2), ("tetrahedron", 1), ("hexahedron", 1)]
 # What several ranks take too
 ON_RANKS = [("triangle", "coulomb"), ("quadrilateral", "penalty")]
-ON_RANKS += [("hexahedron", "frictionless"), ("hexahedron", "coulomb")]
+ON_RANKS += [("hexahedron", "coulomb")]
 every = pytest.mark.parametrize(
     "cell, degree, law", [(*small, law) for small in SMALL for law in LAWS]
 )
