@@ -1,4 +1,4 @@
-"""Contact between surfaces that are both prescribed, which has no traction to find."""
+"""Slave nodes whose displacement is prescribed, and tractions that nothing determines."""
 
 from __future__ import annotations
 
@@ -21,6 +21,17 @@ def any_held(contact: Any, marker: np.ndarray) -> bool:
         fixed = marker.reshape(-1, surface.gdim)[surface.dofs].all(axis=1)
         held |= bool(fixed[surface.facet_dofs].all(axis=1).any())
     return contact.layout.comm.allreduce(held, op=MPI.LOR)
+
+
+def any_partly_held(contact: Any, marker: np.ndarray) -> bool:
+    """Whether a component is prescribed at some nodes of a slave facet but not at all
+    of them, on any rank. Collective."""
+    found = False
+    for zone in contact.zones:
+        surface = zone.facets.slave_surface
+        fixed = marker.reshape(-1, surface.gdim)[surface.dofs][surface.facet_dofs]
+        found |= bool((fixed.any(axis=1) & ~fixed.all(axis=1)).any())
+    return contact.layout.comm.allreduce(found, op=MPI.LOR)
 
 
 def refuse_held(contact: Any) -> None:
