@@ -15,7 +15,7 @@ from . import _cpp, compat
 from .compat import Array
 from .fields import ContactFields
 from .errors import ContactError, together
-from .held import any_held, any_partly_held, refuse_held
+from .held import any_held, any_node_held, refuse_held
 from .memory import matrix_bytes, require_memory
 from .stiffness import contact_modulus, contact_stiffness
 from .surfaces import Surface
@@ -52,7 +52,7 @@ class ContactAssembly(ContactFields):
         if self.multiplier is None:
             return
         self._some_held = any_held(self, self._fixed)
-        if any_partly_held(self, self._fixed):
+        if any_node_held(self, self._fixed):
             modulus = contact_modulus(self._stiffness(bcs), self.layout, self.zones)
             for zone in self.zones:
                 zone.cpp.set_modulus(modulus)

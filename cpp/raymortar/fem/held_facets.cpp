@@ -54,28 +54,22 @@ Mat<F::gdim, F::dofs> held_nodes(const Surface& s, Index facet,
   return held;
 }
 
-/// A slave facet with its held nodes, and integrals that tell by component how
-/// much of what lies opposite to them is held
+/// A slave facet with its held nodes, and integrals over its hits that tell by
+/// component how much of what lies opposite to them is held
 template <class F>
 struct Candidate
 {
   Index slave;
   Mat<F::gdim, F::dofs> held;
+  bool has_met = false;
   Vec<F::gdim> opposite_held = Vec<F::gdim>::Zero();
   Vec<F::gdim> all = Vec<F::gdim>::Zero();
 
-  /// 1 where a component is held at some nodes, but not at all
-  [[nodiscard]] Vec<F::gdim> partly() const
-  {
-    const Vec<F::gdim> nodes = held.rowwise().sum();
-    return (nodes.array() > 0.0 and nodes.array() < F::dofs)
-        .template cast<double>();
-  }
-
-  /// Share of what lies opposite that is held, in [0, 1] [theory (5.6)]
+  /// Share of what lies opposite that is held, in [0, 1]; 0 for components that
+  /// are not held here [theory (5.6)]
   [[nodiscard]] Vec<F::gdim> share() const
   {
-    Vec<F::gdim> share = Vec<F::gdim>::Ones();
+    Vec<F::gdim> share = Vec<F::gdim>::Zero();
     for (int i = 0; i < F::gdim; ++i)
       if (all[i] > 0.0)
         share[i] = std::clamp(opposite_held[i] / all[i], 0.0, 1.0);
@@ -85,13 +79,16 @@ struct Candidate
 
 template <class F>
 std::vector<Candidate<F>> candidates(const Surface& slave,
-                                     std::span<const double> fixed)
+                                     std::span<const double> fixed,
+                                     std::span<const std::int8_t> known)
 {
   std::vector<Candidate<F>> found;
   for (Index f = 0; f < slave.num_facets(); ++f)
   {
+    if (known[static_cast<std::size_t>(f)])
+      continue;
     Candidate<F> one{f, held_nodes<F>(slave, f, fixed)};
-    if (not one.partly().isZero(0.0))
+    if (not one.held.isZero(0.0))
       found.push_back(one);
   }
   return found;
@@ -117,17 +114,14 @@ void look_opposite(const ContactState& s, std::span<const double> fixed_master,
   for (std::size_t q = 0; q < s.points.size(); ++q)
   {
     Candidate<F>* one = of_facet[static_cast<std::size_t>(s.points.slave[q])];
-    if (one == nullptr)
+    if (one == nullptr or s.hits.status[q] != RayStatus::hit)
       continue;
     const Vec<F::gdim> at_held =
         s.points.area[q] * (one->held * nearness<F>(s.points.xi[q]));
-    Vec<F::gdim> held = Vec<F::gdim>::Ones();
-    if (s.hits.status[q] == RayStatus::hit)
-    {
-      const auto nodes =
-          held_nodes<F>(s.master, s.hits.master[q], fixed_master);
-      held -= (1.0 - nodes.array()).matrix() * nearness<F>(s.hits.eta[q]);
-    }
+    const Vec<F::gdim> held =
+        held_nodes<F>(s.master, s.hits.master[q], fixed_master) *
+        nearness<F>(s.hits.eta[q]);
+    one->has_met = true;
     one->all += at_held;
     one->opposite_held += at_held.cwiseProduct(held);
   }
@@ -139,7 +133,7 @@ template <class F>
 Eigen::MatrixXd weights(const Candidate<F>& one, LawKind law,
                         const Vec<F::gdim>& n)
 {
-  const Vec<F::gdim> damped = one.partly().cwiseProduct(one.share());
+  const Vec<F::gdim> damped = one.share();
   if (law == LawKind::augmented_friction)
     return damped.asDiagonal();
   // Without friction only a node that is held along the normal has a traction
@@ -176,33 +170,37 @@ HeldFacet damping(const ContactState& s, LawKind law, double modulus,
 }
 } // namespace
 
-std::vector<HeldFacet> find_held_facets(const ContactState& s, LawKind law,
-                                        std::span<const double> fixed_slave,
-                                        std::span<const double> fixed_master,
-                                        double modulus)
+void find_held_facets(const ContactState& s, LawKind law,
+                      std::span<const double> fixed_slave,
+                      std::span<const double> fixed_master, double modulus,
+                      HeldFacets& held)
 {
-  std::vector<HeldFacet> facets;
   if (s.multipliers.components == 0 or s.multipliers.degree != s.slave.degree)
-    return facets;
-  with_facet_type(s.slave,
-                  [&]<class F>(F)
-                  {
-                    if constexpr (F::degree == 1 or F::tdim == 1)
-                    {
-                      auto found = candidates<F>(s.slave, fixed_slave);
-                      if (found.empty())
-                        return;
-                      look_opposite<F>(s, fixed_master, found);
-                      for (const Candidate<F>& one : found)
-                        facets.push_back(damping<F>(s, law, modulus, one));
-                    }
-                  });
-  std::erase_if(facets,
+    return;
+  held.known.resize(static_cast<std::size_t>(s.slave.num_facets()), 0);
+  const auto add = [&]<class F>(F)
+  {
+    if constexpr (F::degree == 1 or F::tdim == 1)
+    {
+      auto found = candidates<F>(s.slave, fixed_slave, held.known);
+      if (found.empty())
+        return;
+      look_opposite<F>(s, fixed_master, found);
+      for (const Candidate<F>& one : found)
+      {
+        held.known[static_cast<std::size_t>(one.slave)] = one.has_met;
+        if (not one.share().isZero(0.0))
+          held.facets.push_back(damping<F>(s, law, modulus, one));
+      }
+    }
+  };
+  with_facet_type(s.slave, add);
+  // Rollers along the surface
+  std::erase_if(held.facets,
                 [](const HeldFacet& f)
                 {
                   return std::all_of(f.block.begin(), f.block.end(),
                                      [](double v) { return v == 0.0; });
                 });
-  return facets;
 }
 } // namespace raymortar

@@ -14,19 +14,24 @@ struct HeldFacet
   std::vector<double> block;
 };
 
+/// @brief The damped facets of a zone, as far as they are known.
+struct HeldFacets
+{
+  std::vector<HeldFacet> facets;
+  std::vector<std::int8_t> known; ///< facets that have met a master, (facets,)
+};
+
 /// @brief Facets whose multiplier has more unknowns than displacements to
 /// balance them: some nodes are held, and so is what lies opposite.
 ///
-/// Facets that are held at every node are rigid slaves, balanced by their
-/// master, and are not among them; nor are multipliers of a lower degree than
-/// the displacement, which are stable without.
-/// @param[in] s Points and hits tell what lies opposite; where nothing does, it
-/// counts as held
+/// Multipliers of a lower degree than the displacement are stable without.
+/// @param[in] s Points and hits tell what lies opposite
 /// @param[in] fixed_slave Nonzero where a component is held, (dofs, gdim)
 /// @param[in] fixed_master Same for the dofs of s.master
 /// @param[in] modulus Of the softer body. Stress
-[[nodiscard]] std::vector<HeldFacet>
-find_held_facets(const ContactState& s, LawKind law,
-                 std::span<const double> fixed_slave,
-                 std::span<const double> fixed_master, double modulus);
+/// @param[in,out] held Facets that have met a master before stay as they are
+void find_held_facets(const ContactState& s, LawKind law,
+                      std::span<const double> fixed_slave,
+                      std::span<const double> fixed_master, double modulus,
+                      HeldFacets& held);
 } // namespace raymortar

@@ -147,8 +147,9 @@ public:
     return _fixed_master;
   }
 
-  /// @brief Facets whose multiplier is smoothed, found at the first call of a
-  /// step: they stay for the step, so that residual and tangent agree.
+  /// @brief Facets whose multiplier is smoothed. Each is looked at when it has
+  /// first met a master in a step and stays for the step, so that residual and
+  /// tangent agree.
   [[nodiscard]] const std::vector<HeldFacet>& held_facets();
 
 private:
@@ -174,7 +175,7 @@ private:
   std::vector<double> _master_u, _master_old, _master_fixed; ///< owned
   std::vector<double> _fixed_slave, _fixed_master;
   double _modulus = 1.0;
-  std::optional<std::vector<HeldFacet>> _held_facets;
+  HeldFacets _held;
   ZoneTraffic _past;              ///< of halos that have been replaced
   std::vector<Index> _part;       ///< of each slave facet
   std::vector<double> _wanted;    ///< parts' boxes the halo was fetched for

@@ -1,0 +1,232 @@
+"""Slave nodes whose displacement is held, up to which the multiplier is damped.
+
+The facets up to them have one multiplier more than displacements. Where the master is
+held there too, the tangent would be singular: its least singular value, rows and columns
+scaled, was 1e-16 in all the problems of `SINGULAR`.
+"""
+
+import gathered
+import numpy as np
+import pytest
+from dolfinx import fem
+from problems import CELLS_2D, COMM, DIMENSION, build, fix, worst
+
+from raymortar import AugmentedLagrangian, Coulomb, Penalty, Stick
+from raymortar.scenes import two_blocks
+
+WALL = ["lower_left", "upper_left"]
+# Facets along an edge of the master and of the slave
+MESHES = {"matching": (3, 3), "nested": (2, 4), "other": (4, 3)}
+
+
+def blocks(cell, mesh="matching", width=1.0, share=1):
+    """Two blocks with a wall at x = 0, `share` times as wide and as finely divided."""
+    dim = DIMENSION[cell]
+    counts = [(share * n,) + (n,) * (dim - 2) + (2,) for n in MESHES[mesh]]
+    size = (share * width,) + (1.0,) * (dim - 1)
+    return two_blocks(COMM, dim, cell, *counts, lower_size=size, upper_size=size)
+
+
+def wall(V, scene, friction, sides=WALL):
+    """Rollers with friction, else clamped; the bottom and the top are held as well."""
+    component = None if friction is None else 0
+    ends = [fix(V, scene, name) for name in ("bottom", "top")]
+    return [*ends, *(fix(V, scene, name, component) for name in sides)]
+
+
+def at_wall(cell, degree, mesh, friction, sides=WALL, **options):
+    return build(
+        blocks(cell, mesh),
+        degree,
+        bcs=lambda V, scene: wall(V, scene, friction, sides),
+        friction=friction,
+        **options,
+    )
+
+
+def tangent(problem):
+    """Dense tangent at the start, PETSc's order, on every rank."""
+    x, A = problem.problem.start(), problem.problem.create_matrix()
+    problem.problem.J(x, A)
+    return gathered.dense(A)
+
+
+def least_singular_value(problem):
+    K = tangent(problem)
+    scale = 1.0 / np.sqrt(np.abs(K).max(axis=1))
+    return np.linalg.svd(scale[:, None] * K * scale, compute_uv=False)[-1]
+
+
+def damped(contact):
+    """Number of damped facets, on all ranks, once something has been assembled."""
+    return COMM.allreduce(sum(len(z.cpp.held_facets()) for z in contact.zones))
+
+
+PLANE = [(cell, degree) for cell in CELLS_2D for degree in (1, 2)]
+SINGULAR = [
+    (*kind, mesh, friction)
+    for kind in [*PLANE, ("tetrahedron", 1), ("hexahedron", 1)]
+    for mesh in ("matching", "nested")
+    for friction in (None, Stick())
+]
+
+
+def few(cell, degree, mesh, friction):
+    """Of a family, members for several ranks."""
+    return mesh == "nested" and (cell, degree) in (("triangle", 2), ("hexahedron", 1))
+
+
+@pytest.mark.mpi(where=few)
+@pytest.mark.parametrize("cell, degree, mesh, friction", SINGULAR)
+def test_tangent_is_regular_where_both_bodies_are_held(
+    cell, degree, mesh, friction, record_property
+):
+    """At least as regular as where the wall holds the master alone."""
+    free = least_singular_value(at_wall(cell, degree, mesh, friction, WALL[:1]))
+    problem = at_wall(cell, degree, mesh, friction)
+    found = least_singular_value(problem)
+    problem.contact.zones[0].cpp.set_modulus(1e30)
+    without = least_singular_value(problem)
+    record_property("singular values", [found, free, without])
+    assert found > 0.99 * free
+    assert without < 1e-12
+
+
+def test_degree_2_in_space_is_regular_as_it_is():
+    """The multiplier has degree 1: the nodes amid the edges balance it."""
+    problem = at_wall("tetrahedron", 2, "matching", Stick())
+    assert least_singular_value(problem) > 1e-3
+    assert damped(problem.contact) == 0
+
+
+# Nothing changes elsewhere
+
+
+def fix_body(V, scene, name):
+    cells = scene.cell_tags.find(scene.bodies[name])
+    dofs = fem.locate_dofs_topological(V, scene.mesh.topology.dim, cells)
+    return fem.dirichletbc(fem.Function(V), dofs)
+
+
+def bowed(x):
+    """A surface with a horizontal tangent at the symmetry."""
+    return 1.0 - 0.1 * x[:, 0] ** 2
+
+
+UNTOUCHED = {
+    "nothing held": dict(bcs=lambda V, s: wall(V, s, None, WALL[:1])),
+    "the master is free": dict(bcs=lambda V, s: wall(V, s, None, WALL[1:])),
+    "rollers along the surface": dict(bcs=lambda V, s: wall(V, s, Stick())),
+    "rigid slave": dict(bcs=lambda V, s: [fix_body(V, s, "upper")], friction=Stick()),
+    "penalty": dict(bcs=lambda V, s: wall(V, s, None), method=Penalty()),
+}
+
+
+@pytest.mark.quick
+@pytest.mark.mpi
+@pytest.mark.parametrize("interface", [None, bowed])
+@pytest.mark.parametrize("name", UNTOUCHED)
+def test_is_left_alone(name, interface):
+    scene = two_blocks(COMM, 2, "quadrilateral", (4, 2), (4, 2), interface=interface)
+    problem = build(scene, **UNTOUCHED[name])
+    tangent(problem)
+    assert damped(problem.contact) == 0
+
+
+# What is added
+
+
+@pytest.mark.quick
+@pytest.mark.mpi
+@pytest.mark.parametrize("gamma", [None, 1.0])
+def test_damping_is_that_of_the_formula_once(gamma):
+    """(5.5) on a rigid master: of tractions a and b at the ends of a facet of size h
+    the damped part does the work h / E h (a - b)^2 / 12, of each component."""
+    scene = blocks("quadrilateral", "other")
+    problem = build(
+        scene,
+        bcs=lambda V, s: [*wall(V, s, None, WALL[1:]), fix_body(V, s, "lower")],
+        friction=Stick(),
+        method=AugmentedLagrangian(gamma),
+    )
+    contact, h = problem.contact, 1.0 / 3.0
+    automatic = build(scene, bcs=lambda V, s: [fix_body(V, s, "lower")]).contact.gamma
+    damped_part = tangent(problem)
+    for zone in contact.zones:
+        zone.cpp.set_modulus(1e30)
+    damped_part -= tangent(problem)
+    a = h * h / (12.0 * automatic * h) * contact.gamma_scale**2
+    assert damped(contact) == 1
+    values = np.linalg.eigvalsh(damped_part)
+    np.testing.assert_allclose(values[:2], -2.0 * a, rtol=1e-9)
+    np.testing.assert_allclose(values[2:], 0.0, atol=1e-9 * a)
+    np.testing.assert_allclose(damped_part.sum(axis=0), 0.0, atol=1e-9 * a)
+
+
+@pytest.mark.quick
+@pytest.mark.mpi
+def test_tangent_is_the_derivative_of_the_residual():
+    """Pressed and sheared, some points slip; to rounding in the multiplier, in which
+    the damping is linear."""
+    problem = at_wall("quadrilateral", 1, "nested", Coulomb(0.3)).problem
+    x, A, b = problem.start(), problem.create_matrix(), problem.create_vector()
+    contact = problem.contact
+    draws = np.random.default_rng(1).normal(size=(2, x.getSize()))
+    n = gathered.size_u(contact)
+    draws[:, :n] *= 1e-3
+    free = gathered.concatenated(
+        ~contact.constrained(problem.bcs)[: contact.layout.n_u]
+    )
+    free = np.concatenate([free, np.ones(draws.shape[1] - n, dtype=bool)])
+    draws[:, ~free] = 0.0  # else lifted: no part of the tangent
+    draws[0, n + 1 :: 2] = -np.abs(draws[0, n + 1 :: 2]) - 1.0
+    gathered.set_vector(contact, x, draws[0])
+    problem.J(x, A)
+    assert damped(contact) == 1
+    y, direction = x.copy(), x.copy()
+    gathered.set_vector(contact, direction, draws[1])
+    expected, ends = A * direction, []
+    for step in (1e-6, -1e-6):
+        x.copy(y)
+        y.axpy(step, direction)
+        problem.F(y, b)
+        ends.append(gathered.vector(contact, b))
+    found = (ends[0] - ends[1]) / 2e-6
+    expected = gathered.vector(contact, expected)
+    difference = np.abs(found - expected)[free].max()
+    assert difference < 1e-6 * np.abs(expected[free]).max()
+
+
+# Solutions
+
+SOME = [("triangle", 2), ("hexahedron", 1)]
+SHEARED = np.array([[0.01, 0.02, 0.0], [0.0, -0.03, 0.01], [0.0, 0.0, -0.02]])
+
+
+@pytest.mark.quick
+@pytest.mark.mpi(where=lambda cell, degree: (cell, degree) in SOME)
+@pytest.mark.parametrize(
+    "cell, degree", [*PLANE, ("tetrahedron", 1), ("hexahedron", 1)]
+)
+def test_uniform_traction_passes_up_to_held_nodes(cell, degree):
+    """Sheared and pressed uniformly, with the whole boundary held as it moves."""
+    dim = DIMENSION[cell]
+    H = SHEARED[:dim, :dim] if dim == 3 else SHEARED[1:, 1:].T
+    scene = blocks(cell, "other")
+    sides = [n for n in scene.tags if n not in ("master", "slave")]
+    problem = build(
+        scene,
+        degree,
+        bcs=lambda V, s: [fix(V, s, sides, None, lambda x: x @ H.T)],
+        friction=Stick(),
+    )
+    problem.solve(rtol=1e-14)
+    assert damped(problem.contact) > 0
+    stress = problem.stress().reshape(-1, dim, dim)
+    expected = stress.mean(axis=0) if len(stress) else np.zeros((dim, dim))
+    assert worst(problem.gradient() - H) < 1e-10
+    traction = -expected[:, -1]
+    if len(stress):
+        found = problem.slave_multiplier()
+        size = np.abs(expected).max()
+        assert np.abs(found - traction).max(initial=0.0) < 1e-10 * size
