@@ -101,7 +101,7 @@ def test_plate_agrees_with_the_references(cell, degree, record_property):
 
     # Open from the pushed side, then slip, then stick, told from the traction
     x, traction = along_edge(problem.contact.multiplier, zone.multiplier_nodes)
-    # Up to the held corner, which takes hardly any force (before: 4 to 8 %)
+    # Up to the held corner, which takes hardly any force
     assert abs(problem.contact.resultant(0).force[1] / FORCE - 1.0) < 5e-3
     normal, ratio = traction[:, 1], np.abs(traction[:, 0] / traction[:, 1])
     is_open = normal < 0.01 * normal.max()

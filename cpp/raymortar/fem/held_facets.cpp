@@ -77,10 +77,11 @@ struct Candidate
   }
 };
 
+/// Facets with held nodes that have not met a master yet; all others are known
 template <class F>
 std::vector<Candidate<F>> candidates(const Surface& slave,
                                      std::span<const double> fixed,
-                                     std::span<const std::int8_t> known)
+                                     std::span<std::int8_t> known)
 {
   std::vector<Candidate<F>> found;
   for (Index f = 0; f < slave.num_facets(); ++f)
@@ -88,7 +89,9 @@ std::vector<Candidate<F>> candidates(const Surface& slave,
     if (known[static_cast<std::size_t>(f)])
       continue;
     Candidate<F> one{f, held_nodes<F>(slave, f, fixed)};
-    if (not one.held.isZero(0.0))
+    if (one.held.isZero(0.0))
+      known[static_cast<std::size_t>(f)] = 1;
+    else
       found.push_back(one);
   }
   return found;

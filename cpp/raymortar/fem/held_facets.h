@@ -18,7 +18,8 @@ struct HeldFacet
 struct HeldFacets
 {
   std::vector<HeldFacet> facets;
-  std::vector<std::int8_t> known; ///< facets that have met a master, (facets,)
+  /// Facets that have no held node or have met a master, (facets,)
+  std::vector<std::int8_t> known;
 };
 
 /// @brief Facets whose multiplier has more unknowns than displacements to
