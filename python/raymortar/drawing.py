@@ -11,6 +11,8 @@ import numpy.typing as npt
 from .compat import Array
 
 STRESS_MAP, PRESSURE_MAP = "viridis", "magma_r"
+# Quadrilaterals, about, that a picture of a field is made of
+SHADED = 20_000
 LOOK = {
     "figure.dpi": 160,
     "font.size": 9,
@@ -22,11 +24,37 @@ LOOK = {
 }
 
 
-def triangles(polygons: Array) -> npt.NDArray[np.int64]:
-    """Vertex numbers of the triangles of n polygons (n, k, ...), row by row."""
-    n, k = polygons.shape[:2]
-    fans = [[0, i, i + 1] for i in range(1, k - 1)]
-    return (k * np.arange(n)[:, None, None] + np.array(fans)).reshape(-1, 3)
+def split(polygons: Array, parts: int) -> Array:
+    """Points on triangles (n, 3, ...) or quadrilaterals (n, 4, ...): (n, points, ...).
+
+    Those of a grid with some parts along each side, by linear or bilinear interpolation.
+    """
+    t = np.linspace(0.0, 1.0, parts + 1)
+    r, s = (array.ravel() for array in np.meshgrid(t, t, indexing="ij"))
+    if polygons.shape[1] == 3:
+        inside = r + s < 1.0 + 0.5 / parts
+        r, s = r[inside], s[inside]
+        weights = np.stack([1.0 - r - s, r, s])
+    else:
+        weights = np.stack([(1 - r) * (1 - s), r * (1 - s), r * s, (1 - r) * s])
+    return np.einsum("kp,nk...->np...", weights, polygons)
+
+
+def split_triangles(corners: int, parts: int) -> npt.NDArray[np.int64]:
+    """Triangles (t, 3) between the points that `split` makes of one polygon."""
+    number, count = {}, 0
+    for i in range(parts + 1):
+        for j in range(parts + 1 - (i if corners == 3 else 0)):
+            number[i, j], count = count, count + 1
+    made = []
+    for i, j in number:
+        for three in (
+            [(i, j), (i + 1, j), (i, j + 1)],
+            [(i + 1, j), (i + 1, j + 1), (i, j + 1)],
+        ):
+            if all(point in number for point in three):
+                made.append([number[point] for point in three])
+    return np.array(made)
 
 
 def draw_edges(
@@ -76,12 +104,19 @@ def draw_field(
     What a colour bar needs.
     """
     scale = {"vmin": 0.0, "vmax": top} if norm is None else {"norm": norm}
+    # Between vertices matplotlib blends colours, which leaves the scale where they are
+    # far apart: few polygons are split
+    n, k = at.shape[:2]
+    parts = int(np.clip(np.sqrt(SHADED / max(n, 1)), 1, 16))
+    of_one = split_triangles(k, parts)
+    fine = split(values, parts)
+    triangles = fine.shape[1] * np.arange(n)[:, None, None] + of_one
     for signs in images:
         polygons = at * np.array(signs)
         colours = axes.tripcolor(
-            *polygons.reshape(-1, 2).T,
-            triangles(at),
-            values.ravel(),
+            *split(polygons, parts).reshape(-1, 2).T,
+            triangles.reshape(-1, 3),
+            fine.ravel(),
             shading="gouraud",
             cmap=cmap,
             **scale,

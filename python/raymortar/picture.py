@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -49,7 +50,8 @@ def plot(
         Colours of the bodies: a ``Function`` or a UFL expression such as the von Mises
         stress, a vector by its length. Default: the displacement.
     label
-        What the colour bar says. Default: the field's name.
+        What the colour bar says. Default: the field's name; "displacement" where it
+        has none of its own.
     view
         Azimuth and elevation of the eye in 3D. Degrees.
     backend
@@ -76,7 +78,8 @@ def plot(
     dim, draws = mesh.geometry.dim, mesh.comm.rank == 0
     raise_everywhere(mesh.comm, _lacking(backend, dim) if draws else None)
     shown = _nodal(u if field is None else field, u)
-    label = shown.name if label is None else label
+    if label is None:
+        label = "displacement" if field is None and _is_unnamed(u) else shown.name
     if dim == 2:
         parts, pressure = gather_cells(mesh, u, shown), _pressure_line(contact)
     else:
@@ -89,6 +92,11 @@ def plot(
         if draws and file is not None:
             _save(figure, Path(file), backend)
     return figure
+
+
+def _is_unnamed(function: Function) -> bool:
+    """Whether a function bears the name that DOLFINx gives."""
+    return re.fullmatch(r"f(_\d+)?", function.name) is not None
 
 
 def _lacking(backend: str, dim: int) -> str | None:

@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 
 import raymortar
-from raymortar import compat
 
 ROOT = Path(__file__).parents[2]
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[+-]\d+)?")
@@ -21,10 +20,8 @@ def blocks_of(page, kind):
     return re.findall(rf"^```{kind}\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
 
 
-def run(program, folder, has_newton=compat.newton_solver_class()):
-    """Output of a program; where DOLFINx has no Newton solver, with PETSc's."""
-    if has_newton is None:
-        program = program.replace("raymortar.NewtonSolver", "raymortar.SNESSolver")
+def run(program, folder):
+    """Output of a program that is run in a folder."""
     (folder / "program.py").write_text(program, encoding="utf-8")
     done = subprocess.run(
         [sys.executable, "program.py"],
@@ -55,14 +52,20 @@ def test_first_contact_prints_what_its_page_says(tmp_path):
         assert (tmp_path / name).stat().st_size > 0
 
 
-def test_example_of_the_start_page_carries_its_load(tmp_path):
+@pytest.mark.quick
+def test_ten_lines_of_the_start_page_solve_contact(tmp_path):
     """Iterations stay few, and the force grows faster than the compression."""
-    printed = run(blocks_of("README.md", "python")[0], tmp_path)
+    pytest.importorskip("matplotlib")
+    program = blocks_of("README.md", "python")[0]
+    printed = run(program, tmp_path)
     rows = [list(map(float, NUMBER.findall(line))) for line in printed.splitlines()]
-    assert [row[0] for row in rows] == [0.1, 0.2, 0.3, 0.34]
+    assert [row[0] for row in rows] == [0.25, 0.5, 0.75, 1.0]
     assert all(row[1] <= 8 for row in rows)
     stiffness = [row[-1] / row[0] for row in rows]
     assert stiffness == sorted(stiffness) and stiffness[0] > 0.0
+    assert (tmp_path / "example.png").stat().st_size > 0
+    of_contact = program[program.index("import raymortar\n") :].split("\n")
+    assert len(list(filter(None, of_contact))) <= 10
 
 
 # What None means, where the page says that instead

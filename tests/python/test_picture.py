@@ -13,7 +13,7 @@ from dolfinx import fem
 import raymortar
 from load_paths import blocks
 from problems import COMM, squeeze
-from raymortar import ContactError, Coulomb, compat, rendering
+from raymortar import ContactError, Coulomb, compat, drawing, rendering
 from sheared_blocks import Blocks, limit_of
 
 pytest.importorskip("matplotlib")
@@ -108,6 +108,22 @@ def test_bodies_take_their_colours_from_any_field(kind):
         names = {axes.get_ylabel() for axes in figure.axes}
         assert ("three" if kind != "expression" else "field") in names
         pyplot.close(figure)
+
+
+@pytest.mark.parametrize("polygon", ["triangle", "quadrilateral"])
+@pytest.mark.parametrize("parts", [1, 3])
+def test_polygons_are_split_into_triangles_that_fill_them(polygon, parts):
+    """Each the same share of the area, all turned like the polygon."""
+    corners = np.array([[0.0, 0.0], [2.0, 1.0], [3.0, 4.0], [1.0, 3.0]])
+    corners = corners[: 3 if polygon == "triangle" else 4]
+    a, b = (np.roll(corners, -1, axis=0) - corners)[:2]
+    area = (a[0] * b[1] - a[1] * b[0]) / (2 if polygon == "triangle" else 1)
+    points = drawing.split(corners[None], parts)[0]
+    fine = points[drawing.split_triangles(len(corners), parts)]
+    (x, y), (z, w) = (fine[:, k].T - fine[:, 0].T for k in (1, 2))
+    share = area / len(fine)
+    np.testing.assert_allclose(0.5 * (x * w - y * z), share, rtol=1e-12)
+    assert len(fine) == parts**2 * (len(corners) - 2)
 
 
 @pytest.mark.mpi

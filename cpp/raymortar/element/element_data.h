@@ -3,6 +3,7 @@
 
 #include "raymortar/geometry/reference.h"
 #include "raymortar/law/frictional.h"
+#include <algorithm>
 
 namespace raymortar
 {
@@ -17,8 +18,8 @@ struct ElementLayout
   static constexpr int D = F::gdim;
   static constexpr int components = Law::template multiplier_size<D>;
   static constexpr int side = F::dofs * D;
-  static constexpr int multipliers = L == 0 ? 0 : Lagrange < F::shape,
-                       L == 0 ? 1 : L > ::nodes;
+  static constexpr int multipliers =
+      L == 0 ? 0 : Lagrange<F::shape, std::max(L, 1)>::nodes;
   static constexpr int multiplier_dofs = multipliers * components;
   static constexpr int master = side + multiplier_dofs;
   static constexpr int size = 2 * side + multiplier_dofs;
