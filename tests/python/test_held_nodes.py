@@ -97,6 +97,22 @@ def test_tangent_is_regular_where_both_bodies_are_held(
     assert without < 1e-12
 
 
+@pytest.mark.parametrize("angle", [0.0, 0.3])
+def test_vector_multiplier_without_friction_is_regular_too(angle):
+    """Its part along the surface is none of the damping's, wherever the axes point."""
+    held = {}
+    for sides in (WALL, WALL[:1]):
+        scene = two_blocks(COMM, 2, "quadrilateral", 3, 3, rotation=angle)
+        held[len(sides)] = build(
+            scene,
+            bcs=lambda V, s: wall(V, s, None, sides),
+            method=AugmentedLagrangian(multiplier="vector"),
+        )
+    found, free = (least_singular_value(held[n]) for n in (2, 1))
+    assert damped(held[2].contact) == 1
+    assert found > 0.99 * free
+
+
 def test_degree_2_in_space_is_regular_as_it_is():
     """The multiplier has degree 1: the nodes amid the edges balance it."""
     problem = at_wall("tetrahedron", 2, "matching", Stick())
@@ -122,6 +138,10 @@ UNTOUCHED = {
     "nothing held": dict(bcs=lambda V, s: wall(V, s, None, WALL[:1])),
     "the master is free": dict(bcs=lambda V, s: wall(V, s, None, WALL[1:])),
     "rollers along the surface": dict(bcs=lambda V, s: wall(V, s, Stick())),
+    "rollers, vector multiplier": dict(
+        bcs=lambda V, s: wall(V, s, Stick()),
+        method=AugmentedLagrangian(multiplier="vector"),
+    ),
     "rigid slave": dict(bcs=lambda V, s: [fix_body(V, s, "upper")], friction=Stick()),
     "penalty": dict(bcs=lambda V, s: wall(V, s, None), method=Penalty()),
 }
