@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import dataclasses
 import sys
 from pathlib import Path
 
 import numpy as np
 
-import states
-from raymortar import AugmentedLagrangian, Coulomb, Search, compat
+from raymortar import AugmentedLagrangian, Coulomb, Search
 from raymortar.scenes import two_blocks, two_spheres
 
 from frames import Hold, Model
@@ -167,20 +165,6 @@ def concentric():
     )
 
 
-def without_last_facet(scene):
-    """Greco's plate whose slave ends a facet before the symmetry.
-
-    Of a multiplier at a node that is held there is one more than there are equations.
-    """
-    tags, dim = scene.facet_tags, scene.mesh.topology.dim
-    facets, middle = states.facet_midpoints(scene.mesh)
-    last = facets[middle[..., 0] > 31.0 / 32.0 * greco.SIDE]
-    slave = tags.values == scene.tags["slave"]
-    keep = ~(slave & np.isin(tags.indices, last))
-    kept = compat.meshtags(scene.mesh, dim - 1, tags.indices[keep], tags.values[keep])
-    return dataclasses.replace(scene, facet_tags=kept)
-
-
 def plate():
     """Greco's plate under a fifth of its dead loads, in one step.
 
@@ -188,7 +172,7 @@ def plate():
     they do in its first iterate is a matter of rounding.
     """
     return Model(
-        lambda: without_last_facet(greco.plate("quadrilateral")),
+        lambda: greco.plate("quadrilateral"),
         (Hold("right", (0,)),),
         (0.2,),
         1.3e11,
