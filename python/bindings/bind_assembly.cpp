@@ -11,6 +11,7 @@ namespace
 template <class Handle>
 Handle from_handle(std::uintptr_t handle)
 {
+  // NOLINTNEXTLINE(performance-no-int-to-ptr): petsc4py gives nothing else
   return reinterpret_cast<Handle>(handle);
 }
 

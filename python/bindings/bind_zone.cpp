@@ -142,6 +142,15 @@ py::dict segments(const Zone& z)
   return out;
 }
 
+/// Slave facets whose multiplier is smoothed next to held nodes
+py::array_t<Index> held_facets(Zone& z)
+{
+  std::vector<Index> slave;
+  for (const HeldFacet& held : z.held_facets())
+    slave.push_back(held.slave);
+  return to_array(slave);
+}
+
 template <void (Zone::*set)(std::span<const double>, std::span<const double>)>
 void set_both(Zone& z, const Array<double>& slave, const Array<double>& master)
 {
@@ -178,6 +187,7 @@ void bind_zone(py::module_& m)
       .def("set_displacement", &set_both<&Zone::set_displacement>)
       .def("set_old_displacement", &set_both<&Zone::set_old_displacement>)
       .def("set_fixed", &set_both<&Zone::set_fixed>)
+      .def("set_modulus", &Zone::set_modulus)
       .def("set_multiplier", [](Zone& z, const Array<double>& values)
            { z.set_multiplier(to_span(values)); })
       .def("set_gamma", [](Zone& z, const Array<double>& gamma, double scale)
@@ -199,6 +209,7 @@ void bind_zone(py::module_& m)
       .def("pairs", &pairs)
       .def("free_points",
            [](const Zone& z) { return to_array(free_points(z)); })
+      .def("held_facets", &held_facets)
       .def("traffic", &traffic, py::arg("ranges"), py::arg("rank"))
       .def("statistics", &statistics);
 }

@@ -13,10 +13,11 @@ from petsc4py import PETSc
 
 from . import _cpp, compat
 from .compat import Array
-from .errors import together
 from .fields import ContactFields
-from .held import any_held, refuse_held
+from .errors import ContactError, together
+from .held import any_held, any_node_held, refuse_held
 from .memory import matrix_bytes, require_memory
+from .stiffness import contact_modulus, contact_stiffness
 from .surfaces import Surface
 
 
@@ -24,7 +25,7 @@ class ContactAssembly(ContactFields):
     """Matrices and vectors over [u, multiplier]; `Contact` has them all."""
 
     _volume: Any
-    _fixed_by: tuple[Any, ...]
+    _fixed_by: tuple[Any, ...] | None
     _fixed: npt.NDArray[np.int8]
     _some_held: bool
 
@@ -42,12 +43,29 @@ class ContactAssembly(ContactFields):
 
     def _fix(self, bcs: Sequence[Any]) -> None:
         """Tell the zones which displacements are prescribed. Collective."""
-        if tuple(map(id, bcs)) == tuple(map(id, self._fixed_by)):
+        by = self._fixed_by
+        if by is not None and tuple(map(id, bcs)) == tuple(map(id, by)):
             return
         self._fixed, _ = compat.dirichlet_dofs(bcs, self.u.function_space)
         self._for_zones("set_fixed", self._fixed.astype(np.float64))
         self._fixed_by = tuple(bcs)
-        self._some_held = self.multiplier is not None and any_held(self, self._fixed)
+        if self.multiplier is None:
+            return
+        self._some_held = any_held(self, self._fixed)
+        if any_node_held(self, self._fixed):
+            modulus = contact_modulus(self._stiffness(bcs), self.layout, self.zones)
+            for zone in self.zones:
+                zone.cpp.set_modulus(modulus)
+
+    def _stiffness(self, bcs: Sequence[Any]) -> float:
+        """Of the softer body, force per length over area; where the volume's form tells
+        none, the coefficient instead. Collective."""
+        if self._volume is not None:
+            try:
+                return contact_stiffness(self._volume, self.layout, self.zones, bcs)
+            except ContactError:  # on all ranks
+                pass
+        return self.gamma_scale
 
     def constrained(self, bcs: Sequence[Any]) -> npt.NDArray[np.bool_]:
         """Whether Dirichlet conditions prescribe a dof of u; ghosted. Collective."""

@@ -167,7 +167,7 @@ class Contact(ContactAssembly):
         self.gamma: float | Function | None = None
         self.gamma_scale = 1.0
         self._u_old = u.x.array.copy()
-        self._fixed_by: tuple[Any, ...] = ()
+        self._fixed_by: tuple[Any, ...] | None = ()
         self._fixed = np.zeros(len(u.x.array), dtype=np.int8)
         self._some_held = False
         # Read by `prepare`, which every use of it follows
@@ -358,6 +358,7 @@ class Contact(ContactAssembly):
             Dirichlet conditions: a body that they hold throughout is taken as rigid.
         """
         volume = self._volume = VolumePattern(a, self.layout)
+        self._fixed_by = None  # what is held takes the stiffness from it
         if self.gamma is None:
             stiffness = contact_stiffness(volume, self.layout, self.zones, bcs)
             self.set_gamma(self.method.automatic_factor * stiffness)

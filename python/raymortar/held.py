@@ -1,4 +1,4 @@
-"""Contact between surfaces that are both prescribed, which has no traction to find."""
+"""Slave nodes whose displacement is prescribed, and tractions that nothing determines."""
 
 from __future__ import annotations
 
@@ -23,6 +23,15 @@ def any_held(contact: Any, marker: np.ndarray) -> bool:
     return contact.layout.comm.allreduce(held, op=MPI.LOR)
 
 
+def any_node_held(contact: Any, marker: np.ndarray) -> bool:
+    """Whether any displacement on a slave surface is prescribed. Collective."""
+    held = any(
+        marker.reshape(-1, surface.gdim)[surface.dofs].any()
+        for surface in (zone.facets.slave_surface for zone in contact.zones)
+    )
+    return contact.layout.comm.allreduce(bool(held), op=MPI.LOR)
+
+
 def refuse_held(contact: Any) -> None:
     """Raise where the multiplier is in no equation. Collective.
 
@@ -30,7 +39,8 @@ def refuse_held(contact: Any) -> None:
     ------
     ContactError
         If contact is closed all around a node of the multiplier, between facets whose
-        displacement is prescribed on both sides: the row of its unknown is empty.
+        displacement is prescribed on both sides, and no damped facet ties it to another
+        node: nothing determines its traction.
     """
     W = contact.multiplier.function_space
     known = compat.create_la_vector(W.dofmap.index_map, 1)
@@ -43,6 +53,7 @@ def refuse_held(contact: Any) -> None:
             vector.array[zone.multiplier_table[points["slave"][which]]] = 1.0
     for vector in (known, closed):
         compat.scatter_reverse_add(vector)
+    _spread_by_damping(contact, known)
     n = W.dofmap.index_map.size_local
     held = np.flatnonzero((known.array[:n] == 0.0) & (closed.array[:n] > 0.0))
     count = contact.layout.comm.allreduce(len(held))
@@ -57,3 +68,13 @@ def refuse_held(contact: Any) -> None:
             "these out of the slave's tag, or use a penalty"
         )
     raise_everywhere(contact.layout.comm, message)
+
+
+def _spread_by_damping(contact: Any, known: Any) -> None:
+    """Mark the nodes that share a damped facet with a marked one. Collective."""
+    compat.scatter_forward(known)
+    for zone in contact.zones:
+        table = zone.multiplier_table[zone.cpp.held_facets()]
+        tied = table[(known.array[table] > 0.0).any(axis=1)]
+        known.array[tied] = 1.0
+    compat.scatter_reverse_add(known)

@@ -102,3 +102,11 @@ def contact_stiffness(
         ContactError,
     )
     return float(min(fine))
+
+
+def contact_modulus(stiffness: float, layout: Layout, zones: Any) -> float:
+    """A stress: contact stiffness times the mean size of the slave facets. Collective."""
+    sides = [zone.facets.slave_surface for zone in zones]
+    area = layout.comm.allreduce(sum(map(_area, sides)), op=MPI.SUM)
+    facets = layout.comm.allreduce(sum(len(side.facet_dofs) for side in sides))
+    return stiffness * float((area / facets) ** (1.0 / (sides[0].gdim - 1)))

@@ -39,6 +39,8 @@ class Manufactured:
         Of the displacement.
     motion
         The step.
+    held
+        The sides of the upper body have the exact displacements, too.
     swap
         The lower body is the slave.
     shake, seed, curved, bend
@@ -56,6 +58,7 @@ class Manufactured:
         motion=REST,
         method=None,
         *,
+        held=False,
         swap=False,
         shake=0.0,
         seed=0,
@@ -76,7 +79,7 @@ class Manufactured:
         self.dim, self._flat = DIMENSION[cell], not curved
         V = compat.vector_space(self.scene.mesh, degree)
         self.u = fem.Function(V, name="displacement")
-        self.load, self.bcs = self._load(V), self._bcs(V)
+        self.load, self.bcs = self._load(V), self._bcs(V, held)
         pairs = [(TAGS["slave"], TAGS["master"])]
         if swap:
             pairs = [pairs[0][::-1]]
@@ -157,13 +160,15 @@ class Manufactured:
                 u[:, -1] = -0.05 * (x[:, 0] - 0.5) ** 2
         return u
 
-    def _bcs(self, V):
-        """Exact displacements on the top, and at the bottom or all over the rigid."""
+    def _bcs(self, V, held):
+        """Exact displacements on the top (and the sides), and at the bottom or all over
+        the rigid."""
 
         def exact(x):
             return self.fields.upper.values(x, self.motion.s1, self.motion.c)
 
-        bcs = [fix(V, self.scene, "top", value=exact)]
+        names = ["top", "side"] if held else ["top"]
+        bcs = [fix(V, self.scene, names, value=exact)]
         if self.fields.lower is not None:
             lower = self.fields.lower
             value = lambda x: lower.values(x, self.motion.s1)  # noqa: E731

@@ -224,4 +224,7 @@ def test_public_problems_do_not_depend_on_the_frame(name, change):
     if change == "renumbered":
         return same_by_place(one, other, 1e-9)
     np.testing.assert_array_equal(other.pairs, one.pairs)
-    same(one, other, 1e-9)
+    # At the plate's held corner a traction follows from the gap alone, by E / h: of
+    # positions that have lost a digit it is 1.7e-9
+    lost = (name, change) == ("plate", "ten sizes away")
+    same(one, other, 1e-8 if lost else 1e-9)

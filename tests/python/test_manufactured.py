@@ -229,6 +229,14 @@ def test_square_on_parabola(kind, shake, record_property):
     check(found, u, H, 1.2 if shake and degree == 1 else multiplier)
 
 
+@pytest.mark.parametrize("kind", PLANE)
+def test_square_whose_contact_ends_at_held_nodes(kind, record_property):
+    """Linear multipliers err by the variation of the pressure in the last facets."""
+    cell, degree = kind
+    found = mean_rates(SQUARE, cell, degree, (8, 16, 32), record_property, held=True)
+    check(found, *PLANE[kind])
+
+
 BODIES = ("upper", "lower")
 # Cells, degree, meshes, shake, and least rates
 SPACE = [

@@ -160,6 +160,69 @@ private:
   std::vector<PetscInt> _rows, _foreign;
   std::vector<double> _masked;
 };
+/// Global rows of a slave facet's multipliers, node after node
+void multiplier_rows(const Zone& zone, const HeldFacet& held,
+                     std::vector<PetscInt>& rows)
+{
+  element_rows(zone, held.slave, no_index, Constrained::left_out, rows);
+  const Surface& slave = zone.state().slave;
+  rows.erase(rows.begin(), rows.begin() + slave.dofs_per_facet() * slave.gdim);
+}
+
+/// Tractions of a slave facet, in the order of its rows
+void facet_tractions(const Multipliers& m, Index facet, std::size_t unknowns,
+                     std::vector<double>& values)
+{
+  const auto width = static_cast<std::size_t>(m.components);
+  const std::size_t nodes = unknowns / width;
+  values.clear();
+  for (std::size_t k = 0; k < unknowns; ++k)
+  {
+    const Index node =
+        m.facet[static_cast<std::size_t>(facet) * nodes + k / width];
+    values.push_back(
+        m.value[static_cast<std::size_t>(node) * width + k % width]);
+  }
+}
+
+/// What smooths multipliers next to held nodes, residual [theory (5.5)]
+void smooth_residual(Zone& zone, ::Vec b)
+{
+  const Multipliers& m = zone.state().multipliers;
+  std::vector<PetscInt> rows;
+  std::vector<double> lam, change;
+  for (const HeldFacet& held : zone.held_facets())
+  {
+    multiplier_rows(zone, held, rows);
+    const std::size_t n = rows.size();
+    facet_tractions(m, held.slave, n, lam);
+    change.assign(n, 0.0);
+    for (std::size_t k = 0; k < n * n; ++k)
+      change[k / n] -= m.scale * held.block[k] * lam[k % n];
+    check(VecSetValues(b, static_cast<PetscInt>(n), rows.data(), change.data(),
+                       ADD_VALUES),
+          "VecSetValues");
+  }
+}
+
+/// The same, tangent: its entries are among those of the facet's own block
+void smooth_tangent(Zone& zone, ::Mat A)
+{
+  const double scale = zone.state().multipliers.scale;
+  std::vector<PetscInt> rows;
+  std::vector<double> block;
+  for (const HeldFacet& held : zone.held_facets())
+  {
+    multiplier_rows(zone, held, rows);
+    block = held.block;
+    for (double& value : block)
+      value *= -scale * scale;
+    const auto n = static_cast<PetscInt>(rows.size());
+    check(MatSetValues(A, n, rows.data(), n, rows.data(), block.data(),
+                       ADD_VALUES),
+          "MatSetValues");
+  }
+}
 } // namespace
 
 void add_residual(Zone& zone, ::Vec b)
@@ -177,6 +240,7 @@ void add_residual(Zone& zone, ::Vec b)
         check(VecSetValues(b, size, rows.data(), block, ADD_VALUES),
               "VecSetValues");
       });
+  smooth_residual(zone, b);
   zone.assembly().residual_blocks +=
       static_cast<std::int64_t>(s.elements.size());
 }
@@ -187,13 +251,16 @@ void add_tangent(Zone& zone, ::Mat A, BlockPositions& positions)
   const Stopwatch watch(statistics.seconds_tangent);
   const ContactState& s = zone.state();
   const auto elements = working_elements(s);
-  BlockWriter writer(zone, A, positions);
-  zone.assembler().tangent(
-      s, elements,
-      [&](std::size_t e, const double* block, int)
-      { writer.add(s.elements.slave[e], s.elements.master[e], block); },
-      [&](std::size_t e, Index master, const double* block, int)
-      { writer.add(s.elements.slave[e], master, block); });
+  {
+    BlockWriter writer(zone, A, positions);
+    zone.assembler().tangent(
+        s, elements,
+        [&](std::size_t e, const double* block, int)
+        { writer.add(s.elements.slave[e], s.elements.master[e], block); },
+        [&](std::size_t e, Index master, const double* block, int)
+        { writer.add(s.elements.slave[e], master, block); });
+  }
+  smooth_tangent(zone, A);
   statistics.tangent_blocks += static_cast<std::int64_t>(elements.size());
   statistics.skipped_blocks +=
       static_cast<std::int64_t>(s.elements.size() - elements.size());

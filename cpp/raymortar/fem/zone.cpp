@@ -116,6 +116,7 @@ void Zone::set_old_displacement(std::span<const double> slave,
   if (_halo)
     _state.master.x_old =
         displaced(_state.master, _halo->fetch(_master_old, _input.slave.gdim));
+  _held = {};
 }
 
 void Zone::set_fixed(std::span<const double> slave,
@@ -125,6 +126,13 @@ void Zone::set_fixed(std::span<const double> slave,
   _master_fixed.assign(master.begin(), master.end());
   if (_halo)
     _fixed_master = _halo->fetch(_master_fixed, _input.slave.gdim);
+  _held = {};
+}
+
+void Zone::set_modulus(double modulus)
+{
+  _modulus = modulus;
+  _held = {};
 }
 
 void Zone::set_multiplier(std::span<const double> values)
@@ -262,6 +270,13 @@ void Zone::renew_rays()
                           {_input.distances.reach, _input.distances.depth});
   _state.elements = group_points(_state.points, _state.hits);
   _rays_are_present = true;
+}
+
+const std::vector<HeldFacet>& Zone::held_facets()
+{
+  find_held_facets(_state, _input.law, _fixed_slave, _fixed_master, _modulus,
+                   _held);
+  return _held.facets;
 }
 
 ZoneTraffic Zone::traffic() const

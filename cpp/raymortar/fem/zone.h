@@ -3,6 +3,7 @@
 
 #include "raymortar/element/assembler.h"
 #include "raymortar/fem/halo.h"
+#include "raymortar/fem/held_facets.h"
 #include <optional>
 
 namespace raymortar
@@ -88,6 +89,10 @@ public:
   /// @brief Which displacement components are prescribed: nonzero entries.
   void set_fixed(std::span<const double> slave, std::span<const double> master);
 
+  /// @brief Modulus of the softer body, which scales what smooths the
+  /// multiplier next to held nodes. Stress.
+  void set_modulus(double modulus);
+
   /// @brief Nodal tractions, (multiplier nodes, components).
   void set_multiplier(std::span<const double> values);
 
@@ -142,6 +147,11 @@ public:
     return _fixed_master;
   }
 
+  /// @brief Facets whose multiplier is smoothed. Each is looked at when it has
+  /// first met a master in a step and stays for the step, so that residual and
+  /// tangent agree.
+  [[nodiscard]] const std::vector<HeldFacet>& held_facets();
+
 private:
   template <int D>
   void update_halo();
@@ -164,6 +174,8 @@ private:
   bool _rays_are_present = false;
   std::vector<double> _master_u, _master_old, _master_fixed; ///< owned
   std::vector<double> _fixed_slave, _fixed_master;
+  double _modulus = 1.0;
+  HeldFacets _held;
   ZoneTraffic _past;              ///< of halos that have been replaced
   std::vector<Index> _part;       ///< of each slave facet
   std::vector<double> _wanted;    ///< parts' boxes the halo was fetched for

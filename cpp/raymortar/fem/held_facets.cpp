@@ -1,0 +1,209 @@
+#include "raymortar/fem/held_facets.h"
+#include "raymortar/geometry/dispatch.h"
+#include "raymortar/geometry/frame.h"
+#include <algorithm>
+#include <cmath>
+
+namespace raymortar
+{
+namespace
+{
+/// Integral of (v_a - Pi v_a)(v_b - Pi v_b) on a facet of area 1, Pi the
+/// projection on polynomials of one degree less
+template <class F>
+Mat<F::dofs, F::dofs> roughness()
+{
+  constexpr int n = F::dofs;
+  Mat<n, n> S;
+  if constexpr (F::degree == 2)
+  {
+    // What is left of a parabola of height b is b (4 xi (1 - xi) - 2 / 3)
+    static_assert(F::shape == Shape::interval);
+    const Vec<n> height(-0.5, -0.5, 1.0);
+    return 4.0 / 45.0 * height * height.transpose();
+  }
+  else if constexpr (F::shape == Shape::quadrilateral)
+  {
+    const auto line = [](int a, int b) { return (a == b ? 2.0 : 1.0) / 6.0; };
+    const auto& at = F::Disp::factors;
+    for (std::size_t a = 0; a < n; ++a)
+      for (std::size_t b = 0; b < n; ++b)
+        S(static_cast<int>(a), static_cast<int>(b)) =
+            line(at[a][0], at[b][0]) * line(at[a][1], at[b][1]) - 1.0 / (n * n);
+    return S;
+  }
+  else
+  {
+    S.setConstant(-1.0 / n);
+    S.diagonal().array() += 1.0;
+    return S / (n * (n + 1));
+  }
+}
+
+/// 1 where a node of a facet is held, (gdim, dofs per facet)
+template <class F>
+Mat<F::gdim, F::dofs> held_nodes(const Surface& s, Index facet,
+                                 std::span<const double> fixed)
+{
+  Mat<F::gdim, F::dofs> held;
+  const auto dofs = s.dofs_of<F>(facet);
+  for (std::size_t a = 0; a < F::dofs; ++a)
+    for (std::size_t i = 0; i < F::gdim; ++i)
+      held(static_cast<int>(i), static_cast<int>(a)) =
+          fixed[static_cast<std::size_t>(dofs[a]) * F::gdim + i] != 0.0;
+  return held;
+}
+
+/// A slave facet with its held nodes, and integrals over its hits that tell by
+/// component how much of what lies opposite to them is held
+template <class F>
+struct Candidate
+{
+  Index slave;
+  Mat<F::gdim, F::dofs> held;
+  bool has_met = false;
+  Vec<F::gdim> opposite_held = Vec<F::gdim>::Zero();
+  Vec<F::gdim> all = Vec<F::gdim>::Zero();
+
+  /// Share of what lies opposite that is held, in [0, 1]; 0 for components that
+  /// are not held here [theory (5.6)]
+  [[nodiscard]] Vec<F::gdim> share() const
+  {
+    Vec<F::gdim> share = Vec<F::gdim>::Zero();
+    for (int i = 0; i < F::gdim; ++i)
+      if (all[i] > 0.0)
+        share[i] = std::clamp(opposite_held[i] / all[i], 0.0, 1.0);
+    return share;
+  }
+};
+
+/// Facets with held nodes that have not met a master yet; all others are known
+template <class F>
+std::vector<Candidate<F>> candidates(const Surface& slave,
+                                     std::span<const double> fixed,
+                                     std::span<std::int8_t> known)
+{
+  std::vector<Candidate<F>> found;
+  for (Index f = 0; f < slave.num_facets(); ++f)
+  {
+    if (known[static_cast<std::size_t>(f)])
+      continue;
+    Candidate<F> one{f, held_nodes<F>(slave, f, fixed)};
+    if (one.held.isZero(0.0))
+      known[static_cast<std::size_t>(f)] = 1;
+    else
+      found.push_back(one);
+  }
+  return found;
+}
+
+/// Shares of the nodes at a point, positive for quadratic functions too
+template <class F>
+Vec<F::dofs> nearness(const Vec<2>& xi)
+{
+  const Vec<F::dofs> N =
+      F::Disp::values(xi.template head<F::tdim>()).cwiseAbs();
+  return N / N.sum();
+}
+
+template <class F>
+void look_opposite(const ContactState& s, std::span<const double> fixed_master,
+                   std::vector<Candidate<F>>& found)
+{
+  std::vector<Candidate<F>*> of_facet(
+      static_cast<std::size_t>(s.slave.num_facets()), nullptr);
+  for (Candidate<F>& one : found)
+    of_facet[static_cast<std::size_t>(one.slave)] = &one;
+  for (std::size_t q = 0; q < s.points.size(); ++q)
+  {
+    Candidate<F>* one = of_facet[static_cast<std::size_t>(s.points.slave[q])];
+    if (one == nullptr or s.hits.status[q] != RayStatus::hit)
+      continue;
+    const Vec<F::gdim> at_held =
+        s.points.area[q] * (one->held * nearness<F>(s.points.xi[q]));
+    const Vec<F::gdim> held =
+        held_nodes<F>(s.master, s.hits.master[q], fixed_master) *
+        nearness<F>(s.hits.eta[q]);
+    one->has_met = true;
+    one->all += at_held;
+    one->opposite_held += at_held.cwiseProduct(held);
+  }
+}
+
+/// Weights of the multiplier's components, (components, components)
+/// [theory (5.7)]
+template <class F>
+Eigen::MatrixXd weights(const Candidate<F>& one, LawKind law,
+                        const Vec<F::gdim>& n)
+{
+  const Vec<F::gdim> damped = one.share();
+  if (law == LawKind::augmented_friction)
+    return damped.asDiagonal();
+  // Without friction only a node that is held along the normal has a traction
+  // in excess: rollers along the surface, or nearly so, change nothing
+  const Vec<F::gdim> squares = n.cwiseAbs2();
+  const Vec<F::gdim> moves =
+      (one.held.rowwise().sum().array() == 0.0).template cast<double>();
+  const double w =
+      std::max(0.0, 1.0 - 2.0 * moves.dot(squares)) * damped.dot(squares);
+  if (law == LawKind::augmented_normal)
+    return Eigen::MatrixXd::Constant(1, 1, w);
+  return w * n * n.transpose();
+}
+
+template <class F>
+HeldFacet damping(const ContactState& s, LawKind law, double modulus,
+                  const Candidate<F>& one)
+{
+  typename F::RefPoint centre;
+  centre.setConstant(F::shape == Shape::triangle ? 1.0 / 3.0 : 0.5);
+  const auto frame =
+      frame_at<F>(s.slave.nodes<F>(s.slave.X, one.slave), centre);
+  const double area = s.points.whole[static_cast<std::size_t>(one.slave)];
+  const double size = std::pow(area, 1.0 / F::tdim);
+  const Eigen::MatrixXd W =
+      size * area / modulus * weights<F>(one, law, frame.n);
+  const Mat<F::dofs, F::dofs> S = roughness<F>();
+  const Eigen::Index m = W.rows();
+  HeldFacet facet{one.slave, {}};
+  for (Eigen::Index k = 0; k < F::dofs * m; ++k)
+    for (Eigen::Index j = 0; j < F::dofs * m; ++j)
+      facet.block.push_back(S(k / m, j / m) * W(k % m, j % m));
+  return facet;
+}
+} // namespace
+
+void find_held_facets(const ContactState& s, LawKind law,
+                      std::span<const double> fixed_slave,
+                      std::span<const double> fixed_master, double modulus,
+                      HeldFacets& held)
+{
+  if (s.multipliers.components == 0 or s.multipliers.degree != s.slave.degree)
+    return;
+  held.known.resize(static_cast<std::size_t>(s.slave.num_facets()), 0);
+  const auto add = [&]<class F>(F)
+  {
+    if constexpr (F::degree == 1 or F::tdim == 1)
+    {
+      auto found = candidates<F>(s.slave, fixed_slave, held.known);
+      if (found.empty())
+        return;
+      look_opposite<F>(s, fixed_master, found);
+      for (const Candidate<F>& one : found)
+      {
+        held.known[static_cast<std::size_t>(one.slave)] = one.has_met;
+        if (not one.share().isZero(0.0))
+          held.facets.push_back(damping<F>(s, law, modulus, one));
+      }
+    }
+  };
+  with_facet_type(s.slave, add);
+  // Rollers along the surface
+  std::erase_if(held.facets,
+                [](const HeldFacet& f)
+                {
+                  return std::all_of(f.block.begin(), f.block.end(),
+                                     [](double v) { return v == 0.0; });
+                });
+}
+} // namespace raymortar

@@ -1,0 +1,38 @@
+// Slave facets with a node that is held: their multiplier is damped.
+#pragma once
+
+#include "raymortar/element/assembler.h"
+
+namespace raymortar
+{
+/// @brief What smooths the multiplier of one slave facet [theory (5.5)].
+struct HeldFacet
+{
+  Index slave;
+  /// (unknowns, unknowns) row-major, the unknowns node after node:
+  /// length^d / stress
+  std::vector<double> block;
+};
+
+/// @brief The damped facets of a zone, as far as they are known.
+struct HeldFacets
+{
+  std::vector<HeldFacet> facets;
+  /// Facets that have no held node or have met a master, (facets,)
+  std::vector<std::int8_t> known;
+};
+
+/// @brief Facets whose multiplier has more unknowns than displacements to
+/// balance them: some nodes are held, and so is what lies opposite.
+///
+/// Multipliers of a lower degree than the displacement are stable without.
+/// @param[in] s Points and hits tell what lies opposite
+/// @param[in] fixed_slave Nonzero where a component is held, (dofs, gdim)
+/// @param[in] fixed_master Same for the dofs of s.master
+/// @param[in] modulus Of the softer body. Stress
+/// @param[in,out] held Facets that have met a master before stay as they are
+void find_held_facets(const ContactState& s, LawKind law,
+                      std::span<const double> fixed_slave,
+                      std::span<const double> fixed_master, double modulus,
+                      HeldFacets& held);
+} // namespace raymortar
