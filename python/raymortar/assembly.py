@@ -13,8 +13,8 @@ from petsc4py import PETSc
 
 from . import _cpp, compat
 from .compat import Array
-from .fields import ContactFields
 from .errors import ContactError, together
+from .fields import ContactFields
 from .held import any_held, any_node_held, refuse_held
 from .memory import matrix_bytes, require_memory
 from .stiffness import contact_modulus, contact_stiffness
@@ -28,6 +28,7 @@ class ContactAssembly(ContactFields):
     _fixed_by: tuple[Any, ...] | None
     _fixed: npt.NDArray[np.int8]
     _some_held: bool
+    gamma_scale: float
 
     def _on_surface(self, array: Array, surface: Surface) -> Array:
         """Values of a ghosted array of u at the surface's dofs, (dofs, gdim)."""

@@ -160,6 +160,7 @@ private:
   std::vector<PetscInt> _rows, _foreign;
   std::vector<double> _masked;
 };
+
 /// Global rows of a slave facet's multipliers, node after node
 void multiplier_rows(const Zone& zone, const HeldFacet& held,
                      std::vector<PetscInt>& rows)
