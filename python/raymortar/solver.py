@@ -32,19 +32,22 @@ def _configure(owner: Any, obj: Any, prefix: str, options: Mapping[str, Any]) ->
     """Put options under a prefix and read them, PETSc's command line included.
 
     MUMPS reads its own at the first factorisation, so they stay as long as `owner`;
-    then they leave, as PETSc holds 512 options at most.
+    then they leave, as PETSc holds 512 options at most, and tells of those that nothing
+    has read when the program ends.
     """
     database = PETSc.Options(prefix)
     new = [key for key in options if not database.hasName(key)]
     for key in new:
         database[key] = options[key]
-    weakref.finalize(owner, _forget, prefix, new).atexit = False
+    weakref.finalize(owner, _forget, prefix, new)
     obj.setOptionsPrefix(prefix)
     obj.setFromOptions()
 
 
 def _forget(prefix: str, keys: Sequence[str]) -> None:
     """Take options out of PETSc's database."""
+    if PETSc.Sys.isFinalized():
+        return
     for key in keys:
         PETSc.Options(prefix).delValue(key)
 

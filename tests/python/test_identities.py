@@ -73,7 +73,9 @@ def nodal_positions(contact):
 
 def moments(x, f):
     """x cross f, (n, 1) in 2D and (n, 3) in 3D."""
-    return np.cross(x, f).reshape(len(x), -1)
+    if x.shape[1] == 3:
+        return np.cross(x, f)
+    return (x[:, 0] * f[:, 1] - x[:, 1] * f[:, 0])[:, None]
 
 
 # Balances

@@ -1,6 +1,7 @@
 """Programs of the pages run as they are typed in, and print what the pages say."""
 
 import inspect
+import os
 import re
 import subprocess
 import sys
@@ -20,12 +21,13 @@ def blocks_of(page, kind):
     return re.findall(rf"^```{kind}\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
 
 
-def run(program, folder):
+def run(program, folder, **environment):
     """Output of a program that is run in a folder."""
     (folder / "program.py").write_text(program, encoding="utf-8")
     done = subprocess.run(
         [sys.executable, "program.py"],
         cwd=folder,
+        env={**os.environ, **environment},
         capture_output=True,
         text=True,
         timeout=300,
@@ -66,6 +68,15 @@ def test_ten_lines_of_the_start_page_solve_contact(tmp_path):
     assert (tmp_path / "example.png").stat().st_size > 0
     of_contact = program[program.index("import raymortar\n") :].split("\n")
     assert len(list(filter(None, of_contact))) <= 10
+
+
+def test_a_solver_that_was_not_used_leaves_no_options(tmp_path):
+    """PETSc, asked what options nothing has read, names none of ours at the end."""
+    program = blocks_of("README.md", "python")[0]
+    program = program[: program.index("for step in")]
+    assert "SNESSolver" in program
+    said = run(program, tmp_path, PETSC_OPTIONS="-options_left")
+    assert "options_left" in said and "raymortar_snes" not in said
 
 
 # What None means, where the page says that instead
