@@ -52,6 +52,7 @@ def draw(found, output: Path):
         _peer(plt, found, output / "getfem.png")
         print(peer_table(found))
     print(rate_table(found))
+    print(faceted_table(found))
     _quadrature(plt, found, output / "quadrature.png")
 
 
@@ -194,3 +195,22 @@ def _quadrature(plt, found, path):
     fig.tight_layout()
     fig.savefig(path, dpi=90)
     plt.close(fig)
+
+
+def faceted_table(found) -> str:
+    """Errors of degree 1 on a rigid master that is exact, and on one of flat facets,
+    as Markdown."""
+    found = of(found, program="raymortar", quadrature="default", method="augmented")
+    found = of(found, degree=1.0, measure="reference", tangent="default")
+    exact = of(found, mesh="regular", multiplier="normal")
+    names = ("error_u", "error_multiplier")
+    heads = ("problem", "cell", "n", "u: exact", "faceted", "multiplier: exact")
+    lines = [f"| {' | '.join(heads)} | faceted |"]
+    lines.append("|---|---|---|---|---|---|---|")
+    for row in of(found, mesh="regular, flat master"):
+        same = {key: row[key] for key in ("problem", "cell", "n")}
+        for twin in of(exact, **same):
+            pairs = [f"{twin[name]:.1e} | {row[name]:.1e}" for name in names]
+            first = " | ".join((row["problem"], row["cell"], f"{row['n']:g}"))
+            lines.append(f"| {first} | {' | '.join(pairs)} |")
+    return "\n".join(lines)

@@ -40,15 +40,22 @@ def _format(value):
 
 
 class Table:
-    """A CSV file that is written row by row: an interrupted run keeps its results."""
+    """A CSV file that is written row by row: an interrupted run keeps its results.
 
-    def __init__(self, path: Path, append: bool = False):
+    Of an earlier file all rows stay with `append`, else those of the program `keep`.
+    """
+
+    def __init__(self, path: Path, append: bool = False, keep: str | None = None):
         path.parent.mkdir(parents=True, exist_ok=True)
-        self._path = path
-        if append and path.exists():
-            return
+        self._path, old = path, []
+        if path.exists():
+            with path.open() as file:
+                old = list(csv.DictReader(file))
+        kept = [row for row in old if append or row["program"] == keep]
         with path.open("w", newline="") as file:
-            csv.DictWriter(file, FIELDS).writeheader()
+            table = csv.DictWriter(file, FIELDS)
+            table.writeheader()
+            table.writerows(kept)
 
     def add(self, row: dict):
         """Append, and say so on the terminal."""

@@ -27,7 +27,7 @@ import stages
 
 HERE = Path(__file__).parent
 FACETS = {"interval": "2D", "triangle": "tets", "quadrilateral": "hexes"}
-STRATEGIES = ("bvh", "advancing-front")
+STRATEGIES = ("bvh", "advancing-front", "pang")
 
 
 def cells_for(shape, facets):

@@ -15,8 +15,21 @@ DIVISIONS = [(2, 20), (4, 12), (7, 5), (12, 4), (20, 2)]
 ASPECTS = [1e-3, 1e-2, 1.0, 1e2, 1e3]
 GAPS = [-0.4, -0.1, -0.01, 0.0, 1e-6, 0.1, 0.5]
 POISSONS = [0.0, 0.3, 0.49, 0.499, 0.4999, 0.49999]
+# Cell, degree, cells along an edge of the interface
+CELLS = [
+    (cell, degree, divisions)
+    for degree in (1, 2)
+    for cell, divisions in (
+        ("triangle", (7, 5)),
+        ("quadrilateral", (7, 5)),
+        ("tetrahedron", (3, 2)),
+        ("hexahedron", (3, 2)),
+    )
+]
+CELL = ("cell", "degree", "divisions")
 
-# Name of a panel: scene, (field, values) down, (field, values) across
+# Name of a panel: scene, (field, values) down, (field, values) across. Where no cell is
+# named these are triangles of degree 1
 PANELS = {
     "column: stiffness x gamma": ("column", ("ratio", RATIOS), ("gamma", GAMMAS)),
     "punch: stiffness x gamma": ("punch", ("ratio", RATIOS), ("gamma", GAMMAS)),
@@ -38,6 +51,26 @@ PANELS = {
         ("friction", [0.0, 0.3, 1.0]),
         ("tangent", ["fixed", "full"]),
     ),
+    "column: cell x stiffness": ("column", (CELL, CELLS), ("ratio", RATIOS)),
+    "column: cell x gamma": ("column", (CELL, CELLS), ("gamma", GAMMAS)),
+    "column: cell x unit": ("column", (CELL, CELLS), ("unit", UNITS)),
+    "punch: cell x push": ("punch", (CELL, CELLS), ("push", [1e-6, 0.01, 0.1, 0.2])),
+    "punch: cell x stiffness": (
+        "punch",
+        (CELL, CELLS),
+        ("ratio", [1e-4, 1e-2, 1e2, 1e4]),
+    ),
+    "punch: cell x gamma": (
+        "punch",
+        (CELL, CELLS),
+        ("gamma", [0.01, 0.1, 10.0, 100.0]),
+    ),
+    "punch: cell x friction": ("punch", (CELL, CELLS), ("friction", [0.0, 0.3, 1.0])),
+    "slide off the edge: cell x friction": (
+        "slide",
+        (CELL, CELLS),
+        ("friction", [0.0, 0.3]),
+    ),
 }
 
 
@@ -45,9 +78,14 @@ def settings(panel):
     """Rows of settings of a panel."""
     scene, (down, rows), (across, columns) = PANELS[panel]
     return [
-        [Setting(scene, **{down: row, across: column}) for column in columns]
+        [Setting(scene, **_fields(down, row), **{across: value}) for value in columns]
         for row in rows
     ]
+
+
+def _fields(names, values):
+    """One field, or several that go together."""
+    return {names: values} if isinstance(names, str) else dict(zip(names, values))
 
 
 def all_settings():

@@ -17,6 +17,7 @@ COLOURS = {
     "steps with line search": "#fdae61",
     "growing steps": "#e6ab02",
     "another equilibrium": "#74add1",
+    "no reference": "#d9d9f0",
     "wrong, with a warning": "#f4a6a0",
     "fails": "#bdbdbd",
     "fails without a reason": "#c51b7d",
@@ -27,6 +28,8 @@ COLOURS = {
 
 
 def _label(value):
+    if isinstance(value, tuple) and isinstance(value[0], str):
+        return f"{value[0]} {value[1]}"
     if isinstance(value, tuple):
         return f"{value[0]}:{value[1]}"
     if isinstance(value, str):
@@ -50,7 +53,7 @@ def _panel(axes, name, answers):
     axes.tick_params(labelsize=6, length=0)
     axes.set_title(name, fontsize=8)
     axes.set_xlabel(across, fontsize=7)
-    axes.set_ylabel(down, fontsize=7)
+    axes.set_ylabel(down if isinstance(down, str) else "", fontsize=7)
 
 
 def draw(panels, answers, path):

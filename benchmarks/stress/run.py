@@ -1,9 +1,11 @@
 """Stress matrix: small scenes over a grid of extremes.
 
-    python benchmarks/stress/run.py [--output DIR] [--limit SECONDS] [--only TEXT] [--jobs N]
+    python benchmarks/stress/run.py [--output DIR] [--limit SECONDS] [--only TEXT]
+                                    [--jobs N] [--resume]
 
 Writes matrix.csv and matrix.png, prints what does not converge and why, and fails
-if a scene crashes, hangs, reports a wrong answer, or fails without a reason.
+if a scene crashes, hangs, reports a wrong answer, or fails without a reason. What is
+found is kept line by line in answers.jsonl, from where --resume goes on.
 """
 
 from __future__ import annotations
@@ -13,6 +15,7 @@ import concurrent.futures
 import csv
 import dataclasses
 import json
+import math
 import selectors
 import subprocess
 import sys
@@ -20,6 +23,7 @@ from pathlib import Path
 
 from cases import PANELS, all_settings, settings
 from plot import draw
+from scenes import Setting
 
 HERE = Path(__file__).parent
 WAYS = (
@@ -29,10 +33,17 @@ WAYS = (
     "steps with line search",
     "growing steps",
 )
-# Answers further off than this are not the reference
-TOLERANCE = {"column": 1e-5, "punch": 1e-5, "slide": 1e-9}
-# With friction the answer depends on the steps
-PATH_TOLERANCE = 0.2
+# References of each scene, and how far off them an answer may be
+REFERENCES = {
+    "column": {"exact": 1e-5},
+    "punch": {"steps": 1e-5, "swapped": 0.12},
+    "slide": {"free": 1e-9, "work": 0.02},
+}
+# Under a stiff punch the few facets in 3D are 10 % off in either role, one way and the
+# other: 95 and 75 where three times as fine ones have 90 and 84
+COARSE = {"swapped": 0.3}
+# With friction the answer depends on the steps; gaps that are closed in the mean work
+FRICTIONAL = {"steps": 0.01, "work": 0.15}
 # What no answer may have: forces out of balance, slave facets of penetration
 IMBALANCE, PENETRATION = 1e-6, 0.2
 
@@ -82,48 +93,89 @@ def judge(setting, answer):
         return answer["verdict"]
     if not answer["way"]:
         return "fails" if answer["message"] else "fails without a reason"
-    sound = (
+    off = compared(setting, answer)
+    other = off.get("steps", False)
+    wrong = any(off[name] for name in off if name != "steps")
+    # A slide has nothing left to balance
+    if wrong or not (setting.scene == "slide" or sound(answer)):
+        return "wrong, with a warning" if answer["warned"] else "wrong"
+    if not off:
+        return "no reference"
+    # An equilibrium, but not that of small steps: large strains have several
+    return "another equilibrium" if other else answer["way"]
+
+
+def sound(answer):
+    """Whether it is in balance, without penetration and without folded cells."""
+    return (
         answer["imbalance"] <= IMBALANCE
         and answer["penetration"] <= PENETRATION
         and answer["volume"] > 0.0
     )
-    if setting.scene == "slide":
-        sound = True  # nothing is left to balance
-    frictional = setting.friction > 0.0 and setting.scene == "punch"
-    allowed = PATH_TOLERANCE if frictional else TOLERANCE[setting.scene]
-    # NaN: no reference
-    differs = answer["error"] > allowed
-    if not sound or (differs and setting.scene != "punch"):
-        return "wrong, with a warning" if answer["warned"] else "wrong"
-    # An equilibrium, but not that of small steps: large strains have several
-    return "another equilibrium" if differs else answer["way"]
 
 
-def solve_all(limit, wanted, jobs):
-    """Answers with verdicts, by setting: each job takes the next one that waits."""
-    waiting, answers = iter(wanted), {}
+def compared(setting, answer):
+    """Whether the answer is off its references, by the names of those that exist."""
+    allowed = dict(REFERENCES[setting.scene])
+    if setting.cell in ("tetrahedron", "hexahedron"):
+        allowed |= {name: COARSE.get(name, allowed[name]) for name in allowed}
+    if setting.friction > 0.0:
+        allowed |= {name: FRICTIONAL.get(name, allowed[name]) for name in allowed}
+    known = {name: answer[name] for name in allowed if not math.isnan(answer[name])}
+    return {name: value > allowed[name] for name, value in known.items()}
+
+
+def solve_all(limit, wanted, jobs, answers, keep):
+    """Answers with verdicts, by setting: each job takes the next one that waits.
+
+    `answers` has those of earlier; `keep` is called with each new one.
+    """
+    waiting = iter([setting for setting in wanted if setting not in answers])
 
     def work():
         worker = Worker(limit)
         try:
             for setting in waiting:
-                answer = worker.ask(setting)
-                answer["verdict"] = judge(setting, answer)
-                answers[setting] = answer
+                answers[setting] = worker.ask(setting)
+                keep(setting, answers[setting])
         finally:
             worker.close()
 
     with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
         for done in [pool.submit(work) for _ in range(jobs)]:
             done.result()
+    for setting in wanted:
+        answers[setting]["verdict"] = judge(setting, answers[setting])
     return {setting: answers[setting] for setting in wanted}
+
+
+class Kept:
+    """Answers in a file, a line each."""
+
+    def __init__(self, path, resume):
+        self.path, self.answers = path, {}
+        if resume and path.exists():
+            for line in path.read_text().splitlines():
+                values, answer = json.loads(line)
+                values["divisions"] = tuple(values["divisions"])
+                self.answers[Setting(**values)] = answer
+        else:
+            path.write_text("")
+
+    def add(self, setting, answer):
+        with self.path.open("a") as file:
+            file.write(json.dumps([dataclasses.asdict(setting), answer]) + "\n")
 
 
 FIGURES = [
     "iterations",
     "floor",
     "condition",
-    "error",
+    "exact",
+    "steps",
+    "swapped",
+    "free",
+    "work",
     "imbalance",
     "penetration",
     "volume",
@@ -152,25 +204,35 @@ def report(answers):
         verdict = answer["verdict"]
         counts[verdict] = counts.get(verdict, 0) + 1
         if verdict not in WAYS:
-            error = answer.get("error", float("nan"))
-            print(f"{verdict}: {setting}\n    error {error:.1e} {answer['message']}")
+            errors = {n: answer[n] for n in REFERENCES[setting.scene] if n in answer}
+            print(f"{verdict}: {setting}\n    {errors} {answer['message']}")
     print(", ".join(f"{count} {verdict}" for verdict, count in counts.items()))
-    good = (*WAYS, "another equilibrium", "wrong, with a warning", "fails")
+    good = (
+        *WAYS,
+        "another equilibrium",
+        "no reference",
+        "wrong, with a warning",
+        "fails",
+    )
     return sum(count for verdict, count in counts.items() if verdict not in good)
 
 
-def main():
+def main(arguments=None):
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--output", type=Path, default=Path("results/stress"))
     parser.add_argument("--limit", type=float, default=60.0, help="seconds per scene")
     parser.add_argument("--jobs", type=int, default=1, help="scenes at a time")
     parser.add_argument("--only", default="", help="panels whose name has this text")
-    arguments = parser.parse_args()
+    parser.add_argument("--resume", action="store_true", help="keep what was found")
+    arguments = parser.parse_args(arguments)
     panels = [name for name in PANELS if arguments.only in name]
     shown = {s for name in panels for row in settings(name) for s in row}
     wanted = [s for s in all_settings() if s in shown]
-    answers = solve_all(arguments.limit, wanted, arguments.jobs)
     arguments.output.mkdir(parents=True, exist_ok=True)
+    kept = Kept(arguments.output / "answers.jsonl", arguments.resume)
+    answers = solve_all(
+        arguments.limit, wanted, arguments.jobs, kept.answers, kept.add
+    )
     write(answers, arguments.output / "matrix.csv")
     draw(panels, answers, arguments.output / "matrix.png")
     return 1 if report(answers) else 0

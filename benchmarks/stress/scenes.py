@@ -11,12 +11,14 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import ufl
 from dolfinx import fem
 from mpi4py import MPI
 from petsc4py import PETSc
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "tests" / "python"))
 
+from materials import neo_hookean_energy  # noqa: E402
 from problems import build, fix, lame  # noqa: E402
 
 import raymortar  # noqa: E402
@@ -26,6 +28,10 @@ from raymortar.scenes import two_blocks  # noqa: E402
 LINE_SEARCH = {"snes_linesearch_type": "bt", "snes_max_it": 50}
 # Of the lower block; contact has no stress of its own
 MODULUS = 2000.0
+# Integrates the neo-Hookean energy well
+RULE = {"quadrature_degree": 4}
+# Load factor at which a sliding block comes to the edge
+AT_THE_EDGE = 0.37
 
 
 @dataclasses.dataclass(frozen=True)
@@ -54,9 +60,10 @@ class Case:
 
     problem: object
     apply: object  # sets the load of a factor from 0 to 1
-    error: object  # () -> relative error of the answer, NaN where none is known
+    errors: object  # () -> relative errors by name, NaN where no reference is found
     facet: float  # length of a slave facet
     steps: int = 10  # for a path in steps
+    history: object = None  # of the path, where an error is one of the whole path
 
     def defects(self):
         """What no answer may have, by name, whether or not its error is known.
@@ -89,7 +96,7 @@ def _blocks(setting, upper_width):
     wide = setting.aspect * unit
     below, above = setting.divisions
     # Rows of cells, whatever their length along the interface
-    rows = 5
+    rows = 5 if dim == 2 else 2
     return two_blocks(
         MPI.COMM_WORLD,
         dim,
@@ -159,14 +166,14 @@ def column(setting):
 
     pressure = _column_pressure(setting)
 
-    def error():
+    def errors():
         multiplier = problem.slave_multiplier()
         # The traction on the slave, whose normal points down
         normal = multiplier[:, 0] if multiplier.shape[1] == 1 else -multiplier[:, -1]
-        return float(np.abs(normal - pressure).max() / abs(pressure))
+        return {"exact": float(np.abs(normal - pressure).max() / abs(pressure))}
 
     facet = setting.aspect * setting.unit / setting.divisions[1]
-    return Case(problem, apply, error, facet)
+    return Case(problem, apply, errors, facet)
 
 
 def _uniaxial(stretch, E, nu):
@@ -197,10 +204,10 @@ def _column_pressure(setting):
     return _uniaxial(1.0 - share, stiff * MODULUS, setting.nu)
 
 
-# Punch and slide: sharp corners, against small steps and against nothing
+# Punch and slide: sharp corners, against small steps, other roles, and balances
 
 
-def punch(setting):
+def punch(setting, swap=False):
     """A block 0.6 wide pressed into one 1.0 wide, its corners sharp."""
     scene = _blocks(setting, 0.6)
     top = _top(scene)
@@ -211,36 +218,82 @@ def punch(setting):
     pairs = [("slave", "master")]
     if setting.perpendicular:
         pairs += [("upper_left", "master"), ("upper_right", "master")]
-    problem = _build(setting, scene, bcs, pairs=pairs)
+    problem = _build(setting, scene, bcs, pairs=pairs, swap=swap)
     total = (setting.push + setting.gap) * setting.unit
 
     def apply(factor):
         top.value[-1] = -factor * total
 
+    def errors():
+        found, other = reaction(problem), dataclasses.replace(setting, tangent="full")
+        return {
+            "steps": _apart(found, _in_small_steps(setting)),
+            "swapped": _apart(found, _in_small_steps(_natural(other), swap=True)),
+        }
+
     facet = 0.6 * setting.aspect * setting.unit / setting.divisions[1]
-    return Case(problem, apply, lambda: _difference(problem, setting), facet)
+    return Case(problem, apply, errors, facet)
+
+
+def _natural(setting):
+    """With the automatic coefficient: others can make a reference fail."""
+    return dataclasses.replace(setting, gamma=1.0)
 
 
 def slide(setting):
     """A block pressed into another and pushed over its edge, until it hangs free."""
     scene = _blocks(setting, 0.4)
     top = _top(scene)
+    held = []
 
     def bcs(V, scene):
-        return [fix(V, scene, "bottom"), fix(V, scene, "top", None, top)]
+        held.append(fix(V, scene, "top", None, top))
+        return [fix(V, scene, "bottom"), *held]
 
     problem = _build(setting, scene, bcs)
+    dim, unit = problem.dim, setting.unit
+
+    def moved(factor):
+        x = np.zeros(dim)
+        x[-1] = -min(10.0 * factor, 1.0) * setting.push * unit
+        x[0] = max(factor - 0.1, 0.0) / 0.9 * setting.aspect * unit
+        return x
 
     def apply(factor):
-        top.value[-1] = -min(10.0 * factor, 1.0) * setting.push * setting.unit
-        top.value[0] = max(factor - 0.1, 0.0) / 0.9 * setting.aspect * setting.unit
+        top.value[:] = moved(factor)
 
-    def error():
+    energy = _stored(problem)
+    history = raymortar.History(problem.problem, None, {"top": held}, energy)
+
+    def errors():
         force = np.linalg.norm(problem.contact.resultant(0).force)
-        return float(force / (MODULUS * setting.push * setting.unit))
+        scale = MODULUS * setting.push * unit ** (dim - 1)
+        return {"free": float(force / scale), "work": _unbalanced(history, moved)}
 
-    facet = 0.4 * setting.aspect * setting.unit / setting.divisions[1]
-    return Case(problem, apply, error, facet, steps=60)
+    facet = 0.4 * setting.aspect * unit / setting.divisions[1]
+    return Case(problem, apply, errors, facet, steps=60, history=history)
+
+
+def _stored(problem):
+    """Energy of the neo-Hookean bodies, a UFL functional."""
+    F = ufl.Identity(problem.dim) + ufl.grad(problem.u)
+    return neo_hookean_energy(F, *problem.moduli) * ufl.dx(metadata=RULE)
+
+
+def _unbalanced(history, moved):
+    """Work of the support less that of friction and what is stored, of the former.
+
+    By the trapezoidal rule, up to where the block comes to the edge: as it leaves that,
+    it snaps free, and what was stored is lost.
+    """
+    force = np.vstack([0.0 * moved(0.0), history.vectors("reaction_top")])
+    place = np.array([moved(factor) for factor in (0.0, *history["time"])])
+    done = np.einsum("ki,ki->k", force[1:] + force[:-1], np.diff(place, axis=0)) / 2
+    done, found = np.cumsum(done), history["energy"]
+    if "friction_work" in history.columns:
+        found = found + history["friction_work"]
+    last = np.searchsorted(history["time"], AT_THE_EDGE) - 1
+    return float(abs(found[last] / done[last] - 1.0))
 
 
 def reaction(problem, name="top"):
@@ -256,24 +309,24 @@ def reaction(problem, name="top"):
 
 
 @functools.cache
-def _reference(setting):
-    """Reaction of a punch in 20 small steps, smaller ones where they fail, with a line
-    search, as full steps cycle at the onset of friction; None where these fail too."""
-    case = punch(setting)
+def _in_small_steps(setting, swap=False):
+    """Reaction of a punch in 20 small steps (3D: 10), smaller ones where they fail.
+
+    With a line search, as full steps cycle at the onset of friction; NaN where it fails.
+    """
+    case = punch(setting, swap)
     solver = raymortar.SNESSolver(case.problem.problem, LINE_SEARCH)
+    steps = 20 if case.problem.dim == 2 else 10
     try:
-        raymortar.LoadSteps(solver, case.apply, 20).run()
+        raymortar.LoadSteps(solver, case.apply, steps).run()
     except (raymortar.ConvergenceError, raymortar.ContactError, PETSc.Error):
-        return None
+        return float("nan")
     return reaction(case.problem)
 
 
-def _difference(problem, setting):
-    """Relative difference of the reaction to that in small steps, NaN without."""
-    expected = _reference(setting)
-    if expected is None:
-        return float("nan")
-    return abs(reaction(problem) - expected) / abs(expected)
+def _apart(value, reference):
+    """Relative difference."""
+    return abs(value - reference) / abs(reference)
 
 
 SCENES = {"column": column, "punch": punch, "slide": slide}

@@ -40,7 +40,9 @@ def with_line_search(case):
 def in_steps(case, options=None, largest=1):
     solver = raymortar.SNESSolver(case.problem.problem, options)
     case.problem.solver = solver
-    path = raymortar.LoadSteps(solver, case.apply, case.steps, largest=largest)
+    path = raymortar.LoadSteps(
+        solver, case.apply, case.steps, largest=largest, history=case.history
+    )
     return sum(step.iterations for step in path)
 
 
@@ -89,7 +91,7 @@ def solve(setting):
         kinds = [issubclass(w.category, raymortar.ContactWarning) for w in told]
         result["warned"] = bool(kinds and kinds[-1])
         result["floor"] = history[-1] / max(history) if max(history) > 0.0 else 0.0
-        result["error"] = case.error()
+        result |= case.errors()
         result |= case.defects()
         result["condition"] = condition(case.problem.solver.A)
         break
