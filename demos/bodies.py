@@ -38,11 +38,14 @@ class NeoHookean:
 
     def energy(self, u, quadrature_degree: int):
         """Stored energy of all bodies, a UFL functional."""
-        F = ufl.Identity(len(u)) + ufl.grad(u)
-        log_J = ufl.ln(ufl.det(F))
-        density = self.mu / 2 * (ufl.inner(F, F) - len(u) - 2 * log_J)
-        density += self.lmbda / 2 * log_J**2
+        density = self.density(ufl.Identity(len(u)) + ufl.grad(u))
         return density * ufl.dx(metadata={"quadrature_degree": quadrature_degree})
+
+    def density(self, F):
+        """Stored energy per volume of a deformation gradient, 2 x 2 or 3 x 3."""
+        log_J = ufl.ln(ufl.det(F))
+        density = self.mu / 2 * (ufl.inner(F, F) - F.ufl_shape[0] - 2 * log_J)
+        return density + self.lmbda / 2 * log_J**2
 
     def residual(self, u, quadrature_degree: int):
         """Virtual work of the stresses: linear form in the test function."""

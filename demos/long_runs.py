@@ -61,6 +61,17 @@ def save(path, contact, rows, **more):
 DAMAGE = (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile, zlib.error)
 
 
+def ranks_of(path, comm):
+    """Number of ranks that wrote a checkpoint, 0 where there is none to be read."""
+    for part in (rank_file(path, comm), path, path.with_suffix(".0.npz")):
+        try:
+            with np.load(part) as data:
+                return int(data["ranks"])
+        except DAMAGE:
+            pass
+    return 0
+
+
 def load(path, contact, row):
     """Go back to a checkpoint of the same mesh, ranks and partition.
 
@@ -68,6 +79,10 @@ def load(path, contact, row):
     """
     comm = contact.layout.comm
     found, problem = {}, None
+    ranks = ranks_of(path, comm)
+    if ranks not in (0, comm.size):
+        problem = f"{path} was written by {ranks} rank(s), this run has {comm.size}"
+    raise_everywhere(comm, problem, SystemExit)
     try:
         with np.load(rank_file(path, comm)) as data:
             found = {name: data[name] for name in data.files}

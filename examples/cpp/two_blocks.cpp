@@ -84,8 +84,7 @@ rm::Zone make_zone(MPI_Comm comm, const Part& part)
                                  static_cast<std::int64_t>(k));
   in.multipliers.value.assign(in.slave.rows.size(), 0.0);
   in.law = rm::LawKind::augmented_normal;
-  in.distances.reach = in.distances.depth = 0.3; // mm
-  in.distances.skin = 0.1;
+  in.distances = {0.3, 0.3, 0.1}; // mm: reach, depth, skin
   const double gauss = std::sqrt(1.0 / 12);
   in.segment_rules.simplex.points = {{0.5 - gauss, 0}, {0.5 + gauss, 0}};
   in.segment_rules.simplex.weights = {0.5, 0.5};

@@ -57,12 +57,15 @@ void bind_surface(py::module_& m)
            py::arg("degree"), py::arg("node_degree"), py::arg("gdim"),
            py::arg("X"), py::arg("facet_nodes"), py::arg("facet_dofs"),
            py::arg("rows"), py::arg("facet_id"))
-      .def("largest_diameter",
-           [](const Surface& s) { return largest_diameter(s, s.X); });
+      .def("diameters",
+           [](const Surface& s) { return to_array(diameters(s, s.X)); })
+      .def("set_thickness",
+           [](Surface& s, const Array<double>& thickness)
+           { s.thickness = to_vector(thickness); });
   m.def(
       "find_candidates",
       [](const Surface& slave, const Surface& master,
-         const SearchDistances& distances, Strategy strategy) {
+         const FacetDistances& distances, Strategy strategy) {
         return find_candidates(slave, master, distances, strategy)
             .masters.size();
       },

@@ -1,17 +1,28 @@
 #include "bind.h"
 #include "raymortar/fem/free_points.h"
 #include "raymortar/fem/remote_entries.h"
+#include "raymortar/mortar/sunk_points.h"
 
 namespace raymortar::bindings
 {
 namespace
 {
+FacetDistances make_distances(const Array<double>& reach,
+                              const Array<double>& depth,
+                              const Array<double>& skin, bool depth_is_default)
+{
+  std::vector<SearchDistances> each;
+  for (py::ssize_t f = 0; f < reach.size(); ++f)
+    each.push_back({reach.at(f), depth.at(f), skin.at(f)});
+  return {std::move(each), depth_is_default};
+}
+
 std::unique_ptr<Zone>
 make_zone(int comm, Surface slave, Surface master,
           const Array<std::int64_t>& master_node_ids,
           const Array<std::int64_t>& master_dof_ids, Multipliers multipliers,
           LawKind law, FrictionLaw friction, bool current_measure,
-          bool moving_segments, const SearchDistances& distances,
+          bool moving_segments, const FacetDistances& distances,
           Strategy strategy, bool subdivide, SegmentRules segment_rules,
           QuadratureRule facet_rule)
 {
@@ -116,6 +127,14 @@ py::dict points(const Zone& z)
   return out;
 }
 
+/// Points within the master that are too deep for contact, by number
+py::array_t<Index> sunk_points(const Zone& z)
+{
+  const ContactState& s = z.state();
+  return to_array(find_sunk_points(s.slave, s.master, s.points, s.hits,
+                                   z.input().distances));
+}
+
 /// Segments as polygons in the reference coordinates of their slave facet
 py::dict segments(const Zone& z)
 {
@@ -172,10 +191,13 @@ void bind_zone(py::module_& m)
   py::enum_<Strategy>(m, "Strategy")
       .value("brute_force", Strategy::brute_force)
       .value("bvh", Strategy::bvh)
-      .value("advancing_front", Strategy::advancing_front);
-  py::class_<SearchDistances>(m, "SearchDistances")
+      .value("advancing_front", Strategy::advancing_front)
+      .value("pang", Strategy::pang);
+  py::class_<FacetDistances>(m, "SearchDistances")
       .def(py::init<double, double, double>(), py::arg("reach"),
-           py::arg("depth"), py::arg("skin"));
+           py::arg("depth"), py::arg("skin"))
+      .def(py::init(&make_distances), py::kw_only(), py::arg("reach"),
+           py::arg("depth"), py::arg("skin"), py::arg("depth_is_default"));
   py::class_<Zone>(m, "Zone")
       .def(py::init(&make_zone), py::kw_only(), py::arg("comm"),
            py::arg("slave"), py::arg("master"), py::arg("master_node_ids"),
@@ -205,6 +227,7 @@ void bind_zone(py::module_& m)
       .def("pair", &Zone::pair)
       .def("cast", &Zone::cast)
       .def("points", &points)
+      .def("sunk_points", &sunk_points)
       .def("segments", &segments)
       .def("pairs", &pairs)
       .def("free_points",

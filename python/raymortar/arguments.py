@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 from dolfinx.fem import Function
 
 from . import compat
 from .errors import ContactError
 from .friction import LAWS
 from .methods import MEASURES, TANGENTS, AugmentedLagrangian, Penalty, Search
+from .options import is_one_of, is_whole_number
 
 
 def check_coefficient_function(gamma: Function, u: Function) -> None:
@@ -43,9 +43,9 @@ def check_options(
         )
     if friction is not None and getattr(method, "multiplier", None) == "normal":
         raise ContactError("friction needs multiplier='vector', not 'normal'")
-    if measure not in MEASURES:
+    if not is_one_of(measure, MEASURES):
         raise ContactError(f"measure must be one of {MEASURES}, not {measure!r}")
-    if tangent not in TANGENTS:
+    if not is_one_of(tangent, TANGENTS):
         raise ContactError(f"tangent must be one of {TANGENTS}, not {tangent!r}")
     if not isinstance(search, Search):
         raise ContactError(f"search must be a Search, not {search!r}")
@@ -53,9 +53,7 @@ def check_options(
         if part is not None:
             part.check()
     degree = quadrature_degree
-    if degree is not None and not (
-        isinstance(degree, (int, np.integer)) and 1 <= degree <= 30
-    ):
+    if degree is not None and not (is_whole_number(degree) and 1 <= degree <= 30):
         raise ContactError(
             f"quadrature_degree = {degree!r} is not a whole number from 1 to 30"
         )

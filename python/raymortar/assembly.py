@@ -13,12 +13,17 @@ from petsc4py import PETSc
 
 from . import _cpp, compat
 from .compat import Array
-from .errors import ContactError, together
+from .errors import ContactError, raise_everywhere, together
 from .fields import ContactFields
 from .held import any_held, any_node_held, refuse_held
+from .interfaces import Interfaces
 from .memory import matrix_bytes, require_memory
-from .stiffness import contact_modulus, contact_stiffness
+from .stiffness import contact_stiffness, mean_facet_size
 from .surfaces import Surface
+
+
+# Attribute of a PETSc matrix, whatever Python object stands for it: what it has room for
+ROOM = "raymortar_room"
 
 
 class ContactAssembly(ContactFields):
@@ -29,6 +34,8 @@ class ContactAssembly(ContactFields):
     _fixed: npt.NDArray[np.int8]
     _some_held: bool
     gamma_scale: float
+    interfaces: Interfaces
+    _extensions: int
 
     def _on_surface(self, array: Array, surface: Surface) -> Array:
         """Values of a ghosted array of u at the surface's dofs, (dofs, gdim)."""
@@ -54,19 +61,23 @@ class ContactAssembly(ContactFields):
             return
         self._some_held = any_held(self, self._fixed)
         if any_node_held(self, self._fixed):
-            modulus = contact_modulus(self._stiffness(bcs), self.layout, self.zones)
-            for zone in self.zones:
+            for zone, modulus in zip(self.zones, self._moduli(bcs)):
                 zone.cpp.set_modulus(modulus)
 
-    def _stiffness(self, bcs: Sequence[Any]) -> float:
-        """Of the softer body, force per length over area; where the volume's form tells
-        none, the coefficient instead. Collective."""
+    def _moduli(self, bcs: Sequence[Any]) -> list[float]:
+        """Of the softest body of each zone; where the volume's form tells none, the
+        coefficient times the size of facets. Stress. Collective."""
         if self._volume is not None:
             try:
-                return contact_stiffness(self._volume, self.layout, self.zones, bcs)
+                tables = contact_stiffness(
+                    self._volume, self.layout, self.interfaces, bcs, times_size=True
+                )
             except ContactError:  # on all ranks
                 pass
-        return self.gamma_scale
+            else:
+                return [float(table.min()) for table in tables]
+        size = mean_facet_size(self.layout, self.zones)
+        return [self.gamma_scale * size] * len(self.zones)
 
     def constrained(self, bcs: Sequence[Any]) -> npt.NDArray[np.bool_]:
         """Whether Dirichlet conditions prescribe a dof of u; ghosted. Collective."""
@@ -79,8 +90,11 @@ class ContactAssembly(ContactFields):
 
     def _make_room(self, A: PETSc.Mat) -> None:
         self._preallocations += 1
+        if not self._patterns_cover():
+            self._extensions += 1
+            for zone in self.zones:
+                zone.pattern.extend(zone.cpp)
         for zone in self.zones:
-            zone.pattern.extend(zone.cpp)
             zone.positions.forget()
         if self._preallocations == 1:  # later ones take the memory of the last
             needed = matrix_bytes(self._volume, self.zones, self.layout.components)
@@ -92,6 +106,51 @@ class ContactAssembly(ContactFields):
             [zone.cpp for zone in self.zones],
             [zone.pattern for zone in self.zones],
         )
+        A.setAttr(ROOM, (self._volume.number, self._extensions))
+
+    def _require(self, name: str, thing: Any, kind: type) -> None:
+        """Raise unless a method may be called now, and with this thing. Collective."""
+        message = self._order_fault(name)
+        if message is None and not isinstance(thing, kind):
+            message = (
+                f"{name} needs a PETSc {kind.__name__} over [u, multiplier], not "
+                f"{type(thing).__name__}"
+            )
+        elif message is None:
+            rows = thing.getLocalSize()
+            rows = rows if kind is PETSc.Vec else rows[0]
+            if rows != self.layout.size:
+                message = (
+                    f"{name} needs {self.layout.size} rows on this rank, those of [u, "
+                    f"multiplier], and was given {rows}: use create_matrix or "
+                    "create_vector"
+                )
+        raise_everywhere(self._comm, message)
+
+    def _order_fault(self, name: str) -> str | None:
+        """What should have come before a call, if anything."""
+        if self._volume is None and name == "make_room":
+            return "make_room needs the volume's pattern: call create_matrix(a) first"
+        if self.updates == 0:
+            return f"{name} needs pairs: call update first"
+        if self.gamma is None:
+            return f"{name} needs gamma: give one, or make a problem, which sets it"
+        return None
+
+    def _patterns_cover(self) -> bool:
+        """Whether the zones' patterns have all present pairs, on all ranks. Collective."""
+        covered = all(zone.pattern.covers(zone.cpp) for zone in self.zones)
+        return self._comm.allreduce(covered, op=MPI.LAND)
+
+    def _has_room(self, A: PETSc.Mat) -> bool:
+        """Whether A can hold the present pairs, on all ranks. Collective.
+
+        Patterns may have been extended for the matrix of another solver or problem
+        since A was preallocated. One that is not of `create_matrix` is the user's care.
+        """
+        room = A.getAttr(ROOM)
+        known = room is None or room == (self._volume.number, self._extensions)
+        return known and self._patterns_cover()
 
     def make_room(self, A: PETSc.Mat) -> bool:
         """Preallocate A anew if pairs have appeared that it cannot hold. Collective.
@@ -104,8 +163,8 @@ class ContactAssembly(ContactFields):
         -------
         Whether it did.
         """
-        short = any(not zone.pattern.covers(zone.cpp) for zone in self.zones)
-        if not self._comm.allreduce(short, op=MPI.LOR):
+        self._require("make_room", A, PETSc.Mat)
+        if self._has_room(A):
             return False
         self._make_room(A)
         return True
@@ -115,6 +174,7 @@ class ContactAssembly(ContactFields):
 
         Constrained rows and columns are left out. Collective.
         """
+        self._require("assemble_matrix", A, PETSc.Mat)
         self._fix(bcs)
         if self._some_held:
             refuse_held(self)
@@ -127,6 +187,7 @@ class ContactAssembly(ContactFields):
 
         Constrained rows are left out. Collective.
         """
+        self._require("assemble_vector", b, PETSc.Vec)
         self._fix(bcs)
         with together(self._comm):
             for zone in self.zones:
@@ -148,6 +209,10 @@ class ContactAssembly(ContactFields):
         alpha
             Factor; -1 for the residual of Newton's method.
         """
+        self._require("apply_lifting", b, PETSc.Vec)
+        found, shape = np.shape(x0), self.u.x.array.shape
+        message = f"x0 must be a ghosted array of u, of shape {shape}, not {found}"
+        raise_everywhere(self._comm, None if found == shape else message)
         self._fix(bcs)
         self.lift(b, compat.dirichlet_increment(bcs, x0), alpha)
 

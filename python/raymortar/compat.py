@@ -382,6 +382,8 @@ def _physical_names(model: Any) -> dict[str, tuple[int, int]]:
 
 def _gmsh_fault(model: Any) -> str | None:
     """Why the current Gmsh model cannot be read, if so."""
+    if not hasattr(model, "getPhysicalGroups"):
+        return f"source must be gmsh.model or the path of a .msh file, not {model!r}"
     groups = model.getPhysicalGroups()
     if not groups:
         return "the Gmsh model has no physical groups, which is all that is read"
@@ -591,6 +593,17 @@ def form(ufl_form: ufl.Form) -> Any:
     return fem.form(ufl_form)
 
 
+def is_same_space(V: Any, W: fem.FunctionSpace) -> bool:
+    """Whether two spaces are one: in a like one DOLFINx passes over W's conditions."""
+    return V is W or _unwrap(V) == _unwrap(W)
+
+
+def compiled_rank(form: Any) -> int | None:
+    """Rank of a compiled form; None for anything else."""
+    spaces = getattr(_unwrap(form), "function_spaces", None)
+    return None if spaces is None else len(spaces)
+
+
 def assemble_residual(b: Array, L: Any) -> None:
     """Add a compiled linear form into a ghosted array; ghosts are not sent home."""
     fem.assemble_vector(b, L)
@@ -654,6 +667,10 @@ def dirichlet_dofs(
     values = np.zeros((index_map.size_local + index_map.num_ghosts) * bs)
     marker = np.zeros(len(values), dtype=np.int8)
     for i, bc in enumerate(bcs):
+        if not hasattr(bc, "dof_indices"):
+            raise ContactError(
+                f"boundary condition {i} is no Dirichlet condition, but {bc!r}"
+            )
         if not _unwrap(V).contains(_unwrap(bc.function_space)):
             raise ContactError(
                 f"boundary condition {i} is not on the space of the displacement: "
@@ -702,6 +719,17 @@ def assemble_jacobian(A: PETSc.Mat, a: Any, bcs: Sequence[Any]) -> None:
 
 
 # Solver
+
+
+def destroy_garbage(comm: MPI.Comm) -> None:
+    """Free the PETSc objects that no Python variable of any rank names. Collective.
+
+    From petsc4py 3.18 on they are only put aside, as ranks may drop them at different
+    times, and a solver's functions keep all that they refer to.
+    """
+    clean = getattr(PETSc, "garbage_cleanup", None)
+    if clean is not None and not PETSc.Sys.isFinalized():
+        clean(comm)
 
 
 def newton_solver_class() -> type | None:
@@ -757,6 +785,14 @@ def of_one_degree(functions: Sequence[fem.Function]) -> list[fem.Function]:
     return [of_degree(f, degree) for f in functions]
 
 
+def _functions_fault(functions: Any, least: int = 0) -> str | None:
+    """Why these cannot be written, if so."""
+    listed = isinstance(functions, (list, tuple)) and len(functions) >= least
+    if not listed or not all(isinstance(f, fem.Function) for f in functions):
+        return f"functions must be a list of Functions, not {functions!r}"
+    return None
+
+
 def write_xdmf(
     filename: str | Path,
     mesh: dolfinx.mesh.Mesh,
@@ -787,6 +823,7 @@ def write_xdmf(
     ContactError
         If the file cannot be written.
     """
+    raise_everywhere(mesh.comm, _functions_fault(functions))
     mode = "a" if append else "w"
     with writing(mesh.comm, filename, RuntimeError):
         with dolfinx.io.XDMFFile(mesh.comm, str(filename), mode) as file:
@@ -826,6 +863,7 @@ def write_vtk(
     ContactError
         If the file cannot be written.
     """
+    raise_everywhere(mesh.comm, _functions_fault(functions, 1))
     path = Path(filename)
     # DOLFINx would say nothing where there is no such folder
     found = path.parent.is_dir()

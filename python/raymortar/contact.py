@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,21 +12,28 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from . import _cpp, compat
-from .arguments import check_coefficient_function, check_options
+from .arguments import check_options
 from .assembly import ContactAssembly
 from .checks import check_space
-from .compat import Array, Indices
-from .errors import ContactError, raise_everywhere, require_agreement, together
-from .facets import facet_dof_table
-from .friction import Coulomb, Stick, Tresca
-from .layout import Layout
-from .methods import (
-    AugmentedLagrangian,
-    Penalty,
-    Search,
-    check_coefficient,
+from .coefficients import PairCoefficients, one_or_each, spread
+from .compat import Indices
+from .errors import (
+    ContactError,
+    SetUpError,
+    raise_everywhere,
+    require_agreement,
+    together,
 )
+from .facets import facet_dof_table
+from .forms import check_compiled
+from .friction import Coulomb, Stick, Tresca
+from .interfaces import Interfaces
+from .layout import Layout
+from .methods import AugmentedLagrangian, Penalty, Search, check_coefficient
+from .reference import Reference
+from .state import ContactState, not_finite, state_fault
 from .stiffness import VolumePattern, contact_stiffness
+from .thickness import Cells
 from .zones import (
     ZoneData,
     ZoneFacets,
@@ -35,18 +41,7 @@ from .zones import (
     find_facets,
     group_pairs,
     numbered,
-    on_facets,
 )
-
-
-@dataclass(frozen=True)
-class ContactState:
-    """What a step starts from: this rank's arrays of displacement and history."""
-
-    u: Array
-    u_old: Array
-    multiplier: Array | None
-    traction_old: list[Array | None]
 
 
 class Contact(ContactAssembly):
@@ -90,7 +85,11 @@ class Contact(ContactAssembly):
         compression), a vector one in global coordinates, or None with penalty. Zero
         off the slave surfaces.
     gamma
-        Coefficient in use (None until an automatic one is set).
+        Coefficient in use (None until an automatic one is set): as it was given; an
+        automatic one is a number, or `PairCoefficients` where it differs between pairs
+        of bodies.
+    updates
+        Calls of `update` so far.
 
     Raises
     ------
@@ -139,6 +138,9 @@ class Contact(ContactAssembly):
         self.tangent = tangent
         self.friction = friction
         facets = find_facets(u, facet_tags, groups)
+        self._reference = Reference(
+            u, [side for zone in facets for side in (zone.slave, *zone.masters)]
+        )
         degree, components = self._multiplier_kind()
         mesh = u.function_space.mesh
         self.multiplier = None
@@ -150,6 +152,7 @@ class Contact(ContactAssembly):
         self._scalar = compat.scalar_space(mesh, degree)
         self._vector = compat.vector_space(mesh, degree)
         self.layout = Layout(u, self.multiplier, self._slave_dofs(facets))
+        cells = Cells(mesh)
         self.zones: list[ZoneData] = [
             create_zone(
                 zone,
@@ -161,11 +164,13 @@ class Contact(ContactAssembly):
                 measure == "current",
                 tangent == "full",
                 search,
+                cells,
             )
             for zone in facets
         ]
-        self.gamma: float | Function | None = None
+        self.gamma: float | Function | PairCoefficients | None = None
         self.gamma_scale = 1.0
+        self._interfaces: Interfaces | None = None
         self._u_old = u.x.array.copy()
         self._fixed_by: tuple[Any, ...] | None = ()
         self._fixed = np.zeros(len(u.x.array), dtype=np.int8)
@@ -175,7 +180,8 @@ class Contact(ContactAssembly):
         if method.gamma is not None:
             self.set_gamma(method.gamma)
         self._history_is_new = True
-        self._preallocations = 0
+        self.updates = 0
+        self._preallocations, self._extensions = 0, 0
 
     # Set-up
 
@@ -186,7 +192,7 @@ class Contact(ContactAssembly):
         default = p if dim == 2 else 1
         if isinstance(self.method, Penalty):
             return default, 0
-        degree = default if self.method.degree is None else self.method.degree
+        degree = default if self.method.degree is None else int(self.method.degree)
         if degree > default:
             raise ContactError(
                 f"multiplier degree {degree} is not stable: at most {default} with a "
@@ -226,50 +232,38 @@ class Contact(ContactAssembly):
         tables = [facet_dof_table(W, zone.slave) for zone in facets]
         return np.unique(np.concatenate([table.ravel() for table in tables]))
 
-    def set_gamma(self, gamma: float | Function) -> None:
+    def set_gamma(self, gamma: float | Function | PairCoefficients) -> None:
         """Set the augmentation or penalty coefficient. Collective.
 
         Parameters
         ----------
         gamma
-            Positive number or scalar Function, traction per length.
+            Positive number or scalar Function, traction per length, for all pairs; or a
+            multiple of this contact's automatic `PairCoefficients`.
 
         Raises
         ------
         ContactError
             If it is not positive, differs between ranks or is of another mesh.
         """
-        with together(self._comm):
-            check_coefficient(gamma)
-            if isinstance(gamma, Function):
-                check_coefficient_function(gamma, self.u)
-        require_agreement(self._comm, gamma=gamma)
-        values = [
-            on_facets(gamma, zone.facets)
-            if isinstance(gamma, Function)
-            else np.full(zone.facets.slave_surface.facet_dofs.shape, float(gamma))
-            for zone in self.zones
-        ]
-        # One scale for all zones: a multiplier node may belong to two of them
-        total = self._comm.allreduce(sum(float(v.sum()) for v in values))
-        self.gamma_scale = total / self._comm.allreduce(sum(v.size for v in values))
-        for zone, value in zip(self.zones, values):
-            zone.cpp.set_gamma(value, self.gamma_scale)
+        nodal, self.gamma_scale = spread(gamma, self)
+        for zone, values in zip(self.zones, nodal):
+            zone.cpp.set_gamma(values, self.gamma_scale)
         self.gamma = gamma
+
+    @property
+    def interfaces(self) -> Interfaces:
+        """Pairs of bodies that meet. Collective at first."""
+        if self._interfaces is None:
+            self._interfaces = Interfaces(self.zones, self.layout)
+        return self._interfaces
 
     # State
 
-    def _not_finite(self) -> str | None:
-        """What is no number in this rank's share of the state, if anything."""
-        for name, f in (("displacement", self.u), ("multiplier", self.multiplier)):
-            bad = 0 if f is None else np.count_nonzero(~np.isfinite(f.x.array))
-            if bad:
-                return f"the {name} has {bad} entries that are not finite"
-        return None
-
     def _send_state(self) -> None:
         """Displacement and multiplier to the zones. Collective."""
-        raise_everywhere(self._comm, self._not_finite())
+        raise_everywhere(self._comm, self._reference.fault(), SetUpError)
+        raise_everywhere(self._comm, not_finite(self))
         self._for_zones("set_displacement", self.u.x.array)
         if self.multiplier is not None:
             values = self.multiplier.x.array.reshape(-1, self.layout.components)
@@ -288,8 +282,10 @@ class Contact(ContactAssembly):
         Raises
         ------
         ContactError
-            If the displacement is not finite.
+            If the displacement is not finite, or if the mesh has been moved on the
+            contact surfaces since `Contact` was made.
         """
+        self.updates += 1
         self._send_history()
         self._send_state()
         for zone in self.zones:
@@ -323,12 +319,19 @@ class Contact(ContactAssembly):
         )
 
     def restore(self, state: ContactState) -> None:
-        """Go back to a state of this object. Collective."""
-        with together(self._comm):
-            self.u.x.array[:] = state.u
-            self._u_old[:] = state.u_old
-            if self.multiplier is not None:
-                self.multiplier.x.array[:] = state.multiplier
+        """Go back to a state of this object, or of one made alike. Collective.
+
+        Raises
+        ------
+        ContactError
+            If it is of another mesh, partition or method.
+        """
+        zones = self.zones if self._has_springs else []
+        raise_everywhere(self._comm, state_fault(state, self.state(), zones))
+        self.u.x.array[:] = state.u
+        self._u_old[:] = state.u_old
+        if self.multiplier is not None:
+            self.multiplier.x.array[:] = state.multiplier
         for zone, traction in zip(self.zones, state.traction_old):
             zone.traction_old = traction
         self._history_is_new = True
@@ -345,10 +348,11 @@ class Contact(ContactAssembly):
 
     # Volume
 
-    def prepare(self, a: Any, bcs: Sequence[Any] = ()) -> None:
+    def prepare(self, a: Any, bcs: Sequence[Any] = ()) -> VolumePattern:
         """Read what is needed from the volume's bilinear form. Collective.
 
-        Its sparsity pattern, and the automatic gamma from its diagonal.
+        Its sparsity pattern, and the automatic gamma from its diagonal: of the first
+        form, if there are several.
 
         Parameters
         ----------
@@ -356,12 +360,26 @@ class Contact(ContactAssembly):
             Compiled bilinear form of everything but contact.
         bcs
             Dirichlet conditions: a body that they hold throughout is taken as rigid.
+
+        Returns
+        -------
+        For `belong_to`.
         """
+        with together(self._comm):
+            check_compiled(a)
         volume = self._volume = VolumePattern(a, self.layout)
         self._fixed_by = None  # what is held takes the stiffness from it
         if self.gamma is None:
-            stiffness = contact_stiffness(volume, self.layout, self.zones, bcs)
+            tables = contact_stiffness(volume, self.layout, self.interfaces, bcs)
+            stiffness = one_or_each(self.interfaces, tables)
             self.set_gamma(self.method.automatic_factor * stiffness)
+        return volume
+
+    def belong_to(self, volume: VolumePattern) -> None:
+        """Go over to the volume, of `prepare`, of another problem of this contact."""
+        if volume is not self._volume:
+            self._volume = volume
+            self._fixed_by = None
 
     def create_matrix(self, a: Any) -> PETSc.Mat:
         """Matrix over [u, multiplier] with room for volume and contact. Collective.
@@ -371,6 +389,7 @@ class Contact(ContactAssembly):
         a
             Compiled bilinear form of everything but contact.
         """
+        compat.destroy_garbage(self._comm)  # of earlier solvers, before room is needed
         if self._volume is None or self._volume.form is not a:
             self.prepare(a)
         A = self.layout.create_matrix()

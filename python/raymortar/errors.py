@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import fields, is_dataclass
+from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from mpi4py import MPI
 
 
 class ContactError(ValueError):
     """A contact problem that is set up wrongly: bad space, tag, mesh or option."""
+
+
+class SetUpError(ContactError):
+    """A fault of the set-up that no smaller step can cure."""
 
 
 class ConvergenceError(RuntimeError):
@@ -55,6 +63,13 @@ def raise_everywhere(
         return
     text = comm.bcast(message, root=rank)
     raise exception(f"{text} (rank {rank})")
+
+
+def as_path(name: Any) -> Path:
+    """A path that a file may be written to or read from."""
+    if not isinstance(name, (str, os.PathLike)):
+        raise ContactError(f"the name of a file must be a path, not {name!r}")
+    return Path(name)
 
 
 @contextmanager
@@ -107,7 +122,7 @@ def together(comm: MPI.Comm) -> Iterator[None]:
     raise kind(f"{text} (rank {rank})") from failure
 
 
-_SENT = (ContactError, ConvergenceError, ValueError, TypeError, IndexError)
+_SENT = (ContactError, SetUpError, ConvergenceError, ValueError, TypeError, IndexError)
 
 
 def _signature(value: Any) -> Any:
@@ -119,6 +134,8 @@ def _signature(value: Any) -> Any:
         return f"{type(value).__name__}({', '.join(parts)})"
     if hasattr(value, "function_space"):
         return type(value).__name__  # its values may differ, and its address does
+    if isinstance(value, np.generic):
+        value = value.item()  # NumPy 2 spells the type out
     return repr(value)
 
 
@@ -134,7 +151,7 @@ def require_agreement(comm: MPI.Comm, **arguments: Any) -> None:
 
     Raises
     ------
-    ContactError
+    SetUpError
         Naming the first argument that differs, with two of its values.
     """
     mine = {name: _signature(value) for name, value in arguments.items()}
@@ -147,4 +164,4 @@ def require_agreement(comm: MPI.Comm, **arguments: Any) -> None:
         ),
         None,
     )
-    raise_everywhere(comm, message)
+    raise_everywhere(comm, message, SetUpError)

@@ -12,8 +12,9 @@ from dolfinx.fem import Function
 from mpi4py import MPI
 
 from .compat import Array
-from .errors import ContactError, raise_everywhere
+from .errors import ContactError, as_path, raise_everywhere, together
 from .layout import Layout
+from .options import is_whole_number
 from .results import (
     OPEN,
     Resultant,
@@ -35,6 +36,7 @@ class ContactFields:
     zones: list[ZoneData]
     friction: Any
     _preallocations: int
+    updates: int
     multiplier: Function | None
     u: Function
     layout: Layout
@@ -51,7 +53,23 @@ class ContactFields:
         ``xi``, ``eta``, ``ray``; with friction ``slip`` (n, d), the increment since
         the accepted step. Points of uncovered parts have status 0.
         """
-        return self.zones[zone].points()
+        return self._zone(zone).points()
+
+    def _zone(self, i: int) -> ZoneData:
+        """Zone of a number, with results."""
+        self._require_results()
+        n = len(self.zones)
+        if not (is_whole_number(i) and -n <= i < n):
+            raise ContactError(
+                f"there is no slave surface {i!r}: they are numbered from 0 to "
+                f"{n - 1}, in the order of pairs"
+            )
+        return self.zones[i]
+
+    def _require_results(self) -> None:
+        """Raise before the first `update`, of which all ranks know."""
+        if self.updates == 0:
+            raise ContactError("there are no results yet: call update, or solve, first")
 
     def _field(
         self,
@@ -62,6 +80,7 @@ class ContactFields:
         hits_only: bool = True,
     ) -> Function:
         """Nodal averages of a point quantity, and a value off the contact."""
+        self._require_results()
         f = Function(self._vector if vector else self._scalar, name=name)
         nodal_average(self.zones, quantity, f, hits_only)
         if elsewhere is not None:
@@ -172,14 +191,19 @@ class ContactFields:
         path
             File name that ends in ``.vtu``.
         """
-        write_segments(self.zones, self.u, self._comm, Path(path))
+        with together(self._comm):
+            self._require_results()
+            file = as_path(path)
+        write_segments(self.zones, self.u, self._comm, file)
 
     def resultant(self, i: int = 0) -> Resultant:
         """Contact force on the slave side of zone i, its moment and its parts.
 
         Collective.
         """
-        return resultant(self.zones[i], self._comm)
+        with together(self._comm):
+            zone = self._zone(i)
+        return resultant(zone, self._comm)
 
     def friction_work(self) -> float:
         """Work that tangential tractions take in this step, before `advance`. Collective.
@@ -189,6 +213,7 @@ class ContactFields:
         """
         if self.friction is None:
             return 0.0
+        self._require_results()
         work = 0.0
         for zone in self.zones:
             points = zone.points()

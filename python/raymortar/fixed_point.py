@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
-from .errors import ContactError, ConvergenceError, raise_everywhere
+from .errors import (
+    ContactError,
+    ConvergenceError,
+    raise_everywhere,
+    require_agreement,
+)
+from .options import is_whole_number
 from .solver import NewtonSolver, SNESSolver
 
 
@@ -34,10 +40,15 @@ class FixedPointSolver:
             raise ContactError(
                 f"solver must be a NewtonSolver or an SNESSolver, not {solver!r}"
             )
+        positive = is_whole_number(max_outer) and max_outer >= 1
+        comm = solver.problem.comm
         raise_everywhere(
-            solver.problem.contact.layout.comm,
-            None if max_outer >= 1 else f"max_outer = {max_outer} must be positive",
+            comm,
+            None
+            if positive
+            else f"max_outer = {max_outer!r} must be positive and a whole number",
         )
+        require_agreement(comm, max_outer=max_outer)
         self.solver, self.max_outer = solver, max_outer
         self.problem = solver.problem
         self.residuals: list[float] = []
@@ -56,22 +67,20 @@ class FixedPointSolver:
         ConvergenceError
             If an inner solve fails, or if the pairing has not settled.
         """
-        rtol, atol = self.solver.tolerances
+        convergence = self.problem.convergence
         self.residuals = [self._residual()]
-        goal = max(atol, rtol * self.residuals[0])
         # Residuals are measured from the first pairing, not from each one's own start
-        self.solver.tolerances = 0.0, goal
-        self.problem.rays_only = True
+        convergence.keeps_first = self.problem.rays_only = True
+        rtol, atol = self.solver.tolerances[0], self.solver.force_tolerance
         iterations = 0
         try:
             for _ in range(self.max_outer):
                 iterations += self.solver.solve()[0]
                 self.residuals.append(self._residual())
-                if self.residuals[-1] <= goal:
+                if convergence.reached(rtol, atol, at_once=True):
                     return iterations, True
         finally:
-            self.problem.rays_only = False
-            self.solver.tolerances = rtol, atol
+            convergence.keeps_first = self.problem.rays_only = False
         found = ", ".join(f"{r:.3e}" for r in self.residuals)
         message = (
             f"the pairing has not settled after {self.max_outer} pairings: residuals "
@@ -88,4 +97,4 @@ class FixedPointSolver:
         finally:
             self.problem.rays_only = kept
             x.destroy()
-        return self._b.norm()
+        return self.problem.history[-1]

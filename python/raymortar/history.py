@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 from collections import namedtuple
 from collections.abc import Callable, Mapping, Sequence
+from keyword import iskeyword
 from pathlib import Path
 from typing import Any
 
@@ -14,10 +15,63 @@ from dolfinx import fem
 
 from . import compat
 from .compat import Array
-from .errors import raise_everywhere, writing
+from .errors import ContactError, as_path, raise_everywhere, together, writing
+from .forms import check_supports
+from .options import is_real_number
 from .problem import NonlinearProblem
 
 _COUNTS = ("time", "iterations", "halvings", "active", "min_gap", "max_pressure")
+
+
+def _check_more(more: Any) -> dict[str, Callable[[], float]]:
+    """Functions by name, or an error."""
+    more = {} if more is None else more
+    if not (isinstance(more, Mapping) and all(map(callable, more.values()))):
+        raise ContactError(
+            f"more must be functions by name of the column, not {more!r}"
+        )
+    return dict(more)
+
+
+def _check_energy(energy: Any) -> None:
+    """Raise unless the energy is a functional or None."""
+    if energy is not None and not (
+        isinstance(energy, ufl.Form) and not energy.arguments()
+    ):
+        raise ContactError(
+            "energy must be a UFL functional: a form without test function"
+        )
+
+
+def _number_fault(values: Mapping[str, Any]) -> str | None:
+    """Which value by name is no number, if any."""
+    for name, value in values.items():
+        try:
+            float(value)
+        except (TypeError, ValueError):
+            return f"{name} of a record must be a number, not {value!r}"
+    return None
+
+
+def _column_fault(columns: Sequence[Any]) -> str | None:
+    """What is wrong with the names of columns, if anything."""
+    for i, name in enumerate(columns):
+        text = isinstance(name, str) and name.isidentifier() and not iskeyword(name)
+        if not text or name.startswith("_"):
+            return f"column {name!r} of a history is no name that an attribute may have"
+        if name in columns[:i]:
+            return f"column {name!r} of a history is there twice"
+    return None
+
+
+def _listed(rows: Any) -> list[list[float]]:
+    """Records as lists of numbers."""
+    try:
+        return [[float(value) for value in row] for row in rows]
+    except (TypeError, ValueError):
+        raise ContactError(
+            f"rows must be records, as of History.rows, not {rows!r}"
+        ) from None
 
 
 class History:
@@ -68,11 +122,19 @@ class History:
         energy: ufl.Form | None = None,
         more: Mapping[str, Callable[[], float]] | None = None,
     ) -> None:
+        if not isinstance(problem, NonlinearProblem):
+            raise ContactError(
+                f"problem must be a NonlinearProblem, not {type(problem).__name__}"
+            )
         self.problem, self._comm = problem, problem.comm
-        self.path = None if file is None else Path(file)
-        self._reactions, self._more = dict(reactions or {}), dict(more or {})
+        with together(self._comm):
+            self.path = None if file is None else as_path(file)
+            self._reactions = check_supports("reactions", reactions)
+            self._more = _check_more(more)
+            _check_energy(energy)
         self._energy = None if energy is None else compat.form(energy)
         self.columns: tuple[str, ...] = tuple(self._names())
+        raise_everywhere(self._comm, _column_fault(self.columns))
         self._row: Any = namedtuple("Row", self.columns)  # type: ignore[misc]
         self.rows: list[Any] = []
         self._begun = False
@@ -102,15 +164,24 @@ class History:
         ContactError
             If the file cannot be written.
         """
-        values = self._comm.bcast(self._values(time, iterations, halvings), root=0)
+        given = {"time": time, "iterations": iterations, "halvings": halvings}
+        raise_everywhere(self._comm, _number_fault(given))
+        values = [*given.values(), *self._values()]
+        more = {name: number() for name, number in self._more.items()}
+        # Of the other ranks they are not asked for
+        problem = _number_fault(more) if self._comm.rank == 0 else None
+        raise_everywhere(self._comm, problem)
+        values = self._comm.bcast([*values, *more.values()], root=0)
+        values = [float(value) for value in values]
         self.rows.append(self._row(*values))
         self._write(self.rows[-1:] if self._begun else self.rows)
 
-    def _values(self, time: float, iterations: int, halvings: int) -> list[float]:
+    def _values(self) -> list[float]:
+        """Columns of the contact's, supports' and energy. Collective."""
         contact = self.problem.contact
         counts = contact.statistics
         gap = counts.min_gap if counts.hits else np.nan
-        values: list[Any] = [time, iterations, halvings, counts.active_points, gap]
+        values: list[Any] = [counts.active_points, gap]
         values.append(counts.max_pressure)
         for zone in range(len(contact.zones)):
             force = contact.resultant(zone)
@@ -125,7 +196,7 @@ class History:
         if self._frictional:
             before = self.rows[-1].friction_work if self.rows else 0.0
             values.append(before + contact.friction_work())
-        return [float(v) for v in (*values, *(f() for f in self._more.values()))]
+        return values
 
     def _write(self, rows: Sequence[Sequence[float]]) -> None:
         """Add rows to the file, or begin it with them. Collective."""
@@ -141,6 +212,10 @@ class History:
 
     def __getitem__(self, column: str) -> Array:
         """A column over all records, (n,)."""
+        if column not in self.columns:
+            raise ContactError(
+                f"a history has no column {column!r}, but {', '.join(self.columns)}"
+            )
         return np.array([getattr(row, column) for row in self.rows])
 
     def vectors(self, name: str) -> Array:
@@ -171,14 +246,29 @@ class History:
         ContactError
             If the file is none of this problem's, or there is none.
         """
-        found, problem = [list(values) for values in rows or ()], None
+        found, problem = [], None
+        with together(self._comm):
+            if rows is not None:
+                found = _listed(rows)
+            if not is_real_number(until):
+                raise ContactError(f"until must be a load factor, not {until!r}")
         if rows is None and self._comm.rank == 0:
             found, problem = self._read()
         raise_everywhere(self._comm, problem)
-        kept = [self._row(*values) for values in self._comm.bcast(found, root=0)]
+        found = self._comm.bcast(found, root=0)
+        raise_everywhere(self._comm, self._row_fault(found))
+        kept = [self._row(*values) for values in found]
         self.rows = [row for row in kept if row.time <= until * (1.0 + 1e-12)]
         self._begun = False
         self._write(self.rows)
+
+    def _row_fault(self, rows: Sequence[Sequence[float]]) -> str | None:
+        """What is wrong with records, if anything."""
+        n = len(self.columns)
+        for i, values in enumerate(rows):
+            if len(values) != n:
+                return f"record {i} has {len(values)} values, this history {n} columns"
+        return None
 
     def _read(self) -> tuple[list[list[float]], str | None]:
         """Whole records of the file, or what is wrong with it."""

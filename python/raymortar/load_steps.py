@@ -5,11 +5,21 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import Any, TextIO
 
+import numpy as np
+
 from petsc4py import PETSc
 
 from .contact import ContactState
-from .errors import ContactError, ConvergenceError, together
+from .errors import (
+    ContactError,
+    ConvergenceError,
+    SetUpError,
+    require_agreement,
+    together,
+)
 from .history import History
+from .options import is_real_number, is_truth_value, is_whole_number
+from .problem import NonlinearProblem
 from .progress import Progress, check_progress, line
 
 # What a smaller step may cure
@@ -37,8 +47,7 @@ class LoadSteps:
         in proportion to the steps' sizes, would lead; where that fails, from the last
         accepted state. Saves one or two iterations of a step on a smooth path (in
         sliding the first iterate slips the right way) and is of no use on a rough
-        one. The solver's ``rtol`` is then relative to a small residual: give it an
-        ``atol``, a force.
+        one.
     largest
         How many times the first step's size a step may grow to. With friction the
         path's result depends on the steps, so that the default is 1: no growth beyond
@@ -84,17 +93,28 @@ class LoadSteps:
         progress: bool | TextIO | None = None,
         history: History | None = None,
     ) -> None:
-        with together(solver.problem.contact.layout.comm):
-            if steps < 1 or max_halvings < 0:
-                raise ContactError(
-                    f"steps = {steps} must be positive, max_halvings = {max_halvings} "
-                    "not negative"
-                )
-            if largest < 1:
-                raise ContactError(f"largest = {largest} must be at least 1")
+        _check_solver(solver)
+        comm = solver.problem.comm
+        with together(comm):
+            _check_numbers(steps, max_halvings, largest, easy)
+            _check_truth(extrapolate)
+            path = _check_path(path)
             check_progress(progress)
+            _check_calls(solver, apply, history)
+        require_agreement(
+            comm,
+            solver=type(solver).__name__,
+            steps=steps,
+            max_halvings=max_halvings,
+            extrapolate=extrapolate,
+            largest=largest,
+            easy=easy,
+            path=path,
+            history=history is not None,
+        )
         self.solver, self.apply = solver, apply
-        self.steps, self.max_halvings = steps, max_halvings
+        # Python's own, which do not overflow
+        self.steps, self.max_halvings = int(steps), int(max_halvings)
         self.extrapolate, self.largest, self.easy = extrapolate, largest, easy
         self.path, self.progress, self.history = path, progress, history
         self.halvings = 0
@@ -133,6 +153,8 @@ class LoadSteps:
             self.apply(factor)
             try:
                 iterations = self._solve(before, last, size / last_size)
+            except SetUpError:
+                raise
             except _FAILURES as failure:
                 contact.restore(before)
                 if size == 1:
@@ -181,6 +203,61 @@ class LoadSteps:
     def run(self) -> list[LoadStep]:
         """All steps at once."""
         return list(self)
+
+
+def _check_solver(solver: Any) -> None:
+    """Raise unless a thing solves a problem."""
+    problem = getattr(solver, "problem", None)
+    if not (isinstance(problem, NonlinearProblem) and hasattr(solver, "solve")):
+        raise ContactError(
+            "solver must be a NewtonSolver, SNESSolver or FixedPointSolver, not "
+            f"{solver!r}"
+        )
+
+
+def _check_numbers(steps: Any, max_halvings: Any, largest: Any, easy: Any) -> None:
+    """Raise unless numbers of steps can be ones."""
+    if not (is_whole_number(steps) and is_whole_number(max_halvings)):
+        raise ContactError(
+            f"steps = {steps!r} and max_halvings = {max_halvings!r} must be whole "
+            "numbers"
+        )
+    if steps < 1 or max_halvings < 0:
+        raise ContactError(
+            f"steps = {steps} must be positive, max_halvings = {max_halvings} not "
+            "negative"
+        )
+    if not (is_real_number(largest) and largest >= 1):
+        raise ContactError(f"largest = {largest!r} must be at least 1")
+    if not (is_real_number(easy) and easy >= 0):
+        raise ContactError(f"easy = {easy!r} must be a number of iterations")
+
+
+def _check_truth(extrapolate: Any) -> None:
+    if not is_truth_value(extrapolate):
+        raise ContactError(f"extrapolate must be True or False, not {extrapolate!r}")
+
+
+def _check_path(path: Any) -> tuple[float, float]:
+    """Both ends of a path as numbers."""
+    ends = list(path) if isinstance(path, (tuple, list, np.ndarray)) else []
+    if len(ends) != 2 or not all(is_real_number(t) and np.isfinite(t) for t in ends):
+        raise ContactError(f"path must be two numbers, its ends, not {path!r}")
+    return float(ends[0]), float(ends[1])
+
+
+def _check_calls(solver: Any, apply: Any, history: Any) -> None:
+    """Raise unless loads can be applied and steps recorded."""
+    if not callable(apply):
+        raise ContactError(
+            f"apply must be a function of the load factor, not {apply!r}"
+        )
+    if history is None:
+        return
+    if not isinstance(history, History):
+        raise ContactError(f"history must be a History, not {history!r}")
+    if history.problem is not solver.problem:
+        raise ContactError("history is of another problem than the solver")
 
 
 class LoadStep:

@@ -9,9 +9,15 @@ import numpy as np
 from dolfinx.fem import Function
 
 from .errors import ContactError
-from .options import Options, is_real_number
+from .options import (
+    Options,
+    is_one_of,
+    is_real_number,
+    is_truth_value,
+    is_whole_number,
+)
 
-STRATEGIES = ("bvh", "advancing-front", "brute-force")
+STRATEGIES = ("bvh", "advancing-front", "pang", "brute-force")
 MEASURES = ("reference", "current")
 TANGENTS = ("fixed", "full")
 
@@ -36,9 +42,9 @@ class AugmentedLagrangian(Options):
     ----------
     gamma
         Augmentation coefficient, traction per length: a positive number, a scalar
-        ``Function``, or None: from the diagonal of the user's own stiffness, about
-        the softer body's modulus over its mesh size. It changes the path of Newton's
-        method, and the answer hardly.
+        ``Function``, or None: from the user's own stiffness, for each pair of bodies
+        about the softer one's modulus over its mesh size. It changes the path of
+        Newton's method, and the answer hardly.
     multiplier
         ``"normal"``: one scalar, the normal traction; ``"vector"``: the traction in
         global coordinates. None: the vector with friction, which needs it, and the
@@ -55,11 +61,13 @@ class AugmentedLagrangian(Options):
 
     def check(self) -> None:
         check_coefficient(self.gamma)
-        if self.multiplier not in (None, "normal", "vector"):
+        known = is_one_of(self.multiplier, ("normal", "vector"))
+        if self.multiplier is not None and not known:
             raise ContactError(
                 f"multiplier must be 'normal' or 'vector', not {self.multiplier!r}"
             )
-        if self.degree not in (None, 1, 2):
+        degree = self.degree
+        if degree is not None and not (is_whole_number(degree) and degree in (1, 2)):
             raise ContactError(f"multiplier degree {self.degree!r} is not 1 or 2")
 
 
@@ -85,7 +93,7 @@ class Penalty(Options):
 
     def check(self) -> None:
         check_coefficient(self.gamma)
-        if self.tangential not in ("elastic", "rate"):
+        if not is_one_of(self.tangential, ("elastic", "rate")):
             raise ContactError(
                 f"tangential must be 'elastic' or 'rate', not {self.tangential!r}"
             )
@@ -98,21 +106,26 @@ class Search(Options):
     Attributes
     ----------
     strategy
-        ``"bvh"``, a tree of boxes; ``"advancing-front"``, from neighbour to neighbour
-        on both surfaces; or ``"brute-force"``, every pair of facets. All find the
-        same pairs.
+        ``"bvh"``, a tree of boxes; ``"advancing-front"``, the tree for patches of
+        neighbours; ``"pang"``, from neighbour to neighbour on both surfaces; or
+        ``"brute-force"``, every pair of facets. All find the same pairs.
     reach
-        Largest gap that is still seen. None: twice the largest facet diameter.
+        Largest gap that is still seen. None: twice the facet's size.
     depth
         Largest penetration that is still contact, not the far side of a thin body. Along
         a ray that meets the master obliquely, times the cosine of incidence. None: twice
-        the largest facet diameter.
+        the facet's size; beyond the thickness of the bodies then only where the slave
+        was in front of the master at the last accepted step.
     skin
-        Margin within which candidates stay valid. None: half the largest facet
-        diameter.
+        Margin within which candidates stay valid. None: half the facet's size.
     subdivide
         Split quadratic facets at their mid nodes before they are projected: closer
         to strongly curved surfaces, and four times the work.
+
+    Notes
+    -----
+    The size of a slave facet is its diameter, or the mean of its surface where that is
+    larger.
     """
 
     strategy: str = "bvh"
@@ -122,9 +135,13 @@ class Search(Options):
     subdivide: bool = False
 
     def check(self) -> None:
-        if self.strategy not in STRATEGIES:
+        if not is_one_of(self.strategy, STRATEGIES):
             raise ContactError(
                 f"search strategy {self.strategy!r} is not one of {STRATEGIES}"
+            )
+        if not is_truth_value(self.subdivide):
+            raise ContactError(
+                f"search subdivide = {self.subdivide!r} must be True or False"
             )
         for name in ("reach", "depth", "skin"):
             value = getattr(self, name)

@@ -10,8 +10,24 @@ from mpi4py import MPI
 
 
 def is_real_number(value: Any) -> bool:
-    """Whether a value is one real number, finite or not."""
-    return isinstance(value, (int, float, np.number)) and bool(np.isreal(value))
+    """Whether a value is one real number, finite or not; True is none."""
+    number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
+    return number and bool(np.isreal(value))
+
+
+def is_whole_number(value: Any) -> bool:
+    """Whether a value is of an integer type, of Python or NumPy; True is none."""
+    return isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+
+
+def is_truth_value(value: Any) -> bool:
+    """Whether a value is True or False, of Python or NumPy."""
+    return isinstance(value, (bool, np.bool_))
+
+
+def is_one_of(value: Any, names: tuple[str, ...]) -> bool:
+    """Whether a value is one of some texts; arrays compare entry by entry."""
+    return isinstance(value, str) and value in names
 
 
 class Options:

@@ -38,12 +38,35 @@ def _deepest(zone: Any) -> tuple[float, str]:
     return float(share[worst]), text
 
 
+def _sunk(zone: Any) -> tuple[float, str]:
+    """How deep a point is that feels no contact for its depth, and what to say of it."""
+    sunk = zone.cpp.sunk_points()
+    if not len(sunk):
+        return 0.0, ""
+    points = zone.points()
+    q = sunk[np.argmin(points["gap"][sunk])]
+    place = ", ".join(f"{x:.6g}" for x in points["x"][q])
+    text = (
+        f"converged with a point of slave tag {zone.facets.slave_tag} "
+        f"{-points['gap'][q]:.3e} deep in the master, at ({place}), where it is not "
+        "seen: take smaller steps, or a larger depth in Search"
+    )
+    return float(-points["gap"][q]), text
+
+
 def warn_of_penetration(contact: Any) -> None:
-    """Warn on every rank of the deepest point, if multipliers leave one. Collective."""
+    """Warn on every rank of the deepest point that should not be. Collective.
+
+    Of one that is too deep to be seen, and of one that multipliers leave.
+    """
+    comm = contact.layout.comm
+    depth, text = max(map(_sunk, contact.zones))
+    depth, rank = comm.allreduce((depth, comm.rank), op=MPI.MAXLOC)
+    if depth > 0.0:
+        warnings.warn(comm.bcast(text, root=rank), ContactWarning, stacklevel=4)
     if not isinstance(contact.method, AugmentedLagrangian):
         return
     share, text = max(map(_deepest, contact.zones))
-    comm = contact.layout.comm
     share, rank = comm.allreduce((share, comm.rank), op=MPI.MAXLOC)
     if share > ALLOWED:
         warnings.warn(comm.bcast(text, root=rank), ContactWarning, stacklevel=4)

@@ -13,7 +13,14 @@ from dolfinx.fem import Function
 from . import compat, rendering
 from .compat import Array
 from .drawing import LOOK, PRESSURE_MAP, draw_field, draw_surface
-from .errors import raise_everywhere, require_agreement, writing
+from .errors import (
+    ContactError,
+    as_path,
+    raise_everywhere,
+    require_agreement,
+    together,
+    writing,
+)
 from .gathering import gather, gather_boundary, gather_cells, nodal_field
 from .results import OPEN, along_normal
 
@@ -73,7 +80,11 @@ def plot(
     >>> raymortar.plot(contact, "contact.png", field=von_mises, label="MPa")
     >>> raymortar.plot(contact, "contact.png", backend="pyvista")
     """
+    if not hasattr(contact, "zones"):
+        raise ContactError(f"plot needs a Contact, not {type(contact).__name__}")
     u, mesh = contact.u, contact.u.function_space.mesh
+    with together(mesh.comm):
+        _check_input(contact, file, field)
     require_agreement(mesh.comm, backend=backend)
     dim, draws = mesh.geometry.dim, mesh.comm.rank == 0
     raise_everywhere(mesh.comm, _lacking(backend, dim) if draws else None)
@@ -92,6 +103,21 @@ def plot(
         if draws and file is not None:
             _save(figure, Path(file), backend)
     return figure
+
+
+def _check_input(contact: Contact, file: Any, field: Any) -> None:
+    """Raise unless there is something to draw, and a file may have the name."""
+    contact.points()  # after an update
+    if file is not None:
+        as_path(file)
+    if field is None:
+        return
+    if not hasattr(field, "ufl_shape"):
+        raise ContactError(f"field must be a Function or UFL expression, not {field!r}")
+    if isinstance(field, Function) and not compat.on_mesh(
+        field, contact.u.function_space.mesh
+    ):
+        raise ContactError("field is a Function on another mesh than the displacement")
 
 
 def _is_unnamed(function: Function) -> bool:

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import ufl
 
 from mpi4py import MPI
@@ -14,7 +15,9 @@ from petsc4py import PETSc
 from . import compat
 from .compat import Array
 from .contact import Contact
-from .errors import require_agreement, together
+from .convergence import Convergence
+from .errors import ContactError, require_agreement, together
+from .forms import check_forms, check_supports, list_of_conditions
 
 
 class NonlinearProblem:
@@ -36,12 +39,17 @@ class NonlinearProblem:
     ----------
     history
         Norms of the residuals since `start`, without constrained rows. Force.
+    convergence
+        Judges the last residual; see `convergence.Convergence`.
     rays_only
         Whether iterates keep the segments and integration points of the last pairing and
         only cast their rays anew, as `FixedPointSolver` asks for.
 
     Notes
     -----
+    Several problems may have one contact, whose automatic gamma is that of the first,
+    and several solvers one problem.
+
     Constrained rows are those of the identity. The columns' effect of a Dirichlet
     increment is lifted for volume and contact alike, so that the first iterate of a
     large prescribed step knows about contact.
@@ -54,9 +62,14 @@ class NonlinearProblem:
         bcs: Sequence[Any] = (),
         J: ufl.Form | None = None,
     ) -> None:
-        self.contact, self.bcs = contact, list(bcs)
+        if not isinstance(contact, Contact):
+            raise ContactError(
+                f"contact must be a Contact, not {type(contact).__name__}"
+            )
         u = contact.u
         with together(contact.layout.comm):
+            check_forms(F, J, u)
+            self.contact, self.bcs = contact, list_of_conditions(bcs)
             compat.dirichlet_dofs(self.bcs, u.function_space)  # refuses foreign ones
         require_agreement(contact.layout.comm, number_of_conditions=len(self.bcs))
         if J is None:
@@ -64,10 +77,13 @@ class NonlinearProblem:
         self.L, self.a = compat.form(F), compat.form(J)
         self.history: list[float] = []
         self.rays_only = False
+        # Where `form` was last, and which of the contact's updates that was
         self._at: np.ndarray | None = None
+        self._update = 0
         dofmap = u.function_space.dofmap
         self._r = compat.create_la_vector(dofmap.index_map, dofmap.index_map_bs)
-        contact.prepare(self.a, self.bcs)
+        self._volume = contact.prepare(self.a, self.bcs)
+        self.convergence = Convergence(contact)
 
     @property
     def comm(self) -> MPI.Comm:
@@ -76,6 +92,7 @@ class NonlinearProblem:
 
     def create_matrix(self) -> PETSc.Mat:
         """Matrix with room for the tangent. Collective."""
+        self.contact.belong_to(self._volume)
         return self.contact.create_matrix(self.a)
 
     def create_vector(self) -> PETSc.Vec:
@@ -83,26 +100,15 @@ class NonlinearProblem:
         return self.contact.create_vector(self.L)
 
     def residual_floor(self) -> float:
-        """Norm below which a residual is rounding error: stiffness times the size of
-        the mesh, or its distance from the origin if that is larger, times the
-        machine's precision. Force. Collective."""
-        diagonal = self.contact.stiffness_diagonal
-        X = self.contact.u.function_space.mesh.geometry.x
-        comm = self.comm
-        # Without cells on a rank: the neutral element of the maximum
-        extent = np.empty((2, 3))
-        ends = np.stack(
-            [X.max(axis=0, initial=-np.inf), (-X).max(axis=0, initial=-np.inf)]
-        )
-        comm.Allreduce(ends, extent, op=MPI.MAX)
-        # Gaps are differences of positions, which lose what the distance takes
-        size = np.linalg.norm(np.max([extent.sum(axis=0), *abs(extent)], axis=0))
-        squares = comm.allreduce(float(diagonal @ diagonal))
-        return float(np.finfo(float).eps * np.sqrt(squares) * size)
+        """Norm below which a residual is rounding error: of every body its stiffness
+        times its size, or its distance from the origin if that is larger, times the
+        machine's precision [theory (5.4)]. Force."""
+        return self.convergence.floor
 
     def start(self) -> PETSc.Vec:
         """Present u and multiplier as a vector of unknowns; clears the history."""
         self.history.clear()
+        self.convergence.start()
         self._at = None
         x = self.create_vector()
         self.contact.layout.to_vector(x, self.contact.gamma_scale)
@@ -111,15 +117,19 @@ class NonlinearProblem:
     def form(self, x: PETSc.Vec) -> None:
         """Take over an iterate: functions, pairing, integration. Collective.
 
-        Nothing is done again where x has not changed since the last call.
+        Nothing is done again where x has not changed since the last call, and nothing
+        else has updated the contact.
         """
+        self.contact.belong_to(self._volume)
         array = x.getArray(readonly=True)
         same = self._at is not None and np.array_equal(array, self._at)
+        same = same and self._update == self.contact.updates
         if self.comm.allreduce(int(same)) == self.comm.size:
             return
         self._at = array.copy()
         self.contact.layout.from_vector(x, self.contact.gamma_scale)
         self.contact.update(self.rays_only)
+        self._update = self.contact.updates
 
     def F(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
         """Residual at x into b. Collective."""
@@ -132,6 +142,7 @@ class NonlinearProblem:
         if increment.any():  # takes the tangents of all cells with constrained dofs
             compat.apply_lifting(r, self.a, self.bcs, u.x.array, -1.0)
         compat.scatter_reverse_add(self._r)
+        volume = r[:n].copy()
         compat.set_bc(r, self.bcs, u.x.array, -1.0)
         b.set(0.0)
         b.getArray()[:n] = r[:n]
@@ -139,14 +150,20 @@ class NonlinearProblem:
         self.contact.assemble_vector(b, self.bcs)
         self.contact.lift(b, increment, -1.0)
         b.assemble()
-        self.history.append(self._force(b))
+        imbalance = self.convergence.measure(
+            b.getArray(readonly=True), volume, self.constrained, increment
+        )
+        self.history.append(imbalance.norm)
 
-    def _force(self, b: PETSc.Vec) -> float:
-        """Norm of a residual without its constrained rows: those are lengths."""
-        n = self.contact.layout.n_u
-        forces = b.getArray(readonly=True).copy()
-        forces[:n][self.contact.constrained(self.bcs)[:n]] = 0.0
-        return float(np.sqrt(self.comm.allreduce(float(forces @ forces))))
+    @property
+    def constrained(self) -> npt.NDArray[np.bool_]:
+        """Whether conditions prescribe an owned dof of u. Collective."""
+        return self.contact.constrained(self.bcs)[: self.contact.layout.n_u]
+
+    def row_scale(self) -> Array:
+        """Factors of the owned rows for solvers that add up their squares, as line
+        searches do; see `convergence.Convergence.row_scale`. Collective."""
+        return self.convergence.row_scale(self.constrained)
 
     def J(self, x: PETSc.Vec, A: PETSc.Mat) -> bool:
         """Tangent at x into A. Collective.
@@ -180,6 +197,8 @@ class NonlinearProblem:
         By name, (d,). Force (per thickness in 2D).
         """
         V, n = self.contact.u.function_space, self.contact.layout.n_u
+        with together(self.comm):
+            supports = check_supports("supports", supports)
         r = self._r
         r.array[:] = 0.0
         compat.assemble_residual(r.array, self.L)
@@ -192,7 +211,6 @@ class NonlinearProblem:
         dim = V.dofmap.index_map_bs
         local = []
         for bcs in supports.values():
-            bcs = bcs if isinstance(bcs, (list, tuple)) else [bcs]
             held, _ = compat.dirichlet_dofs(bcs, V)
             local.append(np.where(held[:n] == 1, forces, 0.0).reshape(-1, dim).sum(0))
         total = self.comm.allreduce(np.array(local).reshape(-1, dim))
@@ -208,7 +226,7 @@ class NonlinearProblem:
                 f"; it repeats every {period} residuals: points open and close, or "
                 "stick and slip, in turn"
             )
-        return text
+        return text + self.convergence.describe()
 
 
 def cycle_length(history: Sequence[float]) -> int:

@@ -12,8 +12,9 @@ def default_degree(shape: str, p: int, q: int) -> int:
 
     On simplices traction times test function is exact on flat facets: displacement of
     degree p times a multiplier of degree q (penalty: the gap, of degree p). On
-    quadrilaterals a constant traction times a test function is, on any flat facet: 2p
-    and 1 for the Jacobian. The rule of degree 4 has no more points than that of 3.
+    quadrilaterals a constant traction times a test function is, on flat parallelograms
+    (without parallel sides shape functions are rational, and no rule is exact): 2p and
+    1 for the Jacobian. The rule of degree 4 has no more points than that of 3.
 
     Parameters
     ----------

@@ -3,20 +3,32 @@
 from __future__ import annotations
 
 import itertools
+import sys
 import weakref
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Any, cast
+
+import numpy as np
 
 from petsc4py import PETSc
 
 from . import compat, solvers
-from .errors import ContactError, ConvergenceError, raise_everywhere
+from .errors import (
+    ContactError,
+    ConvergenceError,
+    raise_everywhere,
+    require_agreement,
+)
 from .methods import Penalty
 from .penetration import warn_of_penetration
+from .petsc_options import PetscOptions, check_solver_input
 from .problem import NonlinearProblem
 
 # Each solver has its own prefix in the PETSc options, or one would set the other's
 _counter = itertools.count()
+
+NOT_A_NUMBER = -4  # SNES' reason, whose name PETSc has changed
+NO_DESCENT = PETSc.SNES.ConvergedReason.DIVERGED_LINE_SEARCH
 
 # The tangent is unsymmetric and, with a multiplier, has zeros on its diagonal: a
 # direct solver has to pivot. Contact fills in more than MUMPS guesses by default.
@@ -26,30 +38,6 @@ DIRECT = {
     "pc_factor_mat_solver_type": "mumps",
     "mat_mumps_icntl_14": 60,
 }
-
-
-def _configure(owner: Any, obj: Any, prefix: str, options: Mapping[str, Any]) -> None:
-    """Put options under a prefix and read them, PETSc's command line included.
-
-    MUMPS reads its own at the first factorisation, so they stay as long as `owner`;
-    then they leave, as PETSc holds 512 options at most, and tells of those that nothing
-    has read when the program ends.
-    """
-    database = PETSc.Options(prefix)
-    new = [key for key in options if not database.hasName(key)]
-    for key in new:
-        database[key] = options[key]
-    weakref.finalize(owner, _forget, prefix, new)
-    obj.setOptionsPrefix(prefix)
-    obj.setFromOptions()
-
-
-def _forget(prefix: str, keys: Sequence[str]) -> None:
-    """Take options out of PETSc's database."""
-    if PETSc.Sys.isFinalized():
-        return
-    for key in keys:
-        PETSc.Options(prefix).delValue(key)
 
 
 class NewtonSolver:
@@ -65,12 +53,16 @@ class NewtonSolver:
     Attributes
     ----------
     rtol, atol, max_it, relaxation_parameter, convergence_criterion
-        As in DOLFINx, except that ``rtol`` is relative to the first residual: DOLFINx
-        compares with the length of the first increment, whatever the units. ``atol``
-        is a force, by default the rounding error of the stiffest part, below which a
-        solve goes on as long as that brings anything (theory, 5.4).
+        As in DOLFINx, except for when a solve ends: DOLFINx compares lengths and forces
+        with the length of the first increment. ``rtol`` is relative to the forces of
+        each body and each surface of contact. ``atol`` is a force, by default the
+        rounding error of each, below which a solve goes on as long as that brings
+        anything (theory, 5.4).
     krylov_solver
         The PETSc KSP.
+    options
+        `PetscOptions`: to be in PETSc's table, ``with solver.options:``, where the KSP
+        is used by itself.
 
     Raises
     ------
@@ -81,6 +73,7 @@ class NewtonSolver:
     def __init__(
         self, problem: NonlinearProblem, options: Mapping[str, Any] | None = None
     ) -> None:
+        check_solver_input(self, problem, options)
         try:
             self._newton = compat.make_newton_solver(problem.comm)
         except NotImplementedError as error:
@@ -92,7 +85,7 @@ class NewtonSolver:
 
         def residual(x: PETSc.Vec, b: PETSc.Vec) -> None:
             problem.F(x, b)
-            this()._measure()
+            this()._judge()
 
         def tangent(x: PETSc.Vec, A: PETSc.Mat) -> None:
             if problem.J(x, A):
@@ -107,12 +100,11 @@ class NewtonSolver:
         self._newton.max_it = 25
         self._newton.report = False
         self._newton.error_on_nonconvergence = False
-        _configure(
-            self,
-            self.krylov_solver,
+        self.options = PetscOptions(
             f"raymortar_newton_{next(_counter)}_",
             DIRECT if options is None else options,
         )
+        self.options.configure(self.krylov_solver)
         solvers.attach(self.krylov_solver, problem.contact)
 
     def __getattr__(self, name: str) -> Any:
@@ -128,6 +120,9 @@ class NewtonSolver:
         else:
             object.__setattr__(self, name, value)
 
+    def __del__(self) -> None:
+        _release(self, "_newton", "A", "b")
+
     def solve(self) -> tuple[int, bool]:
         """Solve from the present u and multiplier.
 
@@ -140,11 +135,16 @@ class NewtonSolver:
         ConvergenceError
             With pairs, active points, gap range and residual history.
         """
+        require_agreement(self.problem.comm, **self._settings())
         x = self.problem.start()
-        self._tolerances: tuple[float, float] = self._newton.rtol, self._newton.atol
+        given = self.tolerances
+        self._asked = self.rtol, self.force_tolerance
+        if self.convergence_criterion == "incremental" and self._asked[1] is None:
+            self.atol = 0.0  # a force is no tolerance of lengths
         converged, reason = False, ""
         try:
-            iterations, converged = self._newton.solve(x)
+            with self.options:
+                iterations, converged = self._newton.solve(x)
             reason = f"after {iterations} iterations"
         except ContactError as error:
             # An iterate that is no number; a start that is none is the user's fault
@@ -153,7 +153,7 @@ class NewtonSolver:
             reason = f"({error})"
         finally:
             x.destroy()
-            self.rtol, self.atol = self._tolerances
+            self.tolerances = given
             if not converged:
                 _renew(self.krylov_solver, self.A)
         _require(self.problem, converged, reason)
@@ -168,29 +168,42 @@ class NewtonSolver:
     def tolerances(self, values: tuple[float, float]) -> None:
         self.rtol, self.atol = values
 
-    def _measure(self) -> None:
-        """Make the relative tolerance one of the first residual."""
+    @property
+    def force_tolerance(self) -> float | None:
+        """`atol` where the user has given one."""
+        return None if self.atol == self._floor else self.atol
+
+    def _settings(self) -> dict[str, Any]:
+        """What all ranks must have alike: one that stops sooner leaves the others."""
+        names = "max_it", "convergence_criterion", "relaxation_parameter"
+        settings = {name: getattr(self, name) for name in names}
+        return {"solver": type(self).__name__, "tolerances": self.tolerances, **settings}
+
+    def _judge(self) -> None:
+        """Tell DOLFINx by its absolute tolerance whether it may end: the norm that it
+        compares is that of lengths and forces together."""
         if self.convergence_criterion == "residual":
-            rtol, atol = self._tolerances
-            self.rtol, self.atol = 0.0, _goal(self.problem, rtol, atol, self._floor)
+            convergence = self.problem.convergence
+            convergence.accept()
+            ends = convergence.reached(*self._asked)
+            self.tolerances = 0.0, np.inf if ends else 0.0
 
 
-def _goal(problem: NonlinearProblem, rtol: float, atol: float, floor: float) -> float:
-    """Residual that ends the solve at the present iterate. Force.
+def _release(solver: Any, *names: str) -> None:
+    """Drop PETSc objects of a solver that ends, and free them.
 
-    The default `atol`, the floor, is the rounding error of the stiffest part. All forces
-    of a soft one may lie below it, so it counts only once iterations bring nothing more.
+    Ranks may come to that at different times: of several, the next solver on the mesh
+    frees what no rank has any more.
     """
-    history = problem.history
-    goal = rtol * history[0]
-    if atol == floor and history[-1] > 0.0 and _improves(history):
-        return goal
-    return max(atol, goal)
-
-
-def _improves(history: Sequence[float]) -> bool:
-    """Whether the last iteration has taken nine tenths of the residual, or none was."""
-    return len(history) < 2 or history[-1] < 0.1 * history[-2]
+    if sys.is_finalizing():
+        return
+    for name in names:
+        solver.__dict__.pop(name, None)
+    problem = solver.__dict__.get("problem")
+    if problem is None or PETSc.Sys.isFinalized():
+        return
+    if problem.comm.size == 1:
+        compat.destroy_garbage(problem.comm)
 
 
 def _renew(ksp: PETSc.KSP, A: PETSc.Mat) -> None:
@@ -216,6 +229,40 @@ def _line_search(problem: NonlinearProblem) -> str:
     return "bt" if springs else "basic"
 
 
+def _convergence_test(
+    problem: NonlinearProblem, snes: PETSc.SNES, floor: float
+) -> Callable[..., int]:
+    """Test for a SNES whose options are in PETSc's table: forces against forces.
+
+    PETSc's own compares the norm of all rows with that of the first iterate, which has
+    none of the forces that a body meets on its way. Its divergence tolerance counts
+    where the user has set one: of the first residual above rounding error.
+    """
+    reasons = PETSc.SNES.ConvergedReason
+    options = PETSc.Options(snes.getOptionsPrefix())
+    divergence = options.getReal("snes_divergence_tolerance", -1.0)
+
+    def test(snes: PETSc.SNES, iteration: int, norms: tuple[float, ...]) -> int:
+        size, step, norm = norms
+        rtol, atol, stol, _ = snes.getTolerances()
+        convergence, history = problem.convergence, problem.history
+        if not np.isfinite(norm):
+            return NOT_A_NUMBER
+        convergence.accept()
+        if convergence.reached(rtol, None if atol == floor else atol):
+            return reasons.CONVERGED_FNORM_RELATIVE
+        first = next((norm for norm in history if norm > convergence.floor), 0.0)
+        if 0.0 < divergence * first < history[-1]:
+            return reasons.DIVERGED_DTOL
+        if iteration > 0 and step < stol * size and not convergence.now.pending:
+            return reasons.CONVERGED_SNORM_RELATIVE
+        if 0 <= snes.getMaxFunctionEvaluations() <= snes.getFunctionEvaluations():
+            return reasons.DIVERGED_FUNCTION_COUNT
+        return reasons.CONVERGED_ITERATING
+
+    return test
+
+
 class SNESSolver:
     """PETSc SNES on [u, multiplier], with line search. Collective.
 
@@ -233,21 +280,23 @@ class SNESSolver:
     ----------
     snes
         The petsc4py SNES.
+    options
+        `PetscOptions`, as of `NewtonSolver`.
     """
 
     def __init__(
         self, problem: NonlinearProblem, options: Mapping[str, Any] | None = None
     ) -> None:
+        check_solver_input(self, problem, options)
         self.problem = problem
         self.A, self.b = problem.create_matrix(), problem.create_vector()
         self.snes = PETSc.SNES().create(problem.comm)
         # What a callback raised: newer petsc4py raises an error of its own instead
         self._raised: list[ContactError] = []
-        # rtol and atol of the present solve, which each residual may change for SNES
-        self._tolerances = [0.0, 0.0]
+        self._floor = problem.residual_floor()
         # Not self: C would keep it alive in a cycle
-        raised, tolerances = self._raised, self._tolerances
-        floor = problem.residual_floor()
+        raised, scale = self._raised, problem.create_vector()
+        self._scale = scale
 
         def residual(snes: PETSc.SNES, x: PETSc.Vec, b: PETSc.Vec) -> None:
             try:
@@ -255,14 +304,12 @@ class SNESSolver:
             except ContactError as error:
                 raised.append(error)
                 raise
-            # Of the forces: SNES counts the constrained rows in, which are lengths
-            rtol, atol = tolerances
-            goal = _goal(problem, rtol, atol, floor)
-            snes.setTolerances(rtol=0.0, atol=goal)
+            b.pointwiseMult(b, scale)
 
         def tangent(snes: PETSc.SNES, x: PETSc.Vec, A: PETSc.Mat, P: PETSc.Mat) -> None:
             if problem.J(x, A):
                 _renew(snes.ksp, A)
+            A.diagonalScale(scale)
 
         self.snes.setFunction(residual, self.b)
         self.snes.setJacobian(tangent, self.A)
@@ -270,17 +317,22 @@ class SNESSolver:
             "snes_type": "newtonls",
             "snes_linesearch_type": _line_search(problem),
             "snes_rtol": 1e-10,
-            "snes_atol": floor,
+            "snes_atol": self._floor,
             "snes_stol": 0.0,
             "snes_max_it": 25,
         }
-        _configure(
-            self,
-            self.snes,
+        self.options = PetscOptions(
             f"raymortar_snes_{next(_counter)}_",
             {**defaults, **DIRECT, **(options or {})},
         )
-        solvers.attach(self.krylov_solver, problem.contact)
+        self.options.configure(self.snes)
+        with self.options:
+            test = _convergence_test(problem, self.snes, self._floor)
+        self.snes.setConvergenceTest(test)
+        solvers.attach(self.krylov_solver, problem.contact, scale)
+
+    def __del__(self) -> None:
+        _release(self, "snes", "A", "b", "_scale")
 
     @property
     def krylov_solver(self) -> PETSc.KSP:
@@ -297,6 +349,12 @@ class SNESSolver:
     def tolerances(self, values: tuple[float, float]) -> None:
         self.snes.setTolerances(rtol=values[0], atol=values[1])
 
+    def _settings(self) -> dict[str, Any]:
+        """What all ranks must have alike: one that stops sooner leaves the others."""
+        _, _, _, max_it = self.snes.getTolerances()
+        name = type(self).__name__
+        return {"solver": name, "tolerances": self.tolerances, "max_it": max_it}
+
     def solve(self) -> tuple[int, bool]:
         """Solve from the present u and multiplier.
 
@@ -309,25 +367,23 @@ class SNESSolver:
         ConvergenceError
             With PETSc's reason, pairs, active points, gaps and residual history.
         """
+        require_agreement(self.problem.comm, **self._settings())
         x = self.problem.start()
         self._raised.clear()
-        rtol, atol = self._tolerances[:] = self.tolerances
+        self._scale.array[:] = self.problem.row_scale()
         try:
-            self.snes.solve(None, x)
+            with self.options:
+                self.snes.solve(None, x)
         except PETSc.Error:
             if not self._raised:
                 raise
             raise self._raised[0] from None
-        finally:
-            self.tolerances = rtol, atol
         # The last residual may be of a rejected trial step
         self.problem.form(x)
-        x.destroy()
         reason = self.snes.getConvergedReason()
         iterations = self.snes.getIterationNumber()
-        # Of a residual that is rounding error no line search finds a smaller one
-        no_descent = reason == PETSc.SNES.ConvergedReason.DIVERGED_LINE_SEARCH
-        converged = reason > 0 or (no_descent and self.snes.getFunctionNorm() <= atol)
+        converged = reason > 0 or (reason == NO_DESCENT and self._is_rounding_error(x))
+        x.destroy()
         if not converged:
             _renew(self.krylov_solver, self.A)
         _require(
@@ -336,3 +392,15 @@ class SNESSolver:
             f"after {iterations} iterations (SNES reason {reason})",
         )
         return iterations, True
+
+    @property
+    def force_tolerance(self) -> float | None:
+        """`snes_atol` where the user has given one."""
+        atol = self.tolerances[1]
+        return None if atol == self._floor else atol
+
+    def _is_rounding_error(self, x: PETSc.Vec) -> bool:
+        """Whether the residual is: no line search finds a smaller one. Collective."""
+        self.problem.F(x, self.b)
+        rtol = self.tolerances[0]
+        return self.problem.convergence.reached(rtol, self.force_tolerance, True)

@@ -116,12 +116,13 @@ def near_nullspace(contact: Any) -> PETSc.NullSpace:
     return PETSc.NullSpace().create(vectors=vectors, comm=comm)
 
 
-def attach(ksp: PETSc.KSP, contact: Any) -> None:
-    """Tell a solver whose options have been read about the contact."""
+def attach(ksp: PETSc.KSP, contact: Any, row_scale: PETSc.Vec | None = None) -> None:
+    """Tell a solver whose options have been read about the contact, and by what the
+    rows of its matrices have been multiplied."""
     if ksp.getPC().getType() == "python":
         context = ksp.getPC().getPythonContext()
         if isinstance(context, ContactPreconditioner):
-            context.contact = contact
+            context.contact, context.row_scale = contact, row_scale
 
 
 class ContactPreconditioner:
@@ -137,7 +138,7 @@ class ContactPreconditioner:
 
     Attributes
     ----------
-    contact
+    contact, row_scale
         Set by `attach` before the first use.
     solver
         KSP of S, with prefix ``displacement_`` after that of the outer one.
@@ -145,19 +146,26 @@ class ContactPreconditioner:
 
     def __init__(self) -> None:
         self.contact: Any = None
+        self.row_scale: PETSc.Vec | None = None
         self.solver: Any = None  # PETSc.KSP from `setUp` on
         self._near: PETSc.NullSpace | None = None
         self._springs: Any = None  # a number from the first elimination on
+        # Index sets of both unknowns, and what the elimination needs
+        self._u: Any = None
+        self._lam: Any = None
+        self._B: Any = None
+        self._C: Any = None
+        self._inverse: Any = None
 
     def setUp(self, pc: PETSc.PC) -> None:
         """Take the blocks of the tangent anew. Collective."""
         A, _ = pc.getOperators()
+        # A new solver each time: GAMG cannot change the sizes of its levels
+        self.reset(pc)
         S = A if self.contact.multiplier is None else self._eliminate(A)
         if self._near is None:
             self._near = near_nullspace(self.contact)
         S.setNearNullSpace(self._near)
-        # A new one each time: GAMG cannot change the sizes of its levels
-        self.reset(pc)
         self.solver = PETSc.KSP().create(pc.comm)
         self.solver.setType("preonly")
         self.solver.setOptionsPrefix(f"{pc.getOptionsPrefix() or ''}displacement_")
@@ -173,7 +181,7 @@ class ContactPreconditioner:
             self._springs = scale**2 / (SPRINGS * surface_stiffness(self.contact))
             self._u, self._lam = _index_sets(self.contact.layout)
         K, self._B, self._C, D = (
-            A.createSubMatrix(rows, columns)
+            self._unscaled(A.createSubMatrix(rows, columns), rows)
             for rows in (self._u, self._lam)
             for columns in (self._u, self._lam)
         )
@@ -185,6 +193,17 @@ class ContactPreconditioner:
         for matrix in (K, D, EC):
             matrix.destroy()
         return S
+
+    def _unscaled(self, block: PETSc.Mat, rows: PETSc.IS) -> PETSc.Mat:
+        """A block whose rows are as they were assembled: springs are of those."""
+        if self.row_scale is not None:
+            factors = self.row_scale.getSubVector(rows)
+            inverse = factors.copy()
+            inverse.reciprocal()
+            block.diagonalScale(inverse)
+            inverse.destroy()
+            self.row_scale.restoreSubVector(rows, factors)
+        return block
 
     def _inverse_blocks(self, D: PETSc.Mat) -> PETSc.Mat:
         """E^-1 from the nodes' blocks of D and the lumped mass."""
@@ -222,6 +241,11 @@ class ContactPreconditioner:
         right, rest = r.copy(), q.copy()
         x.restoreSubVector(self._u, r)
         x.restoreSubVector(self._lam, q)
+        if self.row_scale is not None:
+            for part, rows in ((right, self._u), (rest, self._lam)):
+                factors = self.row_scale.getSubVector(rows)
+                part.pointwiseDivide(part, factors)
+                self.row_scale.restoreSubVector(rows, factors)
         u, lam = right.duplicate(), rest.duplicate()
         self._inverse.mult(rest, lam)
         self._B.mult(lam, u)
@@ -237,10 +261,21 @@ class ContactPreconditioner:
             vector.destroy()
 
     def reset(self, pc: PETSc.PC) -> None:
-        """Forget the operators: the next ones may have another pattern."""
-        if self.solver is not None:
-            self.solver.destroy()
-            self.solver = None
+        """Forget the operators: the next ones may have another pattern. Collective."""
+        self._destroy("solver", "_B", "_C", "_inverse")
+
+    def destroy(self, pc: PETSc.PC) -> None:
+        """The end, called by PETSc. Collective."""
+        self.reset(pc)
+        self._destroy("_near", "_u", "_lam")
+
+    def _destroy(self, *names: str) -> None:
+        """Free PETSc objects at once: what Python drops is kept for a while."""
+        for name in names:
+            thing = getattr(self, name)
+            if thing is not None:
+                thing.destroy()
+            setattr(self, name, None)
 
 
 def _index_sets(layout: Any) -> tuple[PETSc.IS, PETSc.IS]:

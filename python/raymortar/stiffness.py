@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from typing import Any
 
@@ -13,9 +14,14 @@ from mpi4py import MPI
 from . import compat
 from .compat import Array
 from .errors import ContactError, raise_everywhere
+from .interfaces import Interfaces
 from .layout import Layout, marked_everywhere
 from .reference_facets import normals, shape_functions
+from .strain_response import strain_response, stiffness_without_bulk
 from .surfaces import Surface
+
+
+_numbers = itertools.count()
 
 
 class VolumePattern:
@@ -29,84 +35,155 @@ class VolumePattern:
         Compressed rows of this rank, int32; columns in the coupled numbering.
     diagonal
         Of the owned displacement dofs, unrolled. Force per length.
+    response
+        Of the owned nodes, see `strain_response`.
+    number
+        That no other one has.
     """
 
     def __init__(self, form: Any, layout: Layout) -> None:
-        self.form = form
+        self.form, self.number = form, next(_numbers)
         K = assemble_matrix(form)
         K.assemble()
         offsets, columns, _ = K.getValuesCSR()
         self.offsets = np.asarray(offsets, dtype=np.int32)
         self.columns = layout.coupled_columns(columns)
-        self.diagonal: Array = K.getDiagonal().array.copy()
+        diagonal = K.getDiagonal()
+        self.diagonal: Array = diagonal.array.copy()
+        self.response = strain_response(K, layout.u)
+        diagonal.destroy()
         K.destroy()
 
 
-def _area(surface: Surface) -> float:
+def _areas(surface: Surface) -> Array:
     """Reference area (length in 2D) of this rank's facets."""
     points, weights = compat.quadrature(surface.shape, 2 * surface.node_degree)
     _, gradients = shape_functions(surface.shape, surface.node_degree, points)
     nodes = surface.X[surface.facet_nodes]
     tangents = np.einsum("iqa,fad->ifqd", gradients, nodes)
-    return float((np.linalg.norm(normals(tangents), axis=-1) @ weights).sum())
+    return np.linalg.norm(normals(tangents), axis=-1) @ weights
 
 
-def _side(
-    volume: VolumePattern, layout: Layout, sides: Sequence[Surface], fixed: Any
-) -> tuple[float, bool]:
-    """Stiffness over area of all surfaces of one side, and whether it can move.
+class _Side:
+    """Measures one side of pairs of bodies, for `Interfaces.tables`.
 
-    Collective.
+    Parameters
+    ----------
+    volume, layout, interfaces
+        Of the contact.
+    bcs
+        Dirichlet conditions.
     """
-    V = layout.u.function_space
-    bs, owned = V.dofmap.index_map_bs, V.dofmap.index_map.size_local
-    used = np.unique(np.concatenate([surface.dofs for surface in sides]))
-    marked = marked_everywhere(V, used)[:owned]
-    stiffness = volume.diagonal.reshape(-1, bs)[marked].sum()
-    free = bool((fixed.reshape(-1, bs)[:owned][marked] == 0).any())
-    area = sum(map(_area, sides))
-    stiffness, area = (layout.comm.allreduce(v, op=MPI.SUM) for v in (stiffness, area))
-    return stiffness / (bs * area), layout.comm.allreduce(free, op=MPI.LOR)
+
+    def __init__(
+        self,
+        volume: VolumePattern,
+        layout: Layout,
+        interfaces: Interfaces,
+        bcs: Sequence[Any],
+    ) -> None:
+        self.volume, self.layout, self.interfaces = volume, layout, interfaces
+        V = layout.u.function_space
+        self._bs, self._owned = V.dofmap.index_map_bs, V.dofmap.index_map.size_local
+        fixed, _ = compat.dirichlet_dofs(bcs, V)
+        fixed = fixed.reshape(-1, self._bs)[: self._owned]
+        diagonal = volume.diagonal.reshape(-1, self._bs)
+        free = (fixed == 0).any(axis=1)
+        response = volume.response.reshape(self._owned, 2 * volume.response.shape[2])
+        self._nodal = np.column_stack([diagonal.sum(axis=1), free, response])
+
+    def __call__(self, surfaces: Sequence[Surface]) -> Array:
+        """Stiffness over area, whether it can move, and size of facets, by body."""
+        bodies, V = self.interfaces.bodies, self.layout.u.function_space
+        used = np.unique(np.concatenate([surface.dofs for surface in surfaces]))
+        nodes = np.flatnonzero(marked_everywhere(V, used)[: self._owned])
+        # A facet may be in several zones
+        ids, first = np.unique(
+            np.concatenate([surface.facet_ids for surface in surfaces]),
+            return_index=True,
+        )
+        area = np.concatenate([_areas(surface) for surface in surfaces])[first]
+        body = np.concatenate(
+            [self.interfaces.of_facets(surface) for surface in surfaces]
+        )[first]
+
+        def by_body(of: Array, values: Array) -> list[Array]:
+            n = bodies.count
+            return [np.bincount(of, column, minlength=n) for column in values.T]
+
+        sums = by_body(bodies.dofs[nodes], self._nodal[nodes])
+        sums += by_body(body, np.column_stack([area, np.ones(len(ids))]))
+        total = np.array(sums, dtype=np.float64)  # empty counts are integers
+        self.layout.comm.Allreduce(MPI.IN_PLACE, total, op=MPI.SUM)
+        diagonal, free, *response, area, facets = total
+        sheared, swollen = np.reshape(response, (2, -1, bodies.count))
+        with np.errstate(divide="ignore", invalid="ignore"):  # bodies without facets
+            stiffness = diagonal / (self._bs * area)
+            share = stiffness_without_bulk(sheared, swollen, self._bs)
+            stiffness *= share.min(axis=0)
+            size = (area / facets) ** (1.0 / (self._bs - 1))
+        return np.column_stack([stiffness, free > 0, size])
+
+
+def _softer(slave: Array, master: Array) -> Array:
+    """Stiffness of the softer side that can move; infinite where there is none."""
+    found = np.stack([slave[:, 0], master[:, 0]])
+    free = np.stack([slave[:, 1], master[:, 1]]) > 0.0
+    counts = free | ~free.any(axis=0)
+    with np.errstate(invalid="ignore"):
+        counts &= np.isfinite(found) & (found > 0.0)
+    return np.where(counts, found, np.inf).min(axis=0)
 
 
 def contact_stiffness(
-    volume: VolumePattern, layout: Layout, zones: Any, bcs: Sequence[Any] = ()
-) -> float:
-    """sum(diag K) / sum(int N_a dG) over a side's displacement dofs [theory (5.2)].
+    volume: VolumePattern,
+    layout: Layout,
+    interfaces: Interfaces,
+    bcs: Sequence[Any] = (),
+    times_size: bool = False,
+) -> list[Array]:
+    """Stiffness over area of the softer side of pairs of bodies [theory (5.2)].
 
-    About the modulus over the mesh size, in force per length over area, with no
-    material parameter asked for, of the softer side. A side that is prescribed
-    throughout is rigid, whatever stiffness it has been given. Collective.
+    About the shear modulus over the mesh size, in force per length over area, with no
+    material parameter asked for. A side that is prescribed throughout is rigid, whatever
+    stiffness it has been given. Collective.
+
+    Parameters
+    ----------
+    times_size
+        Multiply by the mean size of the pair's slave facets: a modulus.
+
+    Returns
+    -------
+    (slave's bodies, master's bodies) of each zone, see `Interfaces`. Pairs without
+    a stiffness have the least of the others.
 
     Raises
     ------
     ContactError
         If the stiffness has no positive diagonal on any side that can move.
     """
-    fixed, _ = compat.dirichlet_dofs(bcs, layout.u.function_space)
-    facets = [zone.facets for zone in zones]
-    sides = {
-        "slave": _side(volume, layout, [f.slave_surface for f in facets], fixed),
-        "master": _side(volume, layout, [f.master_surface for f in facets], fixed),
-    }
-    soft = any(free for _, free in sides.values())
-    found = [s for s, free in sides.values() if free or not soft]
-    fine = [s for s in found if np.isfinite(s) and s > 0.0]
-    described = ", ".join(f"{s} on the {name}" for name, (s, _) in sides.items())
-    raise_everywhere(
-        layout.comm,
-        None
-        if fine
-        else f"no automatic gamma: the form's stiffness over area is {described} "
-        "surface; give gamma a value",
-        ContactError,
-    )
-    return float(min(fine))
+    sides: list[Array] = []
+
+    def pair(slave: Array, master: Array) -> Array:
+        sides[:] = slave[0, :1], master[0, :1]
+        return _softer(slave, master) * (slave[:, 2] if times_size else 1.0)
+
+    tables = interfaces.tables(_Side(volume, layout, interfaces, bcs), pair)
+    least = min(float(table.min()) for table in tables)
+    message = None
+    if not np.isfinite(least):
+        message = (
+            f"no automatic gamma: the form's stiffness over area is {sides[0][0]} on the "
+            f"slave, {sides[1][0]} on the master surface; give gamma a value"
+        )
+    raise_everywhere(layout.comm, message, ContactError)
+    return [np.where(np.isfinite(table), table, least) for table in tables]
 
 
-def contact_modulus(stiffness: float, layout: Layout, zones: Any) -> float:
-    """A stress: contact stiffness times the mean size of the slave facets. Collective."""
+def mean_facet_size(layout: Layout, zones: Sequence[Any]) -> float:
+    """Of all slave facets. Length. Collective."""
     sides = [zone.facets.slave_surface for zone in zones]
-    area = layout.comm.allreduce(sum(map(_area, sides)), op=MPI.SUM)
+    area = layout.comm.allreduce(sum(float(_areas(side).sum()) for side in sides))
     facets = layout.comm.allreduce(sum(len(side.facet_dofs) for side in sides))
-    return stiffness * float((area / facets) ** (1.0 / (sides[0].gdim - 1)))
+    return float((area / facets) ** (1.0 / (sides[0].gdim - 1)))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -15,12 +16,14 @@ from . import _cpp, compat, quadrature
 from .checks import check_areas, check_cells, check_pair
 from .compat import Array, Indices
 from .errors import ContactError, raise_everywhere
-from .facets import Facets, facet_dof_table, tagged_facets
+from .facets import Facets, facet_dof_table, join, tagged_facets
 from .friction import Coulomb, Stick, Tresca
 from .layout import Layout
 from .methods import Search
+from .options import is_whole_number
 from .reference_facets import facet_nodes, shape_functions
 from .surfaces import Surface, build_surface
+from .thickness import Cells, thickness_behind
 
 
 @dataclass
@@ -30,8 +33,10 @@ class ZoneFacets:
     slave_tag: int
     master_tags: tuple[int, ...]
     slave: Facets
+    masters: list[Facets]
     slave_surface: Surface
     master_surface: Surface
+    master: Facets  # of all tags, in the order of the surface
 
 
 @dataclass
@@ -69,11 +74,13 @@ def numbered(pairs: Any, names: Any, u: Function) -> list[tuple[Any, Any]]:
         Displacement, for the dimension of facets.
     """
     facet_dim = u.function_space.mesh.topology.dim - 1
-    known: dict[str, int] = {}
-    for name, group in ({} if names is None else dict(names)).items():
-        dim, tag = group if isinstance(group, tuple) else (facet_dim, group)
+    known: dict[str, Any] = {}
+    if names is not None and not isinstance(names, Mapping):
+        raise ContactError(f"names must map names to facet tags, not {names!r}")
+    for name, group in (names or {}).items():
+        dim, tag = _dimension_and_tag(name, group, facet_dim)
         if dim == facet_dim:
-            known[name] = int(tag)
+            known[name] = tag
 
     def number(tag: Any) -> Any:
         if not isinstance(tag, str):
@@ -90,14 +97,29 @@ def numbered(pairs: Any, names: Any, u: Function) -> list[tuple[Any, Any]]:
     return [(number(slave), number(master)) for slave, master in two_each]
 
 
+def _dimension_and_tag(name: Any, group: Any, facet_dim: int) -> tuple[Any, Any]:
+    """Dimension and tag of a named group."""
+    parts = tuple(group) if isinstance(group, (tuple, list)) else (facet_dim, group)
+    if len(parts) != 2 or not all(map(is_whole_number, parts)):
+        raise ContactError(
+            f"names has {group!r} for {name!r}: it must be a tag, a whole number, or "
+            "(dimension, tag)"
+        )
+    return parts
+
+
 def group_pairs(pairs: Any) -> dict[int, tuple[int, ...]]:
     """Master tags of each slave tag, after checking the list of pairs."""
     try:
-        tags = [(int(slave), int(master)) for slave, master in pairs]
+        given = [(slave, master) for slave, master in pairs]
     except (TypeError, ValueError):
         raise ContactError(
             f"pairs must be a list of (slave tag, master tag), not {pairs!r}"
         ) from None
+    for tag in chain.from_iterable(given):
+        if not is_whole_number(tag):
+            raise ContactError(f"pairs has the tag {tag!r}, which is no whole number")
+    tags = [(int(slave), int(master)) for slave, master in given]
     if not tags:
         raise ContactError("pairs is empty: give at least one (slave, master)")
     for slave, master in tags:
@@ -136,8 +158,10 @@ def find_facets(
                 slave_tag,
                 master_tags,
                 slave,
+                masters,
                 build_surface(u, [slave]),
                 build_surface(u, masters),
+                join(masters),
             )
         )
     return zones
@@ -157,15 +181,27 @@ def _cpp_surface(surface: Surface, layout: Layout) -> _cpp.Surface:
     )
 
 
-def _distances(search: Search, diameter: float) -> _cpp.SearchDistances:
-    """Search distances in lengths, the defaults from the largest facet."""
+def _sizes(surface: _cpp.Surface, comm: MPI.Comm) -> Array:
+    """What distances of facets are measured in: their diameter. Collective.
 
-    def length(value: float | None, default: float) -> float:
-        return default * diameter if value is None else float(value)
+    Of facets that are smaller than their surface's are in the mean, that mean: a step
+    does not become smaller where the mesh is finer. Shape (n_facets,). Length.
+    """
+    own = surface.diameters()
+    total = comm.allreduce(own.sum(), op=MPI.SUM)
+    return np.maximum(own, total / comm.allreduce(len(own), op=MPI.SUM))
 
-    return _cpp.SearchDistances(
-        length(search.reach, 2.0), length(search.depth, 2.0), length(search.skin, 0.5)
-    )
+
+def _distances(search: Search, sizes: Array) -> dict[str, Array]:
+    """Search distances of the slave facets, the defaults from their sizes. Lengths."""
+    defaults = {"reach": 2.0, "depth": 2.0, "skin": 0.5}
+    given = {name: getattr(search, name) for name in defaults}
+    return {
+        name: default * sizes
+        if given[name] is None
+        else np.full(len(sizes), float(given[name]))
+        for name, default in defaults.items()
+    }
 
 
 def _multipliers(
@@ -197,14 +233,17 @@ def create_zone(
     current_measure: bool,
     moving_segments: bool,
     search: Search,
+    cells: Cells,
 ) -> ZoneData:
     """C++ zone of some facets. Collective."""
+    comm = layout.comm
     slave = _cpp_surface(zone.slave_surface, layout)
     master = _cpp_surface(zone.master_surface, layout)
-    comm = layout.comm
-    diameter = comm.allreduce(
-        max(slave.largest_diameter(), master.largest_diameter()), op=MPI.MAX
-    )
+    distances = _distances(search, _sizes(slave, comm))
+    # Two bodies of this thickness limit no depth
+    most = 2.0 * comm.allreduce(distances["depth"].max(initial=0.0), op=MPI.MAX)
+    slave.set_thickness(thickness_behind(cells, zone.slave, most))
+    master.set_thickness(thickness_behind(cells, zone.master, most))
     surface = zone.slave_surface
     multipliers, table, nodes = _multipliers(zone, layout.multiplier, layout)
     p = surface.displacement_degree
@@ -223,7 +262,9 @@ def create_zone(
         friction=Stick().cpp() if friction is None else friction.cpp(),
         current_measure=current_measure,
         moving_segments=moving_segments,
-        distances=_distances(search, diameter),
+        distances=_cpp.SearchDistances(
+            **distances, depth_is_default=search.depth is None
+        ),
         strategy=getattr(_cpp.Strategy, search.strategy.replace("-", "_")),
         subdivide=search.subdivide,
         segment_rules=quadrature.segment_rules(surface.shape, degree),

@@ -167,8 +167,7 @@ inline Segmentation segments_of(const Surface& slave, const Surface& master,
                                 const SegmentationOptions& options)
 {
   return make_segments(slave, master,
-                       find_candidates(slave, master,
-                                       {options.reach, options.depth, 0},
+                       find_candidates(slave, master, options.distances,
                                        Strategy::bvh),
                        options);
 }

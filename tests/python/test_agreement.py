@@ -93,6 +93,64 @@ def test_number_of_conditions_must_agree(scene):
     )
 
 
+@pytest.mark.skipif(COMM.size == 1, reason="one rank agrees with itself")
+@pytest.mark.parametrize(
+    "name, here, there",
+    [
+        ("steps", 3, 4),
+        ("max_halvings", 2, 6),
+        ("largest", 2, 1),
+        ("easy", 3, 5),
+        ("extrapolate", True, False),
+        ("path", (0.0, 0.5), (0.0, 1.0)),
+    ],
+)
+def test_paths_must_agree(name, here, there):
+    refused_by_all(
+        f"{name} differs between ranks",
+        lambda: top_moves("triangle", **{name: here if ODD else there}),
+    )
+
+
+@pytest.mark.skipif(COMM.size == 1, reason="one rank agrees with itself")
+@pytest.mark.parametrize("solver", SOLVERS)
+@pytest.mark.parametrize("name", ["tolerances", "max_it"])
+def test_tolerances_must_agree(scene, solver, name):
+    """A rank that ends sooner, or goes on, would leave the others waiting."""
+    problem = build(scene, bcs=squeezed)
+    problem.solver = solver(problem.problem)
+    if not ODD:
+        pass
+    elif name == "tolerances":
+        problem.solver.tolerances = 1e-3, 1e-3
+    elif solver is raymortar.SNESSolver:
+        problem.solver.snes.setTolerances(max_it=3)
+    else:
+        problem.solver.max_it = 3
+    refused_by_all(f"{name} differs between ranks", problem.solve)
+    path = raymortar.LoadSteps(problem.solver, lambda t: None, 2, progress=False)
+    with pytest.raises(ContactError, match=f"{name} differs between ranks"):
+        path.run()
+
+
+@pytest.mark.skipif(COMM.size == 1, reason="one rank agrees with itself")
+def test_solvers_and_their_options_must_agree(scene):
+    problem = build(scene, bcs=squeezed).problem
+    options = {"snes_max_it": 3 if ODD else 4}
+    refused_by_all(
+        "options differs between ranks",
+        lambda: raymortar.SNESSolver(problem, options),
+    )
+    if len(SOLVERS) > 1:
+        refused_by_all(
+            "solver differs between ranks", lambda: SOLVERS[int(ODD)](problem)
+        )
+
+
+def test_numbers_of_numpy_agree_with_those_of_python():
+    require_agreement(COMM, a=np.float64(2.5) if ODD else 2.5, b=np.int64(3))
+
+
 def test_functions_agree_whatever_their_values(scene):
     gamma = fem.Function(compat.space(scene.mesh, "DG", 0))
     gamma.x.array[:] = 1.0 + COMM.rank

@@ -195,6 +195,24 @@ def test_checkpoints_of_another_partition_are_refused(demo, folder, monkeypatch)
         demo.long_runs.load(path, demo.Ironing(COMM, 60).contact, demo.Row)
 
 
+@pytest.mark.mpi
+def test_checkpoints_of_another_number_of_ranks_are_refused(demo, folder):
+    """They are other files: not a word of what is missing."""
+    path, other = folder / "ironing.npz", 1 if COMM.size > 1 else 2
+    model = demo.Ironing(COMM, 60)
+    demo.long_runs.save(path, model.contact, [])
+    own = demo.long_runs.rank_file(path, COMM)
+    with np.load(own) as data:
+        arrays = {name: data[name] for name in data.files} | {"ranks": other}
+    COMM.barrier()
+    own.unlink()
+    if COMM.rank == 0:
+        np.savez(path if other == 1 else path.with_suffix(".0.npz"), **arrays)
+    COMM.barrier()
+    with pytest.raises(SystemExit, match=f"written by {other} .*run has {COMM.size}"):
+        demo.long_runs.load(path, model.contact, demo.Row)
+
+
 @pytest.mark.parametrize("damage", ["missing", "empty", "cut", "changed", "other"])
 def test_damaged_checkpoints_are_refused(demo, tmp_path, damage):
     path = tmp_path / "ironing.npz"

@@ -83,9 +83,9 @@ def test_a_solver_that_was_not_used_leaves_no_options(tmp_path):
 STANDS_FOR_NONE = {
     "method": "AugmentedLagrangian()",
     "search": "Search()",
-    "reach": "twice the largest facet diameter",
-    "depth": "twice the largest facet diameter",
-    "skin": "half the largest facet diameter",
+    "reach": "twice the facet's size",
+    "depth": "twice the facet's size, less in thin bodies",
+    "skin": "half the facet's size",
 }
 
 

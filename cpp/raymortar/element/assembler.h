@@ -67,9 +67,12 @@ using BlockSink =
 
 /// Takes what an element has to do with a master that it does not hit, but that
 /// the vertices of its segments hang on: a block of the slave facet with this
-/// master, (size, size) row-major. Moving segments only
-using CouplingSink = std::function<void(std::size_t element, Index master,
-                                        const double* block, int size)>;
+/// master, (size, size) row-major, and the rows of the master that it does hit
+/// in the columns of this one, (side, side) row-major, or nullptr where it has
+/// no hit. Moving segments only
+using CouplingSink =
+    std::function<void(std::size_t element, Index master, const double* block,
+                       int size, const double* hit_rows)>;
 
 /// @brief Element kernels for one facet type, law and measure.
 ///

@@ -31,10 +31,7 @@ public:
     const Data& data;
     /// Tangent at fixed points, to which the motion adds
     typename Kernel::Matrix& A;
-    /// Takes the columns of masters that are not the element's own. Of the rows
-    /// of a master that was hit in place of the segment's own they are left
-    /// out: only points between the true edge of two masters and the chord that
-    /// stands for it have such
+    /// Takes the columns of masters that are not the element's own
     const CouplingSink& couplings;
     FlatMap<F> map;
   };
@@ -194,10 +191,14 @@ private:
   {
     constexpr int side = Layout::side;
     const ContactState& s = e.state;
-    const bool own = of.master == s.elements.master[e.number];
+    const Index hit = s.elements.master[e.number];
+    const bool own = of.master == hit;
     const auto master = s.master.template nodes<F>(s.master.x, of.master);
     if (not own)
+    {
       _coupling.setZero();
+      _hit_rows.setZero();
+    }
     share_centre();
     for (std::size_t v = 0; v < static_cast<std::size_t>(of.size); ++v)
     {
@@ -207,17 +208,38 @@ private:
         continue;
       const typename F::RefPoint xi =
           s.segmentation.vertices[at].template head<T>();
-      const Motion dy = e.map.gradient(xi) *
-                        vertex_motion<F>(e.data.slave, master, xi, hangs_on);
-      add_motion<Layout::size>(_by_vertex[v], dy, 0, e.A, 0);
+      const Motion dy =
+          e.map.gradient(xi) * motion_of(s, of, e.data.slave, master, at);
+      add_motion<0, Layout::size>(_by_vertex[v], dy, 0, e.A, 0);
       if (own)
-        add_motion<Layout::size>(_by_vertex[v], dy, side, e.A, Layout::master);
+        add_motion<0, Layout::size>(_by_vertex[v], dy, side, e.A,
+                                    Layout::master);
       else
-        add_motion<Layout::alone>(_by_vertex[v], dy, side, _coupling,
-                                  Layout::master);
+      {
+        add_motion<0, Layout::alone>(_by_vertex[v], dy, side, _coupling,
+                                     Layout::master);
+        add_motion<Layout::master, side>(_by_vertex[v], dy, side, _hit_rows, 0);
+      }
     }
     if (not own)
-      e.couplings(e.number, of.master, _coupling.data(), Layout::size);
+      e.couplings(e.number, of.master, _coupling.data(), Layout::size,
+                  hit == no_index ? nullptr : _hit_rows.data());
+  }
+
+  /// dxi of a vertex, on the true facets or where the flat patches have it
+  [[nodiscard]] static Mat<T, 2 * Layout::side>
+  motion_of(const ContactState& s, const Segment& of,
+            const typename F::NodeMatrix& slave,
+            const typename F::NodeMatrix& master, std::size_t vertex)
+  {
+    const Break& hangs_on = s.segmentation.breaks[vertex];
+    const typename F::RefPoint xi =
+        s.segmentation.vertices[vertex].template head<T>();
+    if (not hangs_on.is_flat())
+      return vertex_motion<F>(slave, master, xi, hangs_on);
+    const Patch& patch = patches<F>(
+        s.segmentation.subdivided)[static_cast<std::size_t>(of.slave_patch)];
+    return flat_motion<F>(FlatPatch<F>(slave, patch), master, xi, hangs_on);
   }
 
   /// The mean of the core moves with each of its vertices
@@ -233,15 +255,16 @@ private:
 
   using Motion = Eigen::Matrix<double, T, 2 * Layout::side, Eigen::RowMajor>;
 
-  /// Add the first rows of A times one side's columns of dy to a block
-  template <int Count>
-  static void add_motion(const Sum& A, const Motion& dy, int from,
-                         typename Kernel::Matrix& block, int to)
+  /// Add some rows of A times one side's columns of dy to the rows of a block
+  template <int First, int Count, class Block>
+  static void add_motion(const Sum& A, const Motion& dy, int from, Block& block,
+                         int to)
   {
     constexpr int side = Layout::side;
-    for (int r = 0; r < Count; ++r)
+    for (int i = 0; i < Count; ++i)
     {
-      auto row = block.row(r).template segment<side>(to);
+      const int r = First + i;
+      auto row = block.row(i).template segment<side>(to);
       if constexpr (T == 1)
         row += A(r, 0) * dy.template segment<side>(from);
       else
@@ -255,5 +278,6 @@ private:
   std::array<Flat, capacity + 1> _y;
   std::array<Sum, capacity + 1> _by_vertex;
   typename Kernel::Matrix _coupling;
+  Eigen::Matrix<double, Layout::side, Layout::side, Eigen::RowMajor> _hit_rows;
 };
 } // namespace raymortar

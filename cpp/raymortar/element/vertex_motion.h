@@ -2,15 +2,59 @@
 #pragma once
 
 #include "raymortar/element/kinematics.h"
+#include "raymortar/geometry/patch.h"
 #include "raymortar/mortar/breaks.h"
 
 namespace raymortar
 {
+/// @brief The matrix of (3.9) or (3.10), inverted.
+template <class F>
+struct VertexSystem
+{
+  static constexpr int D = F::gdim;
+  static constexpr int T = F::tdim;
+
+  /// Edges do not run along each other: else their crossing may be anywhere
+  bool regular = false;
+  bool crosses = false;
+  Mat<D, D> inverse; ///< unknowns (dxi, dg) or (ds, dt, dg)
+  Mat<T, D> by_u;    ///< dxi per right-hand side
+
+  /// @param[in] along_xi How the point on the ray moves with xi, length
+  /// @param[in] along_m Tangent of the master's edge; crossings only
+  VertexSystem(const Mat<D, T>& along_xi, const Vec<D>& n,
+               const Vec<D>& along_m, const Break& hangs_on)
+      : crosses(hangs_on.motion == Break::Motion::crossing or
+                hangs_on.motion == Break::Motion::flat_crossing)
+  {
+    Mat<D, D> A;
+    Mat<T, D> by_z = Mat<T, D>::Zero(); // dxi of the unknowns
+    A.col(D - 1) = n;
+    if (crosses)
+    {
+      by_z.col(0) = hangs_on.along_s.template head<T>();
+      A.col(0) = along_xi * by_z.col(0);
+      A.col(1) = -along_m;
+    }
+    else
+    {
+      A.template leftCols<T>() = along_xi;
+      by_z.template leftCols<T>().setIdentity();
+    }
+    regular = std::abs(A.determinant()) >
+              tolerance::along * A.colwise().norm().prod();
+    if (not regular)
+      return;
+    inverse = A.inverse();
+    by_u = by_z * inverse;
+  }
+};
+
 /// @brief dxi of a vertex as rows over the displacement dofs
 /// [slave | master of the segment]: (3.5) or (3.6) differentiated. Zero where
 /// two edges run along each other: their crossing may be anywhere on them.
 /// @param[in] slave, master Deformed nodes, (gdim, nodes). Length
-/// @param[in] hangs_on Not Motion::fixed
+/// @param[in] hangs_on Motion::corner or crossing
 /// [theory (3.9), (3.10)]
 template <class F>
 [[nodiscard]] Mat<F::tdim, 2 * Variations<F>::side>
@@ -25,34 +69,100 @@ vertex_motion(const typename F::NodeMatrix& slave,
   PointGeometry<F> p = slave_geometry<F>(slave, xi);
   add_master_geometry<F>(p, master, F::Disp::values(eta), eta);
   const double g = p.slave.n.dot(master * F::Node::values(eta) - p.slave.x);
-  const Mat<D, T> along =
-      p.slave.t + g * curvature_at<F>(slave, xi, p.slave, p.dual).n;
-  Mat<D, D> A;
-  Mat<T, D> by_z; // dxi of the unknowns
-  by_z.setZero();
-  A.col(D - 1) = p.slave.n;
-  if (hangs_on.motion == Break::Motion::corner)
-  {
-    A.template leftCols<T>() = along;
-    by_z.template leftCols<T>().setIdentity();
-  }
-  else
-  {
-    by_z.col(0) = hangs_on.along_s.template head<T>();
-    A.col(0) = along * by_z.col(0);
-    A.col(1) = -p.T * hangs_on.along_m.template head<T>();
-  }
-  if (not(std::abs(A.determinant()) >
-          tolerance::along * A.colwise().norm().prod()))
-    return Mat<T, 2 * side>::Zero();
+  const VertexSystem<F> system(
+      p.slave.t + g * curvature_at<F>(slave, xi, p.slave, p.dual).n, p.slave.n,
+      p.T * hangs_on.along_m.template head<T>(), hangs_on);
+  Mat<T, 2 * side> dxi = Mat<T, 2 * side>::Zero();
+  if (not system.regular)
+    return dxi;
   // Applied to du_m - du_s - g dn, with dn = - sum_a G_a (n . du_a)
-  const Mat<T, D> by_u = by_z * A.inverse();
-  Mat<T, 2 * side> dxi;
+  const Mat<T, D>& by_u = system.by_u;
   for (int a = 0; a < F::dofs; ++a)
   {
     dxi.template middleCols<D>(a * D) =
         g * (by_u * p.G_s.col(a)) * p.slave.n.transpose() - p.N_s[a] * by_u;
     dxi.template middleCols<D>(side + a * D) = p.N_m[a] * by_u;
+  }
+  return dxi;
+}
+
+/// @brief A slave patch through its corners, in the order of Lagrange<S, 1>,
+/// and the normal along which masters are projected.
+template <class F>
+struct FlatPatch
+{
+  static constexpr int D = F::gdim;
+  static constexpr int T = F::tdim;
+  static constexpr int corners = F::Ref::corners;
+  using Shapes = Lagrange<F::shape, 1>;
+
+  Mat<D, corners> x;
+  Mat<F::dofs, corners> N;    ///< displacement's shape functions at the corners
+  typename F::RefPoint begin; ///< first corner on the facet
+  Mat<T, T> from_xi;
+  Vec<D> n;
+  Mat<D, corners> G; ///< surface gradients of the shapes at the barycentre
+
+  FlatPatch(const typename F::NodeMatrix& nodes, const Patch& patch)
+  {
+    Mat<T, corners> xi;
+    for (int c = 0; c < corners; ++c)
+    {
+      // Patches list their corners going around
+      const int k = corners == 4 and c > 1 ? 5 - c : c;
+      const int node = patch.node[static_cast<std::size_t>(k)];
+      xi.col(c) = typename F::RefPoint(
+          F::Node::points[static_cast<std::size_t>(node)].data());
+      x.col(c) = nodes.col(node);
+      N.col(c) = F::Disp::values(xi.col(c));
+    }
+    begin = xi.col(0);
+    const Mat<T, T> to_xi = xi.template middleCols<T>(1).colwise() - begin;
+    from_xi = to_xi.inverse();
+    // On triangles it is the same everywhere
+    const Mat<corners, T> dN = Shapes::gradients(F::RefPoint::Constant(0.5));
+    const Mat<D, T> t = x * dN;
+    n = normal_of(t).normalized();
+    G = dual_tangents<D>(t) * dN.transpose();
+  }
+};
+
+/// @brief The same of a vertex that has kept its flat place: the patches
+/// through the corners are the facets, and the slave patch has one normal.
+/// @param[in] hangs_on Motion::flat_corner or flat_crossing
+template <class F>
+[[nodiscard]] Mat<F::tdim, 2 * Variations<F>::side>
+flat_motion(const FlatPatch<F>& slave, const typename F::NodeMatrix& master,
+            const typename F::RefPoint& xi, const Break& hangs_on)
+{
+  constexpr int D = F::gdim;
+  constexpr int T = F::tdim;
+  constexpr int side = Variations<F>::side;
+  using Shapes = typename FlatPatch<F>::Shapes;
+  const typename F::RefPoint at = slave.from_xi * (xi - slave.begin);
+  const typename F::RefPoint begin = hangs_on.eta.template head<T>();
+  const typename F::RefPoint end = begin + hangs_on.along_m.template head<T>();
+  const Vec<FlatPatch<F>::corners> N = Shapes::values(at);
+  const Vec<D> x_m = master * F::Node::values(begin);
+  const VertexSystem<F> system(slave.x * Shapes::gradients(at) * slave.from_xi,
+                               slave.n, master * F::Node::values(end) - x_m,
+                               hangs_on);
+  Mat<T, 2 * side> dxi = Mat<T, 2 * side>::Zero();
+  if (not system.regular)
+    return dxi;
+  // The vertex is the solution: what is left are place and height on the edge
+  const Vec<D> z = system.inverse * (x_m - slave.x * N);
+  const double t = system.crosses ? z[1] : 0.0;
+  const Vec<F::dofs> N_m =
+      (1.0 - t) * F::Disp::values(begin) + t * F::Disp::values(end);
+  const Mat<T, D>& by_u = system.by_u;
+  const Mat<T, FlatPatch<F>::corners> turn = z[D - 1] * by_u * slave.G;
+  for (int a = 0; a < F::dofs; ++a)
+  {
+    for (int c = 0; c < FlatPatch<F>::corners; ++c)
+      dxi.template middleCols<D>(a * D) +=
+          slave.N(a, c) * (turn.col(c) * slave.n.transpose() - N[c] * by_u);
+    dxi.template middleCols<D>(side + a * D) = N_m[a] * by_u;
   }
   return dxi;
 }

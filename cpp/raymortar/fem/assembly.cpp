@@ -122,6 +122,17 @@ public:
     set_values(_foreign, block);
   }
 
+  /// Rows of one master in the columns of another: few, so that their places
+  /// are not kept
+  void add_masters(Index hit, Index other, const double* block)
+  {
+    master_rows(_zone, hit, Constrained::left_out, _foreign);
+    master_rows(_zone, other, Constrained::left_out, _rows);
+    _arrays.reset();
+    set_values(_foreign, block);
+    open();
+  }
+
 private:
   void open()
   {
@@ -133,8 +144,8 @@ private:
   /// PETSc leaves out rows and columns numbered -1
   void set_values(const std::vector<PetscInt>& rows, const double* block)
   {
-    const auto n = static_cast<PetscInt>(_rows.size());
-    check(MatSetValues(_matrix, n, rows.data(), n, _rows.data(), block,
+    check(MatSetValues(_matrix, static_cast<PetscInt>(rows.size()), rows.data(),
+                       static_cast<PetscInt>(_rows.size()), _rows.data(), block,
                        ADD_VALUES),
           "MatSetValues");
   }
@@ -258,8 +269,13 @@ void add_tangent(Zone& zone, ::Mat A, BlockPositions& positions)
         s, elements,
         [&](std::size_t e, const double* block, int)
         { writer.add(s.elements.slave[e], s.elements.master[e], block); },
-        [&](std::size_t e, Index master, const double* block, int)
-        { writer.add(s.elements.slave[e], master, block); });
+        [&](std::size_t e, Index master, const double* block, int,
+            const double* hit_rows)
+        {
+          writer.add(s.elements.slave[e], master, block);
+          if (hit_rows)
+            writer.add_masters(s.elements.master[e], master, hit_rows);
+        });
   }
   smooth_tangent(zone, A);
   statistics.tangent_blocks += static_cast<std::int64_t>(elements.size());
@@ -287,25 +303,38 @@ void apply_lifting(Zone& zone, ::Vec b, std::span<const double> slave,
   ignore_left_out(b);
   std::vector<PetscInt> rows;
   std::vector<double> change, increment;
-  const auto lift = [&](Index f, Index m, const double* block, int size)
+  // A block of these rows times the increment
+  const auto lift = [&](const double* block)
+  {
+    change.assign(rows.size(), 0.0);
+    for (std::size_t i = 0; i < rows.size(); ++i)
+      for (std::size_t j = 0; j < increment.size(); ++j)
+        change[i] -= alpha * block[i * increment.size() + j] * increment[j];
+    check(VecSetValues(b, static_cast<PetscInt>(rows.size()), rows.data(),
+                       change.data(), ADD_VALUES),
+          "VecSetValues");
+  };
+  const auto lift_pair = [&](Index f, Index m, const double* block)
   {
     element_rows(zone, f, m, Constrained::left_out, rows);
     element_increment(s, f, m, slave, master, increment);
-    change.assign(static_cast<std::size_t>(size), 0.0);
-    for (int i = 0; i < size; ++i)
-      for (int j = 0; j < size; ++j)
-        change[static_cast<std::size_t>(i)] -=
-            alpha * block[i * size + j] *
-            increment[static_cast<std::size_t>(j)];
-    check(VecSetValues(b, size, rows.data(), change.data(), ADD_VALUES),
-          "VecSetValues");
+    lift(block);
   };
   zone.assembler().tangent(
       s, lifted,
-      [&](std::size_t e, const double* block, int size)
-      { lift(s.elements.slave[e], s.elements.master[e], block, size); },
-      [&](std::size_t e, Index m, const double* block, int size)
-      { lift(s.elements.slave[e], m, block, size); });
+      [&](std::size_t e, const double* block, int)
+      { lift_pair(s.elements.slave[e], s.elements.master[e], block); },
+      [&](std::size_t e, Index m, const double* block, int,
+          const double* hit_rows)
+      {
+        lift_pair(s.elements.slave[e], m, block);
+        if (not hit_rows)
+          return;
+        master_rows(zone, s.elements.master[e], Constrained::left_out, rows);
+        increment.clear();
+        gather_values(s.master, m, master, increment);
+        lift(hit_rows);
+      });
   zone.assembly().lifted_blocks += static_cast<std::int64_t>(lifted.size());
 }
 } // namespace raymortar

@@ -40,9 +40,10 @@ double compute_blocks(const Zone& zone, bool tangent)
   }
   std::vector<std::size_t> all(s.elements.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
-  zone.assembler().tangent(s, all, add,
-                           [&](std::size_t e, Index, const double* block,
-                               int size) { add(e, block, size); });
+  zone.assembler().tangent(
+      s, all, add,
+      [&](std::size_t e, Index, const double* block, int size, const double*)
+      { add(e, block, size); });
   return sum;
 }
 } // namespace raymortar

@@ -1,6 +1,7 @@
 #include "raymortar/fem/halo.h"
 #include "raymortar/pairing/candidates.h"
 #include <algorithm>
+#include <bit>
 #include <numeric>
 #include <unordered_map>
 
@@ -16,6 +17,9 @@ enum : int
   dofs_kind,
   kinds
 };
+
+/// Values of a facet before its nodes: number and thickness
+constexpr std::size_t facet_header = 2;
 
 /// Boxes of all ranks, rank by rank
 struct Published
@@ -69,10 +73,11 @@ struct Parcel
 {
   std::vector<int> ranks;
   std::vector<std::int64_t> counts; ///< facets, nodes, dofs of each rank
-  std::vector<std::int64_t> facets; ///< id, node ids, dof ids per facet
-  std::vector<std::int64_t> nodes;  ///< global node number
-  std::vector<double> positions;    ///< X, x, x_old per node
-  std::vector<std::int64_t> dofs;   ///< global dof number, first row
+  /// Per facet: id, bits of the thickness behind it, node ids, dof ids
+  std::vector<std::int64_t> facets;
+  std::vector<std::int64_t> nodes; ///< global node number
+  std::vector<double> positions;   ///< X, x, x_old per node
+  std::vector<std::int64_t> dofs;  ///< global dof number, first row
   std::vector<Index> send_dofs;
 };
 
@@ -100,6 +105,8 @@ void pack(const Surface& own, std::span<const std::int64_t> node_ids,
   {
     const auto f = static_cast<std::size_t>(facet);
     out.facets.push_back(own.facet_id[f]);
+    out.facets.push_back(
+        std::bit_cast<std::int64_t>(own.thickness_behind(facet)));
     for (std::size_t a = 0; a < nodes; ++a)
       out.facets.push_back(
           node_ids[static_cast<std::size_t>(own.facet_nodes[f * nodes + a])]);
@@ -179,13 +186,15 @@ Surface unpack(const Surface& own, const Received& r, std::vector<Index>& place)
     if (fresh)
       s.rows.push_back(r.dofs[k + 1]);
   }
-  for (std::size_t k = 0; k < r.facets.size(); k += 1 + n + m)
+  for (std::size_t k = 0; k < r.facets.size(); k += facet_header + n + m)
   {
+    const std::int64_t* nodes = r.facets.data() + k + facet_header;
     s.facet_id.push_back(r.facets[k]);
+    s.thickness.push_back(std::bit_cast<double>(r.facets[k + 1]));
     for (std::size_t a = 0; a < n; ++a)
-      s.facet_nodes.push_back(node_number(r.facets[k + 1 + a]).first);
+      s.facet_nodes.push_back(node_number(nodes[a]).first);
     for (std::size_t a = 0; a < m; ++a)
-      s.facet_dofs.push_back(dof_number(r.facets[k + 1 + n + a]).first);
+      s.facet_dofs.push_back(dof_number(nodes[n + a]).first);
   }
   s.neighbours = find_neighbours(s);
   return s;
@@ -207,7 +216,8 @@ Halo::Halo(MPI_Comm comm, const Surface& own,
     for_each_demand<3>(own, all, add);
   _exchange.emplace(comm, std::move(parcel.ranks), std::move(parcel.counts),
                     kinds);
-  const int facet_width = 1 + own.nodes_per_facet() + own.dofs_per_facet();
+  const int facet_width = static_cast<int>(facet_header) +
+                          own.nodes_per_facet() + own.dofs_per_facet();
   Received r;
   r.facets = _exchange->send(parcel.facets, facets_kind, facet_width);
   r.nodes = _exchange->send(parcel.nodes, nodes_kind, 1);

@@ -27,6 +27,35 @@ std::vector<Pattern::Pair> present_pairs(const Zone& zone)
   return pairs;
 }
 
+/// Where a point of a segment hits another master, between the chord of an edge
+/// and the true one, or a nearer one: with moving segments the rows of the
+/// master that is hit have columns of the segment's
+std::vector<Pattern::Coupling> present_couplings(const Zone& zone)
+{
+  const ContactState& s = zone.state();
+  std::vector<Pattern::Coupling> couplings;
+  if (not zone.input().moving_segments)
+    return couplings;
+  for (std::size_t q = 0; q < s.points.size(); ++q)
+  {
+    const Index hit = s.hits.master[q], segment = s.points.segment[q];
+    if (hit == no_index or segment == no_index)
+      continue;
+    const Index own =
+        s.segmentation.segments[static_cast<std::size_t>(segment)].master;
+    if (own == hit)
+      continue;
+    const auto [first, second] =
+        std::minmax(s.master.facet_id[static_cast<std::size_t>(hit)],
+                    s.master.facet_id[static_cast<std::size_t>(own)]);
+    couplings.emplace_back(s.points.slave[q], first, second);
+  }
+  std::sort(couplings.begin(), couplings.end());
+  couplings.erase(std::unique(couplings.begin(), couplings.end()),
+                  couplings.end());
+  return couplings;
+}
+
 /// Local numbers of the fetched master facets, by global number
 class MasterNumbers
 {
@@ -130,7 +159,7 @@ ContactRows contact_rows(std::span<const Zone* const> zones,
                          std::span<const Pattern* const> patterns)
 {
   ContactRows rows;
-  std::vector<PetscInt> block;
+  std::vector<PetscInt> block, other;
   for (std::size_t z = 0; z < zones.size(); ++z)
   {
     const Zone& zone = *zones[z];
@@ -144,6 +173,15 @@ ContactRows contact_rows(std::span<const Zone* const> zones,
     for (const auto& [slave, id] : patterns[z]->pairs())
     {
       element_rows(zone, slave, number(id), Constrained::kept, block);
+      rows.add(block);
+    }
+    for (const auto& [slave, first, second] : patterns[z]->couplings())
+    {
+      if (number(first) == no_index or number(second) == no_index)
+        continue;
+      master_rows(zone, number(first), Constrained::kept, block);
+      master_rows(zone, number(second), Constrained::kept, other);
+      block.insert(block.end(), other.begin(), other.end());
       rows.add(block);
     }
   }
@@ -250,7 +288,10 @@ CompressedRows merged_rows(std::span<const std::int32_t> offsets,
 bool Pattern::covers(const Zone& zone) const
 {
   const auto now = present_pairs(zone);
-  return std::includes(_pairs.begin(), _pairs.end(), now.begin(), now.end());
+  const auto coupled = present_couplings(zone);
+  return std::includes(_pairs.begin(), _pairs.end(), now.begin(), now.end()) and
+         std::includes(_couplings.begin(), _couplings.end(), coupled.begin(),
+                       coupled.end());
 }
 
 void Pattern::extend(const Zone& zone)
@@ -278,6 +319,37 @@ void Pattern::extend(const Zone& zone)
     if (std::binary_search(_sliding.begin(), _sliding.end(), slave))
       append_neighbours(master, slave, number(id), _pairs);
   sort_unique(_pairs);
+  extend_couplings(zone);
+}
+
+/// Which points hit another master changes from iterate to iterate. So slave
+/// facets that have any get room for all neighbours among their masters
+void Pattern::extend_couplings(const Zone& zone)
+{
+  const auto now = present_couplings(zone);
+  const Surface& master = zone.state().master;
+  const MasterNumbers number(master);
+  std::vector<Index> slaves;
+  for (const auto& [slave, first, second] : _couplings)
+    slaves.push_back(slave);
+  for (const auto& [slave, first, second] : now)
+    slaves.push_back(slave);
+  sort_unique(slaves);
+  _couplings = now;
+  std::vector<Pair> neighbours;
+  for (const Pair& p : _pairs)
+  {
+    const auto& [slave, id] = p;
+    if (not std::binary_search(slaves.begin(), slaves.end(), slave))
+      continue;
+    neighbours.clear();
+    append_neighbours(master, slave, number(id), neighbours);
+    for (const Pair& next : neighbours)
+      if (id < next.second and
+          std::binary_search(_pairs.begin(), _pairs.end(), next))
+        _couplings.emplace_back(slave, id, next.second);
+  }
+  sort_unique(_couplings);
 }
 
 void preallocate(::Mat A, std::span<const std::int32_t> offsets,

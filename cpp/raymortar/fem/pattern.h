@@ -3,6 +3,7 @@
 
 #include "raymortar/fem/zone.h"
 #include <petscmat.h>
+#include <tuple>
 
 namespace raymortar
 {
@@ -11,6 +12,9 @@ class Pattern
 {
 public:
   using Pair = std::pair<Index, std::int64_t>; ///< slave local, master global
+  /// A slave facet and two masters, the smaller number first: one is hit by
+  /// points of a segment on the other
+  using Coupling = std::tuple<Index, std::int64_t, std::int64_t>;
 
   /// @brief Whether the zone's present pairs all have room.
   [[nodiscard]] bool covers(const Zone& zone) const;
@@ -24,9 +28,16 @@ public:
   void extend(const Zone& zone);
 
   [[nodiscard]] const std::vector<Pair>& pairs() const { return _pairs; }
+  [[nodiscard]] const std::vector<Coupling>& couplings() const
+  {
+    return _couplings;
+  }
 
 private:
-  std::vector<Pair> _pairs;    ///< sorted
+  void extend_couplings(const Zone& zone);
+
+  std::vector<Pair> _pairs;         ///< sorted
+  std::vector<Coupling> _couplings; ///< sorted
   std::vector<Index> _sliding; ///< slave facets that met new masters, sorted
 };
 

@@ -10,15 +10,15 @@ namespace raymortar
 {
 namespace
 {
-/// Lower and upper corners, box after box
-template <int D>
-std::vector<double> flat(const std::vector<Box<D>>& boxes, double margin)
+/// Lower and upper corners, box after box, each made larger by `margin(box)`
+template <int D, class Margin>
+std::vector<double> flat(const std::vector<Box<D>>& boxes, Margin&& margin)
 {
   std::vector<double> f;
   f.reserve(boxes.size() * 2 * D);
-  for (const Box<D>& box : boxes)
+  for (std::size_t k = 0; k < boxes.size(); ++k)
   {
-    const Box<D> b = box.inflated(margin);
+    const Box<D> b = boxes[k].inflated(margin(k));
     f.insert(f.end(), b.lower.data(), b.lower.data() + D);
     f.insert(f.end(), b.upper.data(), b.upper.data() + D);
   }
@@ -70,8 +70,9 @@ bool any_rank(MPI_Comm comm, bool here)
 } // namespace
 
 Zone::Zone(MPI_Comm comm, ZoneInput input)
-    : _comm(comm), _input(std::move(input))
+    : _comm(comm), _input(std::move(input)), _bare(_input.distances.bare())
 {
+  find_margins();
   _state.slave = _input.slave;
   _state.multipliers = _input.multipliers;
   _state.current_measure = _input.current_measure;
@@ -90,6 +91,19 @@ Zone::Zone(MPI_Comm comm, ZoneInput input)
   _master_u = _master_old = _master_fixed = zeros(_input.master);
   _fixed_slave = zeros(_input.slave);
   _state.gamma.assign(_input.slave.facet_dofs.size(), 1.0);
+}
+
+/// Half of a margin is for the slave side to move, half for the master
+void Zone::find_margins()
+{
+  _smallest_skin = _halo_margin = std::numeric_limits<double>::infinity();
+  for (Index f = 0; f < _input.slave.num_facets(); ++f)
+  {
+    const SearchDistances& d = _input.distances[f];
+    _smallest_skin = std::min(_smallest_skin, d.skin);
+    _halo_margin = std::min(_halo_margin, std::max({d.skin, d.depth, d.reach}));
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &_halo_margin, 1, MPI_DOUBLE, MPI_MIN, _comm);
 }
 
 void Zone::set_displacement(std::span<const double> slave,
@@ -117,6 +131,8 @@ void Zone::set_old_displacement(std::span<const double> slave,
     _state.master.x_old =
         displaced(_state.master, _halo->fetch(_master_old, _input.slave.gdim));
   _held = {};
+  if (_state.segmentation.hang_on_past or _state.hits.hang_on_past)
+    _points_are_present = _rays_are_present = false;
 }
 
 void Zone::set_fixed(std::span<const double> slave,
@@ -171,18 +187,16 @@ template <int D>
 void Zone::update_halo()
 {
   const Stopwatch watch(_statistics.seconds_halo);
-  const auto& distances = _input.distances;
-  // Half of the margin is for the slave side to move, half for the master
-  const double margin =
-      std::max({distances.skin, distances.depth, distances.reach});
-  const auto rays = ray_boxes<D>(_state.slave, distances);
-  const bool holds =
-      _halo and inside<D>(part_boxes<D>(rays, _part), _wanted, 0.5 * margin) and
-      largest_move(_input.master.x, _master_at) <= 0.5 * margin;
+  const double half = 0.5 * _halo_margin;
+  const auto rays = ray_boxes<D>(_state.slave, _input.distances);
+  const bool holds = _halo and
+                     inside<D>(part_boxes<D>(rays, _part), _wanted, half) and
+                     largest_move(_input.master.x, _master_at) <= half;
   if (not any_rank(_comm, not holds))
     return;
   _part = parts_of<D>(rays);
-  _wanted = flat<D>(part_boxes<D>(rays, _part), margin);
+  _wanted = flat<D>(part_boxes<D>(rays, _part),
+                    [this](std::size_t) { return _halo_margin; });
   _master_at = _input.master.x;
   _past = traffic();
   _halo.emplace(_comm, _input.master, _input.master_node_ids,
@@ -209,15 +223,15 @@ template <int D>
 void Zone::update_candidates()
 {
   const Stopwatch watch(_statistics.seconds_candidates);
-  SearchDistances bare = _input.distances;
-  bare.skin = 0.0;
-  const auto slave = ray_boxes<D>(_state.slave, bare);
+  const auto slave = ray_boxes<D>(_state.slave, _bare);
   const auto master = facet_boxes<D>(_state.master);
   if (inside<D>(slave, _slave_boxes) and inside<D>(master, _master_boxes))
     return;
-  const double half = 0.5 * _input.distances.skin;
-  _slave_boxes = flat<D>(slave, half);
-  _master_boxes = flat<D>(master, half);
+  _slave_boxes =
+      flat<D>(slave, [this](std::size_t f)
+              { return 0.5 * _input.distances[static_cast<Index>(f)].skin; });
+  _master_boxes =
+      flat<D>(master, [this](std::size_t) { return 0.5 * _smallest_skin; });
   _candidates = find_candidates(_state.slave, _state.master, _input.distances,
                                 _input.strategy);
   ++_statistics.candidate_builds;
@@ -244,9 +258,8 @@ void Zone::pair()
 void Zone::make_points_anew()
 {
   const Stopwatch watch(_statistics.seconds_segments);
-  _state.segmentation = make_segments(
-      _state.slave, _state.master, _candidates,
-      {_input.distances.reach, _input.distances.depth, _input.subdivide});
+  _state.segmentation = make_segments(_state.slave, _state.master, _candidates,
+                                      {_input.distances, _input.subdivide});
   _state.points =
       make_points(_state.slave, _state.segmentation, _input.segment_rules,
                   _input.facet_rule, _input.multipliers.components > 0);
@@ -266,8 +279,8 @@ void Zone::renew_rays()
   if (_rays_are_present)
     return;
   const Stopwatch watch(_statistics.seconds_rays);
-  _state.hits = cast_rays(_state.slave, _state.master, _state.points,
-                          {_input.distances.reach, _input.distances.depth});
+  _state.hits =
+      cast_rays(_state.slave, _state.master, _state.points, _input.distances);
   _state.elements = group_points(_state.points, _state.hits);
   _rays_are_present = true;
 }

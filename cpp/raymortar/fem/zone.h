@@ -20,7 +20,7 @@ struct ZoneInput
   FrictionLaw friction;
   bool current_measure = false;
   bool moving_segments = true;
-  SearchDistances distances;
+  FacetDistances distances;
   Strategy strategy = Strategy::bvh;
   bool subdivide = false;
   SegmentRules segment_rules;
@@ -155,6 +155,7 @@ public:
 private:
   template <int D>
   void update_halo();
+  void find_margins();
   template <int D>
   void update_candidates();
   void renew_master();
@@ -163,6 +164,9 @@ private:
 
   MPI_Comm _comm;
   ZoneInput _input;
+  FacetDistances _bare;        ///< distances without skin
+  double _smallest_skin = 0.0; ///< of this rank's slave facets
+  double _halo_margin = 0.0;   ///< of the shortest distances on all ranks
   ContactState _state;
   std::unique_ptr<Assembler> _assembler;
   std::optional<Halo> _halo;

@@ -13,14 +13,22 @@ struct Break
 {
   enum class Motion : std::int8_t
   {
-    fixed,   ///< to the slave: its own corner, or not known
-    corner,  ///< under a corner of the master
-    crossing ///< where an edge of the slave crosses one of the master
+    fixed,        ///< to the slave: its own corner, or not known
+    corner,       ///< under a corner of the master
+    crossing,     ///< where an edge of the slave crosses one of the master
+    flat_corner,  ///< the same two where the flat patches have them
+    flat_crossing ///< instead of the true facets
   };
   Motion motion = Motion::fixed;
-  Vec<2> eta = Vec<2>::Zero();     ///< the master's point there
+  /// The master's point there; flat_crossing: where the master's edge begins
+  Vec<2> eta = Vec<2>::Zero();
   Vec<2> along_s = Vec<2>::Zero(); ///< of the slave's edge in xi; crossing
   Vec<2> along_m = Vec<2>::Zero(); ///< of the master's edge in eta; crossing
+
+  [[nodiscard]] bool is_flat() const
+  {
+    return motion == Motion::flat_corner or motion == Motion::flat_crossing;
+  }
 };
 
 /// @brief An edge in reference coordinates: begin + s along, 0 <= s <= 1.

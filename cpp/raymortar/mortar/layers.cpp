@@ -120,6 +120,23 @@ bool any_overlap(const std::vector<Piece<D>>& pieces)
   return false;
 }
 
+/// With the loser goes what has lost to it: a third layer that has been cut
+/// there already does not meet the winner any more
+void note(std::vector<Rivalry>& rivalries, const Rivalry& one)
+{
+  const auto add = [&](const Rivalry& r)
+  {
+    if (r.winner != r.loser and
+        std::find(rivalries.begin(), rivalries.end(), r) == rivalries.end())
+      rivalries.push_back(r);
+  };
+  const std::size_t count = rivalries.size();
+  for (std::size_t k = 0; k < count; ++k)
+    if (rivalries[k].winner == one.loser)
+      add({one.winner, rivalries[k].loser});
+  add(one);
+}
+
 /// Cut `loser` by the winner's region; what is left is appended
 template <int D>
 void give_way(std::vector<Piece<D>>& pieces, std::size_t loser,
@@ -136,11 +153,22 @@ void give_way(std::vector<Piece<D>>& pieces, std::size_t loser,
 } // namespace
 
 template <int D>
-void keep_nearest(std::vector<Piece<D>>& pieces, double whole, double reach,
-                  double depth)
+std::vector<Rivalry> keep_nearest(std::vector<Piece<D>>& pieces, double whole,
+                                  double reach, double depth,
+                                  const LayerJudge<D>& judge)
 {
+  std::vector<Rivalry> rivalries;
   if (not any_overlap<D>(pieces))
-    return;
+    return rivalries;
+  const auto first_wins =
+      [&](const Piece<D>& a, const Piece<D>& b, const Vec<D - 1>& at)
+  {
+    const int verdict = judge ? judge(a.master, b.master, at) : 0;
+    if (verdict != 0)
+      return verdict < 0;
+    return rank_of(a.seen.height(at), reach, depth) <=
+           rank_of(b.seen.height(at), reach, depth);
+  };
   // Pieces that are cut are appended and compared again, against all
   for (std::size_t i = 0; i < pieces.size(); ++i)
     for (std::size_t j = 0; j < i and pieces[i].region.size > 0; ++j)
@@ -151,15 +179,21 @@ void keep_nearest(std::vector<Piece<D>>& pieces, double whole, double reach,
       const Common<D> both = common<D>(pieces[i].region, pieces[j].region);
       if (not(both.measure > tolerance::overlap * whole))
         continue;
-      const auto rank = [&](std::size_t k)
-      { return rank_of(pieces[k].seen.height(both.centroid), reach, depth); };
-      const double hi = rank(i), hj = rank(j);
-      const std::size_t loser = hj <= hi ? i : j;
-      give_way(pieces, loser, pieces[loser == i ? j : i].region);
+      const std::size_t winner =
+          first_wins(pieces[j], pieces[i], both.centroid) ? j : i;
+      const std::size_t loser = winner == i ? j : i;
+      note(rivalries, {pieces[winner].master, pieces[loser].master});
+      give_way(pieces, loser, pieces[winner].region);
     }
   std::erase_if(pieces, [](const Piece<D>& p) { return p.region.size == 0; });
+  std::sort(rivalries.begin(), rivalries.end());
+  return rivalries;
 }
 
-template void keep_nearest<2>(std::vector<Piece<2>>&, double, double, double);
-template void keep_nearest<3>(std::vector<Piece<3>>&, double, double, double);
+template std::vector<Rivalry> keep_nearest<2>(std::vector<Piece<2>>&, double,
+                                              double, double,
+                                              const LayerJudge<2>&);
+template std::vector<Rivalry> keep_nearest<3>(std::vector<Piece<3>>&, double,
+                                              double, double,
+                                              const LayerJudge<3>&);
 } // namespace raymortar

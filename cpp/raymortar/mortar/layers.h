@@ -3,6 +3,7 @@
 
 #include "raymortar/mortar/overlap.h"
 #include <cmath>
+#include <functional>
 #include <vector>
 
 namespace raymortar
@@ -17,14 +18,31 @@ struct Piece
   ProjectedPatch<D> seen;
 };
 
-/// @brief Cut overlapping pieces so that every place keeps its nearest master.
+/// @brief A master that has kept a place, and one that lay over it as well.
+struct Rivalry
+{
+  Index winner;
+  Index loser;
+  auto operator<=>(const Rivalry&) const = default;
+};
+
+/// What the true ray from a point of the slave patch says of two masters:
+/// negative, the first is to be kept; positive, the second; zero, neither
+template <int D>
+using LayerJudge =
+    std::function<int(Index first, Index second, const Vec<D - 1>& at)>;
+
+/// @brief Cut overlapping pieces so that every place keeps one master.
 ///
-/// Neighbouring masters share an edge, which rules them out at once. The nearer
-/// master is decided at the middle of each overlap,
-/// by |height| among the heights within [-depth, reach].
+/// Neighbouring masters share an edge, which rules them out at once. Which
+/// master is kept is decided at the middle of each overlap: by the judge, and
+/// where it has no opinion by |height| among the heights within
+/// [-depth, reach].
 /// @param[in,out] pieces Pieces of one slave patch
 /// @param[in] whole Measure of the slave patch in plane coordinates
+/// @return Who has lost places to whom, for points to try both; sorted
 template <int D>
-void keep_nearest(std::vector<Piece<D>>& pieces, double whole, double reach,
-                  double depth);
+std::vector<Rivalry> keep_nearest(std::vector<Piece<D>>& pieces, double whole,
+                                  double reach, double depth,
+                                  const LayerJudge<D>& judge = {});
 } // namespace raymortar

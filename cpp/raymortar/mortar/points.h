@@ -22,6 +22,7 @@ struct IntegrationPoints
   std::vector<Index> place;    ///< number within the segment: tile by tile
   std::vector<double> covered; ///< segments' area, per slave facet
   std::vector<double> whole;   ///< reference area per slave facet
+  LayerRivals rivals;          ///< other masters that points may meet
 
   [[nodiscard]] std::size_t size() const { return xi.size(); }
 };
@@ -47,20 +48,17 @@ struct Hits
   std::vector<Index> master;     ///< facet that was hit, no_index without
   std::vector<Vec<2>> eta;       ///< its reference coordinates
   std::vector<double> gap;       ///< g of (1), length
-};
-
-/// @brief Range of gaps that count. Lengths.
-struct GapRange
-{
-  double reach;
-  double depth; ///< head on; times the cosine of a ray's incidence otherwise
+  bool hang_on_past = false;     ///< some were chosen by the old positions
 };
 
 /// @brief Cast the ray of every covered point on the true deformed master.
 ///
 /// Newton from the flat guess on the segment's master; where eta leaves the
-/// facet the ray is handed to the neighbour across that edge.
+/// facet the ray is handed to the neighbour across that edge. Where layers of
+/// master lie over each other, the rays decide which one a point meets.
+/// @param[in] range Reach and depth: a depth is one head on, times the cosine
+/// of a ray's incidence otherwise
 [[nodiscard]] Hits cast_rays(const Surface& slave, const Surface& master,
                              const IntegrationPoints& points,
-                             const GapRange& range);
+                             const FacetDistances& range);
 } // namespace raymortar

@@ -2,7 +2,7 @@
 #include "raymortar/geometry/dispatch.h"
 #include "raymortar/geometry/patch.h"
 #include "raymortar/mortar/layers.h"
-#include <limits>
+#include "raymortar/mortar/ray_caster.h"
 
 namespace raymortar
 {
@@ -146,9 +146,11 @@ public:
   Segmenter(const Surface& slave, const Surface& master,
             const SegmentationOptions& options)
       : _slave(slave), _master(master), _options(options),
-        _patches(patches<F>(options.subdivide))
+        _patches(patches<F>(options.subdivide)),
+        _rays(slave, master, _options.distances)
   {
     _out.covered.assign(static_cast<std::size_t>(slave.num_facets()), 0.0);
+    _out.subdivided = options.subdivide;
   }
 
   void add(Index facet, std::span<const Index> masters)
@@ -156,6 +158,8 @@ public:
     const typename F::NodeMatrix nodes =
         _slave.template nodes<F>(_slave.x, facet);
     bool usable = true;
+    _facet = facet;
+    _range = _options.distances[facet];
     for (std::size_t k = 0; k < _patches.size(); ++k)
     {
       const SlavePatch<F> patch(nodes, _patches[k]);
@@ -165,8 +169,8 @@ public:
       _pieces.clear();
       for (const Index m : masters)
         overlap_with(patch, m);
-      keep_nearest<D>(_pieces, patch_measure<F>(), _options.reach,
-                      _options.depth);
+      _rivalries = keep_nearest<D>(_pieces, patch_measure<F>(), _range.reach,
+                                   _range.depth, judge(patch));
       for (const Piece<D>& piece : _pieces)
         emit(facet, static_cast<std::int8_t>(k), patch, nodes, piece);
     }
@@ -174,9 +178,43 @@ public:
       _out.degenerate.push_back(facet);
   }
 
-  [[nodiscard]] Segmentation result() && { return std::move(_out); }
+  [[nodiscard]] Segmentation result() &&
+  {
+    _out.hang_on_past = _rays.has_looked_back();
+    return std::move(_out);
+  }
 
 private:
+  /// Decides between layers of master by the true ray
+  [[nodiscard]] auto judge(const SlavePatch<F>& patch)
+  {
+    // No more than what std::function holds without an allocation
+    return [this, &patch](Index first, Index second,
+                          const typename F::RefPoint& at)
+    {
+      Vec<2> xi = Vec<2>::Zero();
+      xi.template head<F::tdim>() = patch.to_reference(at);
+      return _rays.compare(_facet, xi, first, second);
+    };
+  }
+
+  /// Points of the segment that comes next try the masters that have lost to
+  /// its own. Curved masters bulge out of their flat patches: those that have
+  /// won against it are tried as well
+  void add_rivals(Index master)
+  {
+    _losers.clear();
+    for (const Rivalry& r : _rivalries)
+    {
+      if (r.winner == master)
+        _losers.push_back(r.loser);
+      else if (not F::affine and r.loser == master)
+        _losers.push_back(r.winner);
+    }
+    if (not _losers.empty())
+      _out.rivals.add(static_cast<Index>(_out.segments.size()), _losers);
+  }
+
   void overlap_with(const SlavePatch<F>& slave, Index master)
   {
     const typename F::NodeMatrix nodes =
@@ -187,8 +225,8 @@ private:
           slave.plane, patch_corners<F>(nodes, _patches[k]), _patches[k].size);
       // Curved facets rise over their linear patch: the rays decide later
       const double slack = 0.25 * slave.plane.size;
-      if (seen.size == 0 or seen.lowest > _options.reach + slack or
-          seen.highest < -_options.depth - slack)
+      if (seen.size == 0 or seen.lowest > _range.reach + slack or
+          seen.highest < -_range.depth - slack)
         continue;
       const std::array<Index, 2> of = {master, static_cast<Index>(k)};
       if constexpr (D == 2)
@@ -240,6 +278,8 @@ private:
       _out.breaks.push_back(c.hangs_on);
     }
     _out.covered[static_cast<std::size_t>(facet)] += share;
+    if (not _rivalries.empty())
+      add_rivals(piece.master);
     _out.segments.push_back({facet, piece.master, slave_patch,
                              piece.master_patch, begin, region.size});
   }
@@ -287,7 +327,7 @@ private:
     if (F::affine)
       return v;
     if (not ray_through<F>(nodes, master.corners[corner], v.xi))
-      v.hangs_on.motion = Break::Motion::fixed;
+      v.hangs_on.motion = Break::Motion::flat_corner;
     if (D == 2 and violation<F::shape>(v.xi).amount > 0.0)
     {
       v.xi = v.xi.cwiseMax(0.0).cwiseMin(1.0);
@@ -305,7 +345,11 @@ private:
     double s = edge_s.place_of(v.xi), t = master.place_on_edge(edge, at);
     if (not F::affine and
         not cross_edges<F>(nodes, edge_s, master.nodes, edge_m, s, t))
+    {
+      v.hangs_on = {Break::Motion::flat_crossing, edge_m.begin, edge_s.along,
+                    edge_m.along};
       return v;
+    }
     if (not F::affine)
       v.xi = edge_s.at(s);
     v.hangs_on = {Break::Motion::crossing, edge_m.at(t), edge_s.along,
@@ -317,8 +361,13 @@ private:
   const Surface& _master;
   SegmentationOptions _options;
   std::span<const Patch> _patches;
+  RayCaster<F> _rays;
+  Index _facet = no_index; ///< the present one
+  SearchDistances _range;  ///< of it
   std::vector<Piece<D>> _pieces;
-  std::vector<Corner> _polygon; ///< of the present segment
+  std::vector<Rivalry> _rivalries; ///< of the present patch
+  std::vector<Index> _losers;      ///< to the present segment's master
+  std::vector<Corner> _polygon;    ///< of the present segment
   Segmentation _out;
 };
 } // namespace

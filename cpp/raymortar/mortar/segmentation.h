@@ -5,6 +5,7 @@
 #include "raymortar/mortar/breaks.h"
 #include "raymortar/mortar/overlap.h"
 #include "raymortar/pairing/candidates.h"
+#include <algorithm>
 
 namespace raymortar
 {
@@ -19,6 +20,36 @@ struct Segment
   std::int32_t size;        ///< vertices: 2 in 2D, 3 to 8 in 3D
 };
 
+/// @brief Masters that lie over the same places as those of some segments.
+class LayerRivals
+{
+public:
+  /// @param[in] segment Larger than all before
+  void add(Index segment, std::span<const Index> masters)
+  {
+    _segments.push_back(segment);
+    _masters.insert(_masters.end(), masters.begin(), masters.end());
+    _offsets.push_back(_masters.size());
+  }
+
+  /// Masters that the points of a segment try besides its own
+  [[nodiscard]] std::span<const Index> of(Index segment) const
+  {
+    const auto at =
+        std::lower_bound(_segments.begin(), _segments.end(), segment);
+    if (at == _segments.end() or *at != segment)
+      return {};
+    const auto k = static_cast<std::size_t>(at - _segments.begin());
+    return std::span(_masters).subspan(_offsets[k],
+                                       _offsets[k + 1] - _offsets[k]);
+  }
+
+private:
+  std::vector<Index> _segments; ///< those that have any, ascending
+  std::vector<std::size_t> _offsets = {0};
+  std::vector<Index> _masters;
+};
+
 /// @brief Segments of all slave facets, in order of the slave facet.
 struct Segmentation
 {
@@ -28,7 +59,10 @@ struct Segmentation
   std::vector<Break> breaks;     ///< how each vertex moves
   std::vector<double> covered;   ///< share of each slave facet, (slaves,)
   std::vector<Index> degenerate; ///< slave facets without a usable normal
-  std::int64_t clipped = 0;      ///< patch pairs that were clipped
+  bool subdivided = false;   ///< patches are those of facets that were split
+  LayerRivals rivals;        ///< where layers of master lie over each other
+  bool hang_on_past = false; ///< layers were chosen by the old positions
+  std::int64_t clipped = 0;  ///< patch pairs that were clipped
 
   /// What a polygon is integrated on
   [[nodiscard]] Tiles tiles(const Segment& segment) const
@@ -42,9 +76,17 @@ struct Segmentation
 /// @brief What the segmentation needs to know besides the surfaces.
 struct SegmentationOptions
 {
-  double reach = 0.0;     ///< largest gap that counts, length
-  double depth = 0.0;     ///< largest penetration that counts, length
-  bool subdivide = false; ///< split quadratic facets at their mid nodes
+  FacetDistances distances; ///< reach and depth that count
+  bool subdivide = false;   ///< split quadratic facets at their mid nodes
+
+  SegmentationOptions(FacetDistances range, bool split)
+      : distances(std::move(range)), subdivide(split)
+  {
+  }
+  SegmentationOptions(double reach, double depth, bool split)
+      : SegmentationOptions(FacetDistances(reach, depth), split)
+  {
+  }
 };
 
 /// @brief Project, clip and collect, slave facet by slave facet.
@@ -53,7 +95,7 @@ struct SegmentationOptions
 /// barycentre into its plane and clipped against it. All masters share one
 /// direction and one plane per slave patch, so that segments of neighbouring
 /// masters meet in the same edge: they tile the covered part. Where two
-/// layers of master overlap, the one nearer to the slave keeps the place.
+/// layers of master overlap, the true ray decides which one keeps the place.
 ///
 /// This clip of flat patches decides which corners and edges meet. On curved
 /// and warped facets every vertex is then moved to where the *true* corner or

@@ -11,9 +11,7 @@ namespace raymortar
 /// what its neighbour meets, and the front moves across edges, starting again
 /// for each connected part. It moves by patches of neighbours: the tree is
 /// asked once for a patch, and its facets are compared with what is found.
-/// Walking the master from facet to facet as well, as they do, is slower than
-/// that, and misses masters that a sheet which leaves the reach and returns,
-/// a fold or an island puts out of the way of the walk.
+/// Walking the master from facet to facet as well, as they do, is pang().
 /// @param[in] slaves, masters Boxes of the facets
 /// @complexity O(slaves + masters) but for the tree.
 /// @see tests/cpp/pairing/test_advancing_front.cpp

@@ -6,6 +6,7 @@
 #include "raymortar/pairing/advancing_front.h"
 #include "raymortar/pairing/cells.h"
 #include "raymortar/pairing/group_pairs.h"
+#include "raymortar/pairing/pang.h"
 #include <algorithm>
 
 namespace raymortar
@@ -75,12 +76,12 @@ Box<F::gdim> swept_box(const typename F::NodeMatrix& nodes,
 
 template <class F>
 std::vector<Box<F::gdim>> swept_boxes(const Surface& s,
-                                      const SearchDistances& distances)
+                                      const FacetDistances& distances)
 {
   std::vector<Box<F::gdim>> boxes;
   boxes.reserve(static_cast<std::size_t>(s.num_facets()));
   for (Index f = 0; f < s.num_facets(); ++f)
-    boxes.push_back(swept_box<F>(s.nodes<F>(s.x, f), distances));
+    boxes.push_back(swept_box<F>(s.nodes<F>(s.x, f), distances[f]));
   return boxes;
 }
 
@@ -114,7 +115,7 @@ Candidates by_tree(std::span<const Box<D>> slaves,
 
 template <int D>
 std::vector<Box<D>> ray_boxes(const Surface& slave,
-                              const SearchDistances& distances)
+                              const FacetDistances& distances)
 {
   return with_facet_type(slave,
                          [&]<class F>(F) -> std::vector<Box<D>>
@@ -140,9 +141,9 @@ std::vector<Box<D>> facet_boxes(const Surface& surface)
 }
 
 template std::vector<Box<2>> ray_boxes<2>(const Surface&,
-                                          const SearchDistances&);
+                                          const FacetDistances&);
 template std::vector<Box<3>> ray_boxes<3>(const Surface&,
-                                          const SearchDistances&);
+                                          const FacetDistances&);
 template std::vector<Box<2>> facet_boxes<2>(const Surface&);
 template std::vector<Box<3>> facet_boxes<3>(const Surface&);
 
@@ -150,7 +151,7 @@ namespace
 {
 template <int D>
 Candidates candidates_by(const Surface& slave, const Surface& master,
-                         const SearchDistances& distances, Strategy strategy)
+                         const FacetDistances& distances, Strategy strategy)
 {
   const auto slaves = ray_boxes<D>(slave, distances);
   const auto masters = facet_boxes<D>(master);
@@ -162,13 +163,15 @@ Candidates candidates_by(const Surface& slave, const Surface& master,
     return by_tree<D>(slaves, masters);
   case Strategy::advancing_front:
     return advancing_front<D>(slave, slaves, masters);
+  case Strategy::pang:
+    return pang<D>(slave, master, slaves, masters).candidates;
   }
   throw Error("unknown strategy");
 }
 } // namespace
 
 Candidates find_candidates(const Surface& slave, const Surface& master,
-                           const SearchDistances& distances, Strategy strategy)
+                           const FacetDistances& distances, Strategy strategy)
 {
   return slave.gdim == 2 ? candidates_by<2>(slave, master, distances, strategy)
                          : candidates_by<3>(slave, master, distances, strategy);

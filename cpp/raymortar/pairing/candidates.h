@@ -2,23 +2,17 @@
 #pragma once
 
 #include "raymortar/geometry/aabb_tree.h"
+#include "raymortar/pairing/distances.h"
 #include "raymortar/pairing/surface.h"
 
 namespace raymortar
 {
 enum class Strategy
 {
-  brute_force,    ///< every pair of boxes is compared: the reference
-  bvh,            ///< tree over the master's boxes
-  advancing_front ///< tree asked per patch of neighbours
-};
-
-/// @brief Distances that shape the boxes of the broad phase. Lengths.
-struct SearchDistances
-{
-  double reach = 0.0; ///< along the slave normal
-  double depth = 0.0; ///< against it
-  double skin = 0.0;  ///< margin that candidates stay valid for
+  brute_force,     ///< every pair of boxes is compared: the reference
+  bvh,             ///< tree over the master's boxes
+  advancing_front, ///< tree asked per patch of neighbours
+  pang             ///< walk on both surfaces, from facet to facet
 };
 
 /// @brief Master candidates of each slave facet, compressed by rows.
@@ -38,7 +32,7 @@ struct Candidates
 /// @brief Boxes swept by the slave facets along their rays.
 template <int D>
 [[nodiscard]] std::vector<Box<D>> ray_boxes(const Surface& slave,
-                                            const SearchDistances& distances);
+                                            const FacetDistances& distances);
 
 /// @brief Boxes of the deformed facets.
 template <int D>
@@ -47,6 +41,6 @@ template <int D>
 /// @brief Pairs whose boxes overlap. Same result from every strategy.
 [[nodiscard]] Candidates find_candidates(const Surface& slave,
                                          const Surface& master,
-                                         const SearchDistances& distances,
+                                         const FacetDistances& distances,
                                          Strategy strategy);
 } // namespace raymortar

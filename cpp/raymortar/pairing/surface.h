@@ -2,6 +2,7 @@
 #pragma once
 
 #include "raymortar/geometry/reference.h"
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -27,6 +28,9 @@ struct Surface
   std::vector<Index> neighbours;     ///< (facets, edges), no_index at the rim
   std::vector<GlobalIndex> rows;     ///< first row of each dof, (dofs,)
   std::vector<GlobalIndex> facet_id; ///< global identification, (facets,)
+  /// How much of the undeformed body lies behind each facet, (facets,).
+  /// Infinite, or no array at all: not known. Length
+  std::vector<double> thickness = {};
 
   [[nodiscard]] int nodes_per_facet() const;
   [[nodiscard]] int dofs_per_facet() const;
@@ -51,6 +55,12 @@ struct Surface
           positions.data() +
           F::gdim * facet_nodes[node_at(facet, a, F::nodes)]);
     return m;
+  }
+
+  [[nodiscard]] double thickness_behind(Index facet) const
+  {
+    return thickness.empty() ? std::numeric_limits<double>::infinity()
+                             : thickness[static_cast<std::size_t>(facet)];
   }
 
   /// @brief Local dofs of a facet, (dofs per facet,).
@@ -82,6 +92,10 @@ private:
 /// ray has no unique way on there.
 /// @return (facets, edges) in the edge order of Reference
 [[nodiscard]] std::vector<Index> find_neighbours(const Surface& s);
+
+/// @brief Facet diameters of a position array, (facets,). Lengths.
+[[nodiscard]] std::vector<double>
+diameters(const Surface& s, const std::vector<double>& positions);
 
 /// @brief Largest facet diameter of a position array; 0 for an empty surface.
 [[nodiscard]] double largest_diameter(const Surface& s,

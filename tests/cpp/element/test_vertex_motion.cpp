@@ -1,6 +1,7 @@
 #include "differences.h"
 #include "facet_types.h"
 #include "raymortar/element/vertex_motion.h"
+#include "raymortar/mortar/plane.h"
 
 using namespace raymortar;
 using namespace raymortar::test;
@@ -99,4 +100,112 @@ TYPED_TEST(CrossingMotionTest, CrossingOfEdgesMovesByItsDerivative)
     expect_derivative(f, Vector::Zero(2 * slave.size()),
                       vertex_motion<F>(slave, master, edge_s.at(s), at));
   }
+}
+
+namespace
+{
+/// Plane of a slave patch, its corners and those of a master's in there
+template <class F>
+struct FlatView
+{
+  Patch patch;
+  std::array<typename F::Point, 4> corners;
+  PatchPlane<F::gdim> plane;
+
+  FlatView(const typename F::NodeMatrix& slave, const Patch& of)
+      : patch(of), corners(patch_corners<F>(slave, of)),
+        plane(patch_plane<F::gdim>(corners, of.size))
+  {
+  }
+
+  /// As the segmentation takes points of the plane to the facet
+  [[nodiscard]] typename F::RefPoint xi(const typename F::RefPoint& y) const
+  {
+    const auto at = patch_reference<F>(patch);
+    typename F::RefPoint s = y;
+    std::size_t last = F::tdim;
+    if constexpr (F::shape == Shape::quadrilateral)
+    {
+      std::array<Vec<2>, 4> flat;
+      for (std::size_t i = 0; i < 4; ++i)
+        flat[i] = plane.coordinates(corners[i]);
+      s = inverse_bilinear(flat, y);
+      last = 3;
+    }
+    typename F::RefPoint result = at[0] + s[0] * (at[1] - at[0]);
+    if constexpr (F::tdim == 2)
+      result += s[1] * (at[last] - at[0]);
+    return result;
+  }
+};
+
+template <class F>
+Break flat_break(Break::Motion motion, int begin, int end)
+{
+  const auto point = [](int node)
+  {
+    return typename F::RefPoint(
+        F::Node::points[static_cast<std::size_t>(node)].data());
+  };
+  Break at;
+  at.motion = motion;
+  at.eta.template head<F::tdim>() = point(begin);
+  at.along_m.template head<F::tdim>() = point(end) - point(begin);
+  return at;
+}
+} // namespace
+
+TYPED_TEST(VertexMotionTest, FlatPlaceUnderACornerMovesByItsDerivative)
+{
+  using F = TypeParam;
+  std::mt19937 random(3);
+  for (const bool subdivide : {false, true})
+    for (const Patch& patch : patches<F>(subdivide))
+    {
+      const auto slave = random_nodes<F>(random, 0.05);
+      const auto master = random_master<F>(random);
+      const auto f = [&](const Vector& u) -> Vector
+      {
+        const auto [s, m] = moved<F>(slave, master, u);
+        const FlatView<F> view(s, patch);
+        return view.xi(view.plane.coordinates(m.col(0)));
+      };
+      const Vector none = Vector::Zero(2 * slave.size());
+      expect_derivative(
+          f, none,
+          flat_motion<F>(FlatPatch<F>(slave, patch), master, f(none),
+                         flat_break<F>(Break::Motion::flat_corner, 0, 0)));
+    }
+}
+
+TYPED_TEST(CrossingMotionTest, FlatCrossingMovesByItsDerivative)
+{
+  using F = TypeParam;
+  std::mt19937 random(4);
+  for (const bool subdivide : {false, true})
+    for (const Patch& patch : patches<F>(subdivide))
+    {
+      const auto slave = random_nodes<F>(random, 0.05);
+      const auto master = random_master<F>(random);
+      const auto at = patch_reference<F>(patch);
+      // First edge of the patch with the line through master corners 0 and 1
+      const auto f = [&](const Vector& u) -> Vector
+      {
+        const auto [x, y] = moved<F>(slave, master, u);
+        const FlatView<F> view(x, patch);
+        const auto in_plane = [&](const Vec<3>& p)
+        { return view.plane.coordinates(p); };
+        const Vec<2> a = in_plane(view.corners[0]), b = in_plane(y.col(0));
+        Mat<2, 2> A;
+        A.col(0) = in_plane(view.corners[1]) - a;
+        A.col(1) = b - in_plane(y.col(1));
+        return at[0] + (A.inverse() * (b - a))[0] * (at[1] - at[0]);
+      };
+      const Vector none = Vector::Zero(2 * slave.size());
+      Break crossing = flat_break<F>(Break::Motion::flat_crossing, 0, 1);
+      crossing.along_s = at[1] - at[0];
+      expect_derivative(f, none,
+                        flat_motion<F>(FlatPatch<F>(slave, patch), master,
+                                       f(none), crossing));
+    }
 }

@@ -47,6 +47,8 @@ protected:
       s.x[i] += 0.01 * static_cast<double>(i % 3);
       s.x_old[i] -= 0.01 * static_cast<double>(i % 5);
     }
+    for (Index f = 0; f < s.num_facets(); ++f)
+      s.thickness.push_back(0.1 + f);
     return s;
   }
 };
@@ -61,6 +63,7 @@ void expect_same_facets(const Surface& halo, const Surface& own)
   {
     const auto id = halo.facet_id[static_cast<std::size_t>(f)];
     const auto g = static_cast<Index>(id);
+    EXPECT_EQ(halo.thickness_behind(f), own.thickness_behind(g));
     EXPECT_EQ(halo.nodes<F>(halo.X, f), own.nodes<F>(own.X, g));
     EXPECT_EQ(halo.nodes<F>(halo.x, f), own.nodes<F>(own.x, g));
     EXPECT_EQ(halo.nodes<F>(halo.x_old, f), own.nodes<F>(own.x_old, g));

@@ -2,6 +2,7 @@
 #include "raymortar/geometry/frame.h"
 #include "raymortar/pairing/candidates.h"
 #include "surfaces.h"
+#include <algorithm>
 
 using namespace raymortar;
 using namespace raymortar::test;
@@ -43,6 +44,39 @@ TYPED_TEST(CandidatesTest, TreeFindsWhatBruteForceFinds)
     const auto tree = find_candidates(slave, master, distances, Strategy::bvh);
     EXPECT_EQ(tree.offsets, reference.offsets);
     EXPECT_EQ(tree.masters, reference.masters);
+  }
+}
+
+TYPED_TEST(CandidatesTest, EveryFacetLooksAsFarAsItsOwnDistances)
+{
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> length(0, 0.3);
+  for (int trial = 0; trial < 20; ++trial)
+  {
+    const Surface slave = this->wavy(random, 2 + trial % 5, true, 0.02);
+    Surface master = this->wavy(random, 1 + trial % 4, false, 0.02);
+    turn_and_shift(master, 0.1 * trial, 0.02 * trial);
+    std::vector<SearchDistances> each(
+        static_cast<std::size_t>(slave.num_facets()));
+    for (SearchDistances& one : each)
+      one = {length(random), length(random), length(random)};
+    const FacetDistances local(each, true);
+    const auto reference =
+        find_candidates(slave, master, local, Strategy::brute_force);
+    for (const Strategy strategy : {Strategy::bvh, Strategy::advancing_front})
+    {
+      const auto found = find_candidates(slave, master, local, strategy);
+      EXPECT_EQ(found.offsets, reference.offsets);
+      EXPECT_EQ(found.masters, reference.masters);
+    }
+    for (Index f = 0; f < slave.num_facets(); ++f)
+    {
+      const auto alone =
+          find_candidates(slave, master, each[static_cast<std::size_t>(f)],
+                          Strategy::brute_force);
+      EXPECT_TRUE(
+          std::ranges::equal(alone.masters_of(f), reference.masters_of(f)));
+    }
   }
 }
 

@@ -1,0 +1,345 @@
+// Rays of slave points: from facet to facet of the master, and which of several
+// layers of it they meet.
+#pragma once
+
+#include "raymortar/geometry/ray.h"
+#include "raymortar/pairing/distances.h"
+#include "raymortar/pairing/surface.h"
+#include <algorithm>
+
+namespace raymortar
+{
+/// @brief A ray's result together with the facet it ended on.
+template <class F>
+struct Landing
+{
+  RayHit<F> hit;
+  Index facet = no_index;
+  double facing = 0.0; ///< -n . n_m, of rays that have met a facet
+
+  [[nodiscard]] bool is_hit() const { return hit.status == RayStatus::hit; }
+};
+
+/// @brief Penetration that counts whatever was before [theory (3.12)]. From
+/// there on the back faces of the two bodies are nearer to each other than the
+/// front faces are, or the slave has left the master through its back.
+/// @param[in] behind Thickness of the master
+[[nodiscard]] inline double certain_depth(const FacetDistances& distances,
+                                          const Surface& slave, Index facet,
+                                          double behind)
+{
+  const double depth = distances[facet].depth;
+  if (not distances.depth_is_default())
+    return depth;
+  return std::min(
+      {depth, behind, 0.5 * (behind + slave.thickness_behind(facet))});
+}
+
+/// @brief Casts the rays of one slave surface on the true deformed master.
+///
+/// A penetration up to `depth` counts. A default depth goes through bodies that
+/// are thin against their facets: beyond what is `certain` a penetration counts
+/// only where the old positions, those of the last accepted step, tell that the
+/// slave came from the front. They also tell which of several layers a point
+/// was paired with [theory, section 3, Layers].
+template <class F>
+class RayCaster
+{
+public:
+  using Point = typename F::Point;
+
+  RayCaster(const Surface& slave, const Surface& master,
+            const FacetDistances& distances)
+      : _slave(slave), _master(master), _distances(distances)
+  {
+  }
+
+  /// @brief Where the ray of a slave point meets the master.
+  /// @param[in] seed Facet to start from
+  /// @param[in] rivals Facets of other layers over this point
+  [[nodiscard]] Landing<F> cast(Index slave, const Vec<2>& xi, Index seed,
+                                std::span<const Index> rivals = {})
+  {
+    place(slave, xi);
+    const Landing<F> first = land(seed);
+    if (rivals.empty() and not(first.is_hit() and not is_certain(first)))
+      return first;
+    return contest(first, rivals);
+  }
+
+  /// @brief Which of two facets' layers a slave point is paired with: -1, the
+  /// first; 1, the second; 0, neither, or they are one.
+  [[nodiscard]] int compare(Index slave, const Vec<2>& xi, Index first,
+                            Index second)
+  {
+    place(slave, xi);
+    const Landing<F> a = land(first), b = land(second);
+    if (a.facet == b.facet)
+      return 0;
+    const Landing<F> chosen = contest(a, {&second, 1});
+    if (not chosen.is_hit())
+      return 0;
+    return chosen.facet == a.facet ? -1 : 1;
+  }
+
+  /// @brief Whether any ray was decided by the old positions.
+  [[nodiscard]] bool has_looked_back() const { return _has_looked_back; }
+
+private:
+  struct Ray
+  {
+    Point x;
+    Point n;
+  };
+
+  void place(Index slave, const Vec<2>& xi)
+  {
+    if (slave != _facet)
+    {
+      _facet = slave;
+      _nodes = _slave.template nodes<F>(_slave.x, slave);
+    }
+    _xi = xi.template head<F::tdim>();
+    const auto frame = frame_at<F>(_nodes, _xi);
+    _ray = {frame.x, frame.n};
+  }
+
+  /// The hit that is reached from a facet, if it counts
+  [[nodiscard]] Landing<F> land(Index seed)
+  {
+    Landing<F> landing = walk(_ray, seed, _master.x);
+    if (landing.is_hit())
+      landing.hit.status = admit(landing);
+    // Affine facets have one root, which Newton finds from anywhere
+    if (not F::affine and not landing.is_hit())
+      landing = search(landing);
+    return landing;
+  }
+
+  /// Follow a ray from facet to facet until it lands inside one
+  [[nodiscard]] Landing<F> walk(const Ray& ray, Index facet,
+                                const std::vector<double>& positions)
+  {
+    Landing<F> landing;
+    _hops = 0;
+    while (_hops < max_hops)
+    {
+      _visited[_hops++] = facet;
+      const auto nodes = _master.template nodes<F>(positions, facet);
+      landing = {
+          intersect<F>(ray.x, ray.n, nodes, flat_guess<F>(ray.x, ray.n, nodes)),
+          facet};
+      RayHit<F>& hit = landing.hit;
+      if (hit.status != RayStatus::hit or
+          hit.outside.amount <= tolerance::ray_outside)
+        return landing;
+      const Index next =
+          _master.neighbours[static_cast<std::size_t>(facet) * F::Ref::edges +
+                             static_cast<std::size_t>(hit.outside.edge)];
+      // Two facets that send the ray to each other: it passes between them
+      if (next == no_index or (_hops > 1 and next == _visited[_hops - 2]))
+        break;
+      facet = next;
+    }
+    landing.hit.status = RayStatus::no_facet;
+    return landing;
+  }
+
+  /// Second chance on the facets of a walk that failed, and on the neighbours
+  /// of its first.
+  ///
+  /// From the flat guess, Newton may diverge on a strongly curved or warped
+  /// facet, or end at a root of its extension beyond the edges, which then
+  /// sends the walk astray. Other starting points find the root inside, if
+  /// there is one. Nothing is accepted that `walk` would not accept.
+  [[nodiscard]] Landing<F> search(const Landing<F>& failed) const
+  {
+    Landing<F> best = failed;
+    for (std::size_t k = 0; k < _hops; ++k)
+      best = nearer(best, inside(_visited[k]));
+    for (std::size_t e = 0; e < F::Ref::edges; ++e)
+    {
+      const Index next =
+          _master.neighbours[static_cast<std::size_t>(_visited[0]) *
+                                 F::Ref::edges +
+                             e];
+      if (not best.is_hit() and next != no_index)
+        best = nearer(best, inside(next));
+    }
+    return best;
+  }
+
+  /// Nearest admitted hit within a facet, Newton started at each of its nodes
+  [[nodiscard]] Landing<F> inside(Index facet) const
+  {
+    const auto nodes = _master.template nodes<F>(_master.x, facet);
+    Landing<F> best;
+    for (const auto& point : F::Node::points)
+    {
+      const typename F::RefPoint start(point.data());
+      Landing<F> landing{intersect<F>(_ray.x, _ray.n, nodes, start), facet};
+      if (landing.is_hit() and
+          landing.hit.outside.amount <= tolerance::ray_outside and
+          admit(landing) == RayStatus::hit)
+        best = nearer(best, landing);
+    }
+    return best;
+  }
+
+  [[nodiscard]] static const Landing<F>& nearer(const Landing<F>& a,
+                                                const Landing<F>& b)
+  {
+    if (not b.is_hit())
+      return a;
+    const bool better = not a.is_hit() or std::abs(b.hit.g) < std::abs(a.hit.g);
+    return better ? b : a;
+  }
+
+  /// Whether a hit counts; notes its incidence
+  [[nodiscard]] RayStatus admit(Landing<F>& landing) const
+  {
+    const SearchDistances& range = _distances[_facet];
+    landing.facing = facing(_ray, landing, _master.x);
+    if (not(landing.facing > tolerance::facing))
+      return RayStatus::back_face;
+    if (landing.hit.g > range.reach)
+      return RayStatus::too_far;
+    // Obliquely, a point that lies little below the master is deep along its
+    // ray: beside a corner of the slave, the other face is nearer by far
+    if (landing.hit.g < -range.depth * landing.facing)
+      return RayStatus::too_deep;
+    return RayStatus::hit;
+  }
+
+  [[nodiscard]] double facing(const Ray& ray, const Landing<F>& landing,
+                              const std::vector<double>& positions) const
+  {
+    const auto nodes = _master.template nodes<F>(positions, landing.facet);
+    return -ray.n.dot(frame_at<F>(nodes, landing.hit.eta).n);
+  }
+
+  [[nodiscard]] bool is_certain(const Landing<F>& landing) const
+  {
+    return landing.hit.g >= 0.0 or
+           landing.hit.g >=
+               -certain_depth(_distances, _slave, _facet,
+                              _master.thickness_behind(landing.facet)) *
+                   landing.facing;
+  }
+
+  /// Whether the slave point is within the body that its ray has come out of
+  [[nodiscard]] bool is_within(const Landing<F>& landing) const
+  {
+    const double behind = _master.thickness_behind(landing.facet);
+    return landing.hit.g < 0.0 and std::isfinite(behind) and
+           -landing.hit.g * landing.facing <= behind;
+  }
+
+  /// The layer that a point is paired with, among those that its ray meets
+  [[nodiscard]] Landing<F> contest(const Landing<F>& first,
+                                   std::span<const Index> rivals)
+  {
+    _layers.clear();
+    const auto add = [this](const Landing<F>& one)
+    {
+      bool fresh = one.is_hit();
+      for (const Landing<F>& other : _layers)
+        fresh = fresh and other.facet != one.facet;
+      if (fresh)
+        _layers.push_back(one);
+    };
+    add(first);
+    for (const Index rival : rivals)
+      add(land(rival));
+    if (const std::size_t k = choose(); k < _layers.size())
+      return _layers[k];
+    Landing<F> missed = first;
+    if (missed.is_hit())
+      missed.hit.status = RayStatus::too_deep;
+    return missed;
+  }
+
+  /// The best among those that `fit(k)` takes, or `none`: a point that is
+  /// within a body sees the layers ahead through it, so that this body's
+  /// surface goes before them; otherwise the nearest is the first on the ray
+  template <class Fit>
+  [[nodiscard]] std::size_t best(const std::vector<Landing<F>>& layers,
+                                 Fit&& fit) const
+  {
+    std::size_t best = none;
+    for (std::size_t k = 0; k < layers.size(); ++k)
+    {
+      if (not layers[k].is_hit() or not fit(k))
+        continue;
+      const auto rank = [&](std::size_t i) {
+        return std::pair{not is_within(layers[i]), std::abs(layers[i].hit.g)};
+      };
+      if (best == none or rank(k) < rank(best))
+        best = k;
+    }
+    return best;
+  }
+
+  /// A point stays with the layer that it was paired with, as long as that is
+  /// not behind another one
+  [[nodiscard]] std::size_t choose()
+  {
+    const auto is_open = [this](std::size_t k)
+    { return _layers[k].hit.g >= 0.0; };
+    bool all_open = true;
+    for (std::size_t k = 0; k < _layers.size(); ++k)
+      all_open = all_open and is_open(k);
+    if (all_open)
+      return best(_layers, is_open);
+    look_back();
+    const std::size_t kept =
+        best(_past, [this](std::size_t k) { return is_certain(_past[k]); });
+    if (kept == none)
+      return best(_layers,
+                  [this](std::size_t k) { return is_certain(_layers[k]); });
+    if (not is_open(kept))
+      return kept;
+    // What it has sunk into has come from the side
+    return best(_layers,
+                [&](std::size_t k)
+                {
+                  const bool is_new = not _past[k].is_hit();
+                  return is_open(k) or (is_new and is_certain(_layers[k]));
+                });
+  }
+
+  /// Where the point's old ray met the layers
+  void look_back()
+  {
+    _has_looked_back = true;
+    const auto frame =
+        frame_at<F>(_slave.template nodes<F>(_slave.x_old, _facet), _xi);
+    const Ray ray{frame.x, frame.n};
+    _past.clear();
+    for (const Landing<F>& layer : _layers)
+    {
+      Landing<F> past = walk(ray, layer.facet, _master.x_old);
+      if (past.is_hit())
+        past.facing = facing(ray, past, _master.x_old);
+      if (not(past.facing > tolerance::facing))
+        past.hit.status = RayStatus::back_face;
+      _past.push_back(past);
+    }
+  }
+
+  static constexpr std::size_t max_hops = 16;
+  static constexpr auto none = static_cast<std::size_t>(-1);
+  const Surface& _slave;
+  const Surface& _master;
+  const FacetDistances& _distances;
+  Index _facet = no_index;
+  typename F::NodeMatrix _nodes;
+  typename F::RefPoint _xi;               ///< of the present point
+  Ray _ray;                               ///< of the present point
+  std::array<Index, max_hops> _visited{}; ///< facets of the last walk
+  std::size_t _hops = 0;
+  std::vector<Landing<F>> _layers; ///< that the present ray meets
+  std::vector<Landing<F>> _past;   ///< the same, of the old ray
+  bool _has_looked_back = false;
+};
+} // namespace raymortar

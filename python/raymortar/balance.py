@@ -1,0 +1,218 @@
+"""What is judged by itself when Newton's method may end: bodies, and surfaces of contact.
+
+Each group of rows has a stiffness, a norm that stands for its rounding errors, and a
+place for messages; none depends on the number of ranks.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from mpi4py import MPI
+
+from . import compat
+from .bodies import find_bodies, find_parts
+from .compat import Array, Indices
+from .layout import marked_everywhere
+from .methods import Penalty
+from .reference_facets import normals, shape_functions
+
+EPS = float(np.finfo(float).eps)
+
+
+class Groups:
+    """Rows of the coupled system by body, and by patch of slave surface. Collective.
+
+    Bodies are what cells connect. The equations of a multiplier are a group of their
+    own, for every connected patch of slave surface, as they are forces between two
+    bodies, one of which may be much the softer.
+
+    Parameters
+    ----------
+    contact
+        After `Contact.prepare`.
+
+    Attributes
+    ----------
+    of_row
+        Group of each owned row, (rows,).
+    count, bodies
+        Number of all groups, the first of which are bodies.
+    mass
+        int N_a dG of each owned multiplier row, (rows,). Area.
+    """
+
+    def __init__(self, contact: Any) -> None:
+        self.contact, layout = contact, contact.layout
+        self.comm: MPI.Comm = layout.comm
+        V, c = contact.u.function_space, layout.components
+        bodies = find_bodies(V)
+        nodes, self.bodies = bodies.dofs, bodies.count
+        of_u = np.repeat(nodes, V.dofmap.index_map_bs)[: layout.n_u]
+        self._body_of_node, of_multiplier = nodes, np.empty(0, dtype=np.int32)
+        self._patch_of_node = np.empty(0, dtype=np.int32)
+        self.count, self.mass = self.bodies, np.empty(0)
+        if contact.multiplier is not None:
+            W = contact.multiplier.function_space
+            table = np.concatenate([z.multiplier_table for z in contact.zones])
+            self._patch_of_node, n = find_parts(
+                self.comm,
+                W.dofmap.index_map,
+                table,
+                marked_everywhere(W, np.unique(table)),
+            )
+            patches = self.bodies + self._patch_of_node[layout.owned_multipliers]
+            of_multiplier = np.repeat(patches, c)
+            self.count += n
+            self.mass = np.repeat(lumped_area(contact), c)
+        self.of_row = np.concatenate([of_u, of_multiplier])
+        diagonal = contact.stiffness_diagonal
+        rows = np.concatenate([diagonal, self.mass])
+        self._mean = self.sum(rows) / self.sum(np.ones_like(rows))
+        self._norm = np.sqrt(self.sum(rows**2))
+        self._size, self._largest = self._sizes()
+        self._zones = self._met()
+
+    def sum(self, *rows: Array) -> Array:
+        """Sums over the rows of each group, for one or several arrays. Collective."""
+        # Without rows, bincount gives integers
+        sums = np.array(
+            [np.bincount(self.of_row, values, self.count) for values in rows],
+            dtype=float,
+        )
+        self.comm.Allreduce(MPI.IN_PLACE, sums)
+        return sums[0] if len(rows) == 1 else sums
+
+    def _sizes(self) -> tuple[Array, float]:
+        """Diagonal of each group's box, or its distance from the origin where that is
+        larger, and of all. Length. Collective."""
+        V = self.contact.u.function_space
+        X = V.tabulate_dof_coordinates()
+        ends = np.stack(
+            [largest_by(self._body_of_node, x, self.bodies) for x in (X, -X)]
+        )
+        self.comm.Allreduce(MPI.IN_PLACE, ends, op=MPI.MAX)
+
+        def size(ends: Array) -> Any:
+            return np.linalg.norm(np.max([ends.sum(0), *abs(ends)], axis=0), axis=-1)
+
+        largest = float(size(ends.max(axis=1)))
+        # Gaps are differences of positions of any two bodies
+        patches = np.full(self.count - self.bodies, largest)
+        return np.concatenate([size(ends), patches]), largest
+
+    def floors(self) -> Array:
+        """Rounding error of the residual of each group [theory (5.4)]."""
+        gamma = np.ones(self.count)
+        gamma[self.bodies :] = self.contact.gamma_scale
+        floors = EPS * gamma * self._norm * self._size
+        if isinstance(self.contact.method, Penalty):
+            for area, nodes, met in self._zones:
+                force = self.contact.gamma_scale * self._largest * area / nodes**0.5
+                floors[: self.bodies][met[: self.bodies]] += EPS * force
+        return floors
+
+    def _met(self) -> list[tuple[float, float, npt.NDArray[np.bool_]]]:
+        """Area of each zone's slave surface, its number of nodes, and which bodies and
+        patches are on one of its sides. Collective."""
+        zones = []
+        for zone in self.contact.zones:
+            sides = zone.facets.slave_surface, zone.facets.master_surface
+            sums = np.zeros(2 + self.count)
+            sums[:2] = point_areas(sides[0])[1].sum(), len(sides[0].dofs)
+            for side in sides:
+                sums[2 + self._body_of_node[side.dofs]] = 1.0
+            sums[2 + self.bodies + self._patch_of_node[zone.multiplier_nodes]] = 1.0
+            self.comm.Allreduce(MPI.IN_PLACE, sums)
+            zones.append((float(sums[0]), float(sums[1]), sums[2:] > 0.0))
+        return zones
+
+    def softest(self, free: Array) -> tuple[Array, float]:
+        """Stiffness of each body, and of patches that of the softest body there that
+        can move. Force per length. Collective.
+
+        Parameters
+        ----------
+        free
+            1 for each owned row that is not constrained, else 0.
+
+        Returns
+        -------
+        stiffness, springs
+            And the largest stiffness of closed contact at a node, in those of the
+            softest body there.
+        """
+        stiffness, ratios = np.full(self.count, np.inf), [0.0]
+        bodies = slice(self.bodies)
+        moves = (self.sum(free)[bodies] > 0.0) & (self._mean[bodies] > 0.0)
+        stiffness[bodies][moves] = self._mean[bodies][moves]
+        for area, nodes, met in self._zones:
+            here = float(stiffness[bodies][met[bodies]].min())
+            patches = np.flatnonzero(met[self.bodies :]) + self.bodies
+            stiffness[patches] = np.minimum(stiffness[patches], here)
+            ratios.append(self.contact.gamma_scale * area / nodes / here)
+        return stiffness, max(ratios)
+
+    def contact_forces(self) -> Array:
+        """Traction times area at each owned multiplier row. Force."""
+        contact, layout = self.contact, self.contact.layout
+        if contact.multiplier is None:
+            return np.empty(0)
+        values = contact.multiplier.x.array.reshape(-1, layout.components)
+        return self.mass * values[layout.owned_multipliers].ravel()
+
+    def names(self) -> list[str]:
+        """What to call each group in messages. Collective."""
+        V, layout = self.contact.u.function_space, self.contact.layout
+        dim, bs = V.mesh.geometry.dim, V.dofmap.index_map_bs
+        places = [np.repeat(V.tabulate_dof_coordinates(), bs, axis=0)[: layout.n_u]]
+        if self.contact.multiplier is not None:
+            W = self.contact.multiplier.function_space
+            X = W.tabulate_dof_coordinates()[layout.owned_multipliers]
+            places.append(np.repeat(X, layout.components, axis=0))
+        x = np.concatenate(places)
+        *sums, counts = self.sum(*x[:, :dim].T, np.ones(len(x)))
+        names = []
+        for group, centre in enumerate((np.array(sums) / counts).T):
+            place = ", ".join(f"{value:.3g}" for value in centre)
+            kind = "the body" if group < self.bodies else "the contact"
+            names.append(f"{kind} around ({place})")
+        return names
+
+
+def point_areas(surface: Any) -> tuple[Array, Array]:
+    """Points of a rule on the facets, (n, d - 1), and the reference area (length in
+    2D) that each stands for, (facets, n)."""
+    points, weights = compat.quadrature(surface.shape, 2 * surface.node_degree)
+    _, gradients = shape_functions(surface.shape, surface.node_degree, points)
+    nodes = surface.X[surface.facet_nodes]
+    tangents = np.einsum("iqa,fad->ifqd", gradients, nodes)
+    return points, np.linalg.norm(normals(tangents), axis=-1) * weights
+
+
+def lumped_area(contact: Any) -> Array:
+    """int N_a dG at the multiplier's owned dofs, from the undeformed facets, whatever
+    has hit. Collective."""
+    W = contact.multiplier.function_space
+    degree = compat.element_info(W).degree
+    lumped = compat.create_la_vector(W.dofmap.index_map, 1)
+    for zone in contact.zones:
+        surface = zone.facets.slave_surface
+        points, areas = point_areas(surface)
+        N, _ = shape_functions(surface.shape, degree, points)
+        np.add.at(lumped.array, zone.multiplier_table, areas @ N)
+    compat.scatter_reverse_add(lumped)
+    return lumped.array[contact.layout.owned_multipliers]
+
+
+def largest_by(group: Indices, values: Array, count: int) -> Array:
+    """Largest values (n, k) of each group, -inf where there are none, (count, k)."""
+    largest = np.full((count, values.shape[1]), -np.inf)
+    if len(group):
+        order = np.argsort(group, kind="stable")
+        found, starts = np.unique(group[order], return_index=True)
+        largest[found] = np.maximum.reduceat(values[order], starts)
+    return largest

@@ -1,0 +1,140 @@
+"""Augmentation and penalty coefficients: one for all, or one for each pair of bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from dolfinx.fem import Function
+
+from .arguments import check_coefficient_function
+from .compat import Array
+from .errors import ContactError, require_agreement, together
+from .interfaces import Interfaces
+from .methods import check_coefficient
+from .zones import on_facets
+
+# Values of pairs that differ by less are one value: rounding, of equal bodies
+SAME = 1e-9
+
+
+def single(tables: Sequence[Array]) -> float | None:
+    """The value of all pairs if there is one, else None."""
+    values = np.concatenate([table.ravel() for table in tables])
+    low, high = float(values.min()), float(values.max())
+    return low if high <= (1.0 + SAME) * low else None
+
+
+class PairCoefficients(Mapping[tuple[int, tuple[int, ...]], tuple[float, ...]]):
+    """Coefficients that differ between pairs of bodies.
+
+    Of each slave tag and its master tags: the values of the pairs of bodies that these
+    are on, ascending. ``0.1 * coefficients`` is one that ``Contact.set_gamma`` takes.
+    """
+
+    def __init__(self, interfaces: Interfaces, tables: Sequence[Array]) -> None:
+        self.interfaces, self.tables = interfaces, list(tables)
+        self._values = {
+            (zone.facets.slave_tag, zone.facets.master_tags): tuple(
+                np.unique(table).tolist()
+            )
+            for zone, table in zip(interfaces.zones, tables)
+        }
+
+    def check(self, interfaces: Interfaces) -> None:
+        """Raise unless they are positive, and of these pairs of bodies."""
+        if self.interfaces is not interfaces:
+            raise ContactError("gamma has the coefficients of another Contact")
+        for value in np.concatenate([table.ravel() for table in self.tables]):
+            check_coefficient(float(value))
+
+    def __getitem__(self, tags: tuple[int, tuple[int, ...]]) -> tuple[float, ...]:
+        return self._values[tags]
+
+    def __iter__(self) -> Iterator[tuple[int, tuple[int, ...]]]:
+        return iter(self._values)
+
+    def __len__(self) -> int:
+        return len(self._values)
+
+    def __mul__(self, factor: float) -> PairCoefficients:
+        return PairCoefficients(self.interfaces, [factor * t for t in self.tables])
+
+    __rmul__ = __mul__
+
+    def __format__(self, spec: str) -> str:
+        parts = []
+        for (slave, masters), values in self.items():
+            listed = ", ".join(format(value, spec) for value in values)
+            parts.append(f"{slave} on {'/'.join(map(str, masters))}: {listed}")
+        return "; ".join(parts)
+
+    def __repr__(self) -> str:
+        return f"PairCoefficients({self})"
+
+
+def one_or_each(
+    interfaces: Interfaces, tables: Sequence[Array]
+) -> float | PairCoefficients:
+    """A number if all pairs have the same value."""
+    one = single(tables)
+    return PairCoefficients(interfaces, tables) if one is None else one
+
+
+def spread(
+    gamma: float | Function | PairCoefficients, contact: Any
+) -> tuple[list[Array], float]:
+    """A coefficient as the zones take it, after checks. Collective.
+
+    Returns
+    -------
+    nodal
+        Of each zone, at the displacement dofs of its slave facets,
+        (facets, dofs per facet). Traction per length.
+    scale
+        Mean over the slave facets: one for all zones, as a multiplier node may belong to
+        two of them.
+
+    Raises
+    ------
+    ContactError
+        If it is not positive, differs between ranks or is of another mesh or contact.
+    """
+    zones, comm = contact.zones, contact.layout.comm
+    with together(comm):
+        _check(gamma, contact)
+    if isinstance(gamma, PairCoefficients):
+        nodal = _by_pair(gamma, zones)
+    else:
+        require_agreement(comm, gamma=gamma)
+        nodal = [
+            on_facets(gamma, zone.facets)
+            if isinstance(gamma, Function)
+            else np.full(zone.facets.slave_surface.facet_dofs.shape, float(gamma))
+            for zone in zones
+        ]
+    total = comm.allreduce(sum(float(v.sum()) for v in nodal))
+    return nodal, total / comm.allreduce(sum(v.size for v in nodal))
+
+
+def _check(gamma: Any, contact: Any) -> None:
+    """Raise for a coefficient that is none of this contact."""
+    if isinstance(gamma, PairCoefficients):
+        gamma.check(contact.interfaces)
+        return
+    if gamma is None:
+        raise ContactError("set_gamma needs a number or a Function, not None")
+    check_coefficient(gamma)
+    if isinstance(gamma, Function):
+        check_coefficient_function(gamma, contact.u)
+
+
+def _by_pair(gamma: PairCoefficients, zones: Sequence[Any]) -> list[Array]:
+    """That of the pair of bodies; the largest where a zone's slave body faces several."""
+    nodal = []
+    for zone, bodies, table in zip(zones, gamma.interfaces.slave, gamma.tables):
+        surface = zone.facets.slave_surface
+        of_facets = table.max(axis=1)[gamma.interfaces.rows(surface, bodies)]
+        nodal.append(np.repeat(of_facets[:, None], surface.facet_dofs.shape[1], axis=1))
+    return nodal

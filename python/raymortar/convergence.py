@@ -1,0 +1,229 @@
+"""When an iterate is a solution: forces in balance, body by body, in any unit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from mpi4py import MPI
+
+from .balance import EPS, Groups
+from .compat import Array
+
+# Weight of a prescribed displacement in line searches, in stiffnesses of the softest
+# body: with 1, a first touch may end the search (measured: docs/robustness.md)
+PRESCRIBED = 10.0
+
+# Ratio of stiffnesses up to which line searches see both bodies well enough as they are
+ALIKE = 100.0
+
+# Bodies and surfaces that a message names
+MOST_NAMED = 3
+
+
+@dataclass(frozen=True)
+class Imbalance:
+    """One iterate, by group of rows.
+
+    Attributes
+    ----------
+    residual
+        Norm of the residual's free rows. Force.
+    forces
+        Norm of what is in balance there: a body's stresses and loads, supports
+        included; the tractions of a surface. Force.
+    pending
+        Largest distance of a prescribed displacement from its value. Length.
+    size
+        Largest displacement, whose rounding iterative solvers leave in all. Length.
+    """
+
+    residual: Array
+    forces: Array
+    pending: float
+    size: float
+
+    @property
+    def norm(self) -> float:
+        """Of the whole residual. Force."""
+        return float(np.linalg.norm(self.residual))
+
+
+UNKNOWN = Imbalance(np.empty(0), np.empty(0), 0.0, 0.0)
+
+
+class Convergence:
+    """Judges the iterates of one problem, the same way for every solver.
+
+    Each group of rows (`balance.Groups`) is compared with its own forces: the larger of
+    its first residual and its present forces. So a soft body is solved as well as a
+    stiff one beside it, and a step that begins near its end is not asked for more than
+    rounding allows. Lengths are compared with lengths alone.
+
+    Parameters
+    ----------
+    contact
+        After `Contact.prepare`.
+
+    Attributes
+    ----------
+    groups
+        Rows that are judged together.
+    now
+        Of the last residual.
+    keeps_first
+        Whether residuals stay relative to those of an earlier start, as the inner
+        solves of `FixedPointSolver` do.
+    """
+
+    def __init__(self, contact: Any) -> None:
+        self.groups, self._u = Groups(contact), contact.u
+        self.keeps_first = False
+        self.now = self._first = UNKNOWN
+        # Residuals of the last two iterates
+        self._last: tuple[Array | None, Array | None] = (None, None)
+        self._floors = self.groups.floors()
+        self._asked: tuple[float, float | None] | None = None
+
+    @property
+    def floor(self) -> float:
+        """Norm of the rounding errors of all groups. Force."""
+        return float(np.linalg.norm(self._floors))
+
+    def start(self) -> None:
+        """Begin a solve. Collective."""
+        self._floors = self.groups.floors()
+        self._last, self.now = (None, None), UNKNOWN
+        if not self.keeps_first:
+            self._first = UNKNOWN
+
+    def measure(
+        self,
+        residual: Array,
+        volume: Array,
+        fixed: npt.NDArray[np.bool_],
+        increment: Array,
+    ) -> Imbalance:
+        """Measure a residual. Collective.
+
+        Parameters
+        ----------
+        residual
+            Of the owned rows.
+        volume
+            The part of the user's form, of the owned dofs of u, constrained ones
+            included.
+        fixed
+            Whether each of these is constrained.
+        increment
+            What prescribed displacements lack, ghosted.
+        """
+        groups = self.groups
+        free = residual.copy()
+        free[: len(fixed)][fixed] = 0.0
+        forces = np.concatenate([volume, groups.contact_forces()])
+        norms = np.sqrt(groups.sum(free**2, forces**2))
+        values = increment, self._u.x.array
+        lengths = np.array([np.abs(v).max(initial=0.0) for v in values])
+        groups.comm.Allreduce(MPI.IN_PLACE, lengths, op=MPI.MAX)
+        self.now = Imbalance(norms[0], norms[1], *lengths.tolist())
+        if self._first is UNKNOWN:
+            self._first = self.now
+        return self.now
+
+    def accept(self) -> None:
+        """The last residual is that of an iterate, not of a trial step."""
+        self._last = self._last[1], self.now.residual
+
+    def reached(self, rtol: float, atol: float | None, at_once: bool = False) -> bool:
+        """Whether the last residual is small enough.
+
+        Parameters
+        ----------
+        rtol
+            Residual over forces of each group, and prescribed displacements' distance
+            from their values over the first.
+        atol
+            Norm of the whole residual that is small enough. Force. None: the rounding
+            error of each group, once iterations bring nothing more.
+        at_once
+            Take the rounding error for small enough whatever iterations bring.
+        """
+        self._asked = rtol, atol
+        if self._pending(rtol):
+            return False
+        if atol is not None and self.now.norm <= atol:
+            return True
+        return bool(self._balanced(rtol, atol, at_once).all())
+
+    def _pending(self, rtol: float) -> bool:
+        """Whether prescribed displacements are not yet where they should be."""
+        step = max(rtol, 8.0 * EPS) * self._first.pending
+        # Linear solvers round by the largest unknowns: several ranks' more than one's
+        return self.now.pending > max(step, 256.0 * EPS * self.now.size)
+
+    def _balanced(
+        self, rtol: float, atol: float | None, at_once: bool
+    ) -> npt.NDArray[np.bool_]:
+        """Which groups are."""
+        now = self.now
+        balanced = now.residual <= rtol * np.maximum(now.forces, self._first.residual)
+        if atol is not None:
+            return balanced
+        # A body of soft and stiff parts has the rounding error of the stiff ones, and
+        # may have all forces of the others below: it counts where nothing improves
+        settled: Any = at_once
+        if not at_once and self._last[0] is not None:
+            settled = now.residual >= 0.1 * self._last[0]
+        return balanced | (settled & (now.residual <= self._floors))
+
+    def describe(self) -> str:
+        """What the last residual lacks, for messages; "" for nothing. Collective."""
+        if self.now is UNKNOWN or self._asked is None:
+            return ""
+        now, (rtol, atol) = self.now, self._asked
+        lacking = np.flatnonzero(~self._balanced(rtol, atol, True))
+        text = ""
+        if len(lacking):
+            names = self.groups.names()
+            forces = np.maximum(now.forces, self._first.residual)
+            listed = [
+                f"{names[g]} by {now.residual[g]:.3e} of {forces[g]:.3e}"
+                for g in lacking[:MOST_NAMED]
+            ]
+            if len(lacking) > MOST_NAMED:
+                listed.append(f"{len(lacking) - MOST_NAMED} more")
+            text = f"; out of balance: {', '.join(listed)}"
+        if self._pending(rtol):
+            text += f"; prescribed displacements lack up to {now.pending:.3e}"
+        return text
+
+    def row_scale(self, fixed: npt.NDArray[np.bool_]) -> Array:
+        """Factors that make the owned rows comparable: forces of one stiffness.
+
+        Rows of a body over its stiffness are lengths, as prescribed displacements are;
+        times one stiffness, that of the softest body that can move, they are forces. So
+        no unit counts, and no soft body is lost beside a stiff one.
+
+        Parameters
+        ----------
+        fixed
+            Whether each owned dof of u is constrained.
+        """
+        free = np.ones(len(self.groups.of_row))
+        free[: len(fixed)][fixed] = 0.0
+        stiffness, springs = self.groups.softest(free)
+        one = float(stiffness.min())
+        one = one if np.isfinite(one) else 1.0
+        scale = one / stiffness
+        # Symmetric matrices stay so where bodies are alike, or do not move
+        scale[scale >= 1.0 / ALIKE] = 1.0
+        scale[scale == 0.0] = 1.0
+        rows = scale[self.groups.of_row]
+        # Forces that a body meets on its way are no reason to stop it: heavier than the
+        # springs of contact
+        rows[: len(fixed)][fixed] = one * max(PRESCRIBED, springs)
+        return rows

@@ -1,0 +1,77 @@
+"""What a step starts from, kept and taken over again."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .compat import Array
+
+
+@dataclass(frozen=True)
+class ContactState:
+    """What a step starts from: this rank's arrays of displacement and history."""
+
+    u: Array
+    u_old: Array
+    multiplier: Array | None
+    traction_old: list[Array | None]
+
+
+def not_finite(contact: Any) -> str | None:
+    """What is no number in this rank's share of the state, if anything."""
+    for name, f in (("displacement", contact.u), ("multiplier", contact.multiplier)):
+        bad = 0 if f is None else np.count_nonzero(~np.isfinite(f.x.array))
+        if bad:
+            return f"the {name} has {bad} entries that are not finite"
+    return None
+
+
+def state_fault(state: Any, own: ContactState, springs: Sequence[Any]) -> str | None:
+    """Why a contact cannot go back to a state, if so.
+
+    Parameters
+    ----------
+    state
+        What is given for one.
+    own
+        Present state of the contact.
+    springs
+        Zones, if friction springs carry tractions there.
+    """
+    if not isinstance(state, ContactState):
+        return f"state must be a ContactState, not {type(state).__name__}"
+    theirs, here = _shapes(state), _shapes(own)
+    allowed = {name: {shape} for name, shape in here.items()}
+    for i in range(len(own.traction_old)):
+        # None before the first step, and where there are no springs
+        found = {None, *map(_of_springs, springs[i : i + 1])}
+        allowed[f"tractions of springs {i}"] = found
+    for name, shapes in allowed.items():
+        if theirs.get(name) not in shapes:
+            return (
+                f"the state is of another contact, mesh or method: {name} of shape "
+                f"{theirs.get(name)}, here {here[name]}"
+            )
+    return None
+
+
+def _of_springs(zone: Any) -> tuple[int, ...]:
+    """Shape of the tractions of a zone's springs."""
+    surface = zone.facets.slave_surface
+    return (*surface.facet_dofs.shape, surface.gdim)
+
+
+def _shapes(state: ContactState) -> dict[str, tuple[int, ...] | None]:
+    """Shape by name of the part, None where it is missing."""
+    parts: dict[str, Any] = {
+        "displacement": state.u,
+        "old displacement": state.u_old,
+        "multiplier": state.multiplier,
+    }
+    parts |= {f"tractions of springs {i}": t for i, t in enumerate(state.traction_old)}
+    shapes = {name: None if p is None else np.shape(p) for name, p in parts.items()}
+    return shapes | {"list of slave surfaces": (len(state.traction_old),)}
