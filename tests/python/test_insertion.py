@@ -87,7 +87,8 @@ def test_places_are_looked_up_once():
     reference = rows_of(A)
     assembled(contact, copy, ())
     assert contact.statistics.lookups == 2 * first.lookups
-    assert worst(rows_of(copy) - reference) == 0.0
+    # Parts of other ranks are added as they arrive, in any order
+    assert worst(rows_of(copy) - reference) <= 1e-15 * worst(reference)
 
 
 @pytest.mark.mpi
