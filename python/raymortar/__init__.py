@@ -2,7 +2,7 @@
 
 from . import solvers
 from .contact import Contact
-from .errors import ContactError, ContactWarning, ConvergenceError
+from .errors import ContactError, ContactWarning, ConvergenceError, SetUpError
 from .fixed_point import FixedPointSolver
 from .friction import Coulomb, Stick, Tresca
 from .history import History
@@ -30,6 +30,7 @@ __all__ = [
     "Penalty",
     "SNESSolver",
     "Search",
+    "SetUpError",
     "Stick",
     "Tresca",
     "plot",

@@ -90,6 +90,9 @@ class Contact(ContactAssembly):
         of bodies.
     updates
         Calls of `update` so far.
+    revision
+        Changes so far of what an assembled residual depends on, `u` and `multiplier`
+        aside: pairing, history, coefficient.
 
     Raises
     ------
@@ -170,6 +173,7 @@ class Contact(ContactAssembly):
         ]
         self.gamma: float | Function | PairCoefficients | None = None
         self.gamma_scale = 1.0
+        self.revision = 0
         self._interfaces: Interfaces | None = None
         self._u_old = u.x.array.copy()
         self._fixed_by: tuple[Any, ...] | None = ()
@@ -250,6 +254,7 @@ class Contact(ContactAssembly):
         for zone, values in zip(self.zones, nodal):
             zone.cpp.set_gamma(values, self.gamma_scale)
         self.gamma = gamma
+        self.revision += 1
 
     @property
     def interfaces(self) -> Interfaces:
@@ -286,6 +291,7 @@ class Contact(ContactAssembly):
             contact surfaces since `Contact` was made.
         """
         self.updates += 1
+        self.revision += 1
         self._send_history()
         self._send_state()
         for zone in self.zones:
@@ -307,6 +313,7 @@ class Contact(ContactAssembly):
                 zone.traction_old = zone.cpp.tangential_traction()
         self._u_old[:] = self.u.x.array
         self._history_is_new = True
+        self.revision += 1
 
     def state(self) -> ContactState:
         """Copy of displacement, multiplier and history, for `restore`."""
@@ -320,6 +327,8 @@ class Contact(ContactAssembly):
 
     def restore(self, state: ContactState) -> None:
         """Go back to a state of this object, or of one made alike. Collective.
+
+        Where there were results before, those are of this state now.
 
         Raises
         ------
@@ -335,6 +344,9 @@ class Contact(ContactAssembly):
         for zone, traction in zip(self.zones, state.traction_old):
             zone.traction_old = traction
         self._history_is_new = True
+        self.revision += 1
+        if self.updates:
+            self.update()
 
     def _send_history(self) -> None:
         """Old displacement and tractions to the zones, where they have changed."""

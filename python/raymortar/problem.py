@@ -77,9 +77,9 @@ class NonlinearProblem:
         self.L, self.a = compat.form(F), compat.form(J)
         self.history: list[float] = []
         self.rays_only = False
-        # Where `form` was last, and which of the contact's updates that was
+        # Where `form` was last, and which revision of the contact that was
         self._at: np.ndarray | None = None
-        self._update = 0
+        self._revision = 0
         dofmap = u.function_space.dofmap
         self._r = compat.create_la_vector(dofmap.index_map, dofmap.index_map_bs)
         self._volume = contact.prepare(self.a, self.bcs)
@@ -117,19 +117,23 @@ class NonlinearProblem:
     def form(self, x: PETSc.Vec) -> None:
         """Take over an iterate: functions, pairing, integration. Collective.
 
-        Nothing is done again where x has not changed since the last call, and nothing
-        else has updated the contact.
+        Nothing is done again where neither x nor the contact has changed since the last
+        call.
         """
         self.contact.belong_to(self._volume)
-        array = x.getArray(readonly=True)
-        same = self._at is not None and np.array_equal(array, self._at)
-        same = same and self._update == self.contact.updates
+        array, n = x.getArray(readonly=True), self.contact.layout.n_u
+        same = (
+            self._at is not None
+            and self._revision == self.contact.revision
+            and np.array_equal(array, self._at)
+            and np.array_equal(array[:n], self.contact.u.x.array[:n])
+        )
         if self.comm.allreduce(int(same)) == self.comm.size:
             return
         self._at = array.copy()
         self.contact.layout.from_vector(x, self.contact.gamma_scale)
         self.contact.update(self.rays_only)
-        self._update = self.contact.updates
+        self._revision = self.contact.revision
 
     def F(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
         """Residual at x into b. Collective."""
