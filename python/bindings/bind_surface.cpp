@@ -61,7 +61,9 @@ void bind_surface(py::module_& m)
            [](const Surface& s) { return to_array(diameters(s, s.X)); })
       .def("set_thickness",
            [](Surface& s, const Array<double>& thickness)
-           { s.thickness = to_vector(thickness); });
+           { s.thickness = to_vector(thickness); })
+      .def("set_bodies", [](Surface& s, const Array<Index>& body)
+           { s.body = to_vector(body); });
   m.def(
       "find_candidates",
       [](const Surface& slave, const Surface& master,

@@ -127,6 +127,18 @@ py::dict points(const Zone& z)
   return out;
 }
 
+/// Global numbers of the master facets that are here now, by local number
+py::array_t<std::int64_t> master_ids(const Zone& z)
+{
+  return to_array(z.state().master.facet_id);
+}
+
+/// Bodies of the same facets
+py::array_t<Index> master_bodies(const Zone& z)
+{
+  return to_array(z.state().master.body);
+}
+
 /// Points within the master that are too deep for contact, by number
 py::array_t<Index> sunk_points(const Zone& z)
 {
@@ -212,8 +224,20 @@ void bind_zone(py::module_& m)
       .def("set_modulus", &Zone::set_modulus)
       .def("set_multiplier", [](Zone& z, const Array<double>& values)
            { z.set_multiplier(to_span(values)); })
-      .def("set_gamma", [](Zone& z, const Array<double>& gamma, double scale)
-           { z.set_gamma(to_span(gamma), scale); })
+      .def(
+          "set_gamma",
+          [](Zone& z, const Array<double>& gamma, double scale,
+             const Array<Index>& slaves, const Array<Index>& masters,
+             const Array<double>& factors)
+          {
+            z.set_gamma(to_span(gamma), scale,
+                        {to_vector(slaves), to_vector(masters),
+                         to_vector(factors)});
+          },
+          py::arg("gamma"), py::arg("scale"),
+          py::arg("slaves") = Array<Index>(),
+          py::arg("masters") = Array<Index>(),
+          py::arg("factors") = Array<double>())
       .def("set_old_traction", [](Zone& z, const Array<double>& traction)
            { z.set_old_traction(to_span(traction)); })
       .def("tangential_traction",
@@ -227,6 +251,8 @@ void bind_zone(py::module_& m)
       .def("pair", &Zone::pair)
       .def("cast", &Zone::cast)
       .def("points", &points)
+      .def("master_ids", &master_ids)
+      .def("master_bodies", &master_bodies)
       .def("sunk_points", &sunk_points)
       .def("segments", &segments)
       .def("pairs", &pairs)

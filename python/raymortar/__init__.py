@@ -2,7 +2,13 @@
 
 from . import solvers
 from .contact import Contact
-from .errors import ContactError, ContactWarning, ConvergenceError, SetUpError
+from .errors import (
+    ContactError,
+    ContactLost,
+    ContactWarning,
+    ConvergenceError,
+    SetUpError,
+)
 from .fixed_point import FixedPointSolver
 from .friction import Coulomb, Stick, Tresca
 from .history import History
@@ -18,6 +24,7 @@ __all__ = [
     "AugmentedLagrangian",
     "Contact",
     "ContactError",
+    "ContactLost",
     "ContactWarning",
     "ConvergenceError",
     "Coulomb",

@@ -230,3 +230,8 @@ class ContactAssembly(ContactFields):
     def stiffness_diagonal(self) -> Array:
         """Diagonal of the volume's matrix at set-up, owned dofs of u, unrolled."""
         return self._volume.diagonal
+
+    @property
+    def translation_forces(self) -> Array:
+        """Forces of translations at set-up, see `stiffness.VolumePattern`."""
+        return self._volume.translation

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from mpi4py import MPI
 
 from . import compat
-from .bodies import find_bodies, find_parts
+from .bodies import find_parts
 from .compat import Array, Indices
 from .layout import marked_everywhere
 from .methods import Penalty
@@ -41,6 +41,8 @@ class Groups:
         Group of each owned row, (rows,).
     count, bodies
         Number of all groups, the first of which are bodies.
+    size
+        Diagonal of each group's box, or its distance from the origin. Length.
     mass
         int N_a dG of each owned multiplier row, (rows,). Area.
     """
@@ -49,7 +51,7 @@ class Groups:
         self.contact, layout = contact, contact.layout
         self.comm: MPI.Comm = layout.comm
         V, c = contact.u.function_space, layout.components
-        bodies = find_bodies(V)
+        bodies = contact.bodies
         nodes, self.bodies = bodies.dofs, bodies.count
         of_u = np.repeat(nodes, V.dofmap.index_map_bs)[: layout.n_u]
         self._body_of_node, of_multiplier = nodes, np.empty(0, dtype=np.int32)
@@ -73,7 +75,7 @@ class Groups:
         rows = np.concatenate([diagonal, self.mass])
         self._mean = self.sum(rows) / self.sum(np.ones_like(rows))
         self._norm = np.sqrt(self.sum(rows**2))
-        self._size, self._largest = self._sizes()
+        self.size, self._largest = self._sizes()
         self._zones = self._met()
 
     def sum(self, *rows: Array) -> Array:
@@ -108,7 +110,7 @@ class Groups:
         """Rounding error of the residual of each group [theory (5.4)]."""
         gamma = np.ones(self.count)
         gamma[self.bodies :] = self.contact.gamma_scale
-        floors = EPS * gamma * self._norm * self._size
+        floors = EPS * gamma * self._norm * self.size
         if isinstance(self.contact.method, Penalty):
             for area, nodes, met in self._zones:
                 force = self.contact.gamma_scale * self._largest * area / nodes**0.5

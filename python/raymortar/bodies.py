@@ -32,6 +32,11 @@ class Bodies:
     dofs: Indices
 
 
+def bodies_of_facets(bodies: Bodies, surface: Any) -> Indices:
+    """Body of each facet of a `surfaces.Surface`, (facets,)."""
+    return bodies.dofs[surface.dofs[surface.facet_dofs[:, 0]]]
+
+
 def connected(rows: Indices, n: int) -> Indices:
     """Smallest entity that each of n entities hangs together with.
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from dolfinx.fem import Function
 
 from .arguments import check_coefficient_function
-from .compat import Array
+from .compat import Array, Indices
 from .errors import ContactError, require_agreement, together
 from .interfaces import Interfaces
 from .methods import check_coefficient
@@ -82,16 +83,42 @@ def one_or_each(
     return PairCoefficients(interfaces, tables) if one is None else one
 
 
+@dataclass(frozen=True)
+class ZoneCoefficients:
+    """A coefficient as a zone takes it.
+
+    Attributes
+    ----------
+    of_facets
+        At the displacement dofs of its slave facets, (facets, dofs per facet).
+    slaves, masters
+        Sorted bodies of its two surfaces, where pairs of them have their own.
+    factors
+        What share of a slave facet's value counts against each body,
+        (slaves, masters).
+    """
+
+    of_facets: Array
+    slaves: Indices | None = None
+    masters: Indices | None = None
+    factors: Array | None = None
+
+    def of_pairs(self) -> tuple[Any, ...]:
+        """What differs between pairs of bodies, if anything."""
+        if self.factors is None:
+            return ()
+        return self.slaves, self.masters, self.factors
+
+
 def spread(
     gamma: float | Function | PairCoefficients, contact: Any
-) -> tuple[list[Array], float]:
+) -> tuple[list[ZoneCoefficients], float]:
     """A coefficient as the zones take it, after checks. Collective.
 
     Returns
     -------
-    nodal
-        Of each zone, at the displacement dofs of its slave facets,
-        (facets, dofs per facet). Traction per length.
+    zones
+        Coefficients of each zone. Traction per length.
     scale
         Mean over the slave facets: one for all zones, as a multiplier node may belong to
         two of them.
@@ -105,17 +132,19 @@ def spread(
     with together(comm):
         _check(gamma, contact)
     if isinstance(gamma, PairCoefficients):
-        nodal = _by_pair(gamma, zones)
+        found = _by_pair(gamma, zones)
     else:
         require_agreement(comm, gamma=gamma)
-        nodal = [
-            on_facets(gamma, zone.facets)
-            if isinstance(gamma, Function)
-            else np.full(zone.facets.slave_surface.facet_dofs.shape, float(gamma))
+        found = [
+            ZoneCoefficients(
+                on_facets(gamma, zone.facets)
+                if isinstance(gamma, Function)
+                else np.full(zone.facets.slave_surface.facet_dofs.shape, float(gamma))
+            )
             for zone in zones
         ]
-    total = comm.allreduce(sum(float(v.sum()) for v in nodal))
-    return nodal, total / comm.allreduce(sum(v.size for v in nodal))
+    total = comm.allreduce(sum(float(one.of_facets.sum()) for one in found))
+    return found, total / comm.allreduce(sum(one.of_facets.size for one in found))
 
 
 def _check(gamma: Any, contact: Any) -> None:
@@ -130,11 +159,21 @@ def _check(gamma: Any, contact: Any) -> None:
         check_coefficient_function(gamma, contact.u)
 
 
-def _by_pair(gamma: PairCoefficients, zones: Sequence[Any]) -> list[Array]:
-    """That of the pair of bodies; the largest where a zone's slave body faces several."""
-    nodal = []
-    for zone, bodies, table in zip(zones, gamma.interfaces.slave, gamma.tables):
+def _by_pair(gamma: PairCoefficients, zones: Sequence[Any]) -> list[ZoneCoefficients]:
+    """The largest of each slave facet's pairs, and the share of each pair in it."""
+    pairs, found = gamma.interfaces, []
+    for zone, slaves, masters, table in zip(
+        zones, pairs.slave, pairs.master, gamma.tables
+    ):
         surface = zone.facets.slave_surface
-        of_facets = table.max(axis=1)[gamma.interfaces.rows(surface, bodies)]
-        nodal.append(np.repeat(of_facets[:, None], surface.facet_dofs.shape[1], axis=1))
-    return nodal
+        largest = table.max(axis=1)
+        of_facets = largest[pairs.rows(surface, slaves)]
+        found.append(
+            ZoneCoefficients(
+                np.repeat(of_facets[:, None], surface.facet_dofs.shape[1], axis=1),
+                slaves.astype(np.int32),
+                masters.astype(np.int32),
+                table / largest[:, None],
+            )
+        )
+    return found

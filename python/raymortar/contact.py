@@ -14,6 +14,7 @@ from petsc4py import PETSc
 from . import _cpp, compat
 from .arguments import check_options
 from .assembly import ContactAssembly
+from .bodies import find_bodies
 from .checks import check_space
 from .coefficients import PairCoefficients, one_or_each, spread
 from .compat import Indices
@@ -24,6 +25,7 @@ from .errors import (
     require_agreement,
     together,
 )
+from .faced import nearest_hits
 from .facets import facet_dof_table
 from .forms import check_compiled
 from .friction import Coulomb, Stick, Tresca
@@ -33,6 +35,7 @@ from .methods import AugmentedLagrangian, Penalty, Search, check_coefficient
 from .reference import Reference
 from .state import ContactState, not_finite, state_fault
 from .stiffness import VolumePattern, contact_stiffness
+from .straight_facets import warn_of_straight_facets
 from .thickness import Cells
 from .zones import (
     ZoneData,
@@ -80,6 +83,8 @@ class Contact(ContactAssembly):
 
     Attributes
     ----------
+    bodies
+        Parts of the mesh that hang together, by displacement node.
     multiplier
         Traction on the slave: a scalar ``Function`` (normal component, negative in
         compression), a vector one in global coordinates, or None with penalty. Zero
@@ -155,6 +160,7 @@ class Contact(ContactAssembly):
         self._scalar = compat.scalar_space(mesh, degree)
         self._vector = compat.vector_space(mesh, degree)
         self.layout = Layout(u, self.multiplier, self._slave_dofs(facets))
+        self.bodies = find_bodies(u.function_space)
         cells = Cells(mesh)
         self.zones: list[ZoneData] = [
             create_zone(
@@ -168,6 +174,7 @@ class Contact(ContactAssembly):
                 tangent == "full",
                 search,
                 cells,
+                self.bodies,
             )
             for zone in facets
         ]
@@ -252,7 +259,9 @@ class Contact(ContactAssembly):
         """
         nodal, self.gamma_scale = spread(gamma, self)
         for zone, values in zip(self.zones, nodal):
-            zone.cpp.set_gamma(values, self.gamma_scale)
+            zone.cpp.set_gamma(
+                values.of_facets, self.gamma_scale, *values.of_pairs()
+            )
         self.gamma = gamma
         self.revision += 1
 
@@ -260,7 +269,7 @@ class Contact(ContactAssembly):
     def interfaces(self) -> Interfaces:
         """Pairs of bodies that meet. Collective at first."""
         if self._interfaces is None:
-            self._interfaces = Interfaces(self.zones, self.layout)
+            self._interfaces = Interfaces(self.zones, self.layout, self.bodies)
         return self._interfaces
 
     # State
@@ -300,6 +309,15 @@ class Contact(ContactAssembly):
                     zone.cpp.cast()
                 else:
                     zone.cpp.pair()
+        self._note_faced()
+        if self.updates == 1:
+            warn_of_straight_facets(self)
+
+    def _note_faced(self) -> None:
+        """Keep what slave facets face, where this is the accepted state."""
+        if np.array_equal(self.u.x.array, self._u_old):
+            for zone in self.zones:
+                zone.faced = nearest_hits(zone)
 
     def advance(self) -> None:
         """Accept the step: the present state becomes the old one. Collective.
@@ -312,8 +330,15 @@ class Contact(ContactAssembly):
             for zone in self.zones:
                 zone.traction_old = zone.cpp.tangential_traction()
         self._u_old[:] = self.u.x.array
+        if self.updates:
+            self._note_faced()
         self._history_is_new = True
         self.revision += 1
+
+    @property
+    def u_old(self) -> Array:
+        """Displacement of the accepted step, of this rank's dofs. Not to be written."""
+        return self._u_old
 
     def state(self) -> ContactState:
         """Copy of displacement, multiplier and history, for `restore`."""

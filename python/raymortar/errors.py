@@ -26,6 +26,10 @@ class ConvergenceError(RuntimeError):
     """A nonlinear solve, or a path of load steps, that did not converge."""
 
 
+class ContactLost(ConvergenceError):
+    """A converged solve in which surfaces have passed each other or a body is free."""
+
+
 class ContactWarning(UserWarning):
     """A converged solve whose contact is not to be trusted everywhere."""
 

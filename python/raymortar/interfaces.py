@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from mpi4py import MPI
 
-from .bodies import find_bodies
+from .bodies import Bodies, bodies_of_facets
 from .compat import Array, Indices
 from .layout import Layout
 from .surfaces import Surface
@@ -46,6 +46,8 @@ class Interfaces:
         Of a contact.
     layout
         Of its unknowns.
+    bodies
+        Of its displacement's nodes.
 
     Attributes
     ----------
@@ -53,9 +55,8 @@ class Interfaces:
         Sorted bodies of each zone's sides, the rows and columns of its tables.
     """
 
-    def __init__(self, zones: Sequence[Any], layout: Layout) -> None:
-        self.zones, self.layout = zones, layout
-        self.bodies = find_bodies(layout.u.function_space)
+    def __init__(self, zones: Sequence[Any], layout: Layout, bodies: Bodies) -> None:
+        self.zones, self.layout, self.bodies = zones, layout, bodies
         self._slave_in = self._zones_of("slave_surface")
         self._master_in = self._zones_of("master_surface")
         self.slave = [np.flatnonzero(row) for row in self._slave_in]
@@ -63,7 +64,7 @@ class Interfaces:
 
     def of_facets(self, surface: Surface) -> Indices:
         """Body of each facet of a surface."""
-        return self.bodies.dofs[surface.dofs[surface.facet_dofs[:, 0]]]
+        return bodies_of_facets(self.bodies, surface)
 
     def _zones_of(self, side: str) -> npt.NDArray[np.bool_]:
         surfaces = [getattr(zone.facets, side) for zone in self.zones]

@@ -188,6 +188,17 @@ class LoadSteps:
 
     def _solve(self, now: ContactState, last: ContactState | None, ratio: float) -> int:
         """Iterations from the extrapolated state or else from the present one."""
+        problem = self.solver.problem
+        before, problem.stops_at_loss = problem.stops_at_loss, True
+        try:
+            return self._solve_from(now, last, ratio)
+        finally:
+            problem.stops_at_loss = before
+
+    def _solve_from(
+        self, now: ContactState, last: ContactState | None, ratio: float
+    ) -> int:
+        """The same, from whichever of the two leads on."""
         contact = self.solver.problem.contact
         if self.extrapolate and last is not None:
             contact.u.x.array[:] += ratio * (now.u - last.u)

@@ -17,7 +17,9 @@ from .compat import Array
 from .contact import Contact
 from .convergence import Convergence
 from .errors import ContactError, require_agreement, together
+from .failure import describe_failure
 from .forms import check_forms, check_supports, list_of_conditions
+from .lost_contact import unheld
 
 
 class NonlinearProblem:
@@ -44,6 +46,10 @@ class NonlinearProblem:
     rays_only
         Whether iterates keep the segments and integration points of the last pairing and
         only cast their rays anew, as `FixedPointSolver` asks for.
+
+    stops_at_loss
+        Whether a converged solve that has lost contact fails, as `LoadSteps` asks for,
+        or only warns.
 
     Notes
     -----
@@ -76,7 +82,7 @@ class NonlinearProblem:
             J = ufl.derivative(F, u, ufl.TrialFunction(u.function_space))
         self.L, self.a = compat.form(F), compat.form(J)
         self.history: list[float] = []
-        self.rays_only = False
+        self.rays_only, self.stops_at_loss = False, False
         # Where `form` was last, and which revision of the contact that was
         self._at: np.ndarray | None = None
         self._revision = 0
@@ -222,28 +228,9 @@ class NonlinearProblem:
 
     def describe(self) -> str:
         """State of contact and residual history, for messages. Collective."""
-        history = ", ".join(f"{r:.3e}" for r in self.history)
-        text = f"{self.contact.statistics}; residual history: {history}"
-        period = cycle_length(self.history)
-        if period:
-            text += (
-                f"; it repeats every {period} residuals: points open and close, or "
-                "stick and slip, in turn"
-            )
-        return text + self.convergence.describe()
-
-
-def cycle_length(history: Sequence[float]) -> int:
-    """Number of residuals after which the last ones repeat, 0 if they do not.
-
-    Three times over, to a hundredth; residuals that stay the same are no cycle.
-    """
-    for period in (2, 3, 4):
-        last = np.array(history[-3 * period :])
-        if len(last) < 3 * period or not np.isfinite(last).all():
-            continue
-        change = np.abs(last[period:] - last[:-period])
-        same = change <= 1e-2 * last[period:]
-        if same.all() and np.ptp(last[:period]) > 0.03 * last.max():
-            return period
-    return 0
+        return describe_failure(
+            self.history,
+            self.contact.statistics,
+            unheld(self),
+            self.convergence.describe(),
+        )

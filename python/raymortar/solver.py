@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import sys
+import warnings
 import weakref
 from collections.abc import Callable, Mapping
 from typing import Any, cast
@@ -15,10 +16,14 @@ from petsc4py import PETSc
 from . import compat, solvers
 from .errors import (
     ContactError,
+    ContactLost,
+    ContactWarning,
     ConvergenceError,
     raise_everywhere,
     require_agreement,
 )
+from .failure import reason_in_words
+from .lost_contact import lost_contact
 from .methods import Penalty
 from .penetration import warn_of_penetration
 from .petsc_options import PetscOptions, check_solver_input
@@ -219,6 +224,16 @@ def _require(problem: NonlinearProblem, converged: bool, reason: str) -> None:
         message = f"Newton did not converge {reason}: {problem.describe()}"
         raise_everywhere(problem.comm, message, ConvergenceError)
     warn_of_penetration(problem.contact)
+    loss = lost_contact(problem)
+    if loss is None:
+        return
+    if problem.stops_at_loss:
+        raise ContactLost(f"contact is lost: {loss}")
+    warnings.warn(
+        f"converged, but contact is lost: {loss}. Take smaller steps",
+        ContactWarning,
+        stacklevel=3,
+    )
 
 
 def _line_search(problem: NonlinearProblem) -> str:
@@ -389,7 +404,7 @@ class SNESSolver:
         _require(
             self.problem,
             converged,
-            f"after {iterations} iterations (SNES reason {reason})",
+            f"after {iterations} iterations ({reason_in_words(reason)})",
         )
         return iterations, True
 

@@ -17,7 +17,11 @@ from .errors import ContactError, raise_everywhere
 from .interfaces import Interfaces
 from .layout import Layout, marked_everywhere
 from .reference_facets import normals, shape_functions
-from .strain_response import strain_response, stiffness_without_bulk
+from .strain_response import (
+    strain_response,
+    stiffness_without_bulk,
+    translation_forces,
+)
 from .surfaces import Surface
 
 
@@ -35,6 +39,9 @@ class VolumePattern:
         Compressed rows of this rank, int32; columns in the coupled numbering.
     diagonal
         Of the owned displacement dofs, unrolled. Force per length.
+    translation
+        Forces of the body's translation by 1 along each axis, of the owned displacement
+        dofs, (d, dofs): those of masses and springs. Force per length.
     response
         Of the owned nodes, see `strain_response`.
     number
@@ -50,6 +57,7 @@ class VolumePattern:
         self.columns = layout.coupled_columns(columns)
         diagonal = K.getDiagonal()
         self.diagonal: Array = diagonal.array.copy()
+        self.translation = translation_forces(K, layout.u)
         self.response = strain_response(K, layout.u)
         diagonal.destroy()
         K.destroy()

@@ -44,6 +44,23 @@ def _positions(u: Function) -> list[Array]:
     return [X, X + moved] if any(part[1] for part in parts) else [X]
 
 
+def translation_forces(K: Any, u: Function) -> Array:
+    """Forces of the translation by 1 along each axis, (d, owned dofs). Collective.
+
+    An elastic body alone has none. Parameters are those of `strain_response`.
+    """
+    d = u.function_space.mesh.geometry.dim
+    w, f = K.createVecs()
+    forces = []
+    for axis in np.eye(d):
+        w.array[:] = np.tile(axis, len(w.array) // d)
+        K.mult(w, f)
+        forces.append(f.array.copy())
+    w.destroy()
+    f.destroy()
+    return np.array(forces)
+
+
 def strain_response(K: Any, u: Function) -> Array:
     """Forces of uniform strains at each owned node, (n, 2, 1 or 2).
 
@@ -82,7 +99,7 @@ def strain_response(K: Any, u: Function) -> Array:
 
     positions = _positions(u)
     n, d = positions[0].shape
-    pushed = [force(np.tile(row, (n, 1))) for row in np.eye(d)]
+    pushed = translation_forces(K, u).reshape(d, n, d)
     found = [
         (sum(squares(x, E) for E in deviators(d)), squares(x, np.eye(d)))
         for x in positions

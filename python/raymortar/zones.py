@@ -13,9 +13,11 @@ from dolfinx.fem import Function
 from mpi4py import MPI
 
 from . import _cpp, compat, quadrature
+from .bodies import Bodies, bodies_of_facets
 from .checks import check_areas, check_cells, check_pair
 from .compat import Array, Indices
 from .errors import ContactError, raise_everywhere
+from .faced import Faced
 from .facets import Facets, facet_dof_table, join, tagged_facets
 from .friction import Coulomb, Stick, Tresca
 from .layout import Layout
@@ -49,9 +51,13 @@ class ZoneData:
     multiplier_nodes: Indices  # sorted block dofs in the zone's own order
     result_table: Indices  # (slave facets, n), local block dofs of result fields
     frictional: bool
+    distances: dict[str, Array]  # (slave facets,) of reach, depth, skin
+    depth_is_default: bool
+    thickness: tuple[Array, Array]  # behind this rank's slave and master facets
     pattern: _cpp.Pattern = field(default_factory=_cpp.Pattern)
     positions: _cpp.BlockPositions = field(default_factory=_cpp.BlockPositions)
     traction_old: Array | None = None  # (slave facets, n, d), of friction springs
+    faced: Faced | None = None  # at the accepted step; None before the first update
 
     def points(self) -> dict[str, Array]:
         """Arrays over the integration points, see `ContactFields.points`."""
@@ -234,6 +240,7 @@ def create_zone(
     moving_segments: bool,
     search: Search,
     cells: Cells,
+    bodies: Bodies,
 ) -> ZoneData:
     """C++ zone of some facets. Collective."""
     comm = layout.comm
@@ -242,8 +249,13 @@ def create_zone(
     distances = _distances(search, _sizes(slave, comm))
     # Two bodies of this thickness limit no depth
     most = 2.0 * comm.allreduce(distances["depth"].max(initial=0.0), op=MPI.MAX)
-    slave.set_thickness(thickness_behind(cells, zone.slave, most))
-    master.set_thickness(thickness_behind(cells, zone.master, most))
+    thickness = tuple(
+        thickness_behind(cells, side, most) for side in (zone.slave, zone.master)
+    )
+    slave.set_thickness(thickness[0])
+    master.set_thickness(thickness[1])
+    slave.set_bodies(bodies_of_facets(bodies, zone.slave_surface))
+    master.set_bodies(bodies_of_facets(bodies, zone.master_surface))
     surface = zone.slave_surface
     multipliers, table, nodes = _multipliers(zone, layout.multiplier, layout)
     p = surface.displacement_degree
@@ -271,7 +283,17 @@ def create_zone(
         facet_rule=quadrature.facet_rule(surface.shape, degree),
     )
     results = facet_dof_table(result_space, zone.slave)
-    return ZoneData(zone, cpp, table, nodes, results, friction is not None)
+    return ZoneData(
+        zone,
+        cpp,
+        table,
+        nodes,
+        results,
+        friction is not None,
+        distances,
+        search.depth is None,
+        thickness,
+    )
 
 
 def on_facets(gamma: Function, zone: ZoneFacets) -> Array:

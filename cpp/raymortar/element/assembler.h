@@ -1,6 +1,7 @@
 // From the state of a contact zone to dense element blocks.
 #pragma once
 
+#include "raymortar/element/pair_factors.h"
 #include "raymortar/law/friction.h"
 #include "raymortar/law/point_law.h"
 #include "raymortar/mortar/elements.h"
@@ -38,6 +39,7 @@ struct ContactState
   bool current_measure = false; ///< integrate over the deformed surface
   bool moving_segments = false; ///< differentiate through the vertices, too
   std::vector<double> gamma;    ///< (slave facets, dofs per facet)
+  PairFactors pair_factors;     ///< of gamma, where a master is hit
   FrictionLaw friction;         ///< read by the laws with friction only
   /// Accepted tangential traction of the elastic penalty,
   /// (slave facets, dofs per facet, gdim); empty for the other laws

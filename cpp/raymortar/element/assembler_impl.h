@@ -111,11 +111,13 @@ private:
     data.slave = s.slave.template nodes<F>(s.slave.x, f);
     if (s.moving_segments)
       data.reference = s.slave.template nodes<F>(s.slave.X, f);
-    if (s.elements.master[e] != no_index)
-      data.master =
-          s.master.template nodes<F>(s.master.x, s.elements.master[e]);
     data.gamma =
         Eigen::Map<const Vec<F::dofs>>(s.gamma.data() + facet * F::dofs);
+    if (const Index m = s.elements.master[e]; m != no_index)
+    {
+      data.master = s.master.template nodes<F>(s.master.x, m);
+      data.gamma *= s.pair_factors.of(s.slave.body_of(f), s.master.body_of(m));
+    }
     data.current = s.current_measure;
     data.touch = tolerance::touch * diameter<F>(data.slave);
     if constexpr (is_frictional<Law>)

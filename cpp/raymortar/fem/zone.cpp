@@ -156,9 +156,11 @@ void Zone::set_multiplier(std::span<const double> values)
   _state.multipliers.value.assign(values.begin(), values.end());
 }
 
-void Zone::set_gamma(std::span<const double> gamma, double scale)
+void Zone::set_gamma(std::span<const double> gamma, double scale,
+                     PairFactors factors)
 {
   _state.gamma.assign(gamma.begin(), gamma.end());
+  _state.pair_factors = std::move(factors);
   _state.multipliers.scale = scale;
 }
 

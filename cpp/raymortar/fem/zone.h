@@ -98,7 +98,9 @@ public:
 
   /// @brief Augmentation coefficient at the slave facets' dofs,
   /// (facets, dofs per facet), and the traction per unit of the unknown.
-  void set_gamma(std::span<const double> gamma, double scale);
+  /// @param[in] factors Of gamma by the bodies of a slave and a master facet
+  void set_gamma(std::span<const double> gamma, double scale,
+                 PairFactors factors = {});
 
   /// @brief Accepted tangential traction of the elastic penalty,
   /// (slave facets, dofs per facet, gdim); empty: none.

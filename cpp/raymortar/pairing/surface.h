@@ -31,6 +31,9 @@ struct Surface
   /// How much of the undeformed body lies behind each facet, (facets,).
   /// Infinite, or no array at all: not known. Length
   std::vector<double> thickness = {};
+  /// Body of each facet, numbered alike on all ranks, (facets,). No array at
+  /// all: all are of one
+  std::vector<Index> body = {};
 
   [[nodiscard]] int nodes_per_facet() const;
   [[nodiscard]] int dofs_per_facet() const;
@@ -61,6 +64,11 @@ struct Surface
   {
     return thickness.empty() ? std::numeric_limits<double>::infinity()
                              : thickness[static_cast<std::size_t>(facet)];
+  }
+
+  [[nodiscard]] Index body_of(Index facet) const
+  {
+    return body.empty() ? 0 : body[static_cast<std::size_t>(facet)];
   }
 
   /// @brief Local dofs of a facet, (dofs per facet,).

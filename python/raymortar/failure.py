@@ -1,0 +1,112 @@
+"""What to say of a solve that did not converge: what was seen, and what to try."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from petsc4py import PETSc
+
+# Residuals at either end of a history that a message lists
+_ENDS = 5
+
+_REASONS = {
+    "DIVERGED_FUNCTION_DOMAIN": "the residual has no value there",
+    "DIVERGED_FUNCTION_COUNT": "too many residuals were asked for",
+    "DIVERGED_LINEAR_SOLVE": "the linear solver failed",
+    "DIVERGED_MAX_IT": "the largest number of iterations was reached",
+    "DIVERGED_LINE_SEARCH": "the line search found no smaller residual",
+    "DIVERGED_INNER": "an inner solve failed",
+    "DIVERGED_LOCAL_MIN": "the search ended where no step makes the residual smaller",
+    "DIVERGED_DTOL": "the residual grew beyond the divergence tolerance",
+    "DIVERGED_JACOBIAN_DOMAIN": "the tangent has no value there",
+    "DIVERGED_TR_DELTA": "the trust region became too small",
+}
+# petsc4py does not name it in all versions
+_NOT_A_NUMBER = -4
+
+
+def reason_in_words(reason: int) -> str:
+    """PETSc's reason for the end of a nonlinear solve."""
+    if reason == _NOT_A_NUMBER:
+        return "SNES: the residual is no number"
+    for name in _REASONS:
+        if getattr(PETSc.SNES.ConvergedReason, name, None) == reason:
+            return f"SNES: {_REASONS[name]}"
+    return f"SNES reason {reason}"
+
+
+def list_of_residuals(history: Sequence[float]) -> str:
+    """Norms, of a long history those at both ends."""
+    texts = [f"{r:.3e}" for r in history]
+    left_out = len(texts) - 2 * _ENDS
+    if left_out > 0:
+        texts[_ENDS:-_ENDS] = [f"({left_out} more)"]
+    return ", ".join(texts)
+
+
+def cycle_length(history: Sequence[float]) -> int:
+    """Number of residuals after which the last ones repeat, 0 if they do not.
+
+    Three times over, to a hundredth; residuals that stay the same are no cycle.
+    """
+    for period in (2, 3, 4):
+        last = np.array(history[-3 * period :])
+        if len(last) < 3 * period or not np.isfinite(last).all():
+            continue
+        change = np.abs(last[period:] - last[:-period])
+        same = change <= 1e-2 * last[period:]
+        if same.all() and np.ptp(last[:period]) > 0.03 * last.max():
+            return period
+    return 0
+
+
+def describe_failure(
+    history: Sequence[float], statistics: Any, unheld: Sequence[str], imbalance: str
+) -> str:
+    """State of contact, residuals, and what to try by what they show.
+
+    Parameters
+    ----------
+    history
+        Norms of the residuals. Force.
+    statistics
+        Of the contact.
+    unheld
+        Sentences on bodies that are held by nothing.
+    imbalance
+        Of `Convergence.describe`.
+    """
+    text = f"{statistics}; residual history: {list_of_residuals(history)}"
+    period = cycle_length(history)
+    if period:
+        text += (
+            f"; it repeats every {period} residuals: points open and close, or stick and "
+            "slip, in turn"
+        )
+    advice = _advice(history, statistics, unheld, period)
+    text = "; ".join([text + imbalance, *unheld])
+    return text + (f". Try {advice}" if advice else "")
+
+
+def _advice(
+    history: Sequence[float], statistics: Any, unheld: Sequence[str], period: int
+) -> str:
+    """What to try first, empty where nothing particular was seen."""
+    if unheld:
+        return (
+            "a condition that holds it, a start where it touches, or "
+            "LoadSteps(stabilize=True)"
+        )
+    if not statistics.hits:
+        return "a larger reach in Search, if the bodies should touch"
+    if period:
+        return 'SNESSolver with snes_linesearch_type "bt", or smaller steps'
+    norms = np.array(history)
+    if len(norms) and (
+        not np.isfinite(norms).all() or norms[-1] > 10.0 * max(norms[0], norms.min())
+    ):
+        return "smaller steps"
+    return ""

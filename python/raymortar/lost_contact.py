@@ -1,0 +1,159 @@
+"""Contact that a solve has lost: surfaces that passed each other, bodies set free.
+
+Bodies that lift off each other have not lost it: their gap is open, or was when they
+parted.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mpi4py import MPI
+
+from .balance import EPS, largest_by
+from .bodies import bodies_of_facets
+from .compat import Array
+from .faced import Faced, Path, path
+from .results import CLOSED, OPEN
+
+AXES = "xyz"
+# Force of a unit translation that is rounding error, over the body's stiffness
+_NO_SPRING = 1e6 * EPS
+# Displacement of a body that has not moved, over its size
+_AT_REST = 1e-9
+
+
+@dataclass(frozen=True)
+class Loss:
+    """Slave facets of one zone that lost what they faced.
+
+    Attributes
+    ----------
+    facets
+        How many, on all ranks.
+    distance
+        Largest, by which they have passed into it, or across. Length.
+    what
+        Sentence of the worst one, without a subject.
+    """
+
+    facets: int
+    distance: float
+    what: str
+
+
+def _distances(zone: Any, faced: Faced, way: Path, seen: Array) -> tuple[Array, Array]:
+    """By how much points are where no contact finds them: how deep behind what they
+    faced, and how far across; zero where neither is a loss."""
+    behind = 0.5 * (way.thickness + zone.thickness[0][faced.facet])
+    depth = zone.distances["depth"][faced.facet]
+    if zone.depth_is_default:
+        depth = np.minimum(depth, np.minimum(way.thickness, behind))
+    # Facets that are in contact again count by what they have sunk in this step
+    sunk = np.where(seen, np.minimum(faced.gap, 0.0) - way.gap, -way.gap)
+    through = np.where(sunk > np.maximum(depth, way.slide), sunk, 0.0)
+    reach = np.maximum(zone.distances["reach"][faced.facet], depth)
+    lifted = way.gap >= way.slide
+    torn = faced.closed & ~seen & ~lifted & (way.slide > reach)
+    return through, np.where(torn, way.slide, 0.0)
+
+
+def _loss(zone: Any, u: Array, comm: MPI.Comm) -> Loss | None:
+    """What a zone has lost since the accepted step. Collective."""
+    faced = zone.faced
+    way = path(zone, faced, u, comm)
+    points = zone.points()
+    seen = np.isin(faced.facet, points["slave"][points["status"] >= OPEN])
+    through, across = _distances(zone, faced, way, seen)
+    worst, mine = 0.0, ""
+    for distances, verb in (
+        (through, "passed into or through what they faced"),
+        (across, "slid past the end of what they faced"),
+    ):
+        if distances.max(initial=0.0) > worst:
+            k = int(np.argmax(distances))
+            worst = float(distances[k])
+            place = ", ".join(f"{x:.6g}" for x in way.x[k])
+            mine = f"{verb}, by up to {worst:.3e}, at ({place})"
+    facets = comm.allreduce(int(np.count_nonzero(through + across)))
+    if not facets:
+        return None
+    distance, rank = comm.allreduce((worst, comm.rank), op=MPI.MAXLOC)
+    return Loss(facets, distance, comm.bcast(mine, root=rank))
+
+
+def _lost_surfaces(contact: Any) -> list[str]:
+    """Sentences on the zones that have lost contact. Collective."""
+    comm = contact.layout.comm
+    u = contact.u.x.array.reshape(-1, contact.u.function_space.mesh.geometry.dim)
+    found = []
+    for zone in contact.zones:
+        loss = _loss(zone, u, comm)
+        if loss is not None:
+            found.append(
+                f"{loss.facets} facets of slave tag {zone.facets.slave_tag} have "
+                f"{loss.what}"
+            )
+    return found
+
+
+def _touched(contact: Any, count: int) -> Array:
+    """Whether each body has a point in contact. Collective."""
+    touched = np.zeros(count)
+    for zone in contact.zones:
+        points = zone.points()
+        closed = points["status"] >= CLOSED
+        slaves = bodies_of_facets(contact.bodies, zone.facets.slave_surface)
+        touched[slaves[points["slave"][closed]]] = 1.0
+        touched[zone.cpp.master_bodies()[points["master"][closed]]] = 1.0
+    contact.layout.comm.Allreduce(MPI.IN_PLACE, touched, op=MPI.MAX)
+    return touched > 0.0
+
+
+def _moved(contact: Any, sizes: Array) -> Array:
+    """Whether each body has since the accepted step. Collective."""
+    change = np.abs(contact.u.x.array - contact.u_old)
+    by_node = change.reshape(-1, contact.u.function_space.dofmap.index_map_bs)
+    most = largest_by(contact.bodies.dofs, by_node, len(sizes)).max(axis=1)
+    contact.layout.comm.Allreduce(MPI.IN_PLACE, most, op=MPI.MAX)
+    return most > _AT_REST * sizes
+
+
+def unheld(problem: Any) -> list[str]:
+    """Bodies that conditions, springs and contact leave free and that have moved, with
+    their directions. Collective."""
+    groups = problem.convergence.groups
+    dim, n = problem.contact.u.function_space.dofmap.index_map_bs, groups.bodies
+    component = np.arange(len(problem.constrained)) % dim
+    diagonal = problem.contact.stiffness_diagonal
+    parts = [diagonal**2]
+    for i, forces in enumerate(problem.contact.translation_forces):
+        parts += [problem.constrained & (component == i), forces**2]
+    tail = np.zeros(len(groups.of_row) - len(diagonal))
+    sums = groups.sum(*(np.concatenate([part, tail]) for part in parts))[:, :n]
+    stiffness = np.sqrt(sums[0])
+    free = [
+        (fixed == 0.0) & (np.sqrt(spring) <= _NO_SPRING * stiffness)
+        for fixed, spring in zip(sums[1::2], sums[2::2])
+    ]
+    free = np.array(free) & ~_touched(problem.contact, n)
+    free &= _moved(problem.contact, groups.size[:n])
+    names = groups.names() if free.any() else []
+    return [
+        f"{names[body]} is held by nothing along "
+        + ", ".join(AXES[i] for i in np.flatnonzero(free[:, body]))
+        for body in np.flatnonzero(free.any(axis=0))
+    ]
+
+
+def lost_contact(problem: Any) -> str | None:
+    """What a converged solve should not have done since the accepted step. Collective.
+
+    Returns
+    -------
+    None if nothing; else the same on all ranks.
+    """
+    return "; ".join(_lost_surfaces(problem.contact) + unheld(problem)) or None
