@@ -65,6 +65,14 @@ class Path:
     thickness: Array
 
 
+def nothing(gdim: int) -> Faced:
+    """Of a state that nobody has looked at."""
+    none, places = np.empty(0, dtype=np.int32), np.empty((0, gdim - 1))
+    return Faced(
+        none, places, places, none.astype(np.int64), np.empty(0), np.empty(0, dtype=bool)
+    )
+
+
 def nearest_hits(zone: Any) -> Faced:
     """What each slave facet faces at the last update."""
     points = zone.points()

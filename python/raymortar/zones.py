@@ -17,7 +17,7 @@ from .bodies import Bodies, bodies_of_facets
 from .checks import check_areas, check_cells, check_pair
 from .compat import Array, Indices
 from .errors import ContactError, raise_everywhere
-from .faced import Faced
+from .faced import Faced, nothing
 from .facets import Facets, facet_dof_table, join, tagged_facets
 from .friction import Coulomb, Stick, Tresca
 from .layout import Layout
@@ -54,10 +54,10 @@ class ZoneData:
     distances: dict[str, Array]  # (slave facets,) of reach, depth, skin
     depth_is_default: bool
     thickness: tuple[Array, Array]  # behind this rank's slave and master facets
+    faced: Faced  # at the accepted step
     pattern: _cpp.Pattern = field(default_factory=_cpp.Pattern)
     positions: _cpp.BlockPositions = field(default_factory=_cpp.BlockPositions)
     traction_old: Array | None = None  # (slave facets, n, d), of friction springs
-    faced: Faced | None = None  # at the accepted step; None before the first update
 
     def points(self) -> dict[str, Array]:
         """Arrays over the integration points, see `ContactFields.points`."""
@@ -293,6 +293,7 @@ def create_zone(
         distances,
         search.depth is None,
         thickness,
+        nothing(surface.gdim),
     )
 
 
