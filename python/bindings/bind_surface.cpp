@@ -59,8 +59,7 @@ void bind_surface(py::module_& m)
            py::arg("rows"), py::arg("facet_id"))
       .def("diameters",
            [](const Surface& s) { return to_array(diameters(s, s.X)); })
-      .def("set_thickness",
-           [](Surface& s, const Array<double>& thickness)
+      .def("set_thickness", [](Surface& s, const Array<double>& thickness)
            { s.thickness = to_vector(thickness); })
       .def("set_bodies", [](Surface& s, const Array<Index>& body)
            { s.body = to_vector(body); });

@@ -230,9 +230,9 @@ void bind_zone(py::module_& m)
              const Array<Index>& slaves, const Array<Index>& masters,
              const Array<double>& factors)
           {
-            z.set_gamma(to_span(gamma), scale,
-                        {to_vector(slaves), to_vector(masters),
-                         to_vector(factors)});
+            z.set_gamma(
+                to_span(gamma), scale,
+                {to_vector(slaves), to_vector(masters), to_vector(factors)});
           },
           py::arg("gamma"), py::arg("scale"),
           py::arg("slaves") = Array<Index>(),

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "facet_types.h"
+#include "raymortar/pairing/candidates.h"
 #include "surfaces.h"
 #include <numbers>
 
@@ -123,6 +124,26 @@ protected:
   {
     return {uniform(random, 0, 0.6), uniform(random, 0, 0.6),
             uniform(random, 0, 0.1)};
+  }
+
+  /// Compare a strategy with brute force on random surfaces
+  /// @return candidates of all trials
+  static std::size_t compare(Strategy strategy, unsigned seed, int trials)
+  {
+    std::mt19937 random(seed);
+    std::size_t found = 0;
+    for (int trial = 0; trial < trials; ++trial)
+    {
+      const auto [slave, master] = scene(random);
+      const SearchDistances range = distances(random);
+      const auto all =
+          find_candidates(slave, master, range, Strategy::brute_force);
+      const auto pairs = find_candidates(slave, master, range, strategy);
+      EXPECT_EQ(pairs.offsets, all.offsets) << "trial " << trial;
+      EXPECT_EQ(pairs.masters, all.masters) << "trial " << trial;
+      found += all.masters.size();
+    }
+    return found;
   }
 };
 } // namespace raymortar::test
