@@ -1,5 +1,6 @@
 #include "bind.h"
 #include "raymortar/fem/free_points.h"
+#include "raymortar/fem/nearest_hits.h"
 #include "raymortar/fem/remote_entries.h"
 #include "raymortar/mortar/sunk_points.h"
 
@@ -127,13 +128,22 @@ py::dict points(const Zone& z)
   return out;
 }
 
-/// Global numbers of the master facets that are here now, by local number
-py::array_t<std::int64_t> master_ids(const Zone& z)
+/// What slave facets face
+py::dict faced(const Zone& z)
 {
-  return to_array(z.state().master.facet_id);
+  const NearestHits n = nearest_hits(z.state(), z.assembler());
+  const int width = z.state().slave.gdim - 1;
+  py::dict out;
+  out["facet"] = to_array(n.facet);
+  out["xi"] = points_to_array(n.xi, width);
+  out["eta"] = points_to_array(n.eta, width);
+  out["master"] = to_array(n.master);
+  out["gap"] = to_array(n.gap);
+  out["closed"] = to_array(n.closed);
+  return out;
 }
 
-/// Bodies of the same facets
+/// Bodies of the master facets that are here now, by local number
 py::array_t<Index> master_bodies(const Zone& z)
 {
   return to_array(z.state().master.body);
@@ -251,7 +261,7 @@ void bind_zone(py::module_& m)
       .def("pair", &Zone::pair)
       .def("cast", &Zone::cast)
       .def("points", &points)
-      .def("master_ids", &master_ids)
+      .def("faced", &faced)
       .def("master_bodies", &master_bodies)
       .def("sunk_points", &sunk_points)
       .def("segments", &segments)

@@ -13,7 +13,6 @@ from mpi4py import MPI
 from .compat import Array, Indices
 from .facets import Global
 from .reference_facets import normals, shape_functions
-from .results import CLOSED, OPEN
 from .surfaces import Surface
 
 
@@ -75,20 +74,8 @@ def nothing(gdim: int) -> Faced:
 
 def nearest_hits(zone: Any) -> Faced:
     """What each slave facet faces at the last update."""
-    points = zone.points()
-    hits = np.flatnonzero(points["status"] >= OPEN)
-    order = hits[np.lexsort((points["gap"][hits], points["slave"][hits]))]
-    facet, first = np.unique(points["slave"][order], return_index=True)
-    nearest = order[first]
-    closed = points["slave"][points["status"] >= CLOSED]
-    return Faced(
-        facet,
-        points["xi"][nearest],
-        points["eta"][nearest],
-        zone.cpp.master_ids()[points["master"][nearest]],
-        points["gap"][nearest],
-        np.isin(facet, closed),
-    )
+    found = zone.cpp.faced()
+    return Faced(**{**found, "closed": found["closed"] > 0})
 
 
 def positions(surface: Surface, facets: Indices, at: Array, u: Array) -> Array:
