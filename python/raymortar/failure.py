@@ -31,10 +31,10 @@ _NOT_A_NUMBER = -4
 def reason_in_words(reason: int) -> str:
     """PETSc's reason for the end of a nonlinear solve."""
     if reason == _NOT_A_NUMBER:
-        return "SNES: the residual is no number"
+        return f"SNES reason {reason}: the residual is no number"
     for name in _REASONS:
         if getattr(PETSc.SNES.ConvergedReason, name, None) == reason:
-            return f"SNES: {_REASONS[name]}"
+            return f"SNES reason {reason}: {_REASONS[name]}"
     return f"SNES reason {reason}"
 
 
