@@ -45,9 +45,15 @@ class Loss:
     what: str
 
 
-def _distances(zone: Any, faced: Faced, way: Path, seen: Array) -> tuple[Array, Array]:
+def _distances(
+    zone: Any, faced: Faced, way: Path, seen: Array, apart: bool
+) -> tuple[Array, Array]:
     """By how much points are where no contact finds them: how deep behind what they
-    faced, and how far across; zero where neither is a loss."""
+    faced, and how far across; zero where neither is a loss.
+
+    `apart`: nothing of the zone is in contact any more. While something is, facets that
+    a sliding body has left behind are none of a loss.
+    """
     behind = 0.5 * (way.thickness + zone.thickness[0][faced.facet])
     depth = zone.distances["depth"][faced.facet]
     if zone.depth_is_default:
@@ -57,7 +63,7 @@ def _distances(zone: Any, faced: Faced, way: Path, seen: Array) -> tuple[Array, 
     through = np.where(sunk > np.maximum(depth, way.slide), sunk, 0.0)
     reach = np.maximum(zone.distances["reach"][faced.facet], depth)
     lifted = way.gap >= way.slide
-    torn = faced.closed & ~seen & ~lifted & (way.slide > reach)
+    torn = faced.closed & ~seen & ~lifted & (way.slide > reach) & apart
     return through, np.where(torn, way.slide, 0.0)
 
 
@@ -67,7 +73,8 @@ def _loss(zone: Any, u: Array, comm: MPI.Comm) -> Loss | None:
     way = path(zone, faced, u, comm)
     points = zone.points()
     seen = np.isin(faced.facet, points["slave"][points["status"] >= OPEN])
-    through, across = _distances(zone, faced, way, seen)
+    closed = comm.allreduce(int(np.count_nonzero(points["status"] >= CLOSED)))
+    through, across = _distances(zone, faced, way, seen, closed == 0)
     worst, mine = 0.0, ""
     for distances, verb in (
         (through, "passed into or through what they faced"),

@@ -147,6 +147,8 @@ RIGHT = {
     "slide": [(0.0, 0.01), (0.1, 0.01), (0.25, 0.01)],
     "off the rim": [(0.2, 0.01), (0.3, 0.01), (0.45, 0.01), (0.6, 0.01), (0.75, 0.01)],
     "lift aside": [(0.0, 0.01), (0.3, -0.6)],
+    # With a step of more than the reach, which leaves facets of the block behind
+    "leap": [(-0.2, 0.01), (0.2, 0.01)],
 }
 
 
