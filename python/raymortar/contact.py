@@ -309,15 +309,17 @@ class Contact(ContactAssembly):
                     zone.cpp.cast()
                 else:
                     zone.cpp.pair()
-        self._note_faced()
-        if self.updates == 1:
+        accepted = self._note_faced()
+        if self.updates == 1 and self._comm.allreduce(accepted, op=MPI.MIN):
             warn_of_straight_facets(self)
 
-    def _note_faced(self) -> None:
-        """Keep what slave facets face, where this is the accepted state."""
-        if np.array_equal(self.u.x.array, self._u_old):
+    def _note_faced(self) -> bool:
+        """Keep what slave facets face, if this rank has the accepted state."""
+        accepted = np.array_equal(self.u.x.array, self._u_old)
+        if accepted:
             for zone in self.zones:
                 zone.faced = nearest_hits(zone)
+        return accepted
 
     def advance(self) -> None:
         """Accept the step: the present state becomes the old one. Collective.

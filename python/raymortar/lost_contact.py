@@ -10,16 +10,19 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from mpi4py import MPI
 
 from .balance import EPS, largest_by
 from .bodies import bodies_of_facets
 from .compat import Array
-from .faced import Faced, Path, path
+from .faced import Path, path
 from .results import CLOSED, OPEN
 
 AXES = "xyz"
+# Of a ray, see ContactFields.points
+TOO_DEEP = 6
 # Force of a unit translation that is rounding error, over the body's stiffness
 _NO_SPRING = 1e6 * EPS
 # Displacement of a body that has not moved, over its size
@@ -45,36 +48,60 @@ class Loss:
     what: str
 
 
-def _distances(
-    zone: Any, faced: Faced, way: Path, seen: Array, apart: bool
-) -> tuple[Array, Array]:
-    """By how much points are where no contact finds them: how deep behind what they
-    faced, and how far across; zero where neither is a loss.
+@dataclass(frozen=True)
+class Now:
+    """What slave facets that faced a master see at the end of a solve.
 
-    `apart`: nothing of the zone is in contact any more. While something is, facets that
-    a sliding body has left behind are none of a loss.
+    Attributes
+    ----------
+    seen
+        Whether they hit a master, (n,).
+    inside
+        Whether a ray of theirs meets one that lies too deep, (n,).
+    apart
+        Whether nothing of the zone is in contact any more.
     """
+
+    seen: npt.NDArray[np.bool_]
+    inside: npt.NDArray[np.bool_]
+    apart: bool
+
+    @classmethod
+    def of_zone(cls, zone: Any, comm: MPI.Comm) -> Now:
+        """Collective."""
+        points, facet = zone.points(), zone.faced.facet
+        closed = comm.allreduce(int(np.count_nonzero(points["status"] >= CLOSED)))
+        return cls(
+            np.isin(facet, points["slave"][points["status"] >= OPEN]),
+            np.isin(facet, points["slave"][points["ray"] == TOO_DEEP]),
+            closed == 0,
+        )
+
+
+def _distances(zone: Any, way: Path, now: Now) -> tuple[Array, Array]:
+    """By how much points are where no contact finds them: how deep behind what they
+    faced, and how far across; zero where neither is a loss."""
+    faced = zone.faced
     behind = 0.5 * (way.thickness + zone.thickness[0][faced.facet])
     depth = zone.distances["depth"][faced.facet]
     if zone.depth_is_default:
         depth = np.minimum(depth, np.minimum(way.thickness, behind))
     # Facets that are in contact again count by what they have sunk in this step
-    sunk = np.where(seen, np.minimum(faced.gap, 0.0) - way.gap, -way.gap)
-    through = np.where(sunk > np.maximum(depth, way.slide), sunk, 0.0)
+    sunk = np.where(now.seen, np.minimum(faced.gap, 0.0) - way.gap, -way.gap)
+    # While something is in contact, facets may hang beside a master's edge, below it,
+    # and a slide may leave some behind
+    lost = now.seen | now.inside | now.apart
+    through = np.where(lost & (sunk > np.maximum(depth, way.slide)), sunk, 0.0)
     reach = np.maximum(zone.distances["reach"][faced.facet], depth)
     lifted = way.gap >= way.slide
-    torn = faced.closed & ~seen & ~lifted & (way.slide > reach) & apart
+    torn = now.apart & faced.closed & ~now.seen & ~lifted & (way.slide > reach)
     return through, np.where(torn, way.slide, 0.0)
 
 
 def _loss(zone: Any, u: Array, comm: MPI.Comm) -> Loss | None:
     """What a zone has lost since the accepted step. Collective."""
-    faced = zone.faced
-    way = path(zone, faced, u, comm)
-    points = zone.points()
-    seen = np.isin(faced.facet, points["slave"][points["status"] >= OPEN])
-    closed = comm.allreduce(int(np.count_nonzero(points["status"] >= CLOSED)))
-    through, across = _distances(zone, faced, way, seen, closed == 0)
+    way = path(zone, zone.faced, u, comm)
+    through, across = _distances(zone, way, Now.of_zone(zone, comm))
     worst, mine = 0.0, ""
     for distances, verb in (
         (through, "passed into or through what they faced"),
