@@ -18,6 +18,7 @@ from .contact import Contact
 from .convergence import Convergence
 from .errors import ContactError, require_agreement, together
 from .forms import check_forms, check_supports, list_of_conditions
+from .trouble import cycle_length
 
 
 class NonlinearProblem:
@@ -227,19 +228,3 @@ class NonlinearProblem:
                 "stick and slip, in turn"
             )
         return text + self.convergence.describe()
-
-
-def cycle_length(history: Sequence[float]) -> int:
-    """Number of residuals after which the last ones repeat, 0 if they do not.
-
-    Three times over, to a hundredth; residuals that stay the same are no cycle.
-    """
-    for period in (2, 3, 4):
-        last = np.array(history[-3 * period :])
-        if len(last) < 3 * period or not np.isfinite(last).all():
-            continue
-        change = np.abs(last[period:] - last[:-period])
-        same = change <= 1e-2 * last[period:]
-        if same.all() and np.ptp(last[:period]) > 0.03 * last.max():
-            return period
-    return 0
