@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import inspect
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -12,6 +14,11 @@ from .options import is_real_number, is_truth_value, is_whole_number
 from .problem import NonlinearProblem
 
 STRATEGIES = ("auto", "halve")
+
+_POSITIONAL = (
+    inspect.Parameter.POSITIONAL_ONLY,
+    inspect.Parameter.POSITIONAL_OR_KEYWORD,
+)
 
 
 def check_solver(solver: Any) -> None:
@@ -73,3 +80,26 @@ def check_strategy(strategy: Any) -> None:
     """Raise unless a strategy is known."""
     if strategy is not None and strategy not in STRATEGIES:
         raise ContactError(f"strategy must be one of {STRATEGIES}, not {strategy!r}")
+
+
+def check_stabilize(stabilize: Any) -> None:
+    """Raise unless viscous forces can have a size."""
+    if stabilize is None or is_truth_value(stabilize):
+        return
+    if not (is_real_number(stabilize) and 0.0 <= stabilize < np.inf):
+        raise ContactError(
+            f"stabilize must be True, False, None or a factor, not {stabilize!r}"
+        )
+
+
+def with_size(apply: Any) -> Callable[[float, float], Any]:
+    """`apply` as a function of load factor and size of the step, which it is given if
+    it asks for two arguments; those with a default are the user's own."""
+    try:
+        found = inspect.signature(apply).parameters.values()
+    except (TypeError, ValueError):  # of some built-in functions none can be told
+        found = []
+    asked = [p for p in found if p.default is p.empty and p.kind in _POSITIONAL]
+    if len(asked) == 2:
+        return apply  # type: ignore[no-any-return]
+    return lambda factor, size: apply(factor)

@@ -13,10 +13,14 @@ from .load_step_checks import (
     check_numbers,
     check_path,
     check_solver,
+    check_stabilize,
     check_strategy,
     check_truth,
+    with_size,
 )
 from .progress import Progress, check_progress, line
+from .stabilization import Stabilization
+from .state import ContactState
 from .step_sizes import StepSizes
 from .strategies import FAILURES, Strategies
 
@@ -33,6 +37,7 @@ class LoadSteps:
         `NewtonSolver` or `SNESSolver`.
     apply
         Called with the load factor before each solve: sets loads and Dirichlet values.
+        If it takes two arguments, the second is the step's size.
     steps
         Steps if none fails.
     max_halvings
@@ -67,6 +72,11 @@ class LoadSteps:
         state, by way of a tenth of gamma (augmented Lagrangian). Only where none helps
         the step is halved. What the solver was given otherwise is kept. Nothing is done
         where nothing is wrong. ``"halve"`` or None: the step is halved at once.
+    stabilize
+        True: viscous forces hold what nothing else does, bodies that contact alone
+        holds and paths that snap; they fade to zero within each step. A number scales
+        them. Their work and share are columns ``viscous_work`` and ``viscous_share`` of
+        `history`.
 
     Attributes
     ----------
@@ -94,6 +104,7 @@ class LoadSteps:
         progress: bool | TextIO | None = None,
         history: History | None = None,
         strategy: str | None = "auto",
+        stabilize: bool | float | None = None,
     ) -> None:
         check_solver(solver)
         comm = solver.problem.comm
@@ -101,6 +112,7 @@ class LoadSteps:
             check_numbers(steps, max_halvings, largest, easy)
             check_truth(extrapolate)
             check_strategy(strategy)
+            check_stabilize(stabilize)
             path = check_path(path)
             check_progress(progress)
             check_calls(solver, apply, history)
@@ -115,13 +127,20 @@ class LoadSteps:
             path=path,
             history=history is not None,
             strategy=strategy,
+            stabilize=stabilize,
         )
         self.solver, self.apply = solver, apply
         # Python's own, which do not overflow
         self.steps, self.max_halvings = int(steps), int(max_halvings)
         self.extrapolate, self.largest, self.easy = extrapolate, largest, easy
         self.path, self.progress, self.history = path, progress, history
-        self.strategy = strategy
+        self.strategy, self.stabilize = strategy, stabilize
+        self._apply = with_size(apply)
+        self._stabilization = None
+        if stabilize:
+            self._stabilization = Stabilization(solver, float(stabilize))
+            if history is not None:
+                history.include(self._viscous_columns())
         self.halvings = 0
 
     def __iter__(self) -> Iterator[LoadStep]:
@@ -142,14 +161,14 @@ class LoadSteps:
         contact = self.solver.problem.contact
         sizes = StepSizes(self.steps, self.max_halvings, self.largest, self.easy)
         ways = Strategies(self.solver, self.extrapolate, self.strategy == "auto")
-        last = None
+        last, at = None, self.path[0]
         while not sizes.ended:
             factor = self._factor(sizes.share)
             before = contact.state()
             solving(factor)
-            self.apply(factor)
+            self._apply(factor, factor - at)
             try:
-                iterations = ways.solve(before, last, sizes.ratio)
+                iterations = self._solve(ways, before, last, sizes.ratio)
             except SetUpError:
                 raise
             except FAILURES as failure:
@@ -162,8 +181,25 @@ class LoadSteps:
                 self.history.record(factor, iterations, self.halvings)
             contact.advance()
             sizes.accept(iterations)
-            last = before
+            last, at = before, factor
             yield LoadStep(factor, iterations, self.halvings, ways.used)
+
+    def _solve(
+        self, ways: Strategies, now: ContactState, last: ContactState | None, ratio: float
+    ) -> int:
+        """Iterations of a step from the present state."""
+        if self._stabilization is None:
+            return ways.solve(now, last, ratio)
+        contact = self.solver.problem.contact
+        return self._stabilization.solve(lambda: ways.solve(contact.state(), None, 1.0))
+
+    def _viscous_columns(self) -> dict[str, Callable[[], float]]:
+        """What `history` records of viscous forces, by column."""
+        found = self._stabilization
+        return {
+            "viscous_work": lambda: found.work,
+            "viscous_share": lambda: found.share,
+        }
 
     def _given_up(self, factor: float, failure: Exception) -> ConvergenceError:
         return ConvergenceError(

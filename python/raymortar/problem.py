@@ -40,6 +40,8 @@ class NonlinearProblem:
     ----------
     history
         Norms of the residuals since `start`, without constrained rows. Force.
+    forms
+        UFL residual and Jacobian of the volume.
     convergence
         Judges the last residual; see `convergence.Convergence`.
     rays_only
@@ -75,6 +77,7 @@ class NonlinearProblem:
         require_agreement(contact.layout.comm, number_of_conditions=len(self.bcs))
         if J is None:
             J = ufl.derivative(F, u, ufl.TrialFunction(u.function_space))
+        self.forms = F, J
         self.L, self.a = compat.form(F), compat.form(J)
         self.history: list[float] = []
         self.rays_only = False

@@ -7,7 +7,18 @@ import ufl
 from dolfinx import fem
 
 from petsc4py import PETSc
-from problems import COMM, DIMENSION, SOLVERS, build, fix, homogeneous, squeezed, worst
+from problems import (
+    COMM,
+    DIMENSION,
+    SOLVERS,
+    build,
+    cellwise,
+    fix,
+    homogeneous,
+    residual,
+    squeezed,
+    worst,
+)
 
 from raymortar import (
     AugmentedLagrangian,
@@ -86,3 +97,31 @@ def cycling(cell, solver=SOLVERS[0]):
     contact = Contact(u, scene.facet_tags, pairs, AugmentedLagrangian(1.0))
     problem = NonlinearProblem(force * ufl.dx, contact)
     return solver(problem)
+
+
+def resting(cell, gap, friction=None, solver=SOLVERS[0], degree=1, **options):
+    """LoadSteps of two steps over a block under its weight, which nothing but contact
+    holds, above a wider one.
+
+    Returns
+    -------
+    problem, LoadSteps, weight (force).
+    """
+    dim = DIMENSION[cell]
+    size = (0.6,) * (dim - 1) + (1.0,)
+    scene = blocks(cell, upper_size=size, gap=gap)
+    V = compat.vector_space(scene.mesh, degree)
+    u = fem.Function(V)
+    form, _, _ = residual(scene, u, "neo-hookean")
+    density = cellwise(scene, {"lower": 0.0, "upper": 20.0})
+    factor = fem.Constant(scene.mesh, PETSc.ScalarType(0.0))
+    form += factor * density * ufl.TestFunction(V)[dim - 1] * ufl.dx
+    pairs = [(scene.tags["slave"], scene.tags["master"])]
+    contact = Contact(u, scene.facet_tags, pairs, friction=friction)
+    problem = NonlinearProblem(form, contact, [fix(V, scene, "bottom")])
+
+    def apply(t):
+        factor.value = t
+
+    steps = LoadSteps(solver(problem), apply, 2, **options)
+    return problem, steps, 20.0 * float(np.prod(size))
