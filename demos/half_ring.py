@@ -167,7 +167,7 @@ class HalfRing:
         mine.append(last if self.friction else -last)
         return self.scene.mesh.comm.allreduce(mine[k])
 
-    def path(self, steps, rows=()):
+    def path(self, steps, rows=(), strategy="auto"):
         """Rows of the accepted steps after those given: a generator. Collective."""
         begin, halvings = (rows[-1].t, rows[-1].halvings) if rows else (0.0, 0)
         # A path that was cut between its steps goes on with shorter ones
@@ -175,7 +175,12 @@ class HalfRing:
         if left < 1:
             return
         load = raymortar.LoadSteps(
-            self.solver, self.apply, left, path=(begin, 1.0), history=self.history
+            self.solver,
+            self.apply,
+            left,
+            path=(begin, 1.0),
+            history=self.history,
+            strategy=strategy,
         )
         clock = time.process_time()
         for step in load:
@@ -241,10 +246,18 @@ def summary(model, rows):
     )
 
 
-def solve(comm, size=32, steps=50, friction=FRICTION, options=None, gamma=None):
+def solve(
+    comm,
+    size=32,
+    steps=50,
+    friction=FRICTION,
+    options=None,
+    gamma=None,
+    strategy="auto",
+):
     """Push the ring in `steps`; what happened at each accepted step."""
     model = HalfRing(comm, size, friction, options, gamma)
-    return summary(model, list(model.path(steps)))
+    return summary(model, list(model.path(steps, strategy=strategy)))
 
 
 def lift_off(result):

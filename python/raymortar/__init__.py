@@ -12,7 +12,8 @@ from .errors import (
 from .fixed_point import FixedPointSolver
 from .friction import Coulomb, Stick, Tresca
 from .history import History
-from .load_steps import LoadStep, LoadSteps
+from .load_step import LoadStep
+from .load_steps import LoadSteps
 from .methods import AugmentedLagrangian, Penalty, Search
 from .picture import plot
 from .problem import NonlinearProblem

@@ -12,6 +12,7 @@ from mpi4py import MPI
 
 from .balance import EPS, Groups
 from .compat import Array
+from .trouble import is_hopeless, is_in_trouble
 
 # Weight of a prescribed displacement in line searches, in stiffnesses of the softest
 # body: with 1, a first touch may end the search (measured: docs/robustness.md)
@@ -77,11 +78,18 @@ class Convergence:
     keeps_first
         Whether residuals stay relative to those of an earlier start, as the inner
         solves of `FixedPointSolver` do.
+    norms
+        Of the residuals of the iterates since `start`, without rejected trial steps and
+        without those in which a prescribed displacement was pending. Force.
+    patient
+        Whether a solve goes on until it is hopeless, rather than until it is in trouble
+        for which `LoadSteps` has a remedy; see `trouble`.
     """
 
     def __init__(self, contact: Any) -> None:
         self.groups, self._u = Groups(contact), contact.u
-        self.keeps_first = False
+        self.keeps_first, self.patient = False, True
+        self.norms: list[float] = []
         self.now = self._first = UNKNOWN
         # Residuals of the last two iterates
         self._last: tuple[Array | None, Array | None] = (None, None)
@@ -97,6 +105,7 @@ class Convergence:
         """Begin a solve. Collective."""
         self._floors = self.groups.floors()
         self._last, self.now = (None, None), UNKNOWN
+        self.norms.clear()
         if not self.keeps_first:
             self._first = UNKNOWN
 
@@ -137,6 +146,19 @@ class Convergence:
     def accept(self) -> None:
         """The last residual is that of an iterate, not of a trial step."""
         self._last = self._last[1], self.now.residual
+        if self.now.pending > 256.0 * EPS * self.now.size:
+            self.norms.clear()
+        else:
+            self.norms.append(self.now.norm)
+
+    @property
+    def is_stuck(self) -> bool:
+        """Whether more iterations would be in vain."""
+        if not np.isfinite(self.now.norm):
+            return True
+        if self.now.norm <= self.floor:
+            return False
+        return (is_hopeless if self.patient else is_in_trouble)(self.norms)
 
     def reached(self, rtol: float, atol: float | None, at_once: bool = False) -> bool:
         """Whether the last residual is small enough.

@@ -9,6 +9,8 @@ import numpy as np
 
 from petsc4py import PETSc
 
+from .trouble import cycle_length
+
 # Residuals at either end of a history that a message lists
 _ENDS = 5
 
@@ -19,7 +21,7 @@ _REASONS = {
     "DIVERGED_MAX_IT": "the largest number of iterations was reached",
     "DIVERGED_LINE_SEARCH": "the line search found no smaller residual",
     "DIVERGED_INNER": "an inner solve failed",
-    "DIVERGED_LOCAL_MIN": "the search ended where no step makes the residual smaller",
+    "DIVERGED_LOCAL_MIN": "the same residuals come again and again",
     "DIVERGED_DTOL": "the residual grew beyond the divergence tolerance",
     "DIVERGED_JACOBIAN_DOMAIN": "the tangent has no value there",
     "DIVERGED_TR_DELTA": "the trust region became too small",
@@ -45,22 +47,6 @@ def list_of_residuals(history: Sequence[float]) -> str:
     if left_out > 0:
         texts[_ENDS:-_ENDS] = [f"({left_out} more)"]
     return ", ".join(texts)
-
-
-def cycle_length(history: Sequence[float]) -> int:
-    """Number of residuals after which the last ones repeat, 0 if they do not.
-
-    Three times over, to a hundredth; residuals that stay the same are no cycle.
-    """
-    for period in (2, 3, 4):
-        last = np.array(history[-3 * period :])
-        if len(last) < 3 * period or not np.isfinite(last).all():
-            continue
-        change = np.abs(last[period:] - last[:-period])
-        same = change <= 1e-2 * last[period:]
-        if same.all() and np.ptp(last[:period]) > 0.03 * last.max():
-            return period
-    return 0
 
 
 def describe_failure(

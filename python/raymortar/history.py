@@ -154,6 +154,23 @@ class History:
     def _frictional(self) -> bool:
         return self.problem.contact.friction is not None
 
+    def include(self, more: Mapping[str, Callable[[], float]]) -> None:
+        """Add functions to `more`, or replace those of their names. Collective.
+
+        Raises
+        ------
+        ContactError
+            If columns would be added to a history that has records.
+        """
+        columns = (*self.columns, *(name for name in more if name not in self._more))
+        fault = _column_fault(columns)
+        if self.rows and len(columns) > len(self.columns):
+            fault = f"a history that has records takes no more columns: {list(more)}"
+        raise_everywhere(self._comm, fault)
+        self._more.update(more)
+        self.columns = columns
+        self._row = namedtuple("Row", columns)  # type: ignore[misc]
+
     def record(self, time: float, iterations: int = 0, halvings: int = 0) -> None:
         """Add the present state, after a solve and before `Contact.advance`.
 

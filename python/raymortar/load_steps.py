@@ -1,36 +1,36 @@
-"""Load steps that halve on failure and grow again."""
+"""Load steps: a path of the load factor, solved step by step."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from typing import Any, TextIO
 
-import numpy as np
-
-from petsc4py import PETSc
-
-from .contact import ContactState
-from .errors import (
-    ContactError,
-    ConvergenceError,
-    SetUpError,
-    require_agreement,
-    together,
-)
+from .errors import ContactLost, ConvergenceError, SetUpError, require_agreement, together
 from .history import History
-from .options import is_real_number, is_truth_value, is_whole_number
-from .problem import NonlinearProblem
+from .load_step import LoadStep
+from .load_step_checks import (
+    check_calls,
+    check_numbers,
+    check_path,
+    check_solver,
+    check_stabilize,
+    check_strategy,
+    check_truth,
+    with_size,
+)
+from .lost_contact import lost_contact
 from .progress import Progress, check_progress, line
-
-# What a smaller step may cure
-_FAILURES = (ConvergenceError, ContactError, PETSc.Error)
+from .stabilization import Stabilization
+from .state import ContactState
+from .step_sizes import StepSizes
+from .strategies import FAILURES, Strategies
 
 
 class LoadSteps:
     """A quasi-static path of the load factor, with steps as large as they may be.
 
-    After a failure the step is halved; then, and where `largest` allows it, it doubles
-    again.
+    A step whose solve cycles or diverges is tried in other ways first (`strategy`);
+    after a failure it is halved. Then, and where `largest` allows it, it doubles again.
 
     Parameters
     ----------
@@ -38,6 +38,7 @@ class LoadSteps:
         `NewtonSolver` or `SNESSolver`.
     apply
         Called with the load factor before each solve: sets loads and Dirichlet values.
+        If it takes two arguments, the second is the step's size.
     steps
         Steps if none fails.
     max_halvings
@@ -66,6 +67,17 @@ class LoadSteps:
         that is open for writing: there. Rank 0 decides and writes.
     history
         `History` that records every accepted step.
+    strategy
+        ``"auto"``: a solve that cycles or diverges is ended as soon as that shows, and
+        the step is tried in other ways: with a line search, from an extrapolated
+        state, by way of a tenth of gamma (augmented Lagrangian). Only where none helps
+        the step is halved. What the solver was given otherwise is kept. Nothing is done
+        where nothing is wrong. ``"halve"`` or None: the step is halved at once.
+    stabilize
+        True: viscous forces hold what nothing else does, bodies that contact alone
+        holds and paths that snap; they fade to zero within each step. A number scales
+        them. Their work and share are columns ``viscous_work`` and ``viscous_share`` of
+        `history`.
 
     Attributes
     ----------
@@ -92,15 +104,19 @@ class LoadSteps:
         path: tuple[float, float] = (0.0, 1.0),
         progress: bool | TextIO | None = None,
         history: History | None = None,
+        strategy: str | None = "auto",
+        stabilize: bool | float | None = None,
     ) -> None:
-        _check_solver(solver)
+        check_solver(solver)
         comm = solver.problem.comm
         with together(comm):
-            _check_numbers(steps, max_halvings, largest, easy)
-            _check_truth(extrapolate)
-            path = _check_path(path)
+            check_numbers(steps, max_halvings, largest, easy)
+            check_truth(extrapolate)
+            check_strategy(strategy)
+            check_stabilize(stabilize)
+            path = check_path(path)
             check_progress(progress)
-            _check_calls(solver, apply, history)
+            check_calls(solver, apply, history)
         require_agreement(
             comm,
             solver=type(solver).__name__,
@@ -111,12 +127,21 @@ class LoadSteps:
             easy=easy,
             path=path,
             history=history is not None,
+            strategy=strategy,
+            stabilize=stabilize,
         )
         self.solver, self.apply = solver, apply
         # Python's own, which do not overflow
         self.steps, self.max_halvings = int(steps), int(max_halvings)
         self.extrapolate, self.largest, self.easy = extrapolate, largest, easy
         self.path, self.progress, self.history = path, progress, history
+        self.strategy, self.stabilize = strategy, stabilize
+        self._apply = with_size(apply)
+        self._stabilization = None
+        if stabilize:
+            self._stabilization = Stabilization(solver, float(stabilize))
+            if history is not None:
+                history.include(self._viscous_columns())
         self.halvings = 0
 
     def __iter__(self) -> Iterator[LoadStep]:
@@ -126,12 +151,7 @@ class LoadSteps:
         try:
             for number, step in enumerate(self._steps(progress.solving), 1):
                 if progress.shown:
-                    counts = contact.statistics
-                    progress.accepted(
-                        line(
-                            number, step.factor, step.iterations, self.halvings, counts
-                        )
-                    )
+                    progress.accepted(line(number, step, contact.statistics))
                 yield step
         finally:
             progress.clear()
@@ -140,145 +160,68 @@ class LoadSteps:
     def _steps(self, solving: Callable[[float], None]) -> Iterator[LoadStep]:
         """The accepted steps; says at which load factor it tries the next one."""
         contact = self.solver.problem.contact
-        # In units of the smallest step, so that the path ends at exactly 1
-        unit = 2**self.max_halvings
-        done, size = 0, unit
-        last, last_size = None, size
-        while done < self.steps * unit:
-            while size > self.steps * unit - done:
-                size //= 2
-            factor = self._factor((done + size) / (self.steps * unit))
+        sizes = StepSizes(self.steps, self.max_halvings, self.largest, self.easy)
+        ways = Strategies(self.solver, self.extrapolate, self.strategy == "auto")
+        last, at = None, self.path[0]
+        while not sizes.ended:
+            factor = self._factor(sizes.share)
             before = contact.state()
             solving(factor)
-            self.apply(factor)
+            self._apply(factor, factor - at)
             try:
-                iterations = self._solve(before, last, size / last_size)
+                iterations = self._solve(ways, before, last, sizes.ratio)
             except SetUpError:
                 raise
-            except _FAILURES as failure:
+            except FAILURES as failure:
                 contact.restore(before)
-                if size == 1:
-                    raise ConvergenceError(
-                        f"load factor {factor:.6g} failed after "
-                        f"{self.max_halvings} halvings of the step: {failure}"
-                    ) from failure
-                size //= 2
+                if not sizes.halve():
+                    raise self._given_up(factor, failure) from failure
                 self.halvings += 1
                 continue
             if self.history is not None:
                 self.history.record(factor, iterations, self.halvings)
             contact.advance()
-            done += size
-            last, last_size = before, size
-            # On the grid of the larger size, so that the steps asked for are met again
-            if self._may_grow(size / unit, iterations) and done % (2 * size) == 0:
-                size *= 2
-            yield LoadStep(factor, iterations, self.halvings)
+            sizes.accept(iterations)
+            last, at = before, factor
+            yield LoadStep(factor, iterations, self.halvings, ways.used)
+
+    def _solve(
+        self, ways: Strategies, now: ContactState, last: ContactState | None, ratio: float
+    ) -> int:
+        """Iterations of a step from the present state."""
+        problem = self.solver.problem
+        with problem.silent_about_loss():
+            if self._stabilization is None:
+                iterations = ways.solve(now, last, ratio)
+            else:
+                contact = problem.contact
+                iterations = self._stabilization.solve(
+                    lambda: ways.solve(contact.state(), None, 1.0)
+                )
+        loss = lost_contact(problem)
+        if loss is not None:
+            raise ContactLost(f"contact is lost: {loss}")
+        return iterations
+
+    def _viscous_columns(self) -> dict[str, Callable[[], float]]:
+        """What `history` records of viscous forces, by column."""
+        found = self._stabilization
+        return {
+            "viscous_work": lambda: found.work,
+            "viscous_share": lambda: found.share,
+        }
+
+    def _given_up(self, factor: float, failure: Exception) -> ConvergenceError:
+        return ConvergenceError(
+            f"load factor {factor:.6g} failed after {self.max_halvings} halvings of the "
+            f"step: {failure}"
+        )
 
     def _factor(self, share: float) -> float:
         """Load factor after a share of the path, its end met exactly."""
         begin, end = self.path
         return end if share == 1.0 else begin + share * (end - begin)
 
-    def _may_grow(self, size: float, iterations: int) -> bool:
-        """Whether twice a step, in first steps, is not too much after the last one."""
-        if size < 1.0:
-            return True
-        return 2.0 * size <= self.largest and iterations <= self.easy
-
-    def _solve(self, now: ContactState, last: ContactState | None, ratio: float) -> int:
-        """Iterations from the extrapolated state or else from the present one."""
-        problem = self.solver.problem
-        before, problem.stops_at_loss = problem.stops_at_loss, True
-        try:
-            return self._solve_from(now, last, ratio)
-        finally:
-            problem.stops_at_loss = before
-
-    def _solve_from(
-        self, now: ContactState, last: ContactState | None, ratio: float
-    ) -> int:
-        """The same, from whichever of the two leads on."""
-        contact = self.solver.problem.contact
-        if self.extrapolate and last is not None:
-            contact.u.x.array[:] += ratio * (now.u - last.u)
-            if now.multiplier is not None and last.multiplier is not None:
-                change = now.multiplier - last.multiplier
-                contact.multiplier.x.array[:] += ratio * change
-            try:
-                return self.solver.solve()[0]
-            except _FAILURES:
-                contact.restore(now)
-        return self.solver.solve()[0]
-
     def run(self) -> list[LoadStep]:
         """All steps at once."""
         return list(self)
-
-
-def _check_solver(solver: Any) -> None:
-    """Raise unless a thing solves a problem."""
-    problem = getattr(solver, "problem", None)
-    if not (isinstance(problem, NonlinearProblem) and hasattr(solver, "solve")):
-        raise ContactError(
-            "solver must be a NewtonSolver, SNESSolver or FixedPointSolver, not "
-            f"{solver!r}"
-        )
-
-
-def _check_numbers(steps: Any, max_halvings: Any, largest: Any, easy: Any) -> None:
-    """Raise unless numbers of steps can be ones."""
-    if not (is_whole_number(steps) and is_whole_number(max_halvings)):
-        raise ContactError(
-            f"steps = {steps!r} and max_halvings = {max_halvings!r} must be whole "
-            "numbers"
-        )
-    if steps < 1 or max_halvings < 0:
-        raise ContactError(
-            f"steps = {steps} must be positive, max_halvings = {max_halvings} not "
-            "negative"
-        )
-    if not (is_real_number(largest) and largest >= 1):
-        raise ContactError(f"largest = {largest!r} must be at least 1")
-    if not (is_real_number(easy) and easy >= 0):
-        raise ContactError(f"easy = {easy!r} must be a number of iterations")
-
-
-def _check_truth(extrapolate: Any) -> None:
-    if not is_truth_value(extrapolate):
-        raise ContactError(f"extrapolate must be True or False, not {extrapolate!r}")
-
-
-def _check_path(path: Any) -> tuple[float, float]:
-    """Both ends of a path as numbers."""
-    ends = list(path) if isinstance(path, (tuple, list, np.ndarray)) else []
-    if len(ends) != 2 or not all(is_real_number(t) and np.isfinite(t) for t in ends):
-        raise ContactError(f"path must be two numbers, its ends, not {path!r}")
-    return float(ends[0]), float(ends[1])
-
-
-def _check_calls(solver: Any, apply: Any, history: Any) -> None:
-    """Raise unless loads can be applied and steps recorded."""
-    if not callable(apply):
-        raise ContactError(
-            f"apply must be a function of the load factor, not {apply!r}"
-        )
-    if history is None:
-        return
-    if not isinstance(history, History):
-        raise ContactError(f"history must be a History, not {history!r}")
-    if history.problem is not solver.problem:
-        raise ContactError("history is of another problem than the solver")
-
-
-class LoadStep:
-    """An accepted step: load factor, Newton iterations, halvings so far."""
-
-    def __init__(self, factor: float, iterations: int, halvings: int) -> None:
-        self.factor, self.iterations, self.halvings = factor, iterations, halvings
-
-    def __repr__(self) -> str:
-        return (
-            f"LoadStep(factor={self.factor:.6g}, iterations={self.iterations}, "
-            f"halvings={self.halvings})"
-        )

@@ -25,17 +25,22 @@ class PetscOptions:
         Of the options' names.
     options
         Value by name. What the command line, or a program, has set goes before it.
+
+    Attributes
+    ----------
+    given
+        Value by name.
     """
 
     def __init__(self, prefix: str, options: Mapping[str, Any]) -> None:
-        self.prefix, self._options = prefix, dict(options)
+        self.prefix, self.given = prefix, dict(options)
         self._added: list[list[str]] = []  # of each `with` within another
 
     def __enter__(self) -> PetscOptions:
         table = PETSc.Options(self.prefix)
-        added = [key for key in self._options if not table.hasName(key)]
+        added = [key for key in self.given if not table.hasName(key)]
         for key in added:
-            table[key] = self._options[key]
+            table[key] = self.given[key]
         self._added.append(added)
         return self
 
@@ -54,7 +59,7 @@ class PetscOptions:
             # Of newer petsc4py's, the text has no more than a number
             reason = getattr(error, "_traceback_", None) or [str(error)]
             raise ContactError(
-                f"PETSc does not take the options {self._options}: {reason[-1]}"
+                f"PETSc does not take the options {self.given}: {reason[-1]}"
             ) from None
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -41,15 +42,16 @@ class NonlinearProblem:
     ----------
     history
         Norms of the residuals since `start`, without constrained rows. Force.
+    forms
+        UFL residual and Jacobian of the volume.
     convergence
         Judges the last residual; see `convergence.Convergence`.
     rays_only
         Whether iterates keep the segments and integration points of the last pairing and
         only cast their rays anew, as `FixedPointSolver` asks for.
 
-    stops_at_loss
-        Whether a converged solve that has lost contact fails, as `LoadSteps` asks for,
-        or only warns.
+    tells_of_loss
+        Whether a converged solve warns of contact that it has lost.
 
     Notes
     -----
@@ -80,9 +82,10 @@ class NonlinearProblem:
         require_agreement(contact.layout.comm, number_of_conditions=len(self.bcs))
         if J is None:
             J = ufl.derivative(F, u, ufl.TrialFunction(u.function_space))
+        self.forms = F, J
         self.L, self.a = compat.form(F), compat.form(J)
         self.history: list[float] = []
-        self.rays_only, self.stops_at_loss = False, False
+        self.rays_only, self.tells_of_loss = False, True
         # Where `form` was last, and which revision of the contact that was
         self._at: np.ndarray | None = None
         self._revision = 0
@@ -164,6 +167,15 @@ class NonlinearProblem:
             b.getArray(readonly=True), volume, self.constrained, increment
         )
         self.history.append(imbalance.norm)
+
+    @contextmanager
+    def silent_about_loss(self) -> Iterator[None]:
+        """Leave it to the caller to ask for lost contact, as `LoadSteps` does."""
+        before, self.tells_of_loss = self.tells_of_loss, False
+        try:
+            yield
+        finally:
+            self.tells_of_loss = before
 
     @property
     def constrained(self) -> npt.NDArray[np.bool_]:

@@ -9,6 +9,7 @@ from typing import Any, TextIO
 from mpi4py import MPI
 
 from .errors import ContactError
+from .load_step import LoadStep
 from .results import Statistics
 
 
@@ -24,15 +25,14 @@ def _is_file(thing: Any) -> bool:
     return callable(getattr(thing, "write", None))
 
 
-def line(
-    number: int, factor: float, iterations: int, halvings: int, counts: Statistics
-) -> str:
+def line(number: int, step: LoadStep, counts: Statistics) -> str:
     """What is said of an accepted step."""
     gap = f"gap {counts.min_gap:.1e}" if counts.hits else "out of reach"
+    way = "" if step.strategy == "full" else f"  {step.strategy}"
     return (
-        f"step {number:3}  load {factor:<8.6g}  Newton {iterations:2}  halvings "
-        f"{halvings}  active {counts.active_points}  {gap}  "
-        f"pressure {counts.max_pressure:.3g}"
+        f"step {number:3}  load {step.factor:<8.6g}  Newton {step.iterations:2}  "
+        f"halvings {step.halvings}  active {counts.active_points}  {gap}  "
+        f"pressure {counts.max_pressure:.3g}{way}"
     )
 
 

@@ -16,7 +16,6 @@ from petsc4py import PETSc
 from . import compat, solvers
 from .errors import (
     ContactError,
-    ContactLost,
     ContactWarning,
     ConvergenceError,
     raise_everywhere,
@@ -33,6 +32,7 @@ from .problem import NonlinearProblem
 _counter = itertools.count()
 
 NOT_A_NUMBER = -4  # SNES' reason, whose name PETSc has changed
+STUCK = PETSc.SNES.ConvergedReason.DIVERGED_LOCAL_MIN
 NO_DESCENT = PETSc.SNES.ConvergedReason.DIVERGED_LINE_SEARCH
 
 # The tangent is unsymmetric and, with a multiplier, has zeros on its diagonal: a
@@ -43,6 +43,10 @@ DIRECT = {
     "pc_factor_mat_solver_type": "mumps",
     "mat_mumps_icntl_14": 60,
 }
+
+
+class _Stuck(Exception):
+    """Ends a solve of DOLFINx's Newton solver, which has no other way to."""
 
 
 class NewtonSolver:
@@ -156,6 +160,8 @@ class NewtonSolver:
             if not self.problem.history:
                 raise
             reason = f"({error})"
+        except _Stuck:
+            reason = f"after {len(self.problem.history) - 1} iterations, and was stopped"
         finally:
             x.destroy()
             self.tolerances = given
@@ -192,6 +198,8 @@ class NewtonSolver:
             convergence.accept()
             ends = convergence.reached(*self._asked)
             self.tolerances = 0.0, np.inf if ends else 0.0
+            if not ends and convergence.is_stuck:
+                raise _Stuck
 
 
 def _release(solver: Any, *names: str) -> None:
@@ -224,16 +232,13 @@ def _require(problem: NonlinearProblem, converged: bool, reason: str) -> None:
         message = f"Newton did not converge {reason}: {problem.describe()}"
         raise_everywhere(problem.comm, message, ConvergenceError)
     warn_of_penetration(problem.contact)
-    loss = lost_contact(problem)
-    if loss is None:
-        return
-    if problem.stops_at_loss:
-        raise ContactLost(f"contact is lost: {loss}")
-    warnings.warn(
-        f"converged, but contact is lost: {loss}. Take smaller steps",
-        ContactWarning,
-        stacklevel=3,
-    )
+    loss = lost_contact(problem) if problem.tells_of_loss else None
+    if loss is not None:
+        warnings.warn(
+            f"converged, but contact is lost: {loss}. Take smaller steps",
+            ContactWarning,
+            stacklevel=3,
+        )
 
 
 def _line_search(problem: NonlinearProblem) -> str:
@@ -261,14 +266,16 @@ def _convergence_test(
         size, step, norm = norms
         rtol, atol, stol, _ = snes.getTolerances()
         convergence, history = problem.convergence, problem.history
+        convergence.accept()
         if not np.isfinite(norm):
             return NOT_A_NUMBER
-        convergence.accept()
         if convergence.reached(rtol, None if atol == floor else atol):
             return reasons.CONVERGED_FNORM_RELATIVE
         first = next((norm for norm in history if norm > convergence.floor), 0.0)
         if 0.0 < divergence * first < history[-1]:
             return reasons.DIVERGED_DTOL
+        if convergence.is_stuck:
+            return STUCK
         if iteration > 0 and step < stol * size and not convergence.now.pending:
             return reasons.CONVERGED_SNORM_RELATIVE
         if 0 <= snes.getMaxFunctionEvaluations() <= snes.getFunctionEvaluations():
@@ -290,6 +297,8 @@ class SNESSolver:
         "snes_monitor": None}``. They complete the defaults: Newton with a full step
         (penalty with friction: line search ``bt``), ``snes_rtol`` 1e-10, ``snes_atol``
         the rounding error of the residual, MUMPS.
+    matrix
+        That of another solver of this problem, to share.
 
     Attributes
     ----------
@@ -300,11 +309,15 @@ class SNESSolver:
     """
 
     def __init__(
-        self, problem: NonlinearProblem, options: Mapping[str, Any] | None = None
+        self,
+        problem: NonlinearProblem,
+        options: Mapping[str, Any] | None = None,
+        matrix: PETSc.Mat | None = None,
     ) -> None:
         check_solver_input(self, problem, options)
         self.problem = problem
-        self.A, self.b = problem.create_matrix(), problem.create_vector()
+        self.A = problem.create_matrix() if matrix is None else matrix
+        self.b = problem.create_vector()
         self.snes = PETSc.SNES().create(problem.comm)
         # What a callback raised: newer petsc4py raises an error of its own instead
         self._raised: list[ContactError] = []
@@ -363,6 +376,18 @@ class SNESSolver:
     @tolerances.setter
     def tolerances(self, values: tuple[float, float]) -> None:
         self.snes.setTolerances(rtol=values[0], atol=values[1])
+
+    def take_settings(self, other: NewtonSolver | SNESSolver, times: int) -> None:
+        """Take another solver's tolerances and a multiple of its most iterations."""
+        self.snes.setTolerances(rtol=other.tolerances[0], max_it=times * other.max_it)
+        if other.force_tolerance is not None:
+            self.snes.setTolerances(atol=other.force_tolerance)
+
+    @property
+    def max_it(self) -> int:
+        """Most iterations."""
+        most: int = self.snes.getTolerances()[3]
+        return most
 
     def _settings(self) -> dict[str, Any]:
         """What all ranks must have alike: one that stops sooner leaves the others."""

@@ -3,12 +3,31 @@
 from __future__ import annotations
 
 import numpy as np
+import ufl
 from dolfinx import fem
 
 from petsc4py import PETSc
-from problems import COMM, DIMENSION, SOLVERS, build, fix, homogeneous, squeezed, worst
+from problems import (
+    COMM,
+    DIMENSION,
+    SOLVERS,
+    build,
+    cellwise,
+    fix,
+    homogeneous,
+    residual,
+    squeezed,
+    worst,
+)
 
-from raymortar import LoadSteps
+from raymortar import (
+    AugmentedLagrangian,
+    Contact,
+    Coulomb,
+    LoadSteps,
+    NonlinearProblem,
+    compat,
+)
 from raymortar.scenes import two_blocks
 
 
@@ -44,3 +63,65 @@ def top_moves(cell, solver=SOLVERS[0], steps=4, share=0.2, **options):
 def exact(problem):
     F = homogeneous(problem.dim)
     return worst(problem.gradient() + np.eye(problem.dim) - F) <= 1e-8
+
+
+def sticking(cell, solver=SOLVERS[0], gamma=1e3, **options):
+    """LoadSteps over a punch with much friction and gamma, whose full steps wander."""
+    dim = DIMENSION[cell]
+    scene = blocks(cell, upper_size=(0.6,) * (dim - 1) + (1.0,))
+    top = fem.Constant(scene.mesh, np.zeros(dim, PETSc.ScalarType))
+
+    def conditions(V, scene):
+        return [fix(V, scene, "bottom"), fix(V, scene, "top", None, top)]
+
+    problem = build(
+        scene, material="neo-hookean", bcs=conditions, friction=Coulomb(1.0)
+    )
+    problem.contact.set_gamma(gamma * problem.contact.gamma)
+    problem.solver = solver(problem.problem)
+
+    def apply(t):
+        top.value[-1] = -0.1 * t
+
+    return problem, LoadSteps(problem.solver, apply, 2, **options)
+
+
+def cycling(cell, solver=SOLVERS[0]):
+    """Bodies far apart under forces u^3 - 2 u + 2, component by component: from u = 0
+    Newton's method goes to 1 and back for ever."""
+    scene = blocks(cell, gap=10.0)
+    u = fem.Function(compat.vector_space(scene.mesh, 1))
+    v = ufl.TestFunction(u.function_space)
+    force = sum((-u[i] ** 3 + 2 * u[i] - 2) * v[i] for i in range(len(u)))
+    pairs = [(scene.tags["slave"], scene.tags["master"])]
+    contact = Contact(u, scene.facet_tags, pairs, AugmentedLagrangian(1.0))
+    problem = NonlinearProblem(force * ufl.dx, contact)
+    return solver(problem)
+
+
+def resting(cell, gap, friction=None, solver=SOLVERS[0], degree=1, **options):
+    """LoadSteps of two steps over a block under its weight, which nothing but contact
+    holds, above a wider one.
+
+    Returns
+    -------
+    problem, LoadSteps, weight (force).
+    """
+    dim = DIMENSION[cell]
+    size = (0.6,) * (dim - 1) + (1.0,)
+    scene = blocks(cell, upper_size=size, gap=gap)
+    V = compat.vector_space(scene.mesh, degree)
+    u = fem.Function(V)
+    form, _, _ = residual(scene, u, "neo-hookean")
+    density = cellwise(scene, {"lower": 0.0, "upper": 20.0})
+    factor = fem.Constant(scene.mesh, PETSc.ScalarType(0.0))
+    form += factor * density * ufl.TestFunction(V)[dim - 1] * ufl.dx
+    pairs = [(scene.tags["slave"], scene.tags["master"])]
+    contact = Contact(u, scene.facet_tags, pairs, friction=friction)
+    problem = NonlinearProblem(form, contact, [fix(V, scene, "bottom")])
+
+    def apply(t):
+        factor.value = t
+
+    steps = LoadSteps(solver(problem), apply, 2, **options)
+    return problem, steps, 20.0 * float(np.prod(size))

@@ -54,9 +54,10 @@ def supports(V, scene):
     ]
 
 
-def solve(cell, degree, gamma=GAMMA):
+def problem(cell, degree, gamma=GAMMA):
+    """The plate, and what sets its load."""
     scene = plate(cell)
-    problem = build(
+    found = build(
         scene,
         degree,
         method=raymortar.AugmentedLagrangian(gamma),
@@ -66,12 +67,17 @@ def solve(cell, degree, gamma=GAMMA):
         loaded=("left", "top"),
         friction=raymortar.Coulomb(1.0),
     )
-    solver = raymortar.SNESSolver(problem.problem, {"snes_linesearch_type": "l2"})
 
     def apply(factor):
-        problem.load.value[:] = factor * LOAD
+        found.load.value[:] = factor * LOAD
 
-    return problem, raymortar.LoadSteps(solver, apply, steps=STEPS).run()
+    return found, apply
+
+
+def solve(cell, degree, gamma=GAMMA):
+    found, apply = problem(cell, degree, gamma)
+    solver = raymortar.SNESSolver(found.problem, {"snes_linesearch_type": "l2"})
+    return found, raymortar.LoadSteps(solver, apply, steps=STEPS).run()
 
 
 def along_edge(function, nodes):

@@ -29,7 +29,7 @@ from raymortar import (
     SNESSolver,
     compat,
 )
-from raymortar.failure import cycle_length
+from raymortar.trouble import cycle_length
 
 MAX_ITERATIONS = 8
 

@@ -1,0 +1,26 @@
+"""An accepted step of a path."""
+
+from __future__ import annotations
+
+
+class LoadStep:
+    """An accepted step: load factor, Newton iterations, halvings so far, strategy.
+
+    Attributes
+    ----------
+    strategy
+        What solved the step: ``"full"``, the solver as it was given; ``"extrapolated"``,
+        ``"line search"``, ``"small gamma"``: see `LoadSteps`.
+    """
+
+    def __init__(
+        self, factor: float, iterations: int, halvings: int, strategy: str = "full"
+    ) -> None:
+        self.factor, self.iterations, self.halvings = factor, iterations, halvings
+        self.strategy = strategy
+
+    def __repr__(self) -> str:
+        return (
+            f"LoadStep(factor={self.factor:.6g}, iterations={self.iterations}, "
+            f"halvings={self.halvings}, strategy={self.strategy!r})"
+        )

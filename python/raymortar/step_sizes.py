@@ -1,0 +1,67 @@
+"""Sizes of load steps: halved after failures, grown again after easy ones."""
+
+from __future__ import annotations
+
+
+class StepSizes:
+    """Where a path is and how far the next step goes, in whole numbers.
+
+    In units of the smallest step, so that the path ends at exactly 1 and steps that
+    grow again meet those that were asked for.
+
+    Parameters
+    ----------
+    steps, max_halvings, largest, easy
+        As of `LoadSteps`.
+    """
+
+    def __init__(
+        self, steps: int, max_halvings: int, largest: float, easy: float
+    ) -> None:
+        self._unit = 2**max_halvings
+        self._all = steps * self._unit
+        self._largest, self._easy = largest, easy
+        self._done, self._size, self._last = 0, self._unit, self._unit
+
+    @property
+    def ended(self) -> bool:
+        """Whether the path is at its end."""
+        return self._done == self._all
+
+    @property
+    def share(self) -> float:
+        """Share of the path after the next step."""
+        return (self._done + self._size) / self._all
+
+    @property
+    def part(self) -> float:
+        """Share of the path that the next step is."""
+        return self._size / self._all
+
+    @property
+    def ratio(self) -> float:
+        """Size of the next step over that of the last accepted one."""
+        return self._size / self._last
+
+    def halve(self) -> bool:
+        """Halve the next step, if that may be."""
+        if self._size == 1:
+            return False
+        self._size //= 2
+        return True
+
+    def accept(self, iterations: int) -> None:
+        """The step is done; the next one may be larger."""
+        self._done += self._size
+        self._last = self._size
+        if self._may_grow(iterations) and self._done % (2 * self._size) == 0:
+            self._size *= 2
+        while self._size > self._all - self._done > 0:
+            self._size //= 2
+
+    def _may_grow(self, iterations: int) -> bool:
+        """Whether twice a step is not too much after the last one."""
+        if self._size < self._unit:
+            return True
+        allowed = self._largest * self._unit
+        return 2 * self._size <= allowed and iterations <= self._easy

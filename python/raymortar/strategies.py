@@ -1,0 +1,159 @@
+"""Ways to solve one load step, and the order in which they are tried."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import cached_property
+from typing import Any
+
+from petsc4py import PETSc
+
+from .errors import ContactError, ConvergenceError, SetUpError
+from .gamma_detour import solve_by_small_gamma
+from .line_search import with_line_search
+from .solver import SNESSolver
+from .state import ContactState
+from .trouble import is_in_trouble
+
+# What another way, or a smaller step, may cure
+FAILURES = (ConvergenceError, ContactError, PETSc.Error)
+
+FULL, EXTRAPOLATED = "full", "extrapolated"
+LINE_SEARCH, SMALL_GAMMA = "line search", "small gamma"
+BOTH = "small gamma, line search"
+
+
+class Strategies:
+    """Solves steps: as the solver was given, and where that is in trouble otherwise.
+
+    Parameters
+    ----------
+    solver
+        As of `LoadSteps`.
+    extrapolate
+        Whether steps begin with the extrapolated state.
+    automatic
+        Whether others are tried.
+
+    Attributes
+    ----------
+    used
+        What solved the last step.
+    """
+
+    def __init__(self, solver: Any, extrapolate: bool, automatic: bool) -> None:
+        self.solver, self.extrapolate = solver, extrapolate
+        self.automatic = automatic
+        self.used = FULL
+        self._contact = solver.problem.contact
+
+    def solve(self, now: ContactState, last: ContactState | None, ratio: float) -> int:
+        """Solve from the present state. Collective.
+
+        Parameters
+        ----------
+        now
+            The present state.
+        last
+            That of the step before, if there is one.
+        ratio
+            Size of this step over that of the step before.
+
+        Returns
+        -------
+        Iterations.
+
+        Raises
+        ------
+        ConvergenceError, ContactError, PETSc.Error
+            Of the solver as it was given, where nothing helps.
+        """
+        with self._attentive():
+            try:
+                return self._as_given(now, last, ratio)
+            except SetUpError:
+                raise
+            except FAILURES as failure:
+                if not (self.automatic and self._is_curable(failure)):
+                    raise
+                # No variable keeps the failure: in a cycle with this frame, ranks would
+                # free the solver, which is collective, at different times
+                iterations = self._otherwise(now, last, ratio)
+                if iterations is None:
+                    raise
+                return iterations
+
+    def _otherwise(
+        self, now: ContactState, last: ContactState | None, ratio: float
+    ) -> int | None:
+        """Iterations of the first of the other ways that ends, None if none does."""
+        for name, solve in self._others(now, last, ratio):
+            self._contact.restore(now)
+            try:
+                iterations = solve()
+            except SetUpError:
+                raise
+            except FAILURES:
+                continue
+            self.used = name
+            return iterations
+        return None
+
+    @contextmanager
+    def _attentive(self) -> Iterator[None]:
+        """Solves end as soon as they are in trouble, if there is something to try."""
+        convergence = self.solver.problem.convergence
+        convergence.patient = not self.automatic
+        try:
+            yield
+        finally:
+            convergence.patient = True
+
+    def _is_curable(self, failure: Exception) -> bool:
+        """Whether a solve cycled or diverged, rather than ran out of iterations."""
+        if isinstance(failure, ConvergenceError):
+            return is_in_trouble(self.solver.problem.convergence.norms)
+        return True
+
+    def _as_given(
+        self, now: ContactState, last: ContactState | None, ratio: float
+    ) -> int:
+        """Iterations from the extrapolated state or else from the present one."""
+        if self.extrapolate and last is not None:
+            try:
+                iterations = self._extrapolated(now, last, ratio)
+                self.used = EXTRAPOLATED
+                return iterations
+            except FAILURES:
+                self._contact.restore(now)
+        iterations = self.solver.solve()[0]
+        self.used = FULL
+        return iterations
+
+    def _extrapolated(self, now: ContactState, last: ContactState, ratio: float) -> int:
+        """Iterations from where the last step's change leads."""
+        contact = self._contact
+        contact.u.x.array[:] += ratio * (now.u - last.u)
+        if now.multiplier is not None and last.multiplier is not None:
+            change = now.multiplier - last.multiplier
+            contact.multiplier.x.array[:] += ratio * change
+        return self.solver.solve()[0]
+
+    def _others(
+        self, now: ContactState, last: ContactState | None, ratio: float
+    ) -> Iterator[tuple[str, Callable[[], int]]]:
+        """What else there is, by name, in the order that measurement gives
+        (docs/robustness.md)."""
+        if last is not None and not self.extrapolate:
+            yield EXTRAPOLATED, lambda: self._extrapolated(now, last, ratio)
+        yield SMALL_GAMMA, lambda: solve_by_small_gamma(self.solver)
+        searching = self._with_line_search
+        if searching is not None:
+            yield LINE_SEARCH, lambda: searching.solve()[0]
+            yield BOTH, lambda: solve_by_small_gamma(searching)
+
+    @cached_property
+    def _with_line_search(self) -> SNESSolver | None:
+        """The same solver with a line search, made when it is first needed."""
+        return with_line_search(self.solver)
