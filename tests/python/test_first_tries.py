@@ -4,15 +4,15 @@ import warnings
 
 import numpy as np
 import pytest
-from first_tries import E, ring_in_groove, snap_fit
+from first_tries import E, disc_on_block, ring_in_groove, snap_fit
 from raymortar import ContactWarning, LoadSteps
 
 pytest.importorskip("gmsh")
 
 
-def run(problem, apply, steps):
+def run(problem, apply, steps, **options):
     """The path, without a warning of contact."""
-    path = LoadSteps(problem.solver, apply, steps)
+    path = LoadSteps(problem.solver, apply, steps, **options)
     with warnings.catch_warnings():
         warnings.simplefilter("error", ContactWarning)
         path.run()
@@ -36,6 +36,20 @@ def test_a_ring_is_squeezed_in_its_groove():
     expected = (1.25 * 0.2**1.5 + 50.0 * 0.2**6) * E * 5e-3
     assert -lid[1] == pytest.approx(expected, rel=0.25)
     assert abs(lid[0]) < 0.02 * abs(lid[1])
+
+
+@pytest.mark.parametrize("gap", [0.0, 1e-6, 0.1, 5.0])
+def test_a_free_disc_finds_its_seat(gap):
+    """Under its weight alone, from a gap in diameters."""
+    disc = disc_on_block(0.2 * gap)
+    path = run(disc, disc.load, 4, stabilize=True)
+    assert path.halvings == 0
+    # The mesh's area of a circle of radius 0.1
+    weight = 1e5 * np.pi * 0.01
+    force = disc.contact.resultant().force
+    assert force[1] == pytest.approx(weight, rel=1e-4)
+    assert abs(force[0]) <= 1e-6 * weight
+    assert disc.contact.points()["gap"].min() > -1e-3 * 0.1
 
 
 def test_a_hook_snaps_past_a_latch():
