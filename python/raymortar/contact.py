@@ -28,7 +28,7 @@ from .facets import facet_dof_table
 from .forms import check_compiled
 from .friction import Coulomb, Stick, Tresca
 from .interfaces import Interfaces
-from .layout import Layout
+from .layout import Layout, marked_everywhere
 from .methods import AugmentedLagrangian, Penalty, Search, check_coefficient
 from .reference import Reference
 from .state import ContactState, not_finite, state_fault
@@ -294,6 +294,17 @@ class Contact(ContactAssembly):
                     zone.cpp.cast()
                 else:
                     zone.cpp.pair()
+        self._share_cover()
+
+    def _share_cover(self) -> None:
+        """Tell each zone which of its multiplier nodes other ranks cover. Collective."""
+        if self.multiplier is None or self._comm.size == 1:
+            return
+        W = self.multiplier.function_space
+        for zone in self.zones:
+            nodes = zone.multiplier_nodes
+            covered = marked_everywhere(W, nodes[zone.cpp.covered_nodes() != 0])
+            zone.cpp.set_covered_nodes(covered[nodes].astype(np.int8))
 
     def advance(self) -> None:
         """Accept the step: the present state becomes the old one. Collective.

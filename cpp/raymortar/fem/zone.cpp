@@ -151,6 +151,13 @@ void Zone::set_modulus(double modulus)
   _held = {};
 }
 
+void Zone::set_shear_modulus(double modulus) { _cover.shear_modulus = modulus; }
+
+void Zone::set_covered_nodes(std::span<const std::int8_t> covered)
+{
+  _cover.nodes.assign(covered.begin(), covered.end());
+}
+
 void Zone::set_multiplier(std::span<const double> values)
 {
   _state.multipliers.value.assign(values.begin(), values.end());
@@ -263,6 +270,7 @@ void Zone::make_points_anew()
   _state.points =
       make_points(_state.slave, _state.segmentation, _input.segment_rules,
                   _input.facet_rule, _input.multipliers.components > 0);
+  _cover.nodes = covered_nodes(_state);
   _points_are_present = true;
   _rays_are_present = false;
 }
@@ -285,7 +293,7 @@ void Zone::renew_rays()
   _rays_are_present = true;
 }
 
-const std::vector<HeldFacet>& Zone::held_facets()
+const std::vector<FacetBlock>& Zone::held_facets()
 {
   find_held_facets(_state, _input.law, _fixed_slave, _fixed_master, _modulus,
                    _held);
