@@ -28,7 +28,7 @@ from .facets import facet_dof_table
 from .forms import check_compiled
 from .friction import Coulomb, Stick, Tresca
 from .interfaces import Interfaces
-from .layout import Layout, marked_everywhere
+from .layout import Layout
 from .methods import AugmentedLagrangian, Penalty, Search, check_coefficient
 from .reference import Reference
 from .state import ContactState, not_finite, state_fault
@@ -40,6 +40,8 @@ from .zones import (
     create_zone,
     find_facets,
     group_pairs,
+    mark_corners,
+    share_cover,
     numbered,
 )
 
@@ -168,6 +170,8 @@ class Contact(ContactAssembly):
             )
             for zone in facets
         ]
+        if self.multiplier is not None:
+            mark_corners(self.zones, self.multiplier.function_space)
         self.gamma: float | Function | PairCoefficients | None = None
         self.gamma_scale = 1.0
         self._interfaces: Interfaces | None = None
@@ -294,17 +298,8 @@ class Contact(ContactAssembly):
                     zone.cpp.cast()
                 else:
                     zone.cpp.pair()
-        self._share_cover()
-
-    def _share_cover(self) -> None:
-        """Tell each zone which of its multiplier nodes other ranks cover. Collective."""
-        if self.multiplier is None or self._comm.size == 1:
-            return
-        W = self.multiplier.function_space
-        for zone in self.zones:
-            nodes = zone.multiplier_nodes
-            covered = marked_everywhere(W, nodes[zone.cpp.covered_nodes() != 0])
-            zone.cpp.set_covered_nodes(covered[nodes].astype(np.int8))
+        if self.multiplier is not None and self._comm.size > 1:
+            share_cover(self.zones, self.multiplier.function_space)
 
     def advance(self) -> None:
         """Accept the step: the present state becomes the old one. Collective.

@@ -3,28 +3,13 @@
 #include "raymortar/geometry/dispatch.h"
 #include "raymortar/geometry/facet_mass.h"
 #include "raymortar/geometry/predicates.h"
+#include <algorithm>
 #include <cmath>
 
 namespace raymortar
 {
 namespace
 {
-/// Of the tie, in facet sizes over the shear modulus: with half of it or twice
-/// as much the force changes by less than the error of the mesh
-constexpr double tie_factor = 5.0;
-
-/// How firmly a facet is tied by its covered share: like its cover at first,
-/// without a kink where it becomes covered throughout [theory (5.10)]
-double tie_weight(double share)
-{
-  return share * (1.0 - share) * (1.0 - share);
-}
-
-double tie_weight_slope(double share)
-{
-  return (1.0 - share) * (1.0 - 3.0 * share);
-}
-
 double share_of(const ContactState& s, Index facet)
 {
   return s.segmentation.covered[static_cast<std::size_t>(facet)];
@@ -49,24 +34,26 @@ double mean_gamma(const ContactState& s, Index facet)
   return sum / static_cast<double>(n);
 }
 
-/// Calls fn with matrices over the nodes of one facet: of products, and of
-/// products of deviations from the mean
-template <class Fn>
-void with_matrices(const ContactState& s, Fn&& fn)
+/// Over the nodes of a facet of area 1: products, and products of the
+/// deviations from the mean
+struct UnitMatrices
 {
-  const auto give = [&]<Shape S, int L>()
-  {
-    fn(Eigen::MatrixXd(unit_mass<S, L>()),
-       Eigen::MatrixXd(unit_deviation<S, L>()));
+  Eigen::MatrixXd mass;
+  Eigen::MatrixXd deviation;
+};
+
+UnitMatrices unit_matrices(const ContactState& s)
+{
+  const auto of = []<Shape S, int L>() -> UnitMatrices {
+    return {unit_mass<S, L>(), unit_deviation<S, L>()};
   };
   if (s.slave.shape == Shape::triangle)
-    give.template operator()<Shape::triangle, 1>();
-  else if (s.slave.shape == Shape::quadrilateral)
-    give.template operator()<Shape::quadrilateral, 1>();
-  else if (s.multipliers.degree == 2)
-    give.template operator()<Shape::interval, 2>();
-  else
-    give.template operator()<Shape::interval, 1>();
+    return of.template operator()<Shape::triangle, 1>();
+  if (s.slave.shape == Shape::quadrilateral)
+    return of.template operator()<Shape::quadrilateral, 1>();
+  if (s.multipliers.degree == 2)
+    return of.template operator()<Shape::interval, 2>();
+  return of.template operator()<Shape::interval, 1>();
 }
 
 /// The same for each component: of the unknowns, node after node
@@ -81,15 +68,29 @@ std::vector<double> by_component(const Eigen::MatrixXd& B, int components)
   return block;
 }
 
-/// Products of the nodes that are covered nowhere [theory (5.9)]
-Eigen::MatrixXd drive(const ContactState& s, const CoverData& cover,
-                      const Eigen::MatrixXd& mass, Index facet)
+/// B of a facet, and its derivative by the covered share
+struct FacetMatrices
+{
+  Eigen::MatrixXd value;
+  Eigen::MatrixXd slope;
+};
+
+bool any_of(const std::vector<std::int8_t>& marks, std::span<const Index> nodes)
+{
+  return std::any_of(nodes.begin(), nodes.end(),
+                     [&](Index node)
+                     { return marks[static_cast<std::size_t>(node)] != 0; });
+}
+
+/// Products of the nodes that are not marked, over gamma
+Eigen::MatrixXd drive(const ContactState& s, const Eigen::MatrixXd& mass,
+                      Index facet, const std::vector<std::int8_t>& marks)
 {
   const double area = s.points.whole[static_cast<std::size_t>(facet)];
   Eigen::MatrixXd B = area / mean_gamma(s, facet) * mass;
   const auto nodes = nodes_of(s, facet);
   for (std::size_t k = 0; k < nodes.size(); ++k)
-    if (cover.nodes[static_cast<std::size_t>(nodes[k])] != 0)
+    if (marks[static_cast<std::size_t>(nodes[k])] != 0)
     {
       B.row(static_cast<Eigen::Index>(k)).setZero();
       B.col(static_cast<Eigen::Index>(k)).setZero();
@@ -97,8 +98,7 @@ Eigen::MatrixXd drive(const ContactState& s, const CoverData& cover,
   return B;
 }
 
-/// Of the deviations of a partly covered facet, its weight aside: area times a
-/// compliance [theory (5.10)]
+/// Of the deviations of a partly covered facet: area times a compliance
 double tie_strength(const ContactState& s, const CoverData& cover, Index facet)
 {
   const double area = s.points.whole[static_cast<std::size_t>(facet)];
@@ -106,7 +106,23 @@ double tie_strength(const ContactState& s, const CoverData& cover, Index facet)
   const double compliance = cover.shear_modulus > 0.0
                                 ? size / cover.shear_modulus
                                 : 1.0 / mean_gamma(s, facet);
-  return tie_factor * compliance * area;
+  return compliance * area;
+}
+
+/// What stands for the uncovered part of a facet [theory (5.9), (5.10)]
+FacetMatrices matrices(const ContactState& s, const CoverData& cover,
+                       const UnitMatrices& unit, Index facet)
+{
+  if (coverage_of(s, facet) == Coverage::nowhere)
+    return {drive(s, unit.mass, facet, cover.nodes), {}};
+  const double left = 1.0 - share_of(s, facet);
+  if (any_of(cover.corners, nodes_of(s, facet)))
+  {
+    const Eigen::MatrixXd B = drive(s, unit.mass, facet, cover.corners);
+    return {left * B, -B};
+  }
+  const Eigen::MatrixXd B = tie_strength(s, cover, facet) * unit.deviation;
+  return {left * left * B, -2.0 * left * B};
 }
 
 /// Derivative of the area of a polygon of reference coordinates by vertex v
@@ -185,54 +201,34 @@ std::vector<FacetBlock> cover_blocks(const ContactState& s,
   std::vector<FacetBlock> blocks;
   if (s.multipliers.components == 0)
     return blocks;
-  with_matrices(
-      s,
-      [&](const Eigen::MatrixXd& mass, const Eigen::MatrixXd& deviation)
-      {
-        for (Index f = 0; f < s.slave.num_facets(); ++f)
-        {
-          const Coverage coverage = coverage_of(s, f);
-          if (coverage == Coverage::throughout)
-            continue;
-          const double share = share_of(s, f);
-          blocks.push_back(
-              {f, by_component(coverage == Coverage::nowhere
-                                   ? drive(s, cover, mass, f)
-                                   : Eigen::MatrixXd(tie_weight(share) *
-                                                     tie_strength(s, cover, f) *
-                                                     deviation),
-                               s.multipliers.components)});
-        }
-      });
+  const UnitMatrices unit = unit_matrices(s);
+  for (Index f = 0; f < s.slave.num_facets(); ++f)
+    if (coverage_of(s, f) != Coverage::throughout)
+      blocks.push_back({f, by_component(matrices(s, cover, unit, f).value,
+                                        s.multipliers.components)});
   return blocks;
 }
 
-std::vector<TieSlope> tie_slopes(const ContactState& s, const CoverData& cover)
+std::vector<ShareSlope> share_slopes(const ContactState& s,
+                                     const CoverData& cover)
 {
-  std::vector<TieSlope> slopes;
+  std::vector<ShareSlope> slopes;
   if (s.multipliers.components == 0)
     return slopes;
-  const auto add = [&]<class F>(const Eigen::MatrixXd& deviation, F)
+  const UnitMatrices unit = unit_matrices(s);
+  for (const Segment& segment : s.segmentation.segments)
   {
-    for (const Segment& segment : s.segmentation.segments)
-    {
-      const Index f = segment.slave;
-      if (coverage_of(s, f) != Coverage::partly)
-        continue;
-      const Eigen::MatrixXd change = -tie_weight_slope(share_of(s, f)) *
-                                     tie_strength(s, cover, f) *
-                                     tractions(s, f) * deviation;
-      slopes.push_back({f,
-                        segment.master,
-                        {change.data(), change.data() + change.size()},
-                        share_slope<F>(s, segment)});
-    }
-  };
-  with_matrices(s,
-                [&](const Eigen::MatrixXd&, const Eigen::MatrixXd& deviation) {
-                  with_facet_type(s.slave, [&]<class F>(F type)
-                                  { add(deviation, type); });
-                });
+    const Index f = segment.slave;
+    if (coverage_of(s, f) != Coverage::partly)
+      continue;
+    const Eigen::MatrixXd change =
+        -tractions(s, f) * matrices(s, cover, unit, f).slope;
+    slopes.push_back({f,
+                      segment.master,
+                      {change.data(), change.data() + change.size()},
+                      with_facet_type(s.slave, [&]<class F>(F)
+                                      { return share_slope<F>(s, segment); })});
+  }
   return slopes;
 }
 } // namespace raymortar

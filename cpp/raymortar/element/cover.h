@@ -21,6 +21,8 @@ struct CoverData
   /// Nonzero where a multiplier node has a facet that is covered, if only in
   /// part, on any rank, (nodes,)
   std::vector<std::int8_t> nodes;
+  /// Nonzero where other zones have the node as well, (nodes,)
+  std::vector<std::int8_t> corners;
   /// Shear modulus of the softer body; 0: not known. Stress
   double shear_modulus = 0.0;
 };
@@ -33,8 +35,8 @@ struct CoverData
 [[nodiscard]] std::vector<FacetBlock> cover_blocks(const ContactState& s,
                                                    const CoverData& cover);
 
-/// @brief What the motion of one segment changes in the tie of its facet.
-struct TieSlope
+/// @brief What the motion of one segment changes in its facet's block.
+struct ShareSlope
 {
   Index slave;
   Index master;
@@ -43,6 +45,6 @@ struct TieSlope
 };
 
 /// @brief Of all segments of partly covered facets [theory (5.11)].
-[[nodiscard]] std::vector<TieSlope> tie_slopes(const ContactState& s,
-                                               const CoverData& cover);
+[[nodiscard]] std::vector<ShareSlope> share_slopes(const ContactState& s,
+                                                   const CoverData& cover);
 } // namespace raymortar

@@ -73,31 +73,31 @@ void add_tangent_of(const Zone& zone, std::span<const FacetBlock> facets,
 }
 
 /// Global rows of the displacements that a covered share depends on
-void share_rows(const Zone& zone, const TieSlope& tie,
+void share_rows(const Zone& zone, const ShareSlope& slope,
                 std::vector<PetscInt>& rows)
 {
   std::vector<PetscInt> slave;
-  element_rows(zone, tie.slave, no_index, Constrained::left_out, slave);
-  slave.resize(tie.share.size() / 2);
-  master_rows(zone, tie.master, Constrained::left_out, rows);
+  element_rows(zone, slope.slave, no_index, Constrained::left_out, slave);
+  slave.resize(slope.share.size() / 2);
+  master_rows(zone, slope.master, Constrained::left_out, rows);
   rows.insert(rows.begin(), slave.begin(), slave.end());
 }
 
-/// How ties vary with the covered shares
-void add_tie_slopes(const Zone& zone, ::Mat A)
+/// How they vary with the covered shares
+void add_share_slopes(const Zone& zone, ::Mat A)
 {
   const ContactState& s = zone.state();
   if (not s.moving_segments)
     return;
   std::vector<PetscInt> rows, columns;
   std::vector<double> block;
-  for (const TieSlope& tie : tie_slopes(s, zone.cover()))
+  for (const ShareSlope& slope : share_slopes(s, zone.cover()))
   {
-    multiplier_rows(zone, tie.slave, rows);
-    share_rows(zone, tie, columns);
+    multiplier_rows(zone, slope.slave, rows);
+    share_rows(zone, slope, columns);
     block.clear();
-    for (const double change : tie.change)
-      for (const double share : tie.share)
+    for (const double change : slope.change)
+      for (const double share : slope.share)
         block.push_back(s.multipliers.scale * change * share);
     check(MatSetValues(A, static_cast<PetscInt>(rows.size()), rows.data(),
                        static_cast<PetscInt>(columns.size()), columns.data(),
@@ -118,7 +118,7 @@ void add_facet_tangents(Zone& zone, ::Mat A)
 {
   add_tangent_of(zone, zone.held_facets(), A);
   add_tangent_of(zone, cover_blocks(zone.state(), zone.cover()), A);
-  add_tie_slopes(zone, A);
+  add_share_slopes(zone, A);
 }
 
 void lift_facet_tangents(const Zone& zone, ::Vec b,
@@ -130,15 +130,15 @@ void lift_facet_tangents(const Zone& zone, ::Vec b,
     return;
   std::vector<PetscInt> rows;
   std::vector<double> increment, change;
-  for (const TieSlope& tie : tie_slopes(s, zone.cover()))
+  for (const ShareSlope& slope : share_slopes(s, zone.cover()))
   {
     increment.clear();
-    append_values(s.slave, tie.slave, slave, increment);
-    append_values(s.master, tie.master, master, increment);
-    const double ds = std::inner_product(tie.share.begin(), tie.share.end(),
+    append_values(s.slave, slope.slave, slave, increment);
+    append_values(s.master, slope.master, master, increment);
+    const double ds = std::inner_product(slope.share.begin(), slope.share.end(),
                                          increment.begin(), 0.0);
-    multiplier_rows(zone, tie.slave, rows);
-    change = tie.change;
+    multiplier_rows(zone, slope.slave, rows);
+    change = slope.change;
     for (double& value : change)
       value *= -alpha * s.multipliers.scale * ds;
     check(VecSetValues(b, static_cast<PetscInt>(rows.size()), rows.data(),

@@ -90,6 +90,7 @@ Zone::Zone(MPI_Comm comm, ZoneInput input)
   };
   _master_u = _master_old = _master_fixed = zeros(_input.master);
   _fixed_slave = zeros(_input.slave);
+  _cover.corners.assign(_input.multipliers.row.size(), 0);
   _state.gamma.assign(_input.slave.facet_dofs.size(), 1.0);
 }
 
@@ -156,6 +157,11 @@ void Zone::set_shear_modulus(double modulus) { _cover.shear_modulus = modulus; }
 void Zone::set_covered_nodes(std::span<const std::int8_t> covered)
 {
   _cover.nodes.assign(covered.begin(), covered.end());
+}
+
+void Zone::set_corner_nodes(std::span<const std::int8_t> corners)
+{
+  _cover.corners.assign(corners.begin(), corners.end());
 }
 
 void Zone::set_multiplier(std::span<const double> values)

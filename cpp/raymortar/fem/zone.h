@@ -101,6 +101,10 @@ public:
   /// after `pair` is of the facets of this rank.
   void set_covered_nodes(std::span<const std::int8_t> covered);
 
+  /// @brief Which multiplier nodes other zones have as well: corners between
+  /// surfaces, as a rule.
+  void set_corner_nodes(std::span<const std::int8_t> corners);
+
   /// @brief Nodal tractions, (multiplier nodes, components).
   void set_multiplier(std::span<const double> values);
 
