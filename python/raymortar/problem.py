@@ -232,14 +232,14 @@ class NonlinearProblem:
 def cycle_length(history: Sequence[float]) -> int:
     """Number of residuals after which the last ones repeat, 0 if they do not.
 
-    Three times over, to a hundredth; residuals that stay the same are no cycle.
+    Three times over, to two hundredths; residuals that stay the same are no cycle.
     """
     for period in (2, 3, 4):
         last = np.array(history[-3 * period :])
         if len(last) < 3 * period or not np.isfinite(last).all():
             continue
         change = np.abs(last[period:] - last[:-period])
-        same = change <= 1e-2 * last[period:]
+        same = change <= 2e-2 * last[period:]
         if same.all() and np.ptp(last[:period]) > 0.03 * last.max():
             return period
     return 0
