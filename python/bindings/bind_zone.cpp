@@ -212,7 +212,7 @@ void bind_zone(py::module_& m)
       .def("set_modulus", &Zone::set_modulus)
       .def("set_shear_modulus", &Zone::set_shear_modulus)
       .def("covered_nodes",
-           [](const Zone& z) { return to_array(z.cover().nodes); })
+           [](const Zone& z) { return to_array(covered_nodes(z.state())); })
       .def("set_covered_nodes", [](Zone& z, const Array<std::int8_t>& covered)
            { z.set_covered_nodes(to_span(covered)); })
       .def("set_corner_nodes", [](Zone& z, const Array<std::int8_t>& corners)

@@ -17,6 +17,7 @@ from .assembly import ContactAssembly
 from .checks import check_space
 from .coefficients import PairCoefficients, one_or_each, spread
 from .compat import Indices
+from .cover import Cover
 from .errors import (
     ContactError,
     SetUpError,
@@ -40,8 +41,6 @@ from .zones import (
     create_zone,
     find_facets,
     group_pairs,
-    mark_corners,
-    share_cover,
     numbered,
 )
 
@@ -171,7 +170,7 @@ class Contact(ContactAssembly):
             for zone in facets
         ]
         if self.multiplier is not None:
-            mark_corners(self.zones, self.multiplier.function_space)
+            self._cover = Cover(self.zones, self.multiplier.function_space)
         self.gamma: float | Function | PairCoefficients | None = None
         self.gamma_scale = 1.0
         self._interfaces: Interfaces | None = None
@@ -298,8 +297,8 @@ class Contact(ContactAssembly):
                     zone.cpp.cast()
                 else:
                     zone.cpp.pair()
-        if self.multiplier is not None and self._comm.size > 1:
-            share_cover(self.zones, self.multiplier.function_space)
+        if self.multiplier is not None:
+            self._cover.share()
 
     def advance(self) -> None:
         """Accept the step: the present state becomes the old one. Collective.

@@ -8,7 +8,7 @@ from itertools import chain
 from typing import Any
 
 import numpy as np
-from dolfinx.fem import Function, FunctionSpace
+from dolfinx.fem import Function
 
 from mpi4py import MPI
 
@@ -18,7 +18,7 @@ from .compat import Array, Indices
 from .errors import ContactError, raise_everywhere
 from .facets import Facets, facet_dof_table, join, tagged_facets
 from .friction import Coulomb, Stick, Tresca
-from .layout import Layout, marked_everywhere
+from .layout import Layout
 from .methods import Search
 from .options import is_whole_number
 from .reference_facets import facet_nodes, shape_functions
@@ -272,24 +272,6 @@ def create_zone(
     )
     results = facet_dof_table(result_space, zone.slave)
     return ZoneData(zone, cpp, table, nodes, results, friction is not None)
-
-
-def mark_corners(zones: list[ZoneData], W: FunctionSpace) -> None:
-    """Tell each zone which nodes of the multiplier's space others have too. Collective."""
-    if len(zones) == 1:
-        return
-    counts = sum(marked_everywhere(W, z.multiplier_nodes).astype(int) for z in zones)
-    for zone in zones:
-        corners = counts[zone.multiplier_nodes] > 1
-        zone.cpp.set_corner_nodes(corners.astype(np.int8))
-
-
-def share_cover(zones: list[ZoneData], W: FunctionSpace) -> None:
-    """Tell each zone which of its multiplier nodes other ranks cover. Collective."""
-    for zone in zones:
-        nodes = zone.multiplier_nodes
-        covered = marked_everywhere(W, nodes[zone.cpp.covered_nodes() != 0])
-        zone.cpp.set_covered_nodes(covered[nodes].astype(np.int8))
 
 
 def on_facets(gamma: Function, zone: ZoneFacets) -> Array:

@@ -21,7 +21,8 @@ struct CoverData
   /// Nonzero where a multiplier node has a facet that is covered, if only in
   /// part, on any rank, (nodes,)
   std::vector<std::int8_t> nodes;
-  /// Nonzero where other zones have the node as well, (nodes,)
+  /// Nonzero where other zones have the node as well, and other normals,
+  /// (nodes,)
   std::vector<std::int8_t> corners;
   /// Shear modulus of the softer body; 0: not known. Stress
   double shear_modulus = 0.0;

@@ -97,12 +97,12 @@ public:
   /// multiplier of partly covered facets; 0: not known. Stress.
   void set_shear_modulus(double modulus);
 
-  /// @brief Which multiplier nodes are covered on any rank: what `cover` has
-  /// after `pair` is of the facets of this rank.
+  /// @brief Which multiplier nodes are covered on any rank, (nodes,). Where it
+  /// is not set after `pair`, those are taken that facets of this rank cover.
   void set_covered_nodes(std::span<const std::int8_t> covered);
 
-  /// @brief Which multiplier nodes other zones have as well: corners between
-  /// surfaces, as a rule.
+  /// @brief Which multiplier nodes other zones have as well, with other
+  /// normals: corners between surfaces.
   void set_corner_nodes(std::span<const std::int8_t> corners);
 
   /// @brief Nodal tractions, (multiplier nodes, components).
