@@ -187,7 +187,7 @@ py::dict segments(const Zone& z)
 py::array_t<Index> held_facets(Zone& z)
 {
   std::vector<Index> slave;
-  for (const HeldFacet& held : z.held_facets())
+  for (const FacetBlock& held : z.held_facets())
     slave.push_back(held.slave);
   return to_array(slave);
 }
@@ -232,6 +232,13 @@ void bind_zone(py::module_& m)
       .def("set_old_displacement", &set_both<&Zone::set_old_displacement>)
       .def("set_fixed", &set_both<&Zone::set_fixed>)
       .def("set_modulus", &Zone::set_modulus)
+      .def("set_shear_modulus", &Zone::set_shear_modulus)
+      .def("covered_nodes",
+           [](const Zone& z) { return to_array(covered_nodes(z.state())); })
+      .def("set_covered_nodes", [](Zone& z, const Array<std::int8_t>& covered)
+           { z.set_covered_nodes(to_span(covered)); })
+      .def("set_corner_nodes", [](Zone& z, const Array<std::int8_t>& corners)
+           { z.set_corner_nodes(to_span(corners)); })
       .def("set_multiplier", [](Zone& z, const Array<double>& values)
            { z.set_multiplier(to_span(values)); })
       .def(

@@ -18,6 +18,7 @@ from .fields import ContactFields
 from .held import any_held, any_node_held, refuse_held
 from .interfaces import Interfaces
 from .memory import matrix_bytes, require_memory
+from .shear_modulus import shear_moduli
 from .stiffness import contact_stiffness, mean_facet_size
 from .surfaces import Surface
 
@@ -59,6 +60,9 @@ class ContactAssembly(ContactFields):
         self._fixed_by = tuple(bcs)
         if self.multiplier is None:
             return
+        if self._volume is not None:
+            for zone, modulus in zip(self.zones, shear_moduli(self, bcs)):
+                zone.cpp.set_shear_modulus(modulus)
         self._some_held = any_held(self, self._fixed)
         if any_node_held(self, self._fixed):
             for zone, modulus in zip(self.zones, self._moduli(bcs)):

@@ -18,6 +18,7 @@ from .bodies import find_bodies
 from .checks import check_space
 from .coefficients import PairCoefficients, one_or_each, spread
 from .compat import Indices
+from .cover import Cover
 from .errors import (
     ContactError,
     SetUpError,
@@ -178,6 +179,8 @@ class Contact(ContactAssembly):
             )
             for zone in facets
         ]
+        if self.multiplier is not None:
+            self._cover = Cover(self.zones, self.multiplier.function_space)
         self.gamma: float | Function | PairCoefficients | None = None
         self.gamma_scale = 1.0
         self.revision = 0
@@ -309,6 +312,8 @@ class Contact(ContactAssembly):
                     zone.cpp.cast()
                 else:
                     zone.cpp.pair()
+        if self.multiplier is not None:
+            self._cover.share()
         accepted = self._note_faced()
         if self.updates == 1 and self._comm.allreduce(accepted, op=MPI.MIN):
             warn_of_straight_facets(self)

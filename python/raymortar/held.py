@@ -48,7 +48,8 @@ def refuse_held(contact: Any) -> None:
     for zone in contact.zones:
         points = zone.cpp.points()
         shut = points["status"] >= CLOSED
-        free = (zone.cpp.free_points() == 1) | ~shut
+        # Nothing is integrated where a facet is uncovered
+        free = ((zone.cpp.free_points() == 1) | ~shut) & (points["seed"] >= 0)
         for vector, which in ((known, free), (closed, shut)):
             vector.array[zone.multiplier_table[points["slave"][which]]] = 1.0
     for vector in (known, closed):
@@ -71,10 +72,15 @@ def refuse_held(contact: Any) -> None:
 
 
 def _spread_by_damping(contact: Any, known: Any) -> None:
-    """Mark the nodes that share a damped facet with a marked one. Collective."""
+    """Mark the nodes that share a damped or a tied facet with a marked one.
+    Collective."""
     compat.scatter_forward(known)
     for zone in contact.zones:
-        table = zone.multiplier_table[zone.cpp.held_facets()]
+        share = zone.cpp.segments()["covered"]
+        damped = np.union1d(
+            zone.cpp.held_facets(), np.flatnonzero((share > 0.0) & (share < 1.0))
+        )
+        table = zone.multiplier_table[damped]
         tied = table[(known.array[table] > 0.0).any(axis=1)]
         known.array[tied] = 1.0
     compat.scatter_reverse_add(known)

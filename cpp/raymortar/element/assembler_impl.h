@@ -154,6 +154,12 @@ private:
           s.traction_old.data() + static_cast<std::size_t>(f) * F::dofs * D);
   }
 
+  /// Nothing is integrated there
+  [[nodiscard]] static bool is_uncovered(const ContactState& s, Index point)
+  {
+    return s.points.seed[static_cast<std::size_t>(point)] == no_index;
+  }
+
   static void add_residual(const ContactState& s, std::size_t e,
                            const Data& data, Kernel& kernel)
   {
@@ -161,6 +167,8 @@ private:
     kernel.b.setZero();
     for (const Index i : s.elements.points_of(e))
     {
+      if (is_uncovered(s, i))
+        continue;
       const auto q = element_point<F>(s, static_cast<std::size_t>(i));
       if (hit)
         kernel.add_hit(HitPoint<F, L, Law>(data, q));
@@ -180,6 +188,8 @@ private:
     kernel.A.setZero();
     for (const Index i : s.elements.points_of(e))
     {
+      if (is_uncovered(s, i))
+        continue;
       const auto number = static_cast<std::size_t>(i);
       const auto q = element_point<F>(s, number);
       if (hit)

@@ -37,8 +37,7 @@ public:
   };
 
   /// @brief Add point q of element e, in the order of its points.
-  /// @param[in] integrand Gives the Integrand there; points that no segment
-  /// made do not move
+  /// @param[in] integrand Gives the Integrand there
   template <class Make>
   void add(const Element& e, std::size_t q, Make&& integrand)
   {
@@ -47,11 +46,9 @@ public:
     {
       finish(e);
       _segment = segment;
-      if (segment != no_index)
-        place_vertices(e.state, segment, e.map);
+      place_vertices(e.state, segment, e.map);
     }
-    if (segment != no_index)
-      add_point(e.state, q, e.map, integrand());
+    add_point(e.state, q, e.map, integrand());
   }
 
   /// @brief Vertices' share of the tangent, after the last point of an element.
@@ -106,14 +103,12 @@ private:
   void add_point(const ContactState& s, std::size_t q, const FlatMap<F>& map,
                  const Integrand<F, L, Law>& at)
   {
-    // The uncovered part takes the points of segments with negative weights
-    const double sign = s.points.seed[q] == no_index ? -1.0 : 1.0;
     const double weight = s.points.weight[q];
     Change change;
     if constexpr (not FlatMap<F>::is_map)
     {
       change.by_y = weight * at.f_xi;
-      change.by_measure = sign * at.f;
+      change.by_measure = at.f;
     }
     else
     {
@@ -124,7 +119,7 @@ private:
       for (int t = 0; t < T; ++t)
         change.by_y.col(t) = at.f_xi.col(0) * to_y(0, t) +
                              at.f_xi.col(1) * to_y(1, t) - log_det[t] * at.f;
-      change.by_measure = sign / G.determinant() * at.f;
+      change.by_measure = at.f / G.determinant();
     }
     add_in_tile(change, s.segment_rules,
                 static_cast<std::size_t>(s.points.place[q]));
@@ -208,8 +203,9 @@ private:
         continue;
       const typename F::RefPoint xi =
           s.segmentation.vertices[at].template head<T>();
-      const Motion dy =
-          e.map.gradient(xi) * motion_of(s, of, e.data.slave, master, at);
+      const Motion dy = e.map.gradient(xi) *
+                        segment_vertex_motion<F>(s.segmentation, of,
+                                                 e.data.slave, master, at);
       add_motion<0, Layout::size>(_by_vertex[v], dy, 0, e.A, 0);
       if (own)
         add_motion<0, Layout::size>(_by_vertex[v], dy, side, e.A,
@@ -224,22 +220,6 @@ private:
     if (not own)
       e.couplings(e.number, of.master, _coupling.data(), Layout::size,
                   hit == no_index ? nullptr : _hit_rows.data());
-  }
-
-  /// dxi of a vertex, on the true facets or where the flat patches have it
-  [[nodiscard]] static Mat<T, 2 * Layout::side>
-  motion_of(const ContactState& s, const Segment& of,
-            const typename F::NodeMatrix& slave,
-            const typename F::NodeMatrix& master, std::size_t vertex)
-  {
-    const Break& hangs_on = s.segmentation.breaks[vertex];
-    const typename F::RefPoint xi =
-        s.segmentation.vertices[vertex].template head<T>();
-    if (not hangs_on.is_flat())
-      return vertex_motion<F>(slave, master, xi, hangs_on);
-    const Patch& patch = patches<F>(
-        s.segmentation.subdivided)[static_cast<std::size_t>(of.slave_patch)];
-    return flat_motion<F>(FlatPatch<F>(slave, patch), master, xi, hangs_on);
   }
 
   /// The mean of the core moves with each of its vertices

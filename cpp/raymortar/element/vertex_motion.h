@@ -3,7 +3,7 @@
 
 #include "raymortar/element/kinematics.h"
 #include "raymortar/geometry/patch.h"
-#include "raymortar/mortar/breaks.h"
+#include "raymortar/mortar/segmentation.h"
 
 namespace raymortar
 {
@@ -165,5 +165,23 @@ flat_motion(const FlatPatch<F>& slave, const typename F::NodeMatrix& master,
     dxi.template middleCols<D>(side + a * D) = N_m[a] * by_u;
   }
   return dxi;
+}
+
+/// @brief The same of a vertex of a segment, on the true facets or where the
+/// flat patches have it.
+/// @param[in] vertex Number in the segmentation
+template <class F>
+[[nodiscard]] Mat<F::tdim, 2 * Variations<F>::side>
+segment_vertex_motion(const Segmentation& s, const Segment& of,
+                      const typename F::NodeMatrix& slave,
+                      const typename F::NodeMatrix& master, std::size_t vertex)
+{
+  const Break& hangs_on = s.breaks[vertex];
+  const typename F::RefPoint xi = s.vertices[vertex].template head<F::tdim>();
+  if (not hangs_on.is_flat())
+    return vertex_motion<F>(slave, master, xi, hangs_on);
+  const Patch& patch =
+      patches<F>(s.subdivided)[static_cast<std::size_t>(of.slave_patch)];
+  return flat_motion<F>(FlatPatch<F>(slave, patch), master, xi, hangs_on);
 }
 } // namespace raymortar

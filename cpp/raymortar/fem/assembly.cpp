@@ -1,5 +1,6 @@
 #include "raymortar/fem/assembly.h"
 #include "raymortar/fem/facet_dofs.h"
+#include "raymortar/fem/facet_terms.h"
 #include "raymortar/fem/rows.h"
 #include "raymortar/fem/stopwatch.h"
 #include "raymortar/geometry/predicates.h"
@@ -25,19 +26,13 @@ bool any_nonzero(const Surface& s, Index facet, std::span<const double> values)
   return any;
 }
 
-void gather_values(const Surface& s, Index facet,
-                   std::span<const double> values, std::vector<double>& out)
-{
-  for_facet_dofs(s, facet, [&](std::size_t k) { out.push_back(values[k]); });
-}
-
 /// Dirichlet increment of an element in the order of ElementLayout
 void element_increment(const ContactState& s, Index f, Index m,
                        std::span<const double> slave,
                        std::span<const double> master, std::vector<double>& du)
 {
   du.clear();
-  gather_values(s.slave, f, slave, du);
+  append_values(s.slave, f, slave, du);
   if (s.multipliers.components > 0)
     du.insert(du.end(),
               s.multipliers.facet.size() /
@@ -45,7 +40,7 @@ void element_increment(const ContactState& s, Index f, Index m,
                   static_cast<std::size_t>(s.multipliers.components),
               0.0);
   if (m != no_index)
-    gather_values(s.master, m, master, du);
+    append_values(s.master, m, master, du);
 }
 
 /// Masters, other than the element's own, that its segments' vertices hang on
@@ -171,70 +166,6 @@ private:
   std::vector<PetscInt> _rows, _foreign;
   std::vector<double> _masked;
 };
-
-/// Global rows of a slave facet's multipliers, node after node
-void multiplier_rows(const Zone& zone, const HeldFacet& held,
-                     std::vector<PetscInt>& rows)
-{
-  element_rows(zone, held.slave, no_index, Constrained::left_out, rows);
-  const Surface& slave = zone.state().slave;
-  rows.erase(rows.begin(), rows.begin() + slave.dofs_per_facet() * slave.gdim);
-}
-
-/// Tractions of a slave facet, in the order of its rows
-void facet_tractions(const Multipliers& m, Index facet, std::size_t unknowns,
-                     std::vector<double>& values)
-{
-  const auto width = static_cast<std::size_t>(m.components);
-  const std::size_t nodes = unknowns / width;
-  values.clear();
-  for (std::size_t k = 0; k < unknowns; ++k)
-  {
-    const Index node =
-        m.facet[static_cast<std::size_t>(facet) * nodes + k / width];
-    values.push_back(
-        m.value[static_cast<std::size_t>(node) * width + k % width]);
-  }
-}
-
-/// What smooths multipliers next to held nodes, residual [theory (5.5)]
-void smooth_residual(Zone& zone, ::Vec b)
-{
-  const Multipliers& m = zone.state().multipliers;
-  std::vector<PetscInt> rows;
-  std::vector<double> lam, change;
-  for (const HeldFacet& held : zone.held_facets())
-  {
-    multiplier_rows(zone, held, rows);
-    const std::size_t n = rows.size();
-    facet_tractions(m, held.slave, n, lam);
-    change.assign(n, 0.0);
-    for (std::size_t k = 0; k < n * n; ++k)
-      change[k / n] -= m.scale * held.block[k] * lam[k % n];
-    check(VecSetValues(b, static_cast<PetscInt>(n), rows.data(), change.data(),
-                       ADD_VALUES),
-          "VecSetValues");
-  }
-}
-
-/// The same, tangent: its entries are among those of the facet's own block
-void smooth_tangent(Zone& zone, ::Mat A)
-{
-  const double scale = zone.state().multipliers.scale;
-  std::vector<PetscInt> rows;
-  std::vector<double> block;
-  for (const HeldFacet& held : zone.held_facets())
-  {
-    multiplier_rows(zone, held, rows);
-    block = held.block;
-    for (double& value : block)
-      value *= -scale * scale;
-    const auto n = static_cast<PetscInt>(rows.size());
-    check(MatSetValues(A, n, rows.data(), n, rows.data(), block.data(),
-                       ADD_VALUES),
-          "MatSetValues");
-  }
-}
 } // namespace
 
 void add_residual(Zone& zone, ::Vec b)
@@ -252,7 +183,7 @@ void add_residual(Zone& zone, ::Vec b)
         check(VecSetValues(b, size, rows.data(), block, ADD_VALUES),
               "VecSetValues");
       });
-  smooth_residual(zone, b);
+  add_facet_residuals(zone, b);
   zone.assembly().residual_blocks +=
       static_cast<std::int64_t>(s.elements.size());
 }
@@ -277,7 +208,7 @@ void add_tangent(Zone& zone, ::Mat A, BlockPositions& positions)
             writer.add_masters(s.elements.master[e], master, hit_rows);
         });
   }
-  smooth_tangent(zone, A);
+  add_facet_tangents(zone, A);
   statistics.tangent_blocks += static_cast<std::int64_t>(elements.size());
   statistics.skipped_blocks +=
       static_cast<std::int64_t>(s.elements.size() - elements.size());
@@ -332,9 +263,10 @@ void apply_lifting(Zone& zone, ::Vec b, std::span<const double> slave,
           return;
         master_rows(zone, s.elements.master[e], Constrained::left_out, rows);
         increment.clear();
-        gather_values(s.master, m, master, increment);
+        append_values(s.master, m, master, increment);
         lift(hit_rows);
       });
+  lift_facet_tangents(zone, b, slave, master, alpha);
   zone.assembly().lifted_blocks += static_cast<std::int64_t>(lifted.size());
 }
 } // namespace raymortar

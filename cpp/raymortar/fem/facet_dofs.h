@@ -20,4 +20,12 @@ void for_facet_dofs(const Surface& s, Index facet, Visit&& visit)
       visit(dof * d + i);
   }
 }
+
+/// @brief Append the values (dofs, gdim) of a facet's dofs.
+inline void append_values(const Surface& s, Index facet,
+                          std::span<const double> values,
+                          std::vector<double>& out)
+{
+  for_facet_dofs(s, facet, [&](std::size_t k) { out.push_back(values[k]); });
+}
 } // namespace raymortar

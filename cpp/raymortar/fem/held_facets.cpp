@@ -152,8 +152,8 @@ Eigen::MatrixXd weights(const Candidate<F>& one, LawKind law,
 }
 
 template <class F>
-HeldFacet damping(const ContactState& s, LawKind law, double modulus,
-                  const Candidate<F>& one)
+FacetBlock damping(const ContactState& s, LawKind law, double modulus,
+                   const Candidate<F>& one)
 {
   typename F::RefPoint centre;
   centre.setConstant(F::shape == Shape::triangle ? 1.0 / 3.0 : 0.5);
@@ -165,7 +165,7 @@ HeldFacet damping(const ContactState& s, LawKind law, double modulus,
       size * area / modulus * weights<F>(one, law, frame.n);
   const Mat<F::dofs, F::dofs> S = roughness<F>();
   const Eigen::Index m = W.rows();
-  HeldFacet facet{one.slave, {}};
+  FacetBlock facet{one.slave, {}};
   for (Eigen::Index k = 0; k < F::dofs * m; ++k)
     for (Eigen::Index j = 0; j < F::dofs * m; ++j)
       facet.block.push_back(S(k / m, j / m) * W(k % m, j % m));
@@ -200,7 +200,7 @@ void find_held_facets(const ContactState& s, LawKind law,
   with_facet_type(s.slave, add);
   // Rollers along the surface
   std::erase_if(held.facets,
-                [](const HeldFacet& f)
+                [](const FacetBlock& f)
                 {
                   return std::all_of(f.block.begin(), f.block.end(),
                                      [](double v) { return v == 0.0; });

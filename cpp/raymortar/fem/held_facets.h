@@ -2,22 +2,15 @@
 #pragma once
 
 #include "raymortar/element/assembler.h"
+#include "raymortar/element/facet_block.h"
 
 namespace raymortar
 {
-/// @brief What smooths the multiplier of one slave facet [theory (5.5)].
-struct HeldFacet
-{
-  Index slave;
-  /// (unknowns, unknowns) row-major, the unknowns node after node:
-  /// length^d / stress
-  std::vector<double> block;
-};
-
-/// @brief The damped facets of a zone, as far as they are known.
+/// @brief The damped facets of a zone, as far as they are known
+/// [theory (5.5)].
 struct HeldFacets
 {
-  std::vector<HeldFacet> facets;
+  std::vector<FacetBlock> facets;
   /// Facets that have no held node or have met a master, (facets,)
   std::vector<std::int8_t> known;
 };

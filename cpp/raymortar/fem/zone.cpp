@@ -90,6 +90,7 @@ Zone::Zone(MPI_Comm comm, ZoneInput input)
   };
   _master_u = _master_old = _master_fixed = zeros(_input.master);
   _fixed_slave = zeros(_input.slave);
+  _cover.corners.assign(_input.multipliers.row.size(), 0);
   _state.gamma.assign(_input.slave.facet_dofs.size(), 1.0);
 }
 
@@ -149,6 +150,18 @@ void Zone::set_modulus(double modulus)
 {
   _modulus = modulus;
   _held = {};
+}
+
+void Zone::set_shear_modulus(double modulus) { _cover.shear_modulus = modulus; }
+
+void Zone::set_covered_nodes(std::span<const std::int8_t> covered)
+{
+  _cover.nodes.assign(covered.begin(), covered.end());
+}
+
+void Zone::set_corner_nodes(std::span<const std::int8_t> corners)
+{
+  _cover.corners.assign(corners.begin(), corners.end());
 }
 
 void Zone::set_multiplier(std::span<const double> values)
@@ -265,6 +278,7 @@ void Zone::make_points_anew()
   _state.points =
       make_points(_state.slave, _state.segmentation, _input.segment_rules,
                   _input.facet_rule, _input.multipliers.components > 0);
+  _cover.nodes = covered_nodes(_state);
   _points_are_present = true;
   _rays_are_present = false;
 }
@@ -287,7 +301,7 @@ void Zone::renew_rays()
   _rays_are_present = true;
 }
 
-const std::vector<HeldFacet>& Zone::held_facets()
+const std::vector<FacetBlock>& Zone::held_facets()
 {
   find_held_facets(_state, _input.law, _fixed_slave, _fixed_master, _modulus,
                    _held);

@@ -1,7 +1,7 @@
 // A contact zone: the surfaces of one pair and the stages run over them.
 #pragma once
 
-#include "raymortar/element/assembler.h"
+#include "raymortar/element/cover.h"
 #include "raymortar/fem/halo.h"
 #include "raymortar/fem/held_facets.h"
 #include <optional>
@@ -93,6 +93,18 @@ public:
   /// multiplier next to held nodes. Stress.
   void set_modulus(double modulus);
 
+  /// @brief Shear modulus of the softer body, which scales what ties the
+  /// multiplier of partly covered facets; 0: not known. Stress.
+  void set_shear_modulus(double modulus);
+
+  /// @brief Which multiplier nodes are covered on any rank, (nodes,). Where it
+  /// is not set after `pair`, those are taken that facets of this rank cover.
+  void set_covered_nodes(std::span<const std::int8_t> covered);
+
+  /// @brief Which multiplier nodes other zones have as well, with other
+  /// normals: corners between surfaces.
+  void set_corner_nodes(std::span<const std::int8_t> corners);
+
   /// @brief Nodal tractions, (multiplier nodes, components).
   void set_multiplier(std::span<const double> values);
 
@@ -152,7 +164,9 @@ public:
   /// @brief Facets whose multiplier is smoothed. Each is looked at when it has
   /// first met a master in a step and stays for the step, so that residual and
   /// tangent agree.
-  [[nodiscard]] const std::vector<HeldFacet>& held_facets();
+  [[nodiscard]] const std::vector<FacetBlock>& held_facets();
+
+  [[nodiscard]] const CoverData& cover() const { return _cover; }
 
 private:
   template <int D>
@@ -182,6 +196,7 @@ private:
   std::vector<double> _fixed_slave, _fixed_master;
   double _modulus = 1.0;
   HeldFacets _held;
+  CoverData _cover;
   ZoneTraffic _past;              ///< of halos that have been replaced
   std::vector<Index> _part;       ///< of each slave facet
   std::vector<double> _wanted;    ///< parts' boxes the halo was fetched for

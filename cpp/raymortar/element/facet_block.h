@@ -1,0 +1,17 @@
+// What acts on the multiplier of one slave facet besides the law.
+#pragma once
+
+#include "raymortar/core/types.h"
+#include <vector>
+
+namespace raymortar
+{
+/// @brief A term - lam . B mu of equation (4) on one slave facet.
+struct FacetBlock
+{
+  Index slave;
+  /// B, (unknowns, unknowns) row-major, the unknowns node after node:
+  /// length^d / stress
+  std::vector<double> block;
+};
+} // namespace raymortar

@@ -1,0 +1,109 @@
+"""The shear modulus of the softer body of each zone, read off the stiffness matrix."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from dolfinx import fem
+
+from mpi4py import MPI
+
+from . import compat
+from .compat import Array
+from .facets import Facets
+from .interfaces import Interfaces
+from .layout import marked_everywhere
+from .reference_facets import normals, shape_functions
+from .strain_response import deviators
+from .surfaces import Surface
+
+
+def shear_moduli(contact: Any, bcs: Sequence[Any]) -> list[float]:
+    """Shear modulus of the softer body of each zone that can move; 0 where the volume's
+    form tells none. Stress. Collective.
+
+    In a uniform shear E the nodal force of a homogeneous body is 2 mu E c, with the
+    node's share c of the boundary's vector area [theory (5.8)]. Neither the mesh within
+    the bodies nor its size enters.
+
+    Parameters
+    ----------
+    contact
+        After `Contact.prepare`.
+    bcs
+        Dirichlet conditions.
+    """
+    sides = _Sides(contact, bcs)
+    moduli = []
+    for zone in contact.zones:
+        facets = zone.facets
+        found = np.concatenate(
+            [
+                sides.moduli(facets.slave_surface, facets.slave),
+                sides.moduli(facets.master_surface, facets.master),
+            ]
+        )
+        moduli.append(float(found.min(initial=np.inf, where=found > 0.0)))
+    return [modulus if np.isfinite(modulus) else 0.0 for modulus in moduli]
+
+
+class _Sides:
+    """Measures the sides of zones."""
+
+    def __init__(self, contact: Any, bcs: Sequence[Any]) -> None:
+        self._V = V = contact.u.function_space
+        self._comm: MPI.Comm = contact.layout.comm
+        self._interfaces: Interfaces = contact.interfaces
+        self._owned, d = V.dofmap.index_map.size_local, V.mesh.geometry.dim
+        fixed, _ = compat.dirichlet_dofs(bcs, V)
+        self._free = (fixed.reshape(-1, d)[: self._owned] == 0).any(axis=1)
+        self._sheared = contact._volume.response[:, 0]
+        # Sum of the squares of the deviators, a multiple of the identity
+        self._kappa = sum(E @ E for E in deviators(d))[0, 0]
+        self._exterior = compat.exterior_facets(V.mesh)
+
+    def moduli(self, surface: Surface, facets: Facets) -> Array:
+        """Of each body; 0 of those that have no facet there or cannot move."""
+        bodies = self._interfaces.bodies
+        on = marked_everywhere(self._V, surface.dofs)[: self._owned]
+        areas = self._squared_areas(surface)
+        values = np.column_stack([areas, self._sheared, self._free])
+        sums = []
+        for nodes in (on & ~self._on_rim(facets), on):
+            of = bodies.dofs[: self._owned][nodes]
+            sums += [
+                np.bincount(of, column, minlength=bodies.count)
+                for column in values[nodes].T
+            ]
+        total = np.array(sums, dtype=np.float64)  # empty counts are integers
+        self._comm.Allreduce(MPI.IN_PLACE, total)
+        inner, every = np.split(total, 2)
+        # Next to the rim other facets have a share in the forces
+        used = np.where(inner[0] > 0.0, inner, every)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            squares = used[1:-1].min(axis=0) / (4.0 * self._kappa * used[0])
+        return np.where((every[-1] > 0.0) & (used[0] > 0.0), np.sqrt(squares), 0.0)
+
+    def _squared_areas(self, surface: Surface) -> Array:
+        """Square of each owned node's share of the surface's vector area."""
+        points, weights = compat.quadrature(surface.shape, 2 * surface.node_degree)
+        _, gradients = shape_functions(surface.shape, surface.node_degree, points)
+        N, _ = shape_functions(surface.shape, surface.displacement_degree, points)
+        nodes = surface.X[surface.facet_nodes]
+        m = normals(np.einsum("iqa,fad->ifqd", gradients, nodes))
+        shares = np.einsum("q,qa,fqd->fad", weights, N, m)
+        areas = compat.create_la_vector(self._V.dofmap.index_map, surface.gdim)
+        table = areas.array.reshape(-1, surface.gdim)
+        np.add.at(table, surface.dofs[surface.facet_dofs], shares)
+        compat.scatter_reverse_add(areas)
+        return np.einsum("nd,nd->n", table[: self._owned], table[: self._owned])
+
+    def _on_rim(self, facets: Facets) -> npt.NDArray[np.bool_]:
+        """Whether an owned node is on an exterior facet besides these."""
+        V = self._V
+        others = np.setdiff1d(self._exterior, facets.facets).astype(np.int32)
+        dofs = fem.locate_dofs_topological(V, V.mesh.topology.dim - 1, others)
+        return marked_everywhere(V, dofs)[: self._owned]
