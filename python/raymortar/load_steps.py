@@ -136,12 +136,17 @@ class LoadSteps:
         self.path, self.progress, self.history = path, progress, history
         self.strategy, self.stabilize = strategy, stabilize
         self._apply = with_size(apply)
-        self._stabilization = None
-        if stabilize:
-            self._stabilization = Stabilization(solver, float(stabilize))
-            if history is not None:
-                history.include(self._viscous_columns())
+        self._stabilization = self._viscous_forces()
         self.halvings = 0
+
+    def _viscous_forces(self) -> Stabilization | None:
+        """What `stabilize` asks for, with its columns in `history`."""
+        if not self.stabilize:
+            return None
+        forces = Stabilization(self.solver, float(self.stabilize))
+        if self.history is not None:
+            self.history.include(forces.columns())
+        return forces
 
     def __iter__(self) -> Iterator[LoadStep]:
         """Solve step by step; each accepted step is yielded as a `LoadStep`."""
@@ -185,21 +190,17 @@ class LoadSteps:
             yield LoadStep(factor, iterations, self.halvings, ways.used)
 
     def _solve(
-        self, ways: Strategies, now: ContactState, last: ContactState | None, ratio: float
+        self,
+        ways: Strategies,
+        now: ContactState,
+        last: ContactState | None,
+        ratio: float,
     ) -> int:
         """Iterations of a step from the present state."""
         if self._stabilization is None:
             return ways.solve(now, last, ratio)
         contact = self.solver.problem.contact
         return self._stabilization.solve(lambda: ways.solve(contact.state(), None, 1.0))
-
-    def _viscous_columns(self) -> dict[str, Callable[[], float]]:
-        """What `history` records of viscous forces, by column."""
-        found = self._stabilization
-        return {
-            "viscous_work": lambda: found.work,
-            "viscous_share": lambda: found.share,
-        }
 
     def _given_up(self, factor: float, failure: Exception) -> ConvergenceError:
         return ConvergenceError(
