@@ -68,10 +68,10 @@ class LoadSteps:
         `History` that records every accepted step.
     strategy
         ``"auto"``: a solve that cycles or diverges is ended as soon as that shows, and
-        the step is tried in other ways: with a line search, from an extrapolated
-        state, by way of a tenth of gamma (augmented Lagrangian). Only where none helps
-        the step is halved. What the solver was given otherwise is kept. Nothing is done
-        where nothing is wrong. ``"halve"`` or None: the step is halved at once.
+        the step is tried in other ways: from an extrapolated state, by way of a tenth
+        of gamma, with a line search, and by both of these. Only where none helps the
+        step is halved. What else the solver was given is kept. Nothing is done where
+        nothing is wrong. ``"halve"`` or None: the step is halved at once.
     stabilize
         True: viscous forces hold what nothing else does, bodies that contact alone
         holds and paths that snap; they fade to zero within each step. A number scales
