@@ -17,8 +17,10 @@ def polygon(kernel, points, size):
 
 
 def read(draw, dim=2):
-    """Scene of a model on rank 0: `draw` takes Gmsh to ({body: entity}, {side: entities}).
-    Collective."""
+    """Scene of a model that `draw` makes on rank 0. Collective.
+
+    It takes Gmsh to the entity of each body and the entities of each side, by name.
+    """
     comm = MPI.COMM_WORLD
     if comm.rank > 0:
         found = compat.read_gmsh(None, comm, gdim=dim)
@@ -55,7 +57,8 @@ def snap_fit(size=0.25):
         kernel = gmsh.model.occ
         # The arm is held at the left; its hook points down
         hook = [(0, 1), (10, 1), (11, 0.1), (11.6, 0.1), (11.6, 2), (0, 2)]
-        latch = [(12, -2), (18, -2), (18, 0), (13.6, 0), (13.6, 0.8), (13, 0.8), (12, 0)]
+        latch = [(12, -2), (18, -2), (18, 0), (13.6, 0)]
+        latch += [(13.6, 0.8), (13, 0.8), (12, 0)]
         upper, a = polygon(kernel, hook, size)
         lower, b = polygon(kernel, latch, size)
         kernel.synchronize()
@@ -96,5 +99,25 @@ def ring_between_plates(inner=0.6, size=0.12, gap=0.0):
             "top": t[2:3],
         }
         return {"ring": ring, "lower": lower, "upper": upper}, sides
+
+    return read(draw)
+
+
+def discs_on_block(centres, radius=0.5, size=0.12):
+    """Discs around the centres, above the block -2 <= x <= 2, -1 <= y <= 0."""
+
+    def draw(gmsh):
+        kernel = gmsh.model.occ
+        corners = [(-2.0, -1.0), (2.0, -1.0), (2.0, 0.0), (-2.0, 0.0)]
+        lower, lines = polygon(kernel, corners, 0.15)
+        parts, sides = {"lower": lower}, {"bottom": lines[:1], "block": lines[2:3]}
+        for i, (x, y) in enumerate(centres):
+            circle = kernel.addCircle(x, y, 0.0, radius)
+            disc = kernel.addPlaneSurface([kernel.addCurveLoop([circle])])
+            kernel.synchronize()
+            ends = gmsh.model.getBoundary([(2, disc)], oriented=False, recursive=True)
+            gmsh.model.mesh.setSize(ends, size)
+            parts[f"disc_{i}"], sides[f"circle_{i}"] = disc, [circle]
+        return parts, sides
 
     return read(draw)

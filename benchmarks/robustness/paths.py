@@ -7,7 +7,8 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from bodies_2d import ring_between_plates, snap_fit
+import ufl
+from bodies_2d import discs_on_block, ring_between_plates, snap_fit
 from dolfinx import fem
 from petsc4py import PETSc
 
@@ -18,11 +19,12 @@ for folder in ("tests/python", "benchmarks/stress", "demos"):
 import half_ring  # noqa: E402
 import shallow_ironing  # noqa: E402
 import test_greco  # noqa: E402
-from load_paths import divisions  # noqa: E402
-from problems import COMM, DIMENSION, build, fix  # noqa: E402
+from load_paths import divisions, resting  # noqa: E402
+from problems import COMM, DIMENSION, build, cellwise, fix, residual  # noqa: E402
 from scenes import SCENES, Setting  # noqa: E402
 
 import raymortar  # noqa: E402
+from raymortar import compat  # noqa: E402
 from raymortar.blocks import Block  # noqa: E402
 from raymortar.meshing import Scene, assemble_blocks  # noqa: E402
 from raymortar.scenes import two_blocks  # noqa: E402
@@ -192,13 +194,68 @@ def ironing(size, steps, **options):
     return Case(model.problem, model.apply, steps, {"path": (0.0, 1.3)})
 
 
+STABILIZED = {"stabilize": True}
+
+
+def block_falls(cell, gap, degree=1):
+    """A block under its weight, free above another."""
+    problem, load, _ = resting(cell, gap, raymortar.Coulomb(0.3), degree=degree)
+    return Case(load.solver.problem, load.apply, 2, STABILIZED)
+
+
+def discs_fall(centres, pairs, degree=1):
+    """Discs under their weight, free above a block."""
+    scene = discs_on_block(centres)
+    V = compat.vector_space(scene.mesh, degree)
+    u = fem.Function(V)
+    form, _, _ = residual(scene, u, "neo-hookean", 10.0)
+    density = cellwise(scene, {b: float(b != "lower") for b in scene.bodies})
+    weight = fem.Constant(scene.mesh, PETSc.ScalarType(0.0))
+    form += weight * density * ufl.TestFunction(V)[1] * ufl.dx
+    contact = raymortar.Contact(
+        u,
+        scene.facet_tags,
+        pairs,
+        friction=raymortar.Coulomb(0.5),
+        names=scene.tags,
+    )
+    problem = raymortar.NonlinearProblem(form, contact, [fix(V, scene, "bottom")])
+
+    def apply(t):
+        weight.value = 0.05 * t
+
+    return Case(problem, apply, 2, STABILIZED)
+
+
+def disc_falls(gap, degree=1):
+    """One of them."""
+    return discs_fall([(0.0, 0.5 + gap)], [("circle_0", "block")], degree)
+
+
+def pile(gap):
+    """One disc on two, each this far from the next and from the block."""
+    apart = 0.5 * (1.0 + gap)
+    height = np.sqrt((1.0 + gap) ** 2 - apart**2)
+    low = 0.5 + gap
+    centres = [(-apart, low), (apart, low), (0.0, low + height)]
+    pairs = [("circle_0", "block"), ("circle_1", "block")]
+    pairs += [("circle_2", "circle_0"), ("circle_2", "circle_1")]
+    return discs_fall(centres, [*pairs, ("circle_0", "circle_1")])
+
+
 # Name: what makes the path
 PATHS = {
     "slide off an edge, triangles, mu = 0": lambda: stress("slide"),
     "slide off an edge, triangles, mu = 0.3": lambda: stress("slide", friction=0.3),
-    "slide off an edge, triangles, mu = 1": lambda: stress("slide", friction=1.0, push=0.1),
-    "slide off an edge, triangles of degree 2": lambda: stress("slide", friction=0.3, degree=2),
-    "slide off an edge, triangles of degree 2, 30 steps": lambda: stress("slide", 30, friction=0.3, degree=2),
+    "slide off an edge, triangles, mu = 1": lambda: stress(
+        "slide", friction=1.0, push=0.1
+    ),
+    "slide off an edge, triangles of degree 2": lambda: stress(
+        "slide", friction=0.3, degree=2
+    ),
+    "slide off an edge, triangles of degree 2, 30 steps": lambda: stress(
+        "slide", 30, friction=0.3, degree=2
+    ),
     "slide off an edge, quadrilaterals of degree 2": lambda: stress(
         "slide", friction=0.3, degree=2, cell="quadrilateral"
     ),
@@ -226,7 +283,9 @@ PATHS = {
     "GRECO's plate, triangles of degree 2": lambda: greco("triangle", 2),
     "snap-fit": lambda: snap(32),
     "snap-fit, mu = 0.3": lambda: snap(32, friction=raymortar.Coulomb(0.3)),
-    "snap-fit, degree 2, mu = 0.3": lambda: snap(32, 2, friction=raymortar.Coulomb(0.3)),
+    "snap-fit, degree 2, mu = 0.3": lambda: snap(
+        32, 2, friction=raymortar.Coulomb(0.3)
+    ),
     "snap-fit, penalty": lambda: snap(32, method=raymortar.Penalty()),
     "snap-fit, penalty, mu = 0.3": lambda: snap(
         32, method=raymortar.Penalty(), friction=raymortar.Coulomb(0.3)
@@ -234,7 +293,9 @@ PATHS = {
     "ring between plates, mu = 0.3": lambda: squeezed_ring(
         0.4, 8, friction=raymortar.Coulomb(0.3)
     ),
-    "ring between plates, degree 2": lambda: squeezed_ring(0.4, 8, 2, friction=raymortar.Coulomb(0.3)),
+    "ring between plates, degree 2": lambda: squeezed_ring(
+        0.4, 8, 2, friction=raymortar.Coulomb(0.3)
+    ),
     "corner on corner": lambda: corner("triangle", 1, 0.2, 5),
     "corner on corner, degree 2": lambda: corner("quadrilateral", 2, 0.2, 5),
     "rigid punch to 60 %": lambda: rigid_punch("quadrilateral", 1, 0.6, 10),
@@ -251,4 +312,14 @@ PATHS = {
     "between equal plates": lambda: between_plates("triangle", 1, 0.1, 2),
     "between equal plates, hexahedra": lambda: between_plates("hexahedron", 1, 0.1, 2),
     "ironing, full steps": lambda: ironing(60, 26),
+    "disc falls, gap 0": lambda: disc_falls(0.0),
+    "disc falls, gap 1e-6": lambda: disc_falls(1e-6),
+    "disc falls, gap 0.1": lambda: disc_falls(0.1),
+    "disc falls, 5 diameters": lambda: disc_falls(5.0),
+    "disc falls, gap 0.1, degree 2": lambda: disc_falls(0.1, 2),
+    "pile of discs, gap 0": lambda: pile(0.0),
+    "pile of discs, gap 0.1": lambda: pile(0.1),
+    "block falls, tetrahedra, gap 0.1": lambda: block_falls("tetrahedron", 0.1),
+    "block falls, hexahedra, 5 heights": lambda: block_falls("hexahedron", 5.0),
+    "block falls, triangles of degree 2": lambda: block_falls("triangle", 0.1, 2),
 }

@@ -1,6 +1,6 @@
-"""Paths of load steps, with and without what is tried before a step is halved.
+"""Paths of load steps, by halving alone, and with other ways and viscous forces.
 
-``scripts/python benchmarks/robustness/run.py [NAME ...]`` solves the paths of `paths.py`
+``scripts/python benchmarks/robustness/run.py [NAME ...]`` solves those of `paths.py`
 whose names contain one of those given, all by default, prints a row for each and, for
 all, writes paths.csv.
 """
@@ -41,9 +41,10 @@ def solve(name, strategy):
     case = paths.PATHS[name]()
     calls = counted(case.problem)
     solver = raymortar.NewtonSolver(case.problem)
-    load = raymortar.LoadSteps(
-        solver, case.apply, case.steps, strategy=strategy, progress=False, **case.options
-    )
+    options = {"strategy": strategy, "progress": False, **case.options}
+    if strategy == "halve":
+        options.pop("stabilize", None)
+    load = raymortar.LoadSteps(solver, case.apply, case.steps, **options)
     begin, steps, arrived = time.process_time(), [], True
     try:
         for step in load:

@@ -9,8 +9,9 @@ class LoadStep:
     Attributes
     ----------
     strategy
-        What solved the step: ``"full"``, the solver as it was given; ``"extrapolated"``,
-        ``"line search"``, ``"small gamma"``: see `LoadSteps`.
+        What solved the step: ``"full"``, the solver as it was given;
+        ``"extrapolated"``, ``"small gamma"``, ``"line search"`` or ``"small gamma, line
+        search"``: see `LoadSteps`. Of a step under viscous forces, the last solve's.
     """
 
     def __init__(

@@ -69,10 +69,10 @@ class LoadSteps:
         `History` that records every accepted step.
     strategy
         ``"auto"``: a solve that cycles or diverges is ended as soon as that shows, and
-        the step is tried in other ways: with a line search, from an extrapolated
-        state, by way of a tenth of gamma (augmented Lagrangian). Only where none helps
-        the step is halved. What the solver was given otherwise is kept. Nothing is done
-        where nothing is wrong. ``"halve"`` or None: the step is halved at once.
+        the step is tried in other ways: from an extrapolated state, by way of a tenth
+        of gamma, with a line search, and by both of these. Only where none helps the
+        step is halved. What else the solver was given is kept. Nothing is done where
+        nothing is wrong. ``"halve"`` or None: the step is halved at once.
     stabilize
         True: viscous forces hold what nothing else does, bodies that contact alone
         holds and paths that snap; they fade to zero within each step. A number scales
@@ -137,12 +137,17 @@ class LoadSteps:
         self.path, self.progress, self.history = path, progress, history
         self.strategy, self.stabilize = strategy, stabilize
         self._apply = with_size(apply)
-        self._stabilization = None
-        if stabilize:
-            self._stabilization = Stabilization(solver, float(stabilize))
-            if history is not None:
-                history.include(self._viscous_columns())
+        self._stabilization = self._viscous_forces()
         self.halvings = 0
+
+    def _viscous_forces(self) -> Stabilization | None:
+        """What `stabilize` asks for, with its columns in `history`."""
+        if not self.stabilize:
+            return None
+        forces = Stabilization(self.solver, float(self.stabilize))
+        if self.history is not None:
+            self.history.include(forces.columns())
+        return forces
 
     def __iter__(self) -> Iterator[LoadStep]:
         """Solve step by step; each accepted step is yielded as a `LoadStep`."""
@@ -186,7 +191,11 @@ class LoadSteps:
             yield LoadStep(factor, iterations, self.halvings, ways.used)
 
     def _solve(
-        self, ways: Strategies, now: ContactState, last: ContactState | None, ratio: float
+        self,
+        ways: Strategies,
+        now: ContactState,
+        last: ContactState | None,
+        ratio: float,
     ) -> int:
         """Iterations of a step from the present state."""
         problem = self.solver.problem
@@ -202,14 +211,6 @@ class LoadSteps:
         if loss is not None:
             raise ContactLost(f"contact is lost: {loss}")
         return iterations
-
-    def _viscous_columns(self) -> dict[str, Callable[[], float]]:
-        """What `history` records of viscous forces, by column."""
-        found = self._stabilization
-        return {
-            "viscous_work": lambda: found.work,
-            "viscous_share": lambda: found.share,
-        }
 
     def _given_up(self, factor: float, failure: Exception) -> ConvergenceError:
         return ConvergenceError(

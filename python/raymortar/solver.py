@@ -161,7 +161,8 @@ class NewtonSolver:
                 raise
             reason = f"({error})"
         except _Stuck:
-            reason = f"after {len(self.problem.history) - 1} iterations, and was stopped"
+            count = len(self.problem.history) - 1
+            reason = f"after {count} iterations, and was stopped"
         finally:
             x.destroy()
             self.tolerances = given
@@ -247,6 +248,18 @@ def _line_search(problem: NonlinearProblem) -> str:
     contact = problem.contact
     springs = isinstance(contact.method, Penalty) and contact.friction is not None
     return "bt" if springs else "basic"
+
+
+def _defaults(problem: NonlinearProblem, floor: float) -> dict[str, Any]:
+    """Options of SNES, without those of the linear solver."""
+    return {
+        "snes_type": "newtonls",
+        "snes_linesearch_type": _line_search(problem),
+        "snes_rtol": 1e-10,
+        "snes_atol": floor,
+        "snes_stol": 0.0,
+        "snes_max_it": 25,
+    }
 
 
 def _convergence_test(
@@ -341,17 +354,9 @@ class SNESSolver:
 
         self.snes.setFunction(residual, self.b)
         self.snes.setJacobian(tangent, self.A)
-        defaults = {
-            "snes_type": "newtonls",
-            "snes_linesearch_type": _line_search(problem),
-            "snes_rtol": 1e-10,
-            "snes_atol": self._floor,
-            "snes_stol": 0.0,
-            "snes_max_it": 25,
-        }
         self.options = PetscOptions(
             f"raymortar_snes_{next(_counter)}_",
-            {**defaults, **DIRECT, **(options or {})},
+            {**_defaults(problem, self._floor), **DIRECT, **(options or {})},
         )
         self.options.configure(self.snes)
         with self.options:

@@ -75,6 +75,13 @@ class Stabilization:
         if not self._loose.any():
             self._limit = np.inf
 
+    def columns(self) -> dict[str, Callable[[], float]]:
+        """What a `History` records of the forces, by column."""
+        return {
+            "viscous_work": lambda: self.work,
+            "viscous_share": lambda: self.share,
+        }
+
     def solve(self, solve: Callable[[], int]) -> int:
         """Solve one step. Collective.
 
@@ -138,8 +145,8 @@ class Stabilization:
             scale *= 2.0 * viscosity.motion / self._limit
             self._contact.restore(before)
         raise ConvergenceError(
-            "a body that contact alone holds moves by more than the size of its facets, "
-            f"{self._limit:.3g}, in one solve"
+            "a body that contact alone holds moves by more than the size of its "
+            f"facets, {self._limit:.3g}, in one solve"
         )
 
     def _fading(self, least: float) -> float:

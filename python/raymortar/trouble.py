@@ -9,7 +9,8 @@ import numpy as np
 # Periods of cycles that are looked for, in iterations
 PERIODS = range(2, 9)
 
-# Relative difference of residuals that count as the same, where there is something to try
+# Relative difference of residuals that count as the same where there is something else
+# to try
 REPEATS = 0.03
 
 # Growth of the residual over all before it that no solve comes back from

@@ -99,9 +99,11 @@ def cycling(cell, solver=SOLVERS[0]):
     return solver(problem)
 
 
-def resting(cell, gap, friction=None, solver=SOLVERS[0], degree=1, **options):
+def resting(
+    cell, gap, friction=None, solver=SOLVERS[0], degree=1, force=1.0, **options
+):
     """LoadSteps of two steps over a block under its weight, which nothing but contact
-    holds, above a wider one.
+    holds, above a wider one; `force` is the unit of forces.
 
     Returns
     -------
@@ -112,8 +114,8 @@ def resting(cell, gap, friction=None, solver=SOLVERS[0], degree=1, **options):
     scene = blocks(cell, upper_size=size, gap=gap)
     V = compat.vector_space(scene.mesh, degree)
     u = fem.Function(V)
-    form, _, _ = residual(scene, u, "neo-hookean")
-    density = cellwise(scene, {"lower": 0.0, "upper": 20.0})
+    form, _, _ = residual(scene, u, "neo-hookean", 2000.0 * force)
+    density = cellwise(scene, {"lower": 0.0, "upper": 20.0 * force})
     factor = fem.Constant(scene.mesh, PETSc.ScalarType(0.0))
     form += factor * density * ufl.TestFunction(V)[dim - 1] * ufl.dx
     pairs = [(scene.tags["slave"], scene.tags["master"])]
@@ -124,4 +126,4 @@ def resting(cell, gap, friction=None, solver=SOLVERS[0], degree=1, **options):
         factor.value = t
 
     steps = LoadSteps(solver(problem), apply, 2, **options)
-    return problem, steps, 20.0 * float(np.prod(size))
+    return problem, steps, 20.0 * force * float(np.prod(size))

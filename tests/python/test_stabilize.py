@@ -72,6 +72,20 @@ def test_the_end_does_not_depend_on_their_size():
         assert worst(u - found[0]) <= 1e-3 * worst(found[0])
 
 
+@pytest.mark.mpi
+def test_the_unit_of_forces_does_not_matter():
+    found = []
+    for force in (1.0, 1e9):
+        problem, steps, weight = resting(
+            "triangle", 0.1, Coulomb(0.3), force=force, stabilize=True
+        )
+        counts = [step.iterations for step in steps]
+        lands(problem, weight)
+        found.append((counts, problem.contact.u.x.array.copy()))
+    assert found[0][0] == found[1][0]
+    assert worst(found[0][1] - found[1][1]) <= 1e-8
+
+
 @pytest.mark.mpi(where=lambda cell_2d: cell_2d == CELLS_2D[0])
 def test_held_bodies_end_as_without_them(cell_2d):
     plain, steps = top_moves(cell_2d)
