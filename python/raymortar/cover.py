@@ -14,13 +14,13 @@ from .compat import Array
 from .layout import marked_everywhere
 from .reference_facets import normals, shape_functions
 
-# Length of the mean of the zones' unit normals at a node: two that are more than 60
-# degrees apart make a corner
+# Length of the mean of the zones' unit normals at a node: two that are more than
+# 60 degrees apart make a corner
 STRAIGHT = np.cos(np.pi / 6.0)
 
 
 def vector_areas(zone: Any, W: FunctionSpace) -> Array:
-    """int N n dG over a zone's slave surface, (dofs, d), ghosts included. Collective."""
+    """int N n dG over a slave surface, (dofs, d), ghosts included. Collective."""
     surface = zone.facets.slave_surface
     points, weights = compat.quadrature(surface.shape, 2 * surface.node_degree)
     _, gradients = shape_functions(surface.shape, surface.node_degree, points)

@@ -30,8 +30,8 @@ struct IntegrationPoints
 /// @brief Quadrature on every segment and on what the segments leave out.
 ///
 /// The uncovered part of a slave facet is its full rule minus the points of
-/// its segments (negative weights): exact for what is integrated there,
-/// -lam . mu / gamma, on affine facets.
+/// its segments (negative weights): exact on affine facets. No equation is
+/// integrated there, but results are, such as the share that is covered.
 /// @param[in] facet_rule Rule of the whole facet
 /// @param[in] complement Whether the uncovered part is asked for: only a
 /// multiplier lives there
