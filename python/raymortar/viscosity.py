@@ -22,7 +22,7 @@ class Viscosity:
 
     k is, body by body, the sum of the stiffness' diagonal over that of the mass' (for a
     density of 1), so that s is a share of the stiffness whatever the units, the size or
-    the material [theory (5.8)].
+    the material [theory (5.12)].
 
     Parameters
     ----------
