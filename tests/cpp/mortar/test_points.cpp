@@ -25,12 +25,11 @@ struct Scene
   IntegrationPoints points;
   Hits hits;
 
-  Scene(Surface s, Surface m, const SearchDistances& range, bool complement = false)
+  Scene(Surface s, Surface m, const SearchDistances& range,
+        bool complement = false)
       : slave(std::move(s)), master(std::move(m)),
-        points(points_of(
-            slave,
-            segments_of(slave, master, {range, false}),
-            complement)),
+        points(points_of(slave, segments_of(slave, master, {range, false}),
+                         complement)),
         hits(cast_rays(slave, master, points, range))
   {
   }
