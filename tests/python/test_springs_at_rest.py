@@ -28,10 +28,8 @@ class Slider:
         self.X = states.dof_positions(self.contact.u.function_space)
         upper = states.upper_dofs(self.scene, self.contact.u.function_space)
         self.upper, lateral = upper, self.X[upper, :-1]
-        every = gathered.concatenated(lateral)
-        middle = 0.5 * (every.min(axis=0) + every.max(axis=0))
         # Closed to one side of a line across facets
-        self.tilt = 0.04 * (lateral - middle + 0.1) @ np.array(
+        self.tilt = 0.04 * (lateral - lateral.mean(axis=0) + 0.1) @ np.array(
             [1.0, 0.7][: self.case.dim - 1]
         )
 
