@@ -3,7 +3,6 @@
 #pragma once
 
 #include "raymortar/element/carried.h"
-#include "raymortar/element/convected.h"
 #include "raymortar/element/element_data.h"
 
 namespace raymortar
@@ -46,13 +45,10 @@ struct OldPoint
 template <class F>
 struct OldPoint<F, true>
 {
-  Frame<F::gdim> frame;  ///< of the slave
-  Frame<F::gdim> master; ///< of the point that is hit now
-  /// Relative motion w_0 of (2). With the ray x_s + g n = x_m it is
-  /// x_m0(eta) - x_s0 - g n_0: no difference of large numbers of two states
-  Vec<F::gdim> motion;
-  ConvectedVector<F::gdim> slide;  ///< its part along the old slave surface
-  Vec<F::gdim> w;                  ///< slip increment: both parts
+  Frame<F::gdim> frame; ///< of the slave
+  /// Slip increment w of (2). With the ray x_s + g n = x_m it is
+  /// w = x_m0(eta) - x_s0 - g n_0: no difference of large numbers of two states
+  Vec<F::gdim> w;
   Vec<F::gdim> traction;           ///< accepted then; penalty only
   CarriedTraction<F::gdim> spring; ///< made of it; penalty only
 };
@@ -87,12 +83,8 @@ private:
     if constexpr (is_frictional<Law>)
     {
       was.frame = frame_at<F>(e.history.slave_old, q.xi);
-      was.master = frame_at<F>(e.history.master_old, q.eta);
-      was.motion = was.master.x - was.frame.x - q.g * was.frame.n;
-      const Vec<D> closing = was.frame.n.dot(was.motion) * was.frame.n;
-      was.slide = convect<D>(was.master, frame_at<F>(e.master, q.eta),
-                             was.motion - closing);
-      was.w = was.slide.value + closing;
+      was.w = e.history.master_old * F::Node::values(q.eta) - was.frame.x -
+              q.g * was.frame.n;
       if constexpr (M == 0)
       {
         was.traction = e.history.traction_old * this->N_s;
@@ -119,38 +111,6 @@ private:
   }
 };
 
-/// @brief How the slip changes with the point that is hit, and with its master.
-template <class F, bool Frictional>
-struct SlipSlopes
-{
-};
-
-template <class F>
-struct SlipSlopes<F, true>
-{
-  static constexpr int D = F::gdim;
-  Frame<D> master;
-  Mat<D, F::tdim> dual; ///< of the master's tangents
-  Mat<D, D> by_motion;
-  Mat<D, F::tdim> by_eta;
-
-  /// [theory (2.9)]
-  SlipSlopes(const typename F::NodeMatrix& master_nodes,
-             const typename F::NodeMatrix& master_old, const ElementPoint<F>& q,
-             const OldPoint<F, true>& was)
-      : master(frame_at<F>(master_nodes, q.eta)),
-        dual(dual_tangents<D>(master.t)),
-        by_motion(was.slide.carry + (Mat<D, D>::Identity() - was.slide.carry) *
-                                        was.frame.n * was.frame.n.transpose()),
-        by_eta(by_motion * was.master.t)
-  {
-    if constexpr (not F::affine)
-      by_eta += convected_along_master<F>(
-          was.slide, curvature_at<F>(master_old, q.eta, was.master),
-          curvature_at<F>(master_nodes, q.eta, master, dual));
-  }
-};
-
 /// @brief Tangents and variations at a point with a hit: what tangents take
 /// besides.
 template <class F, int L, class Law>
@@ -158,26 +118,17 @@ struct HitSlopes
 {
   PointGeometry<F> geometry;
   Variations<F> vary;
-  SlipSlopes<F, is_frictional<Law>> slip;
+  Mat<F::gdim, F::tdim> T_old; ///< dx_m0/deta; friction only
 
   HitSlopes(const ElementData<F, L, Law>& e, const ElementPoint<F>& q,
             const HitPoint<F, L, Law>& p)
-      : geometry(geometry_at(e, q, p)), vary(vary_hit<F>(geometry, q.g)),
-        slip(slip_slopes(e, q, p))
+      : geometry(geometry_at(e, q, p)), vary(vary_hit<F>(geometry, q.g))
   {
+    if constexpr (is_frictional<Law>)
+      T_old = e.history.master_old * F::Node::gradients(q.eta);
   }
 
 private:
-  [[nodiscard]] static SlipSlopes<F, is_frictional<Law>>
-  slip_slopes(const ElementData<F, L, Law>& e, const ElementPoint<F>& q,
-              const HitPoint<F, L, Law>& p)
-  {
-    if constexpr (is_frictional<Law>)
-      return {e.master, e.history.master_old, q, p.old};
-    else
-      return {};
-  }
-
   [[nodiscard]] static PointGeometry<F>
   geometry_at(const ElementData<F, L, Law>& e, const ElementPoint<F>& q,
               const HitPoint<F, L, Law>& p)

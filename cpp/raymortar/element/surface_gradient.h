@@ -132,13 +132,8 @@ private:
     {
       const Frame<D>& old = p.old.frame;
       const Curvature<D> bend = curvature_at<F>(e.history.slave_old, q.xi, old);
-      const Mat<D, T> start = old.t + q.g * bend.n;
-      // The old normal, along which the motion is no slide, turns as well
-      const Mat<D, T> turn = old.n.dot(p.old.motion) * bend.n +
-                             old.n * (p.old.motion.transpose() * bend.n);
-      r.scaled_w = slopes.slip.by_eta * r.eta - old.n * g -
-                   slopes.slip.by_motion * start + turn -
-                   p.old.slide.carry * turn + p.old.w * at.log_gamma;
+      r.scaled_w = slopes.T_old * r.eta - old.t - old.n * g - q.g * bend.n +
+                   p.old.w * at.log_gamma;
       if constexpr (M == 0)
         r.spring = carried_along_facet<D>(
             p.old.spring, {old, bend}, {p.slave, at.bend}, p.old.traction,

@@ -63,11 +63,6 @@ inline constexpr double along = 1e-2;
 /// stick
 inline constexpr double touch = 1e-11;
 
-/// A polynomial is not found from the closed part of a facet where its mean
-/// square there is below this times that at the nodes: its extension would be
-/// 14 times as large
-inline constexpr double extension = 5e-3;
-
 /// A facet with |m| below this times diameter^(d-1) has no normal
 inline constexpr double degenerate = 1e-12;
 } // namespace raymortar::tolerance
