@@ -26,6 +26,8 @@ _REASONS = {
     "DIVERGED_JACOBIAN_DOMAIN": "the tangent has no value there",
     "DIVERGED_TR_DELTA": "the trust region became too small",
 }
+# Relative difference of residuals that a message calls the same
+_ALIKE = 0.02
 # petsc4py does not name it in all versions
 _NOT_A_NUMBER = -4
 
@@ -66,7 +68,7 @@ def describe_failure(
         Of `Convergence.describe`.
     """
     text = f"{statistics}; residual history: {list_of_residuals(history)}"
-    period = cycle_length(history)
+    period = cycle_length(history, _ALIKE)
     if period:
         text += (
             f"; it repeats every {period} residuals: points open and close, or stick and "
