@@ -257,10 +257,10 @@ void bind_zone(py::module_& m)
           py::arg("factors") = Array<double>())
       .def("set_old_traction", [](Zone& z, const Array<double>& traction)
            { z.set_old_traction(to_span(traction)); })
-      .def("tangential_traction",
+      .def("accepted_springs",
            [](const Zone& z)
            {
-             const auto field = z.tangential_traction();
+             const auto field = z.accepted_springs();
              const Surface& s = z.state().slave;
              return to_array(field, {s.num_facets(), s.dofs_per_facet(),
                                      static_cast<py::ssize_t>(s.gdim)});

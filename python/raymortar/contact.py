@@ -335,7 +335,7 @@ class Contact(ContactAssembly):
         """
         if self._has_springs:
             for zone in self.zones:
-                zone.traction_old = zone.cpp.tangential_traction()
+                zone.traction_old = zone.cpp.accepted_springs()
         self._u_old[:] = self.u.x.array
         if self.updates:
             self._note_faced()

@@ -1,5 +1,5 @@
 #include "raymortar/fem/zone.h"
-#include "raymortar/element/facet_field.h"
+#include "raymortar/element/springs.h"
 #include "raymortar/fem/parts.h"
 #include "raymortar/fem/stopwatch.h"
 #include <algorithm>
@@ -182,20 +182,9 @@ void Zone::set_old_traction(std::span<const double> traction)
   _state.traction_old.assign(traction.begin(), traction.end());
 }
 
-std::vector<double> Zone::tangential_traction() const
+std::vector<double> Zone::accepted_springs() const
 {
-  const PointResults r = _assembler->results(_state);
-  const auto d = static_cast<std::size_t>(_input.slave.gdim);
-  std::vector<double> tangential = r.traction;
-  for (std::size_t i = 0; i < tangential.size(); ++i)
-  {
-    double normal = 0.0;
-    for (std::size_t j = i - i % d; j < i - i % d + d; ++j)
-      normal += r.traction[j] * r.normal[j];
-    tangential[i] -= normal * r.normal[i];
-  }
-  return project_on_facets(_state.slave, _state.points, tangential,
-                           _input.facet_rule);
+  return raymortar::accepted_springs(_state, _assembler->results(_state));
 }
 
 template <int D>

@@ -118,8 +118,8 @@ public:
   /// (slave facets, dofs per facet, gdim); empty: none.
   void set_old_traction(std::span<const double> traction);
 
-  /// @brief Tangential traction of the present state as such a field.
-  [[nodiscard]] std::vector<double> tangential_traction() const;
+  /// @brief What the springs carry on from the present state, as such a field.
+  [[nodiscard]] std::vector<double> accepted_springs() const;
 
   /// @brief All stages at the current displacement; none if nothing has moved
   /// since the last time.

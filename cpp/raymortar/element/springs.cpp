@@ -1,0 +1,157 @@
+#include "raymortar/element/springs.h"
+#include "raymortar/element/carried.h"
+#include "raymortar/element/element_point.h"
+#include "raymortar/element/extension.h"
+#include "raymortar/geometry/dispatch.h"
+
+namespace raymortar
+{
+namespace
+{
+/// Nodal field of one facet
+template <class F>
+using Nodal = Mat<F::gdim, F::dofs>;
+
+template <class F>
+class Springs
+{
+  static constexpr int D = F::gdim;
+  static constexpr std::size_t width = static_cast<std::size_t>(F::dofs) * D;
+
+public:
+  Springs(const ContactState& state, const PointResults& results)
+      : _state(state), _results(results),
+        _part(facets(), Mat<F::dofs, F::dofs>::Zero()),
+        _load(facets(), Nodal<F>::Zero()), _field(facets() * width, 0.0)
+  {
+  }
+
+  [[nodiscard]] std::vector<double> accepted()
+  {
+    turn_old_field();
+    for (std::size_t q = 0; q < _state.points.size(); ++q)
+      if (_results.status[q] >= ContactStatus::stick and
+          _state.points.area[q] > 0.0)
+        add_change(q);
+    for (std::size_t f = 0; f < facets(); ++f)
+      correct(f);
+    return std::move(_field);
+  }
+
+private:
+  [[nodiscard]] std::size_t facets() const
+  {
+    return static_cast<std::size_t>(_state.slave.num_facets());
+  }
+
+  [[nodiscard]] Eigen::Map<Nodal<F>> field(std::size_t f)
+  {
+    return Eigen::Map<Nodal<F>>(_field.data() + f * width);
+  }
+
+  /// The rotation of the surface at each node, of all of the vector: what it
+  /// has along the normal there is tangential elsewhere on a curved facet
+  void turn_old_field()
+  {
+    if (_state.traction_old.empty())
+      return;
+    for (std::size_t f = 0; f < facets(); ++f)
+    {
+      const auto facet = static_cast<Index>(f);
+      const auto was = _state.slave.nodes<F>(_state.slave.x_old, facet);
+      const auto is = _state.slave.nodes<F>(_state.slave.x, facet);
+      const Eigen::Map<const Nodal<F>> old(_state.traction_old.data() +
+                                           f * width);
+      for (int a = 0; a < F::dofs; ++a)
+      {
+        const auto xi = Eigen::Map<const typename F::RefPoint>(
+            F::Disp::points[static_cast<std::size_t>(a)].data());
+        const Frame<D> before = frame_at<F>(was, xi), now = frame_at<F>(is, xi);
+        field(f).col(a) = carry_traction<D>(before, now, old.col(a)).value() +
+                          before.n.dot(old.col(a)) * now.n;
+      }
+    }
+  }
+
+  [[nodiscard]] Vec<D> vector(const std::vector<double>& values,
+                              std::size_t q) const
+  {
+    return Eigen::Map<const Vec<D>>(values.data() + q * D);
+  }
+
+  [[nodiscard]] Vec<D> tangential(const Vec<D>& v, std::size_t q) const
+  {
+    const Vec<D> n = vector(_results.normal, q);
+    return v - n.dot(v) * n;
+  }
+
+  /// Bound of friction at the accepted step, with its gap along the old ray
+  [[nodiscard]] double old_bound(std::size_t q, double gamma) const
+  {
+    const Surface &slave = _state.slave, &master = _state.master;
+    const auto at = element_point<F>(_state, q);
+    const Frame<D> old =
+        frame_at<F>(slave.nodes<F>(slave.x_old, _state.points.slave[q]), at.xi);
+    const Vec<D> x_m = master.nodes<F>(master.x_old, _state.hits.master[q]) *
+                       F::Node::values(at.eta);
+    return bound_at(_state.friction, gamma * old.n.dot(x_m - old.x)).s;
+  }
+
+  /// What the law has changed at a closed point
+  void add_change(std::size_t q)
+  {
+    const auto f = static_cast<std::size_t>(_state.points.slave[q]);
+    const Vec<F::dofs> N =
+        F::Disp::values(_state.points.xi[q].template head<F::tdim>());
+    const Vec<D> start = tangential(field(f) * N, q);
+    const Vec<D> end = tangential(vector(_results.traction, q), q);
+    Vec<D> change = end - start;
+    if (_results.status[q] == ContactStatus::slip)
+      change += excess(q, N, start, end);
+    _part[f] += _state.points.area[q] * N * N.transpose();
+    _load[f] += _state.points.area[q] * change * N.transpose();
+  }
+
+  /// A polynomial may exceed the bound at single points by its own error. The
+  /// law cuts that off wherever it is evaluated; the field has to keep it, or
+  /// it would get smaller with every step at rest. Slip uses it up
+  [[nodiscard]] Vec<D> excess(std::size_t q, const Vec<F::dofs>& N,
+                              const Vec<D>& start, const Vec<D>& end) const
+  {
+    const auto f = static_cast<std::size_t>(_state.points.slave[q]);
+    const double gamma = N.dot(
+        Eigen::Map<const Vec<F::dofs>>(_state.gamma.data() + f * F::dofs));
+    const double length =
+        start.norm() - std::max(end.norm(), old_bound(q, gamma)) -
+        gamma * tangential(vector(_results.slip, q), q).norm();
+    if (length <= 0.0)
+      return Vec<D>::Zero();
+    return length * start.normalized();
+  }
+
+  void correct(std::size_t f)
+  {
+    if (_part[f].isZero(0.0))
+    {
+      field(f).setZero();
+      return;
+    }
+    const Eigen::MatrixXd known = polynomials_on_part<F>(_part[f]);
+    field(f) += _load[f] * known * known.transpose();
+  }
+
+  const ContactState& _state;
+  const PointResults& _results;
+  std::vector<Mat<F::dofs, F::dofs>> _part; ///< mass of the closed points
+  std::vector<Nodal<F>> _load;              ///< integrals of the change
+  std::vector<double> _field;
+};
+} // namespace
+
+std::vector<double> accepted_springs(const ContactState& state,
+                                     const PointResults& results)
+{
+  return with_facet_type(state.slave, [&]<class F>(F)
+                         { return Springs<F>(state, results).accepted(); });
+}
+} // namespace raymortar
