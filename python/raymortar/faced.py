@@ -67,9 +67,8 @@ class Path:
 def nothing(gdim: int) -> Faced:
     """Of a state that nobody has looked at."""
     none, places = np.empty(0, dtype=np.int32), np.empty((0, gdim - 1))
-    return Faced(
-        none, places, places, none.astype(np.int64), np.empty(0), np.empty(0, dtype=bool)
-    )
+    masters, closed = none.astype(np.int64), none.astype(bool)
+    return Faced(none, places, places, masters, np.empty(0), closed)
 
 
 def nearest_hits(zone: Any) -> Faced:

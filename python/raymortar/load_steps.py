@@ -5,7 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import Any, TextIO
 
-from .errors import ContactLost, ConvergenceError, SetUpError, require_agreement, together
+from .errors import (
+    ContactLost,
+    ConvergenceError,
+    SetUpError,
+    require_agreement,
+    together,
+)
 from .history import History
 from .load_step import LoadStep
 from .load_step_checks import (

@@ -80,7 +80,8 @@ class Try:
         V = compat.vector_space(mesh.mesh, 2)
         self.u = fem.Function(V, name="displacement")
         mu, lmbda = lame(E, NU)
-        v, dx = ufl.TestFunction(V), ufl.Measure("dx", mesh.mesh, subdomain_data=mesh.cell_tags)
+        v = ufl.TestFunction(V)
+        dx = ufl.Measure("dx", mesh.mesh, subdomain_data=mesh.cell_tags)
         F = ufl.Identity(2) + ufl.grad(self.u)
         J = ufl.det(F)
         P = mu * (F - ufl.inv(F).T) + lmbda * ufl.ln(J) * ufl.inv(F).T
