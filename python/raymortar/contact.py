@@ -19,6 +19,7 @@ from .checks import check_space
 from .coefficients import PairCoefficients, one_or_each, spread
 from .compat import Indices
 from .cover import Cover
+from .dropped import free_dropped
 from .errors import (
     ContactError,
     SetUpError,
@@ -433,7 +434,9 @@ class Contact(ContactAssembly):
         a
             Compiled bilinear form of everything but contact.
         """
-        compat.destroy_garbage(self._comm)  # of earlier solvers, before room is needed
+        # Of earlier solvers, before room is needed
+        free_dropped(self._comm)
+        compat.destroy_garbage(self._comm)
         if self._volume is None or self._volume.form is not a:
             self.prepare(a)
         A = self.layout.create_matrix()
