@@ -14,7 +14,7 @@ import numpy as np
 from petsc4py import PETSc
 
 from . import compat, solvers
-from .dropped import put_aside
+from .dropped import agreed_name, put_aside
 from .errors import (
     ContactError,
     ContactWarning,
@@ -110,9 +110,9 @@ class NewtonSolver:
         self._newton.max_it = 25
         self._newton.report = False
         self._newton.error_on_nonconvergence = False
-        self._number = next(_counter)
+        self._name = agreed_name(problem.comm)
         self.options = PetscOptions(
-            f"raymortar_newton_{self._number}_",
+            f"raymortar_newton_{next(_counter)}_",
             DIRECT if options is None else options,
         )
         self.options.configure(self.krylov_solver)
@@ -133,10 +133,10 @@ class NewtonSolver:
 
     def __del__(self) -> None:
         kept = self.__dict__
-        if "_number" in kept and not sys.is_finalizing():
+        if "_name" in kept and not sys.is_finalizing():
             comm = kept["problem"].comm
             if comm.size > 1:
-                put_aside(kept["_number"], comm, kept["_newton"])
+                put_aside(kept["_name"], comm, kept["_newton"])
         _release(self, "_newton", "A", "b")
 
     def solve(self) -> tuple[int, bool]:
