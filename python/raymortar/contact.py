@@ -315,17 +315,17 @@ class Contact(ContactAssembly):
                     zone.cpp.pair()
         if self.multiplier is not None:
             self._cover.share()
-        accepted = self._note_faced()
-        if self.updates == 1 and self._comm.allreduce(accepted, op=MPI.MIN):
-            warn_of_straight_facets(self)
+        here = np.array_equal(self.u.x.array, self._u_old)
+        # The bodies of other ranks may have moved
+        if self._comm.allreduce(here, op=MPI.MIN):
+            self._note_faced()
+            if self.updates == 1:
+                warn_of_straight_facets(self)
 
-    def _note_faced(self) -> bool:
-        """Keep what slave facets face, if this rank has the accepted state."""
-        accepted = np.array_equal(self.u.x.array, self._u_old)
-        if accepted:
-            for zone in self.zones:
-                zone.faced = nearest_hits(zone)
-        return accepted
+    def _note_faced(self) -> None:
+        """Keep what slave facets face in the accepted state."""
+        for zone in self.zones:
+            zone.faced = nearest_hits(zone)
 
     def advance(self) -> None:
         """Accept the step: the present state becomes the old one. Collective.
