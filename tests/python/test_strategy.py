@@ -93,7 +93,8 @@ def test_nothing_is_done_where_nothing_is_wrong(solver):
         paths.append(([step.iterations for step in path], problem.u.x.array.copy()))
     for counts, u in paths[1:]:
         assert counts == paths[0][0]
-        np.testing.assert_array_equal(u, paths[0][1])
+        # Parts of other ranks are added as they arrive, in any order
+        np.testing.assert_allclose(u, paths[0][1], rtol=0.0, atol=1e-13)
 
 
 # The order
