@@ -14,9 +14,8 @@ import shallow_ironing
 from problems import build
 
 import raymortar
-from raymortar.scenes import two_blocks
 
-from small import clamped_ends, moved
+from small import clamped_ends, moved, narrow_on_wide
 from trials import COMM, attempt, automatic_times
 
 FACTORS = (0.01, 0.1, 0.3, 1.0, 10.0)
@@ -119,14 +118,7 @@ def automatic_method(method):
 
 def block_force(ratio, method):
     """A block on a block in 2D, the upper one's modulus times a ratio."""
-    scene = two_blocks(
-        COMM,
-        2,
-        "quadrilateral",
-        lower_divisions=(12, 9),
-        upper_divisions=(7, 6),
-        upper_size=0.6,
-    )
+    scene = narrow_on_wide()
     bcs, top = clamped_ends(scene)
     moduli = {"lower": 10.0, "upper": 10.0 * ratio}
     problem = build(scene, 1, "neo-hookean", method(), E=moduli, bcs=bcs)

@@ -134,18 +134,23 @@ def measured(problem, iterations):
     return listed(iterations), abs(contact.resultant().force[-1]), deepest
 
 
+def narrow_on_wide():
+    """A narrow block on a wide one, in 2D."""
+    return two_blocks(
+        COMM,
+        2,
+        "quadrilateral",
+        lower_divisions=(12, 9),
+        upper_divisions=(7, 6),
+        upper_size=0.6,
+    )
+
+
 def gamma_blocks():
     """A narrow block on a wide one, by a fifth of the height in one step."""
 
     def run(method):
-        scene = two_blocks(
-            COMM,
-            2,
-            "quadrilateral",
-            lower_divisions=(12, 9),
-            upper_divisions=(7, 6),
-            upper_size=0.6,
-        )
+        scene = narrow_on_wide()
         bcs, top = clamped_ends(scene)
         problem = neo_hookean(scene, bcs, method)
         top.value[-1] = -0.2 * 1.6

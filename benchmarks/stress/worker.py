@@ -5,7 +5,6 @@ A process of its own, so that a crash or a hang ends one scene and not the matri
 
 from __future__ import annotations
 
-import dataclasses
 import json
 import logging
 import sys

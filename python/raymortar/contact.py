@@ -33,7 +33,7 @@ from .forms import check_compiled
 from .friction import Coulomb, Stick, Tresca
 from .interfaces import Interfaces
 from .layout import Layout
-from .methods import AugmentedLagrangian, Penalty, Search, check_coefficient
+from .methods import AugmentedLagrangian, Penalty, Search
 from .reference import Reference
 from .state import ContactState, not_finite, state_fault
 from .stiffness import VolumePattern, contact_stiffness

@@ -10,30 +10,12 @@ import numpy.typing as npt
 from dolfinx.fem import FunctionSpace
 
 from . import compat
-from .compat import Array
 from .layout import marked_everywhere
-from .reference_facets import normals, shape_functions
+from .vector_areas import vector_areas
 
 # Length of the mean of the zones' unit normals at a node: two that are more than
 # 60 degrees apart make a corner
 STRAIGHT = np.cos(np.pi / 6.0)
-
-
-def vector_areas(zone: Any, W: FunctionSpace) -> Array:
-    """int N n dG over a slave surface, (dofs, d), ghosts included. Collective."""
-    surface = zone.facets.slave_surface
-    points, weights = compat.quadrature(surface.shape, 2 * surface.node_degree)
-    _, gradients = shape_functions(surface.shape, surface.node_degree, points)
-    N, _ = shape_functions(surface.shape, compat.element_info(W).degree, points)
-    nodes = surface.X[surface.facet_nodes]
-    m = normals(np.einsum("iqa,fad->ifqd", gradients, nodes))
-    areas = compat.create_la_vector(W.dofmap.index_map, surface.gdim)
-    table = areas.array.reshape(-1, surface.gdim)
-    shares = np.einsum("q,qa,fqd->fad", weights, N, m)
-    np.add.at(table, zone.multiplier_table, shares)
-    compat.scatter_reverse_add(areas)
-    compat.scatter_forward(areas)
-    return table
 
 
 class Cover:
@@ -65,7 +47,15 @@ class Cover:
         total: Any = 0.0
         count: Any = 0
         for zone in self._zones:
-            areas = vector_areas(zone, self._W)
+            surface = zone.facets.slave_surface
+            vector = vector_areas(
+                surface,
+                self._W.dofmap.index_map,
+                compat.element_info(self._W).degree,
+                zone.multiplier_table,
+            )
+            compat.scatter_forward(vector)
+            areas = vector.array.reshape(-1, surface.gdim)
             length = np.linalg.norm(areas, axis=1)
             has = length > 0.0
             total = total + areas / np.where(has, length, 1.0)[:, None]

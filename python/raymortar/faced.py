@@ -65,7 +65,7 @@ class Path:
 
 
 def nothing(gdim: int) -> Faced:
-    """Of a state that nobody has looked at."""
+    """An empty record, of a state that has not been paired."""
     none, places = np.empty(0, dtype=np.int32), np.empty((0, gdim - 1))
     masters, closed = none.astype(np.int64), none.astype(bool)
     return Faced(none, places, places, masters, np.empty(0), closed)
@@ -89,8 +89,7 @@ def positions(surface: Surface, facets: Indices, at: Array, u: Array) -> Array:
     """
     N, _ = shape_functions(surface.shape, surface.node_degree, at)
     M, _ = shape_functions(surface.shape, surface.displacement_degree, at)
-    X = surface.X[surface.facet_nodes[facets]]
-    U = u[surface.dofs[surface.facet_dofs[facets]]]
+    X, U = _nodal(surface, facets, u)
     return np.einsum("na,nad->nd", N, X) + np.einsum("na,nad->nd", M, U)
 
 
@@ -98,11 +97,16 @@ def unit_normals(surface: Surface, facets: Indices, at: Array, u: Array) -> Arra
     """Deformed outward normals at the same points, (n, d)."""
     _, dN = shape_functions(surface.shape, surface.node_degree, at)
     _, dM = shape_functions(surface.shape, surface.displacement_degree, at)
-    X = surface.X[surface.facet_nodes[facets]]
-    U = u[surface.dofs[surface.facet_dofs[facets]]]
+    X, U = _nodal(surface, facets, u)
     tangents = np.einsum("ina,nad->ind", dN, X) + np.einsum("ina,nad->ind", dM, U)
     m = normals(tangents)
     return m / np.linalg.norm(m, axis=-1, keepdims=True)
+
+
+def _nodal(surface: Surface, facets: Indices, u: Array) -> tuple[Array, Array]:
+    """Reference positions and displacements of the facets' nodes, (n, nodes, d)."""
+    dofs = surface.dofs[surface.facet_dofs[facets]]
+    return surface.X[surface.facet_nodes[facets]], u[dofs]
 
 
 def path(zone: Any, faced: Faced, u: Array, comm: MPI.Comm) -> Path:

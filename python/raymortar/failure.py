@@ -28,13 +28,13 @@ _REASONS = {
 }
 # Relative difference of residuals that a message calls the same
 _ALIKE = 0.02
-# petsc4py does not name it in all versions
-_NOT_A_NUMBER = -4
+# Its name in petsc4py has changed
+NOT_A_NUMBER = -4
 
 
 def reason_in_words(reason: int) -> str:
     """PETSc's reason for the end of a nonlinear solve."""
-    if reason == _NOT_A_NUMBER:
+    if reason == NOT_A_NUMBER:
         return f"SNES reason {reason}: the residual is no number"
     for name in _REASONS:
         if getattr(PETSc.SNES.ConvergedReason, name, None) == reason:

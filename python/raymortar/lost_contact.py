@@ -169,11 +169,15 @@ def unheld(problem: Any) -> list[str]:
     tail = np.zeros(len(groups.of_row) - len(diagonal))
     sums = groups.sum(*(np.concatenate([part, tail]) for part in parts))[:, :n]
     stiffness = np.sqrt(sums[0])
-    free = [
-        (fixed == 0.0) & (np.sqrt(spring) <= _NO_SPRING * stiffness)
-        for fixed, spring in zip(sums[1::2], sums[2::2])
-    ]
-    free = np.array(free) & ~_touched(problem.contact, n)
+    free = np.array(
+        [
+            (fixed == 0.0) & (np.sqrt(spring) <= _NO_SPRING * stiffness)
+            for fixed, spring in zip(sums[1::2], sums[2::2])
+        ]
+    )
+    if not free.any():
+        return []
+    free &= ~_touched(problem.contact, n)
     free &= _moved(problem.contact, groups.size[:n])
     names = groups.names() if free.any() else []
     return [

@@ -16,9 +16,9 @@ from .compat import Array
 from .facets import Facets
 from .interfaces import Interfaces
 from .layout import marked_everywhere
-from .reference_facets import normals, shape_functions
 from .strain_response import deviators
 from .surfaces import Surface
+from .vector_areas import vector_areas
 
 
 def shear_moduli(contact: Any, bcs: Sequence[Any]) -> list[float]:
@@ -89,16 +89,13 @@ class _Sides:
 
     def _squared_areas(self, surface: Surface) -> Array:
         """Square of each owned node's share of the surface's vector area."""
-        points, weights = compat.quadrature(surface.shape, 2 * surface.node_degree)
-        _, gradients = shape_functions(surface.shape, surface.node_degree, points)
-        N, _ = shape_functions(surface.shape, surface.displacement_degree, points)
-        nodes = surface.X[surface.facet_nodes]
-        m = normals(np.einsum("iqa,fad->ifqd", gradients, nodes))
-        shares = np.einsum("q,qa,fqd->fad", weights, N, m)
-        areas = compat.create_la_vector(self._V.dofmap.index_map, surface.gdim)
-        table = areas.array.reshape(-1, surface.gdim)
-        np.add.at(table, surface.dofs[surface.facet_dofs], shares)
-        compat.scatter_reverse_add(areas)
+        vector = vector_areas(
+            surface,
+            self._V.dofmap.index_map,
+            surface.displacement_degree,
+            surface.dofs[surface.facet_dofs],
+        )
+        table = vector.array.reshape(-1, surface.gdim)
         return np.einsum("nd,nd->n", table[: self._owned], table[: self._owned])
 
     def _on_rim(self, facets: Facets) -> npt.NDArray[np.bool_]:

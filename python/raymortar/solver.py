@@ -22,7 +22,7 @@ from .errors import (
     raise_everywhere,
     require_agreement,
 )
-from .failure import reason_in_words
+from .failure import NOT_A_NUMBER, reason_in_words
 from .lost_contact import lost_contact
 from .methods import Penalty
 from .penetration import warn_of_penetration
@@ -32,7 +32,6 @@ from .problem import NonlinearProblem
 # Each solver has its own prefix in the PETSc options, or one would set the other's
 _counter = itertools.count()
 
-NOT_A_NUMBER = -4  # SNES' reason, whose name PETSc has changed
 STUCK = PETSc.SNES.ConvergedReason.DIVERGED_LOCAL_MIN
 NO_DESCENT = PETSc.SNES.ConvergedReason.DIVERGED_LINE_SEARCH
 

@@ -7,7 +7,7 @@ import pytest
 
 from load_paths import cycling, sticking, top_moves
 from problems import SOLVERS, worst
-from raymortar import ContactError, ConvergenceError, LoadSteps, SNESSolver
+from raymortar import ContactError, ConvergenceError, SNESSolver
 from raymortar.errors import SetUpError
 from raymortar.line_search import with_line_search
 from raymortar.solvers import iterative
