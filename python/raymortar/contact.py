@@ -31,6 +31,7 @@ from .faced import nearest_hits
 from .facets import facet_dof_table
 from .forms import check_compiled
 from .friction import Coulomb, Stick, Tresca
+from .host import Host
 from .interfaces import Interfaces
 from .layout import Layout
 from .methods import AugmentedLagrangian, Penalty, Search
@@ -55,8 +56,9 @@ class Contact(ContactAssembly):
     Parameters
     ----------
     u
-        Displacement, a vector-valued Lagrange function of degree 1 or 2. Its present
-        value is the old displacement until `advance` is called.
+        Displacement, a vector-valued Lagrange function of degree 1 or 2; or the part of
+        a mixed Function that is one, such as ``w.sub(0)``. Its present value is the old
+        displacement until `advance` is called.
     facet_tags
         Tags of exterior facets (``MeshTags``).
     pairs
@@ -85,6 +87,11 @@ class Contact(ContactAssembly):
 
     Attributes
     ----------
+    u
+        Displacement on a space of its own: of a part of a mixed Function a copy, which
+        follows it.
+    host
+        What is solved for, the displacement among it; see `host.Host`.
     bodies
         Parts of the mesh that hang together, by displacement node.
     multiplier
@@ -131,6 +138,9 @@ class Contact(ContactAssembly):
             raise ContactError(f"u must be a Function, not {type(u).__name__}")
         self._comm: MPI.Comm = u.function_space.mesh.comm
         with together(self._comm):
+            self.host = Host(u)
+        u = self.host.u
+        with together(self._comm):
             check_options(method, friction, quadrature_degree, measure, search, tangent)
             groups = group_pairs(numbered(pairs, names, u))
         require_agreement(
@@ -161,7 +171,7 @@ class Contact(ContactAssembly):
             self.multiplier = Function(W, name="multiplier")
         self._scalar = compat.scalar_space(mesh, degree)
         self._vector = compat.vector_space(mesh, degree)
-        self.layout = Layout(u, self.multiplier, self._slave_dofs(facets))
+        self.layout = Layout(self.host, self.multiplier, self._slave_dofs(facets))
         self.bodies = find_bodies(u.function_space)
         cells = Cells(mesh)
         self.zones: list[ZoneData] = [
@@ -276,6 +286,31 @@ class Contact(ContactAssembly):
             self._interfaces = Interfaces(self.zones, self.layout, self.bodies)
         return self._interfaces
 
+    def solve_for(self, functions: Sequence[Function]) -> None:
+        """Take what a problem solves for, the displacement among it. Collective.
+
+        Raises
+        ------
+        ContactError
+            If the displacement is none of it, or if there is a problem with other
+            unknowns.
+        """
+        message = None
+        if self._volume is not None and len(functions) != len(self.host.functions):
+            message = "contact is of a problem with other unknowns: make another Contact"
+        raise_everywhere(self._comm, message)
+        with together(self._comm):
+            self.host.solve_for(functions)
+        if self.host.is_plain:
+            return
+        self.layout.number()
+        for zone in self.zones:
+            sides = zone.facets.slave_surface, zone.facets.master_surface
+            zone.cpp.set_rows(
+                *(self.layout.u_rows[side.dofs] for side in sides),
+                self.layout.multiplier_rows[zone.multiplier_nodes],
+            )
+
     # State
 
     def _send_state(self) -> None:
@@ -305,6 +340,7 @@ class Contact(ContactAssembly):
         """
         self.updates += 1
         self.revision += 1
+        self.host.pull()
         self._send_history()
         self._send_state()
         for zone in self.zones:
@@ -349,13 +385,15 @@ class Contact(ContactAssembly):
         return self._u_old
 
     def state(self) -> ContactState:
-        """Copy of displacement, multiplier and history, for `restore`."""
+        """Copy of all unknowns, multiplier and history, for `restore`."""
+        self.host.pull()
         lam = None if self.multiplier is None else self.multiplier.x.array.copy()
         return ContactState(
             self.u.x.array.copy(),
             self._u_old.copy(),
             lam,
             [z.traction_old for z in self.zones],
+            None if self.host.is_plain else self.host.values(),
         )
 
     def restore(self, state: ContactState) -> None:
@@ -371,6 +409,8 @@ class Contact(ContactAssembly):
         zones = self.zones if self._has_springs else []
         raise_everywhere(self._comm, state_fault(state, self.state(), zones))
         self.u.x.array[:] = state.u
+        if state.unknowns is not None:
+            self.host.set_values(state.unknowns)
         self._u_old[:] = state.u_old
         if self.multiplier is not None:
             self.multiplier.x.array[:] = state.multiplier
@@ -380,6 +420,17 @@ class Contact(ContactAssembly):
         self.revision += 1
         if self.updates:
             self.update()
+
+    def extrapolate(self, now: ContactState, last: ContactState, ratio: float) -> None:
+        """Add a multiple of the change between two states to all unknowns."""
+        values = self.host.values()
+        if now.unknowns is None or last.unknowns is None:
+            values += ratio * (now.u - last.u)
+        else:
+            values += ratio * (now.unknowns - last.unknowns)
+        self.host.set_values(values)
+        if now.multiplier is not None and last.multiplier is not None:
+            self.multiplier.x.array[:] += ratio * (now.multiplier - last.multiplier)
 
     def _send_history(self) -> None:
         """Old displacement and tractions to the zones, where they have changed."""
@@ -402,7 +453,8 @@ class Contact(ContactAssembly):
         Parameters
         ----------
         a
-            Compiled bilinear form of everything but contact.
+            Compiled bilinear form of everything but contact; of several unknowns a list
+            of lists, by test and trial space.
         bcs
             Dirichlet conditions: a body that they hold throughout is taken as rigid.
 
@@ -411,7 +463,9 @@ class Contact(ContactAssembly):
         For `belong_to`.
         """
         with together(self._comm):
-            check_compiled(a)
+            check_compiled(a, len(self.host.functions))
+        if self.host.spaces is None:
+            self.host.spaces = [compat.test_space(a)]
         volume = self._volume = VolumePattern(a, self.layout)
         self._fixed_by = None  # what is held takes the stiffness from it
         if self.gamma is None:

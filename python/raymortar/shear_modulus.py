@@ -58,7 +58,7 @@ class _Sides:
         self._comm: MPI.Comm = contact.layout.comm
         self._interfaces: Interfaces = contact.interfaces
         self._owned, d = V.dofmap.index_map.size_local, V.mesh.geometry.dim
-        fixed, _ = compat.dirichlet_dofs(bcs, V)
+        fixed, _ = contact.host.prescribed_u(bcs)
         self._free = (fixed.reshape(-1, d)[: self._owned] == 0).any(axis=1)
         self._sheared = contact._volume.response[:, 0]
         # Sum of the squares of the deviators, a multiple of the identity

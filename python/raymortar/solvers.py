@@ -254,7 +254,7 @@ class ContactPreconditioner:
         self._C.mult(u, lam)
         rest.axpy(-1.0, lam)
         self._inverse.mult(rest, lam)
-        n = self.contact.layout.n_u
+        n = self.contact.layout.n
         y.array[:n] = u.array_r
         y.array[n:] = lam.array_r
         for vector in (right, rest, u, lam):
@@ -282,7 +282,7 @@ def _index_sets(layout: Any) -> tuple[PETSc.IS, PETSc.IS]:
     """Owned rows of displacement and multiplier."""
     bs = layout.u.function_space.dofmap.index_map_bs
     sets = []
-    ends = layout.begin, layout.begin + layout.n_u, layout.begin + layout.size
+    ends = layout.begin, layout.begin + layout.n, layout.begin + layout.size
     for first, last, block in zip(ends, ends[1:], (bs, max(layout.components, 1))):
         rows = np.arange(first, last, dtype=PETSc.IntType)
         one = PETSc.IS().createGeneral(rows, comm=layout.comm)

@@ -13,17 +13,25 @@ from .compat import Array
 
 @dataclass(frozen=True)
 class ContactState:
-    """What a step starts from: this rank's arrays of displacement and history."""
+    """What a step starts from: this rank's arrays of displacement and history.
+
+    ``unknowns`` are all that is solved for, the displacement among it; None where that
+    is all.
+    """
 
     u: Array
     u_old: Array
     multiplier: Array | None
     traction_old: list[Array | None]
+    unknowns: Array | None = None
 
 
 def not_finite(contact: Any) -> str | None:
     """What is no number in this rank's share of the state, if anything."""
-    for name, f in (("displacement", contact.u), ("multiplier", contact.multiplier)):
+    parts = [("displacement", contact.u), ("multiplier", contact.multiplier)]
+    if not contact.host.is_plain:
+        parts += [(f.name, f) for f in contact.host.functions]
+    for name, f in parts:
         bad = 0 if f is None else np.count_nonzero(~np.isfinite(f.x.array))
         if bad:
             return f"the {name} has {bad} entries that are not finite"
@@ -71,6 +79,7 @@ def _shapes(state: ContactState) -> dict[str, tuple[int, ...] | None]:
         "displacement": state.u,
         "old displacement": state.u_old,
         "multiplier": state.multiplier,
+        "all unknowns": state.unknowns,
     }
     parts |= {f"tractions of springs {i}": t for i, t in enumerate(state.traction_old)}
     shapes = {name: None if p is None else np.shape(p) for name, p in parts.items()}

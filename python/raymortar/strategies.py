@@ -133,11 +133,7 @@ class Strategies:
 
     def _extrapolated(self, now: ContactState, last: ContactState, ratio: float) -> int:
         """Iterations from where the last step's change leads."""
-        contact = self._contact
-        contact.u.x.array[:] += ratio * (now.u - last.u)
-        if now.multiplier is not None and last.multiplier is not None:
-            change = now.multiplier - last.multiplier
-            contact.multiplier.x.array[:] += ratio * change
+        self._contact.extrapolate(now, last, ratio)
         return self.solver.solve()[0]
 
     def _others(

@@ -1,0 +1,307 @@
+"""What the user solves for: the displacement, alone or beside other unknowns.
+
+Contact works on a displacement in a space of its own. Where that is a part of a mixed
+Function, it is a copy; the host says where each of its dofs is among the unknowns.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from dolfinx.fem import Function, FunctionSpace
+
+from mpi4py import MPI
+
+from . import compat
+from .compat import Array
+from .errors import ContactError
+
+Places = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Field:
+    """Unknowns that are measured together: of one unit.
+
+    Attributes
+    ----------
+    name
+        For messages.
+    rows
+        Places of its owned dofs among the owned unknowns of the rank, (n,).
+    local
+        The same among all local unknowns, ghosts included.
+    """
+
+    name: str
+    rows: Places
+    local: Places
+
+
+class Host:
+    """The unknowns that a user solves for, one Function or several.
+
+    *Local unknowns* are the ghosted arrays of all Functions, one after the other; *owned
+    unknowns* the owned parts of these. Both are unrolled.
+
+    Parameters
+    ----------
+    given
+        Displacement: a Function on a space of its own, or a part of a mixed one such as
+        ``w.sub(0)``.
+
+    Attributes
+    ----------
+    u
+        Displacement on a space of its own: the user's, or a copy.
+    functions
+        What is solved for. Until a problem is made, the displacement as it was given.
+    at
+        Which of them has the displacement.
+    component
+        Part of that one's element, None if it is all of it.
+    """
+
+    def __init__(self, given: Function) -> None:
+        self.given, self.component = given, None
+        self.u, self._dofs = given, None
+        V = given.function_space
+        if compat.element_info(V).is_sub_space:
+            own, self._dofs = compat.collapsed(V)
+            self.u = Function(own, name="displacement")
+            self.component = compat.component(V)
+            self.pull()
+        self.functions: list[Function] = [given]
+        self.at = 0
+        # Spaces of the functions, once a problem has told them
+        self.spaces: list[FunctionSpace] | None = None
+        if self.component is None:
+            self.spaces = [V]
+
+    @property
+    def comm(self) -> MPI.Comm:
+        """Communicator of the mesh."""
+        comm: MPI.Comm = self.u.function_space.mesh.comm
+        return comm
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether the displacement is all that is solved for."""
+        return self.component is None and len(self.functions) == 1
+
+    @property
+    def is_known(self) -> bool:
+        """Whether all unknowns are: of a part of a Function, the whole."""
+        return not any(
+            compat.element_info(f.function_space).is_sub_space for f in self.functions
+        )
+
+    def solve_for(self, functions: Sequence[Function]) -> None:
+        """Take what a problem solves for.
+
+        Raises
+        ------
+        ContactError
+            If the displacement is none of it, or if other unknowns are known already.
+        """
+        found = [i for i, f in enumerate(functions) if compat.same_values(f, self.given)]
+        if len(found) != 1:
+            names = ", ".join(f.name for f in functions)
+            raise ContactError(
+                f"the displacement {self.given.name} that Contact was given is none of "
+                f"the unknowns ({names}), nor a part of one"
+            )
+        if self.spaces is not None and not self.is_plain:
+            same = len(functions) == len(self.functions) and all(
+                compat.same_values(f, g) for f, g in zip(functions, self.functions)
+            )
+            if not same:
+                raise ContactError(
+                    "contact is of a problem with other unknowns: make another Contact"
+                )
+        self.functions, self.at = list(functions), found[0]
+        self.spaces = [f.function_space for f in functions]
+
+    # Places of unknowns
+
+    def _sizes(self, ghosts: bool) -> list[int]:
+        """Local or owned unknowns of each Function."""
+        sizes = []
+        for f in self.functions:
+            index_map, bs = compat.unknowns_of(f)
+            n = index_map.size_local + (index_map.num_ghosts if ghosts else 0)
+            sizes.append(n * bs)
+        return sizes
+
+    @property
+    def starts(self) -> Places:
+        """First local unknown of each Function, then their number."""
+        return np.cumsum([0, *self._sizes(True)])
+
+    @property
+    def owned_starts(self) -> Places:
+        """First owned unknown of each Function, then their number."""
+        return np.cumsum([0, *self._sizes(False)])
+
+    @property
+    def u_local(self) -> Places | slice:
+        """Local unknowns of the displacement's local dofs."""
+        start = int(self.starts[self.at])
+        if self._dofs is None:
+            return slice(start, start + len(self.u.x.array))
+        return self._dofs + start
+
+    @property
+    def u_owned(self) -> Places | slice:
+        """Owned unknowns of the displacement's owned dofs."""
+        start = int(self.owned_starts[self.at])
+        owned = self.u_in_function
+        if isinstance(owned, slice):
+            return slice(start, start + owned.stop)
+        return owned + start
+
+    @property
+    def u_in_function(self) -> Places | slice:
+        """The displacement's owned dofs among those of the Function that has it."""
+        index_map, bs = compat.unknowns_of(self.u)
+        n = index_map.size_local * bs
+        return slice(0, n) if self._dofs is None else self._dofs[:n]
+
+    def fields(self) -> list[Field]:
+        """The displacement, then all else by its unit: further Functions, and the parts
+        of mixed ones."""
+        local = np.arange(self.starts[-1])[self.u_local]
+        rows = np.arange(self.owned_starts[-1])[self.u_owned]
+        found = [Field(self.given.name, rows, local)]
+        for k, f in enumerate(self.functions):
+            for name, dofs, part in self._parts(f):
+                if k == self.at and part == self.component:
+                    continue
+                owned = dofs[dofs < self._sizes(False)[k]]
+                found.append(
+                    Field(name, owned + self.owned_starts[k], dofs + self.starts[k])
+                )
+        return found
+
+    @staticmethod
+    def _parts(f: Function) -> list[tuple[str, Places, int | None]]:
+        """Name, local dofs and number of the parts of a Function's element."""
+        V = f.function_space
+        if not compat.element_info(V).is_mixed:
+            return [(f.name, np.arange(len(f.x.array)), None)]
+        return [
+            (f"{f.name}.sub({i})", compat.dofs_of_part(V, i), i)
+            for i in range(compat.num_parts(V))
+        ]
+
+    # Values
+
+    def pull(self) -> None:
+        """The displacement from the user's Function."""
+        if self._dofs is not None:
+            self.u.x.array[:] = self.given.x.array[self._dofs]
+
+    def push(self) -> None:
+        """The displacement to the user's Function."""
+        if self._dofs is not None:
+            self.given.x.array[self._dofs] = self.u.x.array
+
+    def values(self) -> Array:
+        """Copy of all local unknowns."""
+        return np.concatenate([f.x.array for f in self.functions])
+
+    def set_values(self, values: Array) -> None:
+        """Set all local unknowns, the displacement included."""
+        starts = self.starts
+        for f, begin, end in zip(self.functions, starts, starts[1:]):
+            f.x.array[:] = values[begin:end]
+        self.pull()
+
+    def owned_values(self) -> Array:
+        """Copy of all owned unknowns."""
+        sizes = self._sizes(False)
+        return np.concatenate([f.x.array[:n] for f, n in zip(self.functions, sizes)])
+
+    def owned_part(self, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        """What of an array over the local unknowns is owned."""
+        sizes = self._sizes(False)
+        return np.concatenate(
+            [values[start : start + n] for start, n in zip(self.starts, sizes)]
+        )
+
+    def set_owned_values(self, values: Array) -> None:
+        """Set all owned unknowns, and the ghosts from their owners. Collective."""
+        starts = self.owned_starts
+        for f, begin, end in zip(self.functions, starts, starts[1:]):
+            f.x.array[: end - begin] = values[begin:end]
+            compat.scatter_forward(f.x)
+        self.pull()
+
+    # Dirichlet conditions
+
+    def conditions(self, bcs: Sequence[Any]) -> list[list[Any]]:
+        """Dirichlet conditions by the Function that they are on.
+
+        Raises
+        ------
+        ContactError
+            If one is on none: DOLFINx would silently pass over it.
+        """
+        spaces = self.spaces or [self.given.function_space]
+        found: list[list[Any]] = [[] for _ in spaces]
+        for i, bc in enumerate(bcs):
+            if not hasattr(bc, "dof_indices"):
+                raise ContactError(
+                    f"boundary condition {i} is no Dirichlet condition, but {bc!r}"
+                )
+            of = [k for k, V in enumerate(spaces) if compat.has_condition(V, bc)]
+            if not of:
+                where = (
+                    "the space of the displacement: make it with u.function_space or a "
+                    "sub-space of it"
+                    if self.is_plain
+                    else "a space of the unknowns or a sub-space of one"
+                )
+                raise ContactError(f"boundary condition {i} is not on {where}")
+            found[of[0]].append(bc)
+        return found
+
+    def prescribed(self, bcs: Sequence[Any]) -> tuple[npt.NDArray[np.int8], Array]:
+        """Local unknowns that conditions prescribe, and their values (0 elsewhere)."""
+        parts = [
+            compat.prescribed_values(one, *compat.unknowns_of(f))
+            for one, f in zip(self.conditions(bcs), self.functions)
+        ]
+        marker, values = zip(*parts)
+        return np.concatenate(marker), np.concatenate(values)
+
+    def prescribed_u(self, bcs: Sequence[Any]) -> tuple[npt.NDArray[np.int8], Array]:
+        """Local displacements that conditions prescribe, and their values."""
+        marker, values = self.prescribed(bcs)
+        return marker[self.u_local], values[self.u_local]
+
+    def increment(self, bcs: Sequence[Any]) -> Array:
+        """What prescribed local unknowns lack, 0 elsewhere."""
+        return np.concatenate(
+            [
+                compat.dirichlet_increment(one, f.x.array)
+                for one, f in zip(self.conditions(bcs), self.functions)
+            ]
+        )
+
+    def increment_u(self, bcs: Sequence[Any], u: Array) -> Array:
+        """What prescribed displacements lack of a ghosted array u, 0 elsewhere."""
+        marker, values = self.prescribed_u(bcs)
+        increment = np.where(marker == 1, values - u, 0.0)
+        return compat.without_rounding(increment, u)
+
+    # Forms
+
+    def of_u(self, argument: Any) -> Any:
+        """The displacement's part of an argument or a Function of the space that has
+        it."""
+        return compat.part_of(argument, self.component)
