@@ -295,12 +295,8 @@ class Contact(ContactAssembly):
             If the displacement is none of it, or if there is a problem with other
             unknowns.
         """
-        message = None
-        if self._volume is not None and len(functions) != len(self.host.functions):
-            message = "contact is of a problem with other unknowns: make another Contact"
-        raise_everywhere(self._comm, message)
         with together(self._comm):
-            self.host.solve_for(functions)
+            self.host.solve_for(functions, self._volume is not None)
         if self.host.is_plain:
             return
         self.layout.number()

@@ -100,8 +100,15 @@ class Host:
             compat.element_info(f.function_space).is_sub_space for f in self.functions
         )
 
-    def solve_for(self, functions: Sequence[Function]) -> None:
+    def solve_for(self, functions: Sequence[Function], settled: bool) -> None:
         """Take what a problem solves for.
+
+        Parameters
+        ----------
+        functions
+            One Function or several.
+        settled
+            Whether another problem has been made, which solves for what is known.
 
         Raises
         ------
@@ -110,21 +117,24 @@ class Host:
         """
         found = [i for i, f in enumerate(functions) if compat.same_values(f, self.given)]
         if len(found) != 1:
-            names = ", ".join(f.name for f in functions)
+            raise ContactError(self.absence(functions))
+        same = len(functions) == len(self.functions) and all(
+            compat.same_values(f, g) for f, g in zip(functions, self.functions)
+        )
+        if settled and not same:
             raise ContactError(
-                f"the displacement {self.given.name} that Contact was given is none of "
-                f"the unknowns ({names}), nor a part of one"
+                "contact is of a problem with other unknowns: make another Contact"
             )
-        if self.spaces is not None and not self.is_plain:
-            same = len(functions) == len(self.functions) and all(
-                compat.same_values(f, g) for f, g in zip(functions, self.functions)
-            )
-            if not same:
-                raise ContactError(
-                    "contact is of a problem with other unknowns: make another Contact"
-                )
         self.functions, self.at = list(functions), found[0]
         self.spaces = [f.function_space for f in functions]
+
+    def absence(self, functions: Sequence[Function]) -> str:
+        """What to say where none of some Functions has the displacement."""
+        names = ", ".join(f.name for f in functions)
+        return (
+            f"the displacement {self.given.name} that Contact was given is none of the "
+            f"unknowns [{names}], nor a part of one"
+        )
 
     # Places of unknowns
 

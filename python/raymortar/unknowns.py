@@ -80,10 +80,10 @@ def _whole(F: Any, J: Any, host: Host) -> Function:
 
 def _several(F: Sequence[Any], J: Any, u: Any, host: Host) -> list[Function]:
     """Unknowns of a list of residuals."""
-    if not isinstance(u, (list, tuple)) or not u:
+    if not isinstance(u, (list, tuple)):
         raise ContactError(
-            "a list of forms needs u=, the list of Functions that they are solved for, "
-            f"not {u!r}"
+            "F must be one UFL form, or a list of them by unknown with these in a list "
+            f"u=, not list with u={u!r}"
         )
     for f in u:
         if not isinstance(f, Function):
@@ -97,11 +97,7 @@ def _several(F: Sequence[Any], J: Any, u: Any, host: Host) -> list[Function]:
         wanted = f"a linear form in the test function of {f.name}'s space"
         check_form(f"F[{i}]", form, 1, wanted, f.function_space)
     if not any(compat.same_values(f, host.given) for f in u):
-        names = ", ".join(f.name for f in u)
-        raise ContactError(
-            f"the displacement {host.given.name} that Contact was given is none of the "
-            f"unknowns u=[{names}], nor a part of one"
-        )
+        raise ContactError(host.absence(u))
     if J is not None:
         _check_table(J, u)
     return list(u)

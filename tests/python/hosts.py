@@ -17,7 +17,7 @@ from petsc4py import PETSc
 import raymortar
 from raymortar import compat
 
-from problems import COMM, fix, quadrature_degree, stack
+from problems import COMM, fix, stack
 
 MU = 10.0
 WAYS = ("mixed", "blocked")
@@ -31,7 +31,7 @@ class Hosted:
     contact: Any
     problem: Any
     functions: list[Any]  # one for each part, of a mixed Function collapsed copies
-    move: Any  # Constants of the top's displacement
+    move: Any = None  # Constants of the top's displacement
 
     def parts(self):
         """Values of each part on a space of its own, owned dofs of all ranks, by
@@ -74,13 +74,6 @@ def neo_hookean(u, p, kappa):
     return isochoric + p * J * inverse, (J - 1.0) - p / kappa
 
 
-def residuals(mesh, u, p, v, q, kappa, p_degree=2):
-    """Of displacement and pressure."""
-    dx = ufl.dx(metadata={"quadrature_degree": quadrature_degree(mesh, p_degree)})
-    stress, constraint = neo_hookean(u, p, kappa)
-    return ufl.inner(stress, ufl.grad(v)) * dx, constraint * q * dx
-
-
 def blocks(cell="triangle", divisions=(4, 3), **options):
     """Two blocks on each other, the upper one narrower than the lower."""
     return stack(cell, divisions, widths=[1.0, 0.6], **options)
@@ -95,7 +88,54 @@ def conditions(V, scene, top):
     return held + [fix(V, scene, "top", i, value) for i, value in enumerate(top)]
 
 
-def taylor_hood(way, kappa=2000.0 * MU, scene=None, **options):
+def hosted(way, scene, parts, residual, conditions_of, **options):
+    """A problem with several unknowns, the displacement first.
+
+    Parameters
+    ----------
+    way
+        ``"mixed"``: one mixed Function; ``"blocked"``: a Function for each.
+    parts
+        Name of each unknown, and (family, degree, shape) of its space.
+    residual
+        From the unknowns and the test functions to a residual for each.
+    conditions_of
+        From the spaces of the unknowns to Dirichlet conditions.
+    options
+        Of `Contact`.
+    """
+    mesh = scene.mesh
+    if way == "mixed":
+        w = fem.Function(compat.mixed_space(mesh, *parts.values()), name="w")
+        functions, given = [w], w.sub(0)
+        unknowns = ufl.split(w)
+        tests = ufl.split(ufl.TestFunction(w.function_space))
+        spaces = [w.function_space.sub(i) for i in range(len(parts))]
+    else:
+        unknowns = functions = [
+            fem.Function(compat.space(mesh, *part), name=name)
+            for name, part in parts.items()
+        ]
+        given = functions[0]
+        spaces = [f.function_space for f in functions]
+        tests = [ufl.TestFunction(V) for V in spaces]
+    pairs = [(scene.tags["slave"], scene.tags["master"])]
+    contact = raymortar.Contact(given, scene.facet_tags, pairs, **options)
+    F, bcs = residual(unknowns, tests), conditions_of(spaces)
+    several = {} if way == "mixed" else {"u": functions}
+    problem = raymortar.NonlinearProblem(
+        sum(F[1:], F[0]) if way == "mixed" else F, contact, bcs, **several
+    )
+    return Hosted(scene, contact, problem, functions)
+
+
+def moving_top(scene):
+    """Constants of the top's displacement."""
+    dim = scene.mesh.geometry.dim
+    return [fem.Constant(scene.mesh, PETSc.ScalarType(0.0)) for _ in range(dim)]
+
+
+def taylor_hood(way, kappa=2000.0 * MU, scene=None, unit=1.0, **options):
     """Two nearly incompressible blocks, the upper pressed on the lower and sheared.
 
     Parameters
@@ -104,33 +144,67 @@ def taylor_hood(way, kappa=2000.0 * MU, scene=None, **options):
         ``"mixed"`` or ``"blocked"``.
     kappa
         Bulk modulus.
+    unit
+        Stress that the pressure is measured in, and its equation is divided by.
     options
         Of `Contact`.
     """
     scene = blocks() if scene is None else scene
-    mesh = scene.mesh
-    dim = mesh.geometry.dim
-    u_part, p_part = ("Lagrange", 2, (dim,)), ("Lagrange", 1, ())
-    top = [fem.Constant(mesh, PETSc.ScalarType(0.0)) for _ in range(dim)]
-    pairs = [(scene.tags["slave"], scene.tags["master"])]
-    if way == "mixed":
-        w = fem.Function(compat.mixed_space(mesh, u_part, p_part), name="w")
-        given, functions = w.sub(0), [w]
-        u, p = ufl.split(w)
-        v, q = ufl.split(ufl.TestFunction(w.function_space))
-    else:
-        functions = [
-            fem.Function(compat.space(mesh, *part), name=name)
-            for part, name in ((u_part, "u"), (p_part, "p"))
+    mesh, dim = scene.mesh, scene.mesh.geometry.dim
+    parts = {"u": ("Lagrange", 2, (dim,)), "p": ("Lagrange", 1, ())}
+    dx = ufl.dx(metadata={"quadrature_degree": 4})
+    top = moving_top(scene)
+
+    def residual(unknowns, tests):
+        (u, p), (v, q) = unknowns, tests
+        stress, constraint = neo_hookean(u, unit * p, kappa)
+        return [
+            ufl.inner(stress, ufl.grad(v)) * dx(mesh),
+            constraint / unit * q * dx(mesh),
         ]
-        u, p = functions
-        given = u
-        v, q = (ufl.TestFunction(f.function_space) for f in functions)
-    F = residuals(mesh, u, p, v, q, kappa)
-    contact = raymortar.Contact(given, scene.facet_tags, pairs, **options)
-    bcs = conditions(given.function_space, scene, top)
-    if way == "mixed":
-        problem = raymortar.NonlinearProblem(sum(F), contact, bcs)
-    else:
-        problem = raymortar.NonlinearProblem(list(F), contact, bcs, u=functions)
-    return Hosted(scene, contact, problem, functions, top)
+
+    found = hosted(
+        way,
+        scene,
+        parts,
+        residual,
+        lambda spaces: conditions(spaces[0], scene, top),
+        **options,
+    )
+    found.move = top
+    return found
+
+
+def swelling(way, degree=1, **options):
+    """Elastic blocks that swell with what diffuses into them from the bottom, the
+    faster the more they are stretched: a third field that contact does not know."""
+    scene = blocks()
+    mesh, dim = scene.mesh, scene.mesh.geometry.dim
+    parts = {"u": ("Lagrange", degree, (dim,)), "c": ("Lagrange", 1, ())}
+    dx = ufl.dx(metadata={"quadrature_degree": 4})
+    top = moving_top(scene)
+
+    def residual(unknowns, tests):
+        (u, c), (v, q) = unknowns, tests
+        F = ufl.Identity(dim) + ufl.grad(u)
+        J, inverse = ufl.det(F), ufl.inv(F).T
+        grown = (1.0 + 0.3 * c) ** dim
+        stress = MU * (F - inverse) + 2.0 * MU * ufl.ln(J / grown) * inverse
+        flux = (1.0 + ufl.inner(ufl.grad(u), ufl.grad(u))) * ufl.grad(c)
+        return [
+            ufl.inner(stress, ufl.grad(v)) * dx(mesh),
+            (ufl.inner(flux, ufl.grad(q)) + (c + c**3) * q) * dx(mesh),
+        ]
+
+    def conditions_of(spaces):
+        wet = fem.Constant(mesh, PETSc.ScalarType(0.2))
+        bottom = scene.facet_tags.find(scene.tags["bottom"])
+        dofs = fem.locate_dofs_topological(spaces[1], dim - 1, bottom)
+        return [
+            *conditions(spaces[0], scene, top),
+            fem.dirichletbc(wet, dofs, spaces[1]),
+        ]
+
+    found = hosted(way, scene, parts, residual, conditions_of, **options)
+    found.move = top
+    return found

@@ -96,7 +96,8 @@ TYPED_TEST(PositionsTest, BlocksAddUpWhereTheirRowsAre)
 {
   for (const bool by_node : {true, false})
   {
-    const Zone zone = paired_plates<TypeParam>(by_node);
+    const auto plates = paired_plates<TypeParam>(by_node);
+    const Zone& zone = *plates;
     const Room room(zone);
     BlockPositions positions;
     const auto expected = add_blocks(zone, room.matrix(), positions, by_node);
@@ -108,7 +109,8 @@ TYPED_TEST(PositionsTest, PrescribedComponentsAreLeftOut)
 {
   for (const bool by_node : {true, false})
   {
-    Zone zone = paired_plates<TypeParam>(by_node);
+    const auto plates = paired_plates<TypeParam>(by_node);
+    Zone& zone = *plates;
     std::vector<double> slave(zone.input().slave.rows.size(), 0.0);
     std::vector<double> master(zone.input().master.rows.size(), 0.0);
     slave[1] = slave[4] = master[2] = 1.0;
@@ -122,7 +124,8 @@ TYPED_TEST(PositionsTest, PrescribedComponentsAreLeftOut)
 
 TYPED_TEST(PositionsTest, AreLookedUpOnce)
 {
-  const Zone zone = paired_plates<TypeParam>(false);
+  const auto plates = paired_plates<TypeParam>(false);
+  const Zone& zone = *plates;
   const Room room(zone), other(zone);
   BlockPositions positions;
   const auto elements = static_cast<std::int64_t>(zone.state().elements.size());
@@ -135,7 +138,8 @@ TYPED_TEST(PositionsTest, AreLookedUpOnce)
 
 TYPED_TEST(PositionsTest, WithoutRoomAreUnknown)
 {
-  const Zone zone = paired_plates<TypeParam>(false);
+  const auto plates = paired_plates<TypeParam>(false);
+  const Zone& zone = *plates;
   const PetscInt n = num_rows(zone);
   ::Mat A = nullptr;
   MatCreateSeqAIJ(MPI_COMM_SELF, n, n, 0, nullptr, &A);

@@ -33,7 +33,7 @@ inline Rows rows_of(const Surface& slave, const Surface& master, bool by_node)
 
 /// Stick of a plate on a larger one with other facets, paired
 template <class F>
-Zone paired_plates(bool by_node)
+std::unique_ptr<Zone> paired_plates(bool by_node)
 {
   start_petsc();
   ZoneInput in;
@@ -48,17 +48,22 @@ Zone paired_plates(bool by_node)
     in.master_node_ids.push_back(static_cast<std::int64_t>(k));
   for (Index k = 0; k < in.master.num_dofs(); ++k)
     in.master_dof_ids.push_back(k);
-  in.multipliers.degree = F::degree;
+  // In 3D the multiplier has degree 1: a facet's first dofs are its corners
+  const int nodes = F::tdim == 1 ? F::dofs : in.slave.corners();
+  in.multipliers.degree = F::tdim == 1 ? F::degree : 1;
   in.multipliers.components = F::gdim;
-  in.multipliers.facet = in.slave.facet_dofs;
+  for (Index f = 0; f < in.slave.num_facets(); ++f)
+    for (int a = 0; a < nodes; ++a)
+      in.multipliers.facet.push_back(
+          in.slave.facet_dofs[static_cast<std::size_t>(f * F::dofs + a)]);
   in.multipliers.row = rows.multiplier;
   in.multipliers.value.assign(rows.multiplier.size() * F::gdim, 0.0);
   in.law = LawKind::augmented_vector;
   in.distances = {0.5, 0.5, 0.1};
   in.segment_rules = segment_rules(F::shape, 2);
   in.facet_rule = rule_on(F::shape, 2);
-  Zone zone(MPI_COMM_SELF, std::move(in));
-  zone.pair();
+  auto zone = std::make_unique<Zone>(MPI_COMM_SELF, std::move(in));
+  zone->pair();
   return zone;
 }
 
