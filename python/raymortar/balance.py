@@ -250,7 +250,7 @@ class Groups:
             W = self.contact.multiplier.function_space
             X = W.tabulate_dof_coordinates()[layout.owned_multipliers]
             places.append(np.repeat(X, layout.components, axis=0))
-        one = np.array([self.on_rows(*(part[:, i] for part in places)) for i in range(dim)])
+        one = [self.on_rows(*(part[:, i] for part in places)) for i in range(dim)]
         *sums, counts = self.sum(*one, np.ones(len(self.of_row)))
         names = []
         for group, centre in enumerate((np.array(sums) / counts).T[: self.forces]):

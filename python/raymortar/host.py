@@ -45,8 +45,8 @@ class Field:
 class Host:
     """The unknowns that a user solves for, one Function or several.
 
-    *Local unknowns* are the ghosted arrays of all Functions, one after the other; *owned
-    unknowns* the owned parts of these. Both are unrolled.
+    *Local unknowns* are the ghosted arrays of all Functions, one after the other;
+    *owned unknowns* the owned parts of these. Both are unrolled.
 
     Parameters
     ----------
@@ -115,7 +115,8 @@ class Host:
         ContactError
             If the displacement is none of it, or if other unknowns are known already.
         """
-        found = [i for i, f in enumerate(functions) if compat.same_values(f, self.given)]
+        of = [compat.same_values(f, self.given) for f in functions]
+        found = [i for i, same in enumerate(of) if same]
         if len(found) != 1:
             raise ContactError(self.absence(functions))
         same = len(functions) == len(self.functions) and all(

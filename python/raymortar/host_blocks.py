@@ -92,7 +92,8 @@ class HostBlocks:
                     continue
                 offsets, found, _ = K.getValuesCSR()
                 columns.append(self.layout.coupled_columns(found, k))
-                rows.append(start + np.repeat(np.arange(len(offsets) - 1), np.diff(offsets)))
+                own = np.arange(len(offsets) - 1)
+                rows.append(start + np.repeat(own, np.diff(offsets)))
         row, column = np.concatenate(rows), np.concatenate(columns)
         if len(rows) > 1:
             order = np.argsort(row, kind="stable")
@@ -137,7 +138,8 @@ def _absolute_sums(K: PETSc.Mat, fields: list[Field], begin: int, end: int) -> A
     """Sums over the columns of each field, those of owned unknowns begin to end,
     (fields, rows of K)."""
     offsets, columns, values = K.getValuesCSR()
-    A = PETSc.Mat().createAIJ(K.getSizes(), csr=(offsets, columns, abs(values)), comm=K.comm)
+    rows = offsets, columns, abs(values)
+    A = PETSc.Mat().createAIJ(K.getSizes(), csr=rows, comm=K.comm)
     x, y = A.createVecs()
     sums = []
     for field in fields:

@@ -38,8 +38,8 @@ class NonlinearProblem:
     bcs
         Dirichlet conditions on the unknowns, or on parts of them.
     J
-        UFL Jacobian of F; by default its derivative. Of several unknowns a list of lists,
-        by test and trial space, None for zero.
+        UFL Jacobian of F; by default its derivative. Of several unknowns a list of
+        lists, by test and trial space, None for zero.
     u
         What is solved for, where F is a list: Functions, of which the contact's is one
         or a part of one.

@@ -132,10 +132,9 @@ def _check_table(J: Any, u: Sequence[Function]) -> None:
         for j, form in enumerate(row):
             if form is None:
                 continue
-            wanted = f"a bilinear form in {u[i].name}'s test and {u[j].name}'s trial space"
-            check_form(
-                f"J[{i}][{j}]", form, 2, wanted, u[i].function_space, u[j].function_space
-            )
+            wanted = f"bilinear, in {u[i].name}'s test and {u[j].name}'s trial space"
+            spaces = u[i].function_space, u[j].function_space
+            check_form(f"J[{i}][{j}]", form, 2, wanted, *spaces)
 
 
 def jacobians(F: Sequence[Any], u: Sequence[Function], host: Host) -> list[list[Any]]:
@@ -150,8 +149,8 @@ def jacobians(F: Sequence[Any], u: Sequence[Function], host: Host) -> list[list[
     at = next(i for i, f in enumerate(u) if compat.same_values(f, host.given))
     if table[at][at] is None:
         raise ContactError(
-            f"F[{at}] does not depend on the displacement {host.given.name}: write it in "
-            "that Function, or give J"
+            f"F[{at}] does not depend on the displacement {host.given.name}: write it "
+            "in that Function, or give J"
         )
     return table
 

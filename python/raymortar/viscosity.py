@@ -49,7 +49,8 @@ class Viscosity:
         force = k * ufl.inner(u - self._start, v) * ufl.dx
         self._force = compat.form(force)
         tangent = J + k * ufl.inner(du, v) * ufl.dx
-        self._forms = problem.with_form_of_u(compat.form(F + force), compat.form(tangent))
+        forms = compat.form(F + force), compat.form(tangent)
+        self._forms = problem.with_form_of_u(*forms)
         self._r = compat.create_la_vector(*compat.unknowns_of(host.functions[host.at]))
         self._set_stiffness(v)
 
