@@ -52,6 +52,7 @@ def save(path, contact, rows, **more):
         u=state.u,
         u_old=state.u_old,
         multiplier=state.multiplier,
+        **({} if state.unknowns is None else {"unknowns": state.unknowns}),
         **more,
     )
     os.replace(part, path)
@@ -96,7 +97,9 @@ def load(path, contact, row):
     except DAMAGE as error:
         problem = f"{path} is not a whole checkpoint: {error}"
     raise_everywhere(comm, problem, SystemExit)
-    contact.restore(ContactState(*arrays, [None] * len(contact.zones)))
+    unknowns = found.pop("unknowns", None)
+    state = ContactState(*arrays, [None] * len(contact.zones), unknowns)
+    contact.restore(state)
     return rows, found
 
 

@@ -77,7 +77,10 @@ class Groups:
             of_multiplier = np.repeat(patches, c)
             self.count += n
             self.mass = np.repeat(lumped_area(contact), c)
-        self.forces, self.fields = self.count, contact.host.fields()[1:]
+        self.forces = self.count
+        displacement, *self.fields = contact.host.fields()
+        self._places: list[Any] = [field.local for field in self.fields]
+        self._places.insert(0, displacement.local if self.fields else slice(None))
         for field in self.fields:
             of_host[field.rows] = self.count
             self.count += 1
@@ -113,15 +116,14 @@ class Groups:
     def largest(self, *arrays: Array) -> Array:
         """Largest absolute values of arrays over the local unknowns, by field, the
         displacement first, (arrays, fields). Collective."""
-        places = [field.local for field in self.contact.host.fields()]
         most = np.array(
-            [[np.abs(a[p]).max(initial=0.0) for p in places] for a in arrays]
+            [[np.abs(a[p]).max(initial=0.0) for p in self._places] for a in arrays]
         )
         self.comm.Allreduce(MPI.IN_PLACE, most, op=MPI.MAX)
         return most
 
     def field_scales(self, sizes: Array) -> Array:
-        """What the terms of each group's rows may add up to, 0 for groups of forces.
+        """What the terms of each group's rows may add up to [theory (5.13)], 0 for forces.
 
         Parameters
         ----------

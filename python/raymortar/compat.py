@@ -584,7 +584,7 @@ def mixed_space(
     import basix.ufl
 
     elements = [
-        basix.ufl.element(family, cell_name(mesh), degree, shape=shape)
+        basix.ufl.element(family, cell_name(mesh), degree, shape=shape or None)
         for family, degree, shape in parts
     ]
     return fem.functionspace(mesh, basix.ufl.mixed_element(elements))

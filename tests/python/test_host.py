@@ -98,6 +98,22 @@ def test_ranks_give_the_answer_of_one(way, monkeypatch):
 
 
 @pytest.mark.mpi
+@pytest.mark.parametrize("cell", ["quadrilateral", "tetrahedron", "hexahedron"])
+def test_other_cells(cell):
+    answers = []
+    for way in WAYS:
+        divisions = (3, 2) if cell == "quadrilateral" else (2, 1)
+        scene = hosts.blocks(cell, divisions)
+        found = hosts.taylor_hood(way, scene=scene, friction=Coulomb(0.3))
+        push = [0.0] * scene.mesh.geometry.dim
+        push[-1] = -0.03
+        assert solve(found, pushes=[push])[0] <= 8
+        assert found.contact.resultant(0).force[-1] > 0.1
+        answers.append(found.parts())
+    assert max(differences(*answers)) < 1e-9
+
+
+@pytest.mark.mpi
 @pytest.mark.parametrize("way", WAYS)
 def test_the_displacement_has_no_volume_change(way):
     """What the pressure is for: J = 1 + p / kappa in the mean of every body."""
@@ -223,6 +239,19 @@ def test_swelling_bodies_are_one_answer_and_converge_quadratically():
         answers.append(found.parts())
         assert found.contact.resultant(0).force[1] > 0.1
     assert max(differences(*answers)) < 1e-9
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("way", WAYS)
+def test_prescribed_values_of_every_field_are_met(way):
+    found = hosts.swelling(way)
+    solve(found, pushes=PUSHES[:1])
+    marker, values = found.contact.host.prescribed(found.problem.bcs)
+    present = found.contact.host.values()
+    assert worst((present - values)[marker == 1]) < 1e-14
+    count = COMM.allreduce(int(marker.sum()))
+    of_u = found.contact.host.prescribed_u(found.problem.bcs)[0]
+    assert count > COMM.allreduce(int(of_u.sum())) > 0
 
 
 # When a solve ends
