@@ -141,10 +141,9 @@ struct SlipSlopes<F, true>
              const OldPoint<F, true>& was)
       : master(frame_at<F>(master_nodes, q.eta)),
         dual(dual_tangents<D>(master.t)),
-        by_distance(was.slide.carry +
-                    (was.closing.by_old * was.frame.n -
-                     was.slide.carry * was.frame.n) *
-                        was.frame.n.transpose()),
+        by_distance(was.slide.carry + (was.closing.by_old * was.frame.n -
+                                       was.slide.carry * was.frame.n) *
+                                          was.frame.n.transpose()),
         by_eta(by_distance * was.master.t)
   {
     if constexpr (not F::affine)

@@ -122,3 +122,30 @@ TYPED_TEST(Convected, ChangesAlongTheMasterByItsDerivative)
       f, centre<F>(),
       convected_along_master<F>(convected<F>(x, y, v), bend(x), bend(y)));
 }
+
+TEST(ClosedPart, IsWhatWasOpenAndIsNotAnyMore)
+{
+  EXPECT_EQ(closed_part(0.3, 0.1).length, 0.3 - 0.1);
+  EXPECT_EQ(closed_part(0.3, -0.1).length, 0.3);
+  for (const auto [old, now] : {std::pair{0.3, 0.3},
+                                {0.3, 0.4},
+                                {0.0, -0.1},
+                                {-0.2, -0.3},
+                                {-0.2, 0.1}})
+    EXPECT_EQ(closed_part(old, now).length, 0.0) << old << ' ' << now;
+}
+
+TEST(ClosedPart, DerivativesAreDifferences)
+{
+  const double h = 1e-6;
+  for (const auto [old, now] : {std::pair{0.3, 0.1}, {0.3, -0.1}, {-0.2, 0.1}})
+  {
+    const Closing at = closed_part(old, now);
+    const double by_old =
+        closed_part(old + h, now).length - closed_part(old - h, now).length;
+    const double by_now =
+        closed_part(old, now + h).length - closed_part(old, now - h).length;
+    EXPECT_NEAR(at.by_old, by_old / (2.0 * h), 1e-9);
+    EXPECT_NEAR(at.by_now, by_now / (2.0 * h), 1e-9);
+  }
+}
