@@ -3,6 +3,7 @@
 #pragma once
 
 #include "raymortar/element/carried.h"
+#include "raymortar/element/convected.h"
 #include "raymortar/element/element_data.h"
 
 namespace raymortar
@@ -45,10 +46,12 @@ struct OldPoint
 template <class F>
 struct OldPoint<F, true>
 {
-  Frame<F::gdim> frame; ///< of the slave
-  /// Slip increment w of (2). With the ray x_s + g n = x_m it is
-  /// w = x_m0(eta) - x_s0 - g n_0: no difference of large numbers of two states
-  Vec<F::gdim> w;
+  Frame<F::gdim> frame;  ///< of the slave
+  Frame<F::gdim> master; ///< of the point that is hit now
+  Vec<F::gdim> distance; ///< from the slave's point to the master's
+  Closing closing;
+  ConvectedVector<F::gdim> slide;  ///< distance along the slave, carried along
+  Vec<F::gdim> w;                  ///< slip increment (2)
   Vec<F::gdim> traction;           ///< accepted then; penalty only
   CarriedTraction<F::gdim> spring; ///< made of it; penalty only
 };
@@ -83,8 +86,14 @@ private:
     if constexpr (is_frictional<Law>)
     {
       was.frame = frame_at<F>(e.history.slave_old, q.xi);
-      was.w = e.history.master_old * F::Node::values(q.eta) - was.frame.x -
-              q.g * was.frame.n;
+      was.master = frame_at<F>(e.history.master_old, q.eta);
+      was.distance = was.master.x - was.frame.x;
+      const Vec<D>& n_0 = was.frame.n;
+      const double g_0 = n_0.dot(was.distance);
+      was.closing = closed_part(g_0, q.g);
+      was.slide = convect<D>(was.master, frame_at<F>(e.master, q.eta),
+                             was.distance - g_0 * n_0);
+      was.w = was.slide.value + was.closing.length * n_0;
       if constexpr (M == 0)
       {
         was.traction = e.history.traction_old * this->N_s;
@@ -111,6 +120,39 @@ private:
   }
 };
 
+/// @brief How the slip changes with the point that is hit, and with its master.
+template <class F, bool Frictional>
+struct SlipSlopes
+{
+};
+
+template <class F>
+struct SlipSlopes<F, true>
+{
+  static constexpr int D = F::gdim;
+  Frame<D> master;
+  Mat<D, F::tdim> dual; ///< of the master's tangents
+  Mat<D, D> by_distance;
+  Mat<D, F::tdim> by_eta;
+
+  /// [theory (2.9)]
+  SlipSlopes(const typename F::NodeMatrix& master_nodes,
+             const typename F::NodeMatrix& master_old, const ElementPoint<F>& q,
+             const OldPoint<F, true>& was)
+      : master(frame_at<F>(master_nodes, q.eta)),
+        dual(dual_tangents<D>(master.t)),
+        by_distance(was.slide.carry + (was.closing.by_old * was.frame.n -
+                                       was.slide.carry * was.frame.n) *
+                                          was.frame.n.transpose()),
+        by_eta(by_distance * was.master.t)
+  {
+    if constexpr (not F::affine)
+      by_eta += convected_along_master<F>(
+          was.slide, curvature_at<F>(master_old, q.eta, was.master),
+          curvature_at<F>(master_nodes, q.eta, master, dual));
+  }
+};
+
 /// @brief Tangents and variations at a point with a hit: what tangents take
 /// besides.
 template <class F, int L, class Law>
@@ -118,17 +160,26 @@ struct HitSlopes
 {
   PointGeometry<F> geometry;
   Variations<F> vary;
-  Mat<F::gdim, F::tdim> T_old; ///< dx_m0/deta; friction only
+  SlipSlopes<F, is_frictional<Law>> slip;
 
   HitSlopes(const ElementData<F, L, Law>& e, const ElementPoint<F>& q,
             const HitPoint<F, L, Law>& p)
-      : geometry(geometry_at(e, q, p)), vary(vary_hit<F>(geometry, q.g))
+      : geometry(geometry_at(e, q, p)), vary(vary_hit<F>(geometry, q.g)),
+        slip(slip_slopes(e, q, p))
   {
-    if constexpr (is_frictional<Law>)
-      T_old = e.history.master_old * F::Node::gradients(q.eta);
   }
 
 private:
+  [[nodiscard]] static SlipSlopes<F, is_frictional<Law>>
+  slip_slopes(const ElementData<F, L, Law>& e, const ElementPoint<F>& q,
+              const HitPoint<F, L, Law>& p)
+  {
+    if constexpr (is_frictional<Law>)
+      return {e.master, e.history.master_old, q, p.old};
+    else
+      return {};
+  }
+
   [[nodiscard]] static PointGeometry<F>
   geometry_at(const ElementData<F, L, Law>& e, const ElementPoint<F>& q,
               const HitPoint<F, L, Law>& p)

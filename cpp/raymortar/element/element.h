@@ -47,7 +47,7 @@ public:
     add_slide_tangent(at.geometry, p.response.t, at.vary.deta, p.weight);
     if constexpr (M > 0)
     {
-      Derivatives<M> d{p.response.C_n, p.response.C_g, {}};
+      Derivatives<M> d{p.response.C_n, p.response.C_g, {}, {}};
       if constexpr (is_frictional<Law>)
         d.add_slip(p, at, p.response.C_w);
       Rows<M, 2 * Layout::side> dC = chain<M>(d, at);
@@ -107,14 +107,16 @@ private:
     Mat<R, D> by_n;
     Vec<R> by_g;
     Mat<R, D - 1> by_eta;
+    Mat<R, Layout::side> by_master; ///< at a point that stays on it
 
-    /// With dw = T_0 deta - n_0 dg, the variation of slip_increment
-    /// [theory (2.9)]
+    /// Variation of the slip  [theory (2.9)]
     void add_slip(const HitPoint<F, L, Law>& p, const HitSlopes<F, L, Law>& at,
                   const Mat<R, D>& by_w) requires is_frictional<Law>
     {
-      by_g -= by_w * p.old.frame.n;
-      by_eta = by_w * at.T_old;
+      by_g += p.old.closing.by_now * by_w * p.old.frame.n;
+      by_eta = by_w * at.slip.by_eta;
+      by_master = vary_convected<F, R>(p.old.slide, by_w, at.slip.master,
+                                       at.slip.dual, at.geometry.dN_m);
     }
   };
 
@@ -125,7 +127,10 @@ private:
   {
     Rows<R, 2 * Layout::side> rows = d.by_g * at.vary.dg;
     if constexpr (is_frictional<Law>)
+    {
       rows += d.by_eta * at.vary.deta;
+      rows.template rightCols<Layout::side>() += d.by_master;
+    }
     rows.template leftCols<Layout::side>() += turn<R>(d.by_n, at.geometry);
     return rows;
   }
@@ -155,7 +160,7 @@ private:
       add_work_tangent<side>(geometry, r.t * area_variation(geometry), 0, w);
     if constexpr (M == 0)
     {
-      Derivatives<D> d{r.t_n, r.t_g, {}};
+      Derivatives<D> d{r.t_n, r.t_g, {}, {}};
       if constexpr (is_frictional<Law>)
         d.add_slip(p, at, r.t_w);
       Rows<D, 2 * side> dt = chain<D>(d, at);

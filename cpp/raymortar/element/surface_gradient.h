@@ -132,8 +132,16 @@ private:
     {
       const Frame<D>& old = p.old.frame;
       const Curvature<D> bend = curvature_at<F>(e.history.slave_old, q.xi, old);
-      r.scaled_w = slopes.T_old * r.eta - old.t - old.n * g - q.g * bend.n +
-                   p.old.w * at.log_gamma;
+      // The old normal, which tells slide and gap apart, turns as well
+      const OldPoint<F, true>& was = p.old;
+      const Mat<1, T> by_turn = was.distance.transpose() * bend.n;
+      const Mat<D, T> turned =
+          old.n.dot(was.distance) * bend.n + old.n * by_turn;
+      r.scaled_w =
+          slopes.slip.by_eta * r.eta - was.slide.carry * old.t -
+          was.slide.carry * turned + was.closing.length * bend.n +
+          old.n * (was.closing.by_old * by_turn + was.closing.by_now * g) +
+          was.w * at.log_gamma;
       if constexpr (M == 0)
         r.spring = carried_along_facet<D>(
             p.old.spring, {old, bend}, {p.slave, at.bend}, p.old.traction,
