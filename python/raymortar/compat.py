@@ -653,6 +653,8 @@ def contains(V: fem.FunctionSpace, W: fem.FunctionSpace) -> bool:
 
 def create_la_vector(index_map: Any, bs: int = 1) -> Any:
     """Zero ``dolfinx.la`` vector of doubles over an index map with a block size."""
+    if hasattr(index_map, "create_vector"):  # of several meshes
+        return index_map.create_vector(bs)
     return dolfinx.la.vector(index_map, bs, dtype=np.float64)
 
 

@@ -33,9 +33,10 @@ from .forms import check_compiled
 from .friction import Coulomb, Stick, Tresca
 from .host import Host
 from .interfaces import Interfaces
+from .joined import parts_of
 from .layout import Layout
 from .methods import AugmentedLagrangian, Penalty, Search
-from .reference import Reference
+from .reference import references
 from .state import ContactState, not_finite, state_fault
 from .stiffness import VolumePattern, contact_stiffness
 from .straight_facets import warn_of_straight_facets
@@ -58,9 +59,9 @@ class Contact(ContactAssembly):
     u
         Displacement, a vector-valued Lagrange function of degree 1 or 2; or the part of
         a mixed Function that is one, such as ``w.sub(0)``. Its present value is the old
-        displacement until `advance` is called.
+        displacement until `advance` is called. Of bodies on meshes of their own a list.
     facet_tags
-        Tags of exterior facets (``MeshTags``).
+        Tags of exterior facets (``MeshTags``), for each mesh.
     pairs
         ``[(slave tag, master tag), ...]``, a tag being its number or, with `names`,
         its name. Pairs with the same slave tag are one slave surface that meets all
@@ -90,6 +91,8 @@ class Contact(ContactAssembly):
     u
         Displacement on a space of its own: of a part of a mixed Function a copy, which
         follows it.
+    slave_u
+        That of the mesh on which the slave surfaces are.
     host
         What is solved for, the displacement among it; see `host.Host`.
     bodies
@@ -121,7 +124,7 @@ class Contact(ContactAssembly):
 
     def __init__(
         self,
-        u: Function,
+        u: Function | Sequence[Function],
         facet_tags: Any,
         pairs: Sequence[tuple[int | str, int | str]],
         method: AugmentedLagrangian | Penalty | None = None,
@@ -134,9 +137,10 @@ class Contact(ContactAssembly):
     ) -> None:
         method = AugmentedLagrangian() if method is None else method
         search = Search() if search is None else search
-        if not isinstance(u, Function):
-            raise ContactError(f"u must be a Function, not {type(u).__name__}")
-        self._comm: MPI.Comm = u.function_space.mesh.comm
+        first = u[0] if isinstance(u, (list, tuple)) and u else u
+        if not isinstance(first, Function):
+            raise ContactError(f"u must be a Function, not {type(first).__name__}")
+        self._comm: MPI.Comm = first.function_space.mesh.comm
         with together(self._comm):
             self.host = Host(u)
         u = self.host.u
@@ -153,16 +157,17 @@ class Contact(ContactAssembly):
             tangent=tangent,
             pairs=groups,
         )
-        check_space(u)
+        for part in self.host.displacements:
+            check_space(part.u)
         self.u, self.method, self.measure = u, method, measure
         self.tangent = tangent
         self.friction = friction
         facets = find_facets(u, facet_tags, groups)
-        self._reference = Reference(
-            u, [side for zone in facets for side in (zone.slave, *zone.masters)]
-        )
+        self._references = references(u, facets)
+        # All slaves are on one mesh
+        self.slave_u = parts_of(u)[facets[0].slave_part]
         degree, components = self._multiplier_kind()
-        mesh = u.function_space.mesh
+        mesh = self.slave_u.function_space.mesh
         self.multiplier = None
         if components:
             W = compat.space(
@@ -173,7 +178,7 @@ class Contact(ContactAssembly):
         self._vector = compat.vector_space(mesh, degree)
         self.layout = Layout(self.host, self.multiplier, self._slave_dofs(facets))
         self.bodies = find_bodies(u.function_space)
-        cells = Cells(mesh)
+        cells = [Cells(part.function_space.mesh) for part in parts_of(u)]
         self.zones: list[ZoneData] = [
             create_zone(
                 zone,
@@ -212,7 +217,7 @@ class Contact(ContactAssembly):
 
     def _multiplier_kind(self) -> tuple[int, int]:
         """Degree and components of the multiplier (components 0: none)."""
-        p = compat.element_info(self.u.function_space).degree
+        p = compat.element_info(self.slave_u.function_space).degree
         dim = self.u.function_space.mesh.geometry.dim
         default = p if dim == 2 else 1
         if isinstance(self.method, Penalty):
@@ -311,7 +316,8 @@ class Contact(ContactAssembly):
 
     def _send_state(self) -> None:
         """Displacement and multiplier to the zones. Collective."""
-        raise_everywhere(self._comm, self._reference.fault(), SetUpError)
+        for reference in self._references:
+            raise_everywhere(self._comm, reference.fault(), SetUpError)
         raise_everywhere(self._comm, not_finite(self))
         self._for_zones("set_displacement", self.u.x.array)
         if self.multiplier is not None:

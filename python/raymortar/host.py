@@ -19,6 +19,7 @@ from mpi4py import MPI
 from . import compat
 from .compat import Array
 from .errors import ContactError
+from .joined import JoinedDisplacement, places_of, unrolled
 
 Places = npt.NDArray[np.int64]
 
@@ -42,6 +43,53 @@ class Field:
     local: Places
 
 
+class Displacement:
+    """A displacement on one mesh.
+
+    Parameters
+    ----------
+    given
+        A Function on a space of its own, or a part of a mixed one such as ``w.sub(0)``.
+
+    Attributes
+    ----------
+    u
+        The same on a space of its own: the user's, or a copy.
+    component
+        Part of the mixed Function, None if it is none.
+    at
+        Which Function of the host has it.
+    """
+
+    def __init__(self, given: Function, at: int) -> None:
+        self.given, self.u, self.at = given, given, at
+        self.component: int | None = None
+        self._dofs: Places | None = None
+        V = given.function_space
+        if compat.element_info(V).is_sub_space:
+            own, self._dofs = compat.collapsed(V)
+            self.u = Function(own, name=given.name)
+            self.component = compat.component(V)
+            self.pull()
+
+    @property
+    def size_owned(self) -> int:
+        """Number of owned dofs."""
+        index_map, bs = compat.unknowns_of(self.u)
+        return int(index_map.size_local * bs)
+
+    @property
+    def dofs(self) -> Places:
+        """Place of each local dof in the arrays of the Function that has it."""
+        n = len(self.u.x.array)
+        return np.arange(n) if self._dofs is None else self._dofs
+
+    def pull(self) -> None:
+        """Make the copy current."""
+        if self._dofs is not None:
+            self.u.x.array[:] = self.given.x.array[self._dofs]
+
+
 class Host:
     """The unknowns that a user solves for, one Function or several.
 
@@ -52,35 +100,30 @@ class Host:
     ----------
     given
         Displacement: a Function on a space of its own, or a part of a mixed one such as
-        ``w.sub(0)``.
+        ``w.sub(0)``; or a list of them, each on its own mesh.
 
     Attributes
     ----------
     u
         Displacement on a space of its own: the user's, or a copy.
+    displacements
+        What it consists of, mesh by mesh.
     functions
         What is solved for. Until a problem is made, the displacement as it was given.
-    at
-        Which of them has the displacement.
-    component
-        Part of that one's element, None if it is all of it.
     """
 
-    def __init__(self, given: Function) -> None:
-        self.given, self.component = given, None
-        self.u, self._dofs = given, None
-        V = given.function_space
-        if compat.element_info(V).is_sub_space:
-            own, self._dofs = compat.collapsed(V)
-            self.u = Function(own, name="displacement")
-            self.component = compat.component(V)
-            self.pull()
-        self.functions: list[Function] = [given]
-        self.at = 0
+    def __init__(self, given: Function | Sequence[Function]) -> None:
+        several = list(given) if isinstance(given, (list, tuple)) else [given]
+        _check_given(several)
+        self.displacements = [Displacement(f, k) for k, f in enumerate(several)]
+        self.functions: list[Function] = several
+        own = [d.u for d in self.displacements]
+        self.u: Any = own[0] if len(own) == 1 else JoinedDisplacement(own)
         # Spaces of the functions, once a problem has told them
         self.spaces: list[FunctionSpace] | None = None
-        if self.component is None:
-            self.spaces = [V]
+        if all(d.component is None for d in self.displacements):
+            self.spaces = [f.function_space for f in several]
+        self.pull()
 
     @property
     def comm(self) -> MPI.Comm:
@@ -89,9 +132,30 @@ class Host:
         return comm
 
     @property
+    def name(self) -> str:
+        """Of the displacement, for messages."""
+        return ", ".join(d.given.name for d in self.displacements)
+
+    @property
     def is_plain(self) -> bool:
-        """Whether the displacement is all that is solved for."""
-        return self.component is None and len(self.functions) == 1
+        """Whether one displacement is all that is solved for."""
+        return len(self.functions) == 1 and self.displacements[0].component is None
+
+    @property
+    def only(self) -> Displacement:
+        """The displacement, of one mesh.
+
+        Raises
+        ------
+        ContactError
+            If there are several.
+        """
+        if len(self.displacements) > 1:
+            raise ContactError(
+                f"the displacements {self.name} are on meshes of their own: this is for "
+                "bodies on one mesh"
+            )
+        return self.displacements[0]
 
     @property
     def is_known(self) -> bool:
@@ -115,9 +179,8 @@ class Host:
         ContactError
             If the displacement is none of it, or if other unknowns are known already.
         """
-        of = [compat.same_values(f, self.given) for f in functions]
-        found = [i for i, same in enumerate(of) if same]
-        if len(found) != 1:
+        places = [_places_among(functions, d.given) for d in self.displacements]
+        if any(place is None for place in places):
             raise ContactError(self.absence(functions))
         same = len(functions) == len(self.functions) and all(
             compat.same_values(f, g) for f, g in zip(functions, self.functions)
@@ -126,14 +189,16 @@ class Host:
             raise ContactError(
                 "contact is of a problem with other unknowns: make another Contact"
             )
-        self.functions, self.at = list(functions), found[0]
+        for d, place in zip(self.displacements, places):
+            d.at = place
+        self.functions = list(functions)
         self.spaces = [f.function_space for f in functions]
 
     def absence(self, functions: Sequence[Function]) -> str:
         """What to say where none of some Functions has the displacement."""
         names = ", ".join(f.name for f in functions)
         return (
-            f"the displacement {self.given.name} that Contact was given is none of the "
+            f"the displacement {self.name} that Contact was given is none of the "
             f"unknowns [{names}], nor a part of one"
         )
 
@@ -161,36 +226,43 @@ class Host:
     @property
     def u_local(self) -> Places | slice:
         """Local unknowns of the displacement's local dofs."""
-        start = int(self.starts[self.at])
-        if self._dofs is None:
-            return slice(start, start + len(self.u.x.array))
-        return self._dofs + start
+        if self.is_plain:
+            return slice(0, len(self.u.x.array))
+        return self._places(self.starts, [len(d.dofs) for d in self.displacements])
 
     @property
     def u_owned(self) -> Places | slice:
         """Owned unknowns of the displacement's owned dofs."""
-        start = int(self.owned_starts[self.at])
-        owned = self.u_in_function
-        if isinstance(owned, slice):
-            return slice(start, start + owned.stop)
-        return owned + start
+        sizes = [d.size_owned for d in self.displacements]
+        if self.is_plain:
+            return slice(0, sizes[0])
+        return self._places(self.owned_starts, sizes)
 
-    @property
-    def u_in_function(self) -> Places | slice:
-        """The displacement's owned dofs among those of the Function that has it."""
-        index_map, bs = compat.unknowns_of(self.u)
-        n = index_map.size_local * bs
-        return slice(0, n) if self._dofs is None else self._dofs[:n]
+    def _places(self, starts: Places, sizes: Sequence[int]) -> Places:
+        """Unknowns of the first dofs of each displacement, in the order of `u`."""
+        places = np.empty(sum(sizes), dtype=np.int64)
+        for k, (d, n) in enumerate(zip(self.displacements, sizes)):
+            places[self.u_places(k)[:n]] = d.dofs[:n] + starts[d.at]
+        return places
+
+    def u_places(self, k: int) -> Places:
+        """Place of each local dof of the k-th displacement among those of `u`."""
+        _, bs = compat.unknowns_of(self.displacements[k].u)
+        blocks = places_of(self.u, k)
+        if blocks is None:
+            return np.arange(len(self.u.x.array))
+        return unrolled(blocks, bs)
 
     def fields(self) -> list[Field]:
         """The displacement, then all else by its unit: further Functions, and the parts
         of mixed ones."""
         local = np.arange(self.starts[-1])[self.u_local]
         rows = np.arange(self.owned_starts[-1])[self.u_owned]
-        found = [Field(self.given.name, rows, local)]
+        found = [Field(self.name, rows, local)]
+        moved = {(d.at, d.component) for d in self.displacements}
         for k, f in enumerate(self.functions):
             for name, dofs, part in self._parts(f):
-                if k == self.at and part == self.component:
+                if (k, part) in moved:
                     continue
                 owned = dofs[dofs < self._sizes(False)[k]]
                 found.append(
@@ -212,14 +284,11 @@ class Host:
     # Values
 
     def pull(self) -> None:
-        """The displacement from the user's Function."""
-        if self._dofs is not None:
-            self.u.x.array[:] = self.given.x.array[self._dofs]
-
-    def push(self) -> None:
-        """The displacement to the user's Function."""
-        if self._dofs is not None:
-            self.given.x.array[self._dofs] = self.u.x.array
+        """The displacement from the user's Functions."""
+        for d in self.displacements:
+            d.pull()
+        if isinstance(self.u, JoinedDisplacement):
+            self.u.x.array[:] = self.values()[self.u_local]
 
     def values(self) -> Array:
         """Copy of all local unknowns."""
@@ -262,7 +331,7 @@ class Host:
         ContactError
             If one is on none: DOLFINx would silently pass over it.
         """
-        spaces = self.spaces or [self.given.function_space]
+        spaces = self.spaces or [d.given.function_space for d in self.displacements]
         found: list[list[Any]] = [[] for _ in spaces]
         for i, bc in enumerate(bcs):
             if not hasattr(bc, "dof_indices"):
@@ -310,9 +379,32 @@ class Host:
         increment = np.where(marker == 1, values - u, 0.0)
         return compat.without_rounding(increment, u)
 
-    # Forms
 
-    def of_u(self, argument: Any) -> Any:
-        """The displacement's part of an argument or a Function of the space that has
-        it."""
-        return compat.part_of(argument, self.component)
+def _check_given(functions: Sequence[Any]) -> None:
+    """Raise unless displacements are Functions, on meshes of their own if several."""
+    for f in functions:
+        if not isinstance(f, Function):
+            raise ContactError(f"u must be a Function, not {type(f).__name__}")
+    if not functions:
+        raise ContactError("u must be a Function, or a list of one for each mesh")
+    for i, f in enumerate(functions):
+        mesh = f.function_space.mesh
+        for g in functions[:i]:
+            if compat.on_mesh(g, mesh):
+                raise ContactError(
+                    f"the displacements {g.name} and {f.name} are on one mesh: one "
+                    "Function serves all of its bodies"
+                )
+            if g.function_space.mesh.geometry.dim != mesh.geometry.dim:
+                raise ContactError(
+                    f"the displacements {g.name} and {f.name} are on meshes of different "
+                    "dimension"
+                )
+
+
+def _places_among(functions: Sequence[Function], given: Function) -> int | None:
+    """Which Function is a displacement, or has it as a part."""
+    for i, f in enumerate(functions):
+        if compat.same_values(f, given):
+            return i
+    return None

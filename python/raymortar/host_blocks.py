@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -19,43 +20,46 @@ class PartOfMatrix:
 
     Parameters
     ----------
-    K
-        Matrix with as many rows as columns on each rank.
-    rows
-        Owned rows to take, in their new order.
+    parts
+        Matrices that follow each other on the diagonal, with as many rows as columns on
+        each rank; of each the owned rows to take, and their new places.
     """
 
-    def __init__(self, K: PETSc.Mat, rows: Places) -> None:
-        self._K, self._rows = K, rows
-        self._x, self._y = K.createVecs()
+    def __init__(self, parts: Sequence[tuple[PETSc.Mat, Places, Places]]) -> None:
+        self._parts = [(K, rows, at, *K.createVecs()) for K, rows, at in parts]
+        self._comm = parts[0][0].comm
+        self._size = sum(len(rows) for _, rows, _ in parts)
 
     def createVecs(self) -> tuple[PETSc.Vec, PETSc.Vec]:
         """Vectors to multiply, and of products."""
         x, y = (
-            PETSc.Vec().createMPI((len(self._rows), None), comm=self._K.comm)
-            for _ in range(2)
+            PETSc.Vec().createMPI((self._size, None), comm=self._comm) for _ in range(2)
         )
         return x, y
 
     def mult(self, x: PETSc.Vec, y: PETSc.Vec) -> None:
         """y = K x. Collective."""
-        self._x.set(0.0)
-        self._x.array[self._rows] = x.array_r
-        self._K.mult(self._x, self._y)
-        y.array[:] = self._y.array_r[self._rows]
+        for K, rows, at, from_x, to_y in self._parts:
+            from_x.set(0.0)
+            from_x.array[rows] = x.array_r[at]
+            K.mult(from_x, to_y)
+            y.array[at] = to_y.array_r[rows]
 
     def getDiagonal(self) -> PETSc.Vec:
         """Diagonal entries."""
-        diagonal, _ = self.createVecs()
-        whole = self._K.getDiagonal()
-        diagonal.array[:] = whole.array_r[self._rows]
-        whole.destroy()
+        diagonal, other = self.createVecs()
+        other.destroy()
+        for K, rows, at, *_ in self._parts:
+            whole = K.getDiagonal()
+            diagonal.array[at] = whole.array_r[rows]
+            whole.destroy()
         return diagonal
 
     def destroy(self) -> None:
         """Free what belongs to it."""
-        self._x.destroy()
-        self._y.destroy()
+        for *_, x, y in self._parts:
+            x.destroy()
+            y.destroy()
 
 
 class HostBlocks:
@@ -104,11 +108,14 @@ class HostBlocks:
 
     def of_displacement(self) -> Any:
         """Rows and columns of the displacement, in the order of its own space."""
-        K = self.table[self.host.at][self.host.at]
-        rows = self.host.u_in_function
-        if isinstance(rows, slice):
-            return K
-        self._part = PartOfMatrix(K, rows)
+        if self.host.is_plain:
+            return self.table[0][0]
+        parts = []
+        for k, d in enumerate(self.host.displacements):
+            n = d.size_owned
+            K = self.table[d.at][d.at]
+            parts.append((K, d.dofs[:n], self.host.u_places(k)[:n]))
+        self._part = PartOfMatrix(parts)
         return self._part
 
     def couplings(self) -> Array:

@@ -196,6 +196,18 @@ class NonlinearProblem:
             rows.append(r.array[:n])
         return np.concatenate(volume), np.concatenate(rows)
 
+    def _residual(self) -> Array:
+        """The volume's residual at the present state, of the owned unknowns.
+        Collective."""
+        rows, (L, _) = [], self._table()
+        for r, form, f in zip(self._r, L, self.contact.host.functions):
+            r.array[:] = 0.0
+            compat.assemble_residual(r.array, form)
+            compat.scatter_reverse_add(r)
+            index_map, bs = compat.unknowns_of(f)
+            rows.append(r.array[: index_map.size_local * bs])
+        return np.concatenate(rows)
+
     def _table(self) -> tuple[list[Any], list[list[Any]]]:
         """Compiled forms by unknown, and by test and trial space."""
         several = isinstance(self.L, list)
@@ -206,14 +218,15 @@ class NonlinearProblem:
         """UFL residual in the displacement's test function, and its derivative by the
         displacement, or by the mixed Function that has it."""
         F, J = self.forms
-        at = self.contact.host.at
+        at = self.contact.host.only.at
         return (F[at], J[at][at]) if isinstance(self.L, list) else (F, J)
 
     def with_form_of_u(self, L: Any, a: Any) -> tuple[Any, Any]:
         """Compiled residual and Jacobian with others in the place of `form_of_u`."""
         if not isinstance(self.L, list):
             return L, a
-        at, forms, table = self.contact.host.at, list(self.L), list(map(list, self.a))
+        at = self.contact.host.only.at
+        forms, table = list(self.L), list(map(list, self.a))
         forms[at], table[at][at] = L, a
         return forms, table
 
@@ -287,17 +300,13 @@ class NonlinearProblem:
         host, layout = self.contact.host, self.contact.layout
         with together(self.comm):
             supports = check_supports("supports", supports)
-        r, (L, _) = self._r[host.at], self._table()
-        r.array[:] = 0.0
-        compat.assemble_residual(r.array, L[host.at])
-        compat.scatter_reverse_add(r)
+        rows = self._residual()
         b = self.create_vector()
         self.contact.assemble_vector(b)
         b.assemble()
-        forces = r.array[host.u_in_function]
-        forces = forces + b.getArray(readonly=True)[: layout.n][host.u_owned]
+        forces = (rows + b.getArray(readonly=True)[: layout.n])[host.u_owned]
         b.destroy()
-        _, dim = compat.unknowns_of(self.contact.u)
+        dim = self.contact.u.function_space.mesh.geometry.dim
         local = []
         for bcs in supports.values():
             held, _ = host.prescribed_u(bcs)

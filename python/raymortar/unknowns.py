@@ -34,10 +34,16 @@ def find_unknowns(F: Any, J: Any, u: Any, host: Host) -> list[Function]:
     """
     if isinstance(F, (list, tuple)):
         return _several(F, J, u, host)
-    if host.component is None:
-        check_forms(F, J, host.given)
-        _check_named(u, host.given)
-        return [host.given]
+    if len(host.displacements) > 1:
+        raise ContactError(
+            f"the displacements {host.name} are on meshes of their own: F must be a list "
+            "of residuals, with u= a list of what they are solved for"
+        )
+    only = host.displacements[0]
+    if only.component is None:
+        check_forms(F, J, only.given)
+        _check_named(u, only.given)
+        return [only.given]
     whole = _whole(F, J, host)
     _check_named(u, whole)
     return [whole]
@@ -57,25 +63,26 @@ def _whole(F: Any, J: Any, host: Host) -> Function:
     """The mixed Function of whose parts the displacement is one."""
     check_form("F", F, 1, "a linear form in the test functions of the mixed space")
     W = F.arguments()[0].ufl_function_space()
-    part = host.given.function_space
+    given = host.displacements[0].given
+    part = given.function_space
     if not compat.contains(W, part):
         raise ContactError(
             "F has a test function in another space than the mixed one that the "
-            f"displacement {host.given.name} is a part of"
+            f"displacement {given.name} is a part of"
         )
     if J is not None:
         wanted = "a bilinear form in test and trial functions of the mixed space"
         check_form("J", J, 2, wanted, W)
     for f in F.coefficients():
-        if isinstance(f, Function) and compat.same_values(f, host.given):
+        if isinstance(f, Function) and compat.same_values(f, given):
             return f
     if J is None:
         raise ContactError(
-            f"F does not depend on the mixed Function that {host.given.name} is a part "
+            f"F does not depend on the mixed Function that {given.name} is a part "
             f"of, but on {[str(c) for c in F.coefficients()]}: write it in that one "
             "(ufl.split), or give J"
         )
-    return Function(W, host.given.x)
+    return Function(W, given.x)
 
 
 def _several(F: Sequence[Any], J: Any, u: Any, host: Host) -> list[Function]:
@@ -96,7 +103,8 @@ def _several(F: Sequence[Any], J: Any, u: Any, host: Host) -> list[Function]:
     for i, (form, f) in enumerate(zip(F, u)):
         wanted = f"a linear form in the test function of {f.name}'s space"
         check_form(f"F[{i}]", form, 1, wanted, f.function_space)
-    if not any(compat.same_values(f, host.given) for f in u):
+    givens = [d.given for d in host.displacements]
+    if not all(any(compat.same_values(f, given) for f in u) for given in givens):
         raise ContactError(host.absence(u))
     if J is not None:
         _check_table(J, u)
@@ -146,12 +154,12 @@ def jacobians(F: Sequence[Any], u: Sequence[Function], host: Host) -> list[list[
         If the displacement's residual does not depend on it.
     """
     table = [[_derivative(form, f) for f in u] for form in F]
-    at = next(i for i, f in enumerate(u) if compat.same_values(f, host.given))
-    if table[at][at] is None:
-        raise ContactError(
-            f"F[{at}] does not depend on the displacement {host.given.name}: write it "
-            "in that Function, or give J"
-        )
+    for d in host.displacements:
+        if table[d.at][d.at] is None:
+            raise ContactError(
+                f"F[{d.at}] does not depend on the displacement {d.given.name}: write it "
+                "in that Function, or give J"
+            )
     return table
 
 

@@ -36,22 +36,25 @@ class Viscosity:
     """
 
     def __init__(self, problem: Any) -> None:
-        self.problem, u = problem, problem.contact.u
+        self.problem, host = problem, problem.contact.host
+        u = host.only.u
         V = u.function_space
         self.comm: MPI.Comm = problem.comm
         self._start = fem.Function(V)
         self._scale = fem.Constant(V.mesh, PETSc.ScalarType(0.0))
         self._k = fem.Function(compat.space(V.mesh, "DG", 0))
-        self._host = host = problem.contact.host
+        self._displacement = host.only
         F, J = problem.form_of_u
-        v, du = (host.of_u(argument) for argument in J.arguments())
+        part = host.only.component
+        v, du = (compat.part_of(argument, part) for argument in J.arguments())
         k = self._scale * self._k
         force = k * ufl.inner(u - self._start, v) * ufl.dx
         self._force = compat.form(force)
         tangent = J + k * ufl.inner(du, v) * ufl.dx
         forms = compat.form(F + force), compat.form(tangent)
         self._forms = problem.with_form_of_u(*forms)
-        self._r = compat.create_la_vector(*compat.unknowns_of(host.functions[host.at]))
+        whole = host.functions[host.only.at]
+        self._r = compat.create_la_vector(*compat.unknowns_of(whole))
         self._set_stiffness(v)
 
     def _set_stiffness(self, v: Any) -> None:
@@ -81,7 +84,8 @@ class Viscosity:
         self._r.array[:] = 0.0
         compat.assemble_residual(self._r.array, form)
         compat.scatter_reverse_add(self._r)
-        found: Array = self._r.array[self._host.u_in_function].copy()
+        owned = self._displacement.dofs[: self._displacement.size_owned]
+        found: Array = self._r.array[owned]
         return found
 
     @property

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import chain
 from typing import Any
@@ -20,6 +20,7 @@ from .errors import ContactError, raise_everywhere
 from .faced import Faced, nothing
 from .facets import Facets, facet_dof_table, join, tagged_facets
 from .friction import Coulomb, Stick, Tresca
+from .joined import parts_of
 from .layout import Layout
 from .methods import Search
 from .options import is_whole_number
@@ -39,6 +40,8 @@ class ZoneFacets:
     slave_surface: Surface
     master_surface: Surface
     master: Facets  # of all tags, in the order of the surface
+    slave_part: int = 0  # which of several meshes
+    master_part: int = 0
 
 
 @dataclass
@@ -144,33 +147,103 @@ def group_pairs(pairs: Any) -> dict[int, tuple[int, ...]]:
 
 
 def find_facets(
-    u: Function, facet_tags: Any, groups: Mapping[int, tuple[int, ...]]
+    u: Any, facet_tags: Any, groups: Mapping[int, tuple[int, ...]]
 ) -> list[ZoneFacets]:
     """Facets of every zone (of `group_pairs`), checked. Collective."""
-    mesh = u.function_space.mesh
+    tagged = Tagged(u, facet_tags)
     zones = []
     for slave_tag, master_tags in groups.items():
-        slave = tagged_facets(mesh, facet_tags, slave_tag, "slave")
-        masters = [
-            tagged_facets(mesh, facet_tags, tag, "master") for tag in master_tags
-        ]
-        for facets in (slave, *masters):
-            check_areas(mesh, facets)
-            check_cells(mesh, facets)
-        for master in masters:
-            check_pair(mesh, slave, master)
+        a, b = tagged.mesh_of((slave_tag,)), tagged.mesh_of(master_tags)
+        slave = tagged.facets(a, slave_tag, "slave")
+        masters = [tagged.facets(b, tag, "master") for tag in master_tags]
+        for k, facets in ((a, slave), *((b, master) for master in masters)):
+            check_areas(tagged.meshes[k], facets)
+            check_cells(tagged.meshes[k], facets)
+        for master in masters if a == b else []:
+            check_pair(tagged.meshes[a], slave, master)
+        surfaces = build_surface(u, [slave], a), build_surface(u, masters, b)
+        raise_everywhere(tagged.comm, _kind_fault(slave_tag, master_tags, *surfaces))
         zones.append(
             ZoneFacets(
-                slave_tag,
-                master_tags,
-                slave,
-                masters,
-                build_surface(u, [slave]),
-                build_surface(u, masters),
-                join(masters),
+                slave_tag, master_tags, slave, masters, *surfaces, join(masters), a, b
             )
         )
+    message = None
+    if len({zone.slave_part for zone in zones}) > 1:
+        message = (
+            f"the slave tags {[zone.slave_tag for zone in zones]} are on different "
+            "meshes: the multiplier has one, so swap slave and master of some pairs"
+        )
+    raise_everywhere(tagged.comm, message)
     return zones
+
+
+def _kind_fault(
+    slave_tag: int, master_tags: tuple[int, ...], slave: Surface, master: Surface
+) -> str | None:
+    """Why surfaces of two meshes cannot meet, if so."""
+    names = ("shape", "displacement_degree", "node_degree")
+    of_slave, of_master = (
+        tuple(getattr(side, name) for name in names) for side in (slave, master)
+    )
+    if of_slave == of_master:
+        return None
+    found = " and ".join(
+        f"{shape}s of degree {p} in the displacement and {k} in position"
+        for shape, p, k in (of_slave, of_master)
+    )
+    return (
+        f"slave tag {slave_tag} and master tags {list(master_tags)} have facets of "
+        f"different kinds, {found}: they must be of one"
+    )
+
+
+class Tagged:
+    """Facets by tag, on one mesh or on several. Collective.
+
+    Parameters
+    ----------
+    u
+        Displacement.
+    facet_tags
+        MeshTags, of several meshes a list of them.
+    """
+
+    def __init__(self, u: Any, facet_tags: Any) -> None:
+        self.meshes = [part.function_space.mesh for part in parts_of(u)]
+        self.comm: MPI.Comm = self.meshes[0].comm
+        self._tags = [facet_tags]
+        if len(self.meshes) == 1:
+            return
+        count = len(facet_tags) if isinstance(facet_tags, (list, tuple)) else 1
+        message = None
+        if count != len(self.meshes):
+            message = f"facet_tags must be a list of {len(self.meshes)}, one for each mesh"
+        raise_everywhere(self.comm, message)
+        self._tags = list(facet_tags)
+
+    def facets(self, k: int, tag: int, role: str) -> Facets:
+        """Those with a tag on the k-th mesh, checked."""
+        return tagged_facets(self.meshes[k], self._tags[k], tag, role)
+
+    def mesh_of(self, tags: tuple[int, ...]) -> int:
+        """Which mesh has facets with some tags; the first where none has."""
+        if len(self.meshes) == 1:
+            return 0
+        here = [
+            {tag for tag in tags if np.any(getattr(one, "values", []) == tag)}
+            for one in self._tags
+        ]
+        have = [set().union(*self.comm.allgather(found)) for found in here]
+        found = [k for k, some in enumerate(have) if some]
+        message = None
+        if len(found) > 1:
+            message = (
+                f"facets with the tags {list(tags)} are on several meshes: a tag has to "
+                "be on one, and so have the masters of one slave"
+            )
+        raise_everywhere(self.comm, message)
+        return found[0] if found else 0
 
 
 def _cpp_surface(surface: Surface, layout: Layout) -> _cpp.Surface:
@@ -239,7 +312,7 @@ def create_zone(
     current_measure: bool,
     moving_segments: bool,
     search: Search,
-    cells: Cells,
+    cells: Sequence[Cells],
     bodies: Bodies,
 ) -> ZoneData:
     """C++ zone of some facets. Collective."""
@@ -250,7 +323,11 @@ def create_zone(
     # Two bodies of this thickness limit no depth
     most = 2.0 * comm.allreduce(distances["depth"].max(initial=0.0), op=MPI.MAX)
     thickness = tuple(
-        thickness_behind(cells, side, most) for side in (zone.slave, zone.master)
+        thickness_behind(cells[part], side, most)
+        for part, side in (
+            (zone.slave_part, zone.slave),
+            (zone.master_part, zone.master),
+        )
     )
     slave.set_thickness(thickness[0])
     master.set_thickness(thickness[1])

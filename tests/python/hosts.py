@@ -16,8 +16,10 @@ from petsc4py import PETSc
 
 import raymortar
 from raymortar import compat
+from raymortar.blocks import Block
+from raymortar.meshing import Scene, assemble_blocks
 
-from problems import COMM, fix, stack
+from problems import COMM, DIMENSION, fix, stack
 
 MU = 10.0
 WAYS = ("mixed", "blocked")
@@ -40,7 +42,7 @@ class Hosted:
 
     def collapsed(self):
         """The parts as Functions of their own."""
-        if len(self.functions) > 1 or self.contact.host.component is None:
+        if len(self.functions) > 1 or self.contact.host.displacements[0].component is None:
             return self.functions
         (w,) = self.functions
         n = compat.num_parts(w.function_space)
@@ -52,17 +54,24 @@ class Hosted:
             constant.value = value
 
 
-def by_place(f):
+def by_place(*functions):
     """Values of all ranks, (nodes, components), sorted by place."""
+    found = [_with_places(f) for f in functions]
+    rows = np.concatenate(COMM.allgather(np.concatenate(found)))
+    # A node of two bodies has the same place twice: their values tell them apart
+    keys = np.round(rows, 6)
+    dim = functions[0].function_space.mesh.geometry.dim
+    return rows[np.lexsort(keys.T[::-1])][:, dim:]
+
+
+def _with_places(f):
+    """Places and values at the owned nodes."""
     V = f.function_space
     bs, n = V.dofmap.index_map_bs, V.dofmap.index_map.size_local
     dim = V.mesh.geometry.dim
     x = V.tabulate_dof_coordinates()[:n, :dim]
     values = f.x.array[: n * bs].reshape(-1, bs)
-    rows = np.concatenate(COMM.allgather(np.hstack([x, values])))
-    # A node of two bodies has the same place twice: their values tell them apart
-    keys = np.round(rows, 6)
-    return rows[np.lexsort(keys.T[::-1])][:, dim:]
+    return np.hstack([x, values])
 
 
 def neo_hookean(u, p, kappa):
@@ -208,3 +217,80 @@ def swelling(way, degree=1, **options):
     found = hosted(way, scene, parts, residual, conditions_of, **options)
     found.move = top
     return found
+
+
+
+LOWER, UPPER = 10, 20  # first tags of the bodies' sides
+
+
+def meshes(cells=("triangle", "triangle"), divisions=(4, 3), gap=0.0):
+    """The two blocks of `blocks`, each a scene of its own."""
+    scenes = []
+    for k, (cell, n, first) in enumerate(zip(cells, divisions, (LOWER, UPPER))):
+        dim, width = DIMENSION[cell], (1.0, 0.6)[k]
+        base = k * (1.0 + gap)
+        block = Block(
+            (n,) * dim,
+            (0.0,) * (dim - 1) + (base,),
+            (width,) * (dim - 1) + (base + 1.0,),
+            tags={"bottom": first + 1, "top": first + 2},
+        )
+        mesh, cell_tags, facet_tags = assemble_blocks(COMM, [block], cell)
+        tags = {"bottom": first + 1, "top": first + 2}
+        scenes.append(Scene(mesh, cell_tags, facet_tags, tags))
+    return scenes
+
+
+def apart(scenes, mixed=False, degree=1, **options):
+    """Blocks on meshes of their own, elastic or nearly incompressible (`mixed`)."""
+    functions, given, F, bcs = [], [], [], []
+    top = moving_top(scenes[1])
+    for scene in scenes:
+        mesh, dim = scene.mesh, scene.mesh.geometry.dim
+        dx = ufl.dx(mesh, metadata={"quadrature_degree": 4})
+        if mixed:
+            parts = ("Lagrange", 2, (dim,)), ("Lagrange", 1, ())
+            w = fem.Function(compat.mixed_space(mesh, *parts))
+            (u, p), (v, q) = ufl.split(w), ufl.split(ufl.TestFunction(w.function_space))
+            stress, constraint = neo_hookean(u, p, 2000.0 * MU)
+            F.append((ufl.inner(stress, ufl.grad(v)) + constraint * q) * dx)
+            given.append(w.sub(0))
+        else:
+            w = u = fem.Function(compat.vector_space(mesh, degree))
+            stress = compressible(u)
+            F.append(ufl.inner(stress, ufl.grad(ufl.TestFunction(w.function_space))) * dx)
+            given.append(w)
+        functions.append(w)
+    pairs = [(UPPER + 1, LOWER + 2)]
+    tags = [scene.facet_tags for scene in scenes]
+    contact = raymortar.Contact(given, tags, pairs, **options)
+    lower, upper = (f.function_space for f in given)
+    for i, value in enumerate(top):
+        bcs.append(fix(lower, scenes[0], "bottom", i))
+        bcs.append(fix(upper, scenes[1], "top", i, value))
+    problem = raymortar.NonlinearProblem(F, contact, bcs, u=functions)
+    return Hosted(scenes, contact, problem, functions, top)
+
+
+def together(mixed=False, degree=1, cell="triangle", divisions=(4, 3), **options):
+    """The same blocks on one mesh."""
+    scene = blocks(cell, divisions)
+    if mixed:
+        return taylor_hood("mixed", scene=scene, **options)
+    mesh = scene.mesh
+    u = fem.Function(compat.vector_space(mesh, degree))
+    dx = ufl.dx(mesh, metadata={"quadrature_degree": 4})
+    F = ufl.inner(compressible(u), ufl.grad(ufl.TestFunction(u.function_space))) * dx
+    pairs = [(scene.tags["slave"], scene.tags["master"])]
+    contact = raymortar.Contact(u, scene.facet_tags, pairs, **options)
+    top = moving_top(scene)
+    bcs = conditions(u.function_space, scene, top)
+    return Hosted(scene, contact, raymortar.NonlinearProblem(F, contact, bcs), [u], top)
+
+
+def compressible(u):
+    """Nominal stress of an elastic body."""
+    F = ufl.Identity(len(u)) + ufl.grad(u)
+    J, inverse = ufl.det(F), ufl.inv(F).T
+    return MU * (F - inverse) + 2.0 * MU * ufl.ln(J) * inverse
+
