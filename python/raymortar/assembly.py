@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from dolfinx.fem import Function
 
 from mpi4py import MPI
 from petsc4py import PETSc
 
-from . import _cpp, compat
+from . import _cpp
 from .compat import Array
 from .errors import ContactError, raise_everywhere, together
 from .fields import ContactFields
@@ -50,6 +51,27 @@ class ContactAssembly(ContactFields):
             getattr(zone.cpp, send)(
                 self._on_surface(array, zone.facets.slave_surface),
                 self._on_surface(array, zone.facets.master_surface),
+            )
+
+    def solve_for(self, functions: Sequence[Function]) -> None:
+        """Take what a problem solves for, the displacement among it. Collective.
+
+        Raises
+        ------
+        ContactError
+            If the displacement is none of it, or if there is a problem with other
+            unknowns.
+        """
+        with together(self._comm):
+            self.host.solve_for(functions, self._volume is not None)
+        if self.host.is_plain:
+            return
+        self.layout.number()
+        for zone in self.zones:
+            sides = zone.facets.slave_surface, zone.facets.master_surface
+            zone.cpp.set_rows(
+                *(self.layout.u_rows[side.dofs] for side in sides),
+                self.layout.multiplier_rows[zone.multiplier_nodes],
             )
 
     def _fix(self, bcs: Sequence[Any]) -> None:

@@ -123,7 +123,8 @@ class Groups:
         return most
 
     def field_scales(self, sizes: Array) -> Array:
-        """What the terms of each group's rows may add up to [theory (5.13)], 0 for forces.
+        """What the terms of each group's rows may add up to, 0 for forces
+        [theory (5.13)].
 
         Parameters
         ----------

@@ -17,7 +17,7 @@ from .assembly import ContactAssembly
 from .bodies import find_bodies
 from .checks import check_space
 from .coefficients import PairCoefficients, one_or_each, spread
-from .compat import Indices
+from .compat import Array, Indices
 from .cover import Cover
 from .dropped import free_dropped
 from .errors import (
@@ -40,15 +40,9 @@ from .reference import references
 from .state import ContactState, not_finite, state_fault
 from .stiffness import VolumePattern, contact_stiffness
 from .straight_facets import warn_of_straight_facets
+from .tagged import ZoneFacets, find_facets
 from .thickness import Cells
-from .zones import (
-    ZoneData,
-    ZoneFacets,
-    create_zone,
-    find_facets,
-    group_pairs,
-    numbered,
-)
+from .zones import ZoneData, create_zone, group_pairs, numbered
 
 
 class Contact(ContactAssembly):
@@ -291,27 +285,6 @@ class Contact(ContactAssembly):
             self._interfaces = Interfaces(self.zones, self.layout, self.bodies)
         return self._interfaces
 
-    def solve_for(self, functions: Sequence[Function]) -> None:
-        """Take what a problem solves for, the displacement among it. Collective.
-
-        Raises
-        ------
-        ContactError
-            If the displacement is none of it, or if there is a problem with other
-            unknowns.
-        """
-        with together(self._comm):
-            self.host.solve_for(functions, self._volume is not None)
-        if self.host.is_plain:
-            return
-        self.layout.number()
-        for zone in self.zones:
-            sides = zone.facets.slave_surface, zone.facets.master_surface
-            zone.cpp.set_rows(
-                *(self.layout.u_rows[side.dofs] for side in sides),
-                self.layout.multiplier_rows[zone.multiplier_nodes],
-            )
-
     # State
 
     def _send_state(self) -> None:
@@ -422,17 +395,6 @@ class Contact(ContactAssembly):
         self.revision += 1
         if self.updates:
             self.update()
-
-    def extrapolate(self, now: ContactState, last: ContactState, ratio: float) -> None:
-        """Add a multiple of the change between two states to all unknowns."""
-        values = self.host.values()
-        if now.unknowns is None or last.unknowns is None:
-            values += ratio * (now.u - last.u)
-        else:
-            values += ratio * (now.unknowns - last.unknowns)
-        self.host.set_values(values)
-        if now.multiplier is not None and last.multiplier is not None:
-            self.multiplier.x.array[:] += ratio * (now.multiplier - last.multiplier)
 
     def _send_history(self) -> None:
         """Old displacement and tractions to the zones, where they have changed."""

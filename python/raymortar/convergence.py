@@ -8,8 +8,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from mpi4py import MPI
-
 from .balance import EPS, Groups
 from .compat import Array
 from .trouble import is_hopeless, is_in_trouble

@@ -143,7 +143,7 @@ class JoinedDisplacement:
 
 
 def places_of(u: Any, k: int) -> Indices | None:
-    """Local block dofs of the k-th part among those of a displacement; None: the same."""
+    """Local block dofs of the k-th part among those of a displacement; None: alike."""
     joined = isinstance(u, JoinedDisplacement)
     return u.function_space.index_map.places[k] if joined else None
 

@@ -10,7 +10,7 @@ from dolfinx.fem import Function
 
 from .facets import Facets, coordinates, format_point, node_table
 from .joined import parts_of
-from .zones import ZoneFacets
+from .tagged import ZoneFacets
 
 # Of the coordinates and displacements, what adding a displacement to the mesh and taking
 # it off again, a few times, may leave

@@ -65,12 +65,12 @@ class _Sides:
         # Sum of the squares of the deviators, a multiple of the identity
         self._kappa = sum(E @ E for E in deviators(d))[0, 0]
         self._u = contact.u
-        self._exterior = [
-            compat.exterior_facets(part.function_space.mesh) for part in parts_of(self._u)
-        ]
+        meshes = [part.function_space.mesh for part in parts_of(self._u)]
+        self._exterior = [compat.exterior_facets(mesh) for mesh in meshes]
 
     def moduli(self, surface: Surface, facets: Facets, part: int) -> Array:
-        """Of each body, facets being on one of several meshes; 0 of those that have no facet there or cannot move."""
+        """Of each body; 0 of those that have no facet there or cannot move. The facets
+        are on one of several meshes."""
         bodies = self._interfaces.bodies
         on = marked_everywhere(self._V, surface.dofs)[: self._owned]
         areas = self._squared_areas(surface)

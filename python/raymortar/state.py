@@ -84,3 +84,17 @@ def _shapes(state: ContactState) -> dict[str, tuple[int, ...] | None]:
     parts |= {f"tractions of springs {i}": t for i, t in enumerate(state.traction_old)}
     shapes = {name: None if p is None else np.shape(p) for name, p in parts.items()}
     return shapes | {"list of slave surfaces": (len(state.traction_old),)}
+
+
+def extrapolate(
+    contact: Any, now: ContactState, last: ContactState, ratio: float
+) -> None:
+    """Add a multiple of the change between two states to all unknowns of a contact."""
+    values = contact.host.values()
+    if now.unknowns is None or last.unknowns is None:
+        values += ratio * (now.u - last.u)
+    else:
+        values += ratio * (now.unknowns - last.unknowns)
+    contact.host.set_values(values)
+    if now.multiplier is not None and last.multiplier is not None:
+        contact.multiplier.x.array[:] += ratio * (now.multiplier - last.multiplier)

@@ -13,7 +13,7 @@ from .errors import ContactError, ConvergenceError, SetUpError
 from .gamma_detour import solve_by_small_gamma
 from .line_search import with_line_search
 from .solver import SNESSolver
-from .state import ContactState
+from .state import ContactState, extrapolate
 from .trouble import is_in_trouble
 
 # What another way, or a smaller step, may cure
@@ -133,7 +133,7 @@ class Strategies:
 
     def _extrapolated(self, now: ContactState, last: ContactState, ratio: float) -> int:
         """Iterations from where the last step's change leads."""
-        self._contact.extrapolate(now, last, ratio)
+        extrapolate(self._contact, now, last, ratio)
         return self.solver.solve()[0]
 
     def _others(

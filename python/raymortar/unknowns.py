@@ -36,8 +36,8 @@ def find_unknowns(F: Any, J: Any, u: Any, host: Host) -> list[Function]:
         return _several(F, J, u, host)
     if len(host.displacements) > 1:
         raise ContactError(
-            f"the displacements {host.name} are on meshes of their own: F must be a list "
-            "of residuals, with u= a list of what they are solved for"
+            f"the displacements {host.name} are on meshes of their own: F must be a "
+            "list of residuals, with u= a list of what they are solved for"
         )
     only = host.displacements[0]
     if only.component is None:
@@ -157,8 +157,8 @@ def jacobians(F: Sequence[Any], u: Sequence[Function], host: Host) -> list[list[
     for d in host.displacements:
         if table[d.at][d.at] is None:
             raise ContactError(
-                f"F[{d.at}] does not depend on the displacement {d.given.name}: write it "
-                "in that Function, or give J"
+                f"F[{d.at}] does not depend on the displacement {d.given.name}: write "
+                "it in that Function, or give J"
             )
     return table
 

@@ -42,7 +42,8 @@ class Hosted:
 
     def collapsed(self):
         """The parts as Functions of their own."""
-        if len(self.functions) > 1 or self.contact.host.displacements[0].component is None:
+        (given,) = self.contact.host.displacements
+        if len(self.functions) > 1 or given.component is None:
             return self.functions
         (w,) = self.functions
         n = compat.num_parts(w.function_space)
@@ -258,7 +259,8 @@ def apart(scenes, mixed=False, degree=1, **options):
         else:
             w = u = fem.Function(compat.vector_space(mesh, degree))
             stress = compressible(u)
-            F.append(ufl.inner(stress, ufl.grad(ufl.TestFunction(w.function_space))) * dx)
+            v = ufl.TestFunction(w.function_space)
+            F.append(ufl.inner(stress, ufl.grad(v)) * dx)
             given.append(w)
         functions.append(w)
     pairs = [(UPPER + 1, LOWER + 2)]
@@ -294,3 +296,26 @@ def compressible(u):
     J, inverse = ufl.det(F), ufl.inv(F).T
     return MU * (F - inverse) + 2.0 * MU * ufl.ln(J) * inverse
 
+
+def tangent_error(found, size, h=1e-4):
+    """Remainder of central differences of the residual along a random direction of a
+    size, over the tangent's product. Free unknowns only, at the present state."""
+    problem = found.problem
+    x, b, A = problem.start(), problem.create_vector(), problem.create_matrix()
+    fixed = np.zeros(len(x.array), dtype=bool)
+    fixed[: found.contact.layout.n] = problem.prescribed
+    direction, product = x.copy(), x.copy()
+    rng = np.random.default_rng(COMM.rank)
+    direction.array[:] = size * rng.uniform(-1.0, 1.0, len(fixed))
+    direction.array[fixed] = 0.0
+    problem.J(x, A)
+    A.mult(direction, product)
+    left = -h * product.array
+    for side in (1.0, -1.0):
+        y = x.copy()
+        y.axpy(side * h, direction)
+        problem.F(y, b)
+        left += 0.5 * side * b.array
+    left[fixed] = 0.0
+    squares = COMM.allreduce(np.array([left @ left, product.array @ product.array]))
+    return np.sqrt(squares[0] / squares[1]) / h

@@ -1,4 +1,4 @@
-"""A rubber cord squeezed between two smooth plates, a quarter of it, in plane strain."""
+"""A quarter of a rubber cord, squeezed between two smooth plates in plane strain."""
 
 from __future__ import annotations
 
@@ -121,7 +121,8 @@ class Ring:
         return max(COMM.allgather(-self.contact.points(0)["pressure"].min(initial=0.0)))
 
     def roughness(self):
-        """Mean jump of the pressure's means between cells of the cord, over its range."""
+        """Mean jump of the pressure's means between cells of the cord, over their
+        range."""
         mesh = self.scene.mesh
         v = ufl.TestFunction(compat.space(mesh, "DG", 0))
         dx = ufl.dx(mesh, metadata={"quadrature_degree": 4})

@@ -1,4 +1,4 @@
-"""A squeezed rubber cord against Lindley's force, and why its pressure is an unknown."""
+"""A squeezed rubber cord has Lindley's force, and needs its pressure as an unknown."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ import gathered
 import hosts
 import problems
 from hosts import LOWER, UPPER
-from problems import COMM, SOLVERS, worst
+from problems import SOLVERS, worst
 
 PUSHES = ((0.0, -0.03), (0.03, -0.06))
 CASES = {
@@ -100,28 +100,9 @@ def test_cells_of_two_kinds_meet():
 @pytest.mark.mpi
 def test_the_tangent_is_the_derivative():
     found = hosts.apart(hosts.meshes(), **CASES["degree 1"])
-    problem = found.problem
     found.push(*PUSHES[0])
-    SOLVERS[-1](problem).solve()
-    x, b, A = problem.start(), problem.create_vector(), problem.create_matrix()
-    fixed = np.zeros(len(x.array), dtype=bool)
-    fixed[: found.contact.layout.n] = problem.prescribed
-    direction, product = x.copy(), x.copy()
-    rng = np.random.default_rng(COMM.rank)
-    direction.array[:] = 0.05 * rng.uniform(-1.0, 1.0, len(fixed))
-    direction.array[fixed] = 0.0
-    problem.J(x, A)
-    A.mult(direction, product)
-    left = -1e-4 * product.array
-    for side in (1.0, -1.0):
-        y = x.copy()
-        y.axpy(side * 1e-4, direction)
-        problem.F(y, b)
-        left += 0.5 * side * b.array
-    left[fixed] = 0.0
-    scale = np.sqrt(COMM.allreduce(float(product.array @ product.array)))
-    remainder = np.sqrt(COMM.allreduce(float(left @ left))) / 1e-4
-    assert remainder < 1e-5 * scale
+    SOLVERS[-1](found.problem).solve()
+    assert hosts.tangent_error(found, 0.01) < 1e-5
 
 
 @pytest.mark.mpi
@@ -150,12 +131,7 @@ def test_paths_states_and_reactions():
 def test_bodies_that_nothing_holds_are_named():
     scenes = hosts.meshes(gap=0.1)
     found = hosts.apart(scenes)
-    load = fem.Constant(scenes[1].mesh, np.array([0.0, -1.0]))
-    F, J = found.problem.forms
-    assert J[0][1] is None and J[1][0] is None
-    found.problem.bcs[:] = found.problem.bcs[::2]
-    assert load.value[1] == -1.0 and len(F) == 2
-    found.push(0.0, 0.0)
+    found.problem.bcs[:] = found.problem.bcs[::2]  # of the lower one
     found.functions[1].x.array[1::2] = -0.05
     found.contact.update()
     sentences = raymortar.lost_contact.unheld(found.problem)
