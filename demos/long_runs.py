@@ -42,6 +42,11 @@ def save(path, contact, rows, **more):
     The file is replaced at once: an interruption leaves the old one or the new one.
     """
     comm, state = contact.layout.comm, contact.state()
+    springs = {
+        f"springs_{i}": field
+        for i, field in enumerate(state.traction_old)
+        if field is not None
+    }
     path = rank_file(path, comm)
     part = path.with_suffix(".part.npz")
     np.savez(
@@ -52,6 +57,7 @@ def save(path, contact, rows, **more):
         u=state.u,
         u_old=state.u_old,
         multiplier=state.multiplier,
+        **springs,
         **more,
     )
     os.replace(part, path)
@@ -93,10 +99,12 @@ def load(path, contact, row):
         else:
             arrays = [found.pop(name) for name in ("u", "u_old", "multiplier")]
             rows = [row(*values) for values in found.pop("rows")]
+            zones = range(len(contact.zones))
+            springs = [found.pop(f"springs_{i}", None) for i in zones]
     except DAMAGE as error:
         problem = f"{path} is not a whole checkpoint: {error}"
     raise_everywhere(comm, problem, SystemExit)
-    contact.restore(ContactState(*arrays, [None] * len(contact.zones)))
+    contact.restore(ContactState(*arrays, springs))
     return rows, found
 
 
