@@ -42,6 +42,11 @@ def save(path, contact, rows, **more):
     The file is replaced at once: an interruption leaves the old one or the new one.
     """
     comm, state = contact.layout.comm, contact.state()
+    springs = {
+        f"springs_{i}": field
+        for i, field in enumerate(state.traction_old)
+        if field is not None
+    }
     path = rank_file(path, comm)
     part = path.with_suffix(".part.npz")
     np.savez(
@@ -52,6 +57,7 @@ def save(path, contact, rows, **more):
         u=state.u,
         u_old=state.u_old,
         multiplier=state.multiplier,
+        **springs,
         **({} if state.unknowns is None else {"unknowns": state.unknowns}),
         **more,
     )
@@ -94,12 +100,13 @@ def load(path, contact, row):
         else:
             arrays = [found.pop(name) for name in ("u", "u_old", "multiplier")]
             rows = [row(*values) for values in found.pop("rows")]
+            zones = range(len(contact.zones))
+            springs = [found.pop(f"springs_{i}", None) for i in zones]
     except DAMAGE as error:
         problem = f"{path} is not a whole checkpoint: {error}"
     raise_everywhere(comm, problem, SystemExit)
     unknowns = found.pop("unknowns", None)
-    state = ContactState(*arrays, [None] * len(contact.zones), unknowns)
-    contact.restore(state)
+    contact.restore(ContactState(*arrays, springs, unknowns))
     return rows, found
 
 

@@ -28,6 +28,7 @@ import small  # noqa: E402
 # In the order of the page
 TABLES = {
     "holding": small.holding,
+    "cycles": small.cycles,
     "automatic": coefficient.automatic,
     "automatic_penalty": coefficient.automatic_penalty,
     "gamma_blocks": small.gamma_blocks,

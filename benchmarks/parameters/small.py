@@ -14,6 +14,7 @@ from trials import COMM, attempt, automatic_times, listed
 
 FACTORS = (0.01, 0.1, 1.0, 10.0, 100.0, 1000.0)
 HOLDS = 20
+CYCLE = 0.1  # shear to either side
 LAWS = {
     "augmented": raymortar.AugmentedLagrangian,
     "elastic": lambda: raymortar.Penalty(100.0),
@@ -99,6 +100,34 @@ def holding():
                 problem.contact.advance()
             row = held(problem.contact, problem.solve)
             yield {"method": name, "blocks": "clamped", "facets": facets} | row
+
+
+def loop(problem, top, steps):
+    """Work of friction in each quarter of a shear to and fro, in steps of one size."""
+    work = []
+    for quarter in ((0.0, 1.0), (1.0, 0.0), (0.0, -1.0), (-1.0, 0.0)):
+        done = 0.0
+        for at in np.linspace(*quarter, steps // 4 + 1)[1:]:
+            top.value[0] = CYCLE * at
+            problem.solve()
+            done += problem.contact.friction_work()
+            problem.contact.advance()
+        work.append(done)
+    return work
+
+
+def cycles():
+    """Work of friction of two loops in which most points stick."""
+    for name, facets in (("augmented", 2), ("augmented", 8), ("elastic", 2)):
+        for steps in (16, 64, 256):
+            problem, top = clamped_block(facets, LAWS[name]())
+            for down in (0.03, 0.06):
+                top.value[1] = -down
+                problem.solve()
+                problem.contact.advance()
+            first, second = (loop(problem, top, steps) for _ in range(2))
+            row = {"first_loop": sum(first), "second_loop": sum(second)}
+            yield {"method": name, "facets": facets, "steps": steps} | row
 
 
 # What gamma does

@@ -242,11 +242,9 @@ class Contact(ContactAssembly):
     @property
     def _has_springs(self) -> bool:
         """Whether friction springs carry a traction from step to step."""
-        return (
-            self.friction is not None
-            and isinstance(self.method, Penalty)
-            and self.method.tangential == "elastic"
-        )
+        if isinstance(self.method, Penalty) and self.method.tangential != "elastic":
+            return False
+        return self.friction is not None
 
     def _slave_dofs(self, facets: Sequence[ZoneFacets]) -> Indices:
         """Block dofs of the multiplier on this rank's slave facets."""
@@ -341,9 +339,9 @@ class Contact(ContactAssembly):
     def advance(self) -> None:
         """Accept the step: the present state becomes the old one. Collective.
 
-        The old displacement is the only history; the elastic penalty also keeps the
-        tangential traction of the last `update` on each slave facet. Results stay those
-        of the accepted step until the next `update`.
+        The history is the old displacement, and with friction what its springs hold on
+        each slave facet at the last `update` (none with ``tangential="rate"``). Results
+        stay those of the accepted step until the next `update`.
         """
         if self._has_springs:
             for zone in self.zones:

@@ -17,6 +17,7 @@ from .layout import Layout
 from .options import is_whole_number
 from .results import (
     OPEN,
+    STICK,
     Resultant,
     Statistics,
     along_normal,
@@ -209,7 +210,8 @@ class ContactFields:
         """Work that tangential tractions take in this step, before `advance`. Collective.
 
         The integral of -t . T_n w over the slave surfaces: force times length, per
-        thickness in 2D. With the elastic penalty a part is stored in its springs.
+        thickness in 2D. With a multiplier points that stick take none; with the elastic
+        penalty a part is stored in its springs.
         """
         if self.friction is None:
             return 0.0
@@ -218,6 +220,8 @@ class ContactFields:
         for zone in self.zones:
             points = zone.points()
             slip = points["slip"] - along_normal(points, points["slip"])
+            if self.multiplier is not None:
+                slip[points["status"] == STICK] = 0.0
             work -= float(
                 np.einsum("q,qi,qi", points["weight"], points["traction"], slip)
             )

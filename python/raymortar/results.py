@@ -19,6 +19,7 @@ from .layout import Layout
 from .reference_facets import shape_functions
 
 OPEN, CLOSED = 1, 2
+STICK = 2  # with friction; without, closed points slip
 
 
 @dataclass(frozen=True)

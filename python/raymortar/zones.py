@@ -44,7 +44,9 @@ class ZoneData:
     faced: Faced  # at the accepted step
     pattern: _cpp.Pattern = field(default_factory=_cpp.Pattern)
     positions: _cpp.BlockPositions = field(default_factory=_cpp.BlockPositions)
-    traction_old: Array | None = None  # (slave facets, n, d), of friction springs
+    # Of friction springs, (slave facets, n, d): a traction, or with a multiplier what
+    # the law has more than it, over gamma
+    traction_old: Array | None = None
 
     def points(self) -> dict[str, Array]:
         """Arrays over the integration points, see `ContactFields.points`."""

@@ -103,7 +103,8 @@ def cases(degrees=None):
 
 
 def set_history(contact, scene, seed, drag=DRAG):
-    """A random accepted state, with random traction in the springs."""
+    """A random accepted state, with random traction in the springs: with a multiplier
+    they hold lengths."""
     rng, V = np.random.default_rng(1000 + seed), contact.u.function_space
     X, upper = states.dof_positions(V), states.upper_dofs(scene, V)
     u = states.smooth_field(rng, X, 0.05)
@@ -115,7 +116,10 @@ def set_history(contact, scene, seed, drag=DRAG):
     for zone in contact.zones:
         if zone.traction_old is not None:
             size = zone.traction_old.shape
-            zone.traction_old = rng.uniform(-1.0, 1.0, size) * states.TRACTION
+            one = states.TRACTION
+            if contact.multiplier is not None:
+                one /= states.GAMMA
+            zone.traction_old = rng.uniform(-1.0, 1.0, size) * one
             zone.cpp.set_old_traction(zone.traction_old)
 
 

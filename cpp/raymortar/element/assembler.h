@@ -41,8 +41,9 @@ struct ContactState
   std::vector<double> gamma;    ///< (slave facets, dofs per facet)
   PairFactors pair_factors;     ///< of gamma, where a master is hit
   FrictionLaw friction;         ///< read by the laws with friction only
-  /// Accepted tangential traction of the elastic penalty,
-  /// (slave facets, dofs per facet, gdim); empty for the other laws
+  /// Accepted tangential traction of the friction springs: of the elastic
+  /// penalty as it is; with a multiplier what the law has more than it, over
+  /// gamma. (slave facets, dofs per facet, gdim); empty: none
   std::vector<double> traction_old;
   Segmentation segmentation;
   SegmentRules segment_rules;
@@ -61,6 +62,9 @@ struct PointResults
   std::vector<double> x;        ///< deformed slave positions, (points, gdim)
   std::vector<double> normal;   ///< (points, gdim)
   std::vector<double> slip;     ///< w of (2), (points, gdim); friction only
+  /// Tangential traction of the law at its points, of which a multiplier is
+  /// the mean, (points, gdim); friction only
+  std::vector<double> friction;
 };
 
 /// Takes an element's block: residual (size,) or tangent (size, size) row-major

@@ -49,6 +49,7 @@ public:
                    std::vector<double>(n, 0.0),
                    std::vector<double>(n * D, 0.0),
                    std::vector<double>(n * D, 0.0),
+                   std::vector<double>(is_frictional<Law> ? n * D : 0, 0.0),
                    std::vector<double>(is_frictional<Law> ? n * D : 0, 0.0)};
     for (std::size_t e = 0; e < s.elements.size(); ++e)
     {
@@ -223,7 +224,10 @@ private:
     r.pressure[q] = p.response.p;
     Eigen::Map<Vec<D>>(r.traction.data() + q * D) = p.response.t;
     if constexpr (is_frictional<Law>)
+    {
       Eigen::Map<Vec<D>>(r.slip.data() + q * D) = p.old.w;
+      Eigen::Map<Vec<D>>(r.friction.data() + q * D) = p.friction();
+    }
   }
 };
 

@@ -52,8 +52,8 @@ struct OldPoint<F, true>
   Closing closing;
   ConvectedVector<F::gdim> slide;  ///< distance along the slave, carried along
   Vec<F::gdim> w;                  ///< slip increment (2)
-  Vec<F::gdim> traction;           ///< accepted then; penalty only
-  CarriedTraction<F::gdim> spring; ///< made of it; penalty only
+  Vec<F::gdim> accepted;           ///< of springs, see ContactState
+  CarriedTraction<F::gdim> spring; ///< made of it
 };
 
 /// @brief A point with a hit, and the law's response there.
@@ -78,6 +78,15 @@ struct HitPoint : SlavePoint<F, L, Law>
   {
   }
 
+  /// @brief Tangential traction of the law.
+  [[nodiscard]] Vec<D> friction() const requires is_frictional<Law>
+  {
+    Vec<D> t = response.t;
+    if constexpr (M > 0)
+      t += response.C;
+    return t - this->slave.n.dot(t) * this->slave.n;
+  }
+
 private:
   [[nodiscard]] OldPoint<F, is_frictional<Law>>
   old_point(const Data& e, const ElementPoint<F>& q) const
@@ -94,11 +103,8 @@ private:
       was.slide = convect<D>(was.master, frame_at<F>(e.master, q.eta),
                              was.distance - g_0 * n_0);
       was.w = was.slide.value + was.closing.length * n_0;
-      if constexpr (M == 0)
-      {
-        was.traction = e.history.traction_old * this->N_s;
-        was.spring = carry_traction<D>(was.frame, this->slave, was.traction);
-      }
+      was.accepted = e.history.traction_old * this->N_s;
+      was.spring = carry_traction<D>(was.frame, this->slave, was.accepted);
     }
     return was;
   }
@@ -111,9 +117,9 @@ private:
       return Law::template evaluate<D>(state);
     else
     {
-      Vec<D> spring = Vec<D>::Zero();
-      if constexpr (M == 0)
-        spring = old.spring.value();
+      Vec<D> spring = old.spring.value();
+      if constexpr (M > 0)
+        spring *= this->gamma;
       return Law::template evaluate<D>(
           FrictionState<D, M>{state, old.w, spring, e.history.friction});
     }

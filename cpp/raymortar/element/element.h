@@ -51,6 +51,10 @@ public:
       if constexpr (is_frictional<Law>)
         d.add_slip(p, at, p.response.C_w);
       Rows<M, 2 * Layout::side> dC = chain<M>(d, at);
+      if constexpr (is_frictional<Law>)
+        dC.template leftCols<Layout::side>() +=
+            p.gamma * p.response.C_spring *
+            vary_carried<F>(p.old.spring, at.geometry);
       if (e.current)
         dC.template leftCols<Layout::side>() +=
             p.response.C * area_variation(at.geometry);

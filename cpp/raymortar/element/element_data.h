@@ -37,7 +37,7 @@ struct FrictionData<F, true>
 {
   typename F::NodeMatrix slave_old;
   typename F::NodeMatrix master_old;
-  Mat<F::gdim, F::dofs> traction_old; ///< nodal, of the elastic penalty
+  Mat<F::gdim, F::dofs> traction_old; ///< nodal, see ContactState
   FrictionLaw friction;
 };
 

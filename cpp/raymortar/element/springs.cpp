@@ -85,6 +85,30 @@ private:
     return v - n.dot(v) * n;
   }
 
+  /// Coefficient of the law at a point
+  [[nodiscard]] double gamma_at(std::size_t q, const Vec<F::dofs>& N) const
+  {
+    const Index slave = _state.points.slave[q], master = _state.hits.master[q];
+    return _state.pair_factors.of(_state.slave.body_of(slave),
+                                  _state.master.body_of(master)) *
+           N.dot(Eigen::Map<const Vec<F::dofs>>(
+               _state.gamma.data() +
+               static_cast<std::size_t>(slave) * F::dofs));
+  }
+
+  /// Multiplier at a point; zero where there is none
+  [[nodiscard]] Vec<D> multiplier(std::size_t q) const
+  {
+    if (not has_multiplier())
+      return Vec<D>::Zero();
+    return vector(_results.traction, q);
+  }
+
+  [[nodiscard]] bool has_multiplier() const
+  {
+    return _state.multipliers.components > 0;
+  }
+
   /// Bound of friction at the accepted step, with its gap along the old ray
   [[nodiscard]] double old_bound(std::size_t q, double gamma) const
   {
@@ -94,7 +118,9 @@ private:
         frame_at<F>(slave.nodes<F>(slave.x_old, _state.points.slave[q]), at.xi);
     const Vec<D> x_m = master.nodes<F>(master.x_old, _state.hits.master[q]) *
                        F::Node::values(at.eta);
-    return bound_at(_state.friction, gamma * old.n.dot(x_m - old.x)).s;
+    const double p = vector(_results.normal, q).dot(multiplier(q)) +
+                     gamma * old.n.dot(x_m - old.x);
+    return bound_at(_state.friction, p).s;
   }
 
   /// What the law has changed at a closed point
@@ -103,24 +129,23 @@ private:
     const auto f = static_cast<std::size_t>(_state.points.slave[q]);
     const Vec<F::dofs> N =
         F::Disp::values(_state.points.xi[q].template head<F::tdim>());
-    const Vec<D> start = tangential(field(f) * N, q);
-    const Vec<D> end = tangential(vector(_results.traction, q), q);
+    const double gamma = gamma_at(q, N);
+    const double unit = has_multiplier() ? gamma : 1.0;
+    const Vec<D> start = tangential(multiplier(q) + unit * (field(f) * N), q);
+    const Vec<D> end = vector(_results.friction, q);
     Vec<D> change = end - start;
     if (_results.status[q] == ContactStatus::slip)
-      change += excess(q, N, start, end);
+      change += excess(q, gamma, start, end);
     _part[f] += _state.points.area[q] * N * N.transpose();
-    _load[f] += _state.points.area[q] * change * N.transpose();
+    _load[f] += _state.points.area[q] / unit * change * N.transpose();
   }
 
   /// A polynomial may exceed the bound at single points by its own error. The
   /// law cuts that off wherever it is evaluated; the field has to keep it, or
   /// it would get smaller with every step at rest. Slip uses it up
-  [[nodiscard]] Vec<D> excess(std::size_t q, const Vec<F::dofs>& N,
-                              const Vec<D>& start, const Vec<D>& end) const
+  [[nodiscard]] Vec<D> excess(std::size_t q, double gamma, const Vec<D>& start,
+                              const Vec<D>& end) const
   {
-    const auto f = static_cast<std::size_t>(_state.points.slave[q]);
-    const double gamma = N.dot(
-        Eigen::Map<const Vec<F::dofs>>(_state.gamma.data() + f * F::dofs));
     const double length =
         start.norm() - std::max(end.norm(), old_bound(q, gamma)) -
         gamma * tangential(vector(_results.slip, q), q).norm();

@@ -1,4 +1,4 @@
-// Friction springs of the elastic penalty: the traction that a step hands on.
+// Friction springs: the tangential traction at points that a step hands on.
 #pragma once
 
 #include "raymortar/element/assembler.h"
@@ -6,7 +6,8 @@
 namespace raymortar
 {
 /// @brief Tangential traction of the present state as a polynomial on every
-/// slave facet, for the next step to start from  [theory (4.13)].
+/// slave facet, for the next step to start from  [theory (4.13)]; with a
+/// multiplier what it has more than this, over gamma  [theory (4.14)].
 ///
 /// The field of the accepted step is turned with the surface, and what the law
 /// has changed since then is added: its least squares fit at the closed points.

@@ -46,7 +46,7 @@ public:
     {
       t += r.t_w * rate.scaled_w;
       if constexpr (M > 0)
-        C += r.C_w * rate.scaled_w;
+        C += r.C_w * rate.scaled_w + r.C_spring * rate.spring;
       else
         t += r.t_spring * rate.spring;
     }
@@ -111,7 +111,7 @@ private:
     Mat<1, T> scaled_g; ///< d(gamma g) / gamma
     Mat<M, T> lam;
     Mat<D, T> scaled_w; ///< d(gamma w) / gamma; friction only
-    Mat<D, T> spring;   ///< friction without a multiplier only
+    Mat<D, T> spring;   ///< traction; friction only
   };
 
   [[nodiscard]] static Rates rates(const Data& e, const ElementPoint<F>& q,
@@ -142,10 +142,12 @@ private:
           was.slide.carry * turned + was.closing.length * bend.n +
           old.n * (was.closing.by_old * by_turn + was.closing.by_now * g) +
           was.w * at.log_gamma;
-      if constexpr (M == 0)
-        r.spring = carried_along_facet<D>(
-            p.old.spring, {old, bend}, {p.slave, at.bend}, p.old.traction,
-            e.history.traction_old * slopes.geometry.dN_s);
+      r.spring = carried_along_facet<D>(
+          was.spring, {old, bend}, {p.slave, at.bend}, was.accepted,
+          e.history.traction_old * slopes.geometry.dN_s);
+      if constexpr (M > 0)
+        r.spring =
+            p.gamma * (r.spring + was.spring.value() * at.log_gamma).eval();
     }
     return r;
   }

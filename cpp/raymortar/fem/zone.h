@@ -123,7 +123,7 @@ public:
   void set_gamma(std::span<const double> gamma, double scale,
                  PairFactors factors = {});
 
-  /// @brief Accepted tangential traction of the elastic penalty,
+  /// @brief What friction springs start from, see ContactState;
   /// (slave facets, dofs per facet, gdim); empty: none.
   void set_old_traction(std::span<const double> traction);
 

@@ -13,8 +13,10 @@ namespace raymortar
 template <int D, int M>
 struct FrictionState : PointState<D, M>
 {
-  Vec<D> w;      ///< slip increment since the accepted step (2), length
-  Vec<D> spring; ///< tangential traction to start from, penalty; may be zero
+  Vec<D> w; ///< slip increment since the accepted step (2), length
+  /// Tangential traction that the step starts from; with a multiplier, how
+  /// much more than it. May be zero
+  Vec<D> spring;
   FrictionLaw friction;
 };
 
@@ -25,11 +27,12 @@ struct FrictionResponse : PointResponse<D, M>
   Mat<D, D> t_w = Mat<D, D>::Zero();
   Mat<D, D> t_spring = Mat<D, D>::Zero();
   Mat<M, D> C_w = Mat<M, D>::Zero();
+  Mat<M, D> C_spring = Mat<M, D>::Zero();
 };
 
 /// @brief Augmented Lagrangian with friction, vector multiplier.
 ///
-/// t = lam,  C = p n + P_s(T_n (lam - gamma w)) - lam,
+/// t = lam,  C = p n + P_s(T_n (lam + spring - gamma w)) - lam,
 /// p = min(0, lam . n + gamma g)   [theory (4.7)]
 struct FrictionalAugmentedLagrangian
 {
@@ -65,8 +68,8 @@ private:
                          FrictionResponse<D, D>& r)
   {
     const FrictionBound bound = bound_at(s.friction, p);
-    const auto f = project_tangential<D>(s.n, s.lam - s.gamma * s.w, bound.s,
-                                         s.gamma * s.touch);
+    const auto f = project_tangential<D>(s.n, s.lam + s.spring - s.gamma * s.w,
+                                         bound.s, s.gamma * s.touch);
     // What a change of p does: along n, and to the radius of the disc
     const Vec<D> by_p = s.n + bound.s_p * f.by_s;
     r.status = f.stick ? ContactStatus::stick : ContactStatus::slip;
@@ -77,6 +80,7 @@ private:
     r.C_n.diagonal().array() += p;
     r.C_g = s.gamma * by_p;
     r.C_w = -s.gamma * f.by_z;
+    r.C_spring = f.by_z;
   }
 };
 

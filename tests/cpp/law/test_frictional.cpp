@@ -18,34 +18,27 @@ struct Kind
   using Law = Law_;
   static constexpr int M = Law::template multiplier_size<D>;
   using State = FrictionState<D, M>;
-  /// Inputs one after the other: n, g, w, then lam or the spring
-  static constexpr int size = 3 * D + 1;
+  /// Inputs one after the other: n, g, w, the spring, then lam
+  static constexpr int size = 3 * D + 1 + M;
 
   [[nodiscard]] static Vector stacked(const State& s)
   {
     Vector x(size);
-    if constexpr (M > 0)
-      x << s.n, s.g, s.w, s.lam;
-    else
-      x << s.n, s.g, s.w, s.spring;
+    x << s.n, s.g, s.w, s.spring, s.lam;
     return x;
   }
 
   [[nodiscard]] static State state(const Vector& x, const FrictionLaw& law)
   {
-    const Vec<D> last = x.tail<D>();
     State s;
     s.n = x.head<D>();
     s.g = x[D];
     s.gamma = gamma_;
     s.touch = touch;
     s.w = x.segment<D>(D + 1);
-    s.spring.setZero();
+    s.spring = x.segment<D>(2 * D + 1);
+    s.lam = x.tail<M>();
     s.friction = law;
-    if constexpr (M > 0)
-      s.lam = last;
-    else
-      s.spring = last;
     return s;
   }
 
@@ -67,10 +60,8 @@ struct Kind
   {
     const auto r = evaluate(s);
     Matrix J(D + M, size);
-    if constexpr (M > 0)
-      J << r.t_n, r.t_g, r.t_w, r.t_lam, r.C_n, r.C_g, r.C_w, r.C_lam;
-    else
-      J << r.t_n, r.t_g, r.t_w, r.t_spring;
+    J << r.t_n, r.t_g, r.t_w, r.t_spring, r.t_lam, r.C_n, r.C_g, r.C_w,
+        r.C_spring, r.C_lam;
     return J;
   }
 
@@ -89,7 +80,7 @@ struct Kind
   {
     Vec<D> z = s.spring - gamma_ * s.w;
     if constexpr (M > 0)
-      z = s.lam - gamma_ * s.w;
+      z += s.lam;
     return z - s.n.dot(z) * s.n;
   }
 
