@@ -156,7 +156,7 @@ def _check(gamma: Any, contact: Any) -> None:
         raise ContactError("set_gamma needs a number or a Function, not None")
     check_coefficient(gamma)
     if isinstance(gamma, Function):
-        check_coefficient_function(gamma, contact.u)
+        check_coefficient_function(gamma, contact.slave_u)
 
 
 def _by_pair(gamma: PairCoefficients, zones: Sequence[Any]) -> list[ZoneCoefficients]:

@@ -166,8 +166,7 @@ def unheld(problem: Any) -> list[str]:
     parts = [diagonal**2]
     for i, forces in enumerate(problem.contact.translation_forces):
         parts += [problem.constrained & (component == i), forces**2]
-    tail = np.zeros(len(groups.of_row) - len(diagonal))
-    sums = groups.sum(*(np.concatenate([part, tail]) for part in parts))[:, :n]
+    sums = groups.sum(*map(groups.on_rows, parts))[:, :n]
     stiffness = np.sqrt(sums[0])
     free = np.array(
         [

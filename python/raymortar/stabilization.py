@@ -69,8 +69,7 @@ class Stabilization:
         self.work = self.share = 0.0
         self._limit = FARTHEST * mean_facet_size(contact.layout, contact.zones)
         groups = problem.convergence.groups
-        held = np.zeros(len(groups.of_row))
-        held[: contact.layout.n_u] = problem.constrained
+        held = groups.on_rows(problem.constrained)
         self._loose = groups.sum(held)[: groups.bodies] == 0.0
         if not self._loose.any():
             self._limit = np.inf

@@ -13,7 +13,7 @@ from .errors import ContactError, ConvergenceError, SetUpError
 from .gamma_detour import solve_by_small_gamma
 from .line_search import with_line_search
 from .solver import SNESSolver
-from .state import ContactState
+from .state import ContactState, extrapolate
 from .trouble import is_in_trouble
 
 # What another way, or a smaller step, may cure
@@ -133,11 +133,7 @@ class Strategies:
 
     def _extrapolated(self, now: ContactState, last: ContactState, ratio: float) -> int:
         """Iterations from where the last step's change leads."""
-        contact = self._contact
-        contact.u.x.array[:] += ratio * (now.u - last.u)
-        if now.multiplier is not None and last.multiplier is not None:
-            change = now.multiplier - last.multiplier
-            contact.multiplier.x.array[:] += ratio * change
+        extrapolate(self._contact, now, last, ratio)
         return self.solver.solve()[0]
 
     def _others(
