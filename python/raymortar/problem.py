@@ -147,6 +147,20 @@ class NonlinearProblem:
     def F(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
         """Residual at x into b. Collective."""
         self.form(x)
+        volume, increment = self._assemble(b, True)
+        imbalance = self.convergence.measure(
+            b.getArray(readonly=True), volume, self.constrained, increment
+        )
+        self.history.append(imbalance.norm)
+
+    def loads(self, b: PETSc.Vec) -> None:
+        """What of the residual depends on loads and prescribed displacements, at the
+        last x of `form`, into b: all but contact's forces. Collective."""
+        self._assemble(b, False)
+
+    def _assemble(self, b: PETSc.Vec, contact: bool) -> tuple[Array, Array]:
+        """Residual, with contact's forces or without; its part of the user's form, and
+        what prescribed displacements lack. Collective."""
         u, n = self.contact.u, self.contact.layout.n_u
         r = self._r.array
         r[:] = 0.0
@@ -160,13 +174,11 @@ class NonlinearProblem:
         b.set(0.0)
         b.getArray()[:n] = r[:n]
         # Constrained rows are left out by contact, so the values set above stay
-        self.contact.assemble_vector(b, self.bcs)
+        if contact:
+            self.contact.assemble_vector(b, self.bcs)
         self.contact.lift(b, increment, -1.0)
         b.assemble()
-        imbalance = self.convergence.measure(
-            b.getArray(readonly=True), volume, self.constrained, increment
-        )
-        self.history.append(imbalance.norm)
+        return volume, increment
 
     @contextmanager
     def silent_about_loss(self) -> Iterator[None]:

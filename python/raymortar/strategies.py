@@ -29,8 +29,8 @@ class Strategies:
 
     Parameters
     ----------
-    solver
-        As of `LoadSteps`.
+    path
+        One of `load_path`: its solver solves a step, from the state that it is told of.
     extrapolate
         Whether steps begin with the extrapolated state.
     automatic
@@ -42,11 +42,11 @@ class Strategies:
         What solved the last step.
     """
 
-    def __init__(self, solver: Any, extrapolate: bool, automatic: bool) -> None:
-        self.solver, self.extrapolate = solver, extrapolate
+    def __init__(self, path: Any, extrapolate: bool, automatic: bool) -> None:
+        self._path, self.solver, self.extrapolate = path, path.solver, extrapolate
         self.automatic = automatic
         self.used = FULL
-        self._contact = solver.problem.contact
+        self._contact = self.solver.problem.contact
 
     def solve(self, now: ContactState, last: ContactState | None, ratio: float) -> int:
         """Solve from the present state. Collective.
@@ -89,7 +89,7 @@ class Strategies:
     ) -> int | None:
         """Iterations of the first of the other ways that ends, None if none does."""
         for name, solve in self._others(now, last, ratio):
-            self._contact.restore(now)
+            self._restore(now)
             try:
                 iterations = solve()
             except SetUpError:
@@ -126,14 +126,19 @@ class Strategies:
                 self.used = EXTRAPOLATED
                 return iterations
             except FAILURES:
-                self._contact.restore(now)
+                self._restore(now)
         iterations = self.solver.solve()[0]
         self.used = FULL
         return iterations
 
+    def _restore(self, now: ContactState) -> None:
+        self._contact.restore(now)
+        self._path.restart()
+
     def _extrapolated(self, now: ContactState, last: ContactState, ratio: float) -> int:
         """Iterations from where the last step's change leads."""
         contact = self._contact
+        self._path.extrapolate(ratio)
         contact.u.x.array[:] += ratio * (now.u - last.u)
         if now.multiplier is not None and last.multiplier is not None:
             change = now.multiplier - last.multiplier
