@@ -1,7 +1,6 @@
 """The equation that the load factor is found from where it is an unknown.
 
-Newton's method has x and v with A x = r and A v = dr/dt: the next iterate is
-u - x - dt v at t + dt, and a constraint says which dt that is.
+Newton's next iterate is u - X at t + dt; a constraint asks for g X = c + e dt.
 """
 
 from __future__ import annotations
@@ -22,9 +21,6 @@ from .errors import ContactError, ConvergenceError, together
 
 # Share of a step to which a constraint is met
 TOLERANCE = 1e-10
-
-# Share of the largest displacement that is none of the chosen one
-NO_CHANGE = 1e-12
 
 # Cosine between one step and the next below which a path has turned back
 TURNED = -0.5
@@ -78,18 +74,13 @@ class ChosenDisplacement:
         self._target = self._begin + share * self._by
         self._step = abs(part * self._by)
 
-    def correction(self, factor: float, x: Array, v: Array) -> float:
-        """dt from owned rows of x and v. Collective."""
-        weights, x, v = self._gradient(), x[: self._n], v[: self._n]
-        sums = np.array([weights @ x, weights @ v, np.abs(weights).sum()])
-        self._comm.Allreduce(MPI.IN_PLACE, sums)
-        of_x, of_v, size = sums.tolist()
-        if abs(of_v) <= NO_CHANGE * size * largest(self._comm, v):
-            raise ConvergenceError(
-                "the loads do not move what was chosen to lead the path: is it of a "
-                "loaded body, or touched by one, and free?"
-            )
-        return float((self.value - self._target - of_x) / of_v)
+    def row(self, factor: float) -> tuple[Array, float, float]:
+        """g (owned dofs), e and c. Collective."""
+        return self._gradient(), 0.0, self.value - self._target
+
+    def share(self, change: Array, step: float) -> float:
+        """Of a change and its step of the load factor that is taken."""
+        return 1.0
 
     def is_met(self, factor: float) -> bool:
         """Whether the value is as prescribed, to rounding. Collective."""
@@ -130,6 +121,7 @@ class Arc:
         self.radius = control.radius
         self._u_0, self._factor_0 = self._u.x.array.copy(), 0.0
         self._last: tuple[Array, float] | None = None
+        self._sets_out = True
 
     def _product(self, a: tuple[Array, float], b: tuple[Array, float]) -> float:
         """Of two changes (owned displacements, load factor). Length squared."""
@@ -157,35 +149,40 @@ class Arc:
         self._u_0[:], self._factor_0 = self._u.x.array, factor
         self._last = last
 
-    def correction(self, factor: float, x: Array, v: Array) -> float:
-        """dt from owned rows of x and v: onto the tangent at first, then onto the
-        sphere's tangent plane. Collective."""
+    def row(self, factor: float) -> tuple[Array, float, float]:
+        """g (owned dofs), e and c: ahead at first, then onto the tangent plane of the
+        sphere. Collective."""
         change = self._change(factor)
-        along = (-v, 1.0)
-        # Of unconverged starts too: u_0 with loads that have changed
         here = self._product(change, change)
-        if self.radius is None or here <= (TOLERANCE * self.radius) ** 2:
-            return self._first(along)
-        slope = self._product(change, along)
-        moved = here - self._product(change, (x, 0.0))
-        if slope == 0.0:
-            raise ConvergenceError("the path runs along its arc: take a smaller radius")
-        return 0.5 * (self.radius**2 + here - 2.0 * moved) / slope
+        self._sets_out = (
+            self.radius is None or here <= (TOLERANCE * self.radius) ** 2
+        )
+        if not self._sets_out:
+            assert self.radius is not None
+            return self._plane(change, 0.5 * (here - self.radius**2))
+        if self._last is None:
+            return np.zeros(self._n), 1.0, -self._towards
+        return self._plane(self._last, -self._product(self._last, self._last))
 
-    def _first(self, along: tuple[Array, float]) -> float:
-        """dt of a step along the tangent."""
-        speed = self._product(along, along) ** 0.5
-        if speed == 0.0:
+    def _plane(
+        self, normal: tuple[Array, float], right: float
+    ) -> tuple[Array, float, float]:
+        """Across a normal."""
+        g = normal[0][: self._n] / self._nodes
+        return g, self._psi**2 * normal[1], right
+
+    def share(self, change: Array, step: float) -> float:
+        """Of a change and its step of the load factor that is taken. Collective."""
+        if not self._sets_out:
+            return 1.0
+        length = self.length(change, step)
+        if length == 0.0:
             raise ConvergenceError(
                 "the loads move nothing: give ArcLength a psi, or apply what loads"
             )
         if self.radius is None:
-            self.radius = abs(self._towards) * speed
-        if self._last is None:
-            ahead = self._towards
-        else:
-            ahead = self._product(self._last, along)
-        return float(np.copysign(self.radius / speed, ahead))
+            self.radius = length
+        return self.radius / length
 
     def is_met(self, factor: float) -> bool:
         """Whether the step has its length. Collective."""

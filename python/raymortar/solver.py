@@ -191,10 +191,9 @@ class NewtonSolver:
         """`atol` where the user has given one."""
         return None if self.atol == self._floor else self.atol
 
-    def linearise(self, x: PETSc.Vec) -> None:
-        """Take the tangent at x, for `correct`. Collective."""
-        if self.problem.J(x, self.A):
-            renew(self.krylov_solver, self.A)
+    def linearise(self, x: PETSc.Vec, springs: Mapping[int, float]) -> None:
+        """Take the tangent at x, and springs by row, for `correct`. Collective."""
+        _tangent_with(self, x, springs)
         self.krylov_solver.setOperators(self.A)
 
     def correct(self, b: PETSc.Vec, dx: PETSc.Vec) -> None:
@@ -241,6 +240,16 @@ def renew(ksp: PETSc.KSP, A: PETSc.Mat) -> None:
     takes a new pattern for the old one (`Contact.make_room`)."""
     ksp.reset()
     ksp.setOperators(A)
+
+
+def _tangent_with(solver: Any, x: PETSc.Vec, springs: Mapping[int, float]) -> None:
+    """Tangent at x with springs on its diagonal, those of this rank. Collective."""
+    A = solver.A
+    if solver.problem.J(x, A):
+        renew(solver.krylov_solver, A)
+    for row, stiffness in springs.items():
+        A.setValue(row, row, stiffness, addv=PETSc.InsertMode.ADD_VALUES)
+    A.assemble()
 
 
 def require_convergence(problem: NonlinearProblem, converged: bool, reason: str) -> None:
@@ -410,11 +419,10 @@ class SNESSolver:
         most: int = self.snes.getTolerances()[3]
         return most
 
-    def linearise(self, x: PETSc.Vec) -> None:
-        """Take the tangent at x, for `correct`. Collective."""
+    def linearise(self, x: PETSc.Vec, springs: Mapping[int, float]) -> None:
+        """Take the tangent at x, and springs by row, for `correct`. Collective."""
         self._scale.array[:] = self.problem.row_scale()
-        if self.problem.J(x, self.A):
-            renew(self.krylov_solver, self.A)
+        _tangent_with(self, x, springs)
         self.A.diagonalScale(self._scale)
         self.krylov_solver.setOperators(self.A)
 
