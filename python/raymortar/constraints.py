@@ -195,12 +195,14 @@ class Arc:
 
     def check(self, factor: float) -> None:
         """Raise where the path has turned back. Collective."""
-        if self._last is None:
-            return
         change, last = self._change(factor), self._last
+        if last is None:
+            if change[1] * self._towards < 0.0:
+                raise ConvergenceError("the path sets out backwards: take a smaller radius")
+            return
         sizes = self._product(change, change) * self._product(last, last)
         if self._product(change, last) < TURNED * sizes**0.5:
-            raise ConvergenceError("the path turned back: take a smaller radius")
+            raise ConvergenceError("the path turns back: take a smaller radius")
 
 
 def mean_weights(control: DisplacementControl, u: Any) -> Array:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
 from .bordered import CHANGE, BorderedSolver
 from .compat import Array
 from .constraints import Arc, ChosenDisplacement
@@ -33,7 +35,11 @@ class PrescribedPath:
         Solves a step after `begin`.
     factor
         Load factor of the last accepted step.
+    led
+        Whether each owned dof of u leads the path, or None.
     """
+
+    led: Array | None = None
 
     def __init__(
         self,
@@ -119,6 +125,11 @@ class _LedPath:
         return self._inner
 
     @property
+    def led(self) -> Array:
+        """Whether each owned dof of u leads the path: all are measured by an arc."""
+        return np.ones(self._contact.layout.n_u, dtype=bool)
+
+    @property
     def next(self) -> float:
         """Load factor where the step begins: its end is not known."""
         return self.factor
@@ -159,6 +170,11 @@ class DisplacementPath(_LedPath):
         self._chosen = ChosenDisplacement(control, solver.problem.contact)
         super().__init__(solver, apply, ends, self._chosen)
         self._sizes, self.time = sizes, 0.0
+
+    @property
+    def led(self) -> Array:
+        """Whether each owned dof of u leads the path. Collective."""
+        return self._chosen.row(self.factor)[0] != 0.0
 
     @property
     def ended(self) -> bool:

@@ -248,7 +248,7 @@ class LoadSteps:
                 iterations = self._stabilization.solve(
                     lambda: ways.solve(contact.state(), None, 1.0)
                 )
-        loss = lost_contact(problem)
+        loss = lost_contact(problem, self._path.led)
         if loss is not None:
             raise ContactLost(f"contact is lost: {loss}")
         return iterations

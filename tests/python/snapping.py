@@ -39,6 +39,7 @@ class OnBed:
     problem: Any
     solver: Any
     apply: Any
+    load: Any
 
     @property
     def top(self):
@@ -88,4 +89,4 @@ def on_bed(
         down.value = -t
         load.value = 0.0 if prescribed else t
 
-    return OnBed(scene, u, problem, solver(problem), apply)
+    return OnBed(scene, u, problem, solver(problem), apply, load)
