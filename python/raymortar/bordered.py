@@ -76,22 +76,19 @@ class BorderedSolver:
         solver, problem, start = self.solver, self.problem, self.factor
         require_agreement(problem.comm, max_it=solver.max_it, rtol=solver.tolerances)
         x, vectors = problem.start(), [problem.create_vector() for _ in range(4)]
-        iterations, reason = 0, None
+        converged = False
         try:
             with solver.options:
                 iterations, reason = self._iterate(x, *vectors)
             converged = reason is None
-        except BaseException:
-            self.factor = start
-            renew(solver.krylov_solver, solver.A)
-            raise
         finally:
             for vector in (x, *vectors):
                 vector.destroy()
-        if not converged:
-            self.factor = start
-            renew(solver.krylov_solver, solver.A)
-        require_convergence(problem, converged, f"after {iterations} iterations{reason}")
+            if not converged:
+                self.factor = start
+                renew(solver.krylov_solver, solver.A)
+        text = f"after {iterations} iterations{reason}"
+        require_convergence(problem, converged, text)
         self._constraint.check(self.factor)
         return iterations, True
 
@@ -161,8 +158,8 @@ class BorderedSolver:
         return True
 
     def _spring(self, g: Array) -> dict[int, float]:
-        """Stiffness by row, of the free dof to which g gives most weight, if any; on the
-        rank that has it. Collective."""
+        """Stiffness by row, of the free dof to which g gives most weight, if any, on
+        the rank that has it. Collective."""
         contact, comm = self.problem.contact, self.problem.comm
         weights = np.where(self.problem.constrained, 0.0, np.abs(g))
         most, rank = comm.allreduce(

@@ -198,7 +198,9 @@ class Arc:
         change, last = self._change(factor), self._last
         if last is None:
             if change[1] * self._towards < 0.0:
-                raise ConvergenceError("the path sets out backwards: take a smaller radius")
+                raise ConvergenceError(
+                    "the path sets out backwards: take a smaller radius"
+                )
             return
         sizes = self._product(change, change) * self._product(last, last)
         if self._product(change, last) < TURNED * sizes**0.5:

@@ -90,10 +90,10 @@ class ArcLength(Options):
 
     Notes
     -----
-    After a step of n iterations the next radius is sqrt(easy / n) times as large where n
-    is below ``easy``, sqrt(2 easy / n) times where n is above 2 ``easy``, between a half
-    and twice, never above ``largest`` times the first. After a failure it is halved, and
-    grows again up to the first.
+    After a step of n iterations the next radius is sqrt(easy / n) times as large where
+    n is below ``easy``, sqrt(2 easy / n) times where n is above 2 ``easy``, between a
+    half and twice, never above ``largest`` times the first. After a failure it is
+    halved, and grows again up to the first.
     """
 
     radius: float | None = None

@@ -88,12 +88,11 @@ class LoadSteps:
         them. Their work and share are columns ``viscous_work`` and ``viscous_share`` of
         `history`.
     control
-        `DisplacementControl` or `ArcLength`: a chosen displacement, or the length of the
-        path, grows from step to step, and the load factor is an unknown, for snap-through.
-        ``path`` then says where the load factor starts and, with `ArcLength`, where it
-        ends. `history` has the load factor as column ``load_factor``, and ``time`` grows:
-        the share of the whole displacement (which is column ``controlled``), or the
-        length so far.
+        `DisplacementControl` or `ArcLength`, for snap-through: a chosen displacement, or
+        the length of the path, grows from step to step, and the load factor is an
+        unknown. ``path`` then says where it starts and, with `ArcLength`, ends.
+        `history` has it as column ``load_factor``; ``time`` is the share of the whole
+        displacement (which is column ``controlled``), or the length so far.
 
     Attributes
     ----------

@@ -252,7 +252,9 @@ def _tangent_with(solver: Any, x: PETSc.Vec, springs: Mapping[int, float]) -> No
     A.assemble()
 
 
-def require_convergence(problem: NonlinearProblem, converged: bool, reason: str) -> None:
+def require_convergence(
+    problem: NonlinearProblem, converged: bool, reason: str
+) -> None:
     """Raise, on every rank, if a solve has failed, and warn of a doubtful end."""
     if not converged:
         message = f"Newton did not converge {reason}: {problem.describe()}"
