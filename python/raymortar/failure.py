@@ -9,7 +9,11 @@ import numpy as np
 
 from petsc4py import PETSc
 
+from .errors import ContactError, ConvergenceError
 from .trouble import cycle_length
+
+# What another way, or a smaller step, may cure
+FAILURES = (ConvergenceError, ContactError, PETSc.Error)
 
 # Residuals at either end of a history that a message lists
 _ENDS = 5

@@ -13,6 +13,7 @@ from .errors import (
     require_agreement,
     together,
 )
+from .failure import FAILURES
 from .history import History
 from .load_path import ArcPath, DisplacementPath, PrescribedPath
 from .load_step import LoadStep
@@ -32,7 +33,7 @@ from .progress import Progress, check_progress, line
 from .stabilization import Stabilization
 from .state import ContactState
 from .step_sizes import StepSizes
-from .strategies import FAILURES, Strategies
+from .strategies import Strategies
 
 
 class LoadSteps:
@@ -205,7 +206,9 @@ class LoadSteps:
         """The accepted steps; says at which load factor it tries the next one."""
         contact = self.solver.problem.contact
         path = self._path = self._new_path()
-        ways = Strategies(path, self.extrapolate, self.strategy == "auto")
+        viscous = self.control is None and self._stabilization is None
+        automatic = self.strategy == "auto"
+        ways = Strategies(path, self.extrapolate, automatic, viscous)
         last = None
         while not path.ended:
             before = contact.state()

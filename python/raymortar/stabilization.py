@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from .errors import ConvergenceError, SetUpError
+from .failure import FAILURES
 from .stiffness import mean_facet_size
-from .strategies import FAILURES
 from .viscosity import Viscosity
 
 # Of the stiffness' diagonal, at first

@@ -7,21 +7,21 @@ from contextlib import contextmanager
 from functools import cached_property
 from typing import Any
 
-from petsc4py import PETSc
+import numpy as np
 
-from .errors import ContactError, ConvergenceError, SetUpError
+from .errors import ConvergenceError, SetUpError
+from .failure import FAILURES
 from .gamma_detour import solve_by_small_gamma
 from .line_search import with_line_search
 from .solver import SNESSolver
+from .stabilization import Stabilization
 from .state import ContactState
 from .trouble import is_in_trouble
-
-# What another way, or a smaller step, may cure
-FAILURES = (ConvergenceError, ContactError, PETSc.Error)
 
 FULL, EXTRAPOLATED = "full", "extrapolated"
 LINE_SEARCH, SMALL_GAMMA = "line search", "small gamma"
 BOTH = "small gamma, line search"
+VISCOUS = "viscous forces"
 
 
 class Strategies:
@@ -35,6 +35,8 @@ class Strategies:
         Whether steps begin with the extrapolated state.
     automatic
         Whether others are tried.
+    viscous
+        Whether viscous forces are one of them.
 
     Attributes
     ----------
@@ -42,9 +44,11 @@ class Strategies:
         What solved the last step.
     """
 
-    def __init__(self, path: Any, extrapolate: bool, automatic: bool) -> None:
+    def __init__(
+        self, path: Any, extrapolate: bool, automatic: bool, viscous: bool
+    ) -> None:
         self._path, self.solver, self.extrapolate = path, path.solver, extrapolate
-        self.automatic = automatic
+        self.automatic, self._may_be_viscous = automatic, viscous
         self.used = FULL
         self._contact = self.solver.problem.contact
 
@@ -112,9 +116,12 @@ class Strategies:
 
     def _is_curable(self, failure: Exception) -> bool:
         """Whether a solve cycled or diverged, rather than ran out of iterations."""
-        if isinstance(failure, ConvergenceError):
-            return is_in_trouble(self.solver.problem.convergence.norms)
-        return True
+        if not isinstance(failure, ConvergenceError):
+            return True
+        problem = self.solver.problem
+        # PETSc ends at what is no number without asking for a judgement
+        broken = bool(problem.history) and not np.isfinite(problem.history[-1])
+        return broken or is_in_trouble(problem.convergence.norms)
 
     def _as_given(
         self, now: ContactState, last: ContactState | None, ratio: float
@@ -157,6 +164,13 @@ class Strategies:
         if searching is not None:
             yield LINE_SEARCH, lambda: searching.solve()[0]
             yield BOTH, lambda: solve_by_small_gamma(searching)
+        if self._viscous is not None:
+            yield VISCOUS, lambda: self._viscous.solve(lambda: self.solver.solve()[0])
+
+    @cached_property
+    def _viscous(self) -> Stabilization | None:
+        """Viscous forces for where equilibria end, made when they are first needed."""
+        return Stabilization(self.solver, 1.0) if self._may_be_viscous else None
 
     @cached_property
     def _with_line_search(self) -> SNESSolver | None:
