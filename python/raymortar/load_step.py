@@ -10,8 +10,8 @@ class LoadStep:
     ----------
     strategy
         What solved the step: ``"full"``, the solver as it was given;
-        ``"extrapolated"``, ``"small gamma"``, ``"line search"`` or ``"small gamma, line
-        search"``: see `LoadSteps`. Of a step under viscous forces, the last solve's.
+        ``"extrapolated"``, ``"small gamma"``, ``"line search"``, ``"small gamma, line
+        search"`` or ``"viscous forces"``: see `LoadSteps`. Of a step under viscous forces, the last solve's.
     """
 
     def __init__(

@@ -23,6 +23,9 @@ LINE_SEARCH, SMALL_GAMMA = "line search", "small gamma"
 BOTH = "small gamma, line search"
 VISCOUS = "viscous forces"
 
+# Solves under viscous forces, where the user has not asked for them
+MOST_VISCOUS = 40
+
 
 class Strategies:
     """Solves steps: as the solver was given, and where that is in trouble otherwise.
@@ -164,13 +167,16 @@ class Strategies:
         if searching is not None:
             yield LINE_SEARCH, lambda: searching.solve()[0]
             yield BOTH, lambda: solve_by_small_gamma(searching)
-        if self._viscous is not None:
-            yield VISCOUS, lambda: self._viscous.solve(lambda: self.solver.solve()[0])
+        viscous = self._viscous
+        if viscous is not None and viscous.is_of_use():
+            yield VISCOUS, lambda: viscous.solve(lambda: self.solver.solve()[0])
 
     @cached_property
     def _viscous(self) -> Stabilization | None:
         """Viscous forces for where equilibria end, made when they are first needed."""
-        return Stabilization(self.solver, 1.0) if self._may_be_viscous else None
+        if not self._may_be_viscous:
+            return None
+        return Stabilization(self.solver, 1.0, MOST_VISCOUS)
 
     @cached_property
     def _with_line_search(self) -> SNESSolver | None:

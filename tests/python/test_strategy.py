@@ -11,7 +11,14 @@ from raymortar import ContactError, ConvergenceError, SNESSolver
 from raymortar.errors import SetUpError
 from raymortar.line_search import with_line_search
 from raymortar.solvers import iterative
-from raymortar.strategies import BOTH, EXTRAPOLATED, FULL, LINE_SEARCH, SMALL_GAMMA
+from raymortar.strategies import (
+    BOTH,
+    EXTRAPOLATED,
+    FULL,
+    LINE_SEARCH,
+    SMALL_GAMMA,
+    VISCOUS,
+)
 from raymortar.trouble import is_hopeless, is_in_trouble
 
 CYCLE = [2.371e-2, 1.1e-2]
@@ -124,7 +131,13 @@ class Failing:
 @pytest.mark.mpi(where=lambda failures, **_: failures == 3)
 @pytest.mark.parametrize(
     "failures, strategy",
-    [(1, EXTRAPOLATED), (2, SMALL_GAMMA), (3, LINE_SEARCH), (4, BOTH)],
+    [
+        (1, EXTRAPOLATED),
+        (2, SMALL_GAMMA),
+        (3, LINE_SEARCH),
+        (4, BOTH),
+        (5, VISCOUS),
+    ],
 )
 def test_strategies_are_tried_in_their_order(failures, strategy, monkeypatch):
     problem, steps = top_moves("triangle", SOLVERS[0])
@@ -147,7 +160,8 @@ def test_the_step_is_halved_where_nothing_helps(monkeypatch):
     failing, path = Failing(monkeypatch, problem), iter(steps)
     next(path)
     before = problem.u.x.array.copy()
-    failing.left = 5
+    # Viscous forces are tried in five sizes
+    failing.left = 5 + 5
     step = next(path)
     assert (step.factor, step.strategy, step.halvings) == (0.375, FULL, 1)
     assert worst(problem.u.x.array - before) > 0.0
