@@ -123,7 +123,7 @@ def discs_on_block(centres, radius=0.5, size=0.12):
     return read(draw)
 
 
-def ball_on_block(height, radius=0.5, size=0.22):
+def ball_on_block(height, radius=0.5, size=0.3):
     """A ball around (0, 0, height), above the block -1 <= x, y <= 1, -0.6 <= z <= 0."""
 
     def draw(gmsh):

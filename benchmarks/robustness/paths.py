@@ -371,6 +371,14 @@ PATHS = {
     "rigid flat slave, 6/4 facets, hexahedra": lambda: rigid_slave(
         "hexahedron", 1, 6, 4, 0.2, 4
     ),
+    **{
+        f"rigid flat master, {above}/{below} facets": lambda n=(above, below): (
+            rigid_slave(
+                "quadrilateral", 1, *n, 0.2, 4, pairs=[("master", "slave")]
+            )
+        )
+        for above, below in ((9, 5), (24, 20))
+    },
     "between equal plates": lambda: between_plates("triangle", 1, 0.1, 2),
     "between equal plates, hexahedra": lambda: between_plates("hexahedron", 1, 0.1, 2),
     "ironing, full steps": lambda: ironing(60, 26),

@@ -56,7 +56,11 @@ def list_of_residuals(history: Sequence[float]) -> str:
 
 
 def describe_failure(
-    history: Sequence[float], statistics: Any, unheld: Sequence[str], imbalance: str
+    history: Sequence[float],
+    statistics: Any,
+    unheld: Sequence[str],
+    imbalance: str,
+    rigid: Sequence[int] = (),
 ) -> str:
     """State of contact, residuals, and what to try by what they show.
 
@@ -70,6 +74,8 @@ def describe_failure(
         Sentences on bodies that are held by nothing.
     imbalance
         Of `Convergence.describe`.
+    rigid
+        Slave tags that are prescribed throughout, on masters that are not.
     """
     text = f"{statistics}; residual history: {list_of_residuals(history)}"
     period = cycle_length(history, _ALIKE)
@@ -79,6 +85,9 @@ def describe_failure(
             "slip, in turn"
         )
     advice = _advice(history, statistics, unheld, period)
+    if rigid and statistics.hits and not unheld:
+        tags = ", ".join(map(str, rigid))
+        advice = f"the other body as the slave: all of slave tag {tags} is prescribed"
     text = "; ".join([text + imbalance, *unheld])
     return text + (f". Try {advice}" if advice else "")
 

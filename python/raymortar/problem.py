@@ -20,6 +20,7 @@ from .convergence import Convergence
 from .errors import ContactError, require_agreement, together
 from .failure import describe_failure
 from .forms import check_forms, check_supports, list_of_conditions
+from .held import rigid_slaves
 from .lost_contact import unheld
 
 
@@ -257,4 +258,5 @@ class NonlinearProblem:
             self.contact.statistics,
             unheld(self),
             self.convergence.describe(),
+            rigid_slaves(self.contact, self.contact.constrained(self.bcs)),
         )
