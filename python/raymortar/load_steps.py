@@ -80,9 +80,10 @@ class LoadSteps:
     strategy
         ``"auto"``: a solve that cycles or diverges is ended as soon as that shows, and
         the step is tried in other ways: from an extrapolated state, by way of a tenth
-        of gamma, with a line search, by both of these, and under viscous forces that
-        fade. Only where none helps the step is halved. What else the solver was given is kept. Nothing is done where
-        nothing is wrong. ``"halve"`` or None: the step is halved at once.
+        of gamma, in steps that end where surfaces first cross, with a line search, by
+        it and a tenth of gamma, and under viscous forces that fade. Only where none
+        helps the step is halved. What else the solver was given is kept. Nothing is
+        done where nothing is wrong. ``"halve"`` or None: the step is halved at once.
     stabilize
         True: viscous forces hold what nothing else does, bodies that contact alone
         holds and paths that snap; they fade to zero within each step. A number scales

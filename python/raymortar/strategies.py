@@ -9,17 +9,19 @@ from typing import Any
 
 import numpy as np
 
+from .capped import CappedSolver
 from .errors import ConvergenceError, SetUpError
 from .failure import FAILURES
 from .gamma_detour import solve_by_small_gamma
 from .line_search import with_line_search
-from .solver import SNESSolver
+from .solver import NewtonSolver, SNESSolver
 from .stabilization import Stabilization
 from .state import ContactState
 from .trouble import is_in_trouble
 
 FULL, EXTRAPOLATED = "full", "extrapolated"
 LINE_SEARCH, SMALL_GAMMA = "line search", "small gamma"
+CAPPED = "capped"
 BOTH = "small gamma, line search"
 VISCOUS = "viscous forces"
 
@@ -163,6 +165,9 @@ class Strategies:
         if last is not None and not self.extrapolate:
             yield EXTRAPOLATED, lambda: self._extrapolated(now, last, ratio)
         yield SMALL_GAMMA, lambda: solve_by_small_gamma(self.solver)
+        capped = self._capped
+        if capped is not None:
+            yield CAPPED, lambda: capped.solve()[0]
         searching = self._with_line_search
         if searching is not None:
             yield LINE_SEARCH, lambda: searching.solve()[0]
@@ -170,6 +175,16 @@ class Strategies:
         viscous = self._viscous
         if viscous is not None and viscous.is_of_use():
             yield VISCOUS, lambda: viscous.solve(lambda: self.solver.solve()[0])
+
+    @cached_property
+    def _capped(self) -> CappedSolver | None:
+        """The same solver with capped steps, made when it is first needed."""
+        solver = self.solver
+        plain = isinstance(solver, SNESSolver) or (
+            isinstance(solver, NewtonSolver)
+            and solver.convergence_criterion == "residual"
+        )
+        return CappedSolver(solver) if plain else None
 
     @cached_property
     def _viscous(self) -> Stabilization | None:
