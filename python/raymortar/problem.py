@@ -20,6 +20,7 @@ from .convergence import Convergence
 from .errors import ContactError, require_agreement, together
 from .failure import describe_failure
 from .forms import check_supports, list_of_conditions
+from .held import rigid_slaves
 from .lost_contact import unheld
 from .unknowns import find_unknowns, jacobians
 
@@ -160,18 +161,30 @@ class NonlinearProblem:
     def F(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
         """Residual at x into b. Collective."""
         self.form(x)
+        volume, increment = self._assemble(b, True)
+        imbalance = self.convergence.measure(
+            b.getArray(readonly=True), volume, self.prescribed, increment
+        )
+        self.history.append(imbalance.norm)
+
+    def loads(self, b: PETSc.Vec) -> None:
+        """What of the residual depends on loads and prescribed displacements, at the
+        last x of `form`, into b: all but contact's forces. Collective."""
+        self._assemble(b, False)
+
+    def _assemble(self, b: PETSc.Vec, contact: bool) -> tuple[Array, Array]:
+        """Residual, with contact's forces or without; its part of the user's form, and
+        what prescribed unknowns lack. Collective."""
         increment = self.contact.host.increment(self.bcs)
         volume, rows = self._volume_rows(increment)
         b.set(0.0)
         b.getArray()[: self.contact.layout.n] = rows
         # Constrained rows are left out by contact, so the values set above stay
-        self.contact.assemble_vector(b, self.bcs)
+        if contact:
+            self.contact.assemble_vector(b, self.bcs)
         self.contact.lift(b, increment[self.contact.host.u_local], -1.0)
         b.assemble()
-        imbalance = self.convergence.measure(
-            b.getArray(readonly=True), volume, self.prescribed, increment
-        )
-        self.history.append(imbalance.norm)
+        return volume, increment
 
     def _volume_rows(self, increment: Array) -> tuple[Array, Array]:
         """The volume's residual with the effect of prescribed increments, of the owned
@@ -322,4 +335,5 @@ class NonlinearProblem:
             self.contact.statistics,
             unheld(self),
             self.convergence.describe(),
+            rigid_slaves(self.contact, self.contact.constrained(self.bcs)),
         )

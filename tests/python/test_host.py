@@ -511,6 +511,15 @@ def test_iterative_solvers_say_that_they_are_for_displacements(scene):
         raymortar.SNESSolver(problem, iterative())
 
 
+def test_controls_say_that_they_are_for_displacements(scene):
+    w = mixed(scene)
+    problem = raymortar.NonlinearProblem(residual(w), contact_of(scene, w.sub(0)))
+    with refused("control leads paths of one displacement"):
+        raymortar.LoadSteps(
+            raymortar.SNESSolver(problem), lambda t: None, control=raymortar.ArcLength()
+        )
+
+
 @pytest.mark.mpi
 def test_a_given_jacobian_is_taken():
     found = elastic("blocked")
