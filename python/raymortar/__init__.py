@@ -10,7 +10,7 @@ from .errors import (
     SetUpError,
 )
 from .fixed_point import FixedPointSolver
-from .friction import Coulomb, Stick, Tresca
+from .friction import Coulomb, Friction, Stick, Tresca
 from .history import History
 from .load_step import LoadStep
 from .load_steps import LoadSteps
@@ -30,6 +30,7 @@ __all__ = [
     "ConvergenceError",
     "Coulomb",
     "FixedPointSolver",
+    "Friction",
     "History",
     "LoadStep",
     "LoadSteps",

@@ -44,7 +44,8 @@ class LoadSteps:
         `NewtonSolver` or `SNESSolver`.
     apply
         Called with the load factor before each solve: sets loads and Dirichlet values.
-        If it takes two arguments, the second is the step's size.
+        If it takes two arguments, the second is the step's size, which is also what
+        ``Contact.dt`` is for laws of the slip rate.
     steps
         Steps if none fails.
     max_halvings
@@ -178,6 +179,8 @@ class LoadSteps:
             factor = self._factor(sizes.share)
             before = contact.state()
             solving(factor)
+            if contact.friction is not None:
+                contact.dt = abs(factor - at)
             self._apply(factor, factor - at)
             try:
                 iterations = self._solve(ways, before, last, sizes.ratio)
