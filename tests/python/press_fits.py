@@ -108,8 +108,9 @@ def press_fit(scene, E, nu, interference, **options):
 
 
 def mean_pressure(contact):
-    """Over the slave surface, and its largest deviation. Collective."""
+    """Normal traction over the slave surface, and its largest deviation. Collective."""
     points = contact.points()
-    sums = np.array([points["weight"] @ -points["pressure"], points["weight"].sum()])
+    p = -np.einsum("qi,qi->q", points["traction"], points["normal"])
+    sums = np.array([points["weight"] @ p, points["weight"].sum()])
     mean = float(np.divide(*COMM.allreduce(sums)))
-    return mean, worst(points["pressure"] + mean)
+    return mean, worst(p - mean)
