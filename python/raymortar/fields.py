@@ -17,7 +17,7 @@ from .layout import Layout
 from .options import is_whole_number
 from .results import (
     OPEN,
-    STICK,
+    SLIP,
     Resultant,
     Statistics,
     along_normal,
@@ -210,8 +210,9 @@ class ContactFields:
         """Work that tangential tractions take in this step, before `advance`. Collective.
 
         The integral of -t . T_n w over the slave surfaces: force times length, per
-        thickness in 2D. With a multiplier points that stick take none; with the elastic
-        penalty a part is stored in its springs.
+        thickness in 2D. With a multiplier it is that of the points that slip, and never
+        negative: where springs give a little back, nothing is lost. With the elastic
+        penalty a part is stored in the springs.
         """
         if self.friction is None:
             return 0.0
@@ -220,11 +221,13 @@ class ContactFields:
         for zone in self.zones:
             points = zone.points()
             slip = points["slip"] - along_normal(points, points["slip"])
+            by_area = -np.einsum("qi,qi->q", points["traction"], slip)
             if self.multiplier is not None:
-                slip[points["status"] == STICK] = 0.0
-            work -= float(
-                np.einsum("q,qi,qi", points["weight"], points["traction"], slip)
-            )
+                by_area = np.maximum(by_area, 0.0)[points["status"] == SLIP]
+                weight = points["weight"][points["status"] == SLIP]
+            else:
+                weight = points["weight"]
+            work += float(weight @ by_area)
         return float(self._comm.allreduce(work))
 
     @property
