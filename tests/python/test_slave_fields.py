@@ -174,7 +174,7 @@ def test_press_fit_by_offset(kind, method, record_property):
     record_property("error", abs(found / expected - 1.0))
     record_property("spread", spread / expected)
     assert abs(found / expected - 1.0) <= 2e-3
-    assert spread <= 0.05 * expected  # at 8 on 10 facets; it halves with them
+    assert spread <= 0.05 * expected  # 8 on 10 facets; a sixth on twice as many
 
 
 class Coated(Blocks):
