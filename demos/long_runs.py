@@ -58,6 +58,7 @@ def save(path, contact, rows, **more):
         u_old=state.u_old,
         multiplier=state.multiplier,
         **springs,
+        **({} if state.unknowns is None else {"unknowns": state.unknowns}),
         **more,
     )
     os.replace(part, path)
@@ -104,7 +105,8 @@ def load(path, contact, row):
     except DAMAGE as error:
         problem = f"{path} is not a whole checkpoint: {error}"
     raise_everywhere(comm, problem, SystemExit)
-    contact.restore(ContactState(*arrays, springs))
+    unknowns = found.pop("unknowns", None)
+    contact.restore(ContactState(*arrays, springs, unknowns))
     return rows, found
 
 

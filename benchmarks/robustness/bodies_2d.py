@@ -121,3 +121,26 @@ def discs_on_block(centres, radius=0.5, size=0.12):
         return parts, sides
 
     return read(draw)
+
+
+def ball_on_block(height, radius=0.5, size=0.3):
+    """A ball around (0, 0, height), above the block -1 <= x, y <= 1, -0.6 <= z <= 0."""
+
+    def draw(gmsh):
+        kernel = gmsh.model.occ
+        lower = kernel.addBox(-1.0, -1.0, -0.6, 2.0, 2.0, 0.6)
+        ball = kernel.addSphere(0.0, 0.0, height, radius)
+        kernel.synchronize()
+        gmsh.option.setNumber("Mesh.MeshSizeMax", size)
+        ends = gmsh.model.getBoundary([(3, lower)], oriented=False)
+        heights = {
+            surface: gmsh.model.occ.getCenterOfMass(2, surface)[2] for _, surface in ends
+        }
+        sides = {
+            "bottom": [s for s, z in heights.items() if abs(z + 0.6) < 1e-6],
+            "block": [s for s, z in heights.items() if abs(z) < 1e-6],
+            "sphere": [s for _, s in gmsh.model.getBoundary([(3, ball)], oriented=False)],
+        }
+        return {"lower": lower, "ball": ball}, sides
+
+    return read(draw, 3)

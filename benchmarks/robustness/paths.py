@@ -8,7 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import ufl
-from bodies_2d import discs_on_block, ring_between_plates, snap_fit
+from bodies_2d import (
+    ball_on_block,
+    discs_on_block,
+    ring_between_plates,
+    snap_fit,
+)
 from dolfinx import fem
 from petsc4py import PETSc
 
@@ -126,7 +131,30 @@ def rigid_punch(cell, degree, push, steps, **options):
     )
 
 
-def dragged(cell, degree, steps, friction, **options):
+def rigid_slave(cell, degree, above, below, push, steps, width=1.0, **options):
+    """A rigid flat slave of so many facets on a soft master of fewer, from a gap."""
+    dim = DIMENSION[cell]
+    size = (width,) * (dim - 1) + (1.0,)
+    scene = two_blocks(COMM, dim, cell, below, above, upper_size=size, gap=0.01)
+    moved = fem.Constant(scene.mesh, np.zeros(dim, PETSc.ScalarType))
+
+    def conditions(V, scene):
+        rigid = fix(V, scene, ["top", "slave"], None, moved)
+        return [fix(V, scene, "bottom"), rigid]
+
+    problem = build(scene, degree, "neo-hookean", bcs=conditions, **options)
+
+    def apply(t):
+        moved.value[-1] = -push * t
+
+    return Case(problem.problem, apply, steps)
+
+
+# Where maps put a place, in metres
+ON_A_MAP = (4.5e5, 5.5e6, 320.0)
+
+
+def dragged(cell, degree, steps, friction, origin=None, **options):
     """A round stamp pressed into a block, then drawn along it."""
     dim = DIMENSION[cell]
 
@@ -144,6 +172,8 @@ def dragged(cell, degree, steps, friction, **options):
         upper_size=(0.8,) * (dim - 1) + (0.5,),
         overhang=(-0.75,) + (0.0,) * (dim - 2),
     )
+    if origin is not None:
+        scene.mesh.geometry.x[:, :dim] += origin[:dim]
 
     def path(t):
         x = np.zeros(dim)
@@ -205,18 +235,22 @@ def block_falls(cell, gap, degree=1):
 
 def discs_fall(centres, pairs, degree=1):
     """Discs under their weight, free above a block."""
-    scene = discs_on_block(centres)
+    return falls(discs_on_block(centres), pairs, raymortar.Coulomb(0.5), degree)
+
+
+def falls(scene, pairs, friction, degree):
+    """Bodies under their weight, free above "lower", whose "bottom" is held."""
     V = compat.vector_space(scene.mesh, degree)
     u = fem.Function(V)
     form, _, _ = residual(scene, u, "neo-hookean", 10.0)
     density = cellwise(scene, {b: float(b != "lower") for b in scene.bodies})
     weight = fem.Constant(scene.mesh, PETSc.ScalarType(0.0))
-    form += weight * density * ufl.TestFunction(V)[1] * ufl.dx
+    form += weight * density * ufl.TestFunction(V)[len(u) - 1] * ufl.dx
     contact = raymortar.Contact(
         u,
         scene.facet_tags,
         pairs,
-        friction=raymortar.Coulomb(0.5),
+        friction=friction,
         names=scene.tags,
     )
     problem = raymortar.NonlinearProblem(form, contact, [fix(V, scene, "bottom")])
@@ -241,6 +275,13 @@ def pile(gap):
     pairs = [("circle_0", "block"), ("circle_1", "block")]
     pairs += [("circle_2", "circle_0"), ("circle_2", "circle_1")]
     return discs_fall(centres, [*pairs, ("circle_0", "circle_1")])
+
+
+def ball_falls(gap):
+    """A ball under its weight, free above a block, each of tetrahedra."""
+    return falls(
+        ball_on_block(0.5 + gap), [("sphere", "block")], raymortar.Coulomb(0.3), 1
+    )
 
 
 # Name: what makes the path
@@ -309,6 +350,35 @@ PATHS = {
     "stamp drawn along, penalty": lambda: dragged(
         "quadrilateral", 1, 16, 0.5, method=raymortar.Penalty()
     ),
+    "stamp drawn along, penalty, on a map": lambda: dragged(
+        "quadrilateral", 1, 16, 0.5, ON_A_MAP, method=raymortar.Penalty()
+    ),
+    "stamp drawn along, hexahedra, penalty, on a map": lambda: dragged(
+        "hexahedron", 1, 12, 0.5, ON_A_MAP, method=raymortar.Penalty()
+    ),
+    **{
+        f"rigid flat slave, {above}/{below} facets": lambda n=(above, below): (
+            rigid_slave("quadrilateral", 1, *n, 0.2, 4)
+        )
+        for above, below in ((5, 5), (6, 5), (9, 5), (24, 20))
+    },
+    "rigid flat slave, 9/5 facets, mu = 0.3": lambda: rigid_slave(
+        "triangle", 1, 9, 5, 0.2, 4, friction=raymortar.Coulomb(0.3)
+    ),
+    "rigid flat slave, 9/5 facets, degree 2": lambda: rigid_slave(
+        "quadrilateral", 2, 9, 5, 0.2, 4
+    ),
+    "rigid flat slave, 6/4 facets, hexahedra": lambda: rigid_slave(
+        "hexahedron", 1, 6, 4, 0.2, 4
+    ),
+    **{
+        f"rigid flat master, {above}/{below} facets": lambda n=(above, below): (
+            rigid_slave(
+                "quadrilateral", 1, *n, 0.2, 4, pairs=[("master", "slave")]
+            )
+        )
+        for above, below in ((9, 5), (24, 20))
+    },
     "between equal plates": lambda: between_plates("triangle", 1, 0.1, 2),
     "between equal plates, hexahedra": lambda: between_plates("hexahedron", 1, 0.1, 2),
     "ironing, full steps": lambda: ironing(60, 26),
@@ -319,6 +389,8 @@ PATHS = {
     "disc falls, gap 0.1, degree 2": lambda: disc_falls(0.1, 2),
     "pile of discs, gap 0": lambda: pile(0.0),
     "pile of discs, gap 0.1": lambda: pile(0.1),
+    "ball falls, gap 0.1": lambda: ball_falls(0.1),
+    "ball falls, 5 diameters": lambda: ball_falls(5.0),
     "block falls, tetrahedra, gap 0.1": lambda: block_falls("tetrahedron", 0.1),
     "block falls, hexahedra, 5 heights": lambda: block_falls("hexahedron", 5.0),
     "block falls, triangles of degree 2": lambda: block_falls("triangle", 0.1, 2),

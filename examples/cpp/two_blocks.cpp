@@ -55,7 +55,8 @@ rm::Surface surface(const ElasticBlock& block, const std::vector<int>& nodes,
   {
     const auto x = block.position(node);
     s.X.insert(s.X.end(), x.begin(), x.end());
-    s.rows.push_back(first_row + 2 * node);
+    s.rows.insert(s.rows.end(),
+                  {first_row + 2 * node, first_row + 2 * node + 1});
   }
   for (rm::Index k = 0; k + 1 < static_cast<rm::Index>(nodes.size()); ++k)
   {
@@ -74,15 +75,14 @@ rm::Zone make_zone(MPI_Comm comm, const Part& part)
     in.slave = surface(upper_block, upper_block.bottom(), part.lower);
   if (part.has_lower)
     in.master = surface(lower_block, lower_block.top(), 0);
-  for (std::size_t k = 0; k < in.master.rows.size(); ++k)
-    in.master_node_ids.push_back(static_cast<std::int64_t>(k));
+  for (rm::Index k = 0; k < in.master.num_dofs(); ++k)
+    in.master_node_ids.push_back(k);
   in.master_dof_ids = in.master_node_ids;
   in.multipliers.degree = in.multipliers.components = 1;
   in.multipliers.facet = in.slave.facet_dofs;
-  for (std::size_t k = 0; k < in.slave.rows.size(); ++k)
-    in.multipliers.row.push_back(part.lower + part.upper +
-                                 static_cast<std::int64_t>(k));
-  in.multipliers.value.assign(in.slave.rows.size(), 0.0);
+  for (rm::Index k = 0; k < in.slave.num_dofs(); ++k)
+    in.multipliers.row.push_back(part.lower + part.upper + k);
+  in.multipliers.value.assign(in.multipliers.row.size(), 0.0);
   in.law = rm::LawKind::augmented_normal;
   in.distances = {0.3, 0.3, 0.1}; // mm: reach, depth, skin
   const double gauss = std::sqrt(1.0 / 12);

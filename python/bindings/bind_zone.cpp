@@ -243,6 +243,12 @@ void bind_zone(py::module_& m)
       .def("set_displacement", &set_both<&Zone::set_displacement>)
       .def("set_old_displacement", &set_both<&Zone::set_old_displacement>)
       .def("set_fixed", &set_both<&Zone::set_fixed>)
+      .def("set_rows",
+           [](Zone& z, const Array<GlobalIndex>& slave,
+              const Array<GlobalIndex>& master,
+              const Array<GlobalIndex>& multiplier) {
+             z.set_rows(to_span(slave), to_span(master), to_span(multiplier));
+           })
       .def("set_modulus", &Zone::set_modulus)
       .def("set_shear_modulus", &Zone::set_shear_modulus)
       .def("covered_nodes",

@@ -2,6 +2,7 @@
 
 from . import solvers
 from .contact import Contact
+from .control import ArcLength, DisplacementControl
 from .errors import (
     ContactError,
     ContactLost,
@@ -22,6 +23,7 @@ from .solver import NewtonSolver, SNESSolver
 __version__ = "0.1.0"
 
 __all__ = [
+    "ArcLength",
     "AugmentedLagrangian",
     "Contact",
     "ContactError",
@@ -29,6 +31,7 @@ __all__ = [
     "ContactWarning",
     "ConvergenceError",
     "Coulomb",
+    "DisplacementControl",
     "FixedPointSolver",
     "Friction",
     "History",

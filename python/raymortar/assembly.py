@@ -7,15 +7,17 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from dolfinx.fem import Function
 
 from mpi4py import MPI
 from petsc4py import PETSc
 
-from . import _cpp, compat
+from . import _cpp
 from .compat import Array
 from .errors import ContactError, raise_everywhere, together
 from .fields import ContactFields
 from .held import any_held, any_node_held, refuse_held
+from .host import Host
 from .interfaces import Interfaces
 from .memory import matrix_bytes, require_memory
 from .shear_modulus import shear_moduli
@@ -30,6 +32,7 @@ ROOM = "raymortar_room"
 class ContactAssembly(ContactFields):
     """Matrices and vectors over [u, multiplier]; `Contact` has them all."""
 
+    host: Host
     _volume: Any
     _fixed_by: tuple[Any, ...] | None
     _fixed: npt.NDArray[np.int8]
@@ -50,12 +53,33 @@ class ContactAssembly(ContactFields):
                 self._on_surface(array, zone.facets.master_surface),
             )
 
+    def solve_for(self, functions: Sequence[Function]) -> None:
+        """Take what a problem solves for, the displacement among it. Collective.
+
+        Raises
+        ------
+        ContactError
+            If the displacement is none of it, or if there is a problem with other
+            unknowns.
+        """
+        with together(self._comm):
+            self.host.solve_for(functions, self._volume is not None)
+        if self.host.is_plain:
+            return
+        self.layout.number()
+        for zone in self.zones:
+            sides = zone.facets.slave_surface, zone.facets.master_surface
+            zone.cpp.set_rows(
+                *(self.layout.u_rows[side.dofs] for side in sides),
+                self.layout.multiplier_rows[zone.multiplier_nodes],
+            )
+
     def _fix(self, bcs: Sequence[Any]) -> None:
         """Tell the zones which displacements are prescribed. Collective."""
         by = self._fixed_by
         if by is not None and tuple(map(id, bcs)) == tuple(map(id, by)):
             return
-        self._fixed, _ = compat.dirichlet_dofs(bcs, self.u.function_space)
+        self._fixed, _ = self.host.prescribed_u(bcs)
         self._for_zones("set_fixed", self._fixed.astype(np.float64))
         self._fixed_by = tuple(bcs)
         if self.multiplier is None:
@@ -218,7 +242,7 @@ class ContactAssembly(ContactFields):
         message = f"x0 must be a ghosted array of u, of shape {shape}, not {found}"
         raise_everywhere(self._comm, None if found == shape else message)
         self._fix(bcs)
-        self.lift(b, compat.dirichlet_increment(bcs, x0), alpha)
+        self.lift(b, self.host.increment_u(bcs, x0), alpha)
 
     def lift(self, b: PETSc.Vec, increment: Array, alpha: float) -> None:
         """b <- b - alpha A_c increment (ghosted, of the last conditions). Collective."""
@@ -234,6 +258,11 @@ class ContactAssembly(ContactFields):
     def stiffness_diagonal(self) -> Array:
         """Diagonal of the volume's matrix at set-up, owned dofs of u, unrolled."""
         return self._volume.diagonal
+
+    @property
+    def couplings(self) -> Array:
+        """How fields are coupled at set-up, see `stiffness.VolumePattern`."""
+        return self._volume.couplings
 
     @property
     def translation_forces(self) -> Array:

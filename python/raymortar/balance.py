@@ -24,11 +24,12 @@ EPS = float(np.finfo(float).eps)
 
 
 class Groups:
-    """Rows of the coupled system by body, and by patch of slave surface. Collective.
+    """Rows of the coupled system by body, patch of slave surface and field. Collective.
 
     Bodies are what cells connect. The equations of a multiplier are a group of their
     own, for every connected patch of slave surface, as they are forces between two
-    bodies, one of which may be much the softer.
+    bodies, one of which may be much the softer. The equations of every further field
+    that the user solves for, such as a pressure, are one group: they are no forces.
 
     Parameters
     ----------
@@ -39,8 +40,11 @@ class Groups:
     ----------
     of_row
         Group of each owned row, (rows,).
-    count, bodies
-        Number of all groups, the first of which are bodies.
+    count, forces, bodies
+        Number of all groups, the first of which are of forces, and the first of these
+        bodies.
+    fields
+        What the user solves for besides the displacement; see `host.Field`.
     size
         Diagonal of each group's box, or its distance from the origin. Length.
     mass
@@ -53,7 +57,10 @@ class Groups:
         V, c = contact.u.function_space, layout.components
         bodies = contact.bodies
         nodes, self.bodies = bodies.dofs, bodies.count
+        of_host = np.empty(layout.n, dtype=np.int32)
+        self._u_rows = contact.host.u_owned
         of_u = np.repeat(nodes, V.dofmap.index_map_bs)[: layout.n_u]
+        of_host[self._u_rows] = of_u
         self._body_of_node, of_multiplier = nodes, np.empty(0, dtype=np.int32)
         self._patch_of_node = np.empty(0, dtype=np.int32)
         self.count, self.mass = self.bodies, np.empty(0)
@@ -70,13 +77,84 @@ class Groups:
             of_multiplier = np.repeat(patches, c)
             self.count += n
             self.mass = np.repeat(lumped_area(contact), c)
-        self.of_row = np.concatenate([of_u, of_multiplier])
-        diagonal = contact.stiffness_diagonal
-        rows = np.concatenate([diagonal, self.mass])
+        self.forces = self.count
+        displacement, *self.fields = contact.host.fields()
+        self._places: list[Any] = [field.local for field in self.fields]
+        self._places.insert(0, displacement.local if self.fields else slice(None))
+        for field in self.fields:
+            of_host[field.rows] = self.count
+            self.count += 1
+        self.of_row = np.concatenate([of_host, of_multiplier])
+        rows = self.on_rows(contact.stiffness_diagonal, self.mass)
         self._mean = self.sum(rows) / self.sum(np.ones_like(rows))
         self._norm = np.sqrt(self.sum(rows**2))
         self.size, self._largest = self._sizes()
         self._zones = self._met()
+        self._find_couplings()
+
+    def on_rows(self, of_u: Array, of_multiplier: Array | None = None) -> Array:
+        """Values of the owned displacements and multipliers at their rows, 0 at all
+        others."""
+        rows = np.zeros(len(self.of_row))
+        rows[: self.contact.layout.n][self._u_rows] = of_u
+        if of_multiplier is not None:
+            rows[self.contact.layout.n :] = of_multiplier
+        return rows
+
+    def _find_couplings(self) -> None:
+        """What a unit of each field does to the rows of each group. Collective."""
+        couplings = self.contact.couplings
+        self._coupling = np.zeros((1 + len(self.fields), self.count))
+        self._mean_coupling = self._coupling.copy()
+        if not self.fields:
+            return
+        tail = np.zeros((len(couplings), len(self.of_row) - couplings.shape[1]))
+        rows = np.hstack([couplings, tail])
+        self._coupling = np.sqrt(self.sum(*rows**2))
+        self._mean_coupling = self.sum(*rows) / self.sum(np.ones(rows.shape[1]))
+
+    def largest(self, *arrays: Array) -> Array:
+        """Largest absolute values of arrays over the local unknowns, by field, the
+        displacement first, (arrays, fields). Collective."""
+        most = np.array(
+            [[np.abs(a[p]).max(initial=0.0) for p in self._places] for a in arrays]
+        )
+        self.comm.Allreduce(MPI.IN_PLACE, most, op=MPI.MAX)
+        return most
+
+    def field_scales(self, sizes: Array) -> Array:
+        """What the terms of each group's rows may add up to, 0 for forces
+        [theory (5.13)].
+
+        Parameters
+        ----------
+        sizes
+            Largest value of each field, the displacement first.
+        """
+        scales = sizes @ self._coupling
+        scales[: self.forces] = 0.0
+        return scales
+
+    def field_floors(self, sizes: Array) -> Array:
+        """Rounding error that further fields bring to each group."""
+        if not self.fields:
+            return np.zeros(self.count)
+        positions = np.concatenate([[0.0], sizes[1:]])
+        floors = positions @ self._coupling
+        # Displacements are as exact as positions
+        floors[self.forces :] += self._largest * self._coupling[0, self.forces :]
+        return EPS * floors
+
+    def field_rows(self, sizes: Array) -> list[tuple[Any, float, float]]:
+        """Rows of each further field, by what they are lengths, and what a unit of it
+        counts as. Length."""
+        found = []
+        for k, field in enumerate(self.fields):
+            unit = self._largest / (sizes[1 + k] or 1.0)
+            by_u, *by_others = self._mean_coupling[:, self.forces + k]
+            own = by_others[k] / unit
+            found.append((field.rows, by_u or own or 1.0, unit))
+        return found
 
     def sum(self, *rows: Array) -> Array:
         """Sums over the rows of each group, for one or several arrays. Collective."""
@@ -175,14 +253,14 @@ class Groups:
             W = self.contact.multiplier.function_space
             X = W.tabulate_dof_coordinates()[layout.owned_multipliers]
             places.append(np.repeat(X, layout.components, axis=0))
-        x = np.concatenate(places)
-        *sums, counts = self.sum(*x[:, :dim].T, np.ones(len(x)))
+        one = [self.on_rows(*(part[:, i] for part in places)) for i in range(dim)]
+        *sums, counts = self.sum(*one, np.ones(len(self.of_row)))
         names = []
-        for group, centre in enumerate((np.array(sums) / counts).T):
+        for group, centre in enumerate((np.array(sums) / counts).T[: self.forces]):
             place = ", ".join(f"{value:.3g}" for value in centre)
             kind = "the body" if group < self.bodies else "the contact"
             names.append(f"{kind} around ({place})")
-        return names
+        return names + [f"the unknown {field.name}" for field in self.fields]
 
 
 def point_areas(surface: Any) -> tuple[Array, Array]:

@@ -13,6 +13,7 @@ from mpi4py import MPI
 
 from . import compat
 from .compat import Array, Indices
+from .joined import JoinedSpace
 
 
 @dataclass(frozen=True)
@@ -104,8 +105,20 @@ def find_parts(
     return found, len(roots)
 
 
-def find_bodies(V: FunctionSpace) -> Bodies:
-    """Connected parts of the mesh of a space of continuous functions. Collective."""
+def find_bodies(V: FunctionSpace | JoinedSpace) -> Bodies:
+    """Connected parts of the mesh, or meshes, of a space of continuous functions.
+    Collective."""
+    if isinstance(V, JoinedSpace):
+        return _joined([find_bodies(part) for part in V.parts], V)
     dofmap = V.dofmap
     dofs, count = find_parts(V.mesh.comm, dofmap.index_map, compat.dofmap_array(V))
+    return Bodies(count, dofs)
+
+
+def _joined(parts: list[Bodies], V: JoinedSpace) -> Bodies:
+    """Bodies of several meshes, one after the other."""
+    dofs, count = np.empty(sum(len(one.dofs) for one in parts), dtype=np.int32), 0
+    for one, places in zip(parts, V.index_map.places):
+        dofs[places] = one.dofs + count
+        count += one.count
     return Bodies(count, dofs)

@@ -151,7 +151,7 @@ def _check(gamma: Any, contact: Any) -> None:
         raise ContactError("set_gamma needs a number or a Function, not None")
     check_coefficient(gamma)
     if isinstance(gamma, Function):
-        check_function(GAMMA, gamma, contact.u.function_space.mesh)
+        check_function(GAMMA, gamma, contact.slave_u.function_space.mesh)
 
 
 def _by_pair(gamma: PairCoefficients, zones: Sequence[Any]) -> list[ZoneCoefficients]:

@@ -563,11 +563,98 @@ def dofmap_array(V: fem.FunctionSpace) -> Indices:
     return _table(V.dofmap.list, V.dofmap.dof_layout.num_dofs)
 
 
+# Parts of mixed spaces
+
+
+def mixed_space(
+    mesh: dolfinx.mesh.Mesh, *parts: tuple[str, int, tuple[int, ...]]
+) -> fem.FunctionSpace:
+    """Mixed space of several elements.
+
+    Parameters
+    ----------
+    mesh
+        Mesh.
+    parts
+        Family, degree and shape of the values of each, as of `space`.
+    """
+    if _HAS_UFL_ELEMENTS:
+        elements = [space(mesh, *part).ufl_element() for part in parts]
+        return fem.FunctionSpace(mesh, ufl.MixedElement(elements))
+    import basix.ufl
+
+    elements = [
+        basix.ufl.element(family, cell_name(mesh), degree, shape=shape or None)
+        for family, degree, shape in parts
+    ]
+    return fem.functionspace(mesh, basix.ufl.mixed_element(elements))
+
+
+def component(V: fem.FunctionSpace) -> int:
+    """Which part of a larger space a view into it is.
+
+    Raises
+    ------
+    ContactError
+        If it is a part of a part.
+    """
+    parts = list(V.component())
+    if len(parts) != 1:
+        raise ContactError(
+            "contact needs a part of a mixed Function, such as w.sub(0), not a part of "
+            "such a part"
+        )
+    return int(parts[0])
+
+
+def collapsed(V: fem.FunctionSpace) -> tuple[fem.FunctionSpace, npt.NDArray[np.int64]]:
+    """A view into a larger space as a space of its own, and the place of each of its
+    local dofs in the larger one's ghosted arrays, unrolled. Collective."""
+    own, dofs = V.collapse()
+    return own, np.asarray(dofs, dtype=np.int64)
+
+
+def num_parts(V: fem.FunctionSpace) -> int:
+    """Number of elements that a mixed one is made of."""
+    return int(V.num_sub_spaces)
+
+
+def dofs_of_part(V: fem.FunctionSpace, i: int) -> npt.NDArray[np.int64]:
+    """Dofs of a part of a mixed space in its ghosted arrays, unrolled, ascending."""
+    dofmap = V.sub(i).dofmap
+    blocks = np.unique(np.asarray(getattr(dofmap.list, "array", dofmap.list)))
+    dofs = dofmap.bs * blocks[:, None].astype(np.int64) + np.arange(dofmap.bs)
+    return dofs.ravel()
+
+
+def part_of(argument: Any, i: int | None) -> Any:
+    """A part of a Function or an argument of a mixed space; None: all of it."""
+    return argument if i is None else ufl.split(argument)[i]
+
+
+def same_values(f: fem.Function, g: fem.Function) -> bool:
+    """Whether two Functions share their vector, as a part does with its whole."""
+    return f.x is g.x or _unwrap(f.x) is _unwrap(g.x)
+
+
+def unknowns_of(f: fem.Function) -> tuple[Any, int]:
+    """Index map and block size of a Function's vector; of a part those of the whole."""
+    dofmap = f.function_space.dofmap
+    return dofmap.index_map, dofmap.index_map_bs
+
+
+def contains(V: fem.FunctionSpace, W: fem.FunctionSpace) -> bool:
+    """Whether a space is another one, or a part of it."""
+    return bool(_unwrap(V).contains(_unwrap(W)))
+
+
 # Vectors
 
 
 def create_la_vector(index_map: Any, bs: int = 1) -> Any:
     """Zero ``dolfinx.la`` vector of doubles over an index map with a block size."""
+    if hasattr(index_map, "create_vector"):  # of several meshes
+        return index_map.create_vector(bs)
     return dolfinx.la.vector(index_map, bs, dtype=np.float64)
 
 
@@ -588,9 +675,12 @@ def scatter_reverse_add(vector: Any) -> None:
 # Forms and boundary conditions
 
 
-def form(ufl_form: ufl.Form) -> Any:
-    """Compile a form. Collective (the first rank compiles)."""
-    return fem.form(ufl_form)
+def form(ufl_form: Any) -> Any:
+    """Compile a form, or lists of them with None for what is zero. Collective (the
+    first rank compiles)."""
+    if isinstance(ufl_form, (list, tuple)):
+        return [form(one) for one in ufl_form]
+    return None if ufl_form is None else fem.form(ufl_form)
 
 
 def is_same_space(V: Any, W: fem.FunctionSpace) -> bool:
@@ -602,6 +692,11 @@ def compiled_rank(form: Any) -> int | None:
     """Rank of a compiled form; None for anything else."""
     spaces = getattr(_unwrap(form), "function_spaces", None)
     return None if spaces is None else len(spaces)
+
+
+def test_space(form: Any) -> Any:
+    """C++ space of a compiled form's test function."""
+    return _unwrap(form).function_spaces[0]
 
 
 def assemble_residual(b: Array, L: Any) -> None:
@@ -663,19 +758,31 @@ def dirichlet_dofs(
     ContactError
         If a condition is on another space: DOLFINx would silently pass over it.
     """
-    index_map, bs = V.dofmap.index_map, V.dofmap.index_map_bs
-    values = np.zeros((index_map.size_local + index_map.num_ghosts) * bs)
-    marker = np.zeros(len(values), dtype=np.int8)
     for i, bc in enumerate(bcs):
         if not hasattr(bc, "dof_indices"):
             raise ContactError(
                 f"boundary condition {i} is no Dirichlet condition, but {bc!r}"
             )
-        if not _unwrap(V).contains(_unwrap(bc.function_space)):
+        if not has_condition(V, bc):
             raise ContactError(
                 f"boundary condition {i} is not on the space of the displacement: "
                 "make it with u.function_space or a sub-space of it"
             )
+    return prescribed_values(bcs, V.dofmap.index_map, V.dofmap.index_map_bs)
+
+
+def has_condition(V: fem.FunctionSpace, bc: Any) -> bool:
+    """Whether a Dirichlet condition is on a space or a part of it."""
+    return contains(V, bc.function_space)
+
+
+def prescribed_values(
+    bcs: Sequence[Any], index_map: Any, bs: int
+) -> tuple[npt.NDArray[np.int8], Array]:
+    """Ghosted arrays of what conditions on one space prescribe, as `dirichlet_dofs`."""
+    values = np.zeros((index_map.size_local + index_map.num_ghosts) * bs)
+    marker = np.zeros(len(values), dtype=np.int8)
+    for bc in bcs:
         marker[bc.dof_indices()[0]] = 1
     set_bc(values, bcs)
     return marker, values
@@ -685,10 +792,14 @@ def dirichlet_increment(bcs: Sequence[Any], x0: Array) -> Array:
     """g - x0 at the constrained dofs, 0 elsewhere and where it is rounding; ghosted."""
     increment = np.zeros_like(x0)
     set_bc(increment, bcs, x0)
-    # Ranks that share a dof may find its value in different cells
+    return without_rounding(increment, x0)
+
+
+def without_rounding(increment: Array, x0: Array) -> Array:
+    """An increment of x0, 0 where it is rounding: ranks that share a dof may find its
+    value in different cells."""
     rounding = 8.0 * np.finfo(float).eps * np.abs(x0)
-    increment[np.abs(increment) <= rounding] = 0.0
-    return increment
+    return np.where(np.abs(increment) <= rounding, 0.0, increment)
 
 
 def assemble_jacobian(A: PETSc.Mat, a: Any, bcs: Sequence[Any]) -> None:
@@ -715,6 +826,53 @@ def assemble_jacobian(A: PETSc.Mat, a: Any, bcs: Sequence[Any]) -> None:
     # PETSc refuses to mix adding and inserting without a flush between them.
     A.assemble(PETSc.Mat.AssemblyType.FLUSH)
     _cpp.fem.petsc.insert_diagonal(A, a.function_spaces[0], bcs, 1.0)
+    A.assemble(PETSc.Mat.AssemblyType.FLUSH)
+
+
+def assemble_blocks(
+    A: PETSc.Mat,
+    a: Sequence[Sequence[Any]],
+    bcs: Sequence[Any],
+    starts: npt.NDArray[np.int64],
+    fixed: Indices,
+) -> None:
+    """Add compiled bilinear forms of several unknowns into a matrix.
+
+    As `assemble_jacobian`, which does the same for one.
+
+    Parameters
+    ----------
+    A
+        Coupled matrix. Its local-to-global map has the ghosted dofs of all unknowns,
+        one after the other, unrolled.
+    a
+        Forms by test and trial space; None: zero.
+    bcs
+        Dirichlet conditions on any of the spaces.
+    starts
+        First local dof of each unknown, then their number.
+    fixed
+        Rows of the constrained owned dofs, global.
+    """
+    bcs = [_unwrap(bc) for bc in bcs]
+    sets = [
+        PETSc.IS().createGeneral(np.arange(*ends, dtype=PETSc.IntType), PETSc.COMM_SELF)
+        for ends in zip(starts, starts[1:])
+    ]
+    for rows, forms in zip(sets, a):
+        for columns, one in zip(sets, forms):
+            if one is None:
+                continue
+            part, one = A.getLocalSubMatrix(rows, columns), _unwrap(one)
+            packed = _cpp.fem.pack_constants(one), _cpp.fem.pack_coefficients(one)
+            _cpp.fem.petsc.assemble_matrix(part, one, *packed, bcs, True)
+            A.restoreLocalSubMatrix(rows, columns, part)
+    for one in sets:
+        one.destroy()
+    # PETSc refuses to mix adding and inserting without a flush between them.
+    A.assemble(PETSc.Mat.AssemblyType.FLUSH)
+    for row in fixed:
+        A.setValue(row, row, 1.0, PETSc.InsertMode.INSERT_VALUES)
     A.assemble(PETSc.Mat.AssemblyType.FLUSH)
 
 

@@ -17,7 +17,7 @@ from .assembly import ContactAssembly
 from .bodies import find_bodies
 from .checks import check_space
 from .coefficients import PairCoefficients, one_or_each, spread
-from .compat import Indices
+from .compat import Array, Indices
 from .cover import Cover
 from .dropped import free_dropped
 from .errors import (
@@ -32,24 +32,20 @@ from .facets import facet_dof_table
 from .forms import check_compiled
 from .friction import Law
 from .friction_at_points import evaluate_friction, spread_coefficient
+from .host import Host
 from .interfaces import Interfaces
+from .joined import parts_of
 from .layout import Layout
 from .methods import AugmentedLagrangian, Penalty, Search
 from .options import is_real_number
-from .reference import Reference
+from .reference import references
 from .slave_fields import OFFSET, FieldValue, check_field, on_facets
 from .state import ContactState, not_finite, state_fault
 from .stiffness import VolumePattern, contact_stiffness
 from .straight_facets import warn_of_straight_facets
+from .tagged import ZoneFacets, find_facets
 from .thickness import Cells
-from .zones import (
-    ZoneData,
-    ZoneFacets,
-    create_zone,
-    find_facets,
-    group_pairs,
-    numbered,
-)
+from .zones import ZoneData, create_zone, group_pairs, numbered
 
 
 class Contact(ContactAssembly):
@@ -58,10 +54,11 @@ class Contact(ContactAssembly):
     Parameters
     ----------
     u
-        Displacement, a vector-valued Lagrange function of degree 1 or 2. Its present
-        value is the old displacement until `advance` is called.
+        Displacement, a vector-valued Lagrange function of degree 1 or 2; or the part of
+        a mixed Function that is one, such as ``w.sub(0)``. Its present value is the old
+        displacement until `advance` is called. Of bodies on meshes of their own a list.
     facet_tags
-        Tags of exterior facets (``MeshTags``).
+        Tags of exterior facets (``MeshTags``), for each mesh.
     pairs
         ``[(slave tag, master tag), ...]``, a tag being its number or, with `names`,
         its name. Pairs with the same slave tag are one slave surface that meets all
@@ -92,6 +89,13 @@ class Contact(ContactAssembly):
 
     Attributes
     ----------
+    u
+        Displacement on a space of its own: of a part of a mixed Function a copy, which
+        follows it.
+    slave_u
+        That of the mesh on which the slave surfaces are.
+    host
+        What is solved for, the displacement among it; see `host.Host`.
     bodies
         Parts of the mesh that hang together, by displacement node.
     multiplier
@@ -123,7 +127,7 @@ class Contact(ContactAssembly):
 
     def __init__(
         self,
-        u: Function,
+        u: Function | Sequence[Function],
         facet_tags: Any,
         pairs: Sequence[tuple[int | str, int | str]],
         method: AugmentedLagrangian | Penalty | None = None,
@@ -137,9 +141,13 @@ class Contact(ContactAssembly):
     ) -> None:
         method = AugmentedLagrangian() if method is None else method
         search = Search() if search is None else search
-        if not isinstance(u, Function):
-            raise ContactError(f"u must be a Function, not {type(u).__name__}")
-        self._comm: MPI.Comm = u.function_space.mesh.comm
+        first = u[0] if isinstance(u, (list, tuple)) and u else u
+        if not isinstance(first, Function):
+            raise ContactError(f"u must be a Function, not {type(first).__name__}")
+        self._comm: MPI.Comm = first.function_space.mesh.comm
+        with together(self._comm):
+            self.host = Host(u)
+        u = self.host.u
         with together(self._comm):
             check_options(
                 method,
@@ -163,16 +171,17 @@ class Contact(ContactAssembly):
             pairs=groups,
             offset=offset,
         )
-        check_space(u)
+        for part in self.host.displacements:
+            check_space(part.u)
         self.u, self.method, self.measure = u, method, measure
         self.tangent = tangent
         self.friction = friction
         facets = find_facets(u, facet_tags, groups)
-        self._reference = Reference(
-            u, [side for zone in facets for side in (zone.slave, *zone.masters)]
-        )
+        self._references = references(u, facets)
+        # All slaves are on one mesh
+        self.slave_u = parts_of(u)[facets[0].slave_part]
         degree, components = self._multiplier_kind()
-        mesh = u.function_space.mesh
+        mesh = self.slave_u.function_space.mesh
         self.multiplier = None
         if components:
             W = compat.space(
@@ -181,9 +190,9 @@ class Contact(ContactAssembly):
             self.multiplier = Function(W, name="multiplier")
         self._scalar = compat.scalar_space(mesh, degree)
         self._vector = compat.vector_space(mesh, degree)
-        self.layout = Layout(u, self.multiplier, self._slave_dofs(facets))
+        self.layout = Layout(self.host, self.multiplier, self._slave_dofs(facets))
         self.bodies = find_bodies(u.function_space)
-        cells = Cells(mesh)
+        cells = [Cells(part.function_space.mesh) for part in parts_of(u)]
         self.zones: list[ZoneData] = [
             create_zone(
                 zone,
@@ -227,7 +236,7 @@ class Contact(ContactAssembly):
 
     def _multiplier_kind(self) -> tuple[int, int]:
         """Degree and components of the multiplier (components 0: none)."""
-        p = compat.element_info(self.u.function_space).degree
+        p = compat.element_info(self.slave_u.function_space).degree
         dim = self.u.function_space.mesh.geometry.dim
         default = p if dim == 2 else 1
         if isinstance(self.method, Penalty):
@@ -309,7 +318,7 @@ class Contact(ContactAssembly):
             If it is not finite, no scalar, of another mesh, or differs between ranks.
         """
         with together(self._comm):
-            check_field(OFFSET, offset, self.u.function_space.mesh)
+            check_field(OFFSET, offset, self.slave_u.function_space.mesh)
         require_agreement(self._comm, offset=offset)
         nodal = [on_facets(OFFSET, offset, z.facets, self._comm) for z in self.zones]
         for zone, values in zip(self.zones, nodal):
@@ -342,7 +351,8 @@ class Contact(ContactAssembly):
 
     def _send_state(self) -> None:
         """Displacement and multiplier to the zones. Collective."""
-        raise_everywhere(self._comm, self._reference.fault(), SetUpError)
+        for reference in self._references:
+            raise_everywhere(self._comm, reference.fault(), SetUpError)
         raise_everywhere(self._comm, not_finite(self))
         self._for_zones("set_displacement", self.u.x.array)
         if self.multiplier is not None:
@@ -367,6 +377,7 @@ class Contact(ContactAssembly):
         """
         self.updates += 1
         self.revision += 1
+        self.host.pull()
         self._send_history()
         self._send_state()
         for zone in self.zones:
@@ -412,13 +423,15 @@ class Contact(ContactAssembly):
         return self._u_old
 
     def state(self) -> ContactState:
-        """Copy of displacement, multiplier and history, for `restore`."""
+        """Copy of all unknowns, multiplier and history, for `restore`."""
+        self.host.pull()
         lam = None if self.multiplier is None else self.multiplier.x.array.copy()
         return ContactState(
             self.u.x.array.copy(),
             self._u_old.copy(),
             lam,
             [z.traction_old for z in self.zones],
+            None if self.host.is_plain else self.host.values(),
         )
 
     def restore(self, state: ContactState) -> None:
@@ -434,6 +447,8 @@ class Contact(ContactAssembly):
         zones = self.zones if self._has_springs else []
         raise_everywhere(self._comm, state_fault(state, self.state(), zones))
         self.u.x.array[:] = state.u
+        if state.unknowns is not None:
+            self.host.set_values(state.unknowns)
         self._u_old[:] = state.u_old
         if self.multiplier is not None:
             self.multiplier.x.array[:] = state.multiplier
@@ -465,7 +480,8 @@ class Contact(ContactAssembly):
         Parameters
         ----------
         a
-            Compiled bilinear form of everything but contact.
+            Compiled bilinear form of everything but contact; of several unknowns a list
+            of lists, by test and trial space.
         bcs
             Dirichlet conditions: a body that they hold throughout is taken as rigid.
 
@@ -474,7 +490,9 @@ class Contact(ContactAssembly):
         For `belong_to`.
         """
         with together(self._comm):
-            check_compiled(a)
+            check_compiled(a, len(self.host.functions))
+        if self.host.spaces is None:
+            self.host.spaces = [compat.test_space(a)]
         volume = self._volume = VolumePattern(a, self.layout)
         self._fixed_by = None  # what is held takes the stiffness from it
         if self.gamma is None:

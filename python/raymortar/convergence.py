@@ -8,8 +8,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from mpi4py import MPI
-
 from .balance import EPS, Groups
 from .compat import Array
 from .trouble import is_hopeless, is_in_trouble
@@ -32,28 +30,44 @@ class Imbalance:
     Attributes
     ----------
     residual
-        Norm of the residual's free rows. Force.
+        Norm of the residual's free rows. Force; of a further field what its equation is
+        in.
     forces
         Norm of what is in balance there: a body's stresses and loads, supports
-        included; the tractions of a surface. Force.
-    pending
-        Largest distance of a prescribed displacement from its value. Length.
-    size
-        Largest displacement, whose rounding iterative solvers leave in all. Length.
+        included; the tractions of a surface. Force. Of a further field what the terms
+        of its equation may add up to.
+    lacking
+        Largest distance of a prescribed value from what it should be, by field, the
+        displacement first. Length, or the field's unit.
+    sizes
+        Largest values by field, whose rounding iterative solvers leave in all.
+    count
+        Number of groups that are forces.
     """
 
     residual: Array
     forces: Array
-    pending: float
-    size: float
+    lacking: Array
+    sizes: Array
+    count: int
 
     @property
     def norm(self) -> float:
-        """Of the whole residual. Force."""
-        return float(np.linalg.norm(self.residual))
+        """Of all forces of the residual. Force."""
+        return float(np.linalg.norm(self.residual[: self.count]))
+
+    @property
+    def pending(self) -> float:
+        """Largest distance of a prescribed displacement from its value. Length."""
+        return float(self.lacking[0])
+
+    @property
+    def is_finite(self) -> bool:
+        """Whether the residual is a number in all rows."""
+        return bool(np.isfinite(self.residual).all())
 
 
-UNKNOWN = Imbalance(np.empty(0), np.empty(0), 0.0, 0.0)
+UNKNOWN = Imbalance(np.empty(0), np.empty(0), np.zeros(1), np.zeros(1), 0)
 
 
 class Convergence:
@@ -62,7 +76,8 @@ class Convergence:
     Each group of rows (`balance.Groups`) is compared with its own forces: the larger of
     its first residual and its present forces. So a soft body is solved as well as a
     stiff one beside it, and a step that begins near its end is not asked for more than
-    rounding allows. Lengths are compared with lengths alone.
+    rounding allows. Lengths are compared with lengths alone, and what is not a force
+    with what its own equation adds up.
 
     Parameters
     ----------
@@ -87,19 +102,20 @@ class Convergence:
     """
 
     def __init__(self, contact: Any) -> None:
-        self.groups, self._u = Groups(contact), contact.u
+        self.groups, self._host = Groups(contact), contact.host
         self.keeps_first, self.patient = False, True
         self.norms: list[float] = []
         self.now = self._first = UNKNOWN
         # Residuals of the last two iterates
         self._last: tuple[Array | None, Array | None] = (None, None)
         self._floors = self.groups.floors()
+        self._field_floors = np.zeros(self.groups.count)
         self._asked: tuple[float, float | None] | None = None
 
     @property
     def floor(self) -> float:
-        """Norm of the rounding errors of all groups. Force."""
-        return float(np.linalg.norm(self._floors))
+        """Norm of the rounding errors of all forces. Force."""
+        return float(np.linalg.norm(self._floors[: self.groups.forces]))
 
     def start(self) -> None:
         """Begin a solve. Collective."""
@@ -123,22 +139,22 @@ class Convergence:
         residual
             Of the owned rows.
         volume
-            The part of the user's form, of the owned dofs of u, constrained ones
-            included.
+            The part of the user's form, of the owned unknowns of the host, constrained
+            ones included.
         fixed
             Whether each of these is constrained.
         increment
-            What prescribed displacements lack, ghosted.
+            What prescribed values lack, of the local unknowns.
         """
         groups = self.groups
         free = residual.copy()
         free[: len(fixed)][fixed] = 0.0
         forces = np.concatenate([volume, groups.contact_forces()])
         norms = np.sqrt(groups.sum(free**2, forces**2))
-        values = increment, self._u.x.array
-        lengths = np.array([np.abs(v).max(initial=0.0) for v in values])
-        groups.comm.Allreduce(MPI.IN_PLACE, lengths, op=MPI.MAX)
-        self.now = Imbalance(norms[0], norms[1], *lengths.tolist())
+        lacking, sizes = groups.largest(increment, self._host.values())
+        scales = np.maximum(norms[1], groups.field_scales(sizes))
+        self._field_floors = groups.field_floors(sizes)
+        self.now = Imbalance(norms[0], scales, lacking, sizes, groups.forces)
         if self._first is UNKNOWN:
             self._first = self.now
         return self.now
@@ -146,7 +162,7 @@ class Convergence:
     def accept(self) -> None:
         """The last residual is that of an iterate, not of a trial step."""
         self._last = self._last[1], self.now.residual
-        if self.now.pending > 256.0 * EPS * self.now.size:
+        if (self.now.lacking > 256.0 * EPS * self.now.sizes).any():
             self.norms.clear()
         else:
             self.norms.append(self.now.norm)
@@ -154,7 +170,7 @@ class Convergence:
     @property
     def is_stuck(self) -> bool:
         """Whether more iterations would be in vain."""
-        if not np.isfinite(self.now.norm):
+        if not self.now.is_finite:
             return True
         if self.now.norm <= self.floor:
             return False
@@ -166,26 +182,28 @@ class Convergence:
         Parameters
         ----------
         rtol
-            Residual over forces of each group, and prescribed displacements' distance
-            from their values over the first.
+            Residual over forces of each group, and prescribed values' distance from
+            what they should be over the first.
         atol
-            Norm of the whole residual that is small enough. Force. None: the rounding
-            error of each group, once iterations bring nothing more.
+            Norm of all forces of the residual that is small enough. Force. None: the
+            rounding error of each group, once iterations bring nothing more.
         at_once
             Take the rounding error for small enough whatever iterations bring.
         """
         self._asked = rtol, atol
         if self._pending(rtol):
             return False
+        balanced = self._balanced(rtol, atol, at_once)
         if atol is not None and self.now.norm <= atol:
-            return True
-        return bool(self._balanced(rtol, atol, at_once).all())
+            balanced = balanced[self.now.count :]
+        return bool(balanced.all())
 
     def _pending(self, rtol: float) -> bool:
         """Whether prescribed displacements are not yet where they should be."""
-        step = max(rtol, 8.0 * EPS) * self._first.pending
+        step = max(rtol, 8.0 * EPS) * self._first.lacking
         # Linear solvers round by the largest unknowns: several ranks' more than one's
-        return self.now.pending > max(step, 256.0 * EPS * self.now.size)
+        rounding = 256.0 * EPS * self.now.sizes
+        return bool((self.now.lacking > np.maximum(step, rounding)).any())
 
     def _balanced(
         self, rtol: float, atol: float | None, at_once: bool
@@ -193,14 +211,18 @@ class Convergence:
         """Which groups are."""
         now = self.now
         balanced = now.residual <= rtol * np.maximum(now.forces, self._first.residual)
-        if atol is not None:
+        fields = np.arange(len(balanced)) >= now.count
+        if atol is not None and not fields.any():
             return balanced
         # A body of soft and stiff parts has the rounding error of the stiff ones, and
         # may have all forces of the others below: it counts where nothing improves
         settled: Any = at_once
         if not at_once and self._last[0] is not None:
             settled = now.residual >= 0.1 * self._last[0]
-        return balanced | (settled & (now.residual <= self._floors))
+        floors = self._floors + self._field_floors
+        rounding = settled & (now.residual <= floors)
+        # A force that is small enough says nothing of what is none
+        return balanced | (rounding & (fields if atol is not None else True))
 
     def describe(self) -> str:
         """What the last residual lacks, for messages; "" for nothing. Collective."""
@@ -221,6 +243,8 @@ class Convergence:
             text = f"; out of balance: {', '.join(listed)}"
         if self._pending(rtol):
             text += f"; prescribed displacements lack up to {now.pending:.3e}"
+            for field, value in zip(self.groups.fields, now.lacking[1:]):
+                text += f", prescribed values of {field.name} up to {value:.3e}"
         return text
 
     def row_scale(self, fixed: npt.NDArray[np.bool_]) -> Array:
@@ -233,7 +257,7 @@ class Convergence:
         Parameters
         ----------
         fixed
-            Whether each owned dof of u is constrained.
+            Whether each owned unknown of the host is constrained.
         """
         free = np.ones(len(self.groups.of_row))
         free[: len(fixed)][fixed] = 0.0
@@ -247,5 +271,9 @@ class Convergence:
         rows = scale[self.groups.of_row]
         # Forces that a body meets on its way are no reason to stop it: heavier than the
         # springs of contact
-        rows[: len(fixed)][fixed] = one * max(PRESCRIBED, springs)
+        heavy = one * max(PRESCRIBED, springs)
+        rows[: len(fixed)][fixed] = heavy
+        (sizes,) = self.groups.largest(self._host.values())
+        for of, per_length, unit in self.groups.field_rows(sizes):
+            rows[of] = np.where(fixed[of], heavy * unit, one / per_length)
         return rows

@@ -9,7 +9,11 @@ import numpy as np
 
 from petsc4py import PETSc
 
+from .errors import ContactError, ConvergenceError
 from .trouble import cycle_length
+
+# What another way, or a smaller step, may cure
+FAILURES = (ConvergenceError, ContactError, PETSc.Error)
 
 # Residuals at either end of a history that a message lists
 _ENDS = 5
@@ -52,7 +56,11 @@ def list_of_residuals(history: Sequence[float]) -> str:
 
 
 def describe_failure(
-    history: Sequence[float], statistics: Any, unheld: Sequence[str], imbalance: str
+    history: Sequence[float],
+    statistics: Any,
+    unheld: Sequence[str],
+    imbalance: str,
+    rigid: Sequence[int] = (),
 ) -> str:
     """State of contact, residuals, and what to try by what they show.
 
@@ -66,6 +74,8 @@ def describe_failure(
         Sentences on bodies that are held by nothing.
     imbalance
         Of `Convergence.describe`.
+    rigid
+        Slave tags that are prescribed throughout, on masters that are not.
     """
     text = f"{statistics}; residual history: {list_of_residuals(history)}"
     period = cycle_length(history, _ALIKE)
@@ -75,6 +85,9 @@ def describe_failure(
             "slip, in turn"
         )
     advice = _advice(history, statistics, unheld, period)
+    if rigid and not unheld:
+        tags = ", ".join(map(str, rigid))
+        advice = f"the other body as the slave: all of slave tag {tags} is prescribed"
     text = "; ".join([text + imbalance, *unheld])
     return text + (f". Try {advice}" if advice else "")
 

@@ -11,12 +11,18 @@ from dolfinx.fem import FunctionSpace
 from . import compat
 from .errors import ContactError
 
-_RESIDUAL = "a linear form in the test function of the displacement's space"
-_JACOBIAN = "a bilinear form in test and trial function of the displacement's space"
+_RESIDUAL = (
+    "a linear form in the test function of contact.u.function_space; where the "
+    "displacement is a part of a mixed Function w, give Contact that part, as w.sub(0)"
+)
+_JACOBIAN = "a bilinear form in test and trial function of contact.u.function_space"
 
 
-def _check_form(name: str, form: Any, rank: int, wanted: str, V: FunctionSpace) -> None:
-    """Raise unless a UFL form has a rank and is on a space."""
+def check_form(
+    name: str, form: Any, rank: int, wanted: str, *spaces: FunctionSpace
+) -> None:
+    """Raise unless a UFL form has a rank and is on spaces: those of its arguments, or
+    one for all."""
     if not isinstance(form, ufl.Form):
         raise ContactError(
             f"{name} must be one UFL form, {wanted}, not {type(form).__name__}"
@@ -26,11 +32,13 @@ def _check_form(name: str, form: Any, rank: int, wanted: str, V: FunctionSpace) 
         raise ContactError(
             f"{name} is a form of rank {len(arguments)}: it must be {wanted}"
         )
-    for argument in arguments:
+    if len(spaces) == 1:
+        spaces = spaces * len(arguments)
+    for argument, V in zip(arguments, spaces):
         if not compat.is_same_space(argument.ufl_function_space(), V):
             raise ContactError(
-                f"{name} has a test or trial function in another space than "
-                f"contact.u.function_space: it must be {wanted}"
+                f"{name} has a test or trial function in another space: it must be "
+                f"{wanted}"
             )
 
 
@@ -44,9 +52,9 @@ def check_forms(F: Any, J: Any, u: Any) -> None:
         on u and there is no J: its derivative would be zero.
     """
     V = u.function_space
-    _check_form("F", F, 1, _RESIDUAL, V)
+    check_form("F", F, 1, _RESIDUAL, V)
     if J is not None:
-        _check_form("J", J, 2, _JACOBIAN, V)
+        check_form("J", J, 2, _JACOBIAN, V)
     elif not any(coefficient is u for coefficient in F.coefficients()):
         raise ContactError(
             "F does not depend on the displacement that Contact was given, but on "
@@ -84,8 +92,15 @@ def check_supports(name: str, supports: Any) -> dict[str, list[Any]]:
     return found
 
 
-def check_compiled(a: Any) -> None:
-    """Raise unless a is a compiled bilinear form."""
+def check_compiled(a: Any, count: int = 1) -> None:
+    """Raise unless a is a compiled bilinear form, of several unknowns a table."""
+    if count > 1:
+        rows = a if isinstance(a, list) else []
+        if len(rows) != count or any(len(row) != count for row in rows):
+            raise ContactError(f"a must be {count} lists of {count} forms each")
+        for one in (one for row in rows for one in row if one is not None):
+            check_compiled(one)
+        return
     rank = compat.compiled_rank(a)
     if rank != 2:
         found = type(a).__name__ if rank is None else f"a form of rank {rank}"

@@ -32,6 +32,21 @@ def any_node_held(contact: Any, marker: np.ndarray) -> bool:
     return contact.layout.comm.allreduce(bool(held), op=MPI.LOR)
 
 
+def rigid_slaves(contact: Any, marker: np.ndarray) -> list[int]:
+    """Slave tags whose displacement is prescribed throughout, and whose master's is not.
+    Collective."""
+    if contact.multiplier is None or not contact.zones:
+        return []
+    fixed = []
+    for zone in contact.zones:
+        sides = zone.facets.slave_surface, zone.facets.master_surface
+        fixed.append([marker.reshape(-1, s.gdim)[s.dofs].all() for s in sides])
+    held = np.array(fixed, dtype=np.int32)
+    contact.layout.comm.Allreduce(MPI.IN_PLACE, held, op=MPI.MIN)
+    tags = [zone.facets.slave_tag for zone in contact.zones]
+    return [tag for tag, (slave, master) in zip(tags, held) if slave and not master]
+
+
 def refuse_held(contact: Any) -> None:
     """Raise where the multiplier is in no equation. Collective.
 

@@ -1,4 +1,7 @@
-"""Numbering of the coupled unknowns, rank by rank: [displacement | multiplier]."""
+"""Numbering of the coupled unknowns, rank by rank: [host | multiplier].
+
+The host's are those that the user solves for, the displacement among them.
+"""
 
 from __future__ import annotations
 
@@ -13,6 +16,7 @@ from petsc4py import PETSc
 
 from . import compat
 from .compat import Array, Indices
+from .host import Host
 
 Global = npt.NDArray[np.int64]
 
@@ -39,8 +43,8 @@ class Layout:
 
     Parameters
     ----------
-    u
-        Displacement.
+    host
+        What the user solves for.
     multiplier
         Multiplier, or None.
     multiplier_dofs
@@ -51,23 +55,29 @@ class Layout:
     ----------
     size
         Owned rows of this rank.
+    n
+        How many of them are the host's, which come first.
+    n_u
+        How many of these are displacements.
     ranges
         First row of each rank, then the number of rows, int64.
     owned_multipliers
         Owned block dofs of the multiplier that are unknowns, in the order of their rows.
+    rows
+        Global row of every local unknown of the host, see `Host`, int64.
     u_rows
-        Global row of the first component of every local block dof of u, int64.
+        Global rows of the components of every local block dof of u, (dofs, d), int64.
     multiplier_rows
-        The same for the multiplier; -1 off the slave surface.
+        Global row of the first component of every local block dof of the multiplier;
+        -1 off the slave surface.
     """
 
     def __init__(
-        self, u: Function, multiplier: Function | None, multiplier_dofs: Indices
+        self, host: Host, multiplier: Function | None, multiplier_dofs: Indices
     ) -> None:
-        self.u, self.multiplier = u, multiplier
-        V = u.function_space
-        self.comm: MPI.Comm = V.mesh.comm
-        self._u_map, self._bs = V.dofmap.index_map, V.dofmap.index_map_bs
+        self.host, self.u, self.multiplier = host, host.u, multiplier
+        self.comm: MPI.Comm = host.comm
+        self._u_map, self._bs = compat.unknowns_of(self.u)
         self.n_u = self._u_map.size_local * self._bs
         self.owned_multipliers = np.empty(0, dtype=np.int32)
         self.components = 0
@@ -77,18 +87,29 @@ class Layout:
             owned = W.dofmap.index_map.size_local
             self.owned_multipliers = np.flatnonzero(marked[:owned]).astype(np.int32)
             self.components = W.dofmap.index_map_bs
-        self.size = self.n_u + len(self.owned_multipliers) * self.components
+        self.number()
+
+    def number(self) -> None:
+        """Number the rows of all that the host has now. Collective."""
+        starts = self.host.owned_starts
+        self.n = int(starts[-1])
+        self.size = self.n + len(self.owned_multipliers) * self.components
         ends = np.cumsum(self.comm.allgather(self.size), dtype=np.int64)
         self.ranges = np.concatenate([np.zeros(1, dtype=np.int64), ends])
         self.begin = int(self.ranges[self.comm.rank])
-        self.u_rows = self._number(
-            self._u_map, np.arange(self._u_map.size_local), self._bs, self.begin
-        )
+        parts = []
+        for f, start in zip(self.host.functions, starts):
+            index_map, bs = compat.unknowns_of(f)
+            owned = np.arange(index_map.size_local)
+            first = self._number(index_map, owned, bs, self.begin + int(start))
+            parts.append((first[:, None] + np.arange(bs)).ravel())
+        self.rows = np.concatenate(parts)
+        self.u_rows = self.rows[self.host.u_local].reshape(-1, self._bs)
         self.multiplier_rows = np.empty(0, dtype=np.int64)
-        if multiplier is not None:
-            W_map = multiplier.function_space.dofmap.index_map
+        if self.multiplier is not None:
+            W_map = self.multiplier.function_space.dofmap.index_map
             self.multiplier_rows = self._number(
-                W_map, self.owned_multipliers, self.components, self.begin + self.n_u
+                W_map, self.owned_multipliers, self.components, self.begin + self.n
             )
 
     @staticmethod
@@ -108,44 +129,47 @@ class Layout:
         return PETSc.Vec().createMPI((self.size, None), comm=self.comm)
 
     def create_matrix(self) -> PETSc.Mat:
-        """Empty AIJ matrix whose local-to-global map covers the displacement."""
+        """Empty AIJ matrix whose local-to-global map covers the host's unknowns."""
         A = PETSc.Mat().create(self.comm)
         A.setSizes(((self.size, None), (self.size, None)))
         A.setType(PETSc.Mat.Type.AIJ)
         # Multigrid wants to know which rows are of one node; rows of multipliers fit
         # into no block
-        bs = self._bs if self.multiplier is None else 1
+        plain = self.multiplier is None and self.host.is_plain
+        bs = self._bs if plain else 1
         A.setBlockSize(bs)
-        rows = self.u_rows[:, None] + np.arange(0, self._bs, bs)
-        blocks = (rows.ravel() // bs).astype(PETSc.IntType)
+        blocks = (self.rows[::bs] // bs).astype(PETSc.IntType)
         lgmap = PETSc.LGMap().create(blocks, bsize=bs, comm=self.comm)
         A.setLGMap(lgmap, lgmap)
         return A
 
-    def coupled_columns(self, columns: npt.ArrayLike) -> Indices:
-        """From global columns of DOLFINx's matrix of u to the coupled numbering."""
-        starts = np.array(self.comm.allgather(self._u_map.local_range[0]))
+    def coupled_columns(self, columns: npt.ArrayLike, k: int = 0) -> Indices:
+        """From global columns of DOLFINx's matrix of the k-th of the host's Functions
+        to the coupled numbering. Collective."""
+        index_map, bs = compat.unknowns_of(self.host.functions[k])
+        first = self.begin + int(self.host.owned_starts[k])
+        here = np.array([bs * index_map.local_range[0], first])
+        starts, firsts = np.array(self.comm.allgather(here)).T
         columns = np.asarray(columns, dtype=np.int64)
         # A rank without dofs shares its start with the next one: take the last
-        rank = np.searchsorted(self._bs * starts, columns, side="right") - 1
-        return (columns - self._bs * starts[rank] + self.ranges[rank]).astype(np.int32)
+        rank = np.searchsorted(starts, columns, side="right") - 1
+        return (columns - starts[rank] + firsts[rank]).astype(np.int32)
 
     def to_vector(self, x: PETSc.Vec, scale: float) -> None:
         """Functions to the solver's unknowns; the multiplier is divided by scale."""
         array = x.getArray()
-        array[: self.n_u] = self.u.x.array[: self.n_u]
+        array[: self.n] = self.host.owned_values()
         if self.multiplier is not None:
             values = self.multiplier.x.array.reshape(-1, self.components)
-            array[self.n_u :] = values[self.owned_multipliers].ravel() / scale
+            array[self.n :] = values[self.owned_multipliers].ravel() / scale
 
     def from_vector(self, x: PETSc.Vec, scale: float) -> None:
         """Solver's unknowns to the functions, ghosts included. Collective."""
         array = x.getArray(readonly=True)
-        self.u.x.array[: self.n_u] = array[: self.n_u]
-        compat.scatter_forward(self.u.x)
+        self.host.set_owned_values(array[: self.n])
         if self.multiplier is not None:
             values = self.multiplier.x.array.reshape(-1, self.components)
-            values[self.owned_multipliers] = scale * array[self.n_u :].reshape(
+            values[self.owned_multipliers] = scale * array[self.n :].reshape(
                 -1, self.components
             )
             compat.scatter_forward(self.multiplier.x)

@@ -10,8 +10,9 @@ class LoadStep:
     ----------
     strategy
         What solved the step: ``"full"``, the solver as it was given;
-        ``"extrapolated"``, ``"small gamma"``, ``"line search"`` or ``"small gamma, line
-        search"``: see `LoadSteps`. Of a step under viscous forces, the last solve's.
+        ``"extrapolated"``, ``"small gamma"``, ``"capped"``, ``"line search"``, ``"small
+        gamma, line search"`` or ``"viscous forces"``: see `LoadSteps`. With `stabilize`
+        that of the step's last solve.
     """
 
     def __init__(

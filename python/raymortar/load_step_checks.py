@@ -8,10 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from .control import ArcLength, DisplacementControl
 from .errors import ContactError
 from .history import History
 from .options import is_real_number, is_truth_value, is_whole_number
 from .problem import NonlinearProblem
+from .solver import NewtonSolver, SNESSolver
 
 STRATEGIES = ("auto", "halve")
 
@@ -89,6 +91,33 @@ def check_stabilize(stabilize: Any) -> None:
     if not (is_real_number(stabilize) and 0.0 <= stabilize < np.inf):
         raise ContactError(
             f"stabilize must be True, False, None or a factor, not {stabilize!r}"
+        )
+
+
+def check_control(
+    control: Any, solver: Any, path: tuple[float, float], stabilize: Any
+) -> None:
+    """Raise unless a control can lead the path."""
+    if control is None:
+        return
+    if not isinstance(control, (DisplacementControl, ArcLength)):
+        raise ContactError(
+            f"control must be a DisplacementControl, an ArcLength or None, not "
+            f"{control!r}"
+        )
+    control.check()
+    if not isinstance(solver, (NewtonSolver, SNESSolver)):
+        raise ContactError("control needs a NewtonSolver or an SNESSolver")
+    if not solver.problem.contact.host.is_plain:
+        raise ContactError(
+            "control leads paths of one displacement: the problem has other unknowns"
+        )
+    if stabilize:
+        raise ContactError("control and stabilize exclude each other")
+    if path[0] == path[1]:
+        raise ContactError(
+            f"path = {path} must have two ends: the load factor, which control finds, "
+            "is measured by them"
         )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import Any, TextIO
 
+from .control import ArcLength, DisplacementControl
 from .errors import (
     ContactLost,
     ConvergenceError,
@@ -12,10 +13,13 @@ from .errors import (
     require_agreement,
     together,
 )
+from .failure import FAILURES
 from .history import History
+from .load_path import ArcPath, DisplacementPath, PrescribedPath
 from .load_step import LoadStep
 from .load_step_checks import (
     check_calls,
+    check_control,
     check_numbers,
     check_path,
     check_solver,
@@ -29,7 +33,7 @@ from .progress import Progress, check_progress, line
 from .stabilization import Stabilization
 from .state import ContactState
 from .step_sizes import StepSizes
-from .strategies import FAILURES, Strategies
+from .strategies import Strategies
 
 
 class LoadSteps:
@@ -77,14 +81,21 @@ class LoadSteps:
     strategy
         ``"auto"``: a solve that cycles or diverges is ended as soon as that shows, and
         the step is tried in other ways: from an extrapolated state, by way of a tenth
-        of gamma, with a line search, and by both of these. Only where none helps the
-        step is halved. What else the solver was given is kept. Nothing is done where
-        nothing is wrong. ``"halve"`` or None: the step is halved at once.
+        of gamma, in steps that end where surfaces first cross, with a line search, by
+        it and a tenth of gamma, and under viscous forces that fade. Only where none
+        helps the step is halved. What else the solver was given is kept. Nothing is
+        done where nothing is wrong. ``"halve"`` or None: the step is halved at once.
     stabilize
         True: viscous forces hold what nothing else does, bodies that contact alone
         holds and paths that snap; they fade to zero within each step. A number scales
         them. Their work and share are columns ``viscous_work`` and ``viscous_share`` of
         `history`.
+    control
+        `DisplacementControl` or `ArcLength`, for snap-through: a chosen displacement, or
+        the length of the path, grows from step to step, and the load factor is an
+        unknown. ``path`` then says where it starts and, with `ArcLength`, ends.
+        `history` has it as column ``load_factor``; ``time`` is the share of the whole
+        displacement (which is column ``controlled``), or the length so far.
 
     Attributes
     ----------
@@ -113,6 +124,7 @@ class LoadSteps:
         history: History | None = None,
         strategy: str | None = "auto",
         stabilize: bool | float | None = None,
+        control: DisplacementControl | ArcLength | None = None,
     ) -> None:
         check_solver(solver)
         comm = solver.problem.comm
@@ -124,6 +136,7 @@ class LoadSteps:
             path = check_path(path)
             check_progress(progress)
             check_calls(solver, apply, history)
+            check_control(control, solver, path, stabilize)
         require_agreement(
             comm,
             solver=type(solver).__name__,
@@ -136,6 +149,7 @@ class LoadSteps:
             history=history is not None,
             strategy=strategy,
             stabilize=stabilize,
+            control=type(control).__name__,
         )
         self.solver, self.apply = solver, apply
         # Python's own, which do not overflow
@@ -145,6 +159,10 @@ class LoadSteps:
         self.strategy, self.stabilize = strategy, stabilize
         self._apply = with_size(apply)
         self._stabilization = self._viscous_forces()
+        self.control = control
+        self._path = self._new_path()
+        if control is not None and history is not None:
+            history.include(self._control_columns())
         self.halvings = 0
 
     def _viscous_forces(self) -> Stabilization | None:
@@ -169,35 +187,56 @@ class LoadSteps:
             progress.clear()
         progress.finished()
 
+    def _new_path(self) -> PrescribedPath | DisplacementPath | ArcPath:
+        """What leads from step to step, at its start. Collective."""
+        control, given = self.control, (self.solver, self._apply, self.path)
+        limits = self.steps, self.max_halvings, self.largest, self.easy
+        if isinstance(control, ArcLength):
+            return ArcPath(*given, *limits, control)
+        if isinstance(control, DisplacementControl):
+            return DisplacementPath(*given, StepSizes(*limits), control)
+        return PrescribedPath(*given, StepSizes(*limits))
+
+    def _control_columns(self) -> dict[str, Callable[[], float]]:
+        """What a `History` records of a path whose load factor is an unknown."""
+        columns = {"load_factor": lambda: self._path.factor}
+        if isinstance(self._path, DisplacementPath):
+            columns["controlled"] = lambda: self._path.controlled
+        return columns
+
     def _steps(self, solving: Callable[[float], None]) -> Iterator[LoadStep]:
         """The accepted steps; says at which load factor it tries the next one."""
         contact = self.solver.problem.contact
-        sizes = StepSizes(self.steps, self.max_halvings, self.largest, self.easy)
-        ways = Strategies(self.solver, self.extrapolate, self.strategy == "auto")
-        last, at = None, self.path[0]
-        while not sizes.ended:
-            factor = self._factor(sizes.share)
+        path = self._path = self._new_path()
+        one_mesh = len(contact.host.displacements) == 1
+        viscous = self.control is None and self._stabilization is None and one_mesh
+        automatic = self.strategy == "auto"
+        ways = Strategies(path, self.extrapolate, automatic, viscous)
+        last = None
+        while not path.ended:
             before = contact.state()
-            solving(factor)
-            if contact.friction is not None:
-                contact.dt = abs(factor - at)
-            self._apply(factor, factor - at)
+            solving(path.next)
+            if contact.friction is not None and path.next != path.factor:
+                contact.dt = abs(path.next - path.factor)
+            path.begin()
             try:
-                iterations = self._solve(ways, before, last, sizes.ratio)
+                iterations = self._solve(ways, before, last, path.ratio)
             except SetUpError:
                 raise
             except FAILURES as failure:
                 contact.restore(before)
-                if not sizes.halve():
-                    raise self._given_up(factor, failure) from failure
+                path.restart()
+                if not path.halve():
+                    raise self._given_up(path, failure) from failure
                 self.halvings += 1
                 continue
+            path.reached()
             if self.history is not None:
-                self.history.record(factor, iterations, self.halvings)
+                self.history.record(path.time, iterations, self.halvings)
             contact.advance()
-            sizes.accept(iterations)
-            last, at = before, factor
-            yield LoadStep(factor, iterations, self.halvings, ways.used)
+            path.accept(iterations)
+            last = before
+            yield LoadStep(path.factor, iterations, self.halvings, ways.used)
 
     def _solve(
         self,
@@ -216,21 +255,16 @@ class LoadSteps:
                 iterations = self._stabilization.solve(
                     lambda: ways.solve(contact.state(), None, 1.0)
                 )
-        loss = lost_contact(problem)
+        loss = lost_contact(problem, self._path.led)
         if loss is not None:
             raise ContactLost(f"contact is lost: {loss}")
         return iterations
 
-    def _given_up(self, factor: float, failure: Exception) -> ConvergenceError:
+    def _given_up(self, path: Any, failure: Exception) -> ConvergenceError:
         return ConvergenceError(
-            f"load factor {factor:.6g} failed after {self.max_halvings} halvings of the "
-            f"step: {failure}"
+            f"{path.describe()} after {self.max_halvings} halvings of the step: "
+            f"{failure}"
         )
-
-    def _factor(self, share: float) -> float:
-        """Load factor after a share of the path, its end met exactly."""
-        begin, end = self.path
-        return end if share == 1.0 else begin + share * (end - begin)
 
     def run(self) -> list[LoadStep]:
         """All steps at once."""

@@ -156,18 +156,24 @@ def _moved(contact: Any, sizes: Array) -> Array:
     return most > _AT_REST * sizes
 
 
-def unheld(problem: Any) -> list[str]:
+def unheld(problem: Any, led: Array | None = None) -> list[str]:
     """Bodies that conditions, springs and contact leave free and that have moved, with
-    their directions. Collective."""
+    their directions. Collective.
+
+    Parameters
+    ----------
+    led
+        Whether each owned dof of u leads a path of load steps, as good as a condition.
+    """
     groups = problem.convergence.groups
     dim, n = problem.contact.u.function_space.dofmap.index_map_bs, groups.bodies
-    component = np.arange(len(problem.constrained)) % dim
+    held = problem.constrained if led is None else problem.constrained | led
+    component = np.arange(len(held)) % dim
     diagonal = problem.contact.stiffness_diagonal
     parts = [diagonal**2]
     for i, forces in enumerate(problem.contact.translation_forces):
-        parts += [problem.constrained & (component == i), forces**2]
-    tail = np.zeros(len(groups.of_row) - len(diagonal))
-    sums = groups.sum(*(np.concatenate([part, tail]) for part in parts))[:, :n]
+        parts += [held & (component == i), forces**2]
+    sums = groups.sum(*map(groups.on_rows, parts))[:, :n]
     stiffness = np.sqrt(sums[0])
     free = np.array(
         [
@@ -187,11 +193,16 @@ def unheld(problem: Any) -> list[str]:
     ]
 
 
-def lost_contact(problem: Any) -> str | None:
+def lost_contact(problem: Any, led: Array | None = None) -> str | None:
     """What a converged solve should not have done since the accepted step. Collective.
+
+    Parameters
+    ----------
+    led
+        As of `unheld`.
 
     Returns
     -------
     None if nothing; else the same on all ranks.
     """
-    return "; ".join(_lost_surfaces(problem.contact) + unheld(problem)) or None
+    return "; ".join(_lost_surfaces(problem.contact) + unheld(problem, led)) or None

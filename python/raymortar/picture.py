@@ -82,7 +82,9 @@ def plot(
     """
     if not hasattr(contact, "zones"):
         raise ContactError(f"plot needs a Contact, not {type(contact).__name__}")
-    u, mesh = contact.u, contact.u.function_space.mesh
+    with together(contact.layout.comm):
+        u = contact.host.only.u
+    mesh = u.function_space.mesh
     with together(mesh.comm):
         _check_input(contact, file, field)
     require_agreement(mesh.comm, backend=backend)

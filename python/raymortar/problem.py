@@ -19,8 +19,10 @@ from .contact import Contact
 from .convergence import Convergence
 from .errors import ContactError, require_agreement, together
 from .failure import describe_failure
-from .forms import check_forms, check_supports, list_of_conditions
+from .forms import check_supports, list_of_conditions
+from .held import rigid_slaves
 from .lost_contact import unheld
+from .unknowns import find_unknowns, jacobians
 
 
 class NonlinearProblem:
@@ -30,20 +32,27 @@ class NonlinearProblem:
     ----------
     F
         UFL residual of everything but contact: a linear form in the test function of
-        ``contact.u``'s space.
+        the displacement's space, or of the mixed space that it is a part of. Of several
+        unknowns a list, by unknown.
     contact
         Contact terms.
     bcs
-        Dirichlet conditions on the displacement.
+        Dirichlet conditions on the unknowns, or on parts of them.
     J
-        UFL Jacobian of F; by default its derivative.
+        UFL Jacobian of F; by default its derivative. Of several unknowns a list of
+        lists, by test and trial space, None for zero.
+    u
+        What is solved for, where F is a list: Functions, of which the contact's is one
+        or a part of one.
 
     Attributes
     ----------
     history
-        Norms of the residuals since `start`, without constrained rows. Force.
+        Norms of the forces of the residuals since `start`, without constrained rows.
     forms
-        UFL residual and Jacobian of the volume.
+        UFL residual and Jacobian of the volume, as lists where there are several.
+    L, a
+        The same, compiled.
     convergence
         Judges the last residual; see `convergence.Convergence`.
     rays_only
@@ -65,23 +74,29 @@ class NonlinearProblem:
 
     def __init__(
         self,
-        F: ufl.Form,
+        F: Any,
         contact: Contact,
         bcs: Sequence[Any] = (),
-        J: ufl.Form | None = None,
+        J: Any = None,
+        u: Any = None,
     ) -> None:
         if not isinstance(contact, Contact):
             raise ContactError(
                 f"contact must be a Contact, not {type(contact).__name__}"
             )
-        u = contact.u
+        host = contact.host
         with together(contact.layout.comm):
-            check_forms(F, J, u)
+            functions = find_unknowns(F, J, u, host)
             self.contact, self.bcs = contact, list_of_conditions(bcs)
-            compat.dirichlet_dofs(self.bcs, u.function_space)  # refuses foreign ones
+        contact.solve_for(functions)
+        with together(contact.layout.comm):
+            host.conditions(self.bcs)  # refuses foreign ones
+            if isinstance(F, (list, tuple)):
+                J = jacobians(F, functions, host) if J is None else J
+            elif J is None:
+                (w,) = functions
+                J = ufl.derivative(F, w, ufl.TrialFunction(w.function_space))
         require_agreement(contact.layout.comm, number_of_conditions=len(self.bcs))
-        if J is None:
-            J = ufl.derivative(F, u, ufl.TrialFunction(u.function_space))
         self.forms = F, J
         self.L, self.a = compat.form(F), compat.form(J)
         self.history: list[float] = []
@@ -89,8 +104,7 @@ class NonlinearProblem:
         # Where `form` was last, and which revision of the contact that was
         self._at: np.ndarray | None = None
         self._revision = 0
-        dofmap = u.function_space.dofmap
-        self._r = compat.create_la_vector(dofmap.index_map, dofmap.index_map_bs)
+        self._r = [compat.create_la_vector(*compat.unknowns_of(f)) for f in functions]
         self._volume = contact.prepare(self.a, self.bcs)
         self.convergence = Convergence(contact)
 
@@ -130,12 +144,12 @@ class NonlinearProblem:
         call.
         """
         self.contact.belong_to(self._volume)
-        array, n = x.getArray(readonly=True), self.contact.layout.n_u
+        array, n = x.getArray(readonly=True), self.contact.layout.n
         same = (
             self._at is not None
             and self._revision == self.contact.revision
             and np.array_equal(array, self._at)
-            and np.array_equal(array[:n], self.contact.u.x.array[:n])
+            and np.array_equal(array[:n], self.contact.host.owned_values())
         )
         if self.comm.allreduce(int(same)) == self.comm.size:
             return
@@ -147,26 +161,87 @@ class NonlinearProblem:
     def F(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
         """Residual at x into b. Collective."""
         self.form(x)
-        u, n = self.contact.u, self.contact.layout.n_u
-        r = self._r.array
-        r[:] = 0.0
-        compat.assemble_residual(r, self.L)
-        increment = compat.dirichlet_increment(self.bcs, u.x.array)
-        if increment.any():  # takes the tangents of all cells with constrained dofs
-            compat.apply_lifting(r, self.a, self.bcs, u.x.array, -1.0)
-        compat.scatter_reverse_add(self._r)
-        volume = r[:n].copy()
-        compat.set_bc(r, self.bcs, u.x.array, -1.0)
-        b.set(0.0)
-        b.getArray()[:n] = r[:n]
-        # Constrained rows are left out by contact, so the values set above stay
-        self.contact.assemble_vector(b, self.bcs)
-        self.contact.lift(b, increment, -1.0)
-        b.assemble()
+        volume, increment = self._assemble(b, True)
         imbalance = self.convergence.measure(
-            b.getArray(readonly=True), volume, self.constrained, increment
+            b.getArray(readonly=True), volume, self.prescribed, increment
         )
         self.history.append(imbalance.norm)
+
+    def loads(self, b: PETSc.Vec) -> None:
+        """What of the residual depends on loads and prescribed displacements, at the
+        last x of `form`, into b: all but contact's forces. Collective."""
+        self._assemble(b, False)
+
+    def _assemble(self, b: PETSc.Vec, contact: bool) -> tuple[Array, Array]:
+        """Residual, with contact's forces or without; its part of the user's form, and
+        what prescribed unknowns lack. Collective."""
+        increment = self.contact.host.increment(self.bcs)
+        volume, rows = self._volume_rows(increment)
+        b.set(0.0)
+        b.getArray()[: self.contact.layout.n] = rows
+        # Constrained rows are left out by contact, so the values set above stay
+        if contact:
+            self.contact.assemble_vector(b, self.bcs)
+        self.contact.lift(b, increment[self.contact.host.u_local], -1.0)
+        b.assemble()
+        return volume, increment
+
+    def _volume_rows(self, increment: Array) -> tuple[Array, Array]:
+        """The volume's residual with the effect of prescribed increments, of the owned
+        unknowns: as it is, and with the conditions in their rows. Collective."""
+        host = self.contact.host
+        conditions, starts = host.conditions(self.bcs), host.starts
+        parts = [increment[begin:end] for begin, end in zip(starts, starts[1:])]
+        volume, rows = [], []
+        L, a = self._table()
+        for r, form, blocks, f, bcs in zip(self._r, L, a, host.functions, conditions):
+            r.array[:] = 0.0
+            compat.assemble_residual(r.array, form)
+            for part, block, g, of_g in zip(parts, blocks, host.functions, conditions):
+                # Takes the tangents of all cells with constrained dofs
+                if block is not None and part.any():
+                    compat.apply_lifting(r.array, block, of_g, g.x.array, -1.0)
+            compat.scatter_reverse_add(r)
+            index_map, bs = compat.unknowns_of(f)
+            n = index_map.size_local * bs
+            volume.append(r.array[:n].copy())
+            compat.set_bc(r.array, bcs, f.x.array, -1.0)
+            rows.append(r.array[:n])
+        return np.concatenate(volume), np.concatenate(rows)
+
+    def _residual(self) -> Array:
+        """The volume's residual at the present state, of the owned unknowns.
+        Collective."""
+        rows, (L, _) = [], self._table()
+        for r, form, f in zip(self._r, L, self.contact.host.functions):
+            r.array[:] = 0.0
+            compat.assemble_residual(r.array, form)
+            compat.scatter_reverse_add(r)
+            index_map, bs = compat.unknowns_of(f)
+            rows.append(r.array[: index_map.size_local * bs])
+        return np.concatenate(rows)
+
+    def _table(self) -> tuple[list[Any], list[list[Any]]]:
+        """Compiled forms by unknown, and by test and trial space."""
+        several = isinstance(self.L, list)
+        return (self.L, self.a) if several else ([self.L], [[self.a]])
+
+    @property
+    def form_of_u(self) -> tuple[ufl.Form, ufl.Form]:
+        """UFL residual in the displacement's test function, and its derivative by the
+        displacement, or by the mixed Function that has it."""
+        F, J = self.forms
+        at = self.contact.host.only.at
+        return (F[at], J[at][at]) if isinstance(self.L, list) else (F, J)
+
+    def with_form_of_u(self, L: Any, a: Any) -> tuple[Any, Any]:
+        """Compiled residual and Jacobian with others in the place of `form_of_u`."""
+        if not isinstance(self.L, list):
+            return L, a
+        at = self.contact.host.only.at
+        forms, table = list(self.L), list(map(list, self.a))
+        forms[at], table[at][at] = L, a
+        return forms, table
 
     @contextmanager
     def silent_about_loss(self) -> Iterator[None]:
@@ -182,10 +257,18 @@ class NonlinearProblem:
         """Whether conditions prescribe an owned dof of u. Collective."""
         return self.contact.constrained(self.bcs)[: self.contact.layout.n_u]
 
+    @property
+    def prescribed(self) -> npt.NDArray[np.bool_]:
+        """Whether conditions prescribe an owned unknown of the host. Collective."""
+        host = self.contact.host
+        if host.is_plain:
+            return self.constrained
+        return host.owned_part(host.prescribed(self.bcs)[0]) == 1
+
     def row_scale(self) -> Array:
         """Factors of the owned rows for solvers that add up their squares, as line
         searches do; see `convergence.Convergence.row_scale`. Collective."""
-        return self.convergence.row_scale(self.constrained)
+        return self.convergence.row_scale(self.prescribed)
 
     def J(self, x: PETSc.Vec, A: PETSc.Mat) -> bool:
         """Tangent at x into A. Collective.
@@ -198,10 +281,19 @@ class NonlinearProblem:
         renewed = self.contact.make_room(A)
         if not renewed:
             A.zeroEntries()
-        compat.assemble_jacobian(A, self.a, self.bcs)
+        self._assemble_volume(A)
         self.contact.assemble_matrix(A, self.bcs)
         A.assemble()
         return renewed
+
+    def _assemble_volume(self, A: PETSc.Mat) -> None:
+        """Add the volume's tangent. Collective."""
+        if not isinstance(self.a, list):
+            compat.assemble_jacobian(A, self.a, self.bcs)
+            return
+        fixed = self.contact.layout.begin + np.flatnonzero(self.prescribed)
+        starts = self.contact.host.starts
+        compat.assemble_blocks(A, self.a, self.bcs, starts, fixed.astype(np.int32))
 
     def reactions(self, supports: Mapping[str, Any]) -> dict[str, Array]:
         """Forces by which conditions hold the bodies, after a solve. Collective.
@@ -218,23 +310,21 @@ class NonlinearProblem:
         -------
         By name, (d,). Force (per thickness in 2D).
         """
-        V, n = self.contact.u.function_space, self.contact.layout.n_u
+        host, layout = self.contact.host, self.contact.layout
         with together(self.comm):
             supports = check_supports("supports", supports)
-        r = self._r
-        r.array[:] = 0.0
-        compat.assemble_residual(r.array, self.L)
-        compat.scatter_reverse_add(r)
+        rows = self._residual()
         b = self.create_vector()
         self.contact.assemble_vector(b)
         b.assemble()
-        forces = r.array[:n] + b.getArray(readonly=True)[:n]
+        forces = (rows + b.getArray(readonly=True)[: layout.n])[host.u_owned]
         b.destroy()
-        dim = V.dofmap.index_map_bs
+        dim = self.contact.u.function_space.mesh.geometry.dim
         local = []
         for bcs in supports.values():
-            held, _ = compat.dirichlet_dofs(bcs, V)
-            local.append(np.where(held[:n] == 1, forces, 0.0).reshape(-1, dim).sum(0))
+            held, _ = host.prescribed_u(bcs)
+            on = held[: layout.n_u] == 1
+            local.append(np.where(on, forces, 0.0).reshape(-1, dim).sum(0))
         total = self.comm.allreduce(np.array(local).reshape(-1, dim))
         return dict(zip(supports, total))
 
@@ -245,4 +335,5 @@ class NonlinearProblem:
             self.contact.statistics,
             unheld(self),
             self.convergence.describe(),
+            rigid_slaves(self.contact, self.contact.constrained(self.bcs)),
         )

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from dolfinx.fem import Function
 
 from .facets import Facets, coordinates, format_point, node_table
+from .joined import parts_of
+from .tagged import ZoneFacets
 
 # Of the coordinates and displacements, what adding a displacement to the mesh and taking
 # it off again, a few times, may leave
@@ -53,3 +56,14 @@ class Reference:
             f"to {format_point(x[first])}: make contact, problem and solver anew; "
             "restore(old.state()) takes tractions over"
         )
+
+
+def references(u: Any, zones: Sequence[ZoneFacets]) -> list[Reference]:
+    """Of each mesh that has contact surfaces."""
+    found = []
+    for k, part in enumerate(parts_of(u)):
+        sides = [zone.slave for zone in zones if zone.slave_part == k]
+        sides += [m for zone in zones if zone.master_part == k for m in zone.masters]
+        if sides:
+            found.append(Reference(part, sides))
+    return found

@@ -15,6 +15,7 @@ from . import compat
 from .compat import Array
 from .facets import Facets
 from .interfaces import Interfaces
+from .joined import parts_of, places_of
 from .layout import marked_everywhere
 from .strain_response import deviators
 from .surfaces import Surface
@@ -42,8 +43,8 @@ def shear_moduli(contact: Any, bcs: Sequence[Any]) -> list[float]:
         facets = zone.facets
         found = np.concatenate(
             [
-                sides.moduli(facets.slave_surface, facets.slave),
-                sides.moduli(facets.master_surface, facets.master),
+                sides.moduli(facets.slave_surface, facets.slave, facets.slave_part),
+                sides.moduli(facets.master_surface, facets.master, facets.master_part),
             ]
         )
         moduli.append(float(found.min(initial=np.inf, where=found > 0.0)))
@@ -58,21 +59,24 @@ class _Sides:
         self._comm: MPI.Comm = contact.layout.comm
         self._interfaces: Interfaces = contact.interfaces
         self._owned, d = V.dofmap.index_map.size_local, V.mesh.geometry.dim
-        fixed, _ = compat.dirichlet_dofs(bcs, V)
+        fixed, _ = contact.host.prescribed_u(bcs)
         self._free = (fixed.reshape(-1, d)[: self._owned] == 0).any(axis=1)
         self._sheared = contact._volume.response[:, 0]
         # Sum of the squares of the deviators, a multiple of the identity
         self._kappa = sum(E @ E for E in deviators(d))[0, 0]
-        self._exterior = compat.exterior_facets(V.mesh)
+        self._u = contact.u
+        meshes = [part.function_space.mesh for part in parts_of(self._u)]
+        self._exterior = [compat.exterior_facets(mesh) for mesh in meshes]
 
-    def moduli(self, surface: Surface, facets: Facets) -> Array:
-        """Of each body; 0 of those that have no facet there or cannot move."""
+    def moduli(self, surface: Surface, facets: Facets, part: int) -> Array:
+        """Of each body; 0 of those that have no facet there or cannot move. The facets
+        are on one of several meshes."""
         bodies = self._interfaces.bodies
         on = marked_everywhere(self._V, surface.dofs)[: self._owned]
         areas = self._squared_areas(surface)
         values = np.column_stack([areas, self._sheared, self._free])
         sums = []
-        for nodes in (on & ~self._on_rim(facets), on):
+        for nodes in (on & ~self._on_rim(facets, part), on):
             of = bodies.dofs[: self._owned][nodes]
             sums += [
                 np.bincount(of, column, minlength=bodies.count)
@@ -98,9 +102,11 @@ class _Sides:
         table = vector.array.reshape(-1, surface.gdim)
         return np.einsum("nd,nd->n", table[: self._owned], table[: self._owned])
 
-    def _on_rim(self, facets: Facets) -> npt.NDArray[np.bool_]:
+    def _on_rim(self, facets: Facets, part: int) -> npt.NDArray[np.bool_]:
         """Whether an owned node is on an exterior facet besides these."""
-        V = self._V
-        others = np.setdiff1d(self._exterior, facets.facets).astype(np.int32)
+        V = parts_of(self._u)[part].function_space
+        others = np.setdiff1d(self._exterior[part], facets.facets).astype(np.int32)
         dofs = fem.locate_dofs_topological(V, V.mesh.topology.dim - 1, others)
-        return marked_everywhere(V, dofs)[: self._owned]
+        places = places_of(self._u, part)
+        dofs = dofs if places is None else places[dofs]
+        return marked_everywhere(self._V, dofs)[: self._owned]

@@ -98,7 +98,7 @@ class NewtonSolver:
 
         def tangent(x: PETSc.Vec, A: PETSc.Mat) -> None:
             if problem.J(x, A):
-                _renew(this().krylov_solver, A)
+                renew(this().krylov_solver, A)
 
         self._newton.setF(residual, self.b)
         self._newton.setJ(tangent, self.A)
@@ -173,8 +173,8 @@ class NewtonSolver:
             x.destroy()
             self.tolerances = given
             if not converged:
-                _renew(self.krylov_solver, self.A)
-        _require(self.problem, converged, reason)
+                renew(self.krylov_solver, self.A)
+        require_convergence(self.problem, converged, reason)
         return iterations, converged
 
     @property
@@ -190,6 +190,15 @@ class NewtonSolver:
     def force_tolerance(self) -> float | None:
         """`atol` where the user has given one."""
         return None if self.atol == self._floor else self.atol
+
+    def linearise(self, x: PETSc.Vec, springs: Mapping[int, float]) -> None:
+        """Take the tangent at x, and springs by row, for `correct`. Collective."""
+        _tangent_with(self, x, springs)
+        self.krylov_solver.setOperators(self.A)
+
+    def correct(self, b: PETSc.Vec, dx: PETSc.Vec) -> None:
+        """Solve tangent dx = b, within ``with solver.options:``. Collective."""
+        self.krylov_solver.solve(b, dx)
 
     def _settings(self) -> dict[str, Any]:
         """What all ranks must have alike: one that stops sooner leaves the others."""
@@ -226,14 +235,26 @@ def _release(solver: Any, *names: str) -> None:
         compat.destroy_garbage(problem.comm)
 
 
-def _renew(ksp: PETSc.KSP, A: PETSc.Mat) -> None:
+def renew(ksp: PETSc.KSP, A: PETSc.Mat) -> None:
     """Drop the factors: after a failure MUMPS refuses to factorise anew, and PETSc
     takes a new pattern for the old one (`Contact.make_room`)."""
     ksp.reset()
     ksp.setOperators(A)
 
 
-def _require(problem: NonlinearProblem, converged: bool, reason: str) -> None:
+def _tangent_with(solver: Any, x: PETSc.Vec, springs: Mapping[int, float]) -> None:
+    """Tangent at x with springs on its diagonal, those of this rank. Collective."""
+    A = solver.A
+    if solver.problem.J(x, A):
+        renew(solver.krylov_solver, A)
+    for row, stiffness in springs.items():
+        A.setValue(row, row, stiffness, addv=PETSc.InsertMode.ADD_VALUES)
+    A.assemble()
+
+
+def require_convergence(
+    problem: NonlinearProblem, converged: bool, reason: str
+) -> None:
     """Raise, on every rank, if a solve has failed, and warn of a doubtful end."""
     if not converged:
         message = f"Newton did not converge {reason}: {problem.describe()}"
@@ -355,7 +376,7 @@ class SNESSolver:
 
         def tangent(snes: PETSc.SNES, x: PETSc.Vec, A: PETSc.Mat, P: PETSc.Mat) -> None:
             if problem.J(x, A):
-                _renew(snes.ksp, A)
+                renew(snes.ksp, A)
             A.diagonalScale(scale)
 
         self.snes.setFunction(residual, self.b)
@@ -400,6 +421,20 @@ class SNESSolver:
         most: int = self.snes.getTolerances()[3]
         return most
 
+    def linearise(self, x: PETSc.Vec, springs: Mapping[int, float]) -> None:
+        """Take the tangent at x, and springs by row, for `correct`. Collective."""
+        self._scale.array[:] = self.problem.row_scale()
+        _tangent_with(self, x, springs)
+        self.A.diagonalScale(self._scale)
+        self.krylov_solver.setOperators(self.A)
+
+    def correct(self, b: PETSc.Vec, dx: PETSc.Vec) -> None:
+        """Solve tangent dx = b, within ``with solver.options:``. Collective."""
+        scaled = b.duplicate()
+        scaled.pointwiseMult(b, self._scale)
+        self.krylov_solver.solve(scaled, dx)
+        scaled.destroy()
+
     def _settings(self) -> dict[str, Any]:
         """What all ranks must have alike: one that stops sooner leaves the others."""
         _, _, _, max_it = self.snes.getTolerances()
@@ -436,8 +471,8 @@ class SNESSolver:
         converged = reason > 0 or (reason == NO_DESCENT and self._is_rounding_error(x))
         x.destroy()
         if not converged:
-            _renew(self.krylov_solver, self.A)
-        _require(
+            renew(self.krylov_solver, self.A)
+        require_convergence(
             self.problem,
             converged,
             f"after {iterations} iterations ({reason_in_words(reason)})",

@@ -16,6 +16,7 @@ from petsc4py import PETSc
 
 from . import compat
 from .compat import Array
+from .errors import ContactError
 from .layout import marked_everywhere
 from .reference_facets import shape_functions
 
@@ -118,10 +119,21 @@ def near_nullspace(contact: Any) -> PETSc.NullSpace:
 
 def attach(ksp: PETSc.KSP, contact: Any, row_scale: PETSc.Vec | None = None) -> None:
     """Tell a solver whose options have been read about the contact, and by what the
-    rows of its matrices have been multiplied."""
+    rows of its matrices have been multiplied.
+
+    Raises
+    ------
+    ContactError
+        If the solver is iterative and the user solves for more than a displacement.
+    """
     if ksp.getPC().getType() == "python":
         context = ksp.getPC().getPythonContext()
         if isinstance(context, ContactPreconditioner):
+            if not contact.host.is_plain:
+                raise ContactError(
+                    "the iterative solver is for a displacement alone: with further "
+                    "unknowns leave the direct one, which is the default"
+                )
             context.contact, context.row_scale = contact, row_scale
 
 
@@ -254,7 +266,7 @@ class ContactPreconditioner:
         self._C.mult(u, lam)
         rest.axpy(-1.0, lam)
         self._inverse.mult(rest, lam)
-        n = self.contact.layout.n_u
+        n = self.contact.layout.n
         y.array[:n] = u.array_r
         y.array[n:] = lam.array_r
         for vector in (right, rest, u, lam):
@@ -282,7 +294,7 @@ def _index_sets(layout: Any) -> tuple[PETSc.IS, PETSc.IS]:
     """Owned rows of displacement and multiplier."""
     bs = layout.u.function_space.dofmap.index_map_bs
     sets = []
-    ends = layout.begin, layout.begin + layout.n_u, layout.begin + layout.size
+    ends = layout.begin, layout.begin + layout.n, layout.begin + layout.size
     for first, last, block in zip(ends, ends[1:], (bs, max(layout.components, 1))):
         rows = np.arange(first, last, dtype=PETSc.IntType)
         one = PETSc.IS().createGeneral(rows, comm=layout.comm)

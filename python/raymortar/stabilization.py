@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from .errors import ConvergenceError, SetUpError
+from .failure import FAILURES
 from .stiffness import mean_facet_size
-from .strategies import FAILURES
 from .viscosity import Viscosity
 
 # Of the stiffness' diagonal, at first
@@ -52,6 +52,8 @@ class Stabilization:
         As of `LoadSteps`.
     factor
         Of the size of the forces.
+    most
+        Solves of one step. None: `MOST`.
 
     Attributes
     ----------
@@ -61,19 +63,23 @@ class Stabilization:
         Largest share of all forces of a body at the end of the last step.
     """
 
-    def __init__(self, solver: Any, factor: float) -> None:
-        self.solver, self._factor = solver, factor
+    def __init__(self, solver: Any, factor: float, most: int | None = None) -> None:
+        self.solver, self._factor, self._most = solver, factor, most
         problem = solver.problem
         self.viscosity = Viscosity(problem)
         self._contact = contact = problem.contact
         self.work = self.share = 0.0
         self._limit = FARTHEST * mean_facet_size(contact.layout, contact.zones)
         groups = problem.convergence.groups
-        held = np.zeros(len(groups.of_row))
-        held[: contact.layout.n_u] = problem.constrained
+        held = groups.on_rows(problem.constrained)
         self._loose = groups.sum(held)[: groups.bodies] == 0.0
         if not self._loose.any():
             self._limit = np.inf
+
+    def is_of_use(self) -> bool:
+        """Whether all bodies are held by more than contact, or something is in reach:
+        a body that flies is for the user to ask for. Collective."""
+        return not self._loose.any() or bool(self._contact.statistics.hits)
 
     def columns(self) -> dict[str, Callable[[], float]]:
         """What a `History` records of the forces, by column."""
@@ -100,7 +106,8 @@ class Stabilization:
             If the forces do not fade.
         """
         scale, iterations = SHARE * self._factor, 0
-        for _ in range(MOST):
+        most = MOST if self._most is None else self._most
+        for _ in range(most):
             found = self._viscous(scale, solve)
             iterations += found[0]
             asked, (scale, work, share) = scale, found[1:]
@@ -117,7 +124,7 @@ class Stabilization:
             # After a failure with less of them slowly, or they fail again
             scale *= self._fading(FADES if scale <= asked else SLOWLY)
         raise ConvergenceError(
-            f"viscous forces have not faded after {MOST} solves: they are "
+            f"viscous forces have not faded after {most} solves: they are "
             f"{self.share:.3g} of all forces of a body that nothing holds"
         )
 

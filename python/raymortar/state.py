@@ -13,17 +13,25 @@ from .compat import Array
 
 @dataclass(frozen=True)
 class ContactState:
-    """What a step starts from: this rank's arrays of displacement and history."""
+    """What a step starts from: this rank's arrays of displacement and history.
+
+    ``unknowns`` are all that is solved for, the displacement among it; None where that
+    is all.
+    """
 
     u: Array
     u_old: Array
     multiplier: Array | None
     traction_old: list[Array | None]
+    unknowns: Array | None = None
 
 
 def not_finite(contact: Any) -> str | None:
     """What is no number in this rank's share of the state, if anything."""
-    for name, f in (("displacement", contact.u), ("multiplier", contact.multiplier)):
+    parts = [("displacement", contact.u), ("multiplier", contact.multiplier)]
+    if not contact.host.is_plain:
+        parts += [(f.name, f) for f in contact.host.functions]
+    for name, f in parts:
         bad = 0 if f is None else np.count_nonzero(~np.isfinite(f.x.array))
         if bad:
             return f"the {name} has {bad} entries that are not finite"
@@ -71,7 +79,22 @@ def _shapes(state: ContactState) -> dict[str, tuple[int, ...] | None]:
         "displacement": state.u,
         "old displacement": state.u_old,
         "multiplier": state.multiplier,
+        "all unknowns": state.unknowns,
     }
     parts |= {f"tractions of springs {i}": t for i, t in enumerate(state.traction_old)}
     shapes = {name: None if p is None else np.shape(p) for name, p in parts.items()}
     return shapes | {"list of slave surfaces": (len(state.traction_old),)}
+
+
+def extrapolate(
+    contact: Any, now: ContactState, last: ContactState, ratio: float
+) -> None:
+    """Add a multiple of the change between two states to all unknowns of a contact."""
+    values = contact.host.values()
+    if now.unknowns is None or last.unknowns is None:
+        values += ratio * (now.u - last.u)
+    else:
+        values += ratio * (now.unknowns - last.unknowns)
+    contact.host.set_values(values)
+    if now.multiplier is not None and last.multiplier is not None:
+        contact.multiplier.x.array[:] += ratio * (now.multiplier - last.multiplier)

@@ -1,4 +1,4 @@
-"""Sizes of load steps: halved after failures, grown again after easy ones."""
+"""Sizes of steps: halved after failures, grown again after easy ones."""
 
 from __future__ import annotations
 
@@ -65,3 +65,56 @@ class StepSizes:
             return True
         allowed = self._largest * self._unit
         return 2 * self._size <= allowed and iterations <= self._easy
+
+
+class ArcSizes:
+    """Radii of arcs, by the iterations that they took.
+
+    Parameters
+    ----------
+    max_halvings, largest, easy
+        As of `LoadSteps`.
+    first
+        First radius. None: not known yet.
+
+    Attributes
+    ----------
+    ratio
+        Size of the next step over that of the last accepted one.
+    """
+
+    def __init__(
+        self, max_halvings: int, largest: float, easy: float, first: float | None
+    ) -> None:
+        self.first, self.ratio = first, 1.0
+        self._least, self._largest = 0.5**max_halvings, largest
+        # In first radii
+        self._size, self._easy = 1.0, max(easy, 1)
+
+    @property
+    def radius(self) -> float | None:
+        """Of the next step."""
+        return None if self.first is None else self._size * self.first
+
+    def halve(self) -> bool:
+        """Halve the next step, if that may be."""
+        if self._size <= self._least:
+            return False
+        size = max(0.5 * self._size, self._least)
+        self.ratio *= size / self._size
+        self._size = size
+        return True
+
+    def accept(self, iterations: int) -> None:
+        """The step is done; the next one may be larger."""
+        easy = self._easy / max(iterations, 1)
+        # Contact takes some iterations however small a step is: steps do not shrink for
+        # twice as many as an easy one has, and those that were cut grow again
+        if self._size >= 1.0 and easy < 1.0:
+            easy = min(1.0, 2.0 * easy)
+        elif self._size < 1.0:
+            easy *= 2.0
+        grown = self._size * min(max(easy**0.5, 0.5), 2.0)
+        most = 1.0 if self._size < 1.0 else self._largest
+        grown = min(max(grown, self._least), most)
+        self.ratio, self._size = grown / self._size, grown

@@ -7,13 +7,12 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from dolfinx.fem.petsc import assemble_matrix
-
 from mpi4py import MPI
 
 from . import compat
 from .compat import Array
 from .errors import ContactError, raise_everywhere
+from .host_blocks import HostBlocks
 from .interfaces import Interfaces
 from .layout import Layout, marked_everywhere
 from .reference_facets import normals, shape_functions
@@ -44,23 +43,26 @@ class VolumePattern:
         dofs, (d, dofs): those of masses and springs. Force per length.
     response
         Of the owned nodes, see `strain_response`.
+    couplings
+        What a unit of each field but the displacement can do to each owned row of the
+        host, and what the displacement can; see `HostBlocks.couplings`.
     number
         That no other one has.
     """
 
     def __init__(self, form: Any, layout: Layout) -> None:
         self.form, self.number = form, next(_numbers)
-        K = assemble_matrix(form)
-        K.assemble()
-        offsets, columns, _ = K.getValuesCSR()
-        self.offsets = np.asarray(offsets, dtype=np.int32)
-        self.columns = layout.coupled_columns(columns)
+        host = layout.host
+        blocks = HostBlocks(form, layout)
+        self.offsets, self.columns = blocks.pattern()
+        self.couplings = blocks.couplings() if host.is_known else np.empty((0, 0))
+        K = blocks.of_displacement()
         diagonal = K.getDiagonal()
         self.diagonal: Array = diagonal.array.copy()
         self.translation = translation_forces(K, layout.u)
         self.response = strain_response(K, layout.u)
         diagonal.destroy()
-        K.destroy()
+        blocks.destroy()
 
 
 def _areas(surface: Surface) -> Array:
@@ -93,7 +95,7 @@ class _Side:
         self.volume, self.layout, self.interfaces = volume, layout, interfaces
         V = layout.u.function_space
         self._bs, self._owned = V.dofmap.index_map_bs, V.dofmap.index_map.size_local
-        fixed, _ = compat.dirichlet_dofs(bcs, V)
+        fixed, _ = layout.host.prescribed_u(bcs)
         fixed = fixed.reshape(-1, self._bs)[: self._owned]
         diagonal = volume.diagonal.reshape(-1, self._bs)
         free = (fixed == 0).any(axis=1)

@@ -76,7 +76,7 @@ def _distance(gaps: Array) -> float:
 
 def warn_of_straight_facets(contact: Any) -> None:
     """Warn where straight facets take a share of the gap at the start. Collective."""
-    mesh, comm = contact.u.function_space.mesh, contact.layout.comm
+    mesh, comm = contact.slave_u.function_space.mesh, contact.layout.comm
     if compat.geometry_degree(mesh) > 1:
         return
     for zone in contact.zones:

@@ -7,21 +7,26 @@ from contextlib import contextmanager
 from functools import cached_property
 from typing import Any
 
-from petsc4py import PETSc
+import numpy as np
 
-from .errors import ContactError, ConvergenceError, SetUpError
+from .capped import CappedSolver
+from .errors import ConvergenceError, SetUpError
+from .failure import FAILURES
 from .gamma_detour import solve_by_small_gamma
 from .line_search import with_line_search
-from .solver import SNESSolver
-from .state import ContactState
+from .solver import NewtonSolver, SNESSolver
+from .stabilization import Stabilization
+from .state import ContactState, extrapolate
 from .trouble import is_in_trouble
-
-# What another way, or a smaller step, may cure
-FAILURES = (ConvergenceError, ContactError, PETSc.Error)
 
 FULL, EXTRAPOLATED = "full", "extrapolated"
 LINE_SEARCH, SMALL_GAMMA = "line search", "small gamma"
+CAPPED = "capped"
 BOTH = "small gamma, line search"
+VISCOUS = "viscous forces"
+
+# Solves under viscous forces, where the user has not asked for them
+MOST_VISCOUS = 40
 
 
 class Strategies:
@@ -29,12 +34,14 @@ class Strategies:
 
     Parameters
     ----------
-    solver
-        As of `LoadSteps`.
+    path
+        One of `load_path`: its solver solves a step, from the state that it is told of.
     extrapolate
         Whether steps begin with the extrapolated state.
     automatic
         Whether others are tried.
+    viscous
+        Whether viscous forces are one of them.
 
     Attributes
     ----------
@@ -42,11 +49,13 @@ class Strategies:
         What solved the last step.
     """
 
-    def __init__(self, solver: Any, extrapolate: bool, automatic: bool) -> None:
-        self.solver, self.extrapolate = solver, extrapolate
-        self.automatic = automatic
+    def __init__(
+        self, path: Any, extrapolate: bool, automatic: bool, viscous: bool
+    ) -> None:
+        self._path, self.solver, self.extrapolate = path, path.solver, extrapolate
+        self.automatic, self._may_be_viscous = automatic, viscous
         self.used = FULL
-        self._contact = solver.problem.contact
+        self._contact = self.solver.problem.contact
 
     def solve(self, now: ContactState, last: ContactState | None, ratio: float) -> int:
         """Solve from the present state. Collective.
@@ -89,7 +98,7 @@ class Strategies:
     ) -> int | None:
         """Iterations of the first of the other ways that ends, None if none does."""
         for name, solve in self._others(now, last, ratio):
-            self._contact.restore(now)
+            self._restore(now)
             try:
                 iterations = solve()
             except SetUpError:
@@ -112,9 +121,12 @@ class Strategies:
 
     def _is_curable(self, failure: Exception) -> bool:
         """Whether a solve cycled or diverged, rather than ran out of iterations."""
-        if isinstance(failure, ConvergenceError):
-            return is_in_trouble(self.solver.problem.convergence.norms)
-        return True
+        if not isinstance(failure, ConvergenceError):
+            return True
+        problem = self.solver.problem
+        # PETSc ends at what is no number without asking for a judgement
+        broken = bool(problem.history) and not np.isfinite(problem.history[-1])
+        return broken or is_in_trouble(problem.convergence.norms)
 
     def _as_given(
         self, now: ContactState, last: ContactState | None, ratio: float
@@ -126,18 +138,19 @@ class Strategies:
                 self.used = EXTRAPOLATED
                 return iterations
             except FAILURES:
-                self._contact.restore(now)
+                self._restore(now)
         iterations = self.solver.solve()[0]
         self.used = FULL
         return iterations
 
+    def _restore(self, now: ContactState) -> None:
+        self._contact.restore(now)
+        self._path.restart()
+
     def _extrapolated(self, now: ContactState, last: ContactState, ratio: float) -> int:
         """Iterations from where the last step's change leads."""
-        contact = self._contact
-        contact.u.x.array[:] += ratio * (now.u - last.u)
-        if now.multiplier is not None and last.multiplier is not None:
-            change = now.multiplier - last.multiplier
-            contact.multiplier.x.array[:] += ratio * change
+        self._path.extrapolate(ratio)
+        extrapolate(self._contact, now, last, ratio)
         return self.solver.solve()[0]
 
     def _others(
@@ -148,10 +161,33 @@ class Strategies:
         if last is not None and not self.extrapolate:
             yield EXTRAPOLATED, lambda: self._extrapolated(now, last, ratio)
         yield SMALL_GAMMA, lambda: solve_by_small_gamma(self.solver)
+        capped = self._capped
+        if capped is not None:
+            yield CAPPED, lambda: capped.solve()[0]
         searching = self._with_line_search
         if searching is not None:
             yield LINE_SEARCH, lambda: searching.solve()[0]
             yield BOTH, lambda: solve_by_small_gamma(searching)
+        viscous = self._viscous
+        if viscous is not None and viscous.is_of_use():
+            yield VISCOUS, lambda: viscous.solve(lambda: self.solver.solve()[0])
+
+    @cached_property
+    def _capped(self) -> CappedSolver | None:
+        """The same solver with capped steps, made when it is first needed."""
+        solver = self.solver
+        plain = isinstance(solver, SNESSolver) or (
+            isinstance(solver, NewtonSolver)
+            and solver.convergence_criterion == "residual"
+        )
+        return CappedSolver(solver) if plain else None
+
+    @cached_property
+    def _viscous(self) -> Stabilization | None:
+        """Viscous forces for where equilibria end, made when they are first needed."""
+        if not self._may_be_viscous:
+            return None
+        return Stabilization(self.solver, 1.0, MOST_VISCOUS)
 
     @cached_property
     def _with_line_search(self) -> SNESSolver | None:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from dolfinx.fem import Function
@@ -19,6 +20,7 @@ from .facets import (
     facet_node_table,
     join,
 )
+from .joined import NUMBERS_OF_PART, parts_of, places_of
 from .reference_facets import FACET_SHAPE
 
 
@@ -79,16 +81,33 @@ def _compress(table: Indices) -> tuple[Indices, Indices]:
     return used.astype(np.int32), inverse.reshape(table.shape).astype(np.int32)
 
 
-def build_surface(u: Function, facets_list: Sequence[Facets]) -> Surface:
+def build_surface(u: Any, facets_list: Sequence[Facets], part: int = 0) -> Surface:
     """Arrays of a union of facets with different tags.
 
     Parameters
     ----------
     u
-        Displacement, of a space accepted by :func:`check_space`.
+        Displacement, of a space accepted by :func:`check_space`, or of several.
     facets_list
         At least one set of facets; no facet may be in two of them.
+    part
+        Which of several meshes they are on.
     """
+    surface, places = _of_one(parts_of(u)[part], facets_list), places_of(u, part)
+    if places is None:
+        return surface
+    first = part * NUMBERS_OF_PART
+    return replace(
+        surface,
+        dofs=places[surface.dofs],
+        dof_ids=surface.dof_ids + first,
+        node_ids=surface.node_ids + first,
+        facet_ids=surface.facet_ids + first,
+    )
+
+
+def _of_one(u: Function, facets_list: Sequence[Facets]) -> Surface:
+    """The same, on one mesh."""
     V, mesh = u.function_space, u.function_space.mesh
     gdim, p = mesh.geometry.dim, compat.element_info(V).degree
     facets = join(facets_list)

@@ -53,11 +53,11 @@ def is_hopeless(norms: Sequence[float]) -> bool:
 def is_in_trouble(norms: Sequence[float]) -> bool:
     """Whether another way to solve the step is worth a try: a cycle, growth over orders
     of magnitude, or residuals that find no new least one."""
-    if len(norms) < 2:
-        return False
     r = np.asarray(norms)
     if not np.isfinite(r).all():
         return True
+    if len(r) < 2:
+        return False
     if is_hopeless(norms) or _repeats(r):
         return True
     if len(r) > 3 and r[-1] > GROWTH * r[:3].max():

@@ -36,20 +36,25 @@ class Viscosity:
     """
 
     def __init__(self, problem: Any) -> None:
-        self.problem, u = problem, problem.contact.u
+        self.problem, host = problem, problem.contact.host
+        u = host.only.u
         V = u.function_space
         self.comm: MPI.Comm = problem.comm
         self._start = fem.Function(V)
         self._scale = fem.Constant(V.mesh, PETSc.ScalarType(0.0))
         self._k = fem.Function(compat.space(V.mesh, "DG", 0))
-        F, J = problem.forms
-        v, du = J.arguments()
+        self._displacement = host.only
+        F, J = problem.form_of_u
+        part = host.only.component
+        v, du = (compat.part_of(argument, part) for argument in J.arguments())
         k = self._scale * self._k
         force = k * ufl.inner(u - self._start, v) * ufl.dx
         self._force = compat.form(force)
         tangent = J + k * ufl.inner(du, v) * ufl.dx
-        self._forms = compat.form(F + force), compat.form(tangent)
-        self._r = compat.create_la_vector(V.dofmap.index_map, V.dofmap.index_map_bs)
+        forms = compat.form(F + force), compat.form(tangent)
+        self._forms = problem.with_form_of_u(*forms)
+        whole = host.functions[host.only.at]
+        self._r = compat.create_la_vector(*compat.unknowns_of(whole))
         self._set_stiffness(v)
 
     def _set_stiffness(self, v: Any) -> None:
@@ -57,9 +62,7 @@ class Viscosity:
         V = self._start.function_space
         ones = fem.Function(V)
         ones.x.array[:] = 1.0
-        mass = compat.create_la_vector(V.dofmap.index_map, V.dofmap.index_map_bs)
-        compat.assemble_residual(mass.array, compat.form(ufl.inner(ones, v) * ufl.dx))
-        compat.scatter_reverse_add(mass)
+        mass = self._of_displacement(compat.form(ufl.inner(ones, v) * ufl.dx))
         bodies, bs = self.problem.contact.bodies, V.dofmap.index_map_bs
         diagonal = self.problem.contact.stiffness_diagonal
         n = len(diagonal)
@@ -67,7 +70,7 @@ class Viscosity:
         sums = np.array(
             [
                 np.bincount(of_row, values, bodies.count)
-                for values in (diagonal, mass.array[:n])
+                for values in (diagonal, mass)
             ],
             dtype=float,
         )
@@ -75,6 +78,15 @@ class Viscosity:
         of_cell = bodies.dofs[compat.dofmap_array(V)[:, 0]]
         cells = compat.dofmap_array(self._k.function_space)[:, 0]
         self._k.x.array[cells] = (np.abs(sums[0]) / sums[1])[of_cell[: len(cells)]]
+
+    def _of_displacement(self, form: Any) -> Array:
+        """A linear form of the displacement's test function, at its owned dofs."""
+        self._r.array[:] = 0.0
+        compat.assemble_residual(self._r.array, form)
+        compat.scatter_reverse_add(self._r)
+        owned = self._displacement.dofs[: self._displacement.size_owned]
+        found: Array = self._r.array[owned]
+        return found
 
     @property
     def scale(self) -> float:
@@ -110,10 +122,7 @@ class Viscosity:
         """Work of the forces from u_0 on, and their share of all forces of the body in
         which it is largest, after a solve. Collective."""
         n = self.problem.contact.layout.n_u
-        self._r.array[:] = 0.0
-        compat.assemble_residual(self._r.array, self._force)
-        compat.scatter_reverse_add(self._r)
-        force = self._r.array[:n].copy()
+        force = self._of_displacement(self._force)
         u = self.problem.contact.u.x.array
         work = float(force @ (u[:n] - self._start.x.array[:n]))
         return float(self.comm.allreduce(work)), self._share(force)
@@ -122,8 +131,7 @@ class Viscosity:
         """Largest of all bodies' shares, constrained dofs left out."""
         convergence = self.problem.convergence
         groups = convergence.groups
-        free = np.zeros(len(groups.of_row))
-        free[: len(force)] = np.where(self.problem.constrained, 0.0, force)
+        free = groups.on_rows(np.where(self.problem.constrained, 0.0, force))
         of_bodies = np.sqrt(groups.sum(free**2))[: groups.bodies]
         # A body in flight has no others
         forces = np.maximum(convergence.now.forces[: groups.bodies], of_bodies)

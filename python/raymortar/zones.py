@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import chain
 from typing import Any
@@ -14,30 +14,17 @@ from mpi4py import MPI
 
 from . import _cpp, compat, quadrature
 from .bodies import Bodies, bodies_of_facets
-from .checks import check_areas, check_cells, check_pair
 from .compat import Array, Indices
 from .errors import ContactError
 from .faced import Faced, nothing
-from .facets import Facets, facet_dof_table, join, tagged_facets
+from .facets import facet_dof_table
 from .friction import Law, Stick
 from .layout import Layout
 from .methods import Search
 from .options import is_whole_number
-from .surfaces import Surface, build_surface
+from .surfaces import Surface
+from .tagged import ZoneFacets
 from .thickness import Cells, thickness_behind
-
-
-@dataclass
-class ZoneFacets:
-    """A slave tag, the master tags it meets, and their facets on this rank."""
-
-    slave_tag: int
-    master_tags: tuple[int, ...]
-    slave: Facets
-    masters: list[Facets]
-    slave_surface: Surface
-    master_surface: Surface
-    master: Facets  # of all tags, in the order of the surface
 
 
 @dataclass
@@ -154,36 +141,6 @@ def group_pairs(pairs: Any) -> dict[int, tuple[int, ...]]:
     return {slave: tuple(masters) for slave, masters in groups.items()}
 
 
-def find_facets(
-    u: Function, facet_tags: Any, groups: Mapping[int, tuple[int, ...]]
-) -> list[ZoneFacets]:
-    """Facets of every zone (of `group_pairs`), checked. Collective."""
-    mesh = u.function_space.mesh
-    zones = []
-    for slave_tag, master_tags in groups.items():
-        slave = tagged_facets(mesh, facet_tags, slave_tag, "slave")
-        masters = [
-            tagged_facets(mesh, facet_tags, tag, "master") for tag in master_tags
-        ]
-        for facets in (slave, *masters):
-            check_areas(mesh, facets)
-            check_cells(mesh, facets)
-        for master in masters:
-            check_pair(mesh, slave, master)
-        zones.append(
-            ZoneFacets(
-                slave_tag,
-                master_tags,
-                slave,
-                masters,
-                build_surface(u, [slave]),
-                build_surface(u, masters),
-                join(masters),
-            )
-        )
-    return zones
-
-
 def _cpp_surface(surface: Surface, layout: Layout) -> _cpp.Surface:
     return _cpp.Surface(
         shape=getattr(_cpp.Shape, surface.shape),
@@ -250,7 +207,7 @@ def create_zone(
     current_measure: bool,
     moving_segments: bool,
     search: Search,
-    cells: Cells,
+    cells: Sequence[Cells],
     bodies: Bodies,
 ) -> ZoneData:
     """C++ zone of some facets. Collective."""
@@ -261,7 +218,11 @@ def create_zone(
     # Two bodies of this thickness limit no depth
     most = 2.0 * comm.allreduce(distances["depth"].max(initial=0.0), op=MPI.MAX)
     thickness = tuple(
-        thickness_behind(cells, side, most) for side in (zone.slave, zone.master)
+        thickness_behind(cells[part], side, most)
+        for part, side in (
+            (zone.slave_part, zone.slave),
+            (zone.master_part, zone.master),
+        )
     )
     slave.set_thickness(thickness[0])
     master.set_thickness(thickness[1])

@@ -86,8 +86,8 @@ Surface make(const Grid& grid, const Map& map)
   s.facet_dofs = lattice_facets<typename F::Disp, F>(grid.n, P);
   const int width = P * grid.n + 1;
   const int dofs = F::tdim == 1 ? width : width * width;
-  for (int a = 0; a < dofs; ++a)
-    s.rows.push_back(F::gdim * a);
+  for (int k = 0; k < F::gdim * dofs; ++k)
+    s.rows.push_back(k);
   s.facet_id.resize(s.facet_nodes.size() / F::nodes);
   for (std::size_t f = 0; f < s.facet_id.size(); ++f)
     s.facet_id[f] = static_cast<GlobalIndex>(f);
@@ -166,10 +166,10 @@ inline double total(const std::vector<double>& values)
 inline Segmentation segments_of(const Surface& slave, const Surface& master,
                                 const SegmentationOptions& options)
 {
-  return make_segments(slave, master,
-                       find_candidates(slave, master, options.distances,
-                                       Strategy::bvh),
-                       options);
+  return make_segments(
+      slave, master,
+      find_candidates(slave, master, options.distances, Strategy::bvh),
+      options);
 }
 
 /// Two surfaces of one kind as one, nodes apart

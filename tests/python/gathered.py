@@ -52,7 +52,7 @@ def size_u(contact):
 @lru_cache(maxsize=4)
 def _rows(layout):
     starts, ends = layout.ranges[:-1], layout.ranges[1:]
-    middle = starts + COMM.allgather(layout.n_u)
+    middle = starts + COMM.allgather(layout.n)
     ranges = [*zip(starts, middle), *zip(middle, ends)]
     return np.concatenate([np.arange(*limits) for limits in ranges])
 

@@ -41,10 +41,10 @@ def blocks(cell, **options):
     return two_blocks(COMM, DIMENSION[cell], cell, *divisions(cell), **options)
 
 
-def top_moves(cell, solver=SOLVERS[0], steps=4, share=0.2, **options):
+def top_moves(cell, solver=SOLVERS[0], steps=4, share=0.2, gap=0.0, **options):
     """LoadSteps over A3 with a top that may be moved."""
     dim = DIMENSION[cell]
-    scene = blocks(cell)
+    scene = blocks(cell, gap=gap)
     down = fem.Constant(scene.mesh, PETSc.ScalarType(0.0))
 
     def conditions(V, scene):

@@ -17,6 +17,7 @@ import hertz_sphere  # noqa: E402
 import ironing_3d  # noqa: E402
 import press_fit  # noqa: E402
 import shells  # noqa: E402
+import snap_through  # noqa: E402
 
 COMM = MPI.COMM_WORLD
 
@@ -71,6 +72,11 @@ def test_die_is_in_equilibrium_and_slides_at_the_limit(folder, friction):
 
 def test_shells_store_what_the_plates_do(folder):
     run(shells, folder, "--size", "2", "--steps", "5", "--closing", "2.5")
+
+
+@pytest.mark.mpi
+def test_a_led_punch_has_the_force_of_a_prescribed_one(folder):
+    run(snap_through, folder, "--size", "10", "--steps", "24")
 
 
 def test_a_demo_that_is_off_fails():

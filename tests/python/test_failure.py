@@ -54,6 +54,21 @@ def test_advice_goes_by_what_was_seen(history, statistics, unheld, advice):
 
 
 @pytest.mark.mpi
+def test_a_rigid_slave_is_named():
+    """Finer than its soft master: its multiplier asks for more than the facets can."""
+    scene = two_blocks(COMM, 2, "quadrilateral", 5, 9)
+    down = lambda x: -0.1 + 0 * x  # noqa: E731
+    case = build(
+        scene,
+        material="neo-hookean",
+        bcs=lambda V, s: [fix(V, s, "bottom"), fix(V, s, ["top", "slave"], value=down)],
+    )
+    tag = scene.tags["slave"]
+    with pytest.raises(ConvergenceError, match=f"all of slave tag {tag} is prescribed"):
+        case.solve(SNESSolver)
+
+
+@pytest.mark.mpi
 def test_snes_says_why_it_stopped():
     scene = two_blocks(COMM, 2, "triangle")
     case = build(

@@ -64,6 +64,8 @@ def test_a_hook_snaps_past_a_latch():
         warnings.simplefilter("error", ContactWarning)
         for _ in path:
             pushes.append(-float(hook.contact.resultant().force[0]))
+    # Where equilibria end there are other ways than ever smaller steps
+    assert path.halvings <= 4
     # The push rises, turns into a pull behind the nose's top, and ends
     assert max(pushes) > 0.5 and min(pushes) < -0.5 and pushes[-1] == 0.0
     # The hook is straight again

@@ -11,7 +11,16 @@ from raymortar import ContactError, ConvergenceError, SNESSolver
 from raymortar.errors import SetUpError
 from raymortar.line_search import with_line_search
 from raymortar.solvers import iterative
-from raymortar.strategies import BOTH, EXTRAPOLATED, FULL, LINE_SEARCH, SMALL_GAMMA
+from raymortar.capped import OVERLAP, CappedSolver
+from raymortar.strategies import (
+    BOTH,
+    CAPPED,
+    EXTRAPOLATED,
+    FULL,
+    LINE_SEARCH,
+    SMALL_GAMMA,
+    VISCOUS,
+)
 from raymortar.trouble import is_hopeless, is_in_trouble
 
 CYCLE = [2.371e-2, 1.1e-2]
@@ -105,7 +114,7 @@ class Failing:
 
     def __init__(self, monkeypatch, problem):
         self.norms, self.left, self.gammas = 3 * CYCLE, 0, []
-        for solver in SOLVERS:
+        for solver in (*SOLVERS, CappedSolver):
             monkeypatch.setattr(solver, "solve", self.wrap(solver.solve))
         self.problem = problem
 
@@ -124,7 +133,14 @@ class Failing:
 @pytest.mark.mpi(where=lambda failures, **_: failures == 3)
 @pytest.mark.parametrize(
     "failures, strategy",
-    [(1, EXTRAPOLATED), (2, SMALL_GAMMA), (3, LINE_SEARCH), (4, BOTH)],
+    [
+        (1, EXTRAPOLATED),
+        (2, SMALL_GAMMA),
+        (3, CAPPED),
+        (4, LINE_SEARCH),
+        (5, BOTH),
+        (6, VISCOUS),
+    ],
 )
 def test_strategies_are_tried_in_their_order(failures, strategy, monkeypatch):
     problem, steps = top_moves("triangle", SOLVERS[0])
@@ -147,7 +163,8 @@ def test_the_step_is_halved_where_nothing_helps(monkeypatch):
     failing, path = Failing(monkeypatch, problem), iter(steps)
     next(path)
     before = problem.u.x.array.copy()
-    failing.left = 5
+    # Viscous forces are tried in five sizes
+    failing.left = 6 + 5
     step = next(path)
     assert (step.factor, step.strategy, step.halvings) == (0.375, FULL, 1)
     assert worst(problem.u.x.array - before) > 0.0
@@ -192,6 +209,27 @@ def test_a_line_search_keeps_what_the_solver_was_given(solver):
     assert other.krylov_solver.getTolerances()[0] == 1e-9
     assert other.tolerances == (1e-7, 1e-3)
     assert other.max_it == 2 * problem.solver.max_it
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_capped_steps_do_not_pass_surfaces(solver, monkeypatch):
+    """The answer is that of full steps, the overlap on the way next to none."""
+    found, shares, share = [], [], CappedSolver._share
+
+    def noted(self, x, trial):
+        shares.append(share(self, x, trial))
+        return shares[-1]
+
+    monkeypatch.setattr(CappedSolver, "_share", noted)
+    for capped in (False, True):
+        problem, steps = top_moves("triangle", solver, share=0.05, gap=0.02)
+        steps.apply(1.0)
+        way = CappedSolver(problem.solver) if capped else problem.solver
+        assert way.solve()[1]
+        found.append(problem.u.x.array.copy())
+    assert min(shares) < 1.0 and shares[-1] == 1.0 and 0.0 < OVERLAP < 0.1
+    assert worst(found[1] - found[0]) <= 1e-9
 
 
 @pytest.mark.mpi

@@ -77,7 +77,7 @@ struct Parcel
   std::vector<std::int64_t> facets;
   std::vector<std::int64_t> nodes; ///< global node number
   std::vector<double> positions;   ///< X, x, x_old per node
-  std::vector<std::int64_t> dofs;  ///< global dof number, first row
+  std::vector<std::int64_t> dofs;  ///< global dof number, rows
   std::vector<Index> send_dofs;
 };
 
@@ -128,7 +128,9 @@ void pack(const Surface& own, std::span<const std::int64_t> node_ids,
   for (const Index dof : used_dofs)
   {
     const auto k = static_cast<std::size_t>(dof);
-    out.dofs.insert(out.dofs.end(), {dof_ids[k], own.rows[k]});
+    out.dofs.push_back(dof_ids[k]);
+    for (std::size_t i = 0; i < d; ++i)
+      out.dofs.push_back(own.rows[k * d + i]);
     out.send_dofs.push_back(dof);
   }
   out.ranks.push_back(rank);
@@ -180,12 +182,13 @@ Surface unpack(const Surface& own, const Received& r, std::vector<Index>& place)
     s.x.insert(s.x.end(), from + d, from + 2 * d);
     s.x_old.insert(s.x_old.end(), from + 2 * d, from + 3 * d);
   }
-  for (std::size_t k = 0; k < r.dofs.size(); k += 2)
+  for (std::size_t k = 0; k < r.dofs.size(); k += 1 + d)
   {
     const auto [local, fresh] = dof_number(r.dofs[k]);
     place.push_back(local);
+    const std::int64_t* rows = r.dofs.data() + k + 1;
     if (fresh)
-      s.rows.push_back(r.dofs[k + 1]);
+      s.rows.insert(s.rows.end(), rows, rows + d);
   }
   for (std::size_t k = 0; k < r.facets.size(); k += facet_header + n + m)
   {
@@ -224,7 +227,7 @@ Halo::Halo(MPI_Comm comm, const Surface& own,
   r.facets = _exchange->send(parcel.facets, facets_kind, facet_width);
   r.nodes = _exchange->send(parcel.nodes, nodes_kind, 1);
   r.positions = _exchange->send(parcel.positions, nodes_kind, 3 * own.gdim);
-  r.dofs = _exchange->send(parcel.dofs, dofs_kind, 2);
+  r.dofs = _exchange->send(parcel.dofs, dofs_kind, 1 + own.gdim);
   _send_dofs = std::move(parcel.send_dofs);
   _surface = unpack(own, r, _place);
   _facet_traffic = _exchange->traffic();
@@ -241,7 +244,8 @@ std::vector<double> Halo::fetch(std::span<const double> own, int width) const
     items.insert(items.end(), values.begin(), values.end());
   }
   const std::vector<double> received = _exchange->send(items, dofs_kind, width);
-  std::vector<double> values(_surface.rows.size() * w, 0.0);
+  std::vector<double> values(static_cast<std::size_t>(_surface.num_dofs()) * w,
+                             0.0);
   for (std::size_t k = 0; k < _place.size(); ++k)
     std::copy_n(received.begin() + static_cast<std::ptrdiff_t>(k * w), w,
                 values.begin() + static_cast<std::ptrdiff_t>(

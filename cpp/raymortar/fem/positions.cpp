@@ -17,6 +17,30 @@ void append_groups(NodeGroups& groups, std::size_t nodes, int width)
   }
 }
 
+/// The same unknowns, each by itself
+NodeGroups apart(const NodeGroups& nodes)
+{
+  NodeGroups unknowns;
+  append_groups(
+      unknowns,
+      static_cast<std::size_t>(nodes.begin.back() + nodes.width.back()), 1);
+  return unknowns;
+}
+
+/// Whether the rows of every group follow each other
+bool are_consecutive(const NodeGroups& groups,
+                     const std::vector<PetscInt>& rows)
+{
+  for (std::size_t a = 0; a < groups.size(); ++a)
+  {
+    const auto first = static_cast<std::size_t>(groups.begin[a]);
+    for (int i = 1; i < groups.width[a]; ++i)
+      if (rows[first + static_cast<std::size_t>(i)] != rows[first] + i)
+        return false;
+  }
+  return true;
+}
+
 /// Whether all entries of two nodes lie like the first: in the same place of
 /// each row, side by side
 bool is_regular(const AijArrays& A, const PetscInt* rows, int height,
@@ -80,14 +104,15 @@ void BlockPositions::set_groups(const Zone& zone)
   const Surface& slave = zone.input().slave;
   const Multipliers& m = zone.input().multipliers;
   const auto dofs = static_cast<std::size_t>(slave.dofs_per_facet());
-  _alone = {};
-  append_groups(_alone, dofs, slave.gdim);
+  _nodes = {};
+  append_groups(_nodes.alone, dofs, slave.gdim);
   if (m.components > 0 and slave.num_facets() > 0)
-    append_groups(_alone,
+    append_groups(_nodes.alone,
                   m.facet.size() / static_cast<std::size_t>(slave.num_facets()),
                   m.components);
-  _paired = _alone;
-  append_groups(_paired, dofs, slave.gdim);
+  _nodes.paired = _nodes.alone;
+  append_groups(_nodes.paired, dofs, slave.gdim);
+  _unknowns = {apart(_nodes.alone), apart(_nodes.paired)};
 }
 
 BlockPositions::Block BlockPositions::of(const AijArrays& A, const Zone& zone,
@@ -110,7 +135,7 @@ BlockPositions::Block BlockPositions::of(const AijArrays& A, const Zone& zone,
     _entries.push_back(entry);
   }
   const Entry& entry = _entries[static_cast<std::size_t>(k)];
-  return {master == no_index ? &_alone : &_paired,
+  return {&(entry.by_node ? _nodes : _unknowns).of(master),
           entry.begin < 0 ? nullptr : _places.data() + entry.begin,
           entry.begin >= 0, entry.has_foreign};
 }
@@ -120,11 +145,26 @@ BlockPositions::Entry BlockPositions::look_up(const AijArrays& A,
                                               Index master)
 {
   ++_lookups;
-  const NodeGroups& groups = master == no_index ? _alone : _paired;
   const auto begin = static_cast<std::int64_t>(_places.size());
-  const Entry unknown{0, -1, -1, false};
-  Entry entry{0, begin, -1, false};
   element_rows(zone, slave, master, Constrained::kept, _rows);
+  for (const bool by_node : {true, false})
+  {
+    const NodeGroups& groups = (by_node ? _nodes : _unknowns).of(master);
+    Entry entry{0, begin, -1, false, by_node};
+    if (by_node and not are_consecutive(groups, _rows))
+      continue;
+    if (append_places(A, groups, entry))
+      return entry;
+    _places.resize(static_cast<std::size_t>(begin));
+  }
+  return {0, -1, -1, false, true};
+}
+
+/// @return Whether the groups of each row have places that tell those of all
+/// their entries
+bool BlockPositions::append_places(const AijArrays& A, const NodeGroups& groups,
+                                   Entry& entry)
+{
   for (std::size_t a = 0; a < groups.size(); ++a)
   {
     const PetscInt* row = _rows.data() + groups.begin[a];
@@ -137,14 +177,11 @@ BlockPositions::Entry BlockPositions::look_up(const AijArrays& A,
       if (owned and (at == AijArrays::no_entry or
                      not is_regular(A, row, groups.width[a], column,
                                     groups.width[b], at)))
-      {
-        _places.resize(static_cast<std::size_t>(begin));
-        return unknown;
-      }
+        return false;
       _places.push_back(at);
     }
   }
-  return entry;
+  return true;
 }
 
 void add_block(const AijArrays& A, const BlockPositions::Block& at,

@@ -8,7 +8,7 @@
 namespace raymortar
 {
 /// @brief Unknowns of an element in groups with consecutive rows: the
-/// components of one node.
+/// components of one node, or every unknown by itself.
 struct NodeGroups
 {
   std::vector<int> begin; ///< first entry in the element's rows
@@ -19,8 +19,10 @@ struct NodeGroups
 
 /// @brief Cached places of the element blocks of one zone in one matrix.
 ///
-/// An entry costs one number per pair of nodes, whatever their components.
-/// They are kept until the matrix is another or has another pattern.
+/// An entry costs one number per pair of nodes, whatever their components,
+/// where the components of each node have consecutive rows; else one per pair
+/// of unknowns. They are kept until the matrix is another or has another
+/// pattern.
 class BlockPositions
 {
 public:
@@ -38,7 +40,7 @@ public:
     /// (row group, column group): see AijArrays::find; foreign in the first
     /// column of rows of other ranks
     const std::int32_t* places;
-    bool known;       ///< false: entries are missing or not regular
+    bool known;       ///< false: entries are missing
     bool has_foreign; ///< some rows belong to other ranks
   };
 
@@ -59,15 +61,28 @@ private:
     std::int64_t begin; ///< into _places, -1: not known
     std::int32_t next;
     bool has_foreign;
+    bool by_node; ///< false: unknown by unknown
+  };
+
+  /// Unknowns of an element with and without a master
+  struct Groups
+  {
+    NodeGroups alone, paired;
+    [[nodiscard]] const NodeGroups& of(Index master) const
+    {
+      return master == no_index ? alone : paired;
+    }
   };
 
   [[nodiscard]] Entry look_up(const AijArrays& A, const Zone& zone, Index slave,
                               Index master);
+  [[nodiscard]] bool append_places(const AijArrays& A, const NodeGroups& groups,
+                                   Entry& entry);
   void set_groups(const Zone& zone);
 
   PetscObjectId _matrix = 0;
   PetscObjectState _pattern = -1;
-  NodeGroups _alone, _paired;
+  Groups _nodes, _unknowns;
   std::vector<std::int32_t> _first; ///< of each slave facet's chain
   std::vector<Entry> _entries;
   std::vector<std::int32_t> _places;

@@ -9,16 +9,12 @@ void append_dofs(const Surface& s, Index facet,
                  const std::vector<double>& fixed, Constrained constrained,
                  std::vector<PetscInt>& rows)
 {
-  const auto d = static_cast<std::size_t>(s.gdim);
   for_facet_dofs(s, facet,
                  [&](std::size_t k)
                  {
                    const bool drop =
                        constrained == Constrained::left_out and fixed[k] != 0.0;
-                   rows.push_back(drop ? -1
-                                       : static_cast<PetscInt>(
-                                             s.rows[k / d] +
-                                             static_cast<GlobalIndex>(k % d)));
+                   rows.push_back(drop ? -1 : static_cast<PetscInt>(s.rows[k]));
                  });
 }
 

@@ -85,10 +85,7 @@ Zone::Zone(MPI_Comm comm, ZoneInput input)
     s->x = s->x_old = s->X;
   _assembler = make_assembler(_state, _input.law);
   const auto zeros = [](const Surface& s)
-  {
-    return std::vector<double>(s.rows.size() * static_cast<std::size_t>(s.gdim),
-                               0.0);
-  };
+  { return std::vector<double>(s.rows.size(), 0.0); };
   _master_u = _master_old = _master_fixed = zeros(_input.master);
   _fixed_slave = zeros(_input.slave);
   _cover.corners.assign(_input.multipliers.row.size(), 0);
@@ -145,6 +142,24 @@ void Zone::set_fixed(std::span<const double> slave,
   if (_halo)
     _fixed_master = _halo->fetch(_master_fixed, _input.slave.gdim);
   _held = {};
+}
+
+void Zone::set_rows(std::span<const GlobalIndex> slave,
+                    std::span<const GlobalIndex> master,
+                    std::span<const GlobalIndex> multiplier)
+{
+  _input.slave.rows.assign(slave.begin(), slave.end());
+  _input.master.rows.assign(master.begin(), master.end());
+  _input.multipliers.row.assign(multiplier.begin(), multiplier.end());
+  _state.slave.rows = _input.slave.rows;
+  _state.multipliers.row = _input.multipliers.row;
+  if (not _halo)
+    return;
+  // Doubles hold all numbers of rows exactly
+  const std::vector<double> own(master.begin(), master.end());
+  const auto fetched = _halo->fetch(own, _input.slave.gdim);
+  std::transform(fetched.begin(), fetched.end(), _state.master.rows.begin(),
+                 [](double row) { return static_cast<GlobalIndex>(row); });
 }
 
 void Zone::set_modulus(double modulus)

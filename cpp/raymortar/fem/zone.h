@@ -72,7 +72,7 @@ struct AssemblyStatistics
 /// @brief Runs pairing, segmentation, integration and rays of one pair.
 ///
 /// Members that move data between ranks are collective: set_displacement,
-/// set_old_displacement, set_fixed and pair.
+/// set_old_displacement, set_fixed, set_rows and pair.
 class Zone
 {
 public:
@@ -88,6 +88,15 @@ public:
 
   /// @brief Which displacement components are prescribed: nonzero entries.
   void set_fixed(std::span<const double> slave, std::span<const double> master);
+
+  /// @brief Other rows of the coupled system: the user solves for more than
+  /// was known. Collective.
+  /// @param[in] slave, master Of each owned displacement component,
+  /// (dofs, gdim)
+  /// @param[in] multiplier First row of each node, (multiplier nodes,)
+  void set_rows(std::span<const GlobalIndex> slave,
+                std::span<const GlobalIndex> master,
+                std::span<const GlobalIndex> multiplier);
 
   /// @brief Modulus of the softer body, which scales what smooths the
   /// multiplier next to held nodes. Stress.

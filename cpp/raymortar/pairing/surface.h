@@ -26,7 +26,7 @@ struct Surface
   std::vector<Index> facet_nodes;    ///< (facets, nodes per facet)
   std::vector<Index> facet_dofs;     ///< (facets, dofs per facet)
   std::vector<Index> neighbours;     ///< (facets, edges), no_index at the rim
-  std::vector<GlobalIndex> rows;     ///< first row of each dof, (dofs,)
+  std::vector<GlobalIndex> rows;     ///< of each component, (dofs, gdim)
   std::vector<GlobalIndex> facet_id; ///< global identification, (facets,)
   /// How much of the undeformed body lies behind each facet, (facets,).
   /// Infinite, or no array at all: not known. Length
@@ -44,7 +44,7 @@ struct Surface
   }
   [[nodiscard]] Index num_dofs() const
   {
-    return static_cast<Index>(rows.size());
+    return static_cast<Index>(rows.size() / static_cast<std::size_t>(gdim));
   }
 
   /// @brief Nodes of a facet as columns, from one of the position arrays.
