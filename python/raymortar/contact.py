@@ -157,7 +157,6 @@ class Contact(ContactAssembly):
                 search,
                 tangent,
                 offset,
-                u.function_space.mesh,
             )
             groups = group_pairs(numbered(pairs, names, u))
         require_agreement(
@@ -227,7 +226,7 @@ class Contact(ContactAssembly):
             self.set_gamma(method.gamma)
         if offset is not None:
             self.set_offset(offset)
-        spread_coefficient(friction, self.zones, self._comm)
+        spread_coefficient(friction, self.zones, mesh)
         self._history_is_new = True
         self.updates = 0
         self._preallocations, self._extensions = 0, 0

@@ -48,8 +48,10 @@ class ContactFields:
     def points(self, zone: int = 0) -> dict[str, Array]:
         """Arrays over this rank's integration points of a zone, at the last `update`.
 
-        Keys: ``x`` (n, d) deformed positions, ``normal`` (n, d), ``gap``, ``pressure``
-        (normal traction of the law, <= 0), ``traction`` (n, d), ``weight`` (area),
+        Keys: ``x`` (n, d) deformed positions, ``normal`` (n, d), ``gap`` (of the law:
+        with the offset), ``distance`` (of the surfaces along the normal: without),
+        ``pressure`` (normal traction of the law, <= 0), ``traction`` (n, d), ``weight``
+        (area),
         ``status`` (0 no hit, 1 open, 2 stick, 3 slip), ``slave`` and ``master`` facet,
         ``xi``, ``eta``, ``ray``; with friction ``slip`` (n, d), the increment since
         the accepted step. Points of uncovered parts have status 0.
@@ -91,7 +93,7 @@ class ContactFields:
     def gap(self) -> Function:
         """Gap at the slave nodes, negative in penetration; NaN where no hit. Length.
 
-        Average over the integration points around each node. Collective.
+        The gap of the law, with the offset. Average over the integration points around each node. Collective.
         """
         return self._field("gap", lambda points: points["gap"], elsewhere=None)
 
