@@ -31,7 +31,7 @@ from .load_step_checks import (
 from .lost_contact import lost_contact
 from .progress import Progress, check_progress, line
 from .stabilization import Stabilization
-from .state import ContactState
+from .state import State
 from .step_sizes import StepSizes
 from .strategies import Strategies
 
@@ -238,8 +238,8 @@ class LoadSteps:
     def _solve(
         self,
         ways: Strategies,
-        now: ContactState,
-        last: ContactState | None,
+        now: State,
+        last: State | None,
         ratio: float,
     ) -> int:
         """Iterations of a step from the present state."""

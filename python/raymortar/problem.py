@@ -17,10 +17,11 @@ from . import compat
 from .compat import Array
 from .contact import Contact
 from .convergence import Convergence
-from .errors import ContactError, require_agreement, together
+from .errors import require_agreement, together
 from .failure import describe_failure
 from .forms import check_supports, list_of_conditions
 from .held import rigid_slaves
+from .interactions import one_or_several
 from .lost_contact import unheld
 from .unknowns import find_unknowns, jacobians
 
@@ -35,7 +36,8 @@ class NonlinearProblem:
         the displacement's space, or of the mixed space that it is a part of. Of several
         unknowns a list, by unknown.
     contact
-        Contact terms.
+        Contact terms; of several interactions a list, each with its own method, law and
+        search, all of the same displacement.
     bcs
         Dirichlet conditions on the unknowns, or on parts of them.
     J
@@ -47,6 +49,8 @@ class NonlinearProblem:
 
     Attributes
     ----------
+    contact
+        The contact, or `interactions.Interactions` of several.
     history
         Norms of the forces of the residuals since `start`, without constrained rows.
     forms
@@ -65,7 +69,8 @@ class NonlinearProblem:
     Notes
     -----
     Several problems may have one contact, whose automatic gamma is that of the first,
-    and several solvers one problem.
+    and several solvers one problem. A contact that is in a problem with others is so in
+    all of its problems.
 
     Constrained rows are those of the identity. The columns' effect of a Dirichlet
     increment is lifted for volume and contact alike, so that the first iterate of a
@@ -75,15 +80,12 @@ class NonlinearProblem:
     def __init__(
         self,
         F: Any,
-        contact: Contact,
+        contact: Contact | Sequence[Contact],
         bcs: Sequence[Any] = (),
         J: Any = None,
         u: Any = None,
     ) -> None:
-        if not isinstance(contact, Contact):
-            raise ContactError(
-                f"contact must be a Contact, not {type(contact).__name__}"
-            )
+        contact = one_or_several(contact)
         host = contact.host
         with together(contact.layout.comm):
             functions = find_unknowns(F, J, u, host)
@@ -335,5 +337,11 @@ class NonlinearProblem:
             self.contact.statistics,
             unheld(self),
             self.convergence.describe(),
-            rigid_slaves(self.contact, self.contact.constrained(self.bcs)),
+            self._rigid_slaves(),
         )
+
+    def _rigid_slaves(self) -> list[int]:
+        """Slave tags that are prescribed, on masters that are not. Collective."""
+        fixed = self.contact.constrained(self.bcs)
+        contacts = self.contact.contacts
+        return [tag for one in contacts for tag in rigid_slaves(one, fixed)]
