@@ -173,7 +173,8 @@ def one_or_several(given: Any) -> Contact | Interactions:
         return given
     if not isinstance(given, (list, tuple)):
         raise ContactError(
-            f"contact must be a Contact, or a list of them, not {type(given).__name__}"
+            f"contact must be a Contact, not {type(given).__name__}: of several "
+            "interactions a list of them"
         )
     if not given:
         raise ContactError("contact is an empty list: give at least one Contact")

@@ -86,19 +86,19 @@ class NonlinearProblem:
         u: Any = None,
     ) -> None:
         contact = one_or_several(contact)
-        host = contact.host
-        with together(contact.layout.comm):
+        host, comm = contact.host, contact.host.comm
+        with together(comm):
             functions = find_unknowns(F, J, u, host)
             self.contact, self.bcs = contact, list_of_conditions(bcs)
         contact.solve_for(functions)
-        with together(contact.layout.comm):
+        with together(comm):
             host.conditions(self.bcs)  # refuses foreign ones
             if isinstance(F, (list, tuple)):
                 J = jacobians(F, functions, host) if J is None else J
             elif J is None:
                 (w,) = functions
                 J = ufl.derivative(F, w, ufl.TrialFunction(w.function_space))
-        require_agreement(contact.layout.comm, number_of_conditions=len(self.bcs))
+        require_agreement(comm, number_of_conditions=len(self.bcs))
         self.forms = F, J
         self.L, self.a = compat.form(F), compat.form(J)
         self.history: list[float] = []
