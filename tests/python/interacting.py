@@ -7,7 +7,14 @@ from dolfinx import fem
 from petsc4py import PETSc
 from problems import SOLVERS, fix, residual, stack
 
-from raymortar import Contact, History, LoadSteps, NonlinearProblem, compat
+from raymortar import (
+    Contact,
+    DisplacementControl,
+    History,
+    LoadSteps,
+    NonlinearProblem,
+    compat,
+)
 from raymortar.blocks import Block
 from raymortar.meshing import Scene, assemble_blocks
 
@@ -50,6 +57,13 @@ class Stack:
         """Move the tops to a share of their whole way."""
         for value, end in zip(self.motion, MOTION[self.dim]):
             value.value = t * end
+
+    def top_control(self):
+        """The way down of the uppermost top leads the path."""
+        dim = self.dim
+        facets = self.scene.facet_tags.find(self.scene.tags["top_2"])
+        dofs = fem.locate_dofs_topological(self.V, dim - 1, facets)
+        return DisplacementControl(dofs, dim - 1, by=MOTION[dim][-1])
 
     def problem(self, contacts):
         return NonlinearProblem(self.F, contacts, self.bcs)

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import gathered
+import hosts
 import numpy as np
 import problems
 import pytest
+import ufl
+from dolfinx import fem
 from interacting import (
     E,
     FIRST,
@@ -25,10 +28,12 @@ from problems import COMM, SOLVERS, fix, stack
 
 import raymortar
 from raymortar import (
+    ArcLength,
     AugmentedLagrangian,
     ContactError,
     ConvergenceError,
     Coulomb,
+    FixedPointSolver,
     NonlinearProblem,
     Penalty,
     Search,
@@ -38,6 +43,10 @@ from raymortar import (
     compat,
     solvers,
 )
+from raymortar.capped import CappedSolver
+from raymortar.gamma_detour import solve_by_small_gamma
+from raymortar.line_search import with_line_search
+from raymortar.stabilization import Stabilization
 
 pytestmark = pytest.mark.mpi
 
@@ -334,6 +343,59 @@ def test_a_failed_step_restores_all_contacts():
     assert difference(one.parts[0].multiplier, other.parts[0].multiplier) <= 1e-8
 
 
+def solved(blocks, contacts, solve):
+    """Forces after one step of a way to solve."""
+    problem = blocks.problem(contacts)
+    blocks.move(1.0)
+    solve(SNESSolver(problem, {"snes_linesearch_type": "basic"}))
+    return np.array([problem.contact.resultant(i).force for i in (0, 1)])
+
+
+WAYS = {
+    "small gamma": solve_by_small_gamma,
+    "capped": lambda solver: CappedSolver(solver).solve(),
+    "line search": lambda solver: with_line_search(solver).solve(),
+    "fixed point": lambda solver: FixedPointSolver(solver).solve(),
+    "viscous forces": lambda solver: Stabilization(solver, 1.0).solve(
+        lambda: solver.solve()[0]
+    ),
+}
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_every_way_to_solve_a_step_takes_several_contacts(way):
+    laws = {"friction": Coulomb(0.3)}, {"method": Penalty(400.0), "friction": Stick()}
+    found = []
+    for solve in (WAYS[way], lambda solver: solver.solve()):
+        blocks = three()
+        contacts = [blocks.contact(p, **law) for p, law in zip((LOWER, UPPER), laws)]
+        found.append(solved(blocks, contacts, solve))
+        found[-1] = np.append(found[-1].ravel(), [c.gamma_scale for c in contacts])
+    assert np.allclose(*found, rtol=1e-7, atol=1e-9)
+
+
+@pytest.mark.parametrize("way", ["prescribed", "displacement", "arc", "extrapolated"])
+def test_every_path_takes_several_contacts(way):
+    """Without friction the end does not depend on what leads the path."""
+    blocks = three()
+    blocks.bcs.append(fix(blocks.V, blocks.scene, "left_1", 0))
+    contacts = [blocks.contact(LOWER), blocks.contact(UPPER, method=Penalty(400.0))]
+    options = {
+        "arc": {"control": ArcLength()},
+        "displacement": {"control": blocks.top_control()},
+        "extrapolated": {"extrapolate": True},
+    }.get(way, {})
+    path = blocks.path(contacts, steps=2, **options)
+    ends = path.run()
+    assert ends[-1].factor == pytest.approx(1.0, rel=1e-8)
+    found = [path.history.vectors(f"force_{i}")[-1] for i in (0, 1)]
+    lone = three()
+    lone.bcs.append(fix(lone.V, lone.scene, "left_1", 0))
+    contacts = [lone.contact(LOWER), lone.contact(UPPER, method=Penalty(400.0))]
+    wanted = solved(lone, contacts, lambda solver: solver.solve())
+    assert np.allclose(found, wanted, rtol=1e-7, atol=1e-9)
+
+
 def test_history_has_columns_of_all_contacts(folder):
     """Slave surfaces are numbered on; frictionless ones have no parts."""
     blocks = three()
@@ -404,16 +466,37 @@ def test_gamma_is_the_automatic_one_of_each():
     assert problem.contact.revision > revision
 
 
-# Other unknowns
+# Other unknowns, and other meshes
+
+
+def test_contacts_between_bodies_on_meshes_of_their_own():
+    """Two penalties of half the coefficient are one of the whole."""
+    forces = []
+    for parts in (1, 2):
+        hosted = hosts.apart(hosts.meshes(), method=Penalty(20.0), friction=Coulomb(0.2))
+        tags = [scene.facet_tags for scene in hosted.scene]
+        pairs, law = [(hosts.UPPER + 1, hosts.LOWER + 2)], Coulomb(0.2)
+        given = hosted.functions
+        contacts = [
+            raymortar.Contact(given, tags, pairs, Penalty(20.0 / parts), friction=law)
+            for _ in range(parts)
+        ]
+        F, bcs = hosted.problem.forms[0], hosted.problem.bcs
+        problem = NonlinearProblem(F, contacts, bcs, u=given)
+        solver = SNESSolver(problem)
+        for t in (0.5, 1.0):
+            hosted.push(0.02 * t, -0.05 * t)
+            solver.solve()
+            problem.contact.advance()
+        found = [problem.contact.resultant(i).force for i in range(parts)]
+        forces.append(np.sum(found, axis=0))
+    assert np.allclose(*forces, rtol=1e-9, atol=0.0)
+    assert forces[0][1] > 0.0
 
 
 @pytest.mark.parametrize("way", ["mixed", "blocked"])
 def test_contacts_are_beside_other_unknowns(way):
     """A part of a mixed Function, and one of several Functions."""
-    import hosts
-    import ufl
-    from dolfinx import fem
-
     ends = []
     for split in (False, True):
         scene = stack("triangle", (2, 3, 2))
