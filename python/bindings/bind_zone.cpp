@@ -113,7 +113,8 @@ py::dict points(const Zone& z)
   out["slave"] = to_array(s.points.slave);
   out["master"] = to_array(s.hits.master);
   out["eta"] = points_to_array(s.hits.eta, d - 1);
-  out["gap"] = to_array(s.hits.gap);
+  out["gap"] = to_array(r.gap);
+  out["distance"] = to_array(s.hits.gap);
   out["ray"] = enums_to_array(s.hits.status);
   out["area"] = to_array(s.points.area);
   out["weight"] = to_array(r.weight);
@@ -153,8 +154,8 @@ py::array_t<Index> master_bodies(const Zone& z)
 py::array_t<Index> sunk_points(const Zone& z)
 {
   const ContactState& s = z.state();
-  return to_array(find_sunk_points(s.slave, s.master, s.points, s.hits,
-                                   z.input().distances));
+  return to_array(
+      find_sunk_points(s.slave, s.master, s.points, s.hits, z.distances()));
 }
 
 /// Segments as polygons in the reference coordinates of their slave facet
@@ -192,6 +193,16 @@ py::array_t<Index> held_facets(Zone& z)
   return to_array(slave);
 }
 
+/// A friction law at the points, (points,) each
+void set_friction_bounds(Zone& z, const Array<double>& s,
+                         const Array<double>& s_p, const Array<double>& s_slip)
+{
+  std::vector<PointBound> bounds;
+  for (py::ssize_t q = 0; q < s.size(); ++q)
+    bounds.push_back({s.at(q), s_p.at(q), s_slip.at(q)});
+  z.set_friction_bounds(std::move(bounds));
+}
+
 template <void (Zone::*set)(std::span<const double>, std::span<const double>)>
 void set_both(Zone& z, const Array<double>& slave, const Array<double>& master)
 {
@@ -210,6 +221,7 @@ void bind_zone(py::module_& m)
   py::class_<Coulomb>(m, "Coulomb").def(py::init<double>(), py::arg("mu"));
   py::class_<Tresca>(m, "Tresca").def(py::init<double>(), py::arg("bound"));
   py::class_<Stick>(m, "Stick").def(py::init<>());
+  py::class_<PointBound>(m, "PointBound").def(py::init<>());
   py::enum_<Strategy>(m, "Strategy")
       .value("brute_force", Strategy::brute_force)
       .value("bvh", Strategy::bvh)
@@ -261,6 +273,13 @@ void bind_zone(py::module_& m)
           py::arg("slaves") = Array<Index>(),
           py::arg("masters") = Array<Index>(),
           py::arg("factors") = Array<double>())
+      .def("set_offset", [](Zone& z, const Array<double>& offset)
+           { z.set_offset(to_span(offset)); })
+      .def("set_friction_coefficient",
+           [](Zone& z, const Array<double>& coefficient)
+           { z.set_friction_coefficient(to_span(coefficient)); })
+      .def("set_friction_bounds", &set_friction_bounds, py::arg("s"),
+           py::arg("s_p"), py::arg("s_slip"))
       .def("set_old_traction", [](Zone& z, const Array<double>& traction)
            { z.set_old_traction(to_span(traction)); })
       .def("accepted_springs",

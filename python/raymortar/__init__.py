@@ -11,7 +11,7 @@ from .errors import (
     SetUpError,
 )
 from .fixed_point import FixedPointSolver
-from .friction import Coulomb, Stick, Tresca
+from .friction import Coulomb, Friction, Stick, Tresca
 from .history import History
 from .load_step import LoadStep
 from .load_steps import LoadSteps
@@ -33,6 +33,7 @@ __all__ = [
     "Coulomb",
     "DisplacementControl",
     "FixedPointSolver",
+    "Friction",
     "History",
     "LoadStep",
     "LoadSteps",

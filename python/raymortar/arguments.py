@@ -4,24 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from dolfinx.fem import Function
-
-from . import compat
 from .errors import ContactError
 from .friction import LAWS
 from .methods import MEASURES, TANGENTS, AugmentedLagrangian, Penalty, Search
 from .options import is_one_of, is_whole_number
-
-
-def check_coefficient_function(gamma: Function, u: Function) -> None:
-    """Raise unless gamma is a scalar on the displacement's mesh."""
-    components = compat.element_info(gamma.function_space).value_shape
-    if components:
-        raise ContactError(
-            f"gamma must be a scalar Function, not one with values of shape {components}"
-        )
-    if not compat.on_mesh(gamma, u.function_space.mesh):
-        raise ContactError("gamma is a Function on another mesh than the displacement")
+from .slave_fields import OFFSET, check_field
 
 
 def check_options(
@@ -31,6 +18,8 @@ def check_options(
     measure: Any,
     search: Any,
     tangent: Any,
+    offset: Any,
+    mesh: Any,
 ) -> None:
     """Raise for options that do not exist."""
     if not isinstance(method, (AugmentedLagrangian, Penalty)):
@@ -39,7 +28,8 @@ def check_options(
         )
     if friction is not None and not isinstance(friction, LAWS):
         raise ContactError(
-            f"friction must be Coulomb, Tresca, Stick or None, not {friction!r}"
+            "friction must be Coulomb, Tresca, Stick, Friction or None, not "
+            f"{friction!r}"
         )
     if friction is not None and getattr(method, "multiplier", None) == "normal":
         raise ContactError("friction needs multiplier='vector', not 'normal'")
@@ -52,6 +42,10 @@ def check_options(
     for part in (method, friction, search):
         if part is not None:
             part.check()
+    if friction is not None and friction.quantity is not None:
+        check_field(friction.quantity, friction.coefficient, mesh)
+    if offset is not None:
+        check_field(OFFSET, offset, mesh)
     degree = quadrature_degree
     if degree is not None and not (is_whole_number(degree) and 1 <= degree <= 30):
         raise ContactError(

@@ -9,12 +9,11 @@ from typing import Any
 import numpy as np
 from dolfinx.fem import Function
 
-from .arguments import check_coefficient_function
 from .compat import Array, Indices
 from .errors import ContactError, require_agreement, together
 from .interfaces import Interfaces
 from .methods import check_coefficient
-from .zones import on_facets
+from .slave_fields import GAMMA, check_function, on_facets
 
 # Values of pairs that differ by less are one value: rounding, of equal bodies
 SAME = 1e-9
@@ -136,11 +135,7 @@ def spread(
     else:
         require_agreement(comm, gamma=gamma)
         found = [
-            ZoneCoefficients(
-                on_facets(gamma, zone.facets)
-                if isinstance(gamma, Function)
-                else np.full(zone.facets.slave_surface.facet_dofs.shape, float(gamma))
-            )
+            ZoneCoefficients(on_facets(GAMMA, gamma, zone.facets, comm))
             for zone in zones
         ]
     total = comm.allreduce(sum(float(one.of_facets.sum()) for one in found))
@@ -156,7 +151,7 @@ def _check(gamma: Any, contact: Any) -> None:
         raise ContactError("set_gamma needs a number or a Function, not None")
     check_coefficient(gamma)
     if isinstance(gamma, Function):
-        check_coefficient_function(gamma, contact.slave_u)
+        check_function(GAMMA, gamma, contact.slave_u.function_space.mesh)
 
 
 def _by_pair(gamma: PairCoefficients, zones: Sequence[Any]) -> list[ZoneCoefficients]:

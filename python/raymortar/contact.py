@@ -28,13 +28,16 @@ from .errors import (
 )
 from .faced import nearest_hits
 from .facets import facet_dof_table
-from .friction import Coulomb, Stick, Tresca
+from .friction import Law
+from .friction_at_points import evaluate_friction, spread_coefficient
 from .host import Host
 from .interfaces import Interfaces
 from .joined import parts_of
 from .layout import Layout
 from .methods import AugmentedLagrangian, Penalty, Search
+from .options import is_real_number
 from .reference import references
+from .slave_fields import OFFSET, FieldValue, check_field, on_facets
 from .state import ContactState, not_finite, state_fault
 from .straight_facets import warn_of_straight_facets
 from .tagged import ZoneFacets, find_facets
@@ -62,7 +65,7 @@ class Contact(ContactAssembly):
     method
         `AugmentedLagrangian` or `Penalty`.
     friction
-        `Coulomb`, `Tresca` or `Stick`; None: frictionless.
+        `Coulomb`, `Tresca`, `Stick` or `Friction`; None: frictionless.
     quadrature_degree
         Of the rule on each segment. None: such that more points change no error, see
         `quadrature.default_degree`.
@@ -78,6 +81,10 @@ class Contact(ContactAssembly):
     names
         Facet tag by name: numbers, as in a scene's ``tags``, or (dimension, tag), as
         Gmsh's physical groups are read (``compat.read_gmsh(...).names``).
+    offset
+        Added to the gap, length: > 0 is a clearance, < 0 an interference, as of a press
+        fit whose bodies are meshed without it. Number; scalar ``Function`` on the mesh
+        of u; or a function of undeformed positions, (3, n) to (n,). See `set_offset`.
 
     Attributes
     ----------
@@ -98,6 +105,8 @@ class Contact(ContactAssembly):
         Coefficient in use (None until an automatic one is set): as it was given; an
         automatic one is a number, or `PairCoefficients` where it differs between pairs
         of bodies.
+    offset
+        Added to the gap, as it was given; None: nothing.
     updates
         Calls of `update` so far.
     revision
@@ -121,12 +130,13 @@ class Contact(ContactAssembly):
         facet_tags: Any,
         pairs: Sequence[tuple[int | str, int | str]],
         method: AugmentedLagrangian | Penalty | None = None,
-        friction: Coulomb | Tresca | Stick | None = None,
+        friction: Law | None = None,
         quadrature_degree: int | None = None,
         measure: str = "reference",
         search: Search | None = None,
         names: Mapping[str, int | tuple[int, int]] | None = None,
         tangent: str = "full",
+        offset: FieldValue | None = None,
     ) -> None:
         method = AugmentedLagrangian() if method is None else method
         search = Search() if search is None else search
@@ -140,7 +150,16 @@ class Contact(ContactAssembly):
             self.host = Host(u)
         u = self.host.u
         with together(self._comm):
-            check_options(method, friction, quadrature_degree, measure, search, tangent)
+            check_options(
+                method,
+                friction,
+                quadrature_degree,
+                measure,
+                search,
+                tangent,
+                offset,
+                u.function_space.mesh,
+            )
             groups = group_pairs(numbered(pairs, names, u))
         require_agreement(
             self._comm,
@@ -151,6 +170,7 @@ class Contact(ContactAssembly):
             search=search,
             tangent=tangent,
             pairs=groups,
+            offset=offset,
         )
         for part in self.host.displacements:
             check_space(part.u)
@@ -195,6 +215,8 @@ class Contact(ContactAssembly):
         self.gamma: float | Function | PairCoefficients | None = None
         self.gamma_scale = 1.0
         self.revision = 0
+        self.offset: FieldValue | None = None
+        self._dt = 1.0
         self._interfaces: Interfaces | None = None
         self._u_old = u.x.array.copy()
         self._fixed_by: tuple[Any, ...] | None = ()
@@ -204,6 +226,9 @@ class Contact(ContactAssembly):
         self._volume: Any = None
         if method.gamma is not None:
             self.set_gamma(method.gamma)
+        if offset is not None:
+            self.set_offset(offset)
+        spread_coefficient(friction, self.zones, self._comm)
         self._history_is_new = True
         self.updates = 0
         self.preallocations, self.extensions = 0, 0
@@ -277,6 +302,45 @@ class Contact(ContactAssembly):
         self.gamma = gamma
         self.revision += 1
 
+    def set_offset(self, offset: FieldValue) -> None:
+        """Set what is added to the gap, as an interference that grows. Collective.
+
+        It takes effect with the next `update`, as displacements do; in `LoadSteps` set
+        it in ``apply(t)``. Values are taken at the nodes of the slave facets, now.
+
+        Parameters
+        ----------
+        offset
+            As that of `Contact`. Length.
+
+        Raises
+        ------
+        ContactError
+            If it is not finite, no scalar, of another mesh, or differs between ranks.
+        """
+        with together(self._comm):
+            check_field(OFFSET, offset, self.slave_u.function_space.mesh)
+        require_agreement(self._comm, offset=offset)
+        nodal = [on_facets(OFFSET, offset, z.facets, self._comm) for z in self.zones]
+        for zone, values in zip(self.zones, nodal):
+            zone.offset = values
+            zone.cpp.set_offset(values)
+        self.offset = offset
+        self.revision += 1
+
+    @property
+    def dt(self) -> float:
+        """Time of the present step, 1 at first: slip over it is the slip rate that
+        `Friction` sees. `LoadSteps` sets it to the step's size."""
+        return self._dt
+
+    @dt.setter
+    def dt(self, value: float) -> None:
+        if not (is_real_number(value) and np.isfinite(value) and value > 0.0):
+            raise ContactError(f"dt = {value!r} must be a positive number")
+        self._dt = float(value)
+        self.revision += 1
+
     # State
 
     def _send_state(self) -> None:
@@ -316,6 +380,7 @@ class Contact(ContactAssembly):
                     zone.cpp.cast()
                 else:
                     zone.cpp.pair()
+        evaluate_friction(self.friction, self.zones, self._dt, self._comm)
         if self.multiplier is not None:
             self._cover.share()
         here = np.array_equal(self.u.x.array, self._u_old)

@@ -138,6 +138,8 @@ def _signature(value: Any) -> Any:
         return f"{type(value).__name__}({', '.join(parts)})"
     if hasattr(value, "function_space"):
         return type(value).__name__  # its values may differ, and its address does
+    if callable(value) and not isinstance(value, type):
+        return f"callable {getattr(value, '__qualname__', type(value).__name__)}"
     if isinstance(value, np.generic):
         value = value.item()  # NumPy 2 spells the type out
     return repr(value)
@@ -151,7 +153,7 @@ def require_agreement(comm: MPI.Comm, **arguments: Any) -> None:
     comm
         Communicator of the mesh.
     arguments
-        By name. Functions need only be functions on all ranks.
+        By name. Functions need only be functions on all ranks, callables have a name.
 
     Raises
     ------

@@ -85,7 +85,7 @@ def describe_failure(
             "slip, in turn"
         )
     advice = _advice(history, statistics, unheld, period)
-    if rigid and statistics.hits and not unheld:
+    if rigid and not unheld:
         tags = ", ".join(map(str, rigid))
         advice = f"the other body as the slave: all of slave tag {tags} is prescribed"
     text = "; ".join([text + imbalance, *unheld])

@@ -48,7 +48,8 @@ class LoadSteps:
         `NewtonSolver` or `SNESSolver`.
     apply
         Called with the load factor before each solve: sets loads and Dirichlet values.
-        If it takes two arguments, the second is the step's size.
+        If it takes two arguments, the second is the step's size, which is also what
+        ``Contact.dt`` is for laws of the slip rate.
     steps
         Steps if none fails.
     max_halvings
@@ -215,6 +216,9 @@ class LoadSteps:
         while not path.ended:
             before = contact.state()
             solving(path.next)
+            for one in contact.contacts:
+                if one.friction is not None and path.next != path.factor:
+                    one.dt = abs(path.next - path.factor)
             path.begin()
             try:
                 iterations = self._solve(ways, before, last, path.ratio)

@@ -83,7 +83,7 @@ def _distances(zone: Any, way: Path, now: Now) -> tuple[Array, Array]:
     faced, and how far across; zero where neither is a loss."""
     faced = zone.faced
     behind = 0.5 * (way.thickness + zone.thickness[0][faced.facet])
-    depth = zone.distances["depth"][faced.facet]
+    depth = zone.distance("depth")[faced.facet]
     if zone.depth_is_default:
         depth = np.minimum(depth, np.minimum(way.thickness, behind))
     # Facets that are in contact again count by what they have sunk in this step
@@ -92,7 +92,7 @@ def _distances(zone: Any, way: Path, now: Now) -> tuple[Array, Array]:
     # and a slide may leave some behind
     lost = now.seen | now.inside | now.apart
     through = np.where(lost & (sunk > np.maximum(depth, way.slide)), sunk, 0.0)
-    reach = np.maximum(zone.distances["reach"][faced.facet], depth)
+    reach = np.maximum(zone.distance("reach")[faced.facet], depth)
     lifted = way.gap >= way.slide
     torn = now.apart & faced.closed & ~now.seen & ~lifted & (way.slide > reach)
     return through, np.where(torn, way.slide, 0.0)

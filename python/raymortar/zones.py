@@ -15,14 +15,13 @@ from mpi4py import MPI
 from . import _cpp, compat, quadrature
 from .bodies import Bodies, bodies_of_facets
 from .compat import Array, Indices
-from .errors import ContactError, raise_everywhere
+from .errors import ContactError
 from .faced import Faced, nothing
 from .facets import facet_dof_table
-from .friction import Coulomb, Stick, Tresca
+from .friction import Law, Stick
 from .layout import Layout
 from .methods import Search
 from .options import is_whole_number
-from .reference_facets import facet_nodes, shape_functions
 from .surfaces import Surface
 from .tagged import ZoneFacets
 from .thickness import Cells, thickness_behind
@@ -47,6 +46,16 @@ class ZoneData:
     # Of friction springs, (slave facets, n, d): a traction, or with a multiplier what
     # the law has more than it, over gamma
     traction_old: Array | None = None
+    offset: Array | None = None  # (slave facets, n), added to gaps. Length
+
+    def distance(self, name: str) -> Array:
+        """Reach or depth of the slave facets, with what the offset adds: a clearance to
+        the depth, an overlap to the reach. Length."""
+        own = self.distances[name]
+        if self.offset is None:
+            return own
+        more = self.offset if name == "depth" else -self.offset
+        return own + np.maximum(more, 0.0).max(axis=1)
 
     def points(self) -> dict[str, Array]:
         """Arrays over the integration points, see `ContactFields.points`."""
@@ -192,7 +201,7 @@ def create_zone(
     zone: ZoneFacets,
     layout: Layout,
     law: _cpp.LawKind,
-    friction: Coulomb | Tresca | Stick | None,
+    friction: Law | None,
     result_space: Any,
     quadrature_degree: int | None,
     current_measure: bool,
@@ -258,31 +267,3 @@ def create_zone(
         thickness,
         nothing(surface.gdim),
     )
-
-
-def on_facets(gamma: Function, zone: ZoneFacets) -> Array:
-    """Values of a function at the slave facets' displacement nodes.
-
-    Evaluated cell by cell, so that a discontinuous one keeps its own value on each
-    facet. Collective.
-    """
-    mesh = gamma.function_space.mesh
-    surface = zone.slave_surface
-    n = surface.facet_dofs.shape[1]
-    shape = facet_nodes(surface.shape, surface.displacement_degree)
-    N, _ = shape_functions(surface.shape, surface.node_degree, shape)
-    points = np.einsum("qk,fkd->fqd", N, surface.X[surface.facet_nodes])
-    padded = np.zeros((points.shape[0] * n, 3))
-    padded[:, : surface.gdim] = points.reshape(-1, surface.gdim)
-    values = np.empty(0)
-    if len(padded):
-        cells = np.repeat(zone.slave.cells, n)
-        values = np.asarray(gamma.eval(padded, cells)).ravel()
-    bad = values[~(np.isfinite(values) & (values > 0.0))]
-    raise_everywhere(
-        mesh.comm,
-        f"gamma is {bad[0]} on slave tag {zone.slave_tag}: it must be positive"
-        if len(bad)
-        else None,
-    )
-    return values.reshape(-1, n)

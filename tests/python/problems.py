@@ -244,7 +244,7 @@ def residual(scene, u, material="linear", E=2000.0, nu=0.3, loaded=()):
     material
         Key of `MATERIALS`.
     E, nu
-        Number, or (E) numbers by body name.
+        Number, or numbers by body name.
     loaded
         Names of the tags under the load.
 
@@ -255,9 +255,12 @@ def residual(scene, u, material="linear", E=2000.0, nu=0.3, loaded=()):
     """
     mesh, dim = scene.mesh, scene.mesh.geometry.dim
     p = compat.element_info(u.function_space).degree
-    of_body = E if isinstance(E, dict) else dict.fromkeys(scene.bodies, E)
+    E, nu = (
+        of_body if isinstance(of_body, dict) else dict.fromkeys(scene.bodies, of_body)
+        for of_body in (E, nu)
+    )
     mu, lmbda = (
-        cellwise(scene, {body: lame(e, nu)[k] for body, e in of_body.items()})
+        cellwise(scene, {body: lame(E[body], nu[body])[k] for body in E})
         for k in (0, 1)
     )
     find = scene.facet_tags.find

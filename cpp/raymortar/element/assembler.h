@@ -1,6 +1,7 @@
 // From the state of a contact zone to dense element blocks.
 #pragma once
 
+#include "raymortar/element/facet_field.h"
 #include "raymortar/element/pair_factors.h"
 #include "raymortar/law/friction.h"
 #include "raymortar/law/point_law.h"
@@ -38,13 +39,18 @@ struct ContactState
   Multipliers multipliers;
   bool current_measure = false; ///< integrate over the deformed surface
   bool moving_segments = false; ///< differentiate through the vertices, too
-  std::vector<double> gamma;    ///< (slave facets, dofs per facet)
+  FacetField gamma;             ///< traction per length
   PairFactors pair_factors;     ///< of gamma, where a master is hit
+  FacetField offset;            ///< added to gaps, > 0: a clearance. Length
   FrictionLaw friction;         ///< read by the laws with friction only
+  /// In place of the number of Coulomb's or Tresca's law; empty: that number
+  FacetField friction_coefficient;
+  /// Of a law that is known at points only, (points,); empty: none
+  std::vector<PointBound> friction_bounds;
   /// Accepted tangential traction of the friction springs: of the elastic
   /// penalty as it is; with a multiplier what the law has more than it, over
-  /// gamma. (slave facets, dofs per facet, gdim); empty: none
-  std::vector<double> traction_old;
+  /// gamma. Of width gdim; empty: none
+  FacetField traction_old;
   Segmentation segmentation;
   SegmentRules segment_rules;
   IntegrationPoints points;
@@ -56,6 +62,7 @@ struct ContactState
 struct PointResults
 {
   std::vector<ContactStatus> status;
+  std::vector<double> gap;      ///< of the law: with the offset. Length
   std::vector<double> pressure; ///< normal traction p of the law, <= 0
   std::vector<double> traction; ///< t of (3), (points, gdim)
   std::vector<double> weight;   ///< area each point stands for

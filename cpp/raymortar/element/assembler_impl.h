@@ -2,7 +2,7 @@
 #pragma once
 
 #include "raymortar/core/error.h"
-#include "raymortar/element/assembler.h"
+#include "raymortar/element/law_gaps.h"
 #include "raymortar/element/moving_segments.h"
 #include "raymortar/geometry/predicates.h"
 #include "raymortar/law/augmented.h"
@@ -44,6 +44,7 @@ public:
   {
     const std::size_t n = s.points.size();
     PointResults r{std::vector<ContactStatus>(n, ContactStatus::none),
+                   law_gaps(s),
                    std::vector<double>(n, 0.0),
                    std::vector<double>(n * D, 0.0),
                    std::vector<double>(n, 0.0),
@@ -112,8 +113,8 @@ private:
     data.slave = s.slave.template nodes<F>(s.slave.x, f);
     if (s.moving_segments)
       data.reference = s.slave.template nodes<F>(s.slave.X, f);
-    data.gamma =
-        Eigen::Map<const Vec<F::dofs>>(s.gamma.data() + facet * F::dofs);
+    data.gamma = s.gamma.template nodes<F>(f).transpose();
+    data.offset = s.offset.template nodes<F>(f).transpose();
     if (const Index m = s.elements.master[e]; m != no_index)
     {
       data.master = s.master.template nodes<F>(s.master.x, m);
@@ -149,10 +150,10 @@ private:
     if (s.elements.master[e] != no_index)
       history.master_old =
           s.master.template nodes<F>(s.master.x_old, s.elements.master[e]);
-    history.traction_old.setZero();
-    if (not s.traction_old.empty())
-      history.traction_old = Eigen::Map<const Mat<D, F::dofs>>(
-          s.traction_old.data() + static_cast<std::size_t>(f) * F::dofs * D);
+    history.has_coefficient = not s.friction_coefficient.empty();
+    history.coefficient =
+        s.friction_coefficient.template nodes<F>(f).transpose();
+    history.traction_old = s.traction_old.template nodes<F, D>(f);
   }
 
   /// Nothing is integrated there

@@ -69,11 +69,13 @@ struct HitPoint : SlavePoint<F, L, Law>
                          PointResponse<D, M>>;
 
   Vec<F::dofs> N_m; ///< master shape functions at eta
+  double offset;    ///< added to gaps, length
   OldPoint<F, is_frictional<Law>> old;
   Response response;
 
   HitPoint(const Data& e, const ElementPoint<F>& q)
-      : Base(e, q), N_m(F::Disp::values(q.eta)), old(old_point(e, q)),
+      : Base(e, q), N_m(F::Disp::values(q.eta)),
+        offset(this->N_s.dot(e.offset)), old(old_point(e, q)),
         response(respond(e, q))
   {
   }
@@ -99,7 +101,7 @@ private:
       was.distance = was.master.x - was.frame.x;
       const Vec<D>& n_0 = was.frame.n;
       const double g_0 = n_0.dot(was.distance);
-      was.closing = closed_part(g_0, q.g);
+      was.closing = closed_part(g_0 + offset, q.g + offset);
       was.slide = convect<D>(was.master, frame_at<F>(e.master, q.eta),
                              was.distance - g_0 * n_0);
       was.w = was.slide.value + was.closing.length * n_0;
@@ -111,8 +113,8 @@ private:
 
   [[nodiscard]] Response respond(const Data& e, const ElementPoint<F>& q) const
   {
-    const PointState<D, M> state{this->slave.n, q.g, this->lam, this->gamma,
-                                 e.touch};
+    const PointState<D, M> state{this->slave.n, q.g + offset, this->lam,
+                                 this->gamma, e.touch};
     if constexpr (not is_frictional<Law>)
       return Law::template evaluate<D>(state);
     else
@@ -121,8 +123,20 @@ private:
       if constexpr (M > 0)
         spring *= this->gamma;
       return Law::template evaluate<D>(
-          FrictionState<D, M>{state, old.w, spring, e.history.friction});
+          FrictionState<D, M>{state, old.w, spring, friction_law(e, q)});
     }
+  }
+
+  [[nodiscard]] FrictionLaw friction_law(const Data& e,
+                                         const ElementPoint<F>& q) const
+  {
+    const auto& history = e.history;
+    if (history.has_coefficient)
+      return with_coefficient(history.friction,
+                              this->N_s.dot(history.coefficient));
+    if (std::holds_alternative<PointBound>(history.friction))
+      return q.bound;
+    return history.friction;
   }
 };
 

@@ -30,7 +30,7 @@ double mean_gamma(const ContactState& s, Index facet)
   const auto n = static_cast<std::size_t>(s.slave.dofs_per_facet());
   double sum = 0.0;
   for (std::size_t a = 0; a < n; ++a)
-    sum += s.gamma[static_cast<std::size_t>(facet) * n + a];
+    sum += s.gamma.nodal[static_cast<std::size_t>(facet) * n + a];
   return sum / static_cast<double>(n);
 }
 

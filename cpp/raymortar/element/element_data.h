@@ -39,6 +39,8 @@ struct FrictionData<F, true>
   typename F::NodeMatrix master_old;
   Mat<F::gdim, F::dofs> traction_old; ///< nodal, see ContactState
   FrictionLaw friction;
+  bool has_coefficient = false; ///< a field in place of the law's number
+  Vec<F::dofs> coefficient;     ///< its nodal values
 };
 
 /// @brief Data of one element besides its points.
@@ -50,8 +52,9 @@ struct ElementData
   typename F::NodeMatrix master;
   typename F::NodeMatrix reference; ///< undeformed slave; moving segments only
   Mat<Layout::components, Layout::multipliers>
-      lam;              ///< nodal unknowns ell = lam / lam_scale
-  Vec<F::dofs> gamma;   ///< nodal coefficient on the slave facet
+      lam;            ///< nodal unknowns ell = lam / lam_scale
+  Vec<F::dofs> gamma; ///< nodal coefficient on the slave facet
+  Vec<F::dofs> offset = Vec<F::dofs>::Zero(); ///< nodal, added to gaps; length
   double lam_scale = 1; ///< traction per unit of the multiplier unknown
   double touch = 0;     ///< see PointState, length
   bool current = false; ///< integrate over the deformed slave surface
@@ -67,5 +70,6 @@ struct ElementPoint
   double weight; ///< in reference coordinates
   double area;   ///< times the reference Jacobian
   double g;
+  PointBound bound{}; ///< of a friction law that is known at points only
 };
 } // namespace raymortar

@@ -11,7 +11,10 @@ template <class F>
                                             std::size_t q)
 {
   return {s.points.xi[q].template head<F::tdim>(),
-          s.hits.eta[q].template head<F::tdim>(), s.points.weight[q],
-          s.points.area[q], s.hits.gap[q]};
+          s.hits.eta[q].template head<F::tdim>(),
+          s.points.weight[q],
+          s.points.area[q],
+          s.hits.gap[q],
+          s.friction_bounds.empty() ? PointBound{} : s.friction_bounds[q]};
 }
 } // namespace raymortar

@@ -60,8 +60,7 @@ private:
       const auto facet = static_cast<Index>(f);
       const auto was = _state.slave.nodes<F>(_state.slave.x_old, facet);
       const auto is = _state.slave.nodes<F>(_state.slave.x, facet);
-      const Eigen::Map<const Nodal<F>> old(_state.traction_old.data() +
-                                           f * width);
+      const Nodal<F> old = _state.traction_old.nodes<F, D>(facet);
       for (int a = 0; a < F::dofs; ++a)
       {
         const auto xi = Eigen::Map<const typename F::RefPoint>(
@@ -91,9 +90,7 @@ private:
     const Index slave = _state.points.slave[q], master = _state.hits.master[q];
     return _state.pair_factors.of(_state.slave.body_of(slave),
                                   _state.master.body_of(master)) *
-           N.dot(Eigen::Map<const Vec<F::dofs>>(
-               _state.gamma.data() +
-               static_cast<std::size_t>(slave) * F::dofs));
+           _state.gamma.at<F>(slave, N);
   }
 
   /// Multiplier at a point; zero where there is none
@@ -109,18 +106,30 @@ private:
     return _state.multipliers.components > 0;
   }
 
+  /// Friction law at a point
+  [[nodiscard]] FrictionLaw law_at(std::size_t q, const Vec<F::dofs>& N) const
+  {
+    if (not _state.friction_bounds.empty())
+      return _state.friction_bounds[q];
+    if (_state.friction_coefficient.empty())
+      return _state.friction;
+    return with_coefficient(_state.friction, _state.friction_coefficient.at<F>(
+                                                 _state.points.slave[q], N));
+  }
+
   /// Bound of friction at the accepted step, with its gap along the old ray
-  [[nodiscard]] double old_bound(std::size_t q, double gamma) const
+  [[nodiscard]] double old_bound(std::size_t q, const Vec<F::dofs>& N,
+                                 double gamma) const
   {
     const Surface &slave = _state.slave, &master = _state.master;
+    const Index facet = _state.points.slave[q];
     const auto at = element_point<F>(_state, q);
-    const Frame<D> old =
-        frame_at<F>(slave.nodes<F>(slave.x_old, _state.points.slave[q]), at.xi);
+    const Frame<D> old = frame_at<F>(slave.nodes<F>(slave.x_old, facet), at.xi);
     const Vec<D> x_m = master.nodes<F>(master.x_old, _state.hits.master[q]) *
                        F::Node::values(at.eta);
-    const double p = vector(_results.normal, q).dot(multiplier(q)) +
-                     gamma * old.n.dot(x_m - old.x);
-    return bound_at(_state.friction, p).s;
+    const double g = old.n.dot(x_m - old.x) + _state.offset.at<F>(facet, N);
+    const double p = vector(_results.normal, q).dot(multiplier(q)) + gamma * g;
+    return bound_at(law_at(q, N), p).s;
   }
 
   /// What the law has changed at a closed point
@@ -135,7 +144,7 @@ private:
     const Vec<D> end = vector(_results.friction, q);
     Vec<D> change = end - start;
     if (_results.status[q] == ContactStatus::slip)
-      change += excess(q, gamma, start, end);
+      change += excess(q, N, gamma, start, end);
     _part[f] += _state.points.area[q] * N * N.transpose();
     _load[f] += _state.points.area[q] / unit * change * N.transpose();
   }
@@ -143,11 +152,12 @@ private:
   /// A polynomial may exceed the bound at single points by its own error. The
   /// law cuts that off wherever it is evaluated; the field has to keep it, or
   /// it would get smaller with every step at rest. Slip uses it up
-  [[nodiscard]] Vec<D> excess(std::size_t q, double gamma, const Vec<D>& start,
+  [[nodiscard]] Vec<D> excess(std::size_t q, const Vec<F::dofs>& N,
+                              double gamma, const Vec<D>& start,
                               const Vec<D>& end) const
   {
     const double length =
-        start.norm() - std::max(end.norm(), old_bound(q, gamma)) -
+        start.norm() - std::max(end.norm(), old_bound(q, N, gamma)) -
         gamma * tangential(vector(_results.slip, q), q).norm();
     if (length <= 0.0)
       return Vec<D>::Zero();

@@ -46,9 +46,11 @@ public:
     {
       t += r.t_w * rate.scaled_w;
       if constexpr (M > 0)
-        C += r.C_w * rate.scaled_w + r.C_spring * rate.spring;
+        C += r.C_w * rate.scaled_w + r.C_spring * rate.spring +
+             r.C_coefficient * rate.coefficient - r.C_rate * at.log_gamma;
       else
-        t += r.t_spring * rate.spring;
+        t += r.t_spring * rate.spring + r.t_coefficient * rate.coefficient -
+             r.t_rate * at.log_gamma;
     }
     t += r.t * at.log_jacobian;
     Integrand<F, L, Law> out;
@@ -103,7 +105,8 @@ private:
   };
 
   /// Derivatives by xi of what a law takes. It takes gamma as a factor of gap
-  /// and slip only, so that a change of gamma counts as one of these
+  /// and slip, so that a change of gamma counts as one of these; what a law of
+  /// the slip rate takes of the slip has no such factor
   struct Rates
   {
     Mat<D, T> n;
@@ -112,6 +115,7 @@ private:
     Mat<M, T> lam;
     Mat<D, T> scaled_w; ///< d(gamma w) / gamma; friction only
     Mat<D, T> spring;   ///< traction; friction only
+    Mat<1, T> coefficient = Mat<1, T>::Zero(); ///< of the friction law
   };
 
   [[nodiscard]] static Rates rates(const Data& e, const ElementPoint<F>& q,
@@ -124,8 +128,9 @@ private:
     // (2.7), (2.8) with the tangents for du_s and nothing for du_m
     const Mat<D, T> z = slopes.vary.dual * (p.slave.t + q.g * r.n);
     r.eta = z.template topRows<T>();
-    const Mat<1, T> g = -z.row(T);
-    r.scaled_g = g + q.g * at.log_gamma;
+    const Mat<1, T> offset = e.offset.transpose() * slopes.geometry.dN_s;
+    const Mat<1, T> g = offset - z.row(T);
+    r.scaled_g = g + (q.g + p.offset) * at.log_gamma;
     if constexpr (M > 0)
       r.lam = e.lam * at.shape_xi;
     if constexpr (is_frictional<Law>)
@@ -137,14 +142,17 @@ private:
       const Mat<1, T> by_turn = was.distance.transpose() * bend.n;
       const Mat<D, T> turned =
           old.n.dot(was.distance) * bend.n + old.n * by_turn;
-      r.scaled_w =
-          slopes.slip.by_eta * r.eta - was.slide.carry * old.t -
-          was.slide.carry * turned + was.closing.length * bend.n +
-          old.n * (was.closing.by_old * by_turn + was.closing.by_now * g) +
-          was.w * at.log_gamma;
+      r.scaled_w = slopes.slip.by_eta * r.eta - was.slide.carry * old.t -
+                   was.slide.carry * turned + was.closing.length * bend.n +
+                   old.n * (was.closing.by_old * (by_turn + offset) +
+                            was.closing.by_now * g) +
+                   was.w * at.log_gamma;
       r.spring = carried_along_facet<D>(
           was.spring, {old, bend}, {p.slave, at.bend}, was.accepted,
           e.history.traction_old * slopes.geometry.dN_s);
+      if (e.history.has_coefficient)
+        r.coefficient =
+            e.history.coefficient.transpose() * slopes.geometry.dN_s;
       if constexpr (M > 0)
         r.spring =
             p.gamma * (r.spring + was.spring.value() * at.log_gamma).eval();

@@ -1,4 +1,5 @@
 #include "raymortar/fem/assembly.h"
+#include "raymortar/element/law_gaps.h"
 #include "raymortar/fem/facet_dofs.h"
 #include "raymortar/fem/facet_terms.h"
 #include "raymortar/fem/rows.h"
@@ -72,8 +73,9 @@ std::vector<std::size_t> working_elements(const ContactState& s)
   // No facet's own tolerance is larger
   const double touch =
       all ? 0.0 : tolerance::touch * largest_diameter(s.slave, s.slave.x);
+  const std::vector<double> gaps = all ? std::vector<double>() : law_gaps(s);
   const auto closed = [&](Index q)
-  { return s.hits.gap[static_cast<std::size_t>(q)] <= touch; };
+  { return gaps[static_cast<std::size_t>(q)] <= touch; };
   for (std::size_t e = 0; e < s.elements.size(); ++e)
   {
     const auto points = s.elements.points_of(e);

@@ -12,7 +12,7 @@ struct NearestHits
   std::vector<Vec<2>> xi;          ///< of the point, (n,)
   std::vector<Vec<2>> eta;         ///< of what it has hit, (n,)
   std::vector<GlobalIndex> master; ///< facet that was hit, (n,)
-  std::vector<double> gap;         ///< length, (n,)
+  std::vector<double> gap;         ///< of (1), without an offset; length, (n,)
   std::vector<std::int8_t> closed; ///< whether any point of the facet is, (n,)
 };
 

@@ -70,7 +70,8 @@ bool any_rank(MPI_Comm comm, bool here)
 } // namespace
 
 Zone::Zone(MPI_Comm comm, ZoneInput input)
-    : _comm(comm), _input(std::move(input)), _bare(_input.distances.bare())
+    : _comm(comm), _input(std::move(input)), _distances(_input.distances),
+      _bare(_distances.bare())
 {
   find_margins();
   _state.slave = _input.slave;
@@ -88,7 +89,7 @@ Zone::Zone(MPI_Comm comm, ZoneInput input)
   _master_u = _master_old = _master_fixed = zeros(_input.master);
   _fixed_slave = zeros(_input.slave);
   _cover.corners.assign(_input.multipliers.row.size(), 0);
-  _state.gamma.assign(_input.slave.facet_dofs.size(), 1.0);
+  _state.gamma.nodal.assign(_input.slave.facet_dofs.size(), 1.0);
 }
 
 /// Half of a margin is for the slave side to move, half for the master
@@ -187,14 +188,46 @@ void Zone::set_multiplier(std::span<const double> values)
 void Zone::set_gamma(std::span<const double> gamma, double scale,
                      PairFactors factors)
 {
-  _state.gamma.assign(gamma.begin(), gamma.end());
+  _state.gamma.nodal.assign(gamma.begin(), gamma.end());
   _state.pair_factors = std::move(factors);
   _state.multipliers.scale = scale;
 }
 
+void Zone::set_offset(std::span<const double> offset)
+{
+  std::vector<double> nodal(offset.begin(), offset.end());
+  if (nodal == _state.offset.nodal)
+    return;
+  _state.offset.nodal = std::move(nodal);
+  const auto per_facet =
+      static_cast<std::size_t>(_state.slave.dofs_per_facet());
+  const auto facets = static_cast<std::size_t>(_state.slave.num_facets());
+  std::vector<double> reach(facets, 0.0), depth(facets, 0.0);
+  for (std::size_t k = 0; k < offset.size(); ++k)
+  {
+    const std::size_t f = k / per_facet;
+    reach[f] = std::max(reach[f], -offset[k]);
+    depth[f] = std::max(depth[f], offset[k]);
+  }
+  _distances = _input.distances.widened(reach, depth);
+  _bare = _distances.bare();
+  _halo_is_checked = _points_are_present = _rays_are_present = false;
+}
+
+void Zone::set_friction_coefficient(std::span<const double> coefficient)
+{
+  _state.friction_coefficient.nodal.assign(coefficient.begin(),
+                                           coefficient.end());
+}
+
+void Zone::set_friction_bounds(std::vector<PointBound> bounds)
+{
+  _state.friction_bounds = std::move(bounds);
+}
+
 void Zone::set_old_traction(std::span<const double> traction)
 {
-  _state.traction_old.assign(traction.begin(), traction.end());
+  _state.traction_old.nodal.assign(traction.begin(), traction.end());
 }
 
 std::vector<double> Zone::accepted_springs() const
@@ -207,7 +240,7 @@ void Zone::update_halo()
 {
   const Stopwatch watch(_statistics.seconds_halo);
   const double half = 0.5 * _halo_margin;
-  const auto rays = ray_boxes<D>(_state.slave, _input.distances);
+  const auto rays = ray_boxes<D>(_state.slave, _distances);
   const bool holds = _halo and
                      inside<D>(part_boxes<D>(rays, _part), _wanted, half) and
                      largest_move(_input.master.x, _master_at) <= half;
@@ -248,11 +281,11 @@ void Zone::update_candidates()
     return;
   _slave_boxes =
       flat<D>(slave, [this](std::size_t f)
-              { return 0.5 * _input.distances[static_cast<Index>(f)].skin; });
+              { return 0.5 * _distances[static_cast<Index>(f)].skin; });
   _master_boxes =
       flat<D>(master, [this](std::size_t) { return 0.5 * _smallest_skin; });
-  _candidates = find_candidates(_state.slave, _state.master, _input.distances,
-                                _input.strategy);
+  _candidates =
+      find_candidates(_state.slave, _state.master, _distances, _input.strategy);
   ++_statistics.candidate_builds;
 }
 
@@ -278,11 +311,12 @@ void Zone::make_points_anew()
 {
   const Stopwatch watch(_statistics.seconds_segments);
   _state.segmentation = make_segments(_state.slave, _state.master, _candidates,
-                                      {_input.distances, _input.subdivide});
+                                      {_distances, _input.subdivide});
   _state.points =
       make_points(_state.slave, _state.segmentation, _input.segment_rules,
                   _input.facet_rule, _input.multipliers.components > 0);
   _cover.nodes = covered_nodes(_state);
+  _state.friction_bounds.clear(); // of points that are gone
   _points_are_present = true;
   _rays_are_present = false;
 }
@@ -300,7 +334,7 @@ void Zone::renew_rays()
     return;
   const Stopwatch watch(_statistics.seconds_rays);
   _state.hits =
-      cast_rays(_state.slave, _state.master, _state.points, _input.distances);
+      cast_rays(_state.slave, _state.master, _state.points, _distances);
   _state.elements = group_points(_state.points, _state.hits);
   _rays_are_present = true;
 }

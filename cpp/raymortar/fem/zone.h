@@ -123,6 +123,20 @@ public:
   void set_gamma(std::span<const double> gamma, double scale,
                  PairFactors factors = {});
 
+  /// @brief What is added to gaps at the slave facets' dofs, (facets, dofs per
+  /// facet); empty: nothing. Length.
+  ///
+  /// A clearance, > 0, lets surfaces overlap by as much: rays look so much
+  /// deeper. An overlap, < 0, is seen from so much farther.
+  void set_offset(std::span<const double> offset);
+
+  /// @brief Coefficient of Coulomb's or Tresca's law at the slave facets' dofs,
+  /// (facets, dofs per facet), in place of its number.
+  void set_friction_coefficient(std::span<const double> coefficient);
+
+  /// @brief A friction law that is known at the present points: one each.
+  void set_friction_bounds(std::vector<PointBound> bounds);
+
   /// @brief What friction springs start from, see ContactState;
   /// (slave facets, dofs per facet, gdim); empty: none.
   void set_old_traction(std::span<const double> traction);
@@ -147,6 +161,8 @@ public:
   [[nodiscard]] const Candidates& candidates() const { return _candidates; }
   [[nodiscard]] const Halo& halo() const { return *_halo; }
   [[nodiscard]] const ZoneInput& input() const { return _input; }
+  /// @brief Distances of the input, with what the offset adds.
+  [[nodiscard]] const FacetDistances& distances() const { return _distances; }
   [[nodiscard]] ZoneStatistics statistics() const;
   [[nodiscard]] ZoneTraffic traffic() const;
 
@@ -189,7 +205,8 @@ private:
 
   MPI_Comm _comm;
   ZoneInput _input;
-  FacetDistances _bare;        ///< distances without skin
+  FacetDistances _distances;   ///< with what the offset adds
+  FacetDistances _bare;        ///< the same without skin
   double _smallest_skin = 0.0; ///< of this rank's slave facets
   double _halo_margin = 0.0;   ///< of the shortest distances on all ranks
   ContactState _state;

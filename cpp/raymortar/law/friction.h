@@ -9,11 +9,14 @@
 
 namespace raymortar
 {
-/// @brief Largest tangential traction s, and its derivative by p.
+/// @brief Largest tangential traction s, and its derivatives: by the normal
+/// traction p, by the length of the slip increment, by the law's coefficient.
 struct FrictionBound
 {
   double s;
   double s_p;
+  double s_slip = 0.0;
+  double s_coefficient = 0.0;
 };
 
 /// @brief Coulomb: s = -mu p.
@@ -23,7 +26,7 @@ struct Coulomb
 
   [[nodiscard]] FrictionBound operator()(double p) const
   {
-    return {-mu * p, -mu};
+    return {-mu * p, -mu, 0.0, -p};
   }
 };
 
@@ -32,7 +35,10 @@ struct Tresca
 {
   double bound = 0.0; ///< traction
 
-  [[nodiscard]] FrictionBound operator()(double) const { return {bound, 0.0}; }
+  [[nodiscard]] FrictionBound operator()(double) const
+  {
+    return {bound, 0.0, 0.0, 1.0};
+  }
 };
 
 /// @brief No slip while the contact is closed.
@@ -44,7 +50,33 @@ struct Stick
   }
 };
 
-using FrictionLaw = std::variant<Coulomb, Tresca, Stick>;
+/// @brief A law that is known at one point only, for the pressure and the slip
+/// that are there: a function of the user's, evaluated at all points at once.
+struct PointBound
+{
+  double s = 0.0;      ///< traction
+  double s_p = 0.0;    ///< its derivative by the normal traction, <= 0
+  double s_slip = 0.0; ///< by the length of the slip increment
+
+  [[nodiscard]] FrictionBound operator()(double) const
+  {
+    return {s, s_p, s_slip, 0.0};
+  }
+};
+
+using FrictionLaw = std::variant<Coulomb, Tresca, Stick, PointBound>;
+
+/// @brief The law with the coefficient that a field has at a point: mu of
+/// Coulomb's, the bound of Tresca's. The others have none.
+[[nodiscard]] inline FrictionLaw with_coefficient(const FrictionLaw& law,
+                                                  double value)
+{
+  if (std::holds_alternative<Coulomb>(law))
+    return Coulomb{value};
+  if (std::holds_alternative<Tresca>(law))
+    return Tresca{value};
+  return law;
+}
 
 /// @brief Bound of whichever law at normal traction p.
 ///

@@ -28,6 +28,41 @@ struct FrictionResponse : PointResponse<D, M>
   Mat<D, D> t_spring = Mat<D, D>::Zero();
   Mat<M, D> C_w = Mat<M, D>::Zero();
   Mat<M, D> C_spring = Mat<M, D>::Zero();
+  /// By the coefficient of the friction law
+  Vec<D> t_coefficient = Vec<D>::Zero();
+  Vec<M> C_coefficient = Vec<M>::Zero();
+  /// By the logarithm of the slip's length, as far as that is no factor of
+  /// gamma: of laws of the slip rate
+  Vec<D> t_rate = Vec<D>::Zero();
+  Vec<M> C_rate = Vec<M>::Zero();
+};
+
+/// @brief Length of the slip along the surface, and its direction there; of no
+/// slip, none.
+template <int D>
+struct SlipAlong
+{
+  double length;
+  Vec<D> direction = Vec<D>::Zero();
+
+  SlipAlong(const Vec<D>& n, const Vec<D>& w)
+  {
+    const Vec<D> along = w - n.dot(w) * n;
+    length = along.norm();
+    if (length > 0.0)
+      direction = along / length;
+  }
+
+  /// @brief How the length changes with the slip increment, and with n.
+  [[nodiscard]] Eigen::Matrix<double, 1, D> by_w() const
+  {
+    return direction.transpose();
+  }
+  [[nodiscard]] Eigen::Matrix<double, 1, D> by_n(const Vec<D>& n,
+                                                 const Vec<D>& w) const
+  {
+    return -n.dot(w) * direction.transpose();
+  }
 };
 
 /// @brief Augmented Lagrangian with friction, vector multiplier.
@@ -81,6 +116,15 @@ private:
     r.C_g = s.gamma * by_p;
     r.C_w = -s.gamma * f.by_z;
     r.C_spring = f.by_z;
+    r.C_coefficient = bound.s_coefficient * f.by_s;
+    if (bound.s_slip != 0.0)
+    {
+      const SlipAlong<D> slip(s.n, s.w);
+      const Vec<D> by_slip = bound.s_slip * f.by_s;
+      r.C_w += by_slip * slip.by_w();
+      r.C_n += by_slip * slip.by_n(s.n, s.w);
+      r.C_rate = slip.length * by_slip;
+    }
   }
 };
 
@@ -113,6 +157,15 @@ struct FrictionalPenalty
     r.t_n.diagonal().array() += r.p;
     r.t_w = -s.gamma * f.by_z;
     r.t_spring = f.by_z;
+    r.t_coefficient = bound.s_coefficient * f.by_s;
+    if (bound.s_slip != 0.0)
+    {
+      const SlipAlong<D> slip(s.n, s.w);
+      const Vec<D> by_slip = bound.s_slip * f.by_s;
+      r.t_w += by_slip * slip.by_w();
+      r.t_n += by_slip * slip.by_n(s.n, s.w);
+      r.t_rate = slip.length * by_slip;
+    }
     return r;
   }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "raymortar/core/types.h"
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -41,6 +42,22 @@ public:
     return _is_local ? _each[static_cast<std::size_t>(slave)] : _all;
   }
   [[nodiscard]] bool depth_is_default() const { return _is_default; }
+
+  /// @brief The same with more reach and depth, (slave facets,) each.
+  [[nodiscard]] FacetDistances widened(std::span<const double> reach,
+                                       std::span<const double> depth) const
+  {
+    FacetDistances result = *this;
+    result._each.clear();
+    result._is_local = true;
+    for (std::size_t f = 0; f < reach.size(); ++f)
+    {
+      const SearchDistances& own = (*this)[static_cast<Index>(f)];
+      result._each.push_back(
+          {own.reach + reach[f], own.depth + depth[f], own.skin});
+    }
+    return result;
+  }
 
   /// @brief The same without skin.
   [[nodiscard]] FacetDistances bare() const

@@ -49,6 +49,25 @@ TEST(Friction, TrescaDoesNotDependOnThePressure)
   }
 }
 
+TEST(Friction, CoefficientsMayDifferFromPointToPoint)
+{
+  EXPECT_DOUBLE_EQ(bound(with_coefficient(Coulomb{0.3}, 0.5), -2.0), 1.0);
+  EXPECT_DOUBLE_EQ(bound(with_coefficient(Tresca{0.3}, 0.5), -2.0), 0.5);
+  EXPECT_EQ(bound(with_coefficient(Stick{}, 0.5), -2.0),
+            std::numeric_limits<double>::infinity());
+  const double h = 1e-3, p = -2.0;
+  for (const FrictionLaw& law :
+       {FrictionLaw(Coulomb{0.3}), FrictionLaw(Tresca{0.3}),
+        FrictionLaw(Stick{})})
+  {
+    const auto s = [&](double c) { return bound(with_coefficient(law, c), p); };
+    const double slope = std::holds_alternative<Stick>(law)
+                             ? 0.0
+                             : (s(0.3 + h) - s(0.3 - h)) / (2.0 * h);
+    EXPECT_NEAR(bound_at(law, p).s_coefficient, slope, 1e-12);
+  }
+}
+
 TEST(Friction, StickHasNoBound)
 {
   EXPECT_EQ(bound(Stick{}, -1.0), std::numeric_limits<double>::infinity());

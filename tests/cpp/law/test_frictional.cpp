@@ -157,6 +157,45 @@ TYPED_TEST(Frictional, DerivativesWhereOpen)
                             ContactStatus::open);
 }
 
+TYPED_TEST(Frictional, DerivativesOfALawOfPressureAndSlipRate)
+{
+  // s = 0.2 - 0.1 p + 0.05 (|p| |T_n w|)^(1/2), known where it is evaluated
+  constexpr int D = TypeParam::D;
+  Random random(12);
+  int slipping = 0;
+  for (int i = 0; i < 50; ++i)
+  {
+    const auto with_law = [](typename TypeParam::State s)
+    {
+      s.friction = Stick{};
+      const double p = TypeParam::evaluate(s).p;
+      const double v = (s.w - s.n.dot(s.w) * s.n).norm();
+      const double root = 0.05 * std::sqrt(-p * v);
+      s.friction = PointBound{0.2 - 0.1 * p + root, -0.1 + 0.5 * root / p,
+                              0.5 * root / v};
+      return s;
+    };
+    const auto s = with_law(TypeParam::random_state(random, -1.0, Stick{}));
+    const auto along = (s.w - s.n.dot(s.w) * s.n).eval();
+    if (TypeParam::trial(s) < 0.5 or along.norm() < 0.05 or
+        TypeParam::evaluate(s).status != ContactStatus::slip)
+      continue;
+    const auto f = [&](const Vector& x)
+    { return TypeParam::value(with_law(TypeParam::state(x, Stick{}))); };
+    expect_derivative(f, TypeParam::stacked(s), TypeParam::derivative(s));
+    const auto r = TypeParam::evaluate(s);
+    const Vec<D> direction = along / along.norm();
+    const double s_slip = std::get<PointBound>(s.friction).s_slip;
+    const Vec<D> q = TypeParam::trial_traction(s).normalized();
+    if constexpr (TypeParam::M == 0)
+      EXPECT_LT((r.t_rate - s_slip * along.dot(direction) * q).norm(), 1e-14);
+    else
+      EXPECT_LT((r.C_rate - s_slip * along.dot(direction) * q).norm(), 1e-14);
+    ++slipping;
+  }
+  EXPECT_GT(slipping, 10);
+}
+
 TYPED_TEST(Frictional, BothDerivativesMeetAtTheOnsetOfSlip)
 {
   constexpr int D = TypeParam::D;
