@@ -88,7 +88,7 @@ class ContactAssembly(CoupledSystem, ContactFields):
             self.send_rows()
 
     def settle(self, functions: Sequence[Function], partners: tuple[int, ...]) -> None:
-        """Take what a problem solves for, and the numbers of its contacts. Collective."""
+        """Take what a problem solves for, and its contacts by number. Collective."""
         with together(self._comm):
             settled = self._volume is not None
             if settled and partners != self.partners:

@@ -40,6 +40,7 @@ class CoupledSystem:
     layout: Any
     updates: int
     gamma: Any
+    gamma_scale: Any
     _comm: MPI.Comm
     _volume: Any
 
@@ -50,6 +51,16 @@ class CoupledSystem:
     def _on_surface(self, array: Array, surface: Surface) -> Array:
         """Values of a ghosted array of u at the surface's dofs, (dofs, gdim)."""
         return array.reshape(-1, surface.gdim)[surface.dofs]
+
+    # Values
+
+    def to_vector(self, x: PETSc.Vec) -> None:
+        """Functions to the solver's unknowns; multipliers are divided by gamma."""
+        self.layout.to_vector(x, self.gamma_scale)
+
+    def from_vector(self, x: PETSc.Vec) -> None:
+        """Solver's unknowns to the functions, ghosts included. Collective."""
+        self.layout.from_vector(x, self.gamma_scale)
 
     # Volume
 

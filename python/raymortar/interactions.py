@@ -86,7 +86,7 @@ class Interactions(CoupledSystem, ZoneResults):
         return None if any(gamma is None for gamma in found) else found
 
     @property
-    def gamma_scale(self) -> list[float]:
+    def gamma_scale(self) -> list[float]:  # type: ignore[override]
         """By what each contact's multiplier is divided among the unknowns."""
         return [contact.gamma_scale for contact in self.contacts]
 

@@ -14,7 +14,7 @@ from .reference_facets import normals, shape_functions
 
 
 class Patches:
-    """Patches that the multiplier of one contact is on; none with a penalty. Collective.
+    """Patches that a contact's multiplier is on; none with a penalty. Collective.
 
     Parameters
     ----------

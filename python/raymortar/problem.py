@@ -85,12 +85,12 @@ class NonlinearProblem:
         J: Any = None,
         u: Any = None,
     ) -> None:
-        contact = one_or_several(contact)
-        host, comm = contact.host, contact.host.comm
+        self.contact = one_or_several(contact)
+        host, comm = self.contact.host, self.contact.host.comm
         with together(comm):
             functions = find_unknowns(F, J, u, host)
-            self.contact, self.bcs = contact, list_of_conditions(bcs)
-        contact.solve_for(functions)
+            self.bcs = list_of_conditions(bcs)
+        self.contact.solve_for(functions)
         with together(comm):
             host.conditions(self.bcs)  # refuses foreign ones
             if isinstance(F, (list, tuple)):
@@ -107,8 +107,8 @@ class NonlinearProblem:
         self._at: np.ndarray | None = None
         self._revision = 0
         self._r = [compat.create_la_vector(*compat.unknowns_of(f)) for f in functions]
-        self._volume = contact.prepare(self.a, self.bcs)
-        self.convergence = Convergence(contact)
+        self._volume = self.contact.prepare(self.a, self.bcs)
+        self.convergence = Convergence(self.contact)
 
     @property
     def comm(self) -> MPI.Comm:
@@ -136,7 +136,7 @@ class NonlinearProblem:
         self.convergence.start()
         self._at = None
         x = self.create_vector()
-        self.contact.layout.to_vector(x, self.contact.gamma_scale)
+        self.contact.to_vector(x)
         return x
 
     def form(self, x: PETSc.Vec) -> None:
@@ -156,7 +156,7 @@ class NonlinearProblem:
         if self.comm.allreduce(int(same)) == self.comm.size:
             return
         self._at = array.copy()
-        self.contact.layout.from_vector(x, self.contact.gamma_scale)
+        self.contact.from_vector(x)
         self.contact.update(self.rays_only)
         self._revision = self.contact.revision
 

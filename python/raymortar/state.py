@@ -96,8 +96,8 @@ def joint_fault(state: Any, contacts: Sequence[Any]) -> str | None:
     """Why contacts cannot go back to a state, if so."""
     if not isinstance(state, JointState):
         return (
-            f"state must be that of {len(contacts)} contacts, as problem.contact.state() "
-            f"gives it, not {type(state).__name__}"
+            f"state must be that of {len(contacts)} contacts, as "
+            f"problem.contact.state() gives it, not {type(state).__name__}"
         )
     if len(state.parts) != len(contacts):
         return f"the state is of {len(state.parts)} contacts, here are {len(contacts)}"
@@ -141,7 +141,7 @@ def extrapolate(system: Any, now: State, last: State, ratio: float) -> None:
 
 
 def go_back(system: Any, begin: State, share: float) -> None:
-    """Go back to a share of the change of displacement and multipliers since a state."""
+    """Go back to a share of what displacement and multipliers changed since a state."""
     u = system.u.x.array
     u[:] = begin.u + share * (u - begin.u)
     for contact, old in zip(system.contacts, begin.parts):

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import numpy as np
 import problems
 from dolfinx import fem
+from mpi4py import MPI
 from petsc4py import PETSc
-from problems import SOLVERS, fix, residual, stack
+from problems import COMM, SOLVERS, fix, residual, stack
 
 from raymortar import (
     Contact,
+    Coulomb,
     DisplacementControl,
     History,
     LoadSteps,
     NonlinearProblem,
+    Penalty,
+    Tresca,
     compat,
 )
 from raymortar.blocks import Block
@@ -21,6 +26,12 @@ from raymortar.meshing import Scene, assemble_blocks
 E = 10.0
 # Of the tops, at the end of a path: sideways and down
 MOTION = {2: (0.02, -0.04), 3: (0.02, 0.01, -0.04)}
+
+# Of two contacts that have nothing in common
+LAWS = (
+    {"friction": Coulomb(0.3)},
+    {"method": Penalty(400.0), "friction": Tresca(0.05), "measure": "current"},
+)
 
 
 class Stack:
@@ -112,3 +123,18 @@ def table(gap=0.4):
 
 
 ON_FIRST, ON_SECOND = ("bottom_2", "top_0"), ("bottom_2", "top_1")
+
+
+# Comparisons
+
+
+def largest(values):
+    """Largest absolute value on any rank."""
+    return COMM.allreduce(float(np.abs(values).max(initial=0.0)), op=MPI.MAX)
+
+
+def difference(a, b, where=slice(None)):
+    """Of two Functions or arrays, over the largest value of the second."""
+    a, b = (getattr(f, "x", f) for f in (a, b))
+    a, b = (np.asarray(getattr(x, "array", x))[where] for x in (a, b))
+    return largest(a - b) / largest(b)
