@@ -1,4 +1,4 @@
-"""Contact's share of PETSc matrices and vectors."""
+"""One contact's share of PETSc matrices and vectors."""
 
 from __future__ import annotations
 
@@ -9,41 +9,60 @@ import numpy as np
 import numpy.typing as npt
 from dolfinx.fem import Function
 
-from mpi4py import MPI
 from petsc4py import PETSc
 
 from . import _cpp
+from .bodies import Bodies
+from .coefficients import one_or_each
 from .compat import Array
-from .errors import ContactError, raise_everywhere, together
+from .coupled import CoupledSystem
+from .errors import ContactError, together
 from .fields import ContactFields
 from .held import any_held, any_node_held, refuse_held
-from .host import Host
 from .interfaces import Interfaces
-from .memory import matrix_bytes, require_memory
 from .shear_modulus import shear_moduli
-from .stiffness import contact_stiffness, mean_facet_size
-from .surfaces import Surface
+from .stiffness import VolumePattern, contact_stiffness, mean_facet_size
 
 
-# Attribute of a PETSc matrix, whatever Python object stands for it: what it has room for
-ROOM = "raymortar_room"
+class ContactAssembly(CoupledSystem, ContactFields):
+    """What a contact adds to matrices and vectors; `Contact` has it all.
 
+    Attributes
+    ----------
+    number
+        That no other contact has.
+    partners
+        Numbers of all contacts of the problem that it belongs to, its own included.
+    preallocations, extensions
+        Of matrices, and of the patterns of their entries.
+    """
 
-class ContactAssembly(ContactFields):
-    """Matrices and vectors over [u, multiplier]; `Contact` has them all."""
-
-    host: Host
-    _volume: Any
+    method: Any
+    bodies: Bodies
+    number: int
+    partners: tuple[int, ...]
+    gamma_scale: float
+    extensions: int
+    _interfaces: Interfaces | None
     _fixed_by: tuple[Any, ...] | None
     _fixed: npt.NDArray[np.int8]
     _some_held: bool
-    gamma_scale: float
-    interfaces: Interfaces
-    _extensions: int
 
-    def _on_surface(self, array: Array, surface: Surface) -> Array:
-        """Values of a ghosted array of u at the surface's dofs, (dofs, gdim)."""
-        return array.reshape(-1, surface.gdim)[surface.dofs]
+    @property
+    def contacts(self) -> tuple[Any, ...]:  # type: ignore[override]
+        """The contact alone; see `CoupledSystem`."""
+        return (self,)
+
+    def set_gamma(self, gamma: Any) -> None:
+        """Set the augmentation or penalty coefficient. Collective."""
+        raise NotImplementedError
+
+    @property
+    def interfaces(self) -> Interfaces:
+        """Pairs of bodies that meet. Collective at first."""
+        if self._interfaces is None:
+            self._interfaces = Interfaces(self.zones, self.layout, self.bodies)
+        return self._interfaces
 
     def _for_zones(self, send: str, array: Array) -> None:
         """Give every zone the values of an array of u on both its sides."""
@@ -59,20 +78,63 @@ class ContactAssembly(ContactFields):
         Raises
         ------
         ContactError
-            If the displacement is none of it, or if there is a problem with other
-            unknowns.
+            If the displacement is none of it, if there is a problem with other
+            unknowns, or one of several contacts.
         """
+        was_alone = self.partners == (self.number,)
+        self.settle(functions, (self.number,))
+        if not (self.host.is_plain and was_alone):
+            self.layout.place(0, self.layout.owned_size)
+            self.send_rows()
+
+    def settle(self, functions: Sequence[Function], partners: tuple[int, ...]) -> None:
+        """Take what a problem solves for, and its contacts by number. Collective."""
         with together(self._comm):
-            self.host.solve_for(functions, self._volume is not None)
-        if self.host.is_plain:
-            return
-        self.layout.number()
+            settled = self._volume is not None
+            if settled and partners != self.partners:
+                raise ContactError(
+                    f"the contact of slave {self.tags} belongs to a problem "
+                    f"{'alone' if len(self.partners) == 1 else 'with others'}: make "
+                    "another Contact for this one, or problems of the same contacts in "
+                    "the same order"
+                )
+            self.host.solve_for(functions, settled)
+        self.partners = partners
+
+    @property
+    def tags(self) -> str:
+        """Slave tags, for messages."""
+        tags = [str(zone.facets.slave_tag) for zone in self.zones]
+        return f"tag{'s' * (len(tags) > 1)} {', '.join(tags)}"
+
+    def send_rows(self) -> None:
+        """Rows of the unknowns to the zones. Collective."""
         for zone in self.zones:
             sides = zone.facets.slave_surface, zone.facets.master_surface
             zone.cpp.set_rows(
                 *(self.layout.u_rows[side.dofs] for side in sides),
                 self.layout.multiplier_rows[zone.multiplier_nodes],
             )
+
+    def take_over(self, volume: VolumePattern, bcs: Sequence[Any]) -> None:
+        """Take a volume, and the automatic gamma from it if none is set. Collective."""
+        self._volume = volume
+        self._fixed_by = None  # what is held takes the stiffness from it
+        if self.gamma is None:
+            tables = contact_stiffness(volume, self.layout, self.interfaces, bcs)
+            stiffness = one_or_each(self.interfaces, tables)
+            self.set_gamma(self.method.automatic_factor * stiffness)
+
+    def belong_to(self, volume: VolumePattern) -> None:
+        """Go over to the volume, of `prepare`, of another problem of this contact."""
+        if volume is not self._volume:
+            self._volume = volume
+            self._fixed_by = None
+
+    def note_room(self, extended: bool) -> None:
+        """Count a preallocation, and whether patterns have been extended for it."""
+        self.preallocations += 1
+        self.extensions += extended
 
     def _fix(self, bcs: Sequence[Any]) -> None:
         """Tell the zones which displacements are prescribed. Collective."""
@@ -107,102 +169,13 @@ class ContactAssembly(ContactFields):
         size = mean_facet_size(self.layout, self.zones)
         return [self.gamma_scale * size] * len(self.zones)
 
-    def constrained(self, bcs: Sequence[Any]) -> npt.NDArray[np.bool_]:
+    def prescribed(self, bcs: Sequence[Any]) -> npt.NDArray[np.bool_]:
         """Whether Dirichlet conditions prescribe a dof of u; ghosted. Collective."""
         self._fix(bcs)
         return self._fixed == 1
 
-    def create_vector(self, L: Any = None) -> PETSc.Vec:
-        """Zero vector over [u, multiplier]; the form L is not needed."""
-        return self.layout.create_vector()
-
-    def _make_room(self, A: PETSc.Mat) -> None:
-        self._preallocations += 1
-        if not self._patterns_cover():
-            self._extensions += 1
-            for zone in self.zones:
-                zone.pattern.extend(zone.cpp)
-        for zone in self.zones:
-            zone.positions.forget()
-        if self._preallocations == 1:  # later ones take the memory of the last
-            needed = matrix_bytes(self._volume, self.zones, self.layout.components)
-            require_memory(self._comm, needed)
-        _cpp.preallocate(
-            A.handle,
-            self._volume.offsets,
-            self._volume.columns,
-            [zone.cpp for zone in self.zones],
-            [zone.pattern for zone in self.zones],
-        )
-        A.setAttr(ROOM, (self._volume.number, self._extensions))
-
-    def _require(self, name: str, thing: Any, kind: type) -> None:
-        """Raise unless a method may be called now, and with this thing. Collective."""
-        message = self._order_fault(name)
-        if message is None and not isinstance(thing, kind):
-            message = (
-                f"{name} needs a PETSc {kind.__name__} over [u, multiplier], not "
-                f"{type(thing).__name__}"
-            )
-        elif message is None:
-            rows = thing.getLocalSize()
-            rows = rows if kind is PETSc.Vec else rows[0]
-            if rows != self.layout.size:
-                message = (
-                    f"{name} needs {self.layout.size} rows on this rank, those of [u, "
-                    f"multiplier], and was given {rows}: use create_matrix or "
-                    "create_vector"
-                )
-        raise_everywhere(self._comm, message)
-
-    def _order_fault(self, name: str) -> str | None:
-        """What should have come before a call, if anything."""
-        if self._volume is None and name == "make_room":
-            return "make_room needs the volume's pattern: call create_matrix(a) first"
-        if self.updates == 0:
-            return f"{name} needs pairs: call update first"
-        if self.gamma is None:
-            return f"{name} needs gamma: give one, or make a problem, which sets it"
-        return None
-
-    def _patterns_cover(self) -> bool:
-        """Whether the zones' patterns have all present pairs, on all ranks. Collective."""
-        covered = all(zone.pattern.covers(zone.cpp) for zone in self.zones)
-        return self._comm.allreduce(covered, op=MPI.LAND)
-
-    def _has_room(self, A: PETSc.Mat) -> bool:
-        """Whether A can hold the present pairs, on all ranks. Collective.
-
-        Patterns may have been extended for the matrix of another solver or problem
-        since A was preallocated. One that is not of `create_matrix` is the user's care.
-        """
-        room = A.getAttr(ROOM)
-        known = room is None or room == (self._volume.number, self._extensions)
-        return known and self._patterns_cover()
-
-    def make_room(self, A: PETSc.Mat) -> bool:
-        """Preallocate A anew if pairs have appeared that it cannot hold. Collective.
-
-        A loses its values then, and a KSP that has factorised it must be ``reset()``:
-        PETSc 3.22 (3.18 not yet) does not notice the new pattern of a parallel matrix and
-        would write the new values into the old pattern's memory.
-
-        Returns
-        -------
-        Whether it did.
-        """
-        self._require("make_room", A, PETSc.Mat)
-        if self._has_room(A):
-            return False
-        self._make_room(A)
-        return True
-
-    def assemble_matrix(self, A: PETSc.Mat, bcs: Sequence[Any] = ()) -> None:
-        """Add the tangent at the last `update`; assembly of A is the caller's.
-
-        Constrained rows and columns are left out. Collective.
-        """
-        self._require("assemble_matrix", A, PETSc.Mat)
+    def add_tangent(self, A: PETSc.Mat, bcs: Sequence[Any]) -> None:
+        """Add what this contact has in `assemble_matrix`. Collective."""
         self._fix(bcs)
         if self._some_held:
             refuse_held(self)
@@ -210,61 +183,9 @@ class ContactAssembly(ContactFields):
             for zone in self.zones:
                 _cpp.add_tangent(zone.cpp, A.handle, zone.positions)
 
-    def assemble_vector(self, b: PETSc.Vec, bcs: Sequence[Any] = ()) -> None:
-        """Add the residual at the last `update`; assembly of b is the caller's.
-
-        Constrained rows are left out. Collective.
-        """
-        self._require("assemble_vector", b, PETSc.Vec)
+    def add_residual(self, b: PETSc.Vec, bcs: Sequence[Any]) -> None:
+        """Add what this contact has in `assemble_vector`. Collective."""
         self._fix(bcs)
         with together(self._comm):
             for zone in self.zones:
                 _cpp.add_residual(zone.cpp, b.handle)
-
-    def apply_lifting(
-        self, b: PETSc.Vec, bcs: Sequence[Any], x0: Array, alpha: float
-    ) -> None:
-        """b <- b - alpha A_c (g - x0) over constrained columns. Collective.
-
-        Parameters
-        ----------
-        b
-            Vector over [u, multiplier]; its assembly is the caller's.
-        bcs
-            Dirichlet conditions.
-        x0
-            Ghosted array of u.
-        alpha
-            Factor; -1 for the residual of Newton's method.
-        """
-        self._require("apply_lifting", b, PETSc.Vec)
-        found, shape = np.shape(x0), self.u.x.array.shape
-        message = f"x0 must be a ghosted array of u, of shape {shape}, not {found}"
-        raise_everywhere(self._comm, None if found == shape else message)
-        self._fix(bcs)
-        self.lift(b, self.host.increment_u(bcs, x0), alpha)
-
-    def lift(self, b: PETSc.Vec, increment: Array, alpha: float) -> None:
-        """b <- b - alpha A_c increment (ghosted, of the last conditions). Collective."""
-        if not self._comm.allreduce(bool(np.any(increment)), op=MPI.LOR):
-            return
-        for zone in self.zones:
-            sides = zone.facets.slave_surface, zone.facets.master_surface
-            slave, master = (self._on_surface(increment, side) for side in sides)
-            with together(self._comm):
-                _cpp.apply_lifting(zone.cpp, b.handle, slave, master, alpha)
-
-    @property
-    def stiffness_diagonal(self) -> Array:
-        """Diagonal of the volume's matrix at set-up, owned dofs of u, unrolled."""
-        return self._volume.diagonal
-
-    @property
-    def couplings(self) -> Array:
-        """How fields are coupled at set-up, see `stiffness.VolumePattern`."""
-        return self._volume.couplings
-
-    @property
-    def translation_forces(self) -> Array:
-        """Forces of translations at set-up, see `stiffness.VolumePattern`."""
-        return self._volume.translation

@@ -13,12 +13,9 @@ import numpy.typing as npt
 
 from mpi4py import MPI
 
-from . import compat
-from .bodies import find_parts
 from .compat import Array, Indices
-from .layout import marked_everywhere
 from .methods import Penalty
-from .reference_facets import normals, shape_functions
+from .patches import Patches, point_areas
 
 EPS = float(np.finfo(float).eps)
 
@@ -34,7 +31,7 @@ class Groups:
     Parameters
     ----------
     contact
-        After `Contact.prepare`.
+        After `Contact.prepare`; or several contacts, see `interactions.Interactions`.
 
     Attributes
     ----------
@@ -54,29 +51,19 @@ class Groups:
     def __init__(self, contact: Any) -> None:
         self.contact, layout = contact, contact.layout
         self.comm: MPI.Comm = layout.comm
-        V, c = contact.u.function_space, layout.components
-        bodies = contact.bodies
+        V, bodies = contact.u.function_space, contact.bodies
         nodes, self.bodies = bodies.dofs, bodies.count
         of_host = np.empty(layout.n, dtype=np.int32)
         self._u_rows = contact.host.u_owned
         of_u = np.repeat(nodes, V.dofmap.index_map_bs)[: layout.n_u]
         of_host[self._u_rows] = of_u
-        self._body_of_node, of_multiplier = nodes, np.empty(0, dtype=np.int32)
-        self._patch_of_node = np.empty(0, dtype=np.int32)
-        self.count, self.mass = self.bodies, np.empty(0)
-        if contact.multiplier is not None:
-            W = contact.multiplier.function_space
-            table = np.concatenate([z.multiplier_table for z in contact.zones])
-            self._patch_of_node, n = find_parts(
-                self.comm,
-                W.dofmap.index_map,
-                table,
-                marked_everywhere(W, np.unique(table)),
-            )
-            patches = self.bodies + self._patch_of_node[layout.owned_multipliers]
-            of_multiplier = np.repeat(patches, c)
-            self.count += n
-            self.mass = np.repeat(lumped_area(contact), c)
+        self._body_of_node, self.count = nodes, self.bodies
+        self._patches: list[Patches] = []
+        for one in contact.contacts:
+            self._patches.append(Patches(one, self.count))
+            self.count += self._patches[-1].count
+        of_multiplier = [patches.of_row for patches in self._patches]
+        self.mass = np.concatenate([patches.mass for patches in self._patches])
         self.forces = self.count
         displacement, *self.fields = contact.host.fields()
         self._places: list[Any] = [field.local for field in self.fields]
@@ -84,7 +71,7 @@ class Groups:
         for field in self.fields:
             of_host[field.rows] = self.count
             self.count += 1
-        self.of_row = np.concatenate([of_host, of_multiplier])
+        self.of_row = np.concatenate([of_host, *of_multiplier])
         rows = self.on_rows(contact.stiffness_diagonal, self.mass)
         self._mean = self.sum(rows) / self.sum(np.ones_like(rows))
         self._norm = np.sqrt(self.sum(rows**2))
@@ -187,27 +174,30 @@ class Groups:
     def floors(self) -> Array:
         """Rounding error of the residual of each group [theory (5.4)]."""
         gamma = np.ones(self.count)
-        gamma[self.bodies :] = self.contact.gamma_scale
+        for patches in self._patches:
+            gamma[patches.groups] = patches.contact.gamma_scale
         floors = EPS * gamma * self._norm * self.size
-        if isinstance(self.contact.method, Penalty):
-            for area, nodes, met in self._zones:
-                force = self.contact.gamma_scale * self._largest * area / nodes**0.5
+        for contact, area, nodes, met in self._zones:
+            if isinstance(contact.method, Penalty):
+                force = contact.gamma_scale * self._largest * area / nodes**0.5
                 floors[: self.bodies][met[: self.bodies]] += EPS * force
         return floors
 
-    def _met(self) -> list[tuple[float, float, npt.NDArray[np.bool_]]]:
-        """Area of each zone's slave surface, its number of nodes, and which bodies and
-        patches are on one of its sides. Collective."""
+    def _met(self) -> list[tuple[Any, float, float, npt.NDArray[np.bool_]]]:
+        """Contact of each zone, area of its slave surface, its number of nodes, and
+        which bodies and patches are on one of its sides. Collective."""
         zones = []
-        for zone in self.contact.zones:
-            sides = zone.facets.slave_surface, zone.facets.master_surface
-            sums = np.zeros(2 + self.count)
-            sums[:2] = point_areas(sides[0])[1].sum(), len(sides[0].dofs)
-            for side in sides:
-                sums[2 + self._body_of_node[side.dofs]] = 1.0
-            sums[2 + self.bodies + self._patch_of_node[zone.multiplier_nodes]] = 1.0
-            self.comm.Allreduce(MPI.IN_PLACE, sums)
-            zones.append((float(sums[0]), float(sums[1]), sums[2:] > 0.0))
+        for patches in self._patches:
+            for zone in patches.contact.zones:
+                sides = zone.facets.slave_surface, zone.facets.master_surface
+                sums = np.zeros(2 + self.count)
+                sums[:2] = point_areas(sides[0])[1].sum(), len(sides[0].dofs)
+                for side in sides:
+                    sums[2 + self._body_of_node[side.dofs]] = 1.0
+                sums[2 + patches.of_node[zone.multiplier_nodes]] = 1.0
+                self.comm.Allreduce(MPI.IN_PLACE, sums)
+                area, nodes = float(sums[0]), float(sums[1])
+                zones.append((patches.contact, area, nodes, sums[2:] > 0.0))
         return zones
 
     def softest(self, free: Array) -> tuple[Array, float]:
@@ -229,30 +219,24 @@ class Groups:
         bodies = slice(self.bodies)
         moves = (self.sum(free)[bodies] > 0.0) & (self._mean[bodies] > 0.0)
         stiffness[bodies][moves] = self._mean[bodies][moves]
-        for area, nodes, met in self._zones:
+        for contact, area, nodes, met in self._zones:
             here = float(stiffness[bodies][met[bodies]].min())
             patches = np.flatnonzero(met[self.bodies :]) + self.bodies
             stiffness[patches] = np.minimum(stiffness[patches], here)
-            ratios.append(self.contact.gamma_scale * area / nodes / here)
+            ratios.append(contact.gamma_scale * area / nodes / here)
         return stiffness, max(ratios)
 
     def contact_forces(self) -> Array:
         """Traction times area at each owned multiplier row. Force."""
-        contact, layout = self.contact, self.contact.layout
-        if contact.multiplier is None:
-            return np.empty(0)
-        values = contact.multiplier.x.array.reshape(-1, layout.components)
-        return self.mass * values[layout.owned_multipliers].ravel()
+        return np.concatenate([patches.forces() for patches in self._patches])
 
     def names(self) -> list[str]:
         """What to call each group in messages. Collective."""
         V, layout = self.contact.u.function_space, self.contact.layout
         dim, bs = V.mesh.geometry.dim, V.dofmap.index_map_bs
-        places = [np.repeat(V.tabulate_dof_coordinates(), bs, axis=0)[: layout.n_u]]
-        if self.contact.multiplier is not None:
-            W = self.contact.multiplier.function_space
-            X = W.tabulate_dof_coordinates()[layout.owned_multipliers]
-            places.append(np.repeat(X, layout.components, axis=0))
+        of_u = np.repeat(V.tabulate_dof_coordinates(), bs, axis=0)[: layout.n_u]
+        of_multiplier = np.concatenate([one.places() for one in self._patches])
+        places = of_u, of_multiplier
         one = [self.on_rows(*(part[:, i] for part in places)) for i in range(dim)]
         *sums, counts = self.sum(*one, np.ones(len(self.of_row)))
         names = []
@@ -261,31 +245,6 @@ class Groups:
             kind = "the body" if group < self.bodies else "the contact"
             names.append(f"{kind} around ({place})")
         return names + [f"the unknown {field.name}" for field in self.fields]
-
-
-def point_areas(surface: Any) -> tuple[Array, Array]:
-    """Points of a rule on the facets, (n, d - 1), and the reference area (length in
-    2D) that each stands for, (facets, n)."""
-    points, weights = compat.quadrature(surface.shape, 2 * surface.node_degree)
-    _, gradients = shape_functions(surface.shape, surface.node_degree, points)
-    nodes = surface.X[surface.facet_nodes]
-    tangents = np.einsum("iqa,fad->ifqd", gradients, nodes)
-    return points, np.linalg.norm(normals(tangents), axis=-1) * weights
-
-
-def lumped_area(contact: Any) -> Array:
-    """int N_a dG at the multiplier's owned dofs, from the undeformed facets, whatever
-    has hit. Collective."""
-    W = contact.multiplier.function_space
-    degree = compat.element_info(W).degree
-    lumped = compat.create_la_vector(W.dofmap.index_map, 1)
-    for zone in contact.zones:
-        surface = zone.facets.slave_surface
-        points, areas = point_areas(surface)
-        N, _ = shape_functions(surface.shape, degree, points)
-        np.add.at(lumped.array, zone.multiplier_table, areas @ N)
-    compat.scatter_reverse_add(lumped)
-    return lumped.array[contact.layout.owned_multipliers]
 
 
 def largest_by(group: Indices, values: Array, count: int) -> Array:

@@ -96,9 +96,9 @@ class CappedSolver:
         """Share of the step from x to the trial that is taken. Collective."""
         contact = self.problem.contact
         faced = [nearest_hits(zone) for zone in contact.zones]
-        contact.layout.from_vector(trial, contact.gamma_scale)
+        contact.from_vector(trial)
         shares = [self._of_zone(*part) for part in zip(contact.zones, faced)]
-        contact.layout.from_vector(x, contact.gamma_scale)
+        contact.from_vector(x)
         share = float(self.problem.comm.allreduce(min(shares), op=MPI.MIN))
         return max(share, LEAST)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -9,17 +10,15 @@ import numpy as np
 from dolfinx.fem import Function
 
 from mpi4py import MPI
-from petsc4py import PETSc
 
 from . import _cpp, compat
 from .arguments import check_options
 from .assembly import ContactAssembly
 from .bodies import find_bodies
 from .checks import check_space
-from .coefficients import PairCoefficients, one_or_each, spread
+from .coefficients import PairCoefficients, spread
 from .compat import Array, Indices
 from .cover import Cover
-from .dropped import free_dropped
 from .errors import (
     ContactError,
     SetUpError,
@@ -29,7 +28,6 @@ from .errors import (
 )
 from .faced import nearest_hits
 from .facets import facet_dof_table
-from .forms import check_compiled
 from .friction import Law
 from .friction_at_points import evaluate_friction, spread_coefficient
 from .host import Host
@@ -41,11 +39,12 @@ from .options import is_real_number
 from .reference import references
 from .slave_fields import OFFSET, FieldValue, check_field, on_facets
 from .state import ContactState, not_finite, state_fault
-from .stiffness import VolumePattern, contact_stiffness
 from .straight_facets import warn_of_straight_facets
 from .tagged import ZoneFacets, find_facets
 from .thickness import Cells
 from .zones import ZoneData, create_zone, group_pairs, numbered
+
+_numbers = itertools.count()
 
 
 class Contact(ContactAssembly):
@@ -145,6 +144,8 @@ class Contact(ContactAssembly):
         if not isinstance(first, Function):
             raise ContactError(f"u must be a Function, not {type(first).__name__}")
         self._comm: MPI.Comm = first.function_space.mesh.comm
+        self.number = next(_numbers)
+        self.partners = (self.number,)
         with together(self._comm):
             self.host = Host(u)
         u = self.host.u
@@ -229,7 +230,7 @@ class Contact(ContactAssembly):
         spread_coefficient(friction, self.zones, mesh)
         self._history_is_new = True
         self.updates = 0
-        self._preallocations, self._extensions = 0, 0
+        self.preallocations, self.extensions = 0, 0
 
     # Set-up
 
@@ -339,13 +340,6 @@ class Contact(ContactAssembly):
         self._dt = float(value)
         self.revision += 1
 
-    @property
-    def interfaces(self) -> Interfaces:
-        """Pairs of bodies that meet. Collective at first."""
-        if self._interfaces is None:
-            self._interfaces = Interfaces(self.zones, self.layout, self.bodies)
-        return self._interfaces
-
     # State
 
     def _send_state(self) -> None:
@@ -448,6 +442,11 @@ class Contact(ContactAssembly):
             None if self.host.is_plain else self.host.values(),
         )
 
+    def fault_of(self, state: Any) -> str | None:
+        """Why `restore` cannot go back to a state, if so."""
+        zones = self.zones if self._has_springs else []
+        return state_fault(state, self.state(), zones)
+
     def restore(self, state: ContactState) -> None:
         """Go back to a state of this object, or of one made alike. Collective.
 
@@ -458,8 +457,7 @@ class Contact(ContactAssembly):
         ContactError
             If it is of another mesh, partition or method.
         """
-        zones = self.zones if self._has_springs else []
-        raise_everywhere(self._comm, state_fault(state, self.state(), zones))
+        raise_everywhere(self._comm, self.fault_of(state))
         self.u.x.array[:] = state.u
         if state.unknowns is not None:
             self.host.set_values(state.unknowns)
@@ -482,59 +480,3 @@ class Contact(ContactAssembly):
             traction = zone.traction_old
             zone.cpp.set_old_traction(np.empty(0) if traction is None else traction)
         self._history_is_new = False
-
-    # Volume
-
-    def prepare(self, a: Any, bcs: Sequence[Any] = ()) -> VolumePattern:
-        """Read what is needed from the volume's bilinear form. Collective.
-
-        Its sparsity pattern, and the automatic gamma from its diagonal: of the first
-        form, if there are several.
-
-        Parameters
-        ----------
-        a
-            Compiled bilinear form of everything but contact; of several unknowns a list
-            of lists, by test and trial space.
-        bcs
-            Dirichlet conditions: a body that they hold throughout is taken as rigid.
-
-        Returns
-        -------
-        For `belong_to`.
-        """
-        with together(self._comm):
-            check_compiled(a, len(self.host.functions))
-        if self.host.spaces is None:
-            self.host.spaces = [compat.test_space(a)]
-        volume = self._volume = VolumePattern(a, self.layout)
-        self._fixed_by = None  # what is held takes the stiffness from it
-        if self.gamma is None:
-            tables = contact_stiffness(volume, self.layout, self.interfaces, bcs)
-            stiffness = one_or_each(self.interfaces, tables)
-            self.set_gamma(self.method.automatic_factor * stiffness)
-        return volume
-
-    def belong_to(self, volume: VolumePattern) -> None:
-        """Go over to the volume, of `prepare`, of another problem of this contact."""
-        if volume is not self._volume:
-            self._volume = volume
-            self._fixed_by = None
-
-    def create_matrix(self, a: Any) -> PETSc.Mat:
-        """Matrix over [u, multiplier] with room for volume and contact. Collective.
-
-        Parameters
-        ----------
-        a
-            Compiled bilinear form of everything but contact.
-        """
-        # Of earlier solvers, before room is needed
-        free_dropped(self._comm)
-        compat.destroy_garbage(self._comm)
-        if self._volume is None or self._volume.form is not a:
-            self.prepare(a)
-        A = self.layout.create_matrix()
-        self.update()
-        self._make_room(A)
-        return A

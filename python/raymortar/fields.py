@@ -31,19 +31,15 @@ from .zones import ZoneData
 PARTS = ("total", "normal", "tangential")
 
 
-class ContactFields:
-    """Results at the last `update`; `Contact` has them all."""
+class ZoneResults:
+    """Results of all zones at the last `update`, of one contact or several."""
 
-    zones: list[ZoneData]
-    friction: Any
-    _preallocations: int
+    zones: Any
+    u: Any
+    layout: Any
     updates: int
-    multiplier: Function | None
-    u: Function
-    layout: Layout
+    preallocations: int
     _comm: MPI.Comm
-    _scalar: Any
-    _vector: Any
 
     def points(self, zone: int = 0) -> dict[str, Array]:
         """Arrays over this rank's integration points of a zone, at the last `update`.
@@ -73,6 +69,52 @@ class ContactFields:
         """Raise before the first `update`, of which all ranks know."""
         if self.updates == 0:
             raise ContactError("there are no results yet: call update, or solve, first")
+
+    def write_segments(self, path: str | Path) -> None:
+        """Segments and integration points as VTK files for ParaView. Collective.
+
+        Writes ``<path>`` with one polygon (line in 2D) for each part of a slave facet
+        that faces one master facet, in the deformed configuration, and
+        ``<stem>_points.vtu`` with the integration points; in parallel, one piece of
+        each per rank and a ``.pvtu`` file that joins them.
+
+        Parameters
+        ----------
+        path
+            File name that ends in ``.vtu``.
+        """
+        with together(self._comm):
+            self._require_results()
+            file = as_path(path)
+        write_segments(self.zones, self.u, self._comm, file)
+
+    def resultant(self, i: int = 0) -> Resultant:
+        """Contact force on the slave side of zone i, its moment and its parts.
+
+        Collective.
+        """
+        with together(self._comm):
+            zone = self._zone(i)
+        return resultant(zone, self._comm)
+
+    @property
+    def statistics(self) -> Statistics:
+        """Counts and seconds over all zones and ranks: see `Statistics`. Collective."""
+        counts = statistics(self.zones, self.layout)
+        counts.preallocations = self.preallocations
+        return counts
+
+
+class ContactFields(ZoneResults):
+    """Results at the last `update`; `Contact` has them all."""
+
+    zones: list[ZoneData]
+    friction: Any
+    multiplier: Function | None
+    u: Function
+    layout: Layout
+    _scalar: Any
+    _vector: Any
 
     def _field(
         self,
@@ -181,33 +223,6 @@ class ContactFields:
             found.append(self.slip())
         return found if self.multiplier is None else [self.multiplier, *found]
 
-    def write_segments(self, path: str | Path) -> None:
-        """Segments and integration points as VTK files for ParaView. Collective.
-
-        Writes ``<path>`` with one polygon (line in 2D) for each part of a slave facet
-        that faces one master facet, in the deformed configuration, and
-        ``<stem>_points.vtu`` with the integration points; in parallel, one piece of
-        each per rank and a ``.pvtu`` file that joins them.
-
-        Parameters
-        ----------
-        path
-            File name that ends in ``.vtu``.
-        """
-        with together(self._comm):
-            self._require_results()
-            file = as_path(path)
-        write_segments(self.zones, self.u, self._comm, file)
-
-    def resultant(self, i: int = 0) -> Resultant:
-        """Contact force on the slave side of zone i, its moment and its parts.
-
-        Collective.
-        """
-        with together(self._comm):
-            zone = self._zone(i)
-        return resultant(zone, self._comm)
-
     def friction_work(self) -> float:
         """Work that tangential tractions take in this step, before `advance`. Collective.
 
@@ -231,10 +246,3 @@ class ContactFields:
                 weight = points["weight"]
             work += float(weight @ by_area)
         return float(self._comm.allreduce(work))
-
-    @property
-    def statistics(self) -> Statistics:
-        """Counts and seconds over all zones and ranks: see `Statistics`. Collective."""
-        counts = statistics(self.zones, self.layout)
-        counts.preallocations = self._preallocations
-        return counts

@@ -22,16 +22,18 @@ def solve_by_small_gamma(solver: Any) -> int:
     -------
     Iterations of both.
     """
-    contact = solver.problem.contact
-    given = contact.gamma
+    contacts = solver.problem.contact.contacts
+    given = [contact.gamma for contact in contacts]
     try:
-        contact.set_gamma(scaled(given, SHARE))
+        for contact, gamma in zip(contacts, given):
+            contact.set_gamma(scaled(gamma, SHARE))
         # What is doubtful there is on the way only
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ContactWarning)
             iterations: int = solver.solve()[0]
     finally:
-        contact.set_gamma(given)
+        for contact, gamma in zip(contacts, given):
+            contact.set_gamma(gamma)
     return iterations + int(solver.solve()[0])
 
 

@@ -99,7 +99,8 @@ class History:
         - ``active``: integration points in contact; ``min_gap`` (length; NaN where
           the bodies are out of reach), ``max_pressure``: over these points;
         - ``force_0_x``, ...: contact force on slave surface 0; with friction its parts
-          ``normal_0_x``, ... and ``tangential_0_x``, ...;
+          ``normal_0_x``, ... and ``tangential_0_x``, ...; of several contacts the
+          surfaces are numbered on, in the order of the problem's list;
         - ``reaction_<name>_x``, ...: `NonlinearProblem.reactions`;
         - ``energy``; with friction ``friction_work``: the work that tangential
           tractions have taken so far. With the elastic penalty that includes what its
@@ -142,9 +143,10 @@ class History:
     def _names(self) -> list[str]:
         """Columns, in the order of `_values`."""
         axes = "xyz"[: self.problem.contact.u.function_space.mesh.geometry.dim]
-        parts = ["force"] + ["normal", "tangential"] * self._frictional
-        zones = range(len(self.problem.contact.zones))
-        vectors = [f"{part}_{zone}" for zone in zones for part in parts]
+        vectors = []
+        for i, zone in enumerate(self.problem.contact.zones):
+            parts = ["force"] + ["normal", "tangential"] * zone.frictional
+            vectors += [f"{part}_{i}" for part in parts]
         vectors += [f"reaction_{name}" for name in self._reactions]
         names = [*_COUNTS, *(f"{v}_{x}" for v in vectors for x in axes)]
         names += ["energy"] * (self._energy is not None)
@@ -152,7 +154,7 @@ class History:
 
     @property
     def _frictional(self) -> bool:
-        return self.problem.contact.friction is not None
+        return any(zone.frictional for zone in self.problem.contact.zones)
 
     def include(self, more: Mapping[str, Callable[[], float]]) -> None:
         """Add functions to `more`, or replace those of their names. Collective.
@@ -200,10 +202,10 @@ class History:
         gap = counts.min_gap if counts.hits else np.nan
         values: list[Any] = [counts.active_points, gap]
         values.append(counts.max_pressure)
-        for zone in range(len(contact.zones)):
-            force = contact.resultant(zone)
+        for i, zone in enumerate(contact.zones):
+            force = contact.resultant(i)
             values.extend(force.force)
-            if self._frictional:
+            if zone.frictional:
                 values.extend((*force.normal, *force.tangential))
         if self._reactions:
             for reaction in self.problem.reactions(self._reactions).values():

@@ -12,6 +12,7 @@ from .compat import Array
 from .constraints import Arc, ChosenDisplacement
 from .control import ArcLength, DisplacementControl
 from .errors import ConvergenceError
+from .state import go_back
 from .step_sizes import ArcSizes, StepSizes
 
 
@@ -283,12 +284,8 @@ class ArcPath(_LedPath):
 
     def _to_the_end(self, share: float) -> int:
         """Iterations of a last step, to the end of the path, a share of the arc."""
-        contact, begin, end = self._contact, self._state, self._ends[1]
-        u = contact.u.x.array
-        u[:] = begin.u + share * (u - begin.u)
-        if begin.multiplier is not None:
-            values = contact.multiplier.x.array
-            values[:] = begin.multiplier + share * (values - begin.multiplier)
+        end = self._ends[1]
+        go_back(self._contact, self._state, share)
         self._load(end)
         iterations = int(self._given.solve()[0])
         self._inner.factor = end

@@ -31,7 +31,7 @@ from .load_step_checks import (
 from .lost_contact import lost_contact
 from .progress import Progress, check_progress, line
 from .stabilization import Stabilization
-from .state import ContactState
+from .state import State
 from .step_sizes import StepSizes
 from .strategies import Strategies
 
@@ -216,8 +216,9 @@ class LoadSteps:
         while not path.ended:
             before = contact.state()
             solving(path.next)
-            if contact.friction is not None and path.next != path.factor:
-                contact.dt = abs(path.next - path.factor)
+            for one in contact.contacts:
+                if one.friction is not None and path.next != path.factor:
+                    one.dt = abs(path.next - path.factor)
             path.begin()
             try:
                 iterations = self._solve(ways, before, last, path.ratio)
@@ -241,8 +242,8 @@ class LoadSteps:
     def _solve(
         self,
         ways: Strategies,
-        now: ContactState,
-        last: ContactState | None,
+        now: State,
+        last: State | None,
         ratio: float,
     ) -> int:
         """Iterations of a step from the present state."""

@@ -47,12 +47,16 @@ def contact_entries(zone: Any, components: int) -> int:
     return 2 * len(zone.pattern) * rows * columns // _AROUND_A_NODE[slave.shape]
 
 
-def matrix_bytes(volume: Any, zones: Sequence[Any], components: int) -> int:
+def matrix_bytes(volume: Any, contacts: Sequence[Any]) -> int:
     """Bytes of this rank's share of the matrix, at least about.
 
     Volume and contact entries, twice their columns while the pattern is made.
     """
-    entries = len(volume.columns) + sum(contact_entries(z, components) for z in zones)
+    entries = len(volume.columns) + sum(
+        contact_entries(zone, contact.layout.components)
+        for contact in contacts
+        for zone in contact.zones
+    )
     return entries * (_VALUE + 2 * _INDEX)
 
 

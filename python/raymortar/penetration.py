@@ -64,9 +64,15 @@ def warn_of_penetration(contact: Any) -> None:
     depth, rank = comm.allreduce((depth, comm.rank), op=MPI.MAXLOC)
     if depth > 0.0:
         warnings.warn(comm.bcast(text, root=rank), ContactWarning, stacklevel=4)
-    if not isinstance(contact.method, AugmentedLagrangian):
+    zones = [
+        zone
+        for one in contact.contacts
+        if isinstance(one.method, AugmentedLagrangian)
+        for zone in one.zones
+    ]
+    if not zones:
         return
-    share, text = max(map(_deepest, contact.zones))
+    share, text = max(map(_deepest, zones))
     share, rank = comm.allreduce((share, comm.rank), op=MPI.MAXLOC)
     if share > ALLOWED:
         warnings.warn(comm.bcast(text, root=rank), ContactWarning, stacklevel=4)

@@ -17,10 +17,11 @@ from . import compat
 from .compat import Array
 from .contact import Contact
 from .convergence import Convergence
-from .errors import ContactError, require_agreement, together
+from .errors import require_agreement, together
 from .failure import describe_failure
 from .forms import check_supports, list_of_conditions
 from .held import rigid_slaves
+from .interactions import one_or_several
 from .lost_contact import unheld
 from .unknowns import find_unknowns, jacobians
 
@@ -35,7 +36,8 @@ class NonlinearProblem:
         the displacement's space, or of the mixed space that it is a part of. Of several
         unknowns a list, by unknown.
     contact
-        Contact terms.
+        Contact terms; of several interactions a list, each with its own method, law and
+        search, all of the same displacement.
     bcs
         Dirichlet conditions on the unknowns, or on parts of them.
     J
@@ -47,6 +49,8 @@ class NonlinearProblem:
 
     Attributes
     ----------
+    contact
+        The contact, or `interactions.Interactions` of several.
     history
         Norms of the forces of the residuals since `start`, without constrained rows.
     forms
@@ -65,7 +69,8 @@ class NonlinearProblem:
     Notes
     -----
     Several problems may have one contact, whose automatic gamma is that of the first,
-    and several solvers one problem.
+    and several solvers one problem. A contact that is in a problem with others is so in
+    all of its problems.
 
     Constrained rows are those of the identity. The columns' effect of a Dirichlet
     increment is lifted for volume and contact alike, so that the first iterate of a
@@ -75,28 +80,25 @@ class NonlinearProblem:
     def __init__(
         self,
         F: Any,
-        contact: Contact,
+        contact: Contact | Sequence[Contact],
         bcs: Sequence[Any] = (),
         J: Any = None,
         u: Any = None,
     ) -> None:
-        if not isinstance(contact, Contact):
-            raise ContactError(
-                f"contact must be a Contact, not {type(contact).__name__}"
-            )
-        host = contact.host
-        with together(contact.layout.comm):
+        self.contact = one_or_several(contact)
+        host, comm = self.contact.host, self.contact.host.comm
+        with together(comm):
             functions = find_unknowns(F, J, u, host)
-            self.contact, self.bcs = contact, list_of_conditions(bcs)
-        contact.solve_for(functions)
-        with together(contact.layout.comm):
+            self.bcs = list_of_conditions(bcs)
+        self.contact.solve_for(functions)
+        with together(comm):
             host.conditions(self.bcs)  # refuses foreign ones
             if isinstance(F, (list, tuple)):
                 J = jacobians(F, functions, host) if J is None else J
             elif J is None:
                 (w,) = functions
                 J = ufl.derivative(F, w, ufl.TrialFunction(w.function_space))
-        require_agreement(contact.layout.comm, number_of_conditions=len(self.bcs))
+        require_agreement(comm, number_of_conditions=len(self.bcs))
         self.forms = F, J
         self.L, self.a = compat.form(F), compat.form(J)
         self.history: list[float] = []
@@ -105,8 +107,8 @@ class NonlinearProblem:
         self._at: np.ndarray | None = None
         self._revision = 0
         self._r = [compat.create_la_vector(*compat.unknowns_of(f)) for f in functions]
-        self._volume = contact.prepare(self.a, self.bcs)
-        self.convergence = Convergence(contact)
+        self._volume = self.contact.prepare(self.a, self.bcs)
+        self.convergence = Convergence(self.contact)
 
     @property
     def comm(self) -> MPI.Comm:
@@ -134,7 +136,7 @@ class NonlinearProblem:
         self.convergence.start()
         self._at = None
         x = self.create_vector()
-        self.contact.layout.to_vector(x, self.contact.gamma_scale)
+        self.contact.to_vector(x)
         return x
 
     def form(self, x: PETSc.Vec) -> None:
@@ -154,7 +156,7 @@ class NonlinearProblem:
         if self.comm.allreduce(int(same)) == self.comm.size:
             return
         self._at = array.copy()
-        self.contact.layout.from_vector(x, self.contact.gamma_scale)
+        self.contact.from_vector(x)
         self.contact.update(self.rays_only)
         self._revision = self.contact.revision
 
@@ -335,5 +337,11 @@ class NonlinearProblem:
             self.contact.statistics,
             unheld(self),
             self.convergence.describe(),
-            rigid_slaves(self.contact, self.contact.constrained(self.bcs)),
+            self._rigid_slaves(),
         )
+
+    def _rigid_slaves(self) -> list[int]:
+        """Slave tags that are prescribed, on masters that are not. Collective."""
+        fixed = self.contact.constrained(self.bcs)
+        contacts = self.contact.contacts
+        return [tag for one in contacts for tag in rigid_slaves(one, fixed)]

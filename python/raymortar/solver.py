@@ -272,8 +272,10 @@ def require_convergence(
 def _line_search(problem: NonlinearProblem) -> str:
     """Full steps cycle where springs are touched and slip in the same large step; with
     multipliers they are best (docs/parameters)."""
-    contact = problem.contact
-    springs = isinstance(contact.method, Penalty) and contact.friction is not None
+    springs = any(
+        isinstance(contact.method, Penalty) and contact.friction is not None
+        for contact in problem.contact.contacts
+    )
     return "bt" if springs else "basic"
 
 

@@ -124,7 +124,8 @@ def attach(ksp: PETSc.KSP, contact: Any, row_scale: PETSc.Vec | None = None) -> 
     Raises
     ------
     ContactError
-        If the solver is iterative and the user solves for more than a displacement.
+        If the solver is iterative and the user solves for more than a displacement, or
+        for the multipliers of several contacts.
     """
     if ksp.getPC().getType() == "python":
         context = ksp.getPC().getPythonContext()
@@ -134,7 +135,16 @@ def attach(ksp: PETSc.KSP, contact: Any, row_scale: PETSc.Vec | None = None) -> 
                     "the iterative solver is for a displacement alone: with further "
                     "unknowns leave the direct one, which is the default"
                 )
-            context.contact, context.row_scale = contact, row_scale
+            if len(contact.contacts) > 1 and any(
+                one.multiplier is not None for one in contact.contacts
+            ):
+                raise ContactError(
+                    "the iterative solver is for one contact, or several with a "
+                    "penalty: with other multipliers leave the direct one, which is the "
+                    "default"
+                )
+            # Of several with a penalty it reads what they have in common
+            context.contact, context.row_scale = contact.contacts[0], row_scale
 
 
 class ContactPreconditioner:

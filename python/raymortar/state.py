@@ -25,6 +25,31 @@ class ContactState:
     traction_old: list[Array | None]
     unknowns: Array | None = None
 
+    @property
+    def parts(self) -> tuple[ContactState, ...]:
+        """The state alone; see `JointState`."""
+        return (self,)
+
+
+@dataclass(frozen=True)
+class JointState:
+    """States of several contacts of one problem, in their order."""
+
+    parts: tuple[ContactState, ...]
+
+    @property
+    def u(self) -> Array:
+        """Displacement, this rank's array."""
+        return self.parts[0].u
+
+    @property
+    def unknowns(self) -> Array | None:
+        """As of `ContactState`."""
+        return self.parts[0].unknowns
+
+
+State = ContactState | JointState
+
 
 def not_finite(contact: Any) -> str | None:
     """What is no number in this rank's share of the state, if anything."""
@@ -67,6 +92,22 @@ def state_fault(state: Any, own: ContactState, springs: Sequence[Any]) -> str | 
     return None
 
 
+def joint_fault(state: Any, contacts: Sequence[Any]) -> str | None:
+    """Why contacts cannot go back to a state, if so."""
+    if not isinstance(state, JointState):
+        return (
+            f"state must be that of {len(contacts)} contacts, as "
+            f"problem.contact.state() gives it, not {type(state).__name__}"
+        )
+    if len(state.parts) != len(contacts):
+        return f"the state is of {len(state.parts)} contacts, here are {len(contacts)}"
+    for i, (contact, part) in enumerate(zip(contacts, state.parts)):
+        fault = contact.fault_of(part)
+        if fault is not None:
+            return f"contact[{i}]: {fault}"
+    return None
+
+
 def _of_springs(zone: Any) -> tuple[int, ...]:
     """Shape of the tractions of a zone's springs."""
     surface = zone.facets.slave_surface
@@ -86,15 +127,24 @@ def _shapes(state: ContactState) -> dict[str, tuple[int, ...] | None]:
     return shapes | {"list of slave surfaces": (len(state.traction_old),)}
 
 
-def extrapolate(
-    contact: Any, now: ContactState, last: ContactState, ratio: float
-) -> None:
-    """Add a multiple of the change between two states to all unknowns of a contact."""
-    values = contact.host.values()
+def extrapolate(system: Any, now: State, last: State, ratio: float) -> None:
+    """Add a multiple of the change between two states to all unknowns."""
+    values = system.host.values()
     if now.unknowns is None or last.unknowns is None:
         values += ratio * (now.u - last.u)
     else:
         values += ratio * (now.unknowns - last.unknowns)
-    contact.host.set_values(values)
-    if now.multiplier is not None and last.multiplier is not None:
-        contact.multiplier.x.array[:] += ratio * (now.multiplier - last.multiplier)
+    system.host.set_values(values)
+    for contact, new, old in zip(system.contacts, now.parts, last.parts):
+        if new.multiplier is not None and old.multiplier is not None:
+            contact.multiplier.x.array[:] += ratio * (new.multiplier - old.multiplier)
+
+
+def go_back(system: Any, begin: State, share: float) -> None:
+    """Go back to a share of what displacement and multipliers changed since a state."""
+    u = system.u.x.array
+    u[:] = begin.u + share * (u - begin.u)
+    for contact, old in zip(system.contacts, begin.parts):
+        if old.multiplier is not None:
+            values = contact.multiplier.x.array
+            values[:] = old.multiplier + share * (values - old.multiplier)

@@ -16,7 +16,7 @@ from .gamma_detour import solve_by_small_gamma, solve_with_small_gamma
 from .line_search import with_line_search
 from .solver import NewtonSolver, SNESSolver
 from .stabilization import Stabilization
-from .state import ContactState, extrapolate
+from .state import State, extrapolate
 from .trouble import is_in_trouble
 
 FULL, EXTRAPOLATED = "full", "extrapolated"
@@ -61,7 +61,7 @@ class Strategies:
         self.used, self._kept = FULL, 0
         self._contact = self.solver.problem.contact
 
-    def solve(self, now: ContactState, last: ContactState | None, ratio: float) -> int:
+    def solve(self, now: State, last: State | None, ratio: float) -> int:
         """Solve from the present state. Collective.
 
         Parameters
@@ -98,7 +98,7 @@ class Strategies:
                 return iterations
 
     def _otherwise(
-        self, now: ContactState, last: ContactState | None, ratio: float
+        self, now: State, last: State | None, ratio: float
     ) -> int | None:
         """Iterations of the first of the other ways that ends, None if none does."""
         for name, solve in self._others(now, last, ratio):
@@ -134,7 +134,7 @@ class Strategies:
         return broken or is_in_trouble(problem.convergence.norms)
 
     def _as_given(
-        self, now: ContactState, last: ContactState | None, ratio: float
+        self, now: State, last: State | None, ratio: float
     ) -> int:
         """Iterations from the extrapolated state or else from the present one."""
         if self.extrapolate and last is not None:
@@ -148,18 +148,18 @@ class Strategies:
         self.used = FULL
         return iterations
 
-    def _restore(self, now: ContactState) -> None:
+    def _restore(self, now: State) -> None:
         self._contact.restore(now)
         self._path.restart()
 
-    def _extrapolated(self, now: ContactState, last: ContactState, ratio: float) -> int:
+    def _extrapolated(self, now: State, last: State, ratio: float) -> int:
         """Iterations from where the last step's change leads."""
         self._path.extrapolate(ratio)
         extrapolate(self._contact, now, last, ratio)
         return self.solver.solve()[0]
 
     def _others(
-        self, now: ContactState, last: ContactState | None, ratio: float
+        self, now: State, last: State | None, ratio: float
     ) -> Iterator[tuple[str, Callable[[], int]]]:
         """What else there is, by name, in the order that measurement gives
         (docs/robustness.md)."""

@@ -125,8 +125,8 @@ def test_problem_takes_a_contact_and_conditions(scene):
     c = contact(scene)
     F = residual(scene, c.u)[0]
     bc = fix(c.u.function_space, scene, "bottom")
-    with refused("contact must be a Contact, not list"):
-        NonlinearProblem(F, [c])
+    with refused("contact must be a Contact, not Function"):
+        NonlinearProblem(F, c.u)
     with refused("bcs must be a list of Dirichlet conditions, not"):
         NonlinearProblem(F, c, bc)
     with refused("boundary condition 1 is no Dirichlet condition, but 3"):
