@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from typing import Any
 
 from dolfinx.fem import Function
@@ -32,8 +33,7 @@ def solve_by_small_gamma(solver: Any) -> int:
             warnings.simplefilter("ignore", ContactWarning)
             iterations: int = solver.solve()[0]
     finally:
-        for contact, gamma in zip(contacts, given):
-            contact.set_gamma(gamma)
+        _set(contacts, given)
     return iterations + int(solver.solve()[0])
 
 
@@ -47,14 +47,25 @@ def solve_with_small_gamma(solver: Any) -> int:
     -------
     Iterations.
     """
-    contact = solver.problem.contact
-    given = contact.gamma
+    contacts = with_multipliers(solver.problem.contact)
+    given = [contact.gamma for contact in contacts]
     try:
-        contact.set_gamma(scaled(given, SHARE))
+        for contact, gamma in zip(contacts, given):
+            contact.set_gamma(scaled(gamma, SHARE))
         return int(solver.solve()[0])
     except FAILURES:
-        contact.set_gamma(given)
+        _set(contacts, given)
         raise
+
+
+def with_multipliers(contact: Any) -> list[Any]:
+    """Contacts of a problem that have one."""
+    return [c for c in contact.contacts if c.multiplier is not None]
+
+
+def _set(contacts: Sequence[Any], gammas: Sequence[Any]) -> None:
+    for contact, gamma in zip(contacts, gammas):
+        contact.set_gamma(gamma)
 
 
 def scaled(gamma: Any, factor: float) -> Any:

@@ -12,7 +12,11 @@ import numpy as np
 from .capped import CappedSolver
 from .errors import ConvergenceError, SetUpError
 from .failure import FAILURES
-from .gamma_detour import solve_by_small_gamma, solve_with_small_gamma
+from .gamma_detour import (
+    solve_by_small_gamma,
+    solve_with_small_gamma,
+    with_multipliers,
+)
 from .line_search import with_line_search
 from .solver import NewtonSolver, SNESSolver
 from .stabilization import Stabilization
@@ -173,7 +177,7 @@ class Strategies:
         if searching is not None:
             yield LINE_SEARCH, lambda: searching.solve()[0]
             yield BOTH, lambda: solve_by_small_gamma(searching)
-        if self._contact.multiplier is not None and self._kept < MOST_KEPT:
+        if self._kept < MOST_KEPT and with_multipliers(self._contact):
             yield KEPT, lambda: solve_with_small_gamma(self.solver)
         viscous = self._viscous
         if viscous is not None and viscous.is_of_use():
