@@ -105,9 +105,9 @@ def _advice(
         return "a larger reach in Search, if the bodies should touch"
     if period:
         return (
-            "LoadSteps, which tries other ways; a tenth of gamma "
-            "(contact.set_gamma(0.1 * contact.gamma)); with degree 2 and friction also "
-            "AugmentedLagrangian(degree=1)"
+            "LoadSteps, which tries other ways, a tenth of gamma "
+            "(contact.set_gamma(0.1 * contact.gamma)), AugmentedLagrangian(degree=1) "
+            'where degree 2 meets friction, or snes_linesearch_type "bt" in SNESSolver'
         )
     norms = np.array(history)
     if len(norms) and (

@@ -163,7 +163,7 @@ private:
     if (_results.status[q] == ContactStatus::slip)
     {
       change += excess(q, N, gamma, start, end);
-      _slips[f] = true;
+      _slips[f] = has_multiplier();
     }
     _part[f] += _results.weight[q] * N * N.transpose();
     _load[f] += _results.weight[q] / unit * change * N.transpose();
