@@ -19,7 +19,6 @@ def check_options(
     search: Any,
     tangent: Any,
     offset: Any,
-    mesh: Any,
 ) -> None:
     """Raise for options that do not exist."""
     if not isinstance(method, (AugmentedLagrangian, Penalty)):
@@ -43,9 +42,9 @@ def check_options(
         if part is not None:
             part.check()
     if friction is not None and friction.quantity is not None:
-        check_field(friction.quantity, friction.coefficient, mesh)
+        check_field(friction.quantity, friction.coefficient)
     if offset is not None:
-        check_field(OFFSET, offset, mesh)
+        check_field(OFFSET, offset)
     degree = quadrature_degree
     if degree is not None and not (is_whole_number(degree) and 1 <= degree <= 30):
         raise ContactError(

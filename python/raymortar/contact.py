@@ -158,7 +158,6 @@ class Contact(ContactAssembly):
                 search,
                 tangent,
                 offset,
-                u.function_space.mesh,
             )
             groups = group_pairs(numbered(pairs, names, u))
         require_agreement(
@@ -228,7 +227,7 @@ class Contact(ContactAssembly):
             self.set_gamma(method.gamma)
         if offset is not None:
             self.set_offset(offset)
-        spread_coefficient(friction, self.zones, self._comm)
+        spread_coefficient(friction, self.zones, mesh)
         self._history_is_new = True
         self.updates = 0
         self.preallocations, self.extensions = 0, 0
@@ -372,6 +371,7 @@ class Contact(ContactAssembly):
         self.updates += 1
         self.revision += 1
         self.host.pull()
+        self._shown = self._unknowns()
         self._send_history()
         self._send_state()
         for zone in self.zones:
@@ -399,10 +399,13 @@ class Contact(ContactAssembly):
         """Accept the step: the present state becomes the old one. Collective.
 
         The history is the old displacement, and with friction what its springs hold on
-        each slave facet at the last `update` (none with ``tangential="rate"``). Results
-        stay those of the accepted step until the next `update`.
+        each slave facet (none with ``tangential="rate"``), for which results are brought
+        up to date if the state is another than at the last `update`. They stay those of
+        the accepted step until the next one.
         """
-        if self._has_springs:
+        if self._has_springs and self.updates:
+            if self._is_stale():
+                self.update()
             for zone in self.zones:
                 zone.traction_old = zone.cpp.accepted_springs()
         self._u_old[:] = self.u.x.array
@@ -410,6 +413,17 @@ class Contact(ContactAssembly):
             self._note_faced()
         self._history_is_new = True
         self.revision += 1
+
+    def _unknowns(self) -> Array:
+        """Displacement and multiplier of this rank, as one array."""
+        lam = [] if self.multiplier is None else [self.multiplier.x.array]
+        return np.concatenate([self.u.x.array, *lam])
+
+    def _is_stale(self) -> bool:
+        """Whether the last `update` was of another state. Collective."""
+        self.host.pull()
+        same = np.array_equal(self._shown, self._unknowns())
+        return not self._comm.allreduce(same, op=MPI.LAND)
 
     @property
     def u_old(self) -> Array:

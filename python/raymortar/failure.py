@@ -104,7 +104,11 @@ def _advice(
     if not statistics.hits:
         return "a larger reach in Search, if the bodies should touch"
     if period:
-        return 'SNESSolver with snes_linesearch_type "bt", or smaller steps'
+        return (
+            "LoadSteps, which tries other ways; a tenth of gamma "
+            "(contact.set_gamma(0.1 * contact.gamma)); with degree 2 and friction also "
+            "AugmentedLagrangian(degree=1)"
+        )
     norms = np.array(history)
     if len(norms) and (
         not np.isfinite(norms).all() or norms[-1] > 10.0 * max(norms[0], norms.min())

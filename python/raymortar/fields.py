@@ -17,7 +17,7 @@ from .layout import Layout
 from .options import is_whole_number
 from .results import (
     OPEN,
-    STICK,
+    SLIP,
     Resultant,
     Statistics,
     along_normal,
@@ -44,8 +44,10 @@ class ZoneResults:
     def points(self, zone: int = 0) -> dict[str, Array]:
         """Arrays over this rank's integration points of a zone, at the last `update`.
 
-        Keys: ``x`` (n, d) deformed positions, ``normal`` (n, d), ``gap``, ``pressure``
-        (normal traction of the law, <= 0), ``traction`` (n, d), ``weight`` (area),
+        Keys: ``x`` (n, d) deformed positions, ``normal`` (n, d), ``gap`` (of the law:
+        with the offset), ``distance`` (of the surfaces along the normal: without),
+        ``pressure`` (normal traction of the law, <= 0), ``traction`` (n, d), ``weight``
+        (area),
         ``status`` (0 no hit, 1 open, 2 stick, 3 slip), ``slave`` and ``master`` facet,
         ``xi``, ``eta``, ``ray``; with friction ``slip`` (n, d), the increment since
         the accepted step. Points of uncovered parts have status 0.
@@ -133,7 +135,7 @@ class ContactFields(ZoneResults):
     def gap(self) -> Function:
         """Gap at the slave nodes, negative in penetration; NaN where no hit. Length.
 
-        Average over the integration points around each node. Collective.
+        The gap of the law, with the offset. Average over the integration points around each node. Collective.
         """
         return self._field("gap", lambda points: points["gap"], elsewhere=None)
 
@@ -225,8 +227,9 @@ class ContactFields(ZoneResults):
         """Work that tangential tractions take in this step, before `advance`. Collective.
 
         The integral of -t . T_n w over the slave surfaces: force times length, per
-        thickness in 2D. With a multiplier points that stick take none; with the elastic
-        penalty a part is stored in its springs.
+        thickness in 2D. With a multiplier it is that of the points that slip, and never
+        negative: where springs give a little back, nothing is lost. With the elastic
+        penalty a part is stored in the springs.
         """
         if self.friction is None:
             return 0.0
@@ -235,9 +238,11 @@ class ContactFields(ZoneResults):
         for zone in self.zones:
             points = zone.points()
             slip = points["slip"] - along_normal(points, points["slip"])
+            by_area = -np.einsum("qi,qi->q", points["traction"], slip)
             if self.multiplier is not None:
-                slip[points["status"] == STICK] = 0.0
-            work -= float(
-                np.einsum("q,qi,qi", points["weight"], points["traction"], slip)
-            )
+                by_area = np.maximum(by_area, 0.0)[points["status"] == SLIP]
+                weight = points["weight"][points["status"] == SLIP]
+            else:
+                weight = points["weight"]
+            work += float(weight @ by_area)
         return float(self._comm.allreduce(work))

@@ -12,15 +12,17 @@ from mpi4py import MPI
 from .errors import together
 from .friction import Friction, Law
 from .results import CLOSED, along_normal
-from .slave_fields import on_facets
+from .slave_fields import check_field, on_facets
 
 
-def spread_coefficient(law: Law | None, zones: Sequence[Any], comm: MPI.Comm) -> None:
-    """Give the zones a coefficient that is a field. Collective."""
+def spread_coefficient(law: Law | None, zones: Sequence[Any], mesh: Any) -> None:
+    """Give the zones a coefficient that is a field on the slave's mesh. Collective."""
     if law is None or law.quantity is None or law.field is None:
         return
+    with together(mesh.comm):
+        check_field(law.quantity, law.field, mesh)
     for zone in zones:
-        values = on_facets(law.quantity, law.field, zone.facets, comm)
+        values = on_facets(law.quantity, law.field, zone.facets, mesh.comm)
         zone.cpp.set_friction_coefficient(values)
 
 

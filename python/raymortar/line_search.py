@@ -17,7 +17,11 @@ def with_line_search(solver: Any) -> SNESSolver | None:
 
     None where that has a line search of its own, or is of another kind. Collective.
     """
-    options = solver.options.given if hasattr(solver, "options") else {}
+    options = dict(solver.options.given) if hasattr(solver, "options") else {}
+    # A tolerance of the user's is among the settings that are taken. The default was
+    # the rounding error of all bodies when the solver was made: asked for as a
+    # tolerance, it would be one that the softest body is not solved to
+    options.pop("snes_atol", None)
     if isinstance(solver, SNESSolver):
         if options.get(_LINE_SEARCH) != "basic" or solver.snes.getType() != "newtonls":
             return None

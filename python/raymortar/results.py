@@ -19,7 +19,7 @@ from .layout import Layout
 from .reference_facets import shape_functions
 
 OPEN, CLOSED = 1, 2
-STICK = 2  # with friction; without, closed points slip
+SLIP = 3
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from .errors import ContactError, together
 from .options import is_real_number
 from .reference_facets import facet_nodes, shape_functions
 
-# Number, scalar Function on the displacement's mesh, or f(x) of undeformed positions
+# Number, scalar Function on the slave's mesh, or f(x) of undeformed positions
 FieldValue = float | Function | Callable[[Array], Array]
 
 
@@ -69,21 +69,21 @@ def check_number(quantity: Quantity, value: Any) -> None:
         raise ContactError(f"{quantity.name} = {value} {quantity.demand}")
 
 
-def check_function(quantity: Quantity, value: Function, mesh: Any) -> None:
-    """Raise unless a Function is a scalar on the displacement's mesh."""
+def check_function(quantity: Quantity, value: Function, mesh: Any = None) -> None:
+    """Raise unless a Function is a scalar, and on the slave's mesh if that is known."""
     components = compat.element_info(value.function_space).value_shape
     if components:
         raise ContactError(
             f"{quantity.name} must be a scalar Function, not one with values of shape "
             f"{components}"
         )
-    if not compat.on_mesh(value, mesh):
+    if mesh is not None and not compat.on_mesh(value, mesh):
         raise ContactError(
             f"{quantity.name} is a Function on another mesh than the displacement"
         )
 
 
-def check_field(quantity: Quantity, value: Any, mesh: Any) -> None:
+def check_field(quantity: Quantity, value: Any, mesh: Any = None) -> None:
     """Raise for what cannot be such a field: of what is no number, its kind."""
     if isinstance(value, Function):
         check_function(quantity, value, mesh)

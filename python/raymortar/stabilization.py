@@ -105,6 +105,15 @@ class Stabilization:
         ConvergenceError
             If the forces do not fade.
         """
+        work, share = self.work, self.share
+        try:
+            return self._fade(solve)
+        except FAILURES:
+            self.work, self.share = work, share  # the step is taken back
+            raise
+
+    def _fade(self, solve: Callable[[], int]) -> int:
+        """The same, with the work of what may fail yet."""
         scale, iterations = SHARE * self._factor, 0
         most = MOST if self._most is None else self._most
         for _ in range(most):

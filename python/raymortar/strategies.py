@@ -12,7 +12,11 @@ import numpy as np
 from .capped import CappedSolver
 from .errors import ConvergenceError, SetUpError
 from .failure import FAILURES
-from .gamma_detour import solve_by_small_gamma
+from .gamma_detour import (
+    solve_by_small_gamma,
+    solve_with_small_gamma,
+    with_multipliers,
+)
 from .line_search import with_line_search
 from .solver import NewtonSolver, SNESSolver
 from .stabilization import Stabilization
@@ -23,7 +27,11 @@ FULL, EXTRAPOLATED = "full", "extrapolated"
 LINE_SEARCH, SMALL_GAMMA = "line search", "small gamma"
 CAPPED = "capped"
 BOTH = "small gamma, line search"
+KEPT = "small gamma kept"
 VISCOUS = "viscous forces"
+
+# Times that a path keeps a tenth of gamma
+MOST_KEPT = 2
 
 # Solves under viscous forces, where the user has not asked for them
 MOST_VISCOUS = 40
@@ -54,7 +62,7 @@ class Strategies:
     ) -> None:
         self._path, self.solver, self.extrapolate = path, path.solver, extrapolate
         self.automatic, self._may_be_viscous = automatic, viscous
-        self.used = FULL
+        self.used, self._kept = FULL, 0
         self._contact = self.solver.problem.contact
 
     def solve(self, now: State, last: State | None, ratio: float) -> int:
@@ -106,6 +114,7 @@ class Strategies:
             except FAILURES:
                 continue
             self.used = name
+            self._kept += name == KEPT
             return iterations
         return None
 
@@ -168,6 +177,8 @@ class Strategies:
         if searching is not None:
             yield LINE_SEARCH, lambda: searching.solve()[0]
             yield BOTH, lambda: solve_by_small_gamma(searching)
+        if self._kept < MOST_KEPT and with_multipliers(self._contact):
+            yield KEPT, lambda: solve_with_small_gamma(self.solver)
         viscous = self._viscous
         if viscous is not None and viscous.is_of_use():
             yield VISCOUS, lambda: viscous.solve(lambda: self.solver.solve()[0])

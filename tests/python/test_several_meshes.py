@@ -64,6 +64,34 @@ def test_the_answer_is_that_of_one_mesh(case):
 
 
 @pytest.mark.mpi
+def test_fields_are_functions_on_the_mesh_of_the_slave():
+    def function(scene, slope):
+        f = fem.Function(compat.scalar_space(scene.mesh, 1))
+        f.interpolate(lambda x: slope * (1.0 + x[0]))
+        return f
+
+    def fields(scene):
+        return {
+            "offset": function(scene, -0.01),
+            "friction": Coulomb(function(scene, 0.3)),
+        }
+
+    scenes = hosts.meshes()
+    found = hosts.apart(scenes, **fields(scenes[1]))
+    one = hosts.together(
+        offset=lambda x: -0.01 * (1.0 + x[0]),
+        friction=Coulomb(lambda x: 0.3 * (1.0 + x[0])),
+    )
+    assert solve(found) == solve(one)
+    u = displacements(one)
+    assert worst(displacements(found) - u) < 1e-9 * worst(u)
+    with pytest.raises(ContactError, match="offset is a Function on another mesh"):
+        found.contact.set_offset(function(scenes[0], 0.1))
+    with pytest.raises(ContactError, match="mu is a Function on another mesh"):
+        hosts.apart(scenes, friction=fields(scenes[0])["friction"])
+
+
+@pytest.mark.mpi
 def test_the_answer_in_3d_is_that_of_one_mesh():
     divisions, push = (2, 1), [(0.02, 0.0, -0.05)]
     scenes = hosts.meshes(("hexahedron",) * 2, divisions)

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import gathered
 import numpy as np
 import press_fits
 import pytest
 import states
 from dolfinx import fem
 from problems import CELLS_2D, COMM, build, fix, symmetry, worst
-from sheared_blocks import HOLDING, METHODS, SLIP, Blocks, limit_of, up
-from test_friction_tangent import FrictionCase, check_regime, law_for, set_both
+from sheared_blocks import HOLDING, METHODS, SLIP, STICK, Blocks, limit_of, up
+from test_friction_tangent import FrictionCase, law_for, set_both
 from test_full_tangent import Pair, is_first_order, is_second_order, quiet_slopes
 from test_tangent import name_of
 
@@ -35,8 +36,8 @@ def bumps(x):
 
 
 def varying(limit):
-    """A friction coefficient between 0.8 and 1.2 of a limit."""
-    return lambda x: limit * (1.0 + 0.2 * np.sin(4.0 * x[0] - 2.0 * x[1]))
+    """A friction coefficient between 0.9 and 1.1 of a limit."""
+    return lambda x: limit * (1.0 + 0.1 * np.sin(4.0 * x[0] - 2.0 * x[1]))
 
 
 def function_of(mesh, values, degree=2):
@@ -110,15 +111,22 @@ def friction_cases():
     for cell in states.CELLS:
         for degrees, method, measure, law, regime in (
             ((1, 1), "augmented", "reference", "coulomb", "slip"),
-            ((2, 2), "augmented", "current", "tresca", "slip"),
+            ((1, 2), "augmented", "current", "tresca", "slip"),
+            ((2, 2), "augmented", "current", "coulomb", "stick"),
             ((1, 2), "elastic", "reference", "coulomb", "slip"),
+            ((2, 2), "elastic", "current", "tresca", "slip"),
             ((1, 1), "rate", "current", "tresca", "slip"),
-            ((1, 1), "elastic", "current", "coulomb", "stick"),
         ):
             case = FieldCase(cell, *degrees, method, measure, law, regime)
             quick = [pytest.mark.quick] if degrees == (1, 1) and cell in CELLS_2D else []
             name = f"{name_of(case)}-{law}-{regime}"
             yield pytest.param(case, id=name, marks=quick)
+
+
+def in_regime(contact, regime):
+    """Whether all points that hit are in stick, or in slip."""
+    status = gathered.points(contact)["status"]
+    return set(status[status != 0]) == {{"stick": STICK, "slip": SLIP}[regime]}
 
 
 @pytest.mark.mpi(
@@ -138,8 +146,7 @@ def test_tangent_with_offset_and_friction_coefficient(case, record_property):
 
     def prepare(contact, seed):
         set_both(contact, scene, seed)
-        check_regime(contact, case.regime)
-        return True
+        return in_regime(contact, case.regime)
 
     full, fixed = quiet_slopes(make, prepare)
     record_property("slope", full.tolist())
@@ -174,7 +181,7 @@ def test_press_fit_by_offset(kind, method, record_property):
     record_property("error", abs(found / expected - 1.0))
     record_property("spread", spread / expected)
     assert abs(found / expected - 1.0) <= 2e-3
-    assert spread <= 0.05 * expected  # at 8 on 10 facets; it halves with them
+    assert spread <= 0.05 * expected  # 8 on 10 facets; a sixth on twice as many
 
 
 class Coated(Blocks):

@@ -17,6 +17,7 @@ from raymortar.strategies import (
     CAPPED,
     EXTRAPOLATED,
     FULL,
+    KEPT,
     LINE_SEARCH,
     SMALL_GAMMA,
     VISCOUS,
@@ -139,7 +140,8 @@ class Failing:
         (3, CAPPED),
         (4, LINE_SEARCH),
         (5, BOTH),
-        (6, VISCOUS),
+        (6, KEPT),
+        (7, VISCOUS),
     ],
 )
 def test_strategies_are_tried_in_their_order(failures, strategy, monkeypatch):
@@ -148,8 +150,9 @@ def test_strategies_are_tried_in_their_order(failures, strategy, monkeypatch):
     assert next(path).strategy == FULL
     failing.left, gamma = failures, problem.contact.gamma
     assert next(path).strategy == strategy
-    assert problem.contact.gamma == gamma
-    small = 1 if strategy in (SMALL_GAMMA, BOTH) else 0
+    kept = 0.1 if strategy == KEPT else 1.0
+    assert problem.contact.gamma == kept * gamma
+    small = 1 if strategy in (SMALL_GAMMA, BOTH, KEPT) else 0
     assert failing.gammas.count(0.1 * gamma) >= small
     assert next(path).strategy == FULL
     assert steps.halvings == 0
@@ -164,7 +167,7 @@ def test_the_step_is_halved_where_nothing_helps(monkeypatch):
     next(path)
     before = problem.u.x.array.copy()
     # Viscous forces are tried in five sizes
-    failing.left = 6 + 5
+    failing.left = 7 + 5
     step = next(path)
     assert (step.factor, step.strategy, step.halvings) == (0.375, FULL, 1)
     assert worst(problem.u.x.array - before) > 0.0
@@ -209,6 +212,15 @@ def test_a_line_search_keeps_what_the_solver_was_given(solver):
     assert other.krylov_solver.getTolerances()[0] == 1e-9
     assert other.tolerances == (1e-7, 1e-3)
     assert other.max_it == 2 * problem.solver.max_it
+
+
+@pytest.mark.mpi
+def test_a_line_search_takes_no_rounding_error_for_a_tolerance():
+    """That of all bodies, when the solver was made, may be above a soft body's."""
+    problem, _ = top_moves("triangle", SNESSolver)
+    problem.problem.convergence._floors *= 1e3
+    other = with_line_search(problem.solver)
+    assert other.force_tolerance is None
 
 
 @pytest.mark.mpi

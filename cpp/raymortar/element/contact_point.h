@@ -49,6 +49,9 @@ struct OldPoint<F, true>
   Frame<F::gdim> frame;  ///< of the slave
   Frame<F::gdim> master; ///< of the point that is hit now
   Vec<F::gdim> distance; ///< from the slave's point to the master's
+  /// Mean of the slave's normal and the master's reversed one: of two points
+  /// of one circle it has no part of their distance
+  Vec<F::gdim> across;
   Closing closing;
   ConvectedVector<F::gdim> slide;  ///< distance along the slave, carried along
   Vec<F::gdim> w;                  ///< slip increment (2)
@@ -101,7 +104,9 @@ private:
       was.distance = was.master.x - was.frame.x;
       const Vec<D>& n_0 = was.frame.n;
       const double g_0 = n_0.dot(was.distance);
-      was.closing = closed_part(g_0 + offset, q.g + offset);
+      was.across = 0.5 * (n_0 - was.master.n);
+      was.closing =
+          closed_part(was.across.dot(was.distance) + offset, q.g + offset);
       was.slide = convect<D>(was.master, frame_at<F>(e.master, q.eta),
                              was.distance - g_0 * n_0);
       was.w = was.slide.value + was.closing.length * n_0;
@@ -161,15 +166,19 @@ struct SlipSlopes<F, true>
              const OldPoint<F, true>& was)
       : master(frame_at<F>(master_nodes, q.eta)),
         dual(dual_tangents<D>(master.t)),
-        by_distance(was.slide.carry + (was.closing.by_old * was.frame.n -
-                                       was.slide.carry * was.frame.n) *
-                                          was.frame.n.transpose()),
+        by_distance(was.slide.carry -
+                    was.slide.carry * was.frame.n * was.frame.n.transpose() +
+                    was.closing.by_old * was.frame.n * was.across.transpose()),
         by_eta(by_distance * was.master.t)
   {
     if constexpr (not F::affine)
+    {
+      const Curvature<D> old = curvature_at<F>(master_old, q.eta, was.master);
       by_eta += convected_along_master<F>(
-          was.slide, curvature_at<F>(master_old, q.eta, was.master),
-          curvature_at<F>(master_nodes, q.eta, master, dual));
+          was.slide, old, curvature_at<F>(master_nodes, q.eta, master, dual));
+      by_eta -= 0.5 * was.closing.by_old * was.frame.n *
+                (was.distance.transpose() * old.n);
+    }
   }
 };
 

@@ -3,11 +3,18 @@
 #include "raymortar/element/element_point.h"
 #include "raymortar/element/extension.h"
 #include "raymortar/geometry/dispatch.h"
+#include "raymortar/geometry/predicates.h"
+#include "raymortar/law/cone.h"
 
 namespace raymortar
 {
 namespace
 {
+/// Corrections of a field where points slip, at most, and the share of it below
+/// which they end
+constexpr int corrections = 20;
+constexpr double settled = 1e-13;
+
 /// Nodal field of one facet
 template <class F>
 using Nodal = Mat<F::gdim, F::dofs>;
@@ -22,19 +29,19 @@ public:
   Springs(const ContactState& state, const PointResults& results)
       : _state(state), _results(results),
         _part(facets(), Mat<F::dofs, F::dofs>::Zero()),
-        _load(facets(), Nodal<F>::Zero()), _field(facets() * width, 0.0)
+        _load(facets(), Nodal<F>::Zero()), _known(facets()),
+        _slips(facets(), false), _field(facets() * width, 0.0)
   {
   }
 
   [[nodiscard]] std::vector<double> accepted()
   {
     turn_old_field();
-    for (std::size_t q = 0; q < _state.points.size(); ++q)
-      if (_results.status[q] >= ContactStatus::stick and
-          _state.points.area[q] > 0.0)
-        add_change(q);
+    for_closed_points([this](std::size_t q, std::size_t) { add_change(q); });
     for (std::size_t f = 0; f < facets(); ++f)
-      correct(f);
+      start(f);
+    for (int k = 0; k < corrections and correct(); ++k)
+      ;
     return std::move(_field);
   }
 
@@ -42,6 +49,16 @@ private:
   [[nodiscard]] std::size_t facets() const
   {
     return static_cast<std::size_t>(_state.slave.num_facets());
+  }
+
+  /// Call with the number of each closed point and of its facet
+  template <class Call>
+  void for_closed_points(Call&& call) const
+  {
+    for (std::size_t q = 0; q < _state.points.size(); ++q)
+      if (_results.status[q] >= ContactStatus::stick and
+          _state.points.area[q] > 0.0)
+        call(q, static_cast<std::size_t>(_state.points.slave[q]));
   }
 
   [[nodiscard]] Eigen::Map<Nodal<F>> field(std::size_t f)
@@ -144,9 +161,12 @@ private:
     const Vec<D> end = vector(_results.friction, q);
     Vec<D> change = end - start;
     if (_results.status[q] == ContactStatus::slip)
+    {
       change += excess(q, N, gamma, start, end);
-    _part[f] += _state.points.area[q] * N * N.transpose();
-    _load[f] += _state.points.area[q] / unit * change * N.transpose();
+      _slips[f] = true;
+    }
+    _part[f] += _results.weight[q] * N * N.transpose();
+    _load[f] += _results.weight[q] / unit * change * N.transpose();
   }
 
   /// A polynomial may exceed the bound at single points by its own error. The
@@ -164,21 +184,71 @@ private:
     return length * start.normalized();
   }
 
-  void correct(std::size_t f)
+  void start(std::size_t f)
   {
     if (_part[f].isZero(0.0))
     {
       field(f).setZero();
       return;
     }
-    const Eigen::MatrixXd known = polynomials_on_part<F>(_part[f]);
-    field(f) += _load[f] * known * known.transpose();
+    _known[f] = polynomials_on_part<F>(_part[f]);
+    add_load(f);
+  }
+
+  /// Add the polynomial of the load, and take the load away
+  void add_load(std::size_t f)
+  {
+    field(f) += _load[f] * _known[f] * _known[f].transpose();
+    _load[f].setZero();
+  }
+
+  /// What the law makes of the field at rest has to be in the mean what it has
+  /// made of this step: it cuts off one side of a polynomial's errors
+  /// @return Whether a facet is to be corrected further
+  [[nodiscard]] bool correct()
+  {
+    for_closed_points(
+        [this](std::size_t q, std::size_t f)
+        {
+          if (_slips[f])
+            add_lack(q);
+        });
+    bool again = false;
+    for (std::size_t f = 0; f < facets(); ++f)
+      if (_slips[f])
+      {
+        const Nodal<F> was = field(f);
+        add_load(f);
+        _slips[f] = (field(f) - was).norm() > settled * field(f).norm();
+        again = again or _slips[f];
+      }
+    return again;
+  }
+
+  void add_lack(std::size_t q)
+  {
+    const Index facet = _state.points.slave[q];
+    const auto f = static_cast<std::size_t>(facet);
+    const Vec<F::dofs> N =
+        F::Disp::values(_state.points.xi[q].template head<F::tdim>());
+    const double gamma = gamma_at(q, N);
+    const double unit = has_multiplier() ? gamma : 1.0;
+    const double touch =
+        tolerance::touch *
+        diameter<F>(_state.slave.nodes<F>(_state.slave.x, facet));
+    const auto at_rest = project_tangential<D>(
+        vector(_results.normal, q), multiplier(q) + unit * (field(f) * N),
+        bound_at(law_at(q, N), _results.pressure[q]).s, gamma * touch);
+    _load[f] += _results.weight[q] / unit *
+                (vector(_results.friction, q) - at_rest.value) * N.transpose();
   }
 
   const ContactState& _state;
   const PointResults& _results;
   std::vector<Mat<F::dofs, F::dofs>> _part; ///< mass of the closed points
   std::vector<Nodal<F>> _load;              ///< integrals of the change
+  std::vector<Eigen::MatrixXd> _known; ///< polynomials of the closed points
+  std::vector<bool> _slips;            ///< a point does, and counts
   std::vector<double> _field;
 };
 } // namespace

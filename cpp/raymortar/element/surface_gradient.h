@@ -142,9 +142,10 @@ private:
       const Mat<1, T> by_turn = was.distance.transpose() * bend.n;
       const Mat<D, T> turned =
           old.n.dot(was.distance) * bend.n + old.n * by_turn;
-      r.scaled_w = slopes.slip.by_eta * r.eta - was.slide.carry * old.t -
-                   was.slide.carry * turned + was.closing.length * bend.n +
-                   old.n * (was.closing.by_old * (by_turn + offset) +
+      r.scaled_w = slopes.slip.by_eta * r.eta -
+                   slopes.slip.by_distance * old.t - was.slide.carry * turned +
+                   was.closing.length * bend.n +
+                   old.n * (was.closing.by_old * (0.5 * by_turn + offset) +
                             was.closing.by_now * g) +
                    was.w * at.log_gamma;
       r.spring = carried_along_facet<D>(

@@ -5,6 +5,9 @@
 
 namespace raymortar
 {
+/// Multiple of the slack beyond which it counts for nothing
+inline constexpr double fade = 100.0;
+
 /// @brief P_s(T_n z) with its derivatives   [theory (4.6)].
 template <int D>
 struct TangentialProjection
@@ -20,7 +23,9 @@ struct TangentialProjection
 ///
 /// Inside, P = q; outside, P = s q/|q|. With A the derivative by q,
 /// dP = A (T_n dz - (n . z) dn - n (z . dn)) + q/|q| ds. On the circle, and
-/// outside by no more than slack, is inside: rounding must not choose.
+/// outside by no more than slack, is inside: rounding must not choose. From
+/// there to `fade` times the slack the radius goes back to s, so that nothing
+/// jumps: states at rest lie on the circle  [theory (4.6)].
 /// @param[in] n Unit normal
 /// @param[in] z Trial traction, any component along n drops out
 /// @param[in] s Radius, traction; may be infinite
@@ -40,9 +45,16 @@ project_tangential(const Vec<D>& n, const Vec<D>& z, double s,
   r.value = q;
   if (not r.stick)
   {
-    r.by_s = q / length;
-    r.value = s * r.by_s;
-    A = (s / length) * (A - r.by_s * r.by_s.transpose());
+    const Vec<D> along = q / length;
+    const double slope = 1.0 / (fade - 1.0);
+    const double rest = slack - slope * (length - s - slack);
+    const bool fades = rest > 0.0;
+    const double radius = fades ? s + rest : s;
+    r.by_s = fades ? (1.0 + slope) * along : along;
+    r.value = radius * along;
+    A = (radius / length) * (A - along * along.transpose());
+    if (fades)
+      A -= slope * along * along.transpose();
   }
   const Vec<D> A_n = A * n;
   r.by_z = A - A_n * n.transpose();
