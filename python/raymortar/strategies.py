@@ -101,9 +101,7 @@ class Strategies:
                     raise
                 return iterations
 
-    def _otherwise(
-        self, now: State, last: State | None, ratio: float
-    ) -> int | None:
+    def _otherwise(self, now: State, last: State | None, ratio: float) -> int | None:
         """Iterations of the first of the other ways that ends, None if none does."""
         for name, solve in self._others(now, last, ratio):
             self._restore(now)
@@ -137,9 +135,7 @@ class Strategies:
         broken = bool(problem.history) and not np.isfinite(problem.history[-1])
         return broken or is_in_trouble(problem.convergence.norms)
 
-    def _as_given(
-        self, now: State, last: State | None, ratio: float
-    ) -> int:
+    def _as_given(self, now: State, last: State | None, ratio: float) -> int:
         """Iterations from the extrapolated state or else from the present one."""
         if self.extrapolate and last is not None:
             try:

@@ -89,10 +89,11 @@ def test_two_stacks_are_as_two_problems(laws, solver):
         assert np.all(here[-1] != 0.0)
 
 
-def test_one_contact_in_two_is_the_same():
+@pytest.mark.parametrize("cell", ["triangle", "hexahedron"])
+def test_one_contact_in_two_is_the_same(cell):
     """Pairs of one contact, and one contact for each pair."""
     options = {"method": AugmentedLagrangian(40.0), "friction": Coulomb(0.2)}
-    whole, parts = three(), three()
+    whole, parts = three(cell), three(cell)
     one = whole.path(whole.contact(LOWER, UPPER, **options))
     contacts = [parts.contact(pair, **options) for pair in (LOWER, UPPER)]
     two = parts.path(contacts)
@@ -171,6 +172,23 @@ def test_a_slave_tag_may_have_two_multipliers():
 
 
 # The coupled system
+
+
+def test_problems_of_the_same_contacts_take_turns():
+    """Matrices and rows of the first are good after the second has been made."""
+    blocks = three()
+    contacts = [blocks.contact(p, **law) for p, law in zip((LOWER, UPPER), LAWS)]
+    for contact in contacts:
+        contact.update()  # pairs that are found before rows are known
+    first, second = (SNESSolver(blocks.problem(contacts)) for _ in range(2))
+    blocks.move(1.0)
+    start, found = first.problem.contact.state(), []
+    for solver in (first, second, first):
+        solver.problem.contact.restore(start)
+        solver.solve()
+        found.append([contact.resultant().force for contact in contacts])
+    assert np.allclose(found[1:], found[0], rtol=1e-9, atol=1e-12)
+    assert np.abs(found[0]).min() > 0.0
 
 
 def smooth(stack, contacts, seed):
@@ -383,3 +401,28 @@ def test_contacts_are_beside_other_unknowns(way):
         SNESSolver(problem).solve()
         ends.append([problem.contact.resultant(i).force for i in (0, 1)])
     assert np.allclose(*ends, rtol=1e-8, atol=1e-10)
+
+
+def test_slaves_may_be_on_several_meshes():
+    """Springs from either side: each mesh has slaves of one contact."""
+    sides = (hosts.UPPER + 1, hosts.LOWER + 2)
+    hosted = hosts.apart(hosts.meshes(), method=Penalty(40.0))
+    tags = [scene.facet_tags for scene in hosted.scene]
+    contacts = [
+        raymortar.Contact(hosted.functions, tags, [pair], Penalty(20.0))
+        for pair in (sides, sides[::-1])
+    ]
+    F, bcs = hosted.problem.forms[0], hosted.problem.bcs
+    both = NonlinearProblem(F, contacts, bcs, u=hosted.functions)
+    forces = []
+    for problem in (both, hosted.problem):
+        for f in hosted.functions:
+            f.x.array[:] = 0.0
+        hosted.push(0.0, -0.05)
+        SNESSolver(problem).solve()
+        zones = range(len(problem.contact.zones))
+        found = [problem.contact.resultant(i).force[1] for i in zones]
+        # The second contact's slave is the lower block
+        forces.append(found[0] - sum(found[1:]))
+    assert found[0] > 0.0
+    assert forces[0] == pytest.approx(forces[1], rel=0.05)
