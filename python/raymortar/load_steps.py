@@ -228,6 +228,7 @@ class LoadSteps:
                 contact.restore(before)
                 path.restart()
                 if not path.halve():
+                    ways.finish()
                     raise self._given_up(path, failure) from failure
                 self.halvings += 1
                 continue
@@ -238,6 +239,7 @@ class LoadSteps:
             path.accept(iterations)
             last = before
             yield LoadStep(path.factor, iterations, self.halvings, ways.used)
+        ways.finish()
 
     def _solve(
         self,

@@ -62,7 +62,9 @@ class Strategies:
     ) -> None:
         self._path, self.solver, self.extrapolate = path, path.solver, extrapolate
         self.automatic, self._may_be_viscous = automatic, viscous
-        self.used, self._kept = FULL, 0
+        self.used = FULL
+        # Coefficients that are to be taken again at the end of the path
+        self._given: list[Any] = []
         self._contact = self.solver.problem.contact
 
     def solve(self, now: State, last: State | None, ratio: float) -> int:
@@ -112,7 +114,6 @@ class Strategies:
             except FAILURES:
                 continue
             self.used = name
-            self._kept += name == KEPT
             return iterations
         return None
 
@@ -173,11 +174,26 @@ class Strategies:
         if searching is not None:
             yield LINE_SEARCH, lambda: searching.solve()[0]
             yield BOTH, lambda: solve_by_small_gamma(searching)
-        if self._kept < MOST_KEPT and with_multipliers(self._contact):
-            yield KEPT, lambda: solve_with_small_gamma(self.solver)
+        if len(self._given) < MOST_KEPT and with_multipliers(self._contact):
+            yield KEPT, self._keep_small_gamma
         viscous = self._viscous
         if viscous is not None and viscous.is_of_use():
             yield VISCOUS, lambda: viscous.solve(lambda: self.solver.solve()[0])
+
+    def _keep_small_gamma(self) -> int:
+        """Iterations with a tenth of gamma, for the rest of the path."""
+        given = [contact.gamma for contact in with_multipliers(self._contact)]
+        iterations = solve_with_small_gamma(self.solver)
+        self._given.append(given)
+        return iterations
+
+    def finish(self) -> None:
+        """Give gamma back, at the end of the path. Collective."""
+        if self._given:
+            parts = zip(with_multipliers(self._contact), self._given[0])
+            for contact, gamma in parts:
+                contact.set_gamma(gamma)
+            self._given.clear()
 
     @cached_property
     def _capped(self) -> CappedSolver | None:

@@ -158,6 +158,7 @@ def test_strategies_are_tried_in_their_order(failures, strategy, monkeypatch):
     assert steps.halvings == 0
     list(path)
     assert worst(problem.u.x.array) > 0.0
+    assert problem.contact.gamma == gamma
 
 
 @pytest.mark.mpi
