@@ -33,6 +33,7 @@ from .friction_at_points import evaluate_friction, spread_coefficient
 from .host import Host
 from .interfaces import Interfaces
 from .joined import parts_of
+from .kept_communicator import keep_communicator
 from .layout import Layout
 from .methods import AugmentedLagrangian, Penalty, Search
 from .options import is_real_number
@@ -148,6 +149,7 @@ class Contact(ContactAssembly):
         self.partners = (self.number,)
         with together(self._comm):
             self.host = Host(u)
+        keep_communicator(first.function_space.mesh)
         u = self.host.u
         with together(self._comm):
             check_options(
