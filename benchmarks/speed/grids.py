@@ -80,7 +80,7 @@ def surface(shape, degree, g, first_row):
         X=g.X,
         facet_nodes=g.facets,
         facet_dofs=g.facets,
-        rows=first_row + dim * np.arange(len(g.X), dtype=GLOBAL),
+        rows=first_row + np.arange(g.X.size, dtype=GLOBAL).reshape(g.X.shape),
         facet_id=np.arange(len(g.facets), dtype=GLOBAL),
     )
 

@@ -19,6 +19,10 @@ Surface make_surface(Shape shape, int degree, int node_degree, int gdim,
   s.X = s.x = s.x_old = to_vector(X);
   s.facet_nodes = to_vector(facet_nodes);
   s.facet_dofs = to_vector(facet_dofs);
+  if (rows.ndim() != 2 or rows.shape(1) != gdim)
+    throw Error("rows must have a row for each component of each dof, shape "
+                "(dofs, " +
+                std::to_string(gdim) + ")");
   s.rows = to_vector(rows);
   s.facet_id = to_vector(facet_id);
   s.neighbours = find_neighbours(s);

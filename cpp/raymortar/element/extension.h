@@ -43,8 +43,9 @@ template <class F>
 ///
 /// They are orthonormal on the part, from the constant upwards. Of each degree
 /// those are left out that are large at the facet's nodes but small on the
-/// part: their extension would be made of errors. The choice does not depend on
-/// the order of the nodes.
+/// part: their extension would be made of errors. Where one is left out there
+/// are none of higher degree: those are told only up to lower ones, and which
+/// would depend on the order of the nodes.
 /// @param[in] part Integrals of products of the shape functions, on the part
 template <class F>
 [[nodiscard]] Eigen::MatrixXd
@@ -61,6 +62,7 @@ polynomials_on_part(const Mat<F::dofs, F::dofs>& part)
     block -= found * (found.transpose() * part * block);
     const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(
         block.transpose() * part * block, block.transpose() * block);
+    const auto wanted = found.cols() + block.cols();
     for (int k = 0; k < block.cols(); ++k)
     {
       const double share = solver.eigenvalues()[k];
@@ -70,6 +72,8 @@ polynomials_on_part(const Mat<F::dofs, F::dofs>& part)
       found.col(found.cols() - 1) =
           block * solver.eigenvectors().col(k) / std::sqrt(share);
     }
+    if (found.cols() < wanted)
+      break;
   }
   return found;
 }
