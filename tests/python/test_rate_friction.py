@@ -10,8 +10,13 @@ import states
 from dolfinx import fem
 from problems import COMM, worst
 from sheared_blocks import HOLDING, METHODS, SHEAR, SLIP, Blocks, pressure
-from test_friction_tangent import FrictionCase, law_for, set_both
-from test_full_tangent import Pair, is_first_order, is_second_order, quiet_slopes
+from test_friction_tangent import FrictionCase, set_both
+from test_full_tangent import (
+    frictional_pairs,
+    is_first_order,
+    is_second_order,
+    quiet_slopes,
+)
 from test_slave_fields import bumps, function_of, in_regime
 from test_tangent import name_of
 
@@ -74,19 +79,11 @@ def cases():
 def test_tangent_with_pressure_and_slip_rate(case, record_property):
     scene = case.scene("overhang")
 
-    def make(seed):
-        friction = law_for(case, scene, seed)
-        if friction is None:
-            return None
-        return Pair(
-            *(case.contact(scene, friction, tangent=t) for t in ("fixed", "full"))
-        )
-
     def prepare(contact, seed):
         set_both(contact, scene, seed)
         return in_regime(contact, case.regime)
 
-    full, fixed = quiet_slopes(make, prepare)
+    full, fixed = quiet_slopes(frictional_pairs(case, scene), prepare)
     record_property("slope", full.tolist())
     assert is_second_order(full), full
     assert is_first_order(fixed), fixed

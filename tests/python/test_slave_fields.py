@@ -12,8 +12,14 @@ import states
 from dolfinx import fem
 from problems import CELLS_2D, COMM, build, fix, symmetry, worst
 from sheared_blocks import HOLDING, METHODS, SLIP, STICK, Blocks, limit_of, up
-from test_friction_tangent import FrictionCase, law_for, set_both
-from test_full_tangent import Pair, is_first_order, is_second_order, quiet_slopes
+from test_friction_tangent import FrictionCase, set_both
+from test_full_tangent import (
+    Pair,
+    frictional_pairs,
+    is_first_order,
+    is_second_order,
+    quiet_slopes,
+)
 from test_tangent import name_of
 
 import raymortar
@@ -136,19 +142,11 @@ def in_regime(contact, regime):
 def test_tangent_with_offset_and_friction_coefficient(case, record_property):
     scene = case.scene("overhang")
 
-    def make(seed):
-        friction = law_for(case, scene, seed)
-        if friction is None:
-            return None
-        return Pair(
-            *(case.contact(scene, friction, tangent=t) for t in ("fixed", "full"))
-        )
-
     def prepare(contact, seed):
         set_both(contact, scene, seed)
         return in_regime(contact, case.regime)
 
-    full, fixed = quiet_slopes(make, prepare)
+    full, fixed = quiet_slopes(frictional_pairs(case, scene), prepare)
     record_property("slope", full.tolist())
     assert is_second_order(full), full
     assert is_first_order(fixed), fixed

@@ -61,7 +61,8 @@ struct Pair
       old.slave_old = start.slave;
       old.slave_old.row(0).array() += slip ? 0.5 : 0.01;
       old.master_old = start.master;
-      old.traction_old.setConstant(0.1);
+      // With a multiplier a length
+      old.traction_old.setConstant(Layout::multiplier_dofs > 0 ? 0.02 : 0.1);
       old.friction = Coulomb{slip ? 0.4 : 20.0};
     }
     for (int q = 0; q < 5; ++q)

@@ -199,18 +199,45 @@ TYPED_TEST(Cone, OutsideByNoMoreThanTheSlackIsInside)
     const auto [in, length] = random_input<D>(random);
     const Vec<D> q = in.z - in.n.dot(in.z) * in.n;
     // Inside, on the circle but for rounding, and outside by less or more
-    for (const double beyond :
-         {-0.5 * slack, -1e-16, 1e-16, 0.5 * slack, 2.0 * slack})
+    for (const double beyond : {-0.5 * slack, -1e-16, 1e-16, 0.5 * slack,
+                                2.0 * slack, 2.0 * fade * slack})
     {
       const double s = length - beyond;
       const auto r = project_tangential<D>(in.n, in.z, s, slack);
       EXPECT_EQ(r.stick, beyond < slack);
-      EXPECT_LE((r.value - (r.stick ? 1.0 : s / length) * q).norm(), 1e-14);
+      const double rest =
+          std::max(0.0, slack - (beyond - slack) / (fade - 1.0));
+      const double radius = r.stick ? length : s + rest;
+      EXPECT_LE((r.value - radius / length * q).norm(), 1e-14);
       const Mat<D, D> T = Mat<D, D>::Identity() - in.n * in.n.transpose();
       EXPECT_EQ((r.by_z - T).norm() <= 1e-14, r.stick);
       EXPECT_EQ(r.by_s.isZero(0.0), r.stick);
     }
   }
+}
+
+TYPED_TEST(Cone, NothingJumpsBeyondTheSlack)
+{
+  constexpr int D = TypeParam::value;
+  Random random(10);
+  const auto [in, length] = random_input<D>(random);
+  constexpr double slack = 1e-3;
+  for (const double edge : {slack, fade * slack})
+  {
+    const auto at = [&](double beyond)
+    {
+      return project_tangential<D>(in.n, in.z, length - beyond, slack)
+          .value.norm();
+    };
+    EXPECT_NEAR(at(edge * (1.0 - 1e-9)), at(edge * (1.0 + 1e-9)), 1e-6 * slack);
+  }
+  // The radius falls in between, with the slope that the derivative says
+  const double s = length - 0.5 * fade * slack, h = 1e-6;
+  const auto radius = [&](double bound)
+  { return project_tangential<D>(in.n, in.z, bound, slack).value.norm(); };
+  const auto r = project_tangential<D>(in.n, in.z, s, slack);
+  EXPECT_NEAR(r.by_s.dot(r.value.normalized()),
+              (radius(s + h) - radius(s - h)) / (2.0 * h), 1e-7);
 }
 
 TYPED_TEST(Cone, RestIsStickWhateverTheRounding)
