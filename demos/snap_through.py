@@ -101,10 +101,11 @@ class Arch:
         self.u = u = fem.Function(V, name="displacement")
         E = bodies.by_body(scene, {"arch": E_ARCH, "punch": E_PUNCH})
         self.material = bodies.NeoHookean(E, NU)
-        form = self.material.residual(u, 4)
         self.node = np.array([0.0, RISE + THICKNESS + GAP + HEIGHT])
+        # Before the other form: it compiles one, after which UFL of DOLFINx 0.5 takes
+        # test functions of the same space for others
         load, self.force = force_at(self.node, u)
-        form += load
+        form = self.material.residual(u, 4) + load
         bcs = [*bodies.hold(V, scene, ["clamped"]), common.clamp(V, scene, "axis", 0)]
         self.down, self.prescribed = fem.Constant(scene.mesh, 0.0), prescribed
         if prescribed:
