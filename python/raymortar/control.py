@@ -70,9 +70,9 @@ class ArcLength(Options):
     """Steps along the path of equilibria; the load factor is an unknown.
 
     A step ends where the displacement u and the load factor t have moved by the radius:
-    |du|^2 + (psi dt)^2 = radius^2, with the root mean square |du| over all nodes. For
-    paths on which load and displacement fall in turn. The path ends where t first meets
-    the end of `LoadSteps`' ``path``.
+    ``|du|^2 + (psi dt)^2 = radius^2``, with the root mean square ``|du|`` over all
+    nodes. For paths on which load and displacement fall in turn. The path ends where t
+    first meets the end of `LoadSteps`' ``path``.
 
     Parameters
     ----------

@@ -135,7 +135,8 @@ class ContactFields(ZoneResults):
     def gap(self) -> Function:
         """Gap at the slave nodes, negative in penetration; NaN where no hit. Length.
 
-        The gap of the law, with the offset. Average over the integration points around each node. Collective.
+        The gap of the law, with the offset. Average over the integration points around
+        each node. Collective.
         """
         return self._field("gap", lambda points: points["gap"], elsewhere=None)
 
