@@ -611,7 +611,8 @@ def collapsed(V: fem.FunctionSpace) -> tuple[fem.FunctionSpace, npt.NDArray[np.i
     """A view into a larger space as a space of its own, and the place of each of its
     local dofs in the larger one's ghosted arrays, unrolled. Collective."""
     own, dofs = V.collapse()
-    return own, np.asarray(dofs, dtype=np.int64)
+    # DOLFINx 0.11 has a list of one array
+    return own, np.asarray(dofs, dtype=np.int64).ravel()
 
 
 def num_parts(V: fem.FunctionSpace) -> int:
