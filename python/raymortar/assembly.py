@@ -54,7 +54,8 @@ class ContactAssembly(CoupledSystem, ContactFields):
         return (self,)
 
     def set_gamma(self, gamma: Any) -> None:
-        """Set the augmentation or penalty coefficient. Collective."""
+        """Set the augmentation or penalty coefficient: `Contact` defines it.
+        Collective."""
         raise NotImplementedError
 
     @property

@@ -373,7 +373,8 @@ class Contact(ContactAssembly):
         self.updates += 1
         self.revision += 1
         self.host.pull()
-        self._shown = self._unknowns()
+        if self._has_springs:
+            self._shown = self._unknowns()
         self._send_history()
         self._send_state()
         for zone in self.zones:

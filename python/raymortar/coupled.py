@@ -45,7 +45,8 @@ class CoupledSystem:
     _volume: Any
 
     def update(self, rays_only: bool = False) -> None:
-        """Pair and integrate at the present displacement. Collective."""
+        """Pair and integrate at the present displacement: `Contact` and `Interactions`
+        define it. Collective."""
         raise NotImplementedError
 
     def _on_surface(self, array: Array, surface: Surface) -> Array:

@@ -26,19 +26,18 @@ def solve_by_small_gamma(solver: Any) -> int:
     contacts = solver.problem.contact.contacts
     given = [contact.gamma for contact in contacts]
     try:
-        for contact, gamma in zip(contacts, given):
-            contact.set_gamma(scaled(gamma, SHARE))
+        set_each(contacts, [scaled(gamma, SHARE) for gamma in given])
         # What is doubtful there is on the way only
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ContactWarning)
             iterations: int = solver.solve()[0]
     finally:
-        _set(contacts, given)
+        set_each(contacts, given)
     return iterations + int(solver.solve()[0])
 
 
 def solve_with_small_gamma(solver: Any) -> int:
-    """Solve with a tenth of gamma, and keep it if that ends. Collective.
+    """Solve with a tenth of gamma, and keep that if the solve converges. Collective.
 
     With a multiplier the state is a solution as good as that with gamma: the conditions
     hold in the mean for either.
@@ -50,11 +49,10 @@ def solve_with_small_gamma(solver: Any) -> int:
     contacts = with_multipliers(solver.problem.contact)
     given = [contact.gamma for contact in contacts]
     try:
-        for contact, gamma in zip(contacts, given):
-            contact.set_gamma(scaled(gamma, SHARE))
+        set_each(contacts, [scaled(gamma, SHARE) for gamma in given])
         return int(solver.solve()[0])
     except FAILURES:
-        _set(contacts, given)
+        set_each(contacts, given)
         raise
 
 
@@ -63,7 +61,8 @@ def with_multipliers(contact: Any) -> list[Any]:
     return [c for c in contact.contacts if c.multiplier is not None]
 
 
-def _set(contacts: Sequence[Any], gammas: Sequence[Any]) -> None:
+def set_each(contacts: Sequence[Any], gammas: Sequence[Any]) -> None:
+    """Give each contact its coefficient. Collective."""
     for contact, gamma in zip(contacts, gammas):
         contact.set_gamma(gamma)
 

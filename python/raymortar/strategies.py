@@ -13,6 +13,7 @@ from .capped import CappedSolver
 from .errors import ConvergenceError, SetUpError
 from .failure import FAILURES
 from .gamma_detour import (
+    set_each,
     solve_by_small_gamma,
     solve_with_small_gamma,
     with_multipliers,
@@ -63,7 +64,7 @@ class Strategies:
         self._path, self.solver, self.extrapolate = path, path.solver, extrapolate
         self.automatic, self._may_be_viscous = automatic, viscous
         self.used = FULL
-        # Coefficients that are to be taken again at the end of the path
+        # Coefficients before each reduction; the path's end restores the first
         self._given: list[Any] = []
         self._contact = self.solver.problem.contact
 
@@ -190,9 +191,7 @@ class Strategies:
     def finish(self) -> None:
         """Give gamma back, at the end of the path. Collective."""
         if self._given:
-            parts = zip(with_multipliers(self._contact), self._given[0])
-            for contact, gamma in parts:
-                contact.set_gamma(gamma)
+            set_each(with_multipliers(self._contact), self._given[0])
             self._given.clear()
 
     @cached_property

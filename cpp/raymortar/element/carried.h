@@ -27,7 +27,7 @@ namespace raymortar
 template <int D>
 struct CarriedTraction
 {
-  double length;     ///< |v|
+  double length;     ///< |v|; where it is 0, nothing else is set
   Vec<D - 1> along;  ///< components of v on the old tangents
   Vec<D - 1> across; ///< of n_0 x v, which is 0 in 2D
   Vec<D> direction;  ///< of the turned traction, of any length
@@ -47,10 +47,12 @@ template <int D>
 [[nodiscard]] CarriedTraction<D>
 carry_traction(const Frame<D>& old, const Frame<D>& now, const Vec<D>& traction)
 {
-  const Vec<D> v = traction - old.n.dot(traction) * old.n;
-  const Mat<D, D - 1> dual = dual_tangents<D>(old.t);
   CarriedTraction<D> c;
+  const Vec<D> v = traction - old.n.dot(traction) * old.n;
   c.length = v.norm();
+  if (c.length == 0.0)
+    return c;
+  const Mat<D, D - 1> dual = dual_tangents<D>(old.t);
   c.along = dual.transpose() * v;
   c.across = dual.transpose() * cross(old.n, v);
   const Vec<D> turned = now.t * c.across;

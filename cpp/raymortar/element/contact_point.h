@@ -48,9 +48,11 @@ struct OldPoint<F, true>
 {
   Frame<F::gdim> frame;  ///< of the slave
   Frame<F::gdim> master; ///< of the point that is hit now
+  Frame<F::gdim> master_now;
   Vec<F::gdim> distance; ///< from the slave's point to the master's
-  /// Mean of the slave's normal and the master's reversed one: of two points
-  /// of one circle it has no part of their distance
+  /// Mean of the slave's normal and the master's reversed one. The distance
+  /// between two points of one circle has no part along it, so that curvature
+  /// is not taken for a gap
   Vec<F::gdim> across;
   Closing closing;
   ConvectedVector<F::gdim> slide;  ///< distance along the slave, carried along
@@ -101,14 +103,15 @@ private:
     {
       was.frame = frame_at<F>(e.history.slave_old, q.xi);
       was.master = frame_at<F>(e.history.master_old, q.eta);
+      was.master_now = frame_at<F>(e.master, q.eta);
       was.distance = was.master.x - was.frame.x;
       const Vec<D>& n_0 = was.frame.n;
       const double g_0 = n_0.dot(was.distance);
       was.across = 0.5 * (n_0 - was.master.n);
       was.closing =
           closed_part(was.across.dot(was.distance) + offset, q.g + offset);
-      was.slide = convect<D>(was.master, frame_at<F>(e.master, q.eta),
-                             was.distance - g_0 * n_0);
+      was.slide =
+          convect<D>(was.master, was.master_now, was.distance - g_0 * n_0);
       was.w = was.slide.value + was.closing.length * n_0;
       was.accepted = e.history.traction_old * this->N_s;
       was.spring = carry_traction<D>(was.frame, this->slave, was.accepted);
@@ -155,7 +158,6 @@ template <class F>
 struct SlipSlopes<F, true>
 {
   static constexpr int D = F::gdim;
-  Frame<D> master;
   Mat<D, F::tdim> dual; ///< of the master's tangents
   Mat<D, D> by_distance;
   Mat<D, F::tdim> by_eta;
@@ -164,8 +166,7 @@ struct SlipSlopes<F, true>
   SlipSlopes(const typename F::NodeMatrix& master_nodes,
              const typename F::NodeMatrix& master_old, const ElementPoint<F>& q,
              const OldPoint<F, true>& was)
-      : master(frame_at<F>(master_nodes, q.eta)),
-        dual(dual_tangents<D>(master.t)),
+      : dual(dual_tangents<D>(was.master_now.t)),
         by_distance(was.slide.carry -
                     was.slide.carry * was.frame.n * was.frame.n.transpose() +
                     was.closing.by_old * was.frame.n * was.across.transpose()),
@@ -175,7 +176,8 @@ struct SlipSlopes<F, true>
     {
       const Curvature<D> old = curvature_at<F>(master_old, q.eta, was.master);
       by_eta += convected_along_master<F>(
-          was.slide, old, curvature_at<F>(master_nodes, q.eta, master, dual));
+          was.slide, old,
+          curvature_at<F>(master_nodes, q.eta, was.master_now, dual));
       by_eta -= 0.5 * was.closing.by_old * was.frame.n *
                 (was.distance.transpose() * old.n);
     }

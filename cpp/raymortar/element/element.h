@@ -119,7 +119,7 @@ private:
     {
       by_g += p.old.closing.by_now * by_w * p.old.frame.n;
       by_eta = by_w * at.slip.by_eta;
-      by_master = vary_convected<F, R>(p.old.slide, by_w, at.slip.master,
+      by_master = vary_convected<F, R>(p.old.slide, by_w, p.old.master_now,
                                        at.slip.dual, at.geometry.dN_m);
     }
   };

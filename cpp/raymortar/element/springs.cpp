@@ -202,8 +202,9 @@ private:
     _load[f].setZero();
   }
 
-  /// What the law makes of the field at rest has to be in the mean what it has
-  /// made of this step: it cuts off one side of a polynomial's errors
+  /// Add to the field what keeps the mean traction of this step at rest. The
+  /// law cuts off the errors of a polynomial that lie outside the bound, and
+  /// leaves those inside: without this, the mean would be too small
   /// @return Whether a facet is to be corrected further
   [[nodiscard]] bool correct()
   {
@@ -248,7 +249,7 @@ private:
   std::vector<Mat<F::dofs, F::dofs>> _part; ///< mass of the closed points
   std::vector<Nodal<F>> _load;              ///< integrals of the change
   std::vector<Eigen::MatrixXd> _known; ///< polynomials of the closed points
-  std::vector<bool> _slips;            ///< a point does, and counts
+  std::vector<bool> _slips; ///< facets with slip that are still corrected
   std::vector<double> _field;
 };
 } // namespace

@@ -5,7 +5,7 @@
 
 namespace raymortar
 {
-/// Multiple of the slack beyond which it counts for nothing
+/// How far outside the circle its radius is s again, in slacks
 inline constexpr double fade = 100.0;
 
 /// @brief P_s(T_n z) with its derivatives   [theory (4.6)].
@@ -23,9 +23,9 @@ struct TangentialProjection
 ///
 /// Inside, P = q; outside, P = s q/|q|. With A the derivative by q,
 /// dP = A (T_n dz - (n . z) dn - n (z . dn)) + q/|q| ds. On the circle, and
-/// outside by no more than slack, is inside: rounding must not choose. From
-/// there to `fade` times the slack the radius goes back to s, so that nothing
-/// jumps: states at rest lie on the circle  [theory (4.6)].
+/// outside by no more than slack, is inside: rounding must not choose. Further
+/// out, up to `fade` slacks, the radius falls from s + slack to s, so that the
+/// traction is continuous where states at rest lie  [theory (4.6)].
 /// @param[in] n Unit normal
 /// @param[in] z Trial traction, any component along n drops out
 /// @param[in] s Radius, traction; may be infinite

@@ -65,6 +65,24 @@ struct SlipAlong
   }
 };
 
+/// @brief Add what a bound does that depends on the slip's length.
+/// @param[in] by_s Derivative by the bound
+/// @param[in,out] by_w, by_n, by_rate Those by slip, normal and the logarithm
+/// of the slip's length
+template <int D>
+void add_slip_rate(const Vec<D>& n, const Vec<D>& w, const FrictionBound& bound,
+                   const Vec<D>& by_s, Mat<D, D>& by_w, Mat<D, D>& by_n,
+                   Vec<D>& by_rate)
+{
+  if (bound.s_slip == 0.0)
+    return;
+  const SlipAlong<D> slip(n, w);
+  const Vec<D> by_slip = bound.s_slip * by_s;
+  by_w += by_slip * slip.by_w();
+  by_n += by_slip * slip.by_n(n, w);
+  by_rate = slip.length * by_slip;
+}
+
 /// @brief Augmented Lagrangian with friction, vector multiplier.
 ///
 /// t = lam,  C = p n + P_s(T_n (lam + spring - gamma w)) - lam,
@@ -117,14 +135,7 @@ private:
     r.C_w = -s.gamma * f.by_z;
     r.C_spring = f.by_z;
     r.C_coefficient = bound.s_coefficient * f.by_s;
-    if (bound.s_slip != 0.0)
-    {
-      const SlipAlong<D> slip(s.n, s.w);
-      const Vec<D> by_slip = bound.s_slip * f.by_s;
-      r.C_w += by_slip * slip.by_w();
-      r.C_n += by_slip * slip.by_n(s.n, s.w);
-      r.C_rate = slip.length * by_slip;
-    }
+    add_slip_rate<D>(s.n, s.w, bound, f.by_s, r.C_w, r.C_n, r.C_rate);
   }
 };
 
@@ -158,14 +169,7 @@ struct FrictionalPenalty
     r.t_w = -s.gamma * f.by_z;
     r.t_spring = f.by_z;
     r.t_coefficient = bound.s_coefficient * f.by_s;
-    if (bound.s_slip != 0.0)
-    {
-      const SlipAlong<D> slip(s.n, s.w);
-      const Vec<D> by_slip = bound.s_slip * f.by_s;
-      r.t_w += by_slip * slip.by_w();
-      r.t_n += by_slip * slip.by_n(s.n, s.w);
-      r.t_rate = slip.length * by_slip;
-    }
+    add_slip_rate<D>(s.n, s.w, bound, f.by_s, r.t_w, r.t_n, r.t_rate);
     return r;
   }
 
