@@ -12,6 +12,7 @@ from dolfinx.fem import Function
 from mpi4py import MPI
 
 from . import _cpp, compat
+from .adjustment import Adjustment, adjustment, summed
 from .arguments import check_options
 from .assembly import ContactAssembly
 from .bodies import find_bodies
@@ -322,11 +323,51 @@ class Contact(ContactAssembly):
         with together(self._comm):
             check_field(OFFSET, offset, self.slave_u.function_space.mesh)
         require_agreement(self._comm, offset=offset)
-        nodal = [on_facets(OFFSET, offset, z.facets, self._comm) for z in self.zones]
-        for zone, values in zip(self.zones, nodal):
-            zone.offset = values
-            zone.cpp.set_offset(values)
+        for zone in self.zones:
+            zone.offset = on_facets(OFFSET, offset, zone.facets, self._comm)
         self.offset = offset
+        self._send_offset()
+
+    def adjust(self, within: float) -> Adjustment:
+        """Make surfaces that are nearer than this just touch, without stress.
+
+        For surfaces that should touch and do not, by the noise of their meshes: what
+        is missing or too much of each gap is added to the offset, at the present
+        state, which is best the undeformed one before the first step. It stays there
+        beside what `set_offset` sets. Collective.
+
+        Parameters
+        ----------
+        within
+            Gaps and overlaps up to this are closed; larger ones stay. Length.
+
+        Returns
+        -------
+        Adjustment
+            How many slave facets have been adjusted, and by how much.
+
+        Raises
+        ------
+        ContactError
+            If it is not positive, or differs between ranks.
+        """
+        with together(self._comm):
+            if not (is_real_number(within) and np.isfinite(within) and within > 0.0):
+                raise ContactError(f"within = {within!r} must be a positive number")
+        require_agreement(self._comm, within=within)
+        self.update()
+        changes = [adjustment(zone, float(within)) for zone in self.zones]
+        for zone, change in zip(self.zones, changes):
+            known = 0.0 if zone.adjustment is None else zone.adjustment
+            zone.adjustment = known + change
+        self._send_offset()
+        return summed(self._comm, changes)
+
+    def _send_offset(self) -> None:
+        """Hand offsets and adjustments to the zones."""
+        for zone in self.zones:
+            if (offset := zone.whole_offset) is not None:
+                zone.cpp.set_offset(offset)
         self.revision += 1
 
     @property

@@ -48,7 +48,6 @@ def find_facets(
         for master in masters if a == b else []:
             check_pair(tagged.meshes[a], slave, master)
         surfaces = build_surface(u, [slave], a), build_surface(u, masters, b)
-        raise_everywhere(tagged.comm, _kind_fault(slave_tag, master_tags, *surfaces))
         zones.append(
             ZoneFacets(
                 slave_tag, master_tags, slave, masters, *surfaces, join(masters), a, b
@@ -62,26 +61,6 @@ def find_facets(
         )
     raise_everywhere(tagged.comm, message)
     return zones
-
-
-def _kind_fault(
-    slave_tag: int, master_tags: tuple[int, ...], slave: Surface, master: Surface
-) -> str | None:
-    """Why surfaces of two meshes cannot meet, if so."""
-    names = ("shape", "displacement_degree", "node_degree")
-    of_slave, of_master = (
-        tuple(getattr(side, name) for name in names) for side in (slave, master)
-    )
-    if of_slave == of_master:
-        return None
-    found = " and ".join(
-        f"{shape}s of degree {p} in the displacement and {k} in position"
-        for shape, p, k in (of_slave, of_master)
-    )
-    return (
-        f"slave tag {slave_tag} and master tags {list(master_tags)} have facets of "
-        f"different kinds, {found}: they must be of one"
-    )
 
 
 class Tagged:

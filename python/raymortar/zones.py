@@ -47,14 +47,22 @@ class ZoneData:
     # the law has more than it, over gamma
     traction_old: Array | None = None
     offset: Array | None = None  # (slave facets, n), added to gaps. Length
+    adjustment: Array | None = None  # the same, of `Contact.adjust`
+
+    @property
+    def whole_offset(self) -> Array | None:
+        """Offset and adjustment, (slave facets, n); None: neither. Length."""
+        parts = [part for part in (self.offset, self.adjustment) if part is not None]
+        return sum(parts[1:], parts[0]) if parts else None
 
     def distance(self, name: str) -> Array:
         """Reach or depth of the slave facets, with what the offset adds: a clearance to
         the depth, an overlap to the reach. Length."""
         own = self.distances[name]
-        if self.offset is None:
+        offset = self.whole_offset
+        if offset is None:
             return own
-        more = self.offset if name == "depth" else -self.offset
+        more = offset if name == "depth" else -offset
         return own + np.maximum(more, 0.0).max(axis=1)
 
     def points(self) -> dict[str, Array]:

@@ -222,31 +222,47 @@ def swelling(way, degree=1, **options):
 
 
 LOWER, UPPER = 10, 20  # first tags of the bodies' sides
+SIDES = ("bottom", "top", "left", "right", "front", "back")
 
 
-def meshes(cells=("triangle", "triangle"), divisions=(4, 3), gap=0.0):
+def meshes(
+    cells=("triangle", "triangle"),
+    divisions=(4, 3),
+    gap=0.0,
+    widths=(1.0, 0.6),
+    geometry_degrees=(1, 1),
+    mapping=None,
+):
     """The two blocks of `blocks`, each a scene of its own."""
     scenes = []
-    for k, (cell, n, first) in enumerate(zip(cells, divisions, (LOWER, UPPER))):
-        dim, width = DIMENSION[cell], (1.0, 0.6)[k]
+    for k, first in enumerate((LOWER, UPPER)):
+        cell, dim = cells[k], DIMENSION[cells[k]]
         base = k * (1.0 + gap)
+        tags = {name: first + i for i, name in enumerate(SIDES[: 2 * dim], 1)}
         block = Block(
-            (n,) * dim,
+            (divisions[k],) * dim,
             (0.0,) * (dim - 1) + (base,),
-            (width,) * (dim - 1) + (base + 1.0,),
-            tags={"bottom": first + 1, "top": first + 2},
+            (widths[k],) * (dim - 1) + (base + 1.0,),
+            mapping=mapping,
+            tags=tags,
         )
-        mesh, cell_tags, facet_tags = assemble_blocks(COMM, [block], cell)
-        tags = {"bottom": first + 1, "top": first + 2}
+        mesh, cell_tags, facet_tags = assemble_blocks(
+            COMM, [block], cell, geometry_degrees[k]
+        )
         scenes.append(Scene(mesh, cell_tags, facet_tags, tags))
     return scenes
 
 
-def apart(scenes, mixed=False, degree=1, **options):
-    """Blocks on meshes of their own, elastic or nearly incompressible (`mixed`)."""
+def apart(scenes, mixed=False, degree=1, rollers=False, **options):
+    """Blocks on meshes of their own, elastic or nearly incompressible (`mixed`).
+
+    `degree` is that of both displacements, or one of each. On `rollers`, what is
+    pressed is free to spread.
+    """
     functions, given, F, bcs = [], [], [], []
     top = moving_top(scenes[1])
-    for scene in scenes:
+    degrees = (degree, degree) if isinstance(degree, int) else degree
+    for scene, degree in zip(scenes, degrees):
         mesh, dim = scene.mesh, scene.mesh.geometry.dim
         dx = ufl.dx(mesh, metadata={"quadrature_degree": 4})
         if mixed:
@@ -267,9 +283,16 @@ def apart(scenes, mixed=False, degree=1, **options):
     tags = [scene.facet_tags for scene in scenes]
     contact = raymortar.Contact(given, tags, pairs, **options)
     lower, upper = (f.function_space for f in given)
-    for i, value in enumerate(top):
-        bcs.append(fix(lower, scenes[0], "bottom", i))
-        bcs.append(fix(upper, scenes[1], "top", i, value))
+    if rollers:
+        last = len(top) - 1
+        bcs = [fix(lower, scenes[0], "bottom", last)]
+        bcs.append(fix(upper, scenes[1], "top", last, top[last]))
+        for V, scene in zip((lower, upper), scenes):
+            bcs += [fix(V, scene, SIDES[2 + 2 * i], i) for i in range(last)]
+    else:
+        for i, value in enumerate(top):
+            bcs.append(fix(lower, scenes[0], "bottom", i))
+            bcs.append(fix(upper, scenes[1], "top", i, value))
     problem = raymortar.NonlinearProblem(F, contact, bcs, u=functions)
     return Hosted(scenes, contact, problem, functions, top)
 
@@ -297,9 +320,10 @@ def compressible(u):
     return MU * (F - inverse) + 2.0 * MU * ufl.ln(J) * inverse
 
 
-def tangent_error(found, size, h=1e-4):
+def tangent_error(found, size, h=1e-4, away=0.0):
     """Remainder of central differences of the residual along a random direction of a
-    size, over the tangent's product. Free unknowns only, at the present state."""
+    size, over the tangent's product. Free unknowns only, at the present state, or
+    `away` from it by a random vector: a solution with friction lies on kinks."""
     problem = found.problem
     x, b, A = problem.start(), problem.create_vector(), problem.create_matrix()
     fixed = np.zeros(len(x.array), dtype=bool)
@@ -308,6 +332,7 @@ def tangent_error(found, size, h=1e-4):
     rng = np.random.default_rng(COMM.rank)
     direction.array[:] = size * rng.uniform(-1.0, 1.0, len(fixed))
     direction.array[fixed] = 0.0
+    x.array[:] += away * np.where(fixed, 0.0, rng.uniform(-1.0, 1.0, len(fixed)))
     problem.J(x, A)
     A.mult(direction, product)
     left = -h * product.array

@@ -188,11 +188,6 @@ def contact_of(scenes, degrees=(1, 1), pairs=((UPPER + 1, LOWER + 2),), tags=Non
     return raymortar.Contact(u, tags, list(pairs))
 
 
-def test_degrees_have_to_be_alike_on_both_sides(scenes):
-    with refused("have facets of different kinds, intervals of degree 1 .* degree 2"):
-        contact_of(scenes, (2, 1))
-
-
 def test_tags_are_a_list(scenes):
     with refused("facet_tags must be a list of 2, one for each mesh"):
         contact_of(scenes, tags=scenes[0].facet_tags)

@@ -1,9 +1,12 @@
 #include "raymortar/element/assembler_impl.h"
+#include "raymortar/element/general_assembler.h"
 
 namespace raymortar
 {
 std::unique_ptr<Assembler> make_assembler(const ContactState& s, LawKind law)
 {
+  if (not s.slave.is_of_kind(s.master))
+    return make_general_assembler(s, law);
   switch (s.slave.shape)
   {
   case Shape::interval:

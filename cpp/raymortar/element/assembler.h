@@ -109,7 +109,8 @@ public:
   [[nodiscard]] virtual PointResults results(const ContactState& s) const = 0;
 };
 
-/// @brief Assembler for the facets and multipliers of `s`.
+/// @brief Assembler for the facets and multipliers of `s`: where slave and
+/// master are of one kind, that with compile-time sizes.
 /// @throws Error for a combination that does not exist
 [[nodiscard]] std::unique_ptr<Assembler> make_assembler(const ContactState& s,
                                                         LawKind law);

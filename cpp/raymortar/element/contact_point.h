@@ -31,7 +31,7 @@ struct SlavePoint
   {
     if constexpr (L > 0)
     {
-      shape = e.lam_scale * Lagrange<F::shape, L>::values(q.xi);
+      shape = e.lam_scale * F::template Basis<L>::values(q.xi);
       lam = e.lam * shape;
     }
   }

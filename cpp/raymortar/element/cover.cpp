@@ -1,4 +1,5 @@
 #include "raymortar/element/cover.h"
+#include "raymortar/element/target.h"
 #include "raymortar/element/vertex_motion.h"
 #include "raymortar/geometry/dispatch.h"
 #include "raymortar/geometry/facet_mass.h"
@@ -139,23 +140,29 @@ Mat<1, T> area_slope(std::span<const Vec<2>> polygon, std::size_t v)
   }
 }
 
-/// ds through the vertices of one segment
-template <class F>
+/// ds through the vertices of one segment, over the dofs [slave | master]
+template <int D>
 std::vector<double> share_slope(const ContactState& s, const Segment& of)
 {
-  constexpr int T = F::tdim;
-  const auto slave = s.slave.template nodes<F>(s.slave.x, of.slave);
-  const auto master = s.master.template nodes<F>(s.master.x, of.master);
+  const AnyFacet<D> master(s.master, s.master.x, of.master);
   const auto begin = static_cast<std::size_t>(of.begin);
   const auto polygon = std::span(s.segmentation.vertices)
                            .subspan(begin, static_cast<std::size_t>(of.size));
-  Mat<1, 2 * Variations<F>::side> ds = Mat<1, 2 * Variations<F>::side>::Zero();
+  const Eigen::Index side = D * s.slave.dofs_per_facet();
+  const Eigen::Index other = D * s.master.dofs_per_facet();
+  Eigen::RowVectorXd ds = Eigen::RowVectorXd::Zero(side + other);
   for (std::size_t v = 0; v < polygon.size(); ++v)
-    if (s.segmentation.breaks[begin + v].motion != Break::Motion::fixed)
-      ds += area_slope<T>(polygon, v) *
-            segment_vertex_motion<F>(s.segmentation, of, slave, master,
-                                     begin + v);
-  ds /= F::Ref::measure;
+  {
+    if (s.segmentation.breaks[begin + v].motion == Break::Motion::fixed)
+      continue;
+    const Mat<1, D - 1> by_xi = area_slope<D - 1>(polygon, v);
+    const auto motion = any_vertex_motion<D>(s, of, master, begin + v);
+    ds.head(side) += by_xi * motion.by_slave;
+    ds.tail(other) +=
+        by_xi * master_columns<D>(s.master, motion.place, motion.by_master);
+  }
+  if (s.slave.shape == Shape::triangle)
+    ds /= Reference<Shape::triangle>::measure;
   return {ds.data(), ds.data() + ds.size()};
 }
 
@@ -226,8 +233,8 @@ std::vector<ShareSlope> share_slopes(const ContactState& s,
     slopes.push_back({f,
                       segment.master,
                       {change.data(), change.data() + change.size()},
-                      with_facet_type(s.slave, [&]<class F>(F)
-                                      { return share_slope<F>(s, segment); })});
+                      s.slave.gdim == 2 ? share_slope<2>(s, segment)
+                                        : share_slope<3>(s, segment)});
   }
   return slopes;
 }

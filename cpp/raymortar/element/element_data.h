@@ -19,7 +19,7 @@ struct ElementLayout
   static constexpr int components = Law::template multiplier_size<D>;
   static constexpr int side = F::dofs * D;
   static constexpr int multipliers =
-      L == 0 ? 0 : Lagrange<F::shape, std::max(L, 1)>::nodes;
+      L == 0 ? 0 : F::template Basis<std::max(L, 1)>::nodes;
   static constexpr int multiplier_dofs = multipliers * components;
   static constexpr int master = side + multiplier_dofs;
   static constexpr int size = 2 * side + multiplier_dofs;

@@ -2,9 +2,9 @@
 #pragma once
 
 #include "raymortar/element/element_point.h"
+#include "raymortar/element/segment_points.h"
 #include "raymortar/element/surface_gradient.h"
 #include "raymortar/element/vertex_motion.h"
-#include "raymortar/mortar/flat_map.h"
 
 namespace raymortar
 {
@@ -46,7 +46,7 @@ public:
     {
       finish(e);
       _segment = segment;
-      place_vertices(e.state, segment, e.map);
+      take(e.state, e.map);
     }
     add_point(e.state, q, e.map, integrand());
   }
@@ -61,125 +61,34 @@ public:
   }
 
 private:
-  using Flat = typename F::RefPoint;
-  static constexpr std::size_t capacity = Tiles::capacity;
+  using Points = SegmentPoints<F>;
   using Sum = Mat<Layout::size, T>;
-
-  /// Place of the mean of the core after all vertices
-  static constexpr auto centre = static_cast<std::size_t>(Tiles::centre);
-
-  /// What a point changes by its place y in the segment's plane, and by the
-  /// measure of its tile per weight of the rule
-  struct Change
-  {
-    Sum by_y;
-    Vec<Layout::size> by_measure;
-  };
-
-  /// Vertices of a segment, and the mean of its core, in the plane in which its
-  /// sides are straight
-  void place_vertices(const ContactState& s, Index number,
-                      const FlatMap<F>& map)
-  {
-    const Segment& segment =
-        s.segmentation.segments[static_cast<std::size_t>(number)];
-    for (std::size_t v = 0; v < static_cast<std::size_t>(segment.size); ++v)
-    {
-      const auto k = static_cast<std::size_t>(segment.begin) + v;
-      _y[v] = map.to_flat(s.segmentation.vertices[k].template head<T>());
-      _by_vertex[v].setZero();
-    }
-    if constexpr (T == 2)
-    {
-      _tiles = s.segmentation.tiles(segment);
-      if (_tiles.has_centre())
-      {
-        _y[centre] = mean_of_core(_tiles, _y);
-        _by_vertex[centre].setZero();
-      }
-    }
-  }
 
   void add_point(const ContactState& s, std::size_t q, const FlatMap<F>& map,
                  const Integrand<F, L, Law>& at)
   {
-    const double weight = s.points.weight[q];
-    Change change;
-    if constexpr (not FlatMap<F>::is_map)
-    {
-      change.by_y = weight * at.f_xi;
-      change.by_measure = at.f;
-    }
-    else
-    {
-      const typename F::RefPoint xi = s.points.xi[q].template head<T>();
-      const typename FlatMap<F>::Gradient G = map.gradient(xi);
-      const Mat<T, T> to_y = weight * G.inverse();
-      const Mat<1, T> log_det = map.log_det_gradient(xi).transpose() * to_y;
-      for (int t = 0; t < T; ++t)
-        change.by_y.col(t) = at.f_xi.col(0) * to_y(0, t) +
-                             at.f_xi.col(1) * to_y(1, t) - log_det[t] * at.f;
-      change.by_measure = at.f / G.determinant();
-    }
-    add_in_tile(change, s.segment_rules,
-                static_cast<std::size_t>(s.points.place[q]));
+    const auto change =
+        change_in_plane<F, Layout::size>(map, s.points.xi[q].template head<T>(),
+                                         s.points.weight[q], at.f, at.f_xi);
+    _points.visit(s.segment_rules, static_cast<std::size_t>(s.points.place[q]),
+                  [&](std::size_t v, double N, const Mat<1, T>& dJ)
+                  {
+                    for (int t = 0; t < T; ++t)
+                      _by_vertex[v].col(t) +=
+                          N * change.by_y.col(t) + dJ[t] * change.by_measure;
+                  });
   }
 
-  /// By the rule that append_on_polygon took, and its place in there
-  void add_in_tile(const Change& change, const SegmentRules& rules,
-                   std::size_t place)
+  /// Begin a segment
+  void take(const ContactState& s, const FlatMap<F>& map)
   {
-    if constexpr (T == 1)
-      add_on<Shape::interval>(change, rules.simplex, place, {0, 1});
-    else
-    {
-      const Tile* tile = _tiles.tiles.data();
-      while (place >= rules.on(tile->kind).weights.size())
-        place -= rules.on((tile++)->kind).weights.size();
-      const QuadratureRule& rule = rules.on(tile->kind);
-      const auto& [a, b, c, d] = tile->corners;
-      const auto at = [](std::int8_t v) { return static_cast<std::size_t>(v); };
-      if (tile->kind == Tile::Kind::quadrilateral)
-        add_on<Shape::quadrilateral>(change, rule, place,
-                                     {at(a), at(b), at(d), at(c)});
-      else
-        add_on<Shape::triangle>(change, rule, place, {at(a), at(b), at(c)});
-    }
-  }
-
-  /// Point k of a rule under the map of some vertices
-  template <Shape P>
-  void add_on(const Change& change, const QuadratureRule& rule, std::size_t k,
-              const std::array<std::size_t, Reference<P>::corners>& corners)
-  {
-    constexpr int count = Reference<P>::corners;
-    const Flat r = rule.points[k].template head<T>();
-    const Vec<count> N = Lagrange<P, 1>::values(r);
-    const Mat<count, T> dN = Lagrange<P, 1>::gradients(r);
-    Mat<T, T> J = Mat<T, T>::Zero();
-    for (int c = 0; c < count; ++c)
-      J += _y[corners[static_cast<std::size_t>(c)]] * dN.row(c);
-    const Mat<count, T> dJ = rule.weights[k] * dN * adjugate(J);
-    for (int c = 0; c < count; ++c)
-    {
-      Sum& sum = _by_vertex[corners[static_cast<std::size_t>(c)]];
-      for (int t = 0; t < T; ++t)
-        sum.col(t) += N[c] * change.by_y.col(t) + dJ(c, t) * change.by_measure;
-    }
-  }
-
-  /// det(J) J^-1: the derivative of det(J) by a corner is its row of dN times
-  /// this, also where the tile has no area
-  [[nodiscard]] static Mat<T, T> adjugate(const Mat<T, T>& J)
-  {
-    if constexpr (T == 1)
-      return Mat<T, T>::Identity();
-    else
-    {
-      Mat<T, T> adj;
-      adj << J(1, 1), -J(0, 1), -J(1, 0), J(0, 0);
-      return adj;
-    }
+    const Segment& segment =
+        s.segmentation.segments[static_cast<std::size_t>(_segment)];
+    _points.take(s.segmentation, segment, map);
+    for (std::size_t v = 0; v < static_cast<std::size_t>(segment.size); ++v)
+      _by_vertex[v].setZero();
+    if (_points.has_centre())
+      _by_vertex[Points::centre].setZero();
   }
 
   void flush(const Element& e, const Segment& of)
@@ -188,7 +97,8 @@ private:
     const ContactState& s = e.state;
     const Index hit = s.elements.master[e.number];
     const bool own = of.master == hit;
-    const auto master = s.master.template nodes<F>(s.master.x, of.master);
+    const MasterNodes<F> master{
+        s.master.template nodes<F>(s.master.x, of.master)};
     if (not own)
     {
       _coupling.setZero();
@@ -204,8 +114,8 @@ private:
       const typename F::RefPoint xi =
           s.segmentation.vertices[at].template head<T>();
       const Motion dy = e.map.gradient(xi) *
-                        segment_vertex_motion<F>(s.segmentation, of,
-                                                 e.data.slave, master, at);
+                        rows_of<F>(segment_vertex_motion<F>(
+                            s.segmentation, of, e.data.slave, master, at));
       add_motion<0, Layout::size>(_by_vertex[v], dy, 0, e.A, 0);
       if (own)
         add_motion<0, Layout::size>(_by_vertex[v], dy, side, e.A,
@@ -225,12 +135,12 @@ private:
   /// The mean of the core moves with each of its vertices
   void share_centre()
   {
-    if (T == 1 or not _tiles.has_centre())
+    if (not _points.has_centre())
       return;
-    for (int v = 0; v < _tiles.core_size; ++v)
-      _by_vertex[static_cast<std::size_t>(
-          _tiles.core[static_cast<std::size_t>(v)])] +=
-          _by_vertex[centre] / static_cast<double>(_tiles.core_size);
+    const auto core = _points.core();
+    for (const std::int8_t v : core)
+      _by_vertex[static_cast<std::size_t>(v)] +=
+          _by_vertex[Points::centre] / static_cast<double>(core.size());
   }
 
   using Motion = Eigen::Matrix<double, T, 2 * Layout::side, Eigen::RowMajor>;
@@ -254,9 +164,8 @@ private:
   }
 
   Index _segment = no_index; ///< that of the points being added
-  Tiles _tiles;              ///< of that
-  std::array<Flat, capacity + 1> _y;
-  std::array<Sum, capacity + 1> _by_vertex;
+  Points _points;
+  std::array<Sum, Points::capacity + 1> _by_vertex;
   typename Kernel::Matrix _coupling;
   Eigen::Matrix<double, Layout::side, Layout::side, Eigen::RowMajor> _hit_rows;
 };

@@ -2,6 +2,7 @@
 #include "raymortar/element/carried.h"
 #include "raymortar/element/element_point.h"
 #include "raymortar/element/extension.h"
+#include "raymortar/element/target.h"
 #include "raymortar/geometry/dispatch.h"
 #include "raymortar/geometry/predicates.h"
 #include "raymortar/law/cone.h"
@@ -142,8 +143,8 @@ private:
     const Index facet = _state.points.slave[q];
     const auto at = element_point<F>(_state, q);
     const Frame<D> old = frame_at<F>(slave.nodes<F>(slave.x_old, facet), at.xi);
-    const Vec<D> x_m = master.nodes<F>(master.x_old, _state.hits.master[q]) *
-                       F::Node::values(at.eta);
+    const Vec<D> x_m = AnyFacet<D>(master, master.x_old, _state.hits.master[q])
+                           .at(_state.hits.eta[q]);
     const double g = old.n.dot(x_m - old.x) + _state.offset.at<F>(facet, N);
     const double p = vector(_results.normal, q).dot(multiplier(q)) + gamma * g;
     return bound_at(law_at(q, N), p).s;

@@ -90,7 +90,7 @@ private:
         : bend(curvature_at<F>(e.slave, xi, p.slave, geometry.dual))
     {
       if constexpr (L > 0)
-        shape_xi = e.lam_scale * Lagrange<F::shape, L>::gradients(xi);
+        shape_xi = e.lam_scale * F::template Basis<L>::gradients(xi);
       log_gamma = e.gamma.transpose() * geometry.dN_s / p.gamma;
       jacobian = p.slave.jacobian;
       log_jacobian = bend.log_jacobian.transpose();

@@ -50,40 +50,75 @@ struct VertexSystem
   }
 };
 
-/// @brief dxi of a vertex as rows over the displacement dofs
-/// [slave | master of the segment]: (3.5) or (3.6) differentiated. Zero where
-/// two edges run along each other: their crossing may be anywhere on them.
-/// @param[in] slave, master Deformed nodes, (gdim, nodes). Length
+/// @brief A point of a master facet by the ends of a part of one of its edges:
+/// its displacement is (1 - share) u(begin) + share u(end).
+struct MasterPlace
+{
+  Vec<2> begin; ///< reference coordinates
+  Vec<2> end;
+  double share = 0.0;
+};
+
+/// @brief dxi of a vertex. Zero where two edges run along each other: their
+/// crossing may be anywhere on them.
+template <class F>
+struct VertexMotion
+{
+  static constexpr int D = F::gdim;
+  static constexpr int T = F::tdim;
+  Mat<T, F::dofs* D> by_slave =
+      Mat<T, F::dofs * D>::Zero();         ///< by the slave's displacement dofs
+  Mat<T, D> by_master = Mat<T, D>::Zero(); ///< by the master's displacement
+  MasterPlace place{Vec<2>::Zero(), Vec<2>::Zero()}; ///< there
+};
+
+/// @brief Positions of a master facet of type F.
+template <class F>
+struct MasterNodes
+{
+  typename F::NodeMatrix nodes; ///< deformed, (gdim, nodes). Length
+
+  [[nodiscard]] Vec<F::gdim> at(const Vec<2>& eta) const
+  {
+    return nodes * F::Node::values(eta.template head<F::tdim>());
+  }
+  /// Derivative along a direction in eta
+  [[nodiscard]] Vec<F::gdim> along(const Vec<2>& eta,
+                                   const Vec<2>& direction) const
+  {
+    return nodes * (F::Node::gradients(eta.template head<F::tdim>()) *
+                    direction.template head<F::tdim>());
+  }
+};
+
+/// @brief (3.5) or (3.6) differentiated.
+/// @param[in] slave Deformed nodes, (gdim, nodes). Length
+/// @param[in] master Like MasterNodes, of any facet type
 /// @param[in] hangs_on Motion::corner or crossing
 /// [theory (3.9), (3.10)]
-template <class F>
-[[nodiscard]] Mat<F::tdim, 2 * Variations<F>::side>
-vertex_motion(const typename F::NodeMatrix& slave,
-              const typename F::NodeMatrix& master,
+template <class F, class Master>
+[[nodiscard]] VertexMotion<F>
+vertex_motion(const typename F::NodeMatrix& slave, const Master& master,
               const typename F::RefPoint& xi, const Break& hangs_on)
 {
   constexpr int D = F::gdim;
-  constexpr int T = F::tdim;
-  constexpr int side = Variations<F>::side;
-  const typename F::RefPoint eta = hangs_on.eta.template head<T>();
-  PointGeometry<F> p = slave_geometry<F>(slave, xi);
-  add_master_geometry<F>(p, master, F::Disp::values(eta), eta);
-  const double g = p.slave.n.dot(master * F::Node::values(eta) - p.slave.x);
+  const PointGeometry<F> p = slave_geometry<F>(slave, xi);
+  const double g = p.slave.n.dot(master.at(hangs_on.eta) - p.slave.x);
   const VertexSystem<F> system(
       p.slave.t + g * curvature_at<F>(slave, xi, p.slave, p.dual).n, p.slave.n,
-      p.T * hangs_on.along_m.template head<T>(), hangs_on);
-  Mat<T, 2 * side> dxi = Mat<T, 2 * side>::Zero();
+      master.along(hangs_on.eta, hangs_on.along_m), hangs_on);
+  VertexMotion<F> motion;
   if (not system.regular)
-    return dxi;
+    return motion;
   // Applied to du_m - du_s - g dn, with dn = - sum_a G_a (n . du_a)
-  const Mat<T, D>& by_u = system.by_u;
+  const auto& by_u = system.by_u;
   for (int a = 0; a < F::dofs; ++a)
-  {
-    dxi.template middleCols<D>(a * D) =
+    motion.by_slave.template middleCols<D>(a * D) =
         g * (by_u * p.G_s.col(a)) * p.slave.n.transpose() - p.N_s[a] * by_u;
-    dxi.template middleCols<D>(side + a * D) = p.N_m[a] * by_u;
-  }
-  return dxi;
+  motion.by_master = by_u;
+  motion.place.begin = hangs_on.eta;
+  motion.place.end = hangs_on.eta;
+  return motion;
 }
 
 /// @brief A slave patch through its corners, in the order of Lagrange<S, 1>,
@@ -130,51 +165,46 @@ struct FlatPatch
 /// @brief The same of a vertex that has kept its flat place: the patches
 /// through the corners are the facets, and the slave patch has one normal.
 /// @param[in] hangs_on Motion::flat_corner or flat_crossing
-template <class F>
-[[nodiscard]] Mat<F::tdim, 2 * Variations<F>::side>
-flat_motion(const FlatPatch<F>& slave, const typename F::NodeMatrix& master,
+template <class F, class Master>
+[[nodiscard]] VertexMotion<F>
+flat_motion(const FlatPatch<F>& slave, const Master& master,
             const typename F::RefPoint& xi, const Break& hangs_on)
 {
   constexpr int D = F::gdim;
-  constexpr int T = F::tdim;
-  constexpr int side = Variations<F>::side;
   using Shapes = typename FlatPatch<F>::Shapes;
   const typename F::RefPoint at = slave.from_xi * (xi - slave.begin);
-  const typename F::RefPoint begin = hangs_on.eta.template head<T>();
-  const typename F::RefPoint end = begin + hangs_on.along_m.template head<T>();
+  VertexMotion<F> motion;
+  motion.place.begin = hangs_on.eta;
+  motion.place.end = hangs_on.eta + hangs_on.along_m;
   const Vec<FlatPatch<F>::corners> N = Shapes::values(at);
-  const Vec<D> x_m = master * F::Node::values(begin);
+  const Vec<D> x_m = master.at(motion.place.begin);
   const VertexSystem<F> system(slave.x * Shapes::gradients(at) * slave.from_xi,
-                               slave.n, master * F::Node::values(end) - x_m,
+                               slave.n, master.at(motion.place.end) - x_m,
                                hangs_on);
-  Mat<T, 2 * side> dxi = Mat<T, 2 * side>::Zero();
   if (not system.regular)
-    return dxi;
+    return motion;
   // The vertex is the solution: what is left are place and height on the edge
   const Vec<D> z = system.inverse * (x_m - slave.x * N);
-  const double t = system.crosses ? z[1] : 0.0;
-  const Vec<F::dofs> N_m =
-      (1.0 - t) * F::Disp::values(begin) + t * F::Disp::values(end);
-  const Mat<T, D>& by_u = system.by_u;
-  const Mat<T, FlatPatch<F>::corners> turn = z[D - 1] * by_u * slave.G;
+  motion.place.share = system.crosses ? z[1] : 0.0;
+  motion.by_master = system.by_u;
+  const Mat<F::tdim, FlatPatch<F>::corners> turn =
+      z[D - 1] * system.by_u * slave.G;
   for (int a = 0; a < F::dofs; ++a)
-  {
     for (int c = 0; c < FlatPatch<F>::corners; ++c)
-      dxi.template middleCols<D>(a * D) +=
-          slave.N(a, c) * (turn.col(c) * slave.n.transpose() - N[c] * by_u);
-    dxi.template middleCols<D>(side + a * D) = N_m[a] * by_u;
-  }
-  return dxi;
+      motion.by_slave.template middleCols<D>(a * D) +=
+          slave.N(a, c) *
+          (turn.col(c) * slave.n.transpose() - N[c] * system.by_u);
+  return motion;
 }
 
 /// @brief The same of a vertex of a segment, on the true facets or where the
 /// flat patches have it.
 /// @param[in] vertex Number in the segmentation
-template <class F>
-[[nodiscard]] Mat<F::tdim, 2 * Variations<F>::side>
+template <class F, class Master>
+[[nodiscard]] VertexMotion<F>
 segment_vertex_motion(const Segmentation& s, const Segment& of,
-                      const typename F::NodeMatrix& slave,
-                      const typename F::NodeMatrix& master, std::size_t vertex)
+                      const typename F::NodeMatrix& slave, const Master& master,
+                      std::size_t vertex)
 {
   const Break& hangs_on = s.breaks[vertex];
   const typename F::RefPoint xi = s.vertices[vertex].template head<F::tdim>();
@@ -183,5 +213,33 @@ segment_vertex_motion(const Segmentation& s, const Segment& of,
   const Patch& patch =
       patches<F>(s.subdivided)[static_cast<std::size_t>(of.slave_patch)];
   return flat_motion<F>(FlatPatch<F>(slave, patch), master, xi, hangs_on);
+}
+
+/// @brief Shape functions of the master's displacement, of type F too, that a
+/// motion is multiplied with.
+template <class F>
+[[nodiscard]] Vec<F::dofs> master_shares(const MasterPlace& at)
+{
+  const Vec<F::dofs> N = F::Disp::values(at.begin.template head<F::tdim>());
+  if (at.share == 0.0)
+    return N;
+  return (1.0 - at.share) * N +
+         at.share * F::Disp::values(at.end.template head<F::tdim>());
+}
+
+/// @brief A motion as rows over the dofs [slave | master of the segment], both
+/// of type F.
+template <class F>
+[[nodiscard]] Mat<F::tdim, 2 * Variations<F>::side>
+rows_of(const VertexMotion<F>& motion)
+{
+  constexpr int D = F::gdim;
+  constexpr int side = Variations<F>::side;
+  Mat<F::tdim, 2 * side> rows;
+  rows.template leftCols<side>() = motion.by_slave;
+  const Vec<F::dofs> N = master_shares<F>(motion.place);
+  for (int a = 0; a < F::dofs; ++a)
+    rows.template middleCols<D>(side + a * D) = N[a] * motion.by_master;
+  return rows;
 }
 } // namespace raymortar

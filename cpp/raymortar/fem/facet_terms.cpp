@@ -78,7 +78,8 @@ void share_rows(const Zone& zone, const ShareSlope& slope,
 {
   std::vector<PetscInt> slave;
   element_rows(zone, slope.slave, no_index, Constrained::left_out, slave);
-  slave.resize(slope.share.size() / 2);
+  const Surface& side = zone.state().slave;
+  slave.resize(static_cast<std::size_t>(side.gdim * side.dofs_per_facet()));
   master_rows(zone, slope.master, Constrained::left_out, rows);
   rows.insert(rows.begin(), slave.begin(), slave.end());
 }

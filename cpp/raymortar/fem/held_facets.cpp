@@ -1,6 +1,8 @@
 #include "raymortar/fem/held_facets.h"
+#include "raymortar/fem/facet_dofs.h"
 #include "raymortar/geometry/dispatch.h"
 #include "raymortar/geometry/frame.h"
+#include "raymortar/geometry/taylor.h"
 #include <algorithm>
 #include <cmath>
 
@@ -98,12 +100,32 @@ std::vector<Candidate<F>> candidates(const Surface& slave,
 }
 
 /// Shares of the nodes at a point, positive for quadratic functions too
-template <class F>
-Vec<F::dofs> nearness(const Vec<2>& xi)
+template <int D>
+Eigen::VectorXd nearness(const Surface& s, const Vec<2>& xi)
 {
-  const Vec<F::dofs> N =
-      F::Disp::values(xi.template head<F::tdim>()).cwiseAbs();
+  const Eigen::VectorXd N =
+      shape_taylor<D - 1>(s.shape, s.degree, xi.head<D - 1>())
+          .col(0)
+          .cwiseAbs();
   return N / N.sum();
+}
+
+/// By component, how much of a master facet is held at one of its points
+template <int D>
+Vec<D> held_opposite(const Surface& master, Index facet, const Vec<2>& eta,
+                     std::span<const double> fixed)
+{
+  const Eigen::VectorXd shares = nearness<D>(master, eta);
+  Vec<D> held = Vec<D>::Zero();
+  Eigen::Index k = 0;
+  for_facet_dofs(master, facet,
+                 [&](std::size_t dof)
+                 {
+                   if (fixed[dof] != 0.0)
+                     held[k % D] += shares[k / D];
+                   ++k;
+                 });
+  return held;
 }
 
 template <class F>
@@ -120,10 +142,10 @@ void look_opposite(const ContactState& s, std::span<const double> fixed_master,
     if (one == nullptr or s.hits.status[q] != RayStatus::hit)
       continue;
     const Vec<F::gdim> at_held =
-        s.points.area[q] * (one->held * nearness<F>(s.points.xi[q]));
-    const Vec<F::gdim> held =
-        held_nodes<F>(s.master, s.hits.master[q], fixed_master) *
-        nearness<F>(s.hits.eta[q]);
+        s.points.area[q] *
+        (one->held * nearness<F::gdim>(s.slave, s.points.xi[q]));
+    const Vec<F::gdim> held = held_opposite<F::gdim>(
+        s.master, s.hits.master[q], s.hits.eta[q], fixed_master);
     one->has_met = true;
     one->all += at_held;
     one->opposite_held += at_held.cwiseProduct(held);

@@ -103,15 +103,16 @@ void BlockPositions::set_groups(const Zone& zone)
 {
   const Surface& slave = zone.input().slave;
   const Multipliers& m = zone.input().multipliers;
-  const auto dofs = static_cast<std::size_t>(slave.dofs_per_facet());
+  const auto dofs_of = [](const Surface& side)
+  { return static_cast<std::size_t>(side.dofs_per_facet()); };
   _nodes = {};
-  append_groups(_nodes.alone, dofs, slave.gdim);
+  append_groups(_nodes.alone, dofs_of(slave), slave.gdim);
   if (m.components > 0 and slave.num_facets() > 0)
     append_groups(_nodes.alone,
                   m.facet.size() / static_cast<std::size_t>(slave.num_facets()),
                   m.components);
   _nodes.paired = _nodes.alone;
-  append_groups(_nodes.paired, dofs, slave.gdim);
+  append_groups(_nodes.paired, dofs_of(zone.input().master), slave.gdim);
   _unknowns = {apart(_nodes.alone), apart(_nodes.paired)};
 }
 

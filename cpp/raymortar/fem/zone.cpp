@@ -83,6 +83,9 @@ Zone::Zone(MPI_Comm comm, ZoneInput input)
   _state.slave.neighbours = find_neighbours(_state.slave);
   for (Surface* s : {&_state.slave, &_input.master})
     s->x = s->x_old = s->X;
+  _state.master.shape = _input.master.shape;
+  _state.master.degree = _input.master.degree;
+  _state.master.node_degree = _input.master.node_degree;
   _assembler = make_assembler(_state, _input.law);
   const auto zeros = [](const Surface& s)
   { return std::vector<double>(s.rows.size(), 0.0); };

@@ -85,8 +85,7 @@ curvature_at(const typename F::NodeMatrix& nodes,
     c.log_jacobian.setZero();
     return c;
   }
-  const Mat<F::gdim, T == 1 ? 1 : 3> second =
-      nodes * SecondGradients<F::shape, F::node_degree>::at(xi);
+  const Mat<F::gdim, T == 1 ? 1 : 3> second = nodes * F::SecondOfNode::at(xi);
   for (int j = 0; j < T; ++j)
   {
     Mat<F::gdim, T>& dt = c.t[static_cast<std::size_t>(j)];

@@ -216,6 +216,9 @@ private:
   }
 };
 
+template <Shape S, int K>
+struct SecondGradients; // in curvature.h
+
 /// @brief A facet type: shape, degree P of the displacement, degree K >= P of
 /// the positions x = X + u (K = 2 where the geometry is quadratic).
 template <Shape S, int P, int K>
@@ -227,6 +230,10 @@ struct FacetType
   using Ref = Reference<S>;
   using Disp = Lagrange<S, P>;
   using Node = Lagrange<S, K>;
+  using SecondOfNode = SecondGradients<S, K>;
+  /// Shape functions of other fields, of degree L
+  template <int L>
+  using Basis = Lagrange<S, L>;
   static constexpr int tdim = Ref::tdim;
   static constexpr int gdim = tdim + 1;
   static constexpr int dofs = Disp::nodes;

@@ -32,18 +32,15 @@ struct Break
 };
 
 /// @brief An edge in reference coordinates: begin + s along, 0 <= s <= 1.
-template <class F>
+template <int T>
 struct ReferenceEdge
 {
-  typename F::RefPoint begin;
-  typename F::RefPoint along;
+  Vec<T> begin;
+  Vec<T> along;
 
-  [[nodiscard]] typename F::RefPoint at(double s) const
-  {
-    return begin + s * along;
-  }
+  [[nodiscard]] Vec<T> at(double s) const { return begin + s * along; }
   /// Nearest place on the edge's line
-  [[nodiscard]] double place_of(const typename F::RefPoint& xi) const
+  [[nodiscard]] double place_of(const Vec<T>& xi) const
   {
     return along.dot(xi - begin) / along.squaredNorm();
   }
@@ -112,28 +109,28 @@ template <class F>
 /// @param[in,out] s, t Start and, if true is returned, the solution
 /// @return Whether it was found, not further off than tolerance::break_move,
 /// where the edges do not run along each other
-template <class F>
-[[nodiscard]] bool cross_edges(const typename F::NodeMatrix& slave,
-                               const ReferenceEdge<F>& edge_s,
-                               const typename F::NodeMatrix& master,
-                               const ReferenceEdge<F>& edge_m, double& s,
-                               double& t) requires(F::gdim == 3)
+template <class S, class M>
+[[nodiscard]] bool cross_edges(const typename S::NodeMatrix& slave,
+                               const ReferenceEdge<2>& edge_s,
+                               const typename M::NodeMatrix& master,
+                               const ReferenceEdge<2>& edge_m, double& s,
+                               double& t) requires(S::gdim == 3)
 {
-  const Vec<3> origin = slave * F::Node::values(edge_s.at(s));
-  const typename F::NodeMatrix nodes_s = slave.colwise() - origin;
-  const typename F::NodeMatrix nodes_m = master.colwise() - origin;
+  const Vec<3> origin = slave * S::Node::values(edge_s.at(s));
+  const typename S::NodeMatrix nodes_s = slave.colwise() - origin;
+  const typename M::NodeMatrix nodes_m = master.colwise() - origin;
   Vec<3> z(s, 0.0, t);
   for (int step = 0; step < detail::break_steps; ++step)
   {
-    const typename F::RefPoint xi = edge_s.at(z[0]), eta = edge_m.at(z[2]);
-    const Frame<3> f = frame_at<F>(nodes_s, xi);
-    const Vec<3> apart = nodes_m * F::Node::values(eta) - f.x;
+    const Vec<2> xi = edge_s.at(z[0]), eta = edge_m.at(z[2]);
+    const Frame<3> f = frame_at<S>(nodes_s, xi);
+    const Vec<3> apart = nodes_m * M::Node::values(eta) - f.x;
     if (step == 0)
       z[1] = f.n.dot(apart);
     Mat<3, 3> A;
-    A.col(0) = (f.t + z[1] * curvature_at<F>(nodes_s, xi, f).n) * edge_s.along;
+    A.col(0) = (f.t + z[1] * curvature_at<S>(nodes_s, xi, f).n) * edge_s.along;
     A.col(1) = f.n;
-    A.col(2) = -(nodes_m * F::Node::gradients(eta)) * edge_m.along;
+    A.col(2) = -(nodes_m * M::Node::gradients(eta)) * edge_m.along;
     const Vec<3> dz =
         detail::newton_step<3>(A, apart - z[1] * f.n, tolerance::along);
     z += dz;

@@ -127,7 +127,7 @@ std::span<const Index> rivals_of(const IntegrationPoints& points, std::size_t q)
   return points.rivals.of(points.segment[q]);
 }
 
-template <class F>
+template <class S, class M>
 Hits cast_all(const Surface& slave, const Surface& master,
               const IntegrationPoints& points, const FacetDistances& range)
 {
@@ -136,16 +136,16 @@ Hits cast_all(const Surface& slave, const Surface& master,
             std::vector<Index>(n, no_index),
             std::vector<Vec<2>>(n, Vec<2>::Zero()),
             std::vector<double>(n, 0.0)};
-  RayCaster<F> caster(slave, master, range);
+  RayCaster<S, M> caster(slave, master, range);
   for (std::size_t q = 0; q < n; ++q)
   {
     if (points.seed[q] == no_index)
       continue;
-    const Landing<F> landing = caster.cast(
+    const Landing<M> landing = caster.cast(
         points.slave[q], points.xi[q], points.seed[q], rivals_of(points, q));
     hits.status[q] = landing.hit.status;
     hits.gap[q] = landing.hit.g;
-    hits.eta[q].template head<F::tdim>() = landing.hit.eta;
+    hits.eta[q].template head<M::tdim>() = landing.hit.eta;
     if (landing.hit.status == RayStatus::hit)
       hits.master[q] = landing.facet;
   }
@@ -172,7 +172,9 @@ IntegrationPoints make_points(const Surface& slave,
 Hits cast_rays(const Surface& slave, const Surface& master,
                const IntegrationPoints& points, const FacetDistances& range)
 {
-  return with_facet_type(slave, [&]<class F>(F)
-                         { return cast_all<F>(slave, master, points, range); });
+  return with_geometries(slave, master,
+                         [&]<class S, class M>(S, M) {
+                           return cast_all<S, M>(slave, master, points, range);
+                         });
 }
 } // namespace raymortar

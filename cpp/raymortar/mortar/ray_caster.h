@@ -37,16 +37,18 @@ struct Landing
 
 /// @brief Casts the rays of one slave surface on the true deformed master.
 ///
+/// @tparam S, M Geometry of the slave's and the master's facets
+///
 /// A penetration up to `depth` counts. A default depth goes through bodies that
 /// are thin against their facets: beyond what is `certain` a penetration counts
 /// only where the old positions, those of the last accepted step, tell that the
 /// slave came from the front. They also tell which of several layers a point
 /// was paired with [theory, section 3, Layers].
-template <class F>
+template <class S, class M>
 class RayCaster
 {
 public:
-  using Point = typename F::Point;
+  using Point = typename S::Point;
 
   RayCaster(const Surface& slave, const Surface& master,
             const FacetDistances& distances)
@@ -57,11 +59,11 @@ public:
   /// @brief Where the ray of a slave point meets the master.
   /// @param[in] seed Facet to start from
   /// @param[in] rivals Facets of other layers over this point
-  [[nodiscard]] Landing<F> cast(Index slave, const Vec<2>& xi, Index seed,
+  [[nodiscard]] Landing<M> cast(Index slave, const Vec<2>& xi, Index seed,
                                 std::span<const Index> rivals = {})
   {
     place(slave, xi);
-    const Landing<F> first = land(seed);
+    const Landing<M> first = land(seed);
     if (rivals.empty() and not(first.is_hit() and not is_certain(first)))
       return first;
     return contest(first, rivals);
@@ -73,10 +75,10 @@ public:
                             Index second)
   {
     place(slave, xi);
-    const Landing<F> a = land(first), b = land(second);
+    const Landing<M> a = land(first), b = land(second);
     if (a.facet == b.facet)
       return 0;
-    const Landing<F> chosen = contest(a, {&second, 1});
+    const Landing<M> chosen = contest(a, {&second, 1});
     if (not chosen.is_hit())
       return 0;
     return chosen.facet == a.facet ? -1 : 1;
@@ -97,44 +99,44 @@ private:
     if (slave != _facet)
     {
       _facet = slave;
-      _nodes = _slave.template nodes<F>(_slave.x, slave);
+      _nodes = _slave.template nodes<S>(_slave.x, slave);
     }
-    _xi = xi.template head<F::tdim>();
-    const auto frame = frame_at<F>(_nodes, _xi);
+    _xi = xi.template head<S::tdim>();
+    const auto frame = frame_at<S>(_nodes, _xi);
     _ray = {frame.x, frame.n};
   }
 
   /// The hit that is reached from a facet, if it counts
-  [[nodiscard]] Landing<F> land(Index seed)
+  [[nodiscard]] Landing<M> land(Index seed)
   {
-    Landing<F> landing = walk(_ray, seed, _master.x);
+    Landing<M> landing = walk(_ray, seed, _master.x);
     if (landing.is_hit())
       landing.hit.status = admit(landing);
     // Affine facets have one root, which Newton finds from anywhere
-    if (not F::affine and not landing.is_hit())
+    if (not M::affine and not landing.is_hit())
       landing = search(landing);
     return landing;
   }
 
   /// Follow a ray from facet to facet until it lands inside one
-  [[nodiscard]] Landing<F> walk(const Ray& ray, Index facet,
+  [[nodiscard]] Landing<M> walk(const Ray& ray, Index facet,
                                 const std::vector<double>& positions)
   {
-    Landing<F> landing;
+    Landing<M> landing;
     _hops = 0;
     while (_hops < max_hops)
     {
       _visited[_hops++] = facet;
-      const auto nodes = _master.template nodes<F>(positions, facet);
+      const auto nodes = _master.template nodes<M>(positions, facet);
       landing = {
-          intersect<F>(ray.x, ray.n, nodes, flat_guess<F>(ray.x, ray.n, nodes)),
+          intersect<M>(ray.x, ray.n, nodes, flat_guess<M>(ray.x, ray.n, nodes)),
           facet};
-      RayHit<F>& hit = landing.hit;
+      RayHit<M>& hit = landing.hit;
       if (hit.status != RayStatus::hit or
           hit.outside.amount <= tolerance::ray_outside)
         return landing;
       const Index next =
-          _master.neighbours[static_cast<std::size_t>(facet) * F::Ref::edges +
+          _master.neighbours[static_cast<std::size_t>(facet) * M::Ref::edges +
                              static_cast<std::size_t>(hit.outside.edge)];
       // Two facets that send the ray to each other: it passes between them
       if (next == no_index or (_hops > 1 and next == _visited[_hops - 2]))
@@ -152,16 +154,16 @@ private:
   /// facet, or end at a root of its extension beyond the edges, which then
   /// sends the walk astray. Other starting points find the root inside, if
   /// there is one. Nothing is accepted that `walk` would not accept.
-  [[nodiscard]] Landing<F> search(const Landing<F>& failed) const
+  [[nodiscard]] Landing<M> search(const Landing<M>& failed) const
   {
-    Landing<F> best = failed;
+    Landing<M> best = failed;
     for (std::size_t k = 0; k < _hops; ++k)
       best = nearer(best, inside(_visited[k]));
-    for (std::size_t e = 0; e < F::Ref::edges; ++e)
+    for (std::size_t e = 0; e < M::Ref::edges; ++e)
     {
       const Index next =
           _master.neighbours[static_cast<std::size_t>(_visited[0]) *
-                                 F::Ref::edges +
+                                 M::Ref::edges +
                              e];
       if (not best.is_hit() and next != no_index)
         best = nearer(best, inside(next));
@@ -170,14 +172,14 @@ private:
   }
 
   /// Nearest admitted hit within a facet, Newton started at each of its nodes
-  [[nodiscard]] Landing<F> inside(Index facet) const
+  [[nodiscard]] Landing<M> inside(Index facet) const
   {
-    const auto nodes = _master.template nodes<F>(_master.x, facet);
-    Landing<F> best;
-    for (const auto& point : F::Node::points)
+    const auto nodes = _master.template nodes<M>(_master.x, facet);
+    Landing<M> best;
+    for (const auto& point : M::Node::points)
     {
-      const typename F::RefPoint start(point.data());
-      Landing<F> landing{intersect<F>(_ray.x, _ray.n, nodes, start), facet};
+      const typename M::RefPoint start(point.data());
+      Landing<M> landing{intersect<M>(_ray.x, _ray.n, nodes, start), facet};
       if (landing.is_hit() and
           landing.hit.outside.amount <= tolerance::ray_outside and
           admit(landing) == RayStatus::hit)
@@ -186,8 +188,8 @@ private:
     return best;
   }
 
-  [[nodiscard]] static const Landing<F>& nearer(const Landing<F>& a,
-                                                const Landing<F>& b)
+  [[nodiscard]] static const Landing<M>& nearer(const Landing<M>& a,
+                                                const Landing<M>& b)
   {
     if (not b.is_hit())
       return a;
@@ -196,7 +198,7 @@ private:
   }
 
   /// Whether a hit counts; notes its incidence
-  [[nodiscard]] RayStatus admit(Landing<F>& landing) const
+  [[nodiscard]] RayStatus admit(Landing<M>& landing) const
   {
     const SearchDistances& range = _distances[_facet];
     landing.facing = facing(_ray, landing, _master.x);
@@ -211,14 +213,14 @@ private:
     return RayStatus::hit;
   }
 
-  [[nodiscard]] double facing(const Ray& ray, const Landing<F>& landing,
+  [[nodiscard]] double facing(const Ray& ray, const Landing<M>& landing,
                               const std::vector<double>& positions) const
   {
-    const auto nodes = _master.template nodes<F>(positions, landing.facet);
-    return -ray.n.dot(frame_at<F>(nodes, landing.hit.eta).n);
+    const auto nodes = _master.template nodes<M>(positions, landing.facet);
+    return -ray.n.dot(frame_at<M>(nodes, landing.hit.eta).n);
   }
 
-  [[nodiscard]] bool is_certain(const Landing<F>& landing) const
+  [[nodiscard]] bool is_certain(const Landing<M>& landing) const
   {
     return landing.hit.g >= 0.0 or
            landing.hit.g >=
@@ -228,7 +230,7 @@ private:
   }
 
   /// Whether the slave point is within the body that its ray has come out of
-  [[nodiscard]] bool is_within(const Landing<F>& landing) const
+  [[nodiscard]] bool is_within(const Landing<M>& landing) const
   {
     const double behind = _master.thickness_behind(landing.facet);
     return landing.hit.g < 0.0 and std::isfinite(behind) and
@@ -236,14 +238,14 @@ private:
   }
 
   /// The layer that a point is paired with, among those that its ray meets
-  [[nodiscard]] Landing<F> contest(const Landing<F>& first,
+  [[nodiscard]] Landing<M> contest(const Landing<M>& first,
                                    std::span<const Index> rivals)
   {
     _layers.clear();
-    const auto add = [this](const Landing<F>& one)
+    const auto add = [this](const Landing<M>& one)
     {
       bool fresh = one.is_hit();
-      for (const Landing<F>& other : _layers)
+      for (const Landing<M>& other : _layers)
         fresh = fresh and other.facet != one.facet;
       if (fresh)
         _layers.push_back(one);
@@ -253,7 +255,7 @@ private:
       add(land(rival));
     if (const std::size_t k = choose(); k < _layers.size())
       return _layers[k];
-    Landing<F> missed = first;
+    Landing<M> missed = first;
     if (missed.is_hit())
       missed.hit.status = RayStatus::too_deep;
     return missed;
@@ -263,7 +265,7 @@ private:
   /// within a body sees the layers ahead through it, so that this body's
   /// surface goes before them; otherwise the nearest is the first on the ray
   template <class Fit>
-  [[nodiscard]] std::size_t best(const std::vector<Landing<F>>& layers,
+  [[nodiscard]] std::size_t best(const std::vector<Landing<M>>& layers,
                                  Fit&& fit) const
   {
     std::size_t best = none;
@@ -313,12 +315,12 @@ private:
   {
     _has_looked_back = true;
     const auto frame =
-        frame_at<F>(_slave.template nodes<F>(_slave.x_old, _facet), _xi);
+        frame_at<S>(_slave.template nodes<S>(_slave.x_old, _facet), _xi);
     const Ray ray{frame.x, frame.n};
     _past.clear();
-    for (const Landing<F>& layer : _layers)
+    for (const Landing<M>& layer : _layers)
     {
-      Landing<F> past = walk(ray, layer.facet, _master.x_old);
+      Landing<M> past = walk(ray, layer.facet, _master.x_old);
       if (past.is_hit())
         past.facing = facing(ray, past, _master.x_old);
       if (not(past.facing > tolerance::facing))
@@ -333,13 +335,13 @@ private:
   const Surface& _master;
   const FacetDistances& _distances;
   Index _facet = no_index;
-  typename F::NodeMatrix _nodes;
-  typename F::RefPoint _xi;               ///< of the present point
+  typename S::NodeMatrix _nodes;
+  typename S::RefPoint _xi;               ///< of the present point
   Ray _ray;                               ///< of the present point
   std::array<Index, max_hops> _visited{}; ///< facets of the last walk
   std::size_t _hops = 0;
-  std::vector<Landing<F>> _layers; ///< that the present ray meets
-  std::vector<Landing<F>> _past;   ///< the same, of the old ray
+  std::vector<Landing<M>> _layers; ///< that the present ray meets
+  std::vector<Landing<M>> _past;   ///< the same, of the old ray
   bool _has_looked_back = false;
 };
 } // namespace raymortar

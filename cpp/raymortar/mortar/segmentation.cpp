@@ -26,7 +26,7 @@ struct SlavePatch
       y[i] = plane.coordinates(corners[i]);
   }
 
-  [[nodiscard]] ReferenceEdge<F> edge(std::size_t e) const
+  [[nodiscard]] ReferenceEdge<F::tdim> edge(std::size_t e) const
   {
     return {xi[e], xi[(e + 1) % static_cast<std::size_t>(count)] - xi[e]};
   }
@@ -85,7 +85,7 @@ struct MasterPatch
       y[i] = plane.coordinates(corners[i]);
   }
 
-  [[nodiscard]] ReferenceEdge<F> edge(std::size_t e) const
+  [[nodiscard]] ReferenceEdge<F::tdim> edge(std::size_t e) const
   {
     return {eta[e], eta[(e + 1) % count] - eta[e]};
   }
@@ -93,15 +93,15 @@ struct MasterPatch
   [[nodiscard]] double place_on_edge(std::size_t e,
                                      const typename F::RefPoint& at) const
   {
-    return ReferenceEdge<F>{y[e], y[(e + 1) % count] - y[e]}.place_of(at);
+    return ReferenceEdge<F::tdim>{y[e], y[(e + 1) % count] - y[e]}.place_of(at);
   }
 };
 
 /// A vertex of a segment in the slave's reference coordinates
-template <class F>
+template <int T>
 struct Vertex
 {
-  typename F::RefPoint xi;
+  Vec<T> xi;
   Break hangs_on;
 };
 
@@ -137,16 +137,19 @@ constexpr double patch_measure()
   return F::shape == Shape::triangle ? 0.5 : 1.0;
 }
 
-template <class F>
+template <class S, class M>
 class Segmenter
 {
 public:
-  static constexpr int D = F::gdim;
+  static constexpr int D = S::gdim;
+  static constexpr int T = S::tdim;
+  using RefPoint = typename S::RefPoint;
 
   Segmenter(const Surface& slave, const Surface& master,
             const SegmentationOptions& options)
       : _slave(slave), _master(master), _options(options),
-        _patches(patches<F>(options.subdivide)),
+        _patches(patches<S>(options.subdivide)),
+        _master_patches(patches<M>(options.subdivide)),
         _rays(slave, master, _options.distances)
   {
     _out.covered.assign(static_cast<std::size_t>(slave.num_facets()), 0.0);
@@ -155,21 +158,21 @@ public:
 
   void add(Index facet, std::span<const Index> masters)
   {
-    const typename F::NodeMatrix nodes =
-        _slave.template nodes<F>(_slave.x, facet);
+    const typename S::NodeMatrix nodes =
+        _slave.template nodes<S>(_slave.x, facet);
     bool usable = true;
     _facet = facet;
     _range = _options.distances[facet];
     for (std::size_t k = 0; k < _patches.size(); ++k)
     {
-      const SlavePatch<F> patch(nodes, _patches[k]);
+      const SlavePatch<S> patch(nodes, _patches[k]);
       usable = usable and patch.plane.valid;
       if (not patch.plane.valid)
         continue;
       _pieces.clear();
       for (const Index m : masters)
         overlap_with(patch, m);
-      _rivalries = keep_nearest<D>(_pieces, patch_measure<F>(), _range.reach,
+      _rivalries = keep_nearest<D>(_pieces, patch_measure<S>(), _range.reach,
                                    _range.depth, judge(patch));
       for (const Piece<D>& piece : _pieces)
         emit(facet, static_cast<std::int8_t>(k), patch, nodes, piece);
@@ -186,14 +189,13 @@ public:
 
 private:
   /// Decides between layers of master by the true ray
-  [[nodiscard]] auto judge(const SlavePatch<F>& patch)
+  [[nodiscard]] auto judge(const SlavePatch<S>& patch)
   {
     // No more than what std::function holds without an allocation
-    return [this, &patch](Index first, Index second,
-                          const typename F::RefPoint& at)
+    return [this, &patch](Index first, Index second, const RefPoint& at)
     {
       Vec<2> xi = Vec<2>::Zero();
-      xi.template head<F::tdim>() = patch.to_reference(at);
+      xi.template head<T>() = patch.to_reference(at);
       return _rays.compare(_facet, xi, first, second);
     };
   }
@@ -208,21 +210,22 @@ private:
     {
       if (r.winner == master)
         _losers.push_back(r.loser);
-      else if (not F::affine and r.loser == master)
+      else if (not M::affine and r.loser == master)
         _losers.push_back(r.winner);
     }
     if (not _losers.empty())
       _out.rivals.add(static_cast<Index>(_out.segments.size()), _losers);
   }
 
-  void overlap_with(const SlavePatch<F>& slave, Index master)
+  void overlap_with(const SlavePatch<S>& slave, Index master)
   {
-    const typename F::NodeMatrix nodes =
-        _master.template nodes<F>(_master.x, master);
-    for (std::size_t k = 0; k < _patches.size(); ++k)
+    const typename M::NodeMatrix nodes =
+        _master.template nodes<M>(_master.x, master);
+    for (std::size_t k = 0; k < _master_patches.size(); ++k)
     {
+      const Patch& patch = _master_patches[k];
       const auto seen = project_patch<D>(
-          slave.plane, patch_corners<F>(nodes, _patches[k]), _patches[k].size);
+          slave.plane, patch_corners<M>(nodes, patch), patch.size);
       // Curved facets rise over their linear patch: the rays decide later
       const double slack = 0.25 * slave.plane.size;
       if (seen.size == 0 or seen.lowest > _range.reach + slack or
@@ -240,7 +243,7 @@ private:
     }
   }
 
-  void clip(const SlavePatch<F>& slave, const ProjectedPatch<D>& master,
+  void clip(const SlavePatch<S>& slave, const ProjectedPatch<D>& master,
             std::array<Index, 2> of)
   {
     ++_out.clipped;
@@ -250,24 +253,25 @@ private:
           {region, of[0], static_cast<std::int8_t>(of[1]), master});
   }
 
-  void emit(Index facet, std::int8_t slave_patch, const SlavePatch<F>& patch,
-            const typename F::NodeMatrix& nodes, const Piece<D>& piece)
+  void emit(Index facet, std::int8_t slave_patch, const SlavePatch<S>& patch,
+            const typename S::NodeMatrix& nodes, const Piece<D>& piece)
   {
-    const MasterPatch<F> master(
-        _master.template nodes<F>(_master.x, piece.master),
-        _patches[static_cast<std::size_t>(piece.master_patch)], patch.plane);
+    const MasterPatch<M> master(
+        _master.template nodes<M>(_master.x, piece.master),
+        _master_patches[static_cast<std::size_t>(piece.master_patch)],
+        patch.plane);
     const Region<D>& region = piece.region;
     const auto n = static_cast<std::size_t>(region.size);
     _polygon.clear();
     for (std::size_t i = 0; i < n; ++i)
     {
-      const Vertex<F> v = vertex(patch, nodes, master, region.provenance[i],
-                                 typename F::RefPoint(region.points[i]));
+      const Vertex<T> v = vertex(patch, nodes, master, region.provenance[i],
+                                 RefPoint(region.points[i]));
       Vec<2> xi = Vec<2>::Zero();
-      xi.template head<F::tdim>() = v.xi;
+      xi.template head<T>() = v.xi;
       _polygon.push_back({xi, region.provenance[i], v.hangs_on});
     }
-    const double share = reference_measure(_polygon) / F::Ref::measure;
+    const double share = reference_measure(_polygon) / S::Ref::measure;
     if (not(std::abs(share) > tolerance::segment_area))
       return;
     const auto begin = static_cast<std::int32_t>(_out.vertices.size());
@@ -286,24 +290,24 @@ private:
 
   /// Corners of the slave are exact; everything else is mapped back, and moved
   /// to the true break where that is elsewhere
-  [[nodiscard]] static Vertex<F> vertex(const SlavePatch<F>& patch,
-                                        const typename F::NodeMatrix& nodes,
-                                        const MasterPatch<F>& master,
+  [[nodiscard]] static Vertex<T> vertex(const SlavePatch<S>& patch,
+                                        const typename S::NodeMatrix& nodes,
+                                        const MasterPatch<M>& master,
                                         const Provenance& from,
-                                        const typename F::RefPoint& at)
+                                        const RefPoint& at)
   {
     if (from.kind == Provenance::Kind::slave_corner)
       return {patch.xi[static_cast<std::size_t>(from.slave)], {}};
-    const Vertex<F> flat{patch.to_reference(at), {}};
+    const Vertex<T> flat{patch.to_reference(at), {}};
     if (from.kind == Provenance::Kind::master_corner)
     {
-      Vertex<F> v = under_corner(nodes, master,
+      Vertex<T> v = under_corner(nodes, master,
                                  static_cast<std::size_t>(from.master), flat);
       // A corner on an edge of the slave is a vertex of polygons that have it
       // for a crossing: leaving the edge would open a gap
-      if (const int e = F::affine ? -1 : patch.edge_at(at); e >= 0)
+      if (const int e = S::affine ? -1 : patch.edge_at(at); e >= 0)
       {
-        const ReferenceEdge<F> edge = patch.edge(static_cast<std::size_t>(e));
+        const ReferenceEdge<T> edge = patch.edge(static_cast<std::size_t>(e));
         v.xi = edge.at(edge.place_of(v.xi));
         v.hangs_on.motion = Break::Motion::fixed;
       }
@@ -318,17 +322,17 @@ private:
   }
 
   /// Where the slave ray through a corner of the master starts
-  [[nodiscard]] static Vertex<F>
-  under_corner(const typename F::NodeMatrix& nodes,
-               const MasterPatch<F>& master, std::size_t corner, Vertex<F> v)
+  [[nodiscard]] static Vertex<T>
+  under_corner(const typename S::NodeMatrix& nodes,
+               const MasterPatch<M>& master, std::size_t corner, Vertex<T> v)
   {
-    v.hangs_on.eta.template head<F::tdim>() = master.eta[corner];
+    v.hangs_on.eta.template head<T>() = master.eta[corner];
     v.hangs_on.motion = Break::Motion::corner;
-    if (F::affine)
+    if (S::affine)
       return v;
-    if (not ray_through<F>(nodes, master.corners[corner], v.xi))
+    if (not ray_through<S>(nodes, master.corners[corner], v.xi))
       v.hangs_on.motion = Break::Motion::flat_corner;
-    if (D == 2 and violation<F::shape>(v.xi).amount > 0.0)
+    if (D == 2 and violation<S::shape>(v.xi).amount > 0.0)
     {
       v.xi = v.xi.cwiseMax(0.0).cwiseMin(1.0);
       v.hangs_on.motion = Break::Motion::fixed;
@@ -336,21 +340,24 @@ private:
     return v;
   }
 
-  [[nodiscard]] static Vertex<F>
-  crossing(const ReferenceEdge<F>& edge_s, const typename F::NodeMatrix& nodes,
-           const MasterPatch<F>& master, std::size_t edge,
-           const typename F::RefPoint& at, Vertex<F> v)
+  [[nodiscard]] static Vertex<T> crossing(const ReferenceEdge<T>& edge_s,
+                                          const typename S::NodeMatrix& nodes,
+                                          const MasterPatch<M>& master,
+                                          std::size_t edge, const RefPoint& at,
+                                          Vertex<T> v)
   {
-    const ReferenceEdge<F> edge_m = master.edge(edge);
+    // Straight edges seen along one normal cross where the flat patches say
+    constexpr bool is_flat = S::affine and M::node_degree == 1;
+    const ReferenceEdge<T> edge_m = master.edge(edge);
     double s = edge_s.place_of(v.xi), t = master.place_on_edge(edge, at);
-    if (not F::affine and
-        not cross_edges<F>(nodes, edge_s, master.nodes, edge_m, s, t))
+    if (not is_flat and
+        not cross_edges<S, M>(nodes, edge_s, master.nodes, edge_m, s, t))
     {
       v.hangs_on = {Break::Motion::flat_crossing, edge_m.begin, edge_s.along,
                     edge_m.along};
       return v;
     }
-    if (not F::affine)
+    if (not is_flat)
       v.xi = edge_s.at(s);
     v.hangs_on = {Break::Motion::crossing, edge_m.at(t), edge_s.along,
                   edge_m.along};
@@ -360,8 +367,8 @@ private:
   const Surface& _slave;
   const Surface& _master;
   SegmentationOptions _options;
-  std::span<const Patch> _patches;
-  RayCaster<F> _rays;
+  std::span<const Patch> _patches, _master_patches;
+  RayCaster<S, M> _rays;
   Index _facet = no_index; ///< the present one
   SearchDistances _range;  ///< of it
   std::vector<Piece<D>> _pieces;
@@ -376,10 +383,10 @@ Segmentation make_segments(const Surface& slave, const Surface& master,
                            const Candidates& candidates,
                            const SegmentationOptions& options)
 {
-  return with_facet_type(slave,
-                         [&]<class F>(F)
+  return with_geometries(slave, master,
+                         [&]<class S, class M>(S, M)
                          {
-                           Segmenter<F> segmenter(slave, master, options);
+                           Segmenter<S, M> segmenter(slave, master, options);
                            for (Index f = 0; f < slave.num_facets(); ++f)
                              segmenter.add(f, candidates.masters_of(f));
                            return std::move(segmenter).result();

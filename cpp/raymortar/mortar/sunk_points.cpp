@@ -11,14 +11,14 @@ std::vector<Index> find_sunk_points(const Surface& slave, const Surface& master,
 {
   const FacetDistances unlimited(0.0, std::numeric_limits<double>::infinity());
   std::vector<Index> sunk;
-  const auto find = [&]<class F>(F)
+  const auto find = [&]<class S, class M>(S, M)
   {
-    RayCaster<F> caster(slave, master, unlimited);
+    RayCaster<S, M> caster(slave, master, unlimited);
     for (std::size_t q = 0; q < points.size(); ++q)
     {
       if (hits.status[q] != RayStatus::too_deep)
         continue;
-      const Landing<F> landing =
+      const Landing<M> landing =
           caster.cast(points.slave[q], points.xi[q], points.seed[q]);
       if (not landing.is_hit())
         continue;
@@ -29,7 +29,7 @@ std::vector<Index> find_sunk_points(const Surface& slave, const Surface& master,
         sunk.push_back(static_cast<Index>(q));
     }
   };
-  with_facet_type(slave, find);
+  with_geometries(slave, master, find);
   return sunk;
 }
 } // namespace raymortar

@@ -38,6 +38,12 @@ struct Surface
   [[nodiscard]] int nodes_per_facet() const;
   [[nodiscard]] int dofs_per_facet() const;
   [[nodiscard]] int corners() const;
+  /// @brief Whether facets of another surface have the same shape and degrees.
+  [[nodiscard]] bool is_of_kind(const Surface& other) const
+  {
+    return shape == other.shape and degree == other.degree and
+           node_degree == other.node_degree;
+  }
   [[nodiscard]] Index num_facets() const
   {
     return static_cast<Index>(facet_id.size());

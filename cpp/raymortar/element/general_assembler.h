@@ -1,0 +1,17 @@
+// Element loops for slave and target of different kinds.
+#pragma once
+
+#include "raymortar/element/assembler.h"
+
+namespace raymortar
+{
+/// @brief Assembler for slave facets and a target of any kind, as `s` has them.
+///
+/// Kernels work on Taylor polynomials at each point, with one indirect call
+/// there; what they give is multiplied with the shape functions of both sides.
+/// On facets of one kind it gives what the assembler for that kind gives, to
+/// rounding, at several times the cost.
+/// @throws Error for multipliers of another degree than 1 or 2
+[[nodiscard]] std::unique_ptr<Assembler>
+make_general_assembler(const ContactState& s, LawKind law);
+} // namespace raymortar

@@ -1,0 +1,126 @@
+// What a ray hits, as kernels of any target take it.
+#pragma once
+
+#include "raymortar/element/assembler.h"
+#include "raymortar/element/columns.h"
+#include "raymortar/element/germ.h"
+#include "raymortar/element/vertex_motion.h"
+#include "raymortar/geometry/taylor.h"
+
+namespace raymortar
+{
+/// @brief A point of a target with the motion of its surroundings.
+template <int D>
+struct TargetPoint
+{
+  /// Position, tangents and second derivatives. Length
+  typename Germ<D>::NodeMatrix now;
+  typename Germ<D>::NodeMatrix old; ///< at the accepted step
+  Columns motion; ///< of position and tangents, by the target's unknowns
+};
+
+/// @brief Facet of a surface whose type is known at run time.
+template <int D>
+struct AnyFacet
+{
+  static constexpr int T = D - 1;
+  using Nodes = Eigen::Matrix<double, D, Eigen::Dynamic, 0, D, 9>;
+  Shape shape;
+  int degree;
+  Nodes nodes; ///< (gdim, nodes). Length
+
+  AnyFacet(const Surface& s, const std::vector<double>& positions, Index facet)
+      : shape(s.shape), degree(s.node_degree)
+  {
+    const auto n = static_cast<std::size_t>(s.nodes_per_facet());
+    nodes.resize(D, static_cast<Eigen::Index>(n));
+    for (std::size_t a = 0; a < n; ++a)
+      nodes.col(static_cast<Eigen::Index>(a)) = Eigen::Map<const Vec<D>>(
+          positions.data() +
+          D * s.facet_nodes[static_cast<std::size_t>(facet) * n + a]);
+  }
+
+  /// Largest distance between two corners. Length
+  [[nodiscard]] double diameter() const
+  {
+    const int corners = shape == Shape::interval   ? 2
+                        : shape == Shape::triangle ? 3
+                                                   : 4;
+    double d = 0.0;
+    for (int i = 0; i < corners; ++i)
+      for (int j = 0; j < i; ++j)
+        d = std::max(d, (nodes.col(i) - nodes.col(j)).norm());
+    return d;
+  }
+
+  /// Taylor coefficients at a point
+  [[nodiscard]] typename Germ<D>::NodeMatrix taylor(const Vec<2>& eta) const
+  {
+    return nodes *
+           shape_taylor<T>(shape, degree, Vec<T>(eta.template head<T>()));
+  }
+  [[nodiscard]] Vec<D> at(const Vec<2>& eta) const
+  {
+    return taylor(eta).col(0);
+  }
+  /// Derivative along a direction in eta
+  [[nodiscard]] Vec<D> along(const Vec<2>& eta, const Vec<2>& direction) const
+  {
+    return taylor(eta).template middleCols<T>(1) * direction.template head<T>();
+  }
+};
+
+/// @brief Point of a master facet.
+template <int D>
+[[nodiscard]] TargetPoint<D> facet_point(const Surface& master, Index facet,
+                                         const Vec<2>& eta)
+{
+  constexpr int T = D - 1;
+  TargetPoint<D> p;
+  p.now = AnyFacet<D>(master, master.x, facet).taylor(eta);
+  p.old = AnyFacet<D>(master, master.x_old, facet).taylor(eta);
+  p.motion.B = shape_taylor<T>(master.shape, master.degree,
+                               Vec<T>(eta.template head<T>()))
+                   .template leftCols<D>()
+                   .transpose();
+  p.motion.components = D;
+  return p;
+}
+
+/// @brief Motion of a vertex of a segment, as VertexMotion has it.
+template <int D>
+struct AnyVertexMotion
+{
+  Eigen::Matrix<double, D - 1, Eigen::Dynamic> by_slave; ///< by its dofs
+  Mat<D - 1, D> by_master;
+  MasterPlace place;
+};
+
+/// @param[in] vertex Number in the segmentation
+template <int D>
+[[nodiscard]] AnyVertexMotion<D>
+any_vertex_motion(const ContactState& s, const Segment& of,
+                  const AnyFacet<D>& master, std::size_t vertex);
+
+/// @brief Motion of a vertex over the dofs of a master facet, (gdim - 1, dofs).
+/// @param[in] by_master By the displacement of a place on the facet
+template <int D>
+[[nodiscard]] Eigen::MatrixXd master_columns(const Surface& master,
+                                             const MasterPlace& place,
+                                             const Mat<D - 1, D>& by_master)
+{
+  const auto shares = [&master](const Vec<2>& eta) -> Eigen::VectorXd
+  {
+    return shape_taylor<D - 1>(master.shape, master.degree,
+                               Vec<D - 1>(eta.template head<D - 1>()))
+        .col(0);
+  };
+  Eigen::VectorXd N = shares(place.begin);
+  if (place.share != 0.0)
+    N = (1.0 - place.share) * N + place.share * shares(place.end);
+  Eigen::MatrixXd columns(D - 1, D * N.size());
+  for (Eigen::Index a = 0; a < N.size(); ++a)
+    columns.middleCols(a * D, D) = N[a] * by_master;
+  return columns;
+}
+} // namespace raymortar
