@@ -145,7 +145,7 @@ private:
   {
     const Index f = s.elements.slave[e];
     auto& history = data.history;
-    history.friction = s.friction;
+    history.friction = *s.friction;
     history.slave_old = s.slave.template nodes<F>(s.slave.x_old, f);
     if (s.elements.master[e] != no_index)
       history.master_old =
@@ -233,32 +233,37 @@ private:
 };
 
 template <class F, int L>
-[[nodiscard]] std::unique_ptr<Assembler> with_multiplier(LawKind law)
+[[nodiscard]] std::unique_ptr<Assembler> with_multiplier(const ContactState& s)
 {
-  if (law == LawKind::augmented_normal)
-    return std::make_unique<AssemblerImpl<F, L, NormalAugmentedLagrangian>>();
-  if (law == LawKind::augmented_friction)
+  const bool is_scalar = s.multipliers.components == 1;
+  if (s.friction and is_scalar)
+    throw Error("friction takes a multiplier that is a vector");
+  if (s.friction)
     return std::make_unique<
         AssemblerImpl<F, L, FrictionalAugmentedLagrangian>>();
+  if (is_scalar)
+    return std::make_unique<AssemblerImpl<F, L, NormalAugmentedLagrangian>>();
   return std::make_unique<AssemblerImpl<F, L, VectorAugmentedLagrangian>>();
 }
 
-/// @brief Assembler for facet type F; the multiplier's degree is 1, or 2 on
-/// quadratic intervals.
+/// @brief Assembler for facet type F, by method and friction: here alone both
+/// are one. The multiplier's degree is 1, or 2 on quadratic intervals.
 template <class F>
-[[nodiscard]] std::unique_ptr<Assembler> assembler_for(int multiplier_degree,
-                                                       LawKind law)
+[[nodiscard]] std::unique_ptr<Assembler> assembler_for(const ContactState& s)
 {
-  if (law == LawKind::penalty)
+  if (s.method == Method::penalty)
+  {
+    if (s.friction)
+      return std::make_unique<AssemblerImpl<F, 0, FrictionalPenalty>>();
     return std::make_unique<AssemblerImpl<F, 0, NormalPenalty>>();
-  if (law == LawKind::penalty_friction)
-    return std::make_unique<AssemblerImpl<F, 0, FrictionalPenalty>>();
-  if (multiplier_degree == 1)
-    return with_multiplier<F, 1>(law);
+  }
+  const int degree = s.multipliers.degree;
+  if (degree == 1)
+    return with_multiplier<F, 1>(s);
   if constexpr (F::shape == Shape::interval and F::degree == 2)
-    if (multiplier_degree == 2)
-      return with_multiplier<F, 2>(law);
-  throw Error("multiplier of degree " + std::to_string(multiplier_degree) +
+    if (degree == 2)
+      return with_multiplier<F, 2>(s);
+  throw Error("multiplier of degree " + std::to_string(degree) +
               " on facets with displacement of degree " +
               std::to_string(F::degree) +
               ": 2D takes up to the displacement's degree, 3D takes 1");
@@ -266,21 +271,20 @@ template <class F>
 
 /// @brief One translation unit per shape keeps the build parallel and small.
 [[nodiscard]] std::unique_ptr<Assembler>
-interval_assembler(const ContactState& s, LawKind law);
+interval_assembler(const ContactState& s);
 [[nodiscard]] std::unique_ptr<Assembler>
-triangle_assembler(const ContactState& s, LawKind law);
+triangle_assembler(const ContactState& s);
 [[nodiscard]] std::unique_ptr<Assembler>
-quadrilateral_assembler(const ContactState& s, LawKind law);
+quadrilateral_assembler(const ContactState& s);
 
 template <Shape S>
 [[nodiscard]] std::unique_ptr<Assembler>
-assembler_of_shape(const ContactState& s, LawKind law)
+assembler_of_shape(const ContactState& s)
 {
-  const int q = s.multipliers.degree;
   if (s.slave.degree == 2)
-    return assembler_for<FacetType<S, 2, 2>>(q, law);
+    return assembler_for<FacetType<S, 2, 2>>(s);
   if (s.slave.node_degree == 2)
-    return assembler_for<FacetType<S, 1, 2>>(q, law);
-  return assembler_for<FacetType<S, 1, 1>>(q, law);
+    return assembler_for<FacetType<S, 1, 2>>(s);
+  return assembler_for<FacetType<S, 1, 1>>(s);
 }
 } // namespace raymortar
