@@ -119,20 +119,19 @@ class Pair:
         )
         self._distances = _cpp.SearchDistances(2 * h, 2 * h, 0.5 * h)
         self._strategy = getattr(_cpp.Strategy, strategy.replace("-", "_"))
-        self.zone = _cpp.Zone(
-            comm=MPI.COMM_SELF.py2f(),
+        made_of = _cpp.ZoneInput(
             slave=self._surfaces[0],
             master=self._surfaces[1],
             master_node_ids=np.arange(len(master.X), dtype=GLOBAL),
             master_dof_ids=np.arange(len(master.X), dtype=GLOBAL),
             multipliers=_cpp.Multipliers(
-                q,
-                1,
-                table.reshape(own.shape).astype(INDEX),
-                rows_u + np.arange(len(nodes), dtype=GLOBAL),
+                degree=q,
+                components=1,
+                facet=table.reshape(own.shape).astype(INDEX),
+                rows=rows_u + np.arange(len(nodes), dtype=GLOBAL),
             ),
-            law=_cpp.LawKind.augmented_normal,
-            friction=_cpp.Stick(),
+            method=_cpp.Method.augmented_lagrangian,
+            friction=None,
             current_measure=False,
             moving_segments=False,
             distances=self._distances,
@@ -141,6 +140,7 @@ class Pair:
             segment_rules=quadrature.segment_rules(shape, rule),
             facet_rule=quadrature.facet_rule(shape, rule),
         )
+        self.zone = _cpp.Zone(MPI.COMM_SELF.py2f(), made_of)
         self.zone.set_multiplier(np.full(len(nodes), -1.0))
         self.move(0.0)
 

@@ -68,13 +68,13 @@ def assembly(pair, repeats):
     """
     zone, A = pair.zone, pair.matrix()
     b = PETSc.Vec().createSeq(pair.size)
-    positions = _cpp.BlockPositions()
-    _cpp.add_tangent(zone, A.handle, positions)
+    positions, counts = _cpp.BlockPositions(), _cpp.AssemblyStatistics()
+    _cpp.add_tangent(zone, A.handle, positions, counts)
     A.assemble()
 
     def tangent():
         A.zeroEntries()
-        _cpp.add_tangent(zone, A.handle, positions)
+        _cpp.add_tangent(zone, A.handle, positions, counts)
         A.assemble()
 
     def floor():
@@ -84,7 +84,7 @@ def assembly(pair, repeats):
 
     def residual():
         b.set(0.0)
-        _cpp.add_residual(zone, b.handle)
+        _cpp.add_residual(zone, b.handle, counts)
         b.assemble()
 
     result = {

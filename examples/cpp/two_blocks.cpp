@@ -83,7 +83,6 @@ rm::Zone make_zone(MPI_Comm comm, const Part& part)
   for (rm::Index k = 0; k < in.slave.num_dofs(); ++k)
     in.multipliers.row.push_back(part.lower + part.upper + k);
   in.multipliers.value.assign(in.multipliers.row.size(), 0.0);
-  in.law = rm::LawKind::augmented_normal;
   in.distances = {0.3, 0.3, 0.1}; // mm: reach, depth, skin
   const double gauss = std::sqrt(1.0 / 12);
   in.segment_rules.simplex.points = {{0.5 - gauss, 0}, {0.5 + gauss, 0}};
@@ -158,6 +157,7 @@ struct LinearSystem
   std::vector<std::int32_t> offsets, columns; ///< of the volume
   rm::Pattern pattern;
   rm::BlockPositions positions; ///< of contact's blocks in A
+  rm::AssemblyStatistics statistics;
 
   LinearSystem(MPI_Comm comm, const Volume& volume, Vec x)
   {
@@ -202,13 +202,14 @@ struct LinearSystem
     check(KSPSetOperators(ksp, A, A));
   }
 
-  void assemble(const Volume& volume, rm::Zone& zone, std::span<const double> x)
+  void assemble(const Volume& volume, const rm::Zone& zone,
+                std::span<const double> x)
   {
     check(VecZeroEntries(b));
     check(MatZeroEntries(A));
     volume.assemble(x, A, b);
-    rm::add_residual(zone, b);
-    rm::add_tangent(zone, A, positions);
+    rm::add_residual(zone, b, statistics);
+    rm::add_tangent(zone, A, positions, statistics);
     check(VecAssemblyBegin(b));
     check(VecAssemblyEnd(b));
     check(MatAssemblyBegin(A, MAT_FINAL_ASSEMBLY));

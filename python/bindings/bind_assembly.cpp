@@ -2,6 +2,7 @@
 #include "raymortar/fem/assembly.h"
 #include "raymortar/fem/floor.h"
 #include "raymortar/fem/pattern.h"
+#include "structs.h"
 
 namespace raymortar::bindings
 {
@@ -32,22 +33,30 @@ void bind_assembly(py::module_& m)
       .def("covers", &Pattern::covers)
       .def("extend", &Pattern::extend)
       .def("__len__", [](const Pattern& p) { return p.pairs().size(); });
-  m.def("add_residual", [](Zone& z, std::uintptr_t b)
-        { add_residual(z, from_handle<::Vec>(b)); });
+  py::class_<AssemblyStatistics>(m, "AssemblyStatistics")
+      .def(py::init<>())
+      .def("as_dict", &to_dict<AssemblyStatistics>);
+  m.def("add_residual",
+        [](const Zone& z, std::uintptr_t b, AssemblyStatistics& statistics)
+        { add_residual(z, from_handle<::Vec>(b), statistics); });
   py::class_<BlockPositions>(m, "BlockPositions")
       .def(py::init<>())
       .def("lookups", &BlockPositions::lookups)
       .def("forget", &BlockPositions::forget);
-  m.def("add_tangent", [](Zone& z, std::uintptr_t A, BlockPositions& positions)
-        { add_tangent(z, from_handle<::Mat>(A), positions); });
-  m.def(
-      "apply_lifting",
-      [](Zone& z, std::uintptr_t b, const Array<double>& slave,
-         const Array<double>& master, double alpha)
-      {
-        const auto fetched = z.to_master(to_span(master), z.input().slave.gdim);
-        apply_lifting(z, from_handle<::Vec>(b), to_span(slave), fetched, alpha);
-      });
+  m.def("add_tangent",
+        [](const Zone& z, std::uintptr_t A, BlockPositions& positions,
+           AssemblyStatistics& statistics)
+        { add_tangent(z, from_handle<::Mat>(A), positions, statistics); });
+  m.def("apply_lifting",
+        [](const Zone& z, std::uintptr_t b, const Array<double>& slave,
+           const Array<double>& master, double alpha,
+           AssemblyStatistics& statistics)
+        {
+          const auto fetched =
+              z.to_master(to_span(master), z.input().slave.gdim);
+          apply_lifting(z, from_handle<::Vec>(b), to_span(slave), fetched,
+                        alpha, statistics);
+        });
   m.def("preallocate", &preallocate_zones);
   m.def("write_blocks", [](const Zone& z, std::uintptr_t A)
         { return write_blocks(z, from_handle<::Mat>(A)); });

@@ -1,5 +1,6 @@
 #include "bind.h"
 #include "raymortar/fem/zone.h"
+#include "structs.h"
 
 namespace raymortar::bindings
 {
@@ -40,18 +41,6 @@ QuadratureRule make_rule(const Array<double>& points,
   return rule;
 }
 
-Multipliers make_multipliers(int degree, int components,
-                             const Array<Index>& facet,
-                             const Array<GlobalIndex>& rows)
-{
-  Multipliers m;
-  m.degree = degree;
-  m.components = components;
-  m.facet = to_vector(facet);
-  m.row = to_vector(rows);
-  m.value.assign(m.row.size() * static_cast<std::size_t>(components), 0.0);
-  return m;
-}
 } // namespace
 
 void bind_surface(py::module_& m)
@@ -81,9 +70,10 @@ void bind_surface(py::module_& m)
       .def(py::init<QuadratureRule, QuadratureRule, QuadratureRule>(),
            py::arg("simplex"), py::arg("quadrilateral") = QuadratureRule(),
            py::arg("fan") = QuadratureRule());
-  py::class_<Multipliers>(m, "Multipliers")
-      .def(py::init<>())
-      .def(py::init(&make_multipliers), py::arg("degree"),
-           py::arg("components"), py::arg("facet"), py::arg("rows"));
+  bind_options<Multipliers>(
+      m, "Multipliers", Field{"degree", &Multipliers::degree},
+      Field{"components", &Multipliers::components},
+      Field{"facet", &Multipliers::facet}, Field{"rows", &Multipliers::row})
+      .def(py::init<>());
 }
 } // namespace raymortar::bindings

@@ -3,6 +3,7 @@
 #include "raymortar/fem/nearest_hits.h"
 #include "raymortar/fem/remote_entries.h"
 #include "raymortar/mortar/sunk_points.h"
+#include "structs.h"
 
 namespace raymortar::bindings
 {
@@ -18,70 +19,12 @@ FacetDistances make_distances(const Array<double>& reach,
   return {std::move(each), depth_is_default};
 }
 
-std::unique_ptr<Zone>
-make_zone(int comm, Surface slave, Surface master,
-          const Array<std::int64_t>& master_node_ids,
-          const Array<std::int64_t>& master_dof_ids, Multipliers multipliers,
-          LawKind law, FrictionLaw friction, bool current_measure,
-          bool moving_segments, const FacetDistances& distances,
-          Strategy strategy, bool subdivide, SegmentRules segment_rules,
-          QuadratureRule facet_rule)
-{
-  return std::make_unique<Zone>(
-      MPI_Comm_f2c(comm),
-      ZoneInput{std::move(slave), std::move(master), to_vector(master_node_ids),
-                to_vector(master_dof_ids), std::move(multipliers), law,
-                friction, current_measure, moving_segments, distances, strategy,
-                subdivide, std::move(segment_rules), std::move(facet_rule)});
-}
-
-py::dict statistics(Zone& z)
-{
-  const AssemblyStatistics& a = z.assembly();
-  const ZoneStatistics s = z.statistics();
-  py::dict d;
-  d["slave_facets"] = s.slave_facets;
-  d["master_facets"] = s.master_facets;
-  d["candidates"] = s.candidates;
-  d["clipped"] = s.clipped;
-  d["pairs"] = s.pairs;
-  d["segments"] = s.segments;
-  d["points"] = s.points;
-  d["hits"] = s.hits;
-  d["degenerate"] = s.degenerate;
-  d["candidate_builds"] = s.candidate_builds;
-  d["pairings"] = s.pairings;
-  d["pairings_skipped"] = s.pairings_skipped;
-  d["residual_blocks"] = a.residual_blocks;
-  d["tangent_blocks"] = a.tangent_blocks;
-  d["lifted_blocks"] = a.lifted_blocks;
-  d["skipped_blocks"] = a.skipped_blocks;
-  d["lookups"] = a.lookups;
-  d["halo_builds"] = s.halo_builds;
-  d["bytes_sent"] = s.bytes_sent;
-  d["seconds_halo"] = s.seconds_halo;
-  d["seconds_candidates"] = s.seconds_candidates;
-  d["seconds_segments"] = s.seconds_segments;
-  d["seconds_rays"] = s.seconds_rays;
-  d["seconds_residual"] = a.seconds_residual;
-  d["seconds_tangent"] = a.seconds_tangent;
-  return d;
-}
-
 /// What this rank has sent, and the entries it would send at an assembly
 py::dict traffic(const Zone& z, const Array<std::int64_t>& ranges, int rank)
 {
-  const ZoneTraffic t = z.traffic();
-  const RemoteEntries r = remote_entries(z, to_span(ranges), rank);
-  py::dict d;
-  d["pairing_messages"] = t.pairing.messages;
-  d["pairing_bytes"] = t.pairing.bytes;
-  d["value_messages"] = t.values.messages;
-  d["value_bytes"] = t.values.bytes;
-  d["matrix_entries"] = r.matrix;
-  d["vector_entries"] = r.vector;
-  d["entry_ranks"] = r.ranks;
-  return d;
+  py::dict sent = to_dict(z.traffic());
+  sent.attr("update")(to_dict(remote_entries(z, to_span(ranges), rank)));
+  return sent;
 }
 
 /// Global numbers of the slave and master facets that have met, (pairs, 2)
@@ -123,8 +66,7 @@ py::dict points(const Zone& z)
   out["traction"] = to_array(r.traction, vector);
   out["x"] = to_array(r.x, vector);
   out["normal"] = to_array(r.normal, vector);
-  const LawKind law = z.input().law;
-  if (law == LawKind::augmented_friction or law == LawKind::penalty_friction)
+  if (s.friction)
     out["slip"] = to_array(r.slip, vector);
   return out;
 }
@@ -185,7 +127,7 @@ py::dict segments(const Zone& z)
 }
 
 /// Slave facets whose multiplier is smoothed next to held nodes
-py::array_t<Index> held_facets(Zone& z)
+py::array_t<Index> held_facets(const Zone& z)
 {
   std::vector<Index> slave;
   for (const FacetBlock& held : z.held_facets())
@@ -212,12 +154,9 @@ void set_both(Zone& z, const Array<double>& slave, const Array<double>& master)
 
 void bind_zone(py::module_& m)
 {
-  py::enum_<LawKind>(m, "LawKind")
-      .value("augmented_normal", LawKind::augmented_normal)
-      .value("augmented_vector", LawKind::augmented_vector)
-      .value("penalty", LawKind::penalty)
-      .value("augmented_friction", LawKind::augmented_friction)
-      .value("penalty_friction", LawKind::penalty_friction);
+  py::enum_<Method>(m, "Method")
+      .value("augmented_lagrangian", Method::augmented_lagrangian)
+      .value("penalty", Method::penalty);
   py::class_<Coulomb>(m, "Coulomb").def(py::init<double>(), py::arg("mu"));
   py::class_<Tresca>(m, "Tresca").def(py::init<double>(), py::arg("bound"));
   py::class_<Stick>(m, "Stick").def(py::init<>());
@@ -227,19 +166,35 @@ void bind_zone(py::module_& m)
       .value("bvh", Strategy::bvh)
       .value("advancing_front", Strategy::advancing_front)
       .value("pang", Strategy::pang);
+  bind_options<PairFactors>(m, "PairFactors",
+                            Field{"slaves", &PairFactors::slaves},
+                            Field{"masters", &PairFactors::masters},
+                            Field{"factors", &PairFactors::factors})
+      .def(py::init<>());
   py::class_<FacetDistances>(m, "SearchDistances")
       .def(py::init<double, double, double>(), py::arg("reach"),
            py::arg("depth"), py::arg("skin"))
       .def(py::init(&make_distances), py::kw_only(), py::arg("reach"),
            py::arg("depth"), py::arg("skin"), py::arg("depth_is_default"));
+  bind_options<ZoneInput>(m, "ZoneInput", Field{"slave", &ZoneInput::slave},
+                          Field{"master", &ZoneInput::master},
+                          Field{"master_node_ids", &ZoneInput::master_node_ids},
+                          Field{"master_dof_ids", &ZoneInput::master_dof_ids},
+                          Field{"multipliers", &ZoneInput::multipliers},
+                          Field{"method", &ZoneInput::method},
+                          Field{"friction", &ZoneInput::friction},
+                          Field{"current_measure", &ZoneInput::current_measure},
+                          Field{"moving_segments", &ZoneInput::moving_segments},
+                          Field{"distances", &ZoneInput::distances},
+                          Field{"strategy", &ZoneInput::strategy},
+                          Field{"subdivide", &ZoneInput::subdivide},
+                          Field{"segment_rules", &ZoneInput::segment_rules},
+                          Field{"facet_rule", &ZoneInput::facet_rule});
   py::class_<Zone>(m, "Zone")
-      .def(py::init(&make_zone), py::kw_only(), py::arg("comm"),
-           py::arg("slave"), py::arg("master"), py::arg("master_node_ids"),
-           py::arg("master_dof_ids"), py::arg("multipliers"), py::arg("law"),
-           py::arg("friction"), py::arg("current_measure"),
-           py::arg("moving_segments"), py::arg("distances"),
-           py::arg("strategy"), py::arg("subdivide"), py::arg("segment_rules"),
-           py::arg("facet_rule"))
+      .def(py::init(
+               [](int comm, const ZoneInput& input)
+               { return std::make_unique<Zone>(MPI_Comm_f2c(comm), input); }),
+           py::arg("comm"), py::arg("input"))
       .def("set_displacement", &set_both<&Zone::set_displacement>)
       .def("set_old_displacement", &set_both<&Zone::set_old_displacement>)
       .def("set_fixed", &set_both<&Zone::set_fixed>)
@@ -262,26 +217,17 @@ void bind_zone(py::module_& m)
       .def(
           "set_gamma",
           [](Zone& z, const Array<double>& gamma, double scale,
-             const Array<Index>& slaves, const Array<Index>& masters,
-             const Array<double>& factors)
-          {
-            z.set_gamma(
-                to_span(gamma), scale,
-                {to_vector(slaves), to_vector(masters), to_vector(factors)});
-          },
+             const PairFactors& factors)
+          { z.set_gamma(to_span(gamma), scale, factors); },
           py::arg("gamma"), py::arg("scale"),
-          py::arg("slaves") = Array<Index>(),
-          py::arg("masters") = Array<Index>(),
-          py::arg("factors") = Array<double>())
+          py::arg("factors") = PairFactors())
       .def("set_offset", [](Zone& z, const Array<double>& offset)
            { z.set_offset(to_span(offset)); })
-      .def("set_friction_coefficient",
-           [](Zone& z, const Array<double>& coefficient)
-           { z.set_friction_coefficient(to_span(coefficient)); })
+      .def("set_field",
+           [](Zone& z, const std::string& name, const Array<double>& values)
+           { z.set_field(name, to_span(values)); })
       .def("set_friction_bounds", &set_friction_bounds, py::arg("s"),
            py::arg("s_p"), py::arg("s_slip"))
-      .def("set_old_traction", [](Zone& z, const Array<double>& traction)
-           { z.set_old_traction(to_span(traction)); })
       .def("accepted_springs",
            [](const Zone& z)
            {
@@ -302,6 +248,6 @@ void bind_zone(py::module_& m)
            [](const Zone& z) { return to_array(free_points(z)); })
       .def("held_facets", &held_facets)
       .def("traffic", &traffic, py::arg("ranges"), py::arg("rank"))
-      .def("statistics", &statistics);
+      .def("statistics", [](const Zone& z) { return to_dict(z.statistics()); });
 }
 } // namespace raymortar::bindings

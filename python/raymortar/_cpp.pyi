@@ -18,12 +18,9 @@ class Shape(Enum):
     triangle: int
     quadrilateral: int
 
-class LawKind(Enum):
-    augmented_normal: int
-    augmented_vector: int
+class Method(Enum):
+    augmented_lagrangian: int
     penalty: int
-    augmented_friction: int
-    penalty_friction: int
 
 class Strategy(Enum):
     brute_force: int
@@ -75,10 +72,16 @@ class SegmentRules:
 class Multipliers:
     def __init__(
         self,
+        *,
         degree: int = ...,
         components: int = ...,
         facet: _Indices = ...,
         rows: _Globals = ...,
+    ) -> None: ...
+
+class PairFactors:
+    def __init__(
+        self, *, slaves: _Indices = ..., masters: _Indices = ..., factors: _Reals = ...
     ) -> None: ...
 
 class SearchDistances:
@@ -89,18 +92,17 @@ class SearchDistances:
         self, *, reach: _Reals, depth: _Reals, skin: _Reals, depth_is_default: bool
     ) -> None: ...
 
-class Zone:
+class ZoneInput:
     def __init__(
         self,
         *,
-        comm: int,
         slave: Surface,
         master: Surface,
         master_node_ids: _Globals,
         master_dof_ids: _Globals,
         multipliers: Multipliers,
-        law: LawKind,
-        friction: Coulomb | Tresca | Stick | PointBound,
+        method: Method,
+        friction: Coulomb | Tresca | Stick | PointBound | None,
         current_measure: bool,
         moving_segments: bool,
         distances: SearchDistances,
@@ -109,6 +111,9 @@ class Zone:
         segment_rules: SegmentRules,
         facet_rule: QuadratureRule,
     ) -> None: ...
+
+class Zone:
+    def __init__(self, comm: int, input: ZoneInput) -> None: ...
     def set_displacement(self, slave: _Reals, master: _Reals) -> None: ...
     def set_old_displacement(self, slave: _Reals, master: _Reals) -> None: ...
     def set_fixed(self, slave: _Reals, master: _Reals) -> None: ...
@@ -118,17 +123,11 @@ class Zone:
     def set_modulus(self, modulus: float) -> None: ...
     def set_multiplier(self, values: _Reals) -> None: ...
     def set_gamma(
-        self,
-        gamma: _Reals,
-        scale: float,
-        slaves: _Indices = ...,
-        masters: _Indices = ...,
-        factors: _Reals = ...,
+        self, gamma: _Reals, scale: float, factors: PairFactors = ...
     ) -> None: ...
     def set_offset(self, offset: _Reals) -> None: ...
-    def set_friction_coefficient(self, coefficient: _Reals) -> None: ...
+    def set_field(self, name: str, values: _Reals) -> None: ...
     def set_friction_bounds(self, s: _Reals, s_p: _Reals, s_slip: _Reals) -> None: ...
-    def set_old_traction(self, traction: _Reals) -> None: ...
     def accepted_springs(self) -> _Reals: ...
     def set_shear_modulus(self, modulus: float) -> None: ...
     def set_corner_nodes(self, corners: npt.NDArray[np.int8]) -> None: ...
@@ -158,11 +157,22 @@ class BlockPositions:
     def lookups(self) -> int: ...
     def forget(self) -> None: ...
 
+class AssemblyStatistics:
+    def __init__(self) -> None: ...
+    def as_dict(self) -> dict[str, float]: ...
+
 def clip_convex(slave: _Reals, master: _Reals) -> _Reals: ...
-def add_residual(zone: Zone, b: int) -> None: ...
-def add_tangent(zone: Zone, A: int, positions: BlockPositions) -> None: ...
+def add_residual(zone: Zone, b: int, statistics: AssemblyStatistics) -> None: ...
+def add_tangent(
+    zone: Zone, A: int, positions: BlockPositions, statistics: AssemblyStatistics
+) -> None: ...
 def apply_lifting(
-    zone: Zone, b: int, slave: _Reals, master: _Reals, alpha: float
+    zone: Zone,
+    b: int,
+    slave: _Reals,
+    master: _Reals,
+    alpha: float,
+    statistics: AssemblyStatistics,
 ) -> None: ...
 def find_candidates(
     slave: Surface, master: Surface, distances: SearchDistances, strategy: Strategy

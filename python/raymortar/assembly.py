@@ -182,11 +182,11 @@ class ContactAssembly(CoupledSystem, ContactFields):
             refuse_held(self)
         with together(self._comm):
             for zone in self.zones:
-                _cpp.add_tangent(zone.cpp, A.handle, zone.positions)
+                _cpp.add_tangent(zone.cpp, A.handle, zone.positions, zone.assembly)
 
     def add_residual(self, b: PETSc.Vec, bcs: Sequence[Any]) -> None:
         """Add what this contact has in `assemble_vector`. Collective."""
         self._fix(bcs)
         with together(self._comm):
             for zone in self.zones:
-                _cpp.add_residual(zone.cpp, b.handle)
+                _cpp.add_residual(zone.cpp, b.handle, zone.assembly)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from dolfinx.fem import Function
 
+from . import _cpp
 from .compat import Array, Indices
 from .errors import ContactError, require_agreement, together
 from .interfaces import Interfaces
@@ -102,11 +103,13 @@ class ZoneCoefficients:
     masters: Indices | None = None
     factors: Array | None = None
 
-    def of_pairs(self) -> tuple[Any, ...]:
+    def of_pairs(self) -> _cpp.PairFactors:
         """What differs between pairs of bodies, if anything."""
-        if self.factors is None:
-            return ()
-        return self.slaves, self.masters, self.factors
+        if self.slaves is None or self.masters is None or self.factors is None:
+            return _cpp.PairFactors()
+        return _cpp.PairFactors(
+            slaves=self.slaves, masters=self.masters, factors=self.factors
+        )
 
 
 def spread(

@@ -11,7 +11,7 @@ from dolfinx.fem import Function
 
 from mpi4py import MPI
 
-from . import _cpp, compat
+from . import compat
 from .adjustment import Adjustment, adjustment, summed
 from .arguments import check_options
 from .assembly import ContactAssembly
@@ -200,7 +200,7 @@ class Contact(ContactAssembly):
             create_zone(
                 zone,
                 self.layout,
-                self._law(),
+                method,
                 friction,
                 self._scalar,
                 quadrature_degree,
@@ -259,14 +259,6 @@ class Contact(ContactAssembly):
             return method.multiplier
         return "normal" if self.friction is None else "vector"
 
-    def _law(self) -> _cpp.LawKind:
-        penalty = isinstance(self.method, Penalty)
-        if self.friction is not None:
-            name = "penalty_friction" if penalty else "augmented_friction"
-        else:
-            name = "penalty" if penalty else f"augmented_{self._multiplier()}"
-        return getattr(_cpp.LawKind, name)
-
     @property
     def _has_springs(self) -> bool:
         """Whether friction springs carry a traction from step to step."""
@@ -298,9 +290,7 @@ class Contact(ContactAssembly):
         """
         nodal, self.gamma_scale = spread(gamma, self)
         for zone, values in zip(self.zones, nodal):
-            zone.cpp.set_gamma(
-                values.of_facets, self.gamma_scale, *values.of_pairs()
-            )
+            zone.cpp.set_gamma(values.of_facets, self.gamma_scale, values.of_pairs())
         self.gamma = gamma
         self.revision += 1
 
@@ -522,5 +512,7 @@ class Contact(ContactAssembly):
         self._for_zones("set_old_displacement", self._u_old)
         for zone in self.zones:
             traction = zone.traction_old
-            zone.cpp.set_old_traction(np.empty(0) if traction is None else traction)
+            zone.cpp.set_field(
+                "traction_old", np.empty(0) if traction is None else traction
+            )
         self._history_is_new = False

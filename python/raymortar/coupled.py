@@ -274,4 +274,6 @@ class CoupledSystem:
             sides = zone.facets.slave_surface, zone.facets.master_surface
             slave, master = (self._on_surface(increment, side) for side in sides)
             with together(self._comm):
-                _cpp.apply_lifting(zone.cpp, b.handle, slave, master, alpha)
+                _cpp.apply_lifting(
+                    zone.cpp, b.handle, slave, master, alpha, zone.assembly
+                )

@@ -23,7 +23,7 @@ def spread_coefficient(law: Law | None, zones: Sequence[Any], mesh: Any) -> None
         check_field(law.quantity, law.field, mesh)
     for zone in zones:
         values = on_facets(law.quantity, law.field, zone.facets, mesh.comm)
-        zone.cpp.set_friction_coefficient(values)
+        zone.cpp.set_field("friction_coefficient", values)
 
 
 def evaluate_friction(

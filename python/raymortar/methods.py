@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 from dolfinx.fem import Function
 
+from . import _cpp
 from .errors import ContactError
 from .options import (
     Options,
@@ -59,6 +60,10 @@ class AugmentedLagrangian(Options):
     multiplier: str | None = None
     degree: int | None = None
 
+    def cpp(self) -> _cpp.Method:
+        """The method for the C++ library."""
+        return _cpp.Method.augmented_lagrangian
+
     def check(self) -> None:
         check_coefficient(self.gamma)
         known = is_one_of(self.multiplier, ("normal", "vector"))
@@ -90,6 +95,10 @@ class Penalty(Options):
     automatic_factor: ClassVar[float] = 10.0
     gamma: float | Function | None = None
     tangential: str = "elastic"
+
+    def cpp(self) -> _cpp.Method:
+        """The method for the C++ library."""
+        return _cpp.Method.penalty
 
     def check(self) -> None:
         check_coefficient(self.gamma)

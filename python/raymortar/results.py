@@ -115,7 +115,7 @@ def statistics(zones: Any, layout: Layout) -> Statistics:
     reductions = _reductions()
     total = Statistics(communication=communication(zones, layout))
     for zone in zones:
-        local = Statistics(**zone.cpp.statistics())
+        local = Statistics(**zone.statistics())
         points = zone.points()
         hit = points["status"] >= OPEN
         # Boxes overlap, but the facets do not face each other within reach

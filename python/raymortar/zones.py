@@ -18,9 +18,9 @@ from .compat import Array, Indices
 from .errors import ContactError
 from .faced import Faced, nothing
 from .facets import facet_dof_table
-from .friction import Law, Stick
+from .friction import Law
 from .layout import Layout
-from .methods import Search
+from .methods import AugmentedLagrangian, Penalty, Search
 from .options import is_whole_number
 from .surfaces import Surface
 from .tagged import ZoneFacets
@@ -43,6 +43,7 @@ class ZoneData:
     faced: Faced  # at the accepted step
     pattern: _cpp.Pattern = field(default_factory=_cpp.Pattern)
     positions: _cpp.BlockPositions = field(default_factory=_cpp.BlockPositions)
+    assembly: _cpp.AssemblyStatistics = field(default_factory=_cpp.AssemblyStatistics)
     # Of friction springs, (slave facets, n, d): a traction, or with a multiplier what
     # the law has more than it, over gamma
     traction_old: Array | None = None
@@ -64,6 +65,10 @@ class ZoneData:
             return own
         more = offset if name == "depth" else -offset
         return own + np.maximum(more, 0.0).max(axis=1)
+
+    def statistics(self) -> dict[str, float]:
+        """Counts and seconds of this rank, by the names of `results.Statistics`."""
+        return self.cpp.statistics() | self.assembly.as_dict()
 
     def points(self) -> dict[str, Array]:
         """Arrays over the integration points, see `ContactFields.points`."""
@@ -197,10 +202,10 @@ def _multipliers(
     table = facet_dof_table(W, zone.slave)
     nodes, local = np.unique(table, return_inverse=True)
     cpp = _cpp.Multipliers(
-        compat.element_info(W).degree,
-        layout.components,
-        local.reshape(table.shape).astype(np.int32),
-        layout.multiplier_rows[nodes],
+        degree=compat.element_info(W).degree,
+        components=layout.components,
+        facet=local.reshape(table.shape).astype(np.int32),
+        rows=layout.multiplier_rows[nodes],
     )
     return cpp, table, nodes.astype(np.int32)
 
@@ -208,7 +213,7 @@ def _multipliers(
 def create_zone(
     zone: ZoneFacets,
     layout: Layout,
-    law: _cpp.LawKind,
+    method: AugmentedLagrangian | Penalty,
     friction: Law | None,
     result_space: Any,
     quadrature_degree: int | None,
@@ -243,15 +248,14 @@ def create_zone(
     degree = quadrature_degree
     if degree is None:
         degree = quadrature.default_degree(surface.shape, p, q)
-    cpp = _cpp.Zone(
-        comm=comm.py2f(),
+    made_of = _cpp.ZoneInput(
         slave=slave,
         master=master,
         master_node_ids=zone.master_surface.node_ids,
         master_dof_ids=zone.master_surface.dof_ids,
         multipliers=multipliers,
-        law=law,
-        friction=Stick().cpp() if friction is None else friction.cpp(),
+        method=method.cpp(),
+        friction=None if friction is None else friction.cpp(),
         current_measure=current_measure,
         moving_segments=moving_segments,
         distances=_cpp.SearchDistances(
@@ -265,7 +269,7 @@ def create_zone(
     results = facet_dof_table(result_space, zone.slave)
     return ZoneData(
         zone,
-        cpp,
+        _cpp.Zone(comm.py2f(), made_of),
         table,
         nodes,
         results,

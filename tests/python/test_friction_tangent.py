@@ -120,7 +120,7 @@ def set_history(contact, scene, seed, drag=DRAG):
             if contact.multiplier is not None:
                 one /= states.GAMMA
             zone.traction_old = rng.uniform(-1.0, 1.0, size) * one
-            zone.cpp.set_old_traction(zone.traction_old)
+            zone.cpp.set_field("traction_old", zone.traction_old)
 
 
 def set_both(contact, scene, seed):

@@ -257,6 +257,35 @@ def test_tangent_is_the_derivative_of_the_residual():
     assert difference < 1e-6 * np.abs(expected[free]).max()
 
 
+def residuals(places, order):
+    """Residuals at states that are drawn from functions of the place, assembled one
+    after another in an order; as they are listed."""
+    problem = at_wall("quadrilateral", 1, "nested", Stick())
+    contact, b = problem.contact, problem.problem.create_vector()
+    found = {}
+    for k in order:
+        problem.u.interpolate(
+            lambda x: 0.05 * np.sin((k + 1) * (3.0 * x[:2] + 5.0 * x[1::-1]))
+        )
+        contact.multiplier.interpolate(lambda x: np.cos(7.0 * x[:2] + places[k]))
+        problem.problem.F(problem.problem.start(), b)
+        found[k] = gathered.vector(contact, b)
+    assert damped(contact) > 0
+    return [found[k] for k in sorted(found)]
+
+
+@pytest.mark.quick
+@pytest.mark.mpi
+def test_residual_does_not_depend_on_what_was_assembled_before():
+    """What lies opposite differs between the states: the weights are those of the step's
+    start, not of the state that happens to come first."""
+    places = [0.3, 1.1, 2.0]
+    expected = residuals(places, [0, 1, 2])
+    for order in ([2, 0, 1], [1, 2, 0]):
+        for found, value in zip(residuals(places, order), expected):
+            gathered.assert_same(found, value)
+
+
 # Solutions
 
 CORNERS = [("tetrahedron", "matching"), ("quadrilateral", "other")]

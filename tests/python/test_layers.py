@@ -23,7 +23,16 @@ def check(*arguments):
 
 def make_tree(root: Path, files: dict[str, str]) -> Path:
     """A source tree with a header in every stage, and some more files."""
-    stages = ("core", "geometry", "pairing", "mortar", "law", "element", "fem")
+    stages = (
+        "core",
+        "geometry",
+        "pairing",
+        "mortar",
+        "law",
+        "element",
+        "interface",
+        "fem",
+    )
     headers = {f"cpp/raymortar/{stage}/some.h": "" for stage in stages}
     empty = {"python/raymortar/__init__.py": "", "docs/theory.md": THEORY}
     for name, text in {**headers, **empty, **files}.items():
@@ -46,6 +55,8 @@ def test_this_tree_keeps_the_order():
         ("mortar/a.h", '#include "raymortar/pairing/some.h"\n#include <vector>'),
         ("mortar/a.h", "// petsc.h is not included"),
         ("element/a.cpp", '#include "raymortar/law/some.h"'),
+        ("interface/a.h", '#include "raymortar/element/some.h"'),
+        ("fem/a.cpp", '#include "raymortar/interface/some.h"'),
         ("fem/a.cpp", '#include "raymortar/element/some.h"\n#include <petscmat.h>'),
         ("law/a.h", "/// t = p n   [theory (2.5)-(2.6)]"),
         ("law/a.h", "/// t = p n, see theory\n/// (2.5) and (2.6)"),
@@ -63,6 +74,9 @@ def test_what_is_allowed_passes(tmp_path, name, text):
         ("law/a.h", '#include "raymortar/geometry/some.h"', "law may include only"),
         ("mortar/a.h", '#include "raymortar/law/some.h"', "mortar may include only"),
         ("element/a.cpp", "# include <mpi.h>", "only fem includes"),
+        ("interface/a.h", "#include <mpi.h>", "only fem includes"),
+        ("interface/a.h", '#include "raymortar/fem/some.h"', "interface may include"),
+        ("element/a.h", '#include "raymortar/interface/some.h"', "element may include"),
         ("pairing/a.cpp", "  #include <petscsys.h>", "only fem includes"),
         ("fem/a.cpp", "#include <pybind11/pybind11.h>", "neither Python nor DOLFINx"),
         ("fem/a.cpp", '#include "zone.h"', "own headers are included as"),

@@ -3,18 +3,18 @@
 
 namespace raymortar
 {
-std::unique_ptr<Assembler> make_assembler(const ContactState& s, LawKind law)
+std::unique_ptr<Assembler> make_assembler(const ContactState& s)
 {
-  if (not s.slave.is_of_kind(s.master))
-    return make_general_assembler(s, law);
+  if (s.slave.kind() != s.master.kind())
+    return make_general_assembler(s);
   switch (s.slave.shape)
   {
   case Shape::interval:
-    return interval_assembler(s, law);
+    return interval_assembler(s);
   case Shape::triangle:
-    return triangle_assembler(s, law);
+    return triangle_assembler(s);
   case Shape::quadrilateral:
-    return quadrilateral_assembler(s, law);
+    return quadrilateral_assembler(s);
   }
   throw Error("unknown facet shape");
 }

@@ -8,16 +8,16 @@
 #include "raymortar/mortar/elements.h"
 #include <functional>
 #include <memory>
+#include <optional>
 
 namespace raymortar
 {
-enum class LawKind
+/// @brief How contact is enforced. Whether there is friction, and by which law,
+/// is another choice.
+enum class Method
 {
-  augmented_normal, ///< scalar multiplier, frictionless
-  augmented_vector, ///< vector multiplier in global coordinates
-  penalty,
-  augmented_friction, ///< vector multiplier
-  penalty_friction
+  augmented_lagrangian,
+  penalty
 };
 
 /// @brief Multiplier unknowns of a zone's slave facets.
@@ -37,12 +37,13 @@ struct ContactState
   Surface slave;
   Surface master;
   Multipliers multipliers;
-  bool current_measure = false; ///< integrate over the deformed surface
+  Method method = Method::augmented_lagrangian;
+  std::optional<FrictionLaw> friction; ///< none: frictionless
+  bool current_measure = false;        ///< integrate over the deformed surface
   bool moving_segments = false; ///< differentiate through the vertices, too
   FacetField gamma;             ///< traction per length
   PairFactors pair_factors;     ///< of gamma, where a master is hit
   FacetField offset;            ///< added to gaps, > 0: a clearance. Length
-  FrictionLaw friction;         ///< read by the laws with friction only
   /// In place of the number of Coulomb's or Tresca's law; empty: that number
   FacetField friction_coefficient;
   /// Of a law that is known at points only, (points,); empty: none
@@ -109,9 +110,8 @@ public:
   [[nodiscard]] virtual PointResults results(const ContactState& s) const = 0;
 };
 
-/// @brief Assembler for the facets and multipliers of `s`: where slave and
-/// master are of one kind, that with compile-time sizes.
+/// @brief Assembler for the facets, the multipliers, method and friction of
+/// `s`: where slave and master are of one kind, that with compile-time sizes.
 /// @throws Error for a combination that does not exist
-[[nodiscard]] std::unique_ptr<Assembler> make_assembler(const ContactState& s,
-                                                        LawKind law);
+[[nodiscard]] std::unique_ptr<Assembler> make_assembler(const ContactState& s);
 } // namespace raymortar

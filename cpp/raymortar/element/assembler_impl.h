@@ -1,12 +1,10 @@
 // Element loops for one facet type; instantiated once per shape.
 #pragma once
 
-#include "raymortar/core/error.h"
+#include "raymortar/element/choose_law.h"
 #include "raymortar/element/law_gaps.h"
 #include "raymortar/element/moving_segments.h"
 #include "raymortar/geometry/predicates.h"
-#include "raymortar/law/augmented.h"
-#include "raymortar/law/penalty.h"
 
 namespace raymortar
 {
@@ -145,7 +143,7 @@ private:
   {
     const Index f = s.elements.slave[e];
     auto& history = data.history;
-    history.friction = s.friction;
+    history.friction = *s.friction;
     history.slave_old = s.slave.template nodes<F>(s.slave.x_old, f);
     if (s.elements.master[e] != no_index)
       history.master_old =
@@ -232,55 +230,49 @@ private:
   }
 };
 
-template <class F, int L>
-[[nodiscard]] std::unique_ptr<Assembler> with_multiplier(LawKind law)
-{
-  if (law == LawKind::augmented_normal)
-    return std::make_unique<AssemblerImpl<F, L, NormalAugmentedLagrangian>>();
-  if (law == LawKind::augmented_friction)
-    return std::make_unique<
-        AssemblerImpl<F, L, FrictionalAugmentedLagrangian>>();
-  return std::make_unique<AssemblerImpl<F, L, VectorAugmentedLagrangian>>();
-}
-
-/// @brief Assembler for facet type F; the multiplier's degree is 1, or 2 on
-/// quadratic intervals.
+/// @brief Assembler for facet type F and the law of `s`. The multiplier's
+/// degree is 1, or 2 on quadratic intervals.
 template <class F>
-[[nodiscard]] std::unique_ptr<Assembler> assembler_for(int multiplier_degree,
-                                                       LawKind law)
+[[nodiscard]] std::unique_ptr<Assembler> assembler_for(const ContactState& s)
 {
-  if (law == LawKind::penalty)
-    return std::make_unique<AssemblerImpl<F, 0, NormalPenalty>>();
-  if (law == LawKind::penalty_friction)
-    return std::make_unique<AssemblerImpl<F, 0, FrictionalPenalty>>();
-  if (multiplier_degree == 1)
-    return with_multiplier<F, 1>(law);
-  if constexpr (F::shape == Shape::interval and F::degree == 2)
-    if (multiplier_degree == 2)
-      return with_multiplier<F, 2>(law);
-  throw Error("multiplier of degree " + std::to_string(multiplier_degree) +
-              " on facets with displacement of degree " +
-              std::to_string(F::degree) +
-              ": 2D takes up to the displacement's degree, 3D takes 1");
+  const int degree = s.multipliers.degree;
+  return with_law(
+      s,
+      [degree]<class Law>() -> std::unique_ptr<Assembler>
+      {
+        if constexpr (Law::template multiplier_size<F::gdim> == 0)
+          return std::make_unique<AssemblerImpl<F, 0, Law>>();
+        else
+        {
+          if (degree == 1)
+            return std::make_unique<AssemblerImpl<F, 1, Law>>();
+          if constexpr (F::shape == Shape::interval and F::degree == 2)
+            if (degree == 2)
+              return std::make_unique<AssemblerImpl<F, 2, Law>>();
+          throw Error("multiplier of degree " + std::to_string(degree) +
+                      " on facets with displacement of degree " +
+                      std::to_string(F::degree) +
+                      ": 2D takes up to the displacement's degree, 3D takes 1");
+        }
+      });
 }
 
 /// @brief One translation unit per shape keeps the build parallel and small.
 [[nodiscard]] std::unique_ptr<Assembler>
-interval_assembler(const ContactState& s, LawKind law);
+interval_assembler(const ContactState& s);
 [[nodiscard]] std::unique_ptr<Assembler>
-triangle_assembler(const ContactState& s, LawKind law);
+triangle_assembler(const ContactState& s);
 [[nodiscard]] std::unique_ptr<Assembler>
-quadrilateral_assembler(const ContactState& s, LawKind law);
+quadrilateral_assembler(const ContactState& s);
 
 template <Shape S>
 [[nodiscard]] std::unique_ptr<Assembler>
-assembler_of_shape(const ContactState& s, LawKind law)
+assembler_of_shape(const ContactState& s)
 {
-  const int q = s.multipliers.degree;
   if (s.slave.degree == 2)
-    return assembler_for<FacetType<S, 2, 2>>(q, law);
+    return assembler_for<FacetType<S, 2, 2>>(s);
   if (s.slave.node_degree == 2)
-    return assembler_for<FacetType<S, 1, 2>>(q, law);
-  return assembler_for<FacetType<S, 1, 1>>(q, law);
+    return assembler_for<FacetType<S, 1, 2>>(s);
+  return assembler_for<FacetType<S, 1, 1>>(s);
 }
 } // namespace raymortar

@@ -2,9 +2,8 @@
 
 namespace raymortar
 {
-std::unique_ptr<Assembler> interval_assembler(const ContactState& s,
-                                              LawKind law)
+std::unique_ptr<Assembler> interval_assembler(const ContactState& s)
 {
-  return assembler_of_shape<Shape::interval>(s, law);
+  return assembler_of_shape<Shape::interval>(s);
 }
 } // namespace raymortar

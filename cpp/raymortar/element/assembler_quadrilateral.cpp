@@ -2,9 +2,8 @@
 
 namespace raymortar
 {
-std::unique_ptr<Assembler> quadrilateral_assembler(const ContactState& s,
-                                                   LawKind law)
+std::unique_ptr<Assembler> quadrilateral_assembler(const ContactState& s)
 {
-  return assembler_of_shape<Shape::quadrilateral>(s, law);
+  return assembler_of_shape<Shape::quadrilateral>(s);
 }
 } // namespace raymortar

@@ -2,9 +2,8 @@
 
 namespace raymortar
 {
-std::unique_ptr<Assembler> triangle_assembler(const ContactState& s,
-                                              LawKind law)
+std::unique_ptr<Assembler> triangle_assembler(const ContactState& s)
 {
-  return assembler_of_shape<Shape::triangle>(s, law);
+  return assembler_of_shape<Shape::triangle>(s);
 }
 } // namespace raymortar

@@ -52,7 +52,7 @@ public:
     at.offset = (_offset * basis).transpose();
     at.coefficient = (_coefficient * basis).transpose();
     at.traction_old = _springs * basis;
-    at.friction = s.friction;
+    at.friction = s.friction.value_or(FrictionLaw{});
     at.has_coefficient = not s.friction_coefficient.empty();
     if (not s.friction_bounds.empty())
       at.bound = s.friction_bounds[q];
@@ -251,7 +251,10 @@ template <int D>
 class GeneralAssembler final : public Assembler
 {
 public:
-  explicit GeneralAssembler(LawKind law) : _kernel(make_point_kernel<D>(law)) {}
+  explicit GeneralAssembler(const ContactState& s)
+      : _kernel(make_point_kernel<D>(s))
+  {
+  }
 
   void residual(const ContactState& s, const BlockSink& sink) const override
   {
@@ -428,11 +431,10 @@ private:
 };
 } // namespace
 
-std::unique_ptr<Assembler> make_general_assembler(const ContactState& s,
-                                                  LawKind law)
+std::unique_ptr<Assembler> make_general_assembler(const ContactState& s)
 {
   if (s.slave.gdim == 2)
-    return std::make_unique<GeneralAssembler<2>>(law);
-  return std::make_unique<GeneralAssembler<3>>(law);
+    return std::make_unique<GeneralAssembler<2>>(s);
+  return std::make_unique<GeneralAssembler<3>>(s);
 }
 } // namespace raymortar

@@ -13,5 +13,5 @@ namespace raymortar
 /// rounding, at several times the cost.
 /// @throws Error for multipliers of another degree than 1 or 2
 [[nodiscard]] std::unique_ptr<Assembler>
-make_general_assembler(const ContactState& s, LawKind law);
+make_general_assembler(const ContactState& s);
 } // namespace raymortar

@@ -1,8 +1,6 @@
 #include "raymortar/element/point_kernel.h"
-#include "raymortar/core/error.h"
+#include "raymortar/element/choose_law.h"
 #include "raymortar/element/surface_gradient.h"
-#include "raymortar/law/augmented.h"
-#include "raymortar/law/penalty.h"
 
 namespace raymortar
 {
@@ -128,24 +126,15 @@ private:
 } // namespace
 
 template <int D>
-std::unique_ptr<PointKernel<D>> make_point_kernel(LawKind law)
+std::unique_ptr<PointKernel<D>> make_point_kernel(const ContactState& s)
 {
-  switch (law)
-  {
-  case LawKind::augmented_normal:
-    return std::make_unique<LawAtPoint<D, NormalAugmentedLagrangian>>();
-  case LawKind::augmented_vector:
-    return std::make_unique<LawAtPoint<D, VectorAugmentedLagrangian>>();
-  case LawKind::augmented_friction:
-    return std::make_unique<LawAtPoint<D, FrictionalAugmentedLagrangian>>();
-  case LawKind::penalty:
-    return std::make_unique<LawAtPoint<D, NormalPenalty>>();
-  case LawKind::penalty_friction:
-    return std::make_unique<LawAtPoint<D, FrictionalPenalty>>();
-  }
-  throw Error("unknown law");
+  return with_law(s,
+                  []<class Law>() -> std::unique_ptr<PointKernel<D>>
+                  { return std::make_unique<LawAtPoint<D, Law>>(); });
 }
 
-template std::unique_ptr<PointKernel<2>> make_point_kernel<2>(LawKind);
-template std::unique_ptr<PointKernel<3>> make_point_kernel<3>(LawKind);
+template std::unique_ptr<PointKernel<2>>
+make_point_kernel<2>(const ContactState&);
+template std::unique_ptr<PointKernel<3>>
+make_point_kernel<3>(const ContactState&);
 } // namespace raymortar

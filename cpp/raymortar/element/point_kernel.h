@@ -88,5 +88,6 @@ public:
 };
 
 template <int D>
-[[nodiscard]] std::unique_ptr<PointKernel<D>> make_point_kernel(LawKind law);
+[[nodiscard]] std::unique_ptr<PointKernel<D>>
+make_point_kernel(const ContactState& s);
 } // namespace raymortar

@@ -130,9 +130,9 @@ private:
     if (not _state.friction_bounds.empty())
       return _state.friction_bounds[q];
     if (_state.friction_coefficient.empty())
-      return _state.friction;
-    return with_coefficient(_state.friction, _state.friction_coefficient.at<F>(
-                                                 _state.points.slave[q], N));
+      return *_state.friction;
+    return with_coefficient(*_state.friction, _state.friction_coefficient.at<F>(
+                                                  _state.points.slave[q], N));
   }
 
   /// Bound of friction at the accepted step, with its gap along the old ray

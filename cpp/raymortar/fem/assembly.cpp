@@ -1,10 +1,7 @@
 #include "raymortar/fem/assembly.h"
-#include "raymortar/element/law_gaps.h"
-#include "raymortar/fem/facet_dofs.h"
-#include "raymortar/fem/facet_terms.h"
+#include "raymortar/core/stopwatch.h"
 #include "raymortar/fem/rows.h"
-#include "raymortar/fem/stopwatch.h"
-#include "raymortar/geometry/predicates.h"
+#include "raymortar/pairing/facet_dofs.h"
 #include <algorithm>
 #include <optional>
 
@@ -12,12 +9,6 @@ namespace raymortar
 {
 namespace
 {
-void ignore_left_out(::Vec b)
-{
-  check(VecSetOption(b, VEC_IGNORE_NEGATIVE_INDICES, PETSC_TRUE),
-        "VecSetOption");
-}
-
 /// Whether a facet has a nonzero among values (dofs, gdim)
 bool any_nonzero(const Surface& s, Index facet, std::span<const double> values)
 {
@@ -27,68 +18,102 @@ bool any_nonzero(const Surface& s, Index facet, std::span<const double> values)
   return any;
 }
 
-/// Dirichlet increment of an element in the order of ElementLayout
-void element_increment(const ContactState& s, Index f, Index m,
-                       std::span<const double> slave,
-                       std::span<const double> master, std::vector<double>& du)
+/// Adds blocks of a residual to a vector
+class VectorWriter final : public VectorSink
 {
-  du.clear();
-  append_values(s.slave, f, slave, du);
-  if (s.multipliers.components > 0)
-    du.insert(du.end(),
-              s.multipliers.facet.size() /
-                  static_cast<std::size_t>(s.slave.num_facets()) *
-                  static_cast<std::size_t>(s.multipliers.components),
-              0.0);
-  if (m != no_index)
-    append_values(s.master, m, master, du);
-}
-
-/// Masters, other than the element's own, that its segments' vertices hang on
-std::vector<Index> coupled_masters(const ContactState& s, std::size_t e)
-{
-  std::vector<Index> masters;
-  for (const Index q : s.elements.points_of(e))
+public:
+  VectorWriter(const Zone& zone, ::Vec b) : _zone(zone), _vector(b)
   {
-    const Index segment = s.points.segment[static_cast<std::size_t>(q)];
-    if (not s.moving_segments or segment == no_index)
-      continue;
-    const Index m =
-        s.segmentation.segments[static_cast<std::size_t>(segment)].master;
-    if (m != s.elements.master[e])
-      masters.push_back(m);
+    check(VecSetOption(b, VEC_IGNORE_NEGATIVE_INDICES, PETSC_TRUE),
+          "VecSetOption");
   }
-  std::sort(masters.begin(), masters.end());
-  masters.erase(std::unique(masters.begin(), masters.end()), masters.end());
-  return masters;
-}
 
-/// Elements whose tangent is not zero: without a multiplier, those with a
-/// point that is closed
-std::vector<std::size_t> working_elements(const ContactState& s)
-{
-  std::vector<std::size_t> working;
-  working.reserve(s.elements.size());
-  const bool all = s.multipliers.components > 0;
-  // No facet's own tolerance is larger
-  const double touch =
-      all ? 0.0 : tolerance::touch * largest_diameter(s.slave, s.slave.x);
-  const std::vector<double> gaps = all ? std::vector<double>() : law_gaps(s);
-  const auto closed = [&](Index q)
-  { return gaps[static_cast<std::size_t>(q)] <= touch; };
-  for (std::size_t e = 0; e < s.elements.size(); ++e)
+  void add(const Unknowns& rows, std::span<const double> values) override
   {
-    const auto points = s.elements.points_of(e);
-    if (all or (s.elements.master[e] != no_index and
-                std::any_of(points.begin(), points.end(), closed)))
-      working.push_back(e);
+    global_rows(_zone, rows, Constrained::left_out, _rows);
+    check(VecSetValues(_vector, static_cast<PetscInt>(_rows.size()),
+                       _rows.data(), values.data(), ADD_VALUES),
+          "VecSetValues");
   }
-  return working;
-}
+
+private:
+  const Zone& _zone;
+  ::Vec _vector;
+  std::vector<PetscInt> _rows;
+};
+
+/// Adds tangent blocks times - alpha and an increment of the displacements
+class Lifting final : public MatrixSink
+{
+public:
+  /// @param[in] slave, master (dofs, gdim)
+  Lifting(const Zone& zone, ::Vec b, std::span<const double> slave,
+          std::span<const double> master, double alpha)
+      : _state(zone.state()), _slave(slave), _master(master), _alpha(alpha),
+        _vector(zone, b)
+  {
+  }
+
+  [[nodiscard]] bool wants(const Unknowns& columns) const override
+  {
+    return (columns.slave != no_index and
+            any_nonzero(_state.slave, columns.slave, _slave)) or
+           (columns.master != no_index and
+            any_nonzero(_state.master, columns.master, _master));
+  }
+
+  void add(const Unknowns& rows, const Unknowns& columns,
+           const double* block) override
+  {
+    find_increment(columns);
+    const std::size_t n = _increment.size();
+    _change.assign(size_of(rows), 0.0);
+    for (std::size_t i = 0; i < _change.size(); ++i)
+      for (std::size_t j = 0; j < n; ++j)
+        _change[i] -= _alpha * block[i * n + j] * _increment[j];
+    _vector.add(rows, _change);
+  }
+
+private:
+  [[nodiscard]] std::size_t multipliers_per_facet() const
+  {
+    const Multipliers& m = _state.multipliers;
+    return m.facet.size() /
+           static_cast<std::size_t>(_state.slave.num_facets()) *
+           static_cast<std::size_t>(m.components);
+  }
+
+  [[nodiscard]] std::size_t size_of(const Unknowns& unknowns) const
+  {
+    const auto side = static_cast<std::size_t>(_state.slave.dofs_per_facet() *
+                                               _state.slave.gdim);
+    return (unknowns.slave != no_index ? side : 0) +
+           (unknowns.multiplier != no_index ? multipliers_per_facet() : 0) +
+           (unknowns.master != no_index ? side : 0);
+  }
+
+  /// That of multipliers is zero
+  void find_increment(const Unknowns& columns)
+  {
+    _increment.clear();
+    if (columns.slave != no_index)
+      append_values(_state.slave, columns.slave, _slave, _increment);
+    if (columns.multiplier != no_index)
+      _increment.insert(_increment.end(), multipliers_per_facet(), 0.0);
+    if (columns.master != no_index)
+      append_values(_state.master, columns.master, _master, _increment);
+  }
+
+  const ContactState& _state;
+  std::span<const double> _slave, _master;
+  double _alpha;
+  VectorWriter _vector;
+  std::vector<double> _increment, _change;
+};
 
 /// Adds tangent blocks: straight to the entries of rows of this rank, through
 /// PETSc to those of other ranks
-class BlockWriter
+class BlockWriter final : public MatrixSink
 {
 public:
   BlockWriter(const Zone& zone, ::Mat A, BlockPositions& positions)
@@ -97,9 +122,23 @@ public:
     open();
   }
 
-  void add(Index slave, Index master, const double* block)
+  [[nodiscard]] bool wants(const Unknowns&) const override { return true; }
+
+  void add(const Unknowns& rows, const Unknowns& columns,
+           const double* block) override
+  {
+    if (rows == columns and rows.slave != no_index)
+      add_element(rows.slave, rows.master, block);
+    else
+      add_other(rows, columns, block);
+  }
+
+private:
+  void add_element(Index slave, Index master, const double* block)
   {
     element_rows(_zone, slave, master, Constrained::left_out, _rows);
+    if (not _arrays)
+      open();
     if (not _arrays->available())
       return set_values(_rows, block);
     const auto at = _positions.of(*_arrays, _zone, slave, master);
@@ -119,18 +158,16 @@ public:
     set_values(_foreign, block);
   }
 
-  /// Rows of one master in the columns of another: few, so that their places
-  /// are not kept
-  void add_masters(Index hit, Index other, const double* block)
+  /// Blocks of few unknowns, or of few facets: their places are not kept
+  void add_other(const Unknowns& rows, const Unknowns& columns,
+                 const double* block)
   {
-    master_rows(_zone, hit, Constrained::left_out, _foreign);
-    master_rows(_zone, other, Constrained::left_out, _rows);
     _arrays.reset();
+    global_rows(_zone, rows, Constrained::left_out, _foreign);
+    global_rows(_zone, columns, Constrained::left_out, _rows);
     set_values(_foreign, block);
-    open();
   }
 
-private:
   void open()
   {
     _arrays.emplace(_matrix);
@@ -170,105 +207,34 @@ private:
 };
 } // namespace
 
-void add_residual(Zone& zone, ::Vec b)
+void add_residual(const Zone& zone, ::Vec b, AssemblyStatistics& statistics)
 {
-  const Stopwatch watch(zone.assembly().seconds_residual);
-  const ContactState& s = zone.state();
-  ignore_left_out(b);
-  std::vector<PetscInt> rows;
-  zone.assembler().residual(
-      s,
-      [&](std::size_t e, const double* block, int size)
-      {
-        element_rows(zone, s.elements.slave[e], s.elements.master[e],
-                     Constrained::left_out, rows);
-        check(VecSetValues(b, size, rows.data(), block, ADD_VALUES),
-              "VecSetValues");
-      });
-  add_facet_residuals(zone, b);
-  zone.assembly().residual_blocks +=
-      static_cast<std::int64_t>(s.elements.size());
+  const Stopwatch watch(statistics.seconds_residual);
+  VectorWriter writer(zone, b);
+  for (const auto& term : zone.interface().terms())
+    statistics.residual_blocks += term->residual(zone.state(), writer).computed;
 }
 
-void add_tangent(Zone& zone, ::Mat A, BlockPositions& positions)
+void add_tangent(const Zone& zone, ::Mat A, BlockPositions& positions,
+                 AssemblyStatistics& statistics)
 {
-  AssemblyStatistics& statistics = zone.assembly();
   const Stopwatch watch(statistics.seconds_tangent);
-  const ContactState& s = zone.state();
-  const auto elements = working_elements(s);
+  BlockWriter writer(zone, A, positions);
+  for (const auto& term : zone.interface().terms())
   {
-    BlockWriter writer(zone, A, positions);
-    zone.assembler().tangent(
-        s, elements,
-        [&](std::size_t e, const double* block, int)
-        { writer.add(s.elements.slave[e], s.elements.master[e], block); },
-        [&](std::size_t e, Index master, const double* block, int,
-            const double* hit_rows)
-        {
-          writer.add(s.elements.slave[e], master, block);
-          if (hit_rows)
-            writer.add_masters(s.elements.master[e], master, hit_rows);
-        });
+    const Work work = term->tangent(zone.state(), writer);
+    statistics.tangent_blocks += work.computed;
+    statistics.skipped_blocks += work.skipped;
   }
-  add_facet_tangents(zone, A);
-  statistics.tangent_blocks += static_cast<std::int64_t>(elements.size());
-  statistics.skipped_blocks +=
-      static_cast<std::int64_t>(s.elements.size() - elements.size());
   statistics.lookups = positions.lookups();
 }
 
-void apply_lifting(Zone& zone, ::Vec b, std::span<const double> slave,
-                   std::span<const double> master, double alpha)
+void apply_lifting(const Zone& zone, ::Vec b, std::span<const double> slave,
+                   std::span<const double> master, double alpha,
+                   AssemblyStatistics& statistics)
 {
-  const ContactState& s = zone.state();
-  std::vector<std::size_t> lifted = working_elements(s);
-  const auto moves = [&](Index m)
-  { return m != no_index and any_nonzero(s.master, m, master); };
-  std::erase_if(lifted,
-                [&](std::size_t e)
-                {
-                  const auto coupled = coupled_masters(s, e);
-                  return not any_nonzero(s.slave, s.elements.slave[e],
-                                         slave) and
-                         not moves(s.elements.master[e]) and
-                         std::none_of(coupled.begin(), coupled.end(), moves);
-                });
-  ignore_left_out(b);
-  std::vector<PetscInt> rows;
-  std::vector<double> change, increment;
-  // A block of these rows times the increment
-  const auto lift = [&](const double* block)
-  {
-    change.assign(rows.size(), 0.0);
-    for (std::size_t i = 0; i < rows.size(); ++i)
-      for (std::size_t j = 0; j < increment.size(); ++j)
-        change[i] -= alpha * block[i * increment.size() + j] * increment[j];
-    check(VecSetValues(b, static_cast<PetscInt>(rows.size()), rows.data(),
-                       change.data(), ADD_VALUES),
-          "VecSetValues");
-  };
-  const auto lift_pair = [&](Index f, Index m, const double* block)
-  {
-    element_rows(zone, f, m, Constrained::left_out, rows);
-    element_increment(s, f, m, slave, master, increment);
-    lift(block);
-  };
-  zone.assembler().tangent(
-      s, lifted,
-      [&](std::size_t e, const double* block, int)
-      { lift_pair(s.elements.slave[e], s.elements.master[e], block); },
-      [&](std::size_t e, Index m, const double* block, int,
-          const double* hit_rows)
-      {
-        lift_pair(s.elements.slave[e], m, block);
-        if (not hit_rows)
-          return;
-        master_rows(zone, s.elements.master[e], Constrained::left_out, rows);
-        increment.clear();
-        append_values(s.master, m, master, increment);
-        lift(hit_rows);
-      });
-  lift_facet_tangents(zone, b, slave, master, alpha);
-  zone.assembly().lifted_blocks += static_cast<std::int64_t>(lifted.size());
+  Lifting lifting(zone, b, slave, master, alpha);
+  for (const auto& term : zone.interface().terms())
+    statistics.lifted_blocks += term->tangent(zone.state(), lifting).computed;
 }
 } // namespace raymortar

@@ -1,5 +1,5 @@
 #include "raymortar/fem/free_points.h"
-#include "raymortar/fem/facet_dofs.h"
+#include "raymortar/pairing/facet_dofs.h"
 
 namespace raymortar
 {

@@ -7,54 +7,35 @@ namespace raymortar
 {
 namespace
 {
-std::vector<Pattern::Pair> present_pairs(const Zone& zone)
+template <class T>
+void sort_unique(std::vector<T>& values)
 {
-  const ContactState& s = zone.state();
-  std::vector<Pattern::Pair> pairs;
-  for (std::size_t e = 0; e < s.elements.size(); ++e)
-    if (s.elements.master[e] != no_index)
-      pairs.emplace_back(
-          s.elements.slave[e],
-          s.master.facet_id[static_cast<std::size_t>(s.elements.master[e])]);
-  // Vertices of a segment hang on its master, wherever its points hit
-  if (zone.input().moving_segments)
-    for (const Segment& segment : s.segmentation.segments)
-      pairs.emplace_back(
-          segment.slave,
-          s.master.facet_id[static_cast<std::size_t>(segment.master)]);
-  std::sort(pairs.begin(), pairs.end());
-  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
-  return pairs;
+  std::sort(values.begin(), values.end());
+  values.erase(std::unique(values.begin(), values.end()), values.end());
 }
 
-/// Where a point of a segment hits another master, between the chord of an edge
-/// and the true one, or a nearer one: with moving segments the rows of the
-/// master that is hit have columns of the segment's
-std::vector<Pattern::Coupling> present_couplings(const Zone& zone)
+/// What the zone's terms couple at present, by global numbers of masters
+struct PresentNeeds
 {
-  const ContactState& s = zone.state();
+  std::vector<Pattern::Pair> pairs;
   std::vector<Pattern::Coupling> couplings;
-  if (not zone.input().moving_segments)
-    return couplings;
-  for (std::size_t q = 0; q < s.points.size(); ++q)
+
+  explicit PresentNeeds(const Zone& zone)
   {
-    const Index hit = s.hits.master[q], segment = s.points.segment[q];
-    if (hit == no_index or segment == no_index)
-      continue;
-    const Index own =
-        s.segmentation.segments[static_cast<std::size_t>(segment)].master;
-    if (own == hit)
-      continue;
-    const auto [first, second] =
-        std::minmax(s.master.facet_id[static_cast<std::size_t>(hit)],
-                    s.master.facet_id[static_cast<std::size_t>(own)]);
-    couplings.emplace_back(s.points.slave[q], first, second);
+    const PatternNeeds needs = zone.interface().needs();
+    const auto id = [&](Index master)
+    { return zone.state().master.facet_id[static_cast<std::size_t>(master)]; };
+    for (const auto& [slave, master] : needs.pairs)
+      pairs.emplace_back(slave, id(master));
+    for (const auto& [slave, one, other] : needs.couplings)
+    {
+      const auto [first, second] = std::minmax({id(one), id(other)});
+      couplings.emplace_back(slave, first, second);
+    }
+    sort_unique(pairs);
+    sort_unique(couplings);
   }
-  std::sort(couplings.begin(), couplings.end());
-  couplings.erase(std::unique(couplings.begin(), couplings.end()),
-                  couplings.end());
-  return couplings;
-}
+};
 
 /// Local numbers of the fetched master facets, by global number
 class MasterNumbers
@@ -92,13 +73,6 @@ void append_neighbours(const Surface& master, Index slave, Index met,
       pairs.emplace_back(slave,
                          master.facet_id[static_cast<std::size_t>(next)]);
   }
-}
-
-template <class T>
-void sort_unique(std::vector<T>& values)
-{
-  std::sort(values.begin(), values.end());
-  values.erase(std::unique(values.begin(), values.end()), values.end());
 }
 
 using Columns = std::vector<PetscInt>;
@@ -287,16 +261,17 @@ CompressedRows merged_rows(std::span<const std::int32_t> offsets,
 
 bool Pattern::covers(const Zone& zone) const
 {
-  const auto now = present_pairs(zone);
-  const auto coupled = present_couplings(zone);
-  return std::includes(_pairs.begin(), _pairs.end(), now.begin(), now.end()) and
-         std::includes(_couplings.begin(), _couplings.end(), coupled.begin(),
-                       coupled.end());
+  const PresentNeeds now(zone);
+  return std::includes(_pairs.begin(), _pairs.end(), now.pairs.begin(),
+                       now.pairs.end()) and
+         std::includes(_couplings.begin(), _couplings.end(),
+                       now.couplings.begin(), now.couplings.end());
 }
 
 void Pattern::extend(const Zone& zone)
 {
-  const auto now = present_pairs(zone);
+  PresentNeeds needs(zone);
+  const std::vector<Pair>& now = needs.pairs;
   const Surface& master = zone.state().master;
   const MasterNumbers number(master);
   const auto is_candidate = [&](const Pair& p)
@@ -319,15 +294,13 @@ void Pattern::extend(const Zone& zone)
     if (std::binary_search(_sliding.begin(), _sliding.end(), slave))
       append_neighbours(master, slave, number(id), _pairs);
   sort_unique(_pairs);
-  extend_couplings(zone);
+  extend_couplings(master, std::move(needs.couplings));
 }
 
 /// Which points hit another master changes from iterate to iterate. So slave
 /// facets that have any get room for all neighbours among their masters
-void Pattern::extend_couplings(const Zone& zone)
+void Pattern::extend_couplings(const Surface& master, std::vector<Coupling> now)
 {
-  const auto now = present_couplings(zone);
-  const Surface& master = zone.state().master;
   const MasterNumbers number(master);
   std::vector<Index> slaves;
   for (const auto& [slave, first, second] : _couplings)
@@ -335,7 +308,7 @@ void Pattern::extend_couplings(const Zone& zone)
   for (const auto& [slave, first, second] : now)
     slaves.push_back(slave);
   sort_unique(slaves);
-  _couplings = now;
+  _couplings = std::move(now);
   std::vector<Pair> neighbours;
   for (const Pair& p : _pairs)
   {

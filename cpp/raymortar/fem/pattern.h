@@ -34,7 +34,7 @@ public:
   }
 
 private:
-  void extend_couplings(const Zone& zone);
+  void extend_couplings(const Surface& master, std::vector<Coupling> now);
 
   std::vector<Pair> _pairs;         ///< sorted
   std::vector<Coupling> _couplings; ///< sorted

@@ -14,6 +14,15 @@ struct RemoteEntries
   std::int64_t ranks = 0; ///< owners, without this rank
 };
 
+/// @brief Calls visit(name, value) for every field.
+template <class Visit>
+constexpr void for_each_field(const RemoteEntries& r, Visit&& visit)
+{
+  visit("matrix_entries", r.matrix);
+  visit("vector_entries", r.vector);
+  visit("entry_ranks", r.ranks);
+}
+
 /// @brief Counts of the present pairs, as if all rows were assembled.
 /// @param[in] ranges First row of each rank and the number of rows, (ranks + 1)
 [[nodiscard]] RemoteEntries remote_entries(const Zone& zone,

@@ -1,5 +1,5 @@
 #include "raymortar/fem/rows.h"
-#include "raymortar/fem/facet_dofs.h"
+#include "raymortar/pairing/facet_dofs.h"
 
 namespace raymortar
 {
@@ -34,23 +34,30 @@ void append_multipliers(const Multipliers& m, Index facet, std::size_t facets,
 }
 } // namespace
 
-void element_rows(const Zone& zone, Index slave, Index master,
-                  Constrained constrained, std::vector<PetscInt>& rows)
+void global_rows(const Zone& zone, const Unknowns& unknowns,
+                 Constrained constrained, std::vector<PetscInt>& rows)
 {
   const ContactState& s = zone.state();
   rows.clear();
-  append_dofs(s.slave, slave, zone.fixed_slave(), constrained, rows);
-  append_multipliers(s.multipliers, slave,
-                     static_cast<std::size_t>(s.slave.num_facets()), rows);
-  if (master != no_index)
-    append_dofs(s.master, master, zone.fixed_master(), constrained, rows);
+  if (unknowns.slave != no_index)
+    append_dofs(s.slave, unknowns.slave, zone.fixed_slave(), constrained, rows);
+  if (unknowns.multiplier != no_index)
+    append_multipliers(s.multipliers, unknowns.multiplier,
+                       static_cast<std::size_t>(s.slave.num_facets()), rows);
+  if (unknowns.master != no_index)
+    append_dofs(s.master, unknowns.master, zone.fixed_master(), constrained,
+                rows);
+}
+
+void element_rows(const Zone& zone, Index slave, Index master,
+                  Constrained constrained, std::vector<PetscInt>& rows)
+{
+  global_rows(zone, element_unknowns(slave, master), constrained, rows);
 }
 
 void master_rows(const Zone& zone, Index master, Constrained constrained,
                  std::vector<PetscInt>& rows)
 {
-  rows.clear();
-  append_dofs(zone.state().master, master, zone.fixed_master(), constrained,
-              rows);
+  global_rows(zone, {no_index, no_index, master}, constrained, rows);
 }
 } // namespace raymortar

@@ -16,6 +16,12 @@ enum class Constrained
   kept
 };
 
+/// @brief Global rows of some unknowns: displacements node by node,
+/// multipliers.
+/// @param[out] rows Resized; reused between calls to save the allocation
+void global_rows(const Zone& zone, const Unknowns& unknowns,
+                 Constrained constrained, std::vector<PetscInt>& rows);
+
 /// @brief Global rows of an element in the order of ElementLayout.
 /// @param[in] master Fetched master facet, or no_index
 /// @param[out] rows Resized; reused between calls to save the allocation

@@ -1,34 +1,22 @@
-// A contact zone: the surfaces of one pair and the stages run over them.
+// A contact zone: an interface whose facets are spread over ranks.
 #pragma once
 
-#include "raymortar/element/cover.h"
 #include "raymortar/fem/halo.h"
-#include "raymortar/fem/held_facets.h"
+#include "raymortar/interface/interface.h"
 #include <optional>
 
 namespace raymortar
 {
 /// @brief What a zone is made of. Facets are those owned by this rank.
-struct ZoneInput
+struct ZoneInput : InterfaceInput
 {
-  Surface slave;
   Surface master;
   std::vector<std::int64_t> master_node_ids; ///< global, (master nodes,)
   std::vector<std::int64_t> master_dof_ids;  ///< global, (master dofs,)
-  Multipliers multipliers;
-  LawKind law = LawKind::augmented_normal;
-  FrictionLaw friction;
-  bool current_measure = false;
-  bool moving_segments = true;
-  FacetDistances distances;
-  Strategy strategy = Strategy::bvh;
-  bool subdivide = false;
-  SegmentRules segment_rules;
-  QuadratureRule facet_rule;
 };
 
 /// @brief Counts and seconds of the last pairing on this rank.
-struct ZoneStatistics
+struct ZoneStatistics : PipelineStatistics
 {
   std::int64_t slave_facets = 0;
   std::int64_t master_facets = 0; ///< fetched: those within reach of the rank
@@ -38,17 +26,30 @@ struct ZoneStatistics
   std::int64_t segments = 0;
   std::int64_t points = 0;
   std::int64_t hits = 0;
-  std::int64_t degenerate = 0;       ///< slave facets without a usable normal
-  std::int64_t candidate_builds = 0; ///< since creation
-  std::int64_t pairings = 0;         ///< since creation
-  std::int64_t pairings_skipped = 0; ///< nothing had moved; since creation
-  std::int64_t halo_builds = 0;      ///< since creation
-  std::int64_t bytes_sent = 0;       ///< by this rank since creation
+  std::int64_t degenerate = 0;  ///< slave facets without a usable normal
+  std::int64_t halo_builds = 0; ///< since creation
+  std::int64_t bytes_sent = 0;  ///< by this rank since creation
   double seconds_halo = 0.0;
-  double seconds_candidates = 0.0;
-  double seconds_segments = 0.0;
-  double seconds_rays = 0.0;
 };
+
+/// @brief Calls visit(name, value) for every field.
+template <class Visit>
+constexpr void for_each_field(const ZoneStatistics& s, Visit&& visit)
+{
+  for_each_field(static_cast<const PipelineStatistics&>(s), visit);
+  visit("slave_facets", s.slave_facets);
+  visit("master_facets", s.master_facets);
+  visit("candidates", s.candidates);
+  visit("clipped", s.clipped);
+  visit("pairs", s.pairs);
+  visit("segments", s.segments);
+  visit("points", s.points);
+  visit("hits", s.hits);
+  visit("degenerate", s.degenerate);
+  visit("halo_builds", s.halo_builds);
+  visit("bytes_sent", s.bytes_sent);
+  visit("seconds_halo", s.seconds_halo);
+}
 
 /// @brief What this rank has sent for a zone since its creation.
 struct ZoneTraffic
@@ -57,22 +58,21 @@ struct ZoneTraffic
   Traffic values;  ///< displacements and the like, between renewals
 };
 
-/// @brief Blocks of the assemblies since creation, seconds of the last ones.
-struct AssemblyStatistics
+/// @brief Calls visit(name, value) for every field.
+template <class Visit>
+constexpr void for_each_field(const ZoneTraffic& t, Visit&& visit)
 {
-  std::int64_t residual_blocks = 0;
-  std::int64_t tangent_blocks = 0;
-  std::int64_t lifted_blocks = 0;  ///< tangent blocks for Dirichlet increments
-  std::int64_t skipped_blocks = 0; ///< left out of tangents: they are zero
-  std::int64_t lookups = 0;        ///< blocks whose places had to be found
-  double seconds_residual = 0.0;
-  double seconds_tangent = 0.0;
-};
+  visit("pairing_messages", t.pairing.messages);
+  visit("pairing_bytes", t.pairing.bytes);
+  visit("value_messages", t.values.messages);
+  visit("value_bytes", t.values.bytes);
+}
 
-/// @brief Runs pairing, segmentation, integration and rays of one pair.
+/// @brief An interface over the ranks: fetches the master facets that this
+/// rank's slave facets may meet, and what is known at their dofs.
 ///
-/// Members that move data between ranks are collective: set_displacement,
-/// set_old_displacement, set_fixed, set_rows and pair.
+/// Members that move data between ranks are collective: the constructor,
+/// set_displacement, set_old_displacement, set_fixed, set_rows and pair.
 class Zone
 {
 public:
@@ -82,11 +82,13 @@ public:
   void set_displacement(std::span<const double> slave,
                         std::span<const double> master);
 
-  /// @brief Displacement of the last accepted step.
+  /// @brief Displacement of the last accepted step: another one starts, and
+  /// the terms decide for it.
   void set_old_displacement(std::span<const double> slave,
                             std::span<const double> master);
 
   /// @brief Which displacement components are prescribed: nonzero entries.
+  /// The terms decide anew for the step.
   void set_fixed(std::span<const double> slave, std::span<const double> master);
 
   /// @brief Other rows of the coupled system: the user solves for more than
@@ -130,18 +132,15 @@ public:
   /// deeper. An overlap, < 0, is seen from so much farther.
   void set_offset(std::span<const double> offset);
 
-  /// @brief Coefficient of Coulomb's or Tresca's law at the slave facets' dofs,
-  /// (facets, dofs per facet), in place of its number.
-  void set_friction_coefficient(std::span<const double> coefficient);
+  /// @brief Other fields on the slave, see Interface.
+  void set_field(std::string_view name, std::span<const double> values);
 
   /// @brief A friction law that is known at the present points: one each.
   void set_friction_bounds(std::vector<PointBound> bounds);
 
-  /// @brief What friction springs start from, see ContactState;
-  /// (slave facets, dofs per facet, gdim); empty: none.
-  void set_old_traction(std::span<const double> traction);
-
-  /// @brief What the springs carry on from the present state, as such a field.
+  /// @brief What the friction springs carry on from the present state, as the
+  /// field "traction_old" of the next step, (slave facets, dofs per facet,
+  /// gdim).
   [[nodiscard]] std::vector<double> accepted_springs() const;
 
   /// @brief All stages at the current displacement; none if nothing has moved
@@ -152,22 +151,29 @@ public:
   /// the tangent also, until pair() is called.
   void cast();
 
-  [[nodiscard]] const ContactState& state() const { return _state; }
-  [[nodiscard]] const Assembler& assembler() const { return *_assembler; }
+  [[nodiscard]] const Interface& interface() const { return _interface; }
+  [[nodiscard]] const ContactState& state() const { return _interface.state(); }
+  [[nodiscard]] const Assembler& assembler() const
+  {
+    return _interface.assembler();
+  }
   [[nodiscard]] const Segmentation& segmentation() const
   {
-    return _state.segmentation;
+    return state().segmentation;
   }
-  [[nodiscard]] const Candidates& candidates() const { return _candidates; }
+  [[nodiscard]] const Candidates& candidates() const
+  {
+    return _interface.pipeline().candidates();
+  }
   [[nodiscard]] const Halo& halo() const { return *_halo; }
   [[nodiscard]] const ZoneInput& input() const { return _input; }
   /// @brief Distances of the input, with what the offset adds.
-  [[nodiscard]] const FacetDistances& distances() const { return _distances; }
+  [[nodiscard]] const FacetDistances& distances() const
+  {
+    return _interface.pipeline().rules().distances;
+  }
   [[nodiscard]] ZoneStatistics statistics() const;
   [[nodiscard]] ZoneTraffic traffic() const;
-
-  /// @brief Counts that the assembly functions keep.
-  [[nodiscard]] AssemblyStatistics& assembly() { return _assembly; }
 
   /// @brief Values of the owned master dofs at the dofs of state().master.
   [[nodiscard]] std::vector<double> to_master(std::span<const double> owned,
@@ -186,47 +192,37 @@ public:
     return _fixed_master;
   }
 
-  /// @brief Facets whose multiplier is smoothed. Each is looked at when it has
-  /// first met a master in a step and stays for the step, so that residual and
-  /// tangent agree.
-  [[nodiscard]] const std::vector<FacetBlock>& held_facets();
-
-  [[nodiscard]] const CoverData& cover() const { return _cover; }
+  /// @brief Facets whose multiplier is smoothed in this step.
+  [[nodiscard]] const std::vector<FacetBlock>& held_facets() const
+  {
+    return _interface.damping().facets();
+  }
 
 private:
+  void find_margin();
+  void find_extent();
+  void begin_step();
+  template <int D>
+  [[nodiscard]] Masters masters_near(const Surface& slave,
+                                     const FacetDistances& distances);
   template <int D>
   void update_halo();
-  void find_margins();
-  template <int D>
-  void update_candidates();
   void renew_master();
-  void make_points_anew();
-  void renew_rays();
 
   MPI_Comm _comm;
   ZoneInput _input;
-  FacetDistances _distances;   ///< with what the offset adds
-  FacetDistances _bare;        ///< the same without skin
-  double _smallest_skin = 0.0; ///< of this rank's slave facets
-  double _halo_margin = 0.0;   ///< of the shortest distances on all ranks
-  ContactState _state;
-  std::unique_ptr<Assembler> _assembler;
+  Interface _interface;
+  double _halo_margin = 0.0; ///< of the shortest distances on all ranks
+  double _extent = 0.0;      ///< of the surfaces on all ranks
   std::optional<Halo> _halo;
-  Candidates _candidates;
-  ZoneStatistics _statistics;
-  AssemblyStatistics _assembly;
-  bool _halo_is_checked = false;    ///< at the present positions
-  bool _points_are_present = false; ///< made at the present positions
-  bool _rays_are_present = false;
+  std::int64_t _halo_builds = 0;
+  double _seconds_halo = 0.0;
+  bool _halo_is_checked = false; ///< at the present positions
   std::vector<double> _master_u, _master_old, _master_fixed; ///< owned
   std::vector<double> _fixed_slave, _fixed_master;
-  double _modulus = 1.0;
-  HeldFacets _held;
-  CoverData _cover;
   ZoneTraffic _past;              ///< of halos that have been replaced
   std::vector<Index> _part;       ///< of each slave facet
-  std::vector<double> _wanted;    ///< parts' boxes the halo was fetched for
+  KeptBoxes _wanted;              ///< parts' boxes the halo was fetched for
   std::vector<double> _master_at; ///< owned master positions at that time
-  std::vector<double> _slave_boxes, _master_boxes; ///< candidates hold within
 };
 } // namespace raymortar

@@ -8,6 +8,15 @@
 
 namespace raymortar
 {
+/// @brief Type of the facets of a surface.
+struct FacetKind
+{
+  Shape shape = Shape::interval;
+  int degree = 1;      ///< of the displacement
+  int node_degree = 1; ///< of the positions
+  auto operator<=>(const FacetKind&) const = default;
+};
+
 /// @brief Facets of one side of a contact zone, as seen by one rank.
 ///
 /// Nodes carry positions (degree `node_degree`), dofs carry displacements
@@ -38,12 +47,7 @@ struct Surface
   [[nodiscard]] int nodes_per_facet() const;
   [[nodiscard]] int dofs_per_facet() const;
   [[nodiscard]] int corners() const;
-  /// @brief Whether facets of another surface have the same shape and degrees.
-  [[nodiscard]] bool is_of_kind(const Surface& other) const
-  {
-    return shape == other.shape and degree == other.degree and
-           node_degree == other.node_degree;
-  }
+  [[nodiscard]] FacetKind kind() const { return {shape, degree, node_degree}; }
   [[nodiscard]] Index num_facets() const
   {
     return static_cast<Index>(facet_id.size());

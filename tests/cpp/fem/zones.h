@@ -58,7 +58,6 @@ std::unique_ptr<Zone> paired_plates(bool by_node)
           in.slave.facet_dofs[static_cast<std::size_t>(f * F::dofs + a)]);
   in.multipliers.row = rows.multiplier;
   in.multipliers.value.assign(rows.multiplier.size() * F::gdim, 0.0);
-  in.law = LawKind::augmented_vector;
   in.distances = {0.5, 0.5, 0.1};
   in.segment_rules = segment_rules(F::shape, 2);
   in.facet_rule = rule_on(F::shape, 2);

@@ -15,16 +15,24 @@ struct HeldFacets
   std::vector<std::int8_t> known;
 };
 
+/// @brief Slave facets whose multiplier would be damped where what lies
+/// opposite is held too: some of their nodes are, ascending.
+///
+/// None where the multiplier has a lower degree than the displacement: it is
+/// stable without.
+/// @param[in] fixed_slave Nonzero where a component is held, (dofs, gdim)
+[[nodiscard]] std::vector<Index>
+facets_with_held_nodes(const ContactState& s,
+                       std::span<const double> fixed_slave);
+
 /// @brief Facets whose multiplier has more unknowns than displacements to
 /// balance them: some nodes are held, and so is what lies opposite.
-///
-/// Multipliers of a lower degree than the displacement are stable without.
 /// @param[in] s Points and hits tell what lies opposite
 /// @param[in] fixed_slave Nonzero where a component is held, (dofs, gdim)
 /// @param[in] fixed_master Same for the dofs of s.master
 /// @param[in] modulus Of the softer body. Stress
 /// @param[in,out] held Facets that have met a master before stay as they are
-void find_held_facets(const ContactState& s, LawKind law,
+void find_held_facets(const ContactState& s,
                       std::span<const double> fixed_slave,
                       std::span<const double> fixed_master, double modulus,
                       HeldFacets& held);

@@ -1,8 +1,8 @@
-#include "raymortar/fem/held_facets.h"
-#include "raymortar/fem/facet_dofs.h"
+#include "raymortar/interface/held_facets.h"
 #include "raymortar/geometry/dispatch.h"
 #include "raymortar/geometry/frame.h"
 #include "raymortar/geometry/taylor.h"
+#include "raymortar/pairing/facet_dofs.h"
 #include <algorithm>
 #include <cmath>
 
@@ -155,11 +155,11 @@ void look_opposite(const ContactState& s, std::span<const double> fixed_master,
 /// Weights of the multiplier's components, (components, components)
 /// [theory (5.7)]
 template <class F>
-Eigen::MatrixXd weights(const Candidate<F>& one, LawKind law,
+Eigen::MatrixXd weights(const ContactState& s, const Candidate<F>& one,
                         const Vec<F::gdim>& n)
 {
   const Vec<F::gdim> damped = one.share();
-  if (law == LawKind::augmented_friction)
+  if (s.friction)
     return damped.asDiagonal();
   // Without friction only a node that is held along the normal has a traction
   // in excess: rollers along the surface, or nearly so, change nothing
@@ -168,13 +168,13 @@ Eigen::MatrixXd weights(const Candidate<F>& one, LawKind law,
       (one.held.rowwise().sum().array() == 0.0).template cast<double>();
   const double w =
       std::max(0.0, 1.0 - 2.0 * moves.dot(squares)) * damped.dot(squares);
-  if (law == LawKind::augmented_normal)
+  if (s.multipliers.components == 1)
     return Eigen::MatrixXd::Constant(1, 1, w);
   return w * n * n.transpose();
 }
 
 template <class F>
-FacetBlock damping(const ContactState& s, LawKind law, double modulus,
+FacetBlock damping(const ContactState& s, double modulus,
                    const Candidate<F>& one)
 {
   typename F::RefPoint centre;
@@ -183,8 +183,7 @@ FacetBlock damping(const ContactState& s, LawKind law, double modulus,
       frame_at<F>(s.slave.nodes<F>(s.slave.X, one.slave), centre);
   const double area = s.points.whole[static_cast<std::size_t>(one.slave)];
   const double size = std::pow(area, 1.0 / F::tdim);
-  const Eigen::MatrixXd W =
-      size * area / modulus * weights<F>(one, law, frame.n);
+  const Eigen::MatrixXd W = size * area / modulus * weights<F>(s, one, frame.n);
   const Mat<F::dofs, F::dofs> S = roughness<F>();
   const Eigen::Index m = W.rows();
   FacetBlock facet{one.slave, {}};
@@ -193,14 +192,47 @@ FacetBlock damping(const ContactState& s, LawKind law, double modulus,
       facet.block.push_back(S(k / m, j / m) * W(k % m, j % m));
   return facet;
 }
+bool may_be_damped(const ContactState& s)
+{
+  return s.multipliers.components > 0 and
+         s.multipliers.degree == s.slave.degree and
+         (s.slave.degree == 1 or s.slave.gdim == 2);
+}
+
+/// Rollers along the surface
+void leave_out_zeros(std::vector<FacetBlock>& facets)
+{
+  std::erase_if(facets,
+                [](const FacetBlock& f)
+                {
+                  return std::all_of(f.block.begin(), f.block.end(),
+                                     [](double v) { return v == 0.0; });
+                });
+}
 } // namespace
 
-void find_held_facets(const ContactState& s, LawKind law,
+std::vector<Index> facets_with_held_nodes(const ContactState& s,
+                                          std::span<const double> fixed_slave)
+{
+  std::vector<Index> facets;
+  if (not may_be_damped(s))
+    return facets;
+  const auto add = [&]<class F>(F)
+  {
+    for (Index f = 0; f < s.slave.num_facets(); ++f)
+      if (not held_nodes<F>(s.slave, f, fixed_slave).isZero(0.0))
+        facets.push_back(f);
+  };
+  with_facet_type(s.slave, add);
+  return facets;
+}
+
+void find_held_facets(const ContactState& s,
                       std::span<const double> fixed_slave,
                       std::span<const double> fixed_master, double modulus,
                       HeldFacets& held)
 {
-  if (s.multipliers.components == 0 or s.multipliers.degree != s.slave.degree)
+  if (not may_be_damped(s))
     return;
   held.known.resize(static_cast<std::size_t>(s.slave.num_facets()), 0);
   const auto add = [&]<class F>(F)
@@ -215,17 +247,11 @@ void find_held_facets(const ContactState& s, LawKind law,
       {
         held.known[static_cast<std::size_t>(one.slave)] = one.has_met;
         if (not one.share().isZero(0.0))
-          held.facets.push_back(damping<F>(s, law, modulus, one));
+          held.facets.push_back(damping<F>(s, modulus, one));
       }
     }
   };
   with_facet_type(s.slave, add);
-  // Rollers along the surface
-  std::erase_if(held.facets,
-                [](const FacetBlock& f)
-                {
-                  return std::all_of(f.block.begin(), f.block.end(),
-                                     [](double v) { return v == 0.0; });
-                });
+  leave_out_zeros(held.facets);
 }
 } // namespace raymortar

@@ -1,0 +1,31 @@
+#include "raymortar/interface/cover_term.h"
+#include "raymortar/interface/facet_blocks.h"
+
+namespace raymortar
+{
+Work CoverTerm::residual(const ContactState& s, VectorSink& sink) const
+{
+  add_facet_residuals(s, cover_blocks(s, _data), 1.0, sink);
+  return {};
+}
+
+Work CoverTerm::tangent(const ContactState& s, MatrixSink& sink) const
+{
+  add_facet_tangents(s, cover_blocks(s, _data), 1.0, sink);
+  if (not s.moving_segments)
+    return {};
+  std::vector<double> block;
+  for (const ShareSlope& slope : share_slopes(s, _data))
+  {
+    const Unknowns columns{slope.slave, no_index, slope.master};
+    if (not sink.wants(columns))
+      continue;
+    block.clear();
+    for (const double change : slope.change)
+      for (const double share : slope.share)
+        block.push_back(s.multipliers.scale * change * share);
+    sink.add({no_index, slope.slave, no_index}, columns, block.data());
+  }
+  return {};
+}
+} // namespace raymortar

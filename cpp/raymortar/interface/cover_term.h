@@ -1,0 +1,36 @@
+// The multiplier's equation on slave facets that no master covers throughout.
+#pragma once
+
+#include "raymortar/element/cover.h"
+#include "raymortar/interface/term.h"
+
+namespace raymortar
+{
+/// @brief What stands for uncovered parts [theory (5.9)-(5.11)]. It decides
+/// nothing: it hangs on the covered share, which is the state's.
+class CoverTerm final : public Term
+{
+public:
+  explicit CoverTerm(const ContactState& s)
+  {
+    _data.corners.assign(s.multipliers.row.size(), 0);
+  }
+
+  void set_shear_modulus(double modulus) { _data.shear_modulus = modulus; }
+  void set_nodes(std::vector<std::int8_t> nodes)
+  {
+    _data.nodes = std::move(nodes);
+  }
+  void set_corners(std::vector<std::int8_t> corners)
+  {
+    _data.corners = std::move(corners);
+  }
+
+  Work residual(const ContactState& s, VectorSink& sink) const override;
+  /// Its pairs of facets are those of segments: the mortar term needs them
+  Work tangent(const ContactState& s, MatrixSink& sink) const override;
+
+private:
+  CoverData _data;
+};
+} // namespace raymortar

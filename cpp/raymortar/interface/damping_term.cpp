@@ -1,0 +1,123 @@
+#include "raymortar/interface/damping_term.h"
+#include "raymortar/interface/facet_blocks.h"
+#include <algorithm>
+
+namespace raymortar
+{
+namespace
+{
+template <class T>
+std::vector<T> rows_of(const std::vector<T>& table, std::size_t width,
+                       const std::vector<Index>& facets)
+{
+  std::vector<T> part;
+  part.reserve(facets.size() * width);
+  if (table.empty())
+    return part;
+  for (const Index f : facets)
+  {
+    const auto from = table.begin() + static_cast<std::ptrdiff_t>(
+                                          static_cast<std::size_t>(f) * width);
+    part.insert(part.end(), from, from + static_cast<std::ptrdiff_t>(width));
+  }
+  return part;
+}
+
+/// Some facets of a surface, with all its nodes and dofs, where it was
+Surface part_where_it_was(const Surface& s, const std::vector<Index>& facets)
+{
+  const auto nodes = static_cast<std::size_t>(s.nodes_per_facet());
+  const auto dofs = static_cast<std::size_t>(s.dofs_per_facet());
+  Surface part;
+  part.shape = s.shape;
+  part.degree = s.degree;
+  part.node_degree = s.node_degree;
+  part.gdim = s.gdim;
+  part.X = s.X;
+  part.x = part.x_old = s.x_old;
+  part.rows = s.rows;
+  part.facet_nodes = rows_of(s.facet_nodes, nodes, facets);
+  part.facet_dofs = rows_of(s.facet_dofs, dofs, facets);
+  part.facet_id = rows_of(s.facet_id, 1, facets);
+  part.thickness = rows_of(s.thickness, 1, facets);
+  part.body = rows_of(s.body, 1, facets);
+  part.neighbours = find_neighbours(part);
+  return part;
+}
+
+/// Distances of some facets; `reach`: in place of their own
+FacetDistances distances_of(const FacetDistances& all,
+                            const std::vector<Index>& facets,
+                            std::optional<double> reach)
+{
+  std::vector<SearchDistances> each;
+  for (const Index f : facets)
+    each.push_back({reach.value_or(all[f].reach), all[f].depth, 0.0});
+  return {std::move(each), all.depth_is_default()};
+}
+
+/// Those of some facets that are not known yet
+std::vector<Index> unknown(const std::vector<Index>& facets,
+                           const std::vector<std::int8_t>& known)
+{
+  std::vector<Index> rest;
+  for (std::size_t k = 0; k < facets.size(); ++k)
+    if (k >= known.size() or known[k] == 0)
+      rest.push_back(facets[k]);
+  return rest;
+}
+
+/// Damping of some facets by what they face at the start of a step; `known`
+/// tells which of them face anything
+HeldFacets look(const StepStart& start, const std::vector<Index>& facets,
+                std::optional<double> reach)
+{
+  const FacetDistances distances =
+      distances_of(start.rules.distances, facets, reach);
+  ContactState past;
+  past.slave = part_where_it_was(start.state.slave, facets);
+  past.multipliers.degree = start.state.multipliers.degree;
+  past.multipliers.components = start.state.multipliers.components;
+  past.friction = start.state.friction;
+  Masters masters = start.masters_near(past.slave, distances);
+  past.master = std::move(masters.surface);
+  past.master.x = past.master.x_old;
+  HeldFacets held;
+  if (facets.empty())
+    return held;
+  const auto candidates =
+      find_candidates(past.slave, past.master, distances, Strategy::bvh);
+  past.segmentation = make_segments(past.slave, past.master, candidates,
+                                    {distances, start.rules.subdivide});
+  past.points =
+      make_points(past.slave, past.segmentation, start.rules.segment_rules,
+                  start.rules.facet_rule, true);
+  past.hits = cast_rays(past.slave, past.master, past.points, distances);
+  find_held_facets(past, start.fixed_slave, masters.fixed, 1.0, held);
+  for (FacetBlock& one : held.facets)
+    one.slave = facets[static_cast<std::size_t>(one.slave)];
+  return held;
+}
+} // namespace
+
+void DampingTerm::begin_step(const StepStart& start)
+{
+  const auto facets = facets_with_held_nodes(start.state, start.fixed_slave);
+  const HeldFacets near = look(start, facets, {});
+  const HeldFacets far = look(start, unknown(facets, near.known), start.extent);
+  _facets = near.facets;
+  _facets.insert(_facets.end(), far.facets.begin(), far.facets.end());
+}
+
+Work DampingTerm::residual(const ContactState& s, VectorSink& sink) const
+{
+  add_facet_residuals(s, _facets, 1.0 / _modulus, sink);
+  return {};
+}
+
+Work DampingTerm::tangent(const ContactState& s, MatrixSink& sink) const
+{
+  add_facet_tangents(s, _facets, 1.0 / _modulus, sink);
+  return {};
+}
+} // namespace raymortar

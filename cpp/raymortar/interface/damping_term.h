@@ -1,0 +1,34 @@
+// What damps the multiplier next to held nodes.
+#pragma once
+
+#include "raymortar/interface/held_facets.h"
+#include "raymortar/interface/term.h"
+
+namespace raymortar
+{
+/// @brief The damping of (5.5). Which facets are damped, and how much in which
+/// direction, is decided where a step starts.
+///
+/// Facets that face no master there within their reach are looked at again
+/// without a bound on the reach: they may meet one in the step. What faces none
+/// even so is not damped in the step.
+class DampingTerm final : public Term
+{
+public:
+  /// @brief Of the softer body. Stress.
+  void set_modulus(double modulus) { _modulus = modulus; }
+
+  void begin_step(const StepStart& start) override;
+  Work residual(const ContactState& s, VectorSink& sink) const override;
+  Work tangent(const ContactState& s, MatrixSink& sink) const override;
+
+  [[nodiscard]] const std::vector<FacetBlock>& facets() const
+  {
+    return _facets;
+  }
+
+private:
+  double _modulus = 1.0;
+  std::vector<FacetBlock> _facets; ///< of modulus 1
+};
+} // namespace raymortar

@@ -1,0 +1,18 @@
+// Blocks that act on the multipliers of single slave facets.
+#pragma once
+
+#include "raymortar/element/facet_block.h"
+#include "raymortar/interface/term.h"
+
+namespace raymortar
+{
+/// @brief Add - factor lam . B mu of each facet to a residual.
+void add_facet_residuals(const ContactState& s,
+                         std::span<const FacetBlock> facets, double factor,
+                         VectorSink& sink);
+
+/// @brief Add its derivative.
+void add_facet_tangents(const ContactState& s,
+                        std::span<const FacetBlock> facets, double factor,
+                        MatrixSink& sink);
+} // namespace raymortar

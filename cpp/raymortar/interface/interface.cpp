@@ -1,0 +1,201 @@
+#include "raymortar/interface/interface.h"
+#include "raymortar/core/error.h"
+#include <algorithm>
+
+namespace raymortar
+{
+namespace
+{
+/// Fields on the slave by name. Those that scale unknowns or change the search
+/// have setters of their own
+constexpr std::pair<std::string_view, FacetField ContactState::*> fields[] = {
+    {"friction_coefficient", &ContactState::friction_coefficient},
+    {"traction_old", &ContactState::traction_old},
+};
+
+/// Whether the positions were others before
+bool replace(std::vector<double>& positions, std::vector<double> by)
+{
+  const bool differ = positions != by;
+  positions = std::move(by);
+  return differ;
+}
+
+ContactState first_state(const InterfaceInput& input)
+{
+  ContactState s;
+  s.slave = input.slave;
+  s.slave.neighbours = find_neighbours(s.slave);
+  s.slave.x = s.slave.x_old = s.slave.X;
+  const FacetKind master = input.master_kind.value_or(input.slave.kind());
+  s.master.shape = master.shape;
+  s.master.degree = master.degree;
+  s.master.node_degree = master.node_degree;
+  s.master.gdim = s.slave.gdim;
+  s.multipliers = input.multipliers;
+  if (s.multipliers.value.empty())
+    s.multipliers.value.assign(
+        s.multipliers.row.size() *
+            static_cast<std::size_t>(s.multipliers.components),
+        0.0);
+  s.method = input.method;
+  s.friction = input.friction;
+  s.current_measure = input.current_measure;
+  s.moving_segments = input.moving_segments;
+  s.segment_rules = input.segment_rules;
+  s.gamma.nodal.assign(input.slave.facet_dofs.size(), 1.0);
+  return s;
+}
+
+/// Adds a term to a list
+template <class T>
+T* appended(std::vector<std::unique_ptr<Term>>& terms, std::unique_ptr<T> term)
+{
+  T* added = term.get();
+  terms.push_back(std::move(term));
+  return added;
+}
+} // namespace
+
+Interface::Interface(const InterfaceInput& input)
+    : _has_moving_segments(input.moving_segments), _state(first_state(input)),
+      _pipeline(input, input.slave.num_facets()),
+      _mortar(appended(_terms,
+                       std::make_unique<MortarTerm>(make_assembler(_state),
+                                                    input.moving_segments))),
+      _damping(appended(_terms, std::make_unique<DampingTerm>())),
+      _cover(appended(_terms, std::make_unique<CoverTerm>(_state)))
+{
+}
+
+void Interface::set_master(Surface master)
+{
+  _state.master = std::move(master);
+  _pipeline.forget_candidates();
+}
+
+bool Interface::move_slave(std::span<const double> u)
+{
+  const bool moved = replace(_state.slave.x, displaced(_state.slave, u));
+  if (moved)
+    _pipeline.forget_points();
+  return moved;
+}
+
+bool Interface::move_master(std::span<const double> u)
+{
+  const bool moved = replace(_state.master.x, displaced(_state.master, u));
+  if (moved)
+    _pipeline.forget_points();
+  return moved;
+}
+
+void Interface::set_old_slave(std::span<const double> u)
+{
+  _state.slave.x_old = displaced(_state.slave, u);
+  forget_what_hangs_on_past();
+}
+
+void Interface::set_old_master(std::span<const double> u)
+{
+  _state.master.x_old = displaced(_state.master, u);
+  forget_what_hangs_on_past();
+}
+
+void Interface::forget_what_hangs_on_past()
+{
+  if (_state.segmentation.hang_on_past or _state.hits.hang_on_past)
+    _pipeline.forget_points();
+}
+
+void Interface::set_rows(std::span<const GlobalIndex> slave,
+                         std::span<const GlobalIndex> multiplier)
+{
+  _state.slave.rows.assign(slave.begin(), slave.end());
+  _state.multipliers.row.assign(multiplier.begin(), multiplier.end());
+}
+
+void Interface::set_master_rows(std::vector<GlobalIndex> rows)
+{
+  _state.master.rows = std::move(rows);
+}
+
+void Interface::begin_step(std::span<const double> fixed_slave,
+                           const MastersNear& masters_near, double extent)
+{
+  const StepStart start{_state, _pipeline.rules(), fixed_slave, masters_near,
+                        extent};
+  for (const auto& term : _terms)
+    term->begin_step(start);
+}
+
+void Interface::set_multiplier(std::span<const double> values)
+{
+  _state.multipliers.value.assign(values.begin(), values.end());
+}
+
+void Interface::set_gamma(std::span<const double> gamma, double scale,
+                          PairFactors factors)
+{
+  _state.gamma.nodal.assign(gamma.begin(), gamma.end());
+  _state.pair_factors = std::move(factors);
+  _state.multipliers.scale = scale;
+}
+
+bool Interface::set_offset(std::span<const double> offset)
+{
+  std::vector<double> nodal(offset.begin(), offset.end());
+  if (nodal == _state.offset.nodal)
+    return false;
+  _state.offset.nodal = std::move(nodal);
+  const auto per_facet =
+      static_cast<std::size_t>(_state.slave.dofs_per_facet());
+  const auto facets = static_cast<std::size_t>(_state.slave.num_facets());
+  std::vector<double> reach(facets, 0.0), depth(facets, 0.0);
+  for (std::size_t k = 0; k < offset.size(); ++k)
+  {
+    const std::size_t f = k / per_facet;
+    reach[f] = std::max(reach[f], -offset[k]);
+    depth[f] = std::max(depth[f], offset[k]);
+  }
+  _pipeline.widen(reach, depth);
+  return true;
+}
+
+void Interface::set_field(std::string_view name, std::span<const double> values)
+{
+  const auto* const found =
+      std::find_if(std::begin(fields), std::end(fields),
+                   [&](const auto& field) { return field.first == name; });
+  if (found == std::end(fields))
+    throw Error("no field on the slave is named " + std::string(name));
+  (_state.*(found->second)).nodal.assign(values.begin(), values.end());
+}
+
+void Interface::set_friction_bounds(std::vector<PointBound> bounds)
+{
+  _state.friction_bounds = std::move(bounds);
+}
+
+void Interface::pair()
+{
+  _state.moving_segments = _has_moving_segments;
+  if (_pipeline.pair(_state))
+    _cover->set_nodes(covered_nodes(_state));
+}
+
+void Interface::cast()
+{
+  // What moves now is the rays alone, and the tangent is that of this function
+  _state.moving_segments = false;
+  _pipeline.cast(_state);
+}
+
+PatternNeeds Interface::needs() const
+{
+  PatternNeeds needs;
+  for (const auto& term : _terms)
+    term->add_needs(_state, needs);
+  return needs;
+}
+} // namespace raymortar

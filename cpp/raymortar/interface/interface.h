@@ -1,0 +1,114 @@
+// Contact of one slave surface with a master, on the facets that are here.
+#pragma once
+
+#include "raymortar/interface/cover_term.h"
+#include "raymortar/interface/damping_term.h"
+#include "raymortar/interface/mortar_term.h"
+#include <string_view>
+
+namespace raymortar
+{
+/// @brief What an interface is made of.
+struct InterfaceInput : PairingRules
+{
+  Surface slave;
+  std::optional<FacetKind> master_kind; ///< none: the slave's
+  Multipliers multipliers;
+  Method method = Method::augmented_lagrangian;
+  std::optional<FrictionLaw> friction; ///< none: frictionless
+  bool current_measure = false;
+  bool moving_segments = true;
+};
+
+/// @brief State and terms of contact, and the stages that pair its surfaces.
+///
+/// It knows the slave facets of one rank and the master facets that they may
+/// meet. It sends nothing: ranks are the zone's. Nothing in `terms()` changes
+/// it.
+class Interface
+{
+public:
+  explicit Interface(const InterfaceInput& input);
+
+  /// @brief Other master facets, where they are and where they were.
+  void set_master(Surface master);
+
+  /// @brief Present displacement of the slave's and the master's dofs,
+  /// (dofs, gdim).
+  /// @return Whether anything has moved
+  bool move_slave(std::span<const double> u);
+  bool move_master(std::span<const double> u);
+
+  /// @brief Displacement at which the step starts; see `begin_step`.
+  void set_old_slave(std::span<const double> u);
+  void set_old_master(std::span<const double> u);
+
+  /// @brief Rows of the coupled system, (dofs, gdim); of the multipliers the
+  /// first of each node, (nodes,).
+  void set_rows(std::span<const GlobalIndex> slave,
+                std::span<const GlobalIndex> multiplier);
+  void set_master_rows(std::vector<GlobalIndex> rows);
+
+  /// @brief Let the terms decide for the step from the old displacements.
+  /// @param[in] fixed_slave Nonzero where a component is prescribed,
+  /// (dofs, gdim)
+  /// @param[in] extent No two points of the surfaces are farther apart. Length
+  void begin_step(std::span<const double> fixed_slave,
+                  const MastersNear& masters_near, double extent);
+
+  /// @brief Nodal tractions, (multiplier nodes, components).
+  void set_multiplier(std::span<const double> values);
+
+  /// @brief See Zone::set_gamma.
+  void set_gamma(std::span<const double> gamma, double scale,
+                 PairFactors factors);
+
+  /// @brief See Zone::set_offset.
+  /// @return Whether it is another than before
+  bool set_offset(std::span<const double> offset);
+
+  /// @brief Set a field on the slave that needs nothing else: see `fields` in
+  /// the source.
+  /// @param[in] values At the slave facets' dofs, (facets, dofs per facet,
+  /// width); empty: none
+  /// @throws Error for a name that is none of theirs
+  void set_field(std::string_view name, std::span<const double> values);
+  void set_friction_bounds(std::vector<PointBound> bounds);
+
+  /// @brief All stages that are out of date.
+  void pair();
+
+  /// @brief Rays only; the tangent is that at fixed points until `pair`.
+  void cast();
+
+  /// @brief What the terms' blocks couple at present.
+  [[nodiscard]] PatternNeeds needs() const;
+
+  /// @brief What contact adds to the equations, term by term.
+  [[nodiscard]] const std::vector<std::unique_ptr<Term>>& terms() const
+  {
+    return _terms;
+  }
+
+  [[nodiscard]] const ContactState& state() const { return _state; }
+  [[nodiscard]] const Pipeline& pipeline() const { return _pipeline; }
+  [[nodiscard]] const Assembler& assembler() const
+  {
+    return _mortar->assembler();
+  }
+  [[nodiscard]] DampingTerm& damping() { return *_damping; }
+  [[nodiscard]] const DampingTerm& damping() const { return *_damping; }
+  [[nodiscard]] CoverTerm& cover() { return *_cover; }
+
+private:
+  void forget_what_hangs_on_past();
+
+  bool _has_moving_segments;
+  ContactState _state;
+  Pipeline _pipeline;
+  std::vector<std::unique_ptr<Term>> _terms;
+  MortarTerm* _mortar; ///< one of the terms, as the next two
+  DampingTerm* _damping;
+  CoverTerm* _cover;
+};
+} // namespace raymortar

@@ -1,0 +1,127 @@
+#include "raymortar/interface/mortar_term.h"
+#include "raymortar/element/law_gaps.h"
+#include "raymortar/geometry/predicates.h"
+#include <algorithm>
+
+namespace raymortar
+{
+namespace
+{
+Unknowns unknowns_of(const ContactState& s, std::size_t e)
+{
+  return element_unknowns(s.elements.slave[e], s.elements.master[e]);
+}
+
+/// Master whose facet the segment of a point lies on; no_index: no segment
+Index segment_master(const ContactState& s, std::size_t q)
+{
+  const Index segment = s.points.segment[q];
+  return segment == no_index
+             ? no_index
+             : s.segmentation.segments[static_cast<std::size_t>(segment)]
+                   .master;
+}
+
+/// Elements whose tangent is not zero: without a multiplier, those with a
+/// point that is closed
+std::vector<std::size_t> working_elements(const ContactState& s)
+{
+  std::vector<std::size_t> working;
+  working.reserve(s.elements.size());
+  const bool all = s.multipliers.components > 0;
+  // No facet's own tolerance is larger
+  const double touch =
+      all ? 0.0 : tolerance::touch * largest_diameter(s.slave, s.slave.x);
+  const std::vector<double> gaps = all ? std::vector<double>() : law_gaps(s);
+  const auto closed = [&](Index q)
+  { return gaps[static_cast<std::size_t>(q)] <= touch; };
+  for (std::size_t e = 0; e < s.elements.size(); ++e)
+  {
+    const auto points = s.elements.points_of(e);
+    if (all or (s.elements.master[e] != no_index and
+                std::any_of(points.begin(), points.end(), closed)))
+      working.push_back(e);
+  }
+  return working;
+}
+
+/// Whether the block of an element is used, or one of those with other masters
+/// that its segments' vertices hang on
+bool is_wanted(const ContactState& s, std::size_t e, const MatrixSink& sink)
+{
+  if (sink.wants(unknowns_of(s, e)))
+    return true;
+  if (not s.moving_segments)
+    return false;
+  const Index slave = s.elements.slave[e], hit = s.elements.master[e];
+  const auto points = s.elements.points_of(e);
+  return std::any_of(points.begin(), points.end(),
+                     [&](Index q)
+                     {
+                       const Index m =
+                           segment_master(s, static_cast<std::size_t>(q));
+                       return m != no_index and m != hit and
+                              sink.wants(element_unknowns(slave, m));
+                     });
+}
+
+/// Where a point of a segment hits another master, between the chord of an edge
+/// and the true one, or a nearer one: with moving segments the rows of the
+/// master that is hit have columns of the segment's
+void add_couplings(const ContactState& s, PatternNeeds& needs)
+{
+  for (std::size_t q = 0; q < s.points.size(); ++q)
+  {
+    const Index hit = s.hits.master[q], own = segment_master(s, q);
+    if (hit != no_index and own != no_index and own != hit)
+      needs.couplings.push_back({s.points.slave[q], hit, own});
+  }
+}
+} // namespace
+
+void MortarTerm::add_needs(const ContactState& s, PatternNeeds& needs) const
+{
+  for (std::size_t e = 0; e < s.elements.size(); ++e)
+    if (s.elements.master[e] != no_index)
+      needs.pairs.push_back({s.elements.slave[e], s.elements.master[e]});
+  if (not _has_moving_segments)
+    return;
+  // Vertices of a segment hang on its master, wherever its points hit
+  for (const Segment& segment : s.segmentation.segments)
+    needs.pairs.push_back({segment.slave, segment.master});
+  add_couplings(s, needs);
+}
+
+Work MortarTerm::residual(const ContactState& s, VectorSink& sink) const
+{
+  _assembler->residual(
+      s,
+      [&](std::size_t e, const double* block, int size) {
+        sink.add(unknowns_of(s, e), {block, static_cast<std::size_t>(size)});
+      });
+  return {static_cast<std::int64_t>(s.elements.size()), 0};
+}
+
+Work MortarTerm::tangent(const ContactState& s, MatrixSink& sink) const
+{
+  std::vector<std::size_t> elements = working_elements(s);
+  const auto skipped =
+      static_cast<std::int64_t>(s.elements.size() - elements.size());
+  std::erase_if(elements,
+                [&](std::size_t e) { return not is_wanted(s, e, sink); });
+  _assembler->tangent(
+      s, elements,
+      [&](std::size_t e, const double* block, int)
+      { sink.add(unknowns_of(s, e), unknowns_of(s, e), block); },
+      [&](std::size_t e, Index master, const double* block, int,
+          const double* hit_rows)
+      {
+        const Unknowns both = element_unknowns(s.elements.slave[e], master);
+        sink.add(both, both, block);
+        if (hit_rows)
+          sink.add({no_index, no_index, s.elements.master[e]},
+                   {no_index, no_index, master}, hit_rows);
+      });
+  return {static_cast<std::int64_t>(elements.size()), skipped};
+}
+} // namespace raymortar

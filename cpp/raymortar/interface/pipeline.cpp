@@ -1,0 +1,89 @@
+#include "raymortar/interface/pipeline.h"
+#include "raymortar/core/stopwatch.h"
+#include <algorithm>
+#include <limits>
+
+namespace raymortar
+{
+Pipeline::Pipeline(PairingRules rules, Index facets)
+    : _rules(std::move(rules)), _given(_rules.distances),
+      _bare(_rules.distances.bare()),
+      _smallest_skin(std::numeric_limits<double>::infinity())
+{
+  for (Index f = 0; f < facets; ++f)
+    _smallest_skin = std::min(_smallest_skin, _given[f].skin);
+}
+
+void Pipeline::widen(std::span<const double> reach,
+                     std::span<const double> depth)
+{
+  _rules.distances = _given.widened(reach, depth);
+  _bare = _rules.distances.bare();
+  forget_points();
+}
+
+void Pipeline::forget_candidates()
+{
+  // Of both sides: no boxes at all are inside of none, so that the candidates
+  // of facets that have left would stay if the new surface is empty
+  _slave_boxes.forget();
+  _master_boxes.forget();
+  forget_points();
+}
+
+template <int D>
+void Pipeline::update_candidates(const ContactState& s)
+{
+  const Stopwatch watch(_statistics.seconds_candidates);
+  const auto slave = ray_boxes<D>(s.slave, _bare);
+  const auto master = facet_boxes<D>(s.master);
+  if (_slave_boxes.hold<D>(slave) and _master_boxes.hold<D>(master))
+    return;
+  _slave_boxes.keep<D>(
+      slave, [this](std::size_t f)
+      { return 0.5 * _rules.distances[static_cast<Index>(f)].skin; });
+  _master_boxes.keep<D>(master,
+                        [this](std::size_t) { return 0.5 * _smallest_skin; });
+  _candidates =
+      find_candidates(s.slave, s.master, _rules.distances, _rules.strategy);
+  ++_statistics.candidate_builds;
+}
+
+bool Pipeline::pair(ContactState& s)
+{
+  if (_points_are_present and _rays_are_present)
+  {
+    ++_statistics.pairings_skipped;
+    return false;
+  }
+  s.slave.gdim == 2 ? update_candidates<2>(s) : update_candidates<3>(s);
+  make_points_anew(s);
+  renew_rays(s);
+  ++_statistics.pairings;
+  return true;
+}
+
+void Pipeline::make_points_anew(ContactState& s)
+{
+  const Stopwatch watch(_statistics.seconds_segments);
+  s.segmentation = make_segments(s.slave, s.master, _candidates,
+                                 {_rules.distances, _rules.subdivide});
+  s.points = make_points(s.slave, s.segmentation, _rules.segment_rules,
+                         _rules.facet_rule, s.multipliers.components > 0);
+  s.friction_bounds.clear(); // of points that are gone
+  _points_are_present = true;
+  _rays_are_present = false;
+}
+
+void Pipeline::cast(ContactState& s) { renew_rays(s); }
+
+void Pipeline::renew_rays(ContactState& s)
+{
+  if (_rays_are_present)
+    return;
+  const Stopwatch watch(_statistics.seconds_rays);
+  s.hits = cast_rays(s.slave, s.master, s.points, _rules.distances);
+  s.elements = group_points(s.points, s.hits);
+  _rays_are_present = true;
+}
+} // namespace raymortar
