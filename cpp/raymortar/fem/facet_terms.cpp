@@ -19,21 +19,19 @@ void multiplier_rows(const Zone& zone, Index facet, std::vector<PetscInt>& rows)
 void facet_tractions(const Multipliers& m, Index facet, std::size_t unknowns,
                      std::vector<double>& values)
 {
-  const auto width = static_cast<std::size_t>(m.components);
+  const std::size_t width = m.components;
   const std::size_t nodes = unknowns / width;
   values.clear();
   for (std::size_t k = 0; k < unknowns; ++k)
   {
-    const Index node =
-        m.facet[static_cast<std::size_t>(facet) * nodes + k / width];
-    values.push_back(
-        m.value[static_cast<std::size_t>(node) * width + k % width]);
+    const Index node = m.facet[facet * nodes + k / width];
+    values.push_back(m.value[node * width + k % width]);
   }
 }
 
 /// What acts on multipliers besides the law, facet by facet, residual
 void add_residual_of(const Zone& zone, std::span<const FacetBlock> facets,
-                     ::Vec b)
+                     PetscVector b)
 {
   const Multipliers& m = zone.state().multipliers;
   std::vector<PetscInt> rows;
@@ -54,7 +52,7 @@ void add_residual_of(const Zone& zone, std::span<const FacetBlock> facets,
 
 /// The same, tangent: its entries are among those of the facet's own block
 void add_tangent_of(const Zone& zone, std::span<const FacetBlock> facets,
-                    ::Mat A)
+                    PetscMatrix A)
 {
   const double scale = zone.state().multipliers.scale;
   std::vector<PetscInt> rows;
@@ -84,7 +82,7 @@ void share_rows(const Zone& zone, const ShareSlope& slope,
 }
 
 /// How they vary with the covered shares
-void add_share_slopes(const Zone& zone, ::Mat A)
+void add_share_slopes(const Zone& zone, PetscMatrix A)
 {
   const ContactState& s = zone.state();
   if (not s.moving_segments)
@@ -108,20 +106,20 @@ void add_share_slopes(const Zone& zone, ::Mat A)
 
 } // namespace
 
-void add_facet_residuals(Zone& zone, ::Vec b)
+void add_facet_residuals(Zone& zone, PetscVector b)
 {
   add_residual_of(zone, zone.held_facets(), b);
   add_residual_of(zone, cover_blocks(zone.state(), zone.cover()), b);
 }
 
-void add_facet_tangents(Zone& zone, ::Mat A)
+void add_facet_tangents(Zone& zone, PetscMatrix A)
 {
   add_tangent_of(zone, zone.held_facets(), A);
   add_tangent_of(zone, cover_blocks(zone.state(), zone.cover()), A);
   add_share_slopes(zone, A);
 }
 
-void lift_facet_tangents(const Zone& zone, ::Vec b,
+void lift_facet_tangents(const Zone& zone, PetscVector b,
                          std::span<const double> slave,
                          std::span<const double> master, double alpha)
 {

@@ -1,4 +1,5 @@
 #include "raymortar/fem/pattern.h"
+#include "raymortar/core/sorted.h"
 #include "raymortar/fem/rows.h"
 #include <algorithm>
 #include <numeric>
@@ -13,17 +14,13 @@ std::vector<Pattern::Pair> present_pairs(const Zone& zone)
   std::vector<Pattern::Pair> pairs;
   for (std::size_t e = 0; e < s.elements.size(); ++e)
     if (s.elements.master[e] != no_index)
-      pairs.emplace_back(
-          s.elements.slave[e],
-          s.master.facet_id[static_cast<std::size_t>(s.elements.master[e])]);
+      pairs.emplace_back(s.elements.slave[e],
+                         s.master.facet_id[s.elements.master[e]]);
   // Vertices of a segment hang on its master, wherever its points hit
   if (zone.input().moving_segments)
     for (const Segment& segment : s.segmentation.segments)
-      pairs.emplace_back(
-          segment.slave,
-          s.master.facet_id[static_cast<std::size_t>(segment.master)]);
-  std::sort(pairs.begin(), pairs.end());
-  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+      pairs.emplace_back(segment.slave, s.master.facet_id[segment.master]);
+  sort_unique(pairs);
   return pairs;
 }
 
@@ -41,18 +38,14 @@ std::vector<Pattern::Coupling> present_couplings(const Zone& zone)
     const Index hit = s.hits.master[q], segment = s.points.segment[q];
     if (hit == no_index or segment == no_index)
       continue;
-    const Index own =
-        s.segmentation.segments[static_cast<std::size_t>(segment)].master;
+    const Index own = s.segmentation.segments[segment].master;
     if (own == hit)
       continue;
     const auto [first, second] =
-        std::minmax(s.master.facet_id[static_cast<std::size_t>(hit)],
-                    s.master.facet_id[static_cast<std::size_t>(own)]);
+        std::minmax(s.master.facet_id[hit], s.master.facet_id[own]);
     couplings.emplace_back(s.points.slave[q], first, second);
   }
-  std::sort(couplings.begin(), couplings.end());
-  couplings.erase(std::unique(couplings.begin(), couplings.end()),
-                  couplings.end());
+  sort_unique(couplings);
   return couplings;
 }
 
@@ -86,19 +79,10 @@ void append_neighbours(const Surface& master, Index slave, Index met,
   const std::size_t edges = master.neighbours.size() / master.facet_id.size();
   for (std::size_t e = 0; e < edges; ++e)
   {
-    const Index next =
-        master.neighbours[static_cast<std::size_t>(met) * edges + e];
+    const Index next = master.neighbours[met * edges + e];
     if (next != no_index)
-      pairs.emplace_back(slave,
-                         master.facet_id[static_cast<std::size_t>(next)]);
+      pairs.emplace_back(slave, master.facet_id[next]);
   }
-}
-
-template <class T>
-void sort_unique(std::vector<T>& values)
-{
-  std::sort(values.begin(), values.end());
-  values.erase(std::unique(values.begin(), values.end()), values.end());
 }
 
 using Columns = std::vector<PetscInt>;
@@ -138,8 +122,7 @@ public:
         const auto from = _columns.begin() + _entries[i].begin;
         columns.insert(columns.end(), from, from + _entries[i].size);
       }
-      std::sort(columns.begin(), columns.end());
-      columns.erase(std::unique(columns.begin(), columns.end()), columns.end());
+      sort_unique(columns);
       fn(row, columns);
     }
   }
@@ -240,21 +223,21 @@ std::vector<Columns> owned_extras(MPI_Comm comm, const ContactRows& rows,
   int rank = 0;
   MPI_Comm_rank(comm, &rank);
   const PetscInt begin = ranges[rank], end = ranges[rank + 1];
-  std::vector<Columns> extras(static_cast<std::size_t>(end - begin));
+  std::vector<Columns> extras(end - begin);
   rows.for_each_row(
       [&](PetscInt row, const Columns& columns)
       {
         if (row >= begin and row < end)
-          extras[static_cast<std::size_t>(row - begin)] = columns;
+          extras[row - begin] = columns;
       });
   const auto received = exchange_rows(comm, rows, ranges);
   for (std::size_t k = 0; k < received.size();)
   {
-    Columns& row = extras[static_cast<std::size_t>(received[k] - begin)];
+    Columns& row = extras[received[k] - begin];
     const auto first = received.begin() + static_cast<std::ptrdiff_t>(k) + 2;
     std::transform(first, first + received[k + 1], std::back_inserter(row),
                    [](std::int64_t c) { return static_cast<PetscInt>(c); });
-    k += 2 + static_cast<std::size_t>(received[k + 1]);
+    k += 2 + received[k + 1];
   }
   return extras;
 }
@@ -272,13 +255,11 @@ CompressedRows merged_rows(std::span<const std::int32_t> offsets,
     row.push_back(begin + static_cast<PetscInt>(i));
     if (i + 1 < offsets.size())
     {
-      const auto volume = columns.subspan(
-          static_cast<std::size_t>(offsets[i]),
-          static_cast<std::size_t>(offsets[i + 1] - offsets[i]));
+      const auto volume =
+          columns.subspan(offsets[i], offsets[i + 1] - offsets[i]);
       row.insert(row.end(), volume.begin(), volume.end());
     }
-    std::sort(row.begin(), row.end());
-    row.erase(std::unique(row.begin(), row.end()), row.end());
+    sort_unique(row);
     rows.add(row);
   }
   return rows;
@@ -352,7 +333,7 @@ void Pattern::extend_couplings(const Zone& zone)
   sort_unique(_couplings);
 }
 
-void preallocate(::Mat A, std::span<const std::int32_t> offsets,
+void preallocate(PetscMatrix A, std::span<const std::int32_t> offsets,
                  std::span<const std::int32_t> columns,
                  std::span<const Zone* const> zones,
                  std::span<const Pattern* const> patterns)

@@ -205,14 +205,14 @@ struct Lagrange<Shape::quadrilateral, K>
     std::array<std::array<double, 2>, nodes> x{};
     for (std::size_t i = 0; i < nodes; ++i)
       for (std::size_t j = 0; j < 2; ++j)
-        x[i][j] = Line::points[static_cast<std::size_t>(factors[i][j])][0];
+        x[i][j] = Line::points[factors[i][j]][0];
     return x;
   }();
 
 private:
   static constexpr int factor(int node, std::size_t direction)
   {
-    return factors[static_cast<std::size_t>(node)][direction];
+    return factors[node][direction];
   }
 };
 
