@@ -1,6 +1,7 @@
 #include "differences.h"
 #include "facet_types.h"
 #include "raymortar/element/moving_segments.h"
+#include "raymortar/law/augmented.h"
 #include "rules.h"
 #include "surfaces.h"
 
@@ -96,8 +97,9 @@ private:
     ContactState& s = _state;
     const Eigen::Index n = D * s.slave.num_dofs();
     const Vector slave = u.head(n), master = u.tail(u.size() - n);
-    s.slave.x = displaced(s.slave, slave);
-    s.master.x = displaced(s.master, master);
+    s.slave.x = displaced(s.slave, {slave.data(), slave.data() + slave.size()});
+    s.master.x =
+        displaced(s.master, {master.data(), master.data() + master.size()});
     s.segmentation = segments_of(s.slave, s.master, {1.0, 1.0, false});
     s.points = make_points(s.slave, s.segmentation, s.segment_rules,
                            rule_on(F::shape, 2), false);
@@ -218,8 +220,13 @@ void expect_derivative_of_sum(unsigned seed, Hit hit)
   const Matrix J = plates.derivative();
   EXPECT_GT(J.norm(), 0.1);
   EXPECT_EQ(plates.couplings() > 0, hit != Hit::own);
-  expect_derivative([&](const Vector& u) { return plates.sum(u); },
-                    plates.start(), J);
+  // Along some directions, of all displacements at once
+  Matrix directions(plates.start().size(), 4);
+  for (double& value : directions.reshaped())
+    value = random_vector<1>(random, 1.0)[0];
+  expect_derivative([&](const Vector& t) -> Vector
+                    { return plates.sum(plates.start() + directions * t); },
+                    Vector::Zero(4), J* directions);
 }
 
 template <class F>

@@ -1,6 +1,7 @@
 #include "matrices.h"
 #include "ranks.h"
 #include "raymortar/fem/aij.h"
+#include <gtest/gtest.h>
 
 using namespace raymortar;
 using namespace raymortar::test;
@@ -23,10 +24,10 @@ double entry(PetscInt row, PetscInt column)
 /// Rows of this rank filled
 void fill(PetscMatrix A)
 {
+  MatSetUp(A);
   PetscInt begin = 0, end = 0, columns = 0;
   MatGetOwnershipRange(A, &begin, &end);
   MatGetSize(A, nullptr, &columns);
-  MatSetUp(A);
   for (PetscInt i = begin; i < end; ++i)
     for (PetscInt j = 0; j < columns; ++j)
       if (has_entry(i, j))

@@ -245,7 +245,9 @@ TYPED_TEST(PatternTest, MatrixHasRoomForVolumeDiagonalAndContactAlone)
   EXPECT_EQ((found.array() < expected.array()).count(), 0);
   // Couplings are of all neighbours that a slave facet meets
   if (pattern.couplings().empty())
+  {
     EXPECT_EQ(found, expected);
+  }
   EXPECT_EQ(values_of(A.get()).norm(), 0.0);
   // What has no room is refused
   const Eigen::MatrixXi full = Eigen::MatrixXi::Ones(n, n);
