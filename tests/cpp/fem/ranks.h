@@ -8,6 +8,7 @@ namespace raymortar::test
 {
 inline int rank_of(MPI_Comm comm)
 {
+  start_petsc();
   int rank = 0;
   MPI_Comm_rank(comm, &rank);
   return rank;
@@ -15,6 +16,7 @@ inline int rank_of(MPI_Comm comm)
 
 inline int size_of(MPI_Comm comm)
 {
+  start_petsc();
   int size = 1;
   MPI_Comm_size(comm, &size);
   return size;
