@@ -167,6 +167,9 @@ def apply_lifting(
 def find_candidates(
     slave: Surface, master: Surface, distances: SearchDistances, strategy: Strategy
 ) -> int: ...
+def shape_functions(
+    shape: Shape, degree: int, points: _Reals
+) -> tuple[_Reals, _Reals]: ...
 def preallocate(
     A: int,
     offsets: _Indices,

@@ -22,7 +22,7 @@ from .facets import (
     midpoints,
     node_table,
 )
-from .reference_facets import FACET_SHAPE
+from .reference_facets import FACET_SHAPE, normals
 
 # A facet narrower than this fraction of its cell has no usable normal.
 MIN_RELATIVE_WIDTH = 1e-12

@@ -17,8 +17,8 @@ from petsc4py import PETSc
 from . import compat
 from .compat import Array
 from .errors import ContactError
-from .layout import marked_everywhere
 from .reference_facets import shape_functions
+from .stiffness import owned_nodes_on
 
 # Stiffness of the springs that stand for closed contact, in those of the volume at its
 # surface: softer ones leave more to GMRES, stiffer ones are hard on multigrid (measured:

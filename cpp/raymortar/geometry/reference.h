@@ -86,8 +86,8 @@ template <Shape S>
     return detail::worst<4>({-xi[1], xi[0] - 1.0, xi[1] - 1.0, -xi[0]});
 }
 
-/// @brief Lagrange basis of degree K on a reference facet.
-///
+/// @brief Lagrange basis of degree K on a reference facet. It is Basix's, which
+/// has it at run time only: test_reference_facets.py compares the two.
 /// `values(xi)` has shape (nodes,), `gradients(xi)` shape (nodes, tdim).
 template <Shape S, int K>
 struct Lagrange;
