@@ -238,7 +238,8 @@ class MovingSegmentsTest : public testing::Test
 };
 } // namespace
 
-TYPED_TEST_SUITE(MovingSegmentsTest, AllFacets, );
+using Intervals = testing::Types<Interval1, Interval2>;
+TYPED_TEST_SUITE(MovingSegmentsTest, Intervals, );
 
 TYPED_TEST(MovingSegmentsTest, PointsAndWeightsFollowTheVertices)
 {
