@@ -12,6 +12,7 @@ from petsc4py import PETSc
 
 from raymortar import _cpp
 
+import floor
 from grids import Pair
 
 STAGES = ("candidates", "segments", "rays")
@@ -69,6 +70,7 @@ def assembly(pair, repeats):
     zone, A = pair.zone, pair.matrix()
     b = PETSc.Vec().createSeq(pair.size)
     positions, counts = _cpp.BlockPositions(), _cpp.AssemblyStatistics()
+    least = floor.load()
     _cpp.add_tangent(zone, A.handle, positions, counts)
     A.assemble()
 
@@ -77,9 +79,9 @@ def assembly(pair, repeats):
         _cpp.add_tangent(zone, A.handle, positions, counts)
         A.assemble()
 
-    def floor():
+    def writing():
         A.zeroEntries()
-        _cpp.write_blocks(zone, A.handle)
+        least.write_blocks(zone, A.handle)
         A.assemble()
 
     def residual():
@@ -88,11 +90,11 @@ def assembly(pair, repeats):
         b.assemble()
 
     result = {
-        "laws": clock(lambda: _cpp.compute_blocks(zone, False), repeats),
+        "laws": clock(lambda: least.compute_blocks(zone, False), repeats),
         "residual": clock(residual, repeats),
-        "blocks": clock(lambda: _cpp.compute_blocks(zone, True), repeats),
+        "blocks": clock(lambda: least.compute_blocks(zone, True), repeats),
         "tangent": clock(tangent, repeats),
-        "floor": clock(floor, repeats),
+        "floor": clock(writing, repeats),
     }
     memory = resident()
     result["insertion"] = max(result["tangent"] - result["blocks"], 0.0)

@@ -1,6 +1,5 @@
 #include "bind.h"
 #include "raymortar/fem/assembly.h"
-#include "raymortar/fem/floor.h"
 #include "raymortar/fem/pattern.h"
 #include "structs.h"
 
@@ -21,8 +20,8 @@ void preallocate_zones(std::uintptr_t A, const Array<std::int32_t>& offsets,
                        const std::vector<const Zone*>& zones,
                        const std::vector<const Pattern*>& patterns)
 {
-  preallocate(from_handle<::Mat>(A), to_span(offsets), to_span(columns), zones,
-              patterns);
+  preallocate(from_handle<PetscMatrix>(A), to_span(offsets), to_span(columns),
+              zones, patterns);
 }
 } // namespace
 
@@ -38,15 +37,16 @@ void bind_assembly(py::module_& m)
       .def("as_dict", &to_dict<AssemblyStatistics>);
   m.def("add_residual",
         [](const Zone& z, std::uintptr_t b, AssemblyStatistics& statistics)
-        { add_residual(z, from_handle<::Vec>(b), statistics); });
+        { add_residual(z, from_handle<PetscVector>(b), statistics); });
   py::class_<BlockPositions>(m, "BlockPositions")
       .def(py::init<>())
       .def("lookups", &BlockPositions::lookups)
       .def("forget", &BlockPositions::forget);
   m.def("add_tangent",
         [](const Zone& z, std::uintptr_t A, BlockPositions& positions,
-           AssemblyStatistics& statistics)
-        { add_tangent(z, from_handle<::Mat>(A), positions, statistics); });
+           AssemblyStatistics& statistics) {
+          add_tangent(z, from_handle<PetscMatrix>(A), positions, statistics);
+        });
   m.def("apply_lifting",
         [](const Zone& z, std::uintptr_t b, const Array<double>& slave,
            const Array<double>& master, double alpha,
@@ -54,12 +54,9 @@ void bind_assembly(py::module_& m)
         {
           const auto fetched =
               z.to_master(to_span(master), z.input().slave.gdim);
-          apply_lifting(z, from_handle<::Vec>(b), to_span(slave), fetched,
+          apply_lifting(z, from_handle<PetscVector>(b), to_span(slave), fetched,
                         alpha, statistics);
         });
   m.def("preallocate", &preallocate_zones);
-  m.def("write_blocks", [](const Zone& z, std::uintptr_t A)
-        { return write_blocks(z, from_handle<::Mat>(A)); });
-  m.def("compute_blocks", &compute_blocks);
 }
 } // namespace raymortar::bindings

@@ -14,8 +14,9 @@ import numpy.typing as npt
 from mpi4py import MPI
 
 from .compat import Array, Indices
+from .facet_areas import surface_areas
 from .methods import Penalty
-from .patches import Patches, point_areas
+from .patches import Patches
 
 EPS = float(np.finfo(float).eps)
 
@@ -191,7 +192,7 @@ class Groups:
             for zone in patches.contact.zones:
                 sides = zone.facets.slave_surface, zone.facets.master_surface
                 sums = np.zeros(2 + self.count)
-                sums[:2] = point_areas(sides[0])[1].sum(), len(sides[0].dofs)
+                sums[:2] = surface_areas(sides[0]).sum(), len(sides[0].dofs)
                 for side in sides:
                     sums[2 + self._body_of_node[side.dofs]] = 1.0
                 sums[2 + patches.of_node[zone.multiplier_nodes]] = 1.0

@@ -9,6 +9,7 @@ from dolfinx.mesh import Mesh
 from . import compat
 from .compat import Array, Indices
 from .errors import raise_everywhere
+from .facet_areas import facet_areas
 from .facets import (
     FACETS_PER_CELL,
     Facets,
@@ -21,7 +22,7 @@ from .facets import (
     midpoints,
     node_table,
 )
-from .reference_facets import FACET_SHAPE, normals, shape_functions
+from .reference_facets import FACET_SHAPE, normals
 
 # A facet narrower than this fraction of its cell has no usable normal.
 MIN_RELATIVE_WIDTH = 1e-12
@@ -151,11 +152,8 @@ def _vertex_coordinates(mesh: Mesh, facets: Facets) -> Array:
 def _areas(mesh: Mesh, facets: Facets) -> Array:
     """Reference area (length in 2D) of each facet, shape (n_facets,)."""
     degree, shape = compat.geometry_degree(mesh), FACET_SHAPE[compat.cell_name(mesh)]
-    points, weights = compat.quadrature(shape, 2 * degree)
-    _, gradients = shape_functions(shape, degree, points)
     nodes = coordinates(mesh)[node_table(mesh, facets)]
-    tangents = np.einsum("iqa,fad->ifqd", gradients, nodes)
-    return np.linalg.norm(normals(tangents), axis=-1) @ weights
+    return facet_areas(shape, degree, nodes)
 
 
 def _extent(points: Array) -> Array:

@@ -107,6 +107,23 @@ def basix_element(cell: str, degree: int) -> ReferenceElement:
     )
 
 
+def tabulate(cell: str, degree: int, points: Array) -> Array:
+    """Shape functions of that element and their gradients, as Basix has them.
+
+    Returns
+    -------
+    ndarray
+        Shape (1 + tdim, n_points, n): values, then derivatives along each axis.
+    """
+    element = basix.create_element(
+        basix.ElementFamily.P,
+        getattr(basix.CellType, cell),
+        degree,
+        basix.LagrangeVariant.equispaced,
+    )
+    return np.array(element.tabulate(1, points)[:, :, :, 0])
+
+
 @functools.lru_cache(maxsize=None)
 def quadrature(shape_name: str, degree: int) -> tuple[Array, Array]:
     """Quadrature rule on a Basix reference cell.

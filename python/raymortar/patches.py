@@ -9,8 +9,9 @@ import numpy as np
 from . import compat
 from .bodies import find_parts
 from .compat import Array
+from .facet_areas import surface_normals
 from .layout import marked_everywhere
-from .reference_facets import normals, shape_functions
+from .reference_facets import shape_functions
 
 
 class Patches:
@@ -73,16 +74,6 @@ class Patches:
         return np.repeat(X, layout.components, axis=0)
 
 
-def point_areas(surface: Any) -> tuple[Array, Array]:
-    """Points of a rule on the facets, (n, d - 1), and the reference area (length in
-    2D) that each stands for, (facets, n)."""
-    points, weights = compat.quadrature(surface.shape, 2 * surface.node_degree)
-    _, gradients = shape_functions(surface.shape, surface.node_degree, points)
-    nodes = surface.X[surface.facet_nodes]
-    tangents = np.einsum("iqa,fad->ifqd", gradients, nodes)
-    return points, np.linalg.norm(normals(tangents), axis=-1) * weights
-
-
 def lumped_area(contact: Any) -> Array:
     """int N_a dG at the multiplier's owned dofs, from the undeformed facets, whatever
     has hit. Collective."""
@@ -91,7 +82,8 @@ def lumped_area(contact: Any) -> Array:
     lumped = compat.create_la_vector(W.dofmap.index_map, 1)
     for zone in contact.zones:
         surface = zone.facets.slave_surface
-        points, areas = point_areas(surface)
+        points, weights, m = surface_normals(surface)
+        areas = np.linalg.norm(m, axis=-1) * weights
         N, _ = shape_functions(surface.shape, degree, points)
         np.add.at(lumped.array, zone.multiplier_table, areas @ N)
     compat.scatter_reverse_add(lumped)

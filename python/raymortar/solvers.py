@@ -17,8 +17,8 @@ from petsc4py import PETSc
 from . import compat
 from .compat import Array
 from .errors import ContactError
-from .layout import marked_everywhere
 from .reference_facets import shape_functions
+from .stiffness import owned_nodes_on
 
 # Stiffness of the springs that stand for closed contact, in those of the volume at its
 # surface: softer ones leave more to GMRES, stiffer ones are hard on multigrid (measured:
@@ -346,9 +346,8 @@ def lumped_mass(contact: Any) -> Array:
 def surface_stiffness(contact: Any) -> float:
     """Diagonal of the volume's stiffness per area of the slave surface. Collective."""
     V, comm = contact.u.function_space, contact.layout.comm
-    bs, owned = V.dofmap.index_map_bs, V.dofmap.index_map.size_local
-    dofs = [zone.facets.slave_surface.dofs for zone in contact.zones]
-    slave = marked_everywhere(V, np.unique(np.concatenate(dofs)))[:owned]
+    bs = V.dofmap.index_map_bs
+    slave = owned_nodes_on(V, [zone.facets.slave_surface for zone in contact.zones])
     diagonal = contact.stiffness_diagonal.reshape(-1, bs)[slave].sum() / bs
     sums = np.array([diagonal, lumped_mass(contact).sum()])
     comm.Allreduce(MPI.IN_PLACE, sums)

@@ -9,13 +9,12 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from . import compat
 from .compat import Array
 from .errors import ContactError, raise_everywhere
+from .facet_areas import surface_areas
 from .host_blocks import HostBlocks
 from .interfaces import Interfaces
 from .layout import Layout, marked_everywhere
-from .reference_facets import normals, shape_functions
 from .strain_response import (
     strain_response,
     stiffness_without_bulk,
@@ -65,13 +64,11 @@ class VolumePattern:
         blocks.destroy()
 
 
-def _areas(surface: Surface) -> Array:
-    """Reference area (length in 2D) of this rank's facets."""
-    points, weights = compat.quadrature(surface.shape, 2 * surface.node_degree)
-    _, gradients = shape_functions(surface.shape, surface.node_degree, points)
-    nodes = surface.X[surface.facet_nodes]
-    tangents = np.einsum("iqa,fad->ifqd", gradients, nodes)
-    return np.linalg.norm(normals(tangents), axis=-1) @ weights
+def owned_nodes_on(V: Any, surfaces: Sequence[Surface]) -> Array:
+    """Owned nodes of a space that are on surfaces, whoever owns the facets. Collective."""
+    used = np.unique(np.concatenate([surface.dofs for surface in surfaces]))
+    on = marked_everywhere(V, used)[: V.dofmap.index_map.size_local]
+    return np.flatnonzero(on)
 
 
 class _Side:
@@ -105,14 +102,13 @@ class _Side:
     def __call__(self, surfaces: Sequence[Surface]) -> Array:
         """Stiffness over area, whether it can move, and size of facets, by body."""
         bodies, V = self.interfaces.bodies, self.layout.u.function_space
-        used = np.unique(np.concatenate([surface.dofs for surface in surfaces]))
-        nodes = np.flatnonzero(marked_everywhere(V, used)[: self._owned])
+        nodes = owned_nodes_on(V, surfaces)
         # A facet may be in several zones
         ids, first = np.unique(
             np.concatenate([surface.facet_ids for surface in surfaces]),
             return_index=True,
         )
-        area = np.concatenate([_areas(surface) for surface in surfaces])[first]
+        area = np.concatenate([surface_areas(surface) for surface in surfaces])[first]
         body = np.concatenate(
             [self.interfaces.of_facets(surface) for surface in surfaces]
         )[first]
@@ -194,6 +190,6 @@ def contact_stiffness(
 def mean_facet_size(layout: Layout, zones: Sequence[Any]) -> float:
     """Of all slave facets. Length. Collective."""
     sides = [zone.facets.slave_surface for zone in zones]
-    area = layout.comm.allreduce(sum(float(_areas(side).sum()) for side in sides))
+    area = layout.comm.allreduce(sum(float(surface_areas(side).sum()) for side in sides))
     facets = layout.comm.allreduce(sum(len(side.facet_dofs) for side in sides))
     return float((area / facets) ** (1.0 / (sides[0].gdim - 1)))

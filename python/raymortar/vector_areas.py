@@ -8,7 +8,8 @@ import numpy as np
 
 from . import compat
 from .compat import Indices
-from .reference_facets import normals, shape_functions
+from .facet_areas import surface_normals
+from .reference_facets import shape_functions
 from .surfaces import Surface
 
 
@@ -28,11 +29,8 @@ def vector_areas(surface: Surface, index_map: Any, degree: int, table: Indices) 
     -------
     Vector over the block dofs, d values each. Area (length in 2D).
     """
-    points, weights = compat.quadrature(surface.shape, 2 * surface.node_degree)
-    _, gradients = shape_functions(surface.shape, surface.node_degree, points)
+    points, weights, m = surface_normals(surface)
     N, _ = shape_functions(surface.shape, degree, points)
-    nodes = surface.X[surface.facet_nodes]
-    m = normals(np.einsum("iqa,fad->ifqd", gradients, nodes))
     areas = compat.create_la_vector(index_map, surface.gdim)
     shares = np.einsum("q,qa,fqd->fad", weights, N, m)
     np.add.at(areas.array.reshape(-1, surface.gdim), table, shares)

@@ -6,7 +6,7 @@ namespace raymortar
 {
 namespace
 {
-bool is_type(::Mat A, const char* type)
+bool is_type(PetscMatrix A, const char* type)
 {
   PetscBool same = PETSC_FALSE;
   check(
@@ -15,7 +15,7 @@ bool is_type(::Mat A, const char* type)
   return same == PETSC_TRUE;
 }
 
-AijPart open_part(::Mat A)
+AijPart open_part(PetscMatrix A)
 {
   AijPart part;
   PetscInt rows = 0;
@@ -54,7 +54,7 @@ std::int32_t place_in(const AijPart& part, PetscInt row, PetscInt column)
 }
 } // namespace
 
-AijArrays::AijArrays(::Mat A)
+AijArrays::AijArrays(PetscMatrix A)
 {
   const bool parallel = is_type(A, MATMPIAIJ);
   if (not parallel and not is_type(A, MATSEQAIJ))
@@ -67,7 +67,7 @@ AijArrays::AijArrays(::Mat A)
     _diagonal = open_part(A);
     return;
   }
-  ::Mat own = nullptr, others = nullptr;
+  PetscMatrix own = nullptr, others = nullptr;
   check(MatMPIAIJGetSeqAIJ(A, &own, &others, &_other_columns),
         "MatMPIAIJGetSeqAIJ");
   check(MatGetSize(others, nullptr, &_num_others), "MatGetSize");

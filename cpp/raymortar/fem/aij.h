@@ -2,15 +2,15 @@
 #pragma once
 
 #include "raymortar/core/types.h"
+#include "raymortar/fem/petsc.h"
 #include <limits>
-#include <petscmat.h>
 
 namespace raymortar
 {
 /// @brief Compressed rows of this rank in one part of an AIJ matrix.
 struct AijPart
 {
-  ::Mat matrix = nullptr;            ///< borrowed
+  PetscMatrix matrix = nullptr;      ///< borrowed
   const PetscInt* offsets = nullptr; ///< (owned rows + 1,)
   const PetscInt* columns = nullptr; ///< local to the part, ascending in a row
   PetscScalar* values = nullptr;
@@ -24,7 +24,7 @@ struct AijPart
 class AijArrays
 {
 public:
-  explicit AijArrays(::Mat A);
+  explicit AijArrays(PetscMatrix A);
   AijArrays(const AijArrays&) = delete;
   AijArrays& operator=(const AijArrays&) = delete;
   ~AijArrays();

@@ -22,7 +22,7 @@ bool any_nonzero(const Surface& s, Index facet, std::span<const double> values)
 class VectorWriter final : public VectorSink
 {
 public:
-  VectorWriter(const Zone& zone, ::Vec b) : _zone(zone), _vector(b)
+  VectorWriter(const Zone& zone, PetscVector b) : _zone(zone), _vector(b)
   {
     check(VecSetOption(b, VEC_IGNORE_NEGATIVE_INDICES, PETSC_TRUE),
           "VecSetOption");
@@ -38,7 +38,7 @@ public:
 
 private:
   const Zone& _zone;
-  ::Vec _vector;
+  PetscVector _vector;
   std::vector<PetscInt> _rows;
 };
 
@@ -47,7 +47,7 @@ class Lifting final : public MatrixSink
 {
 public:
   /// @param[in] slave, master (dofs, gdim)
-  Lifting(const Zone& zone, ::Vec b, std::span<const double> slave,
+  Lifting(const Zone& zone, PetscVector b, std::span<const double> slave,
           std::span<const double> master, double alpha)
       : _state(zone.state()), _slave(slave), _master(master), _alpha(alpha),
         _vector(zone, b)
@@ -116,7 +116,7 @@ private:
 class BlockWriter final : public MatrixSink
 {
 public:
-  BlockWriter(const Zone& zone, ::Mat A, BlockPositions& positions)
+  BlockWriter(const Zone& zone, PetscMatrix A, BlockPositions& positions)
       : _zone(zone), _matrix(A), _positions(positions)
   {
     open();
@@ -199,7 +199,7 @@ private:
   }
 
   const Zone& _zone;
-  ::Mat _matrix;
+  PetscMatrix _matrix;
   std::optional<AijArrays> _arrays;
   BlockPositions& _positions;
   std::vector<PetscInt> _rows, _foreign;
@@ -207,7 +207,8 @@ private:
 };
 } // namespace
 
-void add_residual(const Zone& zone, ::Vec b, AssemblyStatistics& statistics)
+void add_residual(const Zone& zone, PetscVector b,
+                  AssemblyStatistics& statistics)
 {
   const Stopwatch watch(statistics.seconds_residual);
   VectorWriter writer(zone, b);
@@ -215,7 +216,7 @@ void add_residual(const Zone& zone, ::Vec b, AssemblyStatistics& statistics)
     statistics.residual_blocks += term->residual(zone.state(), writer).computed;
 }
 
-void add_tangent(const Zone& zone, ::Mat A, BlockPositions& positions,
+void add_tangent(const Zone& zone, PetscMatrix A, BlockPositions& positions,
                  AssemblyStatistics& statistics)
 {
   const Stopwatch watch(statistics.seconds_tangent);
@@ -229,7 +230,8 @@ void add_tangent(const Zone& zone, ::Mat A, BlockPositions& positions,
   statistics.lookups = positions.lookups();
 }
 
-void apply_lifting(const Zone& zone, ::Vec b, std::span<const double> slave,
+void apply_lifting(const Zone& zone, PetscVector b,
+                   std::span<const double> slave,
                    std::span<const double> master, double alpha,
                    AssemblyStatistics& statistics)
 {

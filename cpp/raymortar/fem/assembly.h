@@ -37,7 +37,8 @@ constexpr void for_each_field(const AssemblyStatistics& s, Visit&& visit)
 /// Constrained rows are left out. Entries of other ranks travel with the
 /// vector's assembly, which the caller does.
 /// @param[in,out] statistics Counts go on, as of the functions below
-void add_residual(const Zone& zone, ::Vec b, AssemblyStatistics& statistics);
+void add_residual(const Zone& zone, PetscVector b,
+                  AssemblyStatistics& statistics);
 
 /// @brief Add the tangent of a zone; constrained rows and columns are left
 /// out. Assembly is the caller's.
@@ -46,7 +47,7 @@ void add_residual(const Zone& zone, ::Vec b, AssemblyStatistics& statistics);
 /// where there is no multiplier.
 /// @param[in,out] positions Where the zone's blocks go in A; what is not yet
 /// known is looked up. With matrices other than AIJ it is not used.
-void add_tangent(const Zone& zone, ::Mat A, BlockPositions& positions,
+void add_tangent(const Zone& zone, PetscMatrix A, BlockPositions& positions,
                  AssemblyStatistics& statistics);
 
 /// @brief b <- b - alpha * (tangent's constrained columns) * increment.
@@ -55,7 +56,8 @@ void add_tangent(const Zone& zone, ::Mat A, BlockPositions& positions,
 /// @param[in] slave Dirichlet increment g - u of the slave dofs, 0 where
 /// free, (dofs, gdim)
 /// @param[in] master Same for the dofs of zone.state().master
-void apply_lifting(const Zone& zone, ::Vec b, std::span<const double> slave,
+void apply_lifting(const Zone& zone, PetscVector b,
+                   std::span<const double> slave,
                    std::span<const double> master, double alpha,
                    AssemblyStatistics& statistics);
 } // namespace raymortar

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <limits>
 #include <numeric>
-#include <petscsys.h>
 
 namespace raymortar
 {
@@ -71,8 +70,8 @@ void Exchange::find_senders()
                                &ranks, static_cast<void*>(&counts)),
         "PetscCommBuildTwoSided");
   // They come in the order of arrival, which changes from run to run
-  const auto n = static_cast<std::size_t>(found);
-  const auto k = static_cast<std::size_t>(_kinds);
+  const std::size_t n = found;
+  const std::size_t k = _kinds;
   std::vector<std::size_t> order(n);
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::sort(order.begin(), order.end(),
@@ -96,14 +95,13 @@ std::vector<T> Exchange::send_items(std::span<const T> items, int kind,
 {
   const auto size_of = [&](const Side& side, std::size_t i)
   {
-    const auto at =
-        i * static_cast<std::size_t>(_kinds) + static_cast<std::size_t>(kind);
+    const auto at = i * _kinds + kind;
     return side.counts[at] * width;
   };
   std::int64_t total = 0;
   for (std::size_t i = 0; i < _from.ranks.size(); ++i)
     total += size_of(_from, i);
-  std::vector<T> received(static_cast<std::size_t>(total));
+  std::vector<T> received(total);
   std::vector<MPI_Request> requests;
   T *to = received.data(), *from_self = nullptr;
   for (std::size_t i = 0; i < _from.ranks.size(); to += size_of(_from, i++))
@@ -122,7 +120,7 @@ std::vector<T> Exchange::send_items(std::span<const T> items, int kind,
     {
       MPI_Isend(from, message_size(n), mpi_type<T>(), _to.ranks[i], _tag,
                 _comm.get(), &requests.emplace_back());
-      _traffic += {1, n * static_cast<std::int64_t>(sizeof(T))};
+      _traffic += {1, n * std::int64_t{sizeof(T)}};
     }
   }
   MPI_Waitall(static_cast<int>(requests.size()), requests.data(),

@@ -25,7 +25,7 @@ std::vector<std::int8_t> free_points(const Zone& zone)
         any_free(s.slave, s.elements.slave[e], zone.fixed_slave()) or
         (m != no_index and any_free(s.master, m, zone.fixed_master()));
     for (const Index q : s.elements.points_of(e))
-      free[static_cast<std::size_t>(q)] = moves ? 1 : 0;
+      free[q] = moves ? 1 : 0;
   }
   return free;
 }

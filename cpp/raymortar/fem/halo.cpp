@@ -1,4 +1,5 @@
 #include "raymortar/fem/halo.h"
+#include "raymortar/core/sorted.h"
 #include "raymortar/pairing/candidates.h"
 #include <algorithm>
 #include <bit>
@@ -32,13 +33,13 @@ Published publish(MPI_Comm comm, std::span<const double> wanted)
 {
   int size = 1;
   MPI_Comm_size(comm, &size);
-  std::vector<int> counts(static_cast<std::size_t>(size));
+  std::vector<int> counts(size);
   const int mine = static_cast<int>(wanted.size());
   MPI_Allgather(&mine, 1, MPI_INT, counts.data(), 1, MPI_INT, comm);
   Published all;
   all.offsets.assign(counts.size() + 1, 0);
   std::partial_sum(counts.begin(), counts.end(), all.offsets.begin() + 1);
-  all.boxes.resize(static_cast<std::size_t>(all.offsets.back()));
+  all.boxes.resize(all.offsets.back());
   MPI_Allgatherv(wanted.data(), mine, MPI_DOUBLE, all.boxes.data(),
                  counts.data(), all.offsets.data(), MPI_DOUBLE, comm);
   return all;
@@ -57,12 +58,11 @@ void for_each_demand(const Surface& own, const Published& all, Fn&& fn)
     for (int k = all.offsets[r]; k < all.offsets[r + 1]; k += 2 * D)
     {
       const double* box = all.boxes.data() + k;
-      tree.query({Eigen::Map<const raymortar::Vec<D>>(box),
-                  Eigen::Map<const raymortar::Vec<D>>(box + D)},
-                 facets);
+      tree.query(
+          {Eigen::Map<const Vec<D>>(box), Eigen::Map<const Vec<D>>(box + D)},
+          facets);
     }
-    std::sort(facets.begin(), facets.end());
-    facets.erase(std::unique(facets.begin(), facets.end()), facets.end());
+    sort_unique(facets);
     if (not facets.empty())
       fn(static_cast<int>(r), facets);
   }
@@ -88,9 +88,8 @@ std::vector<Index> used(const std::vector<Index>& table, std::size_t n,
   std::vector<Index> entities;
   for (const Index f : facets)
     for (std::size_t a = 0; a < n; ++a)
-      entities.push_back(table[static_cast<std::size_t>(f) * n + a]);
-  std::sort(entities.begin(), entities.end());
-  entities.erase(std::unique(entities.begin(), entities.end()), entities.end());
+      entities.push_back(table[f * n + a]);
+  sort_unique(entities);
   return entities;
 }
 
@@ -98,27 +97,25 @@ void pack(const Surface& own, std::span<const std::int64_t> node_ids,
           std::span<const std::int64_t> dof_ids, int rank,
           const std::vector<Index>& facets, Parcel& out)
 {
-  const auto d = static_cast<std::size_t>(own.gdim);
-  const auto nodes = static_cast<std::size_t>(own.nodes_per_facet());
-  const auto dofs = static_cast<std::size_t>(own.dofs_per_facet());
+  const std::size_t d = own.gdim;
+  const std::size_t nodes = own.nodes_per_facet();
+  const std::size_t dofs = own.dofs_per_facet();
   for (const Index facet : facets)
   {
-    const auto f = static_cast<std::size_t>(facet);
+    const std::size_t f = facet;
     out.facets.push_back(own.facet_id[f]);
     out.facets.push_back(
         std::bit_cast<std::int64_t>(own.thickness_behind(facet)));
     out.facets.push_back(own.body_of(facet));
     for (std::size_t a = 0; a < nodes; ++a)
-      out.facets.push_back(
-          node_ids[static_cast<std::size_t>(own.facet_nodes[f * nodes + a])]);
+      out.facets.push_back(node_ids[own.facet_nodes[f * nodes + a]]);
     for (std::size_t a = 0; a < dofs; ++a)
-      out.facets.push_back(
-          dof_ids[static_cast<std::size_t>(own.facet_dofs[f * dofs + a])]);
+      out.facets.push_back(dof_ids[own.facet_dofs[f * dofs + a]]);
   }
   const auto used_nodes = used(own.facet_nodes, nodes, facets);
   for (const Index node : used_nodes)
   {
-    const auto k = static_cast<std::size_t>(node);
+    const std::size_t k = node;
     out.nodes.push_back(node_ids[k]);
     for (const auto* array : {&own.X, &own.x, &own.x_old})
       for (std::size_t i = 0; i < d; ++i)
@@ -127,7 +124,7 @@ void pack(const Surface& own, std::span<const std::int64_t> node_ids,
   const auto used_dofs = used(own.facet_dofs, dofs, facets);
   for (const Index dof : used_dofs)
   {
-    const auto k = static_cast<std::size_t>(dof);
+    const std::size_t k = dof;
     out.dofs.push_back(dof_ids[k]);
     for (std::size_t i = 0; i < d; ++i)
       out.dofs.push_back(own.rows[k * d + i]);
@@ -164,9 +161,9 @@ struct Received
 /// The fetched facets as one surface; `place` gets the dof of each received
 Surface unpack(const Surface& own, const Received& r, std::vector<Index>& place)
 {
-  const auto d = static_cast<std::size_t>(own.gdim);
-  const auto n = static_cast<std::size_t>(own.nodes_per_facet());
-  const auto m = static_cast<std::size_t>(own.dofs_per_facet());
+  const std::size_t d = own.gdim;
+  const std::size_t n = own.nodes_per_facet();
+  const std::size_t m = own.dofs_per_facet();
   Surface s;
   s.shape = own.shape;
   s.degree = own.degree;
@@ -235,21 +232,19 @@ Halo::Halo(MPI_Comm comm, const Surface& own,
 
 std::vector<double> Halo::fetch(std::span<const double> own, int width) const
 {
-  const auto w = static_cast<std::size_t>(width);
+  const std::size_t w = width;
   std::vector<double> items;
   items.reserve(_send_dofs.size() * w);
   for (const Index dof : _send_dofs)
   {
-    const auto values = own.subspan(static_cast<std::size_t>(dof) * w, w);
+    const auto values = own.subspan(dof * w, w);
     items.insert(items.end(), values.begin(), values.end());
   }
   const std::vector<double> received = _exchange->send(items, dofs_kind, width);
-  std::vector<double> values(static_cast<std::size_t>(_surface.num_dofs()) * w,
-                             0.0);
+  std::vector<double> values(_surface.num_dofs() * w, 0.0);
   for (std::size_t k = 0; k < _place.size(); ++k)
     std::copy_n(received.begin() + static_cast<std::ptrdiff_t>(k * w), w,
-                values.begin() + static_cast<std::ptrdiff_t>(
-                                     static_cast<std::size_t>(_place[k]) * w));
+                values.begin() + static_cast<std::ptrdiff_t>(_place[k] * w));
   return values;
 }
 

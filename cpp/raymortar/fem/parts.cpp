@@ -14,7 +14,7 @@ int longest_axis(const std::vector<Box<D>>& boxes, std::span<const Index> some)
   Box<D> centres;
   for (const Index f : some)
   {
-    const auto& box = boxes[static_cast<std::size_t>(f)];
+    const auto& box = boxes[f];
     const Vec<D> centre = 0.5 * (box.lower + box.upper);
     centres.merge({centre, centre});
   }
@@ -30,7 +30,7 @@ void cut(const std::vector<Box<D>>& boxes, std::span<Index> some, Index most,
   if (most < 2 or static_cast<Index>(some.size()) < least)
   {
     for (const Index f : some)
-      part[static_cast<std::size_t>(f)] = parts;
+      part[f] = parts;
     ++parts;
     return;
   }
@@ -38,7 +38,7 @@ void cut(const std::vector<Box<D>>& boxes, std::span<Index> some, Index most,
   const auto half = some.size() / 2;
   const auto centre = [&](Index f)
   {
-    const auto& box = boxes[static_cast<std::size_t>(f)];
+    const auto& box = boxes[f];
     const double c = box.lower[axis] + box.upper[axis];
     return std::isnan(c) ? 0.0 : c; // an order must be one
   };
@@ -72,7 +72,7 @@ std::vector<Box<D>> part_boxes(const std::vector<Box<D>>& boxes,
   std::vector<Box<D>> hulls;
   for (std::size_t f = 0; f < boxes.size(); ++f)
   {
-    const auto p = static_cast<std::size_t>(part[f]);
+    const std::size_t p = part[f];
     if (hulls.size() <= p)
       hulls.resize(p + 1);
     hulls[p].merge(boxes[f]);

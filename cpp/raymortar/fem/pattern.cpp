@@ -1,4 +1,5 @@
 #include "raymortar/fem/pattern.h"
+#include "raymortar/core/sorted.h"
 #include "raymortar/fem/rows.h"
 #include <algorithm>
 #include <numeric>
@@ -7,13 +8,6 @@ namespace raymortar
 {
 namespace
 {
-template <class T>
-void sort_unique(std::vector<T>& values)
-{
-  std::sort(values.begin(), values.end());
-  values.erase(std::unique(values.begin(), values.end()), values.end());
-}
-
 /// What the zone's terms couple at present, by global numbers of masters
 struct PresentNeeds
 {
@@ -24,7 +18,7 @@ struct PresentNeeds
   {
     const PatternNeeds needs = zone.interface().needs();
     const auto id = [&](Index master)
-    { return zone.state().master.facet_id[static_cast<std::size_t>(master)]; };
+    { return zone.state().master.facet_id[master]; };
     for (const auto& [slave, master] : needs.pairs)
       pairs.emplace_back(slave, id(master));
     for (const auto& [slave, one, other] : needs.couplings)
@@ -67,11 +61,9 @@ void append_neighbours(const Surface& master, Index slave, Index met,
   const std::size_t edges = master.neighbours.size() / master.facet_id.size();
   for (std::size_t e = 0; e < edges; ++e)
   {
-    const Index next =
-        master.neighbours[static_cast<std::size_t>(met) * edges + e];
+    const Index next = master.neighbours[met * edges + e];
     if (next != no_index)
-      pairs.emplace_back(slave,
-                         master.facet_id[static_cast<std::size_t>(next)]);
+      pairs.emplace_back(slave, master.facet_id[next]);
   }
 }
 
@@ -112,8 +104,7 @@ public:
         const auto from = _columns.begin() + _entries[i].begin;
         columns.insert(columns.end(), from, from + _entries[i].size);
       }
-      std::sort(columns.begin(), columns.end());
-      columns.erase(std::unique(columns.begin(), columns.end()), columns.end());
+      sort_unique(columns);
       fn(row, columns);
     }
   }
@@ -214,21 +205,21 @@ std::vector<Columns> owned_extras(MPI_Comm comm, const ContactRows& rows,
   int rank = 0;
   MPI_Comm_rank(comm, &rank);
   const PetscInt begin = ranges[rank], end = ranges[rank + 1];
-  std::vector<Columns> extras(static_cast<std::size_t>(end - begin));
+  std::vector<Columns> extras(end - begin);
   rows.for_each_row(
       [&](PetscInt row, const Columns& columns)
       {
         if (row >= begin and row < end)
-          extras[static_cast<std::size_t>(row - begin)] = columns;
+          extras[row - begin] = columns;
       });
   const auto received = exchange_rows(comm, rows, ranges);
   for (std::size_t k = 0; k < received.size();)
   {
-    Columns& row = extras[static_cast<std::size_t>(received[k] - begin)];
+    Columns& row = extras[received[k] - begin];
     const auto first = received.begin() + static_cast<std::ptrdiff_t>(k) + 2;
     std::transform(first, first + received[k + 1], std::back_inserter(row),
                    [](std::int64_t c) { return static_cast<PetscInt>(c); });
-    k += 2 + static_cast<std::size_t>(received[k + 1]);
+    k += 2 + received[k + 1];
   }
   return extras;
 }
@@ -246,13 +237,11 @@ CompressedRows merged_rows(std::span<const std::int32_t> offsets,
     row.push_back(begin + static_cast<PetscInt>(i));
     if (i + 1 < offsets.size())
     {
-      const auto volume = columns.subspan(
-          static_cast<std::size_t>(offsets[i]),
-          static_cast<std::size_t>(offsets[i + 1] - offsets[i]));
+      const auto volume =
+          columns.subspan(offsets[i], offsets[i + 1] - offsets[i]);
       row.insert(row.end(), volume.begin(), volume.end());
     }
-    std::sort(row.begin(), row.end());
-    row.erase(std::unique(row.begin(), row.end()), row.end());
+    sort_unique(row);
     rows.add(row);
   }
   return rows;
@@ -325,7 +314,7 @@ void Pattern::extend_couplings(const Surface& master, std::vector<Coupling> now)
   sort_unique(_couplings);
 }
 
-void preallocate(::Mat A, std::span<const std::int32_t> offsets,
+void preallocate(PetscMatrix A, std::span<const std::int32_t> offsets,
                  std::span<const std::int32_t> columns,
                  std::span<const Zone* const> zones,
                  std::span<const Pattern* const> patterns)

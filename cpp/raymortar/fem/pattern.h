@@ -1,8 +1,8 @@
 // Room for contact in the coupled matrix.
 #pragma once
 
+#include "raymortar/fem/petsc.h"
 #include "raymortar/fem/zone.h"
-#include <petscmat.h>
 #include <tuple>
 
 namespace raymortar
@@ -49,7 +49,7 @@ private:
 /// @param[in] offsets Compressed rows of the owned volume rows, which are the
 /// first of A's owned rows, (n + 1,)
 /// @param[in] columns Global columns
-void preallocate(::Mat A, std::span<const std::int32_t> offsets,
+void preallocate(PetscMatrix A, std::span<const std::int32_t> offsets,
                  std::span<const std::int32_t> columns,
                  std::span<const Zone* const> zones,
                  std::span<const Pattern* const> patterns);

@@ -1,6 +1,5 @@
 #include "raymortar/fem/petsc.h"
 #include "raymortar/core/error.h"
-#include <petscsys.h>
 
 namespace raymortar
 {

@@ -21,9 +21,7 @@ void append_groups(NodeGroups& groups, std::size_t nodes, int width)
 NodeGroups apart(const NodeGroups& nodes)
 {
   NodeGroups unknowns;
-  append_groups(
-      unknowns,
-      static_cast<std::size_t>(nodes.begin.back() + nodes.width.back()), 1);
+  append_groups(unknowns, nodes.begin.back() + nodes.width.back(), 1);
   return unknowns;
 }
 
@@ -33,9 +31,9 @@ bool are_consecutive(const NodeGroups& groups,
 {
   for (std::size_t a = 0; a < groups.size(); ++a)
   {
-    const auto first = static_cast<std::size_t>(groups.begin[a]);
+    const std::size_t first = groups.begin[a];
     for (int i = 1; i < groups.width[a]; ++i)
-      if (rows[first + static_cast<std::size_t>(i)] != rows[first] + i)
+      if (rows[first + i] != rows[first] + i)
         return false;
   }
   return true;
@@ -82,7 +80,7 @@ void add_row(const BlockPositions::Block& at, const std::int32_t* places,
 }
 } // namespace
 
-void BlockPositions::follow(::Mat A, const Zone& zone)
+void BlockPositions::follow(PetscMatrix A, const Zone& zone)
 {
   PetscObjectId matrix = 0;
   PetscObjectState pattern = 0;
@@ -95,7 +93,7 @@ void BlockPositions::follow(::Mat A, const Zone& zone)
   _pattern = pattern;
   _entries.clear();
   _places.clear();
-  _first.assign(static_cast<std::size_t>(zone.input().slave.num_facets()), -1);
+  _first.assign(zone.input().slave.num_facets(), -1);
   set_groups(zone);
 }
 
@@ -103,16 +101,14 @@ void BlockPositions::set_groups(const Zone& zone)
 {
   const Surface& slave = zone.input().slave;
   const Multipliers& m = zone.input().multipliers;
-  const auto dofs_of = [](const Surface& side)
-  { return static_cast<std::size_t>(side.dofs_per_facet()); };
   _nodes = {};
-  append_groups(_nodes.alone, dofs_of(slave), slave.gdim);
+  append_groups(_nodes.alone, slave.dofs_per_facet(), slave.gdim);
   if (m.components > 0 and slave.num_facets() > 0)
-    append_groups(_nodes.alone,
-                  m.facet.size() / static_cast<std::size_t>(slave.num_facets()),
+    append_groups(_nodes.alone, m.facet.size() / slave.num_facets(),
                   m.components);
   _nodes.paired = _nodes.alone;
-  append_groups(_nodes.paired, dofs_of(zone.input().master), slave.gdim);
+  append_groups(_nodes.paired, zone.input().master.dofs_per_facet(),
+                slave.gdim);
   _unknowns = {apart(_nodes.alone), apart(_nodes.paired)};
 }
 
@@ -120,13 +116,11 @@ BlockPositions::Block BlockPositions::of(const AijArrays& A, const Zone& zone,
                                          Index slave, Index master)
 {
   const GlobalIndex id =
-      master == no_index
-          ? no_index
-          : zone.state().master.facet_id[static_cast<std::size_t>(master)];
-  std::int32_t& first = _first[static_cast<std::size_t>(slave)];
+      master == no_index ? no_index : zone.state().master.facet_id[master];
+  std::int32_t& first = _first[slave];
   std::int32_t k = first;
-  while (k >= 0 and _entries[static_cast<std::size_t>(k)].master != id)
-    k = _entries[static_cast<std::size_t>(k)].next;
+  while (k >= 0 and _entries[k].master != id)
+    k = _entries[k].next;
   if (k < 0)
   {
     Entry entry = look_up(A, zone, slave, master);
@@ -135,7 +129,7 @@ BlockPositions::Block BlockPositions::of(const AijArrays& A, const Zone& zone,
     k = first = static_cast<std::int32_t>(_entries.size());
     _entries.push_back(entry);
   }
-  const Entry& entry = _entries[static_cast<std::size_t>(k)];
+  const Entry& entry = _entries[k];
   return {&(entry.by_node ? _nodes : _unknowns).of(master),
           entry.begin < 0 ? nullptr : _places.data() + entry.begin,
           entry.begin >= 0, entry.has_foreign};
@@ -156,7 +150,7 @@ BlockPositions::Entry BlockPositions::look_up(const AijArrays& A,
       continue;
     if (append_places(A, groups, entry))
       return entry;
-    _places.resize(static_cast<std::size_t>(begin));
+    _places.resize(begin);
   }
   return {0, -1, -1, false, true};
 }
@@ -196,10 +190,10 @@ void add_block(const AijArrays& A, const BlockPositions::Block& at,
       continue;
     for (int i = groups.begin[a]; i < groups.begin[a] + groups.width[a]; ++i)
     {
-      const PetscInt row = rows[static_cast<std::size_t>(i)];
+      const PetscInt row = rows[i];
       if (row >= 0)
         add_row(at, places, A.own_columns(row), A.other_columns(row),
-                block + static_cast<std::size_t>(i) * rows.size());
+                block + i * rows.size());
     }
   }
 }

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "raymortar/fem/aij.h"
+#include "raymortar/fem/petsc.h"
 #include "raymortar/fem/zone.h"
-#include <petscmat.h>
 
 namespace raymortar
 {
@@ -27,7 +27,7 @@ class BlockPositions
 {
 public:
   /// @brief Forget everything if A's pattern is not the one known.
-  void follow(::Mat A, const Zone& zone);
+  void follow(PetscMatrix A, const Zone& zone);
 
   /// @brief Forget everything: the matrix has been preallocated anew, which
   /// newer PETSc does not count as another pattern where it is parallel.

@@ -1,4 +1,5 @@
 #include "raymortar/fem/remote_entries.h"
+#include "raymortar/core/sorted.h"
 #include "raymortar/fem/rows.h"
 #include <algorithm>
 
@@ -33,8 +34,8 @@ RemoteEntries remote_entries(const Zone& zone,
       owners.push_back(owner);
     }
   }
-  std::sort(owners.begin(), owners.end());
-  count.ranks = std::unique(owners.begin(), owners.end()) - owners.begin();
+  sort_unique(owners);
+  count.ranks = static_cast<std::int64_t>(owners.size());
   return count;
 }
 } // namespace raymortar

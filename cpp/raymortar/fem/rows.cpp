@@ -26,10 +26,9 @@ void append_multipliers(const Multipliers& m, Index facet, std::size_t facets,
   const std::size_t n = m.facet.size() / facets;
   for (std::size_t k = 0; k < n; ++k)
   {
-    const Index node = m.facet[static_cast<std::size_t>(facet) * n + k];
+    const Index node = m.facet[facet * n + k];
     for (int i = 0; i < m.components; ++i)
-      rows.push_back(
-          static_cast<PetscInt>(m.row[static_cast<std::size_t>(node)] + i));
+      rows.push_back(static_cast<PetscInt>(m.row[node] + i));
   }
 }
 } // namespace
@@ -42,8 +41,8 @@ void global_rows(const Zone& zone, const Unknowns& unknowns,
   if (unknowns.slave != no_index)
     append_dofs(s.slave, unknowns.slave, zone.fixed_slave(), constrained, rows);
   if (unknowns.multiplier != no_index)
-    append_multipliers(s.multipliers, unknowns.multiplier,
-                       static_cast<std::size_t>(s.slave.num_facets()), rows);
+    append_multipliers(s.multipliers, unknowns.multiplier, s.slave.num_facets(),
+                       rows);
   if (unknowns.master != no_index)
     append_dofs(s.master, unknowns.master, zone.fixed_master(), constrained,
                 rows);

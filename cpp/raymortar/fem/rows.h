@@ -3,7 +3,6 @@
 
 #include "raymortar/fem/petsc.h"
 #include "raymortar/fem/zone.h"
-#include <petscmat.h>
 
 namespace raymortar
 {

@@ -78,7 +78,7 @@ AabbTree<D>::AabbTree(std::span<const Box<D>> boxes)
   for (const Entry<D>& e : entries)
   {
     _order.push_back(e.box);
-    _boxes.push_back(boxes[static_cast<std::size_t>(e.box)]);
+    _boxes.push_back(boxes[e.box]);
   }
   merge_boxes();
 }

@@ -3,6 +3,7 @@
 
 #include "raymortar/core/error.h"
 #include "raymortar/geometry/orientation.h"
+#include "raymortar/geometry/parallelogram.h"
 #include <cstdint>
 #include <span>
 
@@ -92,7 +93,7 @@ inline double ClipPolygon::area() const
   {
     const Vec<2> a = points[v] - points[0];
     const Vec<2> b = points[v + 1] - points[0];
-    twice += a.x() * b.y() - a.y() * b.x();
+    twice += parallelogram(a, b);
   }
   return 0.5 * twice;
 }

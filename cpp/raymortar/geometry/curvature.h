@@ -48,8 +48,7 @@ struct SecondGradients<Shape::quadrilateral, K>
     Mat<nodes, 3> d;
     for (int i = 0; i < nodes; ++i)
     {
-      const auto [p, q] = Lagrange<Shape::quadrilateral,
-                                   K>::factors[static_cast<std::size_t>(i)];
+      const auto [p, q] = Lagrange<Shape::quadrilateral, K>::factors[i];
       d.row(i) << dda[p] * b[q], da[p] * db[q], a[p] * ddb[q];
     }
     return d;
@@ -88,7 +87,7 @@ curvature_at(const typename F::NodeMatrix& nodes,
   const Mat<F::gdim, T == 1 ? 1 : 3> second = nodes * F::SecondOfNode::at(xi);
   for (int j = 0; j < T; ++j)
   {
-    Mat<F::gdim, T>& dt = c.t[static_cast<std::size_t>(j)];
+    Mat<F::gdim, T>& dt = c.t[j];
     for (int i = 0; i < T; ++i)
       dt.col(i) = second.col(i + j);
     c.n.col(j) = -dual * (dt.transpose() * frame.n);

@@ -59,7 +59,7 @@ template <class F>
 patch_corners(const typename F::NodeMatrix& nodes, const Patch& patch)
 {
   std::array<typename F::Point, 4> corners;
-  for (std::size_t i = 0; i < static_cast<std::size_t>(patch.size); ++i)
+  for (int i = 0; i < patch.size; ++i)
     corners[i] = nodes.col(patch.node[i]);
   return corners;
 }
@@ -70,9 +70,8 @@ template <class F>
 patch_reference(const Patch& patch)
 {
   std::array<typename F::RefPoint, 4> xi;
-  for (std::size_t i = 0; i < static_cast<std::size_t>(patch.size); ++i)
-    xi[i] = typename F::RefPoint(
-        F::Node::points[static_cast<std::size_t>(patch.node[i])].data());
+  for (int i = 0; i < patch.size; ++i)
+    xi[i] = typename F::RefPoint(F::Node::points[patch.node[i]].data());
   return xi;
 }
 } // namespace raymortar

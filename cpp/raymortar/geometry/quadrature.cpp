@@ -39,11 +39,11 @@ void append_on_polygon(const SegmentRules& rules, const Tiles& tiles,
     centre = mean_of_core(tiles, polygon);
   for (int i = 0; i < tiles.size; ++i)
   {
-    const Tile& tile = tiles.tiles[static_cast<std::size_t>(i)];
+    const Tile& tile = tiles.tiles[i];
     const auto corner = [&](std::size_t k) -> const Vec<2>&
     {
       const std::int8_t v = tile.corners[k];
-      return v == Tiles::centre ? centre : polygon[static_cast<std::size_t>(v)];
+      return v == Tiles::centre ? centre : polygon[v];
     };
     const QuadratureRule& rule = rules.on(tile.kind);
     if (tile.kind == Tile::Kind::quadrilateral)

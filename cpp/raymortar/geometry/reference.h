@@ -86,8 +86,8 @@ template <Shape S>
     return detail::worst<4>({-xi[1], xi[0] - 1.0, xi[1] - 1.0, -xi[0]});
 }
 
-/// @brief Lagrange basis of degree K on a reference facet.
-///
+/// @brief Lagrange basis of degree K on a reference facet. It is Basix's, which
+/// has it at run time only: test_reference_facets.py compares the two.
 /// `values(xi)` has shape (nodes,), `gradients(xi)` shape (nodes, tdim).
 template <Shape S, int K>
 struct Lagrange;
@@ -205,14 +205,14 @@ struct Lagrange<Shape::quadrilateral, K>
     std::array<std::array<double, 2>, nodes> x{};
     for (std::size_t i = 0; i < nodes; ++i)
       for (std::size_t j = 0; j < 2; ++j)
-        x[i][j] = Line::points[static_cast<std::size_t>(factors[i][j])][0];
+        x[i][j] = Line::points[factors[i][j]][0];
     return x;
   }();
 
 private:
   static constexpr int factor(int node, std::size_t direction)
   {
-    return factors[static_cast<std::size_t>(node)][direction];
+    return factors[node][direction];
   }
 };
 

@@ -1,4 +1,5 @@
 #include "raymortar/geometry/tiles.h"
+#include "raymortar/geometry/parallelogram.h"
 #include "raymortar/geometry/predicates.h"
 #include <cmath>
 
@@ -13,7 +14,7 @@ public:
   {
     _out.core_size = static_cast<int>(polygon.size());
     for (int v = 0; v < _out.core_size; ++v)
-      _out.core[static_cast<std::size_t>(v)] = static_cast<std::int8_t>(v);
+      _out.core[v] = static_cast<std::int8_t>(v);
     for (int v = 1; v + 1 < _out.core_size; ++v)
       _smallest += twice_area({0, v, v + 1});
     _smallest = tolerance::ear * std::abs(_smallest);
@@ -39,7 +40,7 @@ private:
   [[nodiscard]] std::int8_t at(int v) const
   {
     const int n = _out.core_size;
-    return _out.core[static_cast<std::size_t>((v + n) % n)];
+    return _out.core[(v + n) % n];
   }
 
   [[nodiscard]] std::array<std::int8_t, 4>
@@ -50,17 +51,13 @@ private:
 
   [[nodiscard]] double twice_area(const std::array<int, 3>& of) const
   {
-    const auto point = [&](int k) -> const Vec<2>&
-    { return _polygon[static_cast<std::size_t>(at(k))]; };
+    const auto point = [&](int k) -> const Vec<2>& { return _polygon[at(k)]; };
     const Vec<2> a = point(of[1]) - point(of[0]);
     const Vec<2> b = point(of[2]) - point(of[0]);
-    return a.x() * b.y() - a.y() * b.x();
+    return parallelogram(a, b);
   }
 
-  void push(const Tile& tile)
-  {
-    _out.tiles[static_cast<std::size_t>(_out.size++)] = tile;
-  }
+  void push(const Tile& tile) { _out.tiles[_out.size++] = tile; }
 
   /// The smallest ear, if it is small enough
   bool cut_ear()
@@ -78,7 +75,7 @@ private:
       return false;
     push({Tile::Kind::triangle, corners({ear - 1, ear, ear + 1, ear})});
     for (int v = ear; v + 1 < _out.core_size; ++v)
-      _out.core[static_cast<std::size_t>(v)] = at(v + 1);
+      _out.core[v] = at(v + 1);
     --_out.core_size;
     return true;
   }

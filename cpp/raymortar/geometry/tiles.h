@@ -57,11 +57,10 @@ struct Tiles
 template <class Vertices>
 auto mean_of_core(const Tiles& tiles, const Vertices& polygon)
 {
-  auto mean = polygon[static_cast<std::size_t>(tiles.core[0])];
+  auto mean = polygon[tiles.core[0]];
   for (int v = 1; v < tiles.core_size; ++v)
-    mean += polygon[static_cast<std::size_t>(
-        tiles.core[static_cast<std::size_t>(v)])];
-  mean /= static_cast<double>(tiles.core_size);
+    mean += polygon[tiles.core[v]];
+  mean /= tiles.core_size;
   return mean;
 }
 } // namespace raymortar

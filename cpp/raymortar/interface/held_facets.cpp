@@ -1,5 +1,6 @@
 #include "raymortar/interface/held_facets.h"
 #include "raymortar/geometry/dispatch.h"
+#include "raymortar/geometry/facet_mass.h"
 #include "raymortar/geometry/frame.h"
 #include "raymortar/geometry/taylor.h"
 #include "raymortar/pairing/facet_dofs.h"
@@ -15,30 +16,14 @@ namespace
 template <class F>
 Mat<F::dofs, F::dofs> roughness()
 {
-  constexpr int n = F::dofs;
-  Mat<n, n> S;
-  if constexpr (F::degree == 2)
+  if constexpr (F::degree == 1)
+    return unit_deviation<F::shape, 1>();
+  else
   {
     // What is left of a parabola of height b is b (4 xi (1 - xi) - 2 / 3)
     static_assert(F::shape == Shape::interval);
-    const Vec<n> height(-0.5, -0.5, 1.0);
+    const Vec<F::dofs> height(-0.5, -0.5, 1.0);
     return 4.0 / 45.0 * height * height.transpose();
-  }
-  else if constexpr (F::shape == Shape::quadrilateral)
-  {
-    const auto line = [](int a, int b) { return (a == b ? 2.0 : 1.0) / 6.0; };
-    const auto& at = F::Disp::factors;
-    for (std::size_t a = 0; a < n; ++a)
-      for (std::size_t b = 0; b < n; ++b)
-        S(static_cast<int>(a), static_cast<int>(b)) =
-            line(at[a][0], at[b][0]) * line(at[a][1], at[b][1]) - 1.0 / (n * n);
-    return S;
-  }
-  else
-  {
-    S.setConstant(-1.0 / n);
-    S.diagonal().array() += 1.0;
-    return S / (n * (n + 1));
   }
 }
 
@@ -88,11 +73,11 @@ std::vector<Candidate<F>> candidates(const Surface& slave,
   std::vector<Candidate<F>> found;
   for (Index f = 0; f < slave.num_facets(); ++f)
   {
-    if (known[static_cast<std::size_t>(f)])
+    if (known[f])
       continue;
     Candidate<F> one{f, held_nodes<F>(slave, f, fixed)};
     if (one.held.isZero(0.0))
-      known[static_cast<std::size_t>(f)] = 1;
+      known[f] = 1;
     else
       found.push_back(one);
   }
@@ -132,13 +117,12 @@ template <class F>
 void look_opposite(const ContactState& s, std::span<const double> fixed_master,
                    std::vector<Candidate<F>>& found)
 {
-  std::vector<Candidate<F>*> of_facet(
-      static_cast<std::size_t>(s.slave.num_facets()), nullptr);
+  std::vector<Candidate<F>*> of_facet(s.slave.num_facets(), nullptr);
   for (Candidate<F>& one : found)
-    of_facet[static_cast<std::size_t>(one.slave)] = &one;
+    of_facet[one.slave] = &one;
   for (std::size_t q = 0; q < s.points.size(); ++q)
   {
-    Candidate<F>* one = of_facet[static_cast<std::size_t>(s.points.slave[q])];
+    Candidate<F>* one = of_facet[s.points.slave[q]];
     if (one == nullptr or s.hits.status[q] != RayStatus::hit)
       continue;
     const Vec<F::gdim> at_held =
@@ -181,7 +165,7 @@ FacetBlock damping(const ContactState& s, double modulus,
   centre.setConstant(F::shape == Shape::triangle ? 1.0 / 3.0 : 0.5);
   const auto frame =
       frame_at<F>(s.slave.nodes<F>(s.slave.X, one.slave), centre);
-  const double area = s.points.whole[static_cast<std::size_t>(one.slave)];
+  const double area = s.points.whole[one.slave];
   const double size = std::pow(area, 1.0 / F::tdim);
   const Eigen::MatrixXd W = size * area / modulus * weights<F>(s, one, frame.n);
   const Mat<F::dofs, F::dofs> S = roughness<F>();
@@ -234,7 +218,7 @@ void find_held_facets(const ContactState& s,
 {
   if (not may_be_damped(s))
     return;
-  held.known.resize(static_cast<std::size_t>(s.slave.num_facets()), 0);
+  held.known.resize(s.slave.num_facets(), 0);
   const auto add = [&]<class F>(F)
   {
     if constexpr (F::degree == 1 or F::tdim == 1)
@@ -245,7 +229,7 @@ void find_held_facets(const ContactState& s,
       look_opposite<F>(s, fixed_master, found);
       for (const Candidate<F>& one : found)
       {
-        held.known[static_cast<std::size_t>(one.slave)] = one.has_met;
+        held.known[one.slave] = one.has_met;
         if (not one.share().isZero(0.0))
           held.facets.push_back(damping<F>(s, modulus, one));
       }

@@ -35,7 +35,7 @@ Vec<2> moment_of(const Region<3>& r)
   {
     const Vec<2> e = r.points[i] - r.points[0];
     const Vec<2> f = r.points[i + 1] - r.points[0];
-    sum += 0.5 * (e[0] * f[1] - e[1] * f[0]) * (r.points[0] + (e + f) / 3.0);
+    sum += 0.5 * parallelogram(e, f) * (r.points[0] + (e + f) / 3.0);
   }
   return sum;
 }
@@ -73,7 +73,7 @@ bool separates(const Region<3>& a, const Region<3>& b, double slack)
     for (std::size_t j = 0; j < static_cast<std::size_t>(b.size); ++j)
     {
       const Vec<2> d = b.points[j] - p;
-      outside = outside and e[0] * d[1] - e[1] * d[0] <= slack * e.norm();
+      outside = outside and parallelogram(e, d) <= slack * e.norm();
     }
     if (outside)
       return true;

@@ -4,10 +4,10 @@ namespace raymortar
 {
 namespace
 {
-double cross(const Vec<2>& a, const Vec<2>& b, const Vec<2>& c)
+/// Twice the signed area of a triangle
+double twice_area(const Vec<2>& a, const Vec<2>& b, const Vec<2>& c)
 {
-  const Vec<2> e = b - a, f = c - a;
-  return e[0] * f[1] - e[1] * f[0];
+  return parallelogram(b - a, c - a);
 }
 
 /// From positions in the projected patch to the master's own numbers
@@ -74,8 +74,8 @@ ConvexParts convex_parts(const ProjectedPatch<3>& patch)
   }
   const auto& y = patch.y;
   const std::array<double, 4> turn = {
-      cross(y[3], y[0], y[1]), cross(y[0], y[1], y[2]), cross(y[1], y[2], y[3]),
-      cross(y[2], y[3], y[0])};
+      twice_area(y[3], y[0], y[1]), twice_area(y[0], y[1], y[2]),
+      twice_area(y[1], y[2], y[3]), twice_area(y[2], y[3], y[0])};
   if (*std::min_element(turn.begin(), turn.end()) >= 0.0)
   {
     parts.size = 1;

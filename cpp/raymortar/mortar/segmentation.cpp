@@ -41,8 +41,7 @@ struct SlavePatch
         const Vec<2>& begin = y[static_cast<std::size_t>(i)];
         const Vec<2> e = y[static_cast<std::size_t>((i + 1) % count)] - begin;
         const Vec<2> d = at - begin;
-        if (std::abs(e[0] * d[1] - e[1] * d[0]) <=
-            4.0 * tolerance::merge * e.norm())
+        if (std::abs(parallelogram(e, d)) <= 4.0 * tolerance::merge * e.norm())
           return i;
       }
     return -1;
@@ -115,8 +114,7 @@ struct Corner
 
 double twice_area(const Corner& a, const Corner& b, const Corner& c)
 {
-  const Vec<2> e = b.xi - a.xi, f = c.xi - a.xi;
-  return e[0] * f[1] - e[1] * f[0];
+  return parallelogram(b.xi - a.xi, c.xi - a.xi);
 }
 
 /// Length of an interval, signed area of a polygon

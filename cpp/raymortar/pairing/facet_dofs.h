@@ -10,12 +10,11 @@ namespace raymortar
 template <class Visit>
 void for_facet_dofs(const Surface& s, Index facet, Visit&& visit)
 {
-  const auto n = static_cast<std::size_t>(s.dofs_per_facet());
-  const auto d = static_cast<std::size_t>(s.gdim);
+  const std::size_t n = s.dofs_per_facet();
+  const std::size_t d = s.gdim;
   for (std::size_t a = 0; a < n; ++a)
   {
-    const auto dof = static_cast<std::size_t>(
-        s.facet_dofs[static_cast<std::size_t>(facet) * n + a]);
+    const std::size_t dof = s.facet_dofs[facet * n + a];
     for (std::size_t i = 0; i < d; ++i)
       visit(dof * d + i);
   }

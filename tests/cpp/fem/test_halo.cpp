@@ -1,8 +1,8 @@
 #include "facet_types.h"
-#include "petsc_session.h"
+#include "ranks.h"
 #include "raymortar/fem/halo.h"
-#include "surfaces.h"
 #include <limits>
+#include <map>
 #include <numeric>
 
 using namespace raymortar;
@@ -21,7 +21,7 @@ Halo fetched(const Surface& own, const std::vector<double>& box)
   for (auto* ids : {&nodes, &dofs})
     for (std::size_t k = 0; k < ids->size(); ++k)
       (*ids)[k] = 100 + 7 * static_cast<std::int64_t>(k);
-  return {MPI_COMM_WORLD, own, nodes, dofs, box};
+  return {MPI_COMM_SELF, own, nodes, dofs, box};
 }
 
 std::vector<double> box_of(int gdim, double lower, double upper)
@@ -189,4 +189,164 @@ TYPED_TEST(HaloTest, EmptySurfaceHasNothingToGive)
   const Halo halo = fetched(none, box_of(F::gdim, -infinity, infinity));
   EXPECT_EQ(halo.surface().num_facets(), 0);
   EXPECT_TRUE(halo.fetch({}, 2).empty());
+}
+
+namespace
+{
+/// The facets of a surface that one rank owns, with nodes and dofs of its own
+struct Share
+{
+  Surface surface;
+  std::vector<std::int64_t> node_ids, dof_ids;
+
+  Share(const Surface& all, int rank, int size)
+  {
+    surface.shape = all.shape;
+    surface.degree = all.degree;
+    surface.node_degree = all.node_degree;
+    surface.gdim = all.gdim;
+    for (Index f = 0; f < all.num_facets(); ++f)
+      if (f / 3 % size == rank)
+        add(all, f);
+  }
+
+private:
+  static Index number(std::vector<std::int64_t>& ids, Index global)
+  {
+    const auto at = std::find(ids.begin(), ids.end(), global);
+    const auto local = at - ids.begin();
+    if (at == ids.end())
+      ids.push_back(global);
+    return static_cast<Index>(local);
+  }
+
+  void add(const Surface& all, Index f)
+  {
+    const int d = all.gdim;
+    for (int a = 0; a < all.nodes_per_facet(); ++a)
+    {
+      const Index node = all.facet_nodes[f * all.nodes_per_facet() + a];
+      const std::size_t before = node_ids.size();
+      surface.facet_nodes.push_back(number(node_ids, node));
+      if (node_ids.size() == before)
+        continue;
+      for (auto [from, to] : {std::pair{&all.X, &surface.X},
+                              {&all.x, &surface.x},
+                              {&all.x_old, &surface.x_old}})
+        to->insert(to->end(), from->begin() + d * node,
+                   from->begin() + d * (node + 1));
+    }
+    for (int a = 0; a < all.dofs_per_facet(); ++a)
+    {
+      const Index dof = all.facet_dofs[f * all.dofs_per_facet() + a];
+      const std::size_t before = dof_ids.size();
+      surface.facet_dofs.push_back(number(dof_ids, dof));
+      if (dof_ids.size() > before)
+        surface.rows.insert(surface.rows.end(), all.rows.begin() + d * dof,
+                            all.rows.begin() + d * (dof + 1));
+    }
+    surface.facet_id.push_back(all.facet_id[f]);
+    surface.thickness.push_back(all.thickness[f]);
+    surface.body.push_back(f % 2);
+  }
+};
+
+/// Local numbers of facets by their global ones
+std::map<GlobalIndex, Index> numbers_of(const Surface& s)
+{
+  std::map<GlobalIndex, Index> local;
+  for (Index f = 0; f < s.num_facets(); ++f)
+    local[s.facet_id[f]] = f;
+  return local;
+}
+
+/// Global numbers of the neighbours of a facet
+std::vector<GlobalIndex> neighbours_of(const Surface& s, Index facet)
+{
+  const auto edges = static_cast<Index>(s.neighbours.size()) / s.num_facets();
+  std::vector<GlobalIndex> ids;
+  for (Index e = 0; e < edges; ++e)
+  {
+    const Index next = s.neighbours[facet * edges + e];
+    ids.push_back(next == no_index ? no_index : s.facet_id[next]);
+  }
+  return ids;
+}
+
+template <class F>
+class HaloOnRanks : public HaloTest<F>
+{
+protected:
+  HaloOnRanks() : _rank(rank_of(MPI_COMM_WORLD)), _size(size_of(MPI_COMM_WORLD))
+  {
+  }
+
+  /// A strip across the plate for each rank, the last of which want none
+  [[nodiscard]] std::vector<double> wanted() const
+  {
+    auto box = box_of(F::gdim, -infinity, infinity);
+    box[0] = -0.8 + 0.3 * _rank;
+    box[F::gdim] = box[0] + (_rank < 3 ? 0.5 : -1.0);
+    return box;
+  }
+
+  int _rank, _size;
+};
+} // namespace
+
+TYPED_TEST_SUITE(HaloOnRanks, Types, );
+
+TYPED_TEST(HaloOnRanks, FacetsOfAllRanksAreThoseThatOneRankWouldFetch)
+{
+  using F = TypeParam;
+  const Surface all = this->own();
+  const Share share(all, this->_rank, this->_size);
+  const auto box = this->wanted();
+  const Halo halo(MPI_COMM_WORLD, share.surface, share.node_ids, share.dof_ids,
+                  box);
+  const Share whole(all, 0, 1);
+  const Halo alone(MPI_COMM_SELF, whole.surface, whole.node_ids, whole.dof_ids,
+                   box);
+  const Surface &found = halo.surface(), &expected = alone.surface();
+  const auto numbers = numbers_of(found);
+  ASSERT_EQ(found.num_facets(), expected.num_facets());
+  EXPECT_EQ(found.X.size(), expected.X.size());
+  EXPECT_EQ(found.rows.size(), expected.rows.size());
+  for (Index f = 0; f < expected.num_facets(); ++f)
+  {
+    ASSERT_EQ(numbers.count(expected.facet_id[f]), 1u);
+    const Index g = numbers.at(expected.facet_id[f]);
+    EXPECT_EQ(found.nodes<F>(found.X, g), expected.nodes<F>(expected.X, f));
+    EXPECT_EQ(found.nodes<F>(found.x, g), expected.nodes<F>(expected.x, f));
+    EXPECT_EQ(found.nodes<F>(found.x_old, g),
+              expected.nodes<F>(expected.x_old, f));
+    EXPECT_EQ(found.thickness[g], expected.thickness[f]);
+    EXPECT_EQ(found.body_of(g), expected.body_of(f));
+    EXPECT_EQ(neighbours_of(found, g), neighbours_of(expected, f));
+    for (std::size_t a = 0; a < F::dofs; ++a)
+      EXPECT_EQ(rows_of(found, found.dofs_of<F>(g)[a]),
+                rows_of(expected, expected.dofs_of<F>(f)[a]));
+  }
+}
+
+TYPED_TEST(HaloOnRanks, ValuesOfAllRanksArriveAtTheirDofs)
+{
+  using F = TypeParam;
+  const Surface all = this->own();
+  const Share share(all, this->_rank, this->_size);
+  const Halo halo(MPI_COMM_WORLD, share.surface, share.node_ids, share.dof_ids,
+                  this->wanted());
+  constexpr int width = 2;
+  std::vector<double> own;
+  for (const std::int64_t id : share.dof_ids)
+    for (int i = 0; i < width; ++i)
+      own.push_back(10.0 * static_cast<double>(id) + i);
+  const auto found = halo.fetch(own, width);
+  const Surface& s = halo.surface();
+  ASSERT_EQ(found.size(), static_cast<std::size_t>(width * s.num_dofs()));
+  for (Index dof = 0; dof < s.num_dofs(); ++dof)
+    for (int i = 0; i < width; ++i)
+      // The first component's row tells the global dof
+      EXPECT_EQ(found[width * dof + i],
+                10.0 * static_cast<double>(s.rows[F::gdim * dof]) + i);
 }

@@ -1,68 +1,32 @@
 #include "facet_types.h"
-#include "raymortar/fem/pattern.h"
+#include "matrices.h"
+#include "ranks.h"
 #include "raymortar/fem/positions.h"
 #include "raymortar/fem/rows.h"
-#include "zones.h"
-#include <Eigen/Dense>
 
 using namespace raymortar;
 using namespace raymortar::test;
 
 namespace
 {
-/// A matrix with room for a zone
-class Room
-{
-public:
-  explicit Room(const Zone& zone)
-  {
-    const PetscInt n = num_rows(zone);
-    Pattern pattern;
-    pattern.extend(zone);
-    const std::vector<std::int32_t> offsets{0};
-    const Zone* zones[] = {&zone};
-    const Pattern* patterns[] = {&pattern};
-    MatCreate(MPI_COMM_SELF, &_matrix);
-    MatSetSizes(_matrix, n, n, n, n);
-    MatSetType(_matrix, MATAIJ);
-    preallocate(_matrix, offsets, {}, zones, patterns);
-  }
-  Room(const Room&) = delete;
-  Room& operator=(const Room&) = delete;
-  ~Room() { MatDestroy(&_matrix); }
-
-  [[nodiscard]] ::Mat matrix() const { return _matrix; }
-
-  [[nodiscard]] Eigen::MatrixXd values() const
-  {
-    PetscInt n = 0;
-    MatGetSize(_matrix, &n, nullptr);
-    Eigen::MatrixXd all(n, n);
-    for (PetscInt i = 0; i < n; ++i)
-      for (PetscInt j = 0; j < n; ++j)
-        MatGetValues(_matrix, 1, &i, 1, &j, &all(i, j));
-    return all;
-  }
-
-private:
-  ::Mat _matrix = nullptr;
-};
-
 template <class F>
 class PositionsTest : public testing::Test
 {
 };
 
-/// Adds blocks of random numbers by place; the same in a dense matrix
-Eigen::MatrixXd add_blocks(const Zone& zone, ::Mat A, BlockPositions& positions,
-                           bool by_node)
+/// Adds blocks of random numbers by place; the same in a dense matrix, (rows of
+/// this rank, all columns)
+Eigen::MatrixXd add_blocks(const Zone& zone, PetscMatrix A,
+                           BlockPositions& positions, bool by_node,
+                           MPI_Comm comm = MPI_COMM_SELF)
 {
   const AijArrays arrays(A);
   positions.follow(A, zone);
   std::mt19937 random(3);
   std::uniform_real_distribution<double> number(-1, 1);
+  const PetscInt n_rows = num_rows(zone), begin = n_rows * rank_of(comm);
   Eigen::MatrixXd expected =
-      Eigen::MatrixXd::Zero(num_rows(zone), num_rows(zone));
+      Eigen::MatrixXd::Zero(n_rows, n_rows * size_of(comm));
   const ContactElements& elements = zone.state().elements;
   std::vector<PetscInt> rows;
   for (std::size_t e = 0; e < elements.size(); ++e)
@@ -71,16 +35,21 @@ Eigen::MatrixXd add_blocks(const Zone& zone, ::Mat A, BlockPositions& positions,
     element_rows(zone, slave, master, Constrained::left_out, rows);
     const std::size_t n = rows.size();
     std::vector<double> block(n * n);
+    bool foreign = false;
     for (std::size_t k = 0; k < n * n; ++k)
-      if (rows[k % n] >= 0)
-      {
-        block[k] = number(random);
-        if (rows[k / n] >= 0)
-          expected(rows[k / n], rows[k % n]) += block[k];
-      }
+    {
+      const PetscInt row = rows[k / n], column = rows[k % n];
+      const bool own = row >= begin and row < begin + n_rows;
+      foreign = foreign or (row >= 0 and not own);
+      if (column < 0)
+        continue;
+      block[k] = number(random);
+      if (own)
+        expected(row - begin, column) += block[k];
+    }
     const auto at = positions.of(arrays, zone, slave, master);
     EXPECT_TRUE(at.known);
-    EXPECT_FALSE(at.has_foreign);
+    EXPECT_EQ(at.has_foreign, foreign);
     const auto d = static_cast<std::size_t>(zone.input().slave.gdim);
     EXPECT_EQ(at.groups->size(), by_node ? n / d : n);
     if (at.known)
@@ -100,8 +69,8 @@ TYPED_TEST(PositionsTest, BlocksAddUpWhereTheirRowsAre)
     const Zone& zone = *plates;
     const Room room(zone);
     BlockPositions positions;
-    const auto expected = add_blocks(zone, room.matrix(), positions, by_node);
-    EXPECT_EQ((room.values() - expected).cwiseAbs().maxCoeff(), 0.0);
+    const auto expected = add_blocks(zone, room.get(), positions, by_node);
+    EXPECT_EQ((values_of(room.get()) - expected).cwiseAbs().maxCoeff(), 0.0);
   }
 }
 
@@ -117,8 +86,8 @@ TYPED_TEST(PositionsTest, PrescribedComponentsAreLeftOut)
     zone.set_fixed(slave, master);
     const Room room(zone);
     BlockPositions positions;
-    const auto expected = add_blocks(zone, room.matrix(), positions, by_node);
-    EXPECT_EQ((room.values() - expected).cwiseAbs().maxCoeff(), 0.0);
+    const auto expected = add_blocks(zone, room.get(), positions, by_node);
+    EXPECT_EQ((values_of(room.get()) - expected).cwiseAbs().maxCoeff(), 0.0);
   }
 }
 
@@ -130,9 +99,9 @@ TYPED_TEST(PositionsTest, AreLookedUpOnce)
   BlockPositions positions;
   const auto elements = static_cast<std::int64_t>(zone.state().elements.size());
   for (int i = 0; i < 2; ++i)
-    add_blocks(zone, room.matrix(), positions, false);
+    add_blocks(zone, room.get(), positions, false);
   EXPECT_EQ(positions.lookups(), elements);
-  add_blocks(zone, other.matrix(), positions, false);
+  add_blocks(zone, other.get(), positions, false);
   EXPECT_EQ(positions.lookups(), 2 * elements);
 }
 
@@ -140,16 +109,66 @@ TYPED_TEST(PositionsTest, WithoutRoomAreUnknown)
 {
   const auto plates = paired_plates<TypeParam>(false);
   const Zone& zone = *plates;
+  const OwnedMatrix A(MPI_COMM_SELF, num_rows(zone));
+  MatSetUp(A.get());
+  assemble(A.get());
+  const AijArrays arrays(A.get());
+  BlockPositions positions;
+  positions.follow(A.get(), zone);
+  EXPECT_FALSE(positions.of(arrays, zone, 0, no_index).known);
+}
+
+TYPED_TEST(PositionsTest, AreForgottenWhenThePatternIsAnother)
+{
+  const auto plates = paired_plates<TypeParam>(true);
+  const Zone& zone = *plates;
+  const Room room(zone);
+  BlockPositions positions;
+  add_blocks(zone, room.get(), positions, true);
+  const std::int64_t before = positions.lookups();
+  // Entries everywhere: all places are others
   const PetscInt n = num_rows(zone);
-  ::Mat A = nullptr;
-  MatCreateSeqAIJ(MPI_COMM_SELF, n, n, 0, nullptr, &A);
-  MatAssemblyBegin(A, MAT_FINAL_ASSEMBLY);
-  MatAssemblyEnd(A, MAT_FINAL_ASSEMBLY);
+  MatSetOption(room.get(), MAT_NEW_NONZERO_LOCATION_ERR, PETSC_FALSE);
+  MatSetOption(room.get(), MAT_NEW_NONZERO_ALLOCATION_ERR, PETSC_FALSE);
+  for (PetscInt i = 0; i < n; ++i)
+    for (PetscInt j = 0; j < n; ++j)
+      MatSetValue(room.get(), i, j, 0.0, ADD_VALUES);
+  assemble(room.get());
+  MatZeroEntries(room.get());
+  const auto expected = add_blocks(zone, room.get(), positions, true);
+  EXPECT_EQ((values_of(room.get()) - expected).cwiseAbs().maxCoeff(), 0.0);
+  EXPECT_EQ(positions.lookups(), 2 * before);
+}
+
+TYPED_TEST(PositionsTest, AreForgottenOnDemand)
+{
+  const auto plates = paired_plates<TypeParam>(true);
+  const Room room(*plates);
+  BlockPositions positions;
+  add_blocks(*plates, room.get(), positions, true);
+  const std::int64_t before = positions.lookups();
+  positions.forget();
+  add_blocks(*plates, room.get(), positions, true);
+  EXPECT_EQ(positions.lookups(), 2 * before);
+}
+
+template <class F>
+class PositionsOnRanks : public testing::Test
+{
+};
+TYPED_TEST_SUITE(PositionsOnRanks, AllFacets, );
+
+TYPED_TEST(PositionsOnRanks, BlocksAddUpInTheRowsOfThisRank)
+{
+  const MPI_Comm comm = MPI_COMM_WORLD;
+  for (const bool by_node : {true, false})
   {
-    const AijArrays arrays(A);
+    const auto plates = paired_plates<TypeParam>(by_node);
+    spread(*plates, rank_of(comm), size_of(comm), by_node);
+    const Room room(*plates, comm);
     BlockPositions positions;
-    positions.follow(A, zone);
-    EXPECT_FALSE(positions.of(arrays, zone, 0, no_index).known);
+    const auto expected =
+        add_blocks(*plates, room.get(), positions, by_node, comm);
+    EXPECT_EQ((values_of(room.get()) - expected).cwiseAbs().maxCoeff(), 0.0);
   }
-  MatDestroy(&A);
 }

@@ -5,6 +5,7 @@
 #include "raymortar/fem/zone.h"
 #include "rules.h"
 #include "surfaces.h"
+#include <functional>
 
 namespace raymortar::test
 {
@@ -31,9 +32,13 @@ inline Rows rows_of(const Surface& slave, const Surface& master, bool by_node)
   return rows;
 }
 
+/// Moves the nodes of a surface
+using Place = std::function<void(Surface&)>;
+
 /// Stick of a plate on a larger one with other facets, paired
+/// @param[in] place What is done to both plates before
 template <class F>
-std::unique_ptr<Zone> paired_plates(bool by_node)
+std::unique_ptr<Zone> paired_plates(bool by_node, const Place& place = {})
 {
   start_petsc();
   ZoneInput in;
@@ -41,6 +46,9 @@ std::unique_ptr<Zone> paired_plates(bool by_node)
                           plate(0.7, 0.01));
   in.master = make_surface({F::shape, F::degree, F::node_degree, 3, true},
                            plate(1.0, 0.0));
+  for (Surface* side : {&in.slave, &in.master})
+    if (place)
+      place(*side);
   Rows rows = rows_of(in.slave, in.master, by_node);
   in.slave.rows = rows.slave;
   in.master.rows = rows.master;
@@ -64,6 +72,14 @@ std::unique_ptr<Zone> paired_plates(bool by_node)
   auto zone = std::make_unique<Zone>(MPI_COMM_SELF, std::move(in));
   zone->pair();
   return zone;
+}
+
+/// Displace the master and pair anew
+inline void move_master(Zone& zone, std::span<const double> displacement)
+{
+  const std::vector<double> none(zone.input().slave.rows.size(), 0.0);
+  zone.set_displacement(none, displacement);
+  zone.pair();
 }
 
 inline PetscInt num_rows(const Zone& zone)

@@ -1,11 +1,22 @@
-#include "raymortar/fem/floor.h"
+// What assembly cannot do without: computing alone, and writing alone. Python's
+// module _floor, for zones of raymortar's.
 #include "raymortar/fem/rows.h"
 #include <numeric>
+#include <pybind11/pybind11.h>
 
-namespace raymortar
+namespace
 {
-std::int64_t write_blocks(const Zone& zone, ::Mat A)
+using namespace raymortar;
+
+/// @brief Write blocks of zeros where the tangent's blocks go, by MatSetValues.
+///
+/// The least that an assembly costs that hands its blocks to PETSc. Assembly
+/// of the matrix is the caller's.
+/// @param[in] handle Of the matrix: petsc4py gives its C pointer as a number
+/// @return Number of entries written
+std::int64_t write_blocks(const Zone& zone, std::uintptr_t handle)
 {
+  auto* const A = reinterpret_cast<PetscMatrix>(handle);
   const ContactElements& elements = zone.state().elements;
   std::vector<PetscInt> rows;
   std::vector<double> block;
@@ -19,11 +30,13 @@ std::int64_t write_blocks(const Zone& zone, ::Mat A)
     check(MatSetValues(A, n, rows.data(), n, rows.data(), block.data(),
                        ADD_VALUES),
           "MatSetValues");
-    written += static_cast<std::int64_t>(rows.size() * rows.size());
+    written += std::int64_t{n} * n;
   }
   return written;
 }
 
+/// @brief Compute the blocks of all elements and drop them.
+/// @return Sum of all entries, lest they be optimised away
 double compute_blocks(const Zone& zone, bool tangent)
 {
   const ContactState& s = zone.state();
@@ -46,4 +59,10 @@ double compute_blocks(const Zone& zone, bool tangent)
       { add(e, block, size); });
   return sum;
 }
-} // namespace raymortar
+} // namespace
+
+PYBIND11_MODULE(_floor, m)
+{
+  m.def("write_blocks", &write_blocks);
+  m.def("compute_blocks", &compute_blocks);
+}

@@ -1,0 +1,257 @@
+#include "differences.h"
+#include "facet_types.h"
+#include "raymortar/element/moving_segments.h"
+#include "raymortar/law/augmented.h"
+#include "rules.h"
+#include "surfaces.h"
+
+using namespace raymortar;
+using namespace raymortar::test;
+
+namespace
+{
+/// Which master the points of a segment are taken to hit
+enum class Hit
+{
+  own,   ///< that of the segment
+  other, ///< the next one
+  none
+};
+
+/// Two plates that cover each other in part, turned against each other, with
+/// nodes displaced at random: all vertices of their segments move
+template <class F>
+class Plates
+{
+  using Law = NormalAugmentedLagrangian;
+  using Motion = MovingSegments<F, 1, Law>;
+  using Layout = typename Motion::Layout;
+  static constexpr int D = F::gdim;
+
+public:
+  Plates(std::mt19937& random, Hit hit) : _hit(hit)
+  {
+    const Grid grid{F::shape, F::degree, F::node_degree, 2, true};
+    _state.slave = make_surface(grid, plate(0.5, 0.0));
+    _state.master =
+        make_surface({grid.shape, grid.degree, grid.node_degree, 2, false},
+                     [](double s, double t)
+                     {
+                       const double x = 1.1 * s - 0.4;
+                       const double y = 0.9 * t - 0.3;
+                       return Vec<3>(x - 0.3 * y, y + 0.3 * x, 0.1);
+                     });
+    _start = Vector::Zero(num_unknowns());
+    for (double& value : _start)
+      value = random_vector<1>(random, 0.02)[0];
+    // Exact to 1e-9, so that it makes no difference which tiles there are
+    _state.segment_rules = segment_rules(F::shape, 8);
+    pair(_start);
+  }
+
+  [[nodiscard]] const Vector& start() const { return _start; }
+  [[nodiscard]] std::size_t couplings() const { return _couplings; }
+
+  /// Sum of weight times integrand over all points where they are now
+  [[nodiscard]] Vector sum(const Vector& u)
+  {
+    pair(u);
+    Vector total = Vector::Zero(num_rows());
+    for (std::size_t e = 0; e < _state.elements.size(); ++e)
+    {
+      const auto rows = rows_of(e);
+      for (const Index q : _state.elements.points_of(e))
+      {
+        const auto at = integrand(e, _state.points.xi[q]);
+        for (std::size_t r = 0; r < rows.size(); ++r)
+          total[rows[r]] += _state.points.weight[q] * at.f[r];
+      }
+    }
+    return total;
+  }
+
+  /// Its derivative by all displacements, as the class under test finds it
+  [[nodiscard]] Matrix derivative()
+  {
+    pair(_start);
+    Matrix J = Matrix::Zero(num_rows(), num_unknowns());
+    const auto motion = std::make_unique<Motion>();
+    for (std::size_t e = 0; e < _state.elements.size(); ++e)
+      add_element(e, *motion, J);
+    return J;
+  }
+
+private:
+  using Block = typename Motion::Kernel::Matrix;
+
+  [[nodiscard]] Eigen::Index num_unknowns() const
+  {
+    return D * (_state.slave.num_dofs() + _state.master.num_dofs());
+  }
+
+  /// Those of the multiplier come last, each facet's by themselves
+  [[nodiscard]] Eigen::Index num_rows() const
+  {
+    return num_unknowns() + _state.slave.num_facets() * Layout::multiplier_dofs;
+  }
+
+  void pair(const Vector& u)
+  {
+    ContactState& s = _state;
+    const Eigen::Index n = D * s.slave.num_dofs();
+    const Vector slave = u.head(n), master = u.tail(u.size() - n);
+    s.slave.x = displaced(s.slave, {slave.data(), slave.data() + slave.size()});
+    s.master.x =
+        displaced(s.master, {master.data(), master.data() + master.size()});
+    s.segmentation = segments_of(s.slave, s.master, {1.0, 1.0, false});
+    s.points = make_points(s.slave, s.segmentation, s.segment_rules,
+                           rule_on(F::shape, 2), false);
+    Hits hits;
+    for (const Index seed : s.points.seed)
+      hits.master.push_back(_hit == Hit::none    ? no_index
+                            : _hit == Hit::other ? other(seed)
+                                                 : seed);
+    s.elements = group_points(s.points, hits);
+  }
+
+  [[nodiscard]] Index other(Index master) const
+  {
+    return (master + 1) % _state.master.num_facets();
+  }
+
+  [[nodiscard]] std::vector<Eigen::Index> dofs(const Surface& of, Index facet,
+                                               Eigen::Index first) const
+  {
+    std::vector<Eigen::Index> all;
+    for (const Index dof : of.dofs_of<F>(facet))
+      for (int i = 0; i < D; ++i)
+        all.push_back(first + D * dof + i);
+    return all;
+  }
+
+  [[nodiscard]] std::vector<Eigen::Index> slave_dofs(std::size_t e) const
+  {
+    return dofs(_state.slave, _state.elements.slave[e], 0);
+  }
+
+  [[nodiscard]] std::vector<Eigen::Index> master_dofs(Index master) const
+  {
+    return dofs(_state.master, master, D * _state.slave.num_dofs());
+  }
+
+  /// Of the element: [slave | multiplier | master that is hit]
+  [[nodiscard]] std::vector<Eigen::Index> rows_of(std::size_t e) const
+  {
+    auto rows = slave_dofs(e);
+    for (int k = 0; k < Layout::multiplier_dofs; ++k)
+      rows.push_back(num_unknowns() +
+                     _state.elements.slave[e] * Layout::multiplier_dofs + k);
+    if (const Index hit = _state.elements.master[e]; hit != no_index)
+      for (const Eigen::Index row : master_dofs(hit))
+        rows.push_back(row);
+    return rows;
+  }
+
+  /// A wave for each row of the element
+  [[nodiscard]] Integrand<F, 1, Law> integrand(std::size_t e,
+                                               const Vec<2>& xi) const
+  {
+    Integrand<F, 1, Law> wave;
+    for (int r = 0; r < Layout::size; ++r)
+    {
+      const Vec<2> k(1.0 + 0.1 * r, 0.7 - 0.05 * r);
+      const double phase = k.head<F::tdim>().dot(xi.head<F::tdim>()) + r +
+                           _state.elements.slave[e];
+      wave.f[r] = std::sin(phase);
+      wave.f_xi.row(r) = std::cos(phase) * k.head<F::tdim>().transpose();
+    }
+    return wave;
+  }
+
+  void add_element(std::size_t e, Motion& motion, Matrix& J)
+  {
+    const ContactState& s = _state;
+    const Index slave = s.elements.slave[e], hit = s.elements.master[e];
+    typename Motion::Data data;
+    data.slave = s.slave.nodes<F>(s.slave.x, slave);
+    data.reference = s.slave.nodes<F>(s.slave.X, slave);
+    Block A = Block::Zero();
+    const auto rows = rows_of(e);
+    const CouplingSink couple = [&](std::size_t element, Index master,
+                                    const double* block, int size,
+                                    const double* hit_rows)
+    {
+      EXPECT_EQ(element, e);
+      EXPECT_EQ(size, Layout::size);
+      EXPECT_EQ(hit_rows == nullptr, hit == no_index);
+      ++_couplings;
+      const auto columns = master_dofs(master);
+      const Eigen::Map<const Block> B(block);
+      for (int r = 0; r < Layout::alone; ++r)
+        for (int c = 0; c < Layout::side; ++c)
+          J(rows[r], columns[c]) += B(r, Layout::master + c);
+      for (int k = 0; hit_rows and k < Layout::side * Layout::side; ++k)
+        J(rows[Layout::master + k / Layout::side], columns[k % Layout::side]) +=
+            hit_rows[k];
+    };
+    const typename Motion::Element element{
+        s, e, data, A, couple, FlatMap<F>(data.reference)};
+    for (const Index q : s.elements.points_of(e))
+      motion.add(element, q, [&] { return integrand(e, s.points.xi[q]); });
+    motion.finish(element);
+    const auto columns = slave_dofs(e);
+    for (std::size_t r = 0; r < rows.size(); ++r)
+    {
+      for (int c = 0; c < Layout::side; ++c)
+        J(rows[r], columns[c]) += A(r, c);
+      for (int c = Layout::master; c < Layout::size and hit != no_index; ++c)
+        J(rows[r], rows[c]) += A(r, c);
+    }
+  }
+
+  Hit _hit;
+  ContactState _state;
+  Vector _start;
+  std::size_t _couplings = 0;
+};
+
+template <class F>
+void expect_derivative_of_sum(unsigned seed, Hit hit)
+{
+  std::mt19937 random(seed);
+  Plates<F> plates(random, hit);
+  const Matrix J = plates.derivative();
+  EXPECT_GT(J.norm(), 0.1);
+  EXPECT_EQ(plates.couplings() > 0, hit != Hit::own);
+  // Along some directions, of all displacements at once
+  Matrix directions(plates.start().size(), 4);
+  for (double& value : directions.reshaped())
+    value = random_vector<1>(random, 0.3)[0];
+  expect_derivative([&](const Vector& t) -> Vector
+                    { return plates.sum(plates.start() + directions * t); },
+                    Vector::Zero(4), J* directions);
+}
+
+template <class F>
+class MovingSegmentsTest : public testing::Test
+{
+};
+} // namespace
+
+using Intervals = testing::Types<Interval1, Interval2>;
+TYPED_TEST_SUITE(MovingSegmentsTest, Intervals, );
+
+TYPED_TEST(MovingSegmentsTest, PointsAndWeightsFollowTheVertices)
+{
+  expect_derivative_of_sum<TypeParam>(1, Hit::own);
+}
+
+TYPED_TEST(MovingSegmentsTest, ColumnsOfAnotherMasterAreHandedOn)
+{
+  expect_derivative_of_sum<TypeParam>(2, Hit::other);
+}
+
+TYPED_TEST(MovingSegmentsTest, PointsWithoutHitFollowTheMasterOfTheirSegment)
+{
+  expect_derivative_of_sum<TypeParam>(3, Hit::none);
+}
