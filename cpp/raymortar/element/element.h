@@ -26,7 +26,8 @@ public:
   Matrix A;
 
   /// @brief Residual of a point with a hit: contact work (3), condition (4).
-  void add_hit(const HitPoint<F, L, Law>& p)
+  template <bool Slopes>
+  void add_hit(const HitPoint<F, L, Law, Slopes>& p)
   {
     add_work(p, p.response.t);
     add_condition(p, p.response.C);
@@ -47,14 +48,12 @@ public:
     add_slide_tangent(at.geometry, p.response.t, at.vary.deta, p.weight);
     if constexpr (M > 0)
     {
-      Derivatives<M> d{p.response.C_n, p.response.C_g, {}, {}};
+      Rows<M, 2 * Layout::side> dC;
       if constexpr (is_frictional<Law>)
-        d.add_slip(p, at, p.response.C_w);
-      Rows<M, 2 * Layout::side> dC = chain<M>(d, at);
-      if constexpr (is_frictional<Law>)
-        dC.template leftCols<Layout::side>() +=
-            p.gamma * p.response.C_spring *
-            vary_carried<F>(p.old.spring, at.geometry);
+        dC = chain_slip<M>({p.response.C_n, p.response.C_g}, p.response.C_w,
+                           p.gamma * p.response.C_spring, p, at);
+      else
+        dC = chain<M>({p.response.C_n, p.response.C_g}, at);
       if (e.current)
         dC.template leftCols<Layout::side>() +=
             p.response.C * area_variation(at.geometry);
@@ -72,14 +71,16 @@ public:
       if (e.current)
         dC.template leftCols<Layout::side>() =
             Law::template without_hit<D>(p.lam) *
-            area_variation(slave_geometry<F>(p.slave, p.N_s, q.xi));
+            area_variation(slave_geometry<F>(
+                p.slave, p.N_s, p.at_xi.displacement_gradients(q.xi)));
       add_condition_tangent(p, dC, -Mat<M, M>::Identity());
     }
   }
 
 private:
   /// - int t . (v_s - v_m) dG
-  void add_work(const HitPoint<F, L, Law>& p, const Vec<D>& t)
+  template <bool Slopes>
+  void add_work(const HitPoint<F, L, Law, Slopes>& p, const Vec<D>& t)
   {
     for (int a = 0; a < F::dofs; ++a)
     {
@@ -104,24 +105,12 @@ private:
   using Rows =
       Eigen::Matrix<double, R, C, C == 1 ? Eigen::ColMajor : Eigen::RowMajor>;
 
-  /// What t or C varies with, the multiplier aside
+  /// What t or C varies with, multiplier and slip aside
   template <int R>
   struct Derivatives
   {
     Mat<R, D> by_n;
     Vec<R> by_g;
-    Mat<R, D - 1> by_eta;
-    Mat<R, Layout::side> by_master; ///< at a point that stays on it
-
-    /// Variation of the slip  [theory (2.9)]
-    void add_slip(const HitPoint<F, L, Law>& p, const HitSlopes<F, L, Law>& at,
-                  const Mat<R, D>& by_w) requires is_frictional<Law>
-    {
-      by_g += p.old.closing.by_now * by_w * p.old.frame.n;
-      by_eta = by_w * at.slip.by_eta;
-      by_master = vary_convected<F, R>(p.old.slide, by_w, p.old.master_now,
-                                       at.slip.dual, at.geometry.dN_m);
-    }
   };
 
   /// Their rows over [slave | master] by the chain rule
@@ -129,13 +118,50 @@ private:
   [[nodiscard]] static Rows<R, 2 * Layout::side>
   chain(const Derivatives<R>& d, const HitSlopes<F, L, Law>& at)
   {
-    Rows<R, 2 * Layout::side> rows = d.by_g * at.vary.dg;
-    if constexpr (is_frictional<Law>)
+    return chain_ray<R>(d.by_n, d.by_g * at.vary.dual.row(D - 1), at);
+  }
+
+  /// The same with slip and springs  [theory (2.9), (4.9)]
+  template <int R>
+  [[nodiscard]] static Rows<R, 2 * Layout::side>
+  chain_slip(const Derivatives<R>& d, const Mat<R, D>& by_w,
+             const Mat<R, D>& by_spring, const HitPoint<F, L, Law>& p,
+             const HitSlopes<F, L, Law>& at) requires is_frictional<Law>
+  {
+    constexpr int side = Layout::side;
+    const OldPoint<F, true>& was = p.old;
+    const Vec<R> by_g = d.by_g + was.closing.by_now * (by_w * was.frame.n);
+    const Mat<R, D - 1> by_eta = by_w * at.slip.by_eta;
+    Rows<R, 2 * side> rows =
+        chain_ray<R>(d.by_n,
+                     by_g * at.vary.dual.row(D - 1) -
+                         by_eta * at.vary.dual.template topRows<D - 1>(),
+                     at);
+    rows.template rightCols<side>() += vary_convected<F, R>(
+        was.slide, by_w, was.master.now, at.slip.dual, at.geometry.dN_m);
+    if (not was.spring.is_zero())
+      rows.template leftCols<side>() +=
+          vary_carried<F, R>(was.spring, by_spring, at.geometry);
+    return rows;
+  }
+
+  /// by_n dn + by_ray (du_m - du_s - g dn): along a ray both gap and master
+  /// point follow what its ends do  [theory (2.7), (2.8)]
+  template <int R>
+  [[nodiscard]] static Rows<R, 2 * Layout::side>
+  chain_ray(const Mat<R, D>& by_n, const Mat<R, D>& by_ray,
+            const HitSlopes<F, L, Law>& at)
+  {
+    const PointGeometry<F>& p = at.geometry;
+    const Mat<R, D> by_turn = by_n - at.vary.g * by_ray;
+    Rows<R, 2 * Layout::side> rows;
+    for (int a = 0; a < F::dofs; ++a)
     {
-      rows += d.by_eta * at.vary.deta;
-      rows.template rightCols<Layout::side>() += d.by_master;
+      const Vec<R> turned = by_turn * p.G_s.col(a);
+      rows.template middleCols<D>(a * D) =
+          -turned * p.slave.n.transpose() - p.N_s[a] * by_ray;
+      rows.template middleCols<D>(Layout::side + a * D) = p.N_m[a] * by_ray;
     }
-    rows.template leftCols<Layout::side>() += turn<R>(d.by_n, at.geometry);
     return rows;
   }
 
@@ -164,13 +190,11 @@ private:
       add_work_tangent<side>(geometry, r.t * area_variation(geometry), 0, w);
     if constexpr (M == 0)
     {
-      Derivatives<D> d{r.t_n, r.t_g, {}, {}};
+      Rows<D, 2 * side> dt;
       if constexpr (is_frictional<Law>)
-        d.add_slip(p, at, r.t_w);
-      Rows<D, 2 * side> dt = chain<D>(d, at);
-      if constexpr (is_frictional<Law>)
-        dt.template leftCols<side>() +=
-            r.t_spring * vary_carried<F>(p.old.spring, geometry);
+        dt = chain_slip<D>({r.t_n, r.t_g}, r.t_w, r.t_spring, p, at);
+      else
+        dt = chain<D>({r.t_n, r.t_g}, at);
       add_work_tangent<2 * side>(geometry, dt, 0, w);
     }
     else if constexpr (M == 1)

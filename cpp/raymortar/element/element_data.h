@@ -38,6 +38,7 @@ struct FrictionData<F, true>
   typename F::NodeMatrix slave_old;
   typename F::NodeMatrix master_old;
   Mat<F::gdim, F::dofs> traction_old; ///< nodal, see ContactState
+  bool has_springs = true;            ///< false: traction_old is zero
   FrictionLaw friction;
   bool has_coefficient = false; ///< a field in place of the law's number
   Vec<F::dofs> coefficient;     ///< its nodal values

@@ -68,7 +68,9 @@ public:
     out.f_xi.setZero();
     if constexpr (M > 0)
     {
-      const Place at(e, q.xi, p, slave_geometry<F>(p.slave, p.N_s, q.xi));
+      const Place at(e, q.xi, p,
+                     slave_geometry<F>(p.slave, p.N_s,
+                                       p.at_xi.displacement_gradients(q.xi)));
       add_condition(p, at, Law::template without_hit<D>(p.lam),
                     -(e.lam * at.shape_xi), out);
     }
@@ -136,24 +138,31 @@ private:
     if constexpr (is_frictional<Law>)
     {
       const Frame<D>& old = p.old.frame;
-      const Curvature<D> bend = curvature_at<F>(e.history.slave_old, q.xi, old);
-      // The old normal, which tells slide and gap apart, turns as well
       const OldPoint<F, true>& was = p.old;
-      const Mat<1, T> by_turn = was.distance.transpose() * bend.n;
-      const Mat<D, T> turned =
-          old.n.dot(was.distance) * bend.n + old.n * by_turn;
+      const Curvature<D> bend =
+          curvature_at<F>(e.history.slave_old, q.xi, old, was.dual);
+      Mat<1, T> by_gap = was.closing.by_old * offset + was.closing.by_now * g;
       r.scaled_w = slopes.slip.by_eta * r.eta -
-                   slopes.slip.by_distance * old.t - was.slide.carry * turned +
-                   was.closing.length * bend.n +
-                   old.n * (was.closing.by_old * (0.5 * by_turn + offset) +
-                            was.closing.by_now * g) +
-                   was.w * at.log_gamma;
-      r.spring = carried_along_facet<D>(
-          was.spring, {old, bend}, {p.slave, at.bend}, was.accepted,
-          e.history.traction_old * slopes.geometry.dN_s);
+                   slopes.slip.by_distance * old.t + was.w * at.log_gamma;
+      if constexpr (not F::affine)
+      {
+        // The old normal, which tells slide and gap apart, turns as well
+        const Mat<1, T> by_turn = was.distance.transpose() * bend.n;
+        const Mat<D, T> turned =
+            old.n.dot(was.distance) * bend.n + old.n * by_turn;
+        r.scaled_w += was.closing.length * bend.n - slopes.slip.carry * turned;
+        by_gap += 0.5 * was.closing.by_old * by_turn;
+      }
+      r.scaled_w += old.n * by_gap;
       if (e.history.has_coefficient)
         r.coefficient =
             e.history.coefficient.transpose() * slopes.geometry.dN_s;
+      if (was.spring.is_zero())
+        r.spring.setZero();
+      else
+        r.spring = carried_along_facet<D, F::affine>(
+            was.spring, {old, bend}, was.dual, {p.slave, at.bend}, was.accepted,
+            e.history.traction_old * slopes.geometry.dN_s);
       if constexpr (M > 0)
         r.spring =
             p.gamma * (r.spring + was.spring.value() * at.log_gamma).eval();
