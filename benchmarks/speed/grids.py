@@ -132,7 +132,7 @@ class Pair:
             ),
             method=_cpp.Method.augmented_lagrangian,
             friction=None,
-            current_measure=False,
+            measure=_cpp.Measure.reference,
             moving_segments=False,
             distances=self._distances,
             strategy=self._strategy,

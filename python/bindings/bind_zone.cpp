@@ -154,6 +154,9 @@ void set_both(Zone& z, const Array<double>& slave, const Array<double>& master)
 
 void bind_zone(py::module_& m)
 {
+  py::enum_<Measure>(m, "Measure")
+      .value("reference", Measure::reference)
+      .value("current", Measure::current);
   py::enum_<Method>(m, "Method")
       .value("augmented_lagrangian", Method::augmented_lagrangian)
       .value("penalty", Method::penalty);
@@ -183,7 +186,7 @@ void bind_zone(py::module_& m)
                           Field{"multipliers", &ZoneInput::multipliers},
                           Field{"method", &ZoneInput::method},
                           Field{"friction", &ZoneInput::friction},
-                          Field{"current_measure", &ZoneInput::current_measure},
+                          Field{"measure", &ZoneInput::measure},
                           Field{"moving_segments", &ZoneInput::moving_segments},
                           Field{"distances", &ZoneInput::distances},
                           Field{"strategy", &ZoneInput::strategy},

@@ -18,6 +18,10 @@ class Shape(Enum):
     triangle: int
     quadrilateral: int
 
+class Measure(Enum):
+    reference: int
+    current: int
+
 class Method(Enum):
     augmented_lagrangian: int
     penalty: int
@@ -103,7 +107,7 @@ class ZoneInput:
         multipliers: Multipliers,
         method: Method,
         friction: Coulomb | Tresca | Stick | PointBound | None,
-        current_measure: bool,
+        measure: Measure,
         moving_segments: bool,
         distances: SearchDistances,
         strategy: Strategy,

@@ -204,7 +204,7 @@ class Contact(ContactAssembly):
                 friction,
                 self._scalar,
                 quadrature_degree,
-                measure == "current",
+                measure,
                 tangent == "full",
                 search,
                 cells,

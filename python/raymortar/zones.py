@@ -217,7 +217,7 @@ def create_zone(
     friction: Law | None,
     result_space: Any,
     quadrature_degree: int | None,
-    current_measure: bool,
+    measure: str,
     moving_segments: bool,
     search: Search,
     cells: Sequence[Cells],
@@ -256,7 +256,7 @@ def create_zone(
         multipliers=multipliers,
         method=method.cpp(),
         friction=None if friction is None else friction.cpp(),
-        current_measure=current_measure,
+        measure=getattr(_cpp.Measure, measure),
         moving_segments=moving_segments,
         distances=_cpp.SearchDistances(
             **distances, depth_is_default=search.depth is None

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "raymortar/element/facet_field.h"
+#include "raymortar/element/measure.h"
 #include "raymortar/element/pair_factors.h"
 #include "raymortar/law/friction.h"
 #include "raymortar/law/point_law.h"
@@ -39,7 +40,7 @@ struct ContactState
   Multipliers multipliers;
   Method method = Method::augmented_lagrangian;
   std::optional<FrictionLaw> friction; ///< none: frictionless
-  bool current_measure = false;        ///< integrate over the deformed surface
+  Measure measure = Measure::reference;
   bool moving_segments = false; ///< differentiate through the vertices, too
   FacetField gamma;             ///< traction per length
   PairFactors pair_factors;     ///< of gamma, where a master is hit

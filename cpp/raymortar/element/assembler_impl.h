@@ -16,6 +16,7 @@ class AssemblerImpl final : public Assembler
   using Data = typename Kernel::Data;
   static constexpr int D = F::gdim;
   static constexpr int M = Layout::components;
+  using States = ElementStates<F, is_frictional<Law>>;
 
 public:
   void residual(const ContactState& s, const BlockSink& sink) const override
@@ -118,7 +119,7 @@ private:
       data.master = s.master.template nodes<F>(s.master.x, m);
       data.gamma *= s.pair_factors.of(s.slave.body_of(f), s.master.body_of(m));
     }
-    data.current = s.current_measure;
+    data.measure = s.measure;
     data.touch = tolerance::touch * diameter<F>(data.slave);
     if constexpr (is_frictional<Law>)
       gather_history(s, e, data);
@@ -152,29 +153,40 @@ private:
     history.coefficient =
         s.friction_coefficient.template nodes<F>(f).transpose();
     history.traction_old = s.traction_old.template nodes<F, D>(f);
+    history.has_springs = not history.traction_old.isZero(0.0);
   }
 
-  /// Nothing is integrated there
-  [[nodiscard]] static bool is_uncovered(const ContactState& s, Index point)
+  /// Call with the number of each point of an element. Of points without a
+  /// seed nothing is integrated
+  template <class Call>
+  static void for_points(const ContactState& s, std::size_t e, Call&& call)
   {
-    return s.points.seed[static_cast<std::size_t>(point)] == no_index;
+    for (const Index i : s.elements.points_of(e))
+      if (const auto q = static_cast<std::size_t>(i);
+          s.points.seed[q] != no_index)
+        call(q);
   }
 
   static void add_residual(const ContactState& s, std::size_t e,
                            const Data& data, Kernel& kernel)
   {
-    const bool hit = s.elements.master[e] != no_index;
     kernel.b.setZero();
-    for (const Index i : s.elements.points_of(e))
+    if (s.elements.master[e] == no_index)
     {
-      if (is_uncovered(s, i))
-        continue;
-      const auto q = element_point<F>(s, static_cast<std::size_t>(i));
-      if (hit)
-        kernel.add_hit(HitPoint<F, L, Law>(data, q));
-      else
-        kernel.add_miss(SlavePoint<F, L, Law>(data, q));
+      for_points(s, e,
+                 [&](std::size_t q) {
+                   kernel.add_miss(
+                       SlavePoint<F, L, Law>(data, element_point<F>(s, q)));
+                 });
+      return;
     }
+    const States states(data);
+    for_points(s, e,
+               [&](std::size_t q)
+               {
+                 kernel.add_hit(HitPoint<F, L, Law, false>(
+                     data, states, element_point<F>(s, q)));
+               });
   }
 
   /// Tangent at fixed points. `along` is called at each with its number and
@@ -184,28 +196,30 @@ private:
                           const Data& data, Kernel& kernel, Along&& along)
   {
     using Gradient = SurfaceGradient<F, L, Law>;
-    const bool hit = s.elements.master[e] != no_index;
     kernel.A.setZero();
-    for (const Index i : s.elements.points_of(e))
+    if (s.elements.master[e] == no_index)
     {
-      if (is_uncovered(s, i))
-        continue;
-      const auto number = static_cast<std::size_t>(i);
-      const auto q = element_point<F>(s, number);
-      if (hit)
-      {
-        const HitPoint<F, L, Law> p(data, q);
-        const HitSlopes<F, L, Law> slopes(data, q, p);
-        kernel.add_hit_tangent(data, p, slopes);
-        along(number, [&] { return Gradient::hit(data, q, p, slopes); });
-      }
-      else
-      {
-        const SlavePoint<F, L, Law> p(data, q);
-        kernel.add_miss_tangent(data, q, p);
-        along(number, [&] { return Gradient::miss(data, q, p); });
-      }
+      for_points(s, e,
+                 [&](std::size_t number)
+                 {
+                   const auto q = element_point<F>(s, number);
+                   const SlavePoint<F, L, Law> p(data, q);
+                   kernel.add_miss_tangent(data, q, p);
+                   along(number, [&] { return Gradient::miss(data, q, p); });
+                 });
+      return;
     }
+    const States states(data);
+    for_points(s, e,
+               [&](std::size_t number)
+               {
+                 const auto q = element_point<F>(s, number);
+                 const HitPoint<F, L, Law> p(data, states, q);
+                 const HitSlopes<F, L, Law> slopes(data, q, p);
+                 kernel.add_hit_tangent(data, p, slopes);
+                 along(number,
+                       [&] { return Gradient::hit(data, q, p, slopes); });
+               });
   }
 
   static void store(const ContactState& s, const Data& data, std::size_t q,
@@ -218,7 +232,7 @@ private:
     Eigen::Map<Vec<D>>(r.normal.data() + q * D) = place.slave.n;
     if (s.hits.status[q] != RayStatus::hit)
       return;
-    const HitPoint<F, L, Law> p(data, at);
+    const HitPoint<F, L, Law, false> p(data, at);
     r.status[q] = p.response.status;
     r.pressure[q] = p.response.p;
     Eigen::Map<Vec<D>>(r.traction.data() + q * D) = p.response.t;

@@ -7,14 +7,17 @@
 
 namespace raymortar
 {
-/// @brief a x b; in 2D it stands on the plane and leaves no vector in it.
-[[nodiscard]] inline Vec<2> cross(const Vec<2>&, const Vec<2>&)
-{
-  return Vec<2>::Zero();
-}
 [[nodiscard]] inline Vec<3> cross(const Vec<3>& a, const Vec<3>& b)
 {
   return a.cross(b);
+}
+
+/// @brief The matrix of b -> a x b.
+[[nodiscard]] inline Mat<3, 3> cross_matrix(const Vec<3>& a)
+{
+  Mat<3, 3> m;
+  m << 0.0, -a[2], a[1], a[2], 0.0, -a[0], -a[1], a[0], 0.0;
+  return m;
 }
 
 /// @brief The traction v of the old surface, turned with the surface.
@@ -27,66 +30,83 @@ namespace raymortar
 template <int D>
 struct CarriedTraction
 {
-  double length;     ///< |v|; where it is 0, nothing else is set
-  Vec<D - 1> along;  ///< components of v on the old tangents
-  Vec<D - 1> across; ///< of n_0 x v, which is 0 in 2D
-  Vec<D> direction;  ///< of the turned traction, of any length
+  double squared = 0.0; ///< |v|^2; where it is 0, nothing else is set
+  Vec<D - 1> along;     ///< components of v on the old tangents
+  Vec<D - 1> across;    ///< of n_0 x v, which is 0 in 2D: not set
+  Vec<D> direction;     ///< of the turned traction, of any length
+  double scale;         ///< what makes it as long as v
+
+  [[nodiscard]] bool is_zero() const { return squared == 0.0; }
 
   [[nodiscard]] Vec<D> value() const
   {
-    if (length == 0.0)
+    if (is_zero())
       return Vec<D>::Zero();
-    return length * direction.normalized();
+    return scale * direction;
+  }
+
+  /// @brief How the value changes with the direction, the length of v aside.
+  [[nodiscard]] Mat<D, D> by_direction() const
+  {
+    Mat<D, D> m =
+        -scale / direction.squaredNorm() * direction * direction.transpose();
+    m.diagonal().array() += scale;
+    return m;
   }
 };
 
 /// @param[in] old Frame at the accepted step
 /// @param[in] now Frame of the same material point
 /// @param[in] traction What there is along the old normal drops out
+/// @param[in] old_dual Of the old tangents
 template <int D>
 [[nodiscard]] CarriedTraction<D>
-carry_traction(const Frame<D>& old, const Frame<D>& now, const Vec<D>& traction)
+carry_traction(const Frame<D>& old, const Mat<D, D - 1>& old_dual,
+               const Frame<D>& now, const Vec<D>& traction)
 {
   CarriedTraction<D> c;
   const Vec<D> v = traction - old.n.dot(traction) * old.n;
-  c.length = v.norm();
-  if (c.length == 0.0)
+  c.squared = v.squaredNorm();
+  if (c.is_zero())
     return c;
-  const Mat<D, D - 1> dual = dual_tangents<D>(old.t);
-  c.along = dual.transpose() * v;
-  c.across = dual.transpose() * cross(old.n, v);
-  const Vec<D> turned = now.t * c.across;
-  c.direction = now.t * c.along - cross(now.n, turned);
+  c.along = old_dual.transpose() * v;
+  c.direction = now.t * c.along;
+  if constexpr (D == 3)
+  {
+    c.across = old_dual.transpose() * cross(old.n, v);
+    c.direction -= cross(now.n, now.t * c.across);
+  }
+  c.scale = std::sqrt(c.squared / c.direction.squaredNorm());
   return c;
 }
 
-/// @brief Variation of value() as rows over the slave's displacement dofs.
-template <class F>
-[[nodiscard]] Mat<F::gdim, Variations<F>::side>
-vary_carried(const CarriedTraction<F::gdim>& c, const PointGeometry<F>& p)
+/// @brief Derivative of f(value()) by the slave's displacement dofs, for the
+/// derivative of f by the value.
+/// @param[in] by_value (R, gdim)
+template <class F, int R>
+[[nodiscard]] SideRows<F, R> vary_carried(const CarriedTraction<F::gdim>& c,
+                                          const Mat<R, F::gdim>& by_value,
+                                          const PointGeometry<F>& p)
 {
   constexpr int D = F::gdim;
-  Mat<D, Variations<F>::side> rows;
-  rows.setZero();
-  if (c.length == 0.0)
-    return rows;
-  const Vec<D> n = p.slave.n;
-  const Vec<D> across = p.slave.t * c.across;
-  const Vec<D> along = c.direction.normalized();
-  const Mat<D, D> normalise =
-      c.length / c.direction.norm() *
-      (Mat<D, D>::Identity() - along * along.transpose());
+  if (c.is_zero())
+    return SideRows<F, R>::Zero();
+  // d direction = dt along - n x (dt across) + (t across) x dn
+  const Mat<R, D> by_along = by_value * c.by_direction();
+  SideRows<F, R> rows;
   for (int a = 0; a < F::dofs; ++a)
+    rows.template middleCols<D>(a * D) = p.dN_s.row(a).dot(c.along) * by_along;
+  if constexpr (D == 3)
   {
-    const double by_along = p.dN_s.row(a).dot(c.along);
-    const double by_across = p.dN_s.row(a).dot(c.across);
-    // d direction = dt along - n x (dt across) + (t across) x dn
-    const Vec<D> by_n = -cross(across, Vec<D>(p.G_s.col(a)));
-    for (int i = 0; i < D; ++i)
+    const Mat<R, D> by_across = by_along * cross_matrix(p.slave.n);
+    const Mat<R, D> by_n =
+        by_along * cross_matrix(Vec<D>(p.slave.t * c.across));
+    for (int a = 0; a < F::dofs; ++a)
     {
-      const Vec<D> e = Vec<D>::Unit(i);
-      rows.col(a * D + i) =
-          normalise * (by_along * e - by_across * cross(n, e) + by_n * n[i]);
+      const Vec<R> turn = by_n * p.G_s.col(a);
+      rows.template middleCols<D>(a * D) -=
+          p.dN_s.row(a).dot(c.across) * by_across +
+          turn * p.slave.n.transpose();
     }
   }
   return rows;
@@ -101,50 +121,56 @@ struct BentFrame
 };
 
 /// @brief Derivative by xi of what carry_traction makes of a field.
+/// @tparam Flat Of an affine facet, where frames stay what they are
 /// @param[in] c What it makes of it
 /// @param[in] old, now Of the same material point
+/// @param[in] old_dual Of the old tangents
 /// @param[in] traction, traction_xi The field and its derivative by xi
-template <int D>
+template <int D, bool Flat = false>
 [[nodiscard]] Mat<D, D - 1>
 carried_along_facet(const CarriedTraction<D>& c, const BentFrame<D>& old,
-                    const BentFrame<D>& now, const Vec<D>& traction,
-                    const Mat<D, D - 1>& traction_xi)
+                    const Mat<D, D - 1>& old_dual, const BentFrame<D>& now,
+                    const Vec<D>& traction, const Mat<D, D - 1>& traction_xi)
 {
   Mat<D, D - 1> rate = Mat<D, D - 1>::Zero();
-  if (c.length == 0.0)
+  if (c.is_zero())
     return rate;
   const Vec<D> n_0 = old.frame.n;
-  const Mat<D, D - 1>& t_0 = old.frame.t;
-  const Mat<D - 1, D - 1> metric = (t_0.transpose() * t_0).inverse();
   const double normal = n_0.dot(traction);
   const Vec<D> v = traction - normal * n_0;
-  const Vec<D> along = c.direction.normalized();
-  const Vec<D> turned = now.frame.t * c.across;
+  const Mat<D, D> by_direction = c.by_direction();
+  const Vec<D> by_length = c.value() / c.squared;
   for (int j = 0; j < D - 1; ++j)
   {
     const auto k = static_cast<std::size_t>(j);
     const Mat<D, D - 1>&dt_0 = old.bend.t[k], &dt = now.bend.t[k];
     const Vec<D> dn_0 = old.bend.n.col(j), dn = now.bend.n.col(j);
     const Vec<D> dtraction = traction_xi.col(j);
-    const Vec<D> dv = dtraction - normal * dn_0 -
-                      (dn_0.dot(traction) + n_0.dot(dtraction)) * n_0;
-    // Of the components a of a vector u on the tangents: (t^T t) a = t^T u
-    const auto components = [&](const Vec<D>& u, const Vec<D>& du,
-                                const Vec<D - 1>& a) -> Vec<D - 1>
+    Vec<D> dv = dtraction - n_0.dot(dtraction) * n_0;
+    if constexpr (not Flat)
+      dv -= normal * dn_0 + dn_0.dot(traction) * n_0;
+    // The components a of a tangential vector u = t_0 a change by those of
+    // du - dt_0 a
+    Vec<D> du = dv;
+    if constexpr (not Flat)
+      du -= dt_0 * c.along;
+    Vec<D> ddirection = now.frame.t * (old_dual.transpose() * du);
+    if constexpr (not Flat)
+      ddirection += dt * c.along;
+    if constexpr (D == 3)
     {
-      const Vec<D> rest = u - t_0 * a;
-      return metric *
-             (dt_0.transpose() * rest + t_0.transpose() * (du - dt_0 * a));
-    };
-    const Vec<D - 1> dalong = components(v, dv, c.along);
-    const Vec<D - 1> dacross =
-        components(cross(n_0, v), cross(dn_0, v) + cross(n_0, dv), c.across);
-    const Vec<D> dturned = dt * c.across + now.frame.t * dacross;
-    const Vec<D> ddirection = dt * c.along + now.frame.t * dalong -
-                              cross(dn, turned) - cross(now.frame.n, dturned);
-    rate.col(j) = v.dot(dv) / c.length * along +
-                  c.length / c.direction.norm() *
-                      (ddirection - along.dot(ddirection) * along);
+      Vec<D> dacross = cross(n_0, dv);
+      if constexpr (not Flat)
+        dacross += cross(dn_0, v) - dt_0 * c.across;
+      Vec<D> dturned = now.frame.t * (old_dual.transpose() * dacross);
+      if constexpr (not Flat)
+      {
+        dturned += dt * c.across;
+        ddirection -= cross(dn, now.frame.t * c.across);
+      }
+      ddirection -= cross(now.frame.n, dturned);
+    }
+    rate.col(j) = v.dot(dv) * by_length + by_direction * ddirection;
   }
   return rate;
 }

@@ -4,7 +4,7 @@
 
 #include "raymortar/element/carried.h"
 #include "raymortar/element/convected.h"
-#include "raymortar/element/element_data.h"
+#include "raymortar/element/facet_states.h"
 
 namespace raymortar
 {
@@ -17,6 +17,7 @@ struct SlavePoint
   static constexpr int D = F::gdim;
   static constexpr int M = Layout::components;
 
+  NodeShapes<F> at_xi;
   Frame<D> slave;
   Vec<F::dofs> N_s;
   Vec<Layout::multipliers> shape; ///< test functions of its unknowns
@@ -25,9 +26,21 @@ struct SlavePoint
   double weight; ///< area in the measure of integration
 
   SlavePoint(const Data& e, const ElementPoint<F>& q)
-      : slave(frame_at<F>(e.slave, q.xi)), N_s(F::Disp::values(q.xi)),
+      : SlavePoint(e, q, NodeShapes<F>(q.xi))
+  {
+  }
+
+  SlavePoint(const Data& e, const ElementPoint<F>& q,
+             const NodeShapes<F>& shapes)
+      : SlavePoint(e, q, shapes, frame_at<F>(e.slave, shapes))
+  {
+  }
+
+  SlavePoint(const Data& e, const ElementPoint<F>& q,
+             const NodeShapes<F>& shapes, const Frame<D>& frame)
+      : at_xi(shapes), slave(frame), N_s(at_xi.displacement(q.xi)),
         gamma(N_s.dot(e.gamma)),
-        weight(e.current ? q.weight * slave.jacobian : q.area)
+        weight(area_of(e.measure, q.weight, q.area, slave))
   {
     if constexpr (L > 0)
     {
@@ -46,10 +59,10 @@ struct OldPoint
 template <class F>
 struct OldPoint<F, true>
 {
-  Frame<F::gdim> frame;  ///< of the slave
-  Frame<F::gdim> master; ///< of the point that is hit now
-  Frame<F::gdim> master_now;
-  Vec<F::gdim> distance; ///< from the slave's point to the master's
+  Frame<F::gdim> frame; ///< of the slave
+  Mat<F::gdim, F::tdim> dual;
+  TwoFrames<F::gdim> master; ///< of the point that is hit now
+  Vec<F::gdim> distance;     ///< from the slave's point to the master's
   /// Mean of the slave's normal and the master's reversed one. The distance
   /// between two points of one circle has no part along it, so that curvature
   /// is not taken for a gap
@@ -62,26 +75,39 @@ struct OldPoint<F, true>
 };
 
 /// @brief A point with a hit, and the law's response there.
-template <class F, int L, class Law>
+/// @tparam Slopes With the derivatives of friction's response, which residuals
+/// do without
+template <class F, int L, class Law, bool Slopes = true>
 struct HitPoint : SlavePoint<F, L, Law>
 {
   using Base = SlavePoint<F, L, Law>;
   using Base::D;
   using Base::M;
   using typename Base::Data;
-  using Response =
-      std::conditional_t<is_frictional<Law>, FrictionResponse<D, M>,
-                         PointResponse<D, M>>;
+  using Response = std::conditional_t<
+      not is_frictional<Law>, PointResponse<D, M>,
+      std::conditional_t<Slopes, FrictionResponse<D, M>, PointValue<D, M>>>;
 
   Vec<F::dofs> N_m; ///< master shape functions at eta
   double offset;    ///< added to gaps, length
   OldPoint<F, is_frictional<Law>> old;
   Response response;
 
-  HitPoint(const Data& e, const ElementPoint<F>& q)
+  using States = ElementStates<F, is_frictional<Law>>;
+
+  HitPoint(const Data& e, const ElementPoint<F>& q) : HitPoint(e, States(e), q)
+  {
+  }
+
+  /// @param[in] states Of this element: the same for all of its points
+  HitPoint(const Data& e, const States& states,
+           const ElementPoint<F>& q) requires is_frictional<Law>
+      : HitPoint(e, states, q, NodeShapes<F>(q.xi))
+  {
+  }
+  HitPoint(const Data& e, const States&, const ElementPoint<F>& q)
       : Base(e, q), N_m(F::Disp::values(q.eta)),
-        offset(this->N_s.dot(e.offset)), old(old_point(e, q)),
-        response(respond(e, q))
+        offset(this->N_s.dot(e.offset)), response(respond(e, q))
   {
   }
 
@@ -95,28 +121,47 @@ struct HitPoint : SlavePoint<F, L, Law>
   }
 
 private:
-  [[nodiscard]] OldPoint<F, is_frictional<Law>>
-  old_point(const Data& e, const ElementPoint<F>& q) const
+  HitPoint(const Data& e, const States& states, const ElementPoint<F>& q,
+           const NodeShapes<F>& shapes) requires is_frictional<Law>
+      : HitPoint(e, states, q, shapes, states.slave.at(shapes))
   {
-    OldPoint<F, is_frictional<Law>> was;
-    if constexpr (is_frictional<Law>)
-    {
-      was.frame = frame_at<F>(e.history.slave_old, q.xi);
-      was.master = frame_at<F>(e.history.master_old, q.eta);
-      was.master_now = frame_at<F>(e.master, q.eta);
-      was.distance = was.master.x - was.frame.x;
-      const Vec<D>& n_0 = was.frame.n;
-      const double g_0 = n_0.dot(was.distance);
-      was.across = 0.5 * (n_0 - was.master.n);
-      was.closing =
-          closed_part(was.across.dot(was.distance) + offset, q.g + offset);
-      was.slide =
-          convect<D>(was.master, was.master_now, was.distance - g_0 * n_0);
-      was.w = was.slide.value + was.closing.length * n_0;
-      was.accepted = e.history.traction_old * this->N_s;
-      was.spring = carry_traction<D>(was.frame, this->slave, was.accepted);
-    }
-    return was;
+  }
+
+  HitPoint(const Data& e, const States& states, const ElementPoint<F>& q,
+           const NodeShapes<F>& shapes,
+           const TwoFrames<D>& frames) requires is_frictional<Law>
+      : Base(e, q, shapes, frames.now), offset(this->N_s.dot(e.offset))
+  {
+    const NodeShapes<F> at_eta(q.eta);
+    N_m = at_eta.displacement(q.eta);
+    old.frame = frames.old;
+    old.dual = frames.old_dual;
+    states.master.set(old.master, at_eta);
+    set_slip(q.g + offset);
+    set_spring(e);
+    response = respond(e, q);
+  }
+
+  /// [theory (2)]
+  void set_slip(double gap) requires is_frictional<Law>
+  {
+    const TwoFrames<D>& master = old.master;
+    old.distance = master.old.x - old.frame.x;
+    const Vec<D>& n_0 = old.frame.n;
+    old.across = 0.5 * (n_0 - master.old.n);
+    old.closing = closed_part(old.across.dot(old.distance) + offset, gap);
+    old.slide = convect<D>(master.old, master.old_dual, master.now,
+                           old.distance - n_0.dot(old.distance) * n_0);
+    old.w = old.slide.value + old.closing.length * n_0;
+  }
+
+  void set_spring(const Data& e) requires is_frictional<Law>
+  {
+    if (not e.history.has_springs)
+      return;
+    old.accepted = e.history.traction_old * this->N_s;
+    old.spring =
+        carry_traction<D>(old.frame, old.dual, this->slave, old.accepted);
   }
 
   [[nodiscard]] Response respond(const Data& e, const ElementPoint<F>& q) const
@@ -130,7 +175,7 @@ private:
       Vec<D> spring = old.spring.value();
       if constexpr (M > 0)
         spring *= this->gamma;
-      return Law::template evaluate<D>(
+      return Law::template evaluate<D, Response>(
           FrictionState<D, M>{state, old.w, spring, friction_law(e, q)});
     }
   }
@@ -159,6 +204,7 @@ struct SlipSlopes<F, true>
 {
   static constexpr int D = F::gdim;
   Mat<D, F::tdim> dual; ///< of the master's tangents
+  Mat<D, D> carry;      ///< old vectors to present ones, along the master
   Mat<D, D> by_distance;
   Mat<D, F::tdim> by_eta;
 
@@ -166,18 +212,22 @@ struct SlipSlopes<F, true>
   SlipSlopes(const typename F::NodeMatrix& master_nodes,
              const typename F::NodeMatrix& master_old, const ElementPoint<F>& q,
              const OldPoint<F, true>& was)
-      : dual(dual_tangents<D>(was.master_now.t)),
-        by_distance(was.slide.carry -
-                    was.slide.carry * was.frame.n * was.frame.n.transpose() +
-                    was.closing.by_old * was.frame.n * was.across.transpose()),
-        by_eta(by_distance * was.master.t)
+      : dual(dual_tangents<D>(was.master.now)),
+        carry(
+            convection<D>(was.master.old, was.master.old_dual, was.master.now)),
+        by_distance(carry - carry * was.frame.n * was.frame.n.transpose())
   {
+    if (was.closing.by_old != 0.0)
+      by_distance += was.closing.by_old * was.frame.n * was.across.transpose();
+    by_eta = by_distance * was.master.old.t;
     if constexpr (not F::affine)
     {
-      const Curvature<D> old = curvature_at<F>(master_old, q.eta, was.master);
+      const NodeBends<F> bends = node_bends<F>(q.eta);
+      const Curvature<D> old = curvature_at<F>(
+          master_old, bends, was.master.old, was.master.old_dual);
       by_eta += convected_along_master<F>(
-          was.slide, old,
-          curvature_at<F>(master_nodes, q.eta, was.master_now, dual));
+          was.slide, carry, old,
+          curvature_at<F>(master_nodes, bends, was.master.now, dual));
       by_eta -= 0.5 * was.closing.by_old * was.frame.n *
                 (was.distance.transpose() * old.n);
     }
@@ -215,7 +265,8 @@ private:
   geometry_at(const ElementData<F, L, Law>& e, const ElementPoint<F>& q,
               const HitPoint<F, L, Law>& p)
   {
-    PointGeometry<F> geometry = slave_geometry<F>(p.slave, p.N_s, q.xi);
+    PointGeometry<F> geometry =
+        slave_geometry<F>(p.slave, p.N_s, p.at_xi.displacement_gradients(q.xi));
     add_master_geometry<F>(geometry, e.master, p.N_m, q.eta);
     return geometry;
   }

@@ -31,52 +31,51 @@ struct Closing
 template <int D>
 struct ConvectedVector
 {
-  Mat<D, D> carry; ///< old vectors to present ones
-  Vec<D> parts;    ///< components on the tangents, and on the normal
-  Vec<D> value;    ///< on the present surface
+  Vec<D - 1> along; ///< components on the tangents
+  double across;    ///< and on the normal
+  Vec<D> value;     ///< on the present surface
 };
 
-/// @brief Tangents and normal as columns.
-template <int D>
-[[nodiscard]] Mat<D, D> basis_of(const Frame<D>& frame)
-{
-  Mat<D, D> columns;
-  columns << frame.t, frame.n;
-  return columns;
-}
-
 /// @param[in] old, now Frames of the same point of the master
+/// @param[in] old_dual Of the old tangents
 /// @param[in] vector On the old surface
 template <int D>
 [[nodiscard]] ConvectedVector<D>
-convect(const Frame<D>& old, const Frame<D>& now, const Vec<D>& vector)
+convect(const Frame<D>& old, const Mat<D, D - 1>& old_dual, const Frame<D>& now,
+        const Vec<D>& vector)
 {
-  const Mat<D, D> present = basis_of(now);
-  const Mat<D, D> inverse = basis_of(old).inverse();
   ConvectedVector<D> c;
-  c.parts = inverse * vector;
-  c.carry = present * inverse;
-  c.value = present * c.parts;
+  c.along = old_dual.transpose() * vector;
+  c.across = old.n.dot(vector);
+  c.value = now.t * c.along + c.across * now.n;
   return c;
 }
 
+/// @brief What takes old vectors to present ones.
+template <int D>
+[[nodiscard]] Mat<D, D> convection(const Frame<D>& old,
+                                   const Mat<D, D - 1>& old_dual,
+                                   const Frame<D>& now)
+{
+  return now.t * old_dual.transpose() + now.n * old.n.transpose();
+}
+
 /// @brief Derivative of the value by eta, the old vector aside.
+/// @param[in] carry What takes old vectors to present ones
 template <class F>
-[[nodiscard]] Mat<F::gdim, F::tdim>
-convected_along_master(const ConvectedVector<F::gdim>& c,
-                       const Curvature<F::gdim>& old,
-                       const Curvature<F::gdim>& now)
+[[nodiscard]] Mat<F::gdim, F::tdim> convected_along_master(
+    const ConvectedVector<F::gdim>& c, const Mat<F::gdim, F::gdim>& carry,
+    const Curvature<F::gdim>& old, const Curvature<F::gdim>& now)
 {
   constexpr int D = F::gdim;
   const auto bent = [&c](const Curvature<D>& bend, int j) -> Vec<D>
   {
-    return bend.t[static_cast<std::size_t>(j)] *
-               c.parts.template head<D - 1>() +
-           bend.n.col(j) * c.parts[D - 1];
+    return bend.t[static_cast<std::size_t>(j)] * c.along +
+           bend.n.col(j) * c.across;
   };
   Mat<D, F::tdim> rate;
   for (int j = 0; j < F::tdim; ++j)
-    rate.col(j) = bent(now, j) - c.carry * bent(old, j);
+    rate.col(j) = bent(now, j) - carry * bent(old, j);
   return rate;
 }
 
@@ -87,19 +86,22 @@ convected_along_master(const ConvectedVector<F::gdim>& c,
 /// @param[in] dual Of its tangents
 /// @param[in] dN_m Gradients of its shape functions
 template <class F, int R>
-[[nodiscard]] Mat<R, Variations<F>::side>
-vary_convected(const ConvectedVector<F::gdim>& c,
-               const Mat<R, F::gdim>& by_value, const Frame<F::gdim>& now,
-               const Mat<F::gdim, F::tdim>& dual,
-               const Mat<F::dofs, F::tdim>& dN_m)
+[[nodiscard]] SideRows<F, R> vary_convected(const ConvectedVector<F::gdim>& c,
+                                            const Mat<R, F::gdim>& by_value,
+                                            const Frame<F::gdim>& now,
+                                            const Mat<F::gdim, F::tdim>& dual,
+                                            const Mat<F::dofs, F::tdim>& dN_m)
 {
   constexpr int D = F::gdim;
-  const Mat<R, D - 1> by_dual = c.parts[D - 1] * by_value * dual;
-  Mat<R, Variations<F>::side> rows;
+  const Mat<R, D - 1> by_dual = by_value * dual * c.across;
+  SideRows<F, R> rows;
   for (int a = 0; a < F::dofs; ++a)
+  {
+    const double along = dN_m.row(a).dot(c.along);
+    const Vec<R> by_n = by_dual * dN_m.row(a).transpose();
     rows.template middleCols<D>(a * D) =
-        dN_m.row(a).dot(c.parts.template head<D - 1>()) * by_value -
-        by_dual * dN_m.row(a).transpose() * now.n.transpose();
+        along * by_value - by_n * now.n.transpose();
+  }
   return rows;
 }
 } // namespace raymortar

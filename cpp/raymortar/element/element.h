@@ -2,7 +2,7 @@
 // facet its points hit, or with none.
 #pragma once
 
-#include "raymortar/element/contact_point.h"
+#include "raymortar/element/rates.h"
 
 namespace raymortar
 {
@@ -26,7 +26,8 @@ public:
   Matrix A;
 
   /// @brief Residual of a point with a hit: contact work (3), condition (4).
-  void add_hit(const HitPoint<F, L, Law>& p)
+  template <bool Slopes>
+  void add_hit(const HitPoint<F, L, Law, Slopes>& p)
   {
     add_work(p, p.response.t);
     add_condition(p, p.response.C);
@@ -47,17 +48,11 @@ public:
     add_slide_tangent(at.geometry, p.response.t, at.vary.deta, p.weight);
     if constexpr (M > 0)
     {
-      Derivatives<M> d{p.response.C_n, p.response.C_g, {}, {}};
-      if constexpr (is_frictional<Law>)
-        d.add_slip(p, at, p.response.C_w);
-      Rows<M, 2 * Layout::side> dC = chain<M>(d, at);
-      if constexpr (is_frictional<Law>)
+      Rows<M, 2 * Layout::side> dC =
+          chain<M>(condition_slopes(p), p, at, Columns(p, at));
+      if (moves(e.measure))
         dC.template leftCols<Layout::side>() +=
-            p.gamma * p.response.C_spring *
-            vary_carried<F>(p.old.spring, at.geometry);
-      if (e.current)
-        dC.template leftCols<Layout::side>() +=
-            p.response.C * area_variation(at.geometry);
+            p.response.C * area_variation<F>(at.geometry);
       add_condition_tangent(p, dC, p.response.C_lam);
     }
   }
@@ -69,17 +64,19 @@ public:
     if constexpr (M > 0)
     {
       Rows<M, 2 * Layout::side> dC = Rows<M, 2 * Layout::side>::Zero();
-      if (e.current)
+      if (moves(e.measure))
         dC.template leftCols<Layout::side>() =
             Law::template without_hit<D>(p.lam) *
-            area_variation(slave_geometry<F>(p.slave, p.N_s, q.xi));
+            area_variation<F>(slave_geometry<F>(
+                p.slave, p.N_s, p.at_xi.displacement_gradients(q.xi)));
       add_condition_tangent(p, dC, -Mat<M, M>::Identity());
     }
   }
 
 private:
   /// - int t . (v_s - v_m) dG
-  void add_work(const HitPoint<F, L, Law>& p, const Vec<D>& t)
+  template <bool Slopes>
+  void add_work(const HitPoint<F, L, Law, Slopes>& p, const Vec<D>& t)
   {
     for (int a = 0; a < F::dofs; ++a)
     {
@@ -99,45 +96,9 @@ private:
     }
   }
 
-  /// Rows of derivatives by C dofs, stored as those of A are
+  using Columns = DofColumns<F, L, Law>;
   template <int R, int C>
-  using Rows =
-      Eigen::Matrix<double, R, C, C == 1 ? Eigen::ColMajor : Eigen::RowMajor>;
-
-  /// What t or C varies with, the multiplier aside
-  template <int R>
-  struct Derivatives
-  {
-    Mat<R, D> by_n;
-    Vec<R> by_g;
-    Mat<R, D - 1> by_eta;
-    Mat<R, Layout::side> by_master; ///< at a point that stays on it
-
-    /// Variation of the slip  [theory (2.9)]
-    void add_slip(const HitPoint<F, L, Law>& p, const HitSlopes<F, L, Law>& at,
-                  const Mat<R, D>& by_w) requires is_frictional<Law>
-    {
-      by_g += p.old.closing.by_now * by_w * p.old.frame.n;
-      by_eta = by_w * at.slip.by_eta;
-      by_master = vary_convected<F, R>(p.old.slide, by_w, p.old.master_now,
-                                       at.slip.dual, at.geometry.dN_m);
-    }
-  };
-
-  /// Their rows over [slave | master] by the chain rule
-  template <int R>
-  [[nodiscard]] static Rows<R, 2 * Layout::side>
-  chain(const Derivatives<R>& d, const HitSlopes<F, L, Law>& at)
-  {
-    Rows<R, 2 * Layout::side> rows = d.by_g * at.vary.dg;
-    if constexpr (is_frictional<Law>)
-    {
-      rows += d.by_eta * at.vary.deta;
-      rows.template rightCols<Layout::side>() += d.by_master;
-    }
-    rows.template leftCols<Layout::side>() += turn<R>(d.by_n, at.geometry);
-    return rows;
-  }
+  using Rows = typename Columns::template Rows<R, C>;
 
   /// by_n dn, which has rank one per node  [theory (2.5)]
   template <int R>
@@ -160,19 +121,11 @@ private:
     const auto& r = p.response;
     const PointGeometry<F>& geometry = at.geometry;
     const double w = p.weight;
-    if (e.current)
-      add_work_tangent<side>(geometry, r.t * area_variation(geometry), 0, w);
+    if (moves(e.measure))
+      add_work_tangent<side>(geometry, r.t * area_variation<F>(geometry), 0, w);
     if constexpr (M == 0)
-    {
-      Derivatives<D> d{r.t_n, r.t_g, {}, {}};
-      if constexpr (is_frictional<Law>)
-        d.add_slip(p, at, r.t_w);
-      Rows<D, 2 * side> dt = chain<D>(d, at);
-      if constexpr (is_frictional<Law>)
-        dt.template leftCols<side>() +=
-            r.t_spring * vary_carried<F>(p.old.spring, geometry);
-      add_work_tangent<2 * side>(geometry, dt, 0, w);
-    }
+      add_work_tangent<2 * side>(
+          geometry, chain<D>(traction_slopes(p), p, at, Columns(p, at)), 0, w);
     else if constexpr (M == 1)
     {
       add_work_tangent<side>(geometry, turn<D>(r.t_n, geometry), 0, w);
@@ -248,13 +201,6 @@ private:
               (test * p.shape[j]) * C_lam.row(i);
       }
     }
-  }
-
-  /// d log |m| over the slave's dofs  [theory (2.4)]
-  [[nodiscard]] static Rows<1, Layout::side>
-  area_variation(const PointGeometry<F>& p)
-  {
-    return Eigen::Map<const Rows<1, Layout::side>>(p.G_s.data());
   }
 };
 } // namespace raymortar

@@ -1,7 +1,7 @@
 // What an element is made of: its unknowns, nodal data and integration points.
 #pragma once
 
-#include "raymortar/geometry/reference.h"
+#include "raymortar/element/measure.h"
 #include "raymortar/law/frictional.h"
 #include <algorithm>
 
@@ -38,6 +38,7 @@ struct FrictionData<F, true>
   typename F::NodeMatrix slave_old;
   typename F::NodeMatrix master_old;
   Mat<F::gdim, F::dofs> traction_old; ///< nodal, see ContactState
+  bool has_springs = true;            ///< false: traction_old is zero
   FrictionLaw friction;
   bool has_coefficient = false; ///< a field in place of the law's number
   Vec<F::dofs> coefficient;     ///< its nodal values
@@ -57,7 +58,7 @@ struct ElementData
   Vec<F::dofs> offset = Vec<F::dofs>::Zero(); ///< nodal, added to gaps; length
   double lam_scale = 1; ///< traction per unit of the multiplier unknown
   double touch = 0;     ///< see PointState, length
-  bool current = false; ///< integrate over the deformed slave surface
+  Measure measure = Measure::reference;
   FrictionData<F, is_frictional<Law>> history;
 };
 

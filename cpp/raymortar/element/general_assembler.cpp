@@ -57,7 +57,7 @@ public:
     if (not s.friction_bounds.empty())
       at.bound = s.friction_bounds[q];
     at.touch = _touch;
-    at.current = s.current_measure;
+    at.measure = s.measure;
     at.weight = s.points.weight[q];
     at.area = s.points.area[q];
     columns[0].B = basis.transpose();

@@ -13,16 +13,22 @@ namespace raymortar
 ///   dn   = - sum_a G_a (n . du_a)
 ///   dg   = b . (du_m - du_s - g dn)
 ///   deta = rho (du_s - du_m + g dn)
+/// Those of gap and normal stay factors: see chain in rates.h.
 template <class F>
 struct Variations
 {
   static constexpr int D = F::gdim;
   static constexpr int side = F::dofs * D;
-  Eigen::Matrix<double, 1, 2 * side, Eigen::RowMajor> dg;
+  double g;
   Eigen::Matrix<double, D - 1, 2 * side, Eigen::RowMajor> deta;
   /// Rows rho (dual of T, orthogonal to n) and b (dual of n, orthogonal to T)
   Mat<D, D> dual;
 };
+
+/// @brief Derivatives of R numbers by the displacement dofs of one side, stored
+/// as rows of an element's tangent are.
+template <class F, int R>
+using SideRows = Eigen::Matrix<double, R, Variations<F>::side, Eigen::RowMajor>;
 
 /// @brief What a point needs of shape functions and frames.
 template <class F>
@@ -42,14 +48,14 @@ struct PointGeometry
 template <class F>
 [[nodiscard]] PointGeometry<F> slave_geometry(const Frame<F::gdim>& frame,
                                               const Vec<F::dofs>& N_s,
-                                              const typename F::RefPoint& xi)
+                                              const Mat<F::dofs, F::tdim>& dN_s)
 {
   PointGeometry<F> p;
   p.slave = frame;
   p.N_s = N_s;
-  p.dN_s = F::Disp::gradients(xi);
-  p.dual = dual_tangents<F::gdim>(frame.t);
-  p.G_s = p.dual * p.dN_s.transpose();
+  p.dN_s = dN_s;
+  p.dual = dual_tangents<F::gdim>(frame);
+  p.G_s.noalias() = p.dual * p.dN_s.transpose();
   return p;
 }
 
@@ -58,7 +64,8 @@ template <class F>
 slave_geometry(const typename F::NodeMatrix& slave,
                const typename F::RefPoint& xi)
 {
-  return slave_geometry<F>(frame_at<F>(slave, xi), F::Disp::values(xi), xi);
+  return slave_geometry<F>(frame_at<F>(slave, xi), F::Disp::values(xi),
+                           F::Disp::gradients(xi));
 }
 
 template <class F>
@@ -84,20 +91,19 @@ template <class F>
   A.template leftCols<D - 1>() = p.T;
   A.col(D - 1) = p.slave.n;
   Variations<F> v;
+  v.g = g;
   v.dual = A.inverse();
   const auto n = p.slave.n.transpose();
-  const auto b = v.dual.row(D - 1);
-  const Mat<D, F::dofs> turn = g * v.dual * p.G_s;
+  const Mat<D - 1, D> rho = v.dual.template topRows<D - 1>();
+  const Mat<D - 1, F::dofs> turn = g * rho * p.G_s;
   for (int a = 0; a < F::dofs; ++a)
   {
     const int s = a * D, m = side + a * D;
-    v.dg.template segment<D>(s) = turn(D - 1, a) * n - p.N_s[a] * b;
-    v.dg.template segment<D>(m) = p.N_m[a] * b;
     for (int j = 0; j < D - 1; ++j)
     {
       auto row = v.deta.row(j);
-      row.template segment<D>(s) = p.N_s[a] * v.dual.row(j) - turn(j, a) * n;
-      row.template segment<D>(m) = -p.N_m[a] * v.dual.row(j);
+      row.template segment<D>(s) = p.N_s[a] * rho.row(j) - turn(j, a) * n;
+      row.template segment<D>(m) = -p.N_m[a] * rho.row(j);
     }
   }
   return v;

@@ -116,10 +116,17 @@ private:
     data.offset = at.offset;
     data.lam_scale = at.lam_scale;
     data.touch = at.touch;
-    data.current = at.current;
+    data.measure = at.measure;
     if constexpr (raymortar::is_frictional<Law>)
-      data.history = {at.slave_old, at.master_old,      at.traction_old,
-                      at.friction,  at.has_coefficient, at.coefficient};
+    {
+      data.history.slave_old = at.slave_old;
+      data.history.master_old = at.master_old;
+      data.history.traction_old = at.traction_old;
+      data.history.has_springs = not at.traction_old.isZero(0.0);
+      data.history.friction = at.friction;
+      data.history.has_coefficient = at.has_coefficient;
+      data.history.coefficient = at.coefficient;
+    }
     return data;
   }
 };

@@ -30,7 +30,7 @@ struct GermPoint
   bool is_hit = false;
   double lam_scale = 1.0;
   double touch = 0.0; ///< see PointState, length
-  bool current = false;
+  Measure measure = Measure::reference;
   double weight = 0.0; ///< in reference coordinates
   double area = 0.0;   ///< times the reference Jacobian
   double gap = 0.0;

@@ -84,8 +84,10 @@ private:
         const auto xi = Eigen::Map<const typename F::RefPoint>(
             F::Disp::points[static_cast<std::size_t>(a)].data());
         const Frame<D> before = frame_at<F>(was, xi), now = frame_at<F>(is, xi);
-        field(f).col(a) = carry_traction<D>(before, now, old.col(a)).value() +
-                          before.n.dot(old.col(a)) * now.n;
+        field(f).col(a) =
+            carry_traction<D>(before, dual_tangents<D>(before), now, old.col(a))
+                .value() +
+            before.n.dot(old.col(a)) * now.n;
       }
     }
   }

@@ -38,24 +38,19 @@ public:
       const HitSlopes<F, L, Law>& slopes)
   {
     const Place at(e, q.xi, p, slopes.geometry);
+    Mat<M, T> lam;
+    if constexpr (M > 0)
+      lam = e.lam * at.shape_xi;
+    const FacetColumns<F, L, Law> columns(e, q, p, slopes, at.bend,
+                                          at.log_gamma, lam);
     const auto& r = p.response;
-    const Rates rate = rates(e, q, p, slopes, at);
-    Mat<D, T> t = r.t_n * rate.n + r.t_g * rate.scaled_g + r.t_lam * rate.lam;
-    Mat<M, T> C = r.C_n * rate.n + r.C_g * rate.scaled_g + r.C_lam * rate.lam;
-    if constexpr (is_frictional<Law>)
-    {
-      t += r.t_w * rate.scaled_w;
-      if constexpr (M > 0)
-        C += r.C_w * rate.scaled_w + r.C_spring * rate.spring +
-             r.C_coefficient * rate.coefficient - r.C_rate * at.log_gamma;
-      else
-        t += r.t_spring * rate.spring + r.t_coefficient * rate.coefficient -
-             r.t_rate * at.log_gamma;
-    }
-    t += r.t * at.log_jacobian;
+    const Mat<D, T> t = chain<D>(traction_slopes(p), p, slopes, columns) +
+                        r.t * at.area.log_jacobian;
     Integrand<F, L, Law> out;
-    add_work(p, slopes.geometry, at, t, rate.eta, out);
-    add_condition(p, at, r.C, C, out);
+    add_work(p, slopes.geometry, at, t, columns.eta(), out);
+    if constexpr (M > 0)
+      add_condition(p, at, r.C,
+                    chain<M>(condition_slopes(p), p, slopes, columns), out);
     return out;
   }
 
@@ -68,7 +63,9 @@ public:
     out.f_xi.setZero();
     if constexpr (M > 0)
     {
-      const Place at(e, q.xi, p, slave_geometry<F>(p.slave, p.N_s, q.xi));
+      const Place at(e, q.xi, p,
+                     slave_geometry<F>(p.slave, p.N_s,
+                                       p.at_xi.displacement_gradients(q.xi)));
       add_condition(p, at, Law::template without_hit<D>(p.lam),
                     -(e.lam * at.shape_xi), out);
     }
@@ -81,85 +78,19 @@ private:
   {
     Curvature<D> bend;
     Mat<Layout::multipliers, T> shape_xi;
-    double jacobian;        ///< of the measure of integration
-    Mat<1, T> log_jacobian; ///< its derivative by xi
+    AreaAlong<D> area; ///< in the measure of integration
     Mat<1, T> log_gamma;
 
     Place(const Data& e, const typename F::RefPoint& xi,
           const SlavePoint<F, L, Law>& p, const PointGeometry<F>& geometry)
-        : bend(curvature_at<F>(e.slave, xi, p.slave, geometry.dual))
+        : bend(curvature_at<F>(e.slave, xi, p.slave, geometry.dual)),
+          area(area_along<F>(e.measure, e.reference, xi, p.slave, bend)),
+          log_gamma(e.gamma.transpose() * geometry.dN_s / p.gamma)
     {
       if constexpr (L > 0)
         shape_xi = e.lam_scale * F::template Basis<L>::gradients(xi);
-      log_gamma = e.gamma.transpose() * geometry.dN_s / p.gamma;
-      jacobian = p.slave.jacobian;
-      log_jacobian = bend.log_jacobian.transpose();
-      if (not e.current)
-      {
-        const Frame<D> reference = frame_at<F>(e.reference, xi);
-        jacobian = reference.jacobian;
-        log_jacobian = curvature_at<F>(e.reference, xi, reference)
-                           .log_jacobian.transpose();
-      }
     }
   };
-
-  /// Derivatives by xi of what a law takes. It takes gamma as a factor of gap
-  /// and slip, so that a change of gamma counts as one of these; what a law of
-  /// the slip rate takes of the slip has no such factor
-  struct Rates
-  {
-    Mat<D, T> n;
-    Mat<T, T> eta;
-    Mat<1, T> scaled_g; ///< d(gamma g) / gamma
-    Mat<M, T> lam;
-    Mat<D, T> scaled_w; ///< d(gamma w) / gamma; friction only
-    Mat<D, T> spring;   ///< traction; friction only
-    Mat<1, T> coefficient = Mat<1, T>::Zero(); ///< of the friction law
-  };
-
-  [[nodiscard]] static Rates rates(const Data& e, const ElementPoint<F>& q,
-                                   const HitPoint<F, L, Law>& p,
-                                   const HitSlopes<F, L, Law>& slopes,
-                                   const Place& at)
-  {
-    Rates r;
-    r.n = at.bend.n;
-    // (2.7), (2.8) with the tangents for du_s and nothing for du_m
-    const Mat<D, T> z = slopes.vary.dual * (p.slave.t + q.g * r.n);
-    r.eta = z.template topRows<T>();
-    const Mat<1, T> offset = e.offset.transpose() * slopes.geometry.dN_s;
-    const Mat<1, T> g = offset - z.row(T);
-    r.scaled_g = g + (q.g + p.offset) * at.log_gamma;
-    if constexpr (M > 0)
-      r.lam = e.lam * at.shape_xi;
-    if constexpr (is_frictional<Law>)
-    {
-      const Frame<D>& old = p.old.frame;
-      const Curvature<D> bend = curvature_at<F>(e.history.slave_old, q.xi, old);
-      // The old normal, which tells slide and gap apart, turns as well
-      const OldPoint<F, true>& was = p.old;
-      const Mat<1, T> by_turn = was.distance.transpose() * bend.n;
-      const Mat<D, T> turned =
-          old.n.dot(was.distance) * bend.n + old.n * by_turn;
-      r.scaled_w = slopes.slip.by_eta * r.eta -
-                   slopes.slip.by_distance * old.t - was.slide.carry * turned +
-                   was.closing.length * bend.n +
-                   old.n * (was.closing.by_old * (0.5 * by_turn + offset) +
-                            was.closing.by_now * g) +
-                   was.w * at.log_gamma;
-      r.spring = carried_along_facet<D>(
-          was.spring, {old, bend}, {p.slave, at.bend}, was.accepted,
-          e.history.traction_old * slopes.geometry.dN_s);
-      if (e.history.has_coefficient)
-        r.coefficient =
-            e.history.coefficient.transpose() * slopes.geometry.dN_s;
-      if constexpr (M > 0)
-        r.spring =
-            p.gamma * (r.spring + was.spring.value() * at.log_gamma).eval();
-    }
-    return r;
-  }
 
   /// - t . (v_s - v_m), with t_xi including the change of area
   static void add_work(const HitPoint<F, L, Law>& p,
@@ -172,12 +103,12 @@ private:
     for (int a = 0; a < F::dofs; ++a)
     {
       const int m = Layout::master + a * D;
-      out.f.template segment<D>(a * D) = -at.jacobian * p.N_s[a] * t;
-      out.f.template segment<D>(m) = at.jacobian * p.N_m[a] * t;
+      out.f.template segment<D>(a * D) = -at.area.jacobian * p.N_s[a] * t;
+      out.f.template segment<D>(m) = at.area.jacobian * p.N_m[a] * t;
       out.f_xi.template middleRows<D>(a * D) =
-          -at.jacobian * (p.N_s[a] * t_xi + t * geometry.dN_s.row(a));
+          -at.area.jacobian * (p.N_s[a] * t_xi + t * geometry.dN_s.row(a));
       out.f_xi.template middleRows<D>(m) =
-          at.jacobian * (p.N_m[a] * t_xi + t * N_m_xi.row(a));
+          at.area.jacobian * (p.N_m[a] * t_xi + t * N_m_xi.row(a));
     }
   }
 
@@ -188,8 +119,8 @@ private:
   {
     if constexpr (M > 0)
     {
-      const double w = at.jacobian / p.gamma;
-      const Mat<M, T> change = C_xi + C * (at.log_jacobian - at.log_gamma);
+      const double w = at.area.jacobian / p.gamma;
+      const Mat<M, T> change = C_xi + C * (at.area.log_jacobian - at.log_gamma);
       for (int k = 0; k < Layout::multipliers; ++k)
       {
         out.f.template segment<M>(Layout::side + k * M) = w * p.shape[k] * C;

@@ -64,16 +64,28 @@ struct Curvature
   Vec<D - 1> log_jacobian;            ///< of log |m|
 };
 
-/// @brief Curvature at xi of a facet, whose frame there is known, and the dual
-/// basis of its tangents.
+/// @brief Second derivatives of the shape functions of positions.
+template <class F>
+using NodeBends = Mat<F::nodes, F::tdim == 1 ? 1 : 3>;
+
+template <class F>
+[[nodiscard]] NodeBends<F> node_bends(const typename F::RefPoint& xi)
+{
+  if constexpr (F::affine)
+    return NodeBends<F>::Zero();
+  else
+    return F::SecondOfNode::at(xi);
+}
+
+/// @brief Curvature of a facet at a point, where its frame and the dual basis
+/// of its tangents are known.
 ///
 /// With dt_i = x_,ij the normal's and the area's variations  [theory (2.4),
 /// (2.5)] hold as they are: n_,j = - sum_i t^i (n . x_,ij).
 template <class F>
 [[nodiscard]] Curvature<F::gdim>
-curvature_at(const typename F::NodeMatrix& nodes,
-             const typename F::RefPoint& xi, const Frame<F::gdim>& frame,
-             const Mat<F::gdim, F::tdim>& dual)
+curvature_at(const typename F::NodeMatrix& nodes, const NodeBends<F>& bends,
+             const Frame<F::gdim>& frame, const Mat<F::gdim, F::tdim>& dual)
 {
   constexpr int T = F::tdim;
   Curvature<F::gdim> c;
@@ -84,7 +96,7 @@ curvature_at(const typename F::NodeMatrix& nodes,
     c.log_jacobian.setZero();
     return c;
   }
-  const Mat<F::gdim, T == 1 ? 1 : 3> second = nodes * F::SecondOfNode::at(xi);
+  const Mat<F::gdim, T == 1 ? 1 : 3> second = nodes * bends;
   for (int j = 0; j < T; ++j)
   {
     Mat<F::gdim, T>& dt = c.t[j];
@@ -99,8 +111,17 @@ curvature_at(const typename F::NodeMatrix& nodes,
 template <class F>
 [[nodiscard]] Curvature<F::gdim>
 curvature_at(const typename F::NodeMatrix& nodes,
+             const typename F::RefPoint& xi, const Frame<F::gdim>& frame,
+             const Mat<F::gdim, F::tdim>& dual)
+{
+  return curvature_at<F>(nodes, node_bends<F>(xi), frame, dual);
+}
+
+template <class F>
+[[nodiscard]] Curvature<F::gdim>
+curvature_at(const typename F::NodeMatrix& nodes,
              const typename F::RefPoint& xi, const Frame<F::gdim>& frame)
 {
-  return curvature_at<F>(nodes, xi, frame, dual_tangents<F::gdim>(frame.t));
+  return curvature_at<F>(nodes, xi, frame, dual_tangents<F::gdim>(frame));
 }
 } // namespace raymortar

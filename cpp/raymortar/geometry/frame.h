@@ -30,20 +30,81 @@ struct Frame
   double jacobian; ///< |m|, area per reference area
 };
 
-/// @brief Frame at xi of the facet with the given nodes.
+/// @brief Shape functions of positions at a point: several states of a facet
+/// have frames there.
+template <class F>
+struct NodeShapes
+{
+  Vec<F::nodes> N;
+  Mat<F::nodes, F::tdim> dN; ///< their gradients
+
+  explicit NodeShapes(const typename F::RefPoint& xi)
+      : N(F::Node::values(xi)), dN(F::Node::gradients(xi))
+  {
+  }
+
+  /// @brief The displacement's at the same point; these, if it is of their
+  /// degree.
+  [[nodiscard]] Vec<F::dofs> displacement(const typename F::RefPoint& xi) const
+  {
+    if constexpr (F::degree == F::node_degree)
+      return N;
+    else
+      return F::Disp::values(xi);
+  }
+  [[nodiscard]] Mat<F::dofs, F::tdim>
+  displacement_gradients(const typename F::RefPoint& xi) const
+  {
+    if constexpr (F::degree == F::node_degree)
+      return dN;
+    else
+      return F::Disp::gradients(xi);
+  }
+};
+
+/// @brief Tangents of the facet with the given nodes.
+template <class F>
+[[nodiscard]] inline Mat<F::gdim, F::tdim>
+tangents_at(const typename F::NodeMatrix& nodes,
+            const Mat<F::nodes, F::tdim>& dN)
+{
+  if constexpr (F::affine)
+    return nodes.template rightCols<F::tdim>().colwise() - nodes.col(0);
+  else
+    return nodes * dN;
+}
+
+/// @brief Set all of a frame but the position, by its tangents.
+template <int D, class Tangents>
+void set_basis(Frame<D>& f, const Tangents& t)
+{
+  // One by one: a load across two fresh stores would wait for both
+  for (int j = 0; j < D - 1; ++j)
+    for (int i = 0; i < D; ++i)
+      f.t(i, j) = t(i, j);
+  const Vec<D> m = normal_of(f.t);
+  f.jacobian = m.norm();
+  f.n = m / f.jacobian;
+}
+
+/// @brief Frame of the facet with the given nodes.
 /// @param[in] nodes Node positions as columns, (gdim, nodes)
+template <class F>
+[[nodiscard]] inline Frame<F::gdim>
+frame_at(const typename F::NodeMatrix& nodes, const NodeShapes<F>& at)
+{
+  Frame<F::gdim> f;
+  f.x.noalias() = nodes * at.N;
+  set_basis<F::gdim>(f, tangents_at<F>(nodes, at.dN));
+  return f;
+}
+
 /// @param[in] xi Reference coordinates
 template <class F>
 [[nodiscard]] inline Frame<F::gdim>
 frame_at(const typename F::NodeMatrix& nodes, const typename F::RefPoint& xi)
 {
-  Frame<F::gdim> f;
-  f.x.noalias() = nodes * F::Node::values(xi);
-  f.t.noalias() = nodes * F::Node::gradients(xi);
-  const Vec<F::gdim> m = normal_of(f.t);
-  f.jacobian = m.norm();
-  f.n = m / f.jacobian;
-  return f;
+  return frame_at<F>(nodes, NodeShapes<F>(xi));
 }
 
 /// @brief Dual basis of the tangents within the tangent plane (columns).
@@ -55,6 +116,22 @@ template <int D>
 {
   const Mat<D - 1, D - 1> metric = t.transpose() * t;
   return t * metric.inverse();
+}
+
+/// @brief The same where the normal is known: nothing is inverted.
+template <int D>
+[[nodiscard]] inline Mat<D, D - 1> dual_tangents(const Frame<D>& f)
+{
+  Mat<D, D - 1> dual;
+  if constexpr (D == 2)
+    dual = f.t / (f.jacobian * f.jacobian);
+  else
+  {
+    const double scale = 1.0 / f.jacobian;
+    dual.col(0) = scale * f.t.col(1).cross(f.n);
+    dual.col(1) = scale * f.n.cross(f.t.col(0));
+  }
+  return dual;
 }
 
 /// @brief Largest distance between two corner nodes of a facet. Length.

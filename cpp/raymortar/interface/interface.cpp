@@ -40,7 +40,7 @@ ContactState first_state(const InterfaceInput& input)
         0.0);
   s.method = input.method;
   s.friction = input.friction;
-  s.current_measure = input.current_measure;
+  s.measure = input.measure;
   s.moving_segments = input.moving_segments;
   s.segment_rules = input.segment_rules;
   s.gamma.nodal.assign(input.slave.facet_dofs.size(), 1.0);

@@ -16,7 +16,7 @@ struct InterfaceInput : PairingRules
   Multipliers multipliers;
   Method method = Method::augmented_lagrangian;
   std::optional<FrictionLaw> friction; ///< none: frictionless
-  bool current_measure = false;
+  Measure measure = Measure::reference;
   bool moving_segments = true;
 };
 

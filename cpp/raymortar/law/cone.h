@@ -8,6 +8,45 @@ namespace raymortar
 /// How far outside the circle its radius is s again, in slacks
 inline constexpr double fade = 100.0;
 
+/// @brief Radial return of q = T_n z = (I - n (x) n) z to the disc of radius s
+/// [theory (4.6)].
+///
+/// Inside, P = q; outside, P = s q/|q|. On the circle, and outside by no more
+/// than slack, is inside: rounding must not choose. Further out, up to `fade`
+/// slacks, the radius falls from s + slack to s, so that the traction is
+/// continuous where states at rest lie  [theory (4.6)].
+template <int D>
+struct DiscProjection
+{
+  bool stick = true;             ///< |q| <= s + slack
+  Vec<D> value;                  ///< P_s(q)
+  double z_n;                    ///< n . z
+  double shrink = 1.0;           ///< |P| / |q|
+  double slope = 0.0;            ///< by which |P| falls where |q| grows
+  Vec<D> along = Vec<D>::Zero(); ///< q / |q|, outside
+
+  /// @param[in] n Unit normal
+  /// @param[in] z Trial traction, any component along n drops out
+  /// @param[in] s Radius, traction; may be infinite
+  /// @param[in] slack Traction that is taken for none
+  DiscProjection(const Vec<D>& n, const Vec<D>& z, double s, double slack)
+      : z_n(n.dot(z))
+  {
+    value = z - z_n * n;
+    const double length = value.norm();
+    stick = length <= s + slack;
+    if (stick)
+      return;
+    const double fall = 1.0 / (fade - 1.0);
+    const double rest = slack - fall * (length - s - slack);
+    const double radius = rest > 0.0 ? s + rest : s;
+    slope = rest > 0.0 ? fall : 0.0;
+    along = value / length;
+    shrink = radius / length;
+    value = radius * along;
+  }
+};
+
 /// @brief P_s(T_n z) with its derivatives   [theory (4.6)].
 template <int D>
 struct TangentialProjection
@@ -19,46 +58,33 @@ struct TangentialProjection
   Vec<D> by_s;
 };
 
-/// @brief Radial return of q = (I - n (x) n) z to the disc of radius s.
-///
-/// Inside, P = q; outside, P = s q/|q|. With A the derivative by q,
-/// dP = A (T_n dz - (n . z) dn - n (z . dn)) + q/|q| ds. On the circle, and
-/// outside by no more than slack, is inside: rounding must not choose. Further
-/// out, up to `fade` slacks, the radius falls from s + slack to s, so that the
-/// traction is continuous where states at rest lie  [theory (4.6)].
-/// @param[in] n Unit normal
-/// @param[in] z Trial traction, any component along n drops out
-/// @param[in] s Radius, traction; may be infinite
-/// @param[in] slack Traction that is taken for none
+/// @brief Its derivatives. With A the one by q,
+/// dP = A (T_n dz - (n . z) dn - n (z . dn)) + q/|q| ds.
+/// @param[in] n, z What it is the projection of
+template <int D>
+[[nodiscard]] TangentialProjection<D>
+slopes_of(const DiscProjection<D>& on_disc, const Vec<D>& n, const Vec<D>& z)
+{
+  TangentialProjection<D> r;
+  r.stick = on_disc.stick;
+  r.value = on_disc.value;
+  const Vec<D>& along = on_disc.along;
+  const double less = on_disc.shrink + on_disc.slope;
+  Mat<D, D> A = -less * along * along.transpose();
+  A.diagonal().array() += on_disc.shrink;
+  const Vec<D> A_n = A * n;
+  r.by_z = A - A_n * n.transpose();
+  r.by_n = -on_disc.z_n * A - A_n * z.transpose();
+  r.by_s = (1.0 + on_disc.slope) * along;
+  return r;
+}
+
+/// @brief Projection with derivatives, see DiscProjection for the parameters.
 template <int D>
 [[nodiscard]] TangentialProjection<D>
 project_tangential(const Vec<D>& n, const Vec<D>& z, double s,
                    double slack = 0.0)
 {
-  TangentialProjection<D> r;
-  const double z_n = n.dot(z);
-  const Vec<D> q = z - z_n * n;
-  const double length = q.norm();
-  r.stick = length <= s + slack;
-  Mat<D, D> A = Mat<D, D>::Identity();
-  r.by_s.setZero();
-  r.value = q;
-  if (not r.stick)
-  {
-    const Vec<D> along = q / length;
-    const double slope = 1.0 / (fade - 1.0);
-    const double rest = slack - slope * (length - s - slack);
-    const bool fades = rest > 0.0;
-    const double radius = fades ? s + rest : s;
-    r.by_s = fades ? (1.0 + slope) * along : along;
-    r.value = radius * along;
-    A = (radius / length) * (A - along * along.transpose());
-    if (fades)
-      A -= slope * along * along.transpose();
-  }
-  const Vec<D> A_n = A * n;
-  r.by_z = A - A_n * n.transpose();
-  r.by_n = -z_n * A - A_n * z.transpose();
-  return r;
+  return slopes_of<D>(DiscProjection<D>(n, z, s, slack), n, z);
 }
 } // namespace raymortar

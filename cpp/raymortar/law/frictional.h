@@ -83,6 +83,13 @@ void add_slip_rate(const Vec<D>& n, const Vec<D>& w, const FrictionBound& bound,
   by_rate = slip.length * by_slip;
 }
 
+/// @brief Whether a response has derivatives, or is a PointValue.
+template <class Response>
+inline constexpr bool has_slopes = requires(Response r)
+{
+  r.t_n;
+};
+
 /// @brief Augmented Lagrangian with friction, vector multiplier.
 ///
 /// t = lam,  C = p n + P_s(T_n (lam + spring - gamma w)) - lam,
@@ -92,18 +99,21 @@ struct FrictionalAugmentedLagrangian
   template <int D>
   static constexpr int multiplier_size = D;
 
-  template <int D>
-  [[nodiscard]] static FrictionResponse<D, D>
-  evaluate(const FrictionState<D, D>& s)
+  /// @tparam Response With derivatives, or a PointValue
+  template <int D, class Response = FrictionResponse<D, D>>
+  [[nodiscard]] static Response evaluate(const FrictionState<D, D>& s)
   {
-    FrictionResponse<D, D> r;
+    Response r;
     const double trial = s.lam.dot(s.n) + s.gamma * s.g;
     const bool closed = trial <= s.gamma * s.touch;
     r.status = ContactStatus::open;
     r.t = s.lam;
-    r.t_lam.setIdentity();
     r.C = -s.lam;
-    r.C_lam.diagonal().setConstant(-1.0);
+    if constexpr (has_slopes<Response>)
+    {
+      r.t_lam.setIdentity();
+      r.C_lam.diagonal().setConstant(-1.0);
+    }
     if (closed)
       add_closed<D>(s, trial, r);
     return r;
@@ -116,21 +126,29 @@ struct FrictionalAugmentedLagrangian
   }
 
 private:
-  template <int D>
-  static void add_closed(const FrictionState<D, D>& s, double p,
-                         FrictionResponse<D, D>& r)
+  template <int D, class Response>
+  static void add_closed(const FrictionState<D, D>& s, double p, Response& r)
   {
     const FrictionBound bound = bound_at(s.friction, p);
-    const auto f = project_tangential<D>(s.n, s.lam + s.spring - s.gamma * s.w,
-                                         bound.s, s.gamma * s.touch);
+    const Vec<D> z = s.lam + s.spring - s.gamma * s.w;
+    const DiscProjection<D> on_disc(s.n, z, bound.s, s.gamma * s.touch);
+    r.status = on_disc.stick ? ContactStatus::stick : ContactStatus::slip;
+    r.p = p;
+    r.C += p * s.n + on_disc.value;
+    if constexpr (has_slopes<Response>)
+      add_slopes<D>(s, bound, slopes_of<D>(on_disc, s.n, z), r);
+  }
+
+  template <int D>
+  static void
+  add_slopes(const FrictionState<D, D>& s, const FrictionBound& bound,
+             const TangentialProjection<D>& f, FrictionResponse<D, D>& r)
+  {
     // What a change of p does: along n, and to the radius of the disc
     const Vec<D> by_p = s.n + bound.s_p * f.by_s;
-    r.status = f.stick ? ContactStatus::stick : ContactStatus::slip;
-    r.p = p;
-    r.C += p * s.n + f.value;
     r.C_lam += by_p * s.n.transpose() + f.by_z;
     r.C_n = by_p * s.lam.transpose() + f.by_n;
-    r.C_n.diagonal().array() += p;
+    r.C_n.diagonal().array() += r.p;
     r.C_g = s.gamma * by_p;
     r.C_w = -s.gamma * f.by_z;
     r.C_spring = f.by_z;
@@ -148,28 +166,23 @@ struct FrictionalPenalty
   template <int D>
   static constexpr int multiplier_size = 0;
 
-  template <int D>
-  [[nodiscard]] static FrictionResponse<D, 0>
-  evaluate(const FrictionState<D, 0>& s)
+  /// @tparam Response With derivatives, or a PointValue
+  template <int D, class Response = FrictionResponse<D, 0>>
+  [[nodiscard]] static Response evaluate(const FrictionState<D, 0>& s)
   {
-    FrictionResponse<D, 0> r;
+    Response r;
     r.status = ContactStatus::open;
     r.t.setZero();
     if (s.g > s.touch)
       return r;
     r.p = s.gamma * s.g;
     const FrictionBound bound = bound_at(s.friction, r.p);
-    const auto f = project_tangential<D>(s.n, s.spring - s.gamma * s.w, bound.s,
-                                         s.gamma * s.touch);
-    r.status = f.stick ? ContactStatus::stick : ContactStatus::slip;
-    r.t = r.p * s.n + f.value;
-    r.t_g = s.gamma * (s.n + bound.s_p * f.by_s);
-    r.t_n = f.by_n;
-    r.t_n.diagonal().array() += r.p;
-    r.t_w = -s.gamma * f.by_z;
-    r.t_spring = f.by_z;
-    r.t_coefficient = bound.s_coefficient * f.by_s;
-    add_slip_rate<D>(s.n, s.w, bound, f.by_s, r.t_w, r.t_n, r.t_rate);
+    const Vec<D> z = s.spring - s.gamma * s.w;
+    const DiscProjection<D> on_disc(s.n, z, bound.s, s.gamma * s.touch);
+    r.status = on_disc.stick ? ContactStatus::stick : ContactStatus::slip;
+    r.t = r.p * s.n + on_disc.value;
+    if constexpr (has_slopes<Response>)
+      add_slopes<D>(s, bound, slopes_of<D>(on_disc, s.n, z), r);
     return r;
   }
 
@@ -177,6 +190,21 @@ struct FrictionalPenalty
   [[nodiscard]] static Vec<0> without_hit(const Vec<0>&)
   {
     return {};
+  }
+
+private:
+  template <int D>
+  static void
+  add_slopes(const FrictionState<D, 0>& s, const FrictionBound& bound,
+             const TangentialProjection<D>& f, FrictionResponse<D, 0>& r)
+  {
+    r.t_g = s.gamma * (s.n + bound.s_p * f.by_s);
+    r.t_n = f.by_n;
+    r.t_n.diagonal().array() += r.p;
+    r.t_w = -s.gamma * f.by_z;
+    r.t_spring = f.by_z;
+    r.t_coefficient = bound.s_coefficient * f.by_s;
+    add_slip_rate<D>(s.n, s.w, bound, f.by_s, r.t_w, r.t_n, r.t_rate);
   }
 };
 

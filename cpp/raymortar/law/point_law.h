@@ -25,21 +25,27 @@ struct PointState
   double touch; ///< closed up to this value of the gap, length
 };
 
-/// @brief Traction of (3), residual C of (4), and their derivatives.
+/// @brief Traction of (3) and residual C of (4).
+template <int D, int M>
+struct PointValue
+{
+  ContactStatus status;
+  double p = 0.0; ///< normal traction of the law, <= 0
+  Vec<D> t;       ///< traction on the slave
+  Vec<M> C;       ///< residual of the multiplier equation
+};
+
+/// @brief The same with their derivatives.
 ///
 /// `a_b` is the derivative of a with respect to b. With a multiplier the
 /// traction is the multiplier, t = lam, or t = lam n of a scalar one: t_g = 0,
 /// and of a vector t_n = 0 and t_lam = I. Elements skip these.
 template <int D, int M>
-struct PointResponse
+struct PointResponse : PointValue<D, M>
 {
-  ContactStatus status;
-  double p = 0.0; ///< normal traction of the law, <= 0
-  Vec<D> t;       ///< traction on the slave
   Mat<D, D> t_n = Mat<D, D>::Zero();
   Vec<D> t_g = Vec<D>::Zero();
   Mat<D, M> t_lam = Mat<D, M>::Zero();
-  Vec<M> C; ///< residual of the multiplier equation
   Mat<M, D> C_n = Mat<M, D>::Zero();
   Vec<M> C_g = Vec<M>::Zero();
   Mat<M, M> C_lam = Mat<M, M>::Zero();

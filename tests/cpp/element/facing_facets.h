@@ -60,7 +60,7 @@ struct FacingFacets
     start.lam.array() -= 1.5;
     start.lam_scale = 0.7;
     start.gamma = Vec<F::dofs>::Constant(5) + random_vector<F::dofs>(random, 1);
-    start.current = current;
+    start.measure = current ? Measure::current : Measure::reference;
     if constexpr (is_frictional<typename C::Law>)
     {
       auto& old = start.history;

@@ -11,7 +11,9 @@ auto convected(const typename F::NodeMatrix& old,
                const typename F::NodeMatrix& now, const Vec<F::gdim>& v,
                const typename F::RefPoint& eta = centre<F>())
 {
-  return convect<F::gdim>(frame_at<F>(old, eta), frame_at<F>(now, eta), v);
+  const auto before = frame_at<F>(old, eta);
+  return convect<F::gdim>(before, dual_tangents<F::gdim>(before),
+                          frame_at<F>(now, eta), v);
 }
 
 template <class F>
@@ -71,7 +73,7 @@ TYPED_TEST(Convected, VariationIsTheDerivative)
     return convected<F>(x, at, v).value;
   };
   const Frame<D> now = frame_at<F>(y, centre<F>());
-  const Mat<D, Variations<F>::side> rows = vary_convected<F, D>(
+  const SideRows<F, D> rows = vary_convected<F, D>(
       convected<F>(x, y, v), Mat<D, D>::Identity(), now,
       dual_tangents<D>(now.t), F::Disp::gradients(centre<F>()));
   expect_derivative(f, Vector::Zero(F::dofs * D), rows);
@@ -93,9 +95,12 @@ TYPED_TEST(Convected, ChangesAlongTheMasterByItsDerivative)
   {
     return curvature_at<F>(nodes, centre<F>(), frame_at<F>(nodes, centre<F>()));
   };
-  expect_derivative(
-      f, centre<F>(),
-      convected_along_master<F>(convected<F>(x, y, v), bend(x), bend(y)));
+  const Frame<D> before = frame_at<F>(x, centre<F>());
+  const Mat<D, D> carry = convection<D>(before, dual_tangents<D>(before.t),
+                                        frame_at<F>(y, centre<F>()));
+  expect_derivative(f, centre<F>(),
+                    convected_along_master<F>(convected<F>(x, y, v), carry,
+                                              bend(x), bend(y)));
 }
 
 TEST(ClosedPart, IsWhatWasOpenAndIsNotAnyMore)

@@ -65,7 +65,7 @@ private:
       for (std::size_t i = 0; i < d; ++i)
         s.traction_old.nodal.push_back(number(0.01));
     }
-    s.current_measure = kind.current;
+    s.measure = kind.current ? Measure::current : Measure::reference;
     s.moving_segments = true;
     s.method = kind.method;
     if (kind.has_friction)

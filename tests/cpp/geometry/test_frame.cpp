@@ -54,6 +54,7 @@ TYPED_TEST(FrameTest, NormalIsOrthogonalToTheTangentsAndDualToNone)
     EXPECT_NEAR(frame.n.norm(), 1, 4e-16);
     EXPECT_LT((frame.t.transpose() * frame.n).cwiseAbs().maxCoeff(), 1e-15);
     const Mat<D, D - 1> dual = dual_tangents<D>(frame.t);
+    EXPECT_LE((dual_tangents<D>(frame) - dual).norm(), 1e-13 * dual.norm());
     EXPECT_LT((dual.transpose() * frame.n).cwiseAbs().maxCoeff(), 2e-15);
     const Mat<D - 1, D - 1> one = dual.transpose() * frame.t;
     EXPECT_LT((one - Mat<D - 1, D - 1>::Identity()).cwiseAbs().maxCoeff(),
