@@ -57,8 +57,9 @@ TYPED_TEST(VertexMotionTest, VertexUnderACornerMovesByItsDerivative)
       EXPECT_TRUE(ray_through<F>(s, m.col(0), at));
       return at;
     };
-    expect_derivative(f, Vector::Zero(2 * slave.size()),
-                      vertex_motion<F>(slave, master, xi, under));
+    expect_derivative(
+        f, Vector::Zero(2 * slave.size()),
+        rows_of<F>(vertex_motion<F>(slave, MasterNodes<F>{master}, xi, under)));
   }
 }
 
@@ -78,14 +79,14 @@ TYPED_TEST(CrossingMotionTest, CrossingOfEdgesMovesByItsDerivative)
     const auto slave = random_nodes<F>(random, 0.05);
     typename F::NodeMatrix master = random_master<F>(random);
     // The slave's edge along the first axis, the master's along the second
-    const ReferenceEdge<F> edge_s{{0, 0}, {1, 0}}, edge_m{{0, 0}, {0, 1}};
+    const ReferenceEdge<2> edge_s{{0, 0}, {1, 0}}, edge_m{{0, 0}, {0, 1}};
     double s = 0.4, t = 0.3;
     // Put it where the edges cross, a little off the start
     const auto frame = frame_at<F>(slave, edge_s.at(s + 0.01));
     master.colwise() += (frame.x + 0.1 * frame.n -
                          master * F::Node::values(edge_m.at(t - 0.01)))
                             .eval();
-    ASSERT_TRUE(cross_edges<F>(slave, edge_s, master, edge_m, s, t));
+    ASSERT_TRUE((cross_edges<F, F>(slave, edge_s, master, edge_m, s, t)));
     EXPECT_NEAR(s, 0.41, 1e-9);
     EXPECT_NEAR(t, 0.29, 1e-9);
     const Break at{Break::Motion::crossing, edge_m.at(t), edge_s.along,
@@ -94,11 +95,12 @@ TYPED_TEST(CrossingMotionTest, CrossingOfEdgesMovesByItsDerivative)
     {
       const auto [x, y] = moved<F>(slave, master, u);
       double s_u = s, t_u = t;
-      EXPECT_TRUE(cross_edges<F>(x, edge_s, y, edge_m, s_u, t_u));
+      EXPECT_TRUE((cross_edges<F, F>(x, edge_s, y, edge_m, s_u, t_u)));
       return edge_s.at(s_u);
     };
     expect_derivative(f, Vector::Zero(2 * slave.size()),
-                      vertex_motion<F>(slave, master, edge_s.at(s), at));
+                      rows_of<F>(vertex_motion<F>(slave, MasterNodes<F>{master},
+                                                  edge_s.at(s), at)));
   }
 }
 
@@ -173,8 +175,9 @@ TYPED_TEST(VertexMotionTest, FlatPlaceUnderACornerMovesByItsDerivative)
       const Vector none = Vector::Zero(2 * slave.size());
       expect_derivative(
           f, none,
-          flat_motion<F>(FlatPatch<F>(slave, patch), master, f(none),
-                         flat_break<F>(Break::Motion::flat_corner, 0, 0)));
+          rows_of<F>(flat_motion<F>(
+              FlatPatch<F>(slave, patch), MasterNodes<F>{master}, f(none),
+              flat_break<F>(Break::Motion::flat_corner, 0, 0))));
     }
 }
 
@@ -205,7 +208,8 @@ TYPED_TEST(CrossingMotionTest, FlatCrossingMovesByItsDerivative)
       Break crossing = flat_break<F>(Break::Motion::flat_crossing, 0, 1);
       crossing.along_s = at[1] - at[0];
       expect_derivative(f, none,
-                        flat_motion<F>(FlatPatch<F>(slave, patch), master,
-                                       f(none), crossing));
+                        rows_of<F>(flat_motion<F>(FlatPatch<F>(slave, patch),
+                                                  MasterNodes<F>{master},
+                                                  f(none), crossing)));
     }
 }

@@ -18,7 +18,7 @@ double miss(const typename F::NodeMatrix& slave, const typename F::RefPoint& xi,
 
 /// Edge between two points on the rim of the reference facet
 template <class F>
-ReferenceEdge<F> rim_edge(int e)
+ReferenceEdge<F::tdim> rim_edge(int e)
 {
   const auto& cycle = F::Ref::cycle;
   const auto corner = [&](int k)
@@ -102,7 +102,7 @@ TYPED_TEST(CrossingsTest, RayFromTheSlaveEdgeMeetsTheMasterEdge)
     master.colwise() += f.x + 0.1 * f.n - there;
     double at_s = s + move(random), at_t = t + move(random);
     const double start_s = at_s, start_t = at_t;
-    if (not cross_edges<F>(slave, edge_s, master, edge_m, at_s, at_t))
+    if (not cross_edges<F, F>(slave, edge_s, master, edge_m, at_s, at_t))
     {
       // Edges that nearly run along each other
       EXPECT_EQ(at_s, start_s);
@@ -117,9 +117,9 @@ TYPED_TEST(CrossingsTest, RayFromTheSlaveEdgeMeetsTheMasterEdge)
               1e-14);
     // The neighbour across the master's edge has it the other way round
     double back_s = start_s, back_t = 1 - start_t;
-    ASSERT_TRUE(cross_edges<F>(slave, edge_s, master,
-                               {edge_m.begin + edge_m.along, -edge_m.along},
-                               back_s, back_t));
+    ASSERT_TRUE((cross_edges<F, F>(slave, edge_s, master,
+                                   {edge_m.begin + edge_m.along, -edge_m.along},
+                                   back_s, back_t)));
     ASSERT_NEAR(back_s, s, 1e-12);
     ASSERT_NEAR(back_t, 1 - t, 1e-12);
   }
@@ -137,6 +137,6 @@ TYPED_TEST(CrossingsTest, EdgesThatRunAlongEachOtherHaveNoCrossing)
     typename F::NodeMatrix master = nodes;
     master.row(2).array() += gap;
     double s = 0.3, t = 0.3;
-    EXPECT_FALSE(cross_edges<F>(nodes, edge, master, edge, s, t));
+    EXPECT_FALSE((cross_edges<F, F>(nodes, edge, master, edge, s, t)));
   }
 }
