@@ -27,6 +27,16 @@ Vec<N> random_vector(std::mt19937& random, double size)
   return x;
 }
 
+/// Set each entry of a matrix at random. Eigen's own setRandom hangs on which
+/// tests have run before
+template <class Matrix>
+void fill_random(std::mt19937& random, Matrix& matrix, double size)
+{
+  std::uniform_real_distribution<double> entry(-size, size);
+  for (auto k = 0; k < matrix.size(); ++k)
+    matrix.data()[k] = entry(random);
+}
+
 /// Reference points as nodes in the plane of the first axes, each moved at
 /// random: `amount` 0 gives the flat facet with normal -y in 2D, +z in 3D
 template <class F>

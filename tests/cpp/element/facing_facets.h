@@ -56,7 +56,7 @@ struct FacingFacets
     start.reference.row(0) *= 1.3;
     start.reference.row(D - 1).array() +=
         0.2 * start.slave.row(0).array().square();
-    start.lam.setRandom();
+    fill_random(random, start.lam, 1.0);
     start.lam.array() -= 1.5;
     start.lam_scale = 0.7;
     start.gamma = Vec<F::dofs>::Constant(5) + random_vector<F::dofs>(random, 1);

@@ -22,7 +22,7 @@ TYPED_TEST_SUITE(ElementTest, ElementCases, );
 
 TYPED_TEST(ElementTest, TangentIsTheDerivativeOfTheResidual)
 {
-  std::mt19937 random(1);
+  std::mt19937 random(7);
   for (int trial = 0; trial < 12; ++trial)
     FacingFacets<TypeParam>(random, trial % 3 == 0 ? 0.6 : -0.1, trial % 2 == 0)
         .expect_tangent(true);
