@@ -51,13 +51,17 @@ def adjustment(zone: Any, within: float) -> Array:
     """
     surface = zone.facets.slave_surface
     points = zone.points()
-    near = (points["status"] > 0) & (np.abs(points["gap"]) <= within)
+    slave = points["slave"]
     shape, degree = surface.shape, surface.displacement_degree
     N, _ = shape_functions(shape, degree, points["xi"])
+    gap = points["gap"]
+    if zone.offset is not None:  # a clearance or an interference that is wanted
+        gap = gap - np.einsum("qk,qk->q", N, zone.offset[slave])
+    near = (points["status"] > 0) & (np.abs(gap) <= within)
     change = np.zeros((len(surface.facet_dofs), N.shape[1]))
-    for facet in np.unique(points["slave"][near]):
-        at = near & (points["slave"] == facet)
-        change[facet] = _touching(N[at], points["gap"][at])
+    for facet in np.unique(slave[near]):
+        at = near & (slave == facet)
+        change[facet] = _touching(N[at], gap[at])
     return change
 
 

@@ -339,9 +339,15 @@ class Contact(ContactAssembly):
         Raises
         ------
         ContactError
-            If it is not positive, or differs between ranks.
+            If it is not positive, or differs between ranks, or if the displacement is
+            not zero.
         """
         with together(self._comm):
+            if np.any(self.u.x.array):
+                raise ContactError(
+                    "adjust is for the undeformed start, and the displacement is not "
+                    "zero: call it before the first step"
+                )
             if not (is_real_number(within) and np.isfinite(within) and within > 0.0):
                 raise ContactError(f"within = {within!r} must be a positive number")
         require_agreement(self._comm, within=within)

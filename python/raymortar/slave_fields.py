@@ -79,7 +79,7 @@ def check_function(quantity: Quantity, value: Function, mesh: Any = None) -> Non
         )
     if mesh is not None and not compat.on_mesh(value, mesh):
         raise ContactError(
-            f"{quantity.name} is a Function on another mesh than the displacement"
+            f"{quantity.name} is a Function on another mesh than the slave"
         )
 
 

@@ -12,6 +12,7 @@ from mpi4py import MPI
 from . import compat
 from .compat import Array
 from .errors import ContactWarning
+from .joined import parts_of
 from .reference_facets import normals, shape_functions
 from .results import OPEN
 from .surfaces import Surface
@@ -74,17 +75,31 @@ def _distance(gaps: Array) -> float:
     return float(middle) if high <= ALIKE * low else np.inf
 
 
+def _wanted(zone: Any, comm: MPI.Comm) -> float:
+    """Least clearance or interference that is set, of all ranks; inf if none is."""
+    offset = np.abs(np.zeros(1) if zone.offset is None else zone.offset)
+    least = float(offset[offset > 0.0].min(initial=np.inf))
+    return float(comm.allreduce(least, op=MPI.MIN))
+
+
 def warn_of_straight_facets(contact: Any) -> None:
     """Warn where straight facets take a share of the gap at the start. Collective."""
-    mesh, comm = contact.slave_u.function_space.mesh, contact.layout.comm
-    if compat.geometry_degree(mesh) > 1:
-        return
+    comm = contact.layout.comm
+    meshes = [part.function_space.mesh for part in parts_of(contact.u)]
+    straight = [compat.geometry_degree(mesh) == 1 for mesh in meshes]
     for zone in contact.zones:
+        facets = zone.facets
+        both = (
+            (facets.slave_part, facets.slave_surface),
+            (facets.master_part, facets.master_surface),
+        )
+        sides = [surface for part, surface in both if straight[part]]
+        if not sides:
+            continue
         points = zone.points()
         mine = points["gap"][points["status"] >= OPEN]
         gaps = np.concatenate(comm.allgather(mine))
-        distance = _distance(gaps)
-        sides = zone.facets.slave_surface, zone.facets.master_surface
+        distance = min(_distance(gaps), _wanted(zone, comm))
         most = max(sagittas(side).max(initial=0.0) for side in sides)
         most = comm.allreduce(most, op=MPI.MAX)
         if most > ALLOWED * distance:

@@ -84,6 +84,21 @@ def test_it_stays_beside_an_offset_that_is_set_later():
     assert -1e-3 - 1e-12 < gap.min() < -0.9e-3 and gap.max() < 0.0
 
 
+def test_an_interference_that_is_set_before_stays():
+    found = pressed_problem(noisy("triangle", 1e-3), method=Penalty(1e4), offset=-1e-3)
+    found.contact.adjust(within=0.01)
+    found.contact.update()
+    gap = gathered.points(found.contact)["gap"]
+    assert -1e-3 - 1e-12 < gap.min() < -0.9e-3 and gap.max() < 0.0
+
+
+def test_it_is_for_the_start():
+    found = pressed_problem(noisy("triangle", 1e-3))
+    press(found, 0.01)
+    with pytest.raises(ContactError, match="adjust is for the undeformed start"):
+        found.contact.adjust(within=0.01)
+
+
 def test_a_second_adjustment_changes_nothing():
     found = pressed_problem(noisy("quadrilateral", 1e-3))
     first = found.contact.adjust(within=0.01)

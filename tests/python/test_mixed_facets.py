@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import gathered
 import numpy as np
 import pytest
@@ -130,3 +132,16 @@ def test_degree_1_where_the_other_side_has_degree_2(dim):
     both, one, none = forces
     # Coarser spaces are stiffer
     assert both < one < none or both > one > none
+
+
+@pytest.mark.parametrize("geometry", ((1, 2), (2, 1), (2, 2)))
+def test_straight_facets_on_curved_ones_are_told(geometry):
+    """Whichever side is straight; the interference is less than its sagitta."""
+    cells = ("quadrilateral", "quadrilateral")
+    bodies = hosts.meshes(cells, (5, 4), geometry_degrees=geometry, mapping=bent)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        found = hosts.apart(bodies, offset=-1e-5)
+        found.problem.create_matrix()
+    told = [w for w in caught if "the straight facets of slave tag" in str(w.message)]
+    assert len(told) == (0 if geometry == (2, 2) else 1)
