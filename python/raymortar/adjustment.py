@@ -57,10 +57,11 @@ def adjustment(zone: Any, within: float) -> Array:
     gap = points["gap"]
     if zone.offset is not None:  # a clearance or an interference that is wanted
         gap = gap - np.einsum("qk,qk->q", N, zone.offset[slave])
-    near = (points["status"] > 0) & (np.abs(gap) <= within)
+    near = np.flatnonzero((points["status"] > 0) & (np.abs(gap) <= within))
     change = np.zeros((len(surface.facet_dofs), N.shape[1]))
-    for facet in np.unique(slave[near]):
-        at = near & (slave == facet)
+    # Points come in the order of their slave facets
+    facets, first = np.unique(slave[near], return_index=True)
+    for facet, at in zip(facets, np.split(near, first[1:])):
         change[facet] = _touching(N[at], gap[at])
     return change
 

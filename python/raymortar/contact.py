@@ -313,8 +313,9 @@ class Contact(ContactAssembly):
         with together(self._comm):
             check_field(OFFSET, offset, self.slave_u.function_space.mesh)
         require_agreement(self._comm, offset=offset)
-        for zone in self.zones:
-            zone.offset = on_facets(OFFSET, offset, zone.facets, self._comm)
+        nodal = [on_facets(OFFSET, offset, z.facets, self._comm) for z in self.zones]
+        for zone, values in zip(self.zones, nodal):
+            zone.offset = values
         self.offset = offset
         self._send_offset()
 
@@ -322,9 +323,9 @@ class Contact(ContactAssembly):
         """Make surfaces that are nearer than this just touch, without stress.
 
         For surfaces that should touch and do not, by the noise of their meshes: what
-        is missing or too much of each gap is added to the offset, at the present
-        state, which is best the undeformed one before the first step. It stays there
-        beside what `set_offset` sets. Collective.
+        is missing or too much of each gap is added to the offset. Call it before the
+        first step. What `set_offset` sets counts as wanted and stays, whether it is
+        set before or later. Collective.
 
         Parameters
         ----------
