@@ -4,6 +4,7 @@
 Both tangents, at fixed points and through moving segments, on the demos and on blocks:
 load steps, steps that failed and were halved, Newton iterations (those of failed steps
 too) and processor time. Writes `tangent.csv` beside this file and prints sums by group.
+A path that would take too many iterations is given up, and its row says so.
 """
 
 from __future__ import annotations
@@ -47,11 +48,24 @@ STEPS, HALVINGS = 4, 4
 RTOL = 1e-9
 FRICTION = raymortar.Coulomb(0.3)
 TANGENTS = ("fixed", "full")
+# Iterations after which a path is given up: twice what the longest needs that arrives.
+# One that does not is tried in every way with every size of its steps, which takes
+# minutes and shows nothing more
+MOST = 1000
+FAILS, GIVEN_UP = "fails", f"over {MOST} iterations"
 COLUMNS = ("group", "scene", "tangent", "steps", "halved", "iterations", "seconds")
 
 
+class TooLong(Exception):
+    """A path has taken `MOST` iterations. No failure that load steps might cure."""
+
+
 class Counted(raymortar.Contact):
-    """Contact with a tangent that is chosen from outside, and its assemblies."""
+    """Contact with a tangent that is chosen from outside, and its assemblies.
+
+    Between two solves its state is kept or restored: there a path that has had too
+    many of them ends.
+    """
 
     choice = "fixed"
     assemblies = 0
@@ -62,6 +76,18 @@ class Counted(raymortar.Contact):
     def assemble_matrix(self, *args, **options):
         Counted.assemblies += 1
         super().assemble_matrix(*args, **options)
+
+    def state(self):
+        self._end_long_path()
+        return super().state()
+
+    def restore(self, state):
+        self._end_long_path()
+        super().restore(state)
+
+    def _end_long_path(self):
+        if Counted.assemblies > MOST:
+            raise TooLong
 
 
 # Blocks
@@ -214,14 +240,16 @@ def demos():
 
 
 def measure(run, tangent):
-    """Steps, halvings, iterations and seconds of one run; steps are None if it fails."""
+    """Steps, or how the path ended instead, halvings, iterations, seconds of a run."""
     Counted.choice, Counted.assemblies = tangent, 0
     start = time.process_time()
     with mock.patch.object(raymortar, "Contact", Counted):
         try:
             steps, halved = run()
         except raymortar.ConvergenceError:
-            steps, halved = None, 0
+            steps, halved = FAILS, 0
+        except TooLong:
+            steps, halved = GIVEN_UP, 0
     return steps, halved, Counted.assemblies, time.process_time() - start
 
 
@@ -234,21 +262,22 @@ def rows(only, repeat):
         seconds = defaultdict(list)
         found = {}
         for _, tangent in product(range(repeat), TANGENTS):
+            if tangent in found and found[tangent][0] in (FAILS, GIVEN_UP):
+                continue  # its seconds are in no sum
             *found[tangent], spent = measure(run, tangent)
             seconds[tangent].append(spent)
         for tangent, (steps, halved, iterations) in found.items():
             least = f"{min(seconds[tangent]):.3f}"
-            steps = "fails" if steps is None else steps
             yield (group, scene, tangent, steps, halved, iterations, least)
 
 
 def summarise(table):
     """Sums by group, over the scenes that both tangents solve."""
-    failed = {row[:2] for row in table if row[3] == "fails"}
+    ends = (FAILS, GIVEN_UP)
+    failed = {row[:2] for row in table if row[3] in ends}
     sums = defaultdict(lambda: np.zeros(4))
     for group, scene, tangent, steps, halved, iterations, seconds in table:
-        fails = steps == "fails"
-        sums[group, tangent][3] += fails
+        sums[group, tangent][3] += steps in ends
         if (group, scene) not in failed:
             sums[group, tangent][:3] += halved, iterations, float(seconds)
     print(f"\n{'':32}tangent  scenes  fail  halved  iterations   seconds")

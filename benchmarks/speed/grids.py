@@ -122,6 +122,7 @@ class Pair:
         made_of = _cpp.ZoneInput(
             slave=self._surfaces[0],
             master=self._surfaces[1],
+            tools=[],
             master_node_ids=np.arange(len(master.X), dtype=GLOBAL),
             master_dof_ids=np.arange(len(master.X), dtype=GLOBAL),
             multipliers=_cpp.Multipliers(

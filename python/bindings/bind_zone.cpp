@@ -33,7 +33,7 @@ py::array_t<std::int64_t> pairs(const Zone& z)
   const ContactState& s = z.state();
   std::vector<std::int64_t> ids;
   for (std::size_t e = 0; e < s.elements.size(); ++e)
-    if (const Index m = s.elements.master[e]; m != no_index)
+    if (const Index m = s.master_of(e); m != no_index)
     {
       const Index f = s.elements.slave[e];
       ids.push_back(s.slave.facet_id[static_cast<std::size_t>(f)]);
@@ -96,8 +96,11 @@ py::array_t<Index> master_bodies(const Zone& z)
 py::array_t<Index> sunk_points(const Zone& z)
 {
   const ContactState& s = z.state();
-  return to_array(
-      find_sunk_points(s.slave, s.master, s.points, s.hits, z.distances()));
+  return to_array(s.has_tools()
+                      ? find_points_sunk_in_tools(s.slave, s.tools, s.points,
+                                                  s.hits, z.distances())
+                      : find_sunk_points(s.slave, s.master, s.points, s.hits,
+                                         z.distances()));
 }
 
 /// Segments as polygons in the reference coordinates of their slave facet
@@ -150,6 +153,20 @@ void set_both(Zone& z, const Array<double>& slave, const Array<double>& master)
 {
   (z.*set)(to_span(slave), to_span(master));
 }
+
+/// Poses of the tools: (tools, 3, 3) and (tools, 3)
+template <void (Zone::*set)(std::span<const Pose>)>
+void set_poses(Zone& z, const Array<double>& rotation,
+               const Array<double>& shift)
+{
+  std::vector<Pose> poses;
+  for (py::ssize_t k = 0; k < shift.size() / 3; ++k)
+    poses.push_back(
+        {Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(
+             rotation.data() + 9 * k),
+         Eigen::Map<const Vec<3>>(shift.data() + 3 * k)});
+  (z.*set)(poses);
+}
 } // namespace
 
 void bind_zone(py::module_& m)
@@ -181,6 +198,7 @@ void bind_zone(py::module_& m)
            py::arg("depth"), py::arg("skin"), py::arg("depth_is_default"));
   bind_options<ZoneInput>(m, "ZoneInput", Field{"slave", &ZoneInput::slave},
                           Field{"master", &ZoneInput::master},
+                          Field{"tools", &ZoneInput::tools},
                           Field{"master_node_ids", &ZoneInput::master_node_ids},
                           Field{"master_dof_ids", &ZoneInput::master_dof_ids},
                           Field{"multipliers", &ZoneInput::multipliers},
@@ -239,6 +257,10 @@ void bind_zone(py::module_& m)
              return to_array(field, {s.num_facets(), s.dofs_per_facet(),
                                      static_cast<py::ssize_t>(s.gdim)});
            })
+      .def("set_poses", &set_poses<&Zone::set_poses>, py::arg("rotation"),
+           py::arg("shift"))
+      .def("set_old_poses", &set_poses<&Zone::set_old_poses>,
+           py::arg("rotation"), py::arg("shift"))
       .def("pair", &Zone::pair)
       .def("cast", &Zone::cast)
       .def("points", &points)

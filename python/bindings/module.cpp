@@ -8,6 +8,7 @@ PYBIND11_MODULE(_cpp, m)
                                                  PyExc_RuntimeError);
   raymortar::bindings::bind_geometry(m);
   raymortar::bindings::bind_surface(m);
+  raymortar::bindings::bind_rigid(m);
   raymortar::bindings::bind_zone(m);
   raymortar::bindings::bind_assembly(m);
 }

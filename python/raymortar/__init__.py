@@ -1,6 +1,6 @@
 """Contact between deformable bodies in large deformation, for FEniCSx."""
 
-from . import solvers
+from . import rigid, solvers
 from .contact import Contact
 from .control import ArcLength, DisplacementControl
 from .errors import (
@@ -16,8 +16,10 @@ from .history import History
 from .load_step import LoadStep
 from .load_steps import LoadSteps
 from .methods import AugmentedLagrangian, Penalty, Search
+from .nonlinear_problem import NonlinearProblem
+from .output import Output
+from .pairs import Pair
 from .picture import plot
-from .problem import NonlinearProblem
 from .solver import NewtonSolver, SNESSolver
 
 __version__ = "0.1.0"
@@ -39,6 +41,8 @@ __all__ = [
     "LoadSteps",
     "NewtonSolver",
     "NonlinearProblem",
+    "Output",
+    "Pair",
     "Penalty",
     "SNESSolver",
     "Search",
@@ -46,5 +50,6 @@ __all__ = [
     "Stick",
     "Tresca",
     "plot",
+    "rigid",
     "solvers",
 ]

@@ -12,7 +12,9 @@ from petsc4py import PETSc
 
 from .compat import Array
 from .constraints import largest
-from .errors import ConvergenceError, require_agreement
+from .errors import ConvergenceError, raise_everywhere, require_agreement
+from .failure import one_of, ways_to_hold
+from .loose import loose_bodies
 from .solver import NewtonSolver, SNESSolver, renew, require_convergence
 
 # Of the path: what the load factor is changed by to see what that does. The residual is
@@ -149,13 +151,34 @@ class BorderedSolver:
         comm = self.problem.comm
         size = largest(comm, g), largest(comm, solved[1][: len(g)])
         system = np.array([[g_of[1] - of_factor, g_of[2]], [-k_of[1], 1.0 - k_of[2]]])
-        step, moved = _solved(system, [right - g_of[0], k_of[0]], size)
+        found = _solved(system, [right - g_of[0], k_of[0]], size)
+        if found is None:
+            raise ConvergenceError(self._why_not_led(g, size[0] > 0.0))
+        step, moved = found
         of_b.axpy(step, of_slope)
         of_b.axpy(moved, b)
         share = constraint.share(of_b.getArray(readonly=True), step)
         x.axpy(-share, of_b)
         self.factor += share * step
         return True
+
+    def _why_not_led(self, g: Array, leads: bool) -> str:
+        """Why no load factor moves what leads, by its weights, if anything does.
+        Collective."""
+        free = loose_bodies(self.problem, g)
+        if not free:
+            return (
+                "the loads do not move what leads the path: is what was chosen of a "
+                "loaded body, or touched by one, and free to move?"
+            )
+        ways = one_of(ways_to_hold(self.problem.in_use))
+        # What leads is of another body: it holds none of these
+        if leads and free == loose_bodies(self.problem):
+            return (
+                f"the loads do not move what leads the path: {'; '.join(free)}. Try "
+                f"{ways}"
+            )
+        return f"{'; '.join(free)}: what leads the path does not hold that. Try {ways}"
 
     def _spring(self, g: Array) -> dict[int, float]:
         """Stiffness by row, of the free dof to which g gives most weight, if any, on
@@ -180,20 +203,38 @@ class BorderedSolver:
         self.problem.comm.Allreduce(MPI.IN_PLACE, sums)
         return list(sums.tolist())
 
+    def _rigid_motions(self) -> Array:
+        """Of all rigid bodies that slaves meet."""
+        zones = self.problem.contact.zones
+        return np.concatenate([zone.motions.present() for zone in zones])
+
     def _differentiate(self, slope: PETSc.Vec, loads: PETSc.Vec) -> None:
         """Derivative of the residual by the load factor, after `NonlinearProblem.F`;
         `loads` is for work."""
         h = self._change
         self.problem.loads(loads)
+        was = self._rigid_motions()
         self._apply(self.factor + h)
+        moved = not np.array_equal(self._rigid_motions(), was)
         self.problem.loads(slope)
         self._apply(self.factor)
+        message = None
+        if moved:
+            message = (
+                "control leads loads and prescribed displacements, and apply moves a "
+                "rigid body: let apply leave bodies where they are, and move what they "
+                "touch"
+            )
+        raise_everywhere(self.problem.comm, message)
         slope.axpy(-1.0, loads)
         slope.scale(1.0 / h)
 
 
-def _solved(system: Array, right: list[float], size: tuple[float, float]) -> Array:
-    """The change of the load factor, and that of the spring's dof.
+def _solved(
+    system: Array, right: list[float], size: tuple[float, float]
+) -> Array | None:
+    """The change of the load factor, and that of the spring's dof; None if the load
+    factor does not move what leads.
 
     Parameters
     ----------
@@ -201,17 +242,9 @@ def _solved(system: Array, right: list[float], size: tuple[float, float]) -> Arr
         Two equations: the constraint's, and the spring's.
     size
         Largest weight of the constraint, and largest change by the load factor.
-
-    Raises
-    ------
-    ConvergenceError
-        If the load factor does not move what leads.
     """
     rows, columns = np.array([size[0] or 1.0, 1.0]), np.array([size[1] or 1.0, 1.0])
     scaled = system / rows[:, None] / columns
     if abs(np.linalg.det(scaled)) <= NO_CHANGE:
-        raise ConvergenceError(
-            "the loads do not move what leads the path: is what was chosen of a loaded "
-            "body, or touched by one, and free to move?"
-        )
+        return None
     return np.linalg.solve(system, right)

@@ -10,8 +10,9 @@ owned ones first, then ghosts, shape ``((owned + ghosts) * block size,)``.
 from __future__ import annotations
 
 import functools
-from collections.abc import Sequence
-from dataclasses import dataclass
+import inspect
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +29,8 @@ from dolfinx import fem
 from mpi4py import MPI
 from petsc4py import PETSc
 
-from .errors import ContactError, raise_everywhere, writing
+from . import pvd
+from .errors import ContactError, raise_everywhere, together, writing
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int32]
@@ -693,12 +695,34 @@ def scatter_reverse_add(vector: Any) -> None:
 # Forms and boundary conditions
 
 
-def form(ufl_form: Any) -> Any:
+# Options of the form compiler and of just-in-time compilation, before DOLFINx 0.6
+_FORM_OPTIONS = {"form_compiler_options": "form_compiler_params"}
+_FORM_OPTIONS["jit_options"] = "jit_params"
+
+
+def form(
+    ufl_form: Any,
+    form_compiler_options: Mapping[str, Any] | None = None,
+    jit_options: Mapping[str, Any] | None = None,
+) -> Any:
     """Compile a form, or lists of them with None for what is zero. Collective (the
-    first rank compiles)."""
+    first rank compiles).
+
+    Parameters
+    ----------
+    form_compiler_options, jit_options
+        As of ``dolfinx.fem.form``; None: none.
+    """
     if isinstance(ufl_form, (list, tuple)):
-        return [form(one) for one in ufl_form]
-    return None if ufl_form is None else fem.form(ufl_form)
+        return [form(one, form_compiler_options, jit_options) for one in ufl_form]
+    if ufl_form is None:
+        return None
+    names = inspect.signature(fem.form).parameters
+    options = {}
+    for name, given in zip(_FORM_OPTIONS, (form_compiler_options, jit_options)):
+        if given is not None:
+            options[name if name in names else _FORM_OPTIONS[name]] = dict(given)
+    return fem.form(ufl_form, **options)
 
 
 def is_same_space(V: Any, W: fem.FunctionSpace) -> bool:
@@ -1017,6 +1041,8 @@ def write_vtk(
     mesh: dolfinx.mesh.Mesh,
     functions: Sequence[fem.Function],
     t: float = 0.0,
+    append: bool = False,
+    part: int = 0,
 ) -> None:
     """Write functions on a mesh to VTK files for ParaView. Collective.
 
@@ -1033,11 +1059,15 @@ def write_vtk(
         Functions with different names.
     t
         Time, or load factor.
+    append
+        Add a step to the file instead of starting it anew.
+    part
+        Number among what is shown at one time, such as bodies on meshes of their own.
 
     Raises
     ------
     ContactError
-        If the file cannot be written.
+        If the file cannot be written, or read where it is added to.
     """
     raise_everywhere(mesh.comm, _functions_fault(functions, 1))
     path = Path(filename)
@@ -1045,6 +1075,26 @@ def write_vtk(
     found = path.parent.is_dir()
     problem = None if found else f"{path} cannot be written: there is no such folder"
     raise_everywhere(mesh.comm, problem)
-    with writing(mesh.comm, path, RuntimeError):
-        with dolfinx.io.VTKFile(mesh.comm, str(path), "w") as file:
-            file.write_function(of_one_degree(functions), t)
+    before: list[pvd.Entry] = []
+    with together(mesh.comm):
+        if append and mesh.comm.rank == 0:
+            before = pvd.read(path)
+    # DOLFINx begins each file anew, with files of the same names beside it
+    step = mesh.comm.bcast(len(before), root=0)
+    own = path.with_name(f"{path.stem}_{step:04d}_.pvd") if step else path
+    with writing(mesh.comm, path, RuntimeError, OSError):
+        _write_one_step(own, mesh, of_one_degree(functions), t)
+        if mesh.comm.rank == 0 and (step or part):
+            (entry,) = pvd.read(own)
+            if own != path:
+                own.unlink()
+            pvd.write(path, [*before, replace(entry, part=part)])
+
+
+def _write_one_step(
+    path: Path, mesh: dolfinx.mesh.Mesh, functions: Sequence[fem.Function], t: float
+) -> None:
+    """DOLFINx's files of one step; its object writes once more when it ends, which is
+    on return. Collective."""
+    with dolfinx.io.VTKFile(mesh.comm, str(path), "w") as file:
+        file.write_function(functions, t)

@@ -33,18 +33,22 @@ from .friction import Law
 from .friction_at_points import evaluate_friction, spread_coefficient
 from .host import Host
 from .interfaces import Interfaces
+from .interference import Behind, warn_of_excess
 from .joined import parts_of
 from .kept_communicator import keep_communicator
 from .layout import Layout
 from .methods import AugmentedLagrangian, Penalty, Search
 from .options import is_real_number
+from .pairs import known_names, numbered, table
 from .reference import references
+from .rigid.body import Body
+from .rigid.shapes import Shape
 from .slave_fields import OFFSET, FieldValue, check_field, on_facets
 from .state import ContactState, not_finite, state_fault
 from .straight_facets import warn_of_straight_facets
 from .tagged import ZoneFacets, find_facets
 from .thickness import Cells
-from .zones import ZoneData, create_zone, group_pairs, numbered
+from .zones import ZoneData, create_zone, described, group_pairs
 
 _numbers = itertools.count()
 
@@ -63,7 +67,8 @@ class Contact(ContactAssembly):
     pairs
         ``[(slave tag, master tag), ...]``, a tag being its number or, with `names`,
         its name. Pairs with the same slave tag are one slave surface that meets all
-        their masters.
+        their masters. In place of a master tag a shape of `rigid`, or a
+        `rigid.Body` that moves one.
     method
         `AugmentedLagrangian` or `Penalty`.
     friction
@@ -109,6 +114,12 @@ class Contact(ContactAssembly):
         of bodies.
     offset
         Added to the gap, as it was given; None: nothing.
+    pairs
+        The pairs in the order in which they were given, each once: a list of
+        `pairs.Pair`, with tags, names and the label of their columns in a `History`.
+        ``points()["pair"]`` and `resultants` count by it.
+    names
+        Facet tag by name.
     updates
         Calls of `update` so far.
     revision
@@ -130,7 +141,7 @@ class Contact(ContactAssembly):
         self,
         u: Function | Sequence[Function],
         facet_tags: Any,
-        pairs: Sequence[tuple[int | str, int | str]],
+        pairs: Sequence[tuple[int | str, int | str | Shape | Body]],
         method: AugmentedLagrangian | Penalty | None = None,
         friction: Law | None = None,
         quadrature_degree: int | None = None,
@@ -162,7 +173,11 @@ class Contact(ContactAssembly):
                 tangent,
                 offset,
             )
-            groups = group_pairs(numbered(pairs, names, u))
+            facet_dim = u.function_space.mesh.topology.dim - 1
+            self.names = known_names(names, facet_dim)
+            tags = numbered(pairs, self.names)
+            groups = group_pairs(tags)
+            self.pairs = table(tags, self.names)
         require_agreement(
             self._comm,
             method=method,
@@ -171,8 +186,9 @@ class Contact(ContactAssembly):
             measure=measure,
             search=search,
             tangent=tangent,
-            pairs=groups,
+            pairs={slave: described(masters) for slave, masters in groups.items()},
             offset=offset,
+            names=self.pairs,
         )
         for part in self.host.displacements:
             check_space(part.u)
@@ -218,6 +234,9 @@ class Contact(ContactAssembly):
         self.gamma_scale = 1.0
         self.revision = 0
         self.offset: FieldValue | None = None
+        # What lies behind the zones' sides, and whether an interference is more
+        self.behind: list[Behind] | None = None
+        self.excess: str | None = None
         self._dt = 1.0
         self._interfaces: Interfaces | None = None
         self._u_old = u.x.array.copy()
@@ -317,6 +336,7 @@ class Contact(ContactAssembly):
         for zone, values in zip(self.zones, nodal):
             zone.offset = values
         self.offset = offset
+        self.excess = warn_of_excess(self)
         self._send_offset()
 
     def adjust(self, within: float) -> Adjustment:
@@ -388,6 +408,8 @@ class Contact(ContactAssembly):
             raise_everywhere(self._comm, reference.fault(), SetUpError)
         raise_everywhere(self._comm, not_finite(self))
         self._for_zones("set_displacement", self.u.x.array)
+        for zone in self.zones:
+            zone.motions.send(zone.cpp, self._comm, self.friction is not None)
         if self.multiplier is not None:
             values = self.multiplier.x.array.reshape(-1, self.layout.components)
             for zone in self.zones:
@@ -450,6 +472,8 @@ class Contact(ContactAssembly):
             for zone in self.zones:
                 zone.traction_old = zone.cpp.accepted_springs()
         self._u_old[:] = self.u.x.array
+        for zone in self.zones:
+            zone.motions.accept()
         if self.updates:
             self._note_faced()
         self._history_is_new = True
@@ -481,6 +505,7 @@ class Contact(ContactAssembly):
             lam,
             [z.traction_old for z in self.zones],
             None if self.host.is_plain else self.host.values(),
+            [zone.motions.old for zone in self.zones],
         )
 
     def fault_of(self, state: Any) -> str | None:
@@ -507,6 +532,8 @@ class Contact(ContactAssembly):
             self.multiplier.x.array[:] = state.multiplier
         for zone, traction in zip(self.zones, state.traction_old):
             zone.traction_old = traction
+        for zone, motion in zip(self.zones, state.old_motions):
+            zone.motions.old = motion
         self._history_is_new = True
         self.revision += 1
         if self.updates:
@@ -516,6 +543,8 @@ class Contact(ContactAssembly):
         """Old displacement and tractions to the zones, where they have changed."""
         if not self._history_is_new:
             return
+        for zone in self.zones:
+            zone.motions.send_old(zone.cpp)
         self._for_zones("set_old_displacement", self._u_old)
         for zone in self.zones:
             traction = zone.traction_old

@@ -20,11 +20,14 @@ from .results import (
     SLIP,
     Resultant,
     Statistics,
+    added,
     along_normal,
     nodal_average,
     resultant,
+    resultants,
     statistics,
 )
+from .rigid.body import Body
 from .segments import write_segments
 from .zones import ZoneData
 
@@ -37,6 +40,8 @@ class ZoneResults:
     zones: Any
     u: Any
     layout: Any
+    contacts: Any
+    pairs: Any
     updates: int
     preallocations: int
     _comm: MPI.Comm
@@ -50,20 +55,39 @@ class ZoneResults:
         (area),
         ``status`` (0 no hit, 1 open, 2 stick, 3 slip), ``slave`` and ``master`` facet,
         ``xi``, ``eta``, ``ray``; with friction ``slip`` (n, d), the increment since
-        the accepted step. Points of uncovered parts have status 0.
+        the accepted step; ``pair``: which of `pairs` a point is of by the master that
+        it hits, -1 where it hits none. Points of uncovered parts have status 0.
         """
-        return self._zone(zone).points()
+        data = self._zone(zone)
+        points: dict[str, Any] = data.points()
+        # What comes after the last stands for no master
+        number = np.array([*self._pairs_of(zone), -1], dtype=np.int32)
+        points["pair"] = number[data.masters_of(points)]
+        return points
+
+    def _pairs_of(self, zone: int) -> list[int]:
+        """Which of `pairs` each master tag of a slave surface makes with it."""
+        surface = range(len(self.zones))[zone]
+        of_master = {
+            p.master: k for k, p in enumerate(self.pairs) if p.surface == surface
+        }
+        return [of_master[tag] for tag in self.zones[zone].facets.master_tags]
 
     def _zone(self, i: int) -> ZoneData:
         """Zone of a number, with results."""
         self._require_results()
         n = len(self.zones)
         if not (is_whole_number(i) and -n <= i < n):
-            raise ContactError(
-                f"there is no slave surface {i!r}: they are numbered from 0 to "
-                f"{n - 1}, in the order of pairs"
-            )
+            raise self._no_surface(i)
         return self.zones[i]
+
+    def _no_surface(self, i: Any) -> ContactError:
+        names = dict.fromkeys(p.slave_name for p in self.pairs if p.slave_name)
+        named = f", or named {', '.join(map(repr, names))}" if names else ""
+        return ContactError(
+            f"there is no slave surface {i!r}: they are numbered from 0 to "
+            f"{len(self.zones) - 1}, in the order of pairs{named}"
+        )
 
     def _require_results(self) -> None:
         """Raise before the first `update`, of which all ranks know."""
@@ -88,14 +112,76 @@ class ZoneResults:
             file = as_path(path)
         write_segments(self.zones, self.u, self._comm, file)
 
-    def resultant(self, i: int = 0) -> Resultant:
-        """Contact force on the slave side of zone i, its moment and its parts.
+    def resultant(
+        self, slave: int | str = 0, master: int | str | Body | None = None
+    ) -> Resultant:
+        """Contact force on a slave surface, or of a pair, its moment and its parts.
 
-        Collective.
+        The force on the slave; that on the master is the opposite. Collective.
+
+        Parameters
+        ----------
+        slave
+            With a master the slave of the pair, its name or tag. Without one its name,
+            or the number of the slave surface, from 0 on in the order of pairs.
+        master
+            Name or tag, or a `rigid.Body`. None: all that the slave meets.
+
+        Raises
+        ------
+        ContactError
+            If there is no such surface or pair.
+
+        Examples
+        --------
+        >>> contact.resultant("ring", "plate").force
+        >>> contact.resultant("ring").force  # of all its pairs
         """
+        if master is None and not isinstance(slave, str):
+            with together(self._comm):
+                zone = self._zone(slave)
+            return resultant(zone, self._comm)
         with together(self._comm):
-            zone = self._zone(i)
-        return resultant(zone, self._comm)
+            self._require_results()
+            found = self._pairs_named(slave, master)
+        if master is None:
+            surfaces = dict.fromkeys(self.pairs[k].surface for k in found)
+            return added([resultant(self.zones[i], self._comm) for i in surfaces])
+        of_pairs = self.resultants()
+        return added([of_pairs[k] for k in found])
+
+    def resultants(self) -> list[Resultant]:
+        """`resultant` of every pair, in the order of `pairs`. Collective."""
+        with together(self._comm):
+            self._require_results()
+        found: list[Any] = [None] * len(self.pairs)
+        for i, zone in enumerate(self.zones):
+            for k, force in zip(self._pairs_of(i), resultants(zone, self._comm)):
+                found[k] = force
+        return found
+
+    def _pairs_named(self, slave: Any, master: Any) -> list[int]:
+        """Which pairs have a slave and, if one is given, a master, by name or tag."""
+        both = [slave] if master is None else [slave, master]
+        found, begin = [], 0
+        for contact in self.contacts:
+            for k, pair in enumerate(contact.pairs, begin):
+                names = [contact.names.get(s) if isinstance(s, str) else s for s in both]
+                if master is not None and master == pair.master_name:
+                    names[1] = pair.master  # a rigid body has a name of its own
+                if [pair.slave, pair.master][: len(names)] == names:
+                    found.append(k)
+            begin += len(contact.pairs)
+        if not found and master is None:
+            raise self._no_surface(slave)
+        if not found:
+            known = ", ".join(map(str, self.pairs))
+            asked = ", ".join(map(repr, both))
+            raise ContactError(
+                f"there is no contact of ({asked}): pairs of (slave, master) are "
+                f"{known}, and their forces those on the slave"
+            )
+        return found
 
     @property
     def statistics(self) -> Statistics:

@@ -18,7 +18,8 @@ from .compat import Array
 from .errors import ContactError, as_path, raise_everywhere, together, writing
 from .forms import check_supports
 from .options import is_real_number
-from .problem import NonlinearProblem
+from .pairs import Pair
+from .problem import CoupledProblem
 
 _COUNTS = ("time", "iterations", "halvings", "active", "min_gap", "max_pressure")
 
@@ -101,6 +102,9 @@ class History:
         - ``force_0_x``, ...: contact force on slave surface 0; with friction its parts
           ``normal_0_x``, ... and ``tangential_0_x``, ...; of several contacts the
           surfaces are numbered on, in the order of the problem's list;
+        - ``force_<slave>_<master>_x``, ...: the same of every pair that has names, or
+          whose slave has several masters, by the names or else the tags of its
+          surfaces (`Pair.label`): ``force_ring_plate_x``, ``force_3_7_x``;
         - ``reaction_<name>_x``, ...: `NonlinearProblem.reactions`;
         - ``energy``; with friction ``friction_work``: the work that tangential
           tractions have taken so far. With the elastic penalty that includes what its
@@ -117,13 +121,13 @@ class History:
 
     def __init__(
         self,
-        problem: NonlinearProblem,
+        problem: CoupledProblem,
         file: str | Path | None = None,
         reactions: Mapping[str, Any] | None = None,
         energy: ufl.Form | None = None,
         more: Mapping[str, Callable[[], float]] | None = None,
     ) -> None:
-        if not isinstance(problem, NonlinearProblem):
+        if not isinstance(problem, CoupledProblem):
             raise ContactError(
                 f"problem must be a NonlinearProblem, not {type(problem).__name__}"
             )
@@ -147,10 +151,21 @@ class History:
         for i, zone in enumerate(self.problem.contact.zones):
             parts = ["force"] + ["normal", "tangential"] * zone.frictional
             vectors += [f"{part}_{i}" for part in parts]
+        for pair in filter(self._has_columns, self.problem.contact.pairs):
+            frictional = self.problem.contact.zones[pair.surface].frictional
+            parts = ["force"] + ["normal", "tangential"] * frictional
+            vectors += [f"{part}_{pair.label}" for part in parts]
         vectors += [f"reaction_{name}" for name in self._reactions]
         names = [*_COUNTS, *(f"{v}_{x}" for v in vectors for x in axes)]
         names += ["energy"] * (self._energy is not None)
         return names + ["friction_work"] * self._frictional + list(self._more)
+
+    def _has_columns(self, pair: Pair) -> bool:
+        """Whether a pair has a name, or is not the only one of its surface."""
+        if pair.slave_name is not None or pair.master_name is not None:
+            return True
+        surfaces = [p.surface for p in self.problem.contact.pairs]
+        return surfaces.count(pair.surface) > 1
 
     @property
     def _frictional(self) -> bool:
@@ -202,10 +217,14 @@ class History:
         gap = counts.min_gap if counts.hits else np.nan
         values: list[Any] = [counts.active_points, gap]
         values.append(counts.max_pressure)
-        for i, zone in enumerate(contact.zones):
-            force = contact.resultant(i)
+        forces = [(i, contact.resultant(i)) for i in range(len(contact.zones))]
+        pairs = contact.pairs
+        if any(map(self._has_columns, pairs)):
+            found = zip(pairs, contact.resultants())
+            forces += [(p.surface, force) for p, force in found if self._has_columns(p)]
+        for i, force in forces:
             values.extend(force.force)
-            if zone.frictional:
+            if contact.zones[i].frictional:
                 values.extend((*force.normal, *force.tangential))
         if self._reactions:
             for reaction in self.problem.reactions(self._reactions).values():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 from dolfinx.fem import Function
@@ -18,6 +19,7 @@ from .errors import ContactError, raise_everywhere
 from .fields import ZoneResults
 from .host import Host
 from .layout import JointLayout
+from .pairs import Pair, labelled
 from .state import JointState, joint_fault
 from .stiffness import VolumePattern
 from .zones import ZoneData
@@ -78,6 +80,15 @@ class Interactions(CoupledSystem, ZoneResults):
     def zones(self) -> list[ZoneData]:  # type: ignore[override]
         """Those of all contacts."""
         return [zone for contact in self.contacts for zone in contact.zones]
+
+    @property
+    def pairs(self) -> list[Pair]:  # type: ignore[override]
+        """Those of all contacts, with slave surfaces numbered on."""
+        found, begin = [], 0
+        for contact in self.contacts:
+            found += [replace(p, surface=begin + p.surface) for p in contact.pairs]
+            begin += len(contact.zones)
+        return labelled(found)
 
     @property
     def gamma(self) -> list[Any] | None:  # type: ignore[override]

@@ -58,7 +58,9 @@ class Interfaces:
     def __init__(self, zones: Sequence[Any], layout: Layout, bodies: Bodies) -> None:
         self.zones, self.layout, self.bodies = zones, layout, bodies
         self._slave_in = self._zones_of("slave_surface")
-        self._master_in = self._zones_of("master_surface")
+        # What is rigid counts as one more body
+        rigid = [[bool(zone.facets.bodies)] for zone in zones]
+        self._master_in = np.hstack([self._zones_of("master_surface"), rigid])
         self.slave = [np.flatnonzero(row) for row in self._slave_in]
         self.master = [np.flatnonzero(row) for row in self._master_in]
 
@@ -96,6 +98,7 @@ class Interfaces:
         # A slave's side is what faces a kind of masters, and the other way around
         slaves = self._measured(of_masters, "slave_surface", measure)
         masters = self._measured(of_slaves, "master_surface", measure)
+        masters = np.pad(masters, [(0, 0), (0, 1), (0, 0)])
         tables = []
         for rows, columns in zip(self.slave, self.master):
             row, column = (

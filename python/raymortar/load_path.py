@@ -38,9 +38,12 @@ class PrescribedPath:
         Load factor of the last accepted step.
     led
         Whether each owned dof of u leads the path, or None.
+    led_weights
+        Weights of these in a displacement that is as good as prescribed, or None.
     """
 
     led: Array | None = None
+    led_weights: Array | None = None
 
     def __init__(
         self,
@@ -103,7 +106,9 @@ class PrescribedPath:
 
 
 class _LedPath:
-    """The load factor is an unknown; what leads is another thing."""
+    """The load factor is an unknown; what leads is another thing, `controlled`."""
+
+    led_weights: Array | None = None
 
     def __init__(
         self,
@@ -175,7 +180,12 @@ class DisplacementPath(_LedPath):
     @property
     def led(self) -> Array:
         """Whether each owned dof of u leads the path. Collective."""
-        return self._chosen.row(self.factor)[0] != 0.0
+        return self.led_weights != 0.0
+
+    @property
+    def led_weights(self) -> Array:  # type: ignore[override]
+        """Weights of the owned dofs of u in what leads. Collective."""
+        return self._chosen.row(self.factor)[0]
 
     @property
     def ended(self) -> bool:
@@ -267,6 +277,11 @@ class ArcPath(_LedPath):
     @property
     def ratio(self) -> float:
         return self._sizes.ratio
+
+    @property
+    def controlled(self) -> float:
+        """Length of the path so far."""
+        return self.time
 
     def begin(self) -> None:
         self._inner.factor = self.factor

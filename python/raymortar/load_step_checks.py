@@ -12,7 +12,7 @@ from .control import ArcLength, DisplacementControl
 from .errors import ContactError
 from .history import History
 from .options import is_real_number, is_truth_value, is_whole_number
-from .problem import NonlinearProblem
+from .problem import CoupledProblem
 from .solver import NewtonSolver, SNESSolver
 
 STRATEGIES = ("auto", "halve")
@@ -26,7 +26,7 @@ _POSITIONAL = (
 def check_solver(solver: Any) -> None:
     """Raise unless a thing solves a problem."""
     problem = getattr(solver, "problem", None)
-    if not (isinstance(problem, NonlinearProblem) and hasattr(solver, "solve")):
+    if not (isinstance(problem, CoupledProblem) and hasattr(solver, "solve")):
         raise ContactError(
             "solver must be a NewtonSolver, SNESSolver or FixedPointSolver, not "
             f"{solver!r}"

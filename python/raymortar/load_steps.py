@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any, TextIO
 
 from .control import ArcLength, DisplacementControl
@@ -29,7 +30,8 @@ from .load_step_checks import (
     with_size,
 )
 from .lost_contact import lost_contact
-from .progress import Progress, check_progress, line
+from .output import Output, check_output
+from .progress import HALVED, Progress, check_progress, line
 from .stabilization import Stabilization
 from .state import State
 from .step_sizes import StepSizes
@@ -45,7 +47,8 @@ class LoadSteps:
     Parameters
     ----------
     solver
-        `NewtonSolver` or `SNESSolver`.
+        `NewtonSolver`, `SNESSolver` or `FixedPointSolver`, such as the
+        ``snes_solver`` of a `NonlinearProblem`.
     apply
         Called with the load factor before each solve: sets loads and Dirichlet values.
         If it takes two arguments, the second is the step's size, which is also what
@@ -73,7 +76,8 @@ class LoadSteps:
         One line for each step: load factor, Newton iterations, halvings so far,
         integration points in contact, smallest gap, largest pressure. On a terminal
         it is rewritten in place, and away while the caller has the step; elsewhere
-        each has a line of its own. None: on standard error where that is a terminal
+        each has a line of its own, and so has each other way that is tried, and each
+        halving. None: on standard error where that is a terminal
         (under ``mpirun`` it is none); True: on standard error; False: nothing; a file
         that is open for writing: there. Rank 0 decides and writes.
     history
@@ -94,8 +98,13 @@ class LoadSteps:
         `DisplacementControl` or `ArcLength`, for snap-through: a chosen displacement, or
         the length of the path, grows from step to step, and the load factor is an
         unknown. ``path`` then says where it starts and, with `ArcLength`, ends.
-        `history` has it as column ``load_factor``; ``time`` is the share of the whole
-        displacement (which is column ``controlled``), or the length so far.
+        `history` has it as column ``load_factor``, and what leads, the displacement or
+        the length so far, as ``controlled``; ``time`` is the share of the whole
+        displacement, or the length so far.
+
+    output
+        Path of a ``.pvd`` or ``.xdmf`` file, to which every accepted step is added with
+        all of its fields, segments and points; or an `Output`.
 
     Attributes
     ----------
@@ -125,6 +134,7 @@ class LoadSteps:
         strategy: str | None = "auto",
         stabilize: bool | float | None = None,
         control: DisplacementControl | ArcLength | None = None,
+        output: str | Path | Output | None = None,
     ) -> None:
         check_solver(solver)
         comm = solver.problem.comm
@@ -147,11 +157,13 @@ class LoadSteps:
             easy=easy,
             path=path,
             history=history is not None,
+            output=output is not None,
             strategy=strategy,
             stabilize=stabilize,
             control=type(control).__name__,
         )
         self.solver, self.apply = solver, apply
+        self._problem = solver.problem  # which its own solver does not keep
         # Python's own, which do not overflow
         self.steps, self.max_halvings = int(steps), int(max_halvings)
         self.extrapolate, self.largest, self.easy = extrapolate, largest, easy
@@ -163,6 +175,7 @@ class LoadSteps:
         self._path = self._new_path()
         if control is not None and history is not None:
             history.include(self._control_columns())
+        self.output = check_output(output, solver.problem)
         self.halvings = 0
 
     def _viscous_forces(self) -> Stabilization | None:
@@ -179,7 +192,7 @@ class LoadSteps:
         contact = self.solver.problem.contact
         progress = Progress(contact.layout.comm, self.progress)
         try:
-            for number, step in enumerate(self._steps(progress.solving), 1):
+            for number, step in enumerate(self._steps(progress), 1):
                 if progress.shown:
                     progress.accepted(line(number, step, contact.statistics))
                 yield step
@@ -199,23 +212,25 @@ class LoadSteps:
 
     def _control_columns(self) -> dict[str, Callable[[], float]]:
         """What a `History` records of a path whose load factor is an unknown."""
-        columns = {"load_factor": lambda: self._path.factor}
-        if isinstance(self._path, DisplacementPath):
-            columns["controlled"] = lambda: self._path.controlled
-        return columns
+        return {
+            "load_factor": lambda: self._path.factor,
+            "controlled": lambda: self._path.controlled,
+        }
 
-    def _steps(self, solving: Callable[[float], None]) -> Iterator[LoadStep]:
-        """The accepted steps; says at which load factor it tries the next one."""
+    def _steps(self, progress: Progress) -> Iterator[LoadStep]:
+        """The accepted steps; says at which load factor it tries the next, and how."""
         contact = self.solver.problem.contact
         path = self._path = self._new_path()
         one_mesh = len(contact.host.displacements) == 1
         viscous = self.control is None and self._stabilization is None and one_mesh
         automatic = self.strategy == "auto"
-        ways = Strategies(path, self.extrapolate, automatic, viscous)
+        ways = Strategies(
+            path, self.extrapolate, automatic, viscous, progress.trying
+        )
         last = None
         while not path.ended:
             before = contact.state()
-            solving(path.next)
+            progress.solving(path.next)
             for one in contact.contacts:
                 if one.friction is not None and path.next != path.factor:
                     one.dt = abs(path.next - path.factor)
@@ -231,10 +246,13 @@ class LoadSteps:
                     ways.finish()
                     raise self._given_up(path, failure) from failure
                 self.halvings += 1
+                progress.trying(HALVED)
                 continue
             path.reached()
             if self.history is not None:
                 self.history.record(path.time, iterations, self.halvings)
+            if self.output is not None:
+                self.output.write(path.time)
             contact.advance()
             path.accept(iterations)
             last = before
@@ -250,7 +268,7 @@ class LoadSteps:
     ) -> int:
         """Iterations of a step from the present state."""
         problem = self.solver.problem
-        with problem.silent_about_loss():
+        with problem.silent_about_loss(), problem.as_part(**self._in_use()):
             if self._stabilization is None:
                 iterations = ways.solve(now, last, ratio)
             else:
@@ -262,6 +280,18 @@ class LoadSteps:
         if loss is not None:
             raise ContactLost(f"contact is lost: {loss}")
         return iterations
+
+    def _in_use(self) -> dict[str, Any]:
+        """What advice of a step that fails has to go with. Collective."""
+        found: dict[str, Any] = {
+            "steps": True,
+            "automatic": self.strategy == "auto",
+            "controlled": self.control is not None,
+            "led": self._path.led_weights,
+        }
+        if self.control is not None or self._stabilization is not None:
+            found["may_be_viscous"] = False
+        return found
 
     def _given_up(self, path: Any, failure: Exception) -> ConvergenceError:
         return ConvergenceError(

@@ -119,12 +119,30 @@ def _loss(zone: Any, u: Array, comm: MPI.Comm) -> Loss | None:
     return Loss(facets, distance, comm.bcast(mine, root=rank))
 
 
+def _passed_by_tools(zone: Any, comm: MPI.Comm) -> list[str]:
+    """What to say of slave facets that a rigid body has passed. Collective."""
+    points = zone.points()
+    facets = np.unique(points["slave"][zone.cpp.sunk_points()])
+    count = comm.allreduce(len(facets))
+    if not count:
+        return []
+    names = ", ".join(body.name for body in zone.facets.bodies)
+    return [
+        f"{count} facets of slave tag {zone.facets.slave_tag} are on the wrong side of "
+        f"a rigid body ({names}): it has passed through them, or its solid is not where "
+        "it should be (the way of its normal or axis, hollow)"
+    ]
+
+
 def _lost_surfaces(contact: Any) -> list[str]:
     """Sentences on the zones that have lost contact. Collective."""
     comm = contact.layout.comm
     u = contact.u.x.array.reshape(-1, contact.u.function_space.mesh.geometry.dim)
     found = []
     for zone in contact.zones:
+        if zone.facets.bodies:
+            found += _passed_by_tools(zone, comm)
+            continue
         loss = _loss(zone, u, comm)
         if loss is not None:
             found.append(
@@ -134,17 +152,18 @@ def _lost_surfaces(contact: Any) -> list[str]:
     return found
 
 
-def _touched(contact: Any, count: int) -> Array:
+def touched(contact: Any, count: int) -> Array:
     """Whether each body has a point in contact. Collective."""
-    touched = np.zeros(count)
+    found = np.zeros(count)
     for zone in contact.zones:
         points = zone.points()
         closed = points["status"] >= CLOSED
         slaves = bodies_of_facets(contact.bodies, zone.facets.slave_surface)
-        touched[slaves[points["slave"][closed]]] = 1.0
-        touched[zone.cpp.master_bodies()[points["master"][closed]]] = 1.0
-    contact.layout.comm.Allreduce(MPI.IN_PLACE, touched, op=MPI.MAX)
-    return touched > 0.0
+        found[slaves[points["slave"][closed]]] = 1.0
+        if not zone.facets.bodies:
+            found[zone.cpp.master_bodies()[points["master"][closed]]] = 1.0
+    contact.layout.comm.Allreduce(MPI.IN_PLACE, found, op=MPI.MAX)
+    return found > 0.0
 
 
 def _moved(contact: Any, sizes: Array) -> Array:
@@ -154,6 +173,23 @@ def _moved(contact: Any, sizes: Array) -> Array:
     most = largest_by(contact.bodies.dofs, by_node, len(sizes)).max(axis=1)
     contact.layout.comm.Allreduce(MPI.IN_PLACE, most, op=MPI.MAX)
     return most > _AT_REST * sizes
+
+
+def _springs(problem: Any) -> npt.NDArray[np.bool_]:
+    """Whether masses or springs resist a body's translation along each axis, (d,
+    bodies). Collective."""
+    groups, contact = problem.convergence.groups, problem.contact
+    parts = [contact.stiffness_diagonal**2]
+    parts += [forces**2 for forces in contact.translation_forces]
+    sums = np.sqrt(groups.sum(*map(groups.on_rows, parts))[:, : groups.bodies])
+    found: npt.NDArray[np.bool_] = sums[1:] > _NO_SPRING * sums[0]
+    return found
+
+
+def has_springs(problem: Any) -> npt.NDArray[np.bool_]:
+    """Whether a body is on springs, or has masses, (bodies,). Collective."""
+    found: npt.NDArray[np.bool_] = _springs(problem).any(axis=0)
+    return found
 
 
 def unheld(problem: Any, led: Array | None = None) -> list[str]:
@@ -169,21 +205,14 @@ def unheld(problem: Any, led: Array | None = None) -> list[str]:
     dim, n = problem.contact.u.function_space.dofmap.index_map_bs, groups.bodies
     held = problem.constrained if led is None else problem.constrained | led
     component = np.arange(len(held)) % dim
-    diagonal = problem.contact.stiffness_diagonal
-    parts = [diagonal**2]
-    for i, forces in enumerate(problem.contact.translation_forces):
-        parts += [held & (component == i), forces**2]
-    sums = groups.sum(*map(groups.on_rows, parts))[:, :n]
-    stiffness = np.sqrt(sums[0])
-    free = np.array(
-        [
-            (fixed == 0.0) & (np.sqrt(spring) <= _NO_SPRING * stiffness)
-            for fixed, spring in zip(sums[1::2], sums[2::2])
-        ]
-    )
+    parts = [groups.on_rows(held & (component == i)) for i in range(dim)]
+    fixed = np.atleast_2d(groups.sum(*parts))[:, :n]
+    free = fixed == 0.0
+    if free.any():
+        free &= ~_springs(problem)
     if not free.any():
         return []
-    free &= ~_touched(problem.contact, n)
+    free &= ~touched(problem.contact, n)
     free &= _moved(problem.contact, groups.size[:n])
     names = groups.names() if free.any() else []
     return [

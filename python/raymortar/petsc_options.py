@@ -8,7 +8,7 @@ from typing import Any
 from petsc4py import PETSc
 
 from .errors import ContactError, require_agreement, together
-from .problem import NonlinearProblem
+from .problem import CoupledProblem
 
 
 class PetscOptions:
@@ -65,7 +65,7 @@ class PetscOptions:
 
 def check_solver_input(solver: Any, problem: Any, options: Any) -> None:
     """Raise unless a solver can be made of these, the same on every rank. Collective."""
-    if not isinstance(problem, NonlinearProblem):
+    if not isinstance(problem, CoupledProblem):
         raise ContactError(
             f"problem must be a NonlinearProblem, not {type(problem).__name__}"
         )

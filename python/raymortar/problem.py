@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,16 +19,20 @@ from .compat import Array
 from .contact import Contact
 from .convergence import Convergence
 from .errors import require_agreement, together
-from .failure import describe_failure
+from .failure import InUse, describe_failure
 from .forms import check_supports, list_of_conditions
 from .held import rigid_slaves
 from .interactions import one_or_several
+from .loose import loose_bodies
 from .lost_contact import unheld
+from .sides import swaps
 from .unknowns import find_unknowns, jacobians
 
 
-class NonlinearProblem:
-    """Residual and tangent of F(u; v) + contact = 0 for PETSc solvers. Collective.
+class CoupledProblem:
+    """Residual and tangent of F(u; v) + contact = 0, for any solver. Collective.
+
+    What `NonlinearProblem` is without a solver of its own.
 
     Parameters
     ----------
@@ -46,6 +51,8 @@ class NonlinearProblem:
     u
         What is solved for, where F is a list: Functions, of which the contact's is one
         or a part of one.
+    form_compiler_options, jit_options
+        For the forms of F and J, as of ``dolfinx.fem.form``.
 
     Attributes
     ----------
@@ -65,6 +72,8 @@ class NonlinearProblem:
 
     tells_of_loss
         Whether a converged solve warns of contact that it has lost.
+    in_use
+        What advice after a failure has to go with.
 
     Notes
     -----
@@ -84,6 +93,8 @@ class NonlinearProblem:
         bcs: Sequence[Any] = (),
         J: Any = None,
         u: Any = None,
+        form_compiler_options: Mapping[str, Any] | None = None,
+        jit_options: Mapping[str, Any] | None = None,
     ) -> None:
         self.contact = one_or_several(contact)
         host, comm = self.contact.host, self.contact.host.comm
@@ -100,7 +111,8 @@ class NonlinearProblem:
                 J = ufl.derivative(F, w, ufl.TrialFunction(w.function_space))
         require_agreement(comm, number_of_conditions=len(self.bcs))
         self.forms = F, J
-        self.L, self.a = compat.form(F), compat.form(J)
+        options = form_compiler_options, jit_options
+        self.L, self.a = compat.form(F, *options), compat.form(J, *options)
         self.history: list[float] = []
         self.rays_only, self.tells_of_loss = False, True
         # Where `form` was last, and which revision of the contact that was
@@ -108,12 +120,19 @@ class NonlinearProblem:
         self._revision = 0
         self._r = [compat.create_la_vector(*compat.unknowns_of(f)) for f in functions]
         self._volume = self.contact.prepare(self.a, self.bcs)
+        self.in_use = self._alone()
         self.convergence = Convergence(self.contact)
 
     @property
     def comm(self) -> MPI.Comm:
         """Communicator of the mesh."""
         return self.contact.layout.comm
+
+    @property
+    def u(self) -> Any:
+        """What is solved for: a Function, of several unknowns a list."""
+        functions = self.contact.host.functions
+        return list(functions) if isinstance(self.L, list) else functions[0]
 
     def create_matrix(self) -> PETSc.Mat:
         """Matrix with room for the tangent. Collective."""
@@ -130,12 +149,13 @@ class NonlinearProblem:
         machine's precision [theory (5.4)]. Force."""
         return self.convergence.floor
 
-    def start(self) -> PETSc.Vec:
-        """Present u and multiplier as a vector of unknowns; clears the history."""
+    def start(self, x: PETSc.Vec | None = None) -> PETSc.Vec:
+        """Present u and multiplier as a vector of unknowns, x or a new one; clears the
+        history."""
         self.history.clear()
         self.convergence.start()
         self._at = None
-        x = self.create_vector()
+        x = self.create_vector() if x is None else x
         self.contact.to_vector(x)
         return x
 
@@ -254,6 +274,26 @@ class NonlinearProblem:
         finally:
             self.tells_of_loss = before
 
+    def _alone(self) -> InUse:
+        """What is in use where solves are no part of anything."""
+        spaces = [
+            one.multiplier.function_space
+            for one in self.contact.contacts
+            if one.multiplier is not None
+        ]
+        degrees = [compat.element_info(W).degree for W in spaces]
+        one_mesh = len(self.contact.host.displacements) == 1
+        return InUse(may_be_viscous=one_mesh, degree=max(degrees, default=0))
+
+    @contextmanager
+    def as_part(self, **of_what: Any) -> Iterator[None]:
+        """Solves are a part of what `failure.InUse` tells of."""
+        before, self.in_use = self.in_use, replace(self.in_use, **of_what)
+        try:
+            yield
+        finally:
+            self.in_use = before
+
     @property
     def constrained(self) -> npt.NDArray[np.bool_]:
         """Whether conditions prescribe an owned dof of u. Collective."""
@@ -332,12 +372,17 @@ class NonlinearProblem:
 
     def describe(self) -> str:
         """State of contact and residual history, for messages. Collective."""
+        in_use, contacts = self.in_use, self.contact.contacts
+        free = loose_bodies(self, in_use.led) if in_use.controlled else unheld(self)
         return describe_failure(
             self.history,
             self.contact.statistics,
-            unheld(self),
+            free,
             self.convergence.describe(),
             self._rigid_slaves(),
+            [text for one in contacts for text in swaps(one, self._volume, self.bcs)],
+            [one.excess for one in contacts if one.excess is not None],
+            in_use,
         )
 
     def _rigid_slaves(self) -> list[int]:

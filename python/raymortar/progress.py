@@ -13,6 +13,10 @@ from .load_step import LoadStep
 from .results import Statistics
 
 
+# What is tried where no other way has helped
+HALVED = "half the step"
+
+
 def check_progress(progress: Any) -> None:
     """Raise unless progress can be shown as it is asked for."""
     if not (progress is None or isinstance(progress, bool) or _is_file(progress)):
@@ -59,15 +63,28 @@ class Progress:
         self.shown: bool = comm.bcast(shown, root=0)
         self._stream = stream if self.shown and comm.rank == 0 else None
         self._last, self._drawn = "", 0
+        self._accepted, self._factor = 0, 0.0
 
     def solving(self, factor: float) -> None:
         """A step begins: on a terminal, the last line, or what is being solved."""
+        self._factor = factor
         if self._stream is not None and self._in_place:
             self._draw(self._last or f"load {factor:.6g} ...")
+
+    def trying(self, what: str) -> None:
+        """A solve of the step has failed, and something else is tried."""
+        if self._stream is None:
+            return
+        text = f"step {self._accepted + 1:3}  load {self._factor:<8.6g}  trying {what}"
+        if self._in_place:
+            self._draw(text)
+        else:
+            self._put(f"{text}\n")
 
     def accepted(self, text: str) -> None:
         """A step is accepted. The line on the terminal goes, as the caller may print."""
         self._last = text
+        self._accepted += 1
         if self._stream is None:
             return
         if self._in_place:

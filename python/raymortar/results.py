@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any
 
@@ -156,6 +156,35 @@ def resultant(zone: Any, comm: MPI.Comm) -> Resultant:
     moment = comm.allreduce(moment)
     moment = moment if np.ndim(moment) else float(moment)
     return Resultant(force, moment, normal, force - normal)
+
+
+def resultants(zone: Any, comm: MPI.Comm) -> list[Resultant]:
+    """Forces and moments on the slave side of a zone, one for each of its master tags.
+    Collective."""
+    points = zone.points()
+    master, dim = zone.masters_of(points), points["x"].shape[1]
+    forces = points["weight"][:, None] * points["traction"]
+    # Ranks without points know the width, too
+    moments = _moments(points["x"], forces).reshape(len(forces), 3 if dim == 3 else 1)
+    values = np.hstack([forces, along_normal(points, forces), moments])
+    sums = np.zeros((zone.master_tags.count, values.shape[1]))
+    np.add.at(sums, master[master >= 0], values[master >= 0])
+    comm.Allreduce(MPI.IN_PLACE, sums)
+    return [
+        Resultant(
+            row[:dim],
+            row[2 * dim :] if dim == 3 else float(row[-1]),
+            row[dim : 2 * dim],
+            row[:dim] - row[dim : 2 * dim],
+        )
+        for row in sums
+    ]
+
+
+def added(parts: Sequence[Resultant]) -> Resultant:
+    """One resultant of several."""
+    names = [f.name for f in fields(Resultant)]
+    return Resultant(*(sum(getattr(part, name) for part in parts) for name in names))
 
 
 def along_normal(points: dict[str, Array], vectors: Array) -> Array:

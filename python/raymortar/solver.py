@@ -11,6 +11,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from mpi4py import MPI
 from petsc4py import PETSc
 
 from . import compat, solvers
@@ -27,7 +28,7 @@ from .lost_contact import lost_contact
 from .methods import Penalty
 from .penetration import warn_of_penetration
 from .petsc_options import PetscOptions, check_solver_input
-from .problem import NonlinearProblem
+from .problem import CoupledProblem
 
 # Each solver has its own prefix in the PETSc options, or one would set the other's
 _counter = itertools.count()
@@ -45,8 +46,29 @@ DIRECT = {
 }
 
 
-class _Stuck(Exception):
-    """Ends a solve of DOLFINx's Newton solver, which has no other way to."""
+class _Ended(Exception):
+    """Ends a solve of DOLFINx's Newton solver, which has no other way to.
+
+    Attributes
+    ----------
+    converged
+        Whether it has.
+    """
+
+    def __init__(self, converged: bool) -> None:
+        self.converged = converged
+
+
+def _setting(name: str, meaning: str) -> Any:
+    """Attribute of a `NewtonSolver` that DOLFINx's solver has."""
+
+    def read(solver: NewtonSolver) -> Any:
+        return getattr(solver.newton, name)
+
+    def write(solver: NewtonSolver, value: Any) -> None:
+        setattr(solver.newton, name, value)
+
+    return property(read, write, doc=meaning)
 
 
 class NewtonSolver:
@@ -61,7 +83,8 @@ class NewtonSolver:
 
     Attributes
     ----------
-    rtol, atol, max_it, relaxation_parameter, convergence_criterion
+    rtol, atol, max_it, relaxation_parameter, convergence_criterion, report, \
+    error_on_nonconvergence
         As in DOLFINx, except for when a solve ends: DOLFINx compares lengths and forces
         with the length of the first increment. ``rtol`` is relative to the forces of
         each body and each surface of contact. ``atol`` is a force, by default the
@@ -69,6 +92,8 @@ class NewtonSolver:
         anything (theory, 5.4).
     krylov_solver
         The PETSc KSP.
+    newton
+        DOLFINx's solver. With the criterion ``"residual"`` its own tolerances are zero.
     options
         `PetscOptions`: to be in PETSc's table, ``with solver.options:``, where the KSP
         is used by itself.
@@ -79,12 +104,22 @@ class NewtonSolver:
         Where DOLFINx no longer has its Newton solver: use `SNESSolver`.
     """
 
+    max_it = _setting("max_it", "Most iterations.")
+    relaxation_parameter = _setting("relaxation_parameter", "Factor of a correction.")
+    convergence_criterion = _setting(
+        "convergence_criterion", '``"residual"`` or ``"incremental"``.'
+    )
+    report = _setting("report", "Whether DOLFINx's log has each iteration.")
+    error_on_nonconvergence = _setting(
+        "error_on_nonconvergence", "Whether DOLFINx raises an error of its own."
+    )
+
     def __init__(
-        self, problem: NonlinearProblem, options: Mapping[str, Any] | None = None
+        self, problem: CoupledProblem, options: Mapping[str, Any] | None = None
     ) -> None:
         check_solver_input(self, problem, options)
         try:
-            self._newton = compat.make_newton_solver(problem.comm)
+            self.newton = compat.make_newton_solver(problem.comm)
         except NotImplementedError as error:
             raise ContactError(f"{error} (raymortar.SNESSolver)") from None
         self.problem = problem
@@ -100,15 +135,13 @@ class NewtonSolver:
             if problem.J(x, A):
                 renew(this().krylov_solver, A)
 
-        self._newton.setF(residual, self.b)
-        self._newton.setJ(tangent, self.A)
-        self._newton.set_form(problem.form)
-        self._newton.rtol = 1e-10
+        self.newton.setF(residual, self.b)
+        self.newton.setJ(tangent, self.A)
+        self.newton.set_form(problem.form)
         self._floor = problem.residual_floor()
-        self._newton.atol = self._floor
-        self._newton.max_it = 25
-        self._newton.report = False
-        self._newton.error_on_nonconvergence = False
+        self.rtol, self.atol = 1e-10, self._floor
+        self.max_it = 25
+        self.report = self.error_on_nonconvergence = False
         self._name = agreed_name(problem.comm)
         self.options = PetscOptions(
             f"raymortar_newton_{next(_counter)}_",
@@ -117,26 +150,17 @@ class NewtonSolver:
         self.options.configure(self.krylov_solver)
         solvers.attach(self.krylov_solver, problem.contact)
 
-    def __getattr__(self, name: str) -> Any:
-        """Settings are those of DOLFINx's solver."""
-        if name == "_newton":
-            raise AttributeError(name)
-        return getattr(self._newton, name)
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        newton = self.__dict__.get("_newton")
-        if newton is not None and hasattr(type(newton), name):
-            setattr(newton, name, value)
-        else:
-            object.__setattr__(self, name, value)
+    @property
+    def krylov_solver(self) -> PETSc.KSP:
+        """The PETSc KSP."""
+        return self.newton.krylov_solver
 
     def __del__(self) -> None:
         kept = self.__dict__
-        if "_name" in kept and not sys.is_finalizing():
-            comm = kept["problem"].comm
-            if comm.size > 1:
-                put_aside(kept["_name"], comm, kept["_newton"])
-        _release(self, "_newton", "A", "b")
+        comm = kept["problem"].comm if "problem" in kept else None
+        if "_name" in kept and comm.size > 1 and not sys.is_finalizing():
+            put_aside(kept["_name"], comm, kept["newton"])
+        _release(self, comm, "newton", "A", "b")
 
     def solve(self) -> tuple[int, bool]:
         """Solve from the present u and multiplier.
@@ -152,26 +176,22 @@ class NewtonSolver:
         """
         require_agreement(self.problem.comm, **self._settings())
         x = self.problem.start()
-        given = self.tolerances
-        self._asked = self.rtol, self.force_tolerance
-        if self.convergence_criterion == "incremental" and self._asked[1] is None:
-            self.atol = 0.0  # a force is no tolerance of lengths
+        self.newton.rtol, self.newton.atol = self._tolerances_of_dolfinx
         converged, reason = False, ""
         try:
             with self.options:
-                iterations, converged = self._newton.solve(x)
+                iterations, converged = self.newton.solve(x)
             reason = f"after {iterations} iterations"
         except ContactError as error:
             # An iterate that is no number; a start that is none is the user's fault
             if not self.problem.history:
                 raise
             reason = f"({error})"
-        except _Stuck:
-            count = len(self.problem.history) - 1
-            reason = f"after {count} iterations, and was stopped"
+        except _Ended as end:
+            converged, iterations = end.converged, len(self.problem.history) - 1
+            reason = f"after {iterations} iterations, and was stopped"
         finally:
             x.destroy()
-            self.tolerances = given
             if not converged:
                 renew(self.krylov_solver, self.A)
         require_convergence(self.problem, converged, reason)
@@ -204,21 +224,33 @@ class NewtonSolver:
         """What all ranks must have alike: one that stops sooner leaves the others."""
         names = "max_it", "convergence_criterion", "relaxation_parameter"
         settings = {name: getattr(self, name) for name in names}
-        return {"solver": type(self).__name__, "tolerances": self.tolerances, **settings}
+        return {
+            "solver": type(self).__name__,
+            "tolerances": self.tolerances,
+            **settings,
+        }
+
+    @property
+    def _tolerances_of_dolfinx(self) -> tuple[float, float]:
+        """rtol and atol by which DOLFINx ends a solve: of lengths, for which a force is
+        no tolerance. Residuals, lengths and forces together in its norm, `_judge`
+        judges."""
+        if self.convergence_criterion == "residual":
+            return 0.0, 0.0
+        return self.rtol, self.force_tolerance or 0.0
 
     def _judge(self) -> None:
-        """Tell DOLFINx by its absolute tolerance whether it may end: the norm that it
-        compares is that of lengths and forces together."""
+        """End the solve where the last residual is small enough, or in vain."""
         if self.convergence_criterion == "residual":
             convergence = self.problem.convergence
             convergence.accept()
-            ends = convergence.reached(*self._asked)
-            self.tolerances = 0.0, np.inf if ends else 0.0
-            if not ends and convergence.is_stuck:
-                raise _Stuck
+            if convergence.reached(self.rtol, self.force_tolerance):
+                raise _Ended(converged=True)
+            if convergence.is_stuck:
+                raise _Ended(converged=False)
 
 
-def _release(solver: Any, *names: str) -> None:
+def _release(solver: Any, comm: MPI.Comm | None, *names: str) -> None:
     """Drop PETSc objects of a solver that ends, and free them.
 
     Ranks may come to that at different times: of several, the next solver on the mesh
@@ -228,11 +260,10 @@ def _release(solver: Any, *names: str) -> None:
         return
     for name in names:
         solver.__dict__.pop(name, None)
-    problem = solver.__dict__.get("problem")
-    if problem is None or PETSc.Sys.isFinalized():
+    if comm is None or PETSc.Sys.isFinalized():
         return
-    if problem.comm.size == 1:
-        compat.destroy_garbage(problem.comm)
+    if comm.size == 1:
+        compat.destroy_garbage(comm)
 
 
 def renew(ksp: PETSc.KSP, A: PETSc.Mat) -> None:
@@ -252,9 +283,7 @@ def _tangent_with(solver: Any, x: PETSc.Vec, springs: Mapping[int, float]) -> No
     A.assemble()
 
 
-def require_convergence(
-    problem: NonlinearProblem, converged: bool, reason: str
-) -> None:
+def require_convergence(problem: CoupledProblem, converged: bool, reason: str) -> None:
     """Raise, on every rank, if a solve has failed, and warn of a doubtful end."""
     if not converged:
         message = f"Newton did not converge {reason}: {problem.describe()}"
@@ -269,7 +298,7 @@ def require_convergence(
         )
 
 
-def _line_search(problem: NonlinearProblem) -> str:
+def _line_search(problem: CoupledProblem) -> str:
     """Full steps cycle where springs are touched and slip in the same large step; with
     multipliers they are best (docs/parameters)."""
     springs = any(
@@ -279,7 +308,7 @@ def _line_search(problem: NonlinearProblem) -> str:
     return "bt" if springs else "basic"
 
 
-def _defaults(problem: NonlinearProblem, floor: float) -> dict[str, Any]:
+def _defaults(problem: CoupledProblem, floor: float) -> dict[str, Any]:
     """Options of SNES, without those of the linear solver."""
     return {
         "snes_type": "newtonls",
@@ -292,7 +321,7 @@ def _defaults(problem: NonlinearProblem, floor: float) -> dict[str, Any]:
 
 
 def _convergence_test(
-    problem: NonlinearProblem, snes: PETSc.SNES, floor: float
+    problem_of: Callable[[], CoupledProblem], snes: PETSc.SNES, floor: float
 ) -> Callable[..., int]:
     """Test for a SNES whose options are in PETSc's table: forces against forces.
 
@@ -307,7 +336,7 @@ def _convergence_test(
     def test(snes: PETSc.SNES, iteration: int, norms: tuple[float, ...]) -> int:
         size, step, norm = norms
         rtol, atol, stol, _ = snes.getTolerances()
-        convergence, history = problem.convergence, problem.history
+        convergence, history = problem_of().convergence, problem_of().history
         convergence.accept()
         if not np.isfinite(norm):
             return NOT_A_NUMBER
@@ -341,60 +370,87 @@ class SNESSolver:
         the rounding error of the residual, MUMPS.
     matrix
         That of another solver of this problem, to share.
+    prefix
+        Of the options in PETSc's table; None: one that no other solver has.
+    owned
+        Whether the problem keeps this solver, which then does not keep the problem.
 
     Attributes
     ----------
     snes
         The petsc4py SNES.
+    A, b, x
+        Its tangent and its residual, whose rows are weighed (`row_scale` of the
+        problem), and its unknowns [u, multiplier / gamma].
     options
         `PetscOptions`, as of `NewtonSolver`.
     """
 
     def __init__(
         self,
-        problem: NonlinearProblem,
+        problem: CoupledProblem,
         options: Mapping[str, Any] | None = None,
         matrix: PETSc.Mat | None = None,
+        *,
+        prefix: str | None = None,
+        owned: bool = False,
     ) -> None:
         check_solver_input(self, problem, options)
-        self.problem = problem
+        # The communicator ends with the mesh, which has to outlive PETSc's objects
+        self._contact = problem.contact
+        self._problem: Any = weakref.ref(problem) if owned else lambda: problem
         self.A = problem.create_matrix() if matrix is None else matrix
-        self.b = problem.create_vector()
+        self.b, self.x = problem.create_vector(), problem.create_vector()
         self.snes = PETSc.SNES().create(problem.comm)
         # What a callback raised: newer petsc4py raises an error of its own instead
         self._raised: list[ContactError] = []
         self._floor = problem.residual_floor()
+        self._scale = problem.create_vector()
+        self._scale.set(1.0)
+        self._set_callbacks()
+        self.options = PetscOptions(
+            f"raymortar_snes_{next(_counter)}_" if prefix is None else prefix,
+            {**_defaults(problem, self._floor), **DIRECT, **(options or {})},
+        )
+        self.options.configure(self.snes)
+        # What has not converged is told by an error that says more than PETSc's
+        self.snes.setErrorIfNotConverged(False)
+        with self.options:
+            test = _convergence_test(self._problem, self.snes, self._floor)
+        self.snes.setConvergenceTest(test)
+        solvers.attach(self.krylov_solver, problem.contact, self._scale)
+
+    def _set_callbacks(self) -> None:
+        """Tell PETSc how to find residual and tangent."""
         # Not self: C would keep it alive in a cycle
-        raised, scale = self._raised, problem.create_vector()
-        self._scale = scale
+        problem_of, raised, scale = self._problem, self._raised, self._scale
 
         def residual(snes: PETSc.SNES, x: PETSc.Vec, b: PETSc.Vec) -> None:
             try:
-                problem.F(x, b)
+                problem_of().F(x, b)
             except ContactError as error:
                 raised.append(error)
                 raise
             b.pointwiseMult(b, scale)
 
         def tangent(snes: PETSc.SNES, x: PETSc.Vec, A: PETSc.Mat, P: PETSc.Mat) -> None:
-            if problem.J(x, A):
+            if problem_of().J(x, A):
                 renew(snes.ksp, A)
             A.diagonalScale(scale)
 
         self.snes.setFunction(residual, self.b)
         self.snes.setJacobian(tangent, self.A)
-        self.options = PetscOptions(
-            f"raymortar_snes_{next(_counter)}_",
-            {**_defaults(problem, self._floor), **DIRECT, **(options or {})},
-        )
-        self.options.configure(self.snes)
-        with self.options:
-            test = _convergence_test(problem, self.snes, self._floor)
-        self.snes.setConvergenceTest(test)
-        solvers.attach(self.krylov_solver, problem.contact, scale)
 
     def __del__(self) -> None:
-        _release(self, "snes", "A", "b", "_scale")
+        contact = self.__dict__.get("_contact")
+        comm = None if contact is None else contact.layout.comm
+        _release(self, comm, "snes", "A", "b", "x", "_scale")
+
+    @property
+    def problem(self) -> CoupledProblem:
+        """What is solved."""
+        found: CoupledProblem = self._problem()
+        return found
 
     @property
     def krylov_solver(self) -> PETSc.KSP:
@@ -456,7 +512,7 @@ class SNESSolver:
             With PETSc's reason, pairs, active points, gaps and residual history.
         """
         require_agreement(self.problem.comm, **self._settings())
-        x = self.problem.start()
+        x = self.problem.start(self.x)
         self._raised.clear()
         self._scale.array[:] = self.problem.row_scale()
         try:
@@ -470,8 +526,10 @@ class SNESSolver:
         self.problem.form(x)
         reason = self.snes.getConvergedReason()
         iterations = self.snes.getIterationNumber()
-        converged = reason > 0 or (reason == NO_DESCENT and self._is_rounding_error(x))
-        x.destroy()
+        if reason == NO_DESCENT and self._is_rounding_error(x):
+            reason = PETSc.SNES.ConvergedReason.CONVERGED_FNORM_ABS
+            self.snes.setConvergedReason(reason)
+        converged = reason > 0
         if not converged:
             renew(self.krylov_solver, self.A)
         require_convergence(

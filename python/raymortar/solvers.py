@@ -45,6 +45,8 @@ _MULTIGRID = {
     "gamg-bounded": {
         **_GAMG,
         "pc_gamg_aggressive_coarsening": 0,
+        # What PETSc did up to 3.18, which passes over this: without, iterations grow
+        "pc_gamg_mis_k_minimum_degree_ordering": 1,
         "pc_mg_cycle_type": "w",
     },
     "hypre": {
@@ -124,8 +126,7 @@ def attach(ksp: PETSc.KSP, contact: Any, row_scale: PETSc.Vec | None = None) -> 
     Raises
     ------
     ContactError
-        If the solver is iterative and the user solves for more than a displacement, or
-        for the multipliers of several contacts.
+        If the solver is iterative and the user solves for more than a displacement.
     """
     if ksp.getPC().getType() == "python":
         context = ksp.getPC().getPythonContext()
@@ -135,23 +136,15 @@ def attach(ksp: PETSc.KSP, contact: Any, row_scale: PETSc.Vec | None = None) -> 
                     "the iterative solver is for a displacement alone: with further "
                     "unknowns leave the direct one, which is the default"
                 )
-            if len(contact.contacts) > 1 and any(
-                one.multiplier is not None for one in contact.contacts
-            ):
-                raise ContactError(
-                    "the iterative solver is for one contact, or several with a "
-                    "penalty: with other multipliers leave the direct one, which is the "
-                    "default"
-                )
-            # Of several with a penalty it reads what they have in common
-            context.contact, context.row_scale = contact.contacts[0], row_scale
+            context.contact, context.row_scale = contact, row_scale
 
 
 class ContactPreconditioner:
-    """Eliminates the multiplier; multigrid for the displacement. A PETSc python PC.
+    """Eliminates the multipliers; multigrid for the displacement. A PETSc python PC.
 
-    With a penalty, S below is the tangent itself. With a multiplier D, which is zero where contact is closed, is replaced by the blocks of its nodes
-    less M, a multiple of the lumped mass matrix of the slave surface. What is left for
+    With penalties alone, S below is the tangent itself. With a multiplier D, which is
+    zero where contact is closed, is replaced by the blocks of its nodes less M, a
+    multiple of the lumped mass matrix of the slave surface. What is left for
     the displacement, S = K - B E^-1 C with these blocks E, is then the stiffness with
     closed contact held by springs: it couples the bodies, and has no zeros. Where the
     springs are about as stiff as the volume's surface (the modulus over the mesh size),
@@ -171,7 +164,8 @@ class ContactPreconditioner:
         self.row_scale: PETSc.Vec | None = None
         self.solver: Any = None  # PETSc.KSP from `setUp` on
         self._near: PETSc.NullSpace | None = None
-        self._springs: Any = None  # a number from the first elimination on
+        # Those of each contact, from the first elimination on
+        self._springs: list[float] | None = None
         # Index sets of both unknowns, and what the elimination needs
         self._u: Any = None
         self._lam: Any = None
@@ -184,7 +178,7 @@ class ContactPreconditioner:
         A, _ = pc.getOperators()
         # A new solver each time: GAMG cannot change the sizes of its levels
         self.reset(pc)
-        S = A if self.contact.multiplier is None else self._eliminate(A)
+        S = self._eliminate(A) if self._with_multiplier else A
         if self._near is None:
             self._near = near_nullspace(self.contact)
         S.setNearNullSpace(self._near)
@@ -195,12 +189,20 @@ class ContactPreconditioner:
         self.solver.setFromOptions()
         self.solver.setUp()
 
+    @property
+    def _with_multiplier(self) -> list[Any]:
+        """The contacts that have one, in the order of its rows."""
+        contacts = self.contact.contacts
+        return [contact for contact in contacts if contact.multiplier is not None]
+
     def _eliminate(self, A: PETSc.Mat) -> PETSc.Mat:
         """S, and keep the blocks that the elimination needs."""
         if self._springs is None:
             # The multiplier is divided by gamma, and so its equation is multiplied
-            scale = self.contact.gamma_scale
-            self._springs = scale**2 / (SPRINGS * surface_stiffness(self.contact))
+            self._springs = [
+                contact.gamma_scale**2 / (SPRINGS * surface_stiffness(contact))
+                for contact in self._with_multiplier
+            ]
             self._u, self._lam = _index_sets(self.contact.layout)
         K, self._B, self._C, D = (
             self._unscaled(A.createSubMatrix(rows, columns), rows)
@@ -228,35 +230,25 @@ class ContactPreconditioner:
         return block
 
     def _inverse_blocks(self, D: PETSc.Mat) -> PETSc.Mat:
-        """E^-1 from the nodes' blocks of D and the lumped mass."""
-        layout = self.contact.layout
-        c, begin = layout.components, D.getOwnershipRange()[0]
-        mass = self._springs * lumped_mass(self.contact)
-        offsets, columns, values = D.getValuesCSR()
-        rows = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
-        columns = columns - begin
-        own = columns // c == rows // c
-        blocks = np.zeros((len(mass), c, c))
-        rows, columns, values = rows[own], columns[own], values[own]
-        blocks[rows // c, rows % c, columns % c] = values
-        blocks -= mass[:, None, None] * np.eye(c)
-        n = len(offsets) - 1
-        pattern = c * (np.arange(n) // c)[:, None] + np.arange(c) + begin
+        """E^-1 from the nodes' blocks of D and the lumped masses."""
+        assert self._springs is not None
+        begin, first, parts = D.getOwnershipRange()[0], 0, []
+        csr = D.getValuesCSR()
+        for contact, springs in zip(self._with_multiplier, self._springs):
+            c, mass = contact.layout.components, springs * lumped_mass(contact)
+            blocks = _node_blocks(csr, first, len(mass), c, begin)
+            blocks -= mass[:, None, None] * np.eye(c)
+            parts.append((begin + first, np.linalg.inv(blocks)))
+            first += c * len(mass)
         E = PETSc.Mat().createAIJ(
-            ((n, None), (n, None)),
-            csr=(
-                c * np.arange(n + 1, dtype=PETSc.IntType),
-                pattern.ravel().astype(PETSc.IntType),
-                np.linalg.inv(blocks).ravel(),
-            ),
-            comm=D.comm,
+            ((first, None), (first, None)), csr=_block_diagonal(parts), comm=D.comm
         )
         E.assemble()
         return E
 
     def apply(self, pc: PETSc.PC, x: PETSc.Vec, y: PETSc.Vec) -> None:
         """y = P^-1 x: eliminate, solve, substitute. Collective."""
-        if self.contact.multiplier is None:
+        if not self._with_multiplier:
             self.solver.solve(x, y)
             return
         r, q = x.getSubVector(self._u), x.getSubVector(self._lam)
@@ -301,16 +293,63 @@ class ContactPreconditioner:
 
 
 def _index_sets(layout: Any) -> tuple[PETSc.IS, PETSc.IS]:
-    """Owned rows of displacement and multiplier."""
+    """Owned rows of the displacement, and of all multipliers."""
     bs = layout.u.function_space.dofmap.index_map_bs
     sets = []
     ends = layout.begin, layout.begin + layout.n, layout.begin + layout.size
-    for first, last, block in zip(ends, ends[1:], (bs, max(layout.components, 1))):
+    for first, last, block in zip(ends, ends[1:], (bs, 1)):
         rows = np.arange(first, last, dtype=PETSc.IntType)
         one = PETSc.IS().createGeneral(rows, comm=layout.comm)
         one.setBlockSize(block)
         sets.append(one)
     return sets[0], sets[1]
+
+
+def _node_blocks(csr: Any, first: int, nodes: int, c: int, begin: int) -> Array:
+    """Blocks on the diagonal of some rows, (nodes, c, c).
+
+    Parameters
+    ----------
+    csr
+        Compressed rows of this rank.
+    first
+        Of the rows, among those of this rank.
+    nodes, c
+        They are those of so many nodes with so many components.
+    begin
+        Column of this rank's first row.
+    """
+    offsets, columns, values = csr
+    here = slice(offsets[first], offsets[first + nodes * c])
+    rows = np.repeat(
+        np.arange(nodes * c), np.diff(offsets[first : first + nodes * c + 1])
+    )
+    columns, values = columns[here] - begin - first, values[here]
+    own = columns // c == rows // c
+    rows, columns = rows[own], columns[own]
+    blocks = np.zeros((nodes, c, c))
+    blocks[rows // c, rows % c, columns % c] = values[own]
+    return blocks
+
+
+def _block_diagonal(parts: list[tuple[int, Array]]) -> tuple[Array, Array, Array]:
+    """Compressed rows of a matrix with blocks of several sizes.
+
+    Parameters
+    ----------
+    parts
+        First column of blocks that follow each other, and these, (n, c, c).
+    """
+    offsets, columns, values = [np.zeros(1, dtype=PETSc.IntType)], [], []
+    for first, blocks in parts:
+        n, c, _ = blocks.shape
+        row = np.arange(n * c)
+        ends = c * (1 + row) + offsets[-1][-1]
+        offsets.append(ends.astype(PETSc.IntType))
+        pattern = first + c * (row // c)[:, None] + np.arange(c)
+        columns.append(pattern.ravel().astype(PETSc.IntType))
+        values.append(blocks.ravel())
+    return tuple(map(np.concatenate, (offsets, columns, values)))  # type: ignore[return-value]
 
 
 def _with_blocks(S: PETSc.Mat, bs: int) -> PETSc.Mat:

@@ -128,7 +128,7 @@ class Stabilization:
                     return iterations + last
             if share <= REST:
                 return iterations
-            if not self._contact.statistics.active_points:
+            if self._loose.any() and not self._contact.statistics.active_points:
                 self._contact.advance()  # a flight is no slip
             # After a failure with less of them slowly, or they fail again
             scale *= self._fading(FADES if scale <= asked else SLOWLY)

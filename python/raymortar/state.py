@@ -24,6 +24,8 @@ class ContactState:
     multiplier: Array | None
     traction_old: list[Array | None]
     unknowns: Array | None = None
+    # Of rigid bodies at the accepted step, zone by zone. Where they are is a load
+    old_motions: Sequence[Array] = ()
 
     @property
     def parts(self) -> tuple[ContactState, ...]:

@@ -187,6 +187,30 @@ def contact_stiffness(
     return [np.where(np.isfinite(table), table, least) for table in tables]
 
 
+def stiffness_ratios(
+    volume: VolumePattern,
+    layout: Layout,
+    interfaces: Interfaces,
+    bcs: Sequence[Any] = (),
+) -> list[Array]:
+    """Modulus of the slave's side of pairs of bodies over that of the master's.
+    Collective.
+
+    Returns
+    -------
+    (slave's bodies, master's bodies) of each zone; 0 where one of them cannot move, or
+    has no stiffness.
+    """
+
+    def pair(slave: Array, master: Array) -> Array:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio = slave[:, 0] * slave[:, 2] / (master[:, 0] * master[:, 2])
+        moves = (slave[:, 1] > 0.0) & (master[:, 1] > 0.0)
+        return np.where(moves & np.isfinite(ratio), ratio, 0.0)
+
+    return interfaces.tables(_Side(volume, layout, interfaces, bcs), pair)
+
+
 def mean_facet_size(layout: Layout, zones: Sequence[Any]) -> float:
     """Of all slave facets. Length. Collective."""
     sides = [zone.facets.slave_surface for zone in zones]

@@ -107,7 +107,9 @@ def warn_of_straight_facets(contact: Any) -> None:
                 f"the straight facets of slave tag {zone.facets.slave_tag} and its "
                 f"masters lie up to {most:.3e} off the curved surfaces they stand for, "
                 f"and these are {distance:.3e} apart, or overlap by that, at the start: "
-                "use a mesh of degree 2 (gmsh.model.mesh.setOrder(2)), or finer facets",
+                "use a mesh of degree 2 (gmsh.model.mesh.setOrder(2)), or finer "
+                "facets; where flat surfaces are merely noisy, "
+                "contact.adjust(within=...) makes what is nearer than a length just touch",
                 ContactWarning,
                 stacklevel=4,
             )

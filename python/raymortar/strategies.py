@@ -51,6 +51,8 @@ class Strategies:
         Whether others are tried.
     viscous
         Whether viscous forces are one of them.
+    trying
+        Told of each of the others before it is tried.
 
     Attributes
     ----------
@@ -59,10 +61,16 @@ class Strategies:
     """
 
     def __init__(
-        self, path: Any, extrapolate: bool, automatic: bool, viscous: bool
+        self,
+        path: Any,
+        extrapolate: bool,
+        automatic: bool,
+        viscous: bool,
+        trying: Callable[[str], None],
     ) -> None:
         self._path, self.solver, self.extrapolate = path, path.solver, extrapolate
         self.automatic, self._may_be_viscous = automatic, viscous
+        self._trying = trying
         self.used = FULL
         # Coefficients before each reduction; the path's end restores the first
         self._given: list[Any] = []
@@ -108,6 +116,7 @@ class Strategies:
         """Iterations of the first of the other ways that ends, None if none does."""
         for name, solve in self._others(now, last, ratio):
             self._restore(now)
+            self._trying(name)
             try:
                 iterations = solve()
             except SetUpError:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,10 +11,25 @@ import numpy as np
 from mpi4py import MPI
 
 from .checks import check_areas, check_cells, check_pair
-from .errors import raise_everywhere
+from .errors import ContactError, raise_everywhere
 from .facets import Facets, join, tagged_facets
 from .joined import parts_of
+from .rigid.body import Body
 from .surfaces import Surface, build_surface
+
+
+_NONE = np.empty(0, dtype=np.int32)
+NO_FACETS = Facets(-1, _NONE, _NONE, _NONE)
+
+
+def check_bodies(bodies: Sequence[Body], slave: int, gdim: int) -> None:
+    """Raise for rigid bodies of another dimension."""
+    for body in bodies:
+        if body.shape.gdim not in (None, gdim):
+            raise ContactError(
+                f"the rigid {type(body.shape).__name__} that slave tag {slave} meets is "
+                f"made for {body.shape.gdim}D, the mesh is in {gdim}D"
+            )
 
 
 @dataclass
@@ -22,7 +37,7 @@ class ZoneFacets:
     """A slave tag, the master tags it meets, and their facets on this rank."""
 
     slave_tag: int
-    master_tags: tuple[int, ...]
+    master_tags: tuple[int, ...] | tuple[Body, ...]
     slave: Facets
     masters: list[Facets]
     slave_surface: Surface
@@ -30,27 +45,42 @@ class ZoneFacets:
     master: Facets  # of all tags, in the order of the surface
     slave_part: int = 0  # which of several meshes
     master_part: int = 0
+    bodies: tuple[Body, ...] = ()  # rigid ones in place of masters
 
 
 def find_facets(
-    u: Any, facet_tags: Any, groups: Mapping[int, tuple[int, ...]]
+    u: Any, facet_tags: Any, groups: Mapping[int, tuple[Any, ...]]
 ) -> list[ZoneFacets]:
     """Facets of every zone (of `group_pairs`), checked. Collective."""
     tagged = Tagged(u, facet_tags)
     zones = []
-    for slave_tag, master_tags in groups.items():
-        a, b = tagged.mesh_of((slave_tag,)), tagged.mesh_of(master_tags)
+    for slave_tag, given in groups.items():
+        bodies = tuple(master for master in given if isinstance(master, Body))
+        a = tagged.mesh_of((slave_tag,))
+        b = a if bodies else tagged.mesh_of(given)
         slave = tagged.facets(a, slave_tag, "slave")
-        masters = [tagged.facets(b, tag, "master") for tag in master_tags]
+        if bodies:
+            masters = [NO_FACETS]
+            check_bodies(bodies, slave_tag, u.function_space.mesh.geometry.dim)
+        else:
+            masters = [tagged.facets(b, tag, "master") for tag in given]
         for k, facets in ((a, slave), *((b, master) for master in masters)):
             check_areas(tagged.meshes[k], facets)
             check_cells(tagged.meshes[k], facets)
-        for master in masters if a == b else []:
+        for master in masters if a == b and not bodies else []:
             check_pair(tagged.meshes[a], slave, master)
         surfaces = build_surface(u, [slave], a), build_surface(u, masters, b)
         zones.append(
             ZoneFacets(
-                slave_tag, master_tags, slave, masters, *surfaces, join(masters), a, b
+                slave_tag,
+                given,
+                slave,
+                masters,
+                *surfaces,
+                join(masters),
+                a,
+                b,
+                bodies,
             )
         )
     message = None
@@ -106,7 +136,9 @@ class Tagged:
         if len(found) > 1:
             message = (
                 f"facets with the tags {list(tags)} are on several meshes: a tag has "
-                "to be on one, and so have the masters of one slave"
+                "to be on one, and so have the masters of one slave. For masters on "
+                "several meshes make a Contact for each of these, and give "
+                "NonlinearProblem the list of contacts"
             )
         raise_everywhere(self.comm, message)
         return found[0] if found else 0

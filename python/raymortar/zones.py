@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import chain
 from typing import Any
@@ -22,6 +22,9 @@ from .friction import Law
 from .layout import Layout
 from .methods import AugmentedLagrangian, Penalty, Search
 from .options import is_whole_number
+from .pairs import MasterTags
+from .rigid.body import Body, as_body
+from .rigid.motions import Motions
 from .surfaces import Surface
 from .tagged import ZoneFacets
 from .thickness import Cells, thickness_behind
@@ -41,6 +44,8 @@ class ZoneData:
     depth_is_default: bool
     thickness: tuple[Array, Array]  # behind this rank's slave and master facets
     faced: Faced  # at the accepted step
+    master_tags: MasterTags
+    motions: Motions  # of the rigid bodies that it meets
     pattern: _cpp.Pattern = field(default_factory=_cpp.Pattern)
     positions: _cpp.BlockPositions = field(default_factory=_cpp.BlockPositions)
     assembly: _cpp.AssemblyStatistics = field(default_factory=_cpp.AssemblyStatistics)
@@ -77,68 +82,39 @@ class ZoneData:
             points.setdefault("slip", np.empty_like(points["x"]))
         return points
 
-
-def numbered(pairs: Any, names: Any, u: Function) -> list[tuple[Any, Any]]:
-    """Pairs with every name replaced by its tag.
-
-    Parameters
-    ----------
-    pairs
-        [(slave, master), ...], numbers or names.
-    names
-        Tag or (dimension, tag) by name; None: no names.
-    u
-        Displacement, for the dimension of facets.
-    """
-    facet_dim = u.function_space.mesh.topology.dim - 1
-    known: dict[str, Any] = {}
-    if names is not None and not isinstance(names, Mapping):
-        raise ContactError(f"names must map names to facet tags, not {names!r}")
-    for name, group in (names or {}).items():
-        dim, tag = _dimension_and_tag(name, group, facet_dim)
-        if dim == facet_dim:
-            known[name] = tag
-
-    def number(tag: Any) -> Any:
-        if not isinstance(tag, str):
-            return tag
-        if tag not in known:
-            listed = ", ".join(map(repr, known)) or "none: pass names="
-            raise ContactError(f"no facets are named {tag!r}; known names: {listed}")
-        return known[tag]
-
-    try:
-        two_each = [(slave, master) for slave, master in pairs]
-    except (TypeError, ValueError):
-        return pairs  # `group_pairs` says what it should be
-    return [(number(slave), number(master)) for slave, master in two_each]
+    def masters_of(self, points: dict[str, Array]) -> Indices:
+        """Of each point of `points` the master tag that it hits, by its place among the
+        slave's; -1 for none."""
+        return self.master_tags.of_points(points, self.cpp.pairs())
 
 
-def _dimension_and_tag(name: Any, group: Any, facet_dim: int) -> tuple[Any, Any]:
-    """Dimension and tag of a named group."""
-    parts = tuple(group) if isinstance(group, (tuple, list)) else (facet_dim, group)
-    if len(parts) != 2 or not all(map(is_whole_number, parts)):
-        raise ContactError(
-            f"names has {group!r} for {name!r}: it must be a tag, a whole number, or "
-            "(dimension, tag)"
-        )
-    return parts
+Masters = tuple[int, ...] | tuple[Body, ...]
 
 
-def group_pairs(pairs: Any) -> dict[int, tuple[int, ...]]:
-    """Master tags of each slave tag, after checking the list of pairs."""
+def group_pairs(pairs: Any) -> dict[int, Masters]:
+    """Master tags, or rigid bodies, of each slave tag, after checking the list of
+    pairs."""
     try:
         given = [(slave, master) for slave, master in pairs]
     except (TypeError, ValueError):
         raise ContactError(
             f"pairs must be a list of (slave tag, master tag), not {pairs!r}"
         ) from None
-    for tag in chain.from_iterable(given):
-        if not is_whole_number(tag):
-            raise ContactError(f"pairs has the tag {tag!r}, which is no whole number")
-    tags = [(int(slave), int(master)) for slave, master in given]
-    if not tags:
+    if not given:
         raise ContactError("pairs is empty: give at least one (slave, master)")
+    for slave, _ in given:
+        if as_body(slave) is not None:
+            raise ContactError(
+                f"{slave!r} is the slave of a pair: a rigid shape has no facets to "
+                "integrate over, so it can be a master only"
+            )
+    for tag in chain.from_iterable(given):
+        if not (is_whole_number(tag) or isinstance(tag, Body)):
+            raise ContactError(f"pairs has the tag {tag!r}, which is no whole number")
+    tags = [
+        (int(slave), master if isinstance(master, Body) else int(master))
+        for slave, master in given
+    ]
     for slave, master in tags:
         if slave == master:
             raise ContactError(f"tag {slave} is slave and master of the same pair")
@@ -147,11 +123,22 @@ def group_pairs(pairs: Any) -> dict[int, tuple[int, ...]]:
                 f"pair ({slave}, {master}) is given in both orders: their contact "
                 "would be counted twice"
             )
-    groups: dict[int, list[int]] = {}
+    groups: dict[int, list[Any]] = {}
     for slave, master in tags:
         if master not in groups.setdefault(slave, []):
             groups[slave].append(master)
+    for slave, masters in groups.items():
+        if len({isinstance(master, Body) for master in masters}) > 1:
+            raise ContactError(
+                f"slave tag {slave} has masters with tags and rigid ones: give each kind "
+                "a Contact of its own, NonlinearProblem(F, [one, other])"
+            )
     return {slave: tuple(masters) for slave, masters in groups.items()}
+
+
+def described(masters: Masters) -> tuple[Any, ...]:
+    """Masters as ranks can compare them."""
+    return tuple(repr(m) if isinstance(m, Body) else m for m in masters)
 
 
 def _cpp_surface(surface: Surface, layout: Layout) -> _cpp.Surface:
@@ -253,6 +240,7 @@ def create_zone(
         master=master,
         master_node_ids=zone.master_surface.node_ids,
         master_dof_ids=zone.master_surface.dof_ids,
+        tools=[body.shape.cpp() for body in zone.bodies],
         multipliers=multipliers,
         method=method.cpp(),
         friction=None if friction is None else friction.cpp(),
@@ -278,4 +266,6 @@ def create_zone(
         search.depth is None,
         thickness,
         nothing(surface.gdim),
+        MasterTags(zone, comm),
+        Motions(zone.bodies),
     )

@@ -12,7 +12,7 @@ import numpy as np
 import states
 from dolfinx import fem
 
-from raymortar import SNESSolver
+from raymortar import SNESSolver, compat
 from raymortar.meshing import Scene
 from raymortar.reference_facets import shape_functions
 
@@ -245,7 +245,9 @@ class Solution(Framed):
             self._moves.append(move)
         if model.rigid is not None:
             cells = scene.cell_tags.find(scene.bodies[model.rigid])
-            dofs = fem.locate_dofs_topological(V, len(self.frame.Q), cells)
+            dim = len(self.frame.Q)
+            compat.connectivity(V.mesh, dim, dim)  # DOLFINx 0.9 does not make it itself
+            dofs = fem.locate_dofs_topological(V, dim, cells)
             bcs.append(fem.dirichletbc(fem.Function(V), dofs))
         return bcs
 

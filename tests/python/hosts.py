@@ -253,11 +253,14 @@ def meshes(
     return scenes
 
 
-def apart(scenes, mixed=False, degree=1, rollers=False, **options):
+def apart(
+    scenes, mixed=False, degree=1, rollers=False, stiffer=None, swap=False, **options
+):
     """Blocks on meshes of their own, elastic or nearly incompressible (`mixed`).
 
     `degree` is that of both displacements, or one of each. On `rollers`, what is
-    pressed is free to spread.
+    pressed is free to spread. The upper block, the slave unless it is to `swap`, may be
+    some times `stiffer`.
     """
     functions, given, F, bcs = [], [], [], []
     top = moving_top(scenes[1])
@@ -276,10 +279,13 @@ def apart(scenes, mixed=False, degree=1, rollers=False, **options):
             w = u = fem.Function(compat.vector_space(mesh, degree))
             stress = compressible(u)
             v = ufl.TestFunction(w.function_space)
+            if stiffer is not None:
+                times = stiffer if scene is scenes[1] else 1.0
+                stress = fem.Constant(mesh, PETSc.ScalarType(times)) * stress
             F.append(ufl.inner(stress, ufl.grad(v)) * dx)
             given.append(w)
         functions.append(w)
-    pairs = [(UPPER + 1, LOWER + 2)]
+    pairs = [(UPPER + 1, LOWER + 2)[:: -1 if swap else 1]]
     tags = [scene.facet_tags for scene in scenes]
     contact = raymortar.Contact(given, tags, pairs, **options)
     lower, upper = (f.function_space for f in given)

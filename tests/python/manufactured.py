@@ -11,7 +11,7 @@ from dolfinx import fem
 
 import raymortar
 from raymortar import compat
-from raymortar.problem import NonlinearProblem
+from raymortar import NonlinearProblem
 from raymortar.reference_facets import shape_functions
 
 from manufactured_fields import Fields, Motion

@@ -14,6 +14,7 @@ import assembly  # noqa: E402
 import blocks_3d  # noqa: E402
 import hertz_cylinder  # noqa: E402
 import hertz_sphere  # noqa: E402
+import indentation  # noqa: E402
 import ironing_3d  # noqa: E402
 import press_fit  # noqa: E402
 import shells  # noqa: E402
@@ -51,6 +52,11 @@ def test_quadratic_blocks_are_uniform_and_in_equilibrium(folder):
 
 def test_spheres_agree_with_hertz_and_tatara(folder):
     run(hertz_sphere, folder)
+
+
+@pytest.mark.mpi
+def test_rigid_tools_agree_with_sneddon(folder):
+    run(indentation, folder, "--size", "4")
 
 
 @pytest.mark.mpi

@@ -199,7 +199,7 @@ def quiet_contact(case, scene):
 
 
 @pytest.mark.mpi(where=sampled)
-@pytest.mark.parametrize("case", cases())
+@pytest.mark.parametrize("case", list(cases()))
 def test_taylor_remainder_is_quadratic(case, record_property):
     scene = case.scene("single")
     contact, _, steps, remainders = quiet_contact(case, scene)
@@ -215,7 +215,7 @@ def test_taylor_remainder_is_quadratic(case, record_property):
 
 
 @pytest.mark.mpi(where=lambda case, **_: sampled(case) and case.dim == 2)
-@pytest.mark.parametrize("case", cases())
+@pytest.mark.parametrize("case", list(cases()))
 def test_columns_are_central_differences(case, record_property):
     contact, form, _, _ = quiet_contact(case, case.scene("single"))
     worst = check_columns(contact, form)

@@ -60,11 +60,8 @@ def test_states_of_other_contacts_are_refused():
         contacts[0].restore(state)
 
 
-def test_iterative_solvers_take_several_penalties_only():
-    blocks = three()
-    contacts = [blocks.contact(LOWER), blocks.contact(UPPER)]
-    with refused("the iterative solver is for one contact, or several with a penalty"):
-        SNESSolver(blocks.problem(contacts), solvers.iterative())
+def test_iterative_solvers_take_several_penalties():
+    """Several multipliers: test_solvers."""
     forces = []
     for options in (None, solvers.iterative()):
         blocks = three()

@@ -21,11 +21,22 @@ def blocks_of(page, kind):
     return re.findall(rf"^```{kind}\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
 
 
-def run(program, folder, **environment):
+def more_ranks_than_cores():
+    """Options of mpirun, as in scripts/setup.sh."""
+    said = subprocess.run(["mpirun", "--version"], capture_output=True, text=True)
+    options = ["--map-by", ":OVERSUBSCRIBE", "--bind-to", "none"]
+    return options if "Open MPI" in said.stdout else []
+
+
+def run(program, folder, ranks=1, **environment):
     """Output of a program that is run in a folder."""
     (folder / "program.py").write_text(program, encoding="utf-8")
+    command = [sys.executable, "program.py"]
+    if ranks > 1:
+        command[1:1] = ["-m", "mpi4py"]
+        command[:0] = ["mpirun", *more_ranks_than_cores(), "-n", str(ranks)]
     done = subprocess.run(
-        [sys.executable, "program.py"],
+        command,
         cwd=folder,
         env={**os.environ, **environment},
         capture_output=True,
@@ -52,6 +63,23 @@ def test_first_contact_prints_what_its_page_says(tmp_path):
             assert a == pytest.approx(b, rel=2e-3)
     for name in ("first_contact.png", "first_contact.xdmf", "first_contact.h5"):
         assert (tmp_path / name).stat().st_size > 0
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_bodies_of_two_gmsh_models_print_what_their_page_says(ranks, tmp_path):
+    pytest.importorskip("gmsh")
+    page = "docs/unknowns.md"
+    (program,) = [text for text in blocks_of(page, "python") if "gmsh" in text]
+    printed = run(program, tmp_path, ranks)
+    said = blocks_of(page, "text")[0].strip()
+    assert NUMBER.sub("", printed) == NUMBER.sub("", said)
+    for ours, theirs in zip(printed.splitlines(), said.splitlines()):
+        a, b = ([float(x) for x in NUMBER.findall(line)] for line in (ours, theirs))
+        # Versions of Gmsh make other meshes
+        assert a[0] == b[0] and a[1] == pytest.approx(b[1], rel=2e-2)
+        assert abs(a[2] - b[2]) <= 1
+    for name in ("plate", "disc"):
+        assert (tmp_path / f"{name}.xdmf").stat().st_size > 0
 
 
 @pytest.mark.quick

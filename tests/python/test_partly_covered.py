@@ -232,7 +232,7 @@ def tangent_cases():
                 yield pytest.param(case, regime, id=f"{name_of(case)}-{regime}")
 
 
-@pytest.mark.parametrize("case, regime", tangent_cases())
+@pytest.mark.parametrize("case, regime", list(tangent_cases()))
 def test_full_tangent_with_the_rim_inside_facets(case, regime):
     """Open points leave the multiplier to what stands for the uncovered part."""
     scene = case.scene("overhang")

@@ -124,7 +124,7 @@ def a1_cases():
         )
 
 
-@pytest.mark.parametrize("cell, degree, multiplier, swap", a1_cases())
+@pytest.mark.parametrize("cell, degree, multiplier, swap", list(a1_cases()))
 def test_uniform_pressure_is_exact(cell, degree, multiplier, swap):
     scene = two_blocks(COMM, DIMENSION[cell], cell)
     problem = press(scene, degree, METHODS[multiplier], swap=swap)

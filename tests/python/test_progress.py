@@ -7,7 +7,7 @@ import re
 
 import pytest
 
-from load_paths import top_moves
+from load_paths import sticking, top_moves
 from problems import COMM, tolerate
 from raymortar import ContactError, ConvergenceError, LoadSteps
 
@@ -112,6 +112,35 @@ def test_halvings_are_said_and_a_failure_clears_the_terminal():
     with pytest.raises(ConvergenceError):
         again.run()
     assert "load 0.1" in screen.getvalue() and screen.screen() == []
+
+
+@pytest.mark.mpi
+def test_log_has_a_line_for_each_other_way_from_rank_0():
+    log = io.StringIO()
+    _, steps = sticking("quadrilateral", progress=log)
+    done = steps.run()
+    assert any(step.strategy != "full" for step in done)
+    lines = log.getvalue().splitlines()
+    accepted = [line for line in lines if "Newton" in line]
+    tried = [line for line in lines if "trying" in line]
+    if COMM.rank != 0:
+        assert not lines
+        return
+    assert len(accepted) == len(done) and len(tried) == len(lines) - len(accepted) > 0
+    for k, (line, step) in enumerate(zip(accepted, done), 1):
+        before = [t for t in lines[: lines.index(line)] if numbers(t)["step"] == k]
+        assert [t.rpartition("trying ")[2] for t in before if "trying" in t][-1:] == (
+            [step.strategy] if step.strategy not in ("full",) else []
+        )
+
+
+def test_a_terminal_shows_what_is_tried_and_takes_it_away():
+    screen = Terminal()
+    _, steps = sticking("quadrilateral", progress=screen)
+    done = steps.run()
+    assert "trying small gamma" in screen.getvalue()
+    (last,) = screen.screen()
+    assert numbers(last)["step"] == len(done)
 
 
 @pytest.mark.mpi

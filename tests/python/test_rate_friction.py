@@ -12,6 +12,7 @@ from problems import COMM, worst
 from sheared_blocks import HOLDING, METHODS, SHEAR, SLIP, Blocks, pressure
 from test_friction_tangent import FrictionCase, set_both
 from test_full_tangent import (
+    FIRST_STEPS,
     frictional_pairs,
     is_first_order,
     is_second_order,
@@ -75,7 +76,7 @@ def cases():
 
 
 @pytest.mark.mpi(where=lambda case, **_: case.cell == "quadrilateral")
-@pytest.mark.parametrize("case", cases())
+@pytest.mark.parametrize("case", list(cases()))
 def test_tangent_with_pressure_and_slip_rate(case, record_property):
     scene = case.scene("overhang")
 
@@ -83,7 +84,11 @@ def test_tangent_with_pressure_and_slip_rate(case, record_property):
         set_both(contact, scene, seed)
         return in_regime(contact, case.regime)
 
-    full, fixed = quiet_slopes(frictional_pairs(case, scene), prepare)
+    # Multipliers are drawn by row, so states differ with the numbering of dofs: at the
+    # widest step, the third order of some of them takes 0.055 off the slope
+    full, fixed = quiet_slopes(
+        frictional_pairs(case, scene), prepare, first_steps=FIRST_STEPS[1:]
+    )
     record_property("slope", full.tolist())
     assert is_second_order(full), full
     assert is_first_order(fixed), fixed

@@ -11,9 +11,12 @@ from mpi4py import MPI
 
 import raymortar
 from raymortar import ContactError, Coulomb, LoadSteps, Penalty, compat
+from raymortar.blocks import Block
+from raymortar.meshing import Scene, assemble_blocks
 
 import gathered
 import hosts
+import interacting
 import problems
 from hosts import LOWER, UPPER
 from problems import SOLVERS, worst
@@ -153,6 +156,48 @@ def test_paths_states_and_reactions():
     solve(found, pushes=PUSHES[1:])
     found.contact.restore(state)
     assert worst(displacements(found) - u) == 0.0
+
+
+def three_meshes():
+    """The bodies of `interacting.table`, each a scene of its own."""
+    boxes = [((3, 3), (-0.1, 0.0), (0.4, 0.5)), ((3, 3), (0.8, 0.0), (1.3, 0.5))]
+    boxes.append(((6, 2), (0.0, 0.5), (1.2, 1.0)))
+    scenes = []
+    for i, box in enumerate(boxes):
+        tags = {"bottom": 10 * (i + 1) + 1, "top": 10 * (i + 1) + 2}
+        mesh, cell_tags, facet_tags = assemble_blocks(
+            problems.COMM, [Block(*box, tags=tags)], "quadrilateral", 1
+        )
+        scenes.append(Scene(mesh, cell_tags, facet_tags, tags, {"body": 1}))
+    return scenes
+
+
+def test_a_slave_meets_masters_on_several_meshes_in_a_list_of_contacts():
+    """The way out that the error names; the answer is that of one mesh."""
+    scenes, one = three_meshes(), interacting.table()
+    u = [fem.Function(compat.vector_space(scene.mesh, 1)) for scene in scenes]
+    tags = [scene.facet_tags for scene in scenes]
+    with refused("make a Contact for each of these, and give NonlinearProblem"):
+        raymortar.Contact(u, tags, [(31, 12), (31, 22)])
+    contacts = [raymortar.Contact(u, tags, [(31, master)]) for master in (12, 22)]
+    F = [problems.residual(s, f, E=interacting.E)[0] for s, f in zip(scenes, u)]
+    bcs = [
+        problems.fix(f.function_space, scene, "bottom", value=0.0)
+        for scene, f in zip(scenes[:2], u)
+    ]
+    motion = interacting.MOTION[2]
+    top = lambda x: np.tile(motion, (len(x), 1))  # noqa: E731
+    bcs.append(problems.fix(u[2].function_space, scenes[2], "top", value=top))
+    problem = raymortar.NonlinearProblem(F, contacts, bcs, u=u)
+    SOLVERS[-1](problem).solve()
+    same = [one.contact(pair) for pair in (interacting.ON_FIRST, interacting.ON_SECOND)]
+    one.move(1.0)
+    SOLVERS[-1](one.problem(same)).solve()
+    for a, b in zip(contacts, same):
+        force = b.resultant().force
+        assert worst(a.resultant().force - force) <= 1e-9 * worst(force)
+    v = hosts.by_place(one.u)
+    assert worst(hosts.by_place(*u) - v) <= 1e-9 * worst(v)
 
 
 @pytest.mark.mpi

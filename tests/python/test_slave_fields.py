@@ -80,7 +80,7 @@ def frictionless_cases():
 
 
 @pytest.mark.mpi(where=lambda case, **_: case.cell == "quadrilateral")
-@pytest.mark.parametrize("case", frictionless_cases())
+@pytest.mark.parametrize("case", list(frictionless_cases()))
 def test_tangent_with_an_offset(case, record_property):
     """The offset varies along the facet, and so does gamma; segments move."""
     scene = case.scene("overhang")
@@ -138,7 +138,7 @@ def in_regime(contact, regime):
 @pytest.mark.mpi(
     where=lambda case, **_: case.cell == "quadrilateral" and case.law == "coulomb"
 )
-@pytest.mark.parametrize("case", friction_cases())
+@pytest.mark.parametrize("case", list(friction_cases()))
 def test_tangent_with_offset_and_friction_coefficient(case, record_property):
     scene = case.scene("overhang")
 

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from problems import COMM, SOLVERS, build, fix, worst
+from interacting import Stack
+from problems import COMM, SOLVERS, build, fix, stack, tolerate, worst
 from raymortar import (
     AugmentedLagrangian,
     Coulomb,
@@ -65,6 +66,43 @@ def test_answer_is_that_of_the_direct_solver(multigrid, method, friction):
     assert worst(iterative - direct) <= 1e-8 * worst(direct)
     # BoomerAMG smooths by Jacobi across ranks: 32 iterations on one, 44 on three
     assert 2 < iterations < (40 if MPI.COMM_WORLD.size == 1 else 60)
+
+
+# A scalar multiplier beside a vector one; with a penalty between them, which has none
+INTERACTIONS = {
+    "two multipliers": [{"friction": Coulomb(0.3)}, {}],
+    "a penalty too": [
+        {"friction": Coulomb(0.3)},
+        {"method": Penalty(100.0), "friction": Coulomb(0.3)},
+        {},
+    ],
+}
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("solver", SOLVERS)
+@pytest.mark.parametrize("kind", INTERACTIONS)
+def test_several_multipliers_are_eliminated_together(kind, solver):
+    several = INTERACTIONS[kind]
+    heights, n = len(several) + 1, (3, 4, 2, 3)
+    scene = stack("hexahedron", n[:heights], widths=(1.4, 1.0, 1.2, 1.0)[:heights])
+    blocks = Stack(scene, ["bottom_0"], [f"top_{heights - 1}"])
+    pairs = [(f"bottom_{i + 1}", f"top_{i}") for i in range(heights - 1)]
+    contacts = [blocks.contact(p, **options) for p, options in zip(pairs, several)]
+    problem = blocks.problem(contacts)
+    start, found, counts = problem.contact.state(), [], []
+    blocks.move(1.0)
+    for options in (None, solvers.iterative(ksp_rtol=1e-10)):
+        problem.contact.restore(start)
+        one, steps = solver(problem, options), []
+        one.krylov_solver.setMonitor(lambda ksp, i, norm: steps.append(i))
+        tolerate(one, rtol=1e-12)
+        one.solve()
+        found.append(problem.start().array.copy())
+        counts.append(max(steps, default=0))
+    assert worst(found[1] - found[0]) <= 1e-8 * worst(found[0])
+    assert 2 < counts[1] < 70
+    assert all(contact.resultant().force[-1] > 0.0 for contact in contacts)
 
 
 @pytest.mark.mpi

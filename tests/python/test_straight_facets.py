@@ -53,6 +53,23 @@ def test_a_small_gap_or_overlap_is_told(cell_2d, gap):
     assert len(found) == 1 and "degree 2" in found[0]
 
 
+def noisy(noise):
+    """Two blocks that overlap by the noise of their flat interface."""
+
+    def height(x):
+        return 1.0 + noise * np.sin(1e3 * x[:, 0])
+
+    return two_blocks(COMM, 2, "quadrilateral", 8, 5, gap=-noise, interface=height)
+
+
+@pytest.mark.mpi
+def test_noise_is_told_with_what_takes_it_off():
+    found, case = told(noisy(2e-3))
+    assert len(found) == 1 and "contact.adjust(within=" in found[0]
+    changed = case.contact.adjust(within=0.01)
+    assert changed.facets > 0 and changed.largest < 0.01
+
+
 @pytest.mark.mpi
 @pytest.mark.parametrize("gap", [0.02, -0.02])
 def test_a_large_one_is_not(cell_2d, gap):

@@ -261,7 +261,8 @@ def test_the_log_says_what_was_used(monkeypatch):
     failing.left = 2
     next(path)
     if problem.problem.comm.rank == 0:
-        lines = log.getvalue().splitlines()
+        # Those of what is tried on the way aside
+        lines = [text for text in log.getvalue().splitlines() if "Newton" in text]
         assert lines[1].endswith(SMALL_GAMMA) and SMALL_GAMMA not in lines[0]
 
 

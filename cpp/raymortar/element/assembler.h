@@ -5,6 +5,7 @@
 #include "raymortar/element/measure.h"
 #include "raymortar/element/pair_factors.h"
 #include "raymortar/law/friction.h"
+#include "raymortar/rigid/tool.h"
 #include "raymortar/law/point_law.h"
 #include "raymortar/mortar/elements.h"
 #include <functional>
@@ -36,7 +37,8 @@ struct Multipliers
 struct ContactState
 {
   Surface slave;
-  Surface master;
+  Surface master; ///< no facets where there are tools
+  std::vector<PlacedTool> tools;
   Multipliers multipliers;
   Method method = Method::augmented_lagrangian;
   std::optional<FrictionLaw> friction; ///< none: frictionless
@@ -58,6 +60,15 @@ struct ContactState
   IntegrationPoints points;
   Hits hits;
   ContactElements elements;
+
+  /// Whether slaves meet tools, which are no facets and have no unknowns
+  [[nodiscard]] bool has_tools() const { return not tools.empty(); }
+
+  /// Master facet whose unknowns an element has, no_index: none
+  [[nodiscard]] Index master_of(std::size_t element) const
+  {
+    return has_tools() ? no_index : elements.master[element];
+  }
 };
 
 /// @brief Pointwise results of the law, for output and statistics.

@@ -41,16 +41,7 @@ public:
 
   [[nodiscard]] PointResults results(const ContactState& s) const override
   {
-    const std::size_t n = s.points.size();
-    PointResults r{std::vector<ContactStatus>(n, ContactStatus::none),
-                   law_gaps(s),
-                   std::vector<double>(n, 0.0),
-                   std::vector<double>(n * D, 0.0),
-                   std::vector<double>(n, 0.0),
-                   std::vector<double>(n * D, 0.0),
-                   std::vector<double>(n * D, 0.0),
-                   std::vector<double>(is_frictional<Law> ? n * D : 0, 0.0),
-                   std::vector<double>(is_frictional<Law> ? n * D : 0, 0.0)};
+    PointResults r = results_without_hits(s);
     for (std::size_t e = 0; e < s.elements.size(); ++e)
     {
       const Data data = gather(s, e);

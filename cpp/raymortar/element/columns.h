@@ -20,10 +20,6 @@ struct Columns
       B;
   int components = 1;
 
-  [[nodiscard]] Eigen::Index coefficients() const
-  {
-    return B.rows() * components;
-  }
   [[nodiscard]] Eigen::Index unknowns() const { return B.cols() * components; }
 };
 

@@ -17,7 +17,6 @@ struct SlavePoint
   static constexpr int D = F::gdim;
   static constexpr int M = Layout::components;
 
-  NodeShapes<F> at_xi;
   Frame<D> slave;
   Vec<F::dofs> N_s;
   Vec<Layout::multipliers> shape; ///< test functions of its unknowns
@@ -26,21 +25,25 @@ struct SlavePoint
   double weight; ///< area in the measure of integration
 
   SlavePoint(const Data& e, const ElementPoint<F>& q)
-      : SlavePoint(e, q, NodeShapes<F>(q.xi))
-  {
-  }
-
-  SlavePoint(const Data& e, const ElementPoint<F>& q,
-             const NodeShapes<F>& shapes)
-      : SlavePoint(e, q, shapes, frame_at<F>(e.slave, shapes))
-  {
-  }
-
-  SlavePoint(const Data& e, const ElementPoint<F>& q,
-             const NodeShapes<F>& shapes, const Frame<D>& frame)
-      : at_xi(shapes), slave(frame), N_s(at_xi.displacement(q.xi)),
+      : slave(frame_at<F>(e.slave, q.xi)), N_s(F::Disp::values(q.xi)),
         gamma(N_s.dot(e.gamma)),
         weight(area_of(e.measure, q.weight, q.area, slave))
+  {
+    set_multiplier(e, q);
+  }
+
+  /// @param[in] frame Of the slave
+  /// @param[in] N Its shape functions
+  SlavePoint(const Data& e, const ElementPoint<F>& q, const Frame<D>& frame,
+             const Vec<F::dofs>& N)
+      : slave(frame), N_s(N), gamma(N_s.dot(e.gamma)),
+        weight(area_of(e.measure, q.weight, q.area, slave))
+  {
+    set_multiplier(e, q);
+  }
+
+private:
+  void set_multiplier(const Data& e, const ElementPoint<F>& q)
   {
     if constexpr (L > 0)
     {
@@ -59,10 +62,10 @@ struct OldPoint
 template <class F>
 struct OldPoint<F, true>
 {
-  Frame<F::gdim> frame; ///< of the slave
-  Mat<F::gdim, F::tdim> dual;
-  TwoFrames<F::gdim> master; ///< of the point that is hit now
-  Vec<F::gdim> distance;     ///< from the slave's point to the master's
+  Frame<F::gdim> frame;       ///< of the slave
+  Mat<F::gdim, F::tdim> dual; ///< of its tangents
+  TwoFrames<F::gdim> master;  ///< of the point that is hit now
+  Vec<F::gdim> distance;      ///< from the slave's point to the master's
   /// Mean of the slave's normal and the master's reversed one. The distance
   /// between two points of one circle has no part along it, so that curvature
   /// is not taken for a gap
@@ -130,7 +133,8 @@ private:
   HitPoint(const Data& e, const States& states, const ElementPoint<F>& q,
            const NodeShapes<F>& shapes,
            const TwoFrames<D>& frames) requires is_frictional<Law>
-      : Base(e, q, shapes, frames.now), offset(this->N_s.dot(e.offset))
+      : Base(e, q, frames.now, shapes.displacement(q.xi)),
+        offset(this->N_s.dot(e.offset))
   {
     const NodeShapes<F> at_eta(q.eta);
     N_m = at_eta.displacement(q.eta);
@@ -266,7 +270,7 @@ private:
               const HitPoint<F, L, Law>& p)
   {
     PointGeometry<F> geometry =
-        slave_geometry<F>(p.slave, p.N_s, p.at_xi.displacement_gradients(q.xi));
+        slave_geometry<F>(p.slave, p.N_s, F::Disp::gradients(q.xi));
     add_master_geometry<F>(geometry, e.master, p.N_m, q.eta);
     return geometry;
   }

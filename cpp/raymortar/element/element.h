@@ -67,8 +67,8 @@ public:
       if (moves(e.measure))
         dC.template leftCols<Layout::side>() =
             Law::template without_hit<D>(p.lam) *
-            area_variation<F>(slave_geometry<F>(
-                p.slave, p.N_s, p.at_xi.displacement_gradients(q.xi)));
+            area_variation<F>(
+                slave_geometry<F>(p.slave, p.N_s, F::Disp::gradients(q.xi)));
       add_condition_tangent(p, dC, -Mat<M, M>::Identity());
     }
   }

@@ -28,13 +28,12 @@ public:
         _coefficient(field(s.friction_coefficient, 1)),
         _springs(field(s.traction_old, D))
   {
-    if (const Index m = s.elements.master[element]; m != no_index)
+    if (const Index m = s.master_of(element); m != no_index)
       _gamma *= s.pair_factors.of(s.slave.body_of(_facet), s.master.body_of(m));
     _touch = tolerance::touch * _nodes.diameter();
     gather_multiplier();
   }
 
-  [[nodiscard]] const AnyFacet<D>& nodes() const { return _nodes; }
   [[nodiscard]] const AnyFacet<D>& reference() const { return _reference; }
 
   /// @brief Set what is known of a point without its target.
@@ -45,13 +44,19 @@ public:
     const Vec<T> here = xi.template head<T>();
     const Basis basis = shape_taylor<T>(s.slave.shape, s.slave.degree, here)
                             .template leftCols<D>();
-    at.slave = _nodes.taylor(xi);
-    at.slave_old = _old.taylor(xi);
-    at.reference = _reference.taylor(xi);
+    const auto shapes =
+        shape_taylor<T>(s.slave.shape, s.slave.node_degree, here);
+    at.slave = _nodes.nodes * shapes;
     at.gamma = (_gamma * basis).transpose();
     at.offset = (_offset * basis).transpose();
-    at.coefficient = (_coefficient * basis).transpose();
-    at.traction_old = _springs * basis;
+    if (s.moving_segments)
+      at.reference = _reference.nodes * shapes;
+    if (s.friction)
+    {
+      at.slave_old = _old.nodes * shapes;
+      at.coefficient = (_coefficient * basis).transpose();
+      at.traction_old = _springs * basis;
+    }
     at.friction = s.friction.value_or(FrictionLaw{});
     at.has_coefficient = not s.friction_coefficient.empty();
     if (not s.friction_bounds.empty())
@@ -132,7 +137,6 @@ public:
   {
     const ContactState& state;
     std::size_t number;
-    const SlaveSide<D>& slave;
     Eigen::Index alone; ///< unknowns without the master's
     Block& A;
     const CouplingSink& couplings;
@@ -202,7 +206,7 @@ private:
       _coupling.setZero(size, size);
       _hit_rows.setZero(masters, masters);
     }
-    share_centre();
+    _points.share_centre(_by_vertex);
     for (std::size_t v = 0; v < static_cast<std::size_t>(of.size); ++v)
     {
       const std::size_t at = static_cast<std::size_t>(of.begin) + v;
@@ -228,17 +232,6 @@ private:
     if (not own)
       e.couplings(e.number, of.master, _coupling.data(), static_cast<int>(size),
                   hit == no_index ? nullptr : _hit_rows.data());
-  }
-
-  /// The mean of the core moves with each of its vertices
-  void share_centre()
-  {
-    if (not _points.has_centre())
-      return;
-    const auto core = _points.core();
-    for (const std::int8_t v : core)
-      _by_vertex[static_cast<std::size_t>(v)] +=
-          _by_vertex[Points::centre] / static_cast<double>(core.size());
   }
 
   Index _segment = no_index;
@@ -290,13 +283,8 @@ public:
       sum.setZero(n, n);
       const SlaveSide<D> slave(s, e);
       const typename SegmentMotion<D>::Element element{
-          s,
-          e,
-          slave,
-          alone_of(s),
-          sum,
-          couplings,
-          plane_of(s.slave, slave.reference())};
+          s,   e,         alone_of(s),
+          sum, couplings, plane_of(s.slave, slave.reference())};
       for_points(s, e, slave,
                  [&](std::size_t q, const GermPoint<D>& at,
                      const ElementColumns& sides)
@@ -314,17 +302,7 @@ public:
 
   [[nodiscard]] PointResults results(const ContactState& s) const override
   {
-    const std::size_t n = s.points.size();
-    const std::size_t slips = _kernel->is_frictional() ? n * D : 0;
-    PointResults r{std::vector<ContactStatus>(n, ContactStatus::none),
-                   law_gaps(s),
-                   std::vector<double>(n, 0.0),
-                   std::vector<double>(n * D, 0.0),
-                   std::vector<double>(n, 0.0),
-                   std::vector<double>(n * D, 0.0),
-                   std::vector<double>(n * D, 0.0),
-                   std::vector<double>(slips, 0.0),
-                   std::vector<double>(slips, 0.0)};
+    PointResults r = results_without_hits(s);
     for (std::size_t e = 0; e < s.elements.size(); ++e)
     {
       const SlaveSide<D> slave(s, e);
@@ -366,8 +344,8 @@ private:
   [[nodiscard]] static Eigen::Index size_of(const ContactState& s,
                                             std::size_t e)
   {
-    const bool hit = s.elements.master[e] != no_index;
-    return alone_of(s) + (hit ? D * s.master.dofs_per_facet() : 0);
+    const bool moves = s.master_of(e) != no_index;
+    return alone_of(s) + (moves ? D * s.master.dofs_per_facet() : 0);
   }
 
   /// Set what is known at a point
@@ -381,7 +359,7 @@ private:
     at.gap = s.hits.gap[q];
     if (not at.is_hit)
       return;
-    TargetPoint<D> target = facet_point<D>(s.master, m, s.hits.eta[q]);
+    TargetPoint<D> target = target_point<D>(s, q, at.slave);
     at.master = target.now;
     at.master_old = target.old;
     sides[2] = std::move(target.motion);

@@ -18,4 +18,23 @@ std::vector<double> law_gaps(const ContactState& s)
   with_facet_type(s.slave, add);
   return gaps;
 }
+
+PointResults results_without_hits(const ContactState& s)
+{
+  const std::size_t n = s.points.size();
+  const std::vector<double> scalars(n, 0.0);
+  const std::vector<double> vectors(n * static_cast<std::size_t>(s.slave.gdim),
+                                    0.0);
+  const std::vector<double> slips =
+      s.friction ? vectors : std::vector<double>{};
+  return {.status = std::vector<ContactStatus>(n, ContactStatus::none),
+          .gap = law_gaps(s),
+          .pressure = scalars,
+          .traction = vectors,
+          .weight = scalars,
+          .x = vectors,
+          .normal = vectors,
+          .slip = slips,
+          .friction = slips};
+}
 } // namespace raymortar

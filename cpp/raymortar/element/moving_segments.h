@@ -104,7 +104,7 @@ private:
       _coupling.setZero();
       _hit_rows.setZero();
     }
-    share_centre();
+    _points.share_centre(_by_vertex);
     for (std::size_t v = 0; v < static_cast<std::size_t>(of.size); ++v)
     {
       const std::size_t at = static_cast<std::size_t>(of.begin) + v;
@@ -130,17 +130,6 @@ private:
     if (not own)
       e.couplings(e.number, of.master, _coupling.data(), Layout::size,
                   hit == no_index ? nullptr : _hit_rows.data());
-  }
-
-  /// The mean of the core moves with each of its vertices
-  void share_centre()
-  {
-    if (not _points.has_centre())
-      return;
-    const auto core = _points.core();
-    for (const std::int8_t v : core)
-      _by_vertex[static_cast<std::size_t>(v)] +=
-          _by_vertex[Points::centre] / static_cast<double>(core.size());
   }
 
   using Motion = Eigen::Matrix<double, T, 2 * Layout::side, Eigen::RowMajor>;

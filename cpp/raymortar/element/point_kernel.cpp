@@ -30,7 +30,7 @@ public:
     Kernel kernel;
     kernel.b.setZero();
     if (at.is_hit)
-      kernel.add_hit(HitPoint<F, L, Law>(data, q));
+      kernel.add_hit(HitPoint<F, L, Law, false>(data, q));
     else
       kernel.add_miss(SlavePoint<F, L, Law>(data, q));
     out.b = kernel.b.head(size(at));
@@ -69,7 +69,7 @@ public:
     r.weight = SlavePoint<F, L, Law>(data, q).weight;
     if (not at.is_hit)
       return r;
-    const HitPoint<F, L, Law> p(data, q);
+    const HitPoint<F, L, Law, false> p(data, q);
     r.status = p.response.status;
     r.pressure = p.response.p;
     r.traction = p.response.t;

@@ -108,6 +108,8 @@ private:
   [[nodiscard]] double gamma_at(std::size_t q, const Vec<F::dofs>& N) const
   {
     const Index slave = _state.points.slave[q], master = _state.hits.master[q];
+    if (_state.has_tools())
+      return _state.gamma.at<F>(slave, N);
     return _state.pair_factors.of(_state.slave.body_of(slave),
                                   _state.master.body_of(master)) *
            _state.gamma.at<F>(slave, N);
@@ -141,12 +143,12 @@ private:
   [[nodiscard]] double old_bound(std::size_t q, const Vec<F::dofs>& N,
                                  double gamma) const
   {
-    const Surface &slave = _state.slave, &master = _state.master;
+    const Surface& slave = _state.slave;
     const Index facet = _state.points.slave[q];
     const auto at = element_point<F>(_state, q);
     const Frame<D> old = frame_at<F>(slave.nodes<F>(slave.x_old, facet), at.xi);
-    const Vec<D> x_m = AnyFacet<D>(master, master.x_old, _state.hits.master[q])
-                           .at(_state.hits.eta[q]);
+    const Vec<D> x_m = old_target<D>(_state, q, vector(_results.x, q),
+                                     vector(_results.normal, q));
     const double g = old.n.dot(x_m - old.x) + _state.offset.at<F>(facet, N);
     const double p = vector(_results.normal, q).dot(multiplier(q)) + gamma * g;
     return bound_at(law_at(q, N), p).s;

@@ -63,9 +63,9 @@ public:
     out.f_xi.setZero();
     if constexpr (M > 0)
     {
-      const Place at(e, q.xi, p,
-                     slave_geometry<F>(p.slave, p.N_s,
-                                       p.at_xi.displacement_gradients(q.xi)));
+      const Place at(
+          e, q.xi, p,
+          slave_geometry<F>(p.slave, p.N_s, F::Disp::gradients(q.xi)));
       add_condition(p, at, Law::template without_hit<D>(p.lam),
                     -(e.lam * at.shape_xi), out);
     }

@@ -87,6 +87,19 @@ template <int D>
   return p;
 }
 
+/// @brief What the ray of a point has hit.
+/// @param[in] slave Taylor coefficients of the slave there
+template <int D>
+[[nodiscard]] TargetPoint<D>
+target_point(const ContactState& s, std::size_t q,
+             const typename Germ<D>::NodeMatrix& slave);
+
+/// @brief Where what a point has hit was at the accepted step.
+/// @param[in] x Slave position there, n the normal
+template <int D>
+[[nodiscard]] Vec<D> old_target(const ContactState& s, std::size_t q,
+                                const Vec<D>& x, const Vec<D>& n);
+
 /// @brief Motion of a vertex of a segment, as VertexMotion has it.
 template <int D>
 struct AnyVertexMotion

@@ -20,7 +20,7 @@ std::vector<std::int8_t> free_points(const Zone& zone)
   std::vector<std::int8_t> free(s.points.size(), 0);
   for (std::size_t e = 0; e < s.elements.size(); ++e)
   {
-    const Index m = s.elements.master[e];
+    const Index m = s.master_of(e);
     const bool moves =
         any_free(s.slave, s.elements.slave[e], zone.fixed_slave()) or
         (m != no_index and any_free(s.master, m, zone.fixed_master()));

@@ -20,6 +20,8 @@ NearestHits nearest_hits(const ContactState& s, const Assembler& assembler)
       closed[f] = 1;
   }
   NearestHits found;
+  if (s.has_tools())
+    return found;
   for (std::size_t f = 0; f < count; ++f)
   {
     const std::size_t q = nearest[f];

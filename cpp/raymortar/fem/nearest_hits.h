@@ -16,7 +16,8 @@ struct NearestHits
   std::vector<std::int8_t> closed; ///< whether any point of the facet is, (n,)
 };
 
-/// @brief Nearest hits of the points as they are paired.
+/// @brief Nearest hits of the points as they are paired; none on tools, which
+/// no contact with can be lost in silence: see find_sunk_points.
 [[nodiscard]] NearestHits nearest_hits(const ContactState& s,
                                        const Assembler& assembler);
 } // namespace raymortar

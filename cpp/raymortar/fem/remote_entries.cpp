@@ -14,13 +14,13 @@ RemoteEntries remote_entries(const Zone& zone,
         std::upper_bound(ranges.begin(), ranges.end(), row) - ranges.begin() -
         1);
   };
-  const ContactElements& elements = zone.state().elements;
+  const ContactState& s = zone.state();
   RemoteEntries count;
   std::vector<PetscInt> rows;
   std::vector<int> owners;
-  for (std::size_t e = 0; e < elements.size(); ++e)
+  for (std::size_t e = 0; e < s.elements.size(); ++e)
   {
-    element_rows(zone, elements.slave[e], elements.master[e],
+    element_rows(zone, s.elements.slave[e], s.master_of(e),
                  Constrained::left_out, rows);
     const auto kept = std::count_if(rows.begin(), rows.end(),
                                     [](PetscInt row) { return row >= 0; });

@@ -252,7 +252,7 @@ void Zone::renew_master()
 
 void Zone::pair()
 {
-  if (any_rank(_comm, not _halo_is_checked))
+  if (_input.tools.empty() and any_rank(_comm, not _halo_is_checked))
     _input.slave.gdim == 2 ? update_halo<2>() : update_halo<3>();
   _halo_is_checked = true;
   _interface.pair();

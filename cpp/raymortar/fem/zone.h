@@ -87,6 +87,17 @@ public:
   void set_old_displacement(std::span<const double> slave,
                             std::span<const double> master);
 
+  /// @brief Where the tools are now; where they were at the accepted step, to be
+  /// set before the old displacement. One each.
+  void set_poses(std::span<const Pose> poses)
+  {
+    _interface.move_tools(poses);
+  }
+  void set_old_poses(std::span<const Pose> poses)
+  {
+    _interface.set_old_tools(poses);
+  }
+
   /// @brief Which displacement components are prescribed: nonzero entries.
   /// The terms decide anew for the step.
   void set_fixed(std::span<const double> slave, std::span<const double> master);
@@ -165,6 +176,7 @@ public:
   {
     return _interface.pipeline().candidates();
   }
+  /// @brief Facets of other ranks; none where there are tools
   [[nodiscard]] const Halo& halo() const { return *_halo; }
   [[nodiscard]] const ZoneInput& input() const { return _input; }
   /// @brief Distances of the input, with what the offset adds.
@@ -179,7 +191,7 @@ public:
   [[nodiscard]] std::vector<double> to_master(std::span<const double> owned,
                                               int width) const
   {
-    return _halo->fetch(owned, width);
+    return _halo ? _halo->fetch(owned, width) : std::vector<double>();
   }
 
   /// Nonzero where a displacement component is prescribed, (dofs, gdim)

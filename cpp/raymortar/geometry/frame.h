@@ -52,36 +52,27 @@ struct NodeShapes
     else
       return F::Disp::values(xi);
   }
-  [[nodiscard]] Mat<F::dofs, F::tdim>
-  displacement_gradients(const typename F::RefPoint& xi) const
-  {
-    if constexpr (F::degree == F::node_degree)
-      return dN;
-    else
-      return F::Disp::gradients(xi);
-  }
 };
 
 /// @brief Tangents of the facet with the given nodes.
 template <class F>
-[[nodiscard]] inline Mat<F::gdim, F::tdim>
-tangents_at(const typename F::NodeMatrix& nodes,
-            const Mat<F::nodes, F::tdim>& dN)
+inline void set_tangents(Mat<F::gdim, F::tdim>& t,
+                         const typename F::NodeMatrix& nodes,
+                         const Mat<F::nodes, F::tdim>& dN)
 {
   if constexpr (F::affine)
-    return nodes.template rightCols<F::tdim>().colwise() - nodes.col(0);
+    // One by one: a load across two fresh stores would wait for both
+    for (int j = 0; j < F::tdim; ++j)
+      for (int i = 0; i < F::gdim; ++i)
+        t(i, j) = nodes(i, j + 1) - nodes(i, 0);
   else
-    return nodes * dN;
+    t.noalias() = nodes * dN;
 }
 
-/// @brief Set all of a frame but the position, by its tangents.
-template <int D, class Tangents>
-void set_basis(Frame<D>& f, const Tangents& t)
+/// @brief Set normal and area of a frame from its tangents.
+template <int D>
+inline void set_normal(Frame<D>& f)
 {
-  // One by one: a load across two fresh stores would wait for both
-  for (int j = 0; j < D - 1; ++j)
-    for (int i = 0; i < D; ++i)
-      f.t(i, j) = t(i, j);
   const Vec<D> m = normal_of(f.t);
   f.jacobian = m.norm();
   f.n = m / f.jacobian;
@@ -95,16 +86,23 @@ frame_at(const typename F::NodeMatrix& nodes, const NodeShapes<F>& at)
 {
   Frame<F::gdim> f;
   f.x.noalias() = nodes * at.N;
-  set_basis<F::gdim>(f, tangents_at<F>(nodes, at.dN));
+  set_tangents<F>(f.t, nodes, at.dN);
+  set_normal(f);
   return f;
 }
 
+/// @brief The same where shape functions are used once: kept, they would be
+/// stored one by one and loaded in pairs, which waits for the stores.
 /// @param[in] xi Reference coordinates
 template <class F>
 [[nodiscard]] inline Frame<F::gdim>
 frame_at(const typename F::NodeMatrix& nodes, const typename F::RefPoint& xi)
 {
-  return frame_at<F>(nodes, NodeShapes<F>(xi));
+  Frame<F::gdim> f;
+  f.x.noalias() = nodes * F::Node::values(xi);
+  f.t.noalias() = nodes * F::Node::gradients(xi);
+  set_normal(f);
+  return f;
 }
 
 /// @brief Dual basis of the tangents within the tangent plane (columns).

@@ -1,5 +1,7 @@
 #include "raymortar/interface/damping_term.h"
 #include "raymortar/interface/facet_blocks.h"
+#include "raymortar/mortar/tool_rays.h"
+#include "raymortar/mortar/whole_facets.h"
 #include <algorithm>
 
 namespace raymortar
@@ -67,6 +69,14 @@ std::vector<Index> unknown(const std::vector<Index>& facets,
   return rest;
 }
 
+/// The same by the numbers that some facets have in the zone
+HeldFacets with_numbers(HeldFacets held, const std::vector<Index>& facets)
+{
+  for (FacetBlock& one : held.facets)
+    one.slave = facets[static_cast<std::size_t>(one.slave)];
+  return held;
+}
+
 /// Damping of some facets by what they face at the start of a step; `known`
 /// tells which of them face anything
 HeldFacets look(const StepStart& start, const std::vector<Index>& facets,
@@ -79,10 +89,21 @@ HeldFacets look(const StepStart& start, const std::vector<Index>& facets,
   past.multipliers.degree = start.state.multipliers.degree;
   past.multipliers.components = start.state.multipliers.components;
   past.friction = start.state.friction;
+  past.tools = where_they_were(start.state.tools);
+  HeldFacets held;
+  if (past.has_tools())
+  {
+    past.segmentation = whole_facets(past.slave);
+    past.points =
+        make_points(past.slave, past.segmentation, start.rules.segment_rules,
+                    start.rules.facet_rule, false);
+    past.hits = cast_on_tools(past.slave, past.tools, past.points, distances);
+    find_held_facets(past, start.fixed_slave, {}, 1.0, held);
+    return with_numbers(std::move(held), facets);
+  }
   Masters masters = start.masters_near(past.slave, distances);
   past.master = std::move(masters.surface);
   past.master.x = past.master.x_old;
-  HeldFacets held;
   if (facets.empty())
     return held;
   const auto candidates =
@@ -94,9 +115,7 @@ HeldFacets look(const StepStart& start, const std::vector<Index>& facets,
                   start.rules.facet_rule, true);
   past.hits = cast_rays(past.slave, past.master, past.points, distances);
   find_held_facets(past, start.fixed_slave, masters.fixed, 1.0, held);
-  for (FacetBlock& one : held.facets)
-    one.slave = facets[static_cast<std::size_t>(one.slave)];
-  return held;
+  return with_numbers(std::move(held), facets);
 }
 } // namespace
 

@@ -128,8 +128,12 @@ void look_opposite(const ContactState& s, std::span<const double> fixed_master,
     const Vec<F::gdim> at_held =
         s.points.area[q] *
         (one->held * nearness<F::gdim>(s.slave, s.points.xi[q]));
-    const Vec<F::gdim> held = held_opposite<F::gdim>(
-        s.master, s.hits.master[q], s.hits.eta[q], fixed_master);
+    // Tools are held throughout
+    const Vec<F::gdim> held =
+        s.has_tools()
+            ? Vec<F::gdim>::Ones().eval()
+            : held_opposite<F::gdim>(s.master, s.hits.master[q], s.hits.eta[q],
+                                     fixed_master);
     one->has_met = true;
     one->all += at_held;
     one->opposite_held += at_held.cwiseProduct(held);

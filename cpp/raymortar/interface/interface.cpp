@@ -21,6 +21,25 @@ bool replace(std::vector<double>& positions, std::vector<double> by)
   return differ;
 }
 
+/// Nothing moves vertices of whole facets
+bool has_moving_segments(const InterfaceInput& input)
+{
+  return input.moving_segments and input.tools.empty();
+}
+
+/// Whether the poses were others before
+bool replace_poses(std::vector<PlacedTool>& tools, std::span<const Pose> by,
+                   Pose PlacedTool::*which)
+{
+  bool differ = false;
+  for (std::size_t k = 0; k < tools.size(); ++k)
+  {
+    differ = differ or tools[k].*which != by[k];
+    tools[k].*which = by[k];
+  }
+  return differ;
+}
+
 ContactState first_state(const InterfaceInput& input)
 {
   ContactState s;
@@ -32,6 +51,8 @@ ContactState first_state(const InterfaceInput& input)
   s.master.degree = master.degree;
   s.master.node_degree = master.node_degree;
   s.master.gdim = s.slave.gdim;
+  for (const auto& tool : input.tools)
+    s.tools.push_back({tool, {}, {}});
   s.multipliers = input.multipliers;
   if (s.multipliers.value.empty())
     s.multipliers.value.assign(
@@ -41,7 +62,7 @@ ContactState first_state(const InterfaceInput& input)
   s.method = input.method;
   s.friction = input.friction;
   s.measure = input.measure;
-  s.moving_segments = input.moving_segments;
+  s.moving_segments = has_moving_segments(input);
   s.segment_rules = input.segment_rules;
   s.gamma.nodal.assign(input.slave.facet_dofs.size(), 1.0);
   return s;
@@ -58,11 +79,11 @@ T* appended(std::vector<std::unique_ptr<Term>>& terms, std::unique_ptr<T> term)
 } // namespace
 
 Interface::Interface(const InterfaceInput& input)
-    : _has_moving_segments(input.moving_segments), _state(first_state(input)),
+    : _has_moving_segments(has_moving_segments(input)), _state(first_state(input)),
       _pipeline(input, input.slave.num_facets()),
       _mortar(appended(_terms,
                        std::make_unique<MortarTerm>(make_assembler(_state),
-                                                    input.moving_segments))),
+                                                    _has_moving_segments))),
       _damping(appended(_terms, std::make_unique<DampingTerm>())),
       _cover(appended(_terms, std::make_unique<CoverTerm>(_state)))
 {
@@ -100,6 +121,19 @@ void Interface::set_old_master(std::span<const double> u)
 {
   _state.master.x_old = displaced(_state.master, u);
   forget_what_hangs_on_past();
+}
+
+bool Interface::move_tools(std::span<const Pose> poses)
+{
+  const bool moved = replace_poses(_state.tools, poses, &PlacedTool::now);
+  if (moved)
+    _pipeline.forget_points();
+  return moved;
+}
+
+void Interface::set_old_tools(std::span<const Pose> poses)
+{
+  replace_poses(_state.tools, poses, &PlacedTool::old);
 }
 
 void Interface::forget_what_hangs_on_past()

@@ -13,6 +13,8 @@ struct InterfaceInput : PairingRules
 {
   Surface slave;
   std::optional<FacetKind> master_kind; ///< none: the slave's
+  /// Rigid bodies in place of a master's facets; empty: facets
+  std::vector<std::shared_ptr<const Tool>> tools;
   Multipliers multipliers;
   Method method = Method::augmented_lagrangian;
   std::optional<FrictionLaw> friction; ///< none: frictionless
@@ -42,6 +44,11 @@ public:
   /// @brief Displacement at which the step starts; see `begin_step`.
   void set_old_slave(std::span<const double> u);
   void set_old_master(std::span<const double> u);
+
+  /// @brief Where the tools are, or were at the accepted step.
+  /// @return Whether any has moved
+  bool move_tools(std::span<const Pose> poses);
+  void set_old_tools(std::span<const Pose> poses);
 
   /// @brief Rows of the coupled system, (dofs, gdim); of the multipliers the
   /// first of each node, (nodes,).

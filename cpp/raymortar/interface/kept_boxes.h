@@ -1,5 +1,5 @@
-// Boxes that were stored with a margin: what they were found for still holds
-// while the present boxes lie in them.
+// Boxes stored with a margin. What was found for them is valid as long as the
+// present boxes lie inside the stored ones.
 #pragma once
 
 #include "raymortar/geometry/aabb_tree.h"

@@ -9,7 +9,7 @@ namespace
 {
 Unknowns unknowns_of(const ContactState& s, std::size_t e)
 {
-  return element_unknowns(s.elements.slave[e], s.elements.master[e]);
+  return element_unknowns(s.elements.slave[e], s.master_of(e));
 }
 
 /// Master whose facet the segment of a point lies on; no_index: no segment
@@ -82,8 +82,8 @@ void add_couplings(const ContactState& s, PatternNeeds& needs)
 void MortarTerm::add_needs(const ContactState& s, PatternNeeds& needs) const
 {
   for (std::size_t e = 0; e < s.elements.size(); ++e)
-    if (s.elements.master[e] != no_index)
-      needs.pairs.push_back({s.elements.slave[e], s.elements.master[e]});
+    if (const Index m = s.master_of(e); m != no_index)
+      needs.pairs.push_back({s.elements.slave[e], m});
   if (not _has_moving_segments)
     return;
   // Vertices of a segment hang on its master, wherever its points hit

@@ -1,5 +1,7 @@
 #include "raymortar/interface/pipeline.h"
 #include "raymortar/core/stopwatch.h"
+#include "raymortar/mortar/tool_rays.h"
+#include "raymortar/mortar/whole_facets.h"
 #include <algorithm>
 #include <limits>
 
@@ -24,8 +26,8 @@ void Pipeline::widen(std::span<const double> reach,
 
 void Pipeline::forget_candidates()
 {
-  // Of both sides: no boxes at all are inside of none, so that the candidates
-  // of facets that have left would stay if the new surface is empty
+  // Both: if the new master has no facets, its boxes alone would still hold,
+  // and candidates that are gone would stay
   _slave_boxes.forget();
   _master_boxes.forget();
   forget_points();
@@ -56,11 +58,31 @@ bool Pipeline::pair(ContactState& s)
     ++_statistics.pairings_skipped;
     return false;
   }
-  s.slave.gdim == 2 ? update_candidates<2>(s) : update_candidates<3>(s);
-  make_points_anew(s);
+  if (s.has_tools())
+    make_whole_points(s);
+  else
+  {
+    s.slave.gdim == 2 ? update_candidates<2>(s) : update_candidates<3>(s);
+    make_points_anew(s);
+  }
   renew_rays(s);
   ++_statistics.pairings;
   return true;
+}
+
+/// They stay for ever: nothing that moves cuts the facets
+void Pipeline::make_whole_points(ContactState& s)
+{
+  if (s.points.whole.empty())
+  {
+    const Stopwatch watch(_statistics.seconds_segments);
+    s.segmentation = whole_facets(s.slave);
+    s.points = make_points(s.slave, s.segmentation, _rules.segment_rules,
+                           _rules.facet_rule, false);
+  }
+  s.friction_bounds.clear(); // of rays that are gone
+  _points_are_present = true;
+  _rays_are_present = false;
 }
 
 void Pipeline::make_points_anew(ContactState& s)
@@ -82,7 +104,9 @@ void Pipeline::renew_rays(ContactState& s)
   if (_rays_are_present)
     return;
   const Stopwatch watch(_statistics.seconds_rays);
-  s.hits = cast_rays(s.slave, s.master, s.points, _rules.distances);
+  s.hits = s.has_tools()
+               ? cast_on_tools(s.slave, s.tools, s.points, _rules.distances)
+               : cast_rays(s.slave, s.master, s.points, _rules.distances);
   s.elements = group_points(s.points, s.hits);
   _rays_are_present = true;
 }

@@ -78,6 +78,7 @@ private:
   template <int D>
   void update_candidates(const ContactState& s);
   void make_points_anew(ContactState& s);
+  void make_whole_points(ContactState& s);
   void renew_rays(ContactState& s);
 
   PairingRules _rules;

@@ -49,6 +49,9 @@ struct Hits
   std::vector<Vec<2>> eta;       ///< its reference coordinates
   std::vector<double> gap;       ///< g of (1), length
   bool hang_on_past = false;     ///< some were chosen by the old positions
+  /// Of tools, which have no facets: see ToolHit, (points,) each
+  std::vector<Vec<3>> normal = {};
+  std::vector<Mat<3, 3>> bend = {};
 };
 
 /// @brief Cast the ray of every covered point on the true deformed master.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "raymortar/mortar/points.h"
+#include "raymortar/rigid/tool.h"
 
 namespace raymortar
 {
@@ -15,4 +16,13 @@ namespace raymortar
 find_sunk_points(const Surface& slave, const Surface& master,
                  const IntegrationPoints& points, const Hits& hits,
                  const FacetDistances& range);
+
+/// @brief Points that a tool has passed: those of facets that are inside one
+/// throughout, and that no ray of theirs has led there; and those with a tool
+/// behind them, within half of their own body's thickness.
+[[nodiscard]] std::vector<Index>
+find_points_sunk_in_tools(const Surface& slave,
+                          std::span<const PlacedTool> tools,
+                          const IntegrationPoints& points, const Hits& hits,
+                          const FacetDistances& range);
 } // namespace raymortar

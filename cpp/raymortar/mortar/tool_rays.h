@@ -1,0 +1,24 @@
+// Points -> rays on rigid tools.
+#pragma once
+
+#include "raymortar/mortar/points.h"
+#include "raymortar/rigid/tool.h"
+
+namespace raymortar
+{
+/// @brief Cast the ray of every point on some tools, which count as masters
+/// numbered as they come.
+///
+/// Where rays meet several, a tool that the point is inside of goes before
+/// those ahead, and a near one before a far one.
+/// @param[in] range Reach, and a depth that was asked for: none limits how far a
+/// point may be inside a tool otherwise
+[[nodiscard]] Hits cast_on_tools(const Surface& slave,
+                                 std::span<const PlacedTool> tools,
+                                 const IntegrationPoints& points,
+                                 const FacetDistances& range);
+
+/// @brief Tools where they were at the accepted step.
+[[nodiscard]] std::vector<PlacedTool>
+where_they_were(std::span<const PlacedTool> tools);
+} // namespace raymortar

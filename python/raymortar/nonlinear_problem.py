@@ -1,0 +1,187 @@
+"""Contact as a nonlinear problem that is solved as DOLFINx's own are."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from typing import Any
+
+from petsc4py import PETSc
+
+from .contact import Contact
+from .errors import (
+    ContactError,
+    ContactWarning,
+    ConvergenceError,
+    require_agreement,
+    together,
+)
+from .problem import CoupledProblem
+from .solver import SNESSolver
+
+# PETSc's option of that name
+ERROR = "snes_error_if_not_converged"
+
+
+class NonlinearProblem(CoupledProblem):
+    """F(u; v) + contact = 0, as DOLFINx's class of this name of 0.10 and later has it.
+
+    ``solve()`` solves by PETSc's SNES, which is made when it is first needed:
+    ``solver``, ``A``, ``b`` and ``x`` are its objects. `SNESSolver` and `NewtonSolver`
+    solve the problem too, with options of their own. Collective.
+
+    Parameters
+    ----------
+    F
+        UFL residual of everything but contact: a linear form in the test function of
+        the displacement's space, or of the mixed space that it is a part of. Of several
+        unknowns a list, by unknown.
+    contact
+        Contact terms; of several interactions a list, each with its own method, law and
+        search, all of the same displacement.
+    bcs
+        Dirichlet conditions on the unknowns, or on parts of them.
+    J
+        UFL Jacobian of F; by default its derivative. Of several unknowns a list of
+        lists, by test and trial space, None for zero.
+    u
+        What is solved for, where F is a list: Functions, of which the contact's is one
+        or a part of one.
+    petsc_options
+        Options of SNES and of what it holds, without prefix, which complete the
+        defaults: see `SNESSolver`. Where `solve` does not converge it raises an error,
+        with ``"snes_error_if_not_converged": False`` it warns.
+    petsc_options_prefix
+        Of these options on the command line and of ``A``, ``b`` and ``x``, usually
+        ending in ``_``; None: one that no other solver has.
+    form_compiler_options, jit_options
+        For the forms of F and J, as of ``dolfinx.fem.form``.
+
+    Attributes
+    ----------
+    contact
+        The contact, or `interactions.Interactions` of several.
+    history
+        Norms of the forces of the residuals since `start`, without constrained rows.
+    forms
+        UFL residual and Jacobian of the volume, as lists where there are several.
+    L, a
+        The same, compiled.
+    convergence
+        Judges the last residual; see `convergence.Convergence`.
+
+    Notes
+    -----
+    Several problems may have one contact, whose automatic gamma is that of the first,
+    and several solvers one problem. A contact that is in a problem with others is so in
+    all of its problems.
+
+    Constrained rows are those of the identity. The columns' effect of a Dirichlet
+    increment is lifted for volume and contact alike, so that the first iterate of a
+    large prescribed step knows about contact.
+
+    ``F`` and ``J`` are functions here, which assemble residual and tangent; what
+    DOLFINx calls so are ``L`` and ``a``.
+    """
+
+    def __init__(
+        self,
+        F: Any,
+        contact: Contact | Sequence[Contact],
+        bcs: Sequence[Any] = (),
+        J: Any = None,
+        u: Any = None,
+        petsc_options: Mapping[str, Any] | None = None,
+        petsc_options_prefix: str | None = None,
+        form_compiler_options: Mapping[str, Any] | None = None,
+        jit_options: Mapping[str, Any] | None = None,
+    ) -> None:
+        super().__init__(F, contact, bcs, J, u, form_compiler_options, jit_options)
+        with together(self.comm):
+            _check_prefix(petsc_options_prefix)
+            self._petsc_options = _checked(petsc_options)
+        require_agreement(self.comm, petsc_options_prefix=petsc_options_prefix)
+        self._prefix = petsc_options_prefix
+
+    @cached_property
+    def snes_solver(self) -> SNESSolver:
+        """What `solve` solves with, for `LoadSteps`. It does not keep the problem
+        alive. Collective."""
+        prefix = self._prefix
+        own = SNESSolver(self, self._petsc_options, prefix=prefix, owned=True)
+        if prefix is not None:
+            for name in ("A", "b", "x"):
+                getattr(own, name).setOptionsPrefix(f"{prefix}{name}_")
+        return own
+
+    def solve(self) -> Any:
+        """Solve from the present u and multiplier.
+
+        With friction, or where the next load is a step on from this one, accept the
+        solution by ``contact.advance()``.
+
+        Returns
+        -------
+        u
+            The Function that is solved for, of several unknowns a list.
+
+        Raises
+        ------
+        ConvergenceError
+            With PETSc's reason, pairs, active points, gaps and residual history. With
+            ``"snes_error_if_not_converged": False`` that is a `ContactWarning`, and
+            ``solver.getConvergedReason()`` is negative.
+        """
+        own = self.snes_solver
+        try:
+            own.solve()
+        except ConvergenceError as failure:
+            if _raises(own):
+                raise
+            warnings.warn(str(failure), ContactWarning, stacklevel=2)
+        return self.u
+
+    @property
+    def solver(self) -> PETSc.SNES:
+        """The petsc4py SNES. Collective."""
+        return self.snes_solver.snes
+
+    @property
+    def A(self) -> PETSc.Mat:
+        """Tangent over [u, multiplier / gamma], its rows weighed. Collective."""
+        return self.snes_solver.A
+
+    @property
+    def b(self) -> PETSc.Vec:
+        """Residual, its rows weighed as those of ``A``. Collective."""
+        return self.snes_solver.b
+
+    @property
+    def x(self) -> PETSc.Vec:
+        """Unknowns [u, multiplier / gamma] of the last `solve`. Collective."""
+        return self.snes_solver.x
+
+
+def _check_prefix(prefix: Any) -> None:
+    if prefix is not None and not (isinstance(prefix, str) and prefix):
+        raise ContactError(
+            f"petsc_options_prefix must be a text that is not empty, not {prefix!r}"
+        )
+
+
+def _checked(options: Any) -> dict[str, Any] | None:
+    """A copy of PETSc options; whether names are such the solver checks."""
+    if options is None:
+        return None
+    if not isinstance(options, Mapping):
+        raise ContactError(
+            f"petsc_options must be PETSc options by name, not {options!r}"
+        )
+    return dict(options)
+
+
+def _raises(solver: SNESSolver) -> bool:
+    """Whether failures of a solver are errors: unless its options say otherwise."""
+    with solver.options:
+        return bool(PETSc.Options(solver.options.prefix).getBool(ERROR, True))

@@ -1,0 +1,22 @@
+"""Rigid tools: analytic shapes that slaves meet in place of tagged masters.
+
+``Contact(u, facets, pairs=[(SLAVE, rigid.Sphere(centre, radius))])``. A shape stays where
+it was made; a `Body` moves it.
+"""
+
+from .body import Body
+from .implicit import Implicit
+from .shapes import Circle, Cone, Cylinder, Line, Plane, Sphere, Torus, Wedge
+
+__all__ = [
+    "Body",
+    "Circle",
+    "Cone",
+    "Cylinder",
+    "Implicit",
+    "Line",
+    "Plane",
+    "Sphere",
+    "Torus",
+    "Wedge",
+]

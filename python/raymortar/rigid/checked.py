@@ -1,0 +1,54 @@
+"""Checks of what shapes and bodies are given."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ..compat import Array
+from ..errors import ContactError
+from ..options import is_real_number
+
+
+def vector(name: str, value: Any, gdim: int | None = None) -> Array:
+    """A finite vector of 2 or 3 components, padded with zeros to 3.
+
+    Raises
+    ------
+    ContactError
+        If it is none, or not one of the dimension.
+    """
+    try:
+        given = np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        given = np.empty(0)
+    lengths = (2, 3) if gdim is None else (gdim,)
+    if given.ndim != 1 or len(given) not in lengths or not np.isfinite(given).all():
+        wanted = " or ".join(map(str, lengths))
+        raise ContactError(f"{name} = {value!r} must be {wanted} finite numbers")
+    return np.pad(given, (0, 3 - len(given)))
+
+
+def direction(name: str, value: Any) -> Array:
+    """A vector that is not zero."""
+    given = vector(name, value)
+    if not np.any(given):
+        raise ContactError(f"{name} is zero: it must have a direction")
+    return given
+
+
+def positive(name: str, value: Any) -> float:
+    """A positive number."""
+    if not (is_real_number(value) and np.isfinite(value) and value > 0.0):
+        raise ContactError(f"{name} = {value!r} must be a positive number")
+    return float(value)
+
+
+def same_dimension(shape: str, vectors: Sequence[Any]) -> int:
+    """Length of some vectors, which must be one."""
+    lengths = {len(v) for v in vectors}
+    if len(lengths) > 1:
+        raise ContactError(f"{shape} has vectors of different lengths")
+    return int(lengths.pop())

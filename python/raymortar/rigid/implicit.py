@@ -1,0 +1,133 @@
+"""Surfaces where a function of the user's is zero."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .. import _cpp
+from ..compat import Array
+from ..errors import ContactError
+from .shapes import Shape
+
+# Newton steps along a ray, and the step at which they end, over what the function says
+# the surface is away
+_STEPS, _SETTLED = 60, 1e-13
+
+Field = Callable[[Array], Array]
+
+
+@dataclass(frozen=True, repr=False)
+class Implicit(Shape):
+    """Solid where a function is negative.
+
+    It is called once per pairing with all points, in the coordinates that the body was
+    made in. Rays are followed by Newton's method: a function like a distance is best.
+
+    Parameters
+    ----------
+    phi
+        Function of positions, (3, n) to (n,), as DOLFINx's ``interpolate`` takes it; in
+        2D x[2] is 0.
+    gradient
+        To (3, n), or (2, n) in 2D; it must not vanish on the surface.
+    hessian
+        To (3, 3, n), or (2, 2, n) in 2D.
+    """
+
+    phi: Field
+    gradient: Field
+    hessian: Field
+
+    def __post_init__(self) -> None:
+        for name in ("phi", "gradient", "hessian"):
+            if not callable(getattr(self, name)):
+                raise ContactError(f"{name} must be a function of points, (3, n)")
+
+    def __repr__(self) -> str:
+        # Alike on all ranks: functions have their addresses in theirs
+        return f"Implicit({getattr(self.phi, '__name__', type(self.phi).__name__)})"
+
+    @property
+    def gdim(self) -> None:
+        return None
+
+    def cpp(self) -> _cpp.Tool:
+        return _cpp.called_tool(cast=self._cast, distance=self._distance)
+
+    def _value(self, x: Array) -> Array:
+        """Of points (n, 3)."""
+        return _checked("phi", self.phi(x.T.copy()), (len(x),))
+
+    def _gradient(self, x: Array) -> Array:
+        """(n, 3)."""
+        found = _padded("gradient", self.gradient(x.T.copy()), (3, len(x)), 1)
+        return np.ascontiguousarray(found.T)
+
+    def _hessian(self, x: Array) -> Array:
+        """(n, 3, 3)."""
+        found = _padded("hessian", self.hessian(x.T.copy()), (3, 3, len(x)), 2)
+        return np.ascontiguousarray(np.moveaxis(found, 2, 0))
+
+    def _distance(self, x: Array) -> float:
+        point = x.reshape(1, 3)
+        size = float(np.linalg.norm(self._gradient(point)))
+        return float(self._value(point)[0]) / size if size > 0.0 else 0.0
+
+    def _cast(self, x: Array, n: Array) -> tuple[Array, Array, Array, Array]:
+        """Where rays enter: see `_cpp.called_tool`."""
+        g, settled = np.zeros(len(x)), np.zeros(len(x), dtype=bool)
+        start = self._value(x) if len(x) else np.empty(0)
+        open_ones = np.arange(len(x))
+        for _ in range(_STEPS):
+            if not len(open_ones):
+                break
+            at = x[open_ones] + g[open_ones, None] * n[open_ones]
+            value, slope = self._value(at), self._gradient(at)
+            size = np.linalg.norm(slope, axis=1)
+            along = np.einsum("nd,nd->n", slope, n[open_ones])
+            with np.errstate(divide="ignore", invalid="ignore"):
+                step = -value / along
+                most = 4.0 * np.abs(value) / size  # no ray is far more oblique
+            step = np.clip(np.nan_to_num(step), -most, most)
+            g[open_ones] += np.nan_to_num(step)
+            scale = np.maximum(np.abs(g[open_ones]), np.linalg.norm(at, axis=1))
+            done = np.abs(step) <= _SETTLED * scale
+            settled[open_ones[done]] = True
+            open_ones = open_ones[~done]
+        normal, bend = np.zeros((len(x), 3)), np.zeros((len(x), 3, 3))
+        if not len(x):
+            return settled.astype(np.int8), g, normal, bend
+        at = x + g[:, None] * n
+        slope = self._gradient(at)
+        size = np.linalg.norm(slope, axis=1)
+        # From outside ahead, from inside behind, and into the solid
+        way = np.where(start < 0.0, g <= 0.0, g >= 0.0) | (np.abs(g) <= _SETTLED)
+        found = settled & way & (np.einsum("nd,nd->n", slope, n) < 0.0) & (size > 0.0)
+        normal[found] = slope[found] / size[found, None]
+        bend[found] = self._hessian(at)[found] / size[found, None, None]
+        return found.astype(np.int8), g, normal, bend
+
+
+def _checked(name: str, values: Any, shape: tuple[int, ...]) -> Array:
+    """Values of a function, after checks."""
+    found = np.asarray(values, dtype=np.float64)
+    if found.shape == shape and not np.isfinite(found).all():
+        raise ContactError(f"{name} returns values that are not finite")
+    if found.shape != shape:
+        raise ContactError(
+            f"{name} returns an array of shape {found.shape} for {shape[-1]} points: it "
+            f"must be {shape}"
+        )
+    return found
+
+
+def _padded(name: str, values: Any, shape: tuple[int, ...], axes: int) -> Array:
+    """The same, where components in 2D may be two."""
+    found = np.asarray(values, dtype=np.float64)
+    if found.ndim == len(shape) and found.shape[:axes] == (2,) * axes:
+        found = np.pad(found, [(0, 1)] * axes + [(0, 0)])
+    return _checked(name, found, shape)
