@@ -577,6 +577,11 @@ def element_info(V: fem.FunctionSpace) -> ElementInfo:
     )
 
 
+def element_points(V: fem.FunctionSpace) -> Array:
+    """Reference positions of the dofs of a Lagrange element, (n, tdim)."""
+    return np.array(V.element.basix_element.points)
+
+
 def dofmap_array(V: fem.FunctionSpace) -> Indices:
     """Local block dofs of each local cell (ghosts last), shape (n_cells, n)."""
     return _table(V.dofmap.list, V.dofmap.dof_layout.num_dofs)
