@@ -90,8 +90,6 @@ class NewtonSolver:
         each body and each surface of contact. ``atol`` is a force, by default the
         rounding error of each, below which a solve goes on as long as that brings
         anything (theory, 5.4).
-    krylov_solver
-        The PETSc KSP.
     newton
         DOLFINx's solver. With the criterion ``"residual"`` its own tolerances are zero.
     options
