@@ -6,23 +6,23 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from dolfinx.fem import Function
-
 from mpi4py import MPI
 
+from dolfinx.fem import Function
+
 from . import compat
-from .bodies import Bodies
 from .compat import Array
 from .contact import Contact
-from .coupled import CoupledSystem
 from .errors import ContactError, raise_everywhere
-from .fields import ZoneResults
-from .host import Host
-from .layout import JointLayout
-from .pairs import Pair, labelled
-from .state import JointState, joint_fault
-from .stiffness import VolumePattern
-from .zones import ZoneData
+from .host.bodies import Bodies
+from .host.host import Host
+from .host.layout import JointLayout
+from .interface.pairs import Pair, labelled
+from .interface.state import JointState, joint_fault
+from .interface.stiffness import VolumePattern
+from .interface.zones import ZoneData
+from .results.fields import ZoneResults
+from .system.coupled import CoupledSystem
 
 
 class Interactions(CoupledSystem, ZoneResults):

@@ -1,7 +1,6 @@
 """What all the Python tests share."""
 
 import pytest
-
 from problems import CELLS, CELLS_2D, CELLS_3D, COMM
 
 

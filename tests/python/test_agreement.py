@@ -9,14 +9,20 @@ import faulthandler
 import numpy as np
 import pytest
 from dolfinx import fem
-
-import raymortar
 from load_paths import top_moves
 from problems import COMM, SOLVERS, build, residual, squeezed
-from raymortar import AugmentedLagrangian, ContactError, Coulomb, Penalty, Search
-from raymortar import compat
+
+import raymortar
+from meshes.scenes import two_blocks
+from raymortar import (
+    AugmentedLagrangian,
+    ContactError,
+    Coulomb,
+    Penalty,
+    Search,
+    compat,
+)
 from raymortar.errors import ConvergenceError, require_agreement, together
-from raymortar.scenes import two_blocks
 
 pytestmark = pytest.mark.mpi
 PATIENCE = 100.0  # seconds

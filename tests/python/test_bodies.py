@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 from problems import COMM, DIMENSION, stack
 
+from meshes.blocks import Block
+from meshes.meshing import assemble_blocks
+from meshes.scenes import two_blocks
 from raymortar import compat
-from raymortar.blocks import Block
-from raymortar.bodies import connected, find_bodies
-from raymortar.meshing import assemble_blocks
-from raymortar.scenes import two_blocks
+from raymortar.host.bodies import connected, find_bodies
 
 
 def scattered(midpoints, ranks):

@@ -1,13 +1,15 @@
 """Bad arguments of problems, solvers, paths and results, and calls in a wrong order."""
 
+from petsc4py import PETSc
+
 import numpy as np
 import pytest
 import ufl
 from dolfinx import fem
-from petsc4py import PETSc
+from problems import COMM, SOLVERS, fix, residual
 
 import raymortar
-from problems import COMM, SOLVERS, fix, residual
+from meshes.scenes import two_blocks
 from raymortar import (
     AugmentedLagrangian,
     ContactError,
@@ -20,8 +22,7 @@ from raymortar import (
     SNESSolver,
     compat,
 )
-from raymortar.fixed_point import FixedPointSolver
-from raymortar.scenes import two_blocks
+from raymortar.solvers.fixed_point import FixedPointSolver
 
 pytestmark = [pytest.mark.quick, pytest.mark.mpi]
 PAIR = [(3, 4)]

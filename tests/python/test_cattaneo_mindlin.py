@@ -12,12 +12,11 @@ import numpy as np
 import pytest
 import ufl
 from dolfinx import fem
+from problems import COMM, fix
 
 import raymortar
+from meshes.scenes import two_cylinders
 from raymortar import compat
-from raymortar.scenes import two_cylinders
-
-from problems import COMM, fix
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "demos"))
 

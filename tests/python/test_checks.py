@@ -2,23 +2,24 @@
 
 import numpy as np
 import pytest
-from dolfinx import fem, mesh as dmesh
-
 from boxes import (
-    COMM,
     CELLS,
+    COMM,
     DEGREES,
+    box,
     box_arrays,
     build,
-    box,
     curve,
     displacement,
     tag_sides,
     whole_boundary,
 )
+from dolfinx import fem
+from dolfinx import mesh as dmesh
+
 from raymortar import compat, errors
-from raymortar.checks import check_areas, check_cells, check_pair, check_space
-from raymortar.facets import tagged_facets
+from raymortar.host.checks import check_areas, check_cells, check_pair, check_space
+from raymortar.host.facets import tagged_facets
 
 pytestmark = pytest.mark.mpi
 

@@ -7,12 +7,12 @@ number of vertices Newton's method goes to and fro at 1e-4 to 1e-6 of the first 
 
 import numpy as np
 import pytest
-
 from problems import COMM, build, fix
+
+from meshes.blocks import Block
+from meshes.meshing import Scene, assemble_blocks
+from meshes.scenes import two_blocks
 from raymortar import Coulomb, Search
-from raymortar.blocks import Block
-from raymortar.meshing import Scene, assemble_blocks
-from raymortar.scenes import two_blocks
 
 MAX_ITERATIONS = 9
 

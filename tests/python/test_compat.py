@@ -2,13 +2,15 @@
 
 import re
 
+from mpi4py import MPI
+from petsc4py import PETSc
+
 import dolfinx.fem.petsc
 import numpy as np
 import pytest
 import ufl
-from dolfinx import fem, mesh as dmesh
-from mpi4py import MPI
-from petsc4py import PETSc
+from dolfinx import fem
+from dolfinx import mesh as dmesh
 
 from raymortar import compat, errors
 

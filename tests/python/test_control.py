@@ -8,6 +8,9 @@ import pytest
 import ufl
 from dolfinx import fem
 from problems import COMM, SOLVERS, build, fix, worst
+from snapping import on_bed, pressure, top_sinks
+
+from meshes.scenes import two_blocks
 from raymortar import (
     ArcLength,
     ContactError,
@@ -19,11 +22,9 @@ from raymortar import (
     LoadSteps,
     Penalty,
 )
-from raymortar.constraints import mean_weights
-from raymortar.loose import loose_bodies
-from raymortar.scenes import two_blocks
-from raymortar.strategies import FULL, VISCOUS
-from snapping import on_bed, pressure, top_sinks
+from raymortar.convergence.loose import loose_bodies
+from raymortar.paths.constraints import mean_weights
+from raymortar.paths.strategies import FULL, VISCOUS
 
 sys.path.append(str(Path(__file__).parents[2] / "demos"))
 
@@ -76,9 +77,7 @@ def is_on_the_path(problem, factors, sinks):
 
 
 @pytest.mark.quick
-@pytest.mark.mpi(
-    where=lambda cell, solver: cell == "triangle" and solver is SOLVERS[0]
-)
+@pytest.mark.mpi(where=lambda cell, solver: cell == "triangle" and solver is SOLVERS[0])
 @pytest.mark.parametrize("solver", SOLVERS)
 def test_a_displacement_leads_over_both_limit_points(cell, solver):
     problem = on_bed(cell, solver=solver)
@@ -247,14 +246,10 @@ def test_steps_of_the_force_jump():
     """Nothing holds the punch before it touches; viscous forces do."""
     plain = snap_through.Arch(COMM)
     with pytest.raises(ConvergenceError):
-        LoadSteps(
-            plain.solver, plain.apply, 20, max_halvings=2, strategy="halve"
-        ).run()
+        LoadSteps(plain.solver, plain.apply, 20, max_halvings=2, strategy="halve").run()
     viscous = snap_through.Arch(COMM)
     history = History(viscous.problem)
-    path = LoadSteps(
-        viscous.solver, viscous.apply, 10, stabilize=True, history=history
-    )
+    path = LoadSteps(viscous.solver, viscous.apply, 10, stabilize=True, history=history)
     path.run()
     assert path.halvings == 0 and history["viscous_share"].max() <= 1e-6
     default = snap_through.Arch(COMM)

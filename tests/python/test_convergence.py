@@ -1,11 +1,14 @@
 """When a solve may end: in any unit, at any ratio of stiffnesses, on any ranks."""
 
+from petsc4py import PETSc
+
 import numpy as np
 import pytest
 from dolfinx import fem
 from load_paths import blocks, top_moves
-from petsc4py import PETSc
 from problems import COMM, DIMENSION, SOLVERS, build, fix, stack, worst
+
+from meshes.scenes import two_blocks
 from raymortar import (
     ConvergenceError,
     Coulomb,
@@ -14,7 +17,6 @@ from raymortar import (
     Penalty,
     SNESSolver,
 )
-from raymortar.scenes import two_blocks
 
 # Lengths 1e-9 to 1e6, moduli 1e-6 to 1e12
 UNITS = [(1.0, 2e11), (1e-3, 1e6), (1e-9, 1e12), (1e-9, 1e-6), (1e6, 1e-6), (1e6, 1e12)]
@@ -307,11 +309,13 @@ def test_bodies_and_surfaces_are_counted_on_any_ranks(cell):
     problem = build(stack(cell, (3, 4, 2, 3)), pairs=pairs, bcs=lambda V, s: [])
     groups = problem.problem.convergence.groups
     assert (groups.bodies, groups.count) == (4, 6)
-    n = [nodes ** problem.dim * problem.dim for nodes in (4, 5, 3, 4)]
+    n = [nodes**problem.dim * problem.dim for nodes in (4, 5, 3, 4)]
     n += [nodes ** (problem.dim - 1) for nodes in (5, 3)]
     sizes = groups.sum(np.ones(problem.contact.layout.size))
     assert sorted(sizes[:4]) == sorted(n[:4]) and sorted(sizes[4:]) == sorted(n[4:])
-    area = groups.sum(np.concatenate([np.zeros(problem.contact.layout.n_u), groups.mass]))
+    area = groups.sum(
+        np.concatenate([np.zeros(problem.contact.layout.n_u), groups.mass])
+    )
     np.testing.assert_allclose(area[4:], 1.0, rtol=1e-13)
     assert len(set(groups.names())) == 6
 
@@ -326,5 +330,7 @@ def test_failures_name_what_is_out_of_balance(solver, options):
     else:
         tool.problem.solver.max_it = 1
     tool.move(0.05)
-    with pytest.raises(ConvergenceError, match=r"out of balance: the (body|contact) around \(0\.5, "):
+    with pytest.raises(
+        ConvergenceError, match=r"out of balance: the (body|contact) around \(0\.5, "
+    ):
         tool.problem.solve()

@@ -3,16 +3,17 @@
 Everything here is read off `Contact` after `update`; few tests solve.
 """
 
+from mpi4py import MPI
+
 import numpy as np
 import pytest
 from dolfinx import fem
-from mpi4py import MPI
+from problems import COMM, DIMENSION, build, fix, stack, worst
 
 import raymortar
-from problems import COMM, DIMENSION, build, fix, stack, worst
+from meshes.scenes import two_blocks
 from raymortar import AugmentedLagrangian, Penalty, Search, compat
-from raymortar.methods import STRATEGIES
-from raymortar.scenes import two_blocks
+from raymortar.options.methods import STRATEGIES
 
 ROUNDING = 1e-12
 ROTATION = {

@@ -4,11 +4,10 @@ the solution."""
 import gathered
 import numpy as np
 import pytest
-
-from raymortar import Search
-
 from manufactured import Manufactured
 from manufactured_fields import CUBE
+
+from raymortar import Search
 
 BEND = 0.1
 # Stands for exact integration: chords of half edges, and points on both sides of kinks

@@ -7,11 +7,11 @@ the true edges of the master are.
 
 import numpy as np
 import pytest
-
 from problems import COMM, DIMENSION
-from raymortar.scenes import two_blocks
 from test_coverage import ROTATION, touch, worst
 from test_patch import METHODS, check_hydrostatic
+
+from meshes.scenes import two_blocks
 
 # Integrates the normal of a quadratic facet times two shape functions exactly
 DEGREE = {"interval": 5, "facet": 6}

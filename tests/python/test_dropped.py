@@ -2,11 +2,13 @@
 
 import gc
 
-import pytest
 from mpi4py import MPI
+
+import pytest
 from problems import COMM, SOLVERS, build, fix
-from raymortar import dropped
-from raymortar.scenes import two_blocks
+
+from meshes.scenes import two_blocks
+from raymortar.host import dropped
 
 pytestmark = [pytest.mark.quick, pytest.mark.mpi]
 

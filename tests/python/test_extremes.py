@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 from dolfinx import fem
-
 from materials import MATERIALS, lame
 from problems import CELLS, COMM, DIMENSION, SOLVERS, build, fix, squeeze, worst
 
 import raymortar
-from raymortar.scenes import two_blocks
+from meshes.scenes import two_blocks
 
 SHARE = 0.05
 
@@ -48,9 +47,7 @@ def test_forces_below_the_rounding_error_of_a_stiff_body_are_found(soft, solver)
 
 def flanked(share, width=0.6, rows=5):
     """A punch pressed by a share of its height, its flanks slave surfaces as well."""
-    scene = two_blocks(
-        COMM, 2, "triangle", (7, 5), (5, rows), upper_size=(width, 1.0)
-    )
+    scene = two_blocks(COMM, 2, "triangle", (7, 5), (5, rows), upper_size=(width, 1.0))
     names = ["slave", "upper_left", "upper_right"]
     return build(
         scene,

@@ -2,26 +2,23 @@
 
 import warnings
 
-import pytest
 from petsc4py import PETSc
+
 import hosts
+import pytest
 from problems import COMM, build, fix, tolerate
-from raymortar import (
-    AugmentedLagrangian,
-    ContactWarning,
-    ConvergenceError,
-    SNESSolver,
-)
-from raymortar.failure import (
+
+from meshes.scenes import two_blocks
+from raymortar import AugmentedLagrangian, ContactWarning, ConvergenceError, SNESSolver
+from raymortar.convergence.failure import (
     InUse,
     describe_failure,
     list_of_residuals,
     reason_in_words,
 )
-from raymortar.results import Statistics
-from raymortar.scenes import two_blocks
-from raymortar.sides import swaps
-from raymortar.stiffness import stiffness_ratios
+from raymortar.interface.point_results import Statistics
+from raymortar.interface.sides import swaps
+from raymortar.interface.stiffness import stiffness_ratios
 
 pytestmark = pytest.mark.quick
 TOUCHING = Statistics(hits=3, points=4, min_gap=0.0, max_gap=1.0)

@@ -1,11 +1,11 @@
 """Damaged files, full disks, the largest tags, ranks without facets, no memory."""
 
+from petsc4py import PETSc
+
 import numpy as np
 import pytest
 from dolfinx import fem
 from dolfinx.fem.petsc import assemble_matrix
-from petsc4py import PETSc
-
 from materials import MATERIALS, lame
 from problems import (
     CELLS,
@@ -20,8 +20,9 @@ from problems import (
 )
 
 import raymortar
-from raymortar import ContactError, compat, memory
-from raymortar.scenes import two_blocks
+from meshes.scenes import two_blocks
+from raymortar import ContactError, compat
+from raymortar.system import memory
 
 LARGEST_TAG = 2**31 - 1
 

@@ -7,11 +7,11 @@ import xml.etree.ElementTree as ElementTree
 import numpy as np
 import pytest
 from dolfinx import fem
+from problems import COMM, DIMENSION, build, squeezed
 
 import raymortar
-from problems import COMM, DIMENSION, build, squeezed
+from meshes.scenes import two_blocks
 from raymortar import ContactError, Coulomb, compat
-from raymortar.scenes import two_blocks
 
 WIDTH, OVERHANG = 1.0, 0.25
 

@@ -5,6 +5,7 @@ import warnings
 import numpy as np
 import pytest
 from first_tries import E, disc_on_block, ring_in_groove, snap_fit
+
 from raymortar import ContactWarning, LoadSteps
 
 pytest.importorskip("gmsh")

@@ -2,12 +2,11 @@
 
 import numpy as np
 import pytest
+from problems import COMM, SOLVERS, build, fix, squeezed, stack, worst
 
 import raymortar
+from meshes.scenes import two_blocks
 from raymortar import AugmentedLagrangian, ConvergenceError, Coulomb, FixedPointSolver
-from raymortar.scenes import two_blocks
-
-from problems import COMM, SOLVERS, build, fix, squeezed, stack, worst
 
 
 def curved_blocks():

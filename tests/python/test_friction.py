@@ -25,6 +25,7 @@ from sheared_blocks import (
     up,
 )
 
+from meshes.scenes import two_blocks
 from raymortar import (
     AugmentedLagrangian,
     Contact,
@@ -35,7 +36,6 @@ from raymortar import (
     Tresca,
     compat,
 )
-from raymortar.scenes import two_blocks
 
 # Friction patch (A7)
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-
 from problems import COMM
+
 from raymortar import compat, errors
 
 pytestmark = pytest.mark.mpi

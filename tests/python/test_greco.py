@@ -8,12 +8,11 @@ import gathered
 import numpy as np
 import pytest
 from dolfinx import fem
+from problems import COMM, build, fix
 
 import raymortar
-from raymortar.blocks import Block
-from raymortar.meshing import Scene, assemble_blocks
-
-from problems import COMM, build, fix
+from meshes.blocks import Block
+from meshes.meshing import Scene, assemble_blocks
 
 SIDE, STEPS = 0.04, 5  # m
 # u_x in m on the contact edge, at x in m

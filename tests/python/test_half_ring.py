@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
 from problems import COMM
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "demos"))

@@ -7,12 +7,12 @@ import csv
 import numpy as np
 import pytest
 import ufl
-
 from load_paths import blocks, top_moves
 from materials import MATERIALS, lame, neo_hookean_energy
 from problems import COMM, DIMENSION, homogeneous, squeeze
-from raymortar import ContactError, Coulomb, History
 from sheared_blocks import METHODS, WIDTH, Blocks, clamped, limit_of, pressure
+
+from raymortar import ContactError, Coulomb, History
 
 STEPS = 4
 

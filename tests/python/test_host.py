@@ -5,23 +5,29 @@ from __future__ import annotations
 from contextlib import contextmanager
 from functools import lru_cache
 
-import numpy as np
-import pytest
-import ufl
-from dolfinx import fem
 from mpi4py import MPI
 from petsc4py import PETSc
 
-import raymortar
-from raymortar import AugmentedLagrangian, ContactError, Coulomb, LoadSteps, Penalty
-from raymortar import compat
-from raymortar.solvers import iterative
-
 import gathered
 import hosts
+import numpy as np
 import problems
+import pytest
+import ufl
+from dolfinx import fem
 from hosts import MU, WAYS
 from problems import COMM, SOLVERS, worst
+
+import raymortar
+from raymortar import (
+    AugmentedLagrangian,
+    ContactError,
+    Coulomb,
+    LoadSteps,
+    Penalty,
+    compat,
+)
+from raymortar.solvers import iterative
 
 PUSHES = ((0.0, -0.03), (0.03, -0.06))
 METHODS = {

@@ -8,13 +8,13 @@ import pytest
 import ufl
 from dolfinx import fem
 from dolfinx import mesh as dmesh
+from problems import COMM, SOLVERS, build, fix, residual, squeezed
 
 import raymortar
-from problems import COMM, SOLVERS, build, fix, residual, squeezed
+from meshes.blocks import Block
+from meshes.meshing import assemble_blocks
+from meshes.scenes import two_blocks
 from raymortar import AugmentedLagrangian, ContactError, Penalty, Search, compat
-from raymortar.blocks import Block
-from raymortar.meshing import assemble_blocks
-from raymortar.scenes import two_blocks
 
 pytestmark = [pytest.mark.quick, pytest.mark.mpi]
 PAIR = [(3, 4)]  # slave and master of `two_blocks`

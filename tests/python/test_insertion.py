@@ -1,12 +1,12 @@
 """Blocks written straight to the entries of an AIJ matrix, against MatSetValues."""
 
-import numpy as np
-import pytest
 from petsc4py import PETSc
 
-import raymortar
-
+import numpy as np
+import pytest
 from problems import COMM, build, fix, stack, worst
+
+import raymortar
 
 BLOCKS = {"divisions": (3, 4), "widths": [1.0, 0.8], "gaps": [0.0, -0.02]}
 

@@ -17,10 +17,10 @@ from raymortar import (
     SNESSolver,
     Stick,
 )
-from raymortar.capped import CappedSolver
-from raymortar.gamma_detour import solve_by_small_gamma, solve_with_small_gamma
-from raymortar.line_search import with_line_search
-from raymortar.stabilization import Stabilization
+from raymortar.paths.gamma_detour import solve_by_small_gamma, solve_with_small_gamma
+from raymortar.paths.stabilization import Stabilization
+from raymortar.solvers.capped import CappedSolver
+from raymortar.solvers.line_search import with_line_search
 
 pytestmark = pytest.mark.mpi
 

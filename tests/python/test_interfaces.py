@@ -7,10 +7,10 @@ import states
 from problems import COMM, DIMENSION, build, fix, worst
 from test_bodies import scattered
 
+from meshes.blocks import Block, rotated
+from meshes.meshing import Scene, assemble_blocks
 from raymortar import AugmentedLagrangian, ContactError, Coulomb, Penalty, compat
-from raymortar.blocks import Block, rotated
-from raymortar.coefficients import PairCoefficients, single
-from raymortar.meshing import Scene, assemble_blocks
+from raymortar.interface.coefficients import PairCoefficients, single
 
 SOFT, HARD = 10.0, 2e5
 TAGS = {"master_0": 1, "master_1": 2, "slave_0": 3, "slave_1": 4, "bottom": 5, "top": 6}
@@ -276,4 +276,3 @@ def test_no_cell_of_a_rank_is_needed(cell_2d):
     scene = beside(cell_2d, partition=lambda x, ranks: np.zeros(len(x), dtype=np.int32))
     gamma = of_two_pairs(cell_2d, scene=scene).contact.gamma
     assert values_of(gamma) == values_of(of_two_pairs(cell_2d).contact.gamma)
-

@@ -5,8 +5,9 @@ import warnings
 import numpy as np
 import pytest
 from problems import COMM, SOLVERS, build, fix
+
+from meshes.scenes import two_blocks
 from raymortar import ContactWarning, ConvergenceError
-from raymortar.scenes import two_blocks
 
 HEIGHT = 0.25
 pytestmark = pytest.mark.mpi

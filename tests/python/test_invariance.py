@@ -4,19 +4,20 @@ What `test_identities` shows for one residual holds for whole solutions, Newton'
 iterations included: no stage has an absolute tolerance or knows the axes.
 """
 
+from petsc4py import PETSc
+
 import gathered
 import numpy as np
 import pytest
 from dolfinx import fem
 from frames import Frame, Framed, Solution, quarter_turn
-from petsc4py import PETSc
 from problems import COMM, DIMENSION, build, fix, worst
 from public_models import MODELS
 from states import CLOSED
 from test_identities import by_place, rotation
 
+from meshes.scenes import two_blocks
 from raymortar import Coulomb, Penalty, SNESSolver
-from raymortar.scenes import two_blocks
 
 LAWS = {
     "frictionless": lambda: {},

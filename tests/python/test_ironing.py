@@ -12,11 +12,10 @@ from pathlib import Path
 import gathered
 import numpy as np
 import pytest
+from problems import COMM
 
 import raymortar
 from raymortar.partitions import strips
-
-from problems import COMM
 
 DEMOS = str(Path(__file__).resolve().parents[2] / "demos")
 PRESS, SLIDE, END = 20, 100, 1.2

@@ -96,9 +96,35 @@ def test_what_is_not_allowed_is_named(tmp_path, name, text, complaint):
 
 def test_citations_in_python_count(tmp_path):
     """Comments in Python are held to the same."""
-    tree = make_tree(tmp_path, {"python/raymortar/a.py": "# theory (9.9)"})
+    tree = make_tree(tmp_path, {"python/raymortar/contact.py": "# theory (9.9)"})
     code, said = check(tree)
     assert code == 1 and "theory (9.9)" in said
+
+
+@pytest.mark.parametrize(
+    "name, text, complaint",
+    [
+        ("host/a.py", "from ..paths.b import c", "imports paths, above it"),
+        ("host/a.py", "from .. import contact", "imports contact, above it"),
+        ("compat/a.py", "def f():\n    from ..host import b", "imports host, above it"),
+        ("extra.py", "", "extra is not one of"),
+    ],
+)
+def test_rooms_of_the_package_look_down(tmp_path, name, text, complaint):
+    """An import of a function counts too."""
+    code, said = check(make_tree(tmp_path, {f"python/raymortar/{name}": text}))
+    assert code == 1
+    assert f"python/raymortar/{name}" in said and complaint in said
+
+
+def test_rooms_may_import_types_from_above(tmp_path):
+    """As ``if TYPE_CHECKING`` does; and what is in the same room, or below."""
+    text = (
+        "from . import b\nfrom ..host.c import d\n"
+        "if TYPE_CHECKING:\n    from ..contact import Contact"
+    )
+    tree = make_tree(tmp_path, {"python/raymortar/interface/a.py": text})
+    assert check(tree) == (0, "")
 
 
 def test_an_equation_number_is_unique(tmp_path):

@@ -4,15 +4,16 @@ import gc
 import os
 from pathlib import Path
 
+from petsc4py import PETSc
+
 import numpy as np
 import pytest
 from dolfinx import fem
-from petsc4py import PETSc
+from problems import COMM, SOLVERS, fix, residual, worst
 
 import raymortar
-from problems import COMM, SOLVERS, fix, residual, worst
+from meshes.scenes import two_blocks
 from raymortar import AugmentedLagrangian, SNESSolver, compat, solvers
-from raymortar.scenes import two_blocks
 
 pytestmark = [pytest.mark.quick, pytest.mark.mpi]
 # Solvers used to leave 145 kB, iterative ones 950 kB; now 0 and 2 over hundreds of them,

@@ -2,18 +2,15 @@
 
 import warnings
 
+from petsc4py import PETSc
+
 import numpy as np
 import pytest
 from dolfinx import fem
-from petsc4py import PETSc
 from problems import COMM, DIMENSION, SOLVERS, build, fix
-from raymortar import (
-    ContactLost,
-    ContactWarning,
-    ConvergenceError,
-    LoadSteps,
-)
-from raymortar.scenes import two_blocks
+
+from meshes.scenes import two_blocks
+from raymortar import ContactLost, ContactWarning, ConvergenceError, LoadSteps
 
 GAP = 0.01
 

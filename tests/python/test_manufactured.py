@@ -7,19 +7,18 @@ its own.
 
 import itertools
 
+import gathered
 import numpy as np
 import pytest
 import ufl
-
-import raymortar
-from raymortar import compat
-
-import gathered
 from manufactured import Manufactured, rates
 from manufactured_fields import CUBE, SQUARE, TWO_CUBES, TWO_SQUARES, Motion
 from manufactured_scenes import SLIDE, TAGS, on_rigid
 from materials import MATERIALS
 from problems import fix
+
+import raymortar
+from raymortar import compat
 
 REST = Motion()
 ALL = {

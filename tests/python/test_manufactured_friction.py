@@ -6,17 +6,16 @@ is chosen on the friction cone, and a dead load makes up for what the stress of 
 exact field does not carry: lambda is exact for every augmentation coefficient.
 """
 
+import gathered
 import numpy as np
 import pytest
 import ufl
-
-import raymortar
-
-import gathered
 from manufactured import Manufactured, rates
 from manufactured_fields import CUBE, MU, SQUARE, Motion
 from manufactured_scenes import on_rigid
 from test_manufactured import value
+
+import raymortar
 
 MOTIONS = {
     "slip": Motion((0.0, 0.0), (0.1, 0.05), 1.0, 1.0),

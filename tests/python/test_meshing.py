@@ -2,13 +2,14 @@
 
 import itertools
 
+from mpi4py import MPI
+
 import mesh_measures as measure
 import numpy as np
 import pytest
-from mpi4py import MPI
 
+from meshes.meshing import Block, assemble_blocks, mirrored
 from raymortar import compat
-from raymortar.meshing import Block, assemble_blocks, mirrored
 
 COMM = MPI.COMM_WORLD
 DIMENSION = {"triangle": 2, "quadrilateral": 2, "tetrahedron": 3, "hexahedron": 3}
@@ -320,7 +321,7 @@ def test_bad_input_is_refused(blocks, options, message):
 
 @pytest.mark.parametrize("keys", list(itertools.permutations(range(4))))
 def test_quadrilaterals_are_cut_through_their_lowest_vertex(keys):
-    from raymortar.meshing import _split_quadrilaterals
+    from meshes.meshing import _split_quadrilaterals
 
     triangles = _split_quadrilaterals(np.array([keys]))[0]
     first = int(np.argmin(keys))
@@ -328,7 +329,7 @@ def test_quadrilaterals_are_cut_through_their_lowest_vertex(keys):
 
 
 def test_hexahedra_are_filled_and_cut_through_lowest_vertices():
-    from raymortar.meshing import _split_hexahedra
+    from meshes.meshing import _split_hexahedra
 
     rng = np.random.default_rng(3)
     keys = np.array([rng.permutation(8) for _ in range(400)])

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import warnings
 
-import gathered
-import numpy as np
-import pytest
 from mpi4py import MPI
 
-from raymortar import AugmentedLagrangian, Coulomb, Penalty
-
+import gathered
 import hosts
+import numpy as np
 import problems
+import pytest
 from problems import SOLVERS, worst
+
+from raymortar import AugmentedLagrangian, Coulomb, Penalty
 
 # Cells of the lower body and of the upper one, whose surface is the slave; degrees of
 # their displacements; degrees of their geometries

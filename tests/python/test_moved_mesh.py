@@ -3,14 +3,16 @@
 import numpy as np
 import pytest
 from dolfinx import fem
+from problems import COMM, build, fix, worst
 
 import raymortar
-from problems import COMM, build, fix, worst
+from meshes.scenes import two_blocks
 from raymortar import ContactError, Penalty, compat
-from raymortar.scenes import two_blocks
 
 pytestmark = [pytest.mark.quick, pytest.mark.mpi]
-MOVED = r"node\(s\) of the contact surfaces have moved in the mesh since Contact was made"
+MOVED = (
+    r"node\(s\) of the contact surfaces have moved in the mesh since Contact was made"
+)
 
 
 def pressed(scene, degree=1, **options):

@@ -13,14 +13,13 @@ import numpy as np
 import pytest
 import ufl
 from dolfinx import fem
-
-import raymortar
-from raymortar import compat
-from raymortar.blocks import Block
-from raymortar.meshing import Scene, assemble_blocks
-
 from materials import MATERIALS, lame
 from problems import CELLS_2D, COMM, SOLVERS, cellwise, fix
+
+import raymortar
+from meshes.blocks import Block
+from meshes.meshing import Scene, assemble_blocks
+from raymortar import compat
 
 TAGS = {"bottom": 1, "top": 2, "slave": 3, "master": 4, "sides": 5}
 RATIOS = [1.0, 1e3, 1e-3]  # of the master's modulus to the slave's

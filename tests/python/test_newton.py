@@ -2,11 +2,11 @@
 
 import gc
 
+from petsc4py import PETSc
+
 import numpy as np
 import pytest
 from dolfinx import fem
-
-import raymortar
 from load_paths import blocks, divisions, exact, top_moves
 from problems import (
     CELLS_2D,
@@ -20,7 +20,8 @@ from problems import (
     tolerate,
     worst,
 )
-from petsc4py import PETSc
+
+import raymortar
 from raymortar import (
     AugmentedLagrangian,
     ContactError,
@@ -29,7 +30,7 @@ from raymortar import (
     SNESSolver,
     compat,
 )
-from raymortar.trouble import cycle_length
+from raymortar.convergence.trouble import cycle_length
 
 MAX_ITERATIONS = 8
 

@@ -6,7 +6,6 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
-
 from o_ring import DIAMETER, MODULUS, Ring
 from problems import SOLVERS
 

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ElementTree
 
+import hosts
 import numpy as np
 import pytest
 from dolfinx import fem
-
-import hosts
 from interacting import LOWER, ON_FIRST, ON_SECOND, UPPER, table, three
 from load_paths import top_moves
 from problems import COMM, tolerate
+from test_fields import arrays
+from test_writers import at_nodes
+
 from raymortar import (
     ContactError,
     Coulomb,
@@ -21,8 +23,6 @@ from raymortar import (
     SNESSolver,
     compat,
 )
-from test_fields import arrays
-from test_writers import at_nodes
 
 pytestmark = pytest.mark.mpi
 FIELDS = {"gap", "normal_traction", "tangential_traction", "status", "coverage"}

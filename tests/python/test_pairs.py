@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from petsc4py import PETSc
+
 import numpy as np
 import pytest
 from dolfinx import fem
-from petsc4py import PETSc
-
 from interacting import LOWER, UPPER, three
 from problems import COMM, DIMENSION, fix, residual, worst
+
+from meshes.blocks import Block
+from meshes.meshing import Scene, assemble_blocks
 from raymortar import (
     Contact,
     ContactError,
@@ -20,8 +23,6 @@ from raymortar import (
     SNESSolver,
     compat,
 )
-from raymortar.blocks import Block
-from raymortar.meshing import Scene, assemble_blocks
 
 pytestmark = pytest.mark.mpi
 LEGS, WIDTH, PITCH = 4, 0.3, 0.4

@@ -6,11 +6,11 @@ run. Alone, the tests have nothing to compare.
 
 from functools import lru_cache
 
+from mpi4py import MPI
+
 import numpy as np
 import pytest
-
 from problems import COMM
-from mpi4py import MPI
 from sliding import PARTITIONS, STEPS, Sliding
 
 pytestmark = [

@@ -10,15 +10,25 @@ import states
 import ufl
 from dolfinx import fem
 from dolfinx.fem.petsc import assemble_matrix
-from problems import CELLS, COMM, DIMENSION, SOLVERS, Problem
-from problems import build, fix, residual, symmetry, worst
+from problems import (
+    CELLS,
+    COMM,
+    DIMENSION,
+    SOLVERS,
+    Problem,
+    build,
+    fix,
+    residual,
+    symmetry,
+    worst,
+)
 from states import Case
 from test_full_tangent import remainders_of
 from test_tangent import name_of, slopes
 
+from meshes.scenes import two_blocks
 from raymortar import AugmentedLagrangian, Contact, NonlinearProblem, Penalty, compat
-from raymortar.reference_facets import shape_functions
-from raymortar.scenes import two_blocks
+from raymortar.host.reference_facets import shape_functions
 
 FACTORS = (0.1, 1.0, 10.0)  # times E / h
 STIFF = 1000.0
@@ -111,7 +121,6 @@ def test_force_with_the_rim_inside_facets(degree, plane):
 @pytest.mark.mpi
 @pytest.mark.parametrize("cell", ["tetrahedron", "hexahedron"])
 def test_force_in_space(cell):
-
     def pressed(factor, swap=False, n=3, m=6):
         sizes = {"below": n, "above": (m, m, n)}
         return force(cell, 1, gamma=factor * n, swap=swap, **sizes)
@@ -237,9 +246,7 @@ def test_full_tangent_with_the_rim_inside_facets(case, regime):
     """Open points leave the multiplier to what stands for the uncovered part."""
     scene = case.scene("overhang")
     for seed in range(40):
-        contact = states.make_contact(
-            scene, case, quadrature_degree=2, tangent="full"
-        )
+        contact = states.make_contact(scene, case, quadrature_degree=2, tangent="full")
         states.set_state(contact, scene, regime, seed)
         share = contact.zones[0].cpp.segments()["covered"]
         if not states.in_regime(contact, regime) or not np.any(share * (1 - share)):

@@ -9,21 +9,12 @@ from itertools import product
 
 import numpy as np
 import pytest
+from problems import CELLS, COMM, DIMENSION, build, fix, squeeze, stack, worst
 
-from problems import (
-    CELLS,
-    COMM,
-    DIMENSION,
-    build,
-    fix,
-    squeeze,
-    stack,
-    worst,
-)
+from meshes.blocks import Block
+from meshes.meshing import Scene, assemble_blocks
+from meshes.scenes import two_blocks
 from raymortar import AugmentedLagrangian, Penalty
-from raymortar.blocks import Block
-from raymortar.meshing import Scene, assemble_blocks
-from raymortar.scenes import two_blocks
 
 E, NU, PRESSURE = 2000.0, 0.3, 25.0
 TOLERANCE = 1e-9

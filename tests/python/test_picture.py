@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 import ufl
 from dolfinx import fem
-
-import raymortar
 from load_paths import blocks
 from problems import COMM, squeeze
-from raymortar import ContactError, Coulomb, compat, drawing, rendering
 from sheared_blocks import Blocks, limit_of
+
+import raymortar
+from raymortar import ContactError, Coulomb, compat
+from raymortar.plotting import drawing, rendering
 
 pytest.importorskip("matplotlib")
 

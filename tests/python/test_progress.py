@@ -6,9 +6,9 @@ import io
 import re
 
 import pytest
-
 from load_paths import sticking, top_moves
 from problems import COMM, tolerate
+
 from raymortar import ContactError, ConvergenceError, LoadSteps
 
 STEPS = 3

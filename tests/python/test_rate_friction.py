@@ -22,8 +22,8 @@ from test_slave_fields import bumps, function_of, in_regime
 from test_tangent import name_of
 
 import raymortar
+from meshes.scenes import two_blocks
 from raymortar import Contact, ContactError, Coulomb, Friction, LoadSteps, compat
-from raymortar.scenes import two_blocks
 
 
 def stribeck(mu, rate=0.05, fall=0.3):

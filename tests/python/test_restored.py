@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
-from raymortar import AugmentedLagrangian, Coulomb, Penalty
 from sheared_blocks import pressed_and_sheared
+
+from raymortar import AugmentedLagrangian, Coulomb, Penalty
 
 pytestmark = [pytest.mark.quick, pytest.mark.mpi]
 CELL = "quadrilateral"

@@ -1,18 +1,19 @@
 """Ready-made scenes: shapes, tags, sizes of facets, quality."""
 
+from mpi4py import MPI
+
 import mesh_measures as measure
 import numpy as np
 import pytest
-from mpi4py import MPI
 
-from raymortar import compat
-from raymortar.scenes import (
+from meshes.scenes import (
     cylinder_on_block,
     sphere_on_plane,
     two_blocks,
     two_cylinders,
     two_spheres,
 )
+from raymortar import compat
 
 COMM, SELF = MPI.COMM_WORLD, MPI.COMM_SELF
 DIMENSION = {"triangle": 2, "quadrilateral": 2, "tetrahedron": 3, "hexahedron": 3}

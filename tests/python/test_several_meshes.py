@@ -4,22 +4,22 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-import numpy as np
-import pytest
-from dolfinx import fem
 from mpi4py import MPI
-
-import raymortar
-from raymortar import ContactError, Coulomb, LoadSteps, Penalty, compat
-from raymortar.blocks import Block
-from raymortar.meshing import Scene, assemble_blocks
 
 import gathered
 import hosts
 import interacting
+import numpy as np
 import problems
+import pytest
+from dolfinx import fem
 from hosts import LOWER, UPPER
 from problems import SOLVERS, worst
+
+import raymortar
+from meshes.blocks import Block
+from meshes.meshing import Scene, assemble_blocks
+from raymortar import ContactError, Coulomb, LoadSteps, Penalty, compat
 
 PUSHES = ((0.0, -0.03), (0.03, -0.06))
 CASES = {
@@ -207,7 +207,7 @@ def test_bodies_that_nothing_holds_are_named():
     found.problem.bcs[:] = found.problem.bcs[::2]  # of the lower one
     found.functions[1].x.array[1::2] = -0.05
     found.contact.update()
-    sentences = raymortar.lost_contact.unheld(found.problem)
+    sentences = raymortar.convergence.lost_contact.unheld(found.problem)
     assert gathered.everywhere(len(sentences) == 1)
     assert "is held by nothing along x, y" in sentences[0]
 

@@ -9,9 +9,9 @@ from problems import COMM, DIMENSION, build, cellwise, quadrature_degree
 from test_bodies import scattered
 
 import raymortar
+from meshes.scenes import two_blocks
 from raymortar import compat
-from raymortar.scenes import two_blocks
-from raymortar.strain_response import (
+from raymortar.interface.strain_response import (
     LARGEST_RATIO,
     deviators,
     stiffness_without_bulk,
@@ -145,7 +145,9 @@ def test_masses_and_springs_change_little_and_never_fail(cell, stiffness):
         assert one == 1.0
 
 
-@pytest.mark.mpi(where=lambda stretch, material, **_: stretch > 1.0 and "neo" in material)
+@pytest.mark.mpi(
+    where=lambda stretch, material, **_: stretch > 1.0 and "neo" in material
+)
 @pytest.mark.parametrize("material", ["neo-hookean", "linear"])
 @pytest.mark.parametrize("stretch", [0.7, 1.4])
 def test_prestress_changes_the_share_little(cell, stretch, material):

@@ -3,11 +3,10 @@
 import gathered
 import numpy as np
 import pytest
+from problems import COMM, build, squeezed, stack
 
 import raymortar
 from raymortar import AugmentedLagrangian, Coulomb, Penalty, compat
-
-from problems import COMM, build, squeezed, stack
 
 FAR = {"gaps": [0.0, 0.5]}  # out of reach of each other
 

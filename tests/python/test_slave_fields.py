@@ -23,6 +23,7 @@ from test_full_tangent import (
 from test_tangent import name_of
 
 import raymortar
+from meshes.scenes import two_blocks
 from raymortar import (
     AugmentedLagrangian,
     Contact,
@@ -33,7 +34,6 @@ from raymortar import (
     Tresca,
     compat,
 )
-from raymortar.scenes import two_blocks
 
 
 def bumps(x):
@@ -124,7 +124,9 @@ def friction_cases():
             ((1, 1), "rate", "current", "tresca", "slip"),
         ):
             case = FieldCase(cell, *degrees, method, measure, law, regime)
-            quick = [pytest.mark.quick] if degrees == (1, 1) and cell in CELLS_2D else []
+            quick = (
+                [pytest.mark.quick] if degrees == (1, 1) and cell in CELLS_2D else []
+            )
             name = f"{name_of(case)}-{law}-{regime}"
             yield pytest.param(case, id=name, marks=quick)
 

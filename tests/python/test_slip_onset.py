@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from problems import DIMENSION
 from sheared_blocks import SOFT, clamped
 
 import raymortar
-from problems import DIMENSION
 
 # Down, then along; the untouched bodies touch exactly
 FROM_REST = ((0.0, -0.06), (0.03, -0.06))

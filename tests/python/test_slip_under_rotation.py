@@ -11,14 +11,7 @@ import numpy as np
 import pytest
 import states
 from problems import worst
-from test_friction_tangent import (
-    METHODS,
-    NONE,
-    SLIP,
-    FrictionCase,
-    tangential,
-    turn,
-)
+from test_friction_tangent import METHODS, NONE, SLIP, FrictionCase, tangential, turn
 
 from raymortar import Coulomb, Stick
 

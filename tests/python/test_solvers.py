@@ -1,20 +1,14 @@
 """Iterative solvers: the direct solver's answer, and iterations that stay few."""
 
-import numpy as np
-import pytest
 from mpi4py import MPI
 
+import numpy as np
+import pytest
 from interacting import Stack
 from problems import COMM, SOLVERS, build, fix, stack, tolerate, worst
-from raymortar import (
-    AugmentedLagrangian,
-    Coulomb,
-    Penalty,
-    SNESSolver,
-    compat,
-    solvers,
-)
-from raymortar.scenes import two_blocks
+
+from meshes.scenes import two_blocks
+from raymortar import AugmentedLagrangian, Coulomb, Penalty, SNESSolver, compat, solvers
 
 METHODS = {"augmented": AugmentedLagrangian, "penalty": lambda: Penalty(200.0)}
 FRICTIONS = {"frictionless": None, "friction": Coulomb(0.3)}

@@ -6,7 +6,6 @@ import sys
 from pathlib import Path
 
 import pytest
-
 from problems import COMM
 
 pytest.importorskip("matplotlib")

@@ -11,8 +11,8 @@ from dolfinx import fem
 from problems import COMM, build, fix, worst
 from test_friction_tangent import NONE, OPEN, SLIP, STICK, FrictionCase, tangential
 
+from meshes.scenes import two_blocks
 from raymortar import AugmentedLagrangian, Coulomb, Penalty, Stick
-from raymortar.scenes import two_blocks
 
 STEPS = 50
 SHEAR = 0.01  # slide that stretches the springs
@@ -31,8 +31,8 @@ class Slider:
         every = gathered.concatenated(lateral)
         middle = 0.5 * (every.min(axis=0) + every.max(axis=0))
         # Closed to one side of a line across facets
-        self.tilt = 0.04 * (lateral - middle + 0.1) @ np.array(
-            [1.0, 0.7][: self.case.dim - 1]
+        self.tilt = (
+            0.04 * (lateral - middle + 0.1) @ np.array([1.0, 0.7][: self.case.dim - 1])
         )
 
     def move(self, slide, sink=0.0):

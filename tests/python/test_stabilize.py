@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-
 from load_paths import resting, top_moves
 from problems import CELLS_2D, SOLVERS, worst
+
 from raymortar import ContactError, ConvergenceError, Coulomb, History, LoadSteps
 
 GAPS = [0.0, 1e-6, 0.1, 5.0]
@@ -98,7 +98,7 @@ def test_held_bodies_end_as_without_them(cell_2d):
 
 @pytest.mark.mpi
 def test_a_body_over_nothing_falls_for_ever_and_says_so(monkeypatch):
-    monkeypatch.setattr("raymortar.stabilization.MOST", 8)
+    monkeypatch.setattr("raymortar.paths.stabilization.MOST", 8)
     problem, steps, _ = resting("triangle", 50.0, stabilize=True, max_halvings=0)
     before = problem.contact.u.x.array.copy()
     with pytest.raises(ConvergenceError, match="a body that nothing holds"):

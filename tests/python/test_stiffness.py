@@ -6,7 +6,7 @@ from materials import lame
 from problems import COMM, DIMENSION, build, fix, squeezed
 
 import raymortar
-from raymortar.scenes import two_blocks
+from meshes.scenes import two_blocks
 
 SOFT, NU = 2000.0, 0.3
 CELLS = (4, 3)  # of the lower and of the upper block, per direction

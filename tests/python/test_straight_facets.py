@@ -5,9 +5,10 @@ import warnings
 import numpy as np
 import pytest
 from problems import COMM, build
+
+from meshes.scenes import two_blocks
 from raymortar import ContactWarning
-from raymortar.scenes import two_blocks
-from raymortar.straight_facets import sagittas
+from raymortar.interface.straight_facets import sagittas
 
 RADIUS, DIVISIONS = 2.0, 8
 

@@ -4,15 +4,13 @@ import io
 
 import numpy as np
 import pytest
-
 from load_paths import cycling, sticking, top_moves
 from problems import SOLVERS, worst
+
 from raymortar import ContactError, ConvergenceError, SNESSolver
+from raymortar.convergence.trouble import is_hopeless, is_in_trouble
 from raymortar.errors import SetUpError
-from raymortar.line_search import with_line_search
-from raymortar.solvers import iterative
-from raymortar.capped import OVERLAP, CappedSolver
-from raymortar.strategies import (
+from raymortar.paths.strategies import (
     BOTH,
     CAPPED,
     EXTRAPOLATED,
@@ -22,7 +20,9 @@ from raymortar.strategies import (
     SMALL_GAMMA,
     VISCOUS,
 )
-from raymortar.trouble import is_hopeless, is_in_trouble
+from raymortar.solvers import iterative
+from raymortar.solvers.capped import OVERLAP, CappedSolver
+from raymortar.solvers.line_search import with_line_search
 
 CYCLE = [2.371e-2, 1.1e-2]
 FALLING = [10.0**-k for k in range(9)]

@@ -4,22 +4,22 @@ import sys
 
 import numpy as np
 import pytest
-
 from boxes import (
-    COMM,
     CELLS,
+    COMM,
     DEGREES,
     box,
     curve,
     displacement,
+    integrate,
     tag_sides,
     whole_boundary,
-    integrate,
 )
-from raymortar.checks import check_areas, check_cells
-from raymortar.facets import Facets, facet_node_table, tagged_facets
-from raymortar.reference_facets import facet_nodes, normals, shape_functions
-from raymortar.surfaces import build_surface
+
+from raymortar.host.checks import check_areas, check_cells
+from raymortar.host.facets import Facets, facet_node_table, tagged_facets
+from raymortar.host.reference_facets import facet_nodes, normals, shape_functions
+from raymortar.host.surfaces import build_surface
 
 pytestmark = pytest.mark.mpi
 

@@ -10,9 +10,9 @@ from dolfinx import fem
 from problems import COMM, fix
 from states import CLOSED, NONE, Case
 
+from meshes.scenes import two_blocks
 from raymortar import AugmentedLagrangian, Contact, Penalty, Search, compat
-from raymortar.layout import marked_everywhere
-from raymortar.scenes import two_blocks
+from raymortar.host.layout import marked_everywhere
 
 DECADES = 4
 # Largest steps to try; facets are 0.22 to 1 wide

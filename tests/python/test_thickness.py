@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-
 from problems import COMM, DIMENSION, stack, worst
-from raymortar import thickness
-from raymortar.blocks import Block
-from raymortar.facets import facet_corners, tagged_facets
-from raymortar.meshing import assemble_blocks
 from test_coverage import ROTATION
+
+from meshes.blocks import Block
+from meshes.meshing import assemble_blocks
+from raymortar.host.facets import facet_corners, tagged_facets
+from raymortar.host import thickness
 
 HEIGHTS = (0.2, 0.4, 1.0)
 ROUNDING = 1e-13

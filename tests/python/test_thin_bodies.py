@@ -4,18 +4,19 @@ A slave that has sunk into a plate sees the plate behind it at a small gap. Pair
 that it would be open, and converge without a force.
 """
 
+from mpi4py import MPI
+
 import numpy as np
 import pytest
 from dolfinx import fem
-from mpi4py import MPI
+from problems import COMM, DIMENSION, build, fix, stack, worst
+from test_coverage import HIT, ROTATION, lift, measures, total, touch
 
 import raymortar
-from problems import COMM, DIMENSION, build, fix, stack, worst
+from meshes.blocks import Block, rotated
+from meshes.meshing import assemble_blocks
+from meshes.scenes import two_blocks
 from raymortar import ContactWarning, Penalty, Search, compat
-from raymortar.blocks import Block, rotated
-from raymortar.meshing import assemble_blocks
-from raymortar.scenes import two_blocks
-from test_coverage import HIT, ROTATION, lift, measures, total, touch
 
 ROUNDING = 1e-12
 THICK, APART = 0.1, 0.02  # of plates
@@ -251,7 +252,7 @@ def test_inclined_layers_are_told_apart_point_by_point(cell):
 def test_distances_are_of_the_slave_and_not_of_a_coarse_partner(cell, gap, seen, sign):
     """One master facet beside 100 or 8 x 8 slave facets."""
     n = 100 if DIMENSION[cell] == 2 else 8
-    diameter = (2.0 ** 0.5 if cell in ("tetrahedron", "hexahedron") else 1.0) / n
+    diameter = (2.0**0.5 if cell in ("tetrahedron", "hexahedron") else 1.0) / n
     scene = stack(cell, (1, n), (1.0, 1.0), (0.0, sign * gap * diameter))
     statistics = touch(scene).statistics
     assert statistics.hits == (statistics.points if seen else 0)

@@ -7,10 +7,10 @@ import xml.etree.ElementTree as ElementTree
 import dolfinx
 import numpy as np
 import pytest
-
 from problems import COMM, DIMENSION, build
+
+from meshes.scenes import two_blocks
 from raymortar import ContactError, Coulomb, compat
-from raymortar.scenes import two_blocks
 
 HAS_ADIOS2 = getattr(dolfinx, "has_adios2", False)  # DOLFINx 0.5 does not say
 
