@@ -10,17 +10,17 @@ known to contact by the name of its physical group.
 import sys
 from types import SimpleNamespace
 
+from mpi4py import MPI
+
 import bodies
 import common
 import drawing
 import numpy as np
 from dolfinx import fem
 
-from mpi4py import MPI
-
 import raymortar
-from raymortar import compat
-from raymortar.meshing import Scene
+from meshes.meshing import Scene
+from raymortar import compat, io
 
 # Lengths in mm, stresses in MPa, forces in N per mm of thickness of the half
 RADIUS, WIDTH, HEIGHT, STOP, SLOT = 12.0, 45.0, 25.0, 30.0, 0.3
@@ -96,14 +96,14 @@ def model(gmsh, size):
 def scene_of(comm, size):
     """Mesh of the clamp with Gmsh's names as tags. Collective."""
     if comm.rank > 0:
-        read = compat.read_gmsh(None, comm, gdim=2)
+        read = io.read_gmsh(None, comm, gdim=2)
     else:
         import gmsh
 
         gmsh.initialize(["", "-v", "1"])
         try:
             model(gmsh, size)
-            read = compat.read_gmsh(gmsh.model, comm, gdim=2)
+            read = io.read_gmsh(gmsh.model, comm, gdim=2)
         finally:
             gmsh.finalize()
     tags = {name: tag for name, (dim, tag) in read.names.items() if dim == 1}
@@ -166,7 +166,7 @@ def draw(result, path):
     """The closed clamp, completed, and the share of each pair in the load."""
     mesh, u = result.scene.mesh, result.u
     lam, mises = result.contact.multiplier, result.material.mises(u)
-    compat.write_xdmf(path.with_suffix(".xdmf"), mesh, [u, lam, mises])
+    io.write_xdmf(path.with_suffix(".xdmf"), mesh, [u, lam, mises])
     cells = drawing.gather_cells(mesh, u, mises)
     if mesh.comm.rank > 0:
         return

@@ -17,8 +17,8 @@ import ufl
 from dolfinx import fem
 
 import raymortar
-from raymortar import compat
-from raymortar.scenes import two_blocks
+from meshes.scenes import two_blocks
+from raymortar import compat, io
 
 E, NU, STRETCH = 10.0, 0.3, 0.8
 MU, LAMBDA = E / (2 * (1 + NU)), E * NU / ((1 + NU) * (1 - 2 * NU))
@@ -123,7 +123,7 @@ def draw(uniform, indented, path):
         scene = result.scene
         pressure = common.pressure_field(result.contact)
         name = path.with_name(f"{path.stem}{suffix}.xdmf")
-        compat.write_xdmf(name, scene.mesh, [result.u, pressure])
+        io.write_xdmf(name, scene.mesh, [result.u, pressure])
         parts.append(drawing.gather_boundary(scene.mesh, result.u))
     slave = scene.facet_tags.find(scene.tags["slave"])
     footprint = drawing.gather_boundary(scene.mesh, result.u, pressure, facets=slave)

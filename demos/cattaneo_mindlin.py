@@ -19,6 +19,8 @@ cylinder upright on the other, so that
 import sys
 from types import SimpleNamespace
 
+from mpi4py import MPI
+
 import bodies
 import common
 import drawing
@@ -26,11 +28,9 @@ import numpy as np
 import ufl
 from dolfinx import fem
 
-from mpi4py import MPI
-
 import raymortar
-from raymortar import compat
-from raymortar.scenes import two_cylinders
+from meshes.scenes import two_cylinders
+from raymortar import compat, io
 
 # Lengths in mm, stresses in MPa, forces in N per mm of length
 RADIUS, E, NU, FRICTION = 8.0, 200.0, 0.3, 0.2
@@ -238,7 +238,7 @@ def draw(result, path):
     mises = common.nodal_field(
         common.von_mises(result.stress), mesh, "von Mises stress"
     )
-    compat.write_xdmf(
+    io.write_xdmf(
         path.with_suffix(".xdmf"), mesh, [result.u, contact.multiplier, mises]
     )
     nodes = at_nodes(result)

@@ -15,7 +15,7 @@ import ufl
 from dolfinx import fem
 
 from raymortar import compat
-from raymortar.gathering import gather, nodal_field
+from raymortar.host.gathering import gather, nodal_field
 
 __all__ = [
     "Report",

@@ -14,6 +14,8 @@ from collections import namedtuple
 from functools import partial
 from types import SimpleNamespace
 
+from mpi4py import MPI
+
 import bodies
 import common
 import drawing
@@ -21,12 +23,10 @@ import long_runs
 import numpy as np
 from dolfinx import fem
 
-from mpi4py import MPI
-
 import raymortar
-from raymortar import compat
-from raymortar.blocks import Block
-from raymortar.meshing import Scene, assemble_blocks
+from meshes.blocks import Block
+from meshes.meshing import Scene, assemble_blocks
+from raymortar import compat, io
 
 # Lengths in mm, moduli in MPa
 INNER, MIDDLE, OUTER = 90.0, 95.0, 100.0  # radii
@@ -275,7 +275,7 @@ def draw(result, friction, path):
     mesh = scene.mesh
     pictures = drawing.gather_states(u, result.kept, lambda: result.material.mises(u))
     lam, mises = result.contact.multiplier, result.material.mises(u)
-    compat.write_xdmf(path.with_suffix(".xdmf"), mesh, [u, lam, mises])
+    io.write_xdmf(path.with_suffix(".xdmf"), mesh, [u, lam, mises])
     if mesh.comm.rank > 0:
         return
     plt = drawing.pyplot()

@@ -18,8 +18,8 @@ import ufl
 from dolfinx import fem
 
 import raymortar
-from raymortar import compat
-from raymortar.scenes import cylinder_on_block
+from meshes.scenes import cylinder_on_block
+from raymortar import compat, io
 
 # Steel on aluminium. Lengths in mm, stresses in MPa, forces in N per mm of length
 E_CYLINDER, E_BLOCK, NU = 210e3, 70e3, 0.3
@@ -164,7 +164,7 @@ def draw(result, found, path):
         common.von_mises(result.stress), scene.mesh, "von Mises stress"
     )
     pressure = common.pressure_field(contact)
-    compat.write_xdmf(
+    io.write_xdmf(
         path.with_suffix(".xdmf"), scene.mesh, [result.u, pressure, mises]
     )
     nodes = common.gather_nodes(pressure, scene)

@@ -18,8 +18,8 @@ import ufl
 from dolfinx import fem
 
 import raymortar
-from raymortar import compat
-from raymortar.scenes import two_spheres
+from meshes.scenes import two_spheres
+from raymortar import compat, io
 
 # Lengths in mm, stresses in MPa
 RADIUS, E, NU, PUSH = 50.0, 20e3, 0.3, 2.0
@@ -127,7 +127,7 @@ def draw(result, found, path):
     mises = common.von_mises(result.stress)
     mises = common.nodal_field(mises, scene.mesh, "von Mises stress")
     pressure = common.pressure_field(result.contact)
-    compat.write_xdmf(
+    io.write_xdmf(
         path.with_suffix(".xdmf"), scene.mesh, [result.u, pressure, mises]
     )
     nodes = common.gather_nodes(pressure, scene)

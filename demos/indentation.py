@@ -18,10 +18,10 @@ import ufl
 from dolfinx import fem
 
 import raymortar
-from raymortar import compat, rigid
-from raymortar.blocks import mirrored
-from raymortar.graded import PoleGrid, box_blocks
-from raymortar.meshing import Scene, assemble_blocks
+from meshes.blocks import mirrored
+from meshes.graded import PoleGrid, box_blocks
+from meshes.meshing import Scene, assemble_blocks
+from raymortar import compat, io, rigid
 
 # Any consistent units
 E, NU, RADIUS, CONTACT, HALF_ANGLE = 1000.0, 0.3, 1.0, 0.04, np.radians(88.5)
@@ -150,7 +150,7 @@ def main(arguments=None):
         pressure = common.pressure_field(result.contact)
         x, p = common.gather_nodes(pressure, result.scene)
         report.add(f"{name}: force", result.force, result.tool.force, 0.02)
-        compat.write_xdmf(
+        io.write_xdmf(
             args.output / "indentation.xdmf", result.scene.mesh, [result.u, pressure]
         )
         if comm.rank > 0:

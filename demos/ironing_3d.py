@@ -11,18 +11,18 @@ friction (``--friction 0``) the forces at both must be mirror images of each oth
 import sys
 from types import SimpleNamespace
 
+from mpi4py import MPI
+
 import bodies
 import common
 import drawing
 import numpy as np
 from dolfinx import fem
 
-from mpi4py import MPI
-
 import raymortar
-from raymortar import compat
-from raymortar.blocks import Block
-from raymortar.meshing import Scene, assemble_blocks
+from meshes.blocks import Block
+from meshes.meshing import Scene, assemble_blocks
+from raymortar import compat, io
 
 SLAB = (9.0, 2.0, 3.0)  # half of it in y
 RADIUS, THICKNESS, REACH = 3.0, 0.2, 2.6
@@ -142,7 +142,7 @@ def draw(result, path):
     """Slab and die at the end, mirrored, and the forces over the path."""
     mesh, u, contact = result.scene.mesh, result.u, result.contact
     lam, mises = contact.multiplier, result.material.mises(u)
-    compat.write_xdmf(path.with_suffix(".xdmf"), mesh, [u, lam, mises])
+    io.write_xdmf(path.with_suffix(".xdmf"), mesh, [u, lam, mises])
     parts = drawing.gather_boundary(mesh, u, mises)
     if mesh.comm.rank > 0:
         return

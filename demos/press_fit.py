@@ -10,18 +10,18 @@ part. There the walls are parallel, so that friction carries mu times what press
 import sys
 from types import SimpleNamespace
 
+from mpi4py import MPI
+
 import bodies
 import common
 import drawing
 import numpy as np
-
-from mpi4py import MPI
+from dolfinx import fem
 
 import raymortar
-from dolfinx import fem
-from raymortar import compat
-from raymortar.blocks import Block
-from raymortar.meshing import Scene, assemble_blocks
+from meshes.blocks import Block
+from meshes.meshing import Scene, assemble_blocks
+from raymortar import compat, io
 
 # Lengths in mm, stresses in MPa, forces in N per mm of thickness; the upper half
 LENGTH, HEIGHT, START = 450.0, 200.0, 330.0
@@ -136,7 +136,7 @@ def draw(result, path):
     scene, u = result.scene, result.u
     pictures = drawing.gather_states(u, result.kept, lambda: result.material.mises(u))
     lam, mises = result.contact.multiplier, result.material.mises(u)
-    compat.write_xdmf(path.with_suffix(".xdmf"), scene.mesh, [u, lam, mises])
+    io.write_xdmf(path.with_suffix(".xdmf"), scene.mesh, [u, lam, mises])
     if scene.mesh.comm.rank > 0:
         return
     plt = drawing.pyplot()

@@ -10,6 +10,8 @@ the same scene in the plane of a meridian is solved on a fine mesh, for comparis
 import sys
 from types import SimpleNamespace
 
+from mpi4py import MPI
+
 import bodies
 import common
 import drawing
@@ -17,12 +19,10 @@ import numpy as np
 import ufl
 from dolfinx import fem
 
-from mpi4py import MPI
-
 import raymortar
-from raymortar import compat
-from raymortar.blocks import Block
-from raymortar.meshing import Scene, assemble_blocks
+from meshes.blocks import Block
+from meshes.meshing import Scene, assemble_blocks
+from raymortar import compat, io
 
 INNER, MIDDLE, OUTER, NU = 10.0, 12.0, 14.0, 0.3
 SHELLS = ((INNER, MIDDLE), (MIDDLE, OUTER))
@@ -233,7 +233,7 @@ def draw(result, plane, path):
     mesh, u = result.scene.mesh, result.u
     lam, material = result.contact.multiplier, result.material
     mises, linear = (material.mises(u, degree, 4) for degree in (2, 1))
-    compat.write_xdmf(path.with_suffix(".xdmf"), mesh, [u, lam, linear])
+    io.write_xdmf(path.with_suffix(".xdmf"), mesh, [u, lam, linear])
     parts = drawing.gather_boundary(mesh, u, mises)
     if mesh.comm.rank > 0:
         return

@@ -11,6 +11,8 @@ what falls (`stabilize`).
 import sys
 from types import SimpleNamespace
 
+from mpi4py import MPI
+
 import bodies
 import common
 import drawing
@@ -18,12 +20,10 @@ import numpy as np
 import ufl
 from dolfinx import fem
 
-from mpi4py import MPI
-
 import raymortar
-from raymortar import compat
-from raymortar.blocks import Block
-from raymortar.meshing import Scene, assemble_blocks
+from meshes.blocks import Block
+from meshes.meshing import Scene, assemble_blocks
+from raymortar import compat, io
 
 # Lengths in mm, moduli in MPa, forces in N per mm of thickness; half of the arch
 SPAN, RISE, THICKNESS = 10.0, 0.75, 0.4
@@ -203,7 +203,7 @@ def draw(model, led, arcs, viscous, path):
     scene, u = model.scene, model.u
     pictures = drawing.gather_states(u, led.kept, lambda: model.material.mises(u))
     fields = [u, model.contact.multiplier, model.material.mises(u)]
-    compat.write_xdmf(path.with_suffix(".xdmf"), scene.mesh, fields)
+    io.write_xdmf(path.with_suffix(".xdmf"), scene.mesh, fields)
     if scene.mesh.comm.rank > 0:
         return
     plt = drawing.pyplot()

@@ -7,26 +7,26 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
+from mpi4py import MPI
+from petsc4py import PETSc
+
 import numpy as np
 import numpy.typing as npt
 import ufl
 
-from mpi4py import MPI
-from petsc4py import PETSc
-
 from . import compat
 from .compat import Array
 from .contact import Contact
-from .convergence import Convergence
+from .convergence.convergence import Convergence
+from .convergence.failure import InUse, describe_failure
+from .convergence.loose import loose_bodies
+from .convergence.lost_contact import unheld
 from .errors import require_agreement, together
-from .failure import InUse, describe_failure
-from .forms import check_supports, list_of_conditions
-from .held import rigid_slaves
+from .host.forms import check_supports, list_of_conditions
+from .host.unknowns import find_unknowns, jacobians
 from .interactions import one_or_several
-from .loose import loose_bodies
-from .lost_contact import unheld
-from .sides import swaps
-from .unknowns import find_unknowns, jacobians
+from .interface.held import rigid_slaves
+from .interface.sides import swaps
 
 
 class CoupledProblem:
