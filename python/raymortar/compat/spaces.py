@@ -13,7 +13,7 @@ import ufl
 from dolfinx import fem
 
 from ..errors import ContactError
-from .generation import HAS_UFL_ELEMENTS, Indices, table, unwrap
+from .generation import HAS_UFL_ELEMENTS, Array, Indices, table, unwrap
 from .meshes import cell_name
 
 

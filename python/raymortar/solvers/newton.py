@@ -28,7 +28,7 @@ from ..errors import (
 from ..host.dropped import agreed_name, put_aside
 from ..options.methods import Penalty
 from ..problem import CoupledProblem
-from . import linear as solvers
+from .elimination import attach
 from .petsc_options import PetscOptions, check_solver_input
 
 # Each solver has its own prefix in the PETSc options, or one would set the other's
@@ -147,7 +147,7 @@ class NewtonSolver:
             DIRECT if options is None else options,
         )
         self.options.configure(self.krylov_solver)
-        solvers.attach(self.krylov_solver, problem.contact)
+        attach(self.krylov_solver, problem)
 
     @property
     def krylov_solver(self) -> PETSc.KSP:
@@ -417,7 +417,7 @@ class SNESSolver:
         with self.options:
             test = _convergence_test(self._problem, self.snes, self._floor)
         self.snes.setConvergenceTest(test)
-        solvers.attach(self.krylov_solver, problem.contact, self._scale)
+        attach(self.krylov_solver, problem, self._scale)
 
     def _set_callbacks(self) -> None:
         """Tell PETSc how to find residual and tangent."""
