@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import weakref
 from typing import Any
 
 from petsc4py import PETSc
@@ -19,6 +20,32 @@ from .springs import lumped_mass, surface_stiffness
 SPRINGS = 10.0
 
 
+class KnowsProblem:
+    """A Python context of PETSc's that `attach` tells about the problem.
+
+    Attributes
+    ----------
+    contact, row_scale
+        Of the problem, and by what the rows of its matrices have been multiplied.
+    """
+
+    def __init__(self) -> None:
+        self.contact: Any = None
+        self.row_scale: PETSc.Vec | None = None
+        # Weak: C would keep the problem alive in a cycle
+        self._problem: Any = None
+
+    @property
+    def problem(self) -> Any:
+        """What is solved."""
+        return self._problem()
+
+    def know(self, problem: Any, row_scale: PETSc.Vec | None) -> None:
+        """Take what `attach` tells."""
+        self._problem, self.contact = weakref.ref(problem), problem.contact
+        self.row_scale = row_scale
+
+
 def attach(ksp: PETSc.KSP, problem: Any, row_scale: PETSc.Vec | None = None) -> None:
     """Tell a solver whose options have been read about the problem, and by what the
     rows of its matrices have been multiplied.
@@ -28,19 +55,14 @@ def attach(ksp: PETSc.KSP, problem: Any, row_scale: PETSc.Vec | None = None) -> 
     ContactError
         If the solver is iterative and the user solves for more than a displacement.
     """
-    if ksp.getPC().getType() == "python":
-        context = ksp.getPC().getPythonContext()
-        if isinstance(context, ContactPreconditioner):
-            if not problem.contact.host.is_plain:
-                raise ContactError(
-                    "the iterative solver is for a displacement alone: with further "
-                    "unknowns leave the direct one, which is the default"
-                )
-            context.problem, context.contact = problem, problem.contact
-            context.row_scale = row_scale
+    for thing in (ksp, ksp.getPC()):
+        if thing.getType() == "python":
+            context = thing.getPythonContext()
+            if isinstance(context, KnowsProblem):
+                context.know(problem, row_scale)
 
 
-class ContactPreconditioner:
+class ContactPreconditioner(KnowsProblem):
     """Eliminates the multipliers; multigrid for the displacement. A PETSc python PC.
 
     With penalties alone, S below is the tangent itself. With a multiplier D, which is
@@ -54,8 +76,6 @@ class ContactPreconditioner:
 
     Attributes
     ----------
-    problem, contact, row_scale
-        Set by `attach` before the first use.
     solver
         KSP of S, with prefix ``displacement_`` after that of the outer one.
     """
@@ -64,9 +84,7 @@ class ContactPreconditioner:
     springs = SPRINGS
 
     def __init__(self) -> None:
-        self.problem: Any = None
-        self.contact: Any = None
-        self.row_scale: PETSc.Vec | None = None
+        super().__init__()
         self.solver: Any = None  # PETSc.KSP from `setUp` on
         self._near: PETSc.NullSpace | None = None
         # Those of each contact, from the first elimination on
@@ -77,6 +95,15 @@ class ContactPreconditioner:
         self._B: Any = None
         self._C: Any = None
         self._inverse: Any = None
+
+    def know(self, problem: Any, row_scale: PETSc.Vec | None) -> None:
+        """Take what `attach` tells, before the first use."""
+        if not problem.contact.host.is_plain:
+            raise ContactError(
+                "the iterative solver is for a displacement alone: with further "
+                "unknowns leave the direct one, which is the default"
+            )
+        super().know(problem, row_scale)
 
     def setUp(self, pc: PETSc.PC) -> None:
         """Take the blocks of the tangent anew. Collective."""
