@@ -99,6 +99,7 @@ def with_fallback(**options: Any) -> dict[str, Any]:
     return {
         "ksp_type": "python",
         "ksp_python_type": f"{__name__}.{SolverWithFallback.__name__}",
+        "ksp_rtol": first["ksp_rtol"],
         "pc_type": "none",
         **{f"iterative_{name}": value for name, value in first.items()},
         **{f"direct_{name}": value for name, value in DIRECT.items()},
@@ -144,6 +145,8 @@ class SolverWithFallback(KnowsProblem):
     def _try(self, ksp: PETSc.KSP, b: PETSc.Vec, x: PETSc.Vec) -> int:
         """PETSc's reason why the iterative solver has ended. Collective."""
         self.iterative.setOperators(*ksp.getOperators())
+        # SNES may change it from one system to the next
+        self.iterative.setTolerances(rtol=ksp.getTolerances()[0])
         self.iterative.solve(b, x)
         reason = int(self.iterative.getConvergedReason())
         ksp.setConvergedReason(reason)

@@ -12,6 +12,7 @@ import numpy as np
 from .. import compat
 from ..compat import Mask
 from .interpolation import LinearInterpolation
+from .petsc_options import PetscOptions
 from .rigid_motions import nullspace_of
 
 
@@ -48,7 +49,10 @@ class BodiesLevels:
             finest, K = K, self._step.product(K)
             finest.destroy()
             V, fixed = self._step.W, self._step.fixed
-        self._aggregated = _aggregate(K, V, fixed, prefix)
+        name = "pc_gamg_aggressive_coarsening"
+        # Above degree 1, levels of that degree are small already: finer ones pay
+        with PetscOptions(prefix, {name: int(self._step is None)}):
+            self._aggregated = _aggregate(K, V, fixed, prefix)
         K.destroy()
 
     @property

@@ -58,7 +58,7 @@ _BODIES = {
     "displacement_levels_pc_type": "gamg",
     # Not the zeros in rows of prescribed dofs
     "displacement_levels_pc_gamg_threshold": 0.01,
-    "displacement_levels_pc_gamg_aggressive_coarsening": 0,
+    # What PETSc did up to 3.18, as above
     "displacement_levels_pc_gamg_mis_k_minimum_degree_ordering": 1,
     "displacement_levels_pc_gamg_coarse_eq_limit": 1000,
     # Only the interpolations are used
