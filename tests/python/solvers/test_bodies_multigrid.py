@@ -305,6 +305,20 @@ def test_large_problems_get_the_iterative_solver(solver, monkeypatch, caplog):
         assert "multigrid" in said[1]
 
 
+@pytest.mark.mpi
+def test_inexact_newton_keeps_its_iterations(monkeypatch):
+    monkeypatch.setattr(automatic, "MOST_DIRECT", {2: 1000})
+    found = []
+    for options in (None, solvers.with_fallback()):
+        problem = blocks(friction=Coulomb(0.3))
+        one = SNESSolver(problem.problem, options)
+        newton, _ = one.solve()
+        found.append((newton, one.snes.getLinearSolveIterations()))
+    (newton, inexact), (all_newton, exact) = found
+    assert newton == all_newton
+    assert inexact < 0.7 * exact
+
+
 @pytest.mark.parametrize("given", [{"pc_type": "lu"}, {"ksp_type": "gmres"}])
 def test_what_the_user_says_of_the_solver_counts(given, monkeypatch):
     monkeypatch.setattr(automatic, "MOST_DIRECT", {2: 0})
