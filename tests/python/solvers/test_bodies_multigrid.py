@@ -179,7 +179,11 @@ def test_ranks_take_the_iterations_of_one():
 def test_gamma_does_not_count(factor):
     gamma = blocks().contact.gamma
     counts = [
-        max(solved(blocks(method=AugmentedLagrangian(g)), solvers.iterative("bodies"))[1])
+        max(
+            solved(blocks(method=AugmentedLagrangian(g)), solvers.iterative("bodies"))[
+                1
+            ]
+        )
         for g in (gamma, factor * gamma)
     ]
     assert counts[1] <= counts[0] + 2
