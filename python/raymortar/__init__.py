@@ -1,6 +1,6 @@
 """Contact between deformable bodies in large deformation, for FEniCSx."""
 
-from . import io, rigid, solvers
+from . import io, rigid, solvers, tools
 from .contact import Contact
 from .errors import (
     ContactError,
@@ -53,4 +53,10 @@ __all__ = [
     "plot",
     "rigid",
     "solvers",
+    "tools",
 ]
+
+
+def __dir__() -> list[str]:
+    """What is public; rooms such as ``raymortar.host`` are not."""
+    return [*__all__, "__version__"]

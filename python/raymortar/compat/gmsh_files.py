@@ -10,8 +10,8 @@ from mpi4py import MPI
 
 import dolfinx
 
-from ..errors import raise_everywhere
-from .meshes import meshtags
+from ..errors import ContactError, raise_everywhere
+from .meshes import Indices, meshtags
 
 
 @dataclass(frozen=True)
@@ -26,12 +26,37 @@ class GmshMesh:
         Tags of physical groups; ``facet_tags`` is empty if there are none.
     names
         (dimension, tag) of each named physical group.
+
+    Examples
+    --------
+    >>> bodies = read_gmsh("meshes/two_blocks.msh", MPI.COMM_WORLD)
+    >>> dofs = fem.locate_dofs_topological(V, 2, bodies.find("bottom"))
     """
 
     mesh: dolfinx.mesh.Mesh
     cell_tags: Any
     facet_tags: Any
     names: dict[str, tuple[int, int]]
+
+    def find(self, name: str) -> Indices:
+        """Cells or facets of a named physical group, those of this rank.
+
+        Raises
+        ------
+        ContactError
+            If no group of cells or facets has the name.
+        """
+        dim = self.mesh.topology.dim
+        known = {k: group for k, group in self.names.items() if group[0] >= dim - 1}
+        if name not in known:
+            listed = ", ".join(map(repr, known)) or "none"
+            raise ContactError(
+                f"no physical group of cells or facets is named {name!r}; known names: "
+                f"{listed}"
+            )
+        of_dim, tag = known[name]
+        tags = self.cell_tags if of_dim == dim else self.facet_tags
+        return tags.find(tag)
 
 
 def _gmsh_converter() -> Any:
