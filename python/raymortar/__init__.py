@@ -10,6 +10,7 @@ from .errors import (
     SetUpError,
 )
 from .interface.pairs import Pair
+from .interface.point_results import NodeStatus, PointStatus
 from .nonlinear_problem import NonlinearProblem
 from .options.friction import Coulomb, Friction, Stick, Tresca
 from .options.methods import AugmentedLagrangian, Penalty, Search
@@ -40,10 +41,12 @@ __all__ = [
     "LoadStep",
     "LoadSteps",
     "NewtonSolver",
+    "NodeStatus",
     "NonlinearProblem",
     "Output",
     "Pair",
     "Penalty",
+    "PointStatus",
     "SNESSolver",
     "Search",
     "SetUpError",

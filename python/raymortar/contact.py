@@ -46,6 +46,7 @@ from .interface.zones import ZoneData, create_zone, described, group_pairs
 from .options.arguments import check_options
 from .options.friction import Law
 from .options.methods import AugmentedLagrangian, Penalty, Search
+from .results.summaries import of_contact
 from .rigid.body import Body
 from .rigid.shapes import Shape
 from .system.assembly import ContactAssembly
@@ -253,6 +254,9 @@ class Contact(ContactAssembly):
         self._history_is_new = True
         self.updates = 0
         self.preallocations, self.extensions = 0, 0
+
+    def __repr__(self) -> str:
+        return of_contact(self)
 
     # Set-up
 

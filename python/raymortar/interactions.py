@@ -22,6 +22,7 @@ from .interface.state import JointState, joint_fault
 from .interface.stiffness import VolumePattern
 from .interface.zones import ZoneData
 from .results.fields import ZoneResults
+from .results.summaries import of_contacts
 from .system.coupled import CoupledSystem
 
 
@@ -55,6 +56,9 @@ class Interactions(CoupledSystem, ZoneResults):
         raise_everywhere(self._comm, _fault(self.contacts))
         self.layout: JointLayout
         self._volume: Any = None
+
+    def __repr__(self) -> str:
+        return of_contacts(self.contacts)
 
     @property
     def host(self) -> Host:  # type: ignore[override]

@@ -11,7 +11,8 @@ from mpi4py import MPI
 import dolfinx
 
 from ..errors import ContactError, raise_everywhere
-from .meshes import Indices, meshtags
+from .generation import Indices
+from .meshes import connectivity, meshtags
 
 
 @dataclass(frozen=True)
@@ -104,6 +105,10 @@ def _convert_gmsh(model: Any, comm: MPI.Comm, gdim: int, rank: int) -> GmshMesh:
     mesh, cell_tags, facet_tags = _gmsh_converter()(model, comm, rank, gdim=gdim)[:3]
     if facet_tags is None:
         facet_tags = meshtags(mesh, mesh.topology.dim - 1, [], [])
+    # DOLFINx's locate_dofs_topological asks the user for it, for facets and cells
+    tdim = mesh.topology.dim
+    for dim in (tdim - 1, tdim):
+        connectivity(mesh, dim, tdim)
     return GmshMesh(mesh, cell_tags, facet_tags, names)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import operator
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields
+from enum import IntEnum
 from typing import Any
 
 from mpi4py import MPI
@@ -18,8 +19,37 @@ from ..host.communication import Communication, communication
 from ..host.layout import Layout
 from ..host.reference_facets import shape_functions
 
-OPEN, CLOSED = 1, 2
-SLIP = 3
+
+class PointStatus(IntEnum):
+    """Status of an integration point: ``Contact.points()["status"]``.
+
+    >>> slips = points["status"] == PointStatus.SLIP
+    """
+
+    NO_HIT = 0
+    """Its ray meets no master, or it stands for an uncovered part of a facet."""
+    OPEN = 1
+    """Its ray meets a master that it does not touch."""
+    STICK = 2
+    """In contact, without slip in this step."""
+    SLIP = 3
+    """In contact, and slips; without friction every point in contact."""
+
+
+class NodeStatus(IntEnum):
+    """Status of a slave node: values of the Function ``Contact.status()``."""
+
+    OPEN = 0
+    """Not in contact, or without a master in reach: see ``Contact.coverage()``."""
+    STICK = 1
+    """In contact, without slip in this step."""
+    SLIP = 2
+    """In contact, and slips; without friction every node in contact."""
+
+
+# As plain numbers; from CLOSED on a point is in contact
+OPEN, CLOSED = int(PointStatus.OPEN), int(PointStatus.STICK)
+SLIP = int(PointStatus.SLIP)
 
 
 @dataclass(frozen=True)

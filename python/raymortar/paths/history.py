@@ -20,6 +20,7 @@ from ..errors import ContactError, as_path, raise_everywhere, together, writing
 from ..host.forms import check_supports
 from ..interface.pairs import Pair
 from ..problem import CoupledProblem
+from ..results.summaries import of_history
 
 _COUNTS = ("time", "iterations", "halvings", "active", "min_gap", "max_pressure")
 
@@ -143,6 +144,9 @@ class History:
         self._row: Any = namedtuple("Row", self.columns)  # type: ignore[misc]
         self.rows: list[Any] = []
         self._begun = False
+
+    def __repr__(self) -> str:
+        return of_history(self)
 
     def _names(self) -> list[str]:
         """Columns, in the order of `_values`."""

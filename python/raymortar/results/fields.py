@@ -49,14 +49,31 @@ class ZoneResults:
     def points(self, zone: int = 0) -> dict[str, Array]:
         """Arrays over this rank's integration points of a zone, at the last `update`.
 
-        Keys: ``x`` (n, d) deformed positions, ``normal`` (n, d), ``gap`` (of the law:
-        with the offset), ``distance`` (of the surfaces along the normal: without),
-        ``pressure`` (normal traction of the law, <= 0), ``traction`` (n, d), ``weight``
-        (area),
-        ``status`` (0 no hit, 1 open, 2 stick, 3 slip), ``slave`` and ``master`` facet,
-        ``xi``, ``eta``, ``ray``; with friction ``slip`` (n, d), the increment since
-        the accepted step; ``pair``: which of `pairs` a point is of by the master that
-        it hits, -1 where it hits none. Points of uncovered parts have status 0.
+        Parameters
+        ----------
+        zone
+            Number of the slave surface, from 0 on in the order of pairs.
+
+        Returns
+        -------
+        Arrays by name, n rows each:
+
+        - ``x`` (n, d): deformed position; ``normal`` (n, d): the slave's, outward
+        - ``gap``: of the law, with the offset; negative in penetration. Length
+        - ``distance``: slave to master along the normal, without the offset. Length
+        - ``pressure``: what the law presses with, **negative in compression**, 0 where
+          it is open. Traction
+        - ``traction`` (n, d): what acts on the slave, in global coordinates
+        - ``slip`` (n, d), with friction only: since the accepted step. Length
+        - ``status``: a `PointStatus`
+        - ``weight``: area for which a point stands, by `measure`: sums over points are
+          integrals. **Negative** at points without hit that take from a whole facet
+          what its segments cover. ``area``: the same in the undeformed configuration
+        - ``pair``: number of the pair in `pairs`, -1 where no master is hit
+        - ``slave``, ``master``: facets by their local numbers, -1 for no master;
+          ``xi``, ``eta`` (n, d - 1): reference coordinates on these
+        - ``seed``: master facet of the segment, on which the ray starts its search; -1
+          on uncovered parts. ``ray``: how the search ended, 0 for a hit
         """
         data = self._zone(zone)
         points: dict[str, Any] = data.points()
@@ -276,10 +293,11 @@ class ContactFields(ZoneResults):
         return self._field("slip", quantity, vector=True)
 
     def status(self) -> Function:
-        """0 open or no hit, 1 stick, 2 slip, at the slave nodes. Collective.
+        """`NodeStatus` of the slave nodes: 0 open or no hit, 1 stick, 2 slip. Collective.
 
-        Closed contact without friction is slip. The average over the points around
-        each node, rounded.
+        Contact without friction is slip. The average over the points around each node,
+        rounded. Numbers are one less than those of `PointStatus`, which tells points
+        without hit from open ones.
         """
         f = self._field("status", lambda points: points["status"] - OPEN)
         f.x.array[:] = np.round(f.x.array)
