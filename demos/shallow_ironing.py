@@ -251,7 +251,7 @@ def arguments_of(arguments):
         metavar=("PRESS", "SLIDE"),
         help="steps down, and per unit of time along (10 100; 2 120 with --fine)",
     )
-    parser.add_argument("--until", type=float, help="last time (1.3; 2 with --fine)")
+    parser.add_argument("--until", type=float, help="last time (2)")
     parser.add_argument("--law", choices=LAWS, default="simo-miehe")
     parser.add_argument("--friction", type=float, default=FRICTION, help="0: none")
     parser.add_argument("--gamma", type=float, default=GAMMA, help="augmentation")
@@ -262,7 +262,7 @@ def arguments_of(arguments):
     )
     long_runs.add_options(parser)
     args = parser.parse_args(arguments)
-    size, steps, until = (120, (2, 120), 2.0) if args.fine else (60, (10, 100), 1.3)
+    size, steps, until = (120, (2, 120), 2.0) if args.fine else (60, (10, 100), 2.0)
     args.size = args.size or size
     args.steps = args.steps or steps
     args.until = args.until or until

@@ -379,7 +379,9 @@ class Contact(ContactAssembly):
         self.update()
         changes = [adjustment(zone, float(within)) for zone in self.zones]
         for zone, change in zip(self.zones, changes):
-            known = 0.0 if zone.adjustment is None else zone.adjustment
+            known = (
+                np.zeros_like(change) if zone.adjustment is None else zone.adjustment
+            )
             zone.adjustment = known + change
         self._send_offset()
         return summed(self._comm, changes)

@@ -66,7 +66,7 @@ class Interactions(CoupledSystem, ZoneResults):
         return self.contacts[0].host
 
     @property
-    def u(self) -> Function:  # type: ignore[override]
+    def u(self) -> Function:
         """Displacement, see `Contact`."""
         return self.contacts[0].u
 
@@ -81,12 +81,12 @@ class Interactions(CoupledSystem, ZoneResults):
         return self.contacts[0].bodies
 
     @property
-    def zones(self) -> list[ZoneData]:  # type: ignore[override]
+    def zones(self) -> list[ZoneData]:
         """Those of all contacts."""
         return [zone for contact in self.contacts for zone in contact.zones]
 
     @property
-    def pairs(self) -> list[Pair]:  # type: ignore[override]
+    def pairs(self) -> list[Pair]:
         """Those of all contacts, with slave surfaces numbered on."""
         found, begin = [], 0
         for contact in self.contacts:
@@ -95,13 +95,13 @@ class Interactions(CoupledSystem, ZoneResults):
         return labelled(found)
 
     @property
-    def gamma(self) -> list[Any] | None:  # type: ignore[override]
+    def gamma(self) -> list[Any] | None:
         """Coefficient of each contact; None until all have one."""
         found = [contact.gamma for contact in self.contacts]
         return None if any(gamma is None for gamma in found) else found
 
     @property
-    def gamma_scale(self) -> list[float]:  # type: ignore[override]
+    def gamma_scale(self) -> list[float]:
         """By what each contact's multiplier is divided among the unknowns."""
         return [contact.gamma_scale for contact in self.contacts]
 

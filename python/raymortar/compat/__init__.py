@@ -26,7 +26,7 @@ from .files import (
     write_xdmf,
 )
 from .forms import compiled_rank, form, is_same_space, test_space
-from .generation import Array, Indices, scalar_type_is_real
+from .generation import Array, Indices, Mask, scalar_type_is_real
 from .gmsh_files import (
     GmshMesh,
     _convert_gmsh,
@@ -84,6 +84,7 @@ __all__ = [
     "ElementInfo",
     "GmshMesh",
     "Indices",
+    "Mask",
     "ReferenceElement",
     "_convert_gmsh",
     "_coordinate_map",

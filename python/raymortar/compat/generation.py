@@ -12,6 +12,7 @@ import ufl
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int32]
+Mask = npt.NDArray[np.bool_]
 
 # UFL lost its own element classes when Basix took them over (DOLFINx 0.8).
 HAS_UFL_ELEMENTS = hasattr(ufl, "VectorElement")

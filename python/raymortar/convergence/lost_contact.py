@@ -14,7 +14,7 @@ from mpi4py import MPI
 import numpy as np
 import numpy.typing as npt
 
-from ..compat import Array
+from ..compat import Array, Mask
 from ..host.bodies import bodies_of_facets
 from ..interface.faced import Path, path
 from ..interface.point_results import CLOSED, OPEN
@@ -152,7 +152,7 @@ def _lost_surfaces(contact: Any) -> list[str]:
     return found
 
 
-def touched(contact: Any, count: int) -> Array:
+def touched(contact: Any, count: int) -> Mask:
     """Whether each body has a point in contact. Collective."""
     found = np.zeros(count)
     for zone in contact.zones:

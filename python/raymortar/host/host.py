@@ -131,8 +131,9 @@ class Host:
         ContactError
             If the displacement is none of it, or if other unknowns are known already.
         """
-        places = [_places_among(functions, d.given) for d in self.displacements]
-        if any(place is None for place in places):
+        found = [_places_among(functions, d.given) for d in self.displacements]
+        places = [place for place in found if place is not None]
+        if len(places) < len(found):
             raise ContactError(self.absence(functions))
         same = len(functions) == len(self.functions) and all(
             compat.same_values(f, g) for f, g in zip(functions, self.functions)

@@ -11,7 +11,8 @@ import numpy as np
 from dolfinx.fem.petsc import assemble_matrix
 
 from ..compat import Array, Indices
-from .host import Field, Places
+from .displacements import Places
+from .host import Field
 from .layout import Layout
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias, cast
 
 from mpi4py import MPI
 
@@ -13,12 +13,12 @@ from dolfinx.fem import Function
 
 from .. import compat
 from ..checked import is_real_number
-from ..compat import Array
+from ..compat import Array, Mask
 from ..errors import ContactError, together
 from .reference_facets import facet_nodes, shape_functions
 
 # Number, scalar Function on the slave's mesh, or f(x) of undeformed positions
-FieldValue = float | Function | Callable[[Array], Array]
+FieldValue: TypeAlias = "float | Function | Callable[[Array], Array]"
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Quantity:
 
     name: str
     demand: str
-    allowed: Callable[[Array], Array]
+    allowed: Callable[[Array], Mask]
 
     def first_fault(self, values: Array) -> float | None:
         """The first value that cannot be, if any."""
@@ -138,14 +138,14 @@ def _values(quantity: Quantity, value: FieldValue, zone: Any) -> Array:
     points = node_positions(zone)
     shape = points.shape[:2]
     if not is_field(value):
-        return np.full(shape, float(value))
+        return np.full(shape, float(cast(float, value)))
     flat = points.reshape(-1, 3)
     if not len(flat):
         return np.empty(shape)
     if isinstance(value, Function):
         cells = np.repeat(zone.slave.cells, shape[1])
         return np.asarray(value.eval(flat, cells), dtype=np.float64).reshape(shape)
-    found = np.asarray(value(flat.T.copy()))
+    found = np.asarray(cast("Callable[[Array], Array]", value)(flat.T.copy()))
     if found.shape not in ((len(flat),), (1, len(flat))) or np.iscomplexobj(found):
         raise ContactError(
             f"{quantity.name} returns values of type {found.dtype} and shape "

@@ -10,7 +10,7 @@ import numpy as np
 from dolfinx.mesh import Mesh
 
 from .. import compat
-from ..compat import Array, Indices
+from ..compat import Array, Indices, Mask
 from .facets import Facets, Global, cell_corners, coordinates, facet_corners
 from .reference_facets import match_points, normals
 
@@ -36,7 +36,7 @@ class _Rays:
     def __len__(self) -> int:
         return len(self.cell)
 
-    def __getitem__(self, chosen: Array | slice) -> _Rays:
+    def __getitem__(self, chosen: Array | Mask | slice) -> _Rays:
         return _Rays(*(getattr(self, f.name)[chosen] for f in fields(self)))
 
 
@@ -56,7 +56,7 @@ class Cells:
     of_facet: Indices = field(init=False)  # (facets of a cell, n), of its corners
     facets: Indices = field(init=False)  # (cells, facets of a cell)
     beside: Indices = field(init=False)  # (facets, 2), owned cells; -1: none
-    is_exterior: Array = field(init=False)  # (facets,)
+    is_exterior: Mask = field(init=False)  # (facets,)
 
     def __post_init__(self) -> None:
         mesh, cell = self.mesh, compat.cell_name(self.mesh)

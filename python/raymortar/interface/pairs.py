@@ -83,7 +83,8 @@ def _dimension_and_tag(name: Any, group: Any, facet_dim: int) -> tuple[Any, Any]
             f"names has {group!r} for {name!r}: it must be a tag, a whole number, or "
             "(dimension, tag)"
         )
-    return parts
+    dim, tag = parts
+    return dim, tag
 
 
 def numbered(pairs: Any, known: Mapping[str, Any]) -> Any:

@@ -63,7 +63,7 @@ class _Sides:
         self._free = (fixed.reshape(-1, d)[: self._owned] == 0).any(axis=1)
         self._sheared = contact._volume.response[:, 0]
         # Sum of the squares of the deviators, a multiple of the identity
-        self._kappa = sum(E @ E for E in deviators(d))[0, 0]
+        self._kappa = sum((E @ E)[0, 0] for E in deviators(d))
         self._u = contact.u
         meshes = [part.function_space.mesh for part in parts_of(self._u)]
         self._exterior = [compat.exterior_facets(mesh) for mesh in meshes]

@@ -10,11 +10,12 @@ from mpi4py import MPI
 
 import numpy as np
 
-from ..compat import Array
+from ..compat import Array, Indices
 from ..errors import ContactError, raise_everywhere
+from ..host.displacements import Places
 from ..host.facet_areas import surface_areas
 from ..host.host_blocks import HostBlocks
-from ..host.layout import Layout, marked_everywhere
+from ..host.layout import CoupledRows, Layout, marked_everywhere
 from ..host.surfaces import Surface
 from .interfaces import Interfaces
 from .strain_response import stiffness_without_bulk, strain_response, translation_forces
@@ -60,7 +61,7 @@ class VolumePattern:
         blocks.destroy()
 
 
-def owned_nodes_on(V: Any, surfaces: Sequence[Surface]) -> Array:
+def owned_nodes_on(V: Any, surfaces: Sequence[Surface]) -> Places:
     """Owned nodes of a space that are on surfaces, whoever owns the facets. Collective."""
     used = np.unique(np.concatenate([surface.dofs for surface in surfaces]))
     on = marked_everywhere(V, used)[: V.dofmap.index_map.size_local]
@@ -109,7 +110,7 @@ class _Side:
             [self.interfaces.of_facets(surface) for surface in surfaces]
         )[first]
 
-        def by_body(of: Array, values: Array) -> list[Array]:
+        def by_body(of: Indices, values: Array) -> list[Any]:
             n = bodies.count
             return [np.bincount(of, column, minlength=n) for column in values.T]
 
@@ -207,7 +208,7 @@ def stiffness_ratios(
     return interfaces.tables(_Side(volume, layout, interfaces, bcs), pair)
 
 
-def mean_facet_size(layout: Layout, zones: Sequence[Any]) -> float:
+def mean_facet_size(layout: CoupledRows, zones: Sequence[Any]) -> float:
     """Of all slave facets. Length. Collective."""
     sides = [zone.facets.slave_surface for zone in zones]
     area = layout.comm.allreduce(

@@ -28,11 +28,12 @@ ALIKE = 3.0
 
 def _corner_edges(shape: str) -> list[tuple[int, ...]]:
     """Corners of each edge of a facet; of an interval its two ends."""
-    return {
+    edges: dict[str, list[tuple[int, ...]]] = {
         "interval": [(0,), (1,)],
         "triangle": [(0, 1), (1, 2), (0, 2)],
         "quadrilateral": [(0, 1), (1, 3), (2, 3), (0, 2)],
-    }[shape]
+    }
+    return edges[shape]
 
 
 def sagittas(surface: Surface) -> Array:

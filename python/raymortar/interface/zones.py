@@ -43,7 +43,7 @@ class ZoneData:
     frictional: bool
     distances: dict[str, Array]  # (slave facets,) of reach, depth, skin
     depth_is_default: bool
-    thickness: tuple[Array, Array]  # behind this rank's slave and master facets
+    thickness: tuple[Array, ...]  # behind this rank's slave and master facets
     faced: Faced  # at the accepted step
     master_tags: MasterTags
     motions: Motions  # of the rigid bodies that it meets

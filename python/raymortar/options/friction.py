@@ -37,6 +37,10 @@ class Law(Options):
         """The coefficient where that differs from point to point, else None."""
         return self.coefficient if is_field(self.coefficient) else None
 
+    def cpp(self) -> Any:
+        """The law for the C++ library."""
+        raise NotImplementedError
+
     def check(self) -> None:
         if self.quantity is not None and self.field is None:
             check_number(self.quantity, self.coefficient)

@@ -212,9 +212,10 @@ def mean_weights(control: DisplacementControl, u: Any) -> Array:
     comm, dim = V.mesh.comm, V.dofmap.index_map_bs
     with together(comm):
         direction = _vector(control.direction, dim)
-        dofs = _dofs(control.where, V)
-    if dofs is None:
-        dofs = _nearest(np.asarray(control.where, dtype=float), V)
+        found = _dofs(control.where, V)
+    if found is None:
+        found = _nearest(np.asarray(control.where, dtype=float), V)
+    dofs: Indices = found
     dofs = np.unique(dofs[dofs < V.dofmap.index_map.size_local])
     count = comm.allreduce(len(dofs))
     if not count:

@@ -124,11 +124,12 @@ def check_control(
 def with_size(apply: Any) -> Callable[[float, float], Any]:
     """`apply` as a function of load factor and size of the step, which it is given if
     it asks for two arguments; those with a default are the user's own."""
+    found: list[inspect.Parameter] = []
     try:
-        found = inspect.signature(apply).parameters.values()
+        found = list(inspect.signature(apply).parameters.values())
     except (TypeError, ValueError):  # of some built-in functions none can be told
-        found = []
+        pass
     asked = [p for p in found if p.default is p.empty and p.kind in _POSITIONAL]
     if len(asked) == 2:
-        return apply  # type: ignore[no-any-return]
+        return apply
     return lambda factor, size: apply(factor)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any, TextIO, cast
 
 from ..convergence.failure import FAILURES
 from ..convergence.lost_contact import lost_contact
@@ -218,7 +218,7 @@ class LoadSteps:
         """What a `History` records of a path whose load factor is an unknown."""
         return {
             "load_factor": lambda: self._path.factor,
-            "controlled": lambda: self._path.controlled,
+            "controlled": lambda: cast(Any, self._path).controlled,
         }
 
     def _steps(self, progress: Progress) -> Iterator[LoadStep]:

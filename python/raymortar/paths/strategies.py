@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -36,6 +36,11 @@ MOST_KEPT = 2
 
 # Solves under viscous forces, where the user has not asked for them
 MOST_VISCOUS = 40
+
+
+def iterations_of(solver: Any) -> Callable[[], int]:
+    """Solves, and gives the iterations."""
+    return lambda: int(solver.solve()[0])
 
 
 class Strategies:
@@ -175,20 +180,19 @@ class Strategies:
         """What else there is, by name, in the order that measurement gives
         (docs/robustness.md)."""
         if last is not None and not self.extrapolate:
-            yield EXTRAPOLATED, lambda: self._extrapolated(now, last, ratio)
+            yield EXTRAPOLATED, partial(self._extrapolated, now, last, ratio)
         yield SMALL_GAMMA, lambda: solve_by_small_gamma(self.solver)
-        capped = self._capped
-        if capped is not None:
-            yield CAPPED, lambda: capped.solve()[0]
+        if self._capped is not None:
+            yield CAPPED, iterations_of(self._capped)
         searching = self._with_line_search
         if searching is not None:
-            yield LINE_SEARCH, lambda: searching.solve()[0]
-            yield BOTH, lambda: solve_by_small_gamma(searching)
+            yield LINE_SEARCH, iterations_of(searching)
+            yield BOTH, partial(solve_by_small_gamma, searching)
         if len(self._given) < MOST_KEPT and with_multipliers(self._contact):
             yield KEPT, self._keep_small_gamma
         viscous = self._viscous
         if viscous is not None and viscous.is_of_use():
-            yield VISCOUS, lambda: viscous.solve(lambda: self.solver.solve()[0])
+            yield VISCOUS, partial(viscous.solve, iterations_of(self.solver))
 
     def _keep_small_gamma(self) -> int:
         """Iterations with a tenth of gamma, for the rest of the path."""

@@ -26,7 +26,7 @@ from raymortar.convergence.loose import loose_bodies
 from raymortar.paths.constraints import mean_weights
 from raymortar.paths.strategies import FULL, VISCOUS
 
-sys.path.append(str(Path(__file__).parents[2] / "demos"))
+sys.path.append(str(Path(__file__).parents[3] / "demos"))
 
 import snap_through  # noqa: E402
 
