@@ -87,8 +87,8 @@ class Contact(ContactAssembly):
         segments that move with the bodies; ``"fixed"``: that at fixed integration
         points.
     names
-        Facet tag by name: numbers, as in a scene's ``tags``, or (dimension, tag), as
-        Gmsh's physical groups are read (``compat.read_gmsh(...).names``).
+        Facet tag by name: numbers, or (dimension, tag) as Gmsh's physical groups are
+        read (``io.read_gmsh(...).names``).
     offset
         Added to the gap, length: > 0 is a clearance, < 0 an interference, as of a press
         fit whose bodies are meshed without it. Number; scalar ``Function`` on the mesh

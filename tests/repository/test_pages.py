@@ -122,9 +122,12 @@ STANDS_FOR_NONE = {
 
 def rows_of(heading):
     """First two columns of the table of arguments in a section of the guide."""
-    page = (ROOT / "docs" / "parameters.md").read_text(encoding="utf-8")
+    pages = ("parameters", "solving", "load_steps", "output")
+    guide = "\n".join(
+        (ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8") for name in pages
+    )
     section = re.search(
-        rf"^## `{heading}\(.*?(?=^## |\Z)", page, re.MULTILINE | re.DOTALL
+        rf"^## `{heading}\(.*?(?=^## |\Z)", guide, re.MULTILINE | re.DOTALL
     )[0]
     table = re.search(r"^\| argument .*?(?=^$|\Z)", section, re.MULTILINE | re.DOTALL)[
         0

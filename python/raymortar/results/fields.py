@@ -319,7 +319,7 @@ class ContactFields(ZoneResults):
 
         Gap (0 where no hit: see coverage), normal and tangential traction, status,
         coverage, the multiplier if there is one, slip with friction: write them next to
-        the displacement, ``compat.write_xdmf(file, mesh, [u, *contact.fields()])``.
+        the displacement, ``io.write_xdmf(file, mesh, [u, *contact.fields()])``.
         """
         gap = self.gap()
         # DOLFINx 0.5 interpolates for XDMF, and a NaN then takes its whole cell
