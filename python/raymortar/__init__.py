@@ -21,6 +21,7 @@ from .output import Output
 from .pairs import Pair
 from .picture import plot
 from .solver import NewtonSolver, SNESSolver
+from .tie import Tie
 
 __version__ = "0.1.0"
 
@@ -48,6 +49,7 @@ __all__ = [
     "Search",
     "SetUpError",
     "Stick",
+    "Tie",
     "Tresca",
     "plot",
     "rigid",

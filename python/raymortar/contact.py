@@ -137,6 +137,9 @@ class Contact(ContactAssembly):
     residual are then forces, whatever the unit of stress.
     """
 
+    # How gaps are treated that do not open; None: contact
+    _tied: str | None = None
+
     def __init__(
         self,
         u: Function | Sequence[Function],
@@ -225,6 +228,7 @@ class Contact(ContactAssembly):
                 search,
                 cells,
                 self.bodies,
+                self._tied,
             )
             for zone in facets
         ]
