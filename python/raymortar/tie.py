@@ -99,6 +99,7 @@ class Tie(Contact):
             self._cover.share()
             warn_of_corners(self)
         self.meet((self,))
+        self.update()
 
     def _refuse_bodies(self) -> None:
         """Raise for rigid bodies: their surface moves as no displacement does."""

@@ -136,7 +136,13 @@ def test_uniform_stress_passes_where_the_slave_overhangs(cell, degree):
     """What the master leaves free, to within facets, carries the stress as a load."""
     dim = DIMENSION[cell]
     scene = two_blocks(
-        COMM, dim, cell, 2, 3, upper_size=(1.45,) * (dim - 1) + (1.0,), overhang=0.2
+        COMM,
+        dim,
+        cell,
+        2,
+        (5,) * (dim - 1) + (2,),
+        upper_size=(1.45,) * (dim - 1) + (1.0,),
+        overhang=0.2,
     )
     V = compat.vector_space(scene.mesh, degree)
     u = fem.Function(V)
@@ -286,8 +292,8 @@ def test_closing_closes_the_gap(cell):
     assert worst(problem.contact.points()["gap"] - 0.1) <= 1e-14
     problem.solve(rtol=1e-12)
     points = problem.contact.points()
-    mean = COMM.allreduce(float(points["weight"] @ points["gap"]))
-    assert abs(mean) <= 1e-12
+    opening = points["gap"][:, None] * points["normal"] + points["slip"]
+    assert worst(COMM.allreduce(points["weight"] @ opening)) <= 1e-12
     force = problem.contact.resultant().force
     # Strain of 0.1 over a height of 2 and a stiffness of about E: tension
     assert force[-1] < -0.03 * E
@@ -441,7 +447,6 @@ def test_several_masters_have_resultants_of_their_own():
     """A slab on two blocks, tied to both: forces by pair, and their balance."""
     slab = table(gap=0.0)
     scene = slab.scene
-    scene.tags |= {"slave": scene.tags["bottom_2"]}
     problem = build(
         scene,
         pairs=[("bottom_2", "top_0"), ("bottom_2", "top_1")],
@@ -510,7 +515,7 @@ def test_a_tie_and_contact_in_one_problem():
     """Three blocks: the upper ones are tied, and slide as one on the lowest."""
     tied = three()
     slave, master = (tied.scene.tags[name] for name in UPPER)
-    glue = Tie(tied.u, tied.scene.facet_tags, [(slave, master)])
+    glue = Tie(tied.u, tied.scene.facet_tags, [(slave, master)], partial=True)
     contact = tied.contact(LOWER, friction=Coulomb(0.2))
     path = tied.path([contact, glue], 4)
     path.run()
@@ -591,8 +596,8 @@ def test_a_cantilever_bent_to_a_quarter_circle(degree, gap):
         assert worst(held[0] - sign * force) <= 1e-10 * abs(moment)
         assert abs(held[1] - sign * moment) <= 1e-10 * abs(moment)
     if degree == 2 and gap == 0.0:
-        # Of a beam, to the share of its height in the radius, squared
-        assert abs(moment) == pytest.approx(found.bending, rel=0.01)
+        # Of a slender beam: the ends are held across, and the strain is 0.08
+        assert abs(moment) == pytest.approx(found.bending, rel=0.05)
 
 
 # Bad input
