@@ -19,9 +19,9 @@ import ufl
 from dolfinx import fem
 
 import raymortar
-from raymortar import compat
-from raymortar.blocks import Block
-from raymortar.meshing import Scene, assemble_blocks
+from meshes.blocks import Block
+from meshes.meshing import Scene, assemble_blocks
+from raymortar import compat, io
 
 # Any consistent units. The cut is inclined against the axis
 E, NU, LENGTH, HEIGHT, SLOPE = 1000.0, 0.3, 12.0, 1.0, 0.7
@@ -132,7 +132,7 @@ def draw(result, path):
     """The bent beam with its von Mises stress, the circle, tractions of the tie."""
     u, mises = result.u, result.material.mises(result.u)
     traction = result.contact.multiplier
-    compat.write_xdmf(
+    io.write_xdmf(
         path.with_suffix(".xdmf"), result.scene.mesh, [u, traction, mises]
     )
     cells = drawing.gather_cells(result.scene.mesh, u, mises)

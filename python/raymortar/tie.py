@@ -7,17 +7,12 @@ from typing import Any, NoReturn
 
 from dolfinx.fem import Function
 
+from .checked import is_one_of, is_truth_value
 from .contact import Contact
-from .cross_points import crossing, warn_of_corners
-from .errors import (
-    ContactError,
-    raise_everywhere,
-    require_agreement,
-    together,
-)
-from .methods import AugmentedLagrangian, Penalty, Search
-from .options import is_one_of, is_truth_value
-from .tie_cover import require_masters
+from .errors import ContactError, raise_everywhere, require_agreement, together
+from .interface.cross_points import crossing, warn_of_corners
+from .interface.tie_cover import require_masters
+from .options.methods import AugmentedLagrangian, Penalty, Search
 
 ADJUST = ("keep", "close")
 
@@ -49,8 +44,8 @@ class Tie(Contact):
 
     Attributes
     ----------
-    keeps_gaps
-        Whether `adjust` is ``"keep"``.
+    tied
+        `adjust` as it was given.
 
     Raises
     ------
@@ -78,8 +73,7 @@ class Tie(Contact):
         **others: Any,
     ) -> None:
         _check(adjust, partial, method, others)
-        self._tied = adjust
-        self.keeps_gaps = adjust == "keep"
+        self.tied = adjust
         super().__init__(
             u,
             facet_tags,

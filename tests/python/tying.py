@@ -8,9 +8,9 @@ import numpy as np
 from dolfinx import fem
 from problems import COMM, Problem, fix, residual, tolerate
 
+from meshes.blocks import Block
+from meshes.meshing import Scene, assemble_blocks
 from raymortar import LoadSteps, NonlinearProblem, SNESSolver, Tie, compat
-from raymortar.blocks import Block
-from raymortar.meshing import Scene, assemble_blocks
 
 E, NU = 900.0, 0.25
 
