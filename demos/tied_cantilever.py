@@ -24,7 +24,7 @@ from meshes.meshing import Scene, assemble_blocks
 from raymortar import compat, io
 
 # Any consistent units. The cut is inclined against the axis
-E, NU, LENGTH, HEIGHT, SLOPE = 1000.0, 0.3, 12.0, 1.0, 0.7
+E, NU, LENGTH, HEIGHT, SLOPE = 1000.0, 0.3, 24.0, 1.0, 0.7
 ANGLE = 0.5 * np.pi
 RADIUS = LENGTH / ANGLE
 TAGS = {"wall": 1, "end": 2, "slave": 3, "master": 4}
@@ -155,7 +155,7 @@ def draw(result, path):
 def main(arguments=None):
     """Run the demo; 0 if it agrees with the closed forms."""
     parser = common.options("tied_cantilever", __doc__)
-    parser.add_argument("--size", type=int, default=4, help="cells across the root")
+    parser.add_argument("--size", type=int, default=3, help="cells across the root")
     parser.add_argument("--degree", type=int, choices=(1, 2), default=2)
     args = parser.parse_args(arguments)
     comm = MPI.COMM_WORLD

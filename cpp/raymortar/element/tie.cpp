@@ -48,10 +48,11 @@ public:
 
   void residual(const ContactState& s, const BlockSink& sink) const override
   {
+    Nodal at(s);
     for (std::size_t e = 0; e < _elements.size(); ++e)
       if (_elements[e].master != no_index)
       {
-        Sizes at(s, _elements[e]);
+        at.gather(_elements[e]);
         at.b.setZero(at.size);
         add_residual(s, _elements[e], at);
         sink(e, at.b.data(), static_cast<int>(at.size));
@@ -61,10 +62,11 @@ public:
   void tangent(const ContactState& s, std::span<const std::size_t> elements,
                const BlockSink& sink, const CouplingSink&) const override
   {
+    Nodal at(s);
     for (const std::size_t e : elements)
       if (_elements[e].master != no_index)
       {
-        Sizes at(s, _elements[e]);
+        at.gather(_elements[e]);
         at.A.setZero(at.size, at.size);
         add_tangent(s, _elements[e], at);
         sink(e, at.A.data(), static_cast<int>(at.size));
@@ -75,25 +77,32 @@ public:
 
 private:
   /// Unknowns of an element, [slave u | multiplier | master u], and its nodal
-  /// values
-  struct Sizes
+  /// values; one for all elements, so that nothing is allocated for each
+  struct Nodal
   {
-    Sizes(const ContactState& s, const TieElement<D>& e)
+    explicit Nodal(const ContactState& s)
         : slave(s.slave.dofs_per_facet()), master(s.master.dofs_per_facet()),
-          u(D, slave + master), scale(s.multipliers.scale)
+          u(D, slave + master), scale(s.multipliers.scale), _state(s),
+          _slave_nodes(s.slave.nodes_per_facet()),
+          _master_nodes(s.master.nodes_per_facet())
     {
-      displacements(s.slave, e.slave, slave, 0);
-      displacements(s.master, e.master, master, slave);
       const Multipliers& m = s.multipliers;
-      tests = m.components == 0 ? 0
-                                : static_cast<Eigen::Index>(m.facet.size()) /
-                                      s.slave.num_facets();
+      if (m.components > 0 and s.slave.num_facets() > 0)
+        tests =
+            static_cast<Eigen::Index>(m.facet.size()) / s.slave.num_facets();
       lam.resize(D, tests);
+      size = D * (slave + tests + master);
+    }
+
+    void gather(const TieElement<D>& e)
+    {
+      displacements(_state.slave, e.slave, _slave_nodes, slave, 0);
+      displacements(_state.master, e.master, _master_nodes, master, slave);
+      const Multipliers& m = _state.multipliers;
       for (Eigen::Index k = 0; k < tests; ++k)
         lam.col(k) = Eigen::Map<const Vec<D>>(
             m.value.data() +
             D * m.facet[static_cast<std::size_t>(e.slave * tests + k)]);
-      size = D * (slave + tests + master);
     }
 
     /// First unknown of a dof, slave's before master's
@@ -108,26 +117,28 @@ private:
 
     Eigen::Index slave, master, tests = 0, size = 0;
     TieDisplacements<D> u;
-    Eigen::Matrix<double, D, Eigen::Dynamic> lam; ///< tractions
+    Eigen::Matrix<double, D, Eigen::Dynamic, 0, D, 9> lam; ///< tractions
     double scale; ///< traction per unit of the multiplier's unknown
     Eigen::VectorXd b;
     Block A;
 
   private:
     /// A facet's dofs are its first nodes
-    void displacements(const Surface& surface, Index facet, Eigen::Index dofs,
-                       Eigen::Index first)
+    void displacements(const Surface& surface, Index facet, int nodes,
+                       Eigen::Index dofs, Eigen::Index first)
     {
-      const auto nodes = static_cast<std::size_t>(surface.nodes_per_facet());
       for (Eigen::Index a = 0; a < dofs; ++a)
       {
         const auto at = static_cast<std::size_t>(
-            D * surface.facet_nodes[static_cast<std::size_t>(facet) * nodes +
-                                    static_cast<std::size_t>(a)]);
+            D *
+            surface.facet_nodes[static_cast<std::size_t>(facet * nodes + a)]);
         u.col(first + a) = Eigen::Map<const Vec<D>>(surface.x.data() + at) -
                            Eigen::Map<const Vec<D>>(surface.X.data() + at);
       }
     }
+
+    const ContactState& _state;
+    int _slave_nodes, _master_nodes;
   };
 
   [[nodiscard]] bool turns(const TiePoint<D>& p) const
@@ -140,7 +151,7 @@ private:
     TieElement<D>& e = _elements[number];
     e.slave = s.elements.slave[number];
     e.master = s.elements.master[number];
-    const Sizes sizes(s, e);
+    const Nodal sizes(s);
     const Eigen::Index dofs = sizes.slave + sizes.master;
     const Eigen::Index rows = sizes.tests > 0 ? sizes.tests : dofs;
     e.J.setZero(rows, dofs);
@@ -162,38 +173,43 @@ private:
   }
 
   /// Traction on the slave
-  [[nodiscard]] Vec<D> traction(const TiePoint<D>& p, const Sizes& at,
+  [[nodiscard]] Vec<D> traction(const TiePoint<D>& p, const Nodal& at,
                                 const Vec<D>& c) const
   {
     return at.tests > 0 ? Vec<D>(at.lam * p.test) : Vec<D>(p.gamma * c);
   }
 
   void add_residual(const ContactState& s, const TieElement<D>& e,
-                    Sizes& at) const
+                    Nodal& at) const
   {
-    const Eigen::MatrixXd open = e.J * at.u.transpose() + e.closing;
+    Forces open = e.closing.transpose();
+    open.noalias() += at.u.lazyProduct(e.J.transpose());
     if (at.tests == 0)
       add_to_dofs(open, at);
     else
     {
-      add_to_dofs(e.J.transpose() * at.lam.transpose(), at);
+      add_to_dofs(at.lam.lazyProduct(e.J), at);
       for (Eigen::Index k = 0; k < at.tests; ++k)
-        at.b.template segment<D>(at.of_test(k)) +=
-            at.scale * open.row(k).transpose();
+        at.b.template segment<D>(at.of_test(k)) += at.scale * open.col(k);
     }
+    if (e.turning.empty())
+      return;
     const AnyFacet<D> slave(s.slave, s.slave.x, e.slave);
     for (const TiePoint<D>& p : e.turning)
       add_turning_residual(p, TieOpening<D>(p, slave, at.u, true), at);
   }
 
-  static void add_to_dofs(const Eigen::MatrixXd& forces, Sizes& at)
+  /// A column for each dof, or for each test function
+  using Forces = Eigen::Matrix<double, D, Eigen::Dynamic, 0, D, 18>;
+
+  static void add_to_dofs(const Forces& forces, Nodal& at)
   {
-    for (Eigen::Index a = 0; a < forces.rows(); ++a)
-      at.b.template segment<D>(at.of_dof(a)) += forces.row(a).transpose();
+    for (Eigen::Index a = 0; a < forces.cols(); ++a)
+      at.b.template segment<D>(at.of_dof(a)) += forces.col(a);
   }
 
   void add_turning_residual(const TiePoint<D>& p, const TieOpening<D>& open,
-                            Sizes& at) const
+                            Nodal& at) const
   {
     const Vec<D> t = p.weight * traction(p, at, open.c);
     for (Eigen::Index a = 0; a < p.across.size(); ++a)
@@ -207,7 +223,7 @@ private:
   }
 
   void add_tangent(const ContactState& s, const TieElement<D>& e,
-                   Sizes& at) const
+                   Nodal& at) const
   {
     for (Eigen::Index k = 0; k < e.J.rows(); ++k)
       for (Eigen::Index a = 0; a < e.J.cols(); ++a)
@@ -218,6 +234,8 @@ private:
           diagonal(at.A, at.of_test(k), at.of_dof(a)) += at.scale * e.J(k, a);
           diagonal(at.A, at.of_dof(a), at.of_test(k)) += at.scale * e.J(k, a);
         }
+    if (e.turning.empty())
+      return;
     const AnyFacet<D> slave(s.slave, s.slave.x, e.slave);
     for (const TiePoint<D>& p : e.turning)
       add_turning_tangent(p, TieOpening<D>(p, slave, at.u, true), at);
@@ -230,7 +248,7 @@ private:
   }
 
   void add_turning_tangent(const TiePoint<D>& p, const TieOpening<D>& open,
-                           Sizes& at) const
+                           Nodal& at) const
   {
     const Eigen::Index dofs = p.across.size();
     // dc over the dofs
@@ -260,7 +278,7 @@ private:
 
   /// Second variation of - g_0 t . n [theory (4.19)]
   static void add_curvature(const TiePoint<D>& p, const TieOpening<D>& open,
-                            const Vec<D>& t, Sizes& at)
+                            const Vec<D>& t, Nodal& at)
   {
     const auto& G = open.G;
     const Vec<D>& n = open.n;
@@ -306,11 +324,12 @@ PointResults Kernel<D>::results(const ContactState& s) const
     put<D>(r.x, q, f.x);
     put<D>(r.normal, q, f.n);
   }
+  Nodal at(s);
   for (std::size_t e = 0; e < _elements.size(); ++e)
   {
     if (_elements[e].master == no_index)
       continue;
-    const Sizes at(s, _elements[e]);
+    at.gather(_elements[e]);
     const AnyFacet<D> slave(s.slave, s.slave.x, _elements[e].slave);
     for (const Index number : s.elements.points_of(e))
     {

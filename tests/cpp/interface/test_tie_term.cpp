@@ -162,7 +162,7 @@ TYPED_TEST(TieTermTest, ForcesTurnWithTheBodies)
   constexpr int D = TypeParam::gdim;
   for (const bool penalty : {false, true})
   {
-    const Interface interface =
+    Interface interface =
         tied<TypeParam>({.penalty = penalty, .other_kind = true});
     const Eigen::VectorXd x = rough(interface, 0.1);
     Eigen::VectorXd expected = residual_at(interface, x);
