@@ -138,6 +138,9 @@ class Contact(ContactAssembly):
     residual are then forces, whatever the unit of stress.
     """
 
+    # What becomes of the gaps of a `Tie`; None: contact
+    tied: str | None = None
+
     def __init__(
         self,
         u: Function | Sequence[Function],
@@ -226,6 +229,7 @@ class Contact(ContactAssembly):
                 search,
                 cells,
                 self.bodies,
+                self.tied,
             )
             for zone in facets
         ]

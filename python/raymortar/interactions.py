@@ -135,6 +135,7 @@ class Interactions(CoupledSystem, ZoneResults):
         self.layout = JointLayout([contact.layout for contact in self.contacts])
         for contact in self.contacts:
             contact.send_rows()
+            contact.meet(self.contacts)
 
     def belong_to(self, volume: VolumePattern) -> None:
         """Go over to the volume, of `prepare`, of another problem of these contacts."""

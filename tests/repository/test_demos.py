@@ -19,6 +19,7 @@ import ironing_3d  # noqa: E402
 import press_fit  # noqa: E402
 import shells  # noqa: E402
 import snap_through  # noqa: E402
+import tied_cantilever  # noqa: E402
 
 COMM = MPI.COMM_WORLD
 
@@ -83,6 +84,12 @@ def test_shells_store_what_the_plates_do(folder):
 @pytest.mark.mpi
 def test_a_led_punch_has_the_force_of_a_prescribed_one(folder):
     run(snap_through, folder, "--size", "10", "--steps", "24")
+
+
+@pytest.mark.quick
+@pytest.mark.mpi
+def test_tied_halves_bend_as_one_beam(folder):
+    run(tied_cantilever, folder, "--size", "2")
 
 
 def test_a_demo_that_is_off_fails():

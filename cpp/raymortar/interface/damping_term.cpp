@@ -124,8 +124,9 @@ void DampingTerm::begin_step(const StepStart& start)
   const auto facets = facets_with_held_nodes(start.state, start.fixed_slave);
   const HeldFacets near = look(start, facets, {});
   const HeldFacets far = look(start, unknown(facets, near.known), start.extent);
-  _facets = near.facets;
-  _facets.insert(_facets.end(), far.facets.begin(), far.facets.end());
+  _facets = _crossing;
+  for (const HeldFacets* held : {&near, &far})
+    _facets.insert(_facets.end(), held->facets.begin(), held->facets.end());
 }
 
 Work DampingTerm::residual(const ContactState& s, VectorSink& sink) const

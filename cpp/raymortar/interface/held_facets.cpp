@@ -242,4 +242,29 @@ void find_held_facets(const ContactState& s,
   with_facet_type(s.slave, add);
   leave_out_zeros(held.facets);
 }
+
+std::vector<FacetBlock>
+find_crossing_facets(const ContactState& s,
+                     std::span<const std::int8_t> crossing, double modulus)
+{
+  std::vector<FacetBlock> facets;
+  if (not may_be_damped(s))
+    return facets;
+  const auto add = [&]<class F>(F)
+  {
+    if constexpr (F::degree == 1 or F::tdim == 1)
+      for (Index f = 0; f < s.slave.num_facets(); ++f)
+      {
+        const auto dofs = s.slave.dofs_of<F>(f);
+        if (std::none_of(dofs.begin(), dofs.end(),
+                         [&](Index dof) { return crossing[dof] != 0; }))
+          continue;
+        Candidate<F> one{f, Mat<F::gdim, F::dofs>::Ones()};
+        one.all = one.opposite_held = Vec<F::gdim>::Ones();
+        facets.push_back(damping<F>(s, modulus, one));
+      }
+  };
+  with_facet_type(s.slave, add);
+  return facets;
+}
 } // namespace raymortar

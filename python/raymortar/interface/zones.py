@@ -210,8 +210,15 @@ def create_zone(
     search: Search,
     cells: Sequence[Cells],
     bodies: Bodies,
+    tied: str | None = None,
 ) -> ZoneData:
-    """C++ zone of some facets. Collective."""
+    """C++ zone of some facets. Collective.
+
+    Parameters
+    ----------
+    tied
+        ``"keep"`` or ``"close"``: a tie, and what becomes of its gaps; None: contact.
+    """
     comm = layout.comm
     slave = _cpp_surface(zone.slave_surface, layout)
     master = _cpp_surface(zone.master_surface, layout)
@@ -247,6 +254,7 @@ def create_zone(
         friction=None if friction is None else friction.cpp(),
         measure=getattr(_cpp.Measure, measure),
         moving_segments=moving_segments,
+        tie=None if tied is None else getattr(_cpp.TieGap, tied),
         distances=_cpp.SearchDistances(
             **distances, depth_is_default=search.depth is None
         ),
@@ -262,7 +270,7 @@ def create_zone(
         table,
         nodes,
         results,
-        friction is not None,
+        friction is not None or tied is not None,
         distances,
         search.depth is None,
         thickness,
