@@ -7,7 +7,7 @@ from typing import Any
 from .errors import ContactError
 from .friction import LAWS
 from .methods import MEASURES, TANGENTS, AugmentedLagrangian, Penalty, Search
-from .options import is_one_of, is_whole_number
+from .options import is_one_of, is_truth_value, is_whole_number
 from .slave_fields import OFFSET, check_field
 
 
@@ -19,6 +19,7 @@ def check_options(
     search: Any,
     tangent: Any,
     offset: Any,
+    axisymmetric: Any,
 ) -> None:
     """Raise for options that do not exist."""
     if not isinstance(method, (AugmentedLagrangian, Penalty)):
@@ -36,6 +37,8 @@ def check_options(
         raise ContactError(f"measure must be one of {MEASURES}, not {measure!r}")
     if not is_one_of(tangent, TANGENTS):
         raise ContactError(f"tangent must be one of {TANGENTS}, not {tangent!r}")
+    if not is_truth_value(axisymmetric):
+        raise ContactError(f"axisymmetric = {axisymmetric!r} must be True or False")
     if not isinstance(search, Search):
         raise ContactError(f"search must be a Search, not {search!r}")
     for part in (method, friction, search):

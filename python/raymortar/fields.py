@@ -52,7 +52,7 @@ class ZoneResults:
         Keys: ``x`` (n, d) deformed positions, ``normal`` (n, d), ``gap`` (of the law:
         with the offset), ``distance`` (of the surfaces along the normal: without),
         ``pressure`` (normal traction of the law, <= 0), ``traction`` (n, d), ``weight``
-        (area),
+        (area, of a full turn if the contact is axisymmetric),
         ``status`` (0 no hit, 1 open, 2 stick, 3 slip), ``slave`` and ``master`` facet,
         ``xi``, ``eta``, ``ray``; with friction ``slip`` (n, d), the increment since
         the accepted step; ``pair``: which of `pairs` a point is of by the master that
@@ -117,7 +117,9 @@ class ZoneResults:
     ) -> Resultant:
         """Contact force on a slave surface, or of a pair, its moment and its parts.
 
-        The force on the slave; that on the master is the opposite. Collective.
+        The force on the slave; that on the master is the opposite. With
+        ``axisymmetric=True`` it is that of a full turn, along the axis, and ``radial``
+        has what cancels in it: see `results.Resultant`. Collective.
 
         Parameters
         ----------
@@ -166,7 +168,9 @@ class ZoneResults:
         found, begin = [], 0
         for contact in self.contacts:
             for k, pair in enumerate(contact.pairs, begin):
-                names = [contact.names.get(s) if isinstance(s, str) else s for s in both]
+                names = [
+                    contact.names.get(s) if isinstance(s, str) else s for s in both
+                ]
                 if master is not None and master == pair.master_name:
                     names[1] = pair.master  # a rigid body has a name of its own
                 if [pair.slave, pair.master][: len(names)] == names:
@@ -314,9 +318,9 @@ class ContactFields(ZoneResults):
         """Work that tangential tractions take in this step, before `advance`. Collective.
 
         The integral of -t . T_n w over the slave surfaces: force times length, per
-        thickness in 2D. With a multiplier it is that of the points that slip, and never
-        negative: where springs give a little back, nothing is lost. With the elastic
-        penalty a part is stored in the springs.
+        thickness in 2D, or of a full turn. With a multiplier it is that of the points
+        that slip, and never negative: where springs give a little back, nothing is
+        lost. With the elastic penalty a part is stored in the springs.
         """
         if self.friction is None:
             return 0.0

@@ -14,6 +14,7 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from . import compat
+from .axisymmetry import weight
 from .compat import Array
 
 
@@ -48,9 +49,10 @@ class Viscosity:
         part = host.only.component
         v, du = (compat.part_of(argument, part) for argument in J.arguments())
         k = self._scale * self._k
-        force = k * ufl.inner(u - self._start, v) * ufl.dx
+        self._weight = weight(V.mesh) if problem.contact.axisymmetric else 1.0
+        force = k * ufl.inner(u - self._start, v) * self._weight * ufl.dx
         self._force = compat.form(force)
-        tangent = J + k * ufl.inner(du, v) * ufl.dx
+        tangent = J + k * ufl.inner(du, v) * self._weight * ufl.dx
         forms = compat.form(F + force), compat.form(tangent)
         self._forms = problem.with_form_of_u(*forms)
         whole = host.functions[host.only.at]
@@ -62,16 +64,15 @@ class Viscosity:
         V = self._start.function_space
         ones = fem.Function(V)
         ones.x.array[:] = 1.0
-        mass = self._of_displacement(compat.form(ufl.inner(ones, v) * ufl.dx))
+        mass = self._of_displacement(
+            compat.form(ufl.inner(ones, v) * self._weight * ufl.dx)
+        )
         bodies, bs = self.problem.contact.bodies, V.dofmap.index_map_bs
         diagonal = self.problem.contact.stiffness_diagonal
         n = len(diagonal)
         of_row = np.repeat(bodies.dofs, bs)[:n]
         sums = np.array(
-            [
-                np.bincount(of_row, values, bodies.count)
-                for values in (diagonal, mass)
-            ],
+            [np.bincount(of_row, values, bodies.count) for values in (diagonal, mass)],
             dtype=float,
         )
         self.comm.Allreduce(MPI.IN_PLACE, sums)

@@ -18,7 +18,6 @@ struct InterfaceInput : PairingRules
   Multipliers multipliers;
   Method method = Method::augmented_lagrangian;
   std::optional<FrictionLaw> friction; ///< none: frictionless
-  Measure measure = Measure::reference;
   bool moving_segments = true;
 };
 
