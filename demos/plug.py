@@ -19,9 +19,9 @@ from dolfinx import fem
 from mpi4py import MPI
 
 import raymortar
-from raymortar import compat, rigid
-from raymortar.blocks import Block
-from raymortar.meshing import Scene, assemble_blocks
+from raymortar import io, rigid, tools
+from meshes.blocks import Block
+from meshes.meshing import Scene, assemble_blocks
 
 # Lengths in cm, stresses in N/cm^2, forces in N
 BORE, FOOT, HEIGHT, SLOPE, PUSH = 0.4, 1.0, 2.0, np.tan(np.radians(8.0)), 0.6
@@ -100,20 +100,20 @@ def slice_form(u, scene):
 def problem_of(comm, turns, size):
     """Displacement, form, conditions and hole. Collective."""
     scene = section(comm, size) if turns else slice_of(comm, size)
-    V = compat.vector_space(scene.mesh, 2)
+    V = tools.vector_space(scene.mesh, 2)
     u = fem.Function(V, name="displacement")
     down = fem.Constant(scene.mesh, 0.0)
-    bcs = [common.clamp(V, scene, "top", 1 if turns else 2, down)]
+    bcs = [tools.prescribe(V, scene.find("top"), down, 1 if turns else 2)]
     if turns:
         hole = rigid.Line((FOOT, 0.0), (-1.0, SLOPE))
         return scene, u, turned_form(u), bcs, hole, down
-    bcs.append(common.clamp(V, scene, "cut", 1))
+    bcs.append(tools.prescribe(V, scene.find("cut"), component=1))
     tip, angle = (0.0, 0.0, -FOOT / SLOPE), np.arctan(SLOPE)
     hole = rigid.Cone(tip, (0.0, 0.0, 1.0), angle, hollow=True)
     return scene, u, slice_form(u, scene), bcs, hole, down
 
 
-def solve(comm, turns, size=6, steps=6):
+def solve(comm, turns, size=6, steps=10):
     """Push the stopper in, as a section or as a slice in 3D. Collective."""
     scene, u, F, bcs, hole, down = problem_of(comm, turns, size)
     contact = raymortar.Contact(
@@ -157,7 +157,7 @@ def solve(comm, turns, size=6, steps=6):
 
 def draw(section, space, path):
     """The section with its pressure in the rubber, and the forces over the push."""
-    field = common.nodal_field(
+    field = tools.nodal_field(
         von_mises_of_revolution(section.u), section.scene.mesh, "mises", 1, 4
     )
     cells = drawing.gather_cells(section.scene.mesh, section.u, field)
@@ -205,14 +205,14 @@ def von_mises_of_revolution(u):
     )
     J, one = ufl.det(F), ufl.Identity(3)
     stress = MATERIAL.mu / J * (F * F.T - one) + MATERIAL.lmbda * ufl.ln(J) / J * one
-    return common.von_mises(stress)
+    return tools.von_mises(stress)
 
 
 def main(arguments=None):
     """Run the demo; 0 if the section agrees with the slice."""
     parser = common.options("plug", __doc__)
     parser.add_argument("--size", type=int, default=6, help="cells across the rubber")
-    parser.add_argument("--steps", type=int, default=6)
+    parser.add_argument("--steps", type=int, default=10)
     args = parser.parse_args(arguments)
     comm = MPI.COMM_WORLD
     size = args.size * (2 if args.fine else 1)
@@ -231,9 +231,7 @@ def main(arguments=None):
     off = np.abs(section.support + section.normal + section.friction).max()
     report.add("1 + imbalance", 1.0 + off / np.abs(section.support).max(), 1.0, 1e-7)
     traction = section.contact.traction("normal")
-    compat.write_xdmf(
-        args.output / "plug.xdmf", section.scene.mesh, [section.u, traction]
-    )
+    io.write_xdmf(args.output / "plug.xdmf", section.scene.mesh, [section.u, traction])
     draw(section, space, args.output / "plug.png")
     return report.finish("slice")
 

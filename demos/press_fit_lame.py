@@ -19,10 +19,10 @@ from dolfinx import fem
 from mpi4py import MPI
 
 import raymortar
-from raymortar import compat
-from raymortar.blocks import Block
-from raymortar.gathering import gather
-from raymortar.meshing import Scene, assemble_blocks
+from raymortar import compat, io, tools
+from meshes.blocks import Block
+from raymortar.host.gathering import gather
+from meshes.meshing import Scene, assemble_blocks
 
 # Lengths in mm, stresses in MPa
 SHAFT, HUB, LENGTH, INTERFERENCE = 50.0, 100.0, 40.0, 0.05
@@ -151,20 +151,23 @@ def stress(e, E, nu):
 def plane(comm, strain, size=8):
     """A quarter in plane strain or plane stress, not yet solved. Collective."""
     scene = quarters(comm, size, size + size // 4)
-    V = compat.vector_space(scene.mesh, 2)
+    V = tools.vector_space(scene.mesh, 2)
     u, v = fem.Function(V, name="displacement"), ufl.TestFunction(V)
     moduli = (E, NU) if strain else plane_strain_equivalent(E, NU)
     sigma = stress(bodies.small_strain(u), *moduli)
     dx = ufl.dx(metadata={"quadrature_degree": 6})
     F = ufl.inner(sigma, bodies.small_strain(v)) * dx
-    bcs = [common.clamp(V, scene, "bottom", 1), common.clamp(V, scene, "left", 0)]
+    bcs = [
+        tools.prescribe(V, scene.find("bottom"), component=1),
+        tools.prescribe(V, scene.find("left"), component=0),
+    ]
     return scene, u, sigma, F, bcs, False
 
 
 def axisymmetric(comm, held, size=4):
     """A section in (r, z) whose ends are held or free. Collective."""
     scene = sections(comm, size)
-    V = compat.vector_space(scene.mesh, 2)
+    V = tools.vector_space(scene.mesh, 2)
     u, v = fem.Function(V, name="displacement"), ufl.TestFunction(V)
     r = ufl.SpatialCoordinate(scene.mesh)[0]
 
@@ -176,8 +179,11 @@ def axisymmetric(comm, held, size=4):
 
     sigma = stress(strain(u), E, NU)
     F = ufl.inner(sigma, strain(v)) * 2 * ufl.pi * r * ufl.dx(degree=6)
-    bcs = [common.clamp(V, scene, "left", 0), common.clamp(V, scene, "bottom", 1)]
-    bcs += [common.clamp(V, scene, "top", 1)] * held
+    bcs = [
+        tools.prescribe(V, scene.find("left"), component=0),
+        tools.prescribe(V, scene.find("bottom"), component=1),
+    ]
+    bcs += [tools.prescribe(V, scene.find("top"), component=1)] * held
     return scene, u, sigma, F, bcs, True
 
 
@@ -292,7 +298,7 @@ def main(arguments=None):
         report.add(name, result.pressure, exact_pressure(strain), 2e-3, "MPa")
         results[name], curves[name] = result, stresses_along_a_radius(result)
     last = results["axisymmetric, held ends"]
-    compat.write_xdmf(
+    io.write_xdmf(
         args.output / "press_fit_lame.xdmf",
         last.scene.mesh,
         [last.u, common.pressure_field(last.contact)],

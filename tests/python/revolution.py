@@ -11,8 +11,8 @@ from materials import MATERIALS, lame
 from problems import COMM, SOLVERS, cellwise
 
 from raymortar import Contact, NonlinearProblem, compat
-from raymortar.blocks import Block
-from raymortar.meshing import Scene, assemble_blocks
+from meshes.blocks import Block
+from meshes.meshing import Scene, assemble_blocks
 
 
 def gradient(v, r):

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from ..checked import is_real_number
 from ..compat import Array
 from ..errors import ContactError
-from ..options import is_real_number
 from .checked import vector
 from .shapes import Shape, Vector
 

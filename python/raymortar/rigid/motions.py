@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
-
 from mpi4py import MPI
+
+import numpy as np
 
 from ..compat import Array
 from ..errors import raise_everywhere, require_agreement
