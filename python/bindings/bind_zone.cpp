@@ -173,7 +173,9 @@ void bind_zone(py::module_& m)
 {
   py::enum_<Measure>(m, "Measure")
       .value("reference", Measure::reference)
-      .value("current", Measure::current);
+      .value("current", Measure::current)
+      .value("reference_of_revolution", Measure::reference_of_revolution)
+      .value("current_of_revolution", Measure::current_of_revolution);
   py::enum_<Method>(m, "Method")
       .value("augmented_lagrangian", Method::augmented_lagrangian)
       .value("penalty", Method::penalty);

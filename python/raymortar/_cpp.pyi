@@ -21,6 +21,8 @@ class Shape(Enum):
 class Measure(Enum):
     reference: int
     current: int
+    reference_of_revolution: int
+    current_of_revolution: int
 
 class Method(Enum):
     augmented_lagrangian: int

@@ -93,6 +93,10 @@ class Contact(ContactAssembly):
         Added to the gap, length: > 0 is a clearance, < 0 an interference, as of a press
         fit whose bodies are meshed without it. Number; scalar ``Function`` on the mesh
         of u; or a function of undeformed positions, (3, n) to (n,). See `set_offset`.
+    axisymmetric
+        Whether the 2D mesh is the section of solids of revolution, with coordinates
+        (r, z) = (x[0], x[1]): integrals then go over a full turn, with the weight
+        2 pi r of `measure`. The form must have it, too.
 
     Attributes
     ----------
@@ -115,6 +119,8 @@ class Contact(ContactAssembly):
         of bodies.
     offset
         Added to the gap, as it was given; None: nothing.
+    axisymmetric
+        Whether integrals go over a full turn.
     pairs
         The pairs in the order in which they were given, each once: a list of
         `pairs.Pair`, with tags, names and the label of their columns in a `History`.
@@ -154,6 +160,7 @@ class Contact(ContactAssembly):
         names: Mapping[str, int | tuple[int, int]] | None = None,
         tangent: str = "full",
         offset: FieldValue | None = None,
+        axisymmetric: bool = False,
     ) -> None:
         method = AugmentedLagrangian() if method is None else method
         search = Search() if search is None else search
@@ -176,6 +183,7 @@ class Contact(ContactAssembly):
                 search,
                 tangent,
                 offset,
+                axisymmetric,
             )
             facet_dim = u.function_space.mesh.topology.dim - 1
             self.names = known_names(names, facet_dim)
@@ -192,14 +200,15 @@ class Contact(ContactAssembly):
             tangent=tangent,
             pairs={slave: described(masters) for slave, masters in groups.items()},
             offset=offset,
+            axisymmetric=axisymmetric,
             names=self.pairs,
         )
         for part in self.host.displacements:
             check_space(part.u)
         self.u, self.method, self.measure = u, method, measure
-        self.tangent = tangent
+        self.tangent, self.axisymmetric = tangent, bool(axisymmetric)
         self.friction = friction
-        facets = find_facets(u, facet_tags, groups)
+        facets = find_facets(u, facet_tags, groups, self.axisymmetric)
         self._references = references(u, facets)
         # All slaves are on one mesh
         self.slave_u = parts_of(u)[facets[0].slave_part]

@@ -16,7 +16,9 @@ import hertz_cylinder  # noqa: E402
 import hertz_sphere  # noqa: E402
 import indentation  # noqa: E402
 import ironing_3d  # noqa: E402
+import plug  # noqa: E402
 import press_fit  # noqa: E402
+import press_fit_lame  # noqa: E402
 import shells  # noqa: E402
 import snap_through  # noqa: E402
 import tied_cantilever  # noqa: E402
@@ -63,6 +65,17 @@ def test_rigid_tools_agree_with_sneddon(folder):
 @pytest.mark.mpi
 def test_press_fit_is_balanced_and_slides_at_the_limit(folder):
     run(press_fit, folder, "--size", "4", "--steps", "40")
+
+
+@pytest.mark.mpi
+def test_stopper_is_that_of_a_slice_in_space(folder):
+    run(plug, folder, "--size", "2", "--steps", "4")
+
+
+@pytest.mark.quick
+@pytest.mark.mpi
+def test_press_fits_agree_with_lame(folder):
+    run(press_fit_lame, folder)
 
 
 @pytest.mark.quick

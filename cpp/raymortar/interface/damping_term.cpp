@@ -94,9 +94,9 @@ HeldFacets look(const StepStart& start, const std::vector<Index>& facets,
   if (past.has_tools())
   {
     past.segmentation = whole_facets(past.slave);
-    past.points =
-        make_points(past.slave, past.segmentation, start.rules.segment_rules,
-                    start.rules.facet_rule, false);
+    past.points = make_points(past.slave, past.segmentation,
+                              start.rules.segment_rules, start.rules.facet_rule,
+                              false, revolves(start.rules.measure));
     past.hits = cast_on_tools(past.slave, past.tools, past.points, distances);
     find_held_facets(past, start.fixed_slave, {}, 1.0, held);
     return with_numbers(std::move(held), facets);
@@ -112,7 +112,7 @@ HeldFacets look(const StepStart& start, const std::vector<Index>& facets,
                                     {distances, start.rules.subdivide});
   past.points =
       make_points(past.slave, past.segmentation, start.rules.segment_rules,
-                  start.rules.facet_rule, true);
+                  start.rules.facet_rule, true, revolves(start.rules.measure));
   past.hits = cast_rays(past.slave, past.master, past.points, distances);
   find_held_facets(past, start.fixed_slave, masters.fixed, 1.0, held);
   return with_numbers(std::move(held), facets);

@@ -5,7 +5,6 @@
 #include "raymortar/geometry/taylor.h"
 #include "raymortar/pairing/facet_dofs.h"
 #include <algorithm>
-#include <cmath>
 
 namespace raymortar
 {
@@ -170,7 +169,7 @@ FacetBlock damping(const ContactState& s, double modulus,
   const auto frame =
       frame_at<F>(s.slave.nodes<F>(s.slave.X, one.slave), centre);
   const double area = s.points.whole[one.slave];
-  const double size = std::pow(area, 1.0 / F::tdim);
+  const double size = s.points.width[one.slave];
   const Eigen::MatrixXd W = size * area / modulus * weights<F>(s, one, frame.n);
   const Mat<F::dofs, F::dofs> S = roughness<F>();
   const Eigen::Index m = W.rows();

@@ -42,6 +42,9 @@ bool replace_poses(std::vector<PlacedTool>& tools, std::span<const Pose> by,
 
 ContactState first_state(const InterfaceInput& input)
 {
+  if (revolves(input.measure) and input.slave.gdim != 2)
+    throw Error("a measure of revolution is for surfaces in 2D, not in " +
+                std::to_string(input.slave.gdim) + "D");
   ContactState s;
   s.slave = input.slave;
   s.slave.neighbours = find_neighbours(s.slave);

@@ -242,7 +242,8 @@ def create_zone(
     q = compat.element_info(result_space).degree if layout.multiplier else p
     degree = quadrature_degree
     if degree is None:
-        degree = quadrature.default_degree(surface.shape, p, q)
+        degree = quadrature.default_degree(surface.shape, p, q, surface.axisymmetric)
+    turn = "_of_revolution" if surface.axisymmetric else ""
     made_of = _cpp.ZoneInput(
         slave=slave,
         master=master,
@@ -252,7 +253,7 @@ def create_zone(
         multipliers=multipliers,
         method=method.cpp(),
         friction=None if friction is None else friction.cpp(),
-        measure=getattr(_cpp.Measure, measure),
+        measure=getattr(_cpp.Measure, measure + turn),
         moving_segments=moving_segments,
         tie=None if tied is None else getattr(_cpp.TieGap, tied),
         distances=_cpp.SearchDistances(

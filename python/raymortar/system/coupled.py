@@ -41,6 +41,7 @@ class CoupledSystem:
     updates: int
     gamma: Any
     gamma_scale: Any
+    axisymmetric: bool
     _comm: MPI.Comm
     _volume: Any
 
@@ -88,7 +89,7 @@ class CoupledSystem:
         for contact in self.contacts:
             if contact.host.spaces is None:
                 contact.host.spaces = [compat.test_space(a)]
-        volume = self._volume = VolumePattern(a, self.layout)
+        volume = self._volume = VolumePattern(a, self.layout, self.axisymmetric)
         for contact in self.contacts:
             contact.take_over(volume, bcs)
         return volume
