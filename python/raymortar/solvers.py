@@ -126,7 +126,8 @@ def attach(ksp: PETSc.KSP, contact: Any, row_scale: PETSc.Vec | None = None) -> 
     Raises
     ------
     ContactError
-        If the solver is iterative and the user solves for more than a displacement.
+        If the solver is iterative, and the user solves for more than a displacement or
+        for a rigid body that is free.
     """
     if ksp.getPC().getType() == "python":
         context = ksp.getPC().getPythonContext()
@@ -135,6 +136,12 @@ def attach(ksp: PETSc.KSP, contact: Any, row_scale: PETSc.Vec | None = None) -> 
                 raise ContactError(
                     "the iterative solver is for a displacement alone: with further "
                     "unknowns leave the direct one, which is the default"
+                )
+            if contact.layout.bodies:
+                names = ", ".join(body.name for body in contact.layout.bodies)
+                raise ContactError(
+                    f"the iterative solver takes no rigid body that is free ({names}): "
+                    "leave the direct one, which is the default"
                 )
             context.contact, context.row_scale = contact, row_scale
 

@@ -240,7 +240,7 @@ def create_zone(
         master=master,
         master_node_ids=zone.master_surface.node_ids,
         master_dof_ids=zone.master_surface.dof_ids,
-        tools=[body.shape.cpp() for body in zone.bodies],
+        tools=[body.tool for body in zone.bodies],
         multipliers=multipliers,
         method=method.cpp(),
         friction=None if friction is None else friction.cpp(),
