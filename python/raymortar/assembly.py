@@ -18,7 +18,7 @@ from .compat import Array
 from .coupled import CoupledSystem
 from .errors import ContactError, together
 from .fields import ContactFields
-from .held import any_held, any_node_held, refuse_held
+from .held import any_held, any_node_held, refuse_held, refuse_held_on_tools
 from .interfaces import Interfaces
 from .shear_modulus import shear_moduli
 from .stiffness import VolumePattern, contact_stiffness, mean_facet_size
@@ -150,6 +150,7 @@ class ContactAssembly(CoupledSystem, ContactFields):
         if self._volume is not None:
             for zone, modulus in zip(self.zones, shear_moduli(self, bcs)):
                 zone.cpp.set_shear_modulus(modulus)
+        refuse_held_on_tools(self, self._fixed)
         self._some_held = any_held(self, self._fixed)
         if any_node_held(self, self._fixed):
             for zone, modulus in zip(self.zones, self._moduli(bcs)):

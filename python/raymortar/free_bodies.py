@@ -104,6 +104,22 @@ class Push:
         return vector
 
 
+    @property
+    def flight(self) -> tuple[Array, float, float]:
+        """Direction in which a body that touches nothing flies, (3,), how far, and the
+        force there. What springs or dampers hold flies no farther than they let it."""
+        way, freedom = self.way, self.body.freedom
+        if way is not None:
+            return way, np.inf, float(np.linalg.norm(self.unmet))
+        stiffness = np.diag(self.body.pushed()[1])
+        is_held = ~freedom.is_turn & (stiffness > 0.0)
+        moves = np.zeros(3)
+        moves[freedom.axis[is_held]] = self.forces[is_held] / stiffness[is_held]
+        far = float(np.linalg.norm(moves))
+        force = float(np.linalg.norm(self.forces[is_held]))
+        return (moves / far if far > 0.0 else moves), far, force
+
+
 class FreeBodies:
     """Equations of the free bodies of one contact or several.
 
@@ -118,6 +134,8 @@ class FreeBodies:
         self._comm: MPI.Comm = system.layout.comm
         self._size = mean_facet_size(system.layout, system.zones)
         self._stiffness: float | None = None
+        # At the start of this solve
+        self._flown: set[Body] = set()
 
     @property
     def bodies(self) -> tuple[Body, ...]:
@@ -137,7 +155,8 @@ class FreeBodies:
         it, and else moved on by what it may fly, or a facet. Collective."""
         for body in self.bodies:
             block = body.pushed()[1]
-            block = block + self._hold(self.push(body))
+            push = self.push(body)
+            block = block + self._hold(push) + self._brake(push)
             if self.layout.own_bodies:
                 rows = self.layout.body_rows[body].astype(PETSc.IntType)
                 A.setValues(rows, rows, block, addv=PETSc.InsertMode.ADD_VALUES)
@@ -156,6 +175,15 @@ class FreeBodies:
             stiffness = size / (far + LEAST * self._size)
         held: Array = stiffness * push.loose @ push.loose.T
         return held
+
+    def _brake(self, push: Push) -> Array:
+        """Stiffness that keeps a body that has just touched from going on by more than a
+        facet at once, (n, n). It vanishes with what is out of balance, so that Newton's
+        method stays quadratic."""
+        count = len(push.body.freedom)
+        if push.body not in self._flown:
+            return np.zeros((count, count))
+        return np.linalg.norm(push.forces) / (MOST * self._size) * np.eye(count)
 
     def _mean_stiffness(self) -> float:
         """Of the volume's dofs. Force per length. Collective."""
@@ -252,6 +280,7 @@ class FreeBodies:
         if not self.bodies or self._system.gamma is None:
             return
         self._system.update()
+        self._flown.clear()
         moved = [self._fly(body) for body in self.bodies]
         if any(moved):
             self._system.update()
@@ -259,12 +288,16 @@ class FreeBodies:
     def _fly(self, body: Body) -> bool:
         """Whether a body has been moved to where it touches. Collective."""
         push = self.push(body)
-        way = push.way
-        if push.touches or way is None:
+        if push.touches:
+            return False
+        way, far, force = push.flight
+        if far == 0.0:
             return False
         found = self._ahead(body, way)
-        message = None
-        if not np.isfinite(self._nearest(found)):
+        nearest, message = self._nearest(found), None
+        if nearest > far:
+            return False  # springs hold it before
+        if not np.isfinite(nearest):
             message = (
                 f"the rigid {body.name} is pushed along "
                 f"({', '.join(f'{x:.3g}' for x in way)}), and nothing stops it: no "
@@ -273,8 +306,11 @@ class FreeBodies:
             )
         raise_everywhere(self._comm, message, SetUpError)
         freedom = body.freedom
-        step = self._landing(found, np.linalg.norm(push.unmet)) * way[freedom.axis]
-        freedom.values = freedom.values + np.where(freedom.is_turn, 0.0, step)
+        if np.isfinite(far):
+            force *= 1.0 - nearest / far
+        along = np.where(freedom.is_turn, 0.0, way[freedom.axis])
+        freedom.values = freedom.values + self._landing(found, force) * along
+        self._flown.add(body)
         # A flight is no slip
         for contact in self._system.contacts:
             contact.forget_flight(body)

@@ -14,6 +14,7 @@ import ufl
 from dolfinx import fem
 
 from . import compat
+from .body_columns import BodyColumns
 from .compat import Array
 from .errors import ContactError, as_path, raise_everywhere, together, writing
 from .forms import check_supports
@@ -106,6 +107,11 @@ class History:
           whose slave has several masters, by the names or else the tags of its
           surfaces (`Pair.label`): ``force_ring_plate_x``, ``force_3_7_x``;
         - ``reaction_<name>_x``, ...: `NonlinearProblem.reactions`;
+        - of every rigid body by its name ``push_<name>_x``, ``moment_<name>_x``: force of
+          contact on it and moment about its centre; ``translation_<name>_x``,
+          ``rotation_<name>_x``: its motion; ``work_<name>``: what it has done on the
+          slaves so far, by the mean of each step's forces. In 2D ``moment_<name>`` and
+          ``rotation_<name>`` are numbers;
         - ``energy``; with friction ``friction_work``: the work that tangential
           tractions have taken so far. With the elastic penalty that includes what its
           springs store.
@@ -138,6 +144,7 @@ class History:
             self._more = _check_more(more)
             _check_energy(energy)
         self._energy = None if energy is None else compat.form(energy)
+        self._of_bodies = BodyColumns(problem.contact)
         self.columns: tuple[str, ...] = tuple(self._names())
         raise_everywhere(self._comm, _column_fault(self.columns))
         self._row: Any = namedtuple("Row", self.columns)  # type: ignore[misc]
@@ -157,6 +164,7 @@ class History:
             vectors += [f"{part}_{pair.label}" for part in parts]
         vectors += [f"reaction_{name}" for name in self._reactions]
         names = [*_COUNTS, *(f"{v}_{x}" for v in vectors for x in axes)]
+        names += self._of_bodies.names
         names += ["energy"] * (self._energy is not None)
         return names + ["friction_work"] * self._frictional + list(self._more)
 
@@ -229,6 +237,7 @@ class History:
         if self._reactions:
             for reaction in self.problem.reactions(self._reactions).values():
                 values.extend(reaction)
+        values += self._of_bodies.values(self.rows[-1]._asdict() if self.rows else None)
         if self._energy is not None:
             values.append(self._comm.allreduce(fem.assemble_scalar(self._energy)))
         if self._frictional:

@@ -25,6 +25,7 @@ from .options import is_whole_number
 from .pairs import MasterTags
 from .rigid.body import Body, as_body
 from .rigid.motions import Motions
+from .rigid.shapes import Shape
 from .surfaces import Surface
 from .tagged import ZoneFacets
 from .thickness import Cells, thickness_behind
@@ -109,6 +110,11 @@ def group_pairs(pairs: Any) -> dict[int, Masters]:
                 "integrate over, so it can be a master only"
             )
     for tag in chain.from_iterable(given):
+        if isinstance(tag, type) and issubclass(tag, (Shape, Body)):
+            raise ContactError(
+                f"pairs has the class rigid.{tag.__name__}, not a shape made of it, as "
+                f"rigid.{tag.__name__}(...)"
+            )
         if not (is_whole_number(tag) or isinstance(tag, Body)):
             raise ContactError(f"pairs has the tag {tag!r}, which is no whole number")
     tags = [
