@@ -91,8 +91,8 @@ py::array_t<double> distances_along(const Tool& tool, const Array<double>& x,
 
 void bind_rigid(py::module_& m)
 {
-  py::class_<Tool, std::shared_ptr<Tool>>(m, "Tool")
-      .def("distances_along", &distances_along, py::arg("x"), py::arg("n"));
+  py::class_<Tool, std::shared_ptr<Tool>>(m, "Tool").def(
+      "distances_along", &distances_along, py::arg("x"), py::arg("n"));
   m.def("facet_tool", &facet_tool, py::arg("shape"), py::arg("degree"),
         py::arg("x"), py::arg("nodes"));
   m.def(

@@ -106,7 +106,9 @@ def torus(
     centre: _Reals, axis: _Reals, major: float, minor: float, hollow: bool
 ) -> Tool: ...
 def called_tool(
-    cast: Callable[[_Reals, _Reals], tuple[npt.NDArray[np.int8], _Reals, _Reals, _Reals]],
+    cast: Callable[
+        [_Reals, _Reals], tuple[npt.NDArray[np.int8], _Reals, _Reals, _Reals]
+    ],
     distance: Callable[[_Reals], float],
 ) -> Tool: ...
 

@@ -45,7 +45,9 @@ class BodyColumns:
 
     def _columns(self, label: str) -> list[str]:
         axes = "xyz"[: self._dim]
-        straight = [f"{what}_{label}_{x}" for what in ("push", "translation") for x in axes]
+        straight = [
+            f"{what}_{label}_{x}" for what in ("push", "translation") for x in axes
+        ]
         turns = [f"{what}_{label}" for what in ("moment", "rotation")]
         if self._dim == 3:
             turns = [f"{turn}_{x}" for turn in turns for x in axes]

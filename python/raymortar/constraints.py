@@ -154,9 +154,7 @@ class Arc:
         sphere. Collective."""
         change = self._change(factor)
         here = self._product(change, change)
-        self._sets_out = (
-            self.radius is None or here <= (TOLERANCE * self.radius) ** 2
-        )
+        self._sets_out = self.radius is None or here <= (TOLERANCE * self.radius) ** 2
         if not self._sets_out:
             assert self.radius is not None
             return self._plane(change, 0.5 * (here - self.radius**2))

@@ -127,9 +127,7 @@ def path(zone: Any, faced: Faced, u: Array, comm: MPI.Comm) -> Path:
     return Path(x, gap, slide, thickness)
 
 
-def _answers(
-    zone: Any, faced: Faced, u: Array, comm: MPI.Comm
-) -> tuple[Array, Array]:
+def _answers(zone: Any, faced: Faced, u: Array, comm: MPI.Comm) -> tuple[Array, Array]:
     """Positions of the masters' points, and the thickness behind them, from the ranks
     that own the facets. Collective."""
     surface = zone.facets.master_surface

@@ -184,7 +184,9 @@ class ZoneResults:
         found, begin = [], 0
         for contact in self.contacts:
             for k, pair in enumerate(contact.pairs, begin):
-                names = [contact.names.get(s) if isinstance(s, str) else s for s in both]
+                names = [
+                    contact.names.get(s) if isinstance(s, str) else s for s in both
+                ]
                 if master is not None and master == pair.master_name:
                     names[1] = pair.master  # a rigid body has a name of its own
                 if [pair.slave, pair.master][: len(names)] == names:

@@ -103,7 +103,6 @@ class Push:
         vector[freedom.axis[way != 0.0]] = way[way != 0.0]
         return vector
 
-
     @property
     def flight(self) -> tuple[Array, float, float]:
         """Direction in which a body that touches nothing flies, (3,), how far, and the

@@ -29,8 +29,6 @@ def with_line_search(solver: Any) -> SNESSolver | None:
         isinstance(solver, NewtonSolver) and solver.convergence_criterion == "residual"
     ):
         return None
-    other = SNESSolver(
-        solver.problem, {**options, _LINE_SEARCH: "l2"}, matrix=solver.A
-    )
+    other = SNESSolver(solver.problem, {**options, _LINE_SEARCH: "l2"}, matrix=solver.A)
     other.take_settings(solver, MORE_ITERATIONS)
     return other

@@ -224,9 +224,7 @@ class LoadSteps:
         one_mesh = len(contact.host.displacements) == 1
         viscous = self.control is None and self._stabilization is None and one_mesh
         automatic = self.strategy == "auto"
-        ways = Strategies(
-            path, self.extrapolate, automatic, viscous, progress.trying
-        )
+        ways = Strategies(path, self.extrapolate, automatic, viscous, progress.trying)
         last = None
         while not path.ended:
             before = contact.state()

@@ -214,6 +214,8 @@ def stiffness_ratios(
 def mean_facet_size(layout: Layout, zones: Sequence[Any]) -> float:
     """Of all slave facets. Length. Collective."""
     sides = [zone.facets.slave_surface for zone in zones]
-    area = layout.comm.allreduce(sum(float(surface_areas(side).sum()) for side in sides))
+    area = layout.comm.allreduce(
+        sum(float(surface_areas(side).sum()) for side in sides)
+    )
     facets = layout.comm.allreduce(sum(len(side.facet_dofs) for side in sides))
     return float((area / facets) ** (1.0 / (sides[0].gdim - 1)))

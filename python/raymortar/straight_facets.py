@@ -44,7 +44,9 @@ def sagittas(surface: Surface) -> Array:
     n = len(surface.facet_ids)
     if not n:
         return np.empty(0)
-    middle = np.full((1, surface.gdim - 1), 1 / 3 if surface.shape == "triangle" else 0.5)
+    middle = np.full(
+        (1, surface.gdim - 1), 1 / 3 if surface.shape == "triangle" else 0.5
+    )
     _, gradients = shape_functions(surface.shape, surface.node_degree, middle)
     nodes = surface.X[surface.facet_nodes]
     m = normals(np.einsum("iqa,fad->ifd", gradients, nodes))

@@ -68,10 +68,7 @@ class Viscosity:
         n = len(diagonal)
         of_row = np.repeat(bodies.dofs, bs)[:n]
         sums = np.array(
-            [
-                np.bincount(of_row, values, bodies.count)
-                for values in (diagonal, mass)
-            ],
+            [np.bincount(of_row, values, bodies.count) for values in (diagonal, mass)],
             dtype=float,
         )
         self.comm.Allreduce(MPI.IN_PLACE, sums)

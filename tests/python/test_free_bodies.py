@@ -75,9 +75,7 @@ def test_turns_have_their_derivatives(size):
     for i, e in enumerate(h * np.eye(3)):
         ahead, behind = turning(theta + e), turning(theta - e)
         assert (ahead[0] - behind[0]) / (2 * h) == pytest.approx(first[i], abs=1e-9)
-        assert (ahead[1] - behind[1]) / (2 * h) == pytest.approx(
-            second[:, i], abs=1e-9
-        )
+        assert (ahead[1] - behind[1]) / (2 * h) == pytest.approx(second[:, i], abs=1e-9)
     if size < np.pi:
         assert rotation_vector(R) == pytest.approx(theta, abs=1e-9)
 

@@ -17,7 +17,8 @@ namespace raymortar
 }
 
 /// @brief How a tool of `free_tool_of` is free.
-[[nodiscard]] inline const Freedom& freedom_of(const ContactState& s, Index tool)
+[[nodiscard]] inline const Freedom& freedom_of(const ContactState& s,
+                                               Index tool)
 {
   return *freedom_of(s.tools[static_cast<std::size_t>(tool)]);
 }

@@ -360,14 +360,14 @@ private:
   {
     PointBlocks<D> blocks;
     _kernel->residual(at, blocks);
-    const Vec<D> force = blocks.b.template segment<D>(
-        blocks.b.size() - PointBlocks<D>::side);
+    const Vec<D> force =
+        blocks.b.template segment<D>(blocks.b.size() - PointBlocks<D>::side);
     const Vec<D> arm = at.master.col(0) - freedom.centre.template head<D>();
     const Index n = freedom.size();
     for (Index j = 0; j < n; ++j)
       for (Index k = 0; k < n; ++k)
-        block(block.rows() - n + j, block.cols() - n + k) += force.dot(
-            freedom.bend(j, k).template topLeftCorner<D, D>() * arm);
+        block(block.rows() - n + j, block.cols() - n + k) +=
+            force.dot(freedom.bend(j, k).template topLeftCorner<D, D>() * arm);
   }
 
   /// Set what is known at a point

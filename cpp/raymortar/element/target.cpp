@@ -93,8 +93,7 @@ Columns rigid_columns(const Freedom* freedom,
     const Freedom::Rate& rate = freedom->rates[static_cast<std::size_t>(j)];
     const Mat<D, D> spin = rate.spin.topLeftCorner<D, D>();
     motion.B.col(j).template head<D>() =
-        rate.drift.head<D>() +
-        spin * (now.col(0) - freedom->centre.head<D>());
+        rate.drift.head<D>() + spin * (now.col(0) - freedom->centre.head<D>());
     for (int i = 1; i < D; ++i)
       motion.B.col(j).template segment<D>(D * i) = spin * now.col(i);
   }

@@ -79,11 +79,11 @@ T* appended(std::vector<std::unique_ptr<Term>>& terms, std::unique_ptr<T> term)
 } // namespace
 
 Interface::Interface(const InterfaceInput& input)
-    : _has_moving_segments(has_moving_segments(input)), _state(first_state(input)),
-      _pipeline(input, input.slave.num_facets()),
-      _mortar(appended(_terms,
-                       std::make_unique<MortarTerm>(make_assembler(_state),
-                                                    _has_moving_segments))),
+    : _has_moving_segments(has_moving_segments(input)),
+      _state(first_state(input)), _pipeline(input, input.slave.num_facets()),
+      _mortar(
+          appended(_terms, std::make_unique<MortarTerm>(make_assembler(_state),
+                                                        _has_moving_segments))),
       _damping(appended(_terms, std::make_unique<DampingTerm>())),
       _cover(appended(_terms, std::make_unique<CoverTerm>(_state)))
 {

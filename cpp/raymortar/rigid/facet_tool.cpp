@@ -110,14 +110,13 @@ private:
         continue;
       Crossing& side = hit.g < 0.0 ? sides.behind : sides.ahead;
       if (std::abs(hit.g) < std::abs(side.g))
-        side = {hit.g, facet, hit.eta,
-                -n.dot(frame_at<F>(nodes, hit.eta).n)};
+        side = {hit.g, facet, hit.eta, -n.dot(frame_at<F>(nodes, hit.eta).n)};
     }
     return sides;
   }
 
-  /// Where a line meets a facet between its edges. On a bent one Newton's method
-  /// may need another start
+  /// Where a line meets a facet between its edges. On a bent one Newton's
+  /// method may need another start
   [[nodiscard]] static RayHit<F> inside(const Vec<D>& x, const Vec<D>& n,
                                         const typename F::NodeMatrix& nodes)
   {

@@ -7,8 +7,8 @@ namespace raymortar
 {
 /// @brief Derivatives of a body's points by its unknowns, where it is.
 ///
-/// Of unknown j the point x moves with drift_j + spin_j (x - centre); the second
-/// derivative by j and k is bend_jk (x - centre).
+/// Of unknown j the point x moves with drift_j + spin_j (x - centre); the
+/// second derivative by j and k is bend_jk (x - centre).
 struct Freedom
 {
   /// Motion by one unknown, per unit of it

@@ -175,7 +175,9 @@ class Body:
         freedom = self.freedom
         parts = np.where(freedom.is_turn, turned[freedom.axis], moved[freedom.axis])
         for name in np.array(freedom.names)[parts != 0.0]:
-            raise ContactError(f"move prescribes {name} of the {self.name}, which is free")
+            raise ContactError(
+                f"move prescribes {name} of the {self.name}, which is free"
+            )
 
     def motion(self) -> Array:
         """All that says where it is: prescribed translation and rotation, and the turn

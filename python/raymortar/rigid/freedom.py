@@ -175,7 +175,11 @@ class Freedom:
         """How points move by the unknowns: drift (n, 3), spin (n, 3, 3) and second
         derivatives (n, n, 3, 3), see `_cpp.Freedom`."""
         n, units = len(self), self._units
-        drift, spin, bend = np.zeros((n, 3)), np.zeros((n, 3, 3)), np.zeros((n, n, 3, 3))
+        drift, spin, bend = (
+            np.zeros((n, 3)),
+            np.zeros((n, 3, 3)),
+            np.zeros((n, n, 3, 3)),
+        )
         straight = np.flatnonzero(~self.is_turn)
         drift[straight, self.axis[straight]] = 1.0
         turns = np.flatnonzero(self.is_turn)
@@ -198,14 +202,14 @@ class Freedom:
         changed = bend + np.einsum("jab,kcb->jkac", spin, spin)
         slope = -(axial(changed) @ moment)
         moved = self.values - np.where(self.is_turn, 0.0, self._accepted)
-        pushed -= units * (self.stiffness * self.totals + self.damping / self.dt * moved)
+        pushed -= units * (
+            self.stiffness * self.totals + self.damping / self.dt * moved
+        )
         slope += np.diag(units**2 * (self.stiffness + self.damping / self.dt))
         return pushed, slope
 
 
-def _by_name(
-    what: str, given: Any, names: tuple[str, ...], is_turn: Array
-) -> Array:
+def _by_name(what: str, given: Any, names: tuple[str, ...], is_turn: Array) -> Array:
     """Stiffness or damping of each unknown, (n,)."""
     if given is None:
         return np.zeros(len(names))

@@ -252,7 +252,9 @@ def _turns(corners: Indices) -> Any:
         known[start], front = True, np.array([start])
         while len(front):
             counts = begin[front + 1] - begin[front]
-            run = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+            run = np.arange(counts.sum()) - np.repeat(
+                np.cumsum(counts) - counts, counts
+            )
             at = np.repeat(begin[front], counts) + run
             fresh = ~known[pairs[at, 1]]
             at = at[fresh]
@@ -271,9 +273,7 @@ def _volume(points: Array, corners: Indices) -> float:
         return float(np.sum(x[:, 0, 0] * x[:, 1, 1] - x[:, 0, 1] * x[:, 1, 0]))
     total = 0.0
     for i in range(1, corners.shape[1] - 1):
-        total += float(
-            np.einsum("ni,ni->", x[:, 0], np.cross(x[:, i], x[:, i + 1]))
-        )
+        total += float(np.einsum("ni,ni->", x[:, 0], np.cross(x[:, i], x[:, i + 1])))
     return total
 
 
