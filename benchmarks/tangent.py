@@ -20,11 +20,12 @@ from itertools import product
 from pathlib import Path
 from unittest import mock
 
+from mpi4py import MPI
+from petsc4py import PETSc
+
 import numpy as np
 import ufl
 from dolfinx import fem
-from mpi4py import MPI
-from petsc4py import PETSc
 
 HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE.parent / "demos")]
@@ -39,8 +40,8 @@ import press_fit  # noqa: E402
 import shallow_ironing  # noqa: E402
 
 import raymortar  # noqa: E402
+from meshes.scenes import two_blocks  # noqa: E402
 from raymortar import compat  # noqa: E402
-from raymortar.scenes import two_blocks  # noqa: E402
 
 COMM = MPI.COMM_SELF
 E, NU = 10.0, 0.3

@@ -10,17 +10,17 @@ known to contact by the name of its physical group.
 import sys
 from types import SimpleNamespace
 
+from mpi4py import MPI
+
 import bodies
 import common
 import drawing
 import numpy as np
 from dolfinx import fem
 
-from mpi4py import MPI
-
 import raymortar
-from raymortar import compat
-from raymortar.meshing import Scene
+from meshes.meshing import Scene
+from raymortar import io, tools
 
 # Lengths in mm, stresses in MPa, forces in N per mm of thickness of the half
 RADIUS, WIDTH, HEIGHT, STOP, SLOT = 12.0, 45.0, 25.0, 30.0, 0.3
@@ -96,14 +96,14 @@ def model(gmsh, size):
 def scene_of(comm, size):
     """Mesh of the clamp with Gmsh's names as tags. Collective."""
     if comm.rank > 0:
-        read = compat.read_gmsh(None, comm, gdim=2)
+        read = io.read_gmsh(None, comm, gdim=2)
     else:
         import gmsh
 
         gmsh.initialize(["", "-v", "1"])
         try:
             model(gmsh, size)
-            read = compat.read_gmsh(gmsh.model, comm, gdim=2)
+            read = io.read_gmsh(gmsh.model, comm, gdim=2)
         finally:
             gmsh.finalize()
     tags = {name: tag for name, (dim, tag) in read.names.items() if dim == 1}
@@ -114,15 +114,22 @@ def scene_of(comm, size):
 def solve(comm, size=10, steps=12, report=None, file=None):
     """Close the clamp; forces of the three pairs at each accepted step."""
     scene = scene_of(comm, size)
-    V = compat.vector_space(scene.mesh, 1)
+    V = tools.vector_space(scene.mesh, 1)
     u = fem.Function(V, name="displacement")
-    E = bodies.by_body(scene, {"pin": E_PIN, "base": E_JAWS, "jaw": E_JAWS})
+    E = tools.by_body(
+        scene.mesh,
+        scene.cell_tags,
+        {"pin": E_PIN, "base": E_JAWS, "jaw": E_JAWS},
+        scene.bodies,
+    )
     material = bodies.NeoHookean(E, NU)
     form = material.residual(u, 2)
     down = fem.Constant(scene.mesh, 0.0)
-    held = bodies.hold(V, scene, ["held"])
-    bcs = held + bodies.hold(V, scene, ["moved"], [0.0, down])
-    bcs.append(common.clamp(V, scene, "symmetry", 0))
+    held = tools.prescribe(V, scene.find("held"))
+    moved = scene.find("moved")
+    bcs = [held, tools.prescribe(V, moved, component=0)]
+    bcs.append(tools.prescribe(V, moved, down, component=1))
+    bcs.append(tools.prescribe(V, scene.find("symmetry"), component=0))
     contact = raymortar.Contact(
         u,
         scene.facet_tags,
@@ -166,7 +173,7 @@ def draw(result, path):
     """The closed clamp, completed, and the share of each pair in the load."""
     mesh, u = result.scene.mesh, result.u
     lam, mises = result.contact.multiplier, result.material.mises(u)
-    compat.write_xdmf(path.with_suffix(".xdmf"), mesh, [u, lam, mises])
+    io.write_xdmf(path.with_suffix(".xdmf"), mesh, [u, lam, mises])
     cells = drawing.gather_cells(mesh, u, mises)
     if mesh.comm.rank > 0:
         return

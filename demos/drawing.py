@@ -2,13 +2,8 @@
 
 from __future__ import annotations
 
-from raymortar.drawing import (
-    LOOK,
-    PRESSURE_MAP,
-    draw_field,
-    draw_surface,
-)
-from raymortar.gathering import gather_boundary, gather_cells
+from raymortar.host.gathering import gather_boundary, gather_cells
+from raymortar.plotting.drawing import LOOK, PRESSURE_MAP, draw_field, draw_surface
 
 __all__ = [
     "COMPUTED",

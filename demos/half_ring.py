@@ -14,6 +14,8 @@ from collections import namedtuple
 from functools import partial
 from types import SimpleNamespace
 
+from mpi4py import MPI
+
 import bodies
 import common
 import drawing
@@ -21,12 +23,10 @@ import long_runs
 import numpy as np
 from dolfinx import fem
 
-from mpi4py import MPI
-
 import raymortar
-from raymortar import compat
-from raymortar.blocks import Block
-from raymortar.meshing import Scene, assemble_blocks
+from meshes.blocks import Block
+from meshes.meshing import Scene, assemble_blocks
+from raymortar import compat, io, tools
 
 # Lengths in mm, moduli in MPa
 INNER, MIDDLE, OUTER = 90.0, 95.0, 100.0  # radii
@@ -127,15 +127,18 @@ class HalfRing:
     ):
         self.friction, self.keep, self.kept = friction, keep, []
         scene = self.scene = half_ring(comm, size)
-        V = compat.vector_space(scene.mesh, 2)
+        V = tools.vector_space(scene.mesh, 2)
         self.u = fem.Function(V, name="displacement")
         self.material = bodies.NeoHookean(moduli(scene), NU)
         L = self.material.residual(self.u, 4)
         self.down = fem.Constant(scene.mesh, 0.0)
-        bcs = [common.clamp(V, scene, name, 0) for name in ("bottom", "ends")]
+        bcs = [
+            tools.prescribe(V, scene.find(name), component=0)
+            for name in ("bottom", "ends")
+        ]
         bcs += [
-            common.clamp(V, scene, "bottom", 1),
-            common.clamp(V, scene, "ends", 1, self.down),
+            tools.prescribe(V, scene.find("bottom"), component=1),
+            tools.prescribe(V, scene.find("ends"), self.down, 1),
         ]
         self.contact = raymortar.Contact(
             self.u,
@@ -275,7 +278,7 @@ def draw(result, friction, path):
     mesh = scene.mesh
     pictures = drawing.gather_states(u, result.kept, lambda: result.material.mises(u))
     lam, mises = result.contact.multiplier, result.material.mises(u)
-    compat.write_xdmf(path.with_suffix(".xdmf"), mesh, [u, lam, mises])
+    io.write_xdmf(path.with_suffix(".xdmf"), mesh, [u, lam, mises])
     if mesh.comm.rank > 0:
         return
     plt = drawing.pyplot()

@@ -10,18 +10,18 @@ part. There the walls are parallel, so that friction carries mu times what press
 import sys
 from types import SimpleNamespace
 
+from mpi4py import MPI
+
 import bodies
 import common
 import drawing
 import numpy as np
-
-from mpi4py import MPI
+from dolfinx import fem
 
 import raymortar
-from dolfinx import fem
-from raymortar import compat
-from raymortar.blocks import Block
-from raymortar.meshing import Scene, assemble_blocks
+from meshes.blocks import Block
+from meshes.meshing import Scene, assemble_blocks
+from raymortar import io, tools
 
 # Lengths in mm, stresses in MPa, forces in N per mm of thickness; the upper half
 LENGTH, HEIGHT, START = 450.0, 200.0, 330.0
@@ -70,15 +70,17 @@ def scene_of(comm, size):
 def solve(comm, size=12, steps=50, report=None, file=None, keep=(0.0, 0.45, 1.0)):
     """Push the block through; forces and displacements along the path."""
     scene = scene_of(comm, size)
-    V = compat.vector_space(scene.mesh, 1)
+    V = tools.vector_space(scene.mesh, 1)
     u = fem.Function(V, name="displacement")
-    E = bodies.by_body(scene, {"block": E_BLOCK, "channel": E_WALL})
+    E = tools.by_body(
+        scene.mesh, scene.cell_tags, {"block": E_BLOCK, "channel": E_WALL}, scene.bodies
+    )
     material = bodies.NeoHookean(E, NU)
     form = material.residual(u, 2)
     pushed = fem.Constant(scene.mesh, 0.0)
-    support = bodies.hold(V, scene, ["outside"])
-    bcs = [common.clamp(V, scene, "pushed", 0, pushed), *support]
-    bcs.append(common.clamp(V, scene, "symmetry", 1))
+    support = tools.prescribe(V, scene.find("outside"))
+    bcs = [tools.prescribe(V, scene.find("pushed"), pushed, 0), support]
+    bcs.append(tools.prescribe(V, scene.find("symmetry"), component=1))
     contact = raymortar.Contact(
         u, scene.facet_tags, [(TAGS["slave"], TAGS["master"])],
         friction=raymortar.Coulomb(FRICTION),
@@ -136,7 +138,7 @@ def draw(result, path):
     scene, u = result.scene, result.u
     pictures = drawing.gather_states(u, result.kept, lambda: result.material.mises(u))
     lam, mises = result.contact.multiplier, result.material.mises(u)
-    compat.write_xdmf(path.with_suffix(".xdmf"), scene.mesh, [u, lam, mises])
+    io.write_xdmf(path.with_suffix(".xdmf"), scene.mesh, [u, lam, mises])
     if scene.mesh.comm.rank > 0:
         return
     plt = drawing.pyplot()

@@ -12,6 +12,8 @@ import sys
 import time
 from collections import namedtuple
 
+from mpi4py import MPI
+
 import common
 import drawing
 import ironing_references as references
@@ -20,11 +22,9 @@ import numpy as np
 import ufl
 from dolfinx import fem
 
-from mpi4py import MPI
-
 import raymortar
-from raymortar import compat
-from raymortar.meshing import Block, Scene, assemble_blocks
+from meshes.meshing import Block, Scene, assemble_blocks
+from raymortar import compat, io, tools
 
 # Lengths in mm, stresses in MPa, forces in N per mm of thickness
 E_INDENTER, E_FOUNDATION, NU = 6896.0, 689.6, 0.32
@@ -115,7 +115,7 @@ class Ironing:
         self.extrapolate = extrapolate
         self.scene = ironing_scene(comm, size)
         mesh = self.scene.mesh
-        V = compat.vector_space(mesh, 1)
+        V = tools.vector_space(mesh, 1)
         self.u, v = fem.Function(V, name="displacement"), ufl.TestFunction(V)
 
         E = fem.Function(compat.space(mesh, "DG", 0))
@@ -212,10 +212,10 @@ def line(row):
 def draw(model, rows, path):
     """Reactions over time beside published ones, and the stress at the end."""
     mesh = model.scene.mesh
-    stress = common.von_mises(model.cauchy)
-    mises = common.nodal_field(stress, mesh, "von Mises stress", quadrature_degree=2)
+    stress = tools.von_mises(model.cauchy)
+    mises = tools.nodal_field(stress, mesh, "von Mises stress", quadrature_degree=2)
     traction = model.contact.traction()
-    compat.write_xdmf(path.with_suffix(".xdmf"), mesh, [model.u, mises, traction])
+    io.write_xdmf(path.with_suffix(".xdmf"), mesh, [model.u, mises, traction])
     cells = drawing.gather_cells(mesh, model.u, mises)
     if mesh.comm.rank > 0:
         return
@@ -251,7 +251,7 @@ def arguments_of(arguments):
         metavar=("PRESS", "SLIDE"),
         help="steps down, and per unit of time along (10 100; 2 120 with --fine)",
     )
-    parser.add_argument("--until", type=float, help="last time (1.3; 2 with --fine)")
+    parser.add_argument("--until", type=float, help="last time (2)")
     parser.add_argument("--law", choices=LAWS, default="simo-miehe")
     parser.add_argument("--friction", type=float, default=FRICTION, help="0: none")
     parser.add_argument("--gamma", type=float, default=GAMMA, help="augmentation")
@@ -262,7 +262,7 @@ def arguments_of(arguments):
     )
     long_runs.add_options(parser)
     args = parser.parse_args(arguments)
-    size, steps, until = (120, (2, 120), 2.0) if args.fine else (60, (10, 100), 1.3)
+    size, steps, until = (120, (2, 120), 2.0) if args.fine else (60, (10, 100), 2.0)
     args.size = args.size or size
     args.steps = args.steps or steps
     args.until = args.until or until

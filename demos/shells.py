@@ -10,6 +10,8 @@ the same scene in the plane of a meridian is solved on a fine mesh, for comparis
 import sys
 from types import SimpleNamespace
 
+from mpi4py import MPI
+
 import bodies
 import common
 import drawing
@@ -17,12 +19,10 @@ import numpy as np
 import ufl
 from dolfinx import fem
 
-from mpi4py import MPI
-
 import raymortar
-from raymortar import compat
-from raymortar.blocks import Block
-from raymortar.meshing import Scene, assemble_blocks
+from meshes.blocks import Block
+from meshes.meshing import Scene, assemble_blocks
+from raymortar import io, tools
 
 INNER, MIDDLE, OUTER, NU = 10.0, 12.0, 14.0, 0.3
 SHELLS = ((INNER, MIDDLE), (MIDDLE, OUTER))
@@ -159,13 +159,21 @@ def model(scene, planes, law):
 
     `planes` are those of symmetry, by the component that is at rest there.
     """
-    V = compat.vector_space(scene.mesh, 2)
+    V = tools.vector_space(scene.mesh, 2)
     u = fem.Function(V, name="displacement")
-    E = bodies.by_body(scene, {"inner": 1.0, "outer": 1.0, "plate": PLATE})
+    E = tools.by_body(
+        scene.mesh,
+        scene.cell_tags,
+        {"inner": 1.0, "outer": 1.0, "plate": PLATE},
+        scene.bodies,
+    )
     material = law(E, NU)
     down = fem.Constant(scene.mesh, 0.0)
-    grip = bodies.hold(V, scene, ["moved"], [*[0.0] * (len(u) - 1), down])
-    bcs = grip + [common.clamp(V, scene, name, i) for i, name in planes.items()]
+    values, moved = [*[0.0] * (len(u) - 1), down], scene.find("moved")
+    grip = [tools.prescribe(V, moved, value, i) for i, value in enumerate(values)]
+    bcs = grip + [
+        tools.prescribe(V, scene.find(name), component=i) for i, name in planes.items()
+    ]
     contact = raymortar.Contact(
         u,
         scene.facet_tags,
@@ -233,7 +241,7 @@ def draw(result, plane, path):
     mesh, u = result.scene.mesh, result.u
     lam, material = result.contact.multiplier, result.material
     mises, linear = (material.mises(u, degree, 4) for degree in (2, 1))
-    compat.write_xdmf(path.with_suffix(".xdmf"), mesh, [u, lam, linear])
+    io.write_xdmf(path.with_suffix(".xdmf"), mesh, [u, lam, linear])
     parts = drawing.gather_boundary(mesh, u, mises)
     if mesh.comm.rank > 0:
         return

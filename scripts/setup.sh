@@ -184,10 +184,11 @@ configure() {
 
 # Modules that are gone from the source tree must not be importable any more
 remove_stale_modules() {
-  local file
-  for file in "$PREFIX"/python/raymortar/*.py; do
-    [[ -e $SOURCE/python/raymortar/${file##*/} ]] || rm -f "$file"
-  done
+  local file package=$PREFIX/python
+  [[ -d $package ]] || return 0
+  while IFS= read -r file; do
+    [[ -e $SOURCE/python/${file#"$package"/} ]] || rm -f "$file"
+  done < <(find "$package" -name '*.py')
 }
 
 # build TARGET: configures, compiles and installs what is out of date, and
@@ -215,7 +216,8 @@ run_environment() {
   local cores threads
   cores=$(nproc)
   threads=$((cores / $1 > 1 ? cores / $1 : 1))
-  export PYTHONPATH=$PREFIX/python${PYTHONPATH:+:$PYTHONPATH}
+  # The package, and the meshes of demos and tests
+  export PYTHONPATH=$PREFIX/python:$SOURCE${PYTHONPATH:+:$PYTHONPATH}
   export OMP_NUM_THREADS=${OMP_NUM_THREADS:-$threads}
   export OPENBLAS_NUM_THREADS=${OPENBLAS_NUM_THREADS:-$threads}
   export MPLBACKEND=${MPLBACKEND:-Agg}

@@ -17,12 +17,11 @@ ROOT = HERE.parents[1]
 sys.path[:0] = [str(ROOT / "tests" / "python")]
 
 import numpy as np  # noqa: E402
-
-from raymortar import Search  # noqa: E402
-
 from manufactured import REST, Manufactured  # noqa: E402
 from manufactured_fields import CUBE, TWO_CUBES, Motion  # noqa: E402
 from manufactured_scenes import SLIDE  # noqa: E402
+
+from raymortar import Search  # noqa: E402
 
 BEND = 0.1  # of a master 2 (B1) and 1 (B4) wide
 PROBLEMS = {

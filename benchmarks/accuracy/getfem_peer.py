@@ -12,11 +12,10 @@ import time
 
 import numpy as np
 import ufl  # noqa: F401  (before getfem, which brings a PETSc of its own on some systems)
-
-from raymortar import compat
-
 from manufactured import Manufactured
 from mesh_measures import cell_nodes
+
+from raymortar import compat
 
 try:
     import getfem as gf

@@ -9,6 +9,11 @@ import numpy as np
 from clock import STAGES
 
 LEVELS = (1e-2, 1e-3, 1e-4)
+TITLES = {
+    "B1": "A cube on a rigid surface",
+    "B2": "A square on a rigid parabola",
+    "B4": "Two squares after a slide along a curved interface",
+}
 LOOK = {1: "o", 2: "s"}
 
 
@@ -76,11 +81,11 @@ def _fronts(plt, found, problem, path):
         x, y = [r["seconds"] for r in front], [r[error] for r in front]
         ax.loglog(x, y, "k-", lw=1, label="Pareto front")
         ax.set(xlabel="processor time [s]", ylabel=f"relative error of the {name}")
-    axes[0].legend(fontsize=7)
+    axes[0].legend(fontsize=8)
     _shares(axes[2], mine)
-    fig.suptitle(f"{problem}: all settings")
+    fig.suptitle(f"{TITLES[problem]}: all settings")
     fig.tight_layout()
-    fig.savefig(path, dpi=90)
+    fig.savefig(path, dpi=110)
     plt.close(fig)
 
 
@@ -92,20 +97,22 @@ def _shares(axes, found):
     largest = [
         max(of(found, cell=c, degree=d), key=lambda r: r["unknowns"]) for c, d in kinds
     ]
-    labels = [f"{c[:4]}. {d:g}\n{r['unknowns']:g}" for (c, d), r in zip(kinds, largest)]
+    sizes = [f"{r['unknowns']:,.0f}" for r in largest]
+    labels = [f"{c}s\ndegree {d:g}\n{n}" for (c, d), n in zip(kinds, sizes)]
     for stage in STAGES:
         share = [100.0 * r[stage] / r["seconds"] for r in largest]
         axes.bar(labels, share, bottom=bottom, label=stage, width=0.6)
         bottom = [a + b for a, b in zip(bottom, share)]
-    axes.set(ylabel="share of the time [%]", xlabel="cell, degree; unknowns")
-    axes.legend(fontsize=7)
+    axes.set(ylabel="share of the time [%]", xlabel="cells, degree, unknowns")
+    axes.tick_params(axis="x", labelsize=7)
+    axes.legend(fontsize=8, loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
 
 def _peer(plt, found, path):
     """Both programs on the same meshes."""
     shown = [r for r in found if "flat" in r["mesh"]]
     problems = sorted({r["problem"] for r in shown})
-    fig, axes = plt.subplots(1, len(problems), figsize=(6 * len(problems), 4.2))
+    fig, axes = plt.subplots(1, len(problems), figsize=(8 * len(problems), 4.2))
     for ax, problem in zip(axes if len(problems) > 1 else [axes], problems):
         for i, kind in enumerate(_kinds(shown, problem)):
             for program, style in (("raymortar", "-"), ("GetFEM", "--")):
@@ -116,11 +123,11 @@ def _peer(plt, found, path):
                 label = f"{program}: {kind['cell']}, degree {kind['degree']:g}"
                 marker = LOOK[int(kind["degree"])] + style
                 ax.loglog(x, y, marker, color=f"C{i}", ms=4, mfc="none", label=label)
-        ax.set(title=problem, xlabel="processor time [s]")
+        ax.set(title=TITLES[problem], xlabel="processor time [s]")
         ax.set(ylabel="relative error of the displacement")
-        ax.legend(fontsize=6.5)
+        ax.legend(fontsize=8, loc="upper left", bbox_to_anchor=(1.0, 1.0))
     fig.tight_layout()
-    fig.savefig(path, dpi=90)
+    fig.savefig(path, dpi=110)
     plt.close(fig)
 
 
@@ -189,11 +196,11 @@ def _quadrature(plt, found, path):
             label = f"{kind['cell']}, degree {kind['degree']:g}"
             y = [r["error_multiplier"] for r in part]
             ax.semilogy(x, y, LOOK[int(kind["degree"])] + "-", ms=4, label=label)
-        ax.set(title=problem, xlabel="degree of the rule on segments")
+        ax.set(title=TITLES[problem], xlabel="degree of the rule on segments")
         ax.set(ylabel="relative error of the multiplier")
         ax.legend(fontsize=7)
     fig.tight_layout()
-    fig.savefig(path, dpi=90)
+    fig.savefig(path, dpi=110)
     plt.close(fig)
 
 

@@ -6,13 +6,12 @@ import dataclasses
 import statistics
 
 from clock import Clock
-
-import raymortar
-
 from manufactured import REST, Manufactured
 from manufactured_fields import CUBE, SQUARE, TWO_CUBES, TWO_SQUARES, Motion
 from manufactured_scenes import SLIDE
 from problems import COMM
+
+import raymortar
 
 # Solves shorter than this are repeated, and the median is taken
 SHORT, REPEATS = 2.0, 3

@@ -21,14 +21,15 @@ import sys
 import time
 from pathlib import Path
 
+from mpi4py import MPI
+
 import numpy as np
 import ufl
 from dolfinx import fem
-from mpi4py import MPI
 
 import raymortar
+from meshes.scenes import two_blocks
 from raymortar import AugmentedLagrangian, Coulomb, Penalty, compat, solvers
-from raymortar.scenes import two_blocks
 
 E, NU = 10.0, 0.3
 # Without friction, with it, and the sideways motion of the top

@@ -11,13 +11,14 @@ from __future__ import annotations
 import json
 import sys
 
+from mpi4py import MPI
+
 import numpy as np
 import ufl
 from dolfinx import fem
-from mpi4py import MPI
 
+from meshes.scenes import two_blocks
 from raymortar import AugmentedLagrangian, Contact, Coulomb, compat
-from raymortar.scenes import two_blocks
 
 COMM = MPI.COMM_WORLD
 MATRIX_BYTES, VECTOR_BYTES = 16, 12  # value, row and column; value and row

@@ -12,11 +12,10 @@ import hertz_sphere
 import numpy as np
 import shallow_ironing
 from problems import build
-
-import raymortar
-
 from small import clamped_ends, moved, narrow_on_wide
 from trials import COMM, attempt, automatic_times
+
+import raymortar
 
 FACTORS = (0.01, 0.1, 0.3, 1.0, 10.0)
 

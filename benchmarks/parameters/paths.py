@@ -7,10 +7,9 @@ import numpy as np
 import shallow_ironing
 from problems import DIMENSION
 from sheared_blocks import clamped
+from trials import COMM, METHODS, attempt, automatic_times, listed
 
 import raymortar
-
-from trials import COMM, METHODS, attempt, automatic_times, listed
 
 SEARCHES = ("basic", "bt", "l2", "cp")
 

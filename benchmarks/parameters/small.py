@@ -5,12 +5,11 @@ from __future__ import annotations
 import numpy as np
 from dolfinx import fem
 from problems import build, fix
-from sheared_blocks import Blocks, E, NU, limit_of
+from sheared_blocks import NU, Blocks, E, limit_of
+from trials import COMM, attempt, automatic_times, listed
 
 import raymortar
-from raymortar.scenes import cylinder_on_block, two_blocks
-
-from trials import COMM, attempt, automatic_times, listed
+from meshes.scenes import cylinder_on_block, two_blocks
 
 FACTORS = (0.01, 0.1, 1.0, 10.0, 100.0, 1000.0)
 HOLDS = 20
@@ -32,9 +31,7 @@ def moved(problem, path):
 def neo_hookean(scene, bcs, method=None, **options):
     """Problem of the page's material."""
     degree = options.pop("degree", 1)
-    return build(
-        scene, degree, "neo-hookean", method, E=E, nu=NU, bcs=bcs, **options
-    )
+    return build(scene, degree, "neo-hookean", method, E=E, nu=NU, bcs=bcs, **options)
 
 
 def clamped_ends(scene):

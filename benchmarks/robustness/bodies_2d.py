@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from mpi4py import MPI
 
+from meshes.meshing import Scene
 from raymortar import compat
-from raymortar.meshing import Scene
 
 
 def polygon(kernel, points, size):
@@ -134,12 +134,15 @@ def ball_on_block(height, radius=0.5, size=0.3):
         gmsh.option.setNumber("Mesh.MeshSizeMax", size)
         ends = gmsh.model.getBoundary([(3, lower)], oriented=False)
         heights = {
-            surface: gmsh.model.occ.getCenterOfMass(2, surface)[2] for _, surface in ends
+            surface: gmsh.model.occ.getCenterOfMass(2, surface)[2]
+            for _, surface in ends
         }
         sides = {
             "bottom": [s for s, z in heights.items() if abs(z + 0.6) < 1e-6],
             "block": [s for s, z in heights.items() if abs(z) < 1e-6],
-            "sphere": [s for _, s in gmsh.model.getBoundary([(3, ball)], oriented=False)],
+            "sphere": [
+                s for _, s in gmsh.model.getBoundary([(3, ball)], oriented=False)
+            ],
         }
         return {"lower": lower, "ball": ball}, sides
 

@@ -6,16 +6,12 @@ import dataclasses
 import sys
 from pathlib import Path
 
+from petsc4py import PETSc
+
 import numpy as np
 import ufl
-from bodies_2d import (
-    ball_on_block,
-    discs_on_block,
-    ring_between_plates,
-    snap_fit,
-)
+from bodies_2d import ball_on_block, discs_on_block, ring_between_plates, snap_fit
 from dolfinx import fem
-from petsc4py import PETSc
 
 ROOT = Path(__file__).resolve().parents[2]
 for folder in ("tests/python", "benchmarks/stress", "demos"):
@@ -29,10 +25,11 @@ from problems import COMM, DIMENSION, build, cellwise, fix, residual  # noqa: E4
 from scenes import SCENES, Setting  # noqa: E402
 
 import raymortar  # noqa: E402
+from meshes.blocks import Block  # noqa: E402
+from meshes.meshing import Scene, assemble_blocks  # noqa: E402
+from meshes.scenes import two_blocks  # noqa: E402
 from raymortar import compat  # noqa: E402
-from raymortar.blocks import Block  # noqa: E402
-from raymortar.meshing import Scene, assemble_blocks  # noqa: E402
-from raymortar.scenes import two_blocks  # noqa: E402
+
 
 @dataclasses.dataclass
 class Case:
@@ -373,9 +370,7 @@ PATHS = {
     ),
     **{
         f"rigid flat master, {above}/{below} facets": lambda n=(above, below): (
-            rigid_slave(
-                "quadrilateral", 1, *n, 0.2, 4, pairs=[("master", "slave")]
-            )
+            rigid_slave("quadrilateral", 1, *n, 0.2, 4, pairs=[("master", "slave")])
         )
         for above, below in ((9, 5), (24, 20))
     },

@@ -6,8 +6,9 @@ import sys
 import time
 from pathlib import Path
 
-import raymortar
 from mpi4py import MPI
+
+import raymortar
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "demos"))
 

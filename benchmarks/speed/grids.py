@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 
-import numpy as np
 from mpi4py import MPI
 from petsc4py import PETSc
 
-from raymortar import _cpp, quadrature
-from raymortar.reference_facets import facet_nodes
+import numpy as np
+
+from raymortar import _cpp
+from raymortar.options import quadrature
+from raymortar.host.reference_facets import facet_nodes
 
 INDEX, GLOBAL = np.int32, np.int64
 FACETS = {

@@ -11,9 +11,9 @@ import sys
 import time
 from pathlib import Path
 
-import numpy as np
 from mpi4py import MPI
 
+import numpy as np
 import peer
 from peer import MASTER, SLAVE, gf
 

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 import ufl  # noqa: F401  (before getfem, which brings a PETSc of its own on some systems)
-from raymortar import compat
-
 from scene import CELLS, Blocks
 from stages import clock
+
+from raymortar import compat
 
 try:
     import getfem as gf

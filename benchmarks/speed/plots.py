@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+# A call that finds nothing moved takes as long for any number of facets
+LEFT_OUT = "s_unmoved"
+LINES = ("-", "--")
+
 
 def growth(rows, key, path):
     """One panel per kind of rows, one line per stage, logarithmic."""
@@ -17,21 +21,26 @@ def growth(rows, key, path):
     width = 2 if len(groups) > 2 else len(groups)
     height = -(-len(groups) // width)
     fig, axes = plt.subplots(
-        height, width, figsize=(4.5 * width, 3 * height), sharex=True, squeeze=False
+        height, width, figsize=(4.5 * width, 3 * height + 0.6), sharex=True, squeeze=False
     )
     for ax, group in zip(axes.ravel(), groups):
         own = [row for row in rows if tuple(row[k] for k in key) == group]
         facets = [row["facets"] for row in own]
-        for name in [n for n in own[0] if n.startswith("s_")]:
-            micro = [1e6 * row[name] / row["facets"] for row in own]
-            ax.loglog(facets, micro, ".-", label=name[2:])
-        ax.set_title(" ".join(str(g) for g in group), fontsize=9)
+        names = [n for n in own[0] if n.startswith("s_") and n != LEFT_OUT]
+        for i, name in enumerate(names):
+            # What was not timed is 0, which has no place on a logarithmic axis
+            micro = [1e6 * row[name] / row["facets"] or float("nan") for row in own]
+            style = {"color": f"C{i % 6}", "linestyle": LINES[i // 6], "marker": "."}
+            ax.loglog(facets, micro, label=name[2:], **style)
+        values = [v if isinstance(v, str) else f"degree {v:g}" for v in group]
+        ax.set_title(", ".join(values), fontsize=10)
         ax.grid(True, which="both", alpha=0.2)
     for ax in axes[-1]:
         ax.set_xlabel("slave facets")
     for ax in axes[:, 0]:
-        ax.set_ylabel("CPU us per slave facet")
-    axes[0, -1].legend(fontsize=6, ncol=2)
-    fig.tight_layout()
+        ax.set_ylabel("processor time per slave facet [us]")
+    handles, labels = axes[0, 0].get_legend_handles_labels()
+    fig.legend(handles, labels, loc="lower center", ncol=6, fontsize=9)
+    fig.tight_layout(rect=(0, 0.6 / (3 * height + 0.6), 1, 1))
     fig.savefig(path, dpi=110)
     plt.close(fig)

@@ -16,10 +16,9 @@ import csv
 import logging
 from pathlib import Path
 
-import numpy as np
-
 import fixed_point
 import ironing
+import numpy as np
 import peer
 import plots
 import share

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from mpi4py import MPI
+
 import numpy as np
-import raymortar
 import ufl
 from dolfinx import fem
-from mpi4py import MPI
+
+import raymortar
+from meshes.scenes import two_blocks
 from raymortar import compat
-from raymortar.scenes import two_blocks
 
 CELLS = {"quadrilateral": 2, "tetrahedron": 3, "hexahedron": 3}
 MU, LMBDA = 770.0, 1150.0

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from raymortar import compat
-from raymortar.solver import SNESSolver
-
 from scene import Blocks
 from stages import clock
+
+from raymortar import compat
+from raymortar.solvers.newton import SNESSolver
 
 
 def row(cell, degree, n, repeats=5):

@@ -7,13 +7,13 @@ import resource
 import time
 from pathlib import Path
 
-import numpy as np
 from petsc4py import PETSc
 
-from raymortar import _cpp
-
 import floor
+import numpy as np
 from grids import Pair
+
+from raymortar import _cpp
 
 STAGES = ("candidates", "segments", "rays")
 

@@ -231,9 +231,7 @@ def main(arguments=None):
     wanted = [s for s in all_settings() if s in shown]
     arguments.output.mkdir(parents=True, exist_ok=True)
     kept = Kept(arguments.output / "answers.jsonl", arguments.resume)
-    answers = solve_all(
-        arguments.limit, wanted, arguments.jobs, kept.answers, kept.add
-    )
+    answers = solve_all(arguments.limit, wanted, arguments.jobs, kept.answers, kept.add)
     write(answers, arguments.output / "matrix.csv")
     draw(panels, answers, arguments.output / "matrix.png")
     return 1 if report(answers) else 0

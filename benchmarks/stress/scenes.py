@@ -10,11 +10,12 @@ import functools
 import sys
 from pathlib import Path
 
+from mpi4py import MPI
+from petsc4py import PETSc
+
 import numpy as np
 import ufl
 from dolfinx import fem
-from mpi4py import MPI
-from petsc4py import PETSc
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "tests" / "python"))
 
@@ -22,8 +23,8 @@ from materials import neo_hookean_energy  # noqa: E402
 from problems import build, fix, lame  # noqa: E402
 
 import raymortar  # noqa: E402
+from meshes.scenes import two_blocks  # noqa: E402
 from raymortar import compat  # noqa: E402
-from raymortar.scenes import two_blocks  # noqa: E402
 
 LINE_SEARCH = {"snes_linesearch_type": "bt", "snes_max_it": 50}
 # Of the lower block; contact has no stress of its own

@@ -11,11 +11,12 @@ import sys
 import time
 import warnings
 
-import numpy as np
 from petsc4py import PETSc
 
-import raymortar
+import numpy as np
 from scenes import LINE_SEARCH, SCENES, Setting
+
+import raymortar
 
 logging.getLogger().setLevel(logging.WARNING)
 

@@ -1,8 +1,7 @@
 """Contact between deformable bodies in large deformation, for FEniCSx."""
 
-from . import rigid, solvers
+from . import io, rigid, solvers, tools
 from .contact import Contact
-from .control import ArcLength, DisplacementControl
 from .errors import (
     ContactError,
     ContactLost,
@@ -10,17 +9,19 @@ from .errors import (
     ConvergenceError,
     SetUpError,
 )
-from .fixed_point import FixedPointSolver
-from .friction import Coulomb, Friction, Stick, Tresca
-from .history import History
-from .load_step import LoadStep
-from .load_steps import LoadSteps
-from .methods import AugmentedLagrangian, Penalty, Search
+from .interface.pairs import Pair
+from .interface.point_results import NodeStatus, PointStatus
 from .nonlinear_problem import NonlinearProblem
-from .output import Output
-from .pairs import Pair
-from .picture import plot
-from .solver import NewtonSolver, SNESSolver
+from .options.friction import Coulomb, Friction, Stick, Tresca
+from .options.methods import AugmentedLagrangian, Penalty, Search
+from .paths.control import ArcLength, DisplacementControl
+from .paths.history import History
+from .paths.load_step import LoadStep
+from .paths.load_steps import LoadSteps
+from .paths.output import Output
+from .plotting.picture import plot
+from .solvers.fixed_point import FixedPointSolver
+from .solvers.newton import NewtonSolver, SNESSolver
 
 __version__ = "0.1.0"
 
@@ -40,16 +41,25 @@ __all__ = [
     "LoadStep",
     "LoadSteps",
     "NewtonSolver",
+    "NodeStatus",
     "NonlinearProblem",
     "Output",
     "Pair",
     "Penalty",
+    "PointStatus",
     "SNESSolver",
     "Search",
     "SetUpError",
     "Stick",
     "Tresca",
+    "io",
     "plot",
     "rigid",
     "solvers",
+    "tools",
 ]
+
+
+def __dir__() -> list[str]:
+    """What is public; rooms such as ``raymortar.host`` are not."""
+    return [*__all__, "__version__"]

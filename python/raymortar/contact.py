@@ -6,20 +6,14 @@ import itertools
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from mpi4py import MPI
+
 import numpy as np
 from dolfinx.fem import Function
 
-from mpi4py import MPI
-
 from . import compat
-from .adjustment import Adjustment, adjustment, summed
-from .arguments import check_options
-from .assembly import ContactAssembly
-from .bodies import find_bodies
-from .checks import check_space
-from .coefficients import PairCoefficients, spread
+from .checked import is_real_number
 from .compat import Array, Indices
-from .cover import Cover
 from .errors import (
     ContactError,
     SetUpError,
@@ -27,29 +21,36 @@ from .errors import (
     require_agreement,
     together,
 )
-from .faced import nearest_hits
-from .facets import facet_dof_table
-from .free_bodies import free_bodies
-from .friction import Law
-from .friction_at_points import evaluate_friction, spread_coefficient
-from .host import Host
-from .interfaces import Interfaces
-from .interference import Behind, warn_of_excess
-from .joined import parts_of
-from .kept_communicator import keep_communicator
-from .layout import Layout
-from .methods import AugmentedLagrangian, Penalty, Search
-from .options import is_real_number
-from .pairs import known_names, numbered, table
-from .reference import references
+from .host.bodies import find_bodies
+from .host.checks import check_space
+from .host.facets import facet_dof_table
+from .host.host import Host
+from .host.joined import parts_of
+from .host.kept_communicator import keep_communicator
+from .host.layout import Layout
+from .host.slave_fields import OFFSET, FieldValue, check_field, on_facets
+from .host.tagged import ZoneFacets, find_facets
+from .host.thickness import Cells
+from .interface.adjustment import Adjustment, adjustment, summed
+from .interface.coefficients import PairCoefficients, spread
+from .interface.cover import Cover
+from .interface.faced import nearest_hits
+from .interface.friction_at_points import evaluate_friction, spread_coefficient
+from .interface.interfaces import Interfaces
+from .interface.interference import Behind, warn_of_excess
+from .interface.pairs import known_names, numbered, table
+from .interface.reference import references
+from .interface.state import ContactState, not_finite, state_fault
+from .interface.straight_facets import warn_of_straight_facets
+from .interface.zones import ZoneData, create_zone, described, group_pairs
+from .options.arguments import check_options
+from .options.friction import Law
+from .options.methods import AugmentedLagrangian, Penalty, Search
+from .results.summaries import of_contact
 from .rigid.body import Body
 from .rigid.shapes import Shape
-from .slave_fields import OFFSET, FieldValue, check_field, on_facets
-from .state import ContactState, not_finite, state_fault
-from .straight_facets import warn_of_straight_facets
-from .tagged import ZoneFacets, find_facets
-from .thickness import Cells
-from .zones import ZoneData, create_zone, described, group_pairs
+from .system.assembly import ContactAssembly
+from .system.free_bodies import free_bodies
 
 _numbers = itertools.count()
 
@@ -256,6 +257,9 @@ class Contact(ContactAssembly):
         self.updates = 0
         self.preallocations, self.extensions = 0, 0
 
+    def __repr__(self) -> str:
+        return of_contact(self)
+
     # Set-up
 
     def _multiplier_kind(self) -> tuple[int, int]:
@@ -377,7 +381,9 @@ class Contact(ContactAssembly):
         self.update()
         changes = [adjustment(zone, float(within)) for zone in self.zones]
         for zone, change in zip(self.zones, changes):
-            known = 0.0 if zone.adjustment is None else zone.adjustment
+            known = (
+                np.zeros_like(change) if zone.adjustment is None else zone.adjustment
+            )
             zone.adjustment = known + change
         self._send_offset()
         return summed(self._comm, changes)

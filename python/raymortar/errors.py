@@ -9,9 +9,9 @@ from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from mpi4py import MPI
+
+import numpy as np
 
 
 class ContactError(ValueError):

@@ -6,23 +6,24 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from dolfinx.fem import Function
-
 from mpi4py import MPI
 
+from dolfinx.fem import Function
+
 from . import compat
-from .bodies import Bodies
 from .compat import Array
 from .contact import Contact
-from .coupled import CoupledSystem
 from .errors import ContactError, raise_everywhere
-from .fields import ZoneResults
-from .host import Host
-from .layout import JointLayout
-from .pairs import Pair, labelled
-from .state import JointState, joint_fault
-from .stiffness import VolumePattern
-from .zones import ZoneData
+from .host.bodies import Bodies
+from .host.host import Host
+from .host.layout import JointLayout
+from .interface.pairs import Pair, labelled
+from .interface.state import JointState, joint_fault
+from .interface.stiffness import VolumePattern
+from .interface.zones import ZoneData
+from .results.fields import ZoneResults
+from .results.summaries import of_contacts
+from .system.coupled import CoupledSystem
 
 
 class Interactions(CoupledSystem, ZoneResults):
@@ -56,13 +57,16 @@ class Interactions(CoupledSystem, ZoneResults):
         self.layout: JointLayout
         self._volume: Any = None
 
+    def __repr__(self) -> str:
+        return of_contacts(self.contacts)
+
     @property
     def host(self) -> Host:  # type: ignore[override]
         """What is solved for, see `host.Host`."""
         return self.contacts[0].host
 
     @property
-    def u(self) -> Function:  # type: ignore[override]
+    def u(self) -> Function:
         """Displacement, see `Contact`."""
         return self.contacts[0].u
 
@@ -77,12 +81,12 @@ class Interactions(CoupledSystem, ZoneResults):
         return self.contacts[0].bodies
 
     @property
-    def zones(self) -> list[ZoneData]:  # type: ignore[override]
+    def zones(self) -> list[ZoneData]:
         """Those of all contacts."""
         return [zone for contact in self.contacts for zone in contact.zones]
 
     @property
-    def pairs(self) -> list[Pair]:  # type: ignore[override]
+    def pairs(self) -> list[Pair]:
         """Those of all contacts, with slave surfaces numbered on."""
         found, begin = [], 0
         for contact in self.contacts:
@@ -91,13 +95,13 @@ class Interactions(CoupledSystem, ZoneResults):
         return labelled(found)
 
     @property
-    def gamma(self) -> list[Any] | None:  # type: ignore[override]
+    def gamma(self) -> list[Any] | None:
         """Coefficient of each contact; None until all have one."""
         found = [contact.gamma for contact in self.contacts]
         return None if any(gamma is None for gamma in found) else found
 
     @property
-    def gamma_scale(self) -> list[float]:  # type: ignore[override]
+    def gamma_scale(self) -> list[float]:
         """By what each contact's multiplier is divided among the unknowns."""
         return [contact.gamma_scale for contact in self.contacts]
 

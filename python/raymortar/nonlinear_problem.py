@@ -18,7 +18,7 @@ from .errors import (
     together,
 )
 from .problem import CoupledProblem
-from .solver import SNESSolver
+from .solvers.newton import SNESSolver
 
 # PETSc's option of that name
 ERROR = "snes_error_if_not_converged"
@@ -70,6 +70,8 @@ class NonlinearProblem(CoupledProblem):
         The same, compiled.
     convergence
         Judges the last residual; see `convergence.Convergence`.
+    steps_accepted
+        Load steps so far, of all `LoadSteps` of the problem.
 
     Notes
     -----

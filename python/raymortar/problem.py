@@ -7,26 +7,27 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
+from mpi4py import MPI
+from petsc4py import PETSc
+
 import numpy as np
 import numpy.typing as npt
 import ufl
 
-from mpi4py import MPI
-from petsc4py import PETSc
-
 from . import compat
 from .compat import Array
 from .contact import Contact
-from .convergence import Convergence
+from .convergence.convergence import Convergence
+from .convergence.failure import InUse, describe_failure
+from .convergence.loose import loose_bodies
+from .convergence.lost_contact import unheld
 from .errors import require_agreement, together
-from .failure import InUse, describe_failure
-from .forms import check_supports, list_of_conditions
-from .held import rigid_slaves
+from .host.forms import check_supports, list_of_conditions
+from .host.unknowns import find_unknowns, jacobians
 from .interactions import one_or_several
-from .loose import loose_bodies
-from .lost_contact import unheld
-from .sides import swaps
-from .unknowns import find_unknowns, jacobians
+from .interface.held import rigid_slaves
+from .interface.sides import swaps
+from .results.summaries import of_problem
 
 
 class CoupledProblem:
@@ -74,6 +75,8 @@ class CoupledProblem:
         Whether a converged solve warns of contact that it has lost.
     in_use
         What advice after a failure has to go with.
+    steps_accepted
+        Load steps so far, of all `LoadSteps` of the problem.
 
     Notes
     -----
@@ -115,6 +118,7 @@ class CoupledProblem:
         self.L, self.a = compat.form(F, *options), compat.form(J, *options)
         self.history: list[float] = []
         self.rays_only, self.tells_of_loss = False, True
+        self.steps_accepted = 0
         # Where `form` was last, and which revision of the contact that was
         self._at: np.ndarray | None = None
         self._revision = 0
@@ -122,6 +126,9 @@ class CoupledProblem:
         self._volume = self.contact.prepare(self.a, self.bcs)
         self.in_use = self._alone()
         self.convergence = Convergence(self.contact)
+
+    def __repr__(self) -> str:
+        return of_problem(self)
 
     @property
     def comm(self) -> MPI.Comm:

@@ -2,13 +2,15 @@
 
 from itertools import permutations
 
-import numpy as np
-from dolfinx import fem, mesh as dmesh
 from mpi4py import MPI
 
+import numpy as np
+from dolfinx import fem
+from dolfinx import mesh as dmesh
+
 from raymortar import compat
-from raymortar.facets import tagged_facets
-from raymortar.reference_facets import normals, shape_functions
+from raymortar.host.facets import tagged_facets
+from raymortar.host.reference_facets import normals, shape_functions
 
 COMM = MPI.COMM_WORLD
 CELLS = ["triangle", "quadrilateral", "tetrahedron", "hexahedron"]

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from petsc4py import PETSc
+
 import numpy as np
-import raymortar
 import ufl
 from dolfinx import fem
 from materials import lame
-from petsc4py import PETSc
 from problems import COMM
+
+import raymortar
 from raymortar import compat
 
 # Rubber

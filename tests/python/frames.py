@@ -11,12 +11,11 @@ import gathered
 import numpy as np
 import states
 from dolfinx import fem
-
-from raymortar import SNESSolver, compat
-from raymortar.meshing import Scene
-from raymortar.reference_facets import shape_functions
-
 from problems import build, fix
+
+from meshes.meshing import Scene
+from raymortar import SNESSolver, compat
+from raymortar.host.reference_facets import shape_functions
 
 
 def quarter_turn(dim):

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-import numpy as np
 from mpi4py import MPI
+
+import numpy as np
 from problems import COMM
 
 

@@ -9,17 +9,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from petsc4py import PETSc
+
 import numpy as np
 import ufl
 from dolfinx import fem
-from petsc4py import PETSc
+from problems import COMM, DIMENSION, fix, stack
 
 import raymortar
+from meshes.blocks import Block
+from meshes.meshing import Scene, assemble_blocks
 from raymortar import compat
-from raymortar.blocks import Block
-from raymortar.meshing import Scene, assemble_blocks
-
-from problems import COMM, DIMENSION, fix, stack
 
 MU = 10.0
 WAYS = ("mixed", "blocked")
@@ -218,7 +218,6 @@ def swelling(way, degree=1, **options):
     found = hosted(way, scene, parts, residual, conditions_of, **options)
     found.move = top
     return found
-
 
 
 LOWER, UPPER = 10, 20  # first tags of the bodies' sides

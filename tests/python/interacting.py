@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from mpi4py import MPI
+from petsc4py import PETSc
+
 import numpy as np
 import problems
 from dolfinx import fem
-from mpi4py import MPI
-from petsc4py import PETSc
 from problems import COMM, SOLVERS, fix, residual, stack
 
+from meshes.blocks import Block
+from meshes.meshing import Scene, assemble_blocks
 from raymortar import (
     Contact,
     Coulomb,
@@ -20,8 +23,6 @@ from raymortar import (
     Tresca,
     compat,
 )
-from raymortar.blocks import Block
-from raymortar.meshing import Scene, assemble_blocks
 
 E = 10.0
 # Of the tops, at the end of a path: sideways and down

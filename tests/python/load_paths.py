@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from petsc4py import PETSc
+
 import numpy as np
 import ufl
 from dolfinx import fem
-
-from petsc4py import PETSc
 from problems import (
     COMM,
     DIMENSION,
@@ -20,6 +20,7 @@ from problems import (
     worst,
 )
 
+from meshes.scenes import two_blocks
 from raymortar import (
     AugmentedLagrangian,
     Contact,
@@ -28,7 +29,6 @@ from raymortar import (
     NonlinearProblem,
     compat,
 )
-from raymortar.scenes import two_blocks
 
 
 def divisions(cell):

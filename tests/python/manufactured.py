@@ -8,17 +8,15 @@ from __future__ import annotations
 import numpy as np
 import ufl
 from dolfinx import fem
-
-import raymortar
-from raymortar import compat
-from raymortar import NonlinearProblem
-from raymortar.reference_facets import shape_functions
-
 from manufactured_fields import Fields, Motion
 from manufactured_scenes import TAGS, on_elastic, on_rigid
-from mesh_measures import cell_nodes, jacobians, lagrange
 from materials import MATERIALS
+from mesh_measures import cell_nodes, jacobians, lagrange
 from problems import COMM, DIMENSION, SOLVERS, cellwise, fix, gradient
+
+import raymortar
+from raymortar import NonlinearProblem, compat
+from raymortar.host.reference_facets import shape_functions
 
 # Pressure that iterations start from; about that of all the fields. Without any,
 # friction has no cone at first

@@ -16,7 +16,6 @@ from collections.abc import Callable
 
 import numpy as np
 import ufl
-
 from materials import MATERIALS, lame
 
 MU = 0.3

@@ -9,11 +9,10 @@ from __future__ import annotations
 import itertools
 
 import numpy as np
-
-from raymortar.blocks import SIDES, Block
-from raymortar.meshing import Scene, assemble_blocks
-
 from problems import COMM, DIMENSION
+
+from meshes.blocks import SIDES, Block
+from meshes.meshing import Scene, assemble_blocks
 
 TAGS = {"top": 1, "slave": 2, "side": 3, "master": 4, "bottom": 5, "free": 6}
 # Slide of the upper body of two elastic ones: the lower one's nodes are aligned to it

@@ -4,9 +4,10 @@ Nothing is compiled, so that the tests of meshes are quick. All functions but th
 local ones are collective.
 """
 
+from mpi4py import MPI
+
 import basix
 import numpy as np
-from mpi4py import MPI
 
 from raymortar import compat
 

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from petsc4py import PETSc
+
+import hosts
 import numpy as np
 import ufl
 from dolfinx import fem
-from petsc4py import PETSc
-
-import raymortar
-from raymortar import LoadSteps, compat, scenes
-
-import hosts
 from hosts import MU
 from problems import COMM, fix
+
+import raymortar
+from meshes import scenes
+from raymortar import LoadSteps, compat
 
 DIAMETER = 1.0
 MODULUS = 4.0 * MU  # of plane strain, without change of volume

@@ -6,8 +6,8 @@ from __future__ import annotations
 import numpy as np
 from problems import COMM, build, fix, worst
 
-from raymortar.blocks import Block
-from raymortar.meshing import Scene, assemble_blocks
+from meshes.blocks import Block
+from meshes.meshing import Scene, assemble_blocks
 
 SHAFT, HUB = 50.0, 100.0  # outer radii
 TAGS = {"slave": 1, "master": 2, "bottom": 3, "left": 4}

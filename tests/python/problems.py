@@ -11,19 +11,19 @@ import dataclasses
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
-import ufl
-from dolfinx import fem
 from mpi4py import MPI
 from petsc4py import PETSc
 
-import raymortar
-from raymortar import compat
-from raymortar.blocks import Block, rotated
-from raymortar.meshing import Scene, assemble_blocks
-
+import numpy as np
+import ufl
+from dolfinx import fem
 from materials import MATERIALS, lame
 from mesh_measures import jacobians, lagrange
+
+import raymortar
+from meshes.blocks import Block, rotated
+from meshes.meshing import Scene, assemble_blocks
+from raymortar import compat
 
 COMM = MPI.COMM_WORLD
 CELLS_2D = ["triangle", "quadrilateral"]
@@ -37,7 +37,7 @@ SOLVERS = SOLVERS if compat.newton_solver_class() else SOLVERS[1:]
 LOADED = 1
 
 
-# Scenes beyond raymortar.scenes
+# Scenes beyond meshes.scenes
 
 
 def stack(

@@ -6,14 +6,13 @@ import sys
 from pathlib import Path
 
 import numpy as np
-
-from raymortar import AugmentedLagrangian, Coulomb, Search
-from raymortar.scenes import two_blocks, two_spheres
-
 from frames import Hold, Model
 from manufactured_scenes import on_rigid
 from problems import COMM
 from test_curved_patch import bowl
+
+from meshes.scenes import two_blocks, two_spheres
+from raymortar import AugmentedLagrangian, Coulomb, Search
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "demos"))
 

@@ -14,8 +14,8 @@ from dolfinx import fem
 from materials import MATERIALS, lame
 from problems import COMM, DIMENSION, Problem, build, worst
 
+from meshes.scenes import two_blocks
 from raymortar import AugmentedLagrangian, Coulomb, Penalty, Tresca, compat
-from raymortar.scenes import two_blocks
 
 E, NU = 10.0, 0.3
 SHEAR = lame(E, NU)[0]

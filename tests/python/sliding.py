@@ -13,8 +13,8 @@ from dolfinx import fem
 from problems import DIMENSION, build, fix
 
 import raymortar
+from meshes.scenes import two_blocks
 from raymortar import AugmentedLagrangian, Coulomb, Penalty, compat
-from raymortar.scenes import two_blocks
 
 E, NU = 10.0, 0.3
 LOWER, UPPER, HEIGHT, GAP = 2.4, 0.6, 0.5, 0.05

@@ -5,14 +5,16 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
+from petsc4py import PETSc
+
 import numpy as np
-import raymortar
 import ufl
 from dolfinx import fem
-from petsc4py import PETSc
 from problems import COMM, DIMENSION, SOLVERS, cellwise, fix
+
+import raymortar
+from meshes.scenes import two_blocks
 from raymortar import compat
-from raymortar.scenes import two_blocks
 
 # Pressure of the bed at a depth w: rises to 5, falls to 1, rises again
 BED = np.array([1.0, -9.0, 24.0, 0.0]) * 0.25

@@ -18,8 +18,8 @@ from dolfinx import fem
 from mesh_measures import lagrange
 from problems import COMM
 
+from meshes.scenes import two_blocks
 from raymortar import AugmentedLagrangian, Contact, Penalty, compat
-from raymortar.scenes import two_blocks
 
 CELLS = ("triangle", "quadrilateral", "tetrahedron", "hexahedron")
 DEGREES = ((1, 1), (1, 2), (2, 1), (2, 2))  # of displacement, of geometry

@@ -1,8 +1,8 @@
 """Errors on all ranks."""
 
 import pytest
-
 from problems import COMM
+
 from raymortar import errors
 
 pytestmark = pytest.mark.mpi

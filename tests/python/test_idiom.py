@@ -7,15 +7,18 @@ import inspect
 import re
 import weakref
 
+from petsc4py import PETSc
+
 import numpy as np
 import pytest
 import ufl
 from dolfinx import fem
-from petsc4py import PETSc
-
-import raymortar
 from interacting import LOWER, UPPER, difference, three
 from problems import COMM, SOLVERS, fix, residual, worst
+from test_pages import blocks_of, run
+
+import raymortar
+from meshes.scenes import two_blocks
 from raymortar import (
     AugmentedLagrangian,
     ContactError,
@@ -27,8 +30,6 @@ from raymortar import (
     SNESSolver,
     compat,
 )
-from raymortar.scenes import two_blocks
-from test_pages import blocks_of, run
 
 pytestmark = pytest.mark.mpi
 GAMMA = 1000.0
@@ -161,7 +162,7 @@ def test_compilers_are_told(monkeypatch):
         return compile_form(ufl_form)
 
     form.__signature__ = inspect.signature(compile_form)
-    monkeypatch.setattr(compat.fem, "form", form)
+    monkeypatch.setattr(fem, "form", form)
     Pressed(form_compiler_options={"epsilon": 1e-12}, jit_options={"timeout": 30})
     told = [set(map(str, options.values())) for options in seen if options]
     assert told == 2 * [{str({"epsilon": 1e-12}), str({"timeout": 30})}]

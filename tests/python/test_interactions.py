@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from mpi4py import MPI
+
 import gathered
 import hosts
 import numpy as np
@@ -10,7 +12,6 @@ import pytest
 import ufl
 from dolfinx import fem
 from interacting import (
-    E,
     FIRST,
     LAWS,
     LOWER,
@@ -19,6 +20,7 @@ from interacting import (
     ON_SECOND,
     SECOND,
     UPPER,
+    E,
     Stack,
     difference,
     largest,
@@ -26,7 +28,6 @@ from interacting import (
     three,
     two_pairs,
 )
-from mpi4py import MPI
 from problems import COMM, SOLVERS, fix, stack, tolerate
 
 import raymortar

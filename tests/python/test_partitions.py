@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-
 from problems import COMM, DIMENSION
+
+from meshes.scenes import two_blocks
 from raymortar.partitions import strips
-from raymortar.scenes import two_blocks
 
 
 @pytest.mark.quick

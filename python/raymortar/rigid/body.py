@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from .. import _cpp
+from ..checked import is_real_number
 from ..compat import Array
 from ..errors import ContactError
-from ..options import is_real_number
 from .checked import vector
 from .freedom import Freedom, freedoms_of
 from .shapes import Shape, Vector

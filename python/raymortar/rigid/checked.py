@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from ..checked import is_real_number, is_truth_value
 from ..compat import Array
 from ..errors import ContactError
-from ..options import is_real_number, is_truth_value
 
 
 def vector(name: str, value: Any, gdim: int | None = None) -> Array:

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from ..checked import is_real_number
 from ..compat import Array
 from ..errors import ContactError
-from ..options import is_real_number
 from .turning import axial, rotation_vector, turning
 
 # Axis of each freedom, and whether it is a turn

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
 from mpi4py import MPI
+
+import numpy as np
 
 from .. import _cpp
 from ..compat import Array, Indices

@@ -1,0 +1,110 @@
+"""Meshes: cells, geometry, connectivity, tags."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import dolfinx
+import numpy as np
+import numpy.typing as npt
+
+from .elements import basix_element
+from .generation import Indices, table, unwrap
+
+
+def cell_name(mesh: dolfinx.mesh.Mesh) -> str:
+    """Cell type, such as ``"triangle"``; ``"mixed"`` if there are several."""
+    types = getattr(mesh.topology, "entity_types", None)
+    if types is not None and len(types[mesh.topology.dim]) > 1:
+        return "mixed"
+    return mesh.topology.cell_type.name
+
+
+def _coordinate_map(mesh: dolfinx.mesh.Mesh) -> Any:
+    """Coordinate element of a mesh with one cell type."""
+    maps = getattr(mesh.geometry, "cmaps", None)
+    return mesh.geometry.cmap if maps is None else maps[0]
+
+
+def on_mesh(thing: Any, mesh: dolfinx.mesh.Mesh) -> bool:
+    """Whether MeshTags or a Function are of this very mesh, not of a like one."""
+    owner = thing.function_space.mesh if hasattr(thing, "function_space") else thing
+    owner = owner if hasattr(owner, "topology") else owner.mesh  # MeshTags before 0.7
+    return unwrap(owner.topology) is unwrap(mesh.topology)
+
+
+def geometry_degree(mesh: dolfinx.mesh.Mesh) -> int:
+    """Polynomial degree of the cells' geometry."""
+    return _coordinate_map(mesh).degree
+
+
+def geometry_dofmap(mesh: dolfinx.mesh.Mesh) -> Indices:
+    """Geometry nodes of each local cell (ghosts last), shape (n_cells, n)."""
+    dofmaps = getattr(mesh.geometry, "dofmaps", None)
+    dofmap = mesh.geometry.dofmap if dofmaps is None else dofmaps[0]
+    element = basix_element(cell_name(mesh), geometry_degree(mesh))
+    return table(dofmap, len(element.points))
+
+
+def geometry_nodes_global(mesh: dolfinx.mesh.Mesh) -> npt.NDArray[np.int64]:
+    """Global index of each local geometry node, ghosts last, shape (n_nodes,)."""
+    return local_to_global(mesh.geometry.index_map())
+
+
+def local_to_global(
+    index_map: Any, local: Indices | None = None
+) -> npt.NDArray[np.int64]:
+    """Global indices of local ones; of all local ones, ghosts last, by default."""
+    if local is None:
+        count = index_map.size_local + index_map.num_ghosts
+        local = np.arange(count, dtype=np.int32)
+    local = np.ascontiguousarray(local, dtype=np.int32)
+    return np.asarray(index_map.local_to_global(local), dtype=np.int64)
+
+
+def connectivity(mesh: dolfinx.mesh.Mesh, dim0: int, dim1: int) -> Any:
+    """Adjacency list (``array``, ``offsets``) of entities; made if absent. Collective.
+
+    Computes the entities as well, so that their index maps exist afterwards.
+    """
+    for dim in (dim0, dim1):
+        mesh.topology.create_entities(dim)
+    mesh.topology.create_connectivity(dim0, dim1)
+    return mesh.topology.connectivity(dim0, dim1)
+
+
+def connectivity_table(mesh: dolfinx.mesh.Mesh, dim0: int, dim1: int) -> Indices:
+    """Connectivity with equally many links each, shape (n, n_links). Collective."""
+    links = connectivity(mesh, dim0, dim1)
+    sizes = np.diff(links.offsets)
+    return links.array.reshape(-1, sizes[0] if len(sizes) else 1)
+
+
+def exterior_facets(mesh: dolfinx.mesh.Mesh) -> Indices:
+    """Sorted local indices of the exterior facets owned by this rank. Collective.
+
+    The owner of an exterior facet always owns its cell too.
+    """
+    connectivity(mesh, mesh.topology.dim - 1, mesh.topology.dim)
+    # The Python topology (>= 0.9) wraps the class that 0.5 exposes directly.
+    return np.asarray(dolfinx.mesh.exterior_facet_indices(mesh.topology))
+
+
+def meshtags(
+    mesh: dolfinx.mesh.Mesh, dim: int, entities: npt.ArrayLike, values: npt.ArrayLike
+) -> Any:
+    """Tags (int32) of local entities of one dimension, given in any order.
+
+    Parameters
+    ----------
+    mesh, dim
+        Mesh, and dimension of the entities.
+    entities
+        Local indices, each once, shape (n,).
+    values
+        Tag of each, shape (n,), or one for all.
+    """
+    entities = np.asarray(entities, dtype=np.int32)
+    values = np.broadcast_to(np.asarray(values, dtype=np.int32), entities.shape)
+    order = np.argsort(entities)
+    return dolfinx.mesh.meshtags(mesh, dim, entities[order], values[order])

@@ -1,0 +1,279 @@
+"""When an iterate is a solution: forces in balance, body by body, in any unit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..compat import Array
+from .balance import EPS, Groups
+from .trouble import is_hopeless, is_in_trouble
+
+# Weight of a prescribed displacement in line searches, in stiffnesses of the softest
+# body: with 1, a first touch may end the search (measured: docs/robustness.md)
+PRESCRIBED = 10.0
+
+# Ratio of stiffnesses up to which line searches see both bodies well enough as they are
+ALIKE = 100.0
+
+# Bodies and surfaces that a message names
+MOST_NAMED = 3
+
+
+@dataclass(frozen=True)
+class Imbalance:
+    """One iterate, by group of rows.
+
+    Attributes
+    ----------
+    residual
+        Norm of the residual's free rows. Force; of a further field what its equation is
+        in.
+    forces
+        Norm of what is in balance there: a body's stresses and loads, supports
+        included; the tractions of a surface. Force. Of a further field what the terms
+        of its equation may add up to.
+    lacking
+        Largest distance of a prescribed value from what it should be, by field, the
+        displacement first. Length, or the field's unit.
+    sizes
+        Largest values by field, whose rounding iterative solvers leave in all.
+    count
+        Number of groups that are forces.
+    """
+
+    residual: Array
+    forces: Array
+    lacking: Array
+    sizes: Array
+    count: int
+
+    @property
+    def norm(self) -> float:
+        """Of all forces of the residual. Force."""
+        return float(np.linalg.norm(self.residual[: self.count]))
+
+    @property
+    def pending(self) -> float:
+        """Largest distance of a prescribed displacement from its value. Length."""
+        return float(self.lacking[0])
+
+    @property
+    def is_finite(self) -> bool:
+        """Whether the residual is a number in all rows."""
+        return bool(np.isfinite(self.residual).all())
+
+
+UNKNOWN = Imbalance(np.empty(0), np.empty(0), np.zeros(1), np.zeros(1), 0)
+
+
+class Convergence:
+    """Judges the iterates of one problem, the same way for every solver.
+
+    Each group of rows (`balance.Groups`) is compared with its own forces: the larger of
+    its first residual and its present forces. So a soft body is solved as well as a
+    stiff one beside it, and a step that begins near its end is not asked for more than
+    rounding allows. Lengths are compared with lengths alone, and what is not a force
+    with what its own equation adds up.
+
+    Parameters
+    ----------
+    contact
+        After `Contact.prepare`.
+
+    Attributes
+    ----------
+    groups
+        Rows that are judged together.
+    now
+        Of the last residual.
+    keeps_first
+        Whether residuals stay relative to those of an earlier start, as the inner
+        solves of `FixedPointSolver` do.
+    norms
+        Of the residuals of the iterates since `start`, without rejected trial steps and
+        without those in which a prescribed displacement was pending. Force.
+    patient
+        Whether a solve goes on until it is hopeless, rather than until it is in trouble
+        for which `LoadSteps` has a remedy; see `trouble`.
+    """
+
+    def __init__(self, contact: Any) -> None:
+        self.groups, self._host = Groups(contact), contact.host
+        self.keeps_first, self.patient = False, True
+        self.norms: list[float] = []
+        self.now = self._first = UNKNOWN
+        # Residuals of the last two iterates
+        self._last: tuple[Array | None, Array | None] = (None, None)
+        self._floors = self.groups.floors()
+        self._field_floors = np.zeros(self.groups.count)
+        self._asked: tuple[float, float | None] | None = None
+
+    @property
+    def floor(self) -> float:
+        """Norm of the rounding errors of all forces. Force."""
+        return float(np.linalg.norm(self._floors[: self.groups.forces]))
+
+    def start(self) -> None:
+        """Begin a solve. Collective."""
+        self._floors = self.groups.floors()
+        self._last, self.now = (None, None), UNKNOWN
+        self.norms.clear()
+        if not self.keeps_first:
+            self._first = UNKNOWN
+
+    def measure(
+        self,
+        residual: Array,
+        volume: Array,
+        fixed: npt.NDArray[np.bool_],
+        increment: Array,
+    ) -> Imbalance:
+        """Measure a residual. Collective.
+
+        Parameters
+        ----------
+        residual
+            Of the owned rows.
+        volume
+            The part of the user's form, of the owned unknowns of the host, constrained
+            ones included.
+        fixed
+            Whether each of these is constrained.
+        increment
+            What prescribed values lack, of the local unknowns.
+        """
+        groups = self.groups
+        free = residual.copy()
+        free[: len(fixed)][fixed] = 0.0
+        forces = np.concatenate([volume, groups.contact_forces()])
+        norms = np.sqrt(groups.sum(free**2, forces**2))
+        lacking, sizes = groups.largest(increment, self._host.values())
+        scales = np.maximum(norms[1], groups.field_scales(sizes))
+        self._field_floors = groups.field_floors(sizes)
+        self.now = Imbalance(norms[0], scales, lacking, sizes, groups.forces)
+        if self._first is UNKNOWN:
+            self._first = self.now
+        return self.now
+
+    def accept(self) -> None:
+        """The last residual is that of an iterate, not of a trial step."""
+        self._last = self._last[1], self.now.residual
+        if (self.now.lacking > 256.0 * EPS * self.now.sizes).any():
+            self.norms.clear()
+        else:
+            self.norms.append(self.now.norm)
+
+    @property
+    def is_stuck(self) -> bool:
+        """Whether more iterations would be in vain."""
+        if not self.now.is_finite:
+            return True
+        if self.now.norm <= self.floor:
+            return False
+        return (is_hopeless if self.patient else is_in_trouble)(self.norms)
+
+    def reached(self, rtol: float, atol: float | None, at_once: bool = False) -> bool:
+        """Whether the last residual is small enough.
+
+        Parameters
+        ----------
+        rtol
+            Residual over forces of each group, and prescribed values' distance from
+            what they should be over the first.
+        atol
+            Norm of all forces of the residual that is small enough. Force. None: the
+            rounding error of each group, once iterations bring nothing more.
+        at_once
+            Take the rounding error for small enough whatever iterations bring.
+        """
+        self._asked = rtol, atol
+        if self._pending(rtol):
+            return False
+        balanced = self._balanced(rtol, atol, at_once)
+        if atol is not None and self.now.norm <= atol:
+            balanced = balanced[self.now.count :]
+        return bool(balanced.all())
+
+    def _pending(self, rtol: float) -> bool:
+        """Whether prescribed displacements are not yet where they should be."""
+        step = max(rtol, 8.0 * EPS) * self._first.lacking
+        # Linear solvers round by the largest unknowns: several ranks' more than one's
+        rounding = 256.0 * EPS * self.now.sizes
+        return bool((self.now.lacking > np.maximum(step, rounding)).any())
+
+    def _balanced(
+        self, rtol: float, atol: float | None, at_once: bool
+    ) -> npt.NDArray[np.bool_]:
+        """Which groups are."""
+        now = self.now
+        balanced = now.residual <= rtol * np.maximum(now.forces, self._first.residual)
+        fields = np.arange(len(balanced)) >= now.count
+        if atol is not None and not fields.any():
+            return balanced
+        # A body of soft and stiff parts has the rounding error of the stiff ones, and
+        # may have all forces of the others below: it counts where nothing improves
+        settled: Any = at_once
+        if not at_once and self._last[0] is not None:
+            settled = now.residual >= 0.1 * self._last[0]
+        floors = self._floors + self._field_floors
+        rounding = settled & (now.residual <= floors)
+        # A force that is small enough says nothing of what is none
+        return balanced | (rounding & (fields if atol is not None else True))
+
+    def describe(self) -> str:
+        """What the last residual lacks, for messages; "" for nothing. Collective."""
+        if self.now is UNKNOWN or self._asked is None:
+            return ""
+        now, (rtol, atol) = self.now, self._asked
+        lacking = np.flatnonzero(~self._balanced(rtol, atol, True))
+        text = ""
+        if len(lacking):
+            names = self.groups.names()
+            forces = np.maximum(now.forces, self._first.residual)
+            listed = [
+                f"{names[g]} by {now.residual[g]:.3e} of {forces[g]:.3e}"
+                for g in lacking[:MOST_NAMED]
+            ]
+            if len(lacking) > MOST_NAMED:
+                listed.append(f"{len(lacking) - MOST_NAMED} more")
+            text = f"; out of balance: {', '.join(listed)}"
+        if self._pending(rtol):
+            text += f"; prescribed displacements lack up to {now.pending:.3e}"
+            for field, value in zip(self.groups.fields, now.lacking[1:]):
+                text += f", prescribed values of {field.name} up to {value:.3e}"
+        return text
+
+    def row_scale(self, fixed: npt.NDArray[np.bool_]) -> Array:
+        """Factors that make the owned rows comparable: forces of one stiffness.
+
+        Rows of a body over its stiffness are lengths, as prescribed displacements are;
+        times one stiffness, that of the softest body that can move, they are forces. So
+        no unit counts, and no soft body is lost beside a stiff one.
+
+        Parameters
+        ----------
+        fixed
+            Whether each owned unknown of the host is constrained.
+        """
+        free = np.ones(len(self.groups.of_row))
+        free[: len(fixed)][fixed] = 0.0
+        stiffness, springs = self.groups.softest(free)
+        one = float(stiffness.min())
+        one = one if np.isfinite(one) else 1.0
+        scale = one / stiffness
+        # Symmetric matrices stay so where bodies are alike, or do not move
+        scale[scale >= 1.0 / ALIKE] = 1.0
+        scale[scale == 0.0] = 1.0
+        rows = scale[self.groups.of_row]
+        # Forces that a body meets on its way are no reason to stop it: heavier than the
+        # springs of contact
+        heavy = one * max(PRESCRIBED, springs)
+        rows[: len(fixed)][fixed] = heavy
+        (sizes,) = self.groups.largest(self._host.values())
+        for of, per_length, unit in self.groups.field_rows(sizes):
+            rows[of] = np.where(fixed[of], heavy * unit, one / per_length)
+        return rows

@@ -1,0 +1,242 @@
+"""Checks of meshes, displacements and tagged facets. All are collective."""
+
+from __future__ import annotations
+
+import numpy as np
+from dolfinx.fem import Function, FunctionSpace
+from dolfinx.mesh import Mesh
+
+from .. import compat
+from ..compat import Array, Indices
+from ..errors import raise_everywhere
+from .facet_areas import facet_areas
+from .facets import (
+    FACETS_PER_CELL,
+    Facets,
+    cell_corners,
+    coordinates,
+    facet_corners,
+    facet_ids,
+    format_point,
+    marked_anywhere,
+    midpoints,
+    node_table,
+)
+from .reference_facets import FACET_SHAPE, normals
+
+# A facet narrower than this fraction of its cell has no usable normal.
+MIN_RELATIVE_WIDTH = 1e-12
+# A cell thinner than this fraction of its edges has no volume.
+MIN_RELATIVE_VOLUME = 1e-12
+# Share of the largest volume element that the other sign may have: vertices on a
+# straight line, or on one point, leave a zero that is rounded either way.
+MAX_FOLD = 1e-8
+
+
+def _mesh_fault(mesh: Mesh) -> str | None:
+    """What is wrong with the mesh, if anything."""
+    gdim, cell = mesh.geometry.dim, compat.cell_name(mesh)
+    if gdim not in (2, 3):
+        return f"the mesh is in a space of dimension {gdim}; contact needs 2 or 3"
+    if mesh.topology.dim != gdim:
+        return (
+            f"cells of dimension {mesh.topology.dim} in a space of dimension {gdim}: "
+            "shells, membranes and beams are not supported"
+        )
+    if cell not in FACET_SHAPE:
+        return (
+            f"the mesh has {cell} cells; supported are meshes of one of "
+            f"{', '.join(FACET_SHAPE)}"
+        )
+    if compat.geometry_degree(mesh) > 2:
+        return (
+            f"the geometry of the mesh has degree {compat.geometry_degree(mesh)}; "
+            "supported are 1 and 2"
+        )
+    return None
+
+
+def _element_fault(V: FunctionSpace) -> str | None:
+    """What is wrong with the displacement's element, if anything."""
+    info, gdim = compat.element_info(V), V.mesh.geometry.dim
+    if info.is_sub_space:
+        return (
+            "the displacement is a view into a larger space; contact needs a Function "
+            "on a space of its own (collapse the sub-space)"
+        )
+    if info.is_mixed:
+        return (
+            "the displacement's element is mixed or holds values at quadrature points; "
+            "contact needs a plain Lagrange one"
+        )
+    if not info.is_lagrange:
+        return "the displacement's element is not a Lagrange element"
+    if info.is_discontinuous:
+        return "the displacement's element is discontinuous"
+    if info.value_shape != (gdim,) or info.block_size != gdim:
+        return (
+            f"the displacement has values of shape {info.value_shape}; contact needs "
+            f"vectors of shape {(gdim,)}"
+        )
+    if info.degree not in (1, 2):
+        return f"the displacement has degree {info.degree}; supported are 1 and 2"
+    return None
+
+
+def _value_fault(u: Function) -> str | None:
+    """What is wrong with the displacement's values on this rank, if anything."""
+    values = u.x.array
+    if not compat.scalar_type_is_real() or values.dtype != np.float64:
+        kind = values.dtype if compat.scalar_type_is_real() else "complex PETSc"
+        return f"contact needs real numbers in double precision, not {kind}"
+    count = int(np.sum(~np.isfinite(values)))
+    return f"the displacement has {count} value(s) not finite" if count > 0 else None
+
+
+def check_space(u: Function) -> None:
+    """Refuse displacements that raymortar cannot handle. Collective.
+
+    Raises
+    ------
+    ContactError
+        If the mesh is not of triangles, quadrilaterals, tetrahedra or hexahedra of
+        degree 1 or 2, the space not of continuous Lagrange vectors of degree 1 or 2,
+        the numbers not doubles, or some values not finite.
+    """
+    V = u.function_space
+    message = _mesh_fault(V.mesh) or _element_fault(V) or _value_fault(u)
+    raise_everywhere(V.mesh.comm, message)
+
+
+def _facet_vertices(mesh: Mesh, facets: Facets) -> Indices:
+    """Local topology vertices of facets, shape (n_facets, n). Collective."""
+    element = compat.basix_element(compat.cell_name(mesh), 1)
+    columns = np.array(element.facet_vertices)[facets.local_facets]
+    to_vertices = compat.connectivity_table(mesh, mesh.topology.dim, 0)
+    return to_vertices[facets.cells[:, None], columns]
+
+
+def check_pair(mesh: Mesh, slave: Facets, master: Facets) -> None:
+    """Refuse a slave and a master surface that touch in the mesh. Collective.
+
+    Raises
+    ------
+    ContactError
+        If they share vertices (hence also if they share facets).
+    """
+    vertices, vertex_map = _facet_vertices(mesh, slave), mesh.topology.index_map(0)
+    # The two surfaces may sit on different ranks
+    shared = marked_anywhere(vertex_map, vertices)
+    shared &= marked_anywhere(vertex_map, _facet_vertices(mesh, master))
+    count = mesh.comm.allreduce(int(shared[: vertex_map.size_local].sum()))
+    message = None
+    if np.any(shared[vertices]):
+        # Both follow Basix's order of the facet's vertices.
+        corners = _vertex_coordinates(mesh, slave)
+        message = (
+            f"the slave surface (tag {slave.tag}) and the master surface (tag "
+            f"{master.tag}) share {count} vertex(es), for example at "
+            f"{format_point(corners[shared[vertices]][0])}: they must be apart in the mesh"
+        )
+    raise_everywhere(mesh.comm, message)
+
+
+def _vertex_coordinates(mesh: Mesh, facets: Facets) -> Array:
+    """Positions of :func:`_facet_vertices`, shape (n_facets, n, gdim)."""
+    element = compat.basix_element(compat.cell_name(mesh), 1)
+    columns = np.array(element.facet_vertices)[facets.local_facets]
+    corners = cell_corners(mesh, facets)
+    return np.take_along_axis(corners, columns[:, :, None], axis=1)
+
+
+def _areas(mesh: Mesh, facets: Facets) -> Array:
+    """Reference area (length in 2D) of each facet, shape (n_facets,)."""
+    degree, shape = compat.geometry_degree(mesh), FACET_SHAPE[compat.cell_name(mesh)]
+    nodes = coordinates(mesh)[node_table(mesh, facets)]
+    return facet_areas(shape, degree, nodes)
+
+
+def _extent(points: Array) -> Array:
+    """Diagonal of the bounding box of each set of points (n, n_points, d)."""
+    return np.linalg.norm(points.max(axis=1) - points.min(axis=1), axis=-1)
+
+
+def check_areas(mesh: Mesh, facets: Facets) -> None:
+    """Refuse facets without area, or at coordinates that are not finite. Collective.
+
+    The width of a facet (its length in 2D, else its area over its diameter) is
+    compared with the diameter of its cell: an edge is never short against itself.
+
+    Raises
+    ------
+    ContactError
+        Naming the tag, and the cell and midpoint of the first such facet.
+    """
+    area = _areas(mesh, facets)
+    smallest = MIN_RELATIVE_WIDTH * _extent(cell_corners(mesh, facets))
+    if mesh.geometry.dim == 3:
+        smallest = smallest * _extent(facet_corners(mesh, facets))
+    message = None
+    # Written so that NaN is bad.
+    bad = np.flatnonzero(~((area > smallest) & np.isfinite(area)))
+    if len(bad) > 0:
+        first = bad[0]
+        cell = facet_ids(mesh, facets)[first] // FACETS_PER_CELL
+        finite = np.isfinite(area[first]) and np.isfinite(smallest[first])
+        fault = "no area" if finite else "coordinates not finite"
+        message = (
+            f"{len(bad)} facet(s) with tag {facets.tag} have {fault}, the first on "
+            f"cell {cell} at {format_point(midpoints(mesh, facets)[first])}"
+        )
+    raise_everywhere(mesh.comm, message)
+
+
+def _cell_jacobians(mesh: Mesh, cells: Indices) -> tuple[Array, Array]:
+    """Volume elements at the nodes of cells, and what they are at right angles.
+
+    Returns
+    -------
+    determinant, bound
+        Of the Jacobian, and the product of its columns' lengths, shape (n_cells, n).
+    """
+    element = compat.basix_element(compat.cell_name(mesh), compat.geometry_degree(mesh))
+    X = coordinates(mesh)[compat.geometry_dofmap(mesh)[cells]]
+    with np.errstate(invalid="ignore"):  # what is not finite is told from the result
+        columns = np.array([gradients @ X for gradients in element.gradients])
+        # The last column on the normal of the others
+        determinant = np.sum(normals(columns[:-1]) * columns[-1], axis=-1)
+        return determinant, np.prod(np.linalg.norm(columns, axis=-1), axis=0)
+
+
+def check_cells(mesh: Mesh, facets: Facets) -> None:
+    """Refuse facets of cells that are folded or have no volume. Collective.
+
+    The sign of the volume element alone says nothing: it follows from how the cell's
+    vertices are numbered. It must not change within a cell. It is looked at in the
+    nodes; where it vanishes in some, as in vertices of an angle of 180 degrees or at
+    nodes moved to the quarter of an edge, that is no fault.
+
+    Raises
+    ------
+    ContactError
+        Naming the tag, and the cell and the facet's midpoint of the first such facet.
+    """
+    determinant, bound = _cell_jacobians(mesh, facets.cells)
+    size = np.abs(determinant).max(axis=1)
+    fold = np.minimum(determinant.max(axis=1), -determinant.min(axis=1))
+    faults = {
+        "coordinates not finite": ~np.isfinite(size),
+        "no volume": size <= MIN_RELATIVE_VOLUME * bound.max(axis=1),
+        "a fold: their Jacobian changes sign": fold > MAX_FOLD * size,
+    }
+    message = None
+    for fault, bad in faults.items():
+        first = np.flatnonzero(bad)[:1]
+        if message is None and len(first) > 0:
+            cell = facet_ids(mesh, facets)[first[0]] // FACETS_PER_CELL
+            message = (
+                f"{int(bad.sum())} facet(s) with tag {facets.tag} are on cells with "
+                f"{fault}, the first on cell {cell} at "
+                f"{format_point(midpoints(mesh, facets)[first[0]])}"
+            )
+    raise_everywhere(mesh.comm, message)

@@ -1,0 +1,253 @@
+"""Tagged facets of a DOLFINx mesh, their nodes and dofs turned outward.
+
+Functions marked *collective* must be called by every rank, with or without facets of its
+own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from mpi4py import MPI
+
+import numpy as np
+import numpy.typing as npt
+from dolfinx.fem import FunctionSpace
+from dolfinx.mesh import Mesh
+
+from .. import compat
+from ..compat import Array, Indices
+from ..errors import raise_everywhere
+from .reference_facets import (
+    FACET_SHAPE,
+    N_CORNERS,
+    cell_facet_nodes,
+    facet_nodes,
+    match_points,
+    normals,
+    reflection,
+    shape_functions,
+)
+
+Global = npt.NDArray[np.int64]
+
+# Facets of a cell are at most six, so that cell * 8 + local facet is unique.
+FACETS_PER_CELL = 8
+
+
+@dataclass(frozen=True)
+class Facets:
+    """Exterior facets with one tag, of the cells owned by this rank.
+
+    Attributes
+    ----------
+    tag
+        Their value in the MeshTags.
+    facets, cells, local_facets
+        Local index of each facet, of its cell, and its number within that cell,
+        shape (n_facets,), int32.
+    """
+
+    tag: int
+    facets: Indices
+    cells: Indices
+    local_facets: Indices
+
+
+def join(facets_list: Sequence[Facets]) -> Facets:
+    """Several sets of facets one after the other; the tag loses its meaning."""
+    columns = [
+        np.concatenate([getattr(facets, name) for facets in facets_list])
+        for name in ("facets", "cells", "local_facets")
+    ]
+    return Facets(-1, *columns)
+
+
+def coordinates(mesh: Mesh) -> Array:
+    """Positions of the geometry nodes, shape (n_nodes, gdim)."""
+    return mesh.geometry.x[:, : mesh.geometry.dim]
+
+
+def node_table(mesh: Mesh, facets: Facets) -> Indices:
+    """Geometry nodes of facets, not turned outward, shape (n_facets, n)."""
+    columns = cell_facet_nodes(compat.cell_name(mesh), compat.geometry_degree(mesh))
+    dofmap = compat.geometry_dofmap(mesh)
+    return dofmap[facets.cells[:, None], columns[facets.local_facets]]
+
+
+def cell_corners(mesh: Mesh, facets: Facets) -> Array:
+    """Vertices of each facet's cell, shape (n_facets, n_vertices, gdim)."""
+    cell = compat.cell_name(mesh)
+    element = compat.basix_element(cell, compat.geometry_degree(mesh))
+    columns = match_points(element.points, element.vertices)
+    return coordinates(mesh)[compat.geometry_dofmap(mesh)[facets.cells][:, columns]]
+
+
+def facet_corners(mesh: Mesh, facets: Facets) -> Array:
+    """Vertices of each facet, not turned outward, shape (n_facets, n, gdim)."""
+    n = N_CORNERS[FACET_SHAPE[compat.cell_name(mesh)]]
+    return coordinates(mesh)[node_table(mesh, facets)[:, :n]]
+
+
+def midpoints(mesh: Mesh, facets: Facets) -> Array:
+    """Centre of each facet's vertices, shape (n_facets, gdim)."""
+    return facet_corners(mesh, facets).mean(axis=1)
+
+
+def format_point(point: Array) -> str:
+    """Coordinates for a message."""
+    return "(" + ", ".join(f"{x:.6g}" for x in point) + ")"
+
+
+def _points_inward(mesh: Mesh, facets: Facets) -> npt.NDArray[np.bool_]:
+    """Whether the normal at each facet's centre points into its cell, unturned."""
+    shape = FACET_SHAPE[compat.cell_name(mesh)]
+    corners = facet_corners(mesh, facets)
+    centre = facet_nodes(shape, 1).mean(axis=0, keepdims=True)
+    _, gradients = shape_functions(shape, 1, centre)
+    m = normals(np.einsum("ia,fad->ifd", gradients[:, 0], corners))
+    outward = corners.mean(axis=1) - cell_corners(mesh, facets).mean(axis=1)
+    return np.einsum("fd,fd->f", m, outward) < 0
+
+
+def _turn_outward(
+    table: Indices, inward: npt.NDArray[np.bool_], shape: str, degree: int
+) -> Indices:
+    """Reflect the rows of a facet table whose normal points inward."""
+    turned = table[:, reflection(shape, degree)]
+    return np.where(inward[:, None], turned, table).astype(np.int32)
+
+
+def facet_dof_table(V: FunctionSpace, facets: Facets) -> Indices:
+    """Local block dofs of facets, turned outward, shape (n_facets, n)."""
+    mesh, degree = V.mesh, compat.element_info(V).degree
+    cell = compat.cell_name(mesh)
+    columns = cell_facet_nodes(cell, degree)[facets.local_facets]
+    table = compat.dofmap_array(V)[facets.cells[:, None], columns]
+    inward = _points_inward(mesh, facets)
+    return _turn_outward(table, inward, FACET_SHAPE[cell], degree)
+
+
+def facet_node_table(mesh: Mesh, facets: Facets) -> Indices:
+    """Local geometry nodes of facets, turned outward, shape (n_facets, n)."""
+    shape = FACET_SHAPE[compat.cell_name(mesh)]
+    table, inward = node_table(mesh, facets), _points_inward(mesh, facets)
+    return _turn_outward(table, inward, shape, compat.geometry_degree(mesh))
+
+
+def facet_ids(mesh: Mesh, facets: Facets) -> Global:
+    """Globally unique number of each facet."""
+    cell_map = mesh.topology.index_map(mesh.topology.dim)
+    cells = compat.local_to_global(cell_map, facets.cells)
+    return cells * FACETS_PER_CELL + facets.local_facets
+
+
+# Looking them up
+
+
+def _facets_of_mesh(mesh: Mesh, tag: int, facets: Indices) -> Facets:
+    """Look up cell and local number of facets with one local cell. Collective."""
+    tdim = mesh.topology.dim
+    to_cells = compat.connectivity(mesh, tdim - 1, tdim)
+    of_cells = compat.connectivity_table(mesh, tdim, tdim - 1)
+    cells = to_cells.array[to_cells.offsets[facets]]
+    local_facets = (of_cells[cells] == facets[:, None]).argmax(axis=1)
+    return Facets(tag, facets, cells.astype(np.int32), local_facets.astype(np.int32))
+
+
+def _existing_tags(comm: MPI.Comm, facet_tags: Any) -> list[int]:
+    """All tags that occur on any rank. Collective."""
+    values = comm.allgather(np.unique(facet_tags.values).tolist())
+    return sorted(set().union(*values))
+
+
+def _check_tags(mesh: Mesh, facet_tags: Any, tag: int, role: str) -> None:
+    """Refuse tags of the wrong dimension, and unknown tags. Collective."""
+    comm, tdim = mesh.comm, mesh.topology.dim
+    message = None
+    if not all(hasattr(facet_tags, name) for name in ("dim", "indices", "values")):
+        message = f"facet_tags must be MeshTags, not {type(facet_tags).__name__}"
+    elif facet_tags.dim != tdim - 1:
+        message = (
+            f"facet_tags are tags of entities of dimension {facet_tags.dim}; facets "
+            f"of this mesh have dimension {tdim - 1}"
+        )
+    elif not compat.on_mesh(facet_tags, mesh):
+        message = "facet_tags are of another mesh than the displacement"
+    raise_everywhere(comm, message)
+    if comm.allreduce(int(np.sum(facet_tags.values == tag))) == 0:
+        raise_everywhere(
+            comm,
+            f"no facet has the {role} tag {tag}; the tags that exist are "
+            f"{_existing_tags(comm, facet_tags)}",
+        )
+
+
+def _with_owned_cell(mesh: Mesh, facets: Indices) -> Indices:
+    """Those of some facets that bound at least one owned cell. Collective."""
+    tdim = mesh.topology.dim
+    to_cells = compat.connectivity(mesh, tdim - 1, tdim)
+    owned = to_cells.array < mesh.topology.index_map(tdim).size_local
+    counts = np.concatenate([[0], np.cumsum(owned)])
+    first, last = to_cells.offsets[facets], to_cells.offsets[facets + 1]
+    return facets[counts[last] > counts[first]]
+
+
+def marked_anywhere(index_map: Any, entities: Indices) -> npt.NDArray[np.bool_]:
+    """Local entities that any rank has among some of its own. Collective."""
+    marker = compat.create_la_vector(index_map)
+    marker.array[entities.ravel()] = 1
+    # By way of the owners, who may have none of them themselves
+    compat.scatter_reverse_add(marker)
+    compat.scatter_forward(marker)
+    return marker.array > 0
+
+
+def _check_exterior(mesh: Mesh, interior: Indices, tag: int, role: str) -> None:
+    """Refuse the interior facets that carry the tag. Collective."""
+    tdim = mesh.topology.dim
+    found = midpoints(mesh, _facets_of_mesh(mesh, tag, interior[:1]))
+    # A facet between two ranks is found by both
+    facet_map = mesh.topology.index_map(tdim - 1)
+    marked = marked_anywhere(facet_map, interior)[: facet_map.size_local]
+    count = mesh.comm.allreduce(int(marked.sum()))
+    message = None
+    if len(found) > 0:
+        message = (
+            f"{count} facet(s) with the {role} tag {tag} lie inside the body, "
+            f"between two cells, for example at {format_point(found[0])}: contact needs "
+            "boundary facets, so the bodies must not share nodes"
+        )
+    raise_everywhere(mesh.comm, message)
+
+
+def tagged_facets(mesh: Mesh, facet_tags: Any, tag: int, role: str) -> Facets:
+    """Boundary facets with a tag, each on the rank that owns its cell. Collective.
+
+    Parameters
+    ----------
+    mesh
+        Mesh.
+    facet_tags
+        MeshTags of its facets.
+    tag
+        Tag of the surface.
+    role
+        ``"slave"`` or ``"master"``, for messages.
+
+    Raises
+    ------
+    ContactError
+        If the tags are not of facets, the tag does not occur, or facets inside the
+        body carry it.
+    """
+    _check_tags(mesh, facet_tags, tag, role)
+    exterior = compat.exterior_facets(mesh)
+    tagged = facet_tags.indices[facet_tags.values == tag]
+    # Without ghost cells a facet between two ranks has one local cell on each, so
+    # the number of local cells does not tell inside from outside.
+    others = np.setdiff1d(tagged, exterior)
+    _check_exterior(mesh, _with_owned_cell(mesh, others), tag, role)
+    return _facets_of_mesh(mesh, tag, np.intersect1d(tagged, exterior))

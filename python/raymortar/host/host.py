@@ -1,0 +1,341 @@
+"""What the user solves for: the displacement, alone or beside other unknowns.
+
+Contact works on a displacement in a space of its own. Where that is a part of a mixed
+Function, it is a copy; the host says where each of its dofs is among the unknowns.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from mpi4py import MPI
+
+import numpy as np
+import numpy.typing as npt
+from dolfinx.fem import Function, FunctionSpace
+
+from .. import compat
+from ..compat import Array
+from ..errors import ContactError
+from .displacements import Displacement, Places, check_given
+from .joined import JoinedDisplacement, places_of, unrolled
+
+
+@dataclass(frozen=True)
+class Field:
+    """Unknowns that are measured together: of one unit.
+
+    Attributes
+    ----------
+    name
+        For messages.
+    rows
+        Places of its owned dofs among the owned unknowns of the rank, (n,).
+    local
+        The same among all local unknowns, ghosts included.
+    """
+
+    name: str
+    rows: Places
+    local: Places
+
+
+class Host:
+    """The unknowns that a user solves for, one Function or several.
+
+    *Local unknowns* are the ghosted arrays of all Functions, one after the other;
+    *owned unknowns* the owned parts of these. Both are unrolled.
+
+    Parameters
+    ----------
+    given
+        Displacement: a Function on a space of its own, or a part of a mixed one such as
+        ``w.sub(0)``; or a list of them, each on its own mesh.
+
+    Attributes
+    ----------
+    u
+        Displacement on a space of its own: the user's, or a copy.
+    displacements
+        What it consists of, mesh by mesh.
+    functions
+        What is solved for. Until a problem is made, the displacement as it was given.
+    """
+
+    def __init__(self, given: Function | Sequence[Function]) -> None:
+        several = list(given) if isinstance(given, (list, tuple)) else [given]
+        check_given(several)
+        self.displacements = [Displacement(f, k) for k, f in enumerate(several)]
+        self.functions: list[Function] = several
+        own = [d.u for d in self.displacements]
+        self.u: Any = own[0] if len(own) == 1 else JoinedDisplacement(own)
+        # Spaces of the functions, once a problem has told them
+        self.spaces: list[FunctionSpace] | None = None
+        if all(d.component is None for d in self.displacements):
+            self.spaces = [f.function_space for f in several]
+        self.pull()
+
+    @property
+    def comm(self) -> MPI.Comm:
+        """Communicator of the mesh."""
+        comm: MPI.Comm = self.u.function_space.mesh.comm
+        return comm
+
+    @property
+    def name(self) -> str:
+        """Of the displacement, for messages."""
+        return ", ".join(d.given.name for d in self.displacements)
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether one displacement is all that is solved for."""
+        return len(self.functions) == 1 and self.displacements[0].component is None
+
+    @property
+    def only(self) -> Displacement:
+        """The displacement, of one mesh.
+
+        Raises
+        ------
+        ContactError
+            If there are several.
+        """
+        if len(self.displacements) > 1:
+            raise ContactError(
+                f"the displacements {self.name} are on meshes of their own: this is "
+                "for bodies on one mesh"
+            )
+        return self.displacements[0]
+
+    @property
+    def is_known(self) -> bool:
+        """Whether all unknowns are: of a part of a Function, the whole."""
+        return not any(
+            compat.element_info(f.function_space).is_sub_space for f in self.functions
+        )
+
+    def solve_for(self, functions: Sequence[Function], settled: bool) -> None:
+        """Take what a problem solves for.
+
+        Parameters
+        ----------
+        functions
+            One Function or several.
+        settled
+            Whether another problem has been made, which solves for what is known.
+
+        Raises
+        ------
+        ContactError
+            If the displacement is none of it, or if other unknowns are known already.
+        """
+        found = [_places_among(functions, d.given) for d in self.displacements]
+        places = [place for place in found if place is not None]
+        if len(places) < len(found):
+            raise ContactError(self.absence(functions))
+        same = len(functions) == len(self.functions) and all(
+            compat.same_values(f, g) for f, g in zip(functions, self.functions)
+        )
+        if settled and not same:
+            raise ContactError(
+                "contact is of a problem with other unknowns: make another Contact"
+            )
+        for d, place in zip(self.displacements, places):
+            d.at = place
+        self.functions = list(functions)
+        self.spaces = [f.function_space for f in functions]
+
+    def absence(self, functions: Sequence[Function]) -> str:
+        """What to say where none of some Functions has the displacement."""
+        names = ", ".join(f.name for f in functions)
+        return (
+            f"the displacement {self.name} that Contact was given is none of the "
+            f"unknowns [{names}], nor a part of one"
+        )
+
+    # Places of unknowns
+
+    def _sizes(self, ghosts: bool) -> list[int]:
+        """Local or owned unknowns of each Function."""
+        sizes = []
+        for f in self.functions:
+            index_map, bs = compat.unknowns_of(f)
+            n = index_map.size_local + (index_map.num_ghosts if ghosts else 0)
+            sizes.append(n * bs)
+        return sizes
+
+    @property
+    def starts(self) -> Places:
+        """First local unknown of each Function, then their number."""
+        return np.cumsum([0, *self._sizes(True)])
+
+    @property
+    def owned_starts(self) -> Places:
+        """First owned unknown of each Function, then their number."""
+        return np.cumsum([0, *self._sizes(False)])
+
+    @property
+    def u_local(self) -> Places | slice:
+        """Local unknowns of the displacement's local dofs."""
+        if self.is_plain:
+            return slice(0, len(self.u.x.array))
+        return self._places(self.starts, [len(d.dofs) for d in self.displacements])
+
+    @property
+    def u_owned(self) -> Places | slice:
+        """Owned unknowns of the displacement's owned dofs."""
+        sizes = [d.size_owned for d in self.displacements]
+        if self.is_plain:
+            return slice(0, sizes[0])
+        return self._places(self.owned_starts, sizes)
+
+    def _places(self, starts: Places, sizes: Sequence[int]) -> Places:
+        """Unknowns of the first dofs of each displacement, in the order of `u`."""
+        places = np.empty(sum(sizes), dtype=np.int64)
+        for k, (d, n) in enumerate(zip(self.displacements, sizes)):
+            places[self.u_places(k)[:n]] = d.dofs[:n] + starts[d.at]
+        return places
+
+    def u_places(self, k: int) -> Places:
+        """Place of each local dof of the k-th displacement among those of `u`."""
+        _, bs = compat.unknowns_of(self.displacements[k].u)
+        blocks = places_of(self.u, k)
+        if blocks is None:
+            return np.arange(len(self.u.x.array))
+        return unrolled(blocks, bs)
+
+    def fields(self) -> list[Field]:
+        """The displacement, then all else by its unit: further Functions, and the parts
+        of mixed ones."""
+        local = np.arange(self.starts[-1])[self.u_local]
+        rows = np.arange(self.owned_starts[-1])[self.u_owned]
+        found = [Field(self.name, rows, local)]
+        moved = {(d.at, d.component) for d in self.displacements}
+        for k, f in enumerate(self.functions):
+            for name, dofs, part in self._parts(f):
+                if (k, part) in moved:
+                    continue
+                owned = dofs[dofs < self._sizes(False)[k]]
+                found.append(
+                    Field(name, owned + self.owned_starts[k], dofs + self.starts[k])
+                )
+        return found
+
+    @staticmethod
+    def _parts(f: Function) -> list[tuple[str, Places, int | None]]:
+        """Name, local dofs and number of the parts of a Function's element."""
+        V = f.function_space
+        if not compat.element_info(V).is_mixed:
+            return [(f.name, np.arange(len(f.x.array)), None)]
+        return [
+            (f"{f.name}.sub({i})", compat.dofs_of_part(V, i), i)
+            for i in range(compat.num_parts(V))
+        ]
+
+    # Values
+
+    def pull(self) -> None:
+        """The displacement from the user's Functions."""
+        for d in self.displacements:
+            d.pull()
+        if isinstance(self.u, JoinedDisplacement):
+            self.u.x.array[:] = self.values()[self.u_local]
+
+    def values(self) -> Array:
+        """Copy of all local unknowns."""
+        return np.concatenate([f.x.array for f in self.functions])
+
+    def set_values(self, values: Array) -> None:
+        """Set all local unknowns, the displacement included."""
+        starts = self.starts
+        for f, begin, end in zip(self.functions, starts, starts[1:]):
+            f.x.array[:] = values[begin:end]
+        self.pull()
+
+    def owned_values(self) -> Array:
+        """Copy of all owned unknowns."""
+        sizes = self._sizes(False)
+        return np.concatenate([f.x.array[:n] for f, n in zip(self.functions, sizes)])
+
+    def owned_part(self, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        """What of an array over the local unknowns is owned."""
+        sizes = self._sizes(False)
+        return np.concatenate(
+            [values[start : start + n] for start, n in zip(self.starts, sizes)]
+        )
+
+    def set_owned_values(self, values: Array) -> None:
+        """Set all owned unknowns, and the ghosts from their owners. Collective."""
+        starts = self.owned_starts
+        for f, begin, end in zip(self.functions, starts, starts[1:]):
+            f.x.array[: end - begin] = values[begin:end]
+            compat.scatter_forward(f.x)
+        self.pull()
+
+    # Dirichlet conditions
+
+    def conditions(self, bcs: Sequence[Any]) -> list[list[Any]]:
+        """Dirichlet conditions by the Function that they are on.
+
+        Raises
+        ------
+        ContactError
+            If one is on none: DOLFINx would silently pass over it.
+        """
+        spaces = self.spaces or [d.given.function_space for d in self.displacements]
+        found: list[list[Any]] = [[] for _ in spaces]
+        for i, bc in enumerate(bcs):
+            if not hasattr(bc, "dof_indices"):
+                raise ContactError(
+                    f"boundary condition {i} is no Dirichlet condition, but {bc!r}"
+                )
+            of = [k for k, V in enumerate(spaces) if compat.has_condition(V, bc)]
+            if not of:
+                where = (
+                    "the space of the displacement: make it with u.function_space or a "
+                    "sub-space of it"
+                    if self.is_plain
+                    else "a space of the unknowns or a sub-space of one"
+                )
+                raise ContactError(f"boundary condition {i} is not on {where}")
+            found[of[0]].append(bc)
+        return found
+
+    def prescribed(self, bcs: Sequence[Any]) -> tuple[npt.NDArray[np.int8], Array]:
+        """Local unknowns that conditions prescribe, and their values (0 elsewhere)."""
+        parts = [
+            compat.prescribed_values(one, *compat.unknowns_of(f))
+            for one, f in zip(self.conditions(bcs), self.functions)
+        ]
+        marker, values = zip(*parts)
+        return np.concatenate(marker), np.concatenate(values)
+
+    def prescribed_u(self, bcs: Sequence[Any]) -> tuple[npt.NDArray[np.int8], Array]:
+        """Local displacements that conditions prescribe, and their values."""
+        marker, values = self.prescribed(bcs)
+        return marker[self.u_local], values[self.u_local]
+
+    def increment(self, bcs: Sequence[Any]) -> Array:
+        """What prescribed local unknowns lack, 0 elsewhere."""
+        return np.concatenate(
+            [
+                compat.dirichlet_increment(one, f.x.array)
+                for one, f in zip(self.conditions(bcs), self.functions)
+            ]
+        )
+
+    def increment_u(self, bcs: Sequence[Any], u: Array) -> Array:
+        """What prescribed displacements lack of a ghosted array u, 0 elsewhere."""
+        marker, values = self.prescribed_u(bcs)
+        increment = np.where(marker == 1, values - u, 0.0)
+        return compat.without_rounding(increment, u)
+
+
+def _places_among(functions: Sequence[Function], given: Function) -> int | None:
+    """Which Function is a displacement, or has it as a part."""
+    for i, f in enumerate(functions):
+        if compat.same_values(f, given):
+            return i
+    return None

@@ -1,0 +1,309 @@
+"""Numbering of the coupled unknowns, rank by rank: [host | multipliers | rigid bodies].
+
+The host's are those that the user solves for, the displacement among them. Multipliers
+of several contacts follow in the order of the contacts. Rigid bodies that are free are
+on the first rank.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from mpi4py import MPI
+from petsc4py import PETSc
+
+import numpy as np
+import numpy.typing as npt
+from dolfinx.fem import Function, FunctionSpace
+
+from .. import compat
+from ..compat import Array, Indices
+from .host import Host
+from ..rigid.body import Body
+
+Global = npt.NDArray[np.int64]
+
+
+def _spread(index_map: Any, owned: npt.ArrayLike) -> Array:
+    """Owners' values on owned and ghost entries; numbers up to 2^53 stay exact."""
+    vector = compat.create_la_vector(index_map, 1)
+    vector.array[: index_map.size_local] = owned
+    compat.scatter_forward(vector)
+    return vector.array.copy()
+
+
+def marked_everywhere(V: FunctionSpace, dofs: Indices) -> npt.NDArray[np.bool_]:
+    """Block dofs (owned, then ghosts) that any rank has in `dofs`. Collective."""
+    vector = compat.create_la_vector(V.dofmap.index_map, 1)
+    vector.array[dofs] = 1.0
+    compat.scatter_reverse_add(vector)
+    compat.scatter_forward(vector)
+    return vector.array > 0.5
+
+
+class CoupledRows:
+    """Rows of the coupled system on every rank, of hosts with any multipliers.
+
+    Parameters
+    ----------
+    host
+        What the user solves for.
+
+    Attributes
+    ----------
+    size
+        Owned rows of this rank.
+    n
+        How many of them are the host's, which come first.
+    n_u
+        How many of these are displacements.
+    ranges
+        First row of each rank, then the number of rows, int64.
+    rows
+        Global row of every local unknown of the host, see `Host`, int64.
+    u_rows
+        Global rows of the components of every local block dof of u, (dofs, d), int64.
+    bodies
+        Rigid bodies that are free.
+    body_rows
+        Global rows of the unknowns of each of these, int64.
+    """
+
+    def __init__(self, host: Host) -> None:
+        self.host, self.u = host, host.u
+        self.comm: MPI.Comm = host.comm
+        self._u_map, self._bs = compat.unknowns_of(self.u)
+        self.n_u = self._u_map.size_local * self._bs
+        self.bodies: tuple[Body, ...] = ()
+        self.body_rows: dict[Body, Global] = {}
+
+    @property
+    def own_bodies(self) -> tuple[Body, ...]:
+        """Those whose rows are this rank's."""
+        return self.bodies if self.comm.rank == 0 else ()
+
+    def _number_host(self, multipliers: int) -> None:
+        """Number the rows of all that the host has now, before this rank's rows of
+        multipliers. Collective."""
+        starts = self.host.owned_starts
+        self.n = int(starts[-1])
+        self.size = self.n + multipliers + sum(len(b.freedom) for b in self.own_bodies)
+        mine = self.size, self.size - self.n
+        sizes = np.array(self.comm.allgather(mine), dtype=np.int64)
+        self._more_than_host = bool(sizes[:, 1].any())
+        ends = np.cumsum(sizes[:, 0])
+        self.ranges = np.concatenate([np.zeros(1, dtype=np.int64), ends])
+        self.begin = int(self.ranges[self.comm.rank])
+        end = int(self.ranges[1])
+        for body in reversed(self.bodies):
+            self.body_rows[body] = np.arange(end - len(body.freedom), end)
+            end -= len(body.freedom)
+        parts = []
+        for f, start in zip(self.host.functions, starts):
+            index_map, bs = compat.unknowns_of(f)
+            owned = np.arange(index_map.size_local)
+            first = self._number(index_map, owned, bs, self.begin + int(start))
+            parts.append((first[:, None] + np.arange(bs)).ravel())
+        self.rows = np.concatenate(parts)
+        self.u_rows = self.rows[self.host.u_local].reshape(-1, self._bs)
+
+    @staticmethod
+    def _number(index_map: Any, owned: Indices, width: int, begin: int) -> Global:
+        """Rows of the owned dofs in order, -1 for the rest, sent to the ghosts."""
+        rows = np.full(index_map.size_local, -1.0)
+        rows[owned] = begin + width * np.arange(len(owned))
+        return _spread(index_map, rows).astype(np.int64)
+
+    @property
+    def size_global(self) -> int:
+        """Number of unknowns on all ranks. Collective."""
+        return self.comm.allreduce(self.size)
+
+    def create_vector(self) -> PETSc.Vec:
+        """Zero vector over the coupled rows."""
+        return PETSc.Vec().createMPI((self.size, None), comm=self.comm)
+
+    def create_matrix(self) -> PETSc.Mat:
+        """Empty AIJ matrix whose local-to-global map covers the host's unknowns."""
+        A = PETSc.Mat().create(self.comm)
+        A.setSizes(((self.size, None), (self.size, None)))
+        A.setType(PETSc.Mat.Type.AIJ)
+        # Multigrid wants to know which rows are of one node; those of multipliers and of
+        # bodies fit into no block
+        plain = not self._more_than_host and self.host.is_plain
+        bs = self._bs if plain else 1
+        A.setBlockSize(bs)
+        blocks = (self.rows[::bs] // bs).astype(PETSc.IntType)
+        lgmap = PETSc.LGMap().create(blocks, bsize=bs, comm=self.comm)
+        A.setLGMap(lgmap, lgmap)
+        return A
+
+    def bodies_to(self, array: Array) -> None:
+        """Unknowns of free bodies to their places in an array over the owned rows."""
+        for body in self.own_bodies:
+            array[self.body_rows[body] - self.begin] = body.freedom.unknowns
+
+    def bodies_from(self, array: Array) -> None:
+        """Unknowns of free bodies from an array over the owned rows. Collective."""
+        for body in self.bodies:
+            mine = array[self.body_rows[body]] if self.own_bodies else None
+            body.freedom.unknowns = self.comm.bcast(mine, root=0)
+
+    def coupled_columns(self, columns: npt.ArrayLike, k: int = 0) -> Indices:
+        """From global columns of DOLFINx's matrix of the k-th of the host's Functions
+        to the coupled numbering. Collective."""
+        index_map, bs = compat.unknowns_of(self.host.functions[k])
+        first = self.begin + int(self.host.owned_starts[k])
+        here = np.array([bs * index_map.local_range[0], first])
+        starts, firsts = np.array(self.comm.allgather(here)).T
+        columns = np.asarray(columns, dtype=np.int64)
+        # A rank without dofs shares its start with the next one: take the last
+        rank = np.searchsorted(starts, columns, side="right") - 1
+        return (columns - starts[rank] + firsts[rank]).astype(np.int32)
+
+
+class Layout(CoupledRows):
+    """Rows of the coupled system of one contact, alone or among others.
+
+    Parameters
+    ----------
+    host
+        What the user solves for.
+    multiplier
+        Multiplier, or None.
+    multiplier_dofs
+        Local block dofs of the multiplier's space on this rank's slave facets. Only
+        dofs of slave surfaces become unknowns.
+    bodies
+        Rigid bodies that are free.
+
+    Attributes
+    ----------
+    owned_multipliers
+        Owned block dofs of the multiplier that are unknowns, in the order of their rows.
+    owned_size
+        Number of their rows.
+    multiplier_rows
+        Global row of the first component of every local block dof of the multiplier;
+        -1 off the slave surface.
+    """
+
+    def __init__(
+        self,
+        host: Host,
+        multiplier: Function | None,
+        multiplier_dofs: Indices,
+        bodies: Sequence[Body] = (),
+    ) -> None:
+        super().__init__(host)
+        self.bodies = tuple(bodies)
+        self.multiplier = multiplier
+        self.owned_multipliers = np.empty(0, dtype=np.int32)
+        self.components = 0
+        if multiplier is not None:
+            W = multiplier.function_space
+            marked = marked_everywhere(W, multiplier_dofs)
+            owned = W.dofmap.index_map.size_local
+            self.owned_multipliers = np.flatnonzero(marked[:owned]).astype(np.int32)
+            self.components = W.dofmap.index_map_bs
+        self.owned_size = len(self.owned_multipliers) * self.components
+        self.place(0, self.owned_size)
+
+    def place(self, before: int, multipliers: int) -> None:
+        """Number the rows of all that the host has now. Collective.
+
+        Parameters
+        ----------
+        before
+            This rank's rows of multipliers of other contacts before those of this one.
+        multipliers
+            This rank's rows of the multipliers of all contacts.
+        """
+        self._before = before
+        self._number_host(multipliers)
+        self.multiplier_rows = np.empty(0, dtype=np.int64)
+        if self.multiplier is not None:
+            W_map = self.multiplier.function_space.dofmap.index_map
+            self.multiplier_rows = self._number(
+                W_map,
+                self.owned_multipliers,
+                self.components,
+                self.begin + self.n + before,
+            )
+
+    @property
+    def _own(self) -> slice:
+        """Places of the multiplier among the owned rows."""
+        begin = self.n + self._before
+        return slice(begin, begin + self.owned_size)
+
+    def to_vector(self, x: PETSc.Vec, scale: float) -> None:
+        """Functions to the solver's unknowns; the multiplier is divided by scale."""
+        array = x.getArray()
+        array[: self.n] = self.host.owned_values()
+        self.multiplier_to(array, scale)
+        self.bodies_to(array)
+
+    def multiplier_to(self, array: Array, scale: float) -> None:
+        """Multiplier over scale to its places in an array over the owned rows."""
+        if self.multiplier is not None:
+            values = self.multiplier.x.array.reshape(-1, self.components)
+            array[self._own] = values[self.owned_multipliers].ravel() / scale
+
+    def from_vector(self, x: PETSc.Vec, scale: float) -> None:
+        """Solver's unknowns to the functions, ghosts included. Collective."""
+        array = x.getArray(readonly=True)
+        self.host.set_owned_values(array[: self.n])
+        self.multiplier_from(array, scale)
+        self.bodies_from(array)
+
+    def multiplier_from(self, array: Array, scale: float) -> None:
+        """Multiplier from an array over the owned rows, ghosts included. Collective."""
+        if self.multiplier is not None:
+            values = self.multiplier.x.array.reshape(-1, self.components)
+            values[self.owned_multipliers] = scale * array[self._own].reshape(
+                -1, self.components
+            )
+            compat.scatter_forward(self.multiplier.x)
+
+
+class JointLayout(CoupledRows):
+    """Rows of the coupled system of several contacts on one host. Collective.
+
+    Parameters
+    ----------
+    layouts
+        Of the contacts, in the order of their multipliers' rows.
+    """
+
+    def __init__(self, layouts: Sequence[Layout]) -> None:
+        super().__init__(layouts[0].host)
+        self.layouts = tuple(layouts)
+        self.bodies = tuple(dict.fromkeys(b for one in layouts for b in one.bodies))
+        for layout in layouts:
+            layout.bodies = self.bodies
+        self.number()
+
+    def number(self) -> None:
+        """Number the rows of all that the host has now, in all layouts. Collective."""
+        sizes = [layout.owned_size for layout in self.layouts]
+        for layout, begin in zip(self.layouts, np.cumsum([0, *sizes])):
+            layout.place(int(begin), sum(sizes))
+        self._number_host(sum(sizes))
+
+    def to_vector(self, x: PETSc.Vec, scales: Sequence[float]) -> None:
+        """Functions to the solver's unknowns; each multiplier is divided by a scale."""
+        array = x.getArray()
+        array[: self.n] = self.host.owned_values()
+        for layout, scale in zip(self.layouts, scales):
+            layout.multiplier_to(array, scale)
+        self.bodies_to(array)
+
+    def from_vector(self, x: PETSc.Vec, scales: Sequence[float]) -> None:
+        """Solver's unknowns to the functions, ghosts included. Collective."""
+        array = x.getArray(readonly=True)
+        self.host.set_owned_values(array[: self.n])
+        for layout, scale in zip(self.layouts, scales):
+            layout.multiplier_from(array, scale)
+        self.bodies_from(array)

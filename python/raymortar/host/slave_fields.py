@@ -1,0 +1,155 @@
+"""Fields on the slave facets: numbers, Functions or callables as nodal values."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, TypeAlias, cast
+
+from mpi4py import MPI
+
+import numpy as np
+from dolfinx.fem import Function
+
+from .. import compat
+from ..checked import is_real_number
+from ..compat import Array, Mask
+from ..errors import ContactError, together
+from .reference_facets import facet_nodes, shape_functions
+
+# Number, scalar Function on the slave's mesh, or f(x) of undeformed positions
+FieldValue: TypeAlias = "float | Function | Callable[[Array], Array]"
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What a field stands for.
+
+    Attributes
+    ----------
+    name
+        For messages.
+    demand
+        What its values must be.
+    allowed
+        Whether finite values are, entry by entry.
+    """
+
+    name: str
+    demand: str
+    allowed: Callable[[Array], Mask]
+
+    def first_fault(self, values: Array) -> float | None:
+        """The first value that cannot be, if any."""
+        bad = values[~(np.isfinite(values) & self.allowed(values))]
+        return float(bad[0]) if len(bad) else None
+
+
+GAMMA = Quantity("gamma", "must be positive", lambda v: v > 0.0)
+OFFSET = Quantity("offset", "must be finite", np.isfinite)
+FRICTION_COEFFICIENT = Quantity(
+    "friction coefficient mu", "must not be negative", lambda v: v >= 0.0
+)
+FRICTION_BOUND = Quantity("friction bound", "must not be negative", lambda v: v >= 0.0)
+
+
+def is_field(value: Any) -> bool:
+    """Whether a value is given for every point: a Function or a callable."""
+    return isinstance(value, Function) or callable(value)
+
+
+def check_number(quantity: Quantity, value: Any) -> None:
+    """Raise unless a value that is no field is a number that is allowed."""
+    if not (is_real_number(value) and np.isfinite(value)):
+        raise ContactError(
+            f"{quantity.name} must be a finite number, a Function or a callable of "
+            f"points, not {value!r}"
+        )
+    if quantity.first_fault(np.array([float(value)])) is not None:
+        raise ContactError(f"{quantity.name} = {value} {quantity.demand}")
+
+
+def check_function(quantity: Quantity, value: Function, mesh: Any = None) -> None:
+    """Raise unless a Function is a scalar, and on the slave's mesh if that is known."""
+    components = compat.element_info(value.function_space).value_shape
+    if components:
+        raise ContactError(
+            f"{quantity.name} must be a scalar Function, not one with values of shape "
+            f"{components}"
+        )
+    if mesh is not None and not compat.on_mesh(value, mesh):
+        raise ContactError(
+            f"{quantity.name} is a Function on another mesh than the slave"
+        )
+
+
+def check_field(quantity: Quantity, value: Any, mesh: Any = None) -> None:
+    """Raise for what cannot be such a field: of what is no number, its kind."""
+    if isinstance(value, Function):
+        check_function(quantity, value, mesh)
+    elif not callable(value):
+        check_number(quantity, value)
+
+
+def node_positions(zone: Any) -> Array:
+    """Undeformed positions of the slave facets' displacement nodes, padded with zeros,
+    (facets, nodes, 3). Length."""
+    surface = zone.slave_surface
+    nodes = facet_nodes(surface.shape, surface.displacement_degree)
+    N, _ = shape_functions(surface.shape, surface.node_degree, nodes)
+    points = np.einsum("qk,fkd->fqd", N, surface.X[surface.facet_nodes])
+    padded = np.zeros((*points.shape[:2], 3))
+    padded[:, :, : surface.gdim] = points
+    return padded
+
+
+def on_facets(
+    quantity: Quantity, value: FieldValue, zone: Any, comm: MPI.Comm
+) -> Array:
+    """Values of a field at the slave facets' displacement nodes. Collective.
+
+    Parameters
+    ----------
+    quantity
+        What it stands for.
+    value
+        A Function is evaluated cell by cell, so that a discontinuous one keeps its own
+        value on each facet; a callable at all nodes at once, (3, n) to (n,).
+    zone
+        Facets of a slave tag, `zones.ZoneFacets`.
+
+    Returns
+    -------
+    (facets, nodes per facet).
+    """
+    with together(comm):
+        values = _values(quantity, value, zone)
+        bad = quantity.first_fault(values.ravel())
+        if bad is not None:
+            raise ContactError(
+                f"{quantity.name} is {bad} on slave tag {zone.slave_tag}: it "
+                f"{quantity.demand}"
+            )
+    return values
+
+
+def _values(quantity: Quantity, value: FieldValue, zone: Any) -> Array:
+    """The values of this rank's facets."""
+    points = node_positions(zone)
+    shape = points.shape[:2]
+    if not is_field(value):
+        return np.full(shape, float(cast(float, value)))
+    flat = points.reshape(-1, 3)
+    if not len(flat):
+        return np.empty(shape)
+    if isinstance(value, Function):
+        cells = np.repeat(zone.slave.cells, shape[1])
+        return np.asarray(value.eval(flat, cells), dtype=np.float64).reshape(shape)
+    found = np.asarray(cast("Callable[[Array], Array]", value)(flat.T.copy()))
+    if found.shape not in ((len(flat),), (1, len(flat))) or np.iscomplexobj(found):
+        raise ContactError(
+            f"{quantity.name} returns values of type {found.dtype} and shape "
+            f"{found.shape} for points of shape (3, {len(flat)}): they must be real, of "
+            f"shape ({len(flat)},)"
+        )
+    return found.astype(np.float64).reshape(shape)

@@ -1,0 +1,136 @@
+"""The facets of a surface as plain arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from dolfinx.fem import Function
+
+from .. import compat
+from ..compat import Array, Indices
+from .facets import (
+    Facets,
+    Global,
+    coordinates,
+    facet_dof_table,
+    facet_ids,
+    facet_node_table,
+    join,
+)
+from .joined import NUMBERS_OF_PART, parts_of, places_of
+from .reference_facets import FACET_SHAPE
+
+
+@dataclass(frozen=True)
+class Surface:
+    """A union of tagged facets in the reference configuration, one rank's share.
+
+    Attributes
+    ----------
+    shape
+        ``"interval"``, ``"triangle"`` or ``"quadrilateral"``.
+    gdim
+        Dimension d of the space.
+    displacement_degree
+        Degree p of the displacement on a facet.
+    node_degree
+        Degree k = max(p, degree of the geometry) of the positions on a facet.
+    dofs
+        Local block dofs of the displacement space in use, sorted, (n_dofs,), int32.
+    dof_ids
+        Their global indices, (n_dofs,), int64.
+    facet_dofs
+        Displacement dofs of each facet, (n_facets, n_p), int32, indices into ``dofs``.
+    X
+        Reference positions of the nodes, (n_nodes, d). Length.
+    node_ids
+        Global identification of the nodes, (n_nodes,), int64.
+    facet_nodes
+        Nodes of each facet, (n_facets, n_k), int32, indices into ``X``.
+    facet_ids
+        Global cell index * 8 + local facet, (n_facets,), int64: unique over ranks.
+    zone
+        Which of the joined sets each facet is from, (n_facets,), int32.
+
+    Notes
+    -----
+    If k = p, nodes and dofs are the same and in the same order. If k = 2 > p = 1,
+    the nodes are those of the geometry.
+    """
+
+    shape: str
+    gdim: int
+    displacement_degree: int
+    node_degree: int
+    dofs: Indices
+    dof_ids: Global
+    facet_dofs: Indices
+    X: Array
+    node_ids: Global
+    facet_nodes: Indices
+    facet_ids: Global
+    zone: Indices
+
+
+def _compress(table: Indices) -> tuple[Indices, Indices]:
+    """Sorted unique entries of a table, and the table as indices into them."""
+    used, inverse = np.unique(table, return_inverse=True)
+    return used.astype(np.int32), inverse.reshape(table.shape).astype(np.int32)
+
+
+def build_surface(u: Any, facets_list: Sequence[Facets], part: int = 0) -> Surface:
+    """Arrays of a union of facets with different tags.
+
+    Parameters
+    ----------
+    u
+        Displacement, of a space accepted by :func:`check_space`, or of several.
+    facets_list
+        At least one set of facets; no facet may be in two of them.
+    part
+        Which of several meshes they are on.
+    """
+    surface, places = _of_one(parts_of(u)[part], facets_list), places_of(u, part)
+    if places is None:
+        return surface
+    first = part * NUMBERS_OF_PART
+    return replace(
+        surface,
+        dofs=places[surface.dofs],
+        dof_ids=surface.dof_ids + first,
+        node_ids=surface.node_ids + first,
+        facet_ids=surface.facet_ids + first,
+    )
+
+
+def _of_one(u: Function, facets_list: Sequence[Facets]) -> Surface:
+    """The same, on one mesh."""
+    V, mesh = u.function_space, u.function_space.mesh
+    gdim, p = mesh.geometry.dim, compat.element_info(V).degree
+    facets = join(facets_list)
+    dofs, facet_dofs = _compress(facet_dof_table(V, facets))
+    dof_ids = compat.local_to_global(V.dofmap.index_map, dofs)
+    if compat.geometry_degree(mesh) > p:
+        nodes, table = _compress(facet_node_table(mesh, facets))
+        X, node_ids = coordinates(mesh)[nodes], compat.geometry_nodes_global(mesh)
+        node_ids = node_ids[nodes]
+    else:
+        X, node_ids, table = V.tabulate_dof_coordinates()[dofs, :gdim], dof_ids, None
+    counts = [len(part.facets) for part in facets_list]
+    return Surface(
+        shape=FACET_SHAPE[compat.cell_name(mesh)],
+        gdim=gdim,
+        displacement_degree=p,
+        node_degree=max(p, compat.geometry_degree(mesh)),
+        dofs=dofs,
+        dof_ids=dof_ids,
+        facet_dofs=facet_dofs,
+        X=np.ascontiguousarray(X),
+        node_ids=node_ids,
+        facet_nodes=facet_dofs if table is None else table,
+        facet_ids=facet_ids(mesh, facets),
+        zone=np.repeat(np.arange(len(counts), dtype=np.int32), counts),
+    )

@@ -1,0 +1,143 @@
+"""Facets of every slave tag and of what it meets, on one mesh or on several."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from mpi4py import MPI
+
+import numpy as np
+
+from ..errors import ContactError, raise_everywhere
+from ..rigid.body import Body
+from .checks import check_areas, check_cells, check_pair
+from .facets import Facets, join, tagged_facets
+from .joined import parts_of
+from .surfaces import Surface, build_surface
+
+_NONE = np.empty(0, dtype=np.int32)
+NO_FACETS = Facets(-1, _NONE, _NONE, _NONE)
+
+
+def check_bodies(bodies: Sequence[Body], slave: int, gdim: int) -> None:
+    """Raise for rigid bodies of another dimension."""
+    for body in bodies:
+        if body.shape.gdim not in (None, gdim):
+            raise ContactError(
+                f"the rigid {type(body.shape).__name__} that slave tag {slave} meets is "
+                f"made for {body.shape.gdim}D, the mesh is in {gdim}D"
+            )
+
+
+@dataclass
+class ZoneFacets:
+    """A slave tag, the master tags it meets, and their facets on this rank."""
+
+    slave_tag: int
+    master_tags: tuple[int, ...] | tuple[Body, ...]
+    slave: Facets
+    masters: list[Facets]
+    slave_surface: Surface
+    master_surface: Surface
+    master: Facets  # of all tags, in the order of the surface
+    slave_part: int = 0  # which of several meshes
+    master_part: int = 0
+    bodies: tuple[Body, ...] = ()  # rigid ones in place of masters
+
+
+def find_facets(
+    u: Any, facet_tags: Any, groups: Mapping[int, tuple[Any, ...]]
+) -> list[ZoneFacets]:
+    """Facets of every zone (of `group_pairs`), checked. Collective."""
+    tagged = Tagged(u, facet_tags)
+    zones = []
+    for slave_tag, given in groups.items():
+        bodies = tuple(master for master in given if isinstance(master, Body))
+        a = tagged.mesh_of((slave_tag,))
+        b = a if bodies else tagged.mesh_of(given)
+        slave = tagged.facets(a, slave_tag, "slave")
+        if bodies:
+            masters = [NO_FACETS]
+            check_bodies(bodies, slave_tag, u.function_space.mesh.geometry.dim)
+        else:
+            masters = [tagged.facets(b, tag, "master") for tag in given]
+        for k, facets in ((a, slave), *((b, master) for master in masters)):
+            check_areas(tagged.meshes[k], facets)
+            check_cells(tagged.meshes[k], facets)
+        for master in masters if a == b and not bodies else []:
+            check_pair(tagged.meshes[a], slave, master)
+        surfaces = build_surface(u, [slave], a), build_surface(u, masters, b)
+        zones.append(
+            ZoneFacets(
+                slave_tag,
+                given,
+                slave,
+                masters,
+                *surfaces,
+                join(masters),
+                a,
+                b,
+                bodies,
+            )
+        )
+    message = None
+    if len({zone.slave_part for zone in zones}) > 1:
+        message = (
+            f"the slave tags {[zone.slave_tag for zone in zones]} are on different "
+            "meshes: the multiplier has one, so swap slave and master of some pairs"
+        )
+    raise_everywhere(tagged.comm, message)
+    return zones
+
+
+class Tagged:
+    """Facets by tag, on one mesh or on several. Collective.
+
+    Parameters
+    ----------
+    u
+        Displacement.
+    facet_tags
+        MeshTags, of several meshes a list of them.
+    """
+
+    def __init__(self, u: Any, facet_tags: Any) -> None:
+        self.meshes = [part.function_space.mesh for part in parts_of(u)]
+        self.comm: MPI.Comm = self.meshes[0].comm
+        self._tags = [facet_tags]
+        if len(self.meshes) == 1:
+            return
+        count = len(facet_tags) if isinstance(facet_tags, (list, tuple)) else 1
+        message = None
+        if count != len(self.meshes):
+            n = len(self.meshes)
+            message = f"facet_tags must be a list of {n}, one for each mesh"
+        raise_everywhere(self.comm, message)
+        self._tags = list(facet_tags)
+
+    def facets(self, k: int, tag: int, role: str) -> Facets:
+        """Those with a tag on the k-th mesh, checked."""
+        return tagged_facets(self.meshes[k], self._tags[k], tag, role)
+
+    def mesh_of(self, tags: tuple[int, ...]) -> int:
+        """Which mesh has facets with some tags; the first where none has."""
+        if len(self.meshes) == 1:
+            return 0
+        here = [
+            {tag for tag in tags if np.any(getattr(one, "values", []) == tag)}
+            for one in self._tags
+        ]
+        have = [set().union(*self.comm.allgather(found)) for found in here]
+        found = [k for k, some in enumerate(have) if some]
+        message = None
+        if len(found) > 1:
+            message = (
+                f"facets with the tags {list(tags)} are on several meshes: a tag has "
+                "to be on one, and so have the masters of one slave. For masters on "
+                "several meshes make a Contact for each of these, and give "
+                "NonlinearProblem the list of contacts"
+            )
+        raise_everywhere(self.comm, message)
+        return found[0] if found else 0

@@ -1,0 +1,84 @@
+"""Offsets that make surfaces touch where their meshes say otherwise."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from mpi4py import MPI
+
+import numpy as np
+
+from ..compat import Array
+from ..host.reference_facets import shape_functions
+
+
+@dataclass(frozen=True)
+class Adjustment:
+    """What `Contact.adjust` has changed, on all ranks.
+
+    Attributes
+    ----------
+    facets
+        Slave facets that have been adjusted.
+    largest
+        Largest change of a gap at their nodes. Length.
+    """
+
+    facets: int
+    largest: float
+
+
+def adjustment(zone: Any, within: float) -> Array:
+    """What to add to the offset of a zone so that near surfaces just touch.
+
+    On each facet with points whose gap is at most `within`, a polynomial of the
+    displacement's degree is fitted to minus the gap, and raised until no point
+    overlaps. So the start is free of stress; what clearance is left between points is
+    the part of the gap that no such polynomial has.
+
+    Parameters
+    ----------
+    zone
+        Paired at the state that is to be free of stress.
+    within
+        Gaps and overlaps up to this are closed. Length.
+
+    Returns
+    -------
+    Nodal values, (slave facets, nodes per facet). Length.
+    """
+    surface = zone.facets.slave_surface
+    points = zone.points()
+    slave = points["slave"]
+    shape, degree = surface.shape, surface.displacement_degree
+    N, _ = shape_functions(shape, degree, points["xi"])
+    gap = points["gap"]
+    if zone.offset is not None:  # a clearance or an interference that is wanted
+        gap = gap - np.einsum("qk,qk->q", N, zone.offset[slave])
+    near = np.flatnonzero((points["status"] > 0) & (np.abs(gap) <= within))
+    change = np.zeros((len(surface.facet_dofs), N.shape[1]))
+    # Points come in the order of their slave facets
+    facets, first = np.unique(slave[near], return_index=True)
+    for facet, at in zip(facets, np.split(near, first[1:])):
+        change[facet] = _touching(N[at], gap[at])
+    return change
+
+
+def _touching(N: Array, gap: Array) -> Array:
+    """Nodal values whose polynomial lies closest above minus the gap."""
+    mean = -gap.mean()
+    # About the mean: where points do not tell all nodes, the rest is constant
+    fit, *_ = np.linalg.lstsq(N, -gap - mean, rcond=1e-8)
+    nodal = mean + fit
+    return np.asarray(nodal + max(0.0, float(np.max(-gap - N @ nodal))))
+
+
+def summed(comm: MPI.Comm, changes: Sequence[Array]) -> Adjustment:
+    """What nodal changes of all zones and ranks come to. Collective."""
+    facets = sum(int(np.count_nonzero(change.any(axis=1))) for change in changes)
+    largest = max(float(np.abs(change).max(initial=0.0)) for change in changes)
+    return Adjustment(
+        comm.allreduce(facets), float(comm.allreduce(largest, op=MPI.MAX))
+    )

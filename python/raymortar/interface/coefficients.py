@@ -1,0 +1,177 @@
+"""Augmentation and penalty coefficients: one for all, or one for each pair of bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from dolfinx.fem import Function
+
+from .. import _cpp
+from ..compat import Array, Indices
+from ..errors import ContactError, require_agreement, together
+from ..host.slave_fields import GAMMA, check_function, on_facets
+from ..options.methods import check_coefficient
+from .interfaces import Interfaces
+
+# Values of pairs that differ by less are one value: rounding, of equal bodies
+SAME = 1e-9
+
+
+def single(tables: Sequence[Array]) -> float | None:
+    """The value of all pairs if there is one, else None."""
+    values = np.concatenate([table.ravel() for table in tables])
+    low, high = float(values.min()), float(values.max())
+    return low if high <= (1.0 + SAME) * low else None
+
+
+class PairCoefficients(Mapping[tuple[int, tuple[int, ...]], tuple[float, ...]]):
+    """Coefficients that differ between pairs of bodies.
+
+    Of each slave tag and its master tags: the values of the pairs of bodies that these
+    are on, ascending. ``0.1 * coefficients`` is one that ``Contact.set_gamma`` takes.
+    """
+
+    def __init__(self, interfaces: Interfaces, tables: Sequence[Array]) -> None:
+        self.interfaces, self.tables = interfaces, list(tables)
+        self._values = {
+            (zone.facets.slave_tag, zone.facets.master_tags): tuple(
+                np.unique(table).tolist()
+            )
+            for zone, table in zip(interfaces.zones, tables)
+        }
+
+    def check(self, interfaces: Interfaces) -> None:
+        """Raise unless they are positive, and of these pairs of bodies."""
+        if self.interfaces is not interfaces:
+            raise ContactError("gamma has the coefficients of another Contact")
+        for value in np.concatenate([table.ravel() for table in self.tables]):
+            check_coefficient(float(value))
+
+    def __getitem__(self, tags: tuple[int, tuple[int, ...]]) -> tuple[float, ...]:
+        return self._values[tags]
+
+    def __iter__(self) -> Iterator[tuple[int, tuple[int, ...]]]:
+        return iter(self._values)
+
+    def __len__(self) -> int:
+        return len(self._values)
+
+    def __mul__(self, factor: float) -> PairCoefficients:
+        return PairCoefficients(self.interfaces, [factor * t for t in self.tables])
+
+    __rmul__ = __mul__
+
+    def __format__(self, spec: str) -> str:
+        parts = []
+        for (slave, masters), values in self.items():
+            listed = ", ".join(format(value, spec) for value in values)
+            parts.append(f"{slave} on {'/'.join(map(str, masters))}: {listed}")
+        return "; ".join(parts)
+
+    def __repr__(self) -> str:
+        return f"PairCoefficients({self})"
+
+
+def one_or_each(
+    interfaces: Interfaces, tables: Sequence[Array]
+) -> float | PairCoefficients:
+    """A number if all pairs have the same value."""
+    one = single(tables)
+    return PairCoefficients(interfaces, tables) if one is None else one
+
+
+@dataclass(frozen=True)
+class ZoneCoefficients:
+    """A coefficient as a zone takes it.
+
+    Attributes
+    ----------
+    of_facets
+        At the displacement dofs of its slave facets, (facets, dofs per facet).
+    slaves, masters
+        Sorted bodies of its two surfaces, where pairs of them have their own.
+    factors
+        What share of a slave facet's value counts against each body,
+        (slaves, masters).
+    """
+
+    of_facets: Array
+    slaves: Indices | None = None
+    masters: Indices | None = None
+    factors: Array | None = None
+
+    def of_pairs(self) -> _cpp.PairFactors:
+        """What differs between pairs of bodies, if anything."""
+        if self.slaves is None or self.masters is None or self.factors is None:
+            return _cpp.PairFactors()
+        return _cpp.PairFactors(
+            slaves=self.slaves, masters=self.masters, factors=self.factors
+        )
+
+
+def spread(
+    gamma: float | Function | PairCoefficients, contact: Any
+) -> tuple[list[ZoneCoefficients], float]:
+    """A coefficient as the zones take it, after checks. Collective.
+
+    Returns
+    -------
+    zones
+        Coefficients of each zone. Traction per length.
+    scale
+        Mean over the slave facets: one for all zones, as a multiplier node may belong to
+        two of them.
+
+    Raises
+    ------
+    ContactError
+        If it is not positive, differs between ranks or is of another mesh or contact.
+    """
+    zones, comm = contact.zones, contact.layout.comm
+    with together(comm):
+        _check(gamma, contact)
+    if isinstance(gamma, PairCoefficients):
+        found = _by_pair(gamma, zones)
+    else:
+        require_agreement(comm, gamma=gamma)
+        found = [
+            ZoneCoefficients(on_facets(GAMMA, gamma, zone.facets, comm))
+            for zone in zones
+        ]
+    total = comm.allreduce(sum(float(one.of_facets.sum()) for one in found))
+    return found, total / comm.allreduce(sum(one.of_facets.size for one in found))
+
+
+def _check(gamma: Any, contact: Any) -> None:
+    """Raise for a coefficient that is none of this contact."""
+    if isinstance(gamma, PairCoefficients):
+        gamma.check(contact.interfaces)
+        return
+    if gamma is None:
+        raise ContactError("set_gamma needs a number or a Function, not None")
+    check_coefficient(gamma)
+    if isinstance(gamma, Function):
+        check_function(GAMMA, gamma, contact.slave_u.function_space.mesh)
+
+
+def _by_pair(gamma: PairCoefficients, zones: Sequence[Any]) -> list[ZoneCoefficients]:
+    """The largest of each slave facet's pairs, and the share of each pair in it."""
+    pairs, found = gamma.interfaces, []
+    for zone, slaves, masters, table in zip(
+        zones, pairs.slave, pairs.master, gamma.tables
+    ):
+        surface = zone.facets.slave_surface
+        largest = table.max(axis=1)
+        of_facets = largest[pairs.rows(surface, slaves)]
+        found.append(
+            ZoneCoefficients(
+                np.repeat(of_facets[:, None], surface.facet_dofs.shape[1], axis=1),
+                slaves.astype(np.int32),
+                masters.astype(np.int32),
+                table / largest[:, None],
+            )
+        )
+    return found

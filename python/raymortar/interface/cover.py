@@ -1,0 +1,79 @@
+"""Multiplier nodes that several zones or ranks share: which of them are covered."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from dolfinx.fem import FunctionSpace
+
+from .. import compat
+from ..host.layout import marked_everywhere
+from ..host.vector_areas import vector_areas
+
+# Length of the mean of the zones' unit normals at a node: two that are more than
+# 60 degrees apart make a corner
+STRAIGHT = np.cos(np.pi / 6.0)
+
+
+class Cover:
+    """Tells zones which of their multiplier nodes are covered. Collective.
+
+    A surface may be cut into tags as one likes: a node counts as covered in all zones
+    that have it. Not so at corners between surfaces, where each zone is by itself.
+
+    Parameters
+    ----------
+    zones
+        Of a contact with a multiplier.
+    W
+        Space of the multiplier.
+    """
+
+    def __init__(self, zones: Sequence[Any], W: FunctionSpace) -> None:
+        self._zones, self._W = zones, W
+        self._alone = len(zones) == 1 and W.mesh.comm.size == 1
+        if len(zones) == 1:
+            return
+        self._corners = self._find_corners()
+        for zone in zones:
+            corners = self._corners[zone.multiplier_nodes]
+            zone.cpp.set_corner_nodes(corners.astype(np.int8))
+
+    def _find_corners(self) -> npt.NDArray[np.bool_]:
+        """Whether zones with a node have other normals there, for all block dofs."""
+        total: Any = 0.0
+        count: Any = 0
+        for zone in self._zones:
+            surface = zone.facets.slave_surface
+            vector = vector_areas(
+                surface,
+                self._W.dofmap.index_map,
+                compat.element_info(self._W).degree,
+                zone.multiplier_table,
+            )
+            compat.scatter_forward(vector)
+            areas = vector.array.reshape(-1, surface.gdim)
+            length = np.linalg.norm(areas, axis=1)
+            has = length > 0.0
+            total = total + areas / np.where(has, length, 1.0)[:, None]
+            count = count + has
+        return np.linalg.norm(total, axis=1) < STRAIGHT * count
+
+    def share(self) -> None:
+        """After the zones have been paired. Collective."""
+        if self._alone:
+            return
+        own = [
+            marked_everywhere(
+                self._W, zone.multiplier_nodes[zone.cpp.covered_nodes() != 0]
+            )
+            for zone in self._zones
+        ]
+        anywhere = np.logical_or.reduce(own)
+        for zone, covered in zip(self._zones, own):
+            if len(own) > 1:
+                covered = np.where(self._corners, covered, anywhere)
+            zone.cpp.set_covered_nodes(covered[zone.multiplier_nodes].astype(np.int8))

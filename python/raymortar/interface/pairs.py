@@ -1,0 +1,225 @@
+"""Pairs of surfaces by tag and by name, and the pair that a point belongs to."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from mpi4py import MPI
+
+import numpy as np
+
+from ..checked import is_whole_number
+from ..compat import Indices
+from ..errors import ContactError
+from ..host.facets import Global
+from ..host.tagged import ZoneFacets
+from ..rigid.body import Body, as_body
+from .point_results import OPEN
+
+
+@dataclass(frozen=True)
+class Pair:
+    """A slave surface and one of the masters that it meets.
+
+    Attributes
+    ----------
+    slave, master
+        Facet tags; of a rigid master its `rigid.Body`.
+    slave_name, master_name
+        Names of these tags, where `Contact` was given names; else None.
+    surface
+        Number of the slave surface, as `points` takes it.
+    label
+        In the columns of a `History`, such as ``force_<label>_x``: both names, or tags,
+        joined by ``_``, what is no letter or digit replaced by it; with the pair's
+        number where two pairs would be called the same.
+    """
+
+    slave: int
+    master: int | Body
+    slave_name: str | None
+    master_name: str | None
+    surface: int
+    label: str
+
+    def __str__(self) -> str:
+        return f"({_shown(self.slave_name, self.slave)}, " + (
+            f"{_shown(self.master_name, self.master)})"
+        )
+
+
+def _shown(name: str | None, tag: int | Body) -> str:
+    return str(tag) if name is None else repr(name)
+
+
+def known_names(names: Any, facet_dim: int) -> dict[str, Any]:
+    """Facet tag by name.
+
+    Parameters
+    ----------
+    names
+        Tag or (dimension, tag) by name; None: no names.
+    facet_dim
+        Groups of other dimensions are left out.
+    """
+    if names is not None and not isinstance(names, Mapping):
+        raise ContactError(f"names must map names to facet tags, not {names!r}")
+    known = {}
+    for name, group in (names or {}).items():
+        dim, tag = _dimension_and_tag(name, group, facet_dim)
+        if dim == facet_dim:
+            known[name] = tag
+    return known
+
+
+def _dimension_and_tag(name: Any, group: Any, facet_dim: int) -> tuple[Any, Any]:
+    """Dimension and tag of a named group."""
+    parts = tuple(group) if isinstance(group, (tuple, list)) else (facet_dim, group)
+    if len(parts) != 2 or not all(map(is_whole_number, parts)):
+        raise ContactError(
+            f"names has {group!r} for {name!r}: it must be a tag, a whole number, or "
+            "(dimension, tag)"
+        )
+    dim, tag = parts
+    return dim, tag
+
+
+def numbered(pairs: Any, known: Mapping[str, Any]) -> Any:
+    """Pairs with every name replaced by its tag, and rigid shapes as bodies.
+
+    Parameters
+    ----------
+    pairs
+        [(slave, master), ...], numbers or names.
+    known
+        Of `known_names`.
+    """
+
+    def number(tag: Any) -> Any:
+        if not isinstance(tag, str):
+            return tag
+        if tag not in known:
+            listed = ", ".join(map(repr, known)) or "none: pass names="
+            raise ContactError(f"no facets are named {tag!r}; known names: {listed}")
+        return known[tag]
+
+    try:
+        two_each = [(slave, master) for slave, master in pairs]
+    except (TypeError, ValueError):
+        return pairs  # `group_pairs` says what it should be
+    return [
+        (number(slave), as_body(master) or number(master)) for slave, master in two_each
+    ]
+
+
+def table(
+    tags: Sequence[tuple[int, int | Body]], known: Mapping[str, int]
+) -> list[Pair]:
+    """The pairs in the order in which they were given, each once."""
+    name_of = {int(tag): name for name, tag in reversed(list(known.items()))}
+    each = list(dict.fromkeys((int(slave), _master(master)) for slave, master in tags))
+    surfaces = list(dict.fromkeys(slave for slave, _ in each))
+    pairs = [
+        Pair(
+            a,
+            b,
+            name_of.get(a),
+            b.name if isinstance(b, Body) else name_of.get(b),
+            surfaces.index(a),
+            "",
+        )
+        for a, b in each
+    ]
+    return labelled(pairs)
+
+
+def _master(master: Any) -> int | Body:
+    """A tag as an int, a rigid body as it is."""
+    return master if isinstance(master, Body) else int(master)
+
+
+def labelled(pairs: Sequence[Pair]) -> list[Pair]:
+    """The same pairs with labels of their own."""
+
+    def plain(name: str | None, tag: int | Body) -> str:
+        return str(tag) if name is None else re.sub(r"[^0-9A-Za-z]", "_", name)
+
+    labels = [
+        f"{plain(p.slave_name, p.slave)}_{plain(p.master_name, p.master)}"
+        for p in pairs
+    ]
+    return [
+        replace(p, label=f"{label}_{k}" if labels.count(label) > 1 else label)
+        for k, (p, label) in enumerate(zip(pairs, labels))
+    ]
+
+
+class MasterTags:
+    """Which of a slave's masters a facet belongs to. Collective.
+
+    Facets that points hit may be other ranks': where there are several masters, each
+    rank knows the numbers of the facets of all.
+
+    Parameters
+    ----------
+    zone
+        Its facets on this rank.
+    comm
+        Communicator of the mesh.
+
+    Attributes
+    ----------
+    count
+        Number of masters.
+    """
+
+    def __init__(self, zone: ZoneFacets, comm: MPI.Comm) -> None:
+        self.count = len(zone.bodies or zone.masters)
+        self._rigid = bool(zone.bodies)
+        self._ids = np.empty(0, dtype=np.int64)
+        self._master = np.empty(0, dtype=np.int32)
+        if self.count > 1 and not self._rigid:
+            surface = zone.master_surface
+            found = comm.allgather((surface.facet_ids, surface.zone))
+            ids, masters = (np.concatenate(parts) for parts in zip(*found))
+            self._ids, first = np.unique(ids, return_index=True)
+            self._master = masters[first]
+
+    def of_points(self, points: Mapping[str, Any], met: Global) -> Indices:
+        """Number of the master that each point hits, -1 for none, (n,).
+
+        Parameters
+        ----------
+        points
+            Arrays over the points of a zone.
+        met
+            Global numbers of slave and master facets that have met, as the zone's
+            ``pairs`` has them.
+        """
+        hit = points["status"] >= OPEN
+        number = np.where(hit, 0, -1).astype(np.int32)
+        if self._rigid:
+            number[hit] = points["master"][hit]
+        elif self.count > 1 and hit.any():
+            ids = _global_masters(points, met)[hit]
+            number[hit] = self._master[np.searchsorted(self._ids, ids)]
+        return number
+
+
+def _global_masters(points: Mapping[str, Any], met: Global) -> Global:
+    """Global number of the master facet of each point that has one, else -1.
+
+    Facets that have met are in the order of the points: slaves as they come, the
+    masters of each by their local numbers.
+    """
+    slave, master = points["slave"], points["master"]
+    has = master >= 0
+    run = np.cumsum(np.diff(slave, prepend=slave[:1]) != 0)
+    keys = np.stack([run[has], master[has]], axis=1)
+    _, element = np.unique(keys, axis=0, return_inverse=True)
+    found = np.full(len(slave), -1, dtype=np.int64)
+    found[has] = met[element.reshape(-1), 1]
+    return found

@@ -1,0 +1,47 @@
+"""Slaves that ask more of their masters than these can do: what to try instead."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from .. import compat
+from .stiffness import VolumePattern, stiffness_ratios
+
+# Ratio of moduli from which the softer side is the better slave (docs/choosing_sides)
+STIFFER = 10.0
+
+
+def swaps(contact: Any, volume: VolumePattern, bcs: Sequence[Any]) -> list[str]:
+    """What to try instead of slaves that are much stiffer than their masters, or of a
+    higher degree. Collective.
+
+    Parameters
+    ----------
+    contact
+        One contact.
+    volume, bcs
+        Of the problem.
+    """
+    if contact.multiplier is None:
+        return []
+    degree = compat.element_info(contact.multiplier.function_space).degree
+    ratios = stiffness_ratios(volume, contact.layout, contact.interfaces, bcs)
+    found = []
+    for zone, ratio in zip(contact.zones, ratios):
+        if zone.facets.bodies:
+            continue  # a rigid tool cannot be the slave
+        surfaces = zone.facets.slave_surface, zone.facets.master_surface
+        p, q = (surface.displacement_degree for surface in surfaces)
+        reasons, most = [], float(ratio.max(initial=0.0))
+        if p > q:
+            reasons.append(f"has degree {p} and its master degree {q}")
+        if most >= STIFFER:
+            reasons.append(f"is {most:.2g} times as stiff as its master")
+        if reasons:
+            lower = "AugmentedLagrangian(degree=1), or " * (degree > 1)
+            found.append(
+                f"{lower}the other side as the slave (slave tag "
+                f"{zone.facets.slave_tag} {' and '.join(reasons)})"
+            )
+    return found

@@ -1,0 +1,172 @@
+"""What a step starts from, kept and taken over again."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from ..compat import Array
+from ..rigid.body import Body
+
+
+@dataclass(frozen=True)
+class ContactState:
+    """What a step starts from: this rank's arrays of displacement and history.
+
+    ``unknowns`` are all that is solved for, the displacement among it; None where that
+    is all.
+    """
+
+    u: Array
+    u_old: Array
+    multiplier: Array | None
+    traction_old: list[Array | None]
+    unknowns: Array | None = None
+    # Of rigid bodies at the accepted step, zone by zone. Where they are is a load
+    old_motions: Sequence[Array] = ()
+    # Of rigid bodies that are free, by body
+    freedoms: Mapping[Body, Array] = field(default_factory=dict)
+
+    @property
+    def parts(self) -> tuple[ContactState, ...]:
+        """The state alone; see `JointState`."""
+        return (self,)
+
+
+@dataclass(frozen=True)
+class JointState:
+    """States of several contacts of one problem, in their order."""
+
+    parts: tuple[ContactState, ...]
+
+    @property
+    def u(self) -> Array:
+        """Displacement, this rank's array."""
+        return self.parts[0].u
+
+    @property
+    def unknowns(self) -> Array | None:
+        """As of `ContactState`."""
+        return self.parts[0].unknowns
+
+
+State = ContactState | JointState
+
+
+def not_finite(contact: Any) -> str | None:
+    """What is no number in this rank's share of the state, if anything."""
+    parts = [("displacement", contact.u), ("multiplier", contact.multiplier)]
+    if not contact.host.is_plain:
+        parts += [(f.name, f) for f in contact.host.functions]
+    for name, f in parts:
+        bad = 0 if f is None else np.count_nonzero(~np.isfinite(f.x.array))
+        if bad:
+            return f"the {name} has {bad} entries that are not finite"
+    return None
+
+
+def state_fault(state: Any, own: ContactState, springs: Sequence[Any]) -> str | None:
+    """Why a contact cannot go back to a state, if so.
+
+    Parameters
+    ----------
+    state
+        What is given for one.
+    own
+        Present state of the contact.
+    springs
+        Zones, if friction springs carry tractions there.
+    """
+    if not isinstance(state, ContactState):
+        return f"state must be a ContactState, not {type(state).__name__}"
+    theirs, here = _shapes(state), _shapes(own)
+    allowed = {name: {shape} for name, shape in here.items()}
+    for i in range(len(own.traction_old)):
+        # None before the first step, and where there are no springs
+        found = {None, *map(_of_springs, springs[i : i + 1])}
+        allowed[f"tractions of springs {i}"] = found
+    for name, shapes in allowed.items():
+        if theirs.get(name) not in shapes:
+            return (
+                f"the state is of another contact, mesh or method: {name} of shape "
+                f"{theirs.get(name)}, here {here[name]}"
+            )
+    return None
+
+
+def joint_fault(state: Any, contacts: Sequence[Any]) -> str | None:
+    """Why contacts cannot go back to a state, if so."""
+    if not isinstance(state, JointState):
+        return (
+            f"state must be that of {len(contacts)} contacts, as "
+            f"problem.contact.state() gives it, not {type(state).__name__}"
+        )
+    if len(state.parts) != len(contacts):
+        return f"the state is of {len(state.parts)} contacts, here are {len(contacts)}"
+    for i, (contact, part) in enumerate(zip(contacts, state.parts)):
+        fault = contact.fault_of(part)
+        if fault is not None:
+            return f"contact[{i}]: {fault}"
+    return None
+
+
+def _of_springs(zone: Any) -> tuple[int, ...]:
+    """Shape of the tractions of a zone's springs."""
+    surface = zone.facets.slave_surface
+    return (*surface.facet_dofs.shape, surface.gdim)
+
+
+def _shapes(state: ContactState) -> dict[str, tuple[int, ...] | None]:
+    """Shape by name of the part, None where it is missing."""
+    parts: dict[str, Any] = {
+        "displacement": state.u,
+        "old displacement": state.u_old,
+        "multiplier": state.multiplier,
+        "all unknowns": state.unknowns,
+    }
+    parts |= {f"tractions of springs {i}": t for i, t in enumerate(state.traction_old)}
+    shapes = {name: None if p is None else np.shape(p) for name, p in parts.items()}
+    counts = {
+        "list of slave surfaces": (len(state.traction_old),),
+        "free rigid bodies": tuple(map(len, state.freedoms.values())),
+    }
+    return shapes | counts
+
+
+def extrapolate(system: Any, now: State, last: State, ratio: float) -> None:
+    """Add a multiple of the change between two states to all unknowns."""
+    values = system.host.values()
+    if now.unknowns is None or last.unknowns is None:
+        values += ratio * (now.u - last.u)
+    else:
+        values += ratio * (now.unknowns - last.unknowns)
+    system.host.set_values(values)
+    for contact, new, old in zip(system.contacts, now.parts, last.parts):
+        if new.multiplier is not None and old.multiplier is not None:
+            contact.multiplier.x.array[:] += ratio * (new.multiplier - old.multiplier)
+    for body in system.layout.bodies:
+        free = body.freedom
+        begin, end = (free.totals_of(_known(state, body)) for state in (last, now))
+        free.values = free.values + ratio * (end - begin)
+
+
+def _known(state: State, body: Body) -> Array:
+    """What a state knows of a free body."""
+    return next(p.freedoms[body] for p in state.parts if body in p.freedoms)
+
+
+def go_back(system: Any, begin: State, share: float) -> None:
+    """Go back to a share of what displacement and multipliers changed since a state."""
+    u = system.u.x.array
+    u[:] = begin.u + share * (u - begin.u)
+    for contact, old in zip(system.contacts, begin.parts):
+        if old.multiplier is not None:
+            values = contact.multiplier.x.array
+            values[:] = old.multiplier + share * (values - old.multiplier)
+    for body in system.layout.bodies:
+        free = body.freedom
+        start = _known(begin, body)[: len(free)]
+        free.values = start + share * (free.values - start)

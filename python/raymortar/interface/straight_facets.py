@@ -1,0 +1,118 @@
+"""Curved surfaces meshed with straight facets, whose sagitta is no small part of the gap."""
+
+from __future__ import annotations
+
+import warnings
+from typing import Any
+
+from mpi4py import MPI
+
+import numpy as np
+
+from .. import compat
+from ..compat import Array
+from ..errors import ContactWarning
+from ..host.joined import parts_of
+from ..host.reference_facets import normals, shape_functions
+from ..host.surfaces import Surface
+from .point_results import OPEN
+
+# Angles between neighbouring facets of a surface that is meant to be smooth
+SMOOTH = np.deg2rad(0.5), np.deg2rad(40.0)
+# Share of the overlap or clearance that straight facets may take: it is about the
+# relative error of a press fit's pressure
+ALLOWED = 0.1
+# Clearances that differ by less are those of surfaces that follow each other
+ALIKE = 3.0
+
+
+def _corner_edges(shape: str) -> list[tuple[int, ...]]:
+    """Corners of each edge of a facet; of an interval its two ends."""
+    edges: dict[str, list[tuple[int, ...]]] = {
+        "interval": [(0,), (1,)],
+        "triangle": [(0, 1), (1, 2), (0, 2)],
+        "quadrilateral": [(0, 1), (1, 3), (2, 3), (0, 2)],
+    }
+    return edges[shape]
+
+
+def sagittas(surface: Surface) -> Array:
+    """Distance of a straight facet from the smooth surface that it stands for, at each
+    edge that two of this rank's facets share, (edges,). Length.
+
+    Of a chord h on a radius R it is h^2 / (8 R), and neighbours meet at an angle h / R.
+    """
+    n = len(surface.facet_ids)
+    if not n:
+        return np.empty(0)
+    middle = np.full(
+        (1, surface.gdim - 1), 1 / 3 if surface.shape == "triangle" else 0.5
+    )
+    _, gradients = shape_functions(surface.shape, surface.node_degree, middle)
+    nodes = surface.X[surface.facet_nodes]
+    m = normals(np.einsum("iqa,fad->ifd", gradients, nodes))
+    area = np.linalg.norm(m, axis=-1)
+    unit, size = m / area[:, None], area ** (1.0 / (surface.gdim - 1))
+    edges = _corner_edges(surface.shape)
+    corners = surface.node_ids[surface.facet_nodes]
+    keys = np.concatenate([np.sort(corners[:, edge], axis=1) for edge in edges])
+    facet = np.tile(np.arange(n), len(edges))
+    order = np.lexsort(keys.T)
+    keys, facet = keys[order], facet[order]
+    same = np.flatnonzero((keys[1:] == keys[:-1]).all(axis=1))
+    one, two = facet[same], facet[same + 1]
+    cosine = np.einsum("ed,ed->e", unit[one], unit[two])
+    angle = np.arccos(np.clip(cosine, -1.0, 1.0))
+    smooth = (angle > SMOOTH[0]) & (angle < SMOOTH[1])
+    return (angle * 0.5 * (size[one] + size[two]) / 8.0)[smooth]
+
+
+def _distance(gaps: Array) -> float:
+    """Overlap or clearance of two surfaces that follow each other; inf if they do not."""
+    if not len(gaps):
+        return np.inf
+    overlap = -gaps[gaps < 0.0]
+    if len(overlap) > 0.5 * len(gaps):
+        return float(np.median(overlap))
+    low, middle, high = np.quantile(np.abs(gaps), [0.1, 0.5, 0.9])
+    return float(middle) if high <= ALIKE * low else np.inf
+
+
+def _wanted(zone: Any, comm: MPI.Comm) -> float:
+    """Least clearance or interference that is set, of all ranks; inf if none is."""
+    offset = np.abs(np.zeros(1) if zone.offset is None else zone.offset)
+    least = float(offset[offset > 0.0].min(initial=np.inf))
+    return float(comm.allreduce(least, op=MPI.MIN))
+
+
+def warn_of_straight_facets(contact: Any) -> None:
+    """Warn where straight facets take a share of the gap at the start. Collective."""
+    comm = contact.layout.comm
+    meshes = [part.function_space.mesh for part in parts_of(contact.u)]
+    straight = [compat.geometry_degree(mesh) == 1 for mesh in meshes]
+    for zone in contact.zones:
+        facets = zone.facets
+        both = (
+            (facets.slave_part, facets.slave_surface),
+            (facets.master_part, facets.master_surface),
+        )
+        sides = [surface for part, surface in both if straight[part]]
+        if not sides:
+            continue
+        points = zone.points()
+        mine = points["gap"][points["status"] >= OPEN]
+        gaps = np.concatenate(comm.allgather(mine))
+        distance = min(_distance(gaps), _wanted(zone, comm))
+        most = max(sagittas(side).max(initial=0.0) for side in sides)
+        most = comm.allreduce(most, op=MPI.MAX)
+        if most > ALLOWED * distance:
+            warnings.warn(
+                f"the straight facets of slave tag {zone.facets.slave_tag} and its "
+                f"masters lie up to {most:.3e} off the curved surfaces they stand for, "
+                f"and these are {distance:.3e} apart, or overlap by that, at the start: "
+                "use a mesh of degree 2 (gmsh.model.mesh.setOrder(2)), or finer "
+                "facets; where flat surfaces are merely noisy, "
+                "contact.adjust(within=...) makes what is nearer than a length just touch",
+                ContactWarning,
+                stacklevel=4,
+            )

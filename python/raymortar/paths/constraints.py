@@ -1,0 +1,275 @@
+"""The equation that the load factor is found from where it is an unknown.
+
+Newton's next iterate is u - X at t + dt; a constraint asks for g X = c + e dt.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from mpi4py import MPI
+
+import numpy as np
+import ufl
+from dolfinx import fem
+
+from .. import compat
+from ..compat import Array, Indices
+from ..convergence.balance import EPS
+from ..errors import ContactError, ConvergenceError, together
+from .control import ArcLength, DisplacementControl, is_component
+
+# Share of a step to which a constraint is met
+TOLERANCE = 1e-10
+
+# Cosine between one step and the next below which a path has turned back
+TURNED = -0.5
+
+
+class ChosenDisplacement:
+    """A mean displacement, or a functional, has a prescribed value. Collective.
+
+    Parameters
+    ----------
+    control
+        What was chosen.
+    contact
+        Whose displacement it is.
+    """
+
+    def __init__(self, control: DisplacementControl, contact: Any) -> None:
+        self._u, self._n = contact.u, contact.layout.n_u
+        self._comm: MPI.Comm = contact.layout.comm
+        self._by, self._functional = float(control.by), None
+        if isinstance(control.where, ufl.Form):
+            test = ufl.TestFunction(self._u.function_space)
+            slope = ufl.derivative(control.where, self._u, test)
+            self._functional = compat.form(control.where), compat.form(slope)
+        else:
+            self._weights = mean_weights(control, self._u)
+        self._begin = self._target = self.value
+        self._step = 0.0
+
+    @property
+    def value(self) -> float:
+        """The chosen displacement at present. Length. Collective."""
+        if self._functional is not None:
+            mine = fem.assemble_scalar(self._functional[0])
+        else:
+            mine = self._weights @ self._u.x.array[: self._n]
+        return float(self._comm.allreduce(float(mine)))
+
+    def _gradient(self) -> Array:
+        """Derivative of the value by the owned dofs. Collective."""
+        if self._functional is None:
+            return self._weights
+        dofmap = self._u.function_space.dofmap
+        r = compat.create_la_vector(dofmap.index_map, dofmap.index_map_bs)
+        compat.assemble_residual(r.array, self._functional[1])
+        compat.scatter_reverse_add(r)
+        return r.array[: self._n].copy()
+
+    def begin(self, share: float, part: float) -> None:
+        """A step to a share of the whole growth, a part of which it is."""
+        self._target = self._begin + share * self._by
+        self._step = abs(part * self._by)
+
+    def row(self, factor: float) -> tuple[Array, float, float]:
+        """g (owned dofs), e and c. Collective."""
+        return self._gradient(), 0.0, self.value - self._target
+
+    def share(self, change: Array, step: float) -> float:
+        """Of a change and its step of the load factor that is taken."""
+        return 1.0
+
+    def is_met(self, factor: float) -> bool:
+        """Whether the value is as prescribed, to rounding. Collective."""
+        rounding = 256.0 * EPS * largest(self._comm, self._u.x.array)
+        rounding *= float(self._comm.allreduce(np.abs(self._gradient()).sum()))
+        lacks = abs(self.value - self._target)
+        return lacks <= TOLERANCE * self._step + rounding
+
+    def check(self, factor: float) -> None:
+        """Any displacement may follow."""
+
+
+class Arc:
+    """A step has a given length. Collective.
+
+    Parameters
+    ----------
+    control
+        How lengths are measured.
+    contact
+        Whose displacement moves.
+    towards
+        First change of the load factor, by its first step.
+
+    Attributes
+    ----------
+    radius
+        Of the step. Length. None until the first solve has found it.
+    """
+
+    def __init__(self, control: ArcLength, contact: Any, towards: float) -> None:
+        self._u, self._n = contact.u, contact.layout.n_u
+        self._comm: MPI.Comm = contact.layout.comm
+        V = self._u.function_space
+        self._nodes = V.dofmap.index_map.size_global
+        self._psi = float(control.psi)
+        self._towards = -towards if control.falling else towards
+        self.radius = control.radius
+        self._u_0, self._factor_0 = self._u.x.array.copy(), 0.0
+        self._last: tuple[Array, float] | None = None
+        self._sets_out = True
+
+    def _product(self, a: tuple[Array, float], b: tuple[Array, float]) -> float:
+        """Of two changes (owned displacements, load factor). Length squared."""
+        mine = float(a[0][: self._n] @ b[0][: self._n]) / self._nodes
+        return self._comm.allreduce(mine) + self._psi**2 * a[1] * b[1]
+
+    def _change(self, factor: float) -> tuple[Array, float]:
+        """Since the step began."""
+        return self._u.x.array - self._u_0, factor - self._factor_0
+
+    def length(self, u: Array, factor: float) -> float:
+        """Of a change. Length. Collective."""
+        return float(self._product((u, factor), (u, factor)) ** 0.5)
+
+    def begin(self, factor: float, last: tuple[Array, float] | None) -> None:
+        """A step from the present state.
+
+        Parameters
+        ----------
+        factor
+            Load factor there.
+        last
+            Change of displacement and load factor in the step before.
+        """
+        self._u_0[:], self._factor_0 = self._u.x.array, factor
+        self._last = last
+
+    def row(self, factor: float) -> tuple[Array, float, float]:
+        """g (owned dofs), e and c: ahead at first, then onto the tangent plane of the
+        sphere. Collective."""
+        change = self._change(factor)
+        here = self._product(change, change)
+        self._sets_out = self.radius is None or here <= (TOLERANCE * self.radius) ** 2
+        if not self._sets_out:
+            assert self.radius is not None
+            return self._plane(change, 0.5 * (here - self.radius**2))
+        if self._last is None:
+            return np.zeros(self._n), 1.0, -self._towards
+        return self._plane(self._last, -self._product(self._last, self._last))
+
+    def _plane(
+        self, normal: tuple[Array, float], right: float
+    ) -> tuple[Array, float, float]:
+        """Across a normal."""
+        g = normal[0][: self._n] / self._nodes
+        return g, self._psi**2 * normal[1], right
+
+    def share(self, change: Array, step: float) -> float:
+        """Of a change and its step of the load factor that is taken. Collective."""
+        if not self._sets_out:
+            return 1.0
+        length = self.length(change, step)
+        if length == 0.0:
+            raise ConvergenceError(
+                "the loads move nothing: give ArcLength a psi, or apply what loads"
+            )
+        if self.radius is None:
+            self.radius = length
+        return self.radius / length
+
+    def is_met(self, factor: float) -> bool:
+        """Whether the step has its length. Collective."""
+        if self.radius is None:
+            return False
+        change = self._change(factor)
+        rounding = 256.0 * EPS * largest(self._comm, self._u.x.array)
+        length = self.length(*change)
+        return abs(length - self.radius) <= TOLERANCE * self.radius + rounding
+
+    def check(self, factor: float) -> None:
+        """Raise where the path has turned back. Collective."""
+        change, last = self._change(factor), self._last
+        if last is None:
+            if change[1] * self._towards < 0.0:
+                raise ConvergenceError(
+                    "the path sets out backwards: take a smaller radius"
+                )
+            return
+        sizes = self._product(change, change) * self._product(last, last)
+        if self._product(change, last) < TURNED * sizes**0.5:
+            raise ConvergenceError("the path turns back: take a smaller radius")
+
+
+def mean_weights(control: DisplacementControl, u: Any) -> Array:
+    """Weights of the owned dofs, whose sum of products is the mean displacement of
+    the nodes along the direction. Collective."""
+    V = u.function_space
+    comm, dim = V.mesh.comm, V.dofmap.index_map_bs
+    with together(comm):
+        direction = _vector(control.direction, dim)
+        found = _dofs(control.where, V)
+    if found is None:
+        found = _nearest(np.asarray(control.where, dtype=float), V)
+    dofs: Indices = found
+    dofs = np.unique(dofs[dofs < V.dofmap.index_map.size_local])
+    count = comm.allreduce(len(dofs))
+    if not count:
+        raise ContactError("where names no dof of the displacement")
+    weights = np.zeros((V.dofmap.index_map.size_local, dim))
+    weights[dofs] = direction / count
+    return weights.ravel()
+
+
+def _vector(direction: Any, dim: int) -> Array:
+    """A direction as a vector (d,)."""
+    if is_component(direction):
+        if not 0 <= direction < dim:
+            raise ContactError(f"direction {direction} is none of {dim} components")
+        return np.eye(dim)[direction]
+    vector = np.asarray(direction, dtype=float)
+    if vector.shape != (dim,):
+        raise ContactError(f"direction must have {dim} entries, not {len(vector)}")
+    return vector
+
+
+def _dofs(where: Any, V: Any) -> Indices | None:
+    """Block dofs of a place; None for a point."""
+    if callable(where):
+        found = fem.locate_dofs_geometrical(V, where)
+        return np.asarray(found, dtype=np.int32)
+    array = np.asarray(where)
+    if isinstance(where, np.ndarray) and array.dtype.kind in "iu" and array.ndim == 1:
+        index_map = V.dofmap.index_map
+        count = index_map.size_local + index_map.num_ghosts
+        if len(array) and not 0 <= array.min() <= array.max() < count:
+            raise ContactError("where has dofs that the displacement's space has not")
+        return array
+    dim = V.mesh.geometry.dim
+    if array.dtype.kind not in "iuf" or array.shape not in ((dim,), (3,)):
+        raise ContactError(
+            "where must be an array of dofs, a function of coordinates, a point "
+            f"({dim},) or a UFL functional, not {where!r}"
+        )
+    return None
+
+
+def _nearest(point: Array, V: Any) -> Indices:
+    """Owned node nearest to a point; none on other ranks. Collective."""
+    n, dim = V.dofmap.index_map.size_local, V.mesh.geometry.dim
+    x = V.tabulate_dof_coordinates()[:n, :dim]
+    distances = np.linalg.norm(x - point[:dim], axis=1)
+    mine = float(distances.min(initial=np.inf))
+    _, rank = V.mesh.comm.allreduce((mine, V.mesh.comm.rank), op=MPI.MINLOC)
+    if V.mesh.comm.rank != rank:
+        return np.empty(0, dtype=np.int32)
+    return np.array([np.argmin(distances)], dtype=np.int32)
+
+
+def largest(comm: MPI.Comm, values: Array) -> float:
+    """Largest magnitude on any rank. Collective."""
+    return float(comm.allreduce(np.abs(values).max(initial=0.0), op=MPI.MAX))

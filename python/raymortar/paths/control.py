@@ -1,0 +1,120 @@
+"""What leads a path of load steps in place of the load factor, for snap-through."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import ufl
+
+from ..checked import Options, is_real_number, is_truth_value, is_whole_number
+from ..errors import ContactError
+
+
+@dataclass(frozen=True, eq=False)
+class DisplacementControl(Options):
+    """Steps of a chosen displacement; the load factor is an unknown.
+
+    For paths on which the load falls while the displacement grows on: snap-through.
+
+    Parameters
+    ----------
+    where
+        Whose displacement: dofs of the displacement's space, as
+        ``fem.locate_dofs_topological`` gives them (int32); a function of coordinates
+        (3, n), as ``fem.locate_dofs_geometrical`` takes it; a point (d,), whose nearest
+        node is taken; or a UFL functional of the displacement, such as ``(u[1] / area)
+        * ds(3)``, or ``(u[0] * ds(4) - u[0] * ds(5)) / area`` for an opening.
+    direction
+        Component, or a vector (d,), whose length counts; the mean over the dofs is
+        taken. None for a functional.
+    by
+        How much the displacement grows from the start of the path to its end. Length.
+
+    Examples
+    --------
+    >>> top = fem.locate_dofs_topological(V, 1, facets.find(3))
+    >>> control = DisplacementControl(top, direction=1, by=-0.4)
+    >>> for step in LoadSteps(solver, apply, steps=40, control=control):
+    ...     print(step.factor)
+    """
+
+    where: Any
+    direction: Any = None
+    by: float = 0.0
+
+    def check(self) -> None:
+        if not (is_real_number(self.by) and np.isfinite(self.by) and self.by != 0.0):
+            raise ContactError(
+                f"by = {self.by!r} must be a length, how much the displacement grows"
+            )
+        functional = isinstance(self.where, ufl.Form)
+        if functional and self.where.arguments():
+            raise ContactError("where must be a functional: no test function in it")
+        if functional == (self.direction is not None):
+            raise ContactError(
+                "direction must be a component or a vector; of a functional, None"
+            )
+        if not functional and not is_component(self.direction):
+            vector = np.asarray(self.direction)
+            numbers = vector.dtype.kind in "iuf" and vector.ndim == 1
+            if not (numbers and np.isfinite(vector).all() and vector.any()):
+                raise ContactError(
+                    f"direction must be a component or a vector, not {self.direction!r}"
+                )
+
+
+@dataclass(frozen=True)
+class ArcLength(Options):
+    """Steps along the path of equilibria; the load factor is an unknown.
+
+    A step ends where the displacement u and the load factor t have moved by the radius:
+    ``|du|^2 + (psi dt)^2 = radius^2``, with the root mean square ``|du|`` over all
+    nodes. For paths on which load and displacement fall in turn. The path ends where t
+    first meets the end of `LoadSteps`' ``path``.
+
+    Parameters
+    ----------
+    radius
+        Of the first step. Length. None: such that the tangent of the path takes the
+        load factor as far as the first of ``steps`` equal steps.
+    psi
+        Length that a unit of the load factor counts as. 0: a cylinder, on which the
+        displacement alone is measured.
+    most
+        Steps until a path that has not met its end fails.
+    falling
+        Whether the path sets out away from the end of ``path``: to go on with one that
+        was left while the load factor fell.
+
+    Notes
+    -----
+    After a step of n iterations the next radius is sqrt(easy / n) times as large where
+    n is below ``easy``, sqrt(2 easy / n) times where n is above 2 ``easy``, between a
+    half and twice, never above ``largest`` times the first. After a failure it is
+    halved, and grows again up to the first.
+    """
+
+    radius: float | None = None
+    psi: float = 0.0
+    most: int = 1000
+    falling: bool = False
+
+    def check(self) -> None:
+        r, psi = self.radius, self.psi
+        if r is not None and not (is_real_number(r) and 0.0 < r < np.inf):
+            raise ContactError(f"radius = {r!r} must be a positive length or None")
+        if not (is_real_number(psi) and 0.0 <= psi < np.inf):
+            raise ContactError(f"psi = {psi!r} must be a length that is not negative")
+        if not (is_whole_number(self.most) and self.most >= 1):
+            raise ContactError(
+                f"most = {self.most!r} must be positive and a whole number"
+            )
+        if not is_truth_value(self.falling):
+            raise ContactError(f"falling must be True or False, not {self.falling!r}")
+
+
+def is_component(direction: Any) -> bool:
+    """Whether a direction is the number of a component."""
+    return is_whole_number(direction)

@@ -1,0 +1,309 @@
+"""Load steps: a path of the load factor, solved step by step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, TextIO, cast
+
+from ..convergence.failure import FAILURES
+from ..convergence.lost_contact import lost_contact
+from ..errors import (
+    ContactLost,
+    ConvergenceError,
+    SetUpError,
+    require_agreement,
+    together,
+)
+from ..interface.state import State
+from ..results.summaries import of_load_steps
+from .control import ArcLength, DisplacementControl
+from .history import History
+from .load_path import ArcPath, DisplacementPath, PrescribedPath
+from .load_step import LoadStep
+from .load_step_checks import (
+    check_calls,
+    check_control,
+    check_numbers,
+    check_path,
+    check_solver,
+    check_stabilize,
+    check_strategy,
+    check_truth,
+    with_size,
+)
+from .output import Output, check_output
+from .progress import HALVED, Progress, check_progress, line
+from .stabilization import Stabilization
+from .step_sizes import StepSizes
+from .strategies import Strategies
+
+
+class LoadSteps:
+    """A quasi-static path of the load factor, with steps as large as they may be.
+
+    A step whose solve cycles or diverges is tried in other ways first (`strategy`);
+    after a failure it is halved. Then, and where `largest` allows it, it doubles again.
+
+    Parameters
+    ----------
+    solver
+        `NewtonSolver`, `SNESSolver` or `FixedPointSolver`, such as the
+        ``snes_solver`` of a `NonlinearProblem`.
+    apply
+        Called with the load factor before each solve: sets loads and Dirichlet values.
+        If it takes two arguments, the second is the step's size, which is also what
+        ``Contact.dt`` is for laws of the slip rate.
+    steps
+        Steps if none fails.
+    max_halvings
+        Of the first step's size; then the failure is raised.
+    extrapolate
+        Start each solve where the last step's change of displacement and multiplier,
+        in proportion to the steps' sizes, would lead; where that fails, from the last
+        accepted state. Saves one or two iterations of a step on a smooth path (in
+        sliding the first iterate slips the right way) and is of no use on a rough
+        one.
+    largest
+        How many times the first step's size a step may grow to. With friction the
+        path's result depends on the steps, so that the default is 1: no growth beyond
+        the size that was asked for.
+    easy
+        Newton iterations up to which a step is an easy one, after which the size may
+        grow beyond the first step's.
+    path
+        Load factor at the start and at the end.
+    progress
+        One line for each step: load factor, Newton iterations, halvings so far,
+        integration points in contact, smallest gap, largest pressure. On a terminal
+        it is rewritten in place, and away while the caller has the step; elsewhere
+        each has a line of its own, and so has each other way that is tried, and each
+        halving. None: on standard error where that is a terminal
+        (under ``mpirun`` it is none); True: on standard error; False: nothing; a file
+        that is open for writing: there. Rank 0 decides and writes.
+    history
+        `History` that records every accepted step.
+    strategy
+        ``"auto"``: a solve that cycles or diverges is ended as soon as that shows, and
+        the step is tried in other ways: from an extrapolated state, by way of a tenth
+        of gamma, in steps that end where surfaces first cross, with a line search, by
+        it and a tenth of gamma, and under viscous forces that fade. Only where none
+        helps the step is halved. What else the solver was given is kept. Nothing is
+        done where nothing is wrong. ``"halve"`` or None: the step is halved at once.
+    stabilize
+        True: viscous forces hold what nothing else does, bodies that contact alone
+        holds and paths that snap; they fade to zero within each step. A number scales
+        them. Their work and share are columns ``viscous_work`` and ``viscous_share`` of
+        `history`.
+    control
+        `DisplacementControl` or `ArcLength`, for snap-through: a chosen displacement, or
+        the length of the path, grows from step to step, and the load factor is an
+        unknown. ``path`` then says where it starts and, with `ArcLength`, ends.
+        `history` has it as column ``load_factor``, and what leads, the displacement or
+        the length so far, as ``controlled``; ``time`` is the share of the whole
+        displacement, or the length so far.
+
+    output
+        Path of a ``.pvd`` or ``.xdmf`` file, to which every accepted step is added with
+        all of its fields, segments and points; or an `Output`.
+
+    Attributes
+    ----------
+    halvings
+        So far.
+
+    Examples
+    --------
+    >>> def apply(t):
+    ...     top.value[:] = (0.0, -0.2 * t)
+    >>> for step in LoadSteps(solver, apply, steps=5):
+    ...     print(step.factor, step.iterations)
+    """
+
+    def __init__(
+        self,
+        solver: Any,
+        apply: Any,
+        steps: int = 10,
+        max_halvings: int = 6,
+        extrapolate: bool = False,
+        largest: int = 1,
+        easy: int = 5,
+        path: tuple[float, float] = (0.0, 1.0),
+        progress: bool | TextIO | None = None,
+        history: History | None = None,
+        strategy: str | None = "auto",
+        stabilize: bool | float | None = None,
+        control: DisplacementControl | ArcLength | None = None,
+        output: str | Path | Output | None = None,
+    ) -> None:
+        check_solver(solver)
+        comm = solver.problem.comm
+        with together(comm):
+            check_numbers(steps, max_halvings, largest, easy)
+            check_truth(extrapolate)
+            check_strategy(strategy)
+            check_stabilize(stabilize)
+            path = check_path(path)
+            check_progress(progress)
+            check_calls(solver, apply, history)
+            check_control(control, solver, path, stabilize)
+        require_agreement(
+            comm,
+            solver=type(solver).__name__,
+            steps=steps,
+            max_halvings=max_halvings,
+            extrapolate=extrapolate,
+            largest=largest,
+            easy=easy,
+            path=path,
+            history=history is not None,
+            output=output is not None,
+            strategy=strategy,
+            stabilize=stabilize,
+            control=type(control).__name__,
+        )
+        self.solver, self.apply = solver, apply
+        self._problem = solver.problem  # which its own solver does not keep
+        # Python's own, which do not overflow
+        self.steps, self.max_halvings = int(steps), int(max_halvings)
+        self.extrapolate, self.largest, self.easy = extrapolate, largest, easy
+        self.path, self.progress, self.history = path, progress, history
+        self.strategy, self.stabilize = strategy, stabilize
+        self._apply = with_size(apply)
+        self._stabilization = self._viscous_forces()
+        self.control = control
+        self._path = self._new_path()
+        if control is not None and history is not None:
+            history.include(self._control_columns())
+        self.output = check_output(output, solver.problem)
+        self.halvings = 0
+
+    def __repr__(self) -> str:
+        return of_load_steps(self, self._path.factor)
+
+    def _viscous_forces(self) -> Stabilization | None:
+        """What `stabilize` asks for, with its columns in `history`."""
+        if not self.stabilize:
+            return None
+        forces = Stabilization(self.solver, float(self.stabilize))
+        if self.history is not None:
+            self.history.include(forces.columns())
+        return forces
+
+    def __iter__(self) -> Iterator[LoadStep]:
+        """Solve step by step; each accepted step is yielded as a `LoadStep`."""
+        problem = self.solver.problem
+        progress = Progress(problem.comm, self.progress, problem.steps_accepted)
+        try:
+            for step in self._steps(progress):
+                if progress.shown:
+                    progress.accepted(line(step, problem.contact.statistics))
+                yield step
+        finally:
+            progress.clear()
+        progress.finished()
+
+    def _new_path(self) -> PrescribedPath | DisplacementPath | ArcPath:
+        """What leads from step to step, at its start. Collective."""
+        control, given = self.control, (self.solver, self._apply, self.path)
+        limits = self.steps, self.max_halvings, self.largest, self.easy
+        if isinstance(control, ArcLength):
+            return ArcPath(*given, *limits, control)
+        if isinstance(control, DisplacementControl):
+            return DisplacementPath(*given, StepSizes(*limits), control)
+        return PrescribedPath(*given, StepSizes(*limits))
+
+    def _control_columns(self) -> dict[str, Callable[[], float]]:
+        """What a `History` records of a path whose load factor is an unknown."""
+        return {
+            "load_factor": lambda: self._path.factor,
+            "controlled": lambda: cast(Any, self._path).controlled,
+        }
+
+    def _steps(self, progress: Progress) -> Iterator[LoadStep]:
+        """The accepted steps; says at which load factor it tries the next, and how."""
+        contact = self.solver.problem.contact
+        path = self._path = self._new_path()
+        one_mesh = len(contact.host.displacements) == 1
+        viscous = self.control is None and self._stabilization is None and one_mesh
+        automatic = self.strategy == "auto"
+        ways = Strategies(path, self.extrapolate, automatic, viscous, progress.trying)
+        last = None
+        while not path.ended:
+            before = contact.state()
+            progress.solving(path.next)
+            for one in contact.contacts:
+                timed = one.friction is not None or one.layout.bodies
+                if timed and path.next != path.factor:
+                    one.dt = abs(path.next - path.factor)
+            path.begin()
+            try:
+                iterations = self._solve(ways, before, last, path.ratio)
+            except SetUpError:
+                raise
+            except FAILURES as failure:
+                contact.restore(before)
+                path.restart()
+                if not path.halve():
+                    ways.finish()
+                    raise self._given_up(path, failure) from failure
+                self.halvings += 1
+                progress.trying(HALVED)
+                continue
+            path.reached()
+            if self.history is not None:
+                self.history.record(path.time, iterations, self.halvings)
+            if self.output is not None:
+                self.output.write(path.time)
+            contact.advance()
+            path.accept(iterations)
+            last = before
+            self.solver.problem.steps_accepted += 1
+            number = self.solver.problem.steps_accepted
+            yield LoadStep(path.factor, iterations, self.halvings, ways.used, number)
+        ways.finish()
+
+    def _solve(
+        self,
+        ways: Strategies,
+        now: State,
+        last: State | None,
+        ratio: float,
+    ) -> int:
+        """Iterations of a step from the present state."""
+        problem = self.solver.problem
+        with problem.silent_about_loss(), problem.as_part(**self._in_use()):
+            if self._stabilization is None:
+                iterations = ways.solve(now, last, ratio)
+            else:
+                contact = problem.contact
+                iterations = self._stabilization.solve(
+                    lambda: ways.solve(contact.state(), None, 1.0)
+                )
+        loss = lost_contact(problem, self._path.led)
+        if loss is not None:
+            raise ContactLost(f"contact is lost: {loss}")
+        return iterations
+
+    def _in_use(self) -> dict[str, Any]:
+        """What advice of a step that fails has to go with. Collective."""
+        found: dict[str, Any] = {
+            "steps": True,
+            "automatic": self.strategy == "auto",
+            "controlled": self.control is not None,
+            "led": self._path.led_weights,
+        }
+        if self.control is not None or self._stabilization is not None:
+            found["may_be_viscous"] = False
+        return found
+
+    def _given_up(self, path: Any, failure: Exception) -> ConvergenceError:
+        return ConvergenceError(
+            f"{path.describe()} after {self.max_halvings} halvings of the step: "
+            f"{failure}"
+        )
+
+    def run(self) -> list[LoadStep]:
+        """All steps at once."""
+        return list(self)

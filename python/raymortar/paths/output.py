@@ -1,0 +1,168 @@
+"""Time series of all fields of a path of load steps, for ParaView."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from dolfinx.fem import Function
+
+from .. import compat
+from ..checked import is_real_number, is_truth_value
+from ..compat import pvd
+from ..errors import ContactError, as_path, require_agreement, together, writing
+from ..host.joined import parts_of
+from ..problem import CoupledProblem
+
+ENDINGS = (".pvd", ".xdmf")
+
+
+class Output:
+    """Displacement, contact fields, segments and points of every step. Collective.
+
+    Parameters
+    ----------
+    problem
+        Problem that is solved.
+    file
+        Path that ends in ``.pvd`` (VTK files, with all nodes of degree 2) or ``.xdmf``
+        (values at the nodes of the mesh). The series begins with the first step, in
+        place of an older one, and is whole after each step.
+    more
+        Further Functions, on the mesh of a displacement, that are written as they are
+        then. With names of their own.
+    segments
+        Whether segments and integration points are written beside, as series
+        ``<stem>_segments.pvd`` and ``<stem>_points.pvd``.
+
+    Attributes
+    ----------
+    steps
+        Written so far.
+
+    Notes
+    -----
+    Of bodies on meshes of their own a ``.pvd`` shows all as parts of one time; of
+    ``.xdmf`` those after the first have a file each, ``<stem>_mesh1.xdmf``, ... Of
+    several contacts the names of fields end in their numbers, ``gap_0``, ``gap_1``.
+
+    Examples
+    --------
+    >>> LoadSteps(problem, apply, steps=5, output="run.pvd").run()
+    >>> output = Output(problem, "run.pvd", more=[stress])  # for paths of several parts
+    >>> LoadSteps(problem, press, steps=5, output=output).run()
+    >>> LoadSteps(problem, slide, steps=5, path=(1.0, 2.0), output=output).run()
+    """
+
+    def __init__(
+        self,
+        problem: CoupledProblem,
+        file: str | Path,
+        more: Sequence[Function] = (),
+        segments: bool = True,
+    ) -> None:
+        if not isinstance(problem, CoupledProblem):
+            raise ContactError(
+                f"problem must be a NonlinearProblem, not {type(problem).__name__}"
+            )
+        self.problem, self._comm = problem, problem.comm
+        self._parts = parts_of(problem.contact.u)
+        with together(self._comm):
+            self.path = _checked_path(file)
+            self._more = self._by_mesh(more)
+            if not is_truth_value(segments):
+                raise ContactError(f"segments must be True or False, not {segments!r}")
+        require_agreement(self._comm, output=str(file), segments=bool(segments))
+        self.segments, self.steps = bool(segments), 0
+
+    def _by_mesh(self, more: Any) -> list[list[Function]]:
+        """Further Functions by mesh."""
+        if not isinstance(more, (list, tuple)):
+            raise ContactError(f"more must be a list of Functions, not {more!r}")
+        found: list[list[Function]] = [[] for _ in self._parts]
+        for f in more:
+            here = [
+                k
+                for k, part in enumerate(self._parts)
+                if isinstance(f, Function)
+                and compat.on_mesh(f, part.function_space.mesh)
+            ]
+            if not here:
+                raise ContactError(
+                    f"more has {f!r}, which is no Function on the mesh of a displacement"
+                )
+            found[here[0]].append(f)
+        return found
+
+    def write(self, time: float) -> None:
+        """Add the present state, after a solve and before `Contact.advance`.
+
+        Collective.
+
+        Raises
+        ------
+        ContactError
+            If a file cannot be written.
+        """
+        with together(self._comm):
+            if not is_real_number(time):
+                raise ContactError(f"time of a step must be a number, not {time!r}")
+        for k, (part, fields) in enumerate(zip(self._parts, self._fields())):
+            mesh, append = part.function_space.mesh, self.steps > 0
+            if self.path.suffix == ".pvd":
+                compat.write_vtk(self.path, mesh, fields, time, append or k > 0, k)
+            else:
+                end = f"_mesh{k}" if k else ""
+                file = self.path.with_name(f"{self.path.stem}{end}.xdmf")
+                compat.write_xdmf(file, mesh, fields, time, append)
+        if self.segments:
+            self._write_segments(time)
+        self.steps += 1
+
+    def _fields(self) -> list[list[Function]]:
+        """All Functions of a step, by mesh. Collective."""
+        found = [[part, *more] for part, more in zip(self._parts, self._more)]
+        contacts = self.problem.contact.contacts
+        for number, contact in enumerate(contacts):
+            on = contact.zones[0].facets.slave_part
+            for f in contact.fields():
+                name = f.name if len(contacts) == 1 else f"{f.name}_{number}"
+                found[on].append(Function(f.function_space, f.x, name=name))
+        return found
+
+    def _write_segments(self, time: float) -> None:
+        """Segments and points of this step, and their places in the series."""
+        stem = f"{self.path.stem}_segments"
+        file = self.path.with_name(f"{stem}_{self.steps:04d}.vtu")
+        self.problem.contact.write_segments(file)
+        ending = ".vtu" if self._comm.size == 1 else ".pvtu"
+        for series, name in ((stem, file.stem), (None, f"{file.stem}_points")):
+            series = series or f"{self.path.stem}_points"
+            path = self.path.with_name(f"{series}.pvd")
+            with writing(self._comm, path, OSError):
+                if self._comm.rank == 0:
+                    before = pvd.read(path) if self.steps else []
+                    entry = pvd.Entry(repr(float(time)), 0, name + ending)
+                    pvd.write(path, [*before, entry])
+
+
+def _checked_path(file: Any) -> Path:
+    """A path that a series may be written to."""
+    path = as_path(file)
+    if path.suffix not in ENDINGS:
+        raise ContactError(f"{path} must end in .pvd or .xdmf")
+    if not path.parent.is_dir():
+        raise ContactError(f"{path} cannot be written: there is no such folder")
+    return path
+
+
+def check_output(output: Any, problem: Any) -> Output | None:
+    """What writes the steps of a problem: an `Output`, or one of a path. Collective."""
+    if output is None:
+        return None
+    if not isinstance(output, Output):
+        return Output(problem, output)
+    if output.problem is not problem:
+        raise ContactError("output is of another problem than the solver")
+    return output

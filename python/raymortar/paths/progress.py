@@ -1,0 +1,117 @@
+"""One line for each load step: rewritten in place on a terminal, plain in a log."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from typing import Any, TextIO
+
+from mpi4py import MPI
+
+from ..errors import ContactError
+from ..interface.point_results import Statistics
+from .load_step import LoadStep
+
+# What is tried where no other way has helped
+HALVED = "half the step"
+
+
+def check_progress(progress: Any) -> None:
+    """Raise unless progress can be shown as it is asked for."""
+    if not (progress is None or isinstance(progress, bool) or _is_file(progress)):
+        raise ContactError(
+            f"progress must be True, False, None or a file, not {progress!r}"
+        )
+
+
+def _is_file(thing: Any) -> bool:
+    return callable(getattr(thing, "write", None))
+
+
+def line(step: LoadStep, counts: Statistics) -> str:
+    """What is said of an accepted step."""
+    gap = f"gap {counts.min_gap:.1e}" if counts.hits else "out of reach"
+    way = "" if step.strategy == "full" else f"  {step.strategy}"
+    return (
+        f"step {step.number:3}  load {step.factor:<8.6g}  Newton {step.iterations:2}  "
+        f"halvings {step.halvings}  active {counts.active_points}  {gap}  "
+        f"pressure {counts.max_pressure:.3g}{way}"
+    )
+
+
+class Progress:
+    """Where the lines go. Rank 0 alone decides and writes. Collective.
+
+    Parameters
+    ----------
+    comm
+        Communicator of the mesh.
+    to
+        See `LoadSteps`.
+    accepted
+        Steps of the problem before this path, from which the lines count on.
+
+    Attributes
+    ----------
+    shown
+        Whether anything is shown, the same on all ranks.
+    """
+
+    def __init__(self, comm: MPI.Comm, to: bool | TextIO | None, accepted: int) -> None:
+        stream: Any = to if _is_file(to) else sys.stderr
+        self._in_place = bool(getattr(stream, "isatty", bool)())
+        shown = self._in_place if to is None else to is not False
+        self.shown: bool = comm.bcast(shown, root=0)
+        self._stream = stream if self.shown and comm.rank == 0 else None
+        self._last, self._drawn = "", 0
+        self._accepted, self._factor = accepted, 0.0
+
+    def solving(self, factor: float) -> None:
+        """A step begins: on a terminal, the last line, or what is being solved."""
+        self._factor = factor
+        if self._stream is not None and self._in_place:
+            self._draw(self._last or f"load {factor:.6g} ...")
+
+    def trying(self, what: str) -> None:
+        """A solve of the step has failed, and something else is tried."""
+        if self._stream is None:
+            return
+        text = f"step {self._accepted + 1:3}  load {self._factor:<8.6g}  trying {what}"
+        if self._in_place:
+            self._draw(text)
+        else:
+            self._put(f"{text}\n")
+
+    def accepted(self, text: str) -> None:
+        """A step is accepted. The line on the terminal goes, as the caller may print."""
+        self._last = text
+        self._accepted += 1
+        if self._stream is None:
+            return
+        if self._in_place:
+            self.clear()
+        else:
+            self._put(f"{text}\n")
+
+    def clear(self) -> None:
+        """Take the line from the terminal."""
+        if self._stream is not None and self._drawn:
+            self._put("\r" + " " * self._drawn + "\r")
+            self._drawn = 0
+
+    def finished(self) -> None:
+        """The path is at its end: the last line stays."""
+        if self._stream is not None and self._in_place and self._last:
+            self._put(f"{self._last}\n")
+
+    def _draw(self, text: str) -> None:
+        """In one line of the terminal: what is longer could not be rewritten."""
+        self.clear()
+        text = text[: shutil.get_terminal_size().columns - 1]
+        self._put(f"\r{text}")
+        self._drawn = len(text)
+
+    def _put(self, text: str) -> None:
+        assert self._stream is not None
+        self._stream.write(text)
+        self._stream.flush()

@@ -1,0 +1,184 @@
+"""Load steps with viscous forces, which fade until each step ends without them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ..convergence.failure import FAILURES
+from ..errors import ConvergenceError, SetUpError
+from ..interface.stiffness import mean_facet_size
+from .viscosity import Viscosity
+
+# Of the stiffness' diagonal, at first
+SHARE = 1e-4
+
+# Factor by which the forces fade from one solve to the next, at most
+FADES, SLOWLY = 0.1, 0.5
+
+# Share of all forces below which a step may end
+REST = 1e-6
+
+# The same, below which the solve without viscous forces is tried
+NEARLY = 1e-2
+
+# Solves of one step, at most
+MOST = 200
+
+# Motion of loose bodies in one solve, in sizes of slave facets. Contact is seen up to
+# two facets away, and as deep
+FARTHEST = 1.0
+
+# Solves of one motion, with stronger forces where one fails or goes too far
+ATTEMPTS = 5
+
+# What a last solve without viscous forces may move, of that: more is a body that
+# nothing holds
+SETTLED = 0.1
+
+
+class Stabilization:
+    """Solves steps in several solves under fading viscous forces. Collective.
+
+    Bodies that contact alone holds find their seat: a solve moves them by no more than
+    contact is seen, and forces fade where they move less. The step ends where a solve
+    without the forces stays where it is, or where they are next to nothing.
+
+    Parameters
+    ----------
+    solver
+        As of `LoadSteps`.
+    factor
+        Of the size of the forces.
+    most
+        Solves of one step. None: `MOST`.
+
+    Attributes
+    ----------
+    work
+        Of viscous forces so far. Energy.
+    share
+        Largest share of all forces of a body at the end of the last step.
+    """
+
+    def __init__(self, solver: Any, factor: float, most: int | None = None) -> None:
+        self.solver, self._factor, self._most = solver, factor, most
+        problem = solver.problem
+        self.viscosity = Viscosity(problem)
+        self._contact = contact = problem.contact
+        self.work = self.share = 0.0
+        self._limit = FARTHEST * mean_facet_size(contact.layout, contact.zones)
+        groups = problem.convergence.groups
+        held = groups.on_rows(problem.constrained)
+        self._loose = groups.sum(held)[: groups.bodies] == 0.0
+        if not self._loose.any():
+            self._limit = np.inf
+
+    def is_of_use(self) -> bool:
+        """Whether all bodies are held by more than contact, or something is in reach:
+        a body that flies is for the user to ask for. Collective."""
+        return not self._loose.any() or bool(self._contact.statistics.hits)
+
+    def columns(self) -> dict[str, Callable[[], float]]:
+        """What a `History` records of the forces, by column."""
+        return {
+            "viscous_work": lambda: self.work,
+            "viscous_share": lambda: self.share,
+        }
+
+    def solve(self, solve: Callable[[], int]) -> int:
+        """Solve one step. Collective.
+
+        Parameters
+        ----------
+        solve
+            One solve from the present state; its iterations.
+
+        Returns
+        -------
+        Iterations of all solves.
+
+        Raises
+        ------
+        ConvergenceError
+            If the forces do not fade.
+        """
+        work, share = self.work, self.share
+        try:
+            return self._fade(solve)
+        except FAILURES:
+            self.work, self.share = work, share  # the step is taken back
+            raise
+
+    def _fade(self, solve: Callable[[], int]) -> int:
+        """The same, with the work of what may fail yet."""
+        scale, iterations = SHARE * self._factor, 0
+        most = MOST if self._most is None else self._most
+        for _ in range(most):
+            found = self._viscous(scale, solve)
+            iterations += found[0]
+            asked, (scale, work, share) = scale, found[1:]
+            self.work, self.share = self.work + work, share
+            if share <= NEARLY:
+                last = self._without(solve)
+                if last is not None:
+                    self.share = 0.0
+                    return iterations + last
+            if share <= REST:
+                return iterations
+            if self._loose.any() and not self._contact.statistics.active_points:
+                self._contact.advance()  # a flight is no slip
+            # After a failure with less of them slowly, or they fail again
+            scale *= self._fading(FADES if scale <= asked else SLOWLY)
+        raise ConvergenceError(
+            f"viscous forces have not faded after {most} solves: they are "
+            f"{self.share:.3g} of all forces of a body that nothing holds"
+        )
+
+    def _viscous(
+        self, scale: float, solve: Callable[[], int]
+    ) -> tuple[int, float, float, float]:
+        """Iterations, the scale that was taken, work and share of one solve."""
+        before, viscosity = self._contact.state(), self.viscosity
+        viscosity.begin()
+        for attempt in range(ATTEMPTS):
+            viscosity.scale = scale
+            try:
+                with viscosity.acting():
+                    iterations = solve()
+            except SetUpError:
+                raise
+            except FAILURES:
+                self._contact.restore(before)
+                if attempt == ATTEMPTS - 1:
+                    raise
+                scale /= FADES
+                continue
+            if viscosity.motion <= self._limit:
+                return iterations, scale, *viscosity.measure()
+            scale *= 2.0 * viscosity.motion / self._limit
+            self._contact.restore(before)
+        raise ConvergenceError(
+            "a body that contact alone holds moves by more than the size of its "
+            f"facets, {self._limit:.3g}, in one solve"
+        )
+
+    def _fading(self, least: float) -> float:
+        """Factor by which the forces fade, such that motions keep to their limit."""
+        motion = self.viscosity.motion
+        return max(least, min(1.0, motion / (0.8 * self._limit)))
+
+    def _without(self, solve: Callable[[], int]) -> int | None:
+        """Iterations of a solve without viscous forces; None where it goes astray."""
+        before = self._contact.state()
+        self.viscosity.begin()
+        try:
+            iterations = solve()
+            if self.viscosity.motion <= SETTLED * self._limit:
+                return iterations
+        except FAILURES:
+            pass
+        self._contact.restore(before)
+        return None

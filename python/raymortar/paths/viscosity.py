@@ -1,0 +1,135 @@
+"""Viscous forces in the volume, which hold what nothing else does."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from mpi4py import MPI
+from petsc4py import PETSc
+
+import numpy as np
+import ufl
+from dolfinx import fem
+
+from .. import compat
+from ..compat import Array
+
+
+class Viscosity:
+    """Forces s k (u - u_0) per volume, in place of the speed's. Collective.
+
+    k is, body by body, the sum of the stiffness' diagonal over that of the mass' (for a
+    density of 1), so that s is a share of the stiffness whatever the units, the size or
+    the material [theory (5.12)].
+
+    Parameters
+    ----------
+    problem
+        Whose forms take the forces within `acting`.
+
+    Attributes
+    ----------
+    scale
+        s, a share.
+    """
+
+    def __init__(self, problem: Any) -> None:
+        self.problem, host = problem, problem.contact.host
+        u = host.only.u
+        V = u.function_space
+        self.comm: MPI.Comm = problem.comm
+        self._start = fem.Function(V)
+        self._scale = fem.Constant(V.mesh, PETSc.ScalarType(0.0))
+        self._k = fem.Function(compat.space(V.mesh, "DG", 0))
+        self._displacement = host.only
+        F, J = problem.form_of_u
+        part = host.only.component
+        v, du = (compat.part_of(argument, part) for argument in J.arguments())
+        k = self._scale * self._k
+        force = k * ufl.inner(u - self._start, v) * ufl.dx
+        self._force = compat.form(force)
+        tangent = J + k * ufl.inner(du, v) * ufl.dx
+        forms = compat.form(F + force), compat.form(tangent)
+        self._forms = problem.with_form_of_u(*forms)
+        whole = host.functions[host.only.at]
+        self._r = compat.create_la_vector(*compat.unknowns_of(whole))
+        self._set_stiffness(v)
+
+    def _set_stiffness(self, v: Any) -> None:
+        """k of every cell."""
+        V = self._start.function_space
+        ones = fem.Function(V)
+        ones.x.array[:] = 1.0
+        mass = self._of_displacement(compat.form(ufl.inner(ones, v) * ufl.dx))
+        bodies, bs = self.problem.contact.bodies, V.dofmap.index_map_bs
+        diagonal = self.problem.contact.stiffness_diagonal
+        n = len(diagonal)
+        of_row = np.repeat(bodies.dofs, bs)[:n]
+        sums = np.array(
+            [np.bincount(of_row, values, bodies.count) for values in (diagonal, mass)],
+            dtype=float,
+        )
+        self.comm.Allreduce(MPI.IN_PLACE, sums)
+        of_cell = bodies.dofs[compat.dofmap_array(V)[:, 0]]
+        cells = compat.dofmap_array(self._k.function_space)[:, 0]
+        self._k.x.array[cells] = (np.abs(sums[0]) / sums[1])[of_cell[: len(cells)]]
+
+    def _of_displacement(self, form: Any) -> Array:
+        """A linear form of the displacement's test function, at its owned dofs."""
+        self._r.array[:] = 0.0
+        compat.assemble_residual(self._r.array, form)
+        compat.scatter_reverse_add(self._r)
+        owned = self._displacement.dofs[: self._displacement.size_owned]
+        found: Array = self._r.array[owned]
+        return found
+
+    @property
+    def scale(self) -> float:
+        """s."""
+        return float(self._scale.value)
+
+    @scale.setter
+    def scale(self, value: float) -> None:
+        self._scale.value = value
+
+    def begin(self) -> None:
+        """The present displacement is u_0."""
+        self._start.x.array[:] = self.problem.contact.u.x.array
+
+    @property
+    def motion(self) -> float:
+        """Largest component of u - u_0. Length. Collective."""
+        change = self.problem.contact.u.x.array - self._start.x.array
+        most = float(np.abs(change).max(initial=0.0))
+        return float(self.comm.allreduce(most, op=MPI.MAX))
+
+    @contextmanager
+    def acting(self) -> Iterator[None]:
+        """The problem has these forces."""
+        kept = self.problem.L, self.problem.a
+        self.problem.L, self.problem.a = self._forms
+        try:
+            yield
+        finally:
+            self.problem.L, self.problem.a = kept
+
+    def measure(self) -> tuple[float, float]:
+        """Work of the forces from u_0 on, and their share of all forces of the body in
+        which it is largest, after a solve. Collective."""
+        n = self.problem.contact.layout.n_u
+        force = self._of_displacement(self._force)
+        u = self.problem.contact.u.x.array
+        work = float(force @ (u[:n] - self._start.x.array[:n]))
+        return float(self.comm.allreduce(work)), self._share(force)
+
+    def _share(self, force: Array) -> float:
+        """Largest of all bodies' shares, constrained dofs left out."""
+        convergence = self.problem.convergence
+        groups = convergence.groups
+        free = groups.on_rows(np.where(self.problem.constrained, 0.0, force))
+        of_bodies = np.sqrt(groups.sum(free**2))[: groups.bodies]
+        # A body in flight has no others
+        forces = np.maximum(convergence.now.forces[: groups.bodies], of_bodies)
+        return float((of_bodies / np.maximum(forces, convergence.floor)).max())

@@ -1,0 +1,6 @@
+"""Pictures of deformed bodies and of what they press with.
+
+- picture: `plot`
+- drawing: in the plane, with matplotlib
+- rendering: in space, with pyvista
+"""

@@ -1,0 +1,125 @@
+"""Bodies in space and the pressure between them, rendered with pyvista."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+import numpy as np
+
+from ..compat import Array
+from .drawing import PRESSURE_MAP, STRESS_MAP, direction
+
+SIZE = (1600, 670)  # of the picture, pixels
+LIGHT = {"ambient": 0.4, "diffuse": 0.6, "specular": 0.0}
+BAR = {
+    "vertical": True,
+    "position_x": 0.82,
+    "position_y": 0.2,
+    "height": 0.6,
+    "width": 0.07,
+    "color": "black",
+    "fmt": "%.3g",
+    "title_font_size": 20,
+    "label_font_size": 18,
+}
+
+
+def lacking() -> str | None:
+    """What keeps pyvista from drawing here, if anything."""
+    try:
+        import pyvista  # noqa: F401
+        import vtkmodules.vtkRenderingOpenGL2  # noqa: F401
+        from vtkmodules.vtkRenderingCore import vtkRenderWindow
+    except ImportError as error:
+        return (
+            f"raymortar.plot needs pyvista ({error}): apt install python3-pyvista "
+            "(from Debian 13 on), or pip install pyvista"
+        )
+    # Without a server VTK's windows of this kind end the whole program
+    through_x = vtkRenderWindow().GetClassName() == "vtkXOpenGLRenderWindow"
+    if through_x and not os.environ.get("DISPLAY"):
+        return (
+            "pyvista has no display to draw on (DISPLAY is not set): "
+            "run the program by xvfb-run -a, of Debian's packages xvfb and xauth"
+        )
+    return None
+
+
+def render(
+    bodies: list[Array],
+    surface: list[Array],
+    label: str,
+    view: tuple[float, float],
+    interactive: bool,
+) -> Any:
+    """Bodies coloured by a field, and the slave surfaces by their pressure.
+
+    Parameters
+    ----------
+    bodies
+        Outer facets' vertices (n, k, 3), displacement (n, k, 3) and field (n, k, 1).
+    surface
+        Slave facets' vertices, displacement and normal traction (n, k, 3).
+    label
+        What the colour bar of the bodies says.
+    view
+        Azimuth and elevation of the eye. Degrees.
+    interactive
+        Whether the plotter is to open a window with ``show``.
+
+    Returns
+    -------
+    The ``pyvista.Plotter``, bodies on the left, pressure on the right.
+    """
+    import pyvista
+
+    plotter = pyvista.Plotter(
+        shape=(1, 2), off_screen=not interactive, window_size=SIZE, border=False
+    )
+    plotter.set_background("white")
+    plotter.enable_anti_aliasing("fxaa")
+    x, u, values = bodies
+    lower = min(0.0, values.min(initial=0.0))
+    _add(plotter, 0, x + u, values, label, STRESS_MAP, lower, view)
+    x, u, traction = surface
+    pressure = np.linalg.norm(traction, axis=2, keepdims=True)
+    _add(plotter, 1, x + u, pressure, "contact pressure", PRESSURE_MAP, 0.0, view)
+    return plotter
+
+
+def _add(
+    plotter: Any,
+    column: int,
+    at: Array,
+    values: Array,
+    label: str,
+    colours: str,
+    lower: float,
+    view: tuple[float, float],
+) -> None:
+    """Facets (n, k, 3) with a value (n, k, 1) at each vertex, seen from an angle."""
+    import pyvista
+
+    n, k = at.shape[:2]
+    corners = np.arange(n * k).reshape(n, k)
+    faces = np.column_stack([np.full(n, k), corners])
+    mesh = pyvista.PolyData(at.reshape(-1, 3), faces.ravel())
+    mesh.point_data[label] = values.ravel()
+    plotter.subplot(0, column)
+    plotter.add_mesh(
+        mesh,
+        scalars=label,
+        cmap=colours,
+        clim=(lower, values.max(initial=lower)),
+        show_edges=True,
+        edge_color="#555555",
+        **LIGHT,
+        scalar_bar_args=BAR,
+    )
+    plotter.scalar_bars[label].SetVerticalTitleSeparation(12)
+    plotter.view_vector(direction(*view), viewup=(0, 0, 1))
+    plotter.add_axes(color="black")
+    # Away from the bar
+    plotter.camera.SetWindowCenter(0.16, 0.0)
+    plotter.camera.zoom(0.9)

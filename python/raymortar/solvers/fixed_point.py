@@ -1,0 +1,95 @@
+"""Newton's method at fixed segments inside, pairing anew outside."""
+
+from __future__ import annotations
+
+from ..checked import is_whole_number
+from ..errors import ContactError, ConvergenceError, raise_everywhere, require_agreement
+from .newton import NewtonSolver, SNESSolver
+
+
+class FixedPointSolver:
+    """Fixed point on the pairing, in place of Newton's method on everything. Collective.
+
+    The inner solver keeps segments, integration points and weights and only follows the
+    rays: it sees the function that its tangent is the exact derivative of. The outer loop
+    pairs anew until the residual of the new pairing is small as well. What it converges
+    to is what the inner solver alone would.
+
+    Parameters
+    ----------
+    solver
+        `NewtonSolver` or `SNESSolver`, with its tolerances.
+    max_outer
+        Most pairings of one solve.
+
+    Attributes
+    ----------
+    problem
+        Of the inner solver.
+    residuals
+        Norm after each pairing of the last solve, the first before any iteration. Force.
+    """
+
+    def __init__(self, solver: NewtonSolver | SNESSolver, max_outer: int = 20) -> None:
+        if not isinstance(solver, (NewtonSolver, SNESSolver)):
+            raise ContactError(
+                f"solver must be a NewtonSolver or an SNESSolver, not {solver!r}"
+            )
+        positive = is_whole_number(max_outer) and max_outer >= 1
+        comm = solver.problem.comm
+        raise_everywhere(
+            comm,
+            None
+            if positive
+            else f"max_outer = {max_outer!r} must be positive and a whole number",
+        )
+        require_agreement(comm, max_outer=max_outer)
+        self.solver, self.max_outer = solver, max_outer
+        self.problem = solver.problem
+        self.residuals: list[float] = []
+        self._b = self.problem.create_vector()
+
+    def solve(self) -> tuple[int, bool]:
+        """Solve from the present u and multiplier.
+
+        Returns
+        -------
+        iterations, converged
+            Inner iterations of all pairings.
+
+        Raises
+        ------
+        ConvergenceError
+            If an inner solve fails, or if the pairing has not settled.
+        """
+        convergence = self.problem.convergence
+        self.residuals = [self._residual()]
+        # Residuals are measured from the first pairing, not from each one's own start
+        convergence.keeps_first = self.problem.rays_only = True
+        rtol, atol = self.solver.tolerances[0], self.solver.force_tolerance
+        iterations = 0
+        try:
+            for _ in range(self.max_outer):
+                iterations += self.solver.solve()[0]
+                self.residuals.append(self._residual())
+                if convergence.reached(rtol, atol, at_once=True):
+                    return iterations, True
+        finally:
+            convergence.keeps_first = self.problem.rays_only = False
+        found = ", ".join(f"{r:.3e}" for r in self.residuals)
+        message = (
+            f"the pairing has not settled after {self.max_outer} pairings: residuals "
+            f"{found}; {self.problem.contact.statistics}"
+        )
+        raise ConvergenceError(message)
+
+    def _residual(self) -> float:
+        """Norm of the residual, paired anew at the present state."""
+        x = self.problem.start()
+        kept, self.problem.rays_only = self.problem.rays_only, False
+        try:
+            self.problem.F(x, self._b)
+        finally:
+            self.problem.rays_only = kept
+            x.destroy()
+        return self.problem.history[-1]

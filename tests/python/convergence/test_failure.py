@@ -1,0 +1,164 @@
+"""What a failure says."""
+
+import warnings
+
+from petsc4py import PETSc
+
+import hosts
+import pytest
+from problems import COMM, build, fix, tolerate
+
+from meshes.scenes import two_blocks
+from raymortar import AugmentedLagrangian, ContactWarning, ConvergenceError, SNESSolver
+from raymortar.convergence.failure import (
+    InUse,
+    describe_failure,
+    list_of_residuals,
+    reason_in_words,
+)
+from raymortar.interface.point_results import Statistics
+from raymortar.interface.sides import swaps
+from raymortar.interface.stiffness import stiffness_ratios
+
+pytestmark = pytest.mark.quick
+TOUCHING = Statistics(hits=3, points=4, min_gap=0.0, max_gap=1.0)
+
+
+@pytest.mark.parametrize("count", [0, 1, 10])
+def test_short_histories_are_listed(count):
+    history = [10.0**-k for k in range(count)]
+    assert list_of_residuals(history) == ", ".join(f"{r:.3e}" for r in history)
+
+
+def test_of_long_ones_both_ends_are():
+    text = list_of_residuals([float(k) for k in range(200)])
+    assert text.startswith("0.000e+00, 1.000e+00")
+    assert "4.000e+00, (190 more), 1.950e+02" in text
+    assert text.endswith("1.990e+02")
+
+
+def test_reasons_are_words():
+    reasons = PETSc.SNES.ConvergedReason
+    assert reason_in_words(reasons.DIVERGED_MAX_IT).endswith("was reached")
+    assert "line search" in reason_in_words(reasons.DIVERGED_LINE_SEARCH)
+    assert "no number" in reason_in_words(-4)
+    assert reason_in_words(-77) == "SNES reason -77"
+
+
+@pytest.mark.parametrize(
+    "history, statistics, unheld, advice",
+    [
+        ([1.0, 0.1], TOUCHING, [], ""),
+        ([1.0, 0.1], Statistics(), [], "a larger reach"),
+        ([1.0, 0.1], TOUCHING, ["the ball is held by nothing along x"], "a condition"),
+        (8 * [2.0, 1.0], TOUCHING, [], "snes_linesearch_type"),
+        ([1.0, 50.0], TOUCHING, [], "smaller steps"),
+        ([1.0, float("nan")], TOUCHING, [], "smaller steps"),
+    ],
+)
+def test_advice_goes_by_what_was_seen(history, statistics, unheld, advice):
+    text = describe_failure(history, statistics, unheld, "; out of balance: x")
+    assert all(body in text for body in unheld)
+    assert (". Try " in text) == bool(advice)
+    assert advice in text.rpartition(". Try ")[2]
+
+
+@pytest.mark.mpi
+def test_a_rigid_slave_is_named():
+    """Finer than its soft master: its multiplier asks for more than the facets can."""
+    scene = two_blocks(COMM, 2, "quadrilateral", 5, 9)
+    down = lambda x: -0.1 + 0 * x  # noqa: E731
+    case = build(
+        scene,
+        material="neo-hookean",
+        bcs=lambda V, s: [fix(V, s, "bottom"), fix(V, s, ["top", "slave"], value=down)],
+    )
+    tag = scene.tags["slave"]
+    with pytest.raises(ConvergenceError, match=f"all of slave tag {tag} is prescribed"):
+        case.solve(SNESSolver)
+
+
+@pytest.mark.parametrize(
+    "in_use, proposed, left_out",
+    [
+        (InUse(), ["LoadSteps, which", "degree=1", '"bt"'], []),
+        (InUse(degree=1), ["LoadSteps, which", '"bt"'], ["degree=1"]),
+        (InUse(steps=True, automatic=True), ["a tenth of gamma"], ["LoadSteps"]),
+        (InUse(steps=True), ['strategy="auto"'], ["LoadSteps, which"]),
+        (InUse(steps=True, controlled=True), ["a tenth"], ['"bt"']),
+    ],
+)
+def test_against_cycles_only_what_goes_with_the_options(in_use, proposed, left_out):
+    text = describe_failure(8 * [2.0, 1.0], TOUCHING, [], "", in_use=in_use)
+    assert all(words in text for words in proposed)
+    assert not any(words in text for words in left_out)
+
+
+@pytest.mark.parametrize("may_be_viscous", [True, False])
+def test_viscous_forces_are_proposed_where_they_may_be(may_be_viscous):
+    in_use = InUse(may_be_viscous=may_be_viscous)
+    unheld = ["it is held by nothing"]
+    text = describe_failure([1.0], TOUCHING, unheld, "", in_use=in_use)
+    assert "a condition that holds it" in text
+    assert ("stabilize" in text) == may_be_viscous
+
+
+def test_a_solve_that_broke_is_not_told_of_its_reach():
+    text = describe_failure([1.0, float("nan")], Statistics(), [], "")
+    assert "smaller steps" in text and "reach in Search" not in text
+
+
+def stiff_on_soft(stiffer=1e4, degree=(1, 2), **options):
+    """A block pressed on a soft one of lower degree by a tenth in one step."""
+    scenes = hosts.meshes(divisions=(8, 6))
+    found = hosts.apart(scenes, degree=degree, stiffer=stiffer, **options)
+    found.push(0.0, -0.1)
+    return found
+
+
+@pytest.mark.mpi
+def test_a_stiff_slave_of_higher_degree_is_told_with_remedies():
+    with pytest.raises(ConvergenceError) as failure:
+        SNESSolver(stiff_on_soft().problem).solve()
+    text = str(failure.value).rpartition(". Try ")[2]
+    assert "AugmentedLagrangian(degree=1), or the other side as the slave" in text
+    assert "has degree 2 and its master degree 1 and is" in text
+    assert "times as stiff as its master" in text
+    # Both help
+    for options in ({"method": AugmentedLagrangian(degree=1)}, {"swap": True}):
+        assert SNESSolver(stiff_on_soft(**options).problem).solve()[0] <= 8
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize(
+    "stiffer, degree", [(1.0, (1, 1)), (1e3, (1, 1)), (1e3, (1, 2))]
+)
+def test_moduli_are_compared_as_they_are(stiffer, degree):
+    found = stiff_on_soft(stiffer, degree)
+    contact = found.contact
+    ratios = stiffness_ratios(
+        found.problem._volume, contact.layout, contact.interfaces, found.problem.bcs
+    )
+    assert ratios[0].shape == (1, 1)
+    assert 0.3 * stiffer < ratios[0][0, 0] < 3.0 * stiffer
+    told = swaps(contact, found.problem._volume, found.problem.bcs)
+    assert len(told) == (stiffer > 1.0)
+    assert all(("degree=1" in text) == (degree == (1, 2)) for text in told)
+
+
+@pytest.mark.mpi
+def test_snes_says_why_it_stopped():
+    scene = two_blocks(COMM, 2, "triangle")
+    case = build(
+        scene,
+        bcs=lambda V, s: [
+            fix(V, s, "bottom"),
+            fix(V, s, "top", value=lambda x: -0.3 * x[:, -1:] + 0 * x),
+        ],
+    )
+    case.solver = SNESSolver(case.problem)
+    tolerate(case.solver, max_it=1)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ContactWarning)
+        with pytest.raises(ConvergenceError, match="largest number of iterations"):
+            case.solve(max_it=1)

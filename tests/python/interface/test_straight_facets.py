@@ -1,0 +1,87 @@
+"""Straight facets on curved surfaces: told where they are a part of what is studied."""
+
+import warnings
+
+import numpy as np
+import pytest
+from problems import COMM, build
+
+from meshes.scenes import two_blocks
+from raymortar import ContactWarning
+from raymortar.interface.straight_facets import sagittas
+
+RADIUS, DIVISIONS = 2.0, 8
+
+
+def arch(cell, gap, geometry_degree=1):
+    """Two blocks, the interface a circle's arc in each plane across."""
+
+    def height(x):
+        return 1.0 - (RADIUS - np.sqrt(RADIUS**2 - (x[:, 0] - 0.5) ** 2))
+
+    return two_blocks(
+        COMM,
+        2 if cell in ("triangle", "quadrilateral") else 3,
+        cell,
+        DIVISIONS,
+        DIVISIONS,
+        geometry_degree,
+        gap=gap,
+        interface=height,
+    )
+
+
+def told(scene):
+    case = build(scene)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", ContactWarning)
+        case.contact.update()
+    return [str(w.message) for w in caught if "straight facets" in str(w.message)], case
+
+
+def test_sagitta_is_that_of_the_chord(cell):
+    _, case = told(arch(cell, 0.0))
+    found = sagittas(case.contact.zones[0].facets.slave_surface)
+    h = 1.0 / DIVISIONS
+    assert found.max() == pytest.approx(h**2 / (8 * RADIUS), rel=0.35)
+
+
+@pytest.mark.quick
+@pytest.mark.mpi
+@pytest.mark.parametrize("gap", [0.002, -0.002])
+def test_a_small_gap_or_overlap_is_told(cell_2d, gap):
+    found, _ = told(arch(cell_2d, gap))
+    assert len(found) == 1 and "degree 2" in found[0]
+
+
+def noisy(noise):
+    """Two blocks that overlap by the noise of their flat interface."""
+
+    def height(x):
+        return 1.0 + noise * np.sin(1e3 * x[:, 0])
+
+    return two_blocks(COMM, 2, "quadrilateral", 8, 5, gap=-noise, interface=height)
+
+
+@pytest.mark.mpi
+def test_noise_is_told_with_what_takes_it_off():
+    found, case = told(noisy(2e-3))
+    assert len(found) == 1 and "contact.adjust(within=" in found[0]
+    changed = case.contact.adjust(within=0.01)
+    assert changed.facets > 0 and changed.largest < 0.01
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("gap", [0.02, -0.02])
+def test_a_large_one_is_not(cell_2d, gap):
+    assert told(arch(cell_2d, gap))[0] == []
+
+
+def test_nor_are_curved_facets(cell_2d):
+    assert told(arch(cell_2d, 0.002, geometry_degree=2))[0] == []
+
+
+@pytest.mark.parametrize("gap", [0.0, 1e-9, -1e-9])
+def test_nor_flat_surfaces(cell, gap):
+    dim = 2 if cell in ("triangle", "quadrilateral") else 3
+    assert told(two_blocks(COMM, dim, cell, gap=gap))[0] == []

@@ -1,0 +1,273 @@
+"""What load steps try before they halve a step."""
+
+import io
+
+import numpy as np
+import pytest
+from load_paths import cycling, sticking, top_moves
+from problems import SOLVERS, worst
+
+from raymortar import ContactError, ConvergenceError, SNESSolver
+from raymortar.convergence.trouble import is_hopeless, is_in_trouble
+from raymortar.errors import SetUpError
+from raymortar.paths.strategies import (
+    BOTH,
+    CAPPED,
+    EXTRAPOLATED,
+    FULL,
+    KEPT,
+    LINE_SEARCH,
+    SMALL_GAMMA,
+    VISCOUS,
+)
+from raymortar.solvers import iterative
+from raymortar.solvers.capped import OVERLAP, CappedSolver
+from raymortar.solvers.line_search import with_line_search
+
+CYCLE = [2.371e-2, 1.1e-2]
+FALLING = [10.0**-k for k in range(9)]
+
+
+# What residuals show
+
+
+@pytest.mark.quick
+@pytest.mark.parametrize(
+    "norms, trouble, hopeless",
+    [
+        (FALLING, False, False),
+        ([1.0, 2.0, 1.0, 2.0, 1e-2, 1e-5], False, False),  # it finds its way
+        ([0.5**k for k in range(20)], False, False),  # slow, but it gets there
+        ([1e-8, 1.0, 2.0, 0.1], False, False),  # a first touch
+        (3 * CYCLE, True, True),
+        ([1.0] + 3 * [0.3, 0.1, 0.25], True, True),
+        (3 * [5.2, 5.5, 1.2, 3.6, 0.9], True, True),
+        ([1.0, 0.2, 1.02, 0.198, 1.01, 0.2], True, False),
+        (3 * [2.371e-2, 2.369e-2, 2.370e-2], True, True),
+        ([1.0, 0.1, 1e2, 1e3, 2e6], True, False),
+        ([1.0, 0.1, np.nan], True, False),
+        ([1.0, 0.1] + [0.2, 0.7, 0.4, 0.3, 0.9, 0.15, 0.22, 0.6], True, False),
+        ([1.0], False, False),
+        (8 * [0.0], False, False),
+    ],
+)
+def test_trouble_is_told_from_what_converges(norms, trouble, hopeless):
+    assert is_in_trouble(norms) == trouble
+    assert is_hopeless(norms) == hopeless
+
+
+@pytest.mark.mpi(where=lambda cell_2d, **_: cell_2d == "triangle")
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_a_lone_solve_ends_where_residuals_repeat(cell_2d, solver):
+    """Residuals are in the ratio 2 to 1: those of u^3 - 2 u + 2 at 0 and 1."""
+    with pytest.raises(ConvergenceError, match="repeats every 2 residuals"):
+        found = cycling(cell_2d, solver)
+        found.solve()
+    norms = np.array(found.problem.history)
+    assert len(norms) == 6
+    np.testing.assert_allclose(norms[::2] / norms[1::2], 2.0, rtol=1e-12)
+
+
+# Paths
+
+
+@pytest.mark.mpi(
+    where=lambda cell, solver: cell == "quadrilateral" and solver is SOLVERS[0]
+)
+@pytest.mark.parametrize("cell", ["quadrilateral", "triangle"])
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_a_path_arrives_that_halving_does_not_save(cell, solver):
+    _, before = sticking(cell, solver, strategy="halve", max_halvings=3)
+    with pytest.raises(ConvergenceError):
+        before.run()
+    problem, after = sticking(cell, solver)
+    gamma = problem.contact.gamma
+    path = after.run()
+    assert path[-1].factor == 1.0
+    assert any(step.strategy not in (FULL, EXTRAPOLATED) for step in path)
+    assert problem.contact.gamma is gamma
+    easy, steps = sticking(cell, solver, gamma=1.0)
+    steps.run()
+    forces = [p.contact.resultant(0).force for p in (problem, easy)]
+    assert worst(forces[0] - forces[1]) <= 0.05 * worst(forces[1])
+
+
+@pytest.mark.mpi(where=lambda solver: solver is SOLVERS[0])
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_nothing_is_done_where_nothing_is_wrong(solver):
+    paths = []
+    for strategy in ("auto", "halve", None):
+        problem, steps = top_moves("quadrilateral", solver, strategy=strategy)
+        path = steps.run()
+        assert all(step.strategy == FULL for step in path)
+        paths.append(([step.iterations for step in path], problem.u.x.array.copy()))
+    for counts, u in paths[1:]:
+        assert counts == paths[0][0]
+        # Parts of other ranks are added as they arrive, in any order
+        np.testing.assert_allclose(u, paths[0][1], rtol=0.0, atol=1e-13)
+
+
+# The order
+
+
+class Failing:
+    """Lets the first solves of a step fail, as if they cycled."""
+
+    def __init__(self, monkeypatch, problem):
+        self.norms, self.left, self.gammas = 3 * CYCLE, 0, []
+        for solver in (*SOLVERS, CappedSolver):
+            monkeypatch.setattr(solver, "solve", self.wrap(solver.solve))
+        self.problem = problem
+
+    def wrap(self, solve):
+        def wrapped(solver):
+            self.gammas.append(self.problem.contact.gamma)
+            if self.left:
+                self.left -= 1
+                self.problem.problem.convergence.norms[:] = self.norms
+                raise ConvergenceError("it cycles")
+            return solve(solver)
+
+        return wrapped
+
+
+@pytest.mark.mpi(where=lambda failures, **_: failures == 3)
+@pytest.mark.parametrize(
+    "failures, strategy",
+    [
+        (1, EXTRAPOLATED),
+        (2, SMALL_GAMMA),
+        (3, CAPPED),
+        (4, LINE_SEARCH),
+        (5, BOTH),
+        (6, KEPT),
+        (7, VISCOUS),
+    ],
+)
+def test_strategies_are_tried_in_their_order(failures, strategy, monkeypatch):
+    problem, steps = top_moves("triangle", SOLVERS[0])
+    failing, path = Failing(monkeypatch, problem), iter(steps)
+    assert next(path).strategy == FULL
+    failing.left, gamma = failures, problem.contact.gamma
+    assert next(path).strategy == strategy
+    kept = 0.1 if strategy == KEPT else 1.0
+    assert problem.contact.gamma == kept * gamma
+    small = 1 if strategy in (SMALL_GAMMA, BOTH, KEPT) else 0
+    assert failing.gammas.count(0.1 * gamma) >= small
+    assert next(path).strategy == FULL
+    assert steps.halvings == 0
+    list(path)
+    assert worst(problem.u.x.array) > 0.0
+    assert problem.contact.gamma == gamma
+
+
+@pytest.mark.mpi
+def test_the_step_is_halved_where_nothing_helps(monkeypatch):
+    problem, steps = top_moves("triangle", SOLVERS[0])
+    failing, path = Failing(monkeypatch, problem), iter(steps)
+    next(path)
+    before = problem.u.x.array.copy()
+    # Viscous forces are tried in five sizes
+    failing.left = 7 + 5
+    step = next(path)
+    assert (step.factor, step.strategy, step.halvings) == (0.375, FULL, 1)
+    assert worst(problem.u.x.array - before) > 0.0
+
+
+@pytest.mark.mpi
+def test_slow_solves_are_halved_at_once(monkeypatch):
+    """More iterations would have done: another way is not asked for."""
+    problem, steps = top_moves("triangle", SOLVERS[0])
+    failing, path = Failing(monkeypatch, problem), iter(steps)
+    next(path)
+    failing.norms, failing.left = FALLING[:4], 1
+    assert next(path).halvings == 1
+
+
+@pytest.mark.mpi
+def test_faults_of_the_set_up_are_raised_at_once(monkeypatch):
+    problem, steps = top_moves("triangle")
+    calls = []
+
+    def faulty(solver):
+        calls.append(solver)
+        raise SetUpError("the mesh was moved")
+
+    monkeypatch.setattr(type(problem.solver), "solve", faulty)
+    with pytest.raises(SetUpError):
+        steps.run()
+    assert len(calls) == 1
+
+
+# Settings
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_a_line_search_keeps_what_the_solver_was_given(solver):
+    options = {**iterative(), "ksp_rtol": 1e-9}
+    problem, _ = top_moves("triangle", lambda p: solver(p, options))
+    problem.solver.tolerances = 1e-7, 1e-3
+    other = with_line_search(problem.solver)
+    assert isinstance(other, SNESSolver) and other.A.handle == problem.solver.A.handle
+    assert other.krylov_solver.getTolerances()[0] == 1e-9
+    assert other.tolerances == (1e-7, 1e-3)
+    assert other.max_it == 2 * problem.solver.max_it
+
+
+@pytest.mark.mpi
+def test_a_line_search_takes_no_rounding_error_for_a_tolerance():
+    """That of all bodies, when the solver was made, may be above a soft body's."""
+    problem, _ = top_moves("triangle", SNESSolver)
+    problem.problem.convergence._floors *= 1e3
+    other = with_line_search(problem.solver)
+    assert other.force_tolerance is None
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_capped_steps_do_not_pass_surfaces(solver, monkeypatch):
+    """The answer is that of full steps, the overlap on the way next to none."""
+    found, shares, share = [], [], CappedSolver._share
+
+    def noted(self, x, trial):
+        shares.append(share(self, x, trial))
+        return shares[-1]
+
+    monkeypatch.setattr(CappedSolver, "_share", noted)
+    for capped in (False, True):
+        problem, steps = top_moves("triangle", solver, share=0.05, gap=0.02)
+        steps.apply(1.0)
+        way = CappedSolver(problem.solver) if capped else problem.solver
+        assert way.solve()[1]
+        found.append(problem.u.x.array.copy())
+    assert min(shares) < 1.0 and shares[-1] == 1.0 and 0.0 < OVERLAP < 0.1
+    assert worst(found[1] - found[0]) <= 1e-9
+
+
+@pytest.mark.mpi
+def test_a_solver_with_a_line_search_of_its_own_keeps_it():
+    searching = {"snes_linesearch_type": "bt"}
+    problem, _ = top_moves("triangle", lambda p: SNESSolver(p, searching))
+    assert with_line_search(problem.solver) is None
+
+
+@pytest.mark.mpi
+def test_the_log_says_what_was_used(monkeypatch):
+    log = io.StringIO()
+    problem, steps = top_moves("triangle", SOLVERS[0], progress=log)
+    failing, path = Failing(monkeypatch, problem), iter(steps)
+    next(path)
+    failing.left = 2
+    next(path)
+    if problem.problem.comm.rank == 0:
+        # Those of what is tried on the way aside
+        lines = [text for text in log.getvalue().splitlines() if "Newton" in text]
+        assert lines[1].endswith(SMALL_GAMMA) and SMALL_GAMMA not in lines[0]
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("strategy", ["full", 3, True])
+def test_strategies_that_are_none_are_refused(strategy):
+    with pytest.raises(ContactError, match="strategy must be one of"):
+        top_moves("triangle", strategy=strategy)

@@ -1,0 +1,133 @@
+"""The order of the library's stages, and the equations its comments cite."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+SCRIPT = ROOT / "scripts" / "check_layers"
+
+THEORY = "```math\na = b \\qquad (2.5)\n```\n```math\nc = d \\qquad (2.6)\n```\n"
+
+
+def check(*arguments):
+    """Return code of the script, and what it complained about."""
+    command = [sys.executable, str(SCRIPT), *map(str, arguments)]
+    run = subprocess.run(command, capture_output=True, text=True, check=False)
+    return run.returncode, run.stderr
+
+
+def make_tree(root: Path, files: dict[str, str]) -> Path:
+    """A source tree with a header in every stage, and some more files."""
+    stages = (
+        "core",
+        "geometry",
+        "pairing",
+        "mortar",
+        "law",
+        "element",
+        "interface",
+        "fem",
+    )
+    headers = {f"cpp/raymortar/{stage}/some.h": "" for stage in stages}
+    empty = {"python/raymortar/__init__.py": "", "docs/theory.md": THEORY}
+    for name, text in {**headers, **empty, **files}.items():
+        path = root / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    return root
+
+
+@pytest.mark.quick
+def test_this_tree_keeps_the_order():
+    """The script that a developer runs by hand finds nothing."""
+    code, complaint = check()
+    assert (code, complaint) == (0, "")
+
+
+@pytest.mark.parametrize(
+    "name, text",
+    [
+        ("mortar/a.h", '#include "raymortar/pairing/some.h"\n#include <vector>'),
+        ("mortar/a.h", "// petsc.h is not included"),
+        ("element/a.cpp", '#include "raymortar/law/some.h"'),
+        ("interface/a.h", '#include "raymortar/element/some.h"'),
+        ("fem/a.cpp", '#include "raymortar/interface/some.h"'),
+        ("fem/a.cpp", '#include "raymortar/element/some.h"\n#include <petscmat.h>'),
+        ("law/a.h", "/// t = p n   [theory (2.5)-(2.6)]"),
+        ("law/a.h", "/// t = p n, see theory\n/// (2.5) and (2.6)"),
+    ],
+)
+def test_what_is_allowed_passes(tmp_path, name, text):
+    """Stages may look down, fem may see PETSc, equations that exist are cited."""
+    assert check(make_tree(tmp_path, {f"cpp/raymortar/{name}": text})) == (0, "")
+
+
+@pytest.mark.parametrize(
+    "name, text, complaint",
+    [
+        ("geometry/a.h", '#include "raymortar/mortar/some.h"', "geometry may include"),
+        ("law/a.h", '#include "raymortar/geometry/some.h"', "law may include only"),
+        ("mortar/a.h", '#include "raymortar/law/some.h"', "mortar may include only"),
+        ("element/a.cpp", "# include <mpi.h>", "only fem includes"),
+        ("interface/a.h", "#include <mpi.h>", "only fem includes"),
+        ("interface/a.h", '#include "raymortar/fem/some.h"', "interface may include"),
+        ("element/a.h", '#include "raymortar/interface/some.h"', "element may include"),
+        ("pairing/a.cpp", "  #include <petscsys.h>", "only fem includes"),
+        ("fem/a.cpp", "#include <pybind11/pybind11.h>", "neither Python nor DOLFINx"),
+        ("fem/a.cpp", '#include "zone.h"', "own headers are included as"),
+        ("fem/a.cpp", '#include "raymortar/core/none.h"', "there is no such header"),
+        ("extra/a.h", "", "extra is not one of"),
+        ("law/a.h", "/// [theory (2.7)]", "cites theory (2.7)"),
+        ("law/a.h", "/// [theory (2.5)-(2.8)]", "cites theory (2.7)"),
+        ("law/a.h", "/// theory\n/// (2.5), (3.1)", "cites theory (3.1)"),
+    ],
+)
+def test_what_is_not_allowed_is_named(tmp_path, name, text, complaint):
+    """The file and the rule that it breaks."""
+    code, said = check(make_tree(tmp_path, {f"cpp/raymortar/{name}": text}))
+    assert code == 1
+    assert f"cpp/raymortar/{name}" in said and complaint in said
+
+
+def test_citations_in_python_count(tmp_path):
+    """Comments in Python are held to the same."""
+    tree = make_tree(tmp_path, {"python/raymortar/contact.py": "# theory (9.9)"})
+    code, said = check(tree)
+    assert code == 1 and "theory (9.9)" in said
+
+
+@pytest.mark.parametrize(
+    "name, text, complaint",
+    [
+        ("host/a.py", "from ..paths.b import c", "imports paths, above it"),
+        ("host/a.py", "from .. import contact", "imports contact, above it"),
+        ("compat/a.py", "def f():\n    from ..host import b", "imports host, above it"),
+        ("extra.py", "", "extra is not one of"),
+    ],
+)
+def test_rooms_of_the_package_look_down(tmp_path, name, text, complaint):
+    """An import of a function counts too."""
+    code, said = check(make_tree(tmp_path, {f"python/raymortar/{name}": text}))
+    assert code == 1
+    assert f"python/raymortar/{name}" in said and complaint in said
+
+
+def test_rooms_may_import_types_from_above(tmp_path):
+    """As ``if TYPE_CHECKING`` does; and what is in the same room, or below."""
+    text = (
+        "from . import b\nfrom ..host.c import d\n"
+        "if TYPE_CHECKING:\n    from ..contact import Contact"
+    )
+    tree = make_tree(tmp_path, {"python/raymortar/interface/a.py": text})
+    assert check(tree) == (0, "")
+
+
+def test_an_equation_number_is_unique(tmp_path):
+    """A number that is given twice says nothing."""
+    code, said = check(make_tree(tmp_path, {"docs/theory.md": THEORY + THEORY}))
+    assert code == 1 and "(2.5) more than once" in said

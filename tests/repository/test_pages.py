@@ -1,0 +1,152 @@
+"""Programs of the pages run as they are typed in, and print what the pages say."""
+
+import inspect
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import raymortar
+
+ROOT = Path(__file__).parents[2]
+NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[+-]\d+)?")
+
+
+def blocks_of(page, kind):
+    """Fenced blocks of a page."""
+    text = (ROOT / page).read_text(encoding="utf-8")
+    return re.findall(rf"^```{kind}\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+
+
+def more_ranks_than_cores():
+    """Options of mpirun, as in scripts/setup.sh."""
+    said = subprocess.run(["mpirun", "--version"], capture_output=True, text=True)
+    options = ["--map-by", ":OVERSUBSCRIBE", "--bind-to", "none"]
+    return options if "Open MPI" in said.stdout else []
+
+
+def run(program, folder, ranks=1, **environment):
+    """Output of a program that is run in a folder."""
+    (folder / "program.py").write_text(program, encoding="utf-8")
+    # Pages read meshes from the root of the tree, where their readers are
+    if not (folder / "meshes").exists():
+        (folder / "meshes").symlink_to(ROOT / "meshes")
+    command = [sys.executable, "program.py"]
+    if ranks > 1:
+        command[1:1] = ["-m", "mpi4py"]
+        command[:0] = ["mpirun", *more_ranks_than_cores(), "-n", str(ranks)]
+    done = subprocess.run(
+        command,
+        cwd=folder,
+        env={**os.environ, **environment},
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout.strip()
+
+
+@pytest.mark.quick
+def test_first_contact_prints_what_its_page_says(tmp_path):
+    pytest.importorskip("matplotlib")
+    printed = run(blocks_of("docs/first_contact.md", "python")[0], tmp_path)
+    said = blocks_of("docs/first_contact.md", "text")[0].strip()
+    assert NUMBER.sub("", printed) == NUMBER.sub("", said)
+    for ours, theirs in zip(printed.splitlines(), said.splitlines()):
+        a, b = ([float(x) for x in NUMBER.findall(line)] for line in (ours, theirs))
+        if ours.startswith("residual"):
+            # To a digit on the page, and down to rounding
+            assert a[:-1] == pytest.approx(b[:-1], rel=0.5) and a[-1] < 1e-12
+        else:
+            assert a == pytest.approx(b, rel=2e-3)
+    for name in ("first_contact.png", "first_contact.xdmf", "first_contact.h5"):
+        assert (tmp_path / name).stat().st_size > 0
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_bodies_of_two_gmsh_models_print_what_their_page_says(ranks, tmp_path):
+    pytest.importorskip("gmsh")
+    page = "docs/unknowns.md"
+    (program,) = [text for text in blocks_of(page, "python") if "gmsh" in text]
+    printed = run(program, tmp_path, ranks)
+    said = blocks_of(page, "text")[0].strip()
+    assert NUMBER.sub("", printed) == NUMBER.sub("", said)
+    for ours, theirs in zip(printed.splitlines(), said.splitlines()):
+        a, b = ([float(x) for x in NUMBER.findall(line)] for line in (ours, theirs))
+        # Versions of Gmsh make other meshes
+        assert a[0] == b[0] and a[1] == pytest.approx(b[1], rel=2e-2)
+        assert abs(a[2] - b[2]) <= 1
+    for name in ("plate", "disc"):
+        assert (tmp_path / f"{name}.xdmf").stat().st_size > 0
+
+
+@pytest.mark.quick
+def test_ten_lines_of_the_start_page_solve_contact(tmp_path):
+    """Iterations stay few, and the force grows faster than the compression."""
+    pytest.importorskip("matplotlib")
+    program = blocks_of("README.md", "python")[0]
+    printed = run(program, tmp_path)
+    rows = [list(map(float, NUMBER.findall(line))) for line in printed.splitlines()]
+    assert [row[0] for row in rows] == [0.25, 0.5, 0.75, 1.0]
+    assert all(row[1] <= 8 for row in rows)
+    stiffness = [row[-1] / row[0] for row in rows]
+    assert stiffness == sorted(stiffness) and stiffness[0] > 0.0
+    assert (tmp_path / "example.png").stat().st_size > 0
+    of_contact = program[program.index("import raymortar\n") :].split("\n")
+    assert len(list(filter(None, of_contact))) <= 10
+
+
+def test_a_solver_that_was_not_used_leaves_no_options(tmp_path):
+    """PETSc, asked what options nothing has read, names none of ours at the end."""
+    program = blocks_of("README.md", "python")[0]
+    program = program[: program.index("for step in")]
+    assert "SNESSolver" in program
+    said = run(program, tmp_path, PETSC_OPTIONS="-options_left")
+    assert "options_left" in said and "raymortar_snes" not in said
+
+
+# What None means, where the page says that instead
+STANDS_FOR_NONE = {
+    "method": "AugmentedLagrangian()",
+    "search": "Search()",
+    "reach": "twice the facet's size",
+    "depth": "twice the facet's size, less in thin bodies",
+    "skin": "half the facet's size",
+}
+
+
+def rows_of(heading):
+    """First two columns of the table of arguments in a section of the guide."""
+    page = (ROOT / "docs" / "parameters.md").read_text(encoding="utf-8")
+    section = re.search(
+        rf"^## `{heading}\(.*?(?=^## |\Z)", page, re.MULTILINE | re.DOTALL
+    )[0]
+    table = re.search(r"^\| argument .*?(?=^$|\Z)", section, re.MULTILINE | re.DOTALL)[
+        0
+    ]
+    return dict(re.findall(r"^\| `(\w+)` \| *(.*?) *\|", table, re.MULTILINE))
+
+
+@pytest.mark.quick
+@pytest.mark.parametrize(
+    "name",
+    """Contact AugmentedLagrangian Penalty Search NonlinearProblem FixedPointSolver
+    LoadSteps History plot""".split(),
+)
+def test_every_argument_has_a_row_with_its_default(name):
+    rows = rows_of(name)
+    parameters = inspect.signature(getattr(raymortar, name)).parameters
+    assert list(rows) == list(parameters)
+    for parameter in parameters.values():
+        default, said = parameter.default, rows[parameter.name].strip("`")
+        if default is inspect.Parameter.empty:
+            assert said == ""
+        elif parameter.name in STANDS_FOR_NONE:
+            assert default is None and STANDS_FOR_NONE[parameter.name] in said
+        else:
+            assert said.replace('"', "'") == repr(default)

@@ -1,0 +1,71 @@
+"""The speed benchmark runs, and what it counts agrees."""
+
+import csv
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from problems import COMM
+
+pytest.importorskip("matplotlib")
+if COMM.size > 1:
+    pytest.skip("the benchmark is serial", allow_module_level=True)
+RUN = Path(__file__).parents[2] / "benchmarks" / "speed" / "run.py"
+# What pairing anew costs at least, in calls that find nothing moved
+UNMOVED = 20
+
+
+def read(path):
+    with open(path, newline="") as file:
+        return list(csv.DictReader(file))
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    """Folder of a quick run, in a process of its own: module names are common ones."""
+    output = tmp_path_factory.mktemp("speed")
+    command = [sys.executable, str(RUN), "--quick", "--output", str(output)]
+    subprocess.run(
+        [*command, "--parts", "stages,pairing,fixed_point,ironing"],
+        check=True,
+        timeout=300,
+    )
+    return output
+
+
+def test_strategies_find_the_same_number_of_pairs(results):
+    found = {}
+    for row in read(results / "pairing.csv"):
+        found.setdefault((row["shape"], row["facets"]), set()).add(row["candidates"])
+    assert len(found) == 6
+    for numbers in found.values():
+        assert len(numbers) == 1 and int(min(numbers)) > 0
+
+
+def test_stages_are_counted_and_timed(results):
+    rows = read(results / "stages.csv")
+    assert len(rows) == 12
+    for row in rows:
+        assert int(row["points"]) > int(row["segments"]) >= int(row["pairs"]) > 0
+        assert float(row["s_first"]) > UNMOVED * float(row["s_unmoved"])
+        assert float(row["s_tangent"]) > 0.0 < float(row["s_floor"])
+    assert (results / "stages.png").stat().st_size > 0
+
+
+def test_both_methods_finish_the_same_paths(results):
+    rows = read(results / "fixed_point.csv")
+    assert [row["finished"] for row in rows] == ["True"] * 4
+    for newton, held in zip(rows[::2], rows[1::2]):
+        assert newton["path"] == held["path"]
+        assert int(held["pairings"]) < int(newton["pairings"])
+
+
+def test_ironing_agrees_with_getfem(results):
+    rows = read(results / "ironing.csv")
+    assert rows[0]["program"] == "raymortar"
+    assert 0.0 < float(rows[0]["contact_share"]) < 1.0
+    for row in rows[1:]:
+        assert row["steps"] == rows[0]["steps"]
+        for force, allowed in (("V", 1e-4), ("H", 2e-3)):  # measured 1e-5, 5e-4
+            assert abs(float(row[force]) / float(rows[0][force]) - 1.0) < allowed
