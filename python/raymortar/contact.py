@@ -50,6 +50,7 @@ from .results.summaries import of_contact
 from .rigid.body import Body
 from .rigid.shapes import Shape
 from .system.assembly import ContactAssembly
+from .system.free_bodies import free_bodies
 
 _numbers = itertools.count()
 
@@ -222,7 +223,8 @@ class Contact(ContactAssembly):
             self.multiplier = Function(W, name="multiplier")
         self._scalar = compat.scalar_space(mesh, degree)
         self._vector = compat.vector_space(mesh, degree)
-        self.layout = Layout(self.host, self.multiplier, self._slave_dofs(facets))
+        free = free_bodies(facets, self._comm)
+        self.layout = Layout(self.host, self.multiplier, self._slave_dofs(facets), free)
         self.bodies = find_bodies(u.function_space)
         cells = [Cells(part.function_space.mesh) for part in parts_of(u)]
         self.zones: list[ZoneData] = [
@@ -417,6 +419,8 @@ class Contact(ContactAssembly):
         if not (is_real_number(value) and np.isfinite(value) and value > 0.0):
             raise ContactError(f"dt = {value!r} must be a positive number")
         self._dt = float(value)
+        for body in self.layout.bodies:
+            body.freedom.dt = self._dt
         self.revision += 1
 
     # State
@@ -428,7 +432,12 @@ class Contact(ContactAssembly):
         raise_everywhere(self._comm, not_finite(self))
         self._for_zones("set_displacement", self.u.x.array)
         for zone in self.zones:
-            zone.motions.send(zone.cpp, self._comm, self.friction is not None)
+            zone.motions.send(
+                zone.cpp,
+                self._comm,
+                self.friction is not None,
+                self.layout.body_rows,
+            )
         if self.multiplier is not None:
             values = self.multiplier.x.array.reshape(-1, self.layout.components)
             for zone in self.zones:
@@ -472,6 +481,13 @@ class Contact(ContactAssembly):
             if self.updates == 1:
                 warn_of_straight_facets(self)
 
+    def forget_flight(self, body: Body) -> None:
+        """A body has flown to where it is: where it was is no history of slip."""
+        for zone in self.zones:
+            zone.motions.begin_at_present(body)
+        self._history_is_new = True
+        self.revision += 1
+
     def _note_faced(self) -> None:
         """Keep what slave facets face in the accepted state."""
         for zone in self.zones:
@@ -493,6 +509,8 @@ class Contact(ContactAssembly):
         self._u_old[:] = self.u.x.array
         for zone in self.zones:
             zone.motions.accept()
+        for body in self.layout.bodies:
+            body.freedom.accept()
         if self.updates:
             self._note_faced()
         self._history_is_new = True
@@ -525,6 +543,7 @@ class Contact(ContactAssembly):
             [z.traction_old for z in self.zones],
             None if self.host.is_plain else self.host.values(),
             [zone.motions.old for zone in self.zones],
+            {body: body.freedom.state() for body in self.layout.bodies},
         )
 
     def fault_of(self, state: Any) -> str | None:
@@ -553,6 +572,8 @@ class Contact(ContactAssembly):
             zone.traction_old = traction
         for zone, motion in zip(self.zones, state.old_motions):
             zone.motions.old = motion
+        for body, known in zip(self.layout.bodies, state.freedoms.values()):
+            body.freedom.restore(known)
         self._history_is_new = True
         self.revision += 1
         if self.updates:

@@ -98,6 +98,13 @@ public:
     _interface.set_old_tools(poses);
   }
 
+  /// @brief What the motions of free tools hang on where they are now, to be
+  /// set with the poses. One for each tool.
+  void set_freedoms(std::vector<Freedom> freedoms)
+  {
+    _interface.set_freedoms(std::move(freedoms));
+  }
+
   /// @brief Which displacement components are prescribed: nonzero entries.
   /// The terms decide anew for the step.
   void set_fixed(std::span<const double> slave, std::span<const double> master);

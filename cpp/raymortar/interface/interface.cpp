@@ -154,6 +154,13 @@ void Interface::set_old_tools(std::span<const Pose> poses)
   replace_poses(_state.tools, poses, &PlacedTool::old);
 }
 
+void Interface::set_freedoms(std::vector<Freedom> freedoms)
+{
+  for (std::size_t k = 0; k < _state.tools.size(); ++k)
+    _state.tools[k].tool =
+        with_freedom(_state.tools[k].tool, std::move(freedoms[k]));
+}
+
 void Interface::forget_what_hangs_on_past()
 {
   if (_state.segmentation.hang_on_past or _state.hits.hang_on_past)

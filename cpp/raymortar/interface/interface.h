@@ -5,6 +5,7 @@
 #include "raymortar/interface/damping_term.h"
 #include "raymortar/interface/mortar_term.h"
 #include "raymortar/interface/tie_term.h"
+#include "raymortar/rigid/freedom.h"
 #include <string_view>
 
 namespace raymortar
@@ -52,6 +53,9 @@ public:
   /// @return Whether any has moved
   bool move_tools(std::span<const Pose> poses);
   void set_old_tools(std::span<const Pose> poses);
+
+  /// @brief What the tools' motions hang on, one each, where they are.
+  void set_freedoms(std::vector<Freedom> freedoms);
 
   /// @brief Rows of the coupled system, (dofs, gdim); of the multipliers the
   /// first of each node, (nodes,).

@@ -27,6 +27,7 @@ from ..options.friction import Law
 from ..options.methods import AugmentedLagrangian, Penalty, Search
 from ..rigid.body import Body, as_body
 from ..rigid.motions import Motions
+from ..rigid.shapes import Shape
 from .faced import Faced, nothing
 from .pairs import MasterTags
 
@@ -110,6 +111,11 @@ def group_pairs(pairs: Any) -> dict[int, Masters]:
                 "integrate over, so it can be a master only"
             )
     for tag in chain.from_iterable(given):
+        if isinstance(tag, type) and issubclass(tag, (Shape, Body)):
+            raise ContactError(
+                f"pairs has the class rigid.{tag.__name__}, not a shape made of it, as "
+                f"rigid.{tag.__name__}(...)"
+            )
         if not (is_whole_number(tag) or isinstance(tag, Body)):
             raise ContactError(f"pairs has the tag {tag!r}, which is no whole number")
     tags = [
@@ -249,7 +255,7 @@ def create_zone(
         master=master,
         master_node_ids=zone.master_surface.node_ids,
         master_dof_ids=zone.master_surface.dof_ids,
-        tools=[body.shape.cpp() for body in zone.bodies],
+        tools=[body.tool for body in zone.bodies],
         multipliers=multipliers,
         method=method.cpp(),
         friction=None if friction is None else friction.cpp(),

@@ -24,6 +24,7 @@ from ..interface.point_results import (
     along_normal,
     nodal_average,
     resultant,
+    resultant_on,
     resultants,
     statistics,
 )
@@ -179,6 +180,23 @@ class ZoneResults:
             for k, force in zip(self._pairs_of(i), resultants(zone, self._comm)):
                 found[k] = force
         return found
+
+    def resultant_on(self, body: Body) -> Resultant:
+        """Contact force on a rigid body, moment about its centre where that is, and
+        parts of the force, from all slaves that it meets. Collective.
+
+        The opposite of `resultant`, whose moments are about the origin.
+
+        Raises
+        ------
+        ContactError
+            If no slave meets it.
+        """
+        with together(self._comm):
+            self._require_results()
+            if not any(body in zone.facets.bodies for zone in self.zones):
+                raise ContactError(f"{body!r} is the master of no pair")
+        return resultant_on(self.zones, body, self._comm)
 
     def _pairs_named(self, slave: Any, master: Any) -> list[int]:
         """Which pairs have a slave and, if one is given, a master, by name or tag."""

@@ -16,7 +16,12 @@ from ..compat import Array
 from ..errors import ContactError, together
 from ..host.bodies import Bodies
 from ..interface.coefficients import one_or_each
-from ..interface.held import any_held, any_node_held, refuse_held
+from ..interface.held import (
+    any_held,
+    any_node_held,
+    refuse_held,
+    refuse_held_on_tools,
+)
 from ..interface.interfaces import Interfaces
 from ..interface.shear_modulus import shear_moduli
 from ..interface.stiffness import VolumePattern, contact_stiffness, mean_facet_size
@@ -155,6 +160,7 @@ class ContactAssembly(CoupledSystem, ContactFields):
         if self._volume is not None:
             for zone, modulus in zip(self.zones, shear_moduli(self, bcs)):
                 zone.cpp.set_shear_modulus(modulus)
+        refuse_held_on_tools(self, self._fixed)
         self._some_held = any_held(self, self._fixed)
         if any_node_held(self, self._fixed) or self._crosses:
             for zone, modulus in zip(self.zones, self._moduli(bcs)):
