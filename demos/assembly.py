@@ -20,7 +20,7 @@ from dolfinx import fem
 
 import raymortar
 from meshes.meshing import Scene
-from raymortar import compat, io
+from raymortar import io, tools
 
 # Lengths in mm, stresses in MPa, forces in N per mm of thickness of the half
 RADIUS, WIDTH, HEIGHT, STOP, SLOT = 12.0, 45.0, 25.0, 30.0, 0.3
@@ -114,15 +114,22 @@ def scene_of(comm, size):
 def solve(comm, size=10, steps=12, report=None, file=None):
     """Close the clamp; forces of the three pairs at each accepted step."""
     scene = scene_of(comm, size)
-    V = compat.vector_space(scene.mesh, 1)
+    V = tools.vector_space(scene.mesh, 1)
     u = fem.Function(V, name="displacement")
-    E = bodies.by_body(scene, {"pin": E_PIN, "base": E_JAWS, "jaw": E_JAWS})
+    E = tools.by_body(
+        scene.mesh,
+        scene.cell_tags,
+        {"pin": E_PIN, "base": E_JAWS, "jaw": E_JAWS},
+        scene.bodies,
+    )
     material = bodies.NeoHookean(E, NU)
     form = material.residual(u, 2)
     down = fem.Constant(scene.mesh, 0.0)
-    held = bodies.hold(V, scene, ["held"])
-    bcs = held + bodies.hold(V, scene, ["moved"], [0.0, down])
-    bcs.append(common.clamp(V, scene, "symmetry", 0))
+    held = tools.prescribe(V, scene.find("held"))
+    moved = scene.find("moved")
+    bcs = [held, tools.prescribe(V, moved, component=0)]
+    bcs.append(tools.prescribe(V, moved, down, component=1))
+    bcs.append(tools.prescribe(V, scene.find("symmetry"), component=0))
     contact = raymortar.Contact(
         u,
         scene.facet_tags,

@@ -18,7 +18,7 @@ from dolfinx import fem
 
 import raymortar
 from meshes.scenes import two_blocks
-from raymortar import compat, io
+from raymortar import io, tools
 
 E, NU, STRETCH = 10.0, 0.3, 0.8
 MU, LAMBDA = E / (2 * (1 + NU)), E * NU / ((1 + NU) * (1 - 2 * NU))
@@ -46,7 +46,7 @@ def solve(scene, degree=1, steps=4):
     """Push the top of two blocks of height 1 down by a fifth of 2."""
     mesh, tags = scene.mesh, scene.tags
 
-    V = compat.vector_space(mesh, degree)
+    V = tools.vector_space(mesh, degree)
     u, v = fem.Function(V, name="displacement"), ufl.TestFunction(V)
     gradient = ufl.Identity(3) + ufl.grad(u)
     J = ufl.det(gradient)
@@ -56,8 +56,14 @@ def solve(scene, degree=1, steps=4):
     F = ufl.derivative(energy * dx, u, v)
 
     top = fem.Constant(mesh, 0.0)
-    bcs = [common.clamp(V, scene, name, component) for name, component in FIXED.items()]
-    bcs += [common.clamp(V, scene, "bottom", 2), common.clamp(V, scene, "top", 2, top)]
+    bcs = [
+        tools.prescribe(V, scene.find(name), component=component)
+        for name, component in FIXED.items()
+    ]
+    bcs += [
+        tools.prescribe(V, scene.find("bottom"), component=2),
+        tools.prescribe(V, scene.find("top"), top, 2),
+    ]
 
     pair = (tags["slave"], tags["master"])
     contact = raymortar.Contact(u, scene.facet_tags, [pair])

@@ -2,23 +2,10 @@
 
 from __future__ import annotations
 
-import common
 import numpy as np
 import ufl
-from dolfinx import fem
 
-from raymortar import compat
-
-
-def by_body(scene, values) -> fem.Function:
-    """Piecewise constant field from {name of body: value}."""
-    field = fem.Function(compat.space(scene.mesh, "DG", 0))
-    n = len(field.x.array)
-    numbers = np.zeros(n, dtype=np.int64)
-    numbers[scene.cell_tags.indices] = scene.cell_tags.values
-    table = {scene.bodies[name]: value for name, value in values.items()}
-    field.x.array[:] = [table.get(number, 0.0) for number in numbers]
-    return field
+from raymortar import tools
 
 
 class NeoHookean:
@@ -69,8 +56,8 @@ class NeoHookean:
 
     def mises(self, u, degree: int = 1, quadrature_degree: int = 2):
         """Von Mises stress at the nodes. Collective."""
-        stress, mesh = common.von_mises(self.cauchy(u)), u.function_space.mesh
-        return common.nodal_field(stress, mesh, "mises", degree, quadrature_degree)
+        stress, mesh = tools.von_mises(self.cauchy(u)), u.function_space.mesh
+        return tools.nodal_field(stress, mesh, "mises", degree, quadrature_degree)
 
 
 def small_strain(u):
@@ -86,19 +73,6 @@ def hooke(u, E, nu: float):
     mu, lmbda = E / (2 * (1 + nu)), E * nu / ((1 + nu) * (1 - 2 * nu))
     e = small_strain(u)
     return 2 * mu * e + lmbda * ufl.tr(e) * ufl.Identity(3)
-
-
-def hold(V, scene, names, values=None):
-    """Dirichlet conditions for all components on named parts of the boundary.
-
-    `values` are `Constant`s or numbers, one per component; None: at rest.
-    """
-    values = [0.0] * scene.mesh.geometry.dim if values is None else values
-    return [
-        common.clamp(V, scene, name, i, value)
-        for name in names
-        for i, value in enumerate(values)
-    ]
 
 
 def sliding(contact, axis: int, zone: int = 0) -> np.ndarray:

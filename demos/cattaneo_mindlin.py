@@ -30,7 +30,7 @@ from dolfinx import fem
 
 import raymortar
 from meshes.scenes import two_cylinders
-from raymortar import compat, io
+from raymortar import compat, io, tools
 
 # Lengths in mm, stresses in MPa, forces in N per mm of length
 RADIUS, E, NU, FRICTION = 8.0, 200.0, 0.3, 0.2
@@ -101,7 +101,7 @@ def solve(
         master_ratio=master_ratio,
     )
     mesh, tags = scene.mesh, scene.tags
-    V = compat.vector_space(mesh, degree)
+    V = tools.vector_space(mesh, degree)
     u, v = fem.Function(V, name="displacement"), ufl.TestFunction(V)
     stress = bodies.hooke(u, E, NU)
     ds = ufl.Measure("ds", domain=mesh, subdomain_data=scene.facet_tags)
@@ -125,8 +125,8 @@ def solve(
         FORCE * (1.0 - NU**2) / (np.pi * E) * (2.0 * np.log(4.0 * RADIUS / B) - 1.0)
     )
     push = [
-        common.clamp(V, scene, "bottom", 1),
-        common.clamp(V, scene, "top", 1, -2.0 * depth),
+        tools.prescribe(V, scene.find("bottom"), component=1),
+        tools.prescribe(V, scene.find("top"), -2.0 * depth, 1),
     ]
     iterations.append(solver(*upright, *push).solve()[0])
 
@@ -235,9 +235,7 @@ def draw(result, path):
     """Tractions against the closed form, and the stress in the bodies."""
     scene, contact = result.scene, result.contact
     mesh = scene.mesh
-    mises = common.nodal_field(
-        common.von_mises(result.stress), mesh, "von Mises stress"
-    )
+    mises = tools.nodal_field(tools.von_mises(result.stress), mesh, "von Mises stress")
     io.write_xdmf(
         path.with_suffix(".xdmf"), mesh, [result.u, contact.multiplier, mises]
     )

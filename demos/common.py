@@ -1,4 +1,4 @@
-"""What the demos share: options, tables, supports, fields and values at nodes.
+"""What the demos share: options, tables, fields and values at nodes.
 
 Nothing here is needed to solve a contact problem: the demos' own files show that.
 """
@@ -11,22 +11,16 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-import ufl
 from dolfinx import fem
 
-from raymortar import compat
-from raymortar.host.gathering import gather, nodal_field
+from raymortar.host.gathering import gather
 
 __all__ = [
     "Report",
-    "clamp",
     "gather_nodes",
-    "integral",
-    "nodal_field",
     "options",
     "pressure_field",
     "value_at_origin",
-    "von_mises",
 ]
 
 # The compiler of forms is chatty the first time
@@ -107,31 +101,7 @@ def _percent(x: float, sign: str = "") -> str:
     return f"{x:{sign}.2%}" if abs(x) >= 5e-5 or x == 0.0 else f"{x:{sign}.0e}"
 
 
-# Supports
-
-
-def clamp(V, scene, name: str, component: int, value=0.0):
-    """Prescribe one component of the displacement on a named part of the boundary.
-
-    `value` is a number, or a `Constant` that changes from load step to load step.
-    """
-    mesh = scene.mesh
-    dim = mesh.topology.dim
-    compat.connectivity(mesh, dim - 1, dim)
-    facets = scene.facet_tags.find(scene.tags[name])
-    dofs = fem.locate_dofs_topological(V.sub(component), dim - 1, facets)
-    if not isinstance(value, fem.Constant):
-        value = fem.Constant(mesh, value)
-    return fem.dirichletbc(value, dofs, V.sub(component))
-
-
 # Fields
-
-
-def von_mises(sigma):
-    """Equivalent stress of a 3 x 3 tensor."""
-    s = sigma - ufl.tr(sigma) / 3 * ufl.Identity(3)
-    return ufl.sqrt(1.5 * ufl.inner(s, s))
 
 
 def pressure_field(contact):
@@ -139,11 +109,6 @@ def pressure_field(contact):
     p = fem.Function(contact.multiplier.function_space, name="pressure")
     p.x.array[:] = -contact.multiplier.x.array
     return p
-
-
-def integral(form, mesh) -> float:
-    """Value of a UFL functional. Collective."""
-    return mesh.comm.allreduce(fem.assemble_scalar(compat.form(form)))
 
 
 def value_at_origin(function, scene, name: str, component: int = 0) -> float:

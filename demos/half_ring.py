@@ -26,7 +26,7 @@ from dolfinx import fem
 import raymortar
 from meshes.blocks import Block
 from meshes.meshing import Scene, assemble_blocks
-from raymortar import compat, io
+from raymortar import compat, io, tools
 
 # Lengths in mm, moduli in MPa
 INNER, MIDDLE, OUTER = 90.0, 95.0, 100.0  # radii
@@ -127,15 +127,18 @@ class HalfRing:
     ):
         self.friction, self.keep, self.kept = friction, keep, []
         scene = self.scene = half_ring(comm, size)
-        V = compat.vector_space(scene.mesh, 2)
+        V = tools.vector_space(scene.mesh, 2)
         self.u = fem.Function(V, name="displacement")
         self.material = bodies.NeoHookean(moduli(scene), NU)
         L = self.material.residual(self.u, 4)
         self.down = fem.Constant(scene.mesh, 0.0)
-        bcs = [common.clamp(V, scene, name, 0) for name in ("bottom", "ends")]
+        bcs = [
+            tools.prescribe(V, scene.find(name), component=0)
+            for name in ("bottom", "ends")
+        ]
         bcs += [
-            common.clamp(V, scene, "bottom", 1),
-            common.clamp(V, scene, "ends", 1, self.down),
+            tools.prescribe(V, scene.find("bottom"), component=1),
+            tools.prescribe(V, scene.find("ends"), self.down, 1),
         ]
         self.contact = raymortar.Contact(
             self.u,

@@ -19,7 +19,7 @@ from dolfinx import fem
 
 import raymortar
 from meshes.scenes import cylinder_on_block
-from raymortar import compat, io
+from raymortar import compat, io, tools
 
 # Steel on aluminium. Lengths in mm, stresses in MPa, forces in N per mm of length
 E_CYLINDER, E_BLOCK, NU = 210e3, 70e3, 0.3
@@ -69,7 +69,7 @@ def solve(
     )
     mesh, tags = scene.mesh, scene.tags
 
-    V = compat.vector_space(mesh, degree)
+    V = tools.vector_space(mesh, degree)
     u, v = fem.Function(V, name="displacement"), ufl.TestFunction(V)
 
     E = fem.Function(compat.space(mesh, "DG", 0))
@@ -84,9 +84,9 @@ def solve(
     )
 
     top = fem.Constant(mesh, 0.0)
-    supports = [common.clamp(V, scene, "symmetry_x", 0)]
-    supports += [common.clamp(V, scene, "bottom", i) for i in (0, 1)]
-    push = common.clamp(V, scene, "top", 1, top)
+    supports = [tools.prescribe(V, scene.find("symmetry_x"), component=0)]
+    supports += [tools.prescribe(V, scene.find("bottom"), component=i) for i in (0, 1)]
+    push = tools.prescribe(V, scene.find("top"), top, 1)
 
     pair = (tags["slave"], tags["master"])
     contact = raymortar.Contact(u, scene.facet_tags, [pair], method)
@@ -132,8 +132,8 @@ def measure(result, case):
     # Constants: a number would be compiled into the form
     half_width, peak = fem.Constant(mesh, a), fem.Constant(mesh, p0)
     hertz = peak * ufl.sqrt(ufl.max_value(0, 1 - (X[0] / half_width) ** 2))
-    error = common.integral((p - hertz) ** 2 * ds, mesh)
-    moment = common.integral(p * X[0] ** 2 * ds, mesh)
+    error = tools.integral((p - hertz) ** 2 * ds, mesh)
+    moment = tools.integral(p * X[0] ** 2 * ds, mesh)
 
     points = contact.points()
     closed = points["x"][points["status"] >= 2, 0]
@@ -145,9 +145,9 @@ def measure(result, case):
             -contact.multiplier.x.array.min(initial=0.0), op=MPI.MAX
         ),
         # The second moment of Hertz's pressure is force times a^2 / 4
-        half_width=2.0 * np.sqrt(moment / common.integral(p * ds, mesh)),
+        half_width=2.0 * np.sqrt(moment / tools.integral(p * ds, mesh)),
         edge=mesh.comm.allreduce(closed.max(initial=0.0), op=MPI.MAX),
-        l2=np.sqrt(error / common.integral(hertz**2 * ds, mesh)),
+        l2=np.sqrt(error / tools.integral(hertz**2 * ds, mesh)),
     )
 
 
@@ -160,13 +160,11 @@ def draw(result, found, path):
     """Pressure against Hertz, and the stress in the deformed bodies."""
     scene, contact = result.scene, result.contact
     comm = scene.mesh.comm
-    mises = common.nodal_field(
-        common.von_mises(result.stress), scene.mesh, "von Mises stress"
+    mises = tools.nodal_field(
+        tools.von_mises(result.stress), scene.mesh, "von Mises stress"
     )
     pressure = common.pressure_field(contact)
-    io.write_xdmf(
-        path.with_suffix(".xdmf"), scene.mesh, [result.u, pressure, mises]
-    )
+    io.write_xdmf(path.with_suffix(".xdmf"), scene.mesh, [result.u, pressure, mises])
     nodes = common.gather_nodes(pressure, scene)
     cells = drawing.gather_cells(scene.mesh, result.u, mises)
     if comm.rank > 0:

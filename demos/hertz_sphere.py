@@ -19,7 +19,7 @@ from dolfinx import fem
 
 import raymortar
 from meshes.scenes import two_spheres
-from raymortar import compat, io
+from raymortar import io, tools
 
 # Lengths in mm, stresses in MPa
 RADIUS, E, NU, PUSH = 50.0, 20e3, 0.3, 2.0
@@ -67,7 +67,7 @@ def solve(comm, facets_across=12, degree=1, cell="hexahedron", steps=3, **option
     )
     mesh, tags = scene.mesh, scene.tags
 
-    V = compat.vector_space(mesh, degree)
+    V = tools.vector_space(mesh, degree)
     u, v = fem.Function(V, name="displacement"), ufl.TestFunction(V)
     stress = bodies.hooke(u, E, NU)
     dx = ufl.dx(metadata={"quadrature_degree": 2 * degree})
@@ -75,12 +75,12 @@ def solve(comm, facets_across=12, degree=1, cell="hexahedron", steps=3, **option
 
     top, bottom = fem.Constant(mesh, 0.0), fem.Constant(mesh, 0.0)
     bcs = [
-        common.clamp(V, scene, "symmetry_x", 0),
-        common.clamp(V, scene, "symmetry_y", 1),
+        tools.prescribe(V, scene.find("symmetry_x"), component=0),
+        tools.prescribe(V, scene.find("symmetry_y"), component=1),
     ]
     bcs += [
-        common.clamp(V, scene, "top", 2, top),
-        common.clamp(V, scene, "bottom", 2, bottom),
+        tools.prescribe(V, scene.find("top"), top, 2),
+        tools.prescribe(V, scene.find("bottom"), bottom, 2),
     ]
 
     pair = (tags["slave"], tags["master"])
@@ -110,26 +110,24 @@ def measure(result):
     ds = ds(scene.tags["slave"])
     p, X = -contact.multiplier, ufl.SpatialCoordinate(scene.mesh)
     force = 4.0 * contact.resultant(0).force[2]
-    moment = common.integral(p * (X[0] ** 2 + X[1] ** 2) * ds, scene.mesh)
+    moment = tools.integral(p * (X[0] ** 2 + X[1] ** 2) * ds, scene.mesh)
     return SimpleNamespace(
         force=force,
         a=contact_radius(force),
         p0=1.5 * force / (np.pi * contact_radius(force) ** 2),
         axis=-common.value_at_origin(contact.multiplier, scene, "slave"),
         # The second moment of Hertz's pressure is force times 2 a^2 / 5
-        radius=np.sqrt(2.5 * moment / common.integral(p * ds, scene.mesh)),
+        radius=np.sqrt(2.5 * moment / tools.integral(p * ds, scene.mesh)),
     )
 
 
 def draw(result, found, path):
     """Pressure over the radius, the cut through the contact, and both bodies."""
     scene = result.scene
-    mises = common.von_mises(result.stress)
-    mises = common.nodal_field(mises, scene.mesh, "von Mises stress")
+    mises = tools.von_mises(result.stress)
+    mises = tools.nodal_field(mises, scene.mesh, "von Mises stress")
     pressure = common.pressure_field(result.contact)
-    io.write_xdmf(
-        path.with_suffix(".xdmf"), scene.mesh, [result.u, pressure, mises]
-    )
+    io.write_xdmf(path.with_suffix(".xdmf"), scene.mesh, [result.u, pressure, mises])
     nodes = common.gather_nodes(pressure, scene)
     faces = drawing.gather_boundary(scene.mesh, result.u, mises)
     if scene.mesh.comm.rank > 0:

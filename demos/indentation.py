@@ -21,7 +21,7 @@ import raymortar
 from meshes.blocks import mirrored
 from meshes.graded import PoleGrid, box_blocks
 from meshes.meshing import Scene, assemble_blocks
-from raymortar import compat, io, rigid
+from raymortar import io, rigid, tools
 
 # Any consistent units
 E, NU, RADIUS, CONTACT, HALF_ANGLE = 1000.0, 0.3, 1.0, 0.04, np.radians(88.5)
@@ -71,14 +71,16 @@ def solve(comm, name, facets_across=8, degree=2, steps=2, **options):
     """Press a tool of `TOOLS` in. `options` are those of `raymortar.Contact`."""
     scene, tool = scene_of(comm, facets_across), TOOLS[name]()
     mesh = scene.mesh
-    V = compat.vector_space(mesh, degree)
+    V = tools.vector_space(mesh, degree)
     u, v = fem.Function(V, name="displacement"), ufl.TestFunction(V)
     dx = ufl.dx(metadata={"quadrature_degree": 2 * degree})
     F = ufl.inner(bodies.hooke(u, E, NU), bodies.small_strain(v)) * dx
     supports = {"symmetry_x": (0,), "symmetry_y": (1,), "bottom": (0, 1, 2)}
     supports["side"] = (0, 1, 2)
     bcs = [
-        common.clamp(V, scene, name, i) for name, axes in supports.items() for i in axes
+        tools.prescribe(V, scene.find(name), component=i)
+        for name, axes in supports.items()
+        for i in axes
     ]
 
     body = rigid.Body(tool.shape)

@@ -22,7 +22,7 @@ from dolfinx import fem
 import raymortar
 from meshes.blocks import Block
 from meshes.meshing import Scene, assemble_blocks
-from raymortar import compat, io
+from raymortar import io, tools
 
 SLAB = (9.0, 2.0, 3.0)  # half of it in y
 RADIUS, THICKNESS, REACH = 3.0, 0.2, 2.6
@@ -72,18 +72,21 @@ def scene_of(comm, size):
 def solve(comm, size=4, steps=(10, 20), friction=FRICTION, report=None, file=None):
     """Press, then slide; forces on the slab at each accepted step."""
     scene = scene_of(comm, size)
-    V = compat.vector_space(scene.mesh, 1)
+    V = tools.vector_space(scene.mesh, 1)
     u = fem.Function(V, name="displacement")
     material = bodies.NeoHookean(
-        bodies.by_body(scene, {"slab": E_SLAB, "die": E_DIE}), NU
+        tools.by_body(
+            scene.mesh, scene.cell_tags, {"slab": E_SLAB, "die": E_DIE}, scene.bodies
+        ),
+        NU,
     )
     form = material.residual(u, 2)
     down, along = (fem.Constant(scene.mesh, 0.0) for _ in range(2))
-    support = bodies.hold(V, scene, ["bottom"])
-    bcs = [*support, common.clamp(V, scene, "symmetry", 1)]
+    support = tools.prescribe(V, scene.find("bottom"))
+    bcs = [support, tools.prescribe(V, scene.find("symmetry"), component=1)]
     bcs += [
-        common.clamp(V, scene, "grips", 0, along),
-        common.clamp(V, scene, "grips", 2, down),
+        tools.prescribe(V, scene.find("grips"), along, 0),
+        tools.prescribe(V, scene.find("grips"), down, 2),
     ]
     contact = raymortar.Contact(
         u,

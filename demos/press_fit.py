@@ -21,7 +21,7 @@ from dolfinx import fem
 import raymortar
 from meshes.blocks import Block
 from meshes.meshing import Scene, assemble_blocks
-from raymortar import compat, io
+from raymortar import io, tools
 
 # Lengths in mm, stresses in MPa, forces in N per mm of thickness; the upper half
 LENGTH, HEIGHT, START = 450.0, 200.0, 330.0
@@ -70,15 +70,17 @@ def scene_of(comm, size):
 def solve(comm, size=12, steps=50, report=None, file=None, keep=(0.0, 0.45, 1.0)):
     """Push the block through; forces and displacements along the path."""
     scene = scene_of(comm, size)
-    V = compat.vector_space(scene.mesh, 1)
+    V = tools.vector_space(scene.mesh, 1)
     u = fem.Function(V, name="displacement")
-    E = bodies.by_body(scene, {"block": E_BLOCK, "channel": E_WALL})
+    E = tools.by_body(
+        scene.mesh, scene.cell_tags, {"block": E_BLOCK, "channel": E_WALL}, scene.bodies
+    )
     material = bodies.NeoHookean(E, NU)
     form = material.residual(u, 2)
     pushed = fem.Constant(scene.mesh, 0.0)
-    support = bodies.hold(V, scene, ["outside"])
-    bcs = [common.clamp(V, scene, "pushed", 0, pushed), *support]
-    bcs.append(common.clamp(V, scene, "symmetry", 1))
+    support = tools.prescribe(V, scene.find("outside"))
+    bcs = [tools.prescribe(V, scene.find("pushed"), pushed, 0), support]
+    bcs.append(tools.prescribe(V, scene.find("symmetry"), component=1))
     contact = raymortar.Contact(
         u, scene.facet_tags, [(TAGS["slave"], TAGS["master"])],
         friction=raymortar.Coulomb(FRICTION),

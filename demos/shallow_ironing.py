@@ -24,7 +24,7 @@ from dolfinx import fem
 
 import raymortar
 from meshes.meshing import Block, Scene, assemble_blocks
-from raymortar import compat, io
+from raymortar import compat, io, tools
 
 # Lengths in mm, stresses in MPa, forces in N per mm of thickness
 E_INDENTER, E_FOUNDATION, NU = 6896.0, 689.6, 0.32
@@ -115,7 +115,7 @@ class Ironing:
         self.extrapolate = extrapolate
         self.scene = ironing_scene(comm, size)
         mesh = self.scene.mesh
-        V = compat.vector_space(mesh, 1)
+        V = tools.vector_space(mesh, 1)
         self.u, v = fem.Function(V, name="displacement"), ufl.TestFunction(V)
 
         E = fem.Function(compat.space(mesh, "DG", 0))
@@ -212,8 +212,8 @@ def line(row):
 def draw(model, rows, path):
     """Reactions over time beside published ones, and the stress at the end."""
     mesh = model.scene.mesh
-    stress = common.von_mises(model.cauchy)
-    mises = common.nodal_field(stress, mesh, "von Mises stress", quadrature_degree=2)
+    stress = tools.von_mises(model.cauchy)
+    mises = tools.nodal_field(stress, mesh, "von Mises stress", quadrature_degree=2)
     traction = model.contact.traction()
     io.write_xdmf(path.with_suffix(".xdmf"), mesh, [model.u, mises, traction])
     cells = drawing.gather_cells(mesh, model.u, mises)

@@ -22,7 +22,7 @@ from dolfinx import fem
 import raymortar
 from meshes.blocks import Block
 from meshes.meshing import Scene, assemble_blocks
-from raymortar import compat, io
+from raymortar import io, tools
 
 INNER, MIDDLE, OUTER, NU = 10.0, 12.0, 14.0, 0.3
 SHELLS = ((INNER, MIDDLE), (MIDDLE, OUTER))
@@ -159,13 +159,21 @@ def model(scene, planes, law):
 
     `planes` are those of symmetry, by the component that is at rest there.
     """
-    V = compat.vector_space(scene.mesh, 2)
+    V = tools.vector_space(scene.mesh, 2)
     u = fem.Function(V, name="displacement")
-    E = bodies.by_body(scene, {"inner": 1.0, "outer": 1.0, "plate": PLATE})
+    E = tools.by_body(
+        scene.mesh,
+        scene.cell_tags,
+        {"inner": 1.0, "outer": 1.0, "plate": PLATE},
+        scene.bodies,
+    )
     material = law(E, NU)
     down = fem.Constant(scene.mesh, 0.0)
-    grip = bodies.hold(V, scene, ["moved"], [*[0.0] * (len(u) - 1), down])
-    bcs = grip + [common.clamp(V, scene, name, i) for i, name in planes.items()]
+    values, moved = [*[0.0] * (len(u) - 1), down], scene.find("moved")
+    grip = [tools.prescribe(V, moved, value, i) for i, value in enumerate(values)]
+    bcs = grip + [
+        tools.prescribe(V, scene.find(name), component=i) for i, name in planes.items()
+    ]
     contact = raymortar.Contact(
         u,
         scene.facet_tags,

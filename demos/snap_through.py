@@ -23,7 +23,7 @@ from dolfinx import fem
 import raymortar
 from meshes.blocks import Block
 from meshes.meshing import Scene, assemble_blocks
-from raymortar import compat, io
+from raymortar import io, tools
 
 # Lengths in mm, moduli in MPa, forces in N per mm of thickness; half of the arch
 SPAN, RISE, THICKNESS = 10.0, 0.75, 0.4
@@ -63,14 +63,14 @@ def force_at(node, u):
     Node: (d,). Quadrature at the vertices makes the load of a field that is not zero at
     one vertex only a force there.
     """
-    V = compat.scalar_space(u.function_space.mesh, 1)
+    V = tools.scalar_space(u.function_space.mesh, 1)
     field, scale = fem.Function(V), fem.Constant(V.mesh, 0.0)
     x = V.tabulate_dof_coordinates()[:, : len(u)]
     field.x.array[:] = np.linalg.norm(x - node, axis=1) < 1e-9
     vertices = ufl.dx(
         metadata={"quadrature_rule": "vertex", "quadrature_degree": 1}, domain=V.mesh
     )
-    area = common.integral(field * vertices, V.mesh)
+    area = tools.integral(field * vertices, V.mesh)
     v = ufl.TestFunction(u.function_space)
     return scale / area * field * v[len(u) - 1] * vertices, scale
 
@@ -97,16 +97,24 @@ class Arch:
         solver=raymortar.SNESSolver,
     ):
         scene = self.scene = scene_of(comm, size)
-        V = compat.vector_space(scene.mesh, 2)
+        V = tools.vector_space(scene.mesh, 2)
         self.u = u = fem.Function(V, name="displacement")
-        E = bodies.by_body(scene, {"arch": E_ARCH, "punch": E_PUNCH})
+        E = tools.by_body(
+            scene.mesh,
+            scene.cell_tags,
+            {"arch": E_ARCH, "punch": E_PUNCH},
+            scene.bodies,
+        )
         self.material = bodies.NeoHookean(E, NU)
         self.node = np.array([0.0, RISE + THICKNESS + GAP + HEIGHT])
         # Before the other form: it compiles one, after which UFL of DOLFINx 0.5 takes
         # test functions of the same space for others
         load, self.force = force_at(self.node, u)
         form = self.material.residual(u, 4) + load
-        bcs = [*bodies.hold(V, scene, ["clamped"]), common.clamp(V, scene, "axis", 0)]
+        bcs = [
+            tools.prescribe(V, scene.find("clamped")),
+            tools.prescribe(V, scene.find("axis"), component=0),
+        ]
         self.down, self.prescribed = fem.Constant(scene.mesh, 0.0), prescribed
         if prescribed:
             W, _ = V.sub(1).collapse()

@@ -62,6 +62,10 @@ class Scene:
         default_factory=lambda: {"lower": 1, "upper": 2}
     )
 
+    def find(self, name: str) -> npt.NDArray[np.int32]:
+        """Facets of this rank with a tag that is named, as of `io.GmshMesh`."""
+        return self.facet_tags.find(self.tags[name])
+
 
 def assemble_blocks(
     comm: MPI.Comm,

@@ -1,6 +1,6 @@
 """Contact between deformable bodies in large deformation, for FEniCSx."""
 
-from . import io, rigid, solvers
+from . import io, rigid, solvers, tools
 from .contact import Contact
 from .errors import (
     ContactError,
@@ -10,6 +10,7 @@ from .errors import (
     SetUpError,
 )
 from .interface.pairs import Pair
+from .interface.point_results import NodeStatus, PointStatus
 from .nonlinear_problem import NonlinearProblem
 from .options.friction import Coulomb, Friction, Stick, Tresca
 from .options.methods import AugmentedLagrangian, Penalty, Search
@@ -21,6 +22,7 @@ from .paths.output import Output
 from .plotting.picture import plot
 from .solvers.fixed_point import FixedPointSolver
 from .solvers.newton import NewtonSolver, SNESSolver
+from .tie import Tie
 
 __version__ = "0.1.0"
 
@@ -40,17 +42,26 @@ __all__ = [
     "LoadStep",
     "LoadSteps",
     "NewtonSolver",
+    "NodeStatus",
     "NonlinearProblem",
     "Output",
     "Pair",
     "Penalty",
+    "PointStatus",
     "SNESSolver",
     "Search",
     "SetUpError",
     "Stick",
+    "Tie",
     "Tresca",
     "io",
     "plot",
     "rigid",
     "solvers",
+    "tools",
 ]
+
+
+def __dir__() -> list[str]:
+    """What is public; rooms such as ``raymortar.host`` are not."""
+    return [*__all__, "__version__"]

@@ -22,6 +22,7 @@ from .interface.state import JointState, joint_fault
 from .interface.stiffness import VolumePattern
 from .interface.zones import ZoneData
 from .results.fields import ZoneResults
+from .results.summaries import of_contacts
 from .system.coupled import CoupledSystem
 
 
@@ -56,6 +57,9 @@ class Interactions(CoupledSystem, ZoneResults):
         self.layout: JointLayout
         self._volume: Any = None
 
+    def __repr__(self) -> str:
+        return of_contacts(self.contacts)
+
     @property
     def host(self) -> Host:  # type: ignore[override]
         """What is solved for, see `host.Host`."""
@@ -70,6 +74,11 @@ class Interactions(CoupledSystem, ZoneResults):
     def u_old(self) -> Array:
         """Displacement of the accepted step, of this rank's dofs. Not to be written."""
         return self.contacts[0].u_old
+
+    @property
+    def axisymmetric(self) -> bool:  # type: ignore[override]
+        """Whether integrals go over a full turn, those of all contacts."""
+        return self.contacts[0].axisymmetric
 
     @property
     def bodies(self) -> Bodies:
@@ -131,6 +140,7 @@ class Interactions(CoupledSystem, ZoneResults):
         self.layout = JointLayout([contact.layout for contact in self.contacts])
         for contact in self.contacts:
             contact.send_rows()
+            contact.meet(self.contacts)
 
     def belong_to(self, volume: VolumePattern) -> None:
         """Go over to the volume, of `prepare`, of another problem of these contacts."""
@@ -208,6 +218,12 @@ def _fault(contacts: Sequence[Contact]) -> str | None:
                 f"contact[{i}], of slave {contact.tags}, has the displacement "
                 f"{contact.host.name}, contact[0] another one, {first.host.name}: all "
                 "contacts of a problem must be made with the same"
+            )
+        if contact.axisymmetric != first.axisymmetric:
+            return (
+                f"contact[{i}], of slave {contact.tags}, has axisymmetric="
+                f"{contact.axisymmetric}, contact[0] {first.axisymmetric}: one form is "
+                "of a full turn, or of none"
             )
     return None
 

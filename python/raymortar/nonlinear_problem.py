@@ -70,6 +70,8 @@ class NonlinearProblem(CoupledProblem):
         The same, compiled.
     convergence
         Judges the last residual; see `convergence.Convergence`.
+    steps_accepted
+        Load steps so far, of all `LoadSteps` of the problem.
 
     Notes
     -----

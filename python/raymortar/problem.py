@@ -27,6 +27,7 @@ from .host.unknowns import find_unknowns, jacobians
 from .interactions import one_or_several
 from .interface.held import rigid_slaves
 from .interface.sides import swaps
+from .results.summaries import of_problem
 
 
 class CoupledProblem:
@@ -74,6 +75,8 @@ class CoupledProblem:
         Whether a converged solve warns of contact that it has lost.
     in_use
         What advice after a failure has to go with.
+    steps_accepted
+        Load steps so far, of all `LoadSteps` of the problem.
 
     Notes
     -----
@@ -115,6 +118,7 @@ class CoupledProblem:
         self.L, self.a = compat.form(F, *options), compat.form(J, *options)
         self.history: list[float] = []
         self.rays_only, self.tells_of_loss = False, True
+        self.steps_accepted = 0
         # Where `form` was last, and which revision of the contact that was
         self._at: np.ndarray | None = None
         self._revision = 0
@@ -122,6 +126,9 @@ class CoupledProblem:
         self._volume = self.contact.prepare(self.a, self.bcs)
         self.in_use = self._alone()
         self.convergence = Convergence(self.contact)
+
+    def __repr__(self) -> str:
+        return of_problem(self)
 
     @property
     def comm(self) -> MPI.Comm:
@@ -155,6 +162,8 @@ class CoupledProblem:
         self.history.clear()
         self.convergence.start()
         self._at = None
+        if self.contact.layout.bodies:
+            self.contact.free_bodies.seat()
         x = self.create_vector() if x is None else x
         self.contact.to_vector(x)
         return x
@@ -350,7 +359,9 @@ class CoupledProblem:
 
         Returns
         -------
-        By name, (d,). Force (per thickness in 2D).
+        By name, (d,). Force (per thickness in 2D). Of solids of revolution the second
+        is the force of a full turn along the axis; the first is the integral of radial
+        tractions, which cancel.
         """
         host, layout = self.contact.host, self.contact.layout
         with together(self.comm):
@@ -374,6 +385,8 @@ class CoupledProblem:
         """State of contact and residual history, for messages. Collective."""
         in_use, contacts = self.in_use, self.contact.contacts
         free = loose_bodies(self, in_use.led) if in_use.controlled else unheld(self)
+        if self.contact.layout.bodies:
+            free += self.contact.free_bodies.unheld()
         return describe_failure(
             self.history,
             self.contact.statistics,

@@ -10,8 +10,9 @@ from mpi4py import MPI
 
 import dolfinx
 
-from ..errors import raise_everywhere
-from .meshes import meshtags
+from ..errors import ContactError, raise_everywhere
+from .generation import Indices
+from .meshes import connectivity, meshtags
 
 
 @dataclass(frozen=True)
@@ -26,12 +27,37 @@ class GmshMesh:
         Tags of physical groups; ``facet_tags`` is empty if there are none.
     names
         (dimension, tag) of each named physical group.
+
+    Examples
+    --------
+    >>> bodies = read_gmsh("meshes/two_blocks.msh", MPI.COMM_WORLD)
+    >>> dofs = fem.locate_dofs_topological(V, 2, bodies.find("bottom"))
     """
 
     mesh: dolfinx.mesh.Mesh
     cell_tags: Any
     facet_tags: Any
     names: dict[str, tuple[int, int]]
+
+    def find(self, name: str) -> Indices:
+        """Cells or facets of a named physical group, those of this rank.
+
+        Raises
+        ------
+        ContactError
+            If no group of cells or facets has the name.
+        """
+        dim = self.mesh.topology.dim
+        known = {k: group for k, group in self.names.items() if group[0] >= dim - 1}
+        if name not in known:
+            listed = ", ".join(map(repr, known)) or "none"
+            raise ContactError(
+                f"no physical group of cells or facets is named {name!r}; known names: "
+                f"{listed}"
+            )
+        of_dim, tag = known[name]
+        tags = self.cell_tags if of_dim == dim else self.facet_tags
+        return tags.find(tag)
 
 
 def _gmsh_converter() -> Any:
@@ -79,6 +105,10 @@ def _convert_gmsh(model: Any, comm: MPI.Comm, gdim: int, rank: int) -> GmshMesh:
     mesh, cell_tags, facet_tags = _gmsh_converter()(model, comm, rank, gdim=gdim)[:3]
     if facet_tags is None:
         facet_tags = meshtags(mesh, mesh.topology.dim - 1, [], [])
+    # DOLFINx's locate_dofs_topological asks the user for it, for facets and cells
+    tdim = mesh.topology.dim
+    for dim in (tdim - 1, tdim):
+        connectivity(mesh, dim, tdim)
     return GmshMesh(mesh, cell_tags, facet_tags, names)
 
 

@@ -13,13 +13,20 @@ class LoadStep:
         ``"extrapolated"``, ``"small gamma"``, ``"capped"``, ``"line search"``, ``"small
         gamma, line search"`` or ``"viscous forces"``: see `LoadSteps`. With `stabilize`
         that of the step's last solve.
+    number
+        Counts the accepted steps of the problem from 1, over all of its `LoadSteps`.
     """
 
     def __init__(
-        self, factor: float, iterations: int, halvings: int, strategy: str = "full"
+        self,
+        factor: float,
+        iterations: int,
+        halvings: int,
+        strategy: str = "full",
+        number: int = 1,
     ) -> None:
         self.factor, self.iterations, self.halvings = factor, iterations, halvings
-        self.strategy = strategy
+        self.strategy, self.number = strategy, number
 
     def __repr__(self) -> str:
         return (

@@ -16,6 +16,7 @@ from ..errors import (
     together,
 )
 from ..interface.state import State
+from ..results.summaries import of_load_steps
 from .control import ArcLength, DisplacementControl
 from .history import History
 from .load_path import ArcPath, DisplacementPath, PrescribedPath
@@ -178,6 +179,9 @@ class LoadSteps:
         self.output = check_output(output, solver.problem)
         self.halvings = 0
 
+    def __repr__(self) -> str:
+        return of_load_steps(self, self._path.factor)
+
     def _viscous_forces(self) -> Stabilization | None:
         """What `stabilize` asks for, with its columns in `history`."""
         if not self.stabilize:
@@ -189,12 +193,12 @@ class LoadSteps:
 
     def __iter__(self) -> Iterator[LoadStep]:
         """Solve step by step; each accepted step is yielded as a `LoadStep`."""
-        contact = self.solver.problem.contact
-        progress = Progress(contact.layout.comm, self.progress)
+        problem = self.solver.problem
+        progress = Progress(problem.comm, self.progress, problem.steps_accepted)
         try:
-            for number, step in enumerate(self._steps(progress), 1):
+            for step in self._steps(progress):
                 if progress.shown:
-                    progress.accepted(line(number, step, contact.statistics))
+                    progress.accepted(line(step, problem.contact.statistics))
                 yield step
         finally:
             progress.clear()
@@ -230,7 +234,8 @@ class LoadSteps:
             before = contact.state()
             progress.solving(path.next)
             for one in contact.contacts:
-                if one.friction is not None and path.next != path.factor:
+                timed = one.friction is not None or one.layout.bodies
+                if timed and path.next != path.factor:
                     one.dt = abs(path.next - path.factor)
             path.begin()
             try:
@@ -254,7 +259,9 @@ class LoadSteps:
             contact.advance()
             path.accept(iterations)
             last = before
-            yield LoadStep(path.factor, iterations, self.halvings, ways.used)
+            self.solver.problem.steps_accepted += 1
+            number = self.solver.problem.steps_accepted
+            yield LoadStep(path.factor, iterations, self.halvings, ways.used, number)
         ways.finish()
 
     def _solve(

@@ -28,12 +28,12 @@ def _is_file(thing: Any) -> bool:
     return callable(getattr(thing, "write", None))
 
 
-def line(number: int, step: LoadStep, counts: Statistics) -> str:
+def line(step: LoadStep, counts: Statistics) -> str:
     """What is said of an accepted step."""
     gap = f"gap {counts.min_gap:.1e}" if counts.hits else "out of reach"
     way = "" if step.strategy == "full" else f"  {step.strategy}"
     return (
-        f"step {number:3}  load {step.factor:<8.6g}  Newton {step.iterations:2}  "
+        f"step {step.number:3}  load {step.factor:<8.6g}  Newton {step.iterations:2}  "
         f"halvings {step.halvings}  active {counts.active_points}  {gap}  "
         f"pressure {counts.max_pressure:.3g}{way}"
     )
@@ -48,6 +48,8 @@ class Progress:
         Communicator of the mesh.
     to
         See `LoadSteps`.
+    accepted
+        Steps of the problem before this path, from which the lines count on.
 
     Attributes
     ----------
@@ -55,14 +57,14 @@ class Progress:
         Whether anything is shown, the same on all ranks.
     """
 
-    def __init__(self, comm: MPI.Comm, to: bool | TextIO | None) -> None:
+    def __init__(self, comm: MPI.Comm, to: bool | TextIO | None, accepted: int) -> None:
         stream: Any = to if _is_file(to) else sys.stderr
         self._in_place = bool(getattr(stream, "isatty", bool)())
         shown = self._in_place if to is None else to is not False
         self.shown: bool = comm.bcast(shown, root=0)
         self._stream = stream if self.shown and comm.rank == 0 else None
         self._last, self._drawn = "", 0
-        self._accepted, self._factor = 0, 0.0
+        self._accepted, self._factor = accepted, 0.0
 
     def solving(self, factor: float) -> None:
         """A step begins: on a terminal, the last line, or what is being solved."""

@@ -24,6 +24,7 @@ from ..interface.point_results import (
     along_normal,
     nodal_average,
     resultant,
+    resultant_on,
     resultants,
     statistics,
 )
@@ -49,14 +50,32 @@ class ZoneResults:
     def points(self, zone: int = 0) -> dict[str, Array]:
         """Arrays over this rank's integration points of a zone, at the last `update`.
 
-        Keys: ``x`` (n, d) deformed positions, ``normal`` (n, d), ``gap`` (of the law:
-        with the offset), ``distance`` (of the surfaces along the normal: without),
-        ``pressure`` (normal traction of the law, <= 0), ``traction`` (n, d), ``weight``
-        (area),
-        ``status`` (0 no hit, 1 open, 2 stick, 3 slip), ``slave`` and ``master`` facet,
-        ``xi``, ``eta``, ``ray``; with friction ``slip`` (n, d), the increment since
-        the accepted step; ``pair``: which of `pairs` a point is of by the master that
-        it hits, -1 where it hits none. Points of uncovered parts have status 0.
+        Parameters
+        ----------
+        zone
+            Number of the slave surface, from 0 on in the order of pairs.
+
+        Returns
+        -------
+        Arrays by name, n rows each:
+
+        - ``x`` (n, d): deformed position; ``normal`` (n, d): the slave's, outward
+        - ``gap``: of the law, with the offset; negative in penetration. Length
+        - ``distance``: slave to master along the normal, without the offset. Length
+        - ``pressure``: what the law presses with, **negative in compression**, 0 where
+          it is open. Traction
+        - ``traction`` (n, d): what acts on the slave, in global coordinates
+        - ``slip`` (n, d), with friction only: since the accepted step. Length
+        - ``status``: a `PointStatus`
+        - ``weight``: area for which a point stands, by `measure`, of a full turn if the
+          contact is axisymmetric: sums over points are integrals. **Negative** at points
+          without hit that take from a whole facet what its segments cover. ``area``:
+          the same in the undeformed configuration
+        - ``pair``: number of the pair in `pairs`, -1 where no master is hit
+        - ``slave``, ``master``: facets by their local numbers, -1 for no master;
+          ``xi``, ``eta`` (n, d - 1): reference coordinates on these
+        - ``seed``: master facet of the segment, on which the ray starts its search; -1
+          on uncovered parts. ``ray``: how the search ended, 0 for a hit
         """
         data = self._zone(zone)
         points: dict[str, Any] = data.points()
@@ -117,7 +136,9 @@ class ZoneResults:
     ) -> Resultant:
         """Contact force on a slave surface, or of a pair, its moment and its parts.
 
-        The force on the slave; that on the master is the opposite. Collective.
+        The force on the slave; that on the master is the opposite. With
+        ``axisymmetric=True`` it is that of a full turn, along the axis, and ``radial``
+        has what cancels in it: see `results.Resultant`. Collective.
 
         Parameters
         ----------
@@ -159,6 +180,23 @@ class ZoneResults:
             for k, force in zip(self._pairs_of(i), resultants(zone, self._comm)):
                 found[k] = force
         return found
+
+    def resultant_on(self, body: Body) -> Resultant:
+        """Contact force on a rigid body, moment about its centre where that is, and
+        parts of the force, from all slaves that it meets. Collective.
+
+        The opposite of `resultant`, whose moments are about the origin.
+
+        Raises
+        ------
+        ContactError
+            If no slave meets it.
+        """
+        with together(self._comm):
+            self._require_results()
+            if not any(body in zone.facets.bodies for zone in self.zones):
+                raise ContactError(f"{body!r} is the master of no pair")
+        return resultant_on(self.zones, body, self._comm)
 
     def _pairs_named(self, slave: Any, master: Any) -> list[int]:
         """Which pairs have a slave and, if one is given, a master, by name or tag."""
@@ -276,10 +314,11 @@ class ContactFields(ZoneResults):
         return self._field("slip", quantity, vector=True)
 
     def status(self) -> Function:
-        """0 open or no hit, 1 stick, 2 slip, at the slave nodes. Collective.
+        """`NodeStatus` of the slave nodes: 0 open or no hit, 1 stick, 2 slip. Collective.
 
-        Closed contact without friction is slip. The average over the points around
-        each node, rounded.
+        Contact without friction is slip. The average over the points around each node,
+        rounded. Numbers are one less than those of `PointStatus`, which tells points
+        without hit from open ones.
         """
         f = self._field("status", lambda points: points["status"] - OPEN)
         f.x.array[:] = np.round(f.x.array)
@@ -301,7 +340,7 @@ class ContactFields(ZoneResults):
 
         Gap (0 where no hit: see coverage), normal and tangential traction, status,
         coverage, the multiplier if there is one, slip with friction: write them next to
-        the displacement, ``compat.write_xdmf(file, mesh, [u, *contact.fields()])``.
+        the displacement, ``io.write_xdmf(file, mesh, [u, *contact.fields()])``.
         """
         gap = self.gap()
         # DOLFINx 0.5 interpolates for XDMF, and a NaN then takes its whole cell
@@ -316,9 +355,9 @@ class ContactFields(ZoneResults):
         """Work that tangential tractions take in this step, before `advance`. Collective.
 
         The integral of -t . T_n w over the slave surfaces: force times length, per
-        thickness in 2D. With a multiplier it is that of the points that slip, and never
-        negative: where springs give a little back, nothing is lost. With the elastic
-        penalty a part is stored in the springs.
+        thickness in 2D, or of a full turn. With a multiplier it is that of the points
+        that slip, and never negative: where springs give a little back, nothing is
+        lost. With the elastic penalty a part is stored in the springs.
         """
         if self.friction is None:
             return 0.0

@@ -155,3 +155,15 @@ def test_bodies_out_of_reach_have_no_gap():
 def test_what_is_neither_is_refused():
     with pytest.raises(ContactError, match="progress must be True, False, None or a"):
         top_moves("triangle", progress=3)
+
+
+def test_steps_count_on_over_the_paths_of_a_problem():
+    log = io.StringIO()
+    problem, first = path(log, steps=2)
+    second = LoadSteps(first.solver, first.apply, 2, path=(1.0, 1.1), progress=log)
+    found = [*first, *second]
+    assert [step.number for step in found] == [1, 2, 3, 4]
+    assert [numbers(line)["step"] for line in log.getvalue().splitlines()] == [
+        1.0, 2.0, 3.0, 4.0,
+    ]  # fmt: skip
+    assert problem.problem.steps_accepted == 4

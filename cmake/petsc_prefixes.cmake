@@ -1,0 +1,16 @@
+# Adds to CMAKE_PREFIX_PATH, which pkg_check_modules searches, where PETSc may be besides
+# the system's folders: PETSC_DIR, with PETSC_ARCH (the DOLFINx container, a build of one's
+# own) or without (Spack, Debian), and the prefix of an environment (conda, a Spack view)
+set(candidates)
+if(DEFINED ENV{PETSC_DIR})
+  list(APPEND candidates "$ENV{PETSC_DIR}/$ENV{PETSC_ARCH}" "$ENV{PETSC_DIR}")
+endif()
+if(DEFINED ENV{CONDA_PREFIX})
+  list(APPEND candidates "$ENV{CONDA_PREFIX}")
+endif()
+foreach(candidate IN LISTS candidates)
+  if(EXISTS "${candidate}/lib/pkgconfig/${RAYMORTAR_PETSC}.pc")
+    list(PREPEND CMAKE_PREFIX_PATH "${candidate}")
+    break()
+  endif()
+endforeach()

@@ -1,0 +1,184 @@
+"""What programs with contact often need beside it: spaces, supports, materials, stresses.
+
+Nothing here knows of contact. All of it works in every supported version of DOLFINx.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from mpi4py import MPI
+from petsc4py import PETSc
+
+import numpy as np
+import numpy.typing as npt
+import ufl
+from dolfinx import fem
+from dolfinx.mesh import Mesh
+
+from . import compat
+from .compat import mixed_space, scalar_space, vector_space
+from .errors import ContactError, together
+from .host.gathering import nodal_field
+
+__all__ = [
+    "by_body",
+    "integral",
+    "mixed_space",
+    "nodal_field",
+    "prescribe",
+    "scalar_space",
+    "vector_space",
+    "von_mises",
+]
+
+
+def prescribe(
+    V: Any,
+    facets: npt.ArrayLike,
+    value: float | npt.ArrayLike | fem.Constant = 0.0,
+    component: int | None = None,
+) -> Any:
+    """Dirichlet condition on facets: for the displacement, or for one component of it.
+
+    Collective.
+
+    Parameters
+    ----------
+    V
+        Space of the displacement, from `vector_space`.
+    facets
+        Facets of this rank, such as ``facet_tags.find(3)`` or
+        ``bodies.find("bottom")``.
+    value
+        Number, for a whole displacement a vector or one number for each component; or a
+        ``Constant``, whose ``value`` the program changes from step to step. Length.
+    component
+        0, 1 or 2 for x, y or z; None: all components.
+
+    Returns
+    -------
+    A ``DirichletBC``, for `NonlinearProblem`.
+
+    Raises
+    ------
+    ContactError
+        If the space has no such component, or if the value is no number or vector of its
+        dimension.
+
+    Examples
+    --------
+    >>> down = fem.Constant(mesh, 0.0)
+    >>> bcs = [
+    ...     prescribe(V, bodies.find("bottom")),
+    ...     prescribe(V, bodies.find("top"), down, component=1),
+    ... ]
+    """
+    mesh = V.mesh
+    dim = mesh.geometry.dim
+    with together(mesh.comm):
+        if component is not None and component not in range(dim):
+            raise ContactError(
+                f"component must be one of {list(range(dim))} or None, not {component!r}"
+            )
+        if not isinstance(value, fem.Constant):
+            value = _constant(mesh, value, component)
+    facet_dim = mesh.topology.dim - 1
+    compat.connectivity(mesh, facet_dim, facet_dim + 1)
+    part = V if component is None else V.sub(component)
+    facets = np.asarray(facets, dtype=np.int32)
+    dofs = fem.locate_dofs_topological(part, facet_dim, facets)
+    return fem.dirichletbc(value, dofs, part)
+
+
+def _constant(mesh: Mesh, value: Any, component: int | None) -> fem.Constant:
+    """A value as a Constant of the size that a condition needs."""
+    dim = mesh.geometry.dim
+    shape = (dim,) if component is None else ()
+    try:
+        array = np.asarray(value, dtype=PETSc.ScalarType)
+        full = np.array(np.broadcast_to(array, shape))
+    except (TypeError, ValueError):
+        wanted = "a number" if shape == () else f"a number or {dim} numbers"
+        raise ContactError(f"value must be {wanted}, not {value!r}") from None
+    return fem.Constant(mesh, full if shape else PETSc.ScalarType(full))
+
+
+def by_body(
+    mesh: Mesh,
+    cell_tags: Any,
+    values: Mapping[int | str, float],
+    names: Mapping[str, int | tuple[int, int]] | None = None,
+) -> fem.Function:
+    """Piecewise constant field, such as Young's modulus of each body. Collective.
+
+    Parameters
+    ----------
+    mesh
+        Mesh of all bodies.
+    cell_tags
+        Tags of its cells, such as those of `io.read_gmsh`.
+    values
+        Value by tag, or by name where `names` has it. Every cell needs one.
+    names
+        Tag, or (dimension, tag), by name: the ``names`` of `io.read_gmsh`.
+
+    Raises
+    ------
+    ContactError
+        For a name that is not known, or for cells without a value.
+
+    Examples
+    --------
+    >>> values = {"upper": 5.0, "lower": 210e3}
+    >>> E = by_body(bodies.mesh, bodies.cell_tags, values, bodies.names)
+    """
+    with together(mesh.comm):
+        table = {_tag(key, names): float(value) for key, value in values.items()}
+        cells = np.full(_cell_count(mesh), np.nan)
+        for tag, value in table.items():
+            cells[cell_tags.find(tag)] = value
+        bare = np.flatnonzero(np.isnan(cells))
+        if len(bare):
+            tags = sorted(set(cell_tags.values) - set(table))
+            raise ContactError(
+                f"values has none for {len(bare)} cell(s) of the mesh: tags without a "
+                f"value are {list(map(int, tags))}"
+            )
+    field = fem.Function(compat.space(mesh, "DG", 0))
+    field.x.array[compat.dofmap_array(field.function_space).ravel()] = cells
+    return field
+
+
+def _tag(key: int | str, names: Mapping[str, Any] | None) -> int:
+    """Tag of a body that is named, or is one already."""
+    if not isinstance(key, str):
+        return int(key)
+    known = names or {}
+    if key not in known:
+        listed = ", ".join(map(repr, known)) or "none: pass names="
+        raise ContactError(f"no cells are named {key!r}; known names: {listed}")
+    tag = known[key]
+    return int(tag[1] if isinstance(tag, tuple) else tag)
+
+
+def _cell_count(mesh: Mesh) -> int:
+    """Cells of this rank, with ghosts."""
+    cells = mesh.topology.index_map(mesh.topology.dim)
+    return int(cells.size_local + cells.num_ghosts)
+
+
+def von_mises(sigma: Any) -> Any:
+    r"""Equivalent stress :math:`\sqrt{3/2\; s : s}` of a 3 x 3 tensor in UFL.
+
+    In plane strain give the whole tensor: its zz component counts.
+    """
+    s = sigma - ufl.tr(sigma) / 3 * ufl.Identity(3)
+    return ufl.sqrt(1.5 * ufl.inner(s, s))
+
+
+def integral(form: Any, mesh: Mesh) -> float:
+    """Value of a UFL functional over all ranks, such as an energy. Collective."""
+    value = fem.assemble_scalar(compat.form(form))
+    return float(mesh.comm.allreduce(value, op=MPI.SUM))
