@@ -137,6 +137,7 @@ class Pair:
             friction=None,
             measure=_cpp.Measure.reference,
             moving_segments=False,
+            tie=None,
             distances=self._distances,
             strategy=self._strategy,
             subdivide=False,

@@ -1,4 +1,5 @@
 #include "bind.h"
+#include "raymortar/rigid/facet_tool.h"
 #include "raymortar/rigid/shapes.h"
 #include <pybind11/functional.h>
 
@@ -54,11 +55,46 @@ private:
 Vec<3> vector(const Array<double>& v) { return {v.at(0), v.at(1), v.at(2)}; }
 
 using Made = std::shared_ptr<const Tool>;
+
+/// @param[in] x (points, gdim)
+/// @param[in] nodes (facets, nodes per facet)
+Made facet_tool(Shape shape, int degree, const Array<double>& x,
+                const Array<Index>& nodes)
+{
+  const auto points = to_span(x);
+  const auto numbers = to_span(nodes);
+  return make_facet_tool({shape,
+                          degree,
+                          {points.begin(), points.end()},
+                          {numbers.begin(), numbers.end()}});
+}
+
+/// Distances of points from a tool along directions, (n,); infinite where they
+/// do not meet it
+/// @param[in] x, n (n, 3), in the coordinates that the tool was made in
+py::array_t<double> distances_along(const Tool& tool, const Array<double>& x,
+                                    const Array<double>& n)
+{
+  std::vector<ToolRay> rays;
+  for (py::ssize_t k = 0; k < x.size() / 3; ++k)
+    rays.push_back({Eigen::Map<const Vec<3>>(x.data() + 3 * k),
+                    Eigen::Map<const Vec<3>>(n.data() + 3 * k)});
+  std::vector<ToolHit> hits(rays.size());
+  tool.cast(rays, hits);
+  std::vector<double> found;
+  for (const ToolHit& hit : hits)
+    found.push_back(hit.found ? hit.g
+                              : std::numeric_limits<double>::infinity());
+  return to_array(found);
+}
 } // namespace
 
 void bind_rigid(py::module_& m)
 {
-  py::class_<Tool, std::shared_ptr<Tool>>(m, "Tool");
+  py::class_<Tool, std::shared_ptr<Tool>>(m, "Tool").def(
+      "distances_along", &distances_along, py::arg("x"), py::arg("n"));
+  m.def("facet_tool", &facet_tool, py::arg("shape"), py::arg("degree"),
+        py::arg("x"), py::arg("nodes"));
   m.def(
       "plane",
       [](const Array<double>& point, const Array<double>& normal)

@@ -167,16 +167,42 @@ void set_poses(Zone& z, const Array<double>& rotation,
          Eigen::Map<const Vec<3>>(shift.data() + 3 * k)});
   (z.*set)(poses);
 }
+
+/// What a free body's motion hangs on, from arrays over its unknowns: (n, 3),
+/// (n, 3, 3), (n, n, 3, 3) and (n,)
+Freedom make_freedom(const Array<double>& centre, const Array<double>& drift,
+                     const Array<double>& spin, const Array<double>& bend,
+                     const Array<GlobalIndex>& rows)
+{
+  using Rows = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+  Freedom freedom;
+  freedom.centre = Eigen::Map<const Vec<3>>(centre.data());
+  const auto n = static_cast<std::size_t>(rows.size());
+  for (std::size_t j = 0; j < n; ++j)
+  {
+    freedom.rates.push_back({Eigen::Map<const Vec<3>>(drift.data() + 3 * j),
+                             Eigen::Map<const Rows>(spin.data() + 9 * j)});
+    freedom.rows.push_back(rows.data()[j]);
+  }
+  for (std::size_t k = 0; k < n * n; ++k)
+    freedom.bends.push_back(Eigen::Map<const Rows>(bend.data() + 9 * k));
+  return freedom;
+}
 } // namespace
 
 void bind_zone(py::module_& m)
 {
   py::enum_<Measure>(m, "Measure")
       .value("reference", Measure::reference)
-      .value("current", Measure::current);
+      .value("current", Measure::current)
+      .value("reference_of_revolution", Measure::reference_of_revolution)
+      .value("current_of_revolution", Measure::current_of_revolution);
   py::enum_<Method>(m, "Method")
       .value("augmented_lagrangian", Method::augmented_lagrangian)
       .value("penalty", Method::penalty);
+  py::enum_<TieGap>(m, "TieGap")
+      .value("keep", TieGap::keep)
+      .value("close", TieGap::close);
   py::class_<Coulomb>(m, "Coulomb").def(py::init<double>(), py::arg("mu"));
   py::class_<Tresca>(m, "Tresca").def(py::init<double>(), py::arg("bound"));
   py::class_<Stick>(m, "Stick").def(py::init<>());
@@ -206,11 +232,16 @@ void bind_zone(py::module_& m)
                           Field{"friction", &ZoneInput::friction},
                           Field{"measure", &ZoneInput::measure},
                           Field{"moving_segments", &ZoneInput::moving_segments},
+                          Field{"tie", &ZoneInput::tie},
                           Field{"distances", &ZoneInput::distances},
                           Field{"strategy", &ZoneInput::strategy},
                           Field{"subdivide", &ZoneInput::subdivide},
                           Field{"segment_rules", &ZoneInput::segment_rules},
                           Field{"facet_rule", &ZoneInput::facet_rule});
+  py::class_<Freedom>(m, "Freedom")
+      .def(py::init<>())
+      .def(py::init(&make_freedom), py::kw_only(), py::arg("centre"),
+           py::arg("drift"), py::arg("spin"), py::arg("bend"), py::arg("rows"));
   py::class_<Zone>(m, "Zone")
       .def(py::init(
                [](int comm, const ZoneInput& input)
@@ -233,6 +264,8 @@ void bind_zone(py::module_& m)
            { z.set_covered_nodes(to_span(covered)); })
       .def("set_corner_nodes", [](Zone& z, const Array<std::int8_t>& corners)
            { z.set_corner_nodes(to_span(corners)); })
+      .def("set_crossing", [](Zone& z, const Array<std::int8_t>& dofs)
+           { z.set_crossing(to_span(dofs)); })
       .def("set_multiplier", [](Zone& z, const Array<double>& values)
            { z.set_multiplier(to_span(values)); })
       .def(
@@ -261,6 +294,7 @@ void bind_zone(py::module_& m)
            py::arg("shift"))
       .def("set_old_poses", &set_poses<&Zone::set_old_poses>,
            py::arg("rotation"), py::arg("shift"))
+      .def("set_freedoms", &Zone::set_freedoms, py::arg("freedoms"))
       .def("pair", &Zone::pair)
       .def("cast", &Zone::cast)
       .def("points", &points)

@@ -21,10 +21,16 @@ class Shape(Enum):
 class Measure(Enum):
     reference: int
     current: int
+    reference_of_revolution: int
+    current_of_revolution: int
 
 class Method(Enum):
     augmented_lagrangian: int
     penalty: int
+
+class TieGap(Enum):
+    keep: int
+    close: int
 
 class Strategy(Enum):
     brute_force: int
@@ -126,6 +132,7 @@ class ZoneInput:
         friction: Coulomb | Tresca | Stick | PointBound | None,
         measure: Measure,
         moving_segments: bool,
+        tie: TieGap | None,
         distances: SearchDistances,
         strategy: Strategy,
         subdivide: bool,
@@ -142,6 +149,7 @@ class Zone:
         self, slave: _Globals, master: _Globals, multiplier: _Globals
     ) -> None: ...
     def set_modulus(self, modulus: float) -> None: ...
+    def set_crossing(self, dofs: npt.NDArray[np.int8]) -> None: ...
     def set_multiplier(self, values: _Reals) -> None: ...
     def set_gamma(
         self, gamma: _Reals, scale: float, factors: PairFactors = ...

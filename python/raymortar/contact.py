@@ -50,6 +50,7 @@ from .results.summaries import of_contact
 from .rigid.body import Body
 from .rigid.shapes import Shape
 from .system.assembly import ContactAssembly
+from .system.free_bodies import free_bodies
 
 _numbers = itertools.count()
 
@@ -92,6 +93,10 @@ class Contact(ContactAssembly):
         interference, as of a press fit that is meshed without it. Number; scalar
         ``Function`` on the mesh of u; or a function of undeformed positions, (3, n) to
         (n,). See `set_offset`.
+    axisymmetric
+        Whether the 2D mesh is the section of solids of revolution, with coordinates
+        (r, z) = (x[0], x[1]): integrals then go over a full turn, with the weight
+        2 pi r of `measure`. The form must have it, too.
 
     Attributes
     ----------
@@ -114,6 +119,8 @@ class Contact(ContactAssembly):
         of bodies.
     offset
         Added to the gap, as it was given; None: nothing.
+    axisymmetric
+        Whether integrals go over a full turn.
     pairs
         The pairs in the order in which they were given, each once: a list of
         `pairs.Pair`, with tags, names and the label of their columns in a `History`.
@@ -137,6 +144,9 @@ class Contact(ContactAssembly):
     residual are then forces, whatever the unit of stress.
     """
 
+    # What becomes of the gaps of a `Tie`; None: contact
+    tied: str | None = None
+
     def __init__(
         self,
         u: Function | Sequence[Function],
@@ -150,6 +160,7 @@ class Contact(ContactAssembly):
         names: Mapping[str, int | tuple[int, int]] | None = None,
         tangent: str = "full",
         offset: FieldValue | None = None,
+        axisymmetric: bool = False,
     ) -> None:
         method = AugmentedLagrangian() if method is None else method
         search = Search() if search is None else search
@@ -172,6 +183,7 @@ class Contact(ContactAssembly):
                 search,
                 tangent,
                 offset,
+                axisymmetric,
             )
             facet_dim = u.function_space.mesh.topology.dim - 1
             self.names = known_names(names, facet_dim)
@@ -188,14 +200,15 @@ class Contact(ContactAssembly):
             tangent=tangent,
             pairs={slave: described(masters) for slave, masters in groups.items()},
             offset=offset,
+            axisymmetric=axisymmetric,
             names=self.pairs,
         )
         for part in self.host.displacements:
             check_space(part.u)
         self.u, self.method, self.measure = u, method, measure
-        self.tangent = tangent
+        self.tangent, self.axisymmetric = tangent, bool(axisymmetric)
         self.friction = friction
-        facets = find_facets(u, facet_tags, groups)
+        facets = find_facets(u, facet_tags, groups, self.axisymmetric)
         self._references = references(u, facets)
         # All slaves are on one mesh
         self.slave_u = parts_of(u)[facets[0].slave_part]
@@ -209,7 +222,8 @@ class Contact(ContactAssembly):
             self.multiplier = Function(W, name="multiplier")
         self._scalar = compat.scalar_space(mesh, degree)
         self._vector = compat.vector_space(mesh, degree)
-        self.layout = Layout(self.host, self.multiplier, self._slave_dofs(facets))
+        free = free_bodies(facets, self._comm)
+        self.layout = Layout(self.host, self.multiplier, self._slave_dofs(facets), free)
         self.bodies = find_bodies(u.function_space)
         cells = [Cells(part.function_space.mesh) for part in parts_of(u)]
         self.zones: list[ZoneData] = [
@@ -225,6 +239,7 @@ class Contact(ContactAssembly):
                 search,
                 cells,
                 self.bodies,
+                self.tied,
             )
             for zone in facets
         ]
@@ -403,6 +418,8 @@ class Contact(ContactAssembly):
         if not (is_real_number(value) and np.isfinite(value) and value > 0.0):
             raise ContactError(f"dt = {value!r} must be a positive number")
         self._dt = float(value)
+        for body in self.layout.bodies:
+            body.freedom.dt = self._dt
         self.revision += 1
 
     # State
@@ -414,7 +431,12 @@ class Contact(ContactAssembly):
         raise_everywhere(self._comm, not_finite(self))
         self._for_zones("set_displacement", self.u.x.array)
         for zone in self.zones:
-            zone.motions.send(zone.cpp, self._comm, self.friction is not None)
+            zone.motions.send(
+                zone.cpp,
+                self._comm,
+                self.friction is not None,
+                self.layout.body_rows,
+            )
         if self.multiplier is not None:
             values = self.multiplier.x.array.reshape(-1, self.layout.components)
             for zone in self.zones:
@@ -458,6 +480,13 @@ class Contact(ContactAssembly):
             if self.updates == 1:
                 warn_of_straight_facets(self)
 
+    def forget_flight(self, body: Body) -> None:
+        """A body has flown to where it is: where it was is no history of slip."""
+        for zone in self.zones:
+            zone.motions.begin_at_present(body)
+        self._history_is_new = True
+        self.revision += 1
+
     def _note_faced(self) -> None:
         """Keep what slave facets face in the accepted state."""
         for zone in self.zones:
@@ -479,6 +508,8 @@ class Contact(ContactAssembly):
         self._u_old[:] = self.u.x.array
         for zone in self.zones:
             zone.motions.accept()
+        for body in self.layout.bodies:
+            body.freedom.accept()
         if self.updates:
             self._note_faced()
         self._history_is_new = True
@@ -511,6 +542,7 @@ class Contact(ContactAssembly):
             [z.traction_old for z in self.zones],
             None if self.host.is_plain else self.host.values(),
             [zone.motions.old for zone in self.zones],
+            {body: body.freedom.state() for body in self.layout.bodies},
         )
 
     def fault_of(self, state: Any) -> str | None:
@@ -539,6 +571,8 @@ class Contact(ContactAssembly):
             zone.traction_old = traction
         for zone, motion in zip(self.zones, state.old_motions):
             zone.motions.old = motion
+        for body, known in zip(self.layout.bodies, state.freedoms.values()):
+            body.freedom.restore(known)
         self._history_is_new = True
         self.revision += 1
         if self.updates:

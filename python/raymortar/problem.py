@@ -162,6 +162,8 @@ class CoupledProblem:
         self.history.clear()
         self.convergence.start()
         self._at = None
+        if self.contact.layout.bodies:
+            self.contact.free_bodies.seat()
         x = self.create_vector() if x is None else x
         self.contact.to_vector(x)
         return x
@@ -357,7 +359,9 @@ class CoupledProblem:
 
         Returns
         -------
-        By name, (d,). Force (per thickness in 2D).
+        By name, (d,). Force (per thickness in 2D). Of solids of revolution the second
+        is the force of a full turn along the axis; the first is the integral of radial
+        tractions, which cancel.
         """
         host, layout = self.contact.host, self.contact.layout
         with together(self.comm):
@@ -381,6 +385,8 @@ class CoupledProblem:
         """State of contact and residual history, for messages. Collective."""
         in_use, contacts = self.in_use, self.contact.contacts
         free = loose_bodies(self, in_use.led) if in_use.controlled else unheld(self)
+        if self.contact.layout.bodies:
+            free += self.contact.free_bodies.unheld()
         return describe_failure(
             self.history,
             self.contact.statistics,

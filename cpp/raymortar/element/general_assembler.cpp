@@ -1,5 +1,6 @@
 #include "raymortar/element/general_assembler.h"
 #include "raymortar/core/error.h"
+#include "raymortar/element/free_tools.h"
 #include "raymortar/element/law_gaps.h"
 #include "raymortar/element/point_kernel.h"
 #include "raymortar/element/segment_points.h"
@@ -291,6 +292,8 @@ public:
                  {
                    _kernel->tangent(at, s.moving_segments, blocks);
                    expansion.add(sides, blocks.A, sum);
+                   if (const Index k = free_tool_of(s, e); k != no_index)
+                     add_turning(freedom_of(s, k), at, sum);
                    if (s.moving_segments)
                      motion.add(element, q, sides, blocks);
                  });
@@ -345,7 +348,26 @@ private:
                                             std::size_t e)
   {
     const bool moves = s.master_of(e) != no_index;
-    return alone_of(s) + (moves ? D * s.master.dofs_per_facet() : 0);
+    const Index tool = free_tool_of(s, e);
+    return alone_of(s) + (moves ? D * s.master.dofs_per_facet() : 0) +
+           (tool == no_index ? 0 : freedom_of(s, tool).size());
+  }
+
+  /// Add that points of a body that turns move in circles: the force at the
+  /// point times the second derivatives of its place
+  void add_turning(const Freedom& freedom, const GermPoint<D>& at,
+                   Block& block) const
+  {
+    PointBlocks<D> blocks;
+    _kernel->residual(at, blocks);
+    const Vec<D> force =
+        blocks.b.template segment<D>(blocks.b.size() - PointBlocks<D>::side);
+    const Vec<D> arm = at.master.col(0) - freedom.centre.template head<D>();
+    const Index n = freedom.size();
+    for (Index j = 0; j < n; ++j)
+      for (Index k = 0; k < n; ++k)
+        block(block.rows() - n + j, block.cols() - n + k) +=
+            force.dot(freedom.bend(j, k).template topLeftCorner<D, D>() * arm);
   }
 
   /// Set what is known at a point

@@ -1,5 +1,6 @@
 #include "raymortar/element/target.h"
 #include "raymortar/geometry/dispatch.h"
+#include "raymortar/rigid/freedom.h"
 #include "raymortar/rigid/in_space.h"
 
 namespace raymortar
@@ -79,6 +80,26 @@ const PlacedTool& tool_of(const ContactState& s, std::size_t q)
   return s.tools[static_cast<std::size_t>(s.hits.master[q])];
 }
 
+/// Motion of position and tangents by the unknowns of a rigid body
+/// @param[in] freedom Null: there are none
+template <int D>
+Columns rigid_columns(const Freedom* freedom,
+                      const typename Germ<D>::NodeMatrix& now)
+{
+  Columns motion;
+  motion.B.resize(D * D, freedom ? freedom->size() : 0);
+  for (Index j = 0; j < motion.B.cols(); ++j)
+  {
+    const Freedom::Rate& rate = freedom->rates[static_cast<std::size_t>(j)];
+    const Mat<D, D> spin = rate.spin.topLeftCorner<D, D>();
+    motion.B.col(j).template head<D>() =
+        rate.drift.head<D>() + spin * (now.col(0) - freedom->centre.head<D>());
+    for (int i = 1; i < D; ++i)
+      motion.B.col(j).template segment<D>(D * i) = spin * now.col(i);
+  }
+  return motion;
+}
+
 template <int D>
 TargetPoint<D> tool_point(const ContactState& s, std::size_t q,
                           const typename Germ<D>::NodeMatrix& slave)
@@ -90,8 +111,7 @@ TargetPoint<D> tool_point(const ContactState& s, std::size_t q,
                          s.hits.bend[q].template topLeftCorner<D, D>());
   p.old = tool_of(s, q).turn_back().template topLeftCorner<D, D>() * p.now;
   p.old.col(0) = old_target<D>(s, q, frame.x, frame.n);
-  p.motion.B.resize(D, 0);
-  p.motion.components = D;
+  p.motion = rigid_columns<D>(freedom_of(tool_of(s, q)), p.now);
   return p;
 }
 } // namespace

@@ -1,5 +1,6 @@
 #include "raymortar/fem/assembly.h"
 #include "raymortar/core/stopwatch.h"
+#include "raymortar/element/free_tools.h"
 #include "raymortar/fem/rows.h"
 #include "raymortar/pairing/facet_dofs.h"
 #include <algorithm>
@@ -89,10 +90,17 @@ private:
                                                _state.slave.gdim);
     return (unknowns.slave != no_index ? side : 0) +
            (unknowns.multiplier != no_index ? multipliers_per_facet() : 0) +
-           (unknowns.master != no_index ? side : 0);
+           (unknowns.master != no_index ? side : 0) + tool_unknowns(unknowns);
   }
 
-  /// That of multipliers is zero
+  [[nodiscard]] std::size_t tool_unknowns(const Unknowns& unknowns) const
+  {
+    if (unknowns.tool == no_index)
+      return 0;
+    return freedom_of(_state, unknowns.tool).rates.size();
+  }
+
+  /// That of multipliers and of free tools is zero
   void find_increment(const Unknowns& columns)
   {
     _increment.clear();
@@ -102,6 +110,7 @@ private:
       _increment.insert(_increment.end(), multipliers_per_facet(), 0.0);
     if (columns.master != no_index)
       append_values(_state.master, columns.master, _master, _increment);
+    _increment.insert(_increment.end(), tool_unknowns(columns), 0.0);
   }
 
   const ContactState& _state;
@@ -127,7 +136,7 @@ public:
   void add(const Unknowns& rows, const Unknowns& columns,
            const double* block) override
   {
-    if (rows == columns and rows.slave != no_index)
+    if (rows == columns and rows.slave != no_index and rows.tool == no_index)
       add_element(rows.slave, rows.master, block);
     else
       add_other(rows, columns, block);

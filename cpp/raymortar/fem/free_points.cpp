@@ -1,4 +1,5 @@
 #include "raymortar/fem/free_points.h"
+#include "raymortar/element/free_tools.h"
 #include "raymortar/pairing/facet_dofs.h"
 
 namespace raymortar
@@ -23,7 +24,8 @@ std::vector<std::int8_t> free_points(const Zone& zone)
     const Index m = s.master_of(e);
     const bool moves =
         any_free(s.slave, s.elements.slave[e], zone.fixed_slave()) or
-        (m != no_index and any_free(s.master, m, zone.fixed_master()));
+        (m != no_index and any_free(s.master, m, zone.fixed_master())) or
+        free_tool_of(s, e) != no_index;
     for (const Index q : s.elements.points_of(e))
       free[q] = moves ? 1 : 0;
   }

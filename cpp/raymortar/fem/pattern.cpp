@@ -1,5 +1,6 @@
 #include "raymortar/fem/pattern.h"
 #include "raymortar/core/sorted.h"
+#include "raymortar/element/free_tools.h"
 #include "raymortar/fem/rows.h"
 #include <algorithm>
 #include <numeric>
@@ -133,6 +134,11 @@ ContactRows contact_rows(std::span<const Zone* const> zones,
     for (Index f = 0; f < zone.state().slave.num_facets(); ++f)
     {
       element_rows(zone, f, no_index, Constrained::kept, block);
+      // A free tool may come to meet any facet
+      for (const PlacedTool& tool : zone.state().tools)
+        if (const Freedom* freedom = freedom_of(tool))
+          for (const GlobalIndex row : freedom->rows)
+            block.push_back(static_cast<PetscInt>(row));
       rows.add(block);
     }
     for (const auto& [slave, id] : patterns[z]->pairs())

@@ -1,5 +1,6 @@
 #include "raymortar/fem/remote_entries.h"
 #include "raymortar/core/sorted.h"
+#include "raymortar/element/free_tools.h"
 #include "raymortar/fem/rows.h"
 #include <algorithm>
 
@@ -20,8 +21,10 @@ RemoteEntries remote_entries(const Zone& zone,
   std::vector<int> owners;
   for (std::size_t e = 0; e < s.elements.size(); ++e)
   {
-    element_rows(zone, s.elements.slave[e], s.master_of(e),
-                 Constrained::left_out, rows);
+    global_rows(zone,
+                element_unknowns(s.elements.slave[e], s.master_of(e),
+                                 free_tool_of(s, e)),
+                Constrained::left_out, rows);
     const auto kept = std::count_if(rows.begin(), rows.end(),
                                     [](PetscInt row) { return row >= 0; });
     for (const PetscInt row : rows)

@@ -1,4 +1,5 @@
 #include "raymortar/fem/rows.h"
+#include "raymortar/element/free_tools.h"
 #include "raymortar/pairing/facet_dofs.h"
 
 namespace raymortar
@@ -46,6 +47,9 @@ void global_rows(const Zone& zone, const Unknowns& unknowns,
   if (unknowns.master != no_index)
     append_dofs(s.master, unknowns.master, zone.fixed_master(), constrained,
                 rows);
+  if (unknowns.tool != no_index)
+    for (const GlobalIndex row : freedom_of(s, unknowns.tool).rows)
+      rows.push_back(static_cast<PetscInt>(row));
 }
 
 void element_rows(const Zone& zone, Index slave, Index master,
@@ -57,6 +61,6 @@ void element_rows(const Zone& zone, Index slave, Index master,
 void master_rows(const Zone& zone, Index master, Constrained constrained,
                  std::vector<PetscInt>& rows)
 {
-  global_rows(zone, {no_index, no_index, master}, constrained, rows);
+  global_rows(zone, {no_index, no_index, master, no_index}, constrained, rows);
 }
 } // namespace raymortar

@@ -16,7 +16,7 @@ enum class Constrained
 };
 
 /// @brief Global rows of some unknowns: displacements node by node,
-/// multipliers.
+/// multipliers, those of a free tool.
 /// @param[out] rows Resized; reused between calls to save the allocation
 void global_rows(const Zone& zone, const Unknowns& unknowns,
                  Constrained constrained, std::vector<PetscInt>& rows);

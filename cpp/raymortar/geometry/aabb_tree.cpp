@@ -98,7 +98,8 @@ void AabbTree<D>::merge_boxes()
 }
 
 template <int D>
-void AabbTree<D>::query(const Box<D>& box, std::vector<Index>& hits) const
+template <class Meets>
+void AabbTree<D>::collect(Meets&& meets, std::vector<Index>& hits) const
 {
   if (_nodes.empty())
     return;
@@ -109,10 +110,10 @@ void AabbTree<D>::query(const Box<D>& box, std::vector<Index>& hits) const
   while (depth > 0)
   {
     const Node& node = _nodes[stack[--depth]];
-    if (!node.box.overlaps(box))
+    if (!meets(node.box))
       continue;
     for (Index k = node.first; k < node.first + node.count; ++k)
-      if (_boxes[k].overlaps(box))
+      if (meets(_boxes[k]))
         hits.push_back(_order[k]);
     if (node.count > 0)
       continue;
@@ -121,6 +122,19 @@ void AabbTree<D>::query(const Box<D>& box, std::vector<Index>& hits) const
     stack[depth++] = node.first + 1;
   }
   std::sort(hits.begin() + begin, hits.end());
+}
+
+template <int D>
+void AabbTree<D>::query(const Box<D>& box, std::vector<Index>& hits) const
+{
+  collect([&](const Box<D>& other) { return other.overlaps(box); }, hits);
+}
+
+template <int D>
+void AabbTree<D>::query_line(const Vec<D>& x, const Vec<D>& n,
+                             std::vector<Index>& hits) const
+{
+  collect([&](const Box<D>& other) { return other.meets(x, n); }, hits);
 }
 
 template class AabbTree<2>;

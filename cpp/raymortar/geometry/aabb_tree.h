@@ -2,6 +2,7 @@
 #pragma once
 
 #include "raymortar/core/types.h"
+#include <algorithm>
 #include <limits>
 #include <span>
 #include <vector>
@@ -28,6 +29,25 @@ struct Box
       if (!(lower[i] <= other.upper[i] and other.lower[i] <= upper[i]))
         return false;
     return true;
+  }
+
+  /// Whether a line meets the box. Touching counts
+  [[nodiscard]] bool meets(const Vec<D>& x, const Vec<D>& n) const
+  {
+    double first = -std::numeric_limits<double>::infinity(), last = -first;
+    for (int i = 0; i < D; ++i)
+    {
+      if (n[i] == 0.0)
+      {
+        if (not(lower[i] <= x[i] and x[i] <= upper[i]))
+          return false;
+        continue;
+      }
+      const double a = (lower[i] - x[i]) / n[i], b = (upper[i] - x[i]) / n[i];
+      first = std::max(first, std::min(a, b));
+      last = std::min(last, std::max(a, b));
+    }
+    return first <= last;
   }
 
   /// Grow to hold another box. Bounds that are not a number are left out.
@@ -60,6 +80,11 @@ public:
   /// Append the indices of the boxes that overlap a box, in ascending order
   void query(const Box<D>& box, std::vector<Index>& hits) const;
 
+  /// Append the indices of the boxes that a line meets, in ascending order
+  /// @param[in] n Its direction, of length 1
+  void query_line(const Vec<D>& x, const Vec<D>& n,
+                  std::vector<Index>& hits) const;
+
   /// Number of boxes
   [[nodiscard]] Index size() const { return static_cast<Index>(_order.size()); }
 
@@ -75,6 +100,10 @@ private:
 
   /// Boxes of the nodes, from the leaves up
   void merge_boxes();
+
+  /// The boxes that `meets(box)` takes, and whose parents' boxes it takes
+  template <class Meets>
+  void collect(Meets&& meets, std::vector<Index>& hits) const;
 
   std::vector<Node> _nodes;
   std::vector<Index> _order; ///< Of the boxes in the caller's

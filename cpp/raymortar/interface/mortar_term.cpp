@@ -1,4 +1,5 @@
 #include "raymortar/interface/mortar_term.h"
+#include "raymortar/element/free_tools.h"
 #include "raymortar/element/law_gaps.h"
 #include "raymortar/geometry/predicates.h"
 #include <algorithm>
@@ -9,7 +10,8 @@ namespace
 {
 Unknowns unknowns_of(const ContactState& s, std::size_t e)
 {
-  return element_unknowns(s.elements.slave[e], s.master_of(e));
+  return element_unknowns(s.elements.slave[e], s.master_of(e),
+                          free_tool_of(s, e));
 }
 
 /// Master whose facet the segment of a point lies on; no_index: no segment
@@ -119,8 +121,8 @@ Work MortarTerm::tangent(const ContactState& s, MatrixSink& sink) const
         const Unknowns both = element_unknowns(s.elements.slave[e], master);
         sink.add(both, both, block);
         if (hit_rows)
-          sink.add({no_index, no_index, s.elements.master[e]},
-                   {no_index, no_index, master}, hit_rows);
+          sink.add({no_index, no_index, s.elements.master[e], no_index},
+                   {no_index, no_index, master, no_index}, hit_rows);
       });
   return {static_cast<std::int64_t>(elements.size()), skipped};
 }

@@ -5,19 +5,23 @@
 
 namespace raymortar
 {
-/// @brief Unknowns of up to two facets, in this order; no_index: none of them.
+/// @brief Unknowns of up to two facets, or of a facet and a free tool, in this
+/// order; no_index: none of them.
 struct Unknowns
 {
   Index slave = no_index;      ///< displacements of this slave facet
   Index multiplier = no_index; ///< multipliers of this slave facet
   Index master = no_index;     ///< displacements of this master facet
+  Index tool = no_index;       ///< of this free tool
 
   [[nodiscard]] bool operator==(const Unknowns&) const = default;
 };
 
-/// @brief Those of an element: a slave facet with a master or without.
-[[nodiscard]] inline Unknowns element_unknowns(Index slave, Index master)
+/// @brief Those of an element: a slave facet with a master or a free tool, or
+/// without.
+[[nodiscard]] inline Unknowns element_unknowns(Index slave, Index master,
+                                               Index tool = no_index)
 {
-  return {slave, slave, master};
+  return {slave, slave, master, tool};
 }
 } // namespace raymortar

@@ -24,7 +24,7 @@ EPS = float(np.finfo(float).eps)
 class Groups:
     """Rows of the coupled system by body, patch of slave surface and field. Collective.
 
-    Bodies are what cells connect. The equations of a multiplier are a group of their
+    Bodies are what cells connect; rigid ones that are free are groups of their own. The equations of a multiplier are a group of their
     own, for every connected patch of slave surface, as they are forces between two
     bodies, one of which may be much the softer. The equations of every further field
     that the user solves for, such as a pressure, are one group: they are no forces.
@@ -65,6 +65,13 @@ class Groups:
             self.count += self._patches[-1].count
         of_multiplier = [patches.of_row for patches in self._patches]
         self.mass = np.concatenate([patches.mass for patches in self._patches])
+        self._free = contact.layout.bodies
+        of_bodies = np.empty(0, dtype=np.int32)
+        for body in self._free:
+            if contact.layout.own_bodies:
+                rows = np.full(len(body.freedom), self.count, dtype=np.int32)
+                of_bodies = np.concatenate([of_bodies, rows])
+            self.count += 1
         self.forces = self.count
         displacement, *self.fields = contact.host.fields()
         self._places: list[Any] = [field.local for field in self.fields]
@@ -72,7 +79,7 @@ class Groups:
         for field in self.fields:
             of_host[field.rows] = self.count
             self.count += 1
-        self.of_row = np.concatenate([of_host, *of_multiplier])
+        self.of_row = np.concatenate([of_host, *of_multiplier, of_bodies])
         rows = self.on_rows(contact.stiffness_diagonal, self.mass)
         self._mean = self.sum(rows) / self.sum(np.ones_like(rows))
         self._norm = np.sqrt(self.sum(rows**2))
@@ -86,7 +93,8 @@ class Groups:
         rows = np.zeros(len(self.of_row))
         rows[: self.contact.layout.n][self._u_rows] = of_u
         if of_multiplier is not None:
-            rows[self.contact.layout.n :] = of_multiplier
+            n = self.contact.layout.n
+            rows[n : n + len(of_multiplier)] = of_multiplier
         return rows
 
     def _find_couplings(self) -> None:
@@ -182,7 +190,14 @@ class Groups:
             if isinstance(contact.method, Penalty):
                 force = contact.gamma_scale * self._largest * area / nodes**0.5
                 floors[: self.bodies][met[: self.bodies]] += EPS * force
+        for group in self._groups_of_free:
+            floors[group] = np.linalg.norm(floors[: self._groups_of_free[0]])
         return floors
+
+    @property
+    def _groups_of_free(self) -> range:
+        """Groups of the rigid bodies that are free."""
+        return range(self.forces - len(self._free), self.forces)
 
     def _met(self) -> list[tuple[Any, float, float, npt.NDArray[np.bool_]]]:
         """Contact of each zone, area of its slave surface, its number of nodes, and
@@ -196,6 +211,8 @@ class Groups:
                 for side in sides:
                     sums[2 + self._body_of_node[side.dofs]] = 1.0
                 sums[2 + patches.of_node[zone.multiplier_nodes]] = 1.0
+                for group, body in zip(self._groups_of_free, self._free):
+                    sums[2 + group] = 1.0 * (body in zone.facets.bodies)
                 self.comm.Allreduce(MPI.IN_PLACE, sums)
                 area, nodes = float(sums[0]), float(sums[1])
                 zones.append((patches.contact, area, nodes, sums[2:] > 0.0))
@@ -228,8 +245,12 @@ class Groups:
         return stiffness, max(ratios)
 
     def contact_forces(self) -> Array:
-        """Traction times area at each owned multiplier row. Force."""
-        return np.concatenate([patches.forces() for patches in self._patches])
+        """Traction times area at each owned multiplier row, and what pushes each free
+        rigid body along its rows besides contact. Force."""
+        found = [patches.forces() for patches in self._patches]
+        for body in self.contact.layout.own_bodies:
+            found.append(body.pushed()[0])
+        return np.concatenate(found)
 
     def names(self) -> list[str]:
         """What to call each group in messages. Collective."""
@@ -245,6 +266,8 @@ class Groups:
             place = ", ".join(f"{value:.3g}" for value in centre)
             kind = "the body" if group < self.bodies else "the contact"
             names.append(f"{kind} around ({place})")
+        for group, body in zip(self._groups_of_free, self._free):
+            names[group] = f"the rigid {body.name}"
         return names + [f"the unknown {field.name}" for field in self.fields]
 
 

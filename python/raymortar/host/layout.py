@@ -1,7 +1,8 @@
-"""Numbering of the coupled unknowns, rank by rank: [host | multipliers].
+"""Numbering of the coupled unknowns, rank by rank: [host | multipliers | rigid bodies].
 
 The host's are those that the user solves for, the displacement among them. Multipliers
-of several contacts follow in the order of the contacts.
+of several contacts follow in the order of the contacts. Rigid bodies that are free are
+on the first rank.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from dolfinx.fem import Function, FunctionSpace
 from .. import compat
 from ..compat import Array, Indices
 from .host import Host
+from ..rigid.body import Body
 
 Global = npt.NDArray[np.int64]
 
@@ -62,6 +64,10 @@ class CoupledRows:
         Global row of every local unknown of the host, see `Host`, int64.
     u_rows
         Global rows of the components of every local block dof of u, (dofs, d), int64.
+    bodies
+        Rigid bodies that are free.
+    body_rows
+        Global rows of the unknowns of each of these, int64.
     """
 
     def __init__(self, host: Host) -> None:
@@ -69,18 +75,30 @@ class CoupledRows:
         self.comm: MPI.Comm = host.comm
         self._u_map, self._bs = compat.unknowns_of(self.u)
         self.n_u = self._u_map.size_local * self._bs
+        self.bodies: tuple[Body, ...] = ()
+        self.body_rows: dict[Body, Global] = {}
+
+    @property
+    def own_bodies(self) -> tuple[Body, ...]:
+        """Those whose rows are this rank's."""
+        return self.bodies if self.comm.rank == 0 else ()
 
     def _number_host(self, multipliers: int) -> None:
         """Number the rows of all that the host has now, before this rank's rows of
         multipliers. Collective."""
         starts = self.host.owned_starts
         self.n = int(starts[-1])
-        self.size = self.n + multipliers
-        sizes = np.array(self.comm.allgather((self.size, multipliers)), dtype=np.int64)
-        self._any_multipliers = bool(sizes[:, 1].any())
+        self.size = self.n + multipliers + sum(len(b.freedom) for b in self.own_bodies)
+        mine = self.size, self.size - self.n
+        sizes = np.array(self.comm.allgather(mine), dtype=np.int64)
+        self._more_than_host = bool(sizes[:, 1].any())
         ends = np.cumsum(sizes[:, 0])
         self.ranges = np.concatenate([np.zeros(1, dtype=np.int64), ends])
         self.begin = int(self.ranges[self.comm.rank])
+        end = int(self.ranges[1])
+        for body in reversed(self.bodies):
+            self.body_rows[body] = np.arange(end - len(body.freedom), end)
+            end -= len(body.freedom)
         parts = []
         for f, start in zip(self.host.functions, starts):
             index_map, bs = compat.unknowns_of(f)
@@ -111,15 +129,26 @@ class CoupledRows:
         A = PETSc.Mat().create(self.comm)
         A.setSizes(((self.size, None), (self.size, None)))
         A.setType(PETSc.Mat.Type.AIJ)
-        # Multigrid wants to know which rows are of one node; rows of multipliers fit
-        # into no block
-        plain = not self._any_multipliers and self.host.is_plain
+        # Multigrid wants to know which rows are of one node; those of multipliers and of
+        # bodies fit into no block
+        plain = not self._more_than_host and self.host.is_plain
         bs = self._bs if plain else 1
         A.setBlockSize(bs)
         blocks = (self.rows[::bs] // bs).astype(PETSc.IntType)
         lgmap = PETSc.LGMap().create(blocks, bsize=bs, comm=self.comm)
         A.setLGMap(lgmap, lgmap)
         return A
+
+    def bodies_to(self, array: Array) -> None:
+        """Unknowns of free bodies to their places in an array over the owned rows."""
+        for body in self.own_bodies:
+            array[self.body_rows[body] - self.begin] = body.freedom.unknowns
+
+    def bodies_from(self, array: Array) -> None:
+        """Unknowns of free bodies from an array over the owned rows. Collective."""
+        for body in self.bodies:
+            mine = array[self.body_rows[body]] if self.own_bodies else None
+            body.freedom.unknowns = self.comm.bcast(mine, root=0)
 
     def coupled_columns(self, columns: npt.ArrayLike, k: int = 0) -> Indices:
         """From global columns of DOLFINx's matrix of the k-th of the host's Functions
@@ -146,6 +175,8 @@ class Layout(CoupledRows):
     multiplier_dofs
         Local block dofs of the multiplier's space on this rank's slave facets. Only
         dofs of slave surfaces become unknowns.
+    bodies
+        Rigid bodies that are free.
 
     Attributes
     ----------
@@ -159,9 +190,14 @@ class Layout(CoupledRows):
     """
 
     def __init__(
-        self, host: Host, multiplier: Function | None, multiplier_dofs: Indices
+        self,
+        host: Host,
+        multiplier: Function | None,
+        multiplier_dofs: Indices,
+        bodies: Sequence[Body] = (),
     ) -> None:
         super().__init__(host)
+        self.bodies = tuple(bodies)
         self.multiplier = multiplier
         self.owned_multipliers = np.empty(0, dtype=np.int32)
         self.components = 0
@@ -207,6 +243,7 @@ class Layout(CoupledRows):
         array = x.getArray()
         array[: self.n] = self.host.owned_values()
         self.multiplier_to(array, scale)
+        self.bodies_to(array)
 
     def multiplier_to(self, array: Array, scale: float) -> None:
         """Multiplier over scale to its places in an array over the owned rows."""
@@ -219,6 +256,7 @@ class Layout(CoupledRows):
         array = x.getArray(readonly=True)
         self.host.set_owned_values(array[: self.n])
         self.multiplier_from(array, scale)
+        self.bodies_from(array)
 
     def multiplier_from(self, array: Array, scale: float) -> None:
         """Multiplier from an array over the owned rows, ghosts included. Collective."""
@@ -242,6 +280,9 @@ class JointLayout(CoupledRows):
     def __init__(self, layouts: Sequence[Layout]) -> None:
         super().__init__(layouts[0].host)
         self.layouts = tuple(layouts)
+        self.bodies = tuple(dict.fromkeys(b for one in layouts for b in one.bodies))
+        for layout in layouts:
+            layout.bodies = self.bodies
         self.number()
 
     def number(self) -> None:
@@ -257,6 +298,7 @@ class JointLayout(CoupledRows):
         array[: self.n] = self.host.owned_values()
         for layout, scale in zip(self.layouts, scales):
             layout.multiplier_to(array, scale)
+        self.bodies_to(array)
 
     def from_vector(self, x: PETSc.Vec, scales: Sequence[float]) -> None:
         """Solver's unknowns to the functions, ghosts included. Collective."""
@@ -264,3 +306,4 @@ class JointLayout(CoupledRows):
         self.host.set_owned_values(array[: self.n])
         for layout, scale in zip(self.layouts, scales):
             layout.multiplier_from(array, scale)
+        self.bodies_from(array)

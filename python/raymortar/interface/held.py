@@ -9,7 +9,7 @@ from mpi4py import MPI
 import numpy as np
 
 from .. import compat
-from ..errors import raise_everywhere
+from ..errors import SetUpError, raise_everywhere
 from .point_results import CLOSED
 
 
@@ -45,6 +45,30 @@ def rigid_slaves(contact: Any, marker: np.ndarray) -> list[int]:
     contact.layout.comm.Allreduce(MPI.IN_PLACE, held, op=MPI.MIN)
     tags = [zone.facets.slave_tag for zone in contact.zones]
     return [tag for tag, (slave, master) in zip(tags, held) if slave and not master]
+
+
+def refuse_held_on_tools(contact: Any, marker: np.ndarray) -> None:
+    """Raise for slaves that are prescribed throughout, on rigid bodies that are not free.
+    Collective.
+
+    Raises
+    ------
+    SetUpError
+        As nothing could give way.
+    """
+    for zone in contact.zones:
+        bodies = zone.facets.bodies
+        if not bodies or any(body.is_free for body in bodies):
+            continue
+        surface = zone.facets.slave_surface
+        held = bool(marker.reshape(-1, surface.gdim)[surface.dofs].all())
+        if contact.layout.comm.allreduce(held, op=MPI.LAND):
+            names = ", ".join(body.name for body in bodies)
+            raise SetUpError(
+                f"slave tag {zone.facets.slave_tag} is prescribed throughout, and what it "
+                f"meets is rigid ({names}): nothing can give way. Leave some of its "
+                "displacement free, or free the rigid body"
+            )
 
 
 def refuse_held(contact: Any) -> None:

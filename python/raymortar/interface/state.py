@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from ..compat import Array
+from ..rigid.body import Body
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,8 @@ class ContactState:
     unknowns: Array | None = None
     # Of rigid bodies at the accepted step, zone by zone. Where they are is a load
     old_motions: Sequence[Array] = ()
+    # Of rigid bodies that are free, by body
+    freedoms: Mapping[Body, Array] = field(default_factory=dict)
 
     @property
     def parts(self) -> tuple[ContactState, ...]:
@@ -126,7 +129,11 @@ def _shapes(state: ContactState) -> dict[str, tuple[int, ...] | None]:
     }
     parts |= {f"tractions of springs {i}": t for i, t in enumerate(state.traction_old)}
     shapes = {name: None if p is None else np.shape(p) for name, p in parts.items()}
-    return shapes | {"list of slave surfaces": (len(state.traction_old),)}
+    counts = {
+        "list of slave surfaces": (len(state.traction_old),),
+        "free rigid bodies": tuple(map(len, state.freedoms.values())),
+    }
+    return shapes | counts
 
 
 def extrapolate(system: Any, now: State, last: State, ratio: float) -> None:
@@ -140,6 +147,15 @@ def extrapolate(system: Any, now: State, last: State, ratio: float) -> None:
     for contact, new, old in zip(system.contacts, now.parts, last.parts):
         if new.multiplier is not None and old.multiplier is not None:
             contact.multiplier.x.array[:] += ratio * (new.multiplier - old.multiplier)
+    for body in system.layout.bodies:
+        free = body.freedom
+        begin, end = (free.totals_of(_known(state, body)) for state in (last, now))
+        free.values = free.values + ratio * (end - begin)
+
+
+def _known(state: State, body: Body) -> Array:
+    """What a state knows of a free body."""
+    return next(p.freedoms[body] for p in state.parts if body in p.freedoms)
 
 
 def go_back(system: Any, begin: State, share: float) -> None:
@@ -150,3 +166,7 @@ def go_back(system: Any, begin: State, share: float) -> None:
         if old.multiplier is not None:
             values = contact.multiplier.x.array
             values[:] = old.multiplier + share * (values - old.multiplier)
+    for body in system.layout.bodies:
+        free = body.freedom
+        start = _known(begin, body)[: len(free)]
+        free.values = start + share * (free.values - start)

@@ -27,6 +27,7 @@ from ..options.friction import Law
 from ..options.methods import AugmentedLagrangian, Penalty, Search
 from ..rigid.body import Body, as_body
 from ..rigid.motions import Motions
+from ..rigid.shapes import Shape
 from .faced import Faced, nothing
 from .pairs import MasterTags
 
@@ -110,6 +111,11 @@ def group_pairs(pairs: Any) -> dict[int, Masters]:
                 "integrate over, so it can be a master only"
             )
     for tag in chain.from_iterable(given):
+        if isinstance(tag, type) and issubclass(tag, (Shape, Body)):
+            raise ContactError(
+                f"pairs has the class rigid.{tag.__name__}, not a shape made of it, as "
+                f"rigid.{tag.__name__}(...)"
+            )
         if not (is_whole_number(tag) or isinstance(tag, Body)):
             raise ContactError(f"pairs has the tag {tag!r}, which is no whole number")
     tags = [
@@ -210,8 +216,15 @@ def create_zone(
     search: Search,
     cells: Sequence[Cells],
     bodies: Bodies,
+    tied: str | None = None,
 ) -> ZoneData:
-    """C++ zone of some facets. Collective."""
+    """C++ zone of some facets. Collective.
+
+    Parameters
+    ----------
+    tied
+        ``"keep"`` or ``"close"``: a tie, and what becomes of its gaps; None: contact.
+    """
     comm = layout.comm
     slave = _cpp_surface(zone.slave_surface, layout)
     master = _cpp_surface(zone.master_surface, layout)
@@ -235,18 +248,20 @@ def create_zone(
     q = compat.element_info(result_space).degree if layout.multiplier else p
     degree = quadrature_degree
     if degree is None:
-        degree = quadrature.default_degree(surface.shape, p, q)
+        degree = quadrature.default_degree(surface.shape, p, q, surface.axisymmetric)
+    turn = "_of_revolution" if surface.axisymmetric else ""
     made_of = _cpp.ZoneInput(
         slave=slave,
         master=master,
         master_node_ids=zone.master_surface.node_ids,
         master_dof_ids=zone.master_surface.dof_ids,
-        tools=[body.shape.cpp() for body in zone.bodies],
+        tools=[body.tool for body in zone.bodies],
         multipliers=multipliers,
         method=method.cpp(),
         friction=None if friction is None else friction.cpp(),
-        measure=getattr(_cpp.Measure, measure),
+        measure=getattr(_cpp.Measure, measure + turn),
         moving_segments=moving_segments,
+        tie=None if tied is None else getattr(_cpp.TieGap, tied),
         distances=_cpp.SearchDistances(
             **distances, depth_is_default=search.depth is None
         ),
@@ -262,7 +277,7 @@ def create_zone(
         table,
         nodes,
         results,
-        friction is not None,
+        friction is not None or tied is not None,
         distances,
         search.depth is None,
         thickness,

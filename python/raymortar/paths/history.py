@@ -21,6 +21,7 @@ from ..host.forms import check_supports
 from ..interface.pairs import Pair
 from ..problem import CoupledProblem
 from ..results.summaries import of_history
+from .body_columns import BodyColumns
 
 _COUNTS = ("time", "iterations", "halvings", "active", "min_gap", "max_pressure")
 
@@ -103,10 +104,16 @@ class History:
         - ``force_0_x``, ...: contact force on slave surface 0; with friction its parts
           ``normal_0_x``, ... and ``tangential_0_x``, ...; of several contacts the
           surfaces are numbered on, in the order of the problem's list;
+        - ``radial_0``, ...: if contact is axisymmetric, see `results.Resultant`;
         - ``force_<slave>_<master>_x``, ...: the same of every pair that has names, or
           whose slave has several masters, by the names or else the tags of its
           surfaces (`Pair.label`): ``force_ring_plate_x``, ``force_3_7_x``;
         - ``reaction_<name>_x``, ...: `NonlinearProblem.reactions`;
+        - of every rigid body by its name ``push_<name>_x``, ``moment_<name>_x``: force of
+          contact on it and moment about its centre; ``translation_<name>_x``,
+          ``rotation_<name>_x``: its motion; ``work_<name>``: what it has done on the
+          slaves so far, by the mean of each step's forces. In 2D ``moment_<name>`` and
+          ``rotation_<name>`` are numbers;
         - ``energy``; with friction ``friction_work``: the work that tangential
           tractions have taken so far. With the elastic penalty that includes what its
           springs store.
@@ -139,6 +146,7 @@ class History:
             self._more = _check_more(more)
             _check_energy(energy)
         self._energy = None if energy is None else compat.form(energy)
+        self._of_bodies = BodyColumns(problem.contact)
         self.columns: tuple[str, ...] = tuple(self._names())
         raise_everywhere(self._comm, _column_fault(self.columns))
         self._row: Any = namedtuple("Row", self.columns)  # type: ignore[misc]
@@ -161,6 +169,9 @@ class History:
             vectors += [f"{part}_{pair.label}" for part in parts]
         vectors += [f"reaction_{name}" for name in self._reactions]
         names = [*_COUNTS, *(f"{v}_{x}" for v in vectors for x in axes)]
+        if self.problem.contact.axisymmetric:
+            names += [f"radial_{i}" for i in range(len(self.problem.contact.zones))]
+        names += self._of_bodies.names
         names += ["energy"] * (self._energy is not None)
         return names + ["friction_work"] * self._frictional + list(self._more)
 
@@ -233,6 +244,9 @@ class History:
         if self._reactions:
             for reaction in self.problem.reactions(self._reactions).values():
                 values.extend(reaction)
+        if contact.axisymmetric:
+            values.extend(force.radial for _, force in forces[: len(contact.zones)])
+        values += self._of_bodies.values(self.rows[-1]._asdict() if self.rows else None)
         if self._energy is not None:
             values.append(self._comm.allreduce(fem.assemble_scalar(self._energy)))
         if self._frictional:

@@ -233,7 +233,8 @@ class LoadSteps:
             before = contact.state()
             progress.solving(path.next)
             for one in contact.contacts:
-                if one.friction is not None and path.next != path.factor:
+                timed = one.friction is not None or one.layout.bodies
+                if timed and path.next != path.factor:
                     one.dt = abs(path.next - path.factor)
             path.begin()
             try:

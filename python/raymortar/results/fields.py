@@ -24,6 +24,7 @@ from ..interface.point_results import (
     along_normal,
     nodal_average,
     resultant,
+    resultant_on,
     resultants,
     statistics,
 )
@@ -66,9 +67,10 @@ class ZoneResults:
         - ``traction`` (n, d): what acts on the slave, in global coordinates
         - ``slip`` (n, d), with friction only: since the accepted step. Length
         - ``status``: a `PointStatus`
-        - ``weight``: area for which a point stands, by `measure`: sums over points are
-          integrals. **Negative** at points without hit that take from a whole facet
-          what its segments cover. ``area``: the same in the undeformed configuration
+        - ``weight``: area for which a point stands, by `measure`, of a full turn if the
+          contact is axisymmetric: sums over points are integrals. **Negative** at points
+          without hit that take from a whole facet what its segments cover. ``area``:
+          the same in the undeformed configuration
         - ``pair``: number of the pair in `pairs`, -1 where no master is hit
         - ``slave``, ``master``: facets by their local numbers, -1 for no master;
           ``xi``, ``eta`` (n, d - 1): reference coordinates on these
@@ -134,7 +136,9 @@ class ZoneResults:
     ) -> Resultant:
         """Contact force on a slave surface, or of a pair, its moment and its parts.
 
-        The force on the slave; that on the master is the opposite. Collective.
+        The force on the slave; that on the master is the opposite. With
+        ``axisymmetric=True`` it is that of a full turn, along the axis, and ``radial``
+        has what cancels in it: see `results.Resultant`. Collective.
 
         Parameters
         ----------
@@ -176,6 +180,23 @@ class ZoneResults:
             for k, force in zip(self._pairs_of(i), resultants(zone, self._comm)):
                 found[k] = force
         return found
+
+    def resultant_on(self, body: Body) -> Resultant:
+        """Contact force on a rigid body, moment about its centre where that is, and
+        parts of the force, from all slaves that it meets. Collective.
+
+        The opposite of `resultant`, whose moments are about the origin.
+
+        Raises
+        ------
+        ContactError
+            If no slave meets it.
+        """
+        with together(self._comm):
+            self._require_results()
+            if not any(body in zone.facets.bodies for zone in self.zones):
+                raise ContactError(f"{body!r} is the master of no pair")
+        return resultant_on(self.zones, body, self._comm)
 
     def _pairs_named(self, slave: Any, master: Any) -> list[int]:
         """Which pairs have a slave and, if one is given, a master, by name or tag."""
@@ -334,9 +355,9 @@ class ContactFields(ZoneResults):
         """Work that tangential tractions take in this step, before `advance`. Collective.
 
         The integral of -t . T_n w over the slave surfaces: force times length, per
-        thickness in 2D. With a multiplier it is that of the points that slip, and never
-        negative: where springs give a little back, nothing is lost. With the elastic
-        penalty a part is stored in the springs.
+        thickness in 2D, or of a full turn. With a multiplier it is that of the points
+        that slip, and never negative: where springs give a little back, nothing is
+        lost. With the elastic penalty a part is stored in the springs.
         """
         if self.friction is None:
             return 0.0

@@ -1,12 +1,13 @@
-"""Rigid tools: analytic shapes that slaves meet in place of tagged masters.
+"""Rigid tools: shapes that slaves meet in place of tagged masters.
 
 ``Contact(u, facets, pairs=[(SLAVE, rigid.Sphere(centre, radius))])``. A shape stays where
-it was made; a `Body` moves it.
+it was made; a `Body` moves it, or lets forces move it.
 """
 
 from .body import Body
 from .implicit import Implicit
 from .shapes import Circle, Cone, Cylinder, Line, Plane, Sphere, Torus, Wedge
+from .surface import Surface
 
 __all__ = [
     "Body",
@@ -17,6 +18,7 @@ __all__ = [
     "Line",
     "Plane",
     "Sphere",
+    "Surface",
     "Torus",
     "Wedge",
 ]

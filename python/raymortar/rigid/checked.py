@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..checked import is_real_number
+from ..checked import is_real_number, is_truth_value
 from ..compat import Array
 from ..errors import ContactError
 
@@ -32,11 +32,13 @@ def vector(name: str, value: Any, gdim: int | None = None) -> Array:
 
 
 def direction(name: str, value: Any) -> Array:
-    """A vector that is not zero."""
+    """A vector that is not zero, as one of length 1 whatever its own is."""
     given = vector(name, value)
-    if not np.any(given):
+    largest = float(np.abs(given).max())
+    if largest == 0.0:
         raise ContactError(f"{name} is zero: it must have a direction")
-    return given
+    given = given / largest  # squares of components may overflow, or vanish
+    return given / np.linalg.norm(given)
 
 
 def positive(name: str, value: Any) -> float:
@@ -44,6 +46,13 @@ def positive(name: str, value: Any) -> float:
     if not (is_real_number(value) and np.isfinite(value) and value > 0.0):
         raise ContactError(f"{name} = {value!r} must be a positive number")
     return float(value)
+
+
+def truth(name: str, value: Any) -> bool:
+    """True or False, and nothing that is taken for one of them."""
+    if not is_truth_value(value):
+        raise ContactError(f"{name} = {value!r} must be True or False")
+    return bool(value)
 
 
 def same_dimension(shape: str, vectors: Sequence[Any]) -> int:

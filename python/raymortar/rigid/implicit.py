@@ -17,6 +17,9 @@ from .shapes import Shape
 # the surface is away
 _STEPS, _SETTLED = 60, 1e-13
 
+# Share of a derivative by which a difference may be off, and its step over the scene
+_OFF, _STEP = 0.1, 1e-6
+
 Field = Callable[[Array], Array]
 
 
@@ -77,8 +80,42 @@ class Implicit(Shape):
         size = float(np.linalg.norm(self._gradient(point)))
         return float(self._value(point)[0]) / size if size > 0.0 else 0.0
 
+    def _check_derivatives(self, x: Array, n: Array) -> None:
+        """Raise where gradient or hessian are not the derivatives, by differences along
+        the first rays; a kink at some of them is no fault."""
+        if not len(x) or getattr(self, "_is_checked", False):
+            return
+        object.__setattr__(self, "_is_checked", True)
+        step = _STEP * max(float(np.abs(x).max()), 1e-300)
+        ahead, behind = x + step * n, x - step * n
+        slope, bend = self._gradient(x), self._hessian(x)
+        found = {
+            "gradient": (
+                np.einsum("nd,nd->n", slope, n),
+                self._value(ahead) - self._value(behind),
+                np.linalg.norm(slope, axis=1),
+            ),
+            "hessian": (
+                np.einsum("nij,nj->ni", bend, n),
+                self._gradient(ahead) - self._gradient(behind),
+                np.linalg.norm(bend, axis=(1, 2)),
+            ),
+        }
+        for name, (given, change, size) in found.items():
+            off = np.abs(given - change / (2.0 * step)).reshape(len(x), -1).max(axis=1)
+            # Rounding of the gradient, over the step
+            size = size + 1e-3 * np.linalg.norm(slope, axis=1) / max(
+                float(np.ptp(x, axis=0).max()), step
+            ) * (name == "hessian")
+            if np.median(off - _OFF * size) > 0.0:
+                raise ContactError(
+                    f"{name} is not the derivative: along the rays it differs from "
+                    f"differences by up to {off.max():.3g}, of {size.max():.3g}"
+                )
+
     def _cast(self, x: Array, n: Array) -> tuple[Array, Array, Array, Array]:
         """Where rays enter: see `_cpp.called_tool`."""
+        self._check_derivatives(x, n)
         g, settled = np.zeros(len(x)), np.zeros(len(x), dtype=bool)
         start = self._value(x) if len(x) else np.empty(0)
         open_ones = np.arange(len(x))

@@ -10,7 +10,7 @@ import numpy as np
 from .. import _cpp
 from ..compat import Array
 from ..errors import ContactError
-from .checked import direction, positive, same_dimension, vector
+from .checked import direction, positive, same_dimension, truth, vector
 
 Vector = Sequence[float] | Array
 
@@ -84,6 +84,7 @@ class Sphere(Shape):
     def __post_init__(self) -> None:
         vector("centre", self.centre)
         positive("radius", self.radius)
+        truth("hollow", self.hollow)
 
     @property
     def gdim(self) -> int:
@@ -94,7 +95,7 @@ class Sphere(Shape):
         return vector("centre", self.centre)
 
     def cpp(self) -> _cpp.Tool:
-        return _cpp.sphere(self.place, float(self.radius), bool(self.hollow))
+        return _cpp.sphere(self.place, float(self.radius), self.hollow)
 
 
 @dataclass(frozen=True)
@@ -120,6 +121,7 @@ class Cylinder(Shape):
         vector("point", self.point, 3)
         direction("axis", self.axis)
         positive("radius", self.radius)
+        truth("hollow", self.hollow)
         same_dimension("Cylinder", (self.point, self.axis))
 
     @property
@@ -135,7 +137,7 @@ class Cylinder(Shape):
             self.place,
             direction("axis", self.axis),
             float(self.radius),
-            bool(self.hollow),
+            self.hollow,
         )
 
 
@@ -166,6 +168,7 @@ class Cone(Shape):
     def __post_init__(self) -> None:
         vector("tip", self.tip)
         direction("axis", self.axis)
+        truth("hollow", self.hollow)
         if not positive("half_angle", self.half_angle) < 0.5 * np.pi:
             raise ContactError(
                 f"half_angle = {self.half_angle} must be less than pi / 2, in radians"
@@ -185,7 +188,7 @@ class Cone(Shape):
             self.place,
             direction("axis", self.axis),
             float(self.half_angle),
-            bool(self.hollow),
+            self.hollow,
         )
 
 
@@ -212,6 +215,7 @@ class Torus(Shape):
     def __post_init__(self) -> None:
         vector("centre", self.centre, 3)
         direction("axis", self.axis)
+        truth("hollow", self.hollow)
         positive("major", self.major)
         if not positive("minor", self.minor) < self.major:
             raise ContactError(
@@ -233,7 +237,7 @@ class Torus(Shape):
             direction("axis", self.axis),
             float(self.major),
             float(self.minor),
-            bool(self.hollow),
+            self.hollow,
         )
 
 

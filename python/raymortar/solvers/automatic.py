@@ -81,7 +81,9 @@ def _suits_multigrid(problem: Any) -> bool:
     """Whether the iterative solver is the better choice. Collective."""
     contact = problem.contact
     unknowns = contact.layout.size_global
-    if not contact.host.is_plain or contact.u.function_space.mesh.topology.dim < 3:
+    if not contact.host.is_plain or contact.layout.bodies:
+        return False
+    if contact.u.function_space.mesh.topology.dim < 3:
         return False
     degree = compat.element_info(contact.u.function_space).degree
     return bool(unknowns > MOST_DIRECT.get(degree, MOST_DIRECT[2]))

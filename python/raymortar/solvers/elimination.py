@@ -53,7 +53,8 @@ def attach(ksp: PETSc.KSP, problem: Any, row_scale: PETSc.Vec | None = None) -> 
     Raises
     ------
     ContactError
-        If the solver is iterative and the user solves for more than a displacement.
+        If the solver is iterative, and the user solves for more than a displacement or
+        for a rigid body that is free.
     """
     for thing in (ksp, ksp.getPC()):
         if thing.getType() == "python":
@@ -102,6 +103,12 @@ class ContactPreconditioner(KnowsProblem):
             raise ContactError(
                 "the iterative solver is for a displacement alone: with further "
                 "unknowns leave the direct one, which is the default"
+            )
+        if problem.contact.layout.bodies:
+            names = ", ".join(body.name for body in problem.contact.layout.bodies)
+            raise ContactError(
+                f"the iterative solver takes no rigid body that is free ({names}): "
+                "leave the direct one, which is the default"
             )
         super().know(problem, row_scale)
 

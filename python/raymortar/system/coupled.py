@@ -18,6 +18,7 @@ from ..host.forms import check_compiled
 from ..host.host import Host
 from ..host.surfaces import Surface
 from ..interface.stiffness import VolumePattern
+from .free_bodies import FreeBodies
 from .memory import matrix_bytes, require_memory
 
 # Attribute of a PETSc matrix, whatever Python object stands for it: what it has room for
@@ -41,8 +42,10 @@ class CoupledSystem:
     updates: int
     gamma: Any
     gamma_scale: Any
+    axisymmetric: bool
     _comm: MPI.Comm
     _volume: Any
+    _free_bodies: FreeBodies
 
     def update(self, rays_only: bool = False) -> None:
         """Pair and integrate at the present displacement: `Contact` and `Interactions`
@@ -52,6 +55,14 @@ class CoupledSystem:
     def _on_surface(self, array: Array, surface: Surface) -> Array:
         """Values of a ghosted array of u at the surface's dofs, (dofs, gdim)."""
         return array.reshape(-1, surface.gdim)[surface.dofs]
+
+    @property
+    def free_bodies(self) -> FreeBodies:
+        """Equations of the rigid bodies that are free. Collective."""
+        known = getattr(self, "_free_bodies", None)
+        if known is None or known.layout is not self.layout:
+            known = self._free_bodies = FreeBodies(self)
+        return known
 
     # Values
 
@@ -88,7 +99,7 @@ class CoupledSystem:
         for contact in self.contacts:
             if contact.host.spaces is None:
                 contact.host.spaces = [compat.test_space(a)]
-        volume = self._volume = VolumePattern(a, self.layout)
+        volume = self._volume = VolumePattern(a, self.layout, self.axisymmetric)
         for contact in self.contacts:
             contact.take_over(volume, bcs)
         return volume
@@ -229,6 +240,8 @@ class CoupledSystem:
         self._require("assemble_matrix", A, PETSc.Mat)
         for contact in self.contacts:
             contact.add_tangent(A, bcs)
+        if self.layout.bodies:
+            self.free_bodies.add_tangent(A)
 
     def assemble_vector(self, b: PETSc.Vec, bcs: Sequence[Any] = ()) -> None:
         """Add the residual at the last `update`; assembly of b is the caller's.
@@ -238,6 +251,8 @@ class CoupledSystem:
         self._require("assemble_vector", b, PETSc.Vec)
         for contact in self.contacts:
             contact.add_residual(b, bcs)
+        if self.layout.bodies:
+            self.free_bodies.add_residual(b)
 
     def constrained(self, bcs: Sequence[Any]) -> Any:
         """Whether Dirichlet conditions prescribe a dof of u; ghosted. Collective."""

@@ -87,6 +87,42 @@ using Dimensions = testing::Types<Dimension<2>, Dimension<3>>;
 
 TYPED_TEST_SUITE(AabbTreeTest, Dimensions, );
 
+TYPED_TEST(AabbTreeTest, FindsTheBoxesOfALine)
+{
+  constexpr int D = TypeParam::value;
+  std::mt19937 random(2);
+  const auto boxes = random_boxes<D>(random, 500, 0.05);
+  const AabbTree<D> tree(boxes);
+  for (int k = 0; k < 200; ++k)
+  {
+    const Vec<D> x = random_vector<D>(random, -1, 2);
+    Vec<D> n = random_vector<D>(random, -1, 1);
+    if (k % 3 == 0)
+      n[0] = 0.0; // along a face of the boxes
+    n.normalize();
+    std::vector<Index> hits, expected;
+    tree.query_line(x, n, hits);
+    for (Index b = 0; b < tree.size(); ++b)
+    {
+      // Small steps along the line
+      bool met = false;
+      for (int i = -4000; i <= 4000 and not met; ++i)
+      {
+        const Vec<D> at = x + i * 1e-3 * n;
+        met = Box<D>{at, at}.overlaps(boxes[b]);
+      }
+      if (met)
+        expected.push_back(b);
+    }
+    EXPECT_TRUE(std::includes(hits.begin(), hits.end(), expected.begin(),
+                              expected.end()));
+    // Those that are more are grazed within a step
+    for (const Index b : hits)
+      EXPECT_TRUE(boxes[b].meets(x, n));
+    EXPECT_LE(hits.size(), expected.size() + 5);
+  }
+}
+
 TYPED_TEST(AabbTreeTest, FindsWhatBruteForceFinds)
 {
   constexpr int D = TypeParam::value;

@@ -1,0 +1,25 @@
+// Elements whose slave facet meets a rigid body that is free.
+#pragma once
+
+#include "raymortar/element/assembler.h"
+#include "raymortar/rigid/freedom.h"
+
+namespace raymortar
+{
+/// @brief Tool whose unknowns an element has, no_index: none.
+[[nodiscard]] inline Index free_tool_of(const ContactState& s,
+                                        std::size_t element)
+{
+  const Index k = s.has_tools() ? s.elements.master[element] : no_index;
+  return k != no_index and freedom_of(s.tools[static_cast<std::size_t>(k)])
+             ? k
+             : no_index;
+}
+
+/// @brief How a tool of `free_tool_of` is free.
+[[nodiscard]] inline const Freedom& freedom_of(const ContactState& s,
+                                               Index tool)
+{
+  return *freedom_of(s.tools[static_cast<std::size_t>(tool)]);
+}
+} // namespace raymortar

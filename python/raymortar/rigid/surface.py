@@ -1,0 +1,282 @@
+"""Surfaces of facets that belong to no mesh of DOLFINx."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .. import _cpp
+from ..compat import Array, Indices
+from ..errors import ContactError
+from .checked import truth
+from .shapes import Shape
+
+# Nodes per facet, in the order of Gmsh, VTK and meshio: shape, degree, and the places
+# of these nodes in the order of the library
+_PLANE = {
+    2: ("interval", 1, (0, 1)),
+    3: ("interval", 2, (0, 1, 2)),
+}
+_SPACE = {
+    3: ("triangle", 1, (0, 1, 2)),
+    4: ("quadrilateral", 1, (0, 1, 3, 2)),
+    6: ("triangle", 2, (0, 1, 2, 4, 5, 3)),
+    9: ("quadrilateral", 2, (0, 1, 3, 2, 4, 7, 5, 6, 8)),
+}
+# The same facet seen from its other side
+_TURNED = {
+    "interval": (1, 0, 2),
+    "triangle": (0, 2, 1, 5, 4, 3),
+    "quadrilateral": (0, 3, 2, 1, 7, 6, 5, 4, 8),
+}
+_CORNERS = {"interval": 2, "triangle": 3, "quadrilateral": 4}
+
+# Points nearer than this share of the surface's size are one, and facets without more
+# width than that have no normal
+_SAME = 1e-10
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Surface(Shape):
+    """Solid behind facets: intervals in 2D, triangles or quadrilaterals in 3D.
+
+    Every rank has all of it, some 300 bytes a facet.
+
+    Parameters
+    ----------
+    points
+        (n, 2) or (n, 3). Length. Points at one place count as one, as STL has them.
+    facets
+        Points of each facet, (m, k), in the order of Gmsh, VTK and meshio: 2 or 3 in 2D;
+        3 or 6 of triangles, 4, 8 or 9 of quadrilaterals. Normals point out of the
+        solid: counter-clockwise seen from outside, in 2D the solid on the left.
+    orient
+        Whether to turn facets such that normals agree and, of a closed surface, point
+        outward. Otherwise facets that disagree are an error.
+    closed
+        Whether the surface must have no rim. Without, the solid is taken to go on behind
+        the facets: a face alone of a tool.
+    hollow
+        Whether the solid is outside of it: a die that is drawn as what it holds.
+    """
+
+    points: Array
+    facets: Any
+    orient: bool = False
+    closed: bool = True
+    hollow: bool = False
+
+    def __post_init__(self) -> None:
+        for name in ("orient", "closed", "hollow"):
+            truth(name, getattr(self, name))
+        points = _checked_points(self.points)
+        facets = _checked_facets(self.facets, points)
+        points, facets = _joined(points, facets)
+        if facets.shape[1] == 8:
+            points, facets = _with_centres(points, facets)
+        known = _PLANE if points.shape[1] == 2 else _SPACE
+        shape, degree, order = known[facets.shape[1]]
+        facets = _with_area(points, facets, shape)
+        facets = self._oriented(points, facets, shape)
+        object.__setattr__(self, "points", points)
+        object.__setattr__(self, "facets", facets)
+        object.__setattr__(self, "_kind", (shape, degree, order))
+
+    def _oriented(self, points: Array, facets: Indices, shape: str) -> Indices:
+        """The facets with normals out of the solid, or an error."""
+        corners = _CORNERS[shape]
+        if self.orient:
+            turn = _turns(facets[:, :corners])
+            facets = np.where(turn[:, None], _turned(facets, shape), facets)
+        rim, wrong = _edge_faults(facets[:, :corners])
+        if len(wrong):
+            raise ContactError(
+                f"normals of facets disagree at {len(wrong)} edges of the surface, for "
+                f"example next to {_at(points, wrong[0])}: orient=True turns them"
+            )
+        if len(rim) and self.closed:
+            raise ContactError(
+                f"the surface is open: {len(rim)} edges have one facet only, for "
+                f"example next to {_at(points, rim[0])}. closed=False takes it for the "
+                "face of a solid behind it"
+            )
+        if len(rim) == 0 and _volume(points, facets[:, :corners]) < 0.0:
+            if not self.orient:
+                raise ContactError(
+                    "the surface is inside out: its normals point into what it encloses. "
+                    "orient=True turns it, and hollow=True makes the solid what is "
+                    "around it"
+                )
+            facets = _turned(facets, shape)
+        return _turned(facets, shape) if self.hollow else facets
+
+    def __repr__(self) -> str:
+        # Alike on all ranks that have the same arrays
+        size = np.abs(self.points).sum()
+        return f"Surface({len(self.facets)} facets, {size:.17g})"
+
+    @property
+    def gdim(self) -> int:
+        return int(self.points.shape[1])
+
+    @property
+    def place(self) -> Array:
+        middle = 0.5 * (self.points.min(axis=0) + self.points.max(axis=0))
+        return np.pad(middle, (0, 3 - len(middle)))
+
+    def cpp(self) -> _cpp.Tool:
+        shape, degree, order = self._kind  # type: ignore[attr-defined]
+        nodes = np.ascontiguousarray(self.facets[:, list(order)], dtype=np.int32)
+        return _cpp.facet_tool(getattr(_cpp.Shape, shape), degree, self.points, nodes)
+
+
+def _checked_points(given: Any) -> Array:
+    try:
+        points = np.array(given, dtype=np.float64)
+    except (TypeError, ValueError):
+        points = np.empty(0)
+    if points.ndim != 2 or points.shape[1] not in (2, 3) or not len(points):
+        raise ContactError("points must be an array (n, 2) or (n, 3)")
+    if not np.isfinite(points).all():
+        raise ContactError("points has values that are not finite")
+    return points
+
+
+def _checked_facets(given: Any, points: Array) -> Indices:
+    facets = np.asarray(given)
+    dim = points.shape[1]
+    widths = (2, 3) if dim == 2 else (3, 4, 6, 8, 9)
+    whole = np.issubdtype(facets.dtype, np.integer)
+    if facets.ndim != 2 or not whole or facets.shape[1] not in widths:
+        raise ContactError(
+            f"facets must be whole numbers (m, k) with k one of {widths} in {dim}D, not "
+            f"an array {facets.shape} of {facets.dtype}"
+        )
+    if not len(facets):
+        raise ContactError("facets is empty")
+    if facets.min() < 0 or facets.max() >= len(points):
+        raise ContactError(
+            f"facets has point {facets.min() if facets.min() < 0 else facets.max()}: "
+            f"there are those from 0 to {len(points) - 1}"
+        )
+    return facets.astype(np.int64)
+
+
+def _joined(points: Array, facets: Indices) -> tuple[Array, Indices]:
+    """Points in use, those at one place as one."""
+    size = float(np.linalg.norm(np.ptp(points, axis=0))) or 1.0
+    used = np.unique(facets)
+    keys = np.round((points[used] - points.min(axis=0)) / (_SAME * size))
+    _, first, number = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    at = np.empty(len(points), dtype=np.int64)
+    at[used] = number.reshape(-1)
+    return points[used[first]], at[facets]
+
+
+def _with_centres(points: Array, facets: Indices) -> tuple[Array, Indices]:
+    """Quadrilaterals of 8 nodes with a ninth, which changes no edge."""
+    x = points[facets]
+    centres = 0.5 * x[:, 4:8].sum(axis=1) - 0.25 * x[:, :4].sum(axis=1)
+    numbers = len(points) + np.arange(len(facets))
+    return np.vstack([points, centres]), np.column_stack([facets, numbers])
+
+
+def _with_area(points: Array, facets: Indices, shape: str) -> Indices:
+    """Facets without those that have no normal, as STL may have."""
+    x = points[facets[:, : _CORNERS[shape]]]
+    size = float(np.linalg.norm(np.ptp(points, axis=0)))
+    if shape == "interval":
+        return facets[np.linalg.norm(x[:, 1] - x[:, 0], axis=1) > _SAME * size]
+    across = np.cross(x[:, 1] - x[:, 0], x[:, -1] - x[:, 0])
+    if shape == "quadrilateral":
+        across = across + np.cross(x[:, 3] - x[:, 2], x[:, 1] - x[:, 2])
+    longest = np.linalg.norm(np.ptp(x, axis=1), axis=1)
+    kept = facets[np.linalg.norm(across, axis=1) > _SAME * size * longest]
+    if not len(kept):
+        raise ContactError("facets have no area")
+    return kept
+
+
+def _turned(facets: Indices, shape: str) -> Indices:
+    order = [k for k in _TURNED[shape] if k < facets.shape[1]]
+    return facets[:, order]
+
+
+def _edges(corners: Indices) -> tuple[Indices, Indices]:
+    """Number of every facet's edges, points in 2D, (m, k), and whether the facet runs
+    along it from the smaller point to the larger, 1 or -1."""
+    if corners.shape[1] == 2:
+        ways = np.broadcast_to(np.array([-1, 1]), corners.shape)
+        return corners, ways
+    ends = np.stack([corners, np.roll(corners, -1, axis=1)], axis=-1)
+    ways = np.where(ends[..., 0] < ends[..., 1], 1, -1)
+    _, number = np.unique(
+        np.sort(ends, axis=-1).reshape(-1, 2), axis=0, return_inverse=True
+    )
+    return number.reshape(corners.shape), ways
+
+
+def _edge_faults(corners: Indices) -> tuple[Indices, Indices]:
+    """A point of each edge that has one facet, and of each at which normals disagree."""
+    number, ways = _edges(corners)
+    count = np.bincount(number.ravel())
+    balance = np.bincount(number.ravel(), ways.ravel())
+    _, first = np.unique(number.ravel(), return_index=True)
+    point = np.full(len(count), -1)
+    point[number.ravel()[first]] = corners.ravel()[first]
+    return point[count == 1], point[(count > 1) & (balance != 0.0)]
+
+
+def _turns(corners: Indices) -> Any:
+    """Which facets to turn such that all that hang together agree with the first of
+    them, (m,)."""
+    number, ways = _edges(corners)
+    m, k = corners.shape
+    order = np.argsort(number.ravel(), kind="stable")
+    edge, facet, way = number.ravel()[order], order // k, ways.ravel()[order]
+    same = np.flatnonzero(edge[1:] == edge[:-1])
+    pairs = np.column_stack([facet[same], facet[same + 1]])
+    differ = way[same] == way[same + 1]  # neighbours run along an edge both ways
+    pairs = np.vstack([pairs, pairs[:, ::-1]])
+    differ = np.concatenate([differ, differ])
+    sort = np.argsort(pairs[:, 0], kind="stable")
+    pairs, differ = pairs[sort], differ[sort]
+    begin = np.searchsorted(pairs[:, 0], np.arange(m + 1))
+    turn, known = np.zeros(m, dtype=bool), np.zeros(m, dtype=bool)
+    for start in range(m):
+        if known[start]:
+            continue
+        known[start], front = True, np.array([start])
+        while len(front):
+            counts = begin[front + 1] - begin[front]
+            run = np.arange(counts.sum()) - np.repeat(
+                np.cumsum(counts) - counts, counts
+            )
+            at = np.repeat(begin[front], counts) + run
+            fresh = ~known[pairs[at, 1]]
+            at = at[fresh]
+            found, first = np.unique(pairs[at, 1], return_index=True)
+            at = at[first]
+            turn[found] = turn[pairs[at, 0]] ^ differ[at]
+            known[found] = True
+            front = found
+    return turn
+
+
+def _volume(points: Array, corners: Indices) -> float:
+    """Of what is enclosed, by straight facets: negative where normals point into it."""
+    x = points[corners] - points[corners].reshape(-1, points.shape[1]).mean(axis=0)
+    if corners.shape[1] == 2:
+        return float(np.sum(x[:, 0, 0] * x[:, 1, 1] - x[:, 0, 1] * x[:, 1, 0]))
+    total = 0.0
+    for i in range(1, corners.shape[1] - 1):
+        total += float(np.einsum("ni,ni->", x[:, 0], np.cross(x[:, i], x[:, i + 1])))
+    return total
+
+
+def _at(points: Array, number: Any) -> str:
+    values: Sequence[float] = points[number].tolist()
+    return f"({', '.join(f'{value:.6g}' for value in values)})"

@@ -1,0 +1,329 @@
+"""Rigid bodies that forces move: unknowns of the coupled system."""
+
+from __future__ import annotations
+
+import gathered
+import hosts
+import numpy as np
+import problems
+import pytest
+import rigid_scenes
+from mpi4py import MPI
+from problems import SOLVERS
+from rigid_scenes import press, shapes
+
+from raymortar import (
+    AugmentedLagrangian,
+    ContactError,
+    ConvergenceError,
+    Coulomb,
+    History,
+    LoadSteps,
+    Penalty,
+    SNESSolver,
+    rigid,
+    solvers,
+)
+from raymortar.errors import SetUpError
+from raymortar.rigid.turning import rotation_matrix, rotation_vector, turning
+
+LAWS = {
+    "normal": {"method": AugmentedLagrangian(40.0)},
+    "friction": {"method": AugmentedLagrangian(40.0), "friction": Coulomb(0.3)},
+    "penalty": {"method": Penalty(80.0), "friction": Coulomb(0.3)},
+    "deformed": {
+        "method": AugmentedLagrangian(40.0),
+        "friction": Coulomb(0.3),
+        "measure": "current",
+    },
+}
+PLANE = dict(
+    free=("x", "y", "r"),
+    force=(0.1, -2.0),
+    moment=0.2,
+    stiffness={"x": 5.0, "r": 0.5},
+)
+SPACE = dict(
+    free=("x", "y", "z", "rx", "ry", "rz"),
+    force=(0.1, 0.05, -2.0),
+    moment=(0.2, 0.1, 0.3),
+    stiffness={"x": 5.0, "y": 5.0, "rx": 0.6, "ry": 0.6, "rz": 0.6},
+    damping={"z": 0.2, "rz": 0.1},
+)
+BALLS = [("triangle", "circle"), ("tetrahedron", "sphere"), ("hexahedron", "sphere")]
+
+
+def free_ball(cell, name, above=0.1, **options):
+    """A ball that starts above the block, and turns about a point beside its own."""
+    gdim = problems.DIMENSION[cell]
+    shape = shapes(gdim, -above)[name]
+    centre = np.array(shape.centre) + 0.1 * np.arange(1, gdim + 1)
+    return rigid.Body(shape, centre, **(PLANE if gdim == 2 else SPACE) | options)
+
+
+def solved(found):
+    """Iterations of a solve."""
+    return SNESSolver(found.problem).solve()[0]
+
+
+@pytest.mark.parametrize("size", (0.0, 1e-4, 0.9, 1.1, 3.0, 6.0))
+def test_turns_have_their_derivatives(size):
+    theta = size * np.array([2.0, -1.0, 2.0]) / 3.0
+    R, first, second = turning(theta)
+    assert R == pytest.approx(rotation_matrix(theta), abs=1e-14)
+    h = 1e-5
+    for i, e in enumerate(h * np.eye(3)):
+        ahead, behind = turning(theta + e), turning(theta - e)
+        assert (ahead[0] - behind[0]) / (2 * h) == pytest.approx(first[i], abs=1e-9)
+        assert (ahead[1] - behind[1]) / (2 * h) == pytest.approx(second[:, i], abs=1e-9)
+    if size < np.pi:
+        assert rotation_vector(R) == pytest.approx(theta, abs=1e-9)
+
+
+def turned_far(body):
+    """Turn a ball by most of a right angle in this step, and leave it where it is."""
+    free = body.freedom
+    theta = np.array([0.0, 0.0, 0.9]) if body.shape.gdim == 2 else (0.5, -0.4, 0.7)
+    middle = np.zeros(3)
+    middle[: body.shape.gdim] = body.shape.centre
+    R, shift = body.pose_of(body.motion())
+    place = R @ middle + shift
+    values = free.values.copy()
+    values[free.is_turn] = np.asarray(theta)[free.axis[free.is_turn]]
+    free.values = values
+    R, shift = body.pose_of(body.motion())
+    free.values = free.values + np.where(
+        free.is_turn, 0.0, (place - R @ middle - shift)[free.axis]
+    )
+
+
+@pytest.mark.mpi(where=lambda cell, name, law: law == "friction")
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("cell, name", BALLS)
+def test_the_tangent_is_the_derivative_at_large_angles(cell, name, law):
+    body = free_ball(cell, name)
+    found = press(cell, body, n=2, degree=2, **LAWS[law])
+    solved(found)
+    found.contact.advance()
+    turned_far(body)
+    assert gathered.points(found.contact)["status"].max() > 1
+    aways = (0.001, 0.002, 0.004)
+    errors = [hosts.tangent_error(found, 1.0, 1e-6, away) for away in aways]
+    assert np.nanmin(errors) < 2e-8
+
+
+@pytest.mark.parametrize("cell, name", (("triangle", "wedge"), ("tetrahedron", "cone")))
+def test_a_tool_with_edges_has_it_too(cell, name):
+    gdim = problems.DIMENSION[cell]
+    body = rigid.Body(shapes(gdim, -0.1)[name], **(PLANE if gdim == 2 else SPACE))
+    found = press(cell, body, n=3, degree=2, **LAWS["friction"])
+    solved(found)
+    aways = (0.001, 0.002, 0.004)
+    errors = [hosts.tangent_error(found, 1.0, 1e-6, away) for away in aways]
+    assert np.nanmin(errors) < 2e-8
+
+
+@pytest.mark.parametrize("law", ("normal", "penalty"))
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_a_start_without_contact_ends_in_balance(solver, law):
+    """Newton's method is quadratic from the first touch on."""
+    cell = "tetrahedron"
+    body = rigid.Body(shapes(3, -0.7)["sphere"], free=("z",), force=(0.0, 0.0, -2.0))
+    found = press(cell, body, n=3, **LAWS[law])
+    assert solver(found.problem).solve()[0] <= 8
+    on = found.contact.resultant_on(body)
+    assert on.force[2] == pytest.approx(2.0, rel=1e-9)
+    assert on.force == pytest.approx(-found.contact.resultant().force, rel=1e-12)
+    *_, before, last, end = found.problem.history
+    assert end <= max(last**1.5, 1e-9) and last < before
+
+
+@pytest.mark.parametrize("cell, name", BALLS[:2])
+def test_forces_are_in_balance(cell, name):
+    body = free_ball(cell, name, damping=None)
+    found = press(cell, body, n=3, **LAWS["friction"])
+    solved(found)
+    on, gdim = found.contact.resultant_on(body), body.shape.gdim
+    turns = np.atleast_1d(body.rotation[2] if gdim == 2 else body.freedom.theta)
+    springs = np.array([5.0, 5.0, 0.0])[:gdim] * [1, gdim == 3, 0][:gdim]
+    pull = springs * body.translation[:gdim]
+    assert on.force + body.force - pull == pytest.approx(0.0, abs=1e-9)
+    # A spring's moment works on theta, which is no turn about a fixed axis
+    spin = np.array(body.freedom.rates()[1][-len(turns) :])
+    lever = body.freedom.lever
+    axes = lever * np.stack([spin[:, 2, 1], spin[:, 0, 2], spin[:, 1, 0]], axis=1)
+    total = np.atleast_1d(on.moment) + np.atleast_1d(body.moment)
+    whole = np.array([0.0, 0.0, total[0]]) if gdim == 2 else total
+    stiffness = 0.5 if gdim == 2 else 0.6
+    assert axes @ whole == pytest.approx(stiffness * turns, abs=1e-9)
+
+
+@pytest.mark.parametrize("cell, name", BALLS[:2])
+def test_what_turns_with_the_scene_changes_nothing(cell, name):
+    """Frame indifference, with a body that turns."""
+    gdim = problems.DIMENSION[cell]
+    turn = np.array([0.0, 0.0, 0.8]) if gdim == 2 else np.array([0.5, -0.9, 0.7])
+    R, shift = rotation_matrix(turn), np.array([3.0, -2.0, 0.0 if gdim == 2 else 1.0])
+
+    def case(R, shift, move):
+        free = (PLANE if gdim == 2 else SPACE)["free"]
+        middle = np.array(shapes(gdim, -0.1)[name].centre)
+        at = (R[:gdim, :gdim] @ middle) + shift[:gdim]
+        beside = at + R[:gdim, :gdim] @ (0.1 * np.arange(1, gdim + 1))
+        force = R[:gdim, :gdim] @ np.array((0.2, -2.0) if gdim == 2 else (0.2, 0.1, -2))
+        moment = R @ np.array([0.2, 0.1, 0.3])
+        springs = {k: 0.6 if k.startswith("r") else 3.0 for k in free}
+        body = rigid.Body(
+            rigid.Sphere(at, 0.9),
+            beside,
+            free=free,
+            force=force,
+            moment=0.3 if gdim == 2 else moment,
+            stiffness=springs,
+        )
+        found = press(cell, body, move=move, **LAWS["friction"])
+        solved(found)
+        return body, found.contact.resultant_on(body)
+
+    here, on = case(np.eye(3), np.zeros(3), None)
+    there, other = case(R, shift, (turn, shift))
+    assert np.linalg.norm(here.rotation) > 0.1
+    assert there.translation == pytest.approx(R @ here.translation, rel=1e-7)
+    assert there.rotation == pytest.approx(R @ here.rotation, rel=1e-7)
+    assert other.force == pytest.approx(R[:gdim, :gdim] @ on.force, rel=1e-7)
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("cell, name", BALLS[:2])
+def test_ranks_agree(cell, name, monkeypatch):
+    def moved():
+        body = free_ball(cell, name)
+        found = press(cell, body, n=4, **LAWS["friction"])
+        solved(found)
+        found.contact.advance()
+        body.force = 1.5 * body.force
+        solved(found)
+        on = found.contact.resultant_on(body)
+        return np.concatenate([body.translation, body.rotation, on.force])
+
+    found = moved()
+    with monkeypatch.context() as patch:
+        for module in (problems, hosts, rigid_scenes.boxes):
+            patch.setattr(module, "COMM", MPI.COMM_SELF)
+        assert moved() == pytest.approx(found, rel=1e-9, abs=1e-10)
+
+
+def test_load_steps_raise_the_force_and_record_the_body():
+    body = rigid.Body(
+        shapes(2, -0.3)["circle"], name="wheel", free=("y",), force=(0.0, 0.0)
+    )
+    found = press("triangle", body, n=6, **LAWS["friction"])
+    history = History(found.problem)
+
+    def push(t):
+        body.force = (0.0, -3.0 * t)
+
+    solver = SNESSolver(found.problem)
+    LoadSteps(solver, push, 3, history=history).run()
+    assert history["push_wheel_y"] == pytest.approx([1.0, 2.0, 3.0], rel=1e-8)
+    down = history["translation_wheel_y"]
+    assert down[-1] == body.translation[1] and (np.diff(down) < 0.0).all()
+    # Of the flight nothing but the first half of the first force counts
+    steps = np.diff(down, prepend=0.0)
+    mean = np.array([0.5, 1.5, 2.5])
+    assert history["work_wheel"][-1] == pytest.approx(-mean @ steps, rel=1e-8)
+
+
+def test_states_hold_where_free_bodies_are():
+    body = free_ball("triangle", "circle")
+    found = press("triangle", body, n=4, **LAWS["friction"])
+    solved(found)
+    found.contact.advance()
+    begin, place = found.contact.state(), body.motion()
+    body.force = (0.3, -3.0)
+    solved(found)
+    after = body.motion()
+    assert np.abs(after - place).max() > 1e-3
+    found.contact.advance()
+    found.contact.restore(begin)
+    assert body.motion() == pytest.approx(place, abs=1e-15)
+    solved(found)
+    assert body.motion() == pytest.approx(after, abs=1e-9)
+
+
+def test_a_wheel_rolls_its_circumference():
+    """H5: the way is the angle times the radius, and nothing creeps when it stops."""
+    wheel = rigid.Body(
+        rigid.Circle((0.25, 1.2), 0.2), free=("x", "y"), force=(0.0, -0.25)
+    )
+    found = press("quadrilateral", wheel, n=24, friction=Coulomb(0.6))
+
+    def roll(t):
+        wheel.move(rotation=-2.0 * t)
+
+    solver = SNESSolver(found.problem)
+    LoadSteps(solver, lambda t: None, 1).run()
+    start = wheel.translation[0]
+    LoadSteps(solver, roll, 20).run()
+    assert wheel.translation[0] - start == pytest.approx(2.0 * 0.2, rel=1e-2)
+    stop = wheel.translation[0]
+    LoadSteps(solver, lambda t: None, 3).run()
+    assert wheel.translation[0] == pytest.approx(stop, abs=1e-6)
+
+
+def test_a_body_that_nothing_stops_is_told():
+    away = rigid.Body(shapes(2, -0.3)["circle"], free=("y",), force=(0.0, 1.0))
+    found = press("triangle", away, **LAWS["normal"])
+    with pytest.raises(SetUpError, match="nothing stops it"):
+        solved(found)
+    # Nothing holds it along x once it touches
+    slides = rigid.Body(
+        rigid.Line((0.5, 1.1), (0.0, -1.0)), free=("x", "y"), force=(0.1, -1.0)
+    )
+    found = press("triangle", slides, **LAWS["normal"])
+    with pytest.raises(ConvergenceError, match="along x, and nothing stops it"):
+        solved(found)
+
+
+def test_what_nothing_pushes_stays():
+    """A ball that may spin, without friction: its turns are nowhere, and held."""
+    body = rigid.Body(
+        shapes(3, -0.1)["sphere"],
+        free=("z", "rx", "ry", "rz"),
+        force=(0.0, 0.0, -1.0),
+    )
+    found = press("tetrahedron", body, n=3, **LAWS["normal"])
+    solved(found)
+    assert body.rotation == pytest.approx(0.0, abs=1e-9)
+    assert found.contact.resultant_on(body).force[2] == pytest.approx(1.0, rel=1e-8)
+
+
+def test_iterative_solvers_refuse_it_by_name():
+    body = rigid.Body(shapes(3)["sphere"], name="ball", free=("z",))
+    found = press("tetrahedron", body, **LAWS["penalty"])
+    with pytest.raises(ContactError, match="ball"):
+        SNESSolver(found.problem, solvers.iterative())
+
+
+@pytest.mark.parametrize(
+    "options, message",
+    [
+        ({"free": "z"}, "names in a tuple"),
+        ({"free": ("rz",)}, "in 2D a body is free along x, y, r"),
+        ({"force": (0.0, 1.0)}, "along y, and the Circle is not free"),
+        ({"free": ("y",), "moment": 1.0}, "about z, and the Circle is not free"),
+        ({"free": ("y",), "stiffness": {"x": 1.0}}, "not in free"),
+        ({"free": ("y",), "damping": -1.0}, "must not be negative"),
+        ({"free": ("y",), "force": (1.0,)}, "2 finite numbers"),
+    ],
+)
+def test_wrong_input_is_told(options, message):
+    with pytest.raises(ContactError, match=message):
+        rigid.Body(rigid.Circle((0.0, 0.0), 1.0), **options)
+
+
+def test_what_is_free_is_not_prescribed():
+    body = rigid.Body(rigid.Circle((0.0, 0.0), 1.0), free=("y",))
+    body.move((1.0, 0.0))
+    with pytest.raises(ContactError, match="prescribes y"):
+        body.move((0.0, 1.0))
