@@ -81,7 +81,9 @@ def make_problem(cell, degree, level, method, law):
     )
     bcs = [clamp(V, scene, "bottom", (0.0, 0.0, 0.0))]
     bcs.append(clamp(V, scene, "top", (slide, 0.0, -0.02)))
-    form = ufl.inner(P, ufl.grad(v)) * ufl.dx(metadata={"quadrature_degree": 2 * degree})
+    form = ufl.inner(P, ufl.grad(v)) * ufl.dx(
+        metadata={"quadrature_degree": 2 * degree}
+    )
     return raymortar.NonlinearProblem(form, contact, bcs)
 
 

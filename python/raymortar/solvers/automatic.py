@@ -33,6 +33,15 @@ MOST_DIRECT = {1: 40_000, 2: 20_000}
 # Iterations of a Krylov solver that does well stay below a third of this
 MOST_ITERATIONS = 100
 
+# Of SNES, Eisenstat's and Walker's choice of how exactly its systems are solved: so
+# chosen that half the Krylov iterations, and all Newton iterations, are as before
+# (measured: docs/parallel.md)
+INEXACT = {
+    "snes_ksp_ew": None,
+    "snes_ksp_ew_rtol0": 1e-3,
+    "snes_ksp_ew_rtolmax": 1e-3,
+}
+
 # Linear solves that may stall before the iterative solver is not tried any more
 MOST_STALLS = 2
 
@@ -46,7 +55,7 @@ def direct() -> dict[str, Any]:
 
 
 def linear_options(
-    problem: Any, given: Mapping[str, Any] | None, prefix: str
+    problem: Any, given: Mapping[str, Any] | None, prefix: str, snes: bool = False
 ) -> dict[str, Any]:
     """PETSc options of the linear solver that a problem gets. Collective.
 
@@ -58,6 +67,8 @@ def linear_options(
         Options that the user has given, without prefix.
     prefix
         Of all options: those in PETSc's table count too.
+    snes
+        Whether they are for a SNES, which may solve less exactly at first.
 
     Returns
     -------
@@ -74,7 +85,9 @@ def linear_options(
     if layout.comm.rank == 0:
         name = "multigrid for the bodies" if iterates else "a direct one"
         log.info("linear solver of %d unknowns: %s", unknowns, name)
-    return with_fallback() if iterates else direct()
+    if not iterates:
+        return direct()
+    return {**(INEXACT if snes else {}), **with_fallback()}
 
 
 def _suits_multigrid(problem: Any) -> bool:

@@ -403,7 +403,7 @@ class SNESSolver:
         self._set_callbacks()
         if prefix is None:
             prefix = f"raymortar_snes_{next(_counter)}_"
-        linear = linear_options(problem, options, prefix)
+        linear = linear_options(problem, options, prefix, snes=True)
         self.options = PetscOptions(
             prefix, {**_defaults(problem, self._floor), **linear, **(options or {})}
         )
@@ -414,6 +414,8 @@ class SNESSolver:
             test = _convergence_test(self._problem, self.snes, self._floor)
         self.snes.setConvergenceTest(test)
         attach(self.krylov_solver, problem, self._scale)
+        # SNES changes it where it solves its systems inexactly
+        self._linear_rtol = self.krylov_solver.getTolerances()[0]
 
     def _set_callbacks(self) -> None:
         """Tell PETSc how to find residual and tangent."""
@@ -485,6 +487,7 @@ class SNESSolver:
         """Solve tangent dx = b, within ``with solver.options:``. Collective."""
         scaled = b.duplicate()
         scaled.pointwiseMult(b, self._scale)
+        self.krylov_solver.setTolerances(rtol=self._linear_rtol)
         self.krylov_solver.solve(scaled, dx)
         scaled.destroy()
 

@@ -179,7 +179,11 @@ def test_ranks_take_the_iterations_of_one():
 def test_gamma_does_not_count(factor):
     gamma = blocks().contact.gamma
     counts = [
-        max(solved(blocks(method=AugmentedLagrangian(g)), solvers.iterative("bodies"))[1])
+        max(
+            solved(blocks(method=AugmentedLagrangian(g)), solvers.iterative("bodies"))[
+                1
+            ]
+        )
         for g in (gamma, factor * gamma)
     ]
     assert counts[1] <= counts[0] + 2
@@ -303,6 +307,20 @@ def test_large_problems_get_the_iterative_solver(solver, monkeypatch, caplog):
         said = [record.getMessage() for record in caplog.records]
         assert ["a direct one" in text for text in said] == [True, False]
         assert "multigrid" in said[1]
+
+
+@pytest.mark.mpi
+def test_inexact_newton_keeps_its_iterations(monkeypatch):
+    monkeypatch.setattr(automatic, "MOST_DIRECT", {2: 1000})
+    found = []
+    for options in (None, solvers.with_fallback()):
+        problem = blocks(friction=Coulomb(0.3))
+        one = SNESSolver(problem.problem, options)
+        newton, _ = one.solve()
+        found.append((newton, one.snes.getLinearSolveIterations()))
+    (newton, inexact), (all_newton, exact) = found
+    assert newton == all_newton
+    assert inexact < 0.7 * exact
 
 
 @pytest.mark.parametrize("given", [{"pc_type": "lu"}, {"ksp_type": "gmres"}])
