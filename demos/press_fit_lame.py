@@ -276,7 +276,7 @@ def draw(results, curves, path):
                 r, hoop, mark, ms=4, mfc="none", color=drawing.COMPUTED, label=name
             )
         axes.set(xlabel="radius [mm]", xlim=(0, HUB))
-        axes.legend(loc="lower right")
+        axes.legend(loc="upper left")
     both[0].set(ylabel="radial and hoop stress [MPa]")
     figure.tight_layout()
     figure.savefig(path)

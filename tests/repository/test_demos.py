@@ -69,7 +69,7 @@ def test_press_fit_is_balanced_and_slides_at_the_limit(folder):
 
 @pytest.mark.mpi
 def test_stopper_is_that_of_a_slice_in_space(folder):
-    run(plug, folder, "--size", "2", "--steps", "4")
+    run(plug, folder, "--size", "3", "--steps", "4")
 
 
 @pytest.mark.quick
