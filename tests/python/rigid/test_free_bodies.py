@@ -256,22 +256,22 @@ def test_a_wheel_rolls_its_circumference(monkeypatch):
 
     A surface that is compressed is longer than it looks: rubber's is not.
     """
-    monkeypatch.setattr(rigid_scenes, "NU", 0.45)
+    monkeypatch.setattr(rigid_scenes, "NU", 0.49)
     wheel = rigid.Body(
-        rigid.Circle((0.35, 1.2), 0.2), free=("x", "y"), force=(0.0, -0.05)
+        rigid.Circle((0.35, 1.2), 0.2), free=("x", "y"), force=(0.0, -0.25)
     )
-    found = press("quadrilateral", wheel, n=20, friction=Coulomb(0.6))
+    found = press("quadrilateral", wheel, n=24, friction=Coulomb(0.6))
 
     def roll(t):
-        wheel.move(rotation=-1.5 * t)
+        wheel.move(rotation=-0.5 * t)
 
     solver = SNESSolver(found.problem)
     LoadSteps(solver, lambda t: None, 1).run()
     start = wheel.translation[0]
-    LoadSteps(solver, roll, 12).run()
-    assert wheel.translation[0] - start == pytest.approx(1.5 * 0.2, rel=1e-2)
+    LoadSteps(solver, roll, 5, extrapolate=True).run()
+    assert wheel.translation[0] - start == pytest.approx(0.5 * 0.2, rel=1e-2)
     stop = wheel.translation[0]
-    LoadSteps(solver, lambda t: None, 3).run()
+    LoadSteps(solver, lambda t: None, 2).run()
     assert wheel.translation[0] == pytest.approx(stop, abs=1e-6)
 
 
