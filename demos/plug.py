@@ -9,6 +9,8 @@ multipliers are of another degree in 3D than in the plane.
 import sys
 from types import SimpleNamespace
 
+from mpi4py import MPI
+
 import bodies
 import common
 import drawing
@@ -16,12 +18,10 @@ import numpy as np
 import ufl
 from dolfinx import fem
 
-from mpi4py import MPI
-
 import raymortar
-from raymortar import io, rigid, tools
 from meshes.blocks import Block
 from meshes.meshing import Scene, assemble_blocks
+from raymortar import io, rigid, tools
 
 # Lengths in cm, stresses in N/cm^2, forces in N
 BORE, FOOT, HEIGHT, SLOPE, PUSH = 0.4, 1.0, 2.0, np.tan(np.radians(8.0)), 0.6

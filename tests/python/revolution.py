@@ -10,9 +10,9 @@ from dolfinx import fem
 from materials import MATERIALS, lame
 from problems import COMM, SOLVERS, cellwise
 
-from raymortar import Contact, NonlinearProblem, compat
 from meshes.blocks import Block
 from meshes.meshing import Scene, assemble_blocks
+from raymortar import Contact, NonlinearProblem, compat
 
 
 def gradient(v, r):

@@ -14,6 +14,10 @@ from materials import MATERIALS, lame
 from problems import COMM, fix
 from revolution import on_axis
 
+from meshes.blocks import Block, mirrored
+from meshes.graded import PoleGrid, box_blocks
+from meshes.meshing import Scene, assemble_blocks
+from meshes.scenes import two_blocks
 from raymortar import (
     AugmentedLagrangian,
     Contact,
@@ -27,10 +31,6 @@ from raymortar import (
     compat,
     rigid,
 )
-from meshes.blocks import Block, mirrored
-from meshes.graded import PoleGrid, box_blocks
-from meshes.meshing import Scene, assemble_blocks
-from meshes.scenes import two_blocks
 from raymortar.interface.strain_response import (
     response_of_revolution,
     stiffness_without_bulk,

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from dolfinx.fem.petsc import assemble_matrix
 from petsc4py import PETSc
 
 import numpy as np
+from dolfinx.fem.petsc import assemble_matrix
 
 from .. import compat
 from ..compat import Mask
