@@ -17,6 +17,7 @@ import hertz_sphere  # noqa: E402
 import indentation  # noqa: E402
 import ironing_3d  # noqa: E402
 import press_fit  # noqa: E402
+import rolling  # noqa: E402
 import shells  # noqa: E402
 import snap_through  # noqa: E402
 
@@ -57,6 +58,10 @@ def test_spheres_agree_with_hertz_and_tatara(folder):
 @pytest.mark.mpi
 def test_rigid_tools_agree_with_sneddon(folder):
     run(indentation, folder, "--size", "4")
+
+
+def test_a_wheel_rolls_without_slip(folder):
+    run(rolling, folder, "--angle", "0.3")
 
 
 @pytest.mark.mpi
