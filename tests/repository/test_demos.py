@@ -19,6 +19,7 @@ import ironing_3d  # noqa: E402
 import plug  # noqa: E402
 import press_fit  # noqa: E402
 import press_fit_lame  # noqa: E402
+import rolling  # noqa: E402
 import shells  # noqa: E402
 import snap_through  # noqa: E402
 import tied_cantilever  # noqa: E402
@@ -60,6 +61,10 @@ def test_spheres_agree_with_hertz_and_tatara(folder):
 @pytest.mark.mpi
 def test_rigid_tools_agree_with_sneddon(folder):
     run(indentation, folder, "--size", "4")
+
+
+def test_a_wheel_rolls_without_slip(folder):
+    run(rolling, folder, "--angle", "0.3")
 
 
 @pytest.mark.mpi
