@@ -9,6 +9,8 @@ ends that are free, as in plane stress, or held along the axis, as in plane stra
 import sys
 from types import SimpleNamespace
 
+from mpi4py import MPI
+
 import bodies
 import common
 import drawing
@@ -16,13 +18,11 @@ import numpy as np
 import ufl
 from dolfinx import fem
 
-from mpi4py import MPI
-
 import raymortar
-from raymortar import compat, io, tools
 from meshes.blocks import Block
-from raymortar.host.gathering import gather
 from meshes.meshing import Scene, assemble_blocks
+from raymortar import compat, io, tools
+from raymortar.host.gathering import gather
 
 # Lengths in mm, stresses in MPa
 SHAFT, HUB, LENGTH, INTERFERENCE = 50.0, 100.0, 40.0, 0.05
@@ -276,7 +276,7 @@ def draw(results, curves, path):
                 r, hoop, mark, ms=4, mfc="none", color=drawing.COMPUTED, label=name
             )
         axes.set(xlabel="radius [mm]", xlim=(0, HUB))
-        axes.legend(loc="lower right")
+        axes.legend(loc="upper left")
     both[0].set(ylabel="radial and hoop stress [MPa]")
     figure.tight_layout()
     figure.savefig(path)

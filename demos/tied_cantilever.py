@@ -132,9 +132,7 @@ def draw(result, path):
     """The bent beam with its von Mises stress, the circle, tractions of the tie."""
     u, mises = result.u, result.material.mises(result.u)
     traction = result.contact.multiplier
-    io.write_xdmf(
-        path.with_suffix(".xdmf"), result.scene.mesh, [u, traction, mises]
-    )
+    io.write_xdmf(path.with_suffix(".xdmf"), result.scene.mesh, [u, traction, mises])
     cells = drawing.gather_cells(result.scene.mesh, u, mises)
     if result.scene.mesh.comm.rank > 0:
         return

@@ -30,7 +30,7 @@ class Tie(Contact):
 
     Parameters
     ----------
-    u, facet_tags, pairs, quadrature_degree, search, names
+    u, facet_tags, pairs, quadrature_degree, search, names, axisymmetric
         As of `Contact`. Masters are facets, not rigid bodies. Search distances are
         those of the undeformed bodies: what lies farther apart is not tied.
     method
@@ -70,6 +70,7 @@ class Tie(Contact):
         search: Search | None = None,
         names: Mapping[str, int | tuple[int, int]] | None = None,
         partial: bool = False,
+        axisymmetric: bool = False,
         **others: Any,
     ) -> None:
         _check(adjust, partial, method, others)
@@ -82,6 +83,7 @@ class Tie(Contact):
             quadrature_degree=quadrature_degree,
             search=search,
             names=names,
+            axisymmetric=axisymmetric,
         )
         require_agreement(self._comm, adjust=adjust, partial=partial)
         self._refuse_bodies()

@@ -10,9 +10,9 @@ from dolfinx import fem
 from materials import MATERIALS, lame
 from problems import COMM, SOLVERS, cellwise
 
-from raymortar import Contact, NonlinearProblem, compat
 from meshes.blocks import Block
 from meshes.meshing import Scene, assemble_blocks
+from raymortar import Contact, NonlinearProblem, compat
 
 
 def gradient(v, r):
@@ -57,7 +57,7 @@ def disc(cell, n, radius=0.0, side=lambda z: 1.0 + 0.0 * z, slave="top"):
 
 def build(
     scene, degree=1, material="linear", *, E=2000.0, nu=0.3, bcs=None, master=None,
-    pairs=None, **options
+    pairs=None, kind=Contact, **options
 ):  # fmt: skip
     """Problem of a scene. Collective.
 
@@ -71,8 +71,10 @@ def build(
         Takes (V, scene) to a list of Dirichlet conditions.
     master
         In place of the scene's master: a shape or a body of `rigid`.
+    kind
+        `raymortar.Contact` or `raymortar.Tie`.
     options
-        Of `raymortar.Contact`.
+        Of it.
     """
     V = compat.vector_space(scene.mesh, degree)
     u = fem.Function(V)
@@ -85,7 +87,7 @@ def build(
     )
     master = scene.tags.get("master") if master is None else master
     pairs = [(scene.tags["slave"], master)] if pairs is None else pairs
-    contact = Contact(u, scene.facet_tags, pairs, axisymmetric=True, **options)
+    contact = kind(u, scene.facet_tags, pairs, axisymmetric=True, **options)
     conditions = bcs(V, scene) if bcs else []
     problem = NonlinearProblem(residual(u, mu, lmbda, material), contact, conditions)
     return SimpleNamespace(scene=scene, u=u, contact=contact, problem=problem)

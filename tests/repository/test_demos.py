@@ -19,6 +19,7 @@ import ironing_3d  # noqa: E402
 import plug  # noqa: E402
 import press_fit  # noqa: E402
 import press_fit_lame  # noqa: E402
+import rolling  # noqa: E402
 import shells  # noqa: E402
 import snap_through  # noqa: E402
 import tied_cantilever  # noqa: E402
@@ -62,6 +63,10 @@ def test_rigid_tools_agree_with_sneddon(folder):
     run(indentation, folder, "--size", "4")
 
 
+def test_a_wheel_rolls_without_slip(folder):
+    run(rolling, folder, "--angle", "0.3")
+
+
 @pytest.mark.mpi
 def test_press_fit_is_balanced_and_slides_at_the_limit(folder):
     run(press_fit, folder, "--size", "4", "--steps", "40")
@@ -69,7 +74,7 @@ def test_press_fit_is_balanced_and_slides_at_the_limit(folder):
 
 @pytest.mark.mpi
 def test_stopper_is_that_of_a_slice_in_space(folder):
-    run(plug, folder, "--size", "2", "--steps", "4")
+    run(plug, folder, "--size", "3", "--steps", "4")
 
 
 @pytest.mark.quick

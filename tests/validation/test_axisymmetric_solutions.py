@@ -14,6 +14,10 @@ from materials import MATERIALS, lame
 from problems import COMM, fix
 from revolution import on_axis
 
+from meshes.blocks import Block, mirrored
+from meshes.graded import PoleGrid, box_blocks
+from meshes.meshing import Scene, assemble_blocks
+from meshes.scenes import two_blocks
 from raymortar import (
     AugmentedLagrangian,
     Contact,
@@ -27,10 +31,6 @@ from raymortar import (
     compat,
     rigid,
 )
-from meshes.blocks import Block, mirrored
-from meshes.graded import PoleGrid, box_blocks
-from meshes.meshing import Scene, assemble_blocks
-from meshes.scenes import two_blocks
 from raymortar.interface.strain_response import (
     response_of_revolution,
     stiffness_without_bulk,
@@ -303,6 +303,24 @@ def test_a_ring_that_only_hoops_hold_is_held():
         revolution.solve(found)
     growth = found.u.x.array.reshape(-1, 2)[:, 0]
     assert COMM.allreduce(float(growth.sum())) > 0.0
+
+
+def test_a_body_that_falls_on_its_floor_is_stabilized():
+    """Nothing holds it along the axis but contact, which is open at first."""
+    scene = revolution.disc("quadrilateral", 4)
+    V = compat.vector_space(scene.mesh, 1)
+    u = fem.Function(V)
+    floor = rigid.Line((0.0, -0.1), (0.0, 1.0))
+    contact = Contact(
+        u, scene.facet_tags, [(scene.tags["bottom"], floor)], axisymmetric=True
+    )
+    weight, r = 0.5, ufl.SpatialCoordinate(scene.mesh)[0]
+    v = ufl.TestFunction(V)
+    F = revolution.residual(u, *lame(40.0, NU))
+    F += weight * v[1] * 2 * ufl.pi * r * ufl.dx
+    problem = NonlinearProblem(F, contact, [on_axis(V, scene)])
+    LoadSteps(SNESSolver(problem), lambda t: None, 1, stabilize=True).run()
+    assert contact.resultant().force[1] == pytest.approx(weight * np.pi, rel=1e-6)
 
 
 # Refusals

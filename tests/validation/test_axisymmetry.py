@@ -17,6 +17,7 @@ from revolution import on_axis
 from test_friction_tangent import FrictionCase, check_regime, law_for, set_both
 from test_full_tangent import Pair, is_second_order, quiet_slopes
 
+from meshes.scenes import two_blocks
 from raymortar import (
     AugmentedLagrangian,
     Contact,
@@ -32,7 +33,6 @@ from raymortar import (
     compat,
     rigid,
 )
-from meshes.scenes import two_blocks
 
 E, NU, PRESSURE = 2000.0, 0.3, 25.0
 MEASURES = ("reference", "current")

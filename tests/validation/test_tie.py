@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from mpi4py import MPI
+
 import gathered
 import hosts
 import numpy as np
 import pytest
+import revolution
 import ufl
 from dolfinx import fem
 from interacting import LOWER, UPPER, table, three
@@ -421,6 +424,35 @@ def test_tangent_is_the_derivative(cell, method, adjust):
         assert np.log2(found[0] / found[1]) == pytest.approx(2.0, abs=0.05)
     elif adjust == "keep":
         pytest.fail(f"a kept gap is not linear: {found}")
+
+
+# Solids of revolution
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("degree", [1, 2])
+@pytest.mark.parametrize("radius", [0.0, 3.0])
+@pytest.mark.parametrize("cell", ["triangle", "quadrilateral"])
+def test_uniform_tension_passes_a_cone(cell, radius, degree):
+    """Cylinders, or rings, with a conical interface that is pulled and sheared."""
+    sigma, sizes = 25.0, {"lower_size": (2.0, 1.0), "upper_size": (2.0, 1.0)}
+    scene = two_blocks(COMM, 2, cell, (4, 2), (3, 3), tilt=0.2, **sizes)
+    scene = revolution.moved(scene, radius)
+    height = scene.mesh.comm.allreduce(scene.mesh.geometry.x[:, 1].max(), op=MPI.MAX)
+
+    def supports(V, scene):
+        ends = [fix(V, scene, "bottom", 1), fix(V, scene, "top", 1, sigma / E * height)]
+        return ends + ([revolution.on_axis(V, scene)] if radius == 0.0 else [])
+
+    found = revolution.build(scene, degree, E=E, nu=NU, bcs=supports, kind=Tie)
+    revolution.solve(found)
+    X = found.u.function_space.tabulate_dof_coordinates()[:, :2]
+    exact = sigma / E * X * [-NU, 1.0]
+    assert worst(found.u.x.array.reshape(-1, 2) - exact) <= TOLERANCE
+    # On the slave, whose normal points down
+    area = np.pi * ((radius + 2.0) ** 2 - radius**2)
+    force = found.contact.resultant().force
+    assert force == pytest.approx([0.0, -sigma * area], rel=1e-9, abs=1e-9)
 
 
 # J2: rates

@@ -231,6 +231,29 @@ def resultants(zone: Any, comm: MPI.Comm) -> list[Resultant]:
     return [_of_zone(zone, found) for found in each]
 
 
+def resultant_on(zones: Any, body: Any, comm: MPI.Comm) -> Resultant:
+    """Force on a rigid body, and moment about its centre. Collective."""
+    dim = zones[0].facets.slave_surface.gdim
+    sums = np.zeros(2 * dim + (3 if dim == 3 else 1))
+    for zone in zones:
+        if body not in zone.facets.bodies:
+            continue
+        points = zone.points()
+        mine = zone.masters_of(points) == zone.facets.bodies.index(body)
+        points = {name: values[mine] for name, values in points.items()}
+        forces = -points["weight"][:, None] * points["traction"]
+        at = points["x"] + points["distance"][:, None] * points["normal"]
+        # Ranks without points know the width, too
+        width = len(sums) - 2 * dim
+        moments = _moments(at - body.place[:dim], forces).reshape(len(forces), width)
+        parts = forces, along_normal(points, forces), moments
+        sums += np.hstack(parts).sum(axis=0)
+    comm.Allreduce(MPI.IN_PLACE, sums)
+    moment = sums[2 * dim :] if dim == 3 else float(sums[-1])
+    force, normal = sums[:dim], sums[dim : 2 * dim]
+    return Resultant(force, moment, normal, force - normal)
+
+
 def added(parts: Sequence[Resultant]) -> Resultant:
     """One resultant of several."""
     names = [f.name for f in fields(Resultant) if getattr(parts[0], f.name) is not None]

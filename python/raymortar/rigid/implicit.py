@@ -81,22 +81,23 @@ class Implicit(Shape):
         return float(self._value(point)[0]) / size if size > 0.0 else 0.0
 
     def _check_derivatives(self, x: Array, n: Array) -> None:
-        """Raise where gradient or hessian are not the derivatives, by differences along
-        the first rays; a kink at some of them is no fault."""
+        """Raise where gradient or hessian are not the derivatives, by differences at
+        the first points; a kink at some of them is no fault."""
         if not len(x) or getattr(self, "_is_checked", False):
             return
         object.__setattr__(self, "_is_checked", True)
         step = _STEP * max(float(np.abs(x).max()), 1e-300)
-        ahead, behind = x + step * n, x - step * n
+        way = _oblique(n)
+        ahead, behind = x + step * way, x - step * way
         slope, bend = self._gradient(x), self._hessian(x)
         found = {
             "gradient": (
-                np.einsum("nd,nd->n", slope, n),
+                np.einsum("nd,nd->n", slope, way),
                 self._value(ahead) - self._value(behind),
                 np.linalg.norm(slope, axis=1),
             ),
             "hessian": (
-                np.einsum("nij,nj->ni", bend, n),
+                np.einsum("nij,nj->ni", bend, way),
                 self._gradient(ahead) - self._gradient(behind),
                 np.linalg.norm(bend, axis=(1, 2)),
             ),
@@ -109,7 +110,7 @@ class Implicit(Shape):
             ) * (name == "hessian")
             if np.median(off - _OFF * size) > 0.0:
                 raise ContactError(
-                    f"{name} is not the derivative: along the rays it differs from "
+                    f"{name} is not the derivative: it differs from "
                     f"differences by up to {off.max():.3g}, of {size.max():.3g}"
                 )
 
@@ -147,6 +148,15 @@ class Implicit(Shape):
         normal[found] = slope[found] / size[found, None]
         bend[found] = self._hessian(at)[found] / size[found, None, None]
         return found.astype(np.int8), g, normal, bend
+
+
+def _oblique(n: Array) -> Array:
+    """Directions between each of some and one across it, in the plane in 2D, (n, 3)."""
+    across = np.cross(n, [0.0, 0.0, 1.0])
+    flat = np.linalg.norm(across, axis=1) < 0.5
+    across[flat] = np.cross(n[flat], [1.0, 0.0, 0.0])
+    way = n + across
+    return way / np.linalg.norm(way, axis=1)[:, None]
 
 
 def _checked(name: str, values: Any, shape: tuple[int, ...]) -> Array:

@@ -16,12 +16,7 @@ from ..compat import Array
 from ..errors import ContactError, together
 from ..host.bodies import Bodies
 from ..interface.coefficients import one_or_each
-from ..interface.held import (
-    any_held,
-    any_node_held,
-    refuse_held,
-    refuse_held_on_tools,
-)
+from ..interface.held import any_held, any_node_held, refuse_held, refuse_held_on_tools
 from ..interface.interfaces import Interfaces
 from ..interface.shear_modulus import shear_moduli
 from ..interface.stiffness import VolumePattern, contact_stiffness, mean_facet_size
