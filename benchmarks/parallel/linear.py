@@ -1,11 +1,14 @@
 """Iterative linear solvers against mesh refinement, and against MUMPS.
 
     scripts/python benchmarks/parallel/linear.py [--levels 1,2,4,8] [--output DIR]
+    scripts/python benchmarks/parallel/linear.py --cells tetrahedron --degrees 2
+        --levels 1,2,3 --linear mumps,gamg,gamg-bounded,bodies,alone --name bodies
 
-A block pressed on another (hexahedra, degree 1, neo-Hookean), without friction and
-sheared with it. Writes `linear.csv`: Krylov iterations of each Newton iteration, CPU
-seconds of the whole solve, assembly included, and what memory grew by meanwhile; each row
-from a process of its own, on one rank.
+A block pressed on another (neo-Hookean), without friction and sheared with it. Writes
+`linear.csv`, or `NAME.csv`: Krylov iterations of each Newton iteration, CPU seconds of
+the whole solve, assembly included, and what memory grew by meanwhile; each row from a
+process of its own, on one rank. `alone`: one system of the same bodies without contact,
+at the solution, by the levels of `bodies`.
 """
 
 from __future__ import annotations
@@ -22,22 +25,27 @@ import time
 from pathlib import Path
 
 from mpi4py import MPI
+from petsc4py import PETSc
 
 import numpy as np
 import ufl
 from dolfinx import fem
+from dolfinx.fem.petsc import assemble_matrix
 
 import raymortar
 from meshes.scenes import two_blocks
 from raymortar import AugmentedLagrangian, Coulomb, Penalty, compat, solvers
+from raymortar.solvers.levels import BodiesLevels, set_levels
+from raymortar.solvers.petsc_options import PetscOptions
 
 E, NU = 10.0, 0.3
 # Without friction, with it, and the sideways motion of the top
 LAWS = {"none": (None, 0.0), "Coulomb": (Coulomb(0.3), 0.004)}
 METHODS = {"augmented": AugmentedLagrangian, "penalty": Penalty}
 LINEAR = {
-    "mumps": dict,
+    "mumps": solvers.direct,
     **{name: functools.partial(solvers.iterative, name) for name in solvers.MULTIGRIDS},
+    "alone": functools.partial(solvers.iterative, "bodies"),
 }
 
 
@@ -47,19 +55,19 @@ def clamp(V, scene, name, value):
     return fem.dirichletbc(np.array(value), dofs, V)
 
 
-def make_problem(level, method, law):
+def make_problem(cell, degree, level, method, law):
     n = level
     scene = two_blocks(
         MPI.COMM_WORLD,
         3,
-        "hexahedron",
+        cell,
         lower_divisions=(4 * n, 4 * n, 2 * n),
         upper_divisions=(3 * n, 3 * n, 2 * n),
         lower_size=(1.0, 1.0, 0.5),
         upper_size=(0.8, 0.8, 0.5),
     )
     friction, slide = LAWS[law]
-    V = compat.vector_space(scene.mesh, 1)
+    V = compat.vector_space(scene.mesh, degree)
     u, v = fem.Function(V), ufl.TestFunction(V)
     mu, lmbda = E / (2 + 2 * NU), E * NU / ((1 + NU) * (1 - 2 * NU))
     F = ufl.Identity(3) + ufl.grad(u)
@@ -73,13 +81,15 @@ def make_problem(level, method, law):
     )
     bcs = [clamp(V, scene, "bottom", (0.0, 0.0, 0.0))]
     bcs.append(clamp(V, scene, "top", (slide, 0.0, -0.02)))
-    form = ufl.inner(P, ufl.grad(v)) * ufl.dx(metadata={"quadrature_degree": 2})
+    form = ufl.inner(P, ufl.grad(v)) * ufl.dx(
+        metadata={"quadrature_degree": 2 * degree}
+    )
     return raymortar.NonlinearProblem(form, contact, bcs)
 
 
-def measure(level, method, law, linear):
+def measure(cell, degree, level, method, law, linear):
     """One row: unknowns, Newton and Krylov iterations, seconds."""
-    problem = make_problem(level, method, law)
+    problem = make_problem(cell, degree, level, method, law)
     options = {"snes_rtol": 1e-8, **LINEAR[linear]()}
     solver, steps = raymortar.SNESSolver(problem, options), []
     solver.krylov_solver.setMonitor(lambda ksp, i, norm: steps.append(i))
@@ -87,7 +97,13 @@ def measure(level, method, law, linear):
     newton, _ = solver.solve()
     seconds = time.process_time() - start
     krylov = [a for a, b in zip(steps, [*steps[1:], 0]) if b == 0]
+    if linear == "alone":
+        newton, start = 1, time.process_time()
+        krylov = [iterations_of_the_bodies(problem)]
+        seconds = time.process_time() - start
     return {
+        "cell": cell,
+        "degree": degree,
         "method": method,
         "friction": law,
         "linear": linear,
@@ -99,6 +115,25 @@ def measure(level, method, law, linear):
         "seconds": round(seconds, 2),
         "megabytes": round(peak_megabytes() - before),
     }
+
+
+def iterations_of_the_bodies(problem):
+    """GMRES of the volume's tangent, on the levels that contact has too."""
+    K = assemble_matrix(problem.a, bcs=problem.bcs)
+    K.assemble()
+    ksp = PETSc.KSP().create(K.comm)
+    with PetscOptions("alone_", LINEAR["alone"]()):
+        ksp.setOptionsPrefix("alone_displacement_")
+        ksp.setOperators(K)
+        ksp.setType("gmres")
+        ksp.setTolerances(rtol=1e-8)
+        levels = BodiesLevels(problem, "alone_displacement_levels_")
+        set_levels(ksp, levels, K)
+        ksp.setFromOptions()
+        x, b = K.createVecs()
+        b.array[:] = np.where(problem.constrained, 0.0, 1.0)
+        ksp.solve(b, x)
+    return ksp.getIterationNumber()
 
 
 def peak_megabytes():
@@ -117,26 +152,32 @@ def main():
     parser.add_argument(
         "--levels", default="1,2,4,8", help="cells are 4 per level, edge"
     )
+    parser.add_argument("--cells", default="hexahedron")
+    parser.add_argument("--degrees", default="1")
+    parser.add_argument("--name", default="linear")
     parser.add_argument("--methods", default=",".join(METHODS))
     parser.add_argument("--laws", default=",".join(LAWS))
-    parser.add_argument("--linear", default=",".join(LINEAR))
+    parser.add_argument(
+        "--linear", default=",".join(name for name in LINEAR if name != "alone")
+    )
     parser.add_argument("--output", type=Path, default=Path(__file__).parent)
-    parser.add_argument("--row", nargs=4, metavar=("LEVEL", "METHOD", "LAW", "LINEAR"))
+    names = "CELL", "DEGREE", "LEVEL", "METHOD", "LAW", "LINEAR"
+    parser.add_argument("--row", nargs=6, metavar=names)
     arguments = parser.parse_args()
     if arguments.row:
-        level, *case = arguments.row
-        print(json.dumps(measure(int(level), *case)))
+        cell, degree, level, *case = arguments.row
+        print(json.dumps(measure(cell, int(degree), int(level), *case)))
         return
     choices = (
         getattr(arguments, name).split(",")
-        for name in ("methods", "laws", "levels", "linear")
+        for name in ("cells", "degrees", "methods", "laws", "levels", "linear")
     )
     rows = []
-    for method, law, level, linear in itertools.product(*choices):
-        rows.append(measure_apart(level, method, law, linear))
+    for cell, degree, method, law, level, linear in itertools.product(*choices):
+        rows.append(measure_apart(cell, degree, level, method, law, linear))
         print(*rows[-1].values(), flush=True)
     arguments.output.mkdir(parents=True, exist_ok=True)
-    with open(arguments.output / "linear.csv", "w", newline="") as file:
+    with open(arguments.output / f"{arguments.name}.csv", "w", newline="") as file:
         table = csv.DictWriter(file, rows[0], lineterminator="\n")
         table.writeheader()
         table.writerows(rows)

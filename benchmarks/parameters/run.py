@@ -1,4 +1,4 @@
-"""The tables of docs/parameters.md, and two of docs/accuracy.md: one CSV file each.
+"""The tables of docs/parameters_measured.md, and two of docs/accuracy.md: one CSV file each.
 
     scripts/python benchmarks/parameters/run.py [NAME ...] [--quick] [--output DIR]
 

@@ -10,8 +10,8 @@ from petsc4py import PETSc
 import numpy as np
 
 from raymortar import _cpp
-from raymortar.options import quadrature
 from raymortar.host.reference_facets import facet_nodes
+from raymortar.options import quadrature
 
 INDEX, GLOBAL = np.int32, np.int64
 FACETS = {
@@ -137,6 +137,7 @@ class Pair:
             friction=None,
             measure=_cpp.Measure.reference,
             moving_segments=False,
+            tie=None,
             distances=self._distances,
             strategy=self._strategy,
             subdivide=False,

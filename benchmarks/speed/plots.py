@@ -21,7 +21,11 @@ def growth(rows, key, path):
     width = 2 if len(groups) > 2 else len(groups)
     height = -(-len(groups) // width)
     fig, axes = plt.subplots(
-        height, width, figsize=(4.5 * width, 3 * height + 0.6), sharex=True, squeeze=False
+        height,
+        width,
+        figsize=(4.5 * width, 3 * height + 0.6),
+        sharex=True,
+        squeeze=False,
     )
     for ax, group in zip(axes.ravel(), groups):
         own = [row for row in rows if tuple(row[k] for k in key) == group]

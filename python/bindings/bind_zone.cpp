@@ -194,10 +194,15 @@ void bind_zone(py::module_& m)
 {
   py::enum_<Measure>(m, "Measure")
       .value("reference", Measure::reference)
-      .value("current", Measure::current);
+      .value("current", Measure::current)
+      .value("reference_of_revolution", Measure::reference_of_revolution)
+      .value("current_of_revolution", Measure::current_of_revolution);
   py::enum_<Method>(m, "Method")
       .value("augmented_lagrangian", Method::augmented_lagrangian)
       .value("penalty", Method::penalty);
+  py::enum_<TieGap>(m, "TieGap")
+      .value("keep", TieGap::keep)
+      .value("close", TieGap::close);
   py::class_<Coulomb>(m, "Coulomb").def(py::init<double>(), py::arg("mu"));
   py::class_<Tresca>(m, "Tresca").def(py::init<double>(), py::arg("bound"));
   py::class_<Stick>(m, "Stick").def(py::init<>());
@@ -227,6 +232,7 @@ void bind_zone(py::module_& m)
                           Field{"friction", &ZoneInput::friction},
                           Field{"measure", &ZoneInput::measure},
                           Field{"moving_segments", &ZoneInput::moving_segments},
+                          Field{"tie", &ZoneInput::tie},
                           Field{"distances", &ZoneInput::distances},
                           Field{"strategy", &ZoneInput::strategy},
                           Field{"subdivide", &ZoneInput::subdivide},
@@ -258,6 +264,8 @@ void bind_zone(py::module_& m)
            { z.set_covered_nodes(to_span(covered)); })
       .def("set_corner_nodes", [](Zone& z, const Array<std::int8_t>& corners)
            { z.set_corner_nodes(to_span(corners)); })
+      .def("set_crossing", [](Zone& z, const Array<std::int8_t>& dofs)
+           { z.set_crossing(to_span(dofs)); })
       .def("set_multiplier", [](Zone& z, const Array<double>& values)
            { z.set_multiplier(to_span(values)); })
       .def(

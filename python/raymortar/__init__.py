@@ -22,6 +22,7 @@ from .paths.output import Output
 from .plotting.picture import plot
 from .solvers.fixed_point import FixedPointSolver
 from .solvers.newton import NewtonSolver, SNESSolver
+from .tie import Tie
 
 __version__ = "0.1.0"
 
@@ -51,6 +52,7 @@ __all__ = [
     "Search",
     "SetUpError",
     "Stick",
+    "Tie",
     "Tresca",
     "io",
     "plot",

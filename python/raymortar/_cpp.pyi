@@ -21,10 +21,16 @@ class Shape(Enum):
 class Measure(Enum):
     reference: int
     current: int
+    reference_of_revolution: int
+    current_of_revolution: int
 
 class Method(Enum):
     augmented_lagrangian: int
     penalty: int
+
+class TieGap(Enum):
+    keep: int
+    close: int
 
 class Strategy(Enum):
     brute_force: int
@@ -100,7 +106,6 @@ class Tool:
     def distances_along(self, x: _Reals, n: _Reals) -> _Reals: ...
 
 def facet_tool(shape: Shape, degree: int, x: _Reals, nodes: _Indices) -> Tool: ...
-
 def plane(point: _Reals, normal: _Reals) -> Tool: ...
 def sphere(centre: _Reals, radius: float, hollow: bool) -> Tool: ...
 def cylinder(point: _Reals, axis: _Reals, radius: float, hollow: bool) -> Tool: ...
@@ -129,6 +134,7 @@ class ZoneInput:
         friction: Coulomb | Tresca | Stick | PointBound | None,
         measure: Measure,
         moving_segments: bool,
+        tie: TieGap | None,
         distances: SearchDistances,
         strategy: Strategy,
         subdivide: bool,
@@ -159,6 +165,7 @@ class Zone:
         self, slave: _Globals, master: _Globals, multiplier: _Globals
     ) -> None: ...
     def set_modulus(self, modulus: float) -> None: ...
+    def set_crossing(self, dofs: npt.NDArray[np.int8]) -> None: ...
     def set_multiplier(self, values: _Reals) -> None: ...
     def set_gamma(
         self, gamma: _Reals, scale: float, factors: PairFactors = ...

@@ -61,39 +61,42 @@ class Contact(ContactAssembly):
     Parameters
     ----------
     u
-        Displacement, a vector-valued Lagrange function of degree 1 or 2; or the part of
-        a mixed Function that is one, such as ``w.sub(0)``. Its present value is the old
-        displacement until `advance` is called. Of bodies on meshes of their own a list.
+        Displacement: a vector-valued Lagrange function of degree 1 or 2, or a part of a
+        mixed Function that is one, such as ``w.sub(0)``. If bodies have meshes of their
+        own, a list. Its value now is the old displacement until `advance` is called.
     facet_tags
         Tags of exterior facets (``MeshTags``), for each mesh.
     pairs
-        ``[(slave tag, master tag), ...]``, a tag being its number or, with `names`,
-        its name. Pairs with the same slave tag are one slave surface that meets all
-        their masters. In place of a master tag a shape of `rigid`, or a
-        `rigid.Body` that moves one.
+        ``[(slave, master), ...]``: tags of facets by number or, with `names`, by name.
+        Pairs with the same slave are one slave surface that meets all their masters. A
+        master may be a shape of `rigid`, or a `rigid.Body` that moves one.
     method
         `AugmentedLagrangian` or `Penalty`.
     friction
         `Coulomb`, `Tresca`, `Stick` or `Friction`; None: frictionless.
     quadrature_degree
-        Of the rule on each segment. None: such that more points change no error, see
-        `quadrature.default_degree`.
+        Degree of the rule on each segment. None: the lowest from which more points
+        reduce no error, see `quadrature.default_degree`.
     measure
         ``"reference"``: integrals over the undeformed slave surface, the multiplier is
         the nominal traction; ``"current"``: over the deformed one, Cauchy traction.
     search
         `Search` distances and strategy.
     tangent
-        ``"full"``: the derivative of the residual that is paired anew, through the
-        segments that move with the bodies; ``"fixed"``: that at fixed integration
-        points.
+        ``"full"``: the derivative includes the motion of segments and points with the
+        bodies. ``"fixed"``: integration points stay where they are on the slave.
     names
-        Facet tag by name: numbers, as in a scene's ``tags``, or (dimension, tag), as
-        Gmsh's physical groups are read (``compat.read_gmsh(...).names``).
+        Facet tag by name: numbers, or (dimension, tag) as Gmsh's physical groups are
+        read (``io.read_gmsh(...).names``).
     offset
-        Added to the gap, length: > 0 is a clearance, < 0 an interference, as of a press
-        fit whose bodies are meshed without it. Number; scalar ``Function`` on the mesh
-        of u; or a function of undeformed positions, (3, n) to (n,). See `set_offset`.
+        Length that is added to the gap. A positive one is a clearance, a negative one an
+        interference, as of a press fit that is meshed without it. Number; scalar
+        ``Function`` on the mesh of u; or a function of undeformed positions, (3, n) to
+        (n,). See `set_offset`.
+    axisymmetric
+        Whether the 2D mesh is the section of solids of revolution, with coordinates
+        (r, z) = (x[0], x[1]): integrals then go over a full turn, with the weight
+        2 pi r of `measure`. The form must have it, too.
 
     Attributes
     ----------
@@ -116,6 +119,8 @@ class Contact(ContactAssembly):
         of bodies.
     offset
         Added to the gap, as it was given; None: nothing.
+    axisymmetric
+        Whether integrals go over a full turn.
     pairs
         The pairs in the order in which they were given, each once: a list of
         `pairs.Pair`, with tags, names and the label of their columns in a `History`.
@@ -139,6 +144,9 @@ class Contact(ContactAssembly):
     residual are then forces, whatever the unit of stress.
     """
 
+    # What becomes of the gaps of a `Tie`; None: contact
+    tied: str | None = None
+
     def __init__(
         self,
         u: Function | Sequence[Function],
@@ -152,6 +160,7 @@ class Contact(ContactAssembly):
         names: Mapping[str, int | tuple[int, int]] | None = None,
         tangent: str = "full",
         offset: FieldValue | None = None,
+        axisymmetric: bool = False,
     ) -> None:
         method = AugmentedLagrangian() if method is None else method
         search = Search() if search is None else search
@@ -174,6 +183,7 @@ class Contact(ContactAssembly):
                 search,
                 tangent,
                 offset,
+                axisymmetric,
             )
             facet_dim = u.function_space.mesh.topology.dim - 1
             self.names = known_names(names, facet_dim)
@@ -190,14 +200,15 @@ class Contact(ContactAssembly):
             tangent=tangent,
             pairs={slave: described(masters) for slave, masters in groups.items()},
             offset=offset,
+            axisymmetric=axisymmetric,
             names=self.pairs,
         )
         for part in self.host.displacements:
             check_space(part.u)
         self.u, self.method, self.measure = u, method, measure
-        self.tangent = tangent
+        self.tangent, self.axisymmetric = tangent, bool(axisymmetric)
         self.friction = friction
-        facets = find_facets(u, facet_tags, groups)
+        facets = find_facets(u, facet_tags, groups, self.axisymmetric)
         self._references = references(u, facets)
         # All slaves are on one mesh
         self.slave_u = parts_of(u)[facets[0].slave_part]
@@ -228,6 +239,7 @@ class Contact(ContactAssembly):
                 search,
                 cells,
                 self.bodies,
+                self.tied,
             )
             for zone in facets
         ]

@@ -76,6 +76,11 @@ class Interactions(CoupledSystem, ZoneResults):
         return self.contacts[0].u_old
 
     @property
+    def axisymmetric(self) -> bool:  # type: ignore[override]
+        """Whether integrals go over a full turn, those of all contacts."""
+        return self.contacts[0].axisymmetric
+
+    @property
     def bodies(self) -> Bodies:
         """Parts of the mesh that hang together, by displacement node."""
         return self.contacts[0].bodies
@@ -135,6 +140,7 @@ class Interactions(CoupledSystem, ZoneResults):
         self.layout = JointLayout([contact.layout for contact in self.contacts])
         for contact in self.contacts:
             contact.send_rows()
+            contact.meet(self.contacts)
 
     def belong_to(self, volume: VolumePattern) -> None:
         """Go over to the volume, of `prepare`, of another problem of these contacts."""
@@ -212,6 +218,12 @@ def _fault(contacts: Sequence[Contact]) -> str | None:
                 f"contact[{i}], of slave {contact.tags}, has the displacement "
                 f"{contact.host.name}, contact[0] another one, {first.host.name}: all "
                 "contacts of a problem must be made with the same"
+            )
+        if contact.axisymmetric != first.axisymmetric:
+            return (
+                f"contact[{i}], of slave {contact.tags}, has axisymmetric="
+                f"{contact.axisymmetric}, contact[0] {first.axisymmetric}: one form is "
+                "of a full turn, or of none"
             )
     return None
 

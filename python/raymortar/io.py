@@ -4,7 +4,7 @@
 `write_xdmf` writes values at the mesh's own nodes, `write_vtk` at nodes of degree 2 too.
 """
 
-from .compat.files import write_vtk, write_xdmf
+from .compat.files import of_one_degree, write_vtk, write_xdmf
 from .compat.gmsh_files import GmshMesh, read_gmsh
 
-__all__ = ["GmshMesh", "read_gmsh", "write_vtk", "write_xdmf"]
+__all__ = ["GmshMesh", "of_one_degree", "read_gmsh", "write_vtk", "write_xdmf"]

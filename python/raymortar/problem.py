@@ -359,7 +359,9 @@ class CoupledProblem:
 
         Returns
         -------
-        By name, (d,). Force (per thickness in 2D).
+        By name, (d,). Force (per thickness in 2D). Of solids of revolution the second
+        is the force of a full turn along the axis; the first is the integral of radial
+        tractions, which cancel.
         """
         host, layout = self.contact.host, self.contact.layout
         with together(self.comm):

@@ -18,13 +18,14 @@ from dolfinx import fem
 from dolfinx.mesh import Mesh
 
 from . import compat
-from .compat import scalar_space, vector_space
+from .compat import mixed_space, scalar_space, vector_space
 from .errors import ContactError, together
 from .host.gathering import nodal_field
 
 __all__ = [
     "by_body",
     "integral",
+    "mixed_space",
     "nodal_field",
     "prescribe",
     "scalar_space",

@@ -96,7 +96,11 @@ def test_bodies_are_apart_and_surfaces_on_their_outside(name):
 def test_curved_bodies_have_the_areas_of_their_shapes():
     """Facets of degree 2 follow circles to 1e-3 of what straight ones miss."""
     bodies, groups = read("press_fit")
-    for name, radius in {"bore": 0.5, "shaft_outside": 1.002, "hub_inside": 1.0}.items():
+    for name, radius in {
+        "bore": 0.5,
+        "shaft_outside": 1.002,
+        "hub_inside": 1.0,
+    }.items():
         length = measure.area(bodies.mesh, bodies.facet_tags, groups[name][1])
         assert length == pytest.approx(2.0 * np.pi * radius, rel=1e-5)
     bodies, groups = read("ball_on_block")

@@ -253,13 +253,20 @@ def meshes(
 
 
 def apart(
-    scenes, mixed=False, degree=1, rollers=False, stiffer=None, swap=False, **options
+    scenes,
+    mixed=False,
+    degree=1,
+    rollers=False,
+    stiffer=None,
+    swap=False,
+    kind=raymortar.Contact,
+    **options,
 ):
     """Blocks on meshes of their own, elastic or nearly incompressible (`mixed`).
 
     `degree` is that of both displacements, or one of each. On `rollers`, what is
     pressed is free to spread. The upper block, the slave unless it is to `swap`, may be
-    some times `stiffer`.
+    some times `stiffer`. `kind` is what the blocks have between them.
     """
     functions, given, F, bcs = [], [], [], []
     top = moving_top(scenes[1])
@@ -286,7 +293,7 @@ def apart(
         functions.append(w)
     pairs = [(UPPER + 1, LOWER + 2)[:: -1 if swap else 1]]
     tags = [scene.facet_tags for scene in scenes]
-    contact = raymortar.Contact(given, tags, pairs, **options)
+    contact = kind(given, tags, pairs, **options)
     lower, upper = (f.function_space for f in given)
     if rollers:
         last = len(top) - 1
@@ -302,7 +309,14 @@ def apart(
     return Hosted(scenes, contact, problem, functions, top)
 
 
-def together(mixed=False, degree=1, cell="triangle", divisions=(4, 3), **options):
+def together(
+    mixed=False,
+    degree=1,
+    cell="triangle",
+    divisions=(4, 3),
+    kind=raymortar.Contact,
+    **options,
+):
     """The same blocks on one mesh."""
     scene = blocks(cell, divisions)
     if mixed:
@@ -312,7 +326,7 @@ def together(mixed=False, degree=1, cell="triangle", divisions=(4, 3), **options
     dx = ufl.dx(mesh, metadata={"quadrature_degree": 4})
     F = ufl.inner(compressible(u), ufl.grad(ufl.TestFunction(u.function_space))) * dx
     pairs = [(scene.tags["slave"], scene.tags["master"])]
-    contact = raymortar.Contact(u, scene.facet_tags, pairs, **options)
+    contact = kind(u, scene.facet_tags, pairs, **options)
     top = moving_top(scene)
     bcs = conditions(u.function_space, scene, top)
     return Hosted(scene, contact, raymortar.NonlinearProblem(F, contact, bcs), [u], top)

@@ -16,10 +16,13 @@ import hertz_cylinder  # noqa: E402
 import hertz_sphere  # noqa: E402
 import indentation  # noqa: E402
 import ironing_3d  # noqa: E402
+import plug  # noqa: E402
 import press_fit  # noqa: E402
+import press_fit_lame  # noqa: E402
 import rolling  # noqa: E402
 import shells  # noqa: E402
 import snap_through  # noqa: E402
+import tied_cantilever  # noqa: E402
 
 COMM = MPI.COMM_WORLD
 
@@ -69,6 +72,17 @@ def test_press_fit_is_balanced_and_slides_at_the_limit(folder):
     run(press_fit, folder, "--size", "4", "--steps", "40")
 
 
+@pytest.mark.mpi
+def test_stopper_is_that_of_a_slice_in_space(folder):
+    run(plug, folder, "--size", "3", "--steps", "4")
+
+
+@pytest.mark.quick
+@pytest.mark.mpi
+def test_press_fits_agree_with_lame(folder):
+    run(press_fit_lame, folder)
+
+
 @pytest.mark.quick
 @pytest.mark.mpi
 def test_pin_jaw_and_base_are_in_equilibrium(folder):
@@ -88,6 +102,12 @@ def test_shells_store_what_the_plates_do(folder):
 @pytest.mark.mpi
 def test_a_led_punch_has_the_force_of_a_prescribed_one(folder):
     run(snap_through, folder, "--size", "10", "--steps", "24")
+
+
+@pytest.mark.quick
+@pytest.mark.mpi
+def test_tied_halves_bend_as_one_beam(folder):
+    run(tied_cantilever, folder, "--size", "2")
 
 
 def test_a_demo_that_is_off_fails():

@@ -11,6 +11,7 @@ from raymortar import _cpp
 
 ROOT = Path(__file__).parents[2]
 STUB = ROOT / "python" / "raymortar" / "_cpp.pyi"
+SPACK = "packaging/spack/packages/py-raymortar/package.py"
 
 
 def first(pattern, name):
@@ -24,11 +25,37 @@ def first(pattern, name):
         (r"project\(raymortar VERSION ([\d.]+)", "CMakeLists.txt"),
         (r'^version = "([\d.]+)"', "pyproject.toml"),
         (r"^version: ([\d.]+)", "CITATION.cff"),
+        (r'^{% set version = "([\d.]+)"', "packaging/conda/meta.yaml"),
+        (r'^    version\("([\d.]+)"\)', SPACK),
         (r"^## (?:Unreleased: )?([\d.]+)", "CHANGELOG.md"),
     ],
 )
 def test_version_is_the_same_everywhere(pattern, name):
     assert first(pattern, name) == raymortar.__version__
+
+
+@pytest.mark.parametrize(
+    "wanted, conda, spack",
+    [
+        (r'"scikit-build-core>=([\d.]+)"', "scikit-build-core", "py-scikit-build-core"),
+        (r'"pybind11>=([\d.]+)"', "pybind11", "py-pybind11"),
+        (r'^requires-python = ">=([\d.]+)"', "python", "python"),
+    ],
+)
+def test_recipes_ask_for_the_versions_that_the_project_asks_for(wanted, conda, spack):
+    version = first(wanted, "pyproject.toml")
+    assert first(rf"^    - {conda} >=([\d.]+)$", "packaging/conda/meta.yaml") == version
+    assert first(rf'depends_on\("{spack}@([\d.]+):"', SPACK) == version
+
+
+def test_recipes_build_in_the_environment_at_hand():
+    """With the packages that are there, of which DOLFINx brings most."""
+    for name in ("packaging/Dockerfile", "packaging/conda/meta.yaml"):
+        text = (ROOT / name).read_text(encoding="utf-8")
+        assert "--no-build-isolation" in text and "--no-deps" in text
+    cmake = first(r"cmake_minimum_required\(VERSION ([\d.]+)\)", "CMakeLists.txt")
+    assert first(r'depends_on\("cmake@([\d.]+):"', SPACK) == cmake
+    assert first(r"^    - cmake >=([\d.]+)$", "packaging/conda/meta.yaml") == cmake
 
 
 def members(owner):

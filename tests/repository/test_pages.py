@@ -68,6 +68,16 @@ def test_first_contact_prints_what_its_page_says(tmp_path):
         assert (tmp_path / name).stat().st_size > 0
 
 
+def test_a_ball_on_a_disc_prints_what_its_page_says(tmp_path):
+    page = "docs/axisymmetry.md"
+    (program,) = [text for text in blocks_of(page, "python") if "import" in text]
+    printed = run(program, tmp_path)
+    said = blocks_of(page, "text")[0].strip()
+    assert NUMBER.sub("", printed) == NUMBER.sub("", said)
+    for ours, theirs in zip(NUMBER.findall(printed), NUMBER.findall(said)):
+        assert float(ours) == pytest.approx(float(theirs), rel=2e-3)
+
+
 @pytest.mark.parametrize("ranks", [1, 2])
 def test_bodies_of_two_gmsh_models_print_what_their_page_says(ranks, tmp_path):
     pytest.importorskip("gmsh")
@@ -122,9 +132,12 @@ STANDS_FOR_NONE = {
 
 def rows_of(heading):
     """First two columns of the table of arguments in a section of the guide."""
-    page = (ROOT / "docs" / "parameters.md").read_text(encoding="utf-8")
+    pages = ("parameters", "solving", "load_steps", "output")
+    guide = "\n".join(
+        (ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8") for name in pages
+    )
     section = re.search(
-        rf"^## `{heading}\(.*?(?=^## |\Z)", page, re.MULTILINE | re.DOTALL
+        rf"^## `{heading}\(.*?(?=^## |\Z)", guide, re.MULTILINE | re.DOTALL
     )[0]
     table = re.search(r"^\| argument .*?(?=^$|\Z)", section, re.MULTILINE | re.DOTALL)[
         0

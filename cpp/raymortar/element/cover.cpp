@@ -5,7 +5,6 @@
 #include "raymortar/geometry/facet_mass.h"
 #include "raymortar/geometry/predicates.h"
 #include <algorithm>
-#include <cmath>
 
 namespace raymortar
 {
@@ -103,7 +102,7 @@ Eigen::MatrixXd drive(const ContactState& s, const Eigen::MatrixXd& mass,
 double tie_strength(const ContactState& s, const CoverData& cover, Index facet)
 {
   const double area = s.points.whole[static_cast<std::size_t>(facet)];
-  const double size = std::pow(area, 1.0 / (s.slave.gdim - 1));
+  const double size = s.points.width[static_cast<std::size_t>(facet)];
   const double compliance = cover.shear_modulus > 0.0
                                 ? size / cover.shear_modulus
                                 : 1.0 / mean_gamma(s, facet);

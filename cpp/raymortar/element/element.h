@@ -52,7 +52,7 @@ public:
           chain<M>(condition_slopes(p), p, at, Columns(p, at));
       if (moves(e.measure))
         dC.template leftCols<Layout::side>() +=
-            p.response.C * area_variation<F>(at.geometry);
+            p.response.C * area_variation<F>(e.measure, at.geometry);
       add_condition_tangent(p, dC, p.response.C_lam);
     }
   }
@@ -68,6 +68,7 @@ public:
         dC.template leftCols<Layout::side>() =
             Law::template without_hit<D>(p.lam) *
             area_variation<F>(
+                e.measure,
                 slave_geometry<F>(p.slave, p.N_s, F::Disp::gradients(q.xi)));
       add_condition_tangent(p, dC, -Mat<M, M>::Identity());
     }
@@ -122,7 +123,8 @@ private:
     const PointGeometry<F>& geometry = at.geometry;
     const double w = p.weight;
     if (moves(e.measure))
-      add_work_tangent<side>(geometry, r.t * area_variation<F>(geometry), 0, w);
+      add_work_tangent<side>(
+          geometry, r.t * area_variation<F>(e.measure, geometry), 0, w);
     if constexpr (M == 0)
       add_work_tangent<2 * side>(
           geometry, chain<D>(traction_slopes(p), p, at, Columns(p, at)), 0, w);

@@ -3,37 +3,63 @@
 
 #include "raymortar/element/kinematics.h"
 #include "raymortar/geometry/curvature.h"
+#include "raymortar/geometry/revolution.h"
 
 namespace raymortar
 {
+/// Of revolution: the area of a full turn of a 2D surface about the axis r = 0,
+/// in coordinates (r, z)
 enum class Measure : std::int8_t
 {
   reference, ///< area of the undeformed surface
-  current    ///< area of the deformed one
+  current,   ///< area of the deformed one
+  reference_of_revolution,
+  current_of_revolution
 };
-
-/// @brief Area that a point stands for.
-/// @param[in] weight Of the point in reference coordinates
-/// @param[in] area The same times the reference Jacobian
-template <int D>
-[[nodiscard]] double area_of(Measure measure, double weight, double area,
-                             const Frame<D>& slave)
-{
-  return measure == Measure::current ? weight * slave.jacobian : area;
-}
 
 /// @brief Whether the area changes with the displacement.
 [[nodiscard]] constexpr bool moves(Measure measure)
 {
-  return measure == Measure::current;
+  return measure == Measure::current or
+         measure == Measure::current_of_revolution;
+}
+
+/// @brief Whether 2D surfaces stand for surfaces of revolution.
+[[nodiscard]] constexpr bool revolves(Measure measure)
+{
+  return measure == Measure::reference_of_revolution or
+         measure == Measure::current_of_revolution;
+}
+
+/// @brief Area that a point stands for [theory (2.12)].
+/// @param[in] weight Of the point in reference coordinates
+/// @param[in] area The same times the reference Jacobian, and the reference
+/// circumference in measures of revolution
+template <int D>
+[[nodiscard]] double area_of(Measure measure, double weight, double area,
+                             const Frame<D>& slave)
+{
+  if (not moves(measure))
+    return area;
+  const double moved = weight * slave.jacobian;
+  if constexpr (D == 2)
+    if (revolves(measure))
+      return moved * circumference(slave.x);
+  return moved;
 }
 
 /// @brief Variation of the logarithm of the area by the slave's displacement
-/// dofs, where it moves [theory (2.4)].
+/// dofs, where it moves [theory (2.4), (2.13)].
 template <class F>
-[[nodiscard]] SideRows<F, 1> area_variation(const PointGeometry<F>& p)
+[[nodiscard]] SideRows<F, 1> area_variation(Measure measure,
+                                            const PointGeometry<F>& p)
 {
-  return Eigen::Map<const SideRows<F, 1>>(p.G_s.data());
+  SideRows<F, 1> rows = Eigen::Map<const SideRows<F, 1>>(p.G_s.data());
+  if constexpr (F::gdim == 2)
+    if (revolves(measure))
+      for (int a = 0; a < F::dofs; ++a)
+        rows[a * F::gdim] += p.N_s[a] / p.slave.x[0];
+  return rows;
 }
 
 /// @brief Area per reference area, and how it changes along the facet.
@@ -44,6 +70,21 @@ struct AreaAlong
   Mat<1, D - 1> log_jacobian; ///< derivative of the logarithm by xi
 };
 
+/// @param[in] frame, bend Of the surface whose area counts
+template <int D>
+[[nodiscard]] AreaAlong<D> area_along(Measure measure, const Frame<D>& frame,
+                                      const Curvature<D>& bend)
+{
+  AreaAlong<D> area{frame.jacobian, bend.log_jacobian.transpose()};
+  if constexpr (D == 2)
+    if (revolves(measure))
+    {
+      area.jacobian *= circumference(frame.x);
+      area.log_jacobian += frame.t.row(0) / frame.x[0];
+    }
+  return area;
+}
+
 /// @param[in] reference Undeformed nodes, (gdim, nodes). Length
 /// @param[in] slave, bend Of the deformed facet at xi
 template <class F>
@@ -52,10 +93,10 @@ area_along(Measure measure, const typename F::NodeMatrix& reference,
            const typename F::RefPoint& xi, const Frame<F::gdim>& slave,
            const Curvature<F::gdim>& bend)
 {
-  if (measure == Measure::current)
-    return {slave.jacobian, bend.log_jacobian.transpose()};
+  if (moves(measure))
+    return area_along<F::gdim>(measure, slave, bend);
   const Frame<F::gdim> frame = frame_at<F>(reference, xi);
-  return {frame.jacobian,
-          curvature_at<F>(reference, xi, frame).log_jacobian.transpose()};
+  return area_along<F::gdim>(measure, frame,
+                             curvature_at<F>(reference, xi, frame));
 }
 } // namespace raymortar

@@ -186,6 +186,12 @@ void Zone::set_corner_nodes(std::span<const std::int8_t> corners)
   _interface.cover().set_corners({corners.begin(), corners.end()});
 }
 
+void Zone::set_crossing(std::span<const std::int8_t> dofs)
+{
+  _interface.set_crossing(dofs);
+  begin_step();
+}
+
 void Zone::set_multiplier(std::span<const double> values)
 {
   _interface.set_multiplier(values);
@@ -252,6 +258,8 @@ void Zone::renew_master()
 
 void Zone::pair()
 {
+  if (_interface.has_tied())
+    return;
   if (_input.tools.empty() and any_rank(_comm, not _halo_is_checked))
     _input.slave.gdim == 2 ? update_halo<2>() : update_halo<3>();
   _halo_is_checked = true;

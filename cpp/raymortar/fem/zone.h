@@ -134,6 +134,10 @@ public:
   /// normals: corners between surfaces.
   void set_corner_nodes(std::span<const std::int8_t> corners);
 
+  /// @brief Slave dofs of a tie that take part in other ties or contacts too,
+  /// nonzero, (dofs,). Paired before. The terms decide anew for the step.
+  void set_crossing(std::span<const std::int8_t> dofs);
+
   /// @brief Nodal tractions, (multiplier nodes, components).
   void set_multiplier(std::span<const double> values);
 
@@ -162,7 +166,7 @@ public:
   [[nodiscard]] std::vector<double> accepted_springs() const;
 
   /// @brief All stages at the current displacement; none if nothing has moved
-  /// since the last time.
+  /// since the last time, or if a tie has its pairs.
   void pair();
 
   /// @brief Rays only: points and weights stay where they are on the slave, for

@@ -94,9 +94,9 @@ HeldFacets look(const StepStart& start, const std::vector<Index>& facets,
   if (past.has_tools())
   {
     past.segmentation = whole_facets(past.slave);
-    past.points =
-        make_points(past.slave, past.segmentation, start.rules.segment_rules,
-                    start.rules.facet_rule, false);
+    past.points = make_points(past.slave, past.segmentation,
+                              start.rules.segment_rules, start.rules.facet_rule,
+                              false, revolves(start.rules.measure));
     past.hits = cast_on_tools(past.slave, past.tools, past.points, distances);
     find_held_facets(past, start.fixed_slave, {}, 1.0, held);
     return with_numbers(std::move(held), facets);
@@ -112,7 +112,7 @@ HeldFacets look(const StepStart& start, const std::vector<Index>& facets,
                                     {distances, start.rules.subdivide});
   past.points =
       make_points(past.slave, past.segmentation, start.rules.segment_rules,
-                  start.rules.facet_rule, true);
+                  start.rules.facet_rule, true, revolves(start.rules.measure));
   past.hits = cast_rays(past.slave, past.master, past.points, distances);
   find_held_facets(past, start.fixed_slave, masters.fixed, 1.0, held);
   return with_numbers(std::move(held), facets);
@@ -124,8 +124,9 @@ void DampingTerm::begin_step(const StepStart& start)
   const auto facets = facets_with_held_nodes(start.state, start.fixed_slave);
   const HeldFacets near = look(start, facets, {});
   const HeldFacets far = look(start, unknown(facets, near.known), start.extent);
-  _facets = near.facets;
-  _facets.insert(_facets.end(), far.facets.begin(), far.facets.end());
+  _facets = _crossing;
+  for (const HeldFacets* held : {&near, &far})
+    _facets.insert(_facets.end(), held->facets.begin(), held->facets.end());
 }
 
 Work DampingTerm::residual(const ContactState& s, VectorSink& sink) const

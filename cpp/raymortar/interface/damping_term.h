@@ -18,6 +18,13 @@ public:
   /// @brief Of the softer body. Stress.
   void set_modulus(double modulus) { _modulus = modulus; }
 
+  /// @brief Facets that are damped whatever is held, of modulus 1; from the
+  /// next step on.
+  void set_crossing(std::vector<FacetBlock> facets)
+  {
+    _crossing = std::move(facets);
+  }
+
   void begin_step(const StepStart& start) override;
   Work residual(const ContactState& s, VectorSink& sink) const override;
   Work tangent(const ContactState& s, MatrixSink& sink) const override;
@@ -29,6 +36,7 @@ public:
 
 private:
   double _modulus = 1.0;
-  std::vector<FacetBlock> _facets; ///< of modulus 1
+  std::vector<FacetBlock> _crossing; ///< at cross points, of modulus 1
+  std::vector<FacetBlock> _facets;   ///< all of them, of modulus 1
 };
 } // namespace raymortar

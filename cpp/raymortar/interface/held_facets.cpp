@@ -5,7 +5,6 @@
 #include "raymortar/geometry/taylor.h"
 #include "raymortar/pairing/facet_dofs.h"
 #include <algorithm>
-#include <cmath>
 
 namespace raymortar
 {
@@ -170,7 +169,7 @@ FacetBlock damping(const ContactState& s, double modulus,
   const auto frame =
       frame_at<F>(s.slave.nodes<F>(s.slave.X, one.slave), centre);
   const double area = s.points.whole[one.slave];
-  const double size = std::pow(area, 1.0 / F::tdim);
+  const double size = s.points.width[one.slave];
   const Eigen::MatrixXd W = size * area / modulus * weights<F>(s, one, frame.n);
   const Mat<F::dofs, F::dofs> S = roughness<F>();
   const Eigen::Index m = W.rows();
@@ -241,5 +240,30 @@ void find_held_facets(const ContactState& s,
   };
   with_facet_type(s.slave, add);
   leave_out_zeros(held.facets);
+}
+
+std::vector<FacetBlock>
+find_crossing_facets(const ContactState& s,
+                     std::span<const std::int8_t> crossing, double modulus)
+{
+  std::vector<FacetBlock> facets;
+  if (not may_be_damped(s))
+    return facets;
+  const auto add = [&]<class F>(F)
+  {
+    if constexpr (F::degree == 1 or F::tdim == 1)
+      for (Index f = 0; f < s.slave.num_facets(); ++f)
+      {
+        const auto dofs = s.slave.dofs_of<F>(f);
+        if (std::none_of(dofs.begin(), dofs.end(),
+                         [&](Index dof) { return crossing[dof] != 0; }))
+          continue;
+        Candidate<F> one{f, Mat<F::gdim, F::dofs>::Ones()};
+        one.all = one.opposite_held = Vec<F::gdim>::Ones();
+        facets.push_back(damping<F>(s, modulus, one));
+      }
+  };
+  with_facet_type(s.slave, add);
+  return facets;
 }
 } // namespace raymortar

@@ -36,4 +36,13 @@ void find_held_facets(const ContactState& s,
                       std::span<const double> fixed_slave,
                       std::span<const double> fixed_master, double modulus,
                       HeldFacets& held);
+
+/// @brief Facets at cross points, where their nodes take part in other ties or
+/// contacts too: what all of these ask of a node is more than it can give.
+/// All components are damped in full.
+/// @param[in] s Paired: its points tell how large facets are
+/// @param[in] crossing Nonzero at cross points, (dofs,)
+[[nodiscard]] std::vector<FacetBlock>
+find_crossing_facets(const ContactState& s,
+                     std::span<const std::int8_t> crossing, double modulus);
 } // namespace raymortar

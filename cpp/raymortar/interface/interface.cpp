@@ -21,10 +21,10 @@ bool replace(std::vector<double>& positions, std::vector<double> by)
   return differ;
 }
 
-/// Nothing moves vertices of whole facets
+/// Nothing moves vertices of whole facets, or of a tie's segments
 bool has_moving_segments(const InterfaceInput& input)
 {
-  return input.moving_segments and input.tools.empty();
+  return input.moving_segments and input.tools.empty() and not input.tie;
 }
 
 /// Whether the poses were others before
@@ -42,6 +42,9 @@ bool replace_poses(std::vector<PlacedTool>& tools, std::span<const Pose> by,
 
 ContactState first_state(const InterfaceInput& input)
 {
+  if (revolves(input.measure) and input.slave.gdim != 2)
+    throw Error("a measure of revolution is for surfaces in 2D, not in " +
+                std::to_string(input.slave.gdim) + "D");
   ContactState s;
   s.slave = input.slave;
   s.slave.neighbours = find_neighbours(s.slave);
@@ -61,6 +64,8 @@ ContactState first_state(const InterfaceInput& input)
         0.0);
   s.method = input.method;
   s.friction = input.friction;
+  if (input.tie) // it holds all components, as contact that sticks
+    s.friction = Stick{};
   s.measure = input.measure;
   s.moving_segments = has_moving_segments(input);
   s.segment_rules = input.segment_rules;
@@ -81,12 +86,25 @@ T* appended(std::vector<std::unique_ptr<Term>>& terms, std::unique_ptr<T> term)
 Interface::Interface(const InterfaceInput& input)
     : _has_moving_segments(has_moving_segments(input)),
       _state(first_state(input)), _pipeline(input, input.slave.num_facets()),
-      _mortar(
-          appended(_terms, std::make_unique<MortarTerm>(make_assembler(_state),
-                                                        _has_moving_segments))),
+      _assembler(add_law(input)),
       _damping(appended(_terms, std::make_unique<DampingTerm>())),
       _cover(appended(_terms, std::make_unique<CoverTerm>(_state)))
 {
+}
+
+/// The first of the terms
+const Assembler* Interface::add_law(const InterfaceInput& input)
+{
+  if (input.tie)
+  {
+    _tie = appended(_terms, std::make_unique<TieTerm>(make_tie_kernel(
+                                *input.tie, _state.slave.gdim)));
+    return &_tie->kernel();
+  }
+  const MortarTerm* mortar =
+      appended(_terms, std::make_unique<MortarTerm>(make_assembler(_state),
+                                                    _has_moving_segments));
+  return &mortar->assembler();
 }
 
 void Interface::set_master(Surface master)
@@ -181,6 +199,8 @@ void Interface::set_gamma(std::span<const double> gamma, double scale,
   _state.gamma.nodal.assign(gamma.begin(), gamma.end());
   _state.pair_factors = std::move(factors);
   _state.multipliers.scale = scale;
+  if (_tie)
+    _tie->renew(_state);
 }
 
 bool Interface::set_offset(std::span<const double> offset)
@@ -218,15 +238,27 @@ void Interface::set_friction_bounds(std::vector<PointBound> bounds)
   _state.friction_bounds = std::move(bounds);
 }
 
+void Interface::set_crossing(std::span<const std::int8_t> dofs)
+{
+  _damping->set_crossing(find_crossing_facets(_state, dofs, 1.0));
+}
+
 void Interface::pair()
 {
+  if (has_tied())
+    return;
   _state.moving_segments = _has_moving_segments;
-  if (_pipeline.pair(_state))
-    _cover->set_nodes(covered_nodes(_state));
+  if (not _pipeline.pair(_state))
+    return;
+  if (_tie)
+    _tie->set_up(_state);
+  _cover->set_nodes(covered_nodes(_state));
 }
 
 void Interface::cast()
 {
+  if (has_tied())
+    return;
   // What moves now is the rays alone, and the tangent is that of this function
   _state.moving_segments = false;
   _pipeline.cast(_state);

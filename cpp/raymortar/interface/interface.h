@@ -4,6 +4,7 @@
 #include "raymortar/interface/cover_term.h"
 #include "raymortar/interface/damping_term.h"
 #include "raymortar/interface/mortar_term.h"
+#include "raymortar/interface/tie_term.h"
 #include "raymortar/rigid/freedom.h"
 #include <string_view>
 
@@ -19,8 +20,10 @@ struct InterfaceInput : PairingRules
   Multipliers multipliers;
   Method method = Method::augmented_lagrangian;
   std::optional<FrictionLaw> friction; ///< none: frictionless
-  Measure measure = Measure::reference;
   bool moving_segments = true;
+  /// Surfaces that are tied to each other; none: contact. A multiplier is a
+  /// vector then, and friction, measure and moving segments are not used
+  std::optional<TieGap> tie;
 };
 
 /// @brief State and terms of contact, and the stages that pair its surfaces.
@@ -86,8 +89,16 @@ public:
   void set_field(std::string_view name, std::span<const double> values);
   void set_friction_bounds(std::vector<PointBound> bounds);
 
-  /// @brief All stages that are out of date.
+  /// @brief Cross points of a tie: slave dofs that take part in other ties or
+  /// contacts too, nonzero, (dofs,). From the next step on.
+  void set_crossing(std::span<const std::int8_t> dofs);
+
+  /// @brief All stages that are out of date; of a tie once, before anything
+  /// moves.
   void pair();
+
+  /// @brief Whether nothing that moves changes the pairs.
+  [[nodiscard]] bool has_tied() const { return _tie and _tie->is_set_up(); }
 
   /// @brief Rays only; the tangent is that at fixed points until `pair`.
   void cast();
@@ -103,23 +114,22 @@ public:
 
   [[nodiscard]] const ContactState& state() const { return _state; }
   [[nodiscard]] const Pipeline& pipeline() const { return _pipeline; }
-  [[nodiscard]] const Assembler& assembler() const
-  {
-    return _mortar->assembler();
-  }
+  [[nodiscard]] const Assembler& assembler() const { return *_assembler; }
   [[nodiscard]] DampingTerm& damping() { return *_damping; }
   [[nodiscard]] const DampingTerm& damping() const { return *_damping; }
   [[nodiscard]] CoverTerm& cover() { return *_cover; }
 
 private:
+  const Assembler* add_law(const InterfaceInput& input);
   void forget_what_hangs_on_past();
 
   bool _has_moving_segments;
   ContactState _state;
   Pipeline _pipeline;
   std::vector<std::unique_ptr<Term>> _terms;
-  MortarTerm* _mortar; ///< one of the terms, as the next two
-  DampingTerm* _damping;
+  TieTerm* _tie = nullptr;     ///< one of the terms, none: contact
+  const Assembler* _assembler; ///< of contact, or of a tie
+  DampingTerm* _damping;       ///< one of the terms, as the next
   CoverTerm* _cover;
 };
 } // namespace raymortar

@@ -78,7 +78,7 @@ void Pipeline::make_whole_points(ContactState& s)
     const Stopwatch watch(_statistics.seconds_segments);
     s.segmentation = whole_facets(s.slave);
     s.points = make_points(s.slave, s.segmentation, _rules.segment_rules,
-                           _rules.facet_rule, false);
+                           _rules.facet_rule, false, revolves(_rules.measure));
   }
   s.friction_bounds.clear(); // of rays that are gone
   _points_are_present = true;
@@ -91,7 +91,8 @@ void Pipeline::make_points_anew(ContactState& s)
   s.segmentation = make_segments(s.slave, s.master, _candidates,
                                  {_rules.distances, _rules.subdivide});
   s.points = make_points(s.slave, s.segmentation, _rules.segment_rules,
-                         _rules.facet_rule, s.multipliers.components > 0);
+                         _rules.facet_rule, s.multipliers.components > 0,
+                         revolves(_rules.measure));
   s.friction_bounds.clear(); // of points that are gone
   _points_are_present = true;
   _rays_are_present = false;

@@ -15,6 +15,7 @@ struct PairingRules
   bool subdivide = false; ///< split quadratic facets before projection
   SegmentRules segment_rules;
   QuadratureRule facet_rule; ///< of whole facets
+  Measure measure = Measure::reference;
 };
 
 /// @brief Counts and seconds of the stages on this rank.

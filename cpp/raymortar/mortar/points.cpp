@@ -1,7 +1,9 @@
 #include "raymortar/mortar/points.h"
 #include "raymortar/geometry/dispatch.h"
+#include "raymortar/geometry/revolution.h"
 #include "raymortar/mortar/flat_map.h"
 #include "raymortar/mortar/ray_caster.h"
+#include <cmath>
 
 namespace raymortar
 {
@@ -13,14 +15,16 @@ class PointMaker
 public:
   PointMaker(const Surface& slave, const Segmentation& segmentation,
              const SegmentRules& segment_rules,
-             const QuadratureRule& facet_rule, bool complement)
+             const QuadratureRule& facet_rule, bool complement,
+             bool of_revolution)
       : _slave(slave), _segmentation(segmentation),
         _segment_rules(segment_rules), _facet_rule(facet_rule),
-        _complement(complement)
+        _complement(complement), _of_revolution(of_revolution)
   {
     const auto n = static_cast<std::size_t>(slave.num_facets());
     _out.covered.assign(n, 0.0);
     _out.whole.assign(n, 0.0);
+    _out.width.assign(n, 0.0);
     _out.rivals = segmentation.rivals;
   }
 
@@ -76,7 +80,7 @@ private:
   {
     _out.xi.push_back(p.xi);
     _out.weight.push_back(p.weight);
-    _out.area.push_back(p.weight * jacobian(p.xi));
+    _out.area.push_back(p.weight * jacobian(frame(p.xi)));
     _out.slave.push_back(slave);
     _out.seed.push_back(master);
     _out.segment.push_back(segment);
@@ -87,8 +91,7 @@ private:
   void finish_facet(Index f, std::size_t first)
   {
     const auto k = static_cast<std::size_t>(f);
-    for (std::size_t q = 0; q < _facet_rule.points.size(); ++q)
-      _out.whole[k] += _facet_rule.weights[q] * jacobian(_facet_rule.points[q]);
+    add_sizes(k);
     const std::size_t last = _out.size();
     for (std::size_t q = first; q < last; ++q)
       _out.covered[k] += _out.area[q];
@@ -103,16 +106,38 @@ private:
           _out.place[q]);
   }
 
-  [[nodiscard]] double jacobian(const Vec<2>& xi) const
+  /// Area and width of the facet
+  void add_sizes(std::size_t facet)
   {
-    return frame_at<F>(_nodes, xi.template head<F::tdim>()).jacobian;
+    double plain = 0.0;
+    for (std::size_t q = 0; q < _facet_rule.points.size(); ++q)
+    {
+      const Frame<F::gdim> at = frame(_facet_rule.points[q]);
+      plain += _facet_rule.weights[q] * at.jacobian;
+      _out.whole[facet] += _facet_rule.weights[q] * jacobian(at);
+    }
+    _out.width[facet] = std::pow(plain, 1.0 / F::tdim);
+  }
+
+  [[nodiscard]] Frame<F::gdim> frame(const Vec<2>& xi) const
+  {
+    return frame_at<F>(_nodes, xi.template head<F::tdim>());
+  }
+
+  /// Area per reference area
+  [[nodiscard]] double jacobian(const Frame<F::gdim>& at) const
+  {
+    if constexpr (F::gdim == 2)
+      if (_of_revolution)
+        return at.jacobian * circumference(at.x);
+    return at.jacobian;
   }
 
   const Surface& _slave;
   const Segmentation& _segmentation;
   const SegmentRules& _segment_rules;
   const QuadratureRule& _facet_rule;
-  bool _complement;
+  bool _complement, _of_revolution;
   typename F::NodeMatrix _nodes;
   std::vector<Vec<2>> _corners; ///< of the present segment, flat
   std::vector<WeightedPoint> _laid;
@@ -157,14 +182,15 @@ Hits cast_all(const Surface& slave, const Surface& master,
 IntegrationPoints make_points(const Surface& slave,
                               const Segmentation& segmentation,
                               const SegmentRules& segment_rules,
-                              const QuadratureRule& facet_rule, bool complement)
+                              const QuadratureRule& facet_rule, bool complement,
+                              bool of_revolution)
 {
   return with_facet_type(slave,
                          [&]<class F>(F)
                          {
                            return PointMaker<F>(slave, segmentation,
                                                 segment_rules, facet_rule,
-                                                complement)
+                                                complement, of_revolution)
                                .make();
                          });
 }

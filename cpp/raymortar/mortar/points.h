@@ -13,15 +13,18 @@ namespace raymortar
 /// integrand at these xi with these weights.
 struct IntegrationPoints
 {
-  std::vector<Vec<2>> xi;      ///< slave reference coordinates
-  std::vector<double> weight;  ///< in reference coordinates
-  std::vector<double> area;    ///< weight times reference surface Jacobian
+  std::vector<Vec<2>> xi;     ///< slave reference coordinates
+  std::vector<double> weight; ///< in reference coordinates
+  /// Weight times reference surface Jacobian; of surfaces of revolution times
+  /// the reference circumference
+  std::vector<double> area;
   std::vector<Index> slave;    ///< slave facet
   std::vector<Index> seed;     ///< master of the segment, no_index: uncovered
   std::vector<Index> segment;  ///< no_index: of the rule of the whole facet
   std::vector<Index> place;    ///< number within the segment: tile by tile
   std::vector<double> covered; ///< segments' area, per slave facet
   std::vector<double> whole;   ///< reference area per slave facet
+  std::vector<double> width;   ///< of each slave facet, h_f of (5.5). Length
   LayerRivals rivals;          ///< other masters that points may meet
 
   [[nodiscard]] std::size_t size() const { return xi.size(); }
@@ -35,11 +38,12 @@ struct IntegrationPoints
 /// @param[in] facet_rule Rule of the whole facet
 /// @param[in] complement Whether the uncovered part is asked for: only a
 /// multiplier lives there
-[[nodiscard]] IntegrationPoints make_points(const Surface& slave,
-                                            const Segmentation& segmentation,
-                                            const SegmentRules& segment_rules,
-                                            const QuadratureRule& facet_rule,
-                                            bool complement);
+/// @param[in] of_revolution Whether areas are those of surfaces that the facets
+/// make in a full turn about the axis r = 0, in 2D [theory (2.12)]
+[[nodiscard]] IntegrationPoints
+make_points(const Surface& slave, const Segmentation& segmentation,
+            const SegmentRules& segment_rules, const QuadratureRule& facet_rule,
+            bool complement, bool of_revolution = false);
 
 /// @brief Where the rays of the integration points meet the master.
 struct Hits

@@ -13,7 +13,7 @@ import ufl
 from dolfinx import fem
 
 from ..errors import ContactError
-from .generation import HAS_UFL_ELEMENTS, Indices, table, unwrap
+from .generation import HAS_UFL_ELEMENTS, Array, Indices, table, unwrap
 from .meshes import cell_name
 
 
@@ -97,6 +97,11 @@ def element_info(V: fem.FunctionSpace) -> ElementInfo:
         is_sub_space=len(V.component()) > 0,
         is_discontinuous=not is_mixed and element.discontinuous,
     )
+
+
+def element_points(V: fem.FunctionSpace) -> Array:
+    """Reference positions of the dofs of a Lagrange element, (n, tdim)."""
+    return np.array(V.element.basix_element.points)
 
 
 def dofmap_array(V: fem.FunctionSpace) -> Indices:

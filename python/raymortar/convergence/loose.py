@@ -42,6 +42,8 @@ def loose_bodies(problem: Any, led: Array | None = None) -> list[str]:
     comm = problem.comm
     for array in (grip, lead):
         comm.Allreduce(MPI.IN_PLACE, array)
+    if problem.contact.axisymmetric:  # hoops hold all but the way along the axis
+        grip += np.diag([1.0, 0.0, 1.0])[:, :, None]
     size = np.abs(lead).max(initial=0.0) or 1.0
     grip += lead[:, None] * lead[None] / size**2
     free = ~(touched(problem.contact, n) | has_springs(problem))

@@ -176,7 +176,7 @@ def _moved(contact: Any, sizes: Array) -> Array:
 
 
 def _springs(problem: Any) -> npt.NDArray[np.bool_]:
-    """Whether masses or springs resist a body's translation along each axis, (d,
+    """Whether masses, springs or hoops resist a body's translation along each axis, (d,
     bodies). Collective."""
     groups, contact = problem.convergence.groups, problem.contact
     parts = [contact.stiffness_diagonal**2]
@@ -188,7 +188,9 @@ def _springs(problem: Any) -> npt.NDArray[np.bool_]:
 
 def has_springs(problem: Any) -> npt.NDArray[np.bool_]:
     """Whether a body is on springs, or has masses, (bodies,). Collective."""
-    found: npt.NDArray[np.bool_] = _springs(problem).any(axis=0)
+    # What resists a growth of the radius may be hoops
+    axes = slice(int(problem.contact.axisymmetric), None)
+    found: npt.NDArray[np.bool_] = _springs(problem)[axes].any(axis=0)
     return found
 
 

@@ -1,4 +1,4 @@
-"""Areas of facets, undeformed."""
+"""Areas of facets, undeformed, and of what they make in a full turn."""
 
 from __future__ import annotations
 
@@ -8,10 +8,13 @@ import numpy as np
 
 from .. import compat
 from ..compat import Array
+from .axisymmetry import circumference
 from .reference_facets import normals, shape_functions
 
 
-def rule_normals(shape: str, degree: int, nodes: Array) -> tuple[Array, Array, Array]:
+def rule_normals(
+    shape: str, degree: int, nodes: Array, axisymmetric: bool = False
+) -> tuple[Array, Array, Array]:
     """A rule on facets, and their normals m there, whose length is the Jacobian.
 
     Parameters
@@ -20,15 +23,20 @@ def rule_normals(shape: str, degree: int, nodes: Array) -> tuple[Array, Array, A
         Of the facets.
     nodes
         Positions, (facets, nodes per facet, d). Length.
+    axisymmetric
+        Whether areas are those of a full turn: m is then longer by the circumference.
 
     Returns
     -------
     points, weights, m
         Shapes (n, d - 1), (n,) and (facets, n, d).
     """
-    points, weights = compat.quadrature(shape, 2 * degree)
-    _, gradients = shape_functions(shape, degree, points)
-    return points, weights, normals(np.einsum("iqa,fad->ifqd", gradients, nodes))
+    points, weights = compat.quadrature(shape, 2 * degree + axisymmetric)
+    N, gradients = shape_functions(shape, degree, points)
+    m = normals(np.einsum("iqa,fad->ifqd", gradients, nodes))
+    if axisymmetric:
+        m = m * circumference(np.einsum("qa,fad->fqd", N, nodes))[..., None]
+    return points, weights, m
 
 
 def facet_areas(shape: str, degree: int, nodes: Array) -> Array:
@@ -40,10 +48,17 @@ def facet_areas(shape: str, degree: int, nodes: Array) -> Array:
 def surface_normals(surface: Any) -> tuple[Array, Array, Array]:
     """`rule_normals` of the facets of a `Surface`, undeformed."""
     nodes = surface.X[surface.facet_nodes]
-    return rule_normals(surface.shape, surface.node_degree, nodes)
+    return rule_normals(surface.shape, surface.node_degree, nodes, surface.axisymmetric)
 
 
 def surface_areas(surface: Any) -> Array:
-    """Area (length in 2D) of the facets of a `Surface`, undeformed, (facets,)."""
+    """Area of the facets of a `Surface`, undeformed, (facets,): in 2D a length, or what
+    they make in a full turn if it is axisymmetric."""
     _, weights, m = surface_normals(surface)
     return np.linalg.norm(m, axis=-1) @ weights
+
+
+def surface_sizes(surface: Any) -> Array:
+    """Area of the facets themselves, in 2D their length, (facets,)."""
+    nodes = surface.X[surface.facet_nodes]
+    return facet_areas(surface.shape, surface.node_degree, nodes)

@@ -19,8 +19,8 @@ from dolfinx.fem import Function, FunctionSpace
 
 from .. import compat
 from ..compat import Array, Indices
-from .host import Host
 from ..rigid.body import Body
+from .host import Host
 
 Global = npt.NDArray[np.int64]
 

@@ -54,6 +54,8 @@ class Surface:
         Global cell index * 8 + local facet, (n_facets,), int64: unique over ranks.
     zone
         Which of the joined sets each facet is from, (n_facets,), int32.
+    axisymmetric
+        Whether the facets stand for the surface that they make in a full turn.
 
     Notes
     -----
@@ -73,6 +75,7 @@ class Surface:
     facet_nodes: Indices
     facet_ids: Global
     zone: Indices
+    axisymmetric: bool = False
 
 
 def _compress(table: Indices) -> tuple[Indices, Indices]:
@@ -81,7 +84,9 @@ def _compress(table: Indices) -> tuple[Indices, Indices]:
     return used.astype(np.int32), inverse.reshape(table.shape).astype(np.int32)
 
 
-def build_surface(u: Any, facets_list: Sequence[Facets], part: int = 0) -> Surface:
+def build_surface(
+    u: Any, facets_list: Sequence[Facets], part: int = 0, axisymmetric: bool = False
+) -> Surface:
     """Arrays of a union of facets with different tags.
 
     Parameters
@@ -92,8 +97,11 @@ def build_surface(u: Any, facets_list: Sequence[Facets], part: int = 0) -> Surfa
         At least one set of facets; no facet may be in two of them.
     part
         Which of several meshes they are on.
+    axisymmetric
+        See :class:`Surface`.
     """
     surface, places = _of_one(parts_of(u)[part], facets_list), places_of(u, part)
+    surface = replace(surface, axisymmetric=axisymmetric)
     if places is None:
         return surface
     first = part * NUMBERS_OF_PART

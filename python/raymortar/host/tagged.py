@@ -12,6 +12,7 @@ import numpy as np
 
 from ..errors import ContactError, raise_everywhere
 from ..rigid.body import Body
+from .axisymmetry import check_half_plane, check_off_axis
 from .checks import check_areas, check_cells, check_pair
 from .facets import Facets, join, tagged_facets
 from .joined import parts_of
@@ -48,9 +49,14 @@ class ZoneFacets:
 
 
 def find_facets(
-    u: Any, facet_tags: Any, groups: Mapping[int, tuple[Any, ...]]
+    u: Any,
+    facet_tags: Any,
+    groups: Mapping[int, tuple[Any, ...]],
+    axisymmetric: bool = False,
 ) -> list[ZoneFacets]:
     """Facets of every zone (of `group_pairs`), checked. Collective."""
+    if axisymmetric:
+        check_half_plane(u)
     tagged = Tagged(u, facet_tags)
     zones = []
     for slave_tag, given in groups.items():
@@ -66,9 +72,14 @@ def find_facets(
         for k, facets in ((a, slave), *((b, master) for master in masters)):
             check_areas(tagged.meshes[k], facets)
             check_cells(tagged.meshes[k], facets)
+            if axisymmetric:
+                check_off_axis(tagged.meshes[k], facets)
         for master in masters if a == b and not bodies else []:
             check_pair(tagged.meshes[a], slave, master)
-        surfaces = build_surface(u, [slave], a), build_surface(u, masters, b)
+        surfaces = [
+            build_surface(u, side, part, axisymmetric)
+            for side, part in (([slave], a), (masters, b))
+        ]
         zones.append(
             ZoneFacets(
                 slave_tag,

@@ -27,7 +27,8 @@ def vector_areas(surface: Surface, index_map: Any, degree: int, table: Indices) 
 
     Returns
     -------
-    Vector over the block dofs, d values each. Area (length in 2D).
+    Vector over the block dofs, d values each. Area (length in 2D, or
+    that of a full turn, see `Surface`).
     """
     points, weights, m = surface_normals(surface)
     N, _ = shape_functions(surface.shape, degree, points)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -49,7 +50,7 @@ class Cover:
         for zone in self._zones:
             surface = zone.facets.slave_surface
             vector = vector_areas(
-                surface,
+                replace(surface, axisymmetric=False),  # for directions, on the axis too
                 self._W.dofmap.index_map,
                 compat.element_info(self._W).degree,
                 zone.multiplier_table,

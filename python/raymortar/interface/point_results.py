@@ -61,12 +61,17 @@ class Resultant:
     tractions along the slave's normal and from those in its tangent plane, point by
     point: friction is ``tangential``, and on a curved surface both may have any
     direction. Their sum is ``force``.
+
+    Of solids of revolution all are of a full turn: forces are along the axis, (0, F_z),
+    and the moment is 0, as radial tractions cancel. ``radial`` is the integral of these
+    over the surface, 2 pi r times their line load; None otherwise.
     """
 
     force: Array
     moment: Array | float
     normal: Array
     tangential: Array
+    radial: float | None = None
 
 
 @dataclass
@@ -185,7 +190,21 @@ def resultant(zone: Any, comm: MPI.Comm) -> Resultant:
     normal = comm.allreduce(normal)
     moment = comm.allreduce(moment)
     moment = moment if np.ndim(moment) else float(moment)
-    return Resultant(force, moment, normal, force - normal)
+    return _of_zone(zone, Resultant(force, moment, normal, force - normal))
+
+
+def _of_zone(zone: Any, found: Resultant) -> Resultant:
+    """What tractions of a zone come to: over a full turn, if it is axisymmetric."""
+    if not zone.facets.slave_surface.axisymmetric:
+        return found
+    along = np.array([0.0, 1.0])
+    return Resultant(
+        along * found.force,
+        0.0,
+        along * found.normal,
+        along * found.tangential,
+        float(found.force[0]),
+    )
 
 
 def resultants(zone: Any, comm: MPI.Comm) -> list[Resultant]:
@@ -200,7 +219,7 @@ def resultants(zone: Any, comm: MPI.Comm) -> list[Resultant]:
     sums = np.zeros((zone.master_tags.count, values.shape[1]))
     np.add.at(sums, master[master >= 0], values[master >= 0])
     comm.Allreduce(MPI.IN_PLACE, sums)
-    return [
+    each = [
         Resultant(
             row[:dim],
             row[2 * dim :] if dim == 3 else float(row[-1]),
@@ -209,6 +228,7 @@ def resultants(zone: Any, comm: MPI.Comm) -> list[Resultant]:
         )
         for row in sums
     ]
+    return [_of_zone(zone, found) for found in each]
 
 
 def resultant_on(zones: Any, body: Any, comm: MPI.Comm) -> Resultant:
@@ -229,15 +249,17 @@ def resultant_on(zones: Any, body: Any, comm: MPI.Comm) -> Resultant:
         parts = forces, along_normal(points, forces), moments
         sums += np.hstack(parts).sum(axis=0)
     comm.Allreduce(MPI.IN_PLACE, sums)
-    moment = sums[2 * dim :] if dim == 3 else float(sums[-1])
+    moment: Array | float = sums[2 * dim :] if dim == 3 else float(sums[-1])
     force, normal = sums[:dim], sums[dim : 2 * dim]
     return Resultant(force, moment, normal, force - normal)
 
 
 def added(parts: Sequence[Resultant]) -> Resultant:
     """One resultant of several."""
-    names = [f.name for f in fields(Resultant)]
-    return Resultant(*(sum(getattr(part, name) for part in parts) for name in names))
+    names = [f.name for f in fields(Resultant) if getattr(parts[0], f.name) is not None]
+    return Resultant(
+        **{name: sum(getattr(part, name) for part in parts) for name in names}
+    )
 
 
 def along_normal(points: dict[str, Array], vectors: Array) -> Array:

@@ -12,13 +12,19 @@ import numpy as np
 
 from ..compat import Array, Indices
 from ..errors import ContactError, raise_everywhere
+from ..host.axisymmetry import warn_of_plane_form
 from ..host.displacements import Places
-from ..host.facet_areas import surface_areas
+from ..host.facet_areas import surface_areas, surface_sizes
 from ..host.host_blocks import HostBlocks
 from ..host.layout import CoupledRows, Layout, marked_everywhere
 from ..host.surfaces import Surface
 from .interfaces import Interfaces
-from .strain_response import stiffness_without_bulk, strain_response, translation_forces
+from .strain_response import (
+    response_of_revolution,
+    stiffness_without_bulk,
+    strain_response,
+    translation_forces,
+)
 
 _numbers = itertools.count()
 
@@ -38,7 +44,7 @@ class VolumePattern:
         Forces of the body's translation by 1 along each axis, of the owned displacement
         dofs, (d, dofs): those of masses and springs. Force per length.
     response
-        Of the owned nodes, see `strain_response`.
+        Of the owned nodes, see `strain_response`, or `response_of_revolution`.
     couplings
         What a unit of each field but the displacement can do to each owned row of the
         host, and what the displacement can; see `HostBlocks.couplings`.
@@ -46,7 +52,7 @@ class VolumePattern:
         That no other one has.
     """
 
-    def __init__(self, form: Any, layout: Layout) -> None:
+    def __init__(self, form: Any, layout: Layout, axisymmetric: bool = False) -> None:
         self.form, self.number = form, next(_numbers)
         host = layout.host
         blocks = HostBlocks(form, layout)
@@ -56,7 +62,11 @@ class VolumePattern:
         diagonal = K.getDiagonal()
         self.diagonal: Array = diagonal.array.copy()
         self.translation = translation_forces(K, layout.u)
-        self.response = strain_response(K, layout.u)
+        if axisymmetric:
+            warn_of_plane_form(self.translation[0], self.diagonal, layout.comm)
+            self.response = response_of_revolution(K, layout.u)
+        else:
+            self.response = strain_response(K, layout.u)
         diagonal.destroy()
         blocks.destroy()
 
@@ -105,7 +115,10 @@ class _Side:
             np.concatenate([surface.facet_ids for surface in surfaces]),
             return_index=True,
         )
-        area = np.concatenate([surface_areas(surface) for surface in surfaces])[first]
+        area, own = (
+            np.concatenate([of(surface) for surface in surfaces])[first]
+            for of in (surface_areas, surface_sizes)
+        )
         body = np.concatenate(
             [self.interfaces.of_facets(surface) for surface in surfaces]
         )[first]
@@ -115,16 +128,16 @@ class _Side:
             return [np.bincount(of, column, minlength=n) for column in values.T]
 
         sums = by_body(bodies.dofs[nodes], self._nodal[nodes])
-        sums += by_body(body, np.column_stack([area, np.ones(len(ids))]))
+        sums += by_body(body, np.column_stack([area, own, np.ones(len(ids))]))
         total = np.array(sums, dtype=np.float64)  # empty counts are integers
         self.layout.comm.Allreduce(MPI.IN_PLACE, total, op=MPI.SUM)
-        diagonal, free, *response, area, facets = total
+        diagonal, free, *response, area, own, facets = total
         sheared, swollen = np.reshape(response, (2, -1, bodies.count))
         with np.errstate(divide="ignore", invalid="ignore"):  # bodies without facets
             stiffness = diagonal / (self._bs * area)
             share = stiffness_without_bulk(sheared, swollen, self._bs)
             stiffness *= share.min(axis=0)
-            size = (area / facets) ** (1.0 / (self._bs - 1))
+            size = (own / facets) ** (1.0 / (self._bs - 1))
         return np.column_stack([stiffness, free > 0, size])
 
 
@@ -212,7 +225,7 @@ def mean_facet_size(layout: CoupledRows, zones: Sequence[Any]) -> float:
     """Of all slave facets. Length. Collective."""
     sides = [zone.facets.slave_surface for zone in zones]
     area = layout.comm.allreduce(
-        sum(float(surface_areas(side).sum()) for side in sides)
+        sum(float(surface_sizes(side).sum()) for side in sides)
     )
     facets = layout.comm.allreduce(sum(len(side.facet_dofs) for side in sides))
     return float((area / facets) ** (1.0 / (sides[0].gdim - 1)))

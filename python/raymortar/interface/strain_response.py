@@ -29,9 +29,9 @@ def deviators(d: int) -> list[Array]:
     return found
 
 
-def _positions(u: Function) -> list[Array]:
-    """Of the owned nodes, from the middle of the mesh, (n, d) each: undeformed, and
-    displaced where anything is. Collective."""
+def _positions(u: Function, from_axis: bool = False) -> list[Array]:
+    """Of the owned nodes, from the middle of the mesh, or from there on the axis r = 0,
+    (n, d) each: undeformed, and displaced where anything is. Collective."""
     V = u.function_space
     mesh, owned = V.mesh, V.dofmap.index_map.size_local
     d = mesh.geometry.dim
@@ -40,7 +40,9 @@ def _positions(u: Function) -> list[Array]:
     moved = u.x.array[: owned * d].reshape(-1, d)
     parts = mesh.comm.allgather((ends, bool(moved.any())))
     high, low = np.max([part[0] for part in parts], axis=0)
-    X = X - 0.5 * (high - low)
+    middle = 0.5 * (high - low)
+    middle[:1] *= not from_axis
+    X = X - middle
     return [X, X + moved] if any(part[1] for part in parts) else [X]
 
 
@@ -104,6 +106,44 @@ def strain_response(K: Any, u: Function) -> Array:
         (sum(squares(x, E) for E in deviators(d)), squares(x, np.eye(d)))
         for x in positions
     ]
+    w.destroy()
+    f.destroy()
+    return np.moveaxis(np.array(found), 2, 0).swapaxes(1, 2)
+
+
+def response_of_revolution(K: Any, u: Function) -> Array:
+    """The same of solids of revolution, about the axis r = 0. Collective.
+
+    A field that grows with r strains hoops as well. Of the strains of a full turn those
+    are taken that a linear field makes, as it has them exactly on any mesh: the uniform
+    one, and the stretch along the axis without change of volume, u = (r, -2 z) / 2
+    [theory (5.15)]. What of this would be that of the plane's strains is returned, so
+    that the relations of `strain_response` hold. Springs and masses that resist a growth
+    of the radius count as hoops.
+
+    Parameters
+    ----------
+    K, u
+        See `strain_response`.
+    """
+    w, f = K.createVecs()
+
+    def force(field: Array) -> Array:
+        w.array[:] = field.ravel()
+        K.mult(w, f)
+        return f.array.reshape(field.shape).copy()
+
+    def squares(forces: Array) -> Array:
+        return np.einsum("ni,ni->n", forces, forces)
+
+    pushed = translation_forces(K, u)[1].reshape(-1, 2)
+    found = []
+    for x in _positions(u, from_axis=True):
+        # 2 mu (c_r, -2 c_z) / 2 and (3 lambda + 2 mu) c
+        stretched = force(x * [0.5, -1.0]) + x[:, 1:] * pushed
+        swollen = force(x) - x[:, 1:] * pushed
+        sheared = stretched * [2.0, -1.0]
+        found.append((squares(sheared), squares((2.0 * swollen + sheared) / 3.0)))
     w.destroy()
     f.destroy()
     return np.moveaxis(np.array(found), 2, 0).swapaxes(1, 2)

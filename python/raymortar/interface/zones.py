@@ -216,8 +216,15 @@ def create_zone(
     search: Search,
     cells: Sequence[Cells],
     bodies: Bodies,
+    tied: str | None = None,
 ) -> ZoneData:
-    """C++ zone of some facets. Collective."""
+    """C++ zone of some facets. Collective.
+
+    Parameters
+    ----------
+    tied
+        ``"keep"`` or ``"close"``: a tie, and what becomes of its gaps; None: contact.
+    """
     comm = layout.comm
     slave = _cpp_surface(zone.slave_surface, layout)
     master = _cpp_surface(zone.master_surface, layout)
@@ -241,7 +248,8 @@ def create_zone(
     q = compat.element_info(result_space).degree if layout.multiplier else p
     degree = quadrature_degree
     if degree is None:
-        degree = quadrature.default_degree(surface.shape, p, q)
+        degree = quadrature.default_degree(surface.shape, p, q, surface.axisymmetric)
+    turn = "_of_revolution" if surface.axisymmetric else ""
     made_of = _cpp.ZoneInput(
         slave=slave,
         master=master,
@@ -251,8 +259,9 @@ def create_zone(
         multipliers=multipliers,
         method=method.cpp(),
         friction=None if friction is None else friction.cpp(),
-        measure=getattr(_cpp.Measure, measure),
+        measure=getattr(_cpp.Measure, measure + turn),
         moving_segments=moving_segments,
+        tie=None if tied is None else getattr(_cpp.TieGap, tied),
         distances=_cpp.SearchDistances(
             **distances, depth_is_default=search.depth is None
         ),
@@ -268,7 +277,7 @@ def create_zone(
         table,
         nodes,
         results,
-        friction is not None,
+        friction is not None or tied is not None,
         distances,
         search.depth is None,
         thickness,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..checked import is_one_of, is_whole_number
+from ..checked import is_one_of, is_truth_value, is_whole_number
 from ..errors import ContactError
 from ..host.slave_fields import OFFSET, check_field
 from .friction import LAWS
@@ -19,6 +19,7 @@ def check_options(
     search: Any,
     tangent: Any,
     offset: Any,
+    axisymmetric: Any,
 ) -> None:
     """Raise for options that do not exist."""
     if not isinstance(method, (AugmentedLagrangian, Penalty)):
@@ -36,6 +37,8 @@ def check_options(
         raise ContactError(f"measure must be one of {MEASURES}, not {measure!r}")
     if not is_one_of(tangent, TANGENTS):
         raise ContactError(f"tangent must be one of {TANGENTS}, not {tangent!r}")
+    if not is_truth_value(axisymmetric):
+        raise ContactError(f"axisymmetric = {axisymmetric!r} must be True or False")
     if not isinstance(search, Search):
         raise ContactError(f"search must be a Search, not {search!r}")
     for part in (method, friction, search):

@@ -7,7 +7,7 @@ import numpy as np
 from .. import _cpp, compat
 
 
-def default_degree(shape: str, p: int, q: int) -> int:
+def default_degree(shape: str, p: int, q: int, axisymmetric: bool = False) -> int:
     """Degree of the rule on segments, from where more points change no error.
 
     On simplices traction times test function is exact on flat facets: displacement of
@@ -22,8 +22,11 @@ def default_degree(shape: str, p: int, q: int) -> int:
         Of the facets: ``"interval"``, ``"triangle"`` or ``"quadrilateral"``.
     p, q
         Degrees of displacement and multiplier.
+    axisymmetric
+        Whether the circumference, of degree 1, is a factor.
     """
-    return max(2 * p + 1, 4) if shape == "quadrilateral" else p + q
+    degree = max(2 * p + 1, 4) if shape == "quadrilateral" else p + q
+    return degree + axisymmetric
 
 
 def segment_rules(shape: str, degree: int) -> _cpp.SegmentRules:

@@ -104,6 +104,7 @@ class History:
         - ``force_0_x``, ...: contact force on slave surface 0; with friction its parts
           ``normal_0_x``, ... and ``tangential_0_x``, ...; of several contacts the
           surfaces are numbered on, in the order of the problem's list;
+        - ``radial_0``, ...: if contact is axisymmetric, see `results.Resultant`;
         - ``force_<slave>_<master>_x``, ...: the same of every pair that has names, or
           whose slave has several masters, by the names or else the tags of its
           surfaces (`Pair.label`): ``force_ring_plate_x``, ``force_3_7_x``;
@@ -168,6 +169,8 @@ class History:
             vectors += [f"{part}_{pair.label}" for part in parts]
         vectors += [f"reaction_{name}" for name in self._reactions]
         names = [*_COUNTS, *(f"{v}_{x}" for v in vectors for x in axes)]
+        if self.problem.contact.axisymmetric:
+            names += [f"radial_{i}" for i in range(len(self.problem.contact.zones))]
         names += self._of_bodies.names
         names += ["energy"] * (self._energy is not None)
         return names + ["friction_work"] * self._frictional + list(self._more)
@@ -241,6 +244,8 @@ class History:
         if self._reactions:
             for reaction in self.problem.reactions(self._reactions).values():
                 values.extend(reaction)
+        if contact.axisymmetric:
+            values.extend(force.radial for _, force in forces[: len(contact.zones)])
         values += self._of_bodies.values(self.rows[-1]._asdict() if self.rows else None)
         if self._energy is not None:
             values.append(self._comm.allreduce(fem.assemble_scalar(self._energy)))

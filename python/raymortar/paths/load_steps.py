@@ -40,10 +40,11 @@ from .strategies import Strategies
 
 
 class LoadSteps:
-    """A quasi-static path of the load factor, with steps as large as they may be.
+    """A quasi-static path of the load factor, solved step by step.
 
-    A step whose solve cycles or diverges is tried in other ways first (`strategy`);
-    after a failure it is halved. Then, and where `largest` allows it, it doubles again.
+    If the solve of a step cycles or diverges, other ways are tried first (`strategy`).
+    If all fail, the step is halved. Later steps double again, up to their first size,
+    and beyond that if `largest` allows it.
 
     Parameters
     ----------
@@ -51,58 +52,56 @@ class LoadSteps:
         `NewtonSolver`, `SNESSolver` or `FixedPointSolver`, such as the
         ``snes_solver`` of a `NonlinearProblem`.
     apply
-        Called with the load factor before each solve: sets loads and Dirichlet values.
-        If it takes two arguments, the second is the step's size, which is also what
-        ``Contact.dt`` is for laws of the slip rate.
+        Function of the load factor that sets loads and prescribed displacements. It is
+        called before each solve. If it takes two arguments, the second is the step's
+        size, which ``Contact.dt`` is too, for laws of the slip rate.
     steps
-        Steps if none fails.
+        Number of steps if none fails.
     max_halvings
-        Of the first step's size; then the failure is raised.
+        How often the first step's size may be halved. After that the failure is raised.
     extrapolate
-        Start each solve where the last step's change of displacement and multiplier,
-        in proportion to the steps' sizes, would lead; where that fails, from the last
-        accepted state. Saves one or two iterations of a step on a smooth path (in
-        sliding the first iterate slips the right way) and is of no use on a rough
-        one.
+        Start each solve where the last step leads: its change of displacement and
+        multiplier, scaled with the steps' sizes. If that fails, start from the last
+        accepted state. This saves one or two iterations of a step on a smooth path, as
+        in sliding, where the first iterate slips the right way. On a rough path it
+        saves nothing.
     largest
-        How many times the first step's size a step may grow to. With friction the
-        path's result depends on the steps, so that the default is 1: no growth beyond
-        the size that was asked for.
+        A step may grow to this many times the first step's size. The default is 1,
+        because with friction the result of a path depends on its steps.
     easy
-        Newton iterations up to which a step is an easy one, after which the size may
-        grow beyond the first step's.
+        A step of at most this many Newton iterations is easy: the next one may be
+        larger than the first.
     path
         Load factor at the start and at the end.
     progress
-        One line for each step: load factor, Newton iterations, halvings so far,
-        integration points in contact, smallest gap, largest pressure. On a terminal
-        it is rewritten in place, and away while the caller has the step; elsewhere
-        each has a line of its own, and so has each other way that is tried, and each
-        halving. None: on standard error where that is a terminal
-        (under ``mpirun`` it is none); True: on standard error; False: nothing; a file
-        that is open for writing: there. Rank 0 decides and writes.
+        One line for each step: its number, load factor, Newton iterations, halvings so
+        far, points in contact, smallest gap, largest pressure. On a terminal each step
+        rewrites the line, which is off while the caller works on the step. In a log
+        each step has a line of its own, and so has each other way that is tried, and
+        each halving. None: on standard error if that is a terminal (under ``mpirun`` it
+        is none). True: on standard error. False: nothing. A file that is open for
+        writing: there. Rank 0 decides and writes.
     history
         `History` that records every accepted step.
     strategy
-        ``"auto"``: a solve that cycles or diverges is ended as soon as that shows, and
-        the step is tried in other ways: from an extrapolated state, by way of a tenth
-        of gamma, in steps that end where surfaces first cross, with a line search, by
-        it and a tenth of gamma, and under viscous forces that fade. Only where none
-        helps the step is halved. What else the solver was given is kept. Nothing is
-        done where nothing is wrong. ``"halve"`` or None: the step is halved at once.
+        ``"auto"``: a solve stops as soon as it is seen to cycle or diverge. Then the
+        step is tried in other ways: from an extrapolated state, by way of a tenth of
+        gamma, in steps that end where surfaces first cross, with a line search, with
+        that and a tenth of gamma, and under viscous forces that fade. If none helps,
+        the step is halved. All other settings of the solver are kept. ``"halve"`` or
+        None: the step is halved at once.
     stabilize
-        True: viscous forces hold what nothing else does, bodies that contact alone
-        holds and paths that snap; they fade to zero within each step. A number scales
+        True: viscous forces slow down free bodies, which nothing but contact keeps in
+        place, and paths that snap. They fade to zero within each step. A number scales
         them. Their work and share are columns ``viscous_work`` and ``viscous_share`` of
         `history`.
     control
-        `DisplacementControl` or `ArcLength`, for snap-through: a chosen displacement, or
+        `DisplacementControl` or `ArcLength`, for snap-through. A chosen displacement, or
         the length of the path, grows from step to step, and the load factor is an
-        unknown. ``path`` then says where it starts and, with `ArcLength`, ends.
-        `history` has it as column ``load_factor``, and what leads, the displacement or
-        the length so far, as ``controlled``; ``time`` is the share of the whole
-        displacement, or the length so far.
-
+        unknown. ``path`` then says where the load factor starts and, with `ArcLength`,
+        where it ends. `history` has it as column ``load_factor``, and what grows (the
+        displacement, or the length so far) as ``controlled``. ``time`` is the share of
+        the whole displacement, or the length so far.
     output
         Path of a ``.pvd`` or ``.xdmf`` file, to which every accepted step is added with
         all of its fields, segments and points; or an `Output`.

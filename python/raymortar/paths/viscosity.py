@@ -15,6 +15,7 @@ from dolfinx import fem
 
 from .. import compat
 from ..compat import Array
+from ..host.axisymmetry import weight
 
 
 class Viscosity:
@@ -48,9 +49,10 @@ class Viscosity:
         part = host.only.component
         v, du = (compat.part_of(argument, part) for argument in J.arguments())
         k = self._scale * self._k
-        force = k * ufl.inner(u - self._start, v) * ufl.dx
+        self._weight = weight(V.mesh) if problem.contact.axisymmetric else 1.0
+        force = k * ufl.inner(u - self._start, v) * self._weight * ufl.dx
         self._force = compat.form(force)
-        tangent = J + k * ufl.inner(du, v) * ufl.dx
+        tangent = J + k * ufl.inner(du, v) * self._weight * ufl.dx
         forms = compat.form(F + force), compat.form(tangent)
         self._forms = problem.with_form_of_u(*forms)
         whole = host.functions[host.only.at]
@@ -62,7 +64,9 @@ class Viscosity:
         V = self._start.function_space
         ones = fem.Function(V)
         ones.x.array[:] = 1.0
-        mass = self._of_displacement(compat.form(ufl.inner(ones, v) * ufl.dx))
+        mass = self._of_displacement(
+            compat.form(ufl.inner(ones, v) * self._weight * ufl.dx)
+        )
         bodies, bs = self.problem.contact.bodies, V.dofmap.index_map_bs
         diagonal = self.problem.contact.stiffness_diagonal
         n = len(diagonal)

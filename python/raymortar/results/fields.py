@@ -67,9 +67,10 @@ class ZoneResults:
         - ``traction`` (n, d): what acts on the slave, in global coordinates
         - ``slip`` (n, d), with friction only: since the accepted step. Length
         - ``status``: a `PointStatus`
-        - ``weight``: area for which a point stands, by `measure`: sums over points are
-          integrals. **Negative** at points without hit that take from a whole facet
-          what its segments cover. ``area``: the same in the undeformed configuration
+        - ``weight``: area for which a point stands, by `measure`, of a full turn if the
+          contact is axisymmetric: sums over points are integrals. **Negative** at points
+          without hit that take from a whole facet what its segments cover. ``area``:
+          the same in the undeformed configuration
         - ``pair``: number of the pair in `pairs`, -1 where no master is hit
         - ``slave``, ``master``: facets by their local numbers, -1 for no master;
           ``xi``, ``eta`` (n, d - 1): reference coordinates on these
@@ -135,7 +136,9 @@ class ZoneResults:
     ) -> Resultant:
         """Contact force on a slave surface, or of a pair, its moment and its parts.
 
-        The force on the slave; that on the master is the opposite. Collective.
+        The force on the slave; that on the master is the opposite. With
+        ``axisymmetric=True`` it is that of a full turn, along the axis, and ``radial``
+        has what cancels in it: see `results.Resultant`. Collective.
 
         Parameters
         ----------
@@ -337,7 +340,7 @@ class ContactFields(ZoneResults):
 
         Gap (0 where no hit: see coverage), normal and tangential traction, status,
         coverage, the multiplier if there is one, slip with friction: write them next to
-        the displacement, ``compat.write_xdmf(file, mesh, [u, *contact.fields()])``.
+        the displacement, ``io.write_xdmf(file, mesh, [u, *contact.fields()])``.
         """
         gap = self.gap()
         # DOLFINx 0.5 interpolates for XDMF, and a NaN then takes its whole cell
@@ -352,9 +355,9 @@ class ContactFields(ZoneResults):
         """Work that tangential tractions take in this step, before `advance`. Collective.
 
         The integral of -t . T_n w over the slave surfaces: force times length, per
-        thickness in 2D. With a multiplier it is that of the points that slip, and never
-        negative: where springs give a little back, nothing is lost. With the elastic
-        penalty a part is stored in the springs.
+        thickness in 2D, or of a full turn. With a multiplier it is that of the points
+        that slip, and never negative: where springs give a little back, nothing is
+        lost. With the elastic penalty a part is stored in the springs.
         """
         if self.friction is None:
             return 0.0

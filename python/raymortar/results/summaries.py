@@ -59,7 +59,9 @@ def of_contact(contact: Any) -> str:
     else:
         counts += ", not yet paired"
     friction = "no friction"
-    if contact.friction is not None:
+    if contact.tied is not None:
+        friction = f"gaps {'kept' if contact.tied == 'keep' else 'closed'}"
+    elif contact.friction is not None:
         friction = of_options(contact.friction)
     parts = [
         ", ".join(map(str, contact.pairs)),

@@ -28,7 +28,8 @@ from ..errors import (
 from ..host.dropped import agreed_name, put_aside
 from ..options.methods import Penalty
 from ..problem import CoupledProblem
-from . import linear as solvers
+from .automatic import linear_options
+from .elimination import attach
 from .petsc_options import PetscOptions, check_solver_input
 
 # Each solver has its own prefix in the PETSc options, or one would set the other's
@@ -36,15 +37,6 @@ _counter = itertools.count()
 
 STUCK = PETSc.SNES.ConvergedReason.DIVERGED_LOCAL_MIN
 NO_DESCENT = PETSc.SNES.ConvergedReason.DIVERGED_LINE_SEARCH
-
-# The tangent is unsymmetric and, with a multiplier, has zeros on its diagonal: a
-# direct solver has to pivot. Contact fills in more than MUMPS guesses by default.
-DIRECT = {
-    "ksp_type": "preonly",
-    "pc_type": "lu",
-    "pc_factor_mat_solver_type": "mumps",
-    "mat_mumps_icntl_14": 60,
-}
 
 
 class _Ended(Exception):
@@ -80,7 +72,8 @@ class NewtonSolver:
     problem
         Problem to solve.
     options
-        PETSc options of the linear solver, without prefix. Default: MUMPS.
+        PETSc options of the linear solver, without prefix. Default: by the size, see
+        `solvers.linear_options`.
 
     Attributes
     ----------
@@ -142,12 +135,12 @@ class NewtonSolver:
         self.max_it = 25
         self.report = self.error_on_nonconvergence = False
         self._name = agreed_name(problem.comm)
-        self.options = PetscOptions(
-            f"raymortar_newton_{next(_counter)}_",
-            DIRECT if options is None else options,
-        )
+        prefix = f"raymortar_newton_{next(_counter)}_"
+        if options is None:
+            options = linear_options(problem, None, prefix)
+        self.options = PetscOptions(prefix, options)
         self.options.configure(self.krylov_solver)
-        solvers.attach(self.krylov_solver, problem.contact)
+        attach(self.krylov_solver, problem)
 
     @property
     def krylov_solver(self) -> PETSc.KSP:
@@ -366,7 +359,8 @@ class SNESSolver:
         PETSc options without prefix, such as ``{"snes_linesearch_type": "bt",
         "snes_monitor": None}``. They complete the defaults: Newton with a full step
         (penalty with friction: line search ``bt``), ``snes_rtol`` 1e-10, ``snes_atol``
-        the rounding error of the residual, MUMPS.
+        the rounding error of the residual, a linear solver by the size, see
+        `solvers.linear_options`.
     matrix
         That of another solver of this problem, to share.
     prefix
@@ -407,9 +401,11 @@ class SNESSolver:
         self._scale = problem.create_vector()
         self._scale.set(1.0)
         self._set_callbacks()
+        if prefix is None:
+            prefix = f"raymortar_snes_{next(_counter)}_"
+        linear = linear_options(problem, options, prefix, snes=True)
         self.options = PetscOptions(
-            f"raymortar_snes_{next(_counter)}_" if prefix is None else prefix,
-            {**_defaults(problem, self._floor), **DIRECT, **(options or {})},
+            prefix, {**_defaults(problem, self._floor), **linear, **(options or {})}
         )
         self.options.configure(self.snes)
         # What has not converged is told by an error that says more than PETSc's
@@ -417,7 +413,9 @@ class SNESSolver:
         with self.options:
             test = _convergence_test(self._problem, self.snes, self._floor)
         self.snes.setConvergenceTest(test)
-        solvers.attach(self.krylov_solver, problem.contact, self._scale)
+        attach(self.krylov_solver, problem, self._scale)
+        # SNES changes it where it solves its systems inexactly
+        self._linear_rtol = self.krylov_solver.getTolerances()[0]
 
     def _set_callbacks(self) -> None:
         """Tell PETSc how to find residual and tangent."""
@@ -489,6 +487,7 @@ class SNESSolver:
         """Solve tangent dx = b, within ``with solver.options:``. Collective."""
         scaled = b.duplicate()
         scaled.pointwiseMult(b, self._scale)
+        self.krylov_solver.setTolerances(rtol=self._linear_rtol)
         self.krylov_solver.solve(scaled, dx)
         scaled.destroy()
 

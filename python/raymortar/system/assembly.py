@@ -16,12 +16,7 @@ from ..compat import Array
 from ..errors import ContactError, together
 from ..host.bodies import Bodies
 from ..interface.coefficients import one_or_each
-from ..interface.held import (
-    any_held,
-    any_node_held,
-    refuse_held,
-    refuse_held_on_tools,
-)
+from ..interface.held import any_held, any_node_held, refuse_held, refuse_held_on_tools
 from ..interface.interfaces import Interfaces
 from ..interface.shear_modulus import shear_moduli
 from ..interface.stiffness import VolumePattern, contact_stiffness, mean_facet_size
@@ -52,6 +47,7 @@ class ContactAssembly(CoupledSystem, ContactFields):
     _fixed_by: tuple[Any, ...] | None
     _fixed: npt.NDArray[np.int8]
     _some_held: bool
+    _crosses = False  # whether some nodes are damped that are not held
 
     @property
     def contacts(self) -> tuple[Any, ...]:  # type: ignore[override]
@@ -92,6 +88,7 @@ class ContactAssembly(CoupledSystem, ContactFields):
         if not (self.host.is_plain and was_alone):
             self.layout.place(0, self.layout.owned_size)
             self.send_rows()
+        self.meet((self,))
 
     def settle(self, functions: Sequence[Function], partners: tuple[int, ...]) -> None:
         """Take what a problem solves for, and its contacts by number. Collective."""
@@ -106,6 +103,9 @@ class ContactAssembly(CoupledSystem, ContactFields):
                 )
             self.host.solve_for(functions, settled)
         self.partners = partners
+
+    def meet(self, contacts: Sequence[Any]) -> None:
+        """Take the interactions of its problem. Collective."""
 
     @property
     def tags(self) -> str:
@@ -157,7 +157,7 @@ class ContactAssembly(CoupledSystem, ContactFields):
                 zone.cpp.set_shear_modulus(modulus)
         refuse_held_on_tools(self, self._fixed)
         self._some_held = any_held(self, self._fixed)
-        if any_node_held(self, self._fixed):
+        if any_node_held(self, self._fixed) or self._crosses:
             for zone, modulus in zip(self.zones, self._moduli(bcs)):
                 zone.cpp.set_modulus(modulus)
 

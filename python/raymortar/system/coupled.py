@@ -42,6 +42,7 @@ class CoupledSystem:
     updates: int
     gamma: Any
     gamma_scale: Any
+    axisymmetric: bool
     _comm: MPI.Comm
     _volume: Any
     _free_bodies: FreeBodies
@@ -98,7 +99,7 @@ class CoupledSystem:
         for contact in self.contacts:
             if contact.host.spaces is None:
                 contact.host.spaces = [compat.test_space(a)]
-        volume = self._volume = VolumePattern(a, self.layout)
+        volume = self._volume = VolumePattern(a, self.layout, self.axisymmetric)
         for contact in self.contacts:
             contact.take_over(volume, bcs)
         return volume

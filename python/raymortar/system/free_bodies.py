@@ -6,18 +6,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from mpi4py import MPI
 from petsc4py import PETSc
 
+import numpy as np
+
 from ..compat import Array
 from ..errors import SetUpError, raise_everywhere
-from ..interface.point_results import CLOSED, OPEN
-from ..rigid.body import Body
-from ..interface.stiffness import mean_facet_size
 from ..host.surfaces import Surface
 from ..host.tagged import ZoneFacets
+from ..interface.point_results import CLOSED, OPEN
+from ..interface.stiffness import mean_facet_size
+from ..rigid.body import Body
 
 # Of a motion along the normals of closed points: none
 _NOTHING = 1e-10

@@ -77,6 +77,19 @@ struct FacingFacets
                         0.1 + 0.05 * q, 0.12 + 0.03 * q, 0});
   }
 
+  /// As sections of solids of revolution about an axis that is near
+  void revolve()
+  {
+    static_assert(D == 2);
+    start.measure = moves(start.measure) ? Measure::current_of_revolution
+                                         : Measure::reference_of_revolution;
+    for (auto* nodes : {&start.slave, &start.master, &start.reference})
+      nodes->row(0).array() += 0.2;
+    if constexpr (is_frictional<typename C::Law>)
+      for (auto* nodes : {&start.history.slave_old, &start.history.master_old})
+        nodes->row(0).array() += 0.2;
+  }
+
   /// Unknowns: displacements and multiplier, at the start position
   [[nodiscard]] Eigen::VectorXd unknowns() const
   {

@@ -35,6 +35,22 @@ TYPED_TEST(ElementTest, TangentOfPointsWithoutHitIsTheDerivativeOfTheResidual)
     FacingFacets<TypeParam>(random, 0.6, current).expect_tangent(false);
 }
 
+TYPED_TEST(ElementTest, TangentOfRevolutionIsTheDerivativeOfTheResidual)
+{
+  if constexpr (TypeParam::F::gdim == 2)
+  {
+    std::mt19937 random(9);
+    for (int trial = 0; trial < 12; ++trial)
+    {
+      const bool hit = trial % 4 != 0;
+      FacingFacets<TypeParam> facets(random, trial % 3 == 0 ? 0.6 : -0.1,
+                                     trial % 2 == 0);
+      facets.revolve();
+      facets.expect_tangent(hit);
+    }
+  }
+}
+
 TYPED_TEST(ElementTest, ForcesOfBothSidesAddUpToNothing)
 {
   using C = TypeParam;

@@ -15,7 +15,7 @@ struct Kind
   Method method;
   bool has_friction;
   int components;
-  bool current;
+  Measure measure;
 };
 
 /// Two bent surfaces close to each other with random fields and tractions
@@ -30,6 +30,10 @@ public:
         kind, 2, false,
         graph(0.8, [&](double x, double y) { return wave(x, y) + 0.004; }));
     state.master = surface(kind, 3, true, graph(1.1, wave));
+    if (revolves(kind.measure)) // off the axis
+      for (Surface* s : {&state.slave, &state.master})
+        transform<2>(*s,
+                     [](const Vec<2>& x) { return Vec<2>(x[0] + 1.2, x[1]); });
     // The accepted step is another place
     for (Surface* s : {&state.slave, &state.master})
       for (double& x : s->x)
@@ -65,7 +69,7 @@ private:
       for (std::size_t i = 0; i < d; ++i)
         s.traction_old.nodal.push_back(number(0.01));
     }
-    s.measure = kind.current ? Measure::current : Measure::reference;
+    s.measure = kind.measure;
     s.moving_segments = true;
     s.method = kind.method;
     if (kind.has_friction)
@@ -94,9 +98,9 @@ private:
     const SegmentationOptions options(distances, false);
     s.segmentation = segments_of(s.slave, s.master, options);
     s.segment_rules = segment_rules(kind.shape, 4);
-    s.points =
-        make_points(s.slave, s.segmentation, s.segment_rules,
-                    rule_on(kind.shape, 4), s.multipliers.components > 0);
+    s.points = make_points(s.slave, s.segmentation, s.segment_rules,
+                           rule_on(kind.shape, 4), s.multipliers.components > 0,
+                           revolves(s.measure));
     s.hits = cast_rays(s.slave, s.master, s.points, distances);
     s.elements = group_points(s.points, s.hits);
   }
@@ -164,6 +168,17 @@ TEST_P(GeneralKernels, AreThoseOfOneKind)
   expect_equal(r.friction, q.friction);
 }
 
+void add_kinds(Shape shape, int p, int k, Measure measure,
+               std::vector<Kind>& all)
+{
+  const auto augmented = Method::augmented_lagrangian;
+  all.push_back({shape, p, k, augmented, false, 1, measure});
+  all.push_back({shape, p, k, augmented, false, 3, measure});
+  all.push_back({shape, p, k, augmented, true, 3, measure});
+  all.push_back({shape, p, k, Method::penalty, false, 0, measure});
+  all.push_back({shape, p, k, Method::penalty, true, 0, measure});
+}
+
 std::vector<Kind> kinds()
 {
   std::vector<Kind> all;
@@ -172,12 +187,12 @@ std::vector<Kind> kinds()
     for (const auto& [p, k] : {std::pair{1, 1}, {1, 2}, {2, 2}})
     {
       const bool current = (p + k) % 2 == 0;
-      const auto augmented = Method::augmented_lagrangian;
-      all.push_back({shape, p, k, augmented, false, 1, current});
-      all.push_back({shape, p, k, augmented, false, 3, current});
-      all.push_back({shape, p, k, augmented, true, 3, current});
-      all.push_back({shape, p, k, Method::penalty, false, 0, current});
-      all.push_back({shape, p, k, Method::penalty, true, 0, current});
+      const auto measure = current ? Measure::current : Measure::reference;
+      add_kinds(shape, p, k, measure, all);
+      if (shape == Shape::interval)
+        for (const auto turned :
+             {Measure::reference_of_revolution, Measure::current_of_revolution})
+          add_kinds(shape, p, k, turned, all);
     }
   return all;
 }

@@ -17,8 +17,10 @@ ElementPoint<typename C::F> unit_point(const FacingFacets<C>& facets,
 {
   using F = typename C::F;
   const typename C::Data& e = facets.start;
-  ElementPoint<F> q{xi, F::RefPoint::Zero(), 1.0,
-                    frame_at<F>(e.reference, xi).jacobian, 0.0};
+  const auto undeformed = frame_at<F>(e.reference, xi);
+  ElementPoint<F> q{xi, F::RefPoint::Zero(), 1.0, undeformed.jacobian, 0.0};
+  if (revolves(e.measure))
+    q.area *= circumference(undeformed.x);
   return hit ? facets.cast(e, q) : q;
 }
 
@@ -80,6 +82,21 @@ TYPED_TEST(SurfaceGradientTest, IsTheDerivativeOfWhatIsIntegrated)
     expect_rates(FacingFacets<TypeParam>(random, trial % 3 == 0 ? 0.6 : -0.1,
                                          trial % 2 == 0),
                  true);
+}
+
+TYPED_TEST(SurfaceGradientTest, OfRevolutionIsTheDerivativeOfWhatIsIntegrated)
+{
+  if constexpr (TypeParam::F::gdim == 2)
+  {
+    std::mt19937 random(8);
+    for (int trial = 0; trial < 12; ++trial)
+    {
+      FacingFacets<TypeParam> facets(random, trial % 3 == 0 ? 0.6 : -0.1,
+                                     trial % 2 == 0);
+      facets.revolve();
+      expect_rates(facets, trial % 4 != 0);
+    }
+  }
 }
 
 TYPED_TEST(SurfaceGradientTest, OfPointsWithoutHitIsThatOfTheirCondition)

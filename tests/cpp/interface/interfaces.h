@@ -17,6 +17,7 @@ struct Plates
   double reach = 0.5;
   int slave_cells = 2;
   int master_cells = 3;
+  Measure measure = Measure::reference;
 };
 
 /// Multiplier of the displacement's degree, in 3D of degree 1
@@ -38,6 +39,15 @@ Multipliers make_multipliers(const Surface& slave, int components)
   return m;
 }
 
+/// Moves a surface so that the slave of a wide plate begins on the axis r = 0
+template <class F>
+void put_on_axis(const Plates& plates, Surface& s)
+{
+  if constexpr (F::gdim == 2)
+    transform<2>(s, [&](const Vec<2>& x)
+                 { return Vec<2>(x[0] + plates.slave_width, x[1]); });
+}
+
 template <class F>
 InterfaceInput plates_input(const Plates& plates)
 {
@@ -45,6 +55,9 @@ InterfaceInput plates_input(const Plates& plates)
   in.slave = make_surface(
       {F::shape, F::degree, F::node_degree, plates.slave_cells, false},
       plate(plates.slave_width, plates.gap));
+  in.measure = plates.measure;
+  if (revolves(plates.measure))
+    put_on_axis<F>(plates, in.slave);
   in.multipliers = make_multipliers<F>(in.slave, F::gdim);
   in.distances = {plates.reach, 0.5, 0.1};
   in.segment_rules = segment_rules(F::shape, 4);
@@ -55,9 +68,12 @@ InterfaceInput plates_input(const Plates& plates)
 template <class F>
 Surface master_plate(const Plates& plates)
 {
-  return make_surface(
+  Surface master = make_surface(
       {F::shape, F::degree, F::node_degree, plates.master_cells, true},
       plate(1.0, 0.0));
+  if (revolves(plates.measure))
+    put_on_axis<F>(plates, master);
+  return master;
 }
 
 /// Not paired yet

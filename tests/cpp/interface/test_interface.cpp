@@ -25,14 +25,13 @@ Eigen::MatrixXd differences(Interface& interface, const Eigen::VectorXd& x)
   }
   return J;
 }
-} // namespace
-
-TYPED_TEST_SUITE(InterfaceTest, AllFacets, );
 
 /// All terms: the slave overhangs the rim, and nodes are held on both sides
-TYPED_TEST(InterfaceTest, TangentIsTheDerivativeOfTheResidual)
+template <class F>
+void expect_tangent(Measure measure)
 {
-  Interface interface = make_plates<TypeParam>({.slave_width = 1.2});
+  Interface interface =
+      make_plates<F>({.slave_width = 1.2, .measure = measure});
   const ContactState& s = interface.state();
   std::vector<double> slave(s.slave.rows.size(), 0.0);
   slave[0] = slave[1] = slave[2] = 1.0;
@@ -44,6 +43,30 @@ TYPED_TEST(InterfaceTest, TangentIsTheDerivativeOfTheResidual)
   const double scale = expected.cwiseAbs().maxCoeff();
   EXPECT_GT(scale, 0.0);
   EXPECT_LT((found - expected).cwiseAbs().maxCoeff(), 1e-6 * scale);
+}
+} // namespace
+
+TYPED_TEST_SUITE(InterfaceTest, AllFacets, );
+
+TYPED_TEST(InterfaceTest, TangentIsTheDerivativeOfTheResidual)
+{
+  expect_tangent<TypeParam>(Measure::reference);
+}
+
+TEST(Interface, TangentOfRevolutionIsTheDerivativeOfTheResidual)
+{
+  for (const Measure measure :
+       {Measure::reference_of_revolution, Measure::current_of_revolution})
+  {
+    expect_tangent<Interval1>(measure);
+    expect_tangent<Interval2>(measure);
+  }
+}
+
+TEST(Interface, RefusesToTurnSurfacesInSpace)
+{
+  const Plates plates{.measure = Measure::reference_of_revolution};
+  EXPECT_THROW(make_plates<Quad1>(plates), Error);
 }
 
 /// Room is made by needs alone

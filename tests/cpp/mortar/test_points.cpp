@@ -149,6 +149,26 @@ TEST(Points, ComplementIsTheUncoveredPart)
     }
 }
 
+TEST(Points, OfRevolutionHaveTheAreaOfAFullTurn)
+{
+  // A cone from its tip on the axis to the radius 2, covered up to 1.5
+  const Surface slave =
+      make_surface({Shape::interval, 1, 1, 4, true},
+                   [](double s, double) { return Vec<3>(2 * s, 0, 1.5 * s); });
+  const Surface master =
+      make_surface({Shape::interval, 1, 1, 3, false}, [](double s, double)
+                   { return Vec<3>(1.5 * s, 0, 1.125 * s); });
+  const auto p = make_points(slave, segments_of(slave, master, {1, 1, false}),
+                             segment_rules(Shape::interval, 5),
+                             rule_on(Shape::interval, 5), true, true);
+  const double turn = std::numbers::pi * 1.25;
+  EXPECT_NEAR(total(p.whole), turn * 4.0, 1e-12);
+  EXPECT_NEAR(total(p.covered), turn * 1.5 * 1.5, 1e-12);
+  EXPECT_NEAR(total(p.area), turn * 4.0, 1e-12);
+  for (const double width : p.width)
+    EXPECT_NEAR(width, 0.625, 1e-14);
+}
+
 TEST(Points, WithoutMultiplierNoComplementIsMade)
 {
   for (const Shape shape : shapes)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from mpi4py import MPI
+
 import gathered
 import hosts
 import numpy as np
 import problems
 import pytest
 import rigid_scenes
-from mpi4py import MPI
 from problems import SOLVERS
 from rigid_scenes import press, shapes
 

@@ -1,0 +1,58 @@
+#include "raymortar/interface/tie_term.h"
+
+namespace raymortar
+{
+namespace
+{
+Unknowns unknowns_of(const ContactState& s, std::size_t e)
+{
+  return element_unknowns(s.elements.slave[e], s.elements.master[e]);
+}
+} // namespace
+
+void TieTerm::set_up(ContactState& s)
+{
+  count_hits_as_cover(s);
+  _kernel->set_up(s);
+  _is_set_up = true;
+}
+
+void TieTerm::renew(const ContactState& s)
+{
+  if (_is_set_up and s.multipliers.components == 0)
+    _kernel->set_up(s);
+}
+
+void TieTerm::add_needs(const ContactState& s, PatternNeeds& needs) const
+{
+  for (std::size_t e = 0; e < s.elements.size(); ++e)
+    if (s.elements.master[e] != no_index)
+      needs.pairs.push_back({s.elements.slave[e], s.elements.master[e]});
+}
+
+Work TieTerm::residual(const ContactState& s, VectorSink& sink) const
+{
+  Work work;
+  _kernel->residual(
+      s,
+      [&](std::size_t e, const double* block, int size)
+      {
+        ++work.computed;
+        sink.add(unknowns_of(s, e), {block, static_cast<std::size_t>(size)});
+      });
+  return work;
+}
+
+Work TieTerm::tangent(const ContactState& s, MatrixSink& sink) const
+{
+  std::vector<std::size_t> wanted;
+  for (std::size_t e = 0; e < s.elements.size(); ++e)
+    if (s.elements.master[e] != no_index and sink.wants(unknowns_of(s, e)))
+      wanted.push_back(e);
+  _kernel->tangent(s, wanted,
+                   [&](std::size_t e, const double* block, int)
+                   { sink.add(unknowns_of(s, e), unknowns_of(s, e), block); },
+                   {});
+  return {static_cast<std::int64_t>(wanted.size()), 0};
+}
+} // namespace raymortar

@@ -1,0 +1,107 @@
+"""Solids of revolution: coordinates (r, z) of a half plane, about the axis r = 0."""
+
+from __future__ import annotations
+
+import warnings
+from typing import Any
+
+import numpy as np
+import ufl
+from dolfinx.mesh import Mesh
+
+from ..compat import Array
+from ..errors import ContactError, ContactWarning, raise_everywhere
+from .facets import Facets, coordinates, format_point, node_table
+from .joined import parts_of
+
+# Radius that counts as none, over the size of the mesh
+_ON_AXIS = 1e-12
+# Force of a unit growth of all radii that is rounding error, over the stiffness
+_NO_HOOPS = 1e6 * float(np.finfo(float).eps)
+
+
+def circumference(points: Array) -> Array:
+    """2 pi r at points (..., d) [theory (2.12)]. Length."""
+    found: Array = 2.0 * np.pi * points[..., 0]
+    return found
+
+
+def weight(mesh: Mesh) -> Any:
+    """2 pi r of the undeformed mesh, for UFL forms. Length."""
+    return 2.0 * np.pi * ufl.SpatialCoordinate(mesh)[0]
+
+
+def check_half_plane(u: Any) -> None:
+    """Refuse meshes in space, and such that cross the axis. Collective.
+
+    Raises
+    ------
+    ContactError
+        Naming the first node with r < 0.
+    """
+    for mesh in (part.function_space.mesh for part in parts_of(u)):
+        raise_everywhere(mesh.comm, _half_plane_fault(mesh))
+
+
+def _half_plane_fault(mesh: Mesh) -> str | None:
+    if mesh.geometry.dim != 2:
+        return (
+            "axisymmetric=True is for meshes in the (r, z) half plane, in 2D; this one "
+            f"is in {mesh.geometry.dim}D"
+        )
+    X = coordinates(mesh)
+    behind = np.flatnonzero(X[:, 0] < -_ON_AXIS * _size(X))
+    if not len(behind):
+        return None
+    return (
+        f"axisymmetric=True, but {len(behind)} node(s) have r = x[0] < 0, for example "
+        f"at {format_point(X[behind[0]])}: the axis is r = 0, the mesh the half plane "
+        "r >= 0"
+    )
+
+
+def _size(X: Array) -> float:
+    """Largest magnitude of coordinates, whatever the number of ranks' parts."""
+    return float(np.abs(X).max(initial=0.0))
+
+
+def check_off_axis(mesh: Mesh, facets: Facets) -> None:
+    """Refuse facets that lie on the axis, where there is no surface. Collective.
+
+    Raises
+    ------
+    ContactError
+        Naming the tag, and the first such facet.
+    """
+    X = coordinates(mesh)
+    nodes = X[node_table(mesh, facets)]
+    on = (nodes[:, :, 0] <= _ON_AXIS * _size(X)).all(axis=1)
+    message = None
+    if on.any():
+        middle = nodes[on][0].mean(axis=0)
+        message = (
+            f"{int(on.sum())} facet(s) with tag {facets.tag} lie on the axis r = 0, the "
+            f"first at {format_point(middle)}: in a full turn they are no surface"
+        )
+    raise_everywhere(mesh.comm, message)
+
+
+def warn_of_plane_form(forces: Array, diagonal: Array, comm: Any) -> None:
+    """Warn where the form does not know that radii make hoops. Collective.
+
+    Parameters
+    ----------
+    forces
+        Of a growth of all radii by 1, at this rank's dofs.
+    diagonal
+        Of the stiffness at the same dofs. Force per length.
+    """
+    sums = np.array([forces @ forces, diagonal @ diagonal])
+    hoops, stiffness = np.sqrt(comm.allreduce(sums))
+    if stiffness > 0.0 and hoops <= _NO_HOOPS * stiffness:
+        warnings.warn(
+            "axisymmetric=True, but the form resists no growth of the radius: it needs "
+            "the hoop strain u_r / r and the weight 2 pi r in all of its integrals",
+            ContactWarning,
+            stacklevel=2,
+        )

@@ -1,0 +1,201 @@
+"""Which linear solver a problem gets where the user chooses none."""
+
+from __future__ import annotations
+
+import logging
+import warnings
+from collections.abc import Mapping
+from typing import Any
+
+from petsc4py import PETSc
+
+from .. import compat
+from ..errors import ContactWarning
+from .elimination import KnowsProblem, attach
+from .linear import iterative
+
+log = logging.getLogger("raymortar")
+
+# The tangent is unsymmetric and, with a multiplier, has zeros on its diagonal: a
+# direct solver has to pivot. Contact fills in more than MUMPS guesses by default.
+DIRECT = {
+    "ksp_type": "preonly",
+    "pc_type": "lu",
+    "pc_factor_mat_solver_type": "mumps",
+    "mat_mumps_icntl_14": 60,
+}
+
+# Unknowns in 3D, by the degree of the displacement, up to which the direct solver is
+# the faster one or nearly so, on one rank (measured: docs/parallel.md). In 2D it is at
+# any size that was measured.
+MOST_DIRECT = {1: 40_000, 2: 20_000}
+
+# Iterations of a Krylov solver that does well stay below a third of this
+MOST_ITERATIONS = 100
+
+# Of SNES, Eisenstat's and Walker's choice of how exactly its systems are solved: so
+# chosen that half the Krylov iterations, and all Newton iterations, are as before
+# (measured: docs/parallel.md)
+INEXACT = {
+    "snes_ksp_ew": None,
+    "snes_ksp_ew_rtol0": 1e-3,
+    "snes_ksp_ew_rtolmax": 1e-3,
+}
+
+# Linear solves that may stall before the iterative solver is not tried any more
+MOST_STALLS = 2
+
+# Options of the user that say what the linear solver is
+_ITS_OPTIONS = ("ksp_", "pc_", "mat_", "displacement_", "near_")
+
+
+def direct() -> dict[str, Any]:
+    """PETSc options of the direct solver, MUMPS, for problems of any size."""
+    return dict(DIRECT)
+
+
+def linear_options(
+    problem: Any, given: Mapping[str, Any] | None, prefix: str, snes: bool = False
+) -> dict[str, Any]:
+    """PETSc options of the linear solver that a problem gets. Collective.
+
+    Parameters
+    ----------
+    problem
+        Problem.
+    given
+        Options that the user has given, without prefix.
+    prefix
+        Of all options: those in PETSc's table count too.
+    snes
+        Whether they are for a SNES, which may solve less exactly at first.
+
+    Returns
+    -------
+    Of the direct solver, wherever the user says anything of the linear solver: what he
+    says completes that. Else of the one that suits the size.
+    """
+    table = PETSc.Options(prefix)
+    told = any(name.startswith(_ITS_OPTIONS) for name in given or ())
+    told = told or any(table.hasName(name) for name in ("ksp_type", "pc_type"))
+    layout = problem.contact.layout
+    if layout.comm.allreduce(int(told)):
+        return direct()
+    unknowns, iterates = layout.size_global, _suits_multigrid(problem)
+    if layout.comm.rank == 0:
+        name = "multigrid for the bodies" if iterates else "a direct one"
+        log.info("linear solver of %d unknowns: %s", unknowns, name)
+    if not iterates:
+        return direct()
+    return {**(INEXACT if snes else {}), **with_fallback()}
+
+
+def _suits_multigrid(problem: Any) -> bool:
+    """Whether the iterative solver is the better choice. Collective."""
+    contact = problem.contact
+    unknowns = contact.layout.size_global
+    if not contact.host.is_plain or contact.layout.bodies:
+        return False
+    if contact.u.function_space.mesh.topology.dim < 3:
+        return False
+    degree = compat.element_info(contact.u.function_space).degree
+    return bool(unknowns > MOST_DIRECT.get(degree, MOST_DIRECT[2]))
+
+
+def with_fallback(**options: Any) -> dict[str, Any]:
+    """PETSc options of an iterative solver that falls back to the direct one.
+
+    Parameters
+    ----------
+    options
+        As of `iterative`, without prefix.
+    """
+    first = iterative("bodies", **{"ksp_max_it": MOST_ITERATIONS, **options})
+    return {
+        "ksp_type": "python",
+        "ksp_python_type": f"{__name__}.{SolverWithFallback.__name__}",
+        "ksp_rtol": first["ksp_rtol"],
+        "pc_type": "none",
+        **{f"iterative_{name}": value for name, value in first.items()},
+        **{f"direct_{name}": value for name, value in DIRECT.items()},
+    }
+
+
+class SolverWithFallback(KnowsProblem):
+    """An iterative solver, and a direct one where it stalls. A PETSc python KSP.
+
+    Attributes
+    ----------
+    iterative, direct
+        KSP with the prefixes ``iterative_`` and ``direct_`` after that of the outer one;
+        the second from the first stall on.
+    stalls
+        Linear solves of which the iterative solver has made nothing.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.iterative: Any = None
+        self.direct: Any = None
+        self.stalls = 0
+
+    def solve(self, ksp: PETSc.KSP, b: PETSc.Vec, x: PETSc.Vec) -> None:
+        """x = A^-1 b. Collective."""
+        if self.stalls < MOST_STALLS:
+            if self.iterative is None:
+                self.iterative = self._made(ksp, "iterative_")
+                attach(self.iterative, self.problem, self.row_scale)
+            reason = self._try(ksp, b, x)
+            if reason > 0:
+                return
+            self.stalls += 1
+            self._tell(ksp, reason)
+            self.iterative.reset()
+        if self.direct is None:
+            self.direct = self._made(ksp, "direct_")
+        self.direct.setOperators(*ksp.getOperators())
+        self.direct.solve(b, x)
+        ksp.setConvergedReason(self.direct.getConvergedReason())
+
+    def _try(self, ksp: PETSc.KSP, b: PETSc.Vec, x: PETSc.Vec) -> int:
+        """PETSc's reason why the iterative solver has ended. Collective."""
+        self.iterative.setOperators(*ksp.getOperators())
+        # SNES may change it from one system to the next
+        self.iterative.setTolerances(rtol=ksp.getTolerances()[0])
+        self.iterative.solve(b, x)
+        reason = int(self.iterative.getConvergedReason())
+        ksp.setConvergedReason(reason)
+        ksp.setIterationNumber(self.iterative.getIterationNumber())
+        return reason
+
+    def _made(self, ksp: PETSc.KSP, name: str) -> PETSc.KSP:
+        """A solver of its own options. Collective."""
+        one = PETSc.KSP().create(ksp.comm)
+        one.setOptionsPrefix(f"{ksp.getOptionsPrefix() or ''}{name}")
+        one.setFromOptions()
+        return one
+
+    def _tell(self, ksp: PETSc.KSP, reason: int) -> None:
+        """Warn, on every rank, that the direct solver takes over."""
+        more = self.stalls == MOST_STALLS
+        warnings.warn(
+            f"the iterative linear solver has stalled after "
+            f"{self.iterative.getIterationNumber()} iterations (PETSc's reason "
+            f"{reason}): the direct one takes over"
+            + (" from here on" if more else " for this system"),
+            ContactWarning,
+            stacklevel=2,
+        )
+
+    def reset(self, ksp: PETSc.KSP) -> None:
+        """Forget the operators. Collective."""
+        for one in (self.iterative, self.direct):
+            if one is not None:
+                one.reset()
+
+    def destroy(self, ksp: PETSc.KSP) -> None:
+        """The end, called by PETSc. Collective."""
+        for one in (self.iterative, self.direct):
+            if one is not None:
+                one.destroy()
+        self.iterative = self.direct = None

@@ -1,0 +1,97 @@
+"""Preconditioner of contact at the price of its bodies."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from petsc4py import PETSc
+
+import numpy as np
+
+from .elimination import ContactPreconditioner
+from .levels import BodiesLevels, set_levels
+from .near_contact import NearContact, rows_near_contact
+
+# Of the first cycles with new levels: more say that the bodies have changed
+WORN, SPARE = 1.5, 5
+
+
+class BodiesPreconditioner(ContactPreconditioner):
+    """Solves near contact, then eliminates the multipliers; multigrid on levels of the
+    bodies for the displacement. A PETSc python PC.
+
+    What is near contact is solved for directly, multipliers included. What that leaves
+    is smooth: springs as stiff as the volume's surface then stand for closed contact,
+    which are no trouble for multigrid. The levels know nothing of contact, and are kept
+    until they take more cycles than at first, or until other dofs are prescribed.
+
+    Attributes
+    ----------
+    levels
+        `levels.BodiesLevels`, from the first set-up on.
+    """
+
+    springs = 1.0
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.levels: Any = None
+        self._near_contact: Any = None
+        self._rows: Any = None
+        self._coarse: list[PETSc.Mat] = []
+        # Cycles since the last set-up, and those after the levels were made
+        self._cycles = self._first = 0
+
+    def setUp(self, pc: PETSc.PC) -> None:
+        """Take the blocks of the tangent anew. Collective."""
+        super().setUp(pc)
+        prefix = f"{pc.getOptionsPrefix() or ''}near_"
+        if self._rows is None:
+            self._rows = rows_near_contact(self.contact)
+        self._near_contact = NearContact(pc.getOperators()[0], self._rows, prefix)
+        self._cycles = 0
+
+    def _prepare(self, S: PETSc.Mat) -> None:
+        if self._first == 0:
+            self._first = self._cycles
+        if self._cycles > WORN * self._first + SPARE or self._has_other_conditions():
+            self._destroy("levels")
+        if self.levels is None:
+            prefix = f"{self.solver.getOptionsPrefix()}levels_"
+            self.levels = BodiesLevels(self.problem, prefix)
+            self._first = 0
+        self._coarse = set_levels(self.solver, self.levels, S)
+
+    def _has_other_conditions(self) -> bool:
+        """Whether other dofs are prescribed than when the levels were made.
+        Collective."""
+        if self.levels is None:
+            return False
+        same = np.array_equal(self.levels.fixed, self.problem.constrained)
+        return bool(self.contact.layout.comm.allreduce(int(not same)))
+
+    def apply(self, pc: PETSc.PC, x: PETSc.Vec, y: PETSc.Vec) -> None:
+        """y = P^-1 x: near contact first, then everywhere. Collective."""
+        A, _ = pc.getOperators()
+        self._cycles += 1
+        rest, further = x.duplicate(), x.duplicate()
+        self._near_contact.solve(x, y)
+        A.mult(y, rest)
+        rest.aypx(-1.0, x)
+        super().apply(pc, rest, further)
+        y.axpy(1.0, further)
+        rest.destroy()
+        further.destroy()
+
+    def reset(self, pc: PETSc.PC) -> None:
+        """Forget the operators: the next ones may have another pattern. Collective."""
+        super().reset(pc)
+        self._destroy("_near_contact")
+        for matrix in self._coarse:
+            matrix.destroy()
+        self._coarse = []
+
+    def destroy(self, pc: PETSc.PC) -> None:
+        """The end, called by PETSc. Collective."""
+        super().destroy(pc)
+        self._destroy("levels", "_rows")

@@ -1,0 +1,235 @@
+"""Preconditioner that eliminates the multipliers."""
+
+from __future__ import annotations
+
+import weakref
+from typing import Any
+
+from petsc4py import PETSc
+
+import numpy as np
+
+from ..errors import ContactError
+from .blocks import block_diagonal, index_sets, node_blocks, with_blocks
+from .rigid_motions import near_nullspace
+from .springs import lumped_mass, surface_stiffness
+
+# Stiffness of the springs that stand for closed contact, in those of the volume at its
+# surface: softer ones leave more to GMRES, stiffer ones are hard on multigrid (measured:
+# docs/parallel.md)
+SPRINGS = 10.0
+
+
+class KnowsProblem:
+    """A Python context of PETSc's that `attach` tells about the problem.
+
+    Attributes
+    ----------
+    contact, row_scale
+        Of the problem, and by what the rows of its matrices have been multiplied.
+    """
+
+    def __init__(self) -> None:
+        self.contact: Any = None
+        self.row_scale: PETSc.Vec | None = None
+        # Weak: C would keep the problem alive in a cycle
+        self._problem: Any = None
+
+    @property
+    def problem(self) -> Any:
+        """What is solved."""
+        return self._problem()
+
+    def know(self, problem: Any, row_scale: PETSc.Vec | None) -> None:
+        """Take what `attach` tells."""
+        self._problem, self.contact = weakref.ref(problem), problem.contact
+        self.row_scale = row_scale
+
+
+def attach(ksp: PETSc.KSP, problem: Any, row_scale: PETSc.Vec | None = None) -> None:
+    """Tell a solver whose options have been read about the problem, and by what the
+    rows of its matrices have been multiplied.
+
+    Raises
+    ------
+    ContactError
+        If the solver is iterative, and the user solves for more than a displacement or
+        for a rigid body that is free.
+    """
+    for thing in (ksp, ksp.getPC()):
+        if thing.getType() == "python":
+            context = thing.getPythonContext()
+            if isinstance(context, KnowsProblem):
+                context.know(problem, row_scale)
+
+
+class ContactPreconditioner(KnowsProblem):
+    """Eliminates the multipliers; multigrid for the displacement. A PETSc python PC.
+
+    With penalties alone, S below is the tangent itself. With a multiplier D, which is
+    zero where contact is closed, is replaced by the blocks of its nodes less M, a
+    multiple of the lumped mass matrix of the slave surface. What is left for
+    the displacement, S = K - B E^-1 C with these blocks E, is then the stiffness with
+    closed contact held by springs: it couples the bodies, and has no zeros. Where the
+    springs are about as stiff as the volume's surface (the modulus over the mesh size),
+    S is no worse for multigrid than K, and the error of E costs a number of iterations
+    that refinement does not change.
+
+    Attributes
+    ----------
+    solver
+        KSP of S, with prefix ``displacement_`` after that of the outer one.
+    """
+
+    # Stiffness of the springs, in those of the volume at its surface
+    springs = SPRINGS
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.solver: Any = None  # PETSc.KSP from `setUp` on
+        self._near: PETSc.NullSpace | None = None
+        # Those of each contact, from the first elimination on
+        self._springs: list[float] | None = None
+        # Index sets of both unknowns, and what the elimination needs
+        self._u: Any = None
+        self._lam: Any = None
+        self._B: Any = None
+        self._C: Any = None
+        self._inverse: Any = None
+
+    def know(self, problem: Any, row_scale: PETSc.Vec | None) -> None:
+        """Take what `attach` tells, before the first use."""
+        if not problem.contact.host.is_plain:
+            raise ContactError(
+                "the iterative solver is for a displacement alone: with further "
+                "unknowns leave the direct one, which is the default"
+            )
+        if problem.contact.layout.bodies:
+            names = ", ".join(body.name for body in problem.contact.layout.bodies)
+            raise ContactError(
+                f"the iterative solver takes no rigid body that is free ({names}): "
+                "leave the direct one, which is the default"
+            )
+        super().know(problem, row_scale)
+
+    def setUp(self, pc: PETSc.PC) -> None:
+        """Take the blocks of the tangent anew. Collective."""
+        A, _ = pc.getOperators()
+        # A new solver each time: GAMG cannot change the sizes of its levels
+        self.reset(pc)
+        S = self._eliminate(A) if self._with_multiplier else A
+        self.solver = PETSc.KSP().create(pc.comm)
+        self.solver.setType("preonly")
+        self.solver.setOptionsPrefix(f"{pc.getOptionsPrefix() or ''}displacement_")
+        self.solver.setOperators(S)
+        self._prepare(S)
+        self.solver.setFromOptions()
+        self.solver.setUp()
+
+    def _prepare(self, S: PETSc.Mat) -> None:
+        """Tell multigrid what it needs to know. Collective."""
+        if self._near is None:
+            self._near = near_nullspace(self.contact)
+        S.setNearNullSpace(self._near)
+
+    @property
+    def _with_multiplier(self) -> list[Any]:
+        """The contacts that have one, in the order of its rows."""
+        contacts = self.contact.contacts
+        return [contact for contact in contacts if contact.multiplier is not None]
+
+    def _eliminate(self, A: PETSc.Mat) -> PETSc.Mat:
+        """S, and keep the blocks that the elimination needs."""
+        if self._springs is None:
+            # The multiplier is divided by gamma, and so its equation is multiplied
+            self._springs = [
+                contact.gamma_scale**2 / (self.springs * surface_stiffness(contact))
+                for contact in self._with_multiplier
+            ]
+            self._u, self._lam = index_sets(self.contact.layout)
+        K, self._B, self._C, D = (
+            self._unscaled(A.createSubMatrix(rows, columns), rows)
+            for rows in (self._u, self._lam)
+            for columns in (self._u, self._lam)
+        )
+        self._inverse = self._inverse_blocks(D)
+        EC = self._inverse.matMult(self._C)
+        S = self._B.matMult(EC)
+        S.aypx(-1.0, K, PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
+        S = with_blocks(S, K.getBlockSize())
+        for matrix in (K, D, EC):
+            matrix.destroy()
+        return S
+
+    def _unscaled(self, block: PETSc.Mat, rows: PETSc.IS) -> PETSc.Mat:
+        """A block whose rows are as they were assembled: springs are of those."""
+        if self.row_scale is not None:
+            factors = self.row_scale.getSubVector(rows)
+            inverse = factors.copy()
+            inverse.reciprocal()
+            block.diagonalScale(inverse)
+            inverse.destroy()
+            self.row_scale.restoreSubVector(rows, factors)
+        return block
+
+    def _inverse_blocks(self, D: PETSc.Mat) -> PETSc.Mat:
+        """E^-1 from the nodes' blocks of D and the lumped masses."""
+        assert self._springs is not None
+        begin, first, parts = D.getOwnershipRange()[0], 0, []
+        csr = D.getValuesCSR()
+        for contact, springs in zip(self._with_multiplier, self._springs):
+            c, mass = contact.layout.components, springs * lumped_mass(contact)
+            blocks = node_blocks(csr, first, len(mass), c, begin)
+            blocks -= mass[:, None, None] * np.eye(c)
+            parts.append((begin + first, np.linalg.inv(blocks)))
+            first += c * len(mass)
+        E = PETSc.Mat().createAIJ(
+            ((first, None), (first, None)), csr=block_diagonal(parts), comm=D.comm
+        )
+        E.assemble()
+        return E
+
+    def apply(self, pc: PETSc.PC, x: PETSc.Vec, y: PETSc.Vec) -> None:
+        """y = P^-1 x: eliminate, solve, substitute. Collective."""
+        if not self._with_multiplier:
+            self.solver.solve(x, y)
+            return
+        r, q = x.getSubVector(self._u), x.getSubVector(self._lam)
+        right, rest = r.copy(), q.copy()
+        x.restoreSubVector(self._u, r)
+        x.restoreSubVector(self._lam, q)
+        if self.row_scale is not None:
+            for part, rows in ((right, self._u), (rest, self._lam)):
+                factors = self.row_scale.getSubVector(rows)
+                part.pointwiseDivide(part, factors)
+                self.row_scale.restoreSubVector(rows, factors)
+        u, lam = right.duplicate(), rest.duplicate()
+        self._inverse.mult(rest, lam)
+        self._B.mult(lam, u)
+        right.axpy(-1.0, u)
+        self.solver.solve(right, u)
+        self._C.mult(u, lam)
+        rest.axpy(-1.0, lam)
+        self._inverse.mult(rest, lam)
+        n = self.contact.layout.n
+        y.array[:n] = u.array_r
+        y.array[n:] = lam.array_r
+        for vector in (right, rest, u, lam):
+            vector.destroy()
+
+    def reset(self, pc: PETSc.PC) -> None:
+        """Forget the operators: the next ones may have another pattern. Collective."""
+        self._destroy("solver", "_B", "_C", "_inverse")
+
+    def destroy(self, pc: PETSc.PC) -> None:
+        """The end, called by PETSc. Collective."""
+        self.reset(pc)
+        self._destroy("_near", "_u", "_lam")
+
+    def _destroy(self, *names: str) -> None:
+        """Free PETSc objects at once: what Python drops is kept for a while."""
+        for name in names:
+            thing = getattr(self, name)
+            if thing is not None:
+                thing.destroy()
+            setattr(self, name, None)

@@ -1,0 +1,129 @@
+"""Multigrid whose levels are those of the bodies without contact."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from petsc4py import PETSc
+
+import numpy as np
+from dolfinx.fem.petsc import assemble_matrix
+
+from .. import compat
+from ..compat import Mask
+from .interpolation import LinearInterpolation
+from .petsc_options import PetscOptions
+from .rigid_motions import nullspace_of
+
+
+class BodiesLevels:
+    """Interpolations between levels, finest first, and products with them. Collective.
+
+    Aggregates of the tangent with contact reach across the interface: what moves them
+    as one cannot slide there. So they are made of the volume's tangent alone, in degree
+    1, and hold for any contact. From a higher degree to degree 1 goes interpolation.
+
+    Parameters
+    ----------
+    problem
+        Its form at the present displacement, and its conditions.
+    prefix
+        Of the options of PETSc's GAMG, which makes the aggregates.
+
+    Attributes
+    ----------
+    fixed
+        Dofs that were prescribed, (n,), of this rank.
+    interpolations
+        From each level to the next finer one.
+    """
+
+    def __init__(self, problem: Any, prefix: str) -> None:
+        V, self.fixed = problem.contact.u.function_space, problem.constrained
+        K = assemble_matrix(problem.a, bcs=problem.bcs)
+        K.assemble()
+        self._step: LinearInterpolation | None = None
+        fixed = self.fixed
+        if compat.element_info(V).degree > 1:
+            self._step = LinearInterpolation(V, fixed)
+            finest, K = K, self._step.product(K)
+            finest.destroy()
+            V, fixed = self._step.W, self._step.fixed
+        name = "pc_gamg_aggressive_coarsening"
+        # Above degree 1, levels of that degree are small already: finer ones pay
+        with PetscOptions(prefix, {name: int(self._step is None)}):
+            self._aggregated = _aggregate(K, V, fixed, prefix)
+        K.destroy()
+
+    @property
+    def interpolations(self) -> list[PETSc.Mat]:
+        """From each level to the next finer one, finest first."""
+        first = [] if self._step is None else [self._step.matrix]
+        return first + self._aggregated
+
+    def operators(self, S: PETSc.Mat) -> list[PETSc.Mat]:
+        """S and its products with the interpolations, finest first. Collective."""
+        found = [S]
+        for P in self.interpolations:
+            if len(found) == 1 and self._step is not None:
+                found.append(self._step.product(S))
+            else:
+                found.append(_product(found[-1], P))
+        return found
+
+    def destroy(self) -> None:
+        """Free the matrices. Collective."""
+        for P in self.interpolations:
+            P.destroy()
+
+
+def _aggregate(K: PETSc.Mat, V: Any, fixed: Mask, prefix: str) -> list[PETSc.Mat]:
+    """Interpolations of smoothed aggregation, finest first. Collective."""
+    near = nullspace_of(V, fixed)
+    K.setNearNullSpace(near)
+    ksp = PETSc.KSP().create(K.comm)
+    ksp.setOptionsPrefix(prefix)
+    ksp.setOperators(K)
+    ksp.getPC().setType("gamg")
+    ksp.setFromOptions()
+    ksp.setUp()
+    pc = ksp.getPC()
+    found = [pc.getMGInterpolation(k) for k in range(pc.getMGLevels() - 1, 0, -1)]
+    ksp.destroy()
+    near.destroy()
+    return found
+
+
+def _product(S: PETSc.Mat, P: PETSc.Mat) -> PETSc.Mat:
+    """P^T S P; where aggregates have fewer dofs than there are rigid motions, with a
+    diagonal."""
+    T = S.PtAP(P)
+    diagonal = T.getDiagonal()
+    size = diagonal.norm(PETSc.NormType.NORM_INFINITY)
+    empty = diagonal.array_r == 0.0
+    if T.comm.tompi4py().allreduce(int(np.count_nonzero(empty))):
+        diagonal.array[empty] = size
+        T.setDiagonal(diagonal)
+    diagonal.destroy()
+    return T
+
+
+def set_levels(ksp: PETSc.KSP, levels: BodiesLevels, S: PETSc.Mat) -> list[PETSc.Mat]:
+    """Make the preconditioner of S multigrid on these levels, before its options are
+    read. Collective.
+
+    Returns
+    -------
+    Operators of the coarser levels, to be freed after use.
+    """
+    operators = levels.operators(S)
+    n = len(operators)
+    pc = ksp.getPC()
+    pc.setType("mg")
+    pc.setMGLevels(n)
+    for k, P in enumerate(levels.interpolations):
+        pc.setMGInterpolation(n - 1 - k, P)
+    for k, A in enumerate(operators[:-1]):
+        pc.getMGSmoother(n - 1 - k).setOperators(A)
+    pc.getMGCoarseSolve().setOperators(operators[-1])
+    return operators[1:]

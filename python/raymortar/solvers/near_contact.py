@@ -1,0 +1,96 @@
+"""A direct solver of what is near contact: the filter before a cycle of multigrid."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from petsc4py import PETSc
+
+import numpy as np
+
+from .. import compat
+from ..compat import Array
+
+# Layers of cells at the surfaces whose nodes are near contact (measured:
+# docs/parallel.md)
+LAYERS = 1
+
+
+class NearContact:
+    """Solves for the displacement near the surfaces of contact, and for all
+    multipliers. Collective.
+
+    Parameters
+    ----------
+    A
+        Coupled tangent.
+    rows
+        Owned rows near contact, of `rows_near_contact`.
+    prefix
+        Of the solver's options.
+    """
+
+    def __init__(self, A: PETSc.Mat, rows: PETSc.IS, prefix: str) -> None:
+        self._rows = rows
+        self._part = A.createSubMatrix(rows, rows)
+        self._x, self._b = self._part.createVecs()
+        self._ksp = PETSc.KSP().create(A.comm)
+        self._ksp.setOptionsPrefix(prefix)
+        self._ksp.setType("preonly")
+        self._ksp.setOperators(self._part)
+        self._ksp.setFromOptions()
+        self._ksp.setUp()
+
+    def solve(self, right: PETSc.Vec, y: PETSc.Vec) -> None:
+        """y = A_nn^-1 right at the rows near contact, 0 elsewhere. Collective."""
+        part = right.getSubVector(self._rows)
+        part.copy(self._b)
+        right.restoreSubVector(self._rows, part)
+        self._ksp.solve(self._b, self._x)
+        y.set(0.0)
+        part = y.getSubVector(self._rows)
+        self._x.copy(part)
+        y.restoreSubVector(self._rows, part)
+
+    def destroy(self) -> None:
+        """Free what belongs to it. Collective."""
+        for thing in (self._ksp, self._part, self._x, self._b):
+            thing.destroy()
+
+
+def rows_near_contact(contact: Any, layers: int = LAYERS) -> PETSc.IS:
+    """Owned rows of the displacement on surfaces of contact and some layers of cells
+    inwards, and of all multipliers. Collective.
+
+    Parameters
+    ----------
+    contact
+        Contact, or several.
+    layers
+        Of cells.
+    """
+    V, layout = contact.u.function_space, contact.layout
+    bs, owned = V.dofmap.index_map_bs, V.dofmap.index_map.size_local
+    near = np.zeros(owned + V.dofmap.index_map.num_ghosts)
+    for zone in contact.zones:
+        near[zone.facets.slave_surface.dofs] = 1.0
+        near[zone.facets.master_surface.dofs] = 1.0
+    near = _shared(V, near)
+    table = compat.dofmap_array(V)
+    for _ in range(layers):
+        near[table[near[table].any(axis=1) > 0]] = 1.0
+        near = _shared(V, near)
+    nodes = np.flatnonzero(near[:owned])
+    u = layout.begin + (bs * nodes[:, None] + np.arange(bs)).ravel()
+    multipliers = np.arange(layout.begin + layout.n, layout.begin + layout.size)
+    rows = np.concatenate([u, multipliers]).astype(PETSc.IntType)
+    return PETSc.IS().createGeneral(rows, comm=layout.comm)
+
+
+def _shared(V: Any, marks: Array) -> Array:
+    """Marks of local block dofs that any rank has. Collective."""
+    vector = compat.create_la_vector(V.dofmap.index_map, 1)
+    vector.array[:] = marks
+    compat.scatter_reverse_add(vector)
+    compat.scatter_forward(vector)
+    return np.sign(vector.array)

@@ -1,0 +1,172 @@
+"""Surfaces tied to each other where they lie undeformed: the object a user makes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NoReturn
+
+from dolfinx.fem import Function
+
+from .checked import is_one_of, is_truth_value
+from .contact import Contact
+from .errors import ContactError, raise_everywhere, require_agreement, together
+from .interface.cross_points import crossing, warn_of_corners
+from .interface.tie_cover import require_masters
+from .options.methods import AugmentedLagrangian, Penalty, Search
+
+ADJUST = ("keep", "close")
+
+
+class Tie(Contact):
+    """Slave surfaces that stay where they are on their masters. Collective.
+
+    They are paired once, undeformed, and transmit any traction. With the gap ``g_0``
+    along the slave's normal n between a slave's point and the one that it is tied to,
+
+    .. math:: x_m - x_s - g_0 n = 0
+
+    at every time: a rigid motion of both is free of stress, however large. It goes
+    wherever a `Contact` does, alone or in a list with others.
+
+    Parameters
+    ----------
+    u, facet_tags, pairs, quadrature_degree, search, names, axisymmetric
+        As of `Contact`. Masters are facets, not rigid bodies. Search distances are
+        those of the undeformed bodies: what lies farther apart is not tied.
+    method
+        `AugmentedLagrangian`, whose multiplier is a vector here, or `Penalty`, whose
+        coefficient holds all components. gamma decides no result of the former.
+    adjust
+        ``"keep"``: gaps that the meshes have stay, without stress, and turn with the
+        slave's surface; ``"close"``: they are closed, which deforms the bodies.
+    partial
+        Whether slave surfaces may reach beyond their masters; what does is free.
+
+    Attributes
+    ----------
+    tied
+        `adjust` as it was given.
+
+    Raises
+    ------
+    ContactError
+        As `Contact`; for slave nodes without a master, unless `partial`.
+
+    Notes
+    -----
+    In ``points`` and `gap` the gap is how far a tie is open beyond what is kept, and
+    ``distance`` the gap g_0 of the undeformed surfaces. ``status`` is 2 where a point
+    is tied.
+    """
+
+    def __init__(
+        self,
+        u: Function | Sequence[Function],
+        facet_tags: Any,
+        pairs: Sequence[tuple[int | str, int | str]],
+        method: AugmentedLagrangian | Penalty | None = None,
+        adjust: str = "keep",
+        quadrature_degree: int | None = None,
+        search: Search | None = None,
+        names: Mapping[str, int | tuple[int, int]] | None = None,
+        partial: bool = False,
+        axisymmetric: bool = False,
+        **others: Any,
+    ) -> None:
+        _check(adjust, partial, method, others)
+        self.tied = adjust
+        super().__init__(
+            u,
+            facet_tags,
+            pairs,
+            method,
+            quadrature_degree=quadrature_degree,
+            search=search,
+            names=names,
+            axisymmetric=axisymmetric,
+        )
+        require_agreement(self._comm, adjust=adjust, partial=partial)
+        self._refuse_bodies()
+        for zone in self.zones:
+            with together(self._comm):
+                zone.cpp.pair()
+        require_masters(self, partial)
+        if self.multiplier is not None:
+            self._cover.share()
+            warn_of_corners(self)
+        self.meet((self,))
+        self.update()
+
+    def _refuse_bodies(self) -> None:
+        """Raise for rigid bodies: their surface moves as no displacement does."""
+        found = [body.name for zone in self.zones for body in zone.facets.bodies]
+        raise_everywhere(
+            self._comm,
+            f"a Tie takes no rigid body as a master, and was given {found[0]}: "
+            "prescribe the displacement instead"
+            if found
+            else None,
+        )
+
+    def _multiplier(self) -> str:
+        return "vector"
+
+    def meet(self, contacts: Sequence[Contact]) -> None:
+        """Take the interactions of its problem: where they share slave nodes with it,
+        multipliers are damped [theory (4.20)]. Collective."""
+        if self.multiplier is None:
+            return
+        marked = crossing(self, contacts)
+        for zone, dofs in zip(self.zones, marked):
+            zone.cpp.set_crossing(dofs)
+        count = sum(int(dofs.sum()) for dofs in marked)
+        self._crosses = self._comm.allreduce(count) > 0
+        self._fixed_by = None  # the modulus is asked for anew
+
+    def set_offset(self, offset: Any) -> NoReturn:
+        """A tie has none: see `adjust` of `Tie`."""
+        raise ContactError("a Tie has no offset: its gaps are kept or closed")
+
+    def adjust(self, within: float) -> NoReturn:
+        """A tie needs none: kept gaps are free of stress."""
+        raise ContactError(
+            "a Tie needs no adjust: with adjust='keep' it starts without stress"
+        )
+
+    def update(self, rays_only: bool = False) -> None:
+        """Take the present displacement; pairs and points stay. Collective.
+
+        Raises
+        ------
+        ContactError
+            As `Contact.update`.
+        """
+        self.updates += 1
+        self.revision += 1
+        self.host.pull()
+        self._send_state()
+
+    def advance(self) -> None:
+        """Accept the step. A tie has no history but the old displacement."""
+        self._u_old[:] = self.u.x.array
+        self.revision += 1
+
+
+def _check(adjust: Any, partial: Any, method: Any, others: Mapping[str, Any]) -> None:
+    """Raise for options that a tie does not have."""
+    for name, why in (
+        ("friction", "it holds all components of the displacement"),
+        ("offset", "its gaps are kept or closed, see adjust"),
+        ("measure", "it integrates over the undeformed surface"),
+        ("tangent", "its points do not move"),
+    ):
+        if name in others:
+            raise ContactError(f"a Tie takes no {name}: {why}")
+    if others:
+        raise TypeError(f"Tie has no argument {next(iter(others))!r}")
+    if not is_one_of(adjust, ADJUST):
+        raise ContactError(f"adjust must be 'keep' or 'close', not {adjust!r}")
+    if not is_truth_value(partial):
+        raise ContactError(f"partial = {partial!r} must be True or False")
+    if getattr(method, "multiplier", None) == "normal":
+        raise ContactError("the multiplier of a Tie is a vector, not 'normal'")
