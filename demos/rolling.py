@@ -105,7 +105,7 @@ def main(arguments=None):
     """Run the demo; 0 if the wheel rolls without slip."""
     parser = common.options("rolling", __doc__)
     parser.add_argument("--angle", type=float, default=2.0, help="radians")
-    parser.add_argument("--size", type=int, default=24, help="facets per unit of length")
+    parser.add_argument("--size", type=int, default=48, help="facets per unit of length")
     args = parser.parse_args(arguments)
     angle = 4.0 * np.pi if args.fine else args.angle
     comm = MPI.COMM_WORLD

@@ -69,8 +69,8 @@ class Groups:
         of_bodies = np.empty(0, dtype=np.int32)
         for body in self._free:
             if contact.layout.own_bodies:
-                rows = np.full(len(body.freedom), self.count, dtype=np.int32)
-                of_bodies = np.concatenate([of_bodies, rows])
+                own = np.full(len(body.freedom), self.count, dtype=np.int32)
+                of_bodies = np.concatenate([of_bodies, own])
             self.count += 1
         self.forces = self.count
         displacement, *self.fields = contact.host.fields()

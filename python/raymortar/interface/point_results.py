@@ -249,7 +249,7 @@ def resultant_on(zones: Any, body: Any, comm: MPI.Comm) -> Resultant:
         parts = forces, along_normal(points, forces), moments
         sums += np.hstack(parts).sum(axis=0)
     comm.Allreduce(MPI.IN_PLACE, sums)
-    moment = sums[2 * dim :] if dim == 3 else float(sums[-1])
+    moment: Array | float = sums[2 * dim :] if dim == 3 else float(sums[-1])
     force, normal = sums[:dim], sums[dim : 2 * dim]
     return Resultant(force, moment, normal, force - normal)
 

@@ -80,7 +80,8 @@ class Body:
         self.centre = shape.place if centre is None else vector("centre", centre, gdim)
         self.freedom = Freedom(freedoms_of(free, gdim), gdim, stiffness, damping)
         self._moved, self._turned = np.zeros(3), np.zeros(3)
-        self.force, self.moment = force, moment
+        self.force = force  # type: ignore[assignment]
+        self.moment = moment  # type: ignore[assignment]
 
     @property
     def is_free(self) -> bool:

@@ -114,7 +114,7 @@ class Implicit(Shape):
                     f"differences by up to {off.max():.3g}, of {size.max():.3g}"
                 )
 
-    def _cast(self, x: Array, n: Array) -> tuple[Array, Array, Array, Array]:
+    def _cast(self, x: Array, n: Array) -> tuple[Any, Array, Array, Array]:
         """Where rays enter: see `_cpp.called_tool`."""
         self._check_derivatives(x, n)
         g, settled = np.zeros(len(x)), np.zeros(len(x), dtype=bool)

@@ -40,7 +40,7 @@ def _free_along(body: Body) -> Indices:
     return freedom.axis[~freedom.is_turn]
 
 
-def _freedom(body: Body, rows: Mapping[Body, Indices]) -> _cpp.Freedom:
+def _freedom(body: Body, rows: Mapping[Body, Any]) -> _cpp.Freedom:
     """How a body moves by its unknowns, as C++ has it."""
     if not body.is_free:
         return _cpp.Freedom()
@@ -82,7 +82,7 @@ class Motions:
         cpp: Any,
         comm: MPI.Comm,
         frictional: bool,
-        rows: Mapping[Body, Indices] | None = None,
+        rows: Mapping[Body, Any] | None = None,
     ) -> None:
         """Hand the present poses to a C++ zone. Collective.
 

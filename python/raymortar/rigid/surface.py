@@ -165,7 +165,7 @@ def _checked_facets(given: Any, points: Array) -> Indices:
     return facets.astype(np.int64)
 
 
-def _joined(points: Array, facets: Indices) -> tuple[Array, Indices]:
+def _joined(points: Array, facets: Any) -> tuple[Array, Any]:
     """Points in use, those at one place as one."""
     size = float(np.linalg.norm(np.ptp(points, axis=0))) or 1.0
     used = np.unique(facets)
@@ -176,7 +176,7 @@ def _joined(points: Array, facets: Indices) -> tuple[Array, Indices]:
     return points[used[first]], at[facets]
 
 
-def _with_centres(points: Array, facets: Indices) -> tuple[Array, Indices]:
+def _with_centres(points: Array, facets: Any) -> tuple[Array, Any]:
     """Quadrilaterals of 8 nodes with a ninth, which changes no edge."""
     x = points[facets]
     centres = 0.5 * x[:, 4:8].sum(axis=1) - 0.25 * x[:, :4].sum(axis=1)
