@@ -1,5 +1,7 @@
 """What all the Python tests share."""
 
+from pathlib import Path
+
 import pytest
 from problems import CELLS, CELLS_2D, CELLS_3D, COMM
 
@@ -26,9 +28,35 @@ def folder(tmp_path):
     return COMM.bcast(tmp_path, root=0)
 
 
+NIGHTLY = Path(__file__).with_name("nightly.txt")
+
+
+def pytest_addoption(parser):
+    parser.addoption(
+        "--without-nightly",
+        action="store_true",
+        help=f"leave out the long tests, which are listed in {NIGHTLY.name}",
+    )
+
+
+def without_nightly(config, items):
+    """Deselect the long tests. `quick` ones stay, whatever they take."""
+    lines = NIGHTLY.read_text(encoding="utf-8").splitlines()
+    long_ones = {line for line in lines if not line.startswith("#")}
+    chosen, left_out = [], []
+    for item in items:
+        is_long = item.nodeid in long_ones and not item.get_closest_marker("quick")
+        (left_out if is_long else chosen).append(item)
+    config.hook.pytest_deselected(left_out)
+    items[:] = chosen
+
+
 @pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(items):
-    """Where ``mpi`` says for which parameters, take it off the others."""
+def pytest_collection_modifyitems(config, items):
+    """Where ``mpi`` says for which parameters, take it off the others; leave out what
+    is for the night."""
+    if config.getoption("--without-nightly"):
+        without_nightly(config, items)
     for item in items:
         for mark in list(item.iter_markers("mpi")):
             where = mark.kwargs.get("where")
