@@ -76,17 +76,16 @@ def find_facets(
                 check_off_axis(tagged.meshes[k], facets)
         for master in masters if a == b and not bodies else []:
             check_pair(tagged.meshes[a], slave, master)
-        surfaces = [
-            build_surface(u, side, part, axisymmetric)
-            for side, part in (([slave], a), (masters, b))
-        ]
+        slave_surface = build_surface(u, [slave], a, axisymmetric)
+        master_surface = build_surface(u, masters, b, axisymmetric)
         zones.append(
             ZoneFacets(
                 slave_tag,
                 given,
                 slave,
                 masters,
-                *surfaces,
+                slave_surface,
+                master_surface,
                 join(masters),
                 a,
                 b,

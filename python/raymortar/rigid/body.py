@@ -77,7 +77,9 @@ class Body:
         self.name = type(shape).__name__ if name is None else name
         self.shape = shape
         gdim = shape.gdim
-        self.centre = shape.place if centre is None else vector("centre", centre, gdim)
+        self.centre: Array = (
+            shape.place if centre is None else vector("centre", centre, gdim)
+        )
         self.freedom = Freedom(freedoms_of(free, gdim), gdim, stiffness, damping)
         self._moved, self._turned = np.zeros(3), np.zeros(3)
         self.force = force  # type: ignore[assignment]

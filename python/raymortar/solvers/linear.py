@@ -94,7 +94,8 @@ def iterative(multigrid: str = "gamg", **options: Any) -> dict[str, Any]:
     if multigrid not in MULTIGRIDS:
         raise ValueError(f"multigrid must be one of {MULTIGRIDS}, not {multigrid!r}")
     if multigrid == "bodies":
-        context, inner = BodiesPreconditioner, _BODIES
+        context: type[ContactPreconditioner] = BodiesPreconditioner
+        inner = _BODIES
     else:
         context = ContactPreconditioner
         inner = {f"displacement_{k}": v for k, v in _MULTIGRID[multigrid].items()}
