@@ -39,9 +39,9 @@ def roll(comm, angle, steps, per_length):
     """Press the wheel down, and turn it by an angle in steps."""
     scene = layer(comm, 2.0 * START + angle * RADIUS, per_length)
     mesh = scene.mesh
-    V = tools.vector_space(mesh, 1)
+    V = tools.vector_space(mesh, 2)
     u = fem.Function(V, name="displacement")
-    residual = bodies.NeoHookean(E, NU).residual(u, 2)
+    residual = bodies.NeoHookean(E, NU).residual(u, 4)
     bottom = fem.locate_dofs_topological(
         V, 1, scene.facet_tags.find(scene.tags["bottom"])
     )
@@ -81,7 +81,9 @@ def roll(comm, angle, steps, per_length):
 
 def draw(result, cells, path):
     """Deformed layer with the wheel, and its way over the angle."""
-    figure, (left, right) = drawing.pyplot().subplots(1, 2, figsize=(10.0, 3.6))
+    figure, (left, right) = drawing.pyplot().subplots(
+        1, 2, figsize=(10.0, 3.6), layout="constrained"
+    )
     way = result.history["translation_wheel_x"]
     angle = -result.history["rotation_wheel"]
     x, u = cells
@@ -95,7 +97,15 @@ def draw(result, cells, path):
     left.set(aspect="equal", xlabel="x", ylabel="y")
     left.set(xlim=centre[0] + np.array([-2.0, 2.0]) * RADIUS)
     right.plot(angle, RADIUS * angle, color=drawing.EXACT, label="angle times radius")
-    right.plot(angle, way - way[0], "o", ms=3.5, mfc="none", color=drawing.COMPUTED, label="way")
+    right.plot(
+        angle,
+        way - way[0],
+        "o",
+        ms=3.5,
+        mfc="none",
+        color=drawing.COMPUTED,
+        label="way",
+    )
     right.set(xlabel="angle [rad]", ylabel="way of the wheel")
     right.legend()
     figure.savefig(path)
@@ -104,8 +114,10 @@ def draw(result, cells, path):
 def main(arguments=None):
     """Run the demo; 0 if the wheel rolls without slip."""
     parser = common.options("rolling", __doc__)
-    parser.add_argument("--angle", type=float, default=2.0, help="radians")
-    parser.add_argument("--size", type=int, default=48, help="facets per unit of length")
+    parser.add_argument("--angle", type=float, default=0.6, help="radians")
+    parser.add_argument(
+        "--size", type=int, default=32, help="facets per unit of length"
+    )
     args = parser.parse_args(arguments)
     angle = 4.0 * np.pi if args.fine else args.angle
     comm = MPI.COMM_WORLD
@@ -118,9 +130,7 @@ def main(arguments=None):
     up = result.history["push_wheel_y"][-1]
     report.add("force on the wheel", up, FORCE, 1e-6)
     pressure = result.contact.traction("normal")
-    io.write_xdmf(
-        args.output / "rolling.xdmf", result.scene.mesh, [result.u, pressure]
-    )
+    io.write_xdmf(args.output / "rolling.xdmf", result.scene.mesh, [result.u, pressure])
     cells = drawing.gather_cells(result.scene.mesh, result.u)
     if comm.rank == 0:
         draw(result, cells, args.output / "rolling.png")

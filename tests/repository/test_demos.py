@@ -64,7 +64,7 @@ def test_rigid_tools_agree_with_sneddon(folder):
 
 
 def test_a_wheel_rolls_without_slip(folder):
-    run(rolling, folder, "--angle", "0.3")
+    run(rolling, folder)
 
 
 @pytest.mark.mpi
