@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -13,7 +14,7 @@ from dolfinx.fem import Function
 from . import compat
 from .compat import Array
 from .contact import Contact
-from .errors import ContactError, raise_everywhere
+from .errors import ContactError, ContactWarning, raise_everywhere
 from .host.bodies import Bodies
 from .host.host import Host
 from .host.layout import JointLayout
@@ -54,6 +55,7 @@ class Interactions(CoupledSystem, ZoneResults):
         self.contacts: tuple[Contact, ...] = tuple(contacts)
         self._comm: MPI.Comm = contacts[0].layout.comm
         raise_everywhere(self._comm, _fault(self.contacts))
+        _warn_of_shared_pairs(self.contacts)
         self.layout: JointLayout
         self._volume: Any = None
 
@@ -226,6 +228,26 @@ def _fault(contacts: Sequence[Contact]) -> str | None:
                 "of a full turn, or of none"
             )
     return None
+
+
+def _warn_of_shared_pairs(contacts: Sequence[Contact]) -> None:
+    """Say where several multipliers stand for the traction of one pair."""
+    known: dict[frozenset[Any], int] = {}
+    for i, contact in enumerate(contacts):
+        if contact.multiplier is None:
+            continue
+        for pair in contact.pairs:
+            sides = frozenset((pair.slave, pair.master))
+            if sides in known:
+                warnings.warn(
+                    f"contact[{known[sides]}] and contact[{i}] both have multipliers "
+                    f"on slave tag {pair.slave} and master {pair.master}: only the sum "
+                    "of their tractions is determined, and the linear solver may fail; "
+                    "give the pair to one of them, or one of them a Penalty",
+                    ContactWarning,
+                    stacklevel=4,
+                )
+            known[sides] = i
 
 
 def _same_displacement(one: Host, other: Host) -> bool:

@@ -28,6 +28,7 @@ from .interactions import one_or_several
 from .interface.held import rigid_slaves
 from .interface.sides import swaps
 from .results.summaries import of_problem
+from .rigid.motions import loads_of_tools
 
 
 class CoupledProblem:
@@ -122,6 +123,7 @@ class CoupledProblem:
         # Where `form` was last, and which revision of the contact that was
         self._at: np.ndarray | None = None
         self._revision = 0
+        self._tools = b""
         self._r = [compat.create_la_vector(*compat.unknowns_of(f)) for f in functions]
         self._volume = self.contact.prepare(self.a, self.bcs)
         self.in_use = self._alone()
@@ -179,6 +181,7 @@ class CoupledProblem:
         same = (
             self._at is not None
             and self._revision == self.contact.revision
+            and self._tools == loads_of_tools(self.contact.zones)
             and np.array_equal(array, self._at)
             and np.array_equal(array[:n], self.contact.host.owned_values())
         )
@@ -188,6 +191,7 @@ class CoupledProblem:
         self.contact.from_vector(x)
         self.contact.update(self.rays_only)
         self._revision = self.contact.revision
+        self._tools = loads_of_tools(self.contact.zones)
 
     def F(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
         """Residual at x into b. Collective."""

@@ -48,6 +48,12 @@ def _functions_fault(functions: Any, least: int = 0) -> str | None:
     return None
 
 
+def _folder_fault(path: Path) -> str | None:
+    """Why a file cannot be written there, if so: DOLFINx says nothing, or makes it."""
+    found = path.parent.is_dir()
+    return None if found else f"{path} cannot be written: there is no such folder"
+
+
 def write_xdmf(
     filename: str | Path,
     mesh: dolfinx.mesh.Mesh,
@@ -79,6 +85,7 @@ def write_xdmf(
         If the file cannot be written.
     """
     raise_everywhere(mesh.comm, _functions_fault(functions))
+    raise_everywhere(mesh.comm, _folder_fault(Path(filename)))
     mode = "a" if append else "w"
     with writing(mesh.comm, filename, RuntimeError):
         with dolfinx.io.XDMFFile(mesh.comm, str(filename), mode) as file:
@@ -126,10 +133,7 @@ def write_vtk(
     """
     raise_everywhere(mesh.comm, _functions_fault(functions, 1))
     path = Path(filename)
-    # DOLFINx would say nothing where there is no such folder
-    found = path.parent.is_dir()
-    problem = None if found else f"{path} cannot be written: there is no such folder"
-    raise_everywhere(mesh.comm, problem)
+    raise_everywhere(mesh.comm, _folder_fault(path))
     before: list[pvd.Entry] = []
     with together(mesh.comm):
         if append and mesh.comm.rank == 0:

@@ -19,6 +19,7 @@ from ..host.bodies import bodies_of_facets
 from ..interface.faced import Path, path
 from ..interface.point_results import CLOSED, OPEN
 from .balance import EPS, largest_by
+from .passed_tools import have_gone_through
 
 AXES = "xyz"
 # Of a ray, see ContactFields.points
@@ -124,9 +125,15 @@ def _passed_by_tools(zone: Any, comm: MPI.Comm) -> list[str]:
     points = zone.points()
     facets = np.unique(points["slave"][zone.cpp.sunk_points()])
     count = comm.allreduce(len(facets))
+    names = ", ".join(body.name for body in zone.facets.bodies)
+    if not count and have_gone_through(zone, comm):
+        return [
+            f"a rigid body ({names}) has gone through slave tag {zone.facets.slave_tag} "
+            "and out of it again: its motion in this step is larger than the slave, or "
+            "in another unit than the mesh"
+        ]
     if not count:
         return []
-    names = ", ".join(body.name for body in zone.facets.bodies)
     return [
         f"{count} facets of slave tag {zone.facets.slave_tag} are on the wrong side of "
         f"a rigid body ({names}): it has passed through them, or its solid is not where "

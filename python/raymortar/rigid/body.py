@@ -92,7 +92,7 @@ class Body:
 
     @property
     def force(self) -> Array:
-        return self._force[: self.shape.gdim].copy()
+        return _read_only(self._force[: self.shape.gdim])
 
     @force.setter
     def force(self, value: Vector | None) -> None:
@@ -102,12 +102,24 @@ class Body:
 
     @property
     def moment(self) -> float | Array:
-        return float(self._moment[2]) if self.shape.gdim == 2 else self._moment.copy()
+        if self.shape.gdim == 2:
+            return float(self._moment[2])
+        return _read_only(self._moment)
 
     @moment.setter
     def moment(self, value: float | Vector | None) -> None:
         self._moment = _turn("moment", value, self.shape.gdim)
         self._refuse_held("moment", self._moment, turns=True)
+
+    @property
+    def free(self) -> tuple[str, ...]:
+        """Names of the motions that forces decide. They are given when it is made."""
+        return self.freedom.names
+
+    @property
+    def stiffness(self) -> dict[str, float]:
+        """Of the springs by name. They are given when it is made."""
+        return dict(zip(self.freedom.names, self.freedom.stiffness.tolist()))
 
     def pushed(self) -> tuple[Array, Array]:
         """What pushes along its unknowns besides contact, (n,), and minus the
@@ -201,6 +213,13 @@ class Body:
 
     def __repr__(self) -> str:
         return f"Body({self.shape!r})"
+
+
+def _read_only(values: Array) -> Array:
+    """A copy that refuses to be written, which would change nothing."""
+    copy = values.copy()
+    copy.flags.writeable = False
+    return copy
 
 
 def _turn(name: str, rotation: Any, gdim: int | None) -> Array:

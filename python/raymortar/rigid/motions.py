@@ -50,6 +50,16 @@ def _freedom(body: Body, rows: Mapping[Body, Any]) -> _cpp.Freedom:
     )
 
 
+def loads_of_tools(zones: Sequence[Any]) -> bytes:
+    """Where all rigid bodies are, and what pushes them: what a residual depends on."""
+    parts = []
+    for zone in zones:
+        parts.append(zone.motions.present())
+        for body in zone.motions.bodies:
+            parts += [body.force, np.atleast_1d(body.moment)]
+    return b"".join(part.tobytes() for part in parts)
+
+
 class Motions:
     """Motions of some bodies: as they are set, as the last update saw them, and of the
     accepted step.
@@ -114,6 +124,10 @@ class Motions:
         if any(body.is_free for body in self.bodies):
             cpp.set_freedoms([_freedom(body, rows or {}) for body in self.bodies])
         self._seen = present
+
+    def show(self, cpp: Any, motion: Motion) -> None:
+        """Hand poses to a C++ zone, for a look at what they would meet."""
+        cpp.set_poses(*self._poses(motion))
 
     def send_old(self, cpp: Any) -> None:
         """Hand the accepted poses to a C++ zone."""

@@ -1,0 +1,58 @@
+"""Rigid tools that have gone through a slave surface in one step, and out of it again."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from mpi4py import MPI
+
+import numpy as np
+
+from ..compat import Array
+from ..interface.point_results import OPEN
+
+# Shares of a step's way at which the tools are looked at: the first of them after a
+# hundredth of the size of a tool where the way is ten of its sizes
+SHARES = np.concatenate([2.0 ** -np.arange(10.0, 3.0, -1.0), np.arange(1.0, 8.0) / 8.0])
+# By how much deeper than at the start a tool has to get to have gone in, of the depth
+# that counts as contact: a tool that leaves gets no deeper
+DEEPER = 0.25
+
+
+def have_gone_through(zone: Any, comm: MPI.Comm) -> bool:
+    """Whether tools that no ray hits now were inside the slave on their way. Collective.
+
+    It is asked only where tools have moved since the accepted step and nothing hits
+    them. The way is straight; the slave is where it is now.
+    """
+    motions = zone.motions
+    was, now = motions.old, motions.present()
+    hits = int(np.count_nonzero(zone.points()["status"] >= OPEN))
+    if np.array_equal(was, now) or comm.allreduce(hits):
+        return False
+    try:
+        begin = _depths(zone, was, comm)
+        # No more points deep inside than at the start, and none deeper by a step
+        most = begin + np.array([0.0, 1.0])
+        return any(
+            bool(np.any(_depths(zone, was + share * (now - was), comm) > most))
+            for share in SHARES
+        )
+    finally:
+        motions.show(zone.cpp, now)
+        zone.cpp.pair()
+
+
+def _depths(zone: Any, motion: Array, comm: MPI.Comm) -> Array:
+    """How many points are deep inside tools at a pose, and how deep the others are at
+    most, in steps of `DEEPER` of the depth that counts as contact."""
+    zone.motions.show(zone.cpp, motion)
+    zone.cpp.pair()
+    points = zone.points()
+    hit = points["status"] >= OPEN
+    step = DEEPER * zone.distance("depth")[points["slave"][hit]]
+    depth = -points["gap"][hit] / step
+    mine = np.array([len(zone.cpp.sunk_points()), depth.max(initial=0.0)])
+    most = np.empty_like(mine)
+    comm.Allreduce(mine, most, op=MPI.MAX)
+    return most
