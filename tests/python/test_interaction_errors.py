@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pytest
 from interacting import LOWER, UPPER, three
 
-from raymortar import ContactError, Penalty, SNESSolver, Stick, solvers
+from raymortar import ContactError, ContactWarning, Penalty, SNESSolver, Stick, solvers
 
 pytestmark = pytest.mark.mpi
 
@@ -71,3 +73,15 @@ def test_iterative_solvers_take_several_penalties():
         SNESSolver(blocks.problem(contacts), options).solve()
         forces.append([contact.resultant().force for contact in contacts])
     assert np.allclose(*forces, rtol=1e-6, atol=1e-8)
+
+
+def test_two_multipliers_on_one_pair_are_told():
+    """Either way round; a penalty leaves the traction to the other one."""
+    blocks = three()
+    one, other = blocks.contact(UPPER), blocks.contact(UPPER[::-1])
+    with pytest.warns(ContactWarning, match="both have multipliers on slave tag"):
+        blocks.problem([one, other])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", ContactWarning)
+        third = blocks.contact(UPPER, method=Penalty(5.0))
+        blocks.problem([blocks.contact(UPPER), third])

@@ -411,3 +411,52 @@ def test_control_leads_no_rigid_bodies():
             2,
             control=control,
         ).run()
+
+
+@pytest.mark.mpi(where=lambda cell: cell == "triangle")
+@pytest.mark.parametrize("cell", ("triangle", "tetrahedron"))
+def test_a_tool_that_goes_through_and_out_again_is_told(cell):
+    """A motion in another unit than the mesh; a tool that leaves is no loss."""
+    name = "circle" if cell == "triangle" else "sphere"
+    found = press(cell, shape_of(cell, name), degree=1)
+    solver = NewtonSolver(found.problem)
+    assert solver.solve()[1]
+    found.contact.advance()
+    along = np.eye(3)[1 if cell == "triangle" else 2][: 2 if cell == "triangle" else 3]
+    found.body.move(3.0 * along)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert solver.solve()[1]
+    assert found.contact.statistics.hits == 0
+    found.body.move(-50.0 * along)
+    with pytest.warns(ContactWarning, match="has gone through slave tag .* and out"):
+        assert solver.solve()[1]
+
+
+@pytest.mark.mpi
+def test_a_residual_sees_tools_that_have_moved():
+    """At an unchanged x, as a solver of the user's asks for it."""
+    found = press("triangle", shape_of("triangle", "circle"), degree=1)
+    problem = found.problem
+    assert NewtonSolver(problem).solve()[1]
+    x, b = problem.create_vector(), problem.create_vector()
+    found.contact.to_vector(x)
+    problem.start()
+    problem.F(x, b)
+    at_rest = b.norm()
+    found.body.move((0.0, -0.02))
+    problem.F(x, b)
+    assert b.norm() > 1e3 * at_rest
+    found.body.move()
+    problem.F(x, b)
+    assert b.norm() == pytest.approx(at_rest)
+
+
+def test_what_would_change_nothing_is_refused():
+    ball = rigid.Body(rigid.Circle((0.0, 0.0), 1.0), free=("y",), stiffness=2.0)
+    with pytest.raises(ValueError, match="read-only"):
+        ball.force[1] = -5.0
+    for name in ("free", "stiffness"):
+        with pytest.raises(AttributeError):
+            setattr(ball, name, None)
+    assert ball.free == ("y",) and ball.stiffness == {"y": 2.0}
