@@ -86,3 +86,12 @@ def test_a_circle_shows_the_facets_of_the_slave_only():
     # But for the ends of the layer
     assert coarse[4:] == pytest.approx(coarse[:5], abs=0.01 * np.ptp(coarse))
     assert 0.0 < ripple(coarse) < 5e-3
+    assert ripple(fine) < 0.5 * ripple(coarse)
+    assert ripple(dragged("straight")) > 2.0 * ripple(coarse)
+
+
+def test_a_circle_that_spins_shows_nothing():
+    assert ripple(spun("circle")) <= 1e-12
+    quadratic, straight = ripple(spun("quadratic")), ripple(spun("straight"))
+    assert 0.0 < quadratic < 1e-5
+    assert straight > 5e-3
