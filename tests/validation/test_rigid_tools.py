@@ -12,7 +12,16 @@ from materials import MATERIALS, lame
 from problems import fix
 from revolution import half_space, on_axis
 
-from raymortar import Contact, ContactError, NonlinearProblem, SNESSolver, compat, rigid
+from raymortar import (
+    Contact,
+    ContactError,
+    History,
+    LoadSteps,
+    NonlinearProblem,
+    SNESSolver,
+    compat,
+    rigid,
+)
 
 E, NU = 1000.0, 0.3
 E_STAR = E / (1.0 - NU**2)
@@ -130,3 +139,25 @@ def test_a_flat_punch_of_facets(by_force, record_property):
     assert on.force[1] == pytest.approx(force, rel=1e-9 if by_force else 0.01)
     assert -punch.translation[1] == pytest.approx(depth, rel=0.01)
     assert weight @ pressure == pytest.approx(weight @ exact, rel=0.02)
+
+
+def test_a_shaft_that_grows_does_the_work_of_the_ring(record_property):
+    """Radial tractions cancel in the force of a full turn, and do work all the same."""
+    shaft = rigid.Body(rigid.Line((2.0, 0.0), (1.0, 0.0)), name="shaft")
+    found = revolution.build(
+        revolution.disc("quadrilateral", 4, radius=2.0, slave="left"), 2, E=E, nu=NU,
+        bcs=lambda V, s: [fix(V, s, ["bottom", "top"], 1)], master=shaft,
+    )  # fmt: skip
+    history = History(found.problem)
+
+    def widen(t):
+        shaft.move((0.01 * t, 0.0))
+
+    LoadSteps(SNESSolver(found.problem), widen, 2, history=history).run()
+    energy = 0.5 * revolution.residual(found.u, *lame(E, NU))
+    energy = fem.assemble_scalar(compat.form(ufl.action(energy, found.u)))
+    push = history["push_shaft_x"][-1]
+    record_property("work", history["work_shaft"][-1] / energy - 1.0)
+    assert push == pytest.approx(-2.0 * energy / 0.01, rel=1e-6)
+    assert history["work_shaft"][-1] == pytest.approx(energy, rel=1e-6)
+    assert found.contact.resultant_on(shaft).force == pytest.approx([0.0, 0.0])
