@@ -1,5 +1,7 @@
 """Multigrid on levels of the bodies: contact takes the iterations of its bodies."""
 
+import logging
+
 from mpi4py import MPI
 from petsc4py import PETSc
 
@@ -291,6 +293,8 @@ def test_levels_are_kept_while_they_are_good():
 @pytest.mark.mpi
 @pytest.mark.parametrize("solver", SOLVERS)
 def test_large_problems_get_the_iterative_solver(solver, monkeypatch, caplog):
+    # The demos, where they have been imported, switch such lines off
+    monkeypatch.setattr(logging.root.manager, "disable", logging.NOTSET)
     caplog.set_level("INFO", "raymortar")
     problem = blocks()
     start = problem.contact.state()
