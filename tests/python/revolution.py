@@ -7,12 +7,17 @@ from types import SimpleNamespace
 import numpy as np
 import ufl
 from dolfinx import fem
+from dolfinx.mesh import locate_entities_boundary
 from materials import MATERIALS, lame
 from problems import COMM, SOLVERS, cellwise
 
-from meshes.blocks import Block
+from meshes.blocks import Block, mirrored
+from meshes.graded import PoleGrid, box_blocks
 from meshes.meshing import Scene, assemble_blocks
 from raymortar import Contact, NonlinearProblem, compat
+
+HALF_SPACE = {"slave": 1, "bottom": 2, "left": 3, "side": 4}
+BESIDE = 5  # tag of the surface beside a punch
 
 
 def gradient(v, r):
@@ -53,6 +58,27 @@ def disc(cell, n, radius=0.0, side=lambda z: 1.0 + 0.0 * z, slave="top"):
     )
     mesh, cells, facets = assemble_blocks(COMM, [block], cell)
     return Scene(mesh, cells, facets, tags | {"slave": tags[slave]}, {"disc": 1})
+
+
+def half_space(a, facets, punch=False):
+    """A cylinder of 400 contact radii a, fine near its pole; in the plane half of a half
+    plane. Of a punch the slave ends at the contact radius."""
+    grid = PoleGrid(a, a / facets, 1.3)
+    names = {"surface": "slave", "left": "left", "far": "bottom", "side": "side"}
+    tags = {place: HALF_SPACE[name] for place, name in names.items()}
+    blocks = box_blocks((400.0 * a,) * 2, grid, tags, "half-space")
+    mesh, cells, facets = assemble_blocks(COMM, [mirrored(b, 1) for b in blocks],
+                                          "quadrilateral")  # fmt: skip
+    if punch:
+        below = locate_entities_boundary(
+            mesh, 1, lambda x: (abs(x[1]) < 1e-9 * a) & (x[0] < a * (1.0 + 1e-9))
+        )
+        beside = (facets.values == HALF_SPACE["slave"]) & ~np.isin(
+            facets.indices, below
+        )
+        values = np.where(beside, BESIDE, facets.values)
+        facets = compat.meshtags(mesh, 1, facets.indices, values)
+    return Scene(mesh, cells, facets, HALF_SPACE, {"half-space": 1})
 
 
 def build(

@@ -111,6 +111,17 @@ def test_ten_lines_of_the_start_page_solve_contact(tmp_path):
     assert len(list(filter(None, of_contact))) <= 10
 
 
+def test_six_lines_of_the_start_page_press_a_ball_into_a_block(tmp_path):
+    """Its force is in balance, at some depth; it starts 0.1 above."""
+    plain, six = blocks_of("README.md", "python")[:2]
+    plain = plain[: plain.index("import raymortar\n")]
+    assert len(six.splitlines()) == 6
+    results = "print(*contact.resultant_on(ball).force, ball.translation[2])"
+    *_, force, way = map(float, run(plain + six + results, tmp_path).split())
+    assert force == pytest.approx(0.3, rel=1e-6)
+    assert -0.5 < way < -0.15
+
+
 def test_a_solver_that_was_not_used_leaves_no_options(tmp_path):
     """PETSc, asked what options nothing has read, names none of ours at the end."""
     program = blocks_of("README.md", "python")[0]

@@ -9,13 +9,11 @@ import pytest
 import revolution
 import ufl
 from dolfinx import fem
-from dolfinx.mesh import locate_entities_boundary
 from materials import MATERIALS, lame
 from problems import COMM, fix
-from revolution import on_axis
+from revolution import half_space, on_axis
 
-from meshes.blocks import Block, mirrored
-from meshes.graded import PoleGrid, box_blocks
+from meshes.blocks import Block
 from meshes.meshing import Scene, assemble_blocks
 from meshes.scenes import two_blocks
 from raymortar import (
@@ -39,29 +37,8 @@ from raymortar.interface.strain_response import (
 
 E, NU = 1000.0, 0.3
 E_STAR = E / (1.0 - NU**2)
-TAGS = {"slave": 1, "bottom": 2, "left": 3, "side": 4}
-FREE = 5
 
 # Indentation of a half-space (H1 to H3)
-
-
-def half_space(a, facets, punch=False):
-    """A cylinder of 400 contact radii, fine near its pole; of a punch the slave ends at
-    the contact radius."""
-    grid = PoleGrid(a, a / facets, 1.3)
-    tags = {"surface": TAGS["slave"], "left": TAGS["left"]}
-    tags |= {"far": TAGS["bottom"], "side": TAGS["side"]}
-    blocks = box_blocks((400.0 * a,) * 2, grid, tags, "half-space")
-    mesh, cells, facets = assemble_blocks(COMM, [mirrored(b, 1) for b in blocks],
-                                          "quadrilateral")  # fmt: skip
-    if punch:
-        below = locate_entities_boundary(
-            mesh, 1, lambda x: (abs(x[1]) < 1e-9 * a) & (x[0] < a * (1.0 + 1e-9))
-        )
-        beside = (facets.values == TAGS["slave"]) & ~np.isin(facets.indices, below)
-        values = np.where(beside, FREE, facets.values)
-        facets = compat.meshtags(mesh, 1, facets.indices, values)
-    return Scene(mesh, cells, facets, TAGS, {"half-space": 1})
 
 
 def indent(a, shape, depth, facets=8, punch=False, steps=1, **options):

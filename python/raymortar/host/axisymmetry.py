@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from dolfinx.mesh import Mesh
 
 from ..compat import Array
 from ..errors import ContactError, ContactWarning, raise_everywhere
+from ..rigid.body import Body
 from .facets import Facets, coordinates, format_point, node_table
 from .joined import parts_of
 
@@ -84,6 +86,24 @@ def check_off_axis(mesh: Mesh, facets: Facets) -> None:
             f"first at {format_point(middle)}: in a full turn they are no surface"
         )
     raise_everywhere(mesh.comm, message)
+
+
+def check_free_along_axis(bodies: Sequence[Body]) -> None:
+    """Refuse rigid bodies that are free to leave the axis, or to tilt.
+
+    Raises
+    ------
+    ContactError
+        Naming the body.
+    """
+    for body in bodies:
+        others = [name for name in body.freedom.names if name != "y"]
+        if others:
+            raise ContactError(
+                f"axisymmetric=True, but the rigid {body.name} is free along "
+                f"{', '.join(others)}: a solid of revolution stays one if it moves "
+                'along the axis only, free = ("y",)'
+            )
 
 
 def warn_of_plane_form(forces: Array, diagonal: Array, comm: Any) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..errors import ContactError, raise_everywhere
 from ..rigid.body import Body
-from .axisymmetry import check_half_plane, check_off_axis
+from .axisymmetry import check_free_along_axis, check_half_plane, check_off_axis
 from .checks import check_areas, check_cells, check_pair
 from .facets import Facets, join, tagged_facets
 from .joined import parts_of
@@ -22,19 +22,9 @@ _NONE = np.empty(0, dtype=np.int32)
 NO_FACETS = Facets(-1, _NONE, _NONE, _NONE)
 
 
-def check_bodies(
-    bodies: Sequence[Body], slave: int, gdim: int, axisymmetric: bool
-) -> None:
-    """Raise for rigid bodies of another dimension, and for those that are free to do
-    what no solid of revolution does."""
+def check_bodies(bodies: Sequence[Body], slave: int, gdim: int) -> None:
+    """Raise for rigid bodies of another dimension."""
     for body in bodies:
-        others = [name for name in body.free if name != "y"]
-        if axisymmetric and others:
-            raise ContactError(
-                f"the rigid {body.name} that slave tag {slave} meets has free = "
-                f"{body.free}: with axisymmetric=True it is a solid of revolution, "
-                'which a force moves along the axis alone, free = ("y",)'
-            )
         if body.shape.gdim not in (None, gdim):
             raise ContactError(
                 f"the rigid {type(body.shape).__name__} that slave tag {slave} meets is "
@@ -76,8 +66,9 @@ def find_facets(
         slave = tagged.facets(a, slave_tag, "slave")
         if bodies:
             masters = [NO_FACETS]
-            gdim = u.function_space.mesh.geometry.dim
-            check_bodies(bodies, slave_tag, gdim, axisymmetric)
+            check_bodies(bodies, slave_tag, u.function_space.mesh.geometry.dim)
+            if axisymmetric:
+                check_free_along_axis(bodies)
         else:
             masters = [tagged.facets(b, tag, "master") for tag in given]
         for k, facets in ((a, slave), *((b, master) for master in masters)):

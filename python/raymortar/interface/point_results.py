@@ -251,7 +251,7 @@ def resultant_on(zones: Any, body: Any, comm: MPI.Comm) -> Resultant:
     comm.Allreduce(MPI.IN_PLACE, sums)
     moment: Array | float = sums[2 * dim :] if dim == 3 else float(sums[-1])
     force, normal = sums[:dim], sums[dim : 2 * dim]
-    return Resultant(force, moment, normal, force - normal)
+    return _of_zone(zones[0], Resultant(force, moment, normal, force - normal))
 
 
 def added(parts: Sequence[Resultant]) -> Resultant:

@@ -69,8 +69,10 @@ class BodyColumns:
         found: list[float] = []
         for body, label, begin in zip(self._bodies, self._labels, self._begin):
             on = self._contact.resultant_on(body)
-            moment = np.atleast_1d(on.moment)
-            load, motion = np.concatenate([on.force, moment]), self._motion(body)
+            force, moment = on.force, np.atleast_1d(on.moment)
+            if on.radial is not None:  # a ring that is widened does work, too
+                force = np.array([on.radial, force[1]])
+            load, motion = np.concatenate([force, moment]), self._motion(body)
             before, work = np.zeros_like(load), 0.0
             if last is not None:
                 *columns, known = self._columns(label)
@@ -80,6 +82,6 @@ class BodyColumns:
                 begin = np.concatenate([row[d : 2 * d], row[2 * d + t :]])
                 work = last[known]
             work -= float(0.5 * (load + before) @ (motion - begin))
-            parts = on.force, motion[: self._dim], moment, motion[self._dim :]
+            parts = force, motion[: self._dim], moment, motion[self._dim :]
             found += [*np.concatenate(parts).tolist(), work]
         return found

@@ -2,5 +2,6 @@
 
 - picture: `plot`
 - drawing: in the plane, with matplotlib
+- outlines: rigid tools in the plane
 - rendering: in space, with pyvista
 """

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,13 +23,17 @@ from ..errors import (
 )
 from ..host.gathering import gather, gather_boundary, gather_cells, nodal_field
 from ..interface.point_results import OPEN, along_normal
+from ..rigid.body import Body
 from . import rendering
 from .drawing import LOOK, PRESSURE_MAP, draw_field, draw_surface
+from .outlines import draw_tools
 
 if TYPE_CHECKING:
     from ..contact import Contact
 
 BACKENDS = ("matplotlib", "pyvista")
+# Around bodies, for their tools, over the larger side
+MARGIN = 0.15
 NORMAL, TANGENTIAL = "#c0392b", "#2c3e50"
 
 
@@ -42,9 +47,10 @@ def plot(
 ) -> Any:
     """Draw the deformed bodies and the contact pressure, at the last update. Collective.
 
-    In 2D: cells coloured by a field, and normal and tangential traction at the
-    integration points along the slave surfaces. In 3D: the bodies' surfaces, and the
-    pressure on the slave surfaces, laid flat. All that is drawn is gathered on rank 0,
+    In 2D: cells coloured by a field, outlines of the rigid tools next to them, and
+    normal and tangential traction at the integration points along the slave surfaces.
+    In 3D: the bodies' surfaces, and the pressure on the slave surfaces, laid flat; tools
+    are not drawn. All that is drawn is gathered on rank 0,
     which needs room for it: a look at a solution, not a file for large meshes (those
     are written with ``compat.write_xdmf``). Edges of degree 2 are drawn straight.
 
@@ -98,10 +104,13 @@ def plot(
         parts, pressure = gather_cells(mesh, u, shown), _pressure_line(contact)
     else:
         parts, pressure = gather_boundary(mesh, u, shown), _pressure_map(contact)
+    tools = list(dict.fromkeys(b for zone in contact.zones for b in zone.facets.bodies))
     figure = None
     if draws:
-        draw = rendering.render if backend == "pyvista" else _draw
-        figure = draw(parts, pressure, label, view, file is None)
+        if backend == "pyvista":
+            figure = rendering.render(parts, pressure, label, view, file is None)
+        else:
+            figure = _draw(parts, pressure, tools, label, view, file is None)
     with writing(mesh.comm, file, OSError, ValueError):
         if draws and file is not None:
             _save(figure, Path(file), backend)
@@ -158,6 +167,7 @@ def _figure(interactive: bool) -> Any:
 def _draw(
     bodies: Any,
     pressure: Any,
+    tools: Sequence[Body],
     label: str,
     view: tuple[float, float],
     interactive: bool,
@@ -168,7 +178,7 @@ def _draw(
     with rc_context(LOOK):
         figure = _figure(interactive)
         if bodies[1].shape[-1] == 2:
-            _draw_plane(figure, bodies, pressure, label)
+            _draw_plane(figure, bodies, pressure, tools, label)
         else:
             _draw_space(figure, bodies, pressure, label, view)
     return figure
@@ -223,13 +233,20 @@ def _pressure_map(contact: Contact) -> list[Any]:
     return gather_boundary(mesh, contact.u, normal, facets=facets)
 
 
-def _draw_plane(figure: Any, bodies: Any, line: Any, label: str) -> None:
-    """Bodies on the left, tractions over the coordinate of most extent on the right."""
+def _draw_plane(
+    figure: Any, bodies: Any, line: Any, tools: Sequence[Body], label: str
+) -> None:
+    """Bodies and tools on the left, tractions over the coordinate of most extent on the
+    right."""
     x, u, values = bodies
     left, right = figure.subplots(1, 2)
     span = None if values.min() >= 0.0 else _span(values)
     colours = draw_field(left, x[..., :2] + u, values, norm=span)
     figure.colorbar(colours, ax=left, label=label, shrink=0.85)
+    if tools:
+        at = (x[..., :2] + u).reshape(-1, 2)
+        margin = MARGIN * np.ptp(at, axis=0).max()
+        draw_tools(left, tools, at.min(axis=0) - margin, at.max(axis=0) + margin)
     left.set(xlabel="x", ylabel="y")
     at, pressure, *friction = line
     axis = int(np.argmax(np.ptp(at, axis=0))) if len(at) else 0

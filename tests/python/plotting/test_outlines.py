@@ -1,0 +1,82 @@
+"""Rigid tools in pictures: what is drawn lies on the shape, and in the picture."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from problems import COMM
+from rigid_scenes import press, shapes
+
+import raymortar
+from raymortar import AugmentedLagrangian, rigid
+from raymortar.plotting.outlines import outlines
+
+pytest.importorskip("matplotlib")
+
+LOWER, UPPER = np.array([-0.1, -0.1]), np.array([1.1, 1.2])
+
+
+def square(degree):
+    """With sides that bulge, if they are of degree 2."""
+    corners = np.array([[0.2, 0.9], [0.8, 0.9], [0.8, 1.5], [0.2, 1.5]])
+    ends = np.array([[0, 1], [1, 2], [2, 3], [3, 0]])
+    if degree == 1:
+        return rigid.Surface(corners, ends)
+    middles = 0.5 * corners[ends].sum(axis=1)
+    middles += 0.1 * (middles - corners.mean(axis=0))
+    return rigid.Surface(
+        np.vstack([corners, middles]), np.column_stack([ends, np.arange(4, 8)])
+    )
+
+
+TOOLS = shapes(2) | {"straight": square(1), "curved": square(2)}
+TOOLS["nearly flat"] = rigid.Circle((0.5, 1e3 + 0.95), 1e3)
+
+
+@pytest.mark.parametrize("name", TOOLS)
+def test_outlines_are_on_the_shape(name):
+    """Of a tool that has been moved and turned: no way from a point to the surface."""
+    body = rigid.Body(TOOLS[name])
+    body.move((0.03, -0.04), 0.2)
+    R, shift = body.pose_of(body.motion())
+    found = outlines(body, LOWER, UPPER)
+    drawn = np.vstack(found)
+    inside = ((drawn >= LOWER) & (drawn <= UPPER)).all(axis=1)
+    if "line" not in name and name != "wedge":
+        assert inside.sum() >= 2
+    # Between the points of a line there are more
+    sides = [0.5 * (a[1:] + a[:-1]) for a in found if len(a) <= 3]
+    x = np.vstack([drawn, *sides])
+    x = (np.pad(x, ((0, 0), (0, 1))) - shift) @ R
+    away = nearest(body, x)
+    tolerance = 1e-3 if name == "implicit" else 1e-9  # a grid has found it
+    assert away.max() <= tolerance * max(1.0, 1e-3 * np.abs(x).max())
+
+
+def nearest(body, x):
+    """Shortest of the ways along a fan of rays, that begin outside or inside."""
+    angles = np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False) + 0.01
+    ways = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(48)])
+    found = [
+        np.abs(body.tool.distances_along(x.copy(), np.tile(way, (len(x), 1))))
+        for way in ways
+    ]
+    return np.nanmin(found, axis=0)
+
+
+@pytest.mark.mpi
+def test_a_picture_shows_the_tools_next_to_the_bodies(folder):
+    ball = rigid.Body(shapes(2)["circle"])
+    found = press("triangle", ball, method=AugmentedLagrangian(40.0))
+    raymortar.SNESSolver(found.problem).solve()
+    file = folder / "tool.png"
+    figure = raymortar.plot(found.contact, file)
+    if COMM.rank > 0:
+        return
+    assert file.stat().st_size > 0
+    left = figure.axes[0]
+    (line,) = left.lines
+    x = np.column_stack(line.get_data())
+    centre, radius = np.array(ball.shape.centre), ball.shape.radius
+    assert np.linalg.norm(x - centre, axis=1) == pytest.approx(radius)
+    assert left.get_ylim() == pytest.approx((-0.15, 1.15), abs=0.05)
