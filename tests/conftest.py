@@ -47,7 +47,7 @@ def without_nightly(config, items):
     for item in items:
         is_long = item.nodeid in long_ones and not item.get_closest_marker("quick")
         (left_out if is_long else chosen).append(item)
-    config.hook.pytest_deselected(left_out)
+    config.hook.pytest_deselected(items=left_out)
     items[:] = chosen
 
 
