@@ -542,7 +542,7 @@ class Contact(ContactAssembly):
             [z.traction_old for z in self.zones],
             None if self.host.is_plain else self.host.values(),
             [zone.motions.old for zone in self.zones],
-            {body: body.freedom.state() for body in self.layout.bodies},
+            [body.freedom.state() for body in self.layout.bodies],
         )
 
     def fault_of(self, state: Any) -> str | None:
@@ -571,7 +571,7 @@ class Contact(ContactAssembly):
             zone.traction_old = traction
         for zone, motion in zip(self.zones, state.old_motions):
             zone.motions.old = motion
-        for body, known in zip(self.layout.bodies, state.freedoms.values()):
+        for body, known in zip(self.layout.bodies, state.freedoms):
             body.freedom.restore(known)
         self._history_is_new = True
         self.revision += 1

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -27,8 +27,8 @@ class ContactState:
     unknowns: Array | None = None
     # Of rigid bodies at the accepted step, zone by zone. Where they are is a load
     old_motions: Sequence[Array] = ()
-    # Of rigid bodies that are free, by body
-    freedoms: Mapping[Body, Array] = field(default_factory=dict)
+    # Of rigid bodies that are free, in the order of the contact's
+    freedoms: Sequence[Array] = ()
 
     @property
     def parts(self) -> tuple[ContactState, ...]:
@@ -131,7 +131,7 @@ def _shapes(state: ContactState) -> dict[str, tuple[int, ...] | None]:
     shapes = {name: None if p is None else np.shape(p) for name, p in parts.items()}
     counts = {
         "list of slave surfaces": (len(state.traction_old),),
-        "free rigid bodies": tuple(map(len, state.freedoms.values())),
+        "free rigid bodies": tuple(map(len, state.freedoms)),
     }
     return shapes | counts
 
@@ -144,29 +144,28 @@ def extrapolate(system: Any, now: State, last: State, ratio: float) -> None:
     else:
         values += ratio * (now.unknowns - last.unknowns)
     system.host.set_values(values)
+    changes: dict[Body, Array] = {}  # several contacts may meet a body
     for contact, new, old in zip(system.contacts, now.parts, last.parts):
         if new.multiplier is not None and old.multiplier is not None:
             contact.multiplier.x.array[:] += ratio * (new.multiplier - old.multiplier)
-    for body in system.layout.bodies:
-        free = body.freedom
-        begin, end = (free.totals_of(_known(state, body)) for state in (last, now))
-        free.values = free.values + ratio * (end - begin)
-
-
-def _known(state: State, body: Body) -> Array:
-    """What a state knows of a free body."""
-    return next(p.freedoms[body] for p in state.parts if body in p.freedoms)
+        for body, end, begin in zip(contact.layout.bodies, new.freedoms, old.freedoms):
+            totals = body.freedom.totals_of
+            changes[body] = ratio * (totals(end) - totals(begin))
+    for body, change in changes.items():
+        body.freedom.values = body.freedom.values + change
 
 
 def go_back(system: Any, begin: State, share: float) -> None:
     """Go back to a share of what displacement and multipliers changed since a state."""
     u = system.u.x.array
     u[:] = begin.u + share * (u - begin.u)
+    known: dict[Body, Array] = {}  # several contacts may meet a body
     for contact, old in zip(system.contacts, begin.parts):
         if old.multiplier is not None:
             values = contact.multiplier.x.array
             values[:] = old.multiplier + share * (values - old.multiplier)
-    for body in system.layout.bodies:
+        known.update(zip(contact.layout.bodies, old.freedoms))
+    for body, state in known.items():
         free = body.freedom
-        start = _known(begin, body)[: len(free)]
+        start = state[: len(free)]
         free.values = start + share * (free.values - start)

@@ -212,7 +212,8 @@ class Body:
         return self.centre + self.translation
 
     def __repr__(self) -> str:
-        return f"Body({self.shape!r})"
+        free = f", free={self.free}" if self.free else ""
+        return f"Body({self.shape!r}, name={self.name!r}{free})"
 
 
 def _read_only(values: Array) -> Array:

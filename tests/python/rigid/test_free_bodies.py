@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pickle
+
 from mpi4py import MPI
 
 import gathered
@@ -333,3 +335,17 @@ def test_what_is_free_is_not_prescribed():
     body.move((1.0, 0.0))
     with pytest.raises(ContactError, match="prescribes y"):
         body.move((0.0, 1.0))
+
+
+def test_states_of_free_bodies_go_to_files():
+    """As checkpoints do: to bytes and back, into the same contact."""
+    ball = rigid.Circle((0.5, 1.25), 0.2)
+    found = press("triangle", rigid.Body(ball, free=("y",), force=(0.0, -1.0)), n=6)
+    solved(found)
+    place = found.body.place
+    kept = pickle.dumps(found.contact.state())
+    found.body.force = (0.0, -2.0)
+    solved(found)
+    assert found.body.place[1] < place[1]
+    found.contact.restore(pickle.loads(kept))
+    assert np.array_equal(found.body.place, place)
