@@ -117,7 +117,8 @@ class ContactPreconditioner(KnowsProblem):
         A, _ = pc.getOperators()
         # A new solver each time: GAMG cannot change the sizes of its levels
         self.reset(pc)
-        S = self._eliminate(A) if self._with_multiplier else A
+        # A copy: what SOR keeps of a parallel matrix outlives the values of its entries
+        S = self._eliminate(A) if self._with_multiplier else A.copy()
         self.solver = PETSc.KSP().create(pc.comm)
         self.solver.setType("preonly")
         self.solver.setOptionsPrefix(f"{pc.getOptionsPrefix() or ''}displacement_")
@@ -125,6 +126,7 @@ class ContactPreconditioner(KnowsProblem):
         self._prepare(S)
         self.solver.setFromOptions()
         self.solver.setUp()
+        S.destroy()  # the solver has it
 
     def _prepare(self, S: PETSc.Mat) -> None:
         """Tell multigrid what it needs to know. Collective."""
