@@ -12,10 +12,13 @@ from ..compat import Array
 
 
 def index_sets(layout: Any) -> tuple[PETSc.IS, PETSc.IS]:
-    """Owned rows of the displacement, and of all multipliers."""
+    """Owned rows of the displacement, and of all multipliers; those of free bodies,
+    which follow, are in neither."""
     bs = layout.u.function_space.dofmap.index_map_bs
     sets = []
-    ends = layout.begin, layout.begin + layout.n, layout.begin + layout.size
+    of_bodies = sum(len(body.freedom) for body in layout.own_bodies)
+    ends = layout.n, layout.size - of_bodies
+    ends = layout.begin, *(layout.begin + end for end in ends)
     for first, last, block in zip(ends, ends[1:], (bs, 1)):
         rows = np.arange(first, last, dtype=PETSc.IntType)
         one = PETSc.IS().createGeneral(rows, comm=layout.comm)

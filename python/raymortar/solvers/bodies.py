@@ -23,7 +23,8 @@ class BodiesPreconditioner(ContactPreconditioner):
     What is near contact is solved for directly, multipliers included. What that leaves
     is smooth: springs as stiff as the volume's surface then stand for closed contact,
     which are no trouble for multigrid. The levels know nothing of contact, and are kept
-    until they take more cycles than at first, or until other dofs are prescribed.
+    until they take more cycles than at first, or until other dofs are prescribed. Rigid
+    bodies that are free move in the solve near contact alone.
 
     Attributes
     ----------
@@ -32,6 +33,7 @@ class BodiesPreconditioner(ContactPreconditioner):
     """
 
     springs = 1.0
+    takes_bodies = True
 
     def __init__(self) -> None:
         super().__init__()

@@ -83,6 +83,8 @@ class ContactPreconditioner(KnowsProblem):
 
     # Stiffness of the springs, in those of the volume at its surface
     springs = SPRINGS
+    # Whether rows of free bodies may be among those of the tangent
+    takes_bodies = False
 
     def __init__(self) -> None:
         super().__init__()
@@ -104,11 +106,11 @@ class ContactPreconditioner(KnowsProblem):
                 "the iterative solver is for a displacement alone: with further "
                 "unknowns leave the direct one, which is the default"
             )
-        if problem.contact.layout.bodies:
+        if problem.contact.layout.bodies and not self.takes_bodies:
             names = ", ".join(body.name for body in problem.contact.layout.bodies)
             raise ContactError(
-                f"the iterative solver takes no rigid body that is free ({names}): "
-                "leave the direct one, which is the default"
+                f"this iterative solver takes no rigid body that is free ({names}): "
+                'solvers.iterative("bodies") does, and the direct one'
             )
         super().know(problem, row_scale)
 
@@ -117,7 +119,7 @@ class ContactPreconditioner(KnowsProblem):
         A, _ = pc.getOperators()
         # A new solver each time: GAMG cannot change the sizes of its levels
         self.reset(pc)
-        S = self._eliminate(A) if self._with_multiplier else A
+        S = A if self._takes_all else self._eliminate(A)
         self.solver = PETSc.KSP().create(pc.comm)
         self.solver.setType("preonly")
         self.solver.setOptionsPrefix(f"{pc.getOptionsPrefix() or ''}displacement_")
@@ -139,6 +141,11 @@ class ContactPreconditioner(KnowsProblem):
         contacts = self.contact.contacts
         return [contact for contact in contacts if contact.multiplier is not None]
 
+    @property
+    def _takes_all(self) -> bool:
+        """Whether the tangent has rows of displacements alone."""
+        return not self._with_multiplier and not self.contact.layout.bodies
+
     def _eliminate(self, A: PETSc.Mat) -> PETSc.Mat:
         """S, and keep the blocks that the elimination needs."""
         if self._springs is None:
@@ -148,6 +155,8 @@ class ContactPreconditioner(KnowsProblem):
                 for contact in self._with_multiplier
             ]
             self._u, self._lam = index_sets(self.contact.layout)
+        if not self._with_multiplier:
+            return self._unscaled(A.createSubMatrix(self._u, self._u), self._u)
         K, self._B, self._C, D = (
             self._unscaled(A.createSubMatrix(rows, columns), rows)
             for rows in (self._u, self._lam)
@@ -155,12 +164,13 @@ class ContactPreconditioner(KnowsProblem):
         )
         self._inverse = self._inverse_blocks(D)
         EC = self._inverse.matMult(self._C)
-        S = self._B.matMult(EC)
-        S.aypx(-1.0, K, PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
-        S = with_blocks(S, K.getBlockSize())
-        for matrix in (K, D, EC):
+        BEC = self._B.matMult(EC)
+        bs = K.getBlockSize()
+        # In place of K, which is as large as the tangent
+        K.axpy(-1.0, BEC, PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
+        for matrix in (D, EC, BEC):
             matrix.destroy()
-        return S
+        return with_blocks(K, bs)
 
     def _unscaled(self, block: PETSc.Mat, rows: PETSc.IS) -> PETSc.Mat:
         """A block whose rows are as they were assembled: springs are of those."""
@@ -191,20 +201,37 @@ class ContactPreconditioner(KnowsProblem):
         return E
 
     def apply(self, pc: PETSc.PC, x: PETSc.Vec, y: PETSc.Vec) -> None:
-        """y = P^-1 x: eliminate, solve, substitute. Collective."""
-        if not self._with_multiplier:
+        """y = P^-1 x: eliminate, solve, substitute; 0 for free bodies. Collective."""
+        if self._takes_all:
             self.solver.solve(x, y)
             return
-        r, q = x.getSubVector(self._u), x.getSubVector(self._lam)
-        right, rest = r.copy(), q.copy()
-        x.restoreSubVector(self._u, r)
-        x.restoreSubVector(self._lam, q)
+        y.set(0.0)
+        right = self._unscaled_part(x, self._u)
+        u = right.duplicate()
+        if self._with_multiplier:
+            self._substitute(self._unscaled_part(x, self._lam), right, u, y)
+        else:
+            self.solver.solve(right, u)
+        y.array[: self.contact.layout.n] = u.array_r
+        right.destroy()
+        u.destroy()
+
+    def _unscaled_part(self, x: PETSc.Vec, rows: PETSc.IS) -> PETSc.Vec:
+        """Copy of some rows of a residual, as they were assembled."""
+        of_x = x.getSubVector(rows)
+        part = of_x.copy()
+        x.restoreSubVector(rows, of_x)
         if self.row_scale is not None:
-            for part, rows in ((right, self._u), (rest, self._lam)):
-                factors = self.row_scale.getSubVector(rows)
-                part.pointwiseDivide(part, factors)
-                self.row_scale.restoreSubVector(rows, factors)
-        u, lam = right.duplicate(), rest.duplicate()
+            factors = self.row_scale.getSubVector(rows)
+            part.pointwiseDivide(part, factors)
+            self.row_scale.restoreSubVector(rows, factors)
+        return part
+
+    def _substitute(
+        self, rest: PETSc.Vec, right: PETSc.Vec, u: PETSc.Vec, y: PETSc.Vec
+    ) -> None:
+        """Displacement into u, and multipliers into y. Collective."""
+        lam = rest.duplicate()
         self._inverse.mult(rest, lam)
         self._B.mult(lam, u)
         right.axpy(-1.0, u)
@@ -213,10 +240,9 @@ class ContactPreconditioner(KnowsProblem):
         rest.axpy(-1.0, lam)
         self._inverse.mult(rest, lam)
         n = self.contact.layout.n
-        y.array[:n] = u.array_r
-        y.array[n:] = lam.array_r
-        for vector in (right, rest, u, lam):
-            vector.destroy()
+        y.array[n : n + lam.local_size] = lam.array_r
+        rest.destroy()
+        lam.destroy()
 
     def reset(self, pc: PETSc.PC) -> None:
         """Forget the operators: the next ones may have another pattern. Collective."""

@@ -17,8 +17,8 @@ LAYERS = 1
 
 
 class NearContact:
-    """Solves for the displacement near the surfaces of contact, and for all
-    multipliers. Collective.
+    """Solves for the displacement near the surfaces of contact, for all multipliers and
+    for rigid bodies that are free. Collective.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ class NearContact:
 
 def rows_near_contact(contact: Any, layers: int = LAYERS) -> PETSc.IS:
     """Owned rows of the displacement on surfaces of contact and some layers of cells
-    inwards, and of all multipliers. Collective.
+    inwards, of all multipliers and of free bodies. Collective.
 
     Parameters
     ----------
@@ -82,8 +82,8 @@ def rows_near_contact(contact: Any, layers: int = LAYERS) -> PETSc.IS:
         near = _shared(V, near)
     nodes = np.flatnonzero(near[:owned])
     u = layout.begin + (bs * nodes[:, None] + np.arange(bs)).ravel()
-    multipliers = np.arange(layout.begin + layout.n, layout.begin + layout.size)
-    rows = np.concatenate([u, multipliers]).astype(PETSc.IntType)
+    others = np.arange(layout.begin + layout.n, layout.begin + layout.size)
+    rows = np.concatenate([u, others]).astype(PETSc.IntType)
     return PETSc.IS().createGeneral(rows, comm=layout.comm)
 
 
