@@ -94,7 +94,7 @@ def _suits_multigrid(problem: Any) -> bool:
     """Whether the iterative solver is the better choice. Collective."""
     contact = problem.contact
     unknowns = contact.layout.size_global
-    if not contact.host.is_plain or contact.layout.bodies:
+    if not contact.host.is_plain:
         return False
     if contact.u.function_space.mesh.topology.dim < 3:
         return False
