@@ -53,15 +53,16 @@ class BodiesPreconditioner(ContactPreconditioner):
         self._near_contact = NearContact(pc.getOperators()[0], self._rows, prefix)
         self._cycles = 0
 
-    def _prepare(self, S: PETSc.Mat) -> None:
+    def _renew(self, prefix: str) -> None:
         if self._first == 0:
             self._first = self._cycles
         if self._cycles > WORN * self._first + SPARE or self._has_other_conditions():
             self._destroy("levels")
         if self.levels is None:
-            prefix = f"{self.solver.getOptionsPrefix()}levels_"
-            self.levels = BodiesLevels(self.problem, prefix)
+            self.levels = BodiesLevels(self.problem, f"{prefix}levels_")
             self._first = 0
+
+    def _prepare(self, S: PETSc.Mat) -> None:
         self._coarse = set_levels(self.solver, self.levels, S)
 
     def _has_other_conditions(self) -> bool:

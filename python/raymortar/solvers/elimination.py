@@ -119,15 +119,20 @@ class ContactPreconditioner(KnowsProblem):
         A, _ = pc.getOperators()
         # A new solver each time: GAMG cannot change the sizes of its levels
         self.reset(pc)
+        prefix = f"{pc.getOptionsPrefix() or ''}displacement_"
+        self._renew(prefix)
         S = A if self._takes_all else self._eliminate(A)
         self.solver = PETSc.KSP().create(pc.comm)
         self.solver.setType("preonly")
-        self.solver.setOptionsPrefix(f"{pc.getOptionsPrefix() or ''}displacement_")
+        self.solver.setOptionsPrefix(prefix)
         self.solver.setOperators(S)
         self._prepare(S)
         self.solver.setFromOptions()
         self.solver.setUp()
         S.destroy()  # the solver has it
+
+    def _renew(self, prefix: str) -> None:
+        """Make what needs no S, while there is none in memory. Collective."""
 
     def _prepare(self, S: PETSc.Mat) -> None:
         """Tell multigrid what it needs to know. Collective."""

@@ -33,7 +33,9 @@ class Inputs:
         found = {id(c): c for form in forms for c in form.coefficients()}
         self.has_unknowns = any(id(f) in found for f in functions)
         self._others = [c for key, c in found.items() if key not in _ids(functions)]
-        self._constants = list({id(c): c for F in forms for c in F.constants()}.values())
+        self._constants = list(
+            {id(c): c for F in forms for c in F.constants()}.values()
+        )
         meshes = [f.function_space.mesh for f in functions]
         self._meshes = list({id(mesh): mesh for mesh in meshes}.values())
         self._last: list[Array] = []
