@@ -34,7 +34,7 @@ def make_tree(root: Path, files: dict[str, str]) -> Path:
         "fem",
     )
     headers = {f"cpp/raymortar/{stage}/some.h": "" for stage in stages}
-    empty = {"python/raymortar/__init__.py": "", "docs/theory.md": THEORY}
+    empty = {"python/raymortar/__init__.py": "", "docs/theory/index.md": THEORY}
     for name, text in {**headers, **empty, **files}.items():
         path = root / name
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -117,5 +117,5 @@ def test_rooms_may_import_types_from_above(tmp_path):
 
 def test_an_equation_number_is_unique(tmp_path):
     """A number that is given twice says nothing."""
-    code, said = check(make_tree(tmp_path, {"docs/theory.md": THEORY + THEORY}))
+    code, said = check(make_tree(tmp_path, {"docs/theory/index.md": THEORY + THEORY}))
     assert code == 1 and "(2.5) more than once" in said
