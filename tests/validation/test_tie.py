@@ -14,7 +14,6 @@ from dolfinx import fem
 from interacting import LOWER, UPPER, table, three
 from problems import CELLS, COMM, DIMENSION, Problem, fix, residual, tolerate, worst
 from states import rough_field
-from test_partly_covered import load_of_the_rest
 from tying import (
     AROUND,
     NU,
@@ -28,6 +27,7 @@ from tying import (
     strain_of,
     stress_of,
 )
+from uncovered import load_of_the_rest
 
 import raymortar
 from meshes.scenes import two_blocks

@@ -13,7 +13,7 @@ from .balance import EPS, Groups
 from .trouble import is_hopeless, is_in_trouble
 
 # Weight of a prescribed displacement in line searches, in stiffnesses of the softest
-# body: with 1, a first touch may end the search (measured: docs/robustness.md)
+# body: with 1, a first touch may end the search (measured: docs/robustness_units.md)
 PRESCRIBED = 10.0
 
 # Ratio of stiffnesses up to which line searches see both bodies well enough as they are

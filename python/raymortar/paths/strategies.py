@@ -178,7 +178,7 @@ class Strategies:
         self, now: State, last: State | None, ratio: float
     ) -> Iterator[tuple[str, Callable[[], int]]]:
         """What else there is, by name, in the order that measurement gives
-        (docs/robustness.md)."""
+        (docs/robustness_paths.md)."""
         if last is not None and not self.extrapolate:
             yield EXTRAPOLATED, partial(self._extrapolated, now, last, ratio)
         yield SMALL_GAMMA, lambda: solve_by_small_gamma(self.solver)

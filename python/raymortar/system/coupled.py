@@ -216,9 +216,9 @@ class CoupledSystem:
     def make_room(self, A: PETSc.Mat) -> bool:
         """Preallocate A anew if pairs have appeared that it cannot hold. Collective.
 
-        A loses its values then, and a KSP that has factorised it must be ``reset()``:
-        PETSc 3.22 (3.18 not yet) does not notice the new pattern of a parallel matrix and
-        would write the new values into the old pattern's memory.
+        A loses its values then, and what the user has attached to it but null spaces and
+        the prefix. A KSP that has factorised it must be ``reset()``: PETSc does not notice
+        the new pattern, and would write the new values into the old pattern's memory.
 
         Returns
         -------
