@@ -20,8 +20,8 @@ class LinearInterpolation:
 
     Collective. Nodes are those of Lagrange elements: a node of the higher degree takes
     the shape functions of degree 1 at its place in a cell that has it. Prescribed dofs
-    take nothing, and those of vertices give nothing: the product P^T S P of a tangent
-    is then that of the condition, but for its diagonal.
+    take nothing, and prescribed dofs of vertices give nothing. So the product P^T S P
+    is the tangent with the conditions, except for its diagonal.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ class LinearInterpolation:
         """P from its entries by block dofs; of owned ones each row once, in order.
 
         Entries of prescribed dofs are kept as zeros: all rows of a node have the same
-        columns, which relaxation by nodes and the product's diagonal ask for.
+        columns, as relaxation by nodes and the product's diagonal need.
         """
         bs, n = self._bs, V.dofmap.index_map.size_local
         numbers = _numbers(self.W)[coarse]
@@ -104,8 +104,9 @@ class LinearInterpolation:
 
 
 def _weights_by_cell(V: Any, W: Any) -> tuple[Any, Any, Array]:
-    """Owned block dofs of V in order, local ones of W, and the shape functions there
-    that do not vanish: one cell for each dof of V."""
+    """Entries of the interpolation: owned block dofs of V in order, local block dofs of
+    W, and the shape functions that do not vanish. Each dof of V takes one of its
+    cells."""
     points = compat.element_points(V)
     N = compat.tabulate(compat.cell_name(V.mesh), 1, points)[0]
     N[np.isclose(N, 0.0)], N[np.isclose(N, 1.0)] = 0.0, 1.0

@@ -1,4 +1,4 @@
-"""A direct solver of what is near contact: the filter before a cycle of multigrid."""
+"""A direct solver for the unknowns near contact, before each cycle of multigrid."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ class NearContact:
     A
         Coupled tangent.
     rows
-        Owned rows near contact, of `rows_near_contact`.
+        Owned rows near contact, from `rows_near_contact`.
     prefix
-        Of the solver's options.
+        Prefix of the solver's options.
     """
 
     def __init__(self, A: PETSc.Mat, rows: PETSc.IS, prefix: str) -> None:
@@ -59,15 +59,15 @@ class NearContact:
 
 
 def rows_near_contact(contact: Any, layers: int = LAYERS) -> PETSc.IS:
-    """Owned rows of the displacement on surfaces of contact and some layers of cells
-    inwards, and of all multipliers. Collective.
+    """Owned rows near contact: the displacement on its surfaces and in some layers of
+    cells behind them, and all multipliers. Collective.
 
     Parameters
     ----------
     contact
         Contact, or several.
     layers
-        Of cells.
+        Number of layers of cells.
     """
     V, layout = contact.u.function_space, contact.layout
     bs, owned = V.dofmap.index_map_bs, V.dofmap.index_map.size_local

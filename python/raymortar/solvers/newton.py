@@ -40,12 +40,12 @@ NO_DESCENT = PETSc.SNES.ConvergedReason.DIVERGED_LINE_SEARCH
 
 
 class _Ended(Exception):
-    """Ends a solve of DOLFINx's Newton solver, which has no other way to.
+    """Ends a solve of DOLFINx's Newton solver, which offers no other way.
 
     Attributes
     ----------
     converged
-        Whether it has.
+        Whether the solve has converged.
     """
 
     def __init__(self, converged: bool) -> None:
@@ -72,28 +72,28 @@ class NewtonSolver:
     problem
         Problem to solve.
     options
-        PETSc options of the linear solver, without prefix. Default: by the size, see
-        `solvers.linear_options`.
+        PETSc options of the linear solver, without prefix. The default depends on the
+        size, see `solvers.linear_options`.
 
     Attributes
     ----------
     rtol, atol, max_it, relaxation_parameter, convergence_criterion, report, \
     error_on_nonconvergence
-        As in DOLFINx, except for when a solve ends: DOLFINx compares lengths and forces
-        with the length of the first increment. ``rtol`` is relative to the forces of
-        each body and each surface of contact. ``atol`` is a force, by default the
-        rounding error of each, below which a solve goes on as long as that brings
-        anything (theory, 5.4).
+        As in DOLFINx, except for the test that ends a solve. (DOLFINx compares lengths
+        and forces with the length of the first increment.) ``rtol`` is relative to the
+        forces of each body and each surface of contact. ``atol`` is a force. By default
+        it is the rounding error of each body and surface, and a solve ends there only
+        once iterations no longer reduce the residual (theory (5.4)).
     newton
         DOLFINx's solver. With the criterion ``"residual"`` its own tolerances are zero.
     options
-        `PetscOptions`: to be in PETSc's table, ``with solver.options:``, where the KSP
-        is used by itself.
+        `PetscOptions`. To use the KSP by itself, write ``with solver.options:``, which
+        puts them into PETSc's table.
 
     Raises
     ------
     ContactError
-        Where DOLFINx no longer has its Newton solver: use `SNESSolver`.
+        If this DOLFINx no longer has a Newton solver: use `SNESSolver`.
     """
 
     max_it = _setting("max_it", "Most iterations.")
@@ -175,7 +175,7 @@ class NewtonSolver:
                 iterations, converged = self.newton.solve(x)
             reason = f"after {iterations} iterations"
         except ContactError as error:
-            # An iterate that is no number; a start that is none is the user's fault
+            # An iterate is not finite. A start that is not finite is the user's fault
             if not self.problem.history:
                 raise
             reason = f"({error})"
@@ -213,7 +213,8 @@ class NewtonSolver:
         self.krylov_solver.solve(b, dx)
 
     def _settings(self) -> dict[str, Any]:
-        """What all ranks must have alike: one that stops sooner leaves the others."""
+        """Settings that must be the same on all ranks, or one would stop before the
+        others."""
         names = "max_it", "convergence_criterion", "relaxation_parameter"
         settings = {name: getattr(self, name) for name in names}
         return {
@@ -224,15 +225,16 @@ class NewtonSolver:
 
     @property
     def _tolerances_of_dolfinx(self) -> tuple[float, float]:
-        """rtol and atol by which DOLFINx ends a solve: of lengths, for which a force is
-        no tolerance. Residuals, lengths and forces together in its norm, `_judge`
-        judges."""
+        """rtol and atol that DOLFINx takes. It compares lengths, for which a force is
+        no tolerance. `_judge` judges residuals, where DOLFINx's norm mixes lengths and
+        forces."""
         if self.convergence_criterion == "residual":
             return 0.0, 0.0
         return self.rtol, self.force_tolerance or 0.0
 
     def _judge(self) -> None:
-        """End the solve where the last residual is small enough, or in vain."""
+        """End the solve if the last residual is small enough, or if the solve is
+        stuck."""
         if self.convergence_criterion == "residual":
             convergence = self.problem.convergence
             convergence.accept()
@@ -245,8 +247,8 @@ class NewtonSolver:
 def _release(solver: Any, comm: MPI.Comm | None, *names: str) -> None:
     """Drop PETSc objects of a solver that ends, and free them.
 
-    Ranks may come to that at different times: of several, the next solver on the mesh
-    frees what no rank has any more.
+    Ranks may do so at different times. On several ranks, the next solver on the mesh
+    frees the objects that all ranks have dropped.
     """
     if sys.is_finalizing():
         return
@@ -276,7 +278,7 @@ def _tangent_with(solver: Any, x: PETSc.Vec, springs: Mapping[int, float]) -> No
 
 
 def require_convergence(problem: CoupledProblem, converged: bool, reason: str) -> None:
-    """Raise, on every rank, if a solve has failed, and warn of a doubtful end."""
+    """Raise on every rank if a solve has failed; warn if its result is doubtful."""
     if not converged:
         message = f"Newton did not converge {reason}: {problem.describe()}"
         raise_everywhere(problem.comm, message, ConvergenceError)
@@ -291,8 +293,9 @@ def require_convergence(problem: CoupledProblem, converged: bool, reason: str) -
 
 
 def _line_search(problem: CoupledProblem) -> str:
-    """Full steps cycle where springs are touched and slip in the same large step; with
-    multipliers they are best (docs/parameters)."""
+    """The default line search. With springs, full steps cycle where points close and
+    slip in the same large step; with multipliers full steps are best
+    (docs/solving.md)."""
     springs = any(
         isinstance(contact.method, Penalty) and contact.friction is not None
         for contact in problem.contact.contacts
@@ -315,11 +318,12 @@ def _defaults(problem: CoupledProblem, floor: float) -> dict[str, Any]:
 def _convergence_test(
     problem_of: Callable[[], CoupledProblem], snes: PETSc.SNES, floor: float
 ) -> Callable[..., int]:
-    """Test for a SNES whose options are in PETSc's table: forces against forces.
+    """Convergence test for a SNES whose options are in PETSc's table.
 
-    PETSc's own compares the norm of all rows with that of the first iterate, which has
-    none of the forces that a body meets on its way. Its divergence tolerance counts
-    where the user has set one: of the first residual above rounding error.
+    It compares forces with forces. PETSc's own test compares the norm of all rows with
+    that of the first iterate, which lacks the forces that a body meets on its way. If
+    the user sets a divergence tolerance, it is relative to the first residual above
+    rounding error.
     """
     reasons = PETSc.SNES.ConvergedReason
     options = PETSc.Options(snes.getOptionsPrefix())
@@ -357,26 +361,27 @@ class SNESSolver:
         Problem to solve.
     options
         PETSc options without prefix, such as ``{"snes_linesearch_type": "bt",
-        "snes_monitor": None}``. They complete the defaults: Newton with a full step
-        (penalty with friction: line search ``bt``), ``snes_rtol`` 1e-10, ``snes_atol``
-        the rounding error of the residual, a linear solver by the size, see
-        `solvers.linear_options`.
+        "snes_monitor": None}``. They complete the defaults: Newton's method with full
+        steps (for a penalty with friction the line search ``bt``), ``snes_rtol`` 1e-10,
+        ``snes_atol`` the rounding error of the residual, and a linear solver that
+        depends on the size, see `solvers.linear_options`.
     matrix
-        That of another solver of this problem, to share.
+        Matrix of another solver of this problem, to share it.
     prefix
-        Of the options in PETSc's table; None: one that no other solver has.
+        Prefix of the options in PETSc's table; None: one that no other solver has.
     owned
-        Whether the problem keeps this solver, which then does not keep the problem.
+        Whether the problem keeps this solver; then the solver does not keep the problem
+        alive.
 
     Attributes
     ----------
     snes
         The petsc4py SNES.
     A, b, x
-        Its tangent and its residual, whose rows are weighed (`row_scale` of the
-        problem), and its unknowns [u, multiplier / gamma].
+        Tangent and residual, with weighed rows (`row_scale` of the problem), and
+        unknowns [u, multiplier / gamma].
     options
-        `PetscOptions`, as of `NewtonSolver`.
+        `PetscOptions`, as for `NewtonSolver`.
     """
 
     def __init__(
@@ -395,7 +400,7 @@ class SNESSolver:
         self.A = problem.create_matrix() if matrix is None else matrix
         self.b, self.x = problem.create_vector(), problem.create_vector()
         self.snes = PETSc.SNES().create(problem.comm)
-        # What a callback raised: newer petsc4py raises an error of its own instead
+        # Errors that callbacks raised: newer petsc4py raises an error of its own instead
         self._raised: list[ContactError] = []
         self._floor = problem.residual_floor()
         self._scale = problem.create_vector()
@@ -408,13 +413,13 @@ class SNESSolver:
             prefix, {**_defaults(problem, self._floor), **linear, **(options or {})}
         )
         self.options.configure(self.snes)
-        # What has not converged is told by an error that says more than PETSc's
+        # A failure is raised with a message that says more than PETSc's
         self.snes.setErrorIfNotConverged(False)
         with self.options:
             test = _convergence_test(self._problem, self.snes, self._floor)
         self.snes.setConvergenceTest(test)
         attach(self.krylov_solver, problem, self._scale)
-        # SNES changes it where it solves its systems inexactly
+        # SNES changes it if it solves its systems inexactly
         self._linear_rtol = self.krylov_solver.getTolerances()[0]
 
     def _set_callbacks(self) -> None:
@@ -544,7 +549,8 @@ class SNESSolver:
         return None if atol == self._floor else atol
 
     def _is_rounding_error(self, x: PETSc.Vec) -> bool:
-        """Whether the residual is: no line search finds a smaller one. Collective."""
+        """Whether the residual at x is rounding error, so that no line search finds a
+        smaller one. Collective."""
         self.problem.F(x, self.b)
         rtol = self.tolerances[0]
         return self.problem.convergence.reached(rtol, self.force_tolerance, True)
