@@ -31,18 +31,18 @@ class Body:
         Name in `Contact.resultant` and in the columns of `History`; None: the name of
         the shape, such as ``"Sphere"``.
     free
-        Translations ``"x"``, ``"y"``, ``"z"`` and rotations ``"rx"``, ``"ry"``, ``"rz"``
-        about axes through the centre, in 2D ``"x"``, ``"y"``, ``"r"``, that follow from
-        forces. `move` prescribes the others.
+        Translations ``"x"``, ``"y"``, ``"z"`` and rotations ``"rx"``, ``"ry"``,
+        ``"rz"`` about axes through the centre, in 2D ``"x"``, ``"y"``, ``"r"``, that
+        follow from forces. `move` prescribes the others.
     force, moment
         Force on the body, and moment about its centre, which in 2D is a number. Their
-        directions are fixed in space. In 2D both are per thickness. Set these attributes
-        between steps to change the loads.
+        directions are fixed in space. In 2D both are per thickness. Set these
+        attributes between steps to change the loads.
     stiffness, damping
-        Springs and dampers at the centre, by the names in `free`. A stiffness is a force
-        per length or a moment per radian; a damping is that times time. A number stands
-        for all free translations. Springs pull to the place where the body was made.
-        Dampers resist the motion of a step over `Contact.dt`.
+        Springs and dampers at the centre, by the names in `free`. A stiffness is a
+        force per length or a moment per radian; a damping is that times time. A number
+        stands for all free translations. Springs pull to the place where the body was
+        made. Dampers resist the motion of a step over `Contact.dt`.
 
     Attributes
     ----------
@@ -123,8 +123,8 @@ class Body:
         return dict(zip(self.freedom.names, self.freedom.stiffness.tolist()))
 
     def pushed(self) -> tuple[Array, Array]:
-        """Forces along its unknowns other than contact, (n,), and minus their derivative,
-        (n, n). Force, and force per length."""
+        """Forces along its unknowns other than contact, (n,), and minus their
+        derivative, (n, n). Force, and force per length."""
         return self.freedom.forces(self._force, self._moment)
 
     def _refuse_held(self, what: str, value: Array, turns: bool) -> None:
@@ -145,8 +145,8 @@ class Body:
 
     @property
     def rotation(self) -> Array:
-        """Rotation since the body was made, (3,): a vector along the axis whose length is
-        the angle in radians. Free rotations about one axis add up over all steps."""
+        """Rotation since the body was made, (3,): a vector along the axis whose length
+        is the angle in radians. Free rotations about one axis add up over all steps."""
         return self.freedom.rotation(self._turned)
 
     @cached_property

@@ -49,10 +49,10 @@ class Freedom:
     """Unknowns of a free body.
 
     Translations are relative to the place where the body was made. Rotations are the
-    components of a rotation vector theta about the centre, relative to the last accepted
-    step: R = exp(theta) Q P, with the free rotation Q of all accepted steps and the
-    prescribed rotation P. In the coupled system a rotation is a length, theta times
-    `lever`, and its equation is a force.
+    components of a rotation vector theta about the centre, relative to the last
+    accepted step: R = exp(theta) Q P, with the free rotation Q of all accepted steps
+    and the prescribed rotation P. In the coupled system a rotation is a length, theta
+    times `lever`, and its equation is a force.
 
     Parameters
     ----------
@@ -172,8 +172,8 @@ class Freedom:
         return np.where(self.is_turn, state[n : 2 * n], 0.0) + state[:n]
 
     def rates(self) -> tuple[Array, Array, Array]:
-        """Derivatives of points by the unknowns: drift (n, 3), spin (n, 3, 3) and second
-        derivatives (n, n, 3, 3), see `_cpp.Freedom`."""
+        """Derivatives of points by the unknowns: drift (n, 3), spin (n, 3, 3) and
+        second derivatives (n, n, 3, 3), see `_cpp.Freedom`."""
         n, units = len(self), self._units
         drift, spin, bend = (
             np.zeros((n, 3)),
@@ -193,8 +193,9 @@ class Freedom:
         return drift, spin, bend
 
     def forces(self, force: Array, moment: Array) -> tuple[Array, Array]:
-        """Forces along the unknowns other than contact, (n,), and minus their derivative,
-        (n, n): the given force and moment, (3,) each, springs and dampers."""
+        """Forces along the unknowns other than contact, (n,), and minus their
+        derivative, (n, n): the given force and moment, (3,) each, springs and
+        dampers."""
         drift, spin, bend = self.rates()
         units = self._units
         pushed = drift @ force + axial(spin) @ moment

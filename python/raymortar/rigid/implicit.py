@@ -28,9 +28,9 @@ Field = Callable[[Array], Array]
 class Implicit(Shape):
     """Solid where a function is negative.
 
-    Each pairing calls it with all points at once, in the coordinates in which the body was
-    made. Newton's method finds the hit along each ray, which is easiest if the function is
-    nearly a distance.
+    Each pairing calls it with all points at once, in the coordinates in which the body
+    was made. Newton's method finds the hit along each ray, which is easiest if the
+    function is nearly a distance.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ class Implicit(Shape):
                 raise ContactError(f"{name} must be a function of points, (3, n)")
 
     def __repr__(self) -> str:
-        # The same on all ranks: the text of a function has its address
+        # The same on all ranks, unlike the text of a function, which has an address
         return f"Implicit({getattr(self.phi, '__name__', type(self.phi).__name__)})"
 
     @property

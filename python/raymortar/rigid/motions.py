@@ -62,11 +62,11 @@ def loads_of_tools(zones: Sequence[Any]) -> bytes:
 
 
 class Motions:
-    """Motions of some bodies: the present ones, those of the last update and those of the
-    accepted step.
+    """Motions of some bodies: the present ones, those of the last update and those of
+    the accepted step.
 
-    A present position is a load, as a prescribed displacement is. An accepted position is
-    history.
+    A present position is a load, as a prescribed displacement is. An accepted position
+    is history.
 
     Parameters
     ----------
@@ -111,8 +111,8 @@ class Motions:
         Raises
         ------
         ContactError
-            If positions or loads of bodies differ between ranks, or if a body has turned
-            too far in this step for friction.
+            If positions or loads of bodies differ between ranks, or if a body has
+            turned too far in this step for friction.
         """
         if not self.bodies:
             return

@@ -145,8 +145,8 @@ class Cylinder(Shape):
 class Cone(Shape):
     """Cone with a tip and without an end. For 2D see `Wedge`.
 
-    Rays hit the flanks only: the flanks next to the tip press on a surface that faces the
-    tip.
+    Rays hit the flanks only: the flanks next to the tip press on a surface that faces
+    the tip.
 
     Parameters
     ----------

@@ -51,15 +51,15 @@ class Surface(Shape):
         (n, 2) or (n, 3). Length. Points at the same place are merged, as
         STL files repeat them.
     facets
-        Points of each facet, (m, k), in the order of Gmsh, VTK and meshio: 2 or 3 in 2D;
-        3 or 6 of triangles, 4, 8 or 9 of quadrilaterals. Normals point out of the
+        Points of each facet, (m, k), in the order of Gmsh, VTK and meshio: 2 or 3 in
+        2D; 3 or 6 of triangles, 4, 8 or 9 of quadrilaterals. Normals point out of the
         solid: counter-clockwise seen from outside, in 2D the solid on the left.
     orient
         Whether to turn facets such that their orientations agree, and normals of a
         closed surface point outward. Without it, such facets are an error.
     closed
-        Whether the surface must be closed. If False, an open surface is a face of a solid
-        behind it.
+        Whether the surface must be closed. If False, an open surface is a face of a
+        solid behind it.
     hollow
         Whether the solid is around the surface: a die whose cavity is given.
     """
@@ -207,8 +207,8 @@ def _turned(facets: Indices, shape: str) -> Indices:
 
 
 def _edges(corners: Indices) -> tuple[Indices, Indices]:
-    """Numbers of each facet's edges (of its points in 2D), (m, k), and 1 if the facet runs
-    along the edge from the smaller to the larger point, else -1."""
+    """Numbers of each facet's edges (of its points in 2D), (m, k), and 1 if the facet
+    runs along the edge from the smaller to the larger point, else -1."""
     if corners.shape[1] == 2:
         ways = np.broadcast_to(np.array([-1, 1]), corners.shape)
         return corners, ways
@@ -233,8 +233,8 @@ def _edge_faults(corners: Indices) -> tuple[Indices, Indices]:
 
 
 def _turns(corners: Indices) -> Any:
-    """Whether to turn each facet, (m,), so that connected facets have the orientation of
-    the first of them."""
+    """Whether to turn each facet, (m,), so that connected facets have the orientation
+    of the first of them."""
     number, ways = _edges(corners)
     m, k = corners.shape
     order = np.argsort(number.ravel(), kind="stable")

@@ -13,7 +13,7 @@ from ..interface.faced import Faced, nearest_hits, path
 from ..interface.stiffness import mean_facet_size
 from .newton import NewtonSolver, SNESSolver, renew, require_convergence
 
-# Overlap at which a step ends, in sizes of slave facets. Without any overlap no gap would
+# Overlap at which a step ends, in sizes of slave facets. Without overlap no gap would
 # ever close
 OVERLAP = 0.01
 
@@ -33,8 +33,8 @@ class CappedSolver:
     Parameters
     ----------
     solver
-        Gives its tangent, linear solver and tolerances, and half of the most
-        iterations.
+        Gives its tangent, linear solver and tolerances. Twice its most iterations are
+        allowed.
     """
 
     def __init__(self, solver: NewtonSolver | SNESSolver) -> None:

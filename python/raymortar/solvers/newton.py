@@ -400,7 +400,7 @@ class SNESSolver:
         self.A = problem.create_matrix() if matrix is None else matrix
         self.b, self.x = problem.create_vector(), problem.create_vector()
         self.snes = PETSc.SNES().create(problem.comm)
-        # Errors that callbacks raised: newer petsc4py raises an error of its own instead
+        # Errors of callbacks: newer petsc4py raises an error of its own instead
         self._raised: list[ContactError] = []
         self._floor = problem.residual_floor()
         self._scale = problem.create_vector()

@@ -80,8 +80,8 @@ class ContactAssembly(CoupledSystem, ContactFields):
         Raises
         ------
         ContactError
-            If the displacement is not among them, if another problem of this contact has
-            other unknowns, or if that problem has several contacts.
+            If the displacement is not among them, if another problem of this contact
+            has other unknowns, or if that problem has several contacts.
         """
         was_alone = self.partners == (self.number,)
         self.settle(functions, (self.number,))
@@ -91,7 +91,8 @@ class ContactAssembly(CoupledSystem, ContactFields):
         self.meet((self,))
 
     def settle(self, functions: Sequence[Function], partners: tuple[int, ...]) -> None:
-        """Take the functions of a problem and the numbers of its contacts. Collective."""
+        """Take the functions of a problem and the numbers of its contacts.
+        Collective."""
         with together(self._comm):
             settled = self._volume is not None
             if settled and partners != self.partners:
@@ -162,8 +163,8 @@ class ContactAssembly(CoupledSystem, ContactFields):
                 zone.cpp.set_modulus(modulus)
 
     def _moduli(self, bcs: Sequence[Any]) -> list[float]:
-        """Modulus of the softest body of each zone. If the volume's form gives none, the
-        coefficient times the size of facets. Stress. Collective."""
+        """Modulus of the softest body of each zone. If the volume's form gives none,
+        the coefficient times the size of facets. Stress. Collective."""
         if self._volume is not None:
             try:
                 tables = contact_stiffness(

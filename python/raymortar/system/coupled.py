@@ -87,8 +87,8 @@ class CoupledSystem:
         Parameters
         ----------
         a
-            Compiled bilinear form of everything but contact. For several unknowns a list
-            of lists, by test and trial space.
+            Compiled bilinear form of everything but contact. For several unknowns a
+            list of lists, by test and trial space.
         bcs
             Dirichlet conditions. A body that they prescribe throughout counts as rigid.
 
@@ -201,7 +201,8 @@ class CoupledSystem:
         return None
 
     def _patterns_cover(self) -> bool:
-        """Whether the zones' patterns have all present pairs, on all ranks. Collective."""
+        """Whether the zones' patterns have all present pairs, on all ranks.
+        Collective."""
         covered = all(zone.pattern.covers(zone.cpp) for zone in self.zones)
         return self._comm.allreduce(covered, op=MPI.LAND)
 
@@ -209,7 +210,8 @@ class CoupledSystem:
         """Whether A can hold the present pairs, on all ranks. Collective.
 
         Since A was preallocated, another solver or problem may have extended the
-        patterns. A matrix that is not from `create_matrix` is the user's responsibility.
+        patterns. A matrix that is not from `create_matrix` is the user's
+        responsibility.
         """
         room = A.getAttr(ROOM)
         known = room is None or room == self._room
@@ -219,8 +221,8 @@ class CoupledSystem:
         """Preallocate A anew if pairs have appeared that it cannot hold. Collective.
 
         If so, A loses its values, and a KSP that has factorised A must be ``reset()``:
-        PETSc 3.22, unlike 3.18, does not notice the new pattern of a parallel matrix and
-        would write the new values into memory of the old pattern.
+        PETSc 3.22, unlike 3.18, does not notice the new pattern of a parallel matrix
+        and would write the new values into memory of the old pattern.
 
         Returns
         -------
@@ -284,8 +286,8 @@ class CoupledSystem:
         self.lift(b, self.host.increment_u(bcs, x0), alpha)
 
     def lift(self, b: PETSc.Vec, increment: Array, alpha: float) -> None:
-        """b <- b - alpha A_c increment. The increment is ghosted, for the conditions of the
-        last call. Collective."""
+        """b <- b - alpha A_c increment. The increment is ghosted, for the conditions of
+        the last call. Collective."""
         if not self._comm.allreduce(bool(np.any(increment)), op=MPI.LOR):
             return
         for zone in self.zones:

@@ -84,7 +84,8 @@ class Push:
 
     @property
     def unmet(self) -> Array:
-        """Part of the forces that nothing resists, (n,); zero if it is rounding error."""
+        """Part of the forces that nothing resists, (n,); zero if it is rounding
+        error."""
         part: Array = self.loose @ (self.loose.T @ self.forces)
         return part if np.linalg.norm(part) > _AT_REST * self.scale else 0.0 * part
 
@@ -105,8 +106,8 @@ class Push:
 
     @property
     def flight(self) -> tuple[Array, float, float]:
-        """How a body that touches nothing flies: its direction (3,), the distance to which
-        springs and dampers let it go, and the force along the direction."""
+        """How a body that touches nothing flies: its direction (3,), the distance to
+        which springs and dampers let it go, and the force along the direction."""
         way, freedom = self.way, self.body.freedom
         if way is not None:
             return way, np.inf, float(np.linalg.norm(self.unmet))
@@ -143,7 +144,7 @@ class FreeBodies:
         return bodies
 
     def add_residual(self, b: PETSc.Vec) -> None:
-        """Add the forces other than contact, and their equations' signs are contact's."""
+        """Add the forces other than contact to the residual."""
         for body in self.layout.own_bodies:
             pushed, _ = body.pushed()
             rows = self.layout.body_rows[body].astype(PETSc.IntType)
@@ -180,8 +181,8 @@ class FreeBodies:
         return held
 
     def _brake(self, push: Push) -> Array:
-        """Artificial stiffness of a body at its first touch, (n, n). It limits each motion
-        to a facet, and vanishes with the residual, so that Newton's method stays
+        """Artificial stiffness of a body at its first touch, (n, n). It limits each
+        motion to a facet, and vanishes with the residual, so that Newton's method stays
         quadratic."""
         count = len(push.body.freedom)
         if push.body not in self._flown:
@@ -259,8 +260,8 @@ class FreeBodies:
         return float(self._comm.allreduce(found[0].min(initial=np.inf), op=MPI.MIN))
 
     def _landing(self, found: tuple[Array, Array], force: float) -> float:
-        """How far a body flies until the springs of contact balance a force, with a rigid
-        slave. Length. Collective."""
+        """How far a body flies until the springs of contact balance a force, with a
+        rigid slave. Length. Collective."""
         ahead, springs = found
         nearest = self._nearest(found)
         low, high = (nearest + share * self._size for share in (LEAST, MOST))
@@ -351,8 +352,8 @@ def _add_points(
     rates: tuple[Array, Array, Array],
     points: dict[str, Array],
 ) -> None:
-    """Add points to the sums of `FreeBodies.push`: resistance for each pair of unknowns,
-    forces of contact, area of closed points, sum of the sizes of forces."""
+    """Add points to the sums of `FreeBodies.push`: resistance for each pair of
+    unknowns, forces of contact, area of closed points, sum of the sizes of forces."""
     drift, spin, _ = rates
     normal, weight = _in_space(points["normal"]), points["weight"]
     hit = _in_space(points["x"]) + points["distance"][:, None] * normal
