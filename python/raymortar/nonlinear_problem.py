@@ -18,7 +18,7 @@ from .errors import (
     together,
 )
 from .problem import CoupledProblem
-from .solvers.newton import SNESSolver
+from .solvers.snes import SNESSolver
 
 # PETSc's option of that name
 ERROR = "snes_error_if_not_converged"

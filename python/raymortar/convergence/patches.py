@@ -10,7 +10,7 @@ from .. import compat
 from ..compat import Array
 from ..host.bodies import find_parts
 from ..host.facet_areas import surface_normals
-from ..host.layout import marked_everywhere
+from ..host.marks import marked_everywhere
 from ..host.reference_facets import shape_functions
 
 

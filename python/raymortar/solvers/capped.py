@@ -11,7 +11,10 @@ import numpy as np
 
 from ..interface.faced import Faced, nearest_hits, path
 from ..interface.stiffness import mean_facet_size
-from .newton import NewtonSolver, SNESSolver, renew, require_convergence
+from .newton import NewtonSolver
+from .outcome import require_convergence
+from .petsc_objects import renew
+from .snes import SNESSolver
 
 # Overlap at which a step ends, in sizes of slave facets. Without overlap no gap would
 # ever close

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from ..checked import is_whole_number
 from ..errors import ContactError, ConvergenceError, raise_everywhere, require_agreement
-from .newton import NewtonSolver, SNESSolver
+from .newton import NewtonSolver
+from .snes import SNESSolver
 
 
 class FixedPointSolver:

@@ -10,9 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import compat
-from ..compat import Array, Indices
-
-Marks = npt.NDArray[np.bool_]
+from ..compat import Array
+from ..host.marks import Marks, marked_everywhere
 
 
 class LinearInterpolation:
@@ -45,9 +44,9 @@ class LinearInterpolation:
         self._bs = V.dofmap.index_map_bs
         fine, coarse, values = _weights_by_cell(V, self.W)
         bs, n = self._bs, V.dofmap.index_map.size_local
-        on_fine = _marked(V, np.arange(n), fixed.reshape(n, bs))
+        on_fine = marked_everywhere(V, np.arange(n), fixed.reshape(n, bs))
         vertices = values == 1.0
-        on_coarse = _marked(self.W, coarse[vertices], on_fine[fine[vertices]])
+        on_coarse = marked_everywhere(self.W, coarse[vertices], on_fine[fine[vertices]])
         self.fixed = on_coarse[: self.W.dofmap.index_map.size_local].ravel()
         free = ~on_fine[fine] & ~on_coarse[coarse]
         self.matrix = self._assembled(V, fine, coarse, values[:, None] * free)
@@ -122,14 +121,3 @@ def _weights_by_cell(V: Any, W: Any) -> tuple[Any, Any, Array]:
 def _numbers(W: Any) -> npt.NDArray[np.int64]:
     """Global number of each local block dof."""
     return compat.local_to_global(W.dofmap.index_map)
-
-
-def _marked(V: Any, dofs: Indices, marks: Marks) -> Marks:
-    """Marks that any rank has put on local block dofs, of all local ones, (block dofs,
-    d). Collective."""
-    bs = V.dofmap.index_map_bs
-    vector = compat.create_la_vector(V.dofmap.index_map, bs)
-    vector.array.reshape(-1, bs)[dofs] = marks
-    compat.scatter_reverse_add(vector)
-    compat.scatter_forward(vector)
-    return vector.array.reshape(-1, bs) > 0.5

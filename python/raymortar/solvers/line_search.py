@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from .newton import NewtonSolver, SNESSolver
+from .newton import NewtonSolver
+from .snes import SNESSolver
 
 # Factor for the number of iterations, as shorter steps need more
 MORE_ITERATIONS = 2

@@ -15,7 +15,7 @@ from ..compat import Array
 from ..errors import SetUpError, raise_everywhere
 from ..host.surfaces import Surface
 from ..host.tagged import ZoneFacets
-from ..interface.point_results import CLOSED, OPEN
+from ..interface.point_results import CLOSED, OPEN, PointStatus
 from ..interface.stiffness import mean_facet_size
 from ..rigid.body import Body
 
@@ -31,8 +31,6 @@ LEAST, MOST = 0.02, 1.0
 
 # Halvings of the interval that contain this penetration
 _HALVINGS = 40
-
-STICK = 2
 
 
 def free_bodies(facets: Sequence[ZoneFacets], comm: MPI.Comm) -> list[Body]:
@@ -361,7 +359,7 @@ def _add_points(
     force = weight[:, None] * _in_space(points["traction"])
     sums[n * n : n * n + n] += np.einsum("qja,qa->j", moves, force)
     sums[-1] += np.linalg.norm(force, axis=1).sum()
-    closed, sticks = points["status"] >= CLOSED, points["status"] == STICK
+    closed, sticks = points["status"] >= CLOSED, points["status"] == PointStatus.STICK
     along = np.einsum("qja,qa->qj", moves, normal)[closed]
     resists = np.einsum("q,qj,qk->jk", weight[closed], along, along)
     resists += np.einsum("q,qja,qka->jk", weight[sticks], moves[sticks], moves[sticks])
