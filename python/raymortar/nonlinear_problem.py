@@ -66,8 +66,8 @@ class NonlinearProblem(CoupledProblem):
         Norms of the forces of the residuals since `start`, without constrained rows.
     forms
         UFL residual and Jacobian of the volume, as lists where there are several.
-    L, a
-        The same, compiled.
+    volume
+        Assembles the compiled forms `L` and `a`.
     convergence
         Judges the last residual; see `convergence.Convergence`.
     steps_accepted

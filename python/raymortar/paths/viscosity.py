@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from typing import Any
 
 from mpi4py import MPI
@@ -54,7 +53,7 @@ class Viscosity:
         self._force = compat.form(force)
         tangent = J + k * ufl.inner(du, v) * self._weight * ufl.dx
         forms = compat.form(F + force), compat.form(tangent)
-        self._forms = problem.with_form_of_u(*forms)
+        self._forms = problem.volume.with_form_of_u(*forms)
         whole = host.functions[host.only.at]
         self._r = compat.create_la_vector(*compat.unknowns_of(whole))
         self._set_stiffness(v)
@@ -109,15 +108,9 @@ class Viscosity:
         most = float(np.abs(change).max(initial=0.0))
         return float(self.comm.allreduce(most, op=MPI.MAX))
 
-    @contextmanager
-    def acting(self) -> Iterator[None]:
-        """The problem has these forces."""
-        kept = self.problem.L, self.problem.a
-        self.problem.L, self.problem.a = self._forms
-        try:
-            yield
-        finally:
-            self.problem.L, self.problem.a = kept
+    def acting(self) -> AbstractContextManager[None]:
+        """The problem has these forces, within a ``with`` block."""
+        return self.problem.volume.replaced(*self._forms)
 
     def measure(self) -> tuple[float, float]:
         """Work of the forces from u_0 on, and their share of all forces of the body in
