@@ -12,7 +12,6 @@ import numpy.typing as npt
 from dolfinx.fem import Function
 
 from .. import _cpp
-from ..compat import Array
 from ..errors import ContactError, together
 from ..host.bodies import Bodies
 from ..interface.coefficients import one_or_each
@@ -20,6 +19,7 @@ from ..interface.held import any_held, any_node_held, refuse_held, refuse_held_o
 from ..interface.interfaces import Interfaces
 from ..interface.shear_modulus import shear_moduli
 from ..interface.stiffness import VolumePattern, contact_stiffness, mean_facet_size
+from ..interface.zones import on_sides
 from ..results.fields import ContactFields
 from .coupled import CoupledSystem
 
@@ -65,14 +65,6 @@ class ContactAssembly(CoupledSystem, ContactFields):
         if self._interfaces is None:
             self._interfaces = Interfaces(self.zones, self.layout, self.bodies)
         return self._interfaces
-
-    def _for_zones(self, send: str, array: Array) -> None:
-        """Give every zone the values of an array of u on its two sides."""
-        for zone in self.zones:
-            getattr(zone.cpp, send)(
-                self._on_surface(array, zone.facets.slave_surface),
-                self._on_surface(array, zone.facets.master_surface),
-            )
 
     def solve_for(self, functions: Sequence[Function]) -> None:
         """Take the functions that a problem solves for. Collective.
@@ -149,7 +141,8 @@ class ContactAssembly(CoupledSystem, ContactFields):
         if by is not None and tuple(map(id, bcs)) == tuple(map(id, by)):
             return
         self._fixed, _ = self.host.prescribed_u(bcs)
-        self._for_zones("set_fixed", self._fixed.astype(np.float64))
+        for zone in self.zones:
+            zone.cpp.set_fixed(*on_sides(zone, self._fixed.astype(np.float64)))
         self._fixed_by = tuple(bcs)
         if self.multiplier is None:
             return

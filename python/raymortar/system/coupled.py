@@ -16,8 +16,8 @@ from ..errors import raise_everywhere, together
 from ..host.dropped import free_dropped
 from ..host.forms import check_compiled
 from ..host.host import Host
-from ..host.surfaces import Surface
 from ..interface.stiffness import VolumePattern
+from ..interface.zones import on_sides
 from .free_bodies import FreeBodies
 from .memory import matrix_bytes, require_memory
 
@@ -54,10 +54,6 @@ class CoupledSystem:
         `Contact` and `Interactions` define it.
         """
         raise NotImplementedError
-
-    def _on_surface(self, array: Array, surface: Surface) -> Array:
-        """Values of a ghosted array of u at the surface's dofs, (dofs, gdim)."""
-        return array.reshape(-1, surface.gdim)[surface.dofs]
 
     @property
     def free_bodies(self) -> FreeBodies:
@@ -291,8 +287,7 @@ class CoupledSystem:
         if not self._comm.allreduce(bool(np.any(increment)), op=MPI.LOR):
             return
         for zone in self.zones:
-            sides = zone.facets.slave_surface, zone.facets.master_surface
-            slave, master = (self._on_surface(increment, side) for side in sides)
+            slave, master = on_sides(zone, increment)
             with together(self._comm):
                 _cpp.apply_lifting(
                     zone.cpp, b.handle, slave, master, alpha, zone.assembly
