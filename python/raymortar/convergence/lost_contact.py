@@ -120,13 +120,13 @@ def _loss(zone: Any, u: Array, comm: MPI.Comm) -> Loss | None:
     return Loss(facets, distance, comm.bcast(mine, root=rank))
 
 
-def _passed_by_tools(zone: Any, comm: MPI.Comm) -> list[str]:
+def _passed_by_tools(zone: Any, contact: Any) -> list[str]:
     """Sentences on slave facets that a rigid body has passed. Collective."""
-    points = zone.points()
+    comm, points = contact.layout.comm, zone.points()
     facets = np.unique(points["slave"][zone.cpp.sunk_points()])
     count = comm.allreduce(len(facets))
     names = ", ".join(body.name for body in zone.facets.bodies)
-    if not count and have_gone_through(zone, comm):
+    if not count and have_gone_through(zone, contact):
         return [
             f"a rigid body ({names}) has gone through slave tag {zone.facets.slave_tag} "
             "and out of it again: its motion in this step is larger than the slave, or "
@@ -148,7 +148,7 @@ def _lost_surfaces(contact: Any) -> list[str]:
     found = []
     for zone in contact.zones:
         if zone.facets.bodies:
-            found += _passed_by_tools(zone, comm)
+            found += _passed_by_tools(zone, contact)
             continue
         loss = _loss(zone, u, comm)
         if loss is not None:

@@ -117,8 +117,7 @@ class ContactPreconditioner(KnowsProblem):
         A, _ = pc.getOperators()
         # A new solver each time: GAMG cannot change the sizes of its levels
         self.reset(pc)
-        # A copy: what SOR keeps of a parallel matrix outlives the values of its entries
-        S = self._eliminate(A) if self._with_multiplier else A.copy()
+        S = self._eliminate(A) if self._with_multiplier else A
         self.solver = PETSc.KSP().create(pc.comm)
         self.solver.setType("preonly")
         self.solver.setOptionsPrefix(f"{pc.getOptionsPrefix() or ''}displacement_")

@@ -216,9 +216,9 @@ class CoupledSystem:
     def make_room(self, A: PETSc.Mat) -> bool:
         """Preallocate A anew if pairs have appeared that it cannot hold. Collective.
 
-        If so, A loses its values, and a KSP that has factorised A must be ``reset()``:
-        PETSc 3.22, unlike 3.18, does not notice the new pattern of a parallel matrix
-        and would write the new values into memory of the old pattern.
+        If so, A loses its values, and everything attached to it except null spaces and
+        the prefix. A KSP that has factorised A must be ``reset()``: PETSc does not notice
+        the new pattern, and would write the new values into memory of the old one.
 
         Returns
         -------
