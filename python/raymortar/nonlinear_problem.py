@@ -68,6 +68,8 @@ class NonlinearProblem(CoupledProblem):
         UFL residual and Jacobian of the volume, as lists where there are several.
     L, a
         The same, compiled.
+    volume
+        What assembles them; ``volume.is_linear``: whether the tangent is kept.
     convergence
         Judges the last residual; see `convergence.Convergence`.
     steps_accepted

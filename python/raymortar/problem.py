@@ -66,7 +66,8 @@ class CoupledProblem:
     forms
         UFL residual and Jacobian of the volume, as lists where there are several.
     volume
-        The same, compiled: its ``L`` and ``a`` are the problem's.
+        The same, compiled: its ``L`` and ``a`` are the problem's; ``is_linear``:
+        whether the tangent is kept.
     convergence
         Judges the last residual; see `convergence.Convergence`.
     rays_only
