@@ -66,8 +66,8 @@ class CoupledProblem:
     forms
         UFL residual and Jacobian of the volume, as lists where there are several.
     volume
-        The same, compiled: its ``L`` and ``a`` are the problem's; ``is_linear``:
-        whether the tangent is kept.
+        Assembles the compiled forms `L` and `a`. ``volume.is_linear``: whether the
+        tangent is kept.
     convergence
         Judges the last residual; see `convergence.Convergence`.
     rays_only
@@ -127,9 +127,9 @@ class CoupledProblem:
         self._at: np.ndarray | None = None
         self._revision = 0
         self._tools = b""
-        self._volume = self.contact.prepare(a, self.bcs)
+        self._pattern = self.contact.prepare(a, self.bcs)
         known = self.forms if is_derivative else None
-        self.volume = Volume(self.contact, L, a, known, self._volume)
+        self.volume = Volume(self.contact, L, a, known, self._pattern)
         self.in_use = self._alone()
         self.convergence = Convergence(self.contact)
 
@@ -145,21 +145,21 @@ class CoupledProblem:
     def u(self) -> Any:
         """What is solved for: a Function, of several unknowns a list."""
         functions = self.contact.host.functions
-        return list(functions) if isinstance(self.L, list) else functions[0]
+        return list(functions) if self.volume.has_several else functions[0]
 
     @property
     def L(self) -> Any:
-        """The volume's residual, compiled; of several unknowns a list."""
+        """The volume's compiled residual; for several unknowns a list."""
         return self.volume.L
 
     @property
     def a(self) -> Any:
-        """Its tangent, compiled; of several unknowns a list of lists."""
+        """The volume's compiled Jacobian; for several unknowns a list of lists."""
         return self.volume.a
 
     def create_matrix(self) -> PETSc.Mat:
         """Matrix with room for the tangent. Collective."""
-        self.contact.belong_to(self._volume)
+        self.contact.belong_to(self._pattern)
         return self.contact.create_matrix(self.a)
 
     def create_vector(self) -> PETSc.Vec:
@@ -190,7 +190,7 @@ class CoupledProblem:
         Nothing is done again where neither x nor the contact has changed since the last
         call.
         """
-        self.contact.belong_to(self._volume)
+        self.contact.belong_to(self._pattern)
         array, n = x.getArray(readonly=True), self.contact.layout.n
         same = (
             self._at is not None
@@ -241,16 +241,7 @@ class CoupledProblem:
         displacement, or by the mixed Function that has it."""
         F, J = self.forms
         at = self.contact.host.only.at
-        return (F[at], J[at][at]) if isinstance(self.L, list) else (F, J)
-
-    def with_form_of_u(self, L: Any, a: Any) -> tuple[Any, Any]:
-        """Compiled residual and Jacobian with others in the place of `form_of_u`."""
-        if not isinstance(self.L, list):
-            return L, a
-        at = self.contact.host.only.at
-        forms, table = list(self.L), list(map(list, self.a))
-        forms[at], table[at][at] = L, a
-        return forms, table
+        return (F[at], J[at][at]) if self.volume.has_several else (F, J)
 
     @contextmanager
     def silent_about_loss(self) -> Iterator[None]:
@@ -362,7 +353,7 @@ class CoupledProblem:
             free,
             self.convergence.describe(),
             self._rigid_slaves(),
-            [text for one in contacts for text in swaps(one, self._volume, self.bcs)],
+            [text for one in contacts for text in swaps(one, self._pattern, self.bcs)],
             [one.excess for one in contacts if one.excess is not None],
             in_use,
         )

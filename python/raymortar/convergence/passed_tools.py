@@ -1,4 +1,4 @@
-"""Rigid tools that have gone through a slave surface in one step, and out of it again."""
+"""Rigid tools that went through a slave and out of it again within one step."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ DEEPER = 0.25
 
 
 def have_gone_through(zone: Any, contact: Any) -> bool:
-    """Whether tools that no ray hits now were inside the slave on their way. Collective.
+    """Whether a tool that no ray hits now was inside the slave on its way. Collective.
 
     It is asked only where tools have moved since the accepted step, by more than a depth
     that counts as contact, and nothing hits them. The way is straight; the slave is
@@ -59,8 +59,8 @@ def _is_far(zone: Any, way: Array) -> bool:
 
 
 def _depths(zone: Any, motion: Array, comm: MPI.Comm) -> Array:
-    """How many points are deep inside tools at a pose, and how deep the others are at
-    most, in steps of `DEEPER` of the depth that counts as contact."""
+    """Number of points deep inside tools at a pose, and the largest depth of the
+    others, in units of `DEEPER` times the depth that counts as contact."""
     zone.motions.show(zone.cpp, motion)
     zone.cpp.pair()
     points = zone.points()

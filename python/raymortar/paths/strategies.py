@@ -15,7 +15,8 @@ from ..errors import ConvergenceError, SetUpError
 from ..interface.state import State, extrapolate
 from ..solvers.capped import CappedSolver
 from ..solvers.line_search import with_line_search
-from ..solvers.newton import NewtonSolver, SNESSolver
+from ..solvers.newton import NewtonSolver
+from ..solvers.snes import SNESSolver
 from .gamma_detour import (
     set_each,
     solve_by_small_gamma,

@@ -55,7 +55,7 @@ class Viscosity:
         self._force = compat.form(force)
         tangent = J + k * ufl.inner(du, v) * self._weight * ufl.dx
         forms = compat.form(F + force), compat.form(tangent)
-        self._volume = Volume(problem.contact, *problem.with_form_of_u(*forms))
+        self._volume = Volume(problem.contact, *problem.volume.with_form_of_u(*forms))
         whole = host.functions[host.only.at]
         self._r = compat.create_la_vector(*compat.unknowns_of(whole))
         self._set_stiffness(v)

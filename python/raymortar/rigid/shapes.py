@@ -20,7 +20,7 @@ class Shape:
 
     @property
     def gdim(self) -> int | None:
-        """Dimension that it is made for; None: any."""
+        """Dimension of the problems that it is for; None: any."""
         raise NotImplementedError
 
     def cpp(self) -> _cpp.Tool:
@@ -29,13 +29,13 @@ class Shape:
 
     @property
     def place(self) -> Array:
-        """A point that belongs to it, what a `Body` turns about by default, (3,)."""
+        """Default centre of rotations of a `Body`, (3,)."""
         return np.zeros(3)
 
 
 @dataclass(frozen=True)
 class Plane(Shape):
-    """Half-space whose boundary passes through a point; of 2D problems `Line`.
+    """Half-space whose boundary passes through a point. For 2D see `Line`.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ class Plane(Shape):
 
 @dataclass(frozen=True)
 class Sphere(Shape):
-    """Ball, or with ``hollow=True`` all that is around it; of 2D problems `Circle`.
+    """Ball, or with ``hollow=True`` everything around it. For 2D see `Circle`.
 
     Parameters
     ----------
@@ -143,10 +143,10 @@ class Cylinder(Shape):
 
 @dataclass(frozen=True)
 class Cone(Shape):
-    """Cone with a tip and without an end; of 2D problems `Wedge`.
+    """Cone with a tip and without an end. For 2D see `Wedge`.
 
-    Rays meet its flanks alone: a surface that faces the tip is pressed by the flanks
-    next to it.
+    Rays hit the flanks only: the flanks next to the tip press on a surface that faces
+    the tip.
 
     Parameters
     ----------

@@ -14,9 +14,9 @@ from .blocks import block_diagonal, index_sets, node_blocks, with_blocks
 from .rigid_motions import near_nullspace
 from .springs import lumped_mass, surface_stiffness
 
-# Stiffness of the springs that stand for closed contact, in those of the volume at its
-# surface: softer ones leave more to GMRES, stiffer ones are hard on multigrid (measured:
-# docs/parallel.md)
+# Stiffness of the springs that stand for closed contact, over that of the volume at its
+# surface. With softer springs GMRES needs more iterations, with stiffer ones multigrid
+# does (measured: docs/parallel.md)
 SPRINGS = 10.0
 
 
@@ -26,7 +26,7 @@ class KnowsProblem:
     Attributes
     ----------
     contact, row_scale
-        Of the problem, and by what the rows of its matrices have been multiplied.
+        The problem's contact, and the factors of the rows of its matrices.
     """
 
     def __init__(self) -> None:
@@ -47,14 +47,14 @@ class KnowsProblem:
 
 
 def attach(ksp: PETSc.KSP, problem: Any, row_scale: PETSc.Vec | None = None) -> None:
-    """Tell a solver whose options have been read about the problem, and by what the
-    rows of its matrices have been multiplied.
+    """Give the problem, and the factors of its rows, to a solver whose options have
+    been read.
 
     Raises
     ------
     ContactError
-        If the solver is iterative, and the user solves for more than a displacement or
-        for a rigid body that is free.
+        If the solver is iterative, and there are unknowns beside the displacement, or a
+        free rigid body.
     """
     for thing in (ksp, ksp.getPC()):
         if thing.getType() == "python":
@@ -66,14 +66,14 @@ def attach(ksp: PETSc.KSP, problem: Any, row_scale: PETSc.Vec | None = None) -> 
 class ContactPreconditioner(KnowsProblem):
     """Eliminates the multipliers; multigrid for the displacement. A PETSc python PC.
 
-    With penalties alone, S below is the tangent itself. With a multiplier D, which is
-    zero where contact is closed, is replaced by the blocks of its nodes less M, a
-    multiple of the lumped mass matrix of the slave surface. What is left for
-    the displacement, S = K - B E^-1 C with these blocks E, is then the stiffness with
-    closed contact held by springs: it couples the bodies, and has no zeros. Where the
-    springs are about as stiff as the volume's surface (the modulus over the mesh size),
-    S is no worse for multigrid than K, and the error of E costs a number of iterations
-    that refinement does not change.
+    The tangent is [[K, B], [C, D]]. With penalties alone it is K, and S = K below. With
+    a multiplier, D is zero where contact is closed. The preconditioner takes E in place
+    of D: the diagonal blocks of its nodes, less a multiple of the lumped mass matrix of
+    the slave surface. Then S = K - B E^-1 C is the stiffness with springs in closed
+    contact. It couples the bodies and has no zeros on its diagonal. If the springs are
+    about as stiff as the volume's surface (the modulus over the mesh size), multigrid
+    solves S as well as K. The error of E costs a number of iterations that does not
+    depend on the mesh size.
 
     Attributes
     ----------
@@ -90,7 +90,7 @@ class ContactPreconditioner(KnowsProblem):
         super().__init__()
         self.solver: Any = None  # PETSc.KSP from `setUp` on
         self._near: PETSc.NullSpace | None = None
-        # Those of each contact, from the first elimination on
+        # Lumped masses of each contact, from the first elimination on
         self._springs: list[float] | None = None
         # Index sets of both unknowns, and what the elimination needs
         self._u: Any = None
@@ -178,7 +178,8 @@ class ContactPreconditioner(KnowsProblem):
         return with_blocks(K, bs)
 
     def _unscaled(self, block: PETSc.Mat, rows: PETSc.IS) -> PETSc.Mat:
-        """A block whose rows are as they were assembled: springs are of those."""
+        """A block with the rows as assembled, without factors: springs belong to
+        these."""
         if self.row_scale is not None:
             factors = self.row_scale.getSubVector(rows)
             inverse = factors.copy()

@@ -39,7 +39,10 @@ class Volume:
         self.contact, self.L, self.a = contact, L, a
         functions = contact.host.functions
         self._r = [compat.create_la_vector(*compat.unknowns_of(f)) for f in functions]
-        self._linear = None if forms is None else self._kept(*forms, pattern)
+        self._linear = None
+        if forms is not None:
+            F, J = forms
+            self._linear = self._kept(F, J, pattern)
 
     @property
     def is_linear(self) -> bool:
@@ -49,8 +52,8 @@ class Volume:
     def _kept(self, F: Any, J: Any, pattern: Any) -> LinearVolume | None:
         """What is kept where the forms are linear."""
         functions = self.contact.host.functions
-        forms = F if isinstance(F, (list, tuple)) else [F]
-        table = J if isinstance(J, (list, tuple)) else [[J]]
+        forms = F if self.has_several else [F]
+        table = J if self.has_several else [[J]]
         tangents = [
             ufl.algorithms.expand_derivatives(one)
             for row in table
@@ -62,10 +65,24 @@ class Volume:
             return None
         return LinearVolume(self.contact, pattern, *inputs)
 
+    @property
+    def has_several(self) -> bool:
+        """Whether there are forms for several unknowns."""
+        return isinstance(self.L, list)
+
     def _table(self) -> tuple[list[Any], list[list[Any]]]:
         """Forms by unknown, and by test and trial space."""
-        several = isinstance(self.L, list)
-        return (self.L, self.a) if several else ([self.L], [[self.a]])
+        return (self.L, self.a) if self.has_several else ([self.L], [[self.a]])
+
+    def with_form_of_u(self, L: Any, a: Any) -> tuple[Any, Any]:
+        """L and a, with others in the place of those in the displacement's test
+        function."""
+        if not self.has_several:
+            return L, a
+        at = self.contact.host.only.at
+        forms, table = list(self.L), list(map(list, self.a))
+        forms[at], table[at][at] = L, a
+        return forms, table
 
     def forces(self, bcs: Sequence[Any]) -> Array:
         """Residual at the present state, of the owned unknowns. Collective."""
@@ -141,7 +158,7 @@ class Volume:
             kept.add_tangent(A)
 
     def _assemble(self, A: PETSc.Mat, bcs: Sequence[Any]) -> None:
-        if not isinstance(self.a, list):
+        if not self.has_several:
             compat.assemble_jacobian(A, self.a, bcs)
             return
         fixed = self.contact.layout.begin + np.flatnonzero(self._prescribed(bcs))
