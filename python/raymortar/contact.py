@@ -11,9 +11,8 @@ from mpi4py import MPI
 import numpy as np
 from dolfinx.fem import Function
 
-from . import compat
 from .checked import is_real_number
-from .compat import Array, Indices
+from .compat import Array
 from .errors import (
     ContactError,
     SetUpError,
@@ -21,28 +20,22 @@ from .errors import (
     require_agreement,
     together,
 )
-from .host.bodies import find_bodies
 from .host.checks import check_space
-from .host.facets import facet_dof_table
 from .host.host import Host
-from .host.joined import parts_of
 from .host.kept_communicator import keep_communicator
-from .host.layout import Layout
 from .host.slave_fields import OFFSET, FieldValue, check_field, on_facets
-from .host.tagged import ZoneFacets, find_facets
-from .host.thickness import Cells
 from .interface.accepted import AcceptedStep
 from .interface.adjustment import Adjustment, adjust, require_start
 from .interface.coefficients import PairCoefficients, spread
+from .interface.contact_surfaces import make_surfaces
 from .interface.cover import Cover
 from .interface.friction_at_points import evaluate_friction, spread_coefficient
 from .interface.interfaces import Interfaces
 from .interface.interference import Behind, warn_of_excess
 from .interface.pairs import known_names, numbered, table
-from .interface.reference import references
 from .interface.state import ContactState, not_finite, state_fault
 from .interface.straight_facets import warn_of_straight_facets
-from .interface.zones import ZoneData, create_zone, described, group_pairs, on_sides
+from .interface.zones import described, group_pairs, on_sides
 from .options.contact_options import ContactOptions
 from .options.friction import Law
 from .options.methods import AugmentedLagrangian, Penalty, Search
@@ -50,7 +43,6 @@ from .results.summaries import of_contact
 from .rigid.body import Body
 from .rigid.shapes import Shape
 from .system.assembly import ContactAssembly
-from .system.free_bodies import free_bodies
 
 _numbers = itertools.count()
 
@@ -200,33 +192,11 @@ class Contact(ContactAssembly):
         self.u, self.method, self.measure = u, options.method, measure
         self.tangent, self.axisymmetric = tangent, bool(axisymmetric)
         self.friction = friction
-        facets = find_facets(u, facet_tags, groups, self.axisymmetric)
-        self._references = references(u, facets)
-        # All slaves are on one mesh
-        self.slave_u = parts_of(u)[facets[0].slave_part]
-        p = compat.element_info(self.slave_u.function_space).degree
-        mesh = self.slave_u.function_space.mesh
-        degree, components = options.multiplier_kind(
-            p, mesh.geometry.dim, self.tied is not None
-        )
-        self.multiplier = None
-        if components:
-            W = compat.space(
-                mesh, "Lagrange", degree, (components,) if components > 1 else ()
-            )
-            self.multiplier = Function(W, name="multiplier")
-        self._scalar = compat.scalar_space(mesh, degree)
-        self._vector = compat.vector_space(mesh, degree)
-        free = free_bodies(facets, self._comm)
-        self.layout = Layout(self.host, self.multiplier, self._slave_dofs(facets), free)
-        self.bodies = find_bodies(u.function_space)
-        cells = [Cells(part.function_space.mesh) for part in parts_of(u)]
-        self.zones: list[ZoneData] = [
-            create_zone(
-                zone, self.layout, options, self._scalar, cells, self.bodies, self.tied
-            )
-            for zone in facets
-        ]
+        made = make_surfaces(self.host, facet_tags, groups, options, self.tied)
+        self.zones, self.layout, self.bodies = made.zones, made.layout, made.bodies
+        self.slave_u, self.multiplier = made.slave_u, made.multiplier
+        self._scalar, self._vector = made.scalar, made.vector
+        self._references = made.references
         if self.multiplier is not None:
             self._cover = Cover(self.zones, self.multiplier.function_space)
         self.gamma: float | Function | PairCoefficients | None = None
@@ -238,7 +208,7 @@ class Contact(ContactAssembly):
         self.excess: str | None = None
         self._dt = 1.0
         self._interfaces: Interfaces | None = None
-        self._accepted = AcceptedStep(u, self.zones, free)
+        self._accepted = AcceptedStep(u, self.zones, self.layout.bodies)
         self._fixed_by: tuple[Any, ...] | None = ()
         self._fixed = np.zeros(len(u.x.array), dtype=np.int8)
         self._some_held = False
@@ -248,7 +218,7 @@ class Contact(ContactAssembly):
             self.set_gamma(self.method.gamma)
         if offset is not None:
             self.set_offset(offset)
-        spread_coefficient(friction, self.zones, mesh)
+        spread_coefficient(friction, self.zones, self.slave_u.function_space.mesh)
         self.updates = 0
         self.preallocations, self.extensions = 0, 0
 
@@ -256,14 +226,6 @@ class Contact(ContactAssembly):
         return of_contact(self)
 
     # Set-up
-
-    def _slave_dofs(self, facets: Sequence[ZoneFacets]) -> Indices:
-        """Block dofs of the multiplier on this rank's slave facets."""
-        if self.multiplier is None:
-            return np.empty(0, dtype=np.int32)
-        W = self.multiplier.function_space
-        tables = [facet_dof_table(W, zone.slave) for zone in facets]
-        return np.unique(np.concatenate([table.ravel() for table in tables]))
 
     def set_gamma(self, gamma: float | Function | PairCoefficients) -> None:
         """Set the augmentation or penalty coefficient. Collective.
@@ -463,16 +425,7 @@ class Contact(ContactAssembly):
     def state(self) -> ContactState:
         """Copy of all unknowns, multiplier and history, for `restore`."""
         self.host.pull()
-        lam = None if self.multiplier is None else self.multiplier.x.array.copy()
-        return ContactState(
-            self.u.x.array.copy(),
-            self._accepted.u.copy(),
-            lam,
-            [z.traction_old for z in self.zones],
-            None if self.host.is_plain else self.host.values(),
-            [zone.motions.old for zone in self.zones],
-            [body.freedom.state() for body in self.layout.bodies],
-        )
+        return self._accepted.state(self.host, self.multiplier)
 
     def fault_of(self, state: Any) -> str | None:
         """Why `restore` cannot go back to a state, if so."""
@@ -490,12 +443,7 @@ class Contact(ContactAssembly):
             If it is of another mesh, partition or method.
         """
         raise_everywhere(self._comm, self.fault_of(state))
-        self.u.x.array[:] = state.u
-        if state.unknowns is not None:
-            self.host.set_values(state.unknowns)
-        if self.multiplier is not None:
-            self.multiplier.x.array[:] = state.multiplier
-        self._accepted.restore(state)
+        self._accepted.restore(state, self.host, self.multiplier)
         self.revision += 1
         if self.updates:
             self.update()

@@ -704,7 +704,8 @@ def test_a_cantilever_bent_to_a_quarter_circle(degree, gap):
 def test_a_tied_cantilever_is_as_stiff_as_a_glued_one(degree):
     """The moment errs as that of the coarser mesh glued, or less. Nodes that match are
     tied one to one, which glues; the other half has smaller cells here. A finer slave
-    has multipliers that the master's edges cannot follow: it may take a quarter more."""
+    has multipliers that the master's edges cannot follow: it may take a quarter more.
+    """
     coarse, fine = (8, 2), (11, 3)
     exact = bent(2, 0.0, divisions=((24, 8), (24, 8))).wall[1]
     glued, coarse_slave, fine_slave = (

@@ -22,16 +22,16 @@ DEEPER = 0.25
 def have_gone_through(zone: Any, contact: Any) -> bool:
     """Whether a tool that no ray hits now was inside the slave on its way. Collective.
 
-    It is asked only where tools have moved since the accepted step, by more than a depth
-    that counts as contact, and nothing hits them. The way is straight; the slave is
-    where it is now.
+    It is asked only where tools have moved since the accepted step, by more than a
+    depth that counts as contact, and nothing hits them. The way is straight; the slave
+    is where it is now.
 
     Parameters
     ----------
     zone
-        Of the contact.
+        A zone of the contact.
     contact
-        `Contact`, which is as it was afterwards.
+        `Contact`, which is the same afterwards.
     """
     motions, comm = zone.motions, contact.layout.comm
     was, now = motions.old, motions.present()
@@ -51,8 +51,8 @@ def have_gone_through(zone: Any, contact: Any) -> bool:
 
 
 def _is_far(zone: Any, way: Array) -> bool:
-    """Whether tools may have gone into this rank's slave facets and out again: a shorter
-    way ends where rays still find them."""
+    """Whether tools may have gone into this rank's slave facets and out again. After a
+    shorter way rays still find them."""
     depth = zone.distance("depth").min(initial=np.inf)
     shifts, others = np.linalg.norm(way[:, :3], axis=1), way[:, 3:]
     return bool(np.any(others)) or bool(np.any(shifts > depth))

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from dolfinx.fem import Function
 
+from ..host.host import Host
 from ..rigid.body import Body
 from .faced import nearest_hits
 from .state import ContactState
@@ -84,9 +85,28 @@ class AcceptedStep:
             zone.motions.begin_at_present(body)
         self._is_sent = False
 
-    def restore(self, state: ContactState) -> None:
-        """Go back to the history of a state, and to its poses of free bodies."""
+    def state(self, host: Host, multiplier: Function | None) -> ContactState:
+        """Copy of all unknowns and of the history."""
+        return ContactState(
+            self._present.x.array.copy(),
+            self.u.copy(),
+            None if multiplier is None else multiplier.x.array.copy(),
+            [zone.traction_old for zone in self._zones],
+            None if host.is_plain else host.values(),
+            [zone.motions.old for zone in self._zones],
+            [body.freedom.state() for body in self._bodies],
+        )
+
+    def restore(
+        self, state: ContactState, host: Host, multiplier: Function | None
+    ) -> None:
+        """Go back to a `state`."""
+        self._present.x.array[:] = state.u
+        if state.unknowns is not None:
+            host.set_values(state.unknowns)
         self.u[:] = state.u_old
+        if multiplier is not None:
+            multiplier.x.array[:] = state.multiplier
         for zone, traction in zip(self._zones, state.traction_old):
             zone.traction_old = traction
         for zone, motion in zip(self._zones, state.old_motions):

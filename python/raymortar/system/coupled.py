@@ -216,9 +216,9 @@ class CoupledSystem:
     def make_room(self, A: PETSc.Mat) -> bool:
         """Preallocate A anew if pairs have appeared that it cannot hold. Collective.
 
-        If so, A loses its values, and what the user has attached to it but null spaces
-        and the prefix. A KSP that has factorised A must be ``reset()``: PETSc does not
-        notice the new pattern, and would write the new values into the old one's memory.
+        If so, A loses its values, and everything attached to it except null spaces and
+        the prefix. A KSP that has factorised A must be ``reset()``: PETSc does not notice
+        the new pattern, and would write the new values into memory of the old one.
 
         Returns
         -------

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,8 +12,6 @@ import numpy as np
 
 from ..compat import Array
 from ..errors import SetUpError, raise_everywhere
-from ..host.surfaces import Surface
-from ..host.tagged import ZoneFacets
 from ..interface.point_results import CLOSED, OPEN, PointStatus
 from ..interface.stiffness import mean_facet_size
 from ..rigid.body import Body
@@ -31,28 +28,6 @@ LEAST, MOST = 0.02, 1.0
 
 # Halvings of the interval that contain this penetration
 _HALVINGS = 40
-
-
-def free_bodies(facets: Sequence[ZoneFacets], comm: MPI.Comm) -> list[Body]:
-    """The free bodies that slaves meet, each once. Gives them a lever. Collective."""
-    found = dict.fromkeys(b for zone in facets for b in zone.bodies if b.is_free)
-    for body in found:
-        if body.freedom.lever is None:
-            sides = [z.slave_surface for z in facets if body in z.bodies]
-            body.freedom.lever = _extent(sides, comm)
-    return list(found)
-
-
-def _extent(surfaces: Sequence[Surface], comm: MPI.Comm) -> float:
-    """Diagonal of the box around surfaces. Length. Collective."""
-    dim = surfaces[0].gdim
-    ends = np.full((2, dim), -np.inf)
-    for surface in surfaces:
-        X = surface.X.reshape(-1, dim)
-        for end, values in zip(ends, (X, -X)):
-            np.maximum(end, values.max(axis=0, initial=-np.inf), out=end)
-    comm.Allreduce(MPI.IN_PLACE, ends, op=MPI.MAX)
-    return float(np.linalg.norm(ends.sum(axis=0)))
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from petsc4py import PETSc
 import numpy as np
 import numpy.typing as npt
 import ufl
+from ufl.corealg.traversal import unique_pre_traversal
 
 from .. import _cpp
 from ..compat import Array
@@ -39,6 +40,24 @@ class Inputs:
         meshes = [f.function_space.mesh for f in functions]
         self._meshes = list({id(mesh): mesh for mesh in meshes}.values())
         self._last: list[Array] = []
+
+    @staticmethod
+    def jump(forms: Sequence[ufl.Form], functions: Sequence[Any]) -> bool:
+        """Whether forms ask for a condition on an unknown: no derivative shows it where
+        both of its sides are constant."""
+        known = _ids(functions)
+        conditions = (
+            node
+            for form in forms
+            for part in form.integrals()
+            for node in unique_pre_traversal(part.integrand())
+            if isinstance(node, ufl.classes.Condition)
+        )
+        return any(
+            id(node) in known
+            for condition in conditions
+            for node in unique_pre_traversal(condition)
+        )
 
     def share_memory_with(self, functions: Sequence[Any]) -> bool:
         """Whether a Function of the forms is a part of an unknown."""

@@ -61,7 +61,8 @@ class Volume:
             if one is not None
         ]
         inputs = Inputs(forms, functions), Inputs(tangents, functions)
-        if inputs[1].has_unknowns or inputs[0].share_memory_with(functions):
+        jump = Inputs.jump(forms, functions)
+        if jump or inputs[1].has_unknowns or inputs[0].share_memory_with(functions):
             return None
         return LinearVolume(self.contact, pattern, *inputs)
 

@@ -172,3 +172,13 @@ def test_a_part_of_the_unknown_under_another_name_is_no_constant():
     F = problem.forms[0] + ufl.inner(same, ufl.TestFunction(V)) * ufl.dx
     other = raymortar.NonlinearProblem(F, problem.contact, problem.bcs)
     assert not other.volume.is_linear
+
+
+def test_a_load_that_jumps_with_the_unknown_is_not_linear():
+    """Its derivative is zero wherever there is one."""
+    problem = pressed("triangle")
+    u, v = problem.u, ufl.TestFunction(problem.u.function_space)
+    drag = ufl.conditional(ufl.gt(u[0], 0.0), 1.0, -1.0)
+    F = problem.forms[0] + drag * v[0] * ufl.dx
+    other = raymortar.NonlinearProblem(F, problem.contact, problem.bcs)
+    assert not other.volume.is_linear
