@@ -12,6 +12,7 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "demos"))
 
 import assembly  # noqa: E402
 import blocks_3d  # noqa: E402
+import forming  # noqa: E402
 import hertz_cylinder  # noqa: E402
 import hertz_sphere  # noqa: E402
 import indentation  # noqa: E402
@@ -65,6 +66,10 @@ def test_rigid_tools_agree_with_sneddon(folder):
 
 def test_a_wheel_rolls_without_slip(folder):
     run(rolling, folder)
+
+
+def test_a_sheet_is_bent_and_springs_back(folder):
+    run(forming, folder, "--steps", "10")
 
 
 @pytest.mark.mpi
