@@ -254,6 +254,17 @@ def test_states_hold_where_free_bodies_are():
     assert body.motion() == pytest.approx(after, abs=1e-9)
 
 
+@pytest.mark.mpi
+def test_a_body_that_is_pulled_off_its_slave_is_named():
+    """It touches at first; where it has left, nothing is ahead of it."""
+    circle = rigid.Circle((0.5, 1.25), 0.3)
+    body = rigid.Body(circle, name="hook", free=("y",), force=(0.0, 1.0))
+    found = press("triangle", body, n=2, **LAWS["normal"])
+    message = "rigid hook is pushed along y, and nothing stops it: no slave facet"
+    with pytest.raises(ConvergenceError, match=message):
+        solved(found)
+
+
 def test_a_wheel_rolls_its_circumference(monkeypatch):
     """H5: the way is the angle times the radius, and nothing creeps when it stops.
 
