@@ -197,7 +197,9 @@ def test_what_turns_with_the_scene_changes_nothing(cell, name):
 
 
 @pytest.mark.mpi
-@pytest.mark.parametrize("cell, name", BALLS[:2])
+@pytest.mark.parametrize(
+    "cell, name", [pytest.param(*BALLS[0], marks=pytest.mark.many_ranks), BALLS[1]]
+)
 def test_ranks_agree(cell, name, monkeypatch):
     def moved():
         body = free_ball(cell, name)
