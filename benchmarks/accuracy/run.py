@@ -4,7 +4,7 @@
     scripts/python benchmarks/accuracy/run.py --quick    # some seconds
     scripts/python benchmarks/accuracy/run.py --plot     # plots of the CSV that is there
 
-Writes `accuracy.csv`, row by row, and beside it the plots of `docs/accuracy.md`.
+Writes `accuracy.csv`, row by row, and beside it the plots of `docs/accuracy*.md`.
 """
 
 import argparse
@@ -13,7 +13,7 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
-sys.path[:0] = [str(HERE), str(ROOT / "tests" / "python"), str(ROOT / "demos")]
+sys.path[:0] = [str(HERE), str(ROOT / "tests" / "helpers"), str(ROOT / "demos")]
 
 import getfem_peer  # noqa: E402
 import plots  # noqa: E402

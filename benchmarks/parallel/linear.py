@@ -42,6 +42,10 @@ E, NU = 10.0, 0.3
 # Without friction, with it, and the sideways motion of the top
 LAWS = {"none": (None, 0.0), "Coulomb": (Coulomb(0.3), 0.004)}
 METHODS = {"augmented": AugmentedLagrangian, "penalty": Penalty}
+COLUMNS = (
+    *("cell", "degree", "method", "friction", "linear", "level", "unknowns"),
+    *("newton", "krylov_mean", "krylov_most", "seconds", "megabytes"),
+)
 LINEAR = {
     "mumps": solvers.direct,
     **{name: functools.partial(solvers.iterative, name) for name in solvers.MULTIGRIDS},
@@ -101,20 +105,22 @@ def measure(cell, degree, level, method, law, linear):
         newton, start = 1, time.process_time()
         krylov = [iterations_of_the_bodies(problem)]
         seconds = time.process_time() - start
-    return {
-        "cell": cell,
-        "degree": degree,
-        "method": method,
-        "friction": law,
-        "linear": linear,
-        "level": level,
-        "unknowns": problem.contact.layout.size_global,
-        "newton": newton,
-        "krylov_mean": round(float(np.mean(krylov)), 1),
-        "krylov_most": max(krylov),
-        "seconds": round(seconds, 2),
-        "megabytes": round(peak_megabytes() - before),
-    }
+    memory = peak_megabytes() - before
+    return dict(
+        zip(
+            COLUMNS,
+            (
+                *(cell, degree, method, law, linear, level),
+                problem.contact.layout.size_global,
+                newton,
+                round(float(np.mean(krylov)), 1),
+                max(krylov),
+                round(seconds, 2),
+                round(memory),
+            ),
+            strict=True,
+        )
+    )
 
 
 def iterations_of_the_bodies(problem):
@@ -160,6 +166,7 @@ def main():
     parser.add_argument(
         "--linear", default=",".join(name for name in LINEAR if name != "alone")
     )
+    parser.add_argument("--more", action="store_true", help="add to the file's rows")
     parser.add_argument("--output", type=Path, default=Path(__file__).parent)
     names = "CELL", "DEGREE", "LEVEL", "METHOD", "LAW", "LINEAR"
     parser.add_argument("--row", nargs=6, metavar=names)
@@ -172,15 +179,19 @@ def main():
         getattr(arguments, name).split(",")
         for name in ("cells", "degrees", "methods", "laws", "levels", "linear")
     )
-    rows = []
-    for cell, degree, method, law, level, linear in itertools.product(*choices):
-        rows.append(measure_apart(cell, degree, level, method, law, linear))
-        print(*rows[-1].values(), flush=True)
     arguments.output.mkdir(parents=True, exist_ok=True)
-    with open(arguments.output / f"{arguments.name}.csv", "w", newline="") as file:
-        table = csv.DictWriter(file, rows[0], lineterminator="\n")
-        table.writeheader()
-        table.writerows(rows)
+    path = arguments.output / f"{arguments.name}.csv"
+    if not (arguments.more and path.exists()):
+        write_row(path, {name: name for name in COLUMNS}, "w")
+    for cell, degree, method, law, level, linear in itertools.product(*choices):
+        row = measure_apart(cell, degree, level, method, law, linear)
+        print(*row.values(), flush=True)
+        write_row(path, row, "a")  # one by one: large ones take long
+
+
+def write_row(path, row, mode):
+    with open(path, mode, newline="") as file:
+        csv.DictWriter(file, COLUMNS, lineterminator="\n").writerow(row)
 
 
 if __name__ == "__main__":

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import test_manufactured as manufactured
-import test_multiplier_oscillation as layers
+import manufactured
+import two_layers
+from manufactured_fields import SQUARE
 
 CELLS = [(c, p) for c in ("quadrilateral", "triangle") for p in (1, 2)]
 
@@ -14,7 +15,7 @@ def oscillation():
     settings += [(8 * master, master, 1e-3) for master in (4, 8, 16)]
     for slave, master, ratio in settings:
         for cell, degree in CELLS:
-            found = layers.press(cell, degree, master, slave, ratio)
+            found = two_layers.press(cell, degree, master, slave, ratio)
             yield {
                 "slave": slave,
                 "master": master,
@@ -31,9 +32,7 @@ def flux():
     for cell, degree in CELLS:
         for shake in (0.0, 0.2):
             n = 32 // degree
-            problem = manufactured.solve(
-                manufactured.SQUARE, cell, n, degree, shake=shake
-            )
+            problem = manufactured.solve(SQUARE, cell, n, degree, shake=shake)
             yield {
                 "cell": cell,
                 "degree": degree,

@@ -14,12 +14,12 @@ from bodies_2d import ball_on_block, discs_on_block, ring_between_plates, snap_f
 from dolfinx import fem
 
 ROOT = Path(__file__).resolve().parents[2]
-for folder in ("tests/python", "benchmarks/stress", "demos"):
+for folder in ("tests/helpers", "benchmarks/stress", "demos"):
     sys.path.append(str(ROOT / folder))
 
+import greco  # noqa: E402
 import half_ring  # noqa: E402
 import shallow_ironing  # noqa: E402
-import test_greco  # noqa: E402
 from load_paths import divisions, resting  # noqa: E402
 from problems import COMM, DIMENSION, build, cellwise, fix, residual  # noqa: E402
 from scenes import SCENES, Setting  # noqa: E402
@@ -53,9 +53,9 @@ def ring(size, friction, steps, gamma=None):
     return Case(model.problem, model.apply, steps)
 
 
-def greco(cell, degree):
+def plate(cell, degree):
     """The plate on a rigid plane, with the automatic gamma."""
-    problem, load = test_greco.problem(cell, degree, None)
+    problem, load = greco.problem(cell, degree, None)
     return Case(problem.problem, load, 5)
 
 
@@ -317,8 +317,8 @@ PATHS = {
     "half ring, mu = 0, 20 steps": lambda: ring(32, 0.0, 20),
     "half ring, mu = 0.5, 20 steps": lambda: ring(32, 0.5, 20),
     "half ring, mu = 0.5, 10 gamma": lambda: ring(32, 0.5, 20, 400.0),
-    "GRECO's plate, quadrilaterals": lambda: greco("quadrilateral", 1),
-    "GRECO's plate, triangles of degree 2": lambda: greco("triangle", 2),
+    "GRECO's plate, quadrilaterals": lambda: plate("quadrilateral", 1),
+    "GRECO's plate, triangles of degree 2": lambda: plate("triangle", 2),
     "snap-fit": lambda: snap(32),
     "snap-fit, mu = 0.3": lambda: snap(32, friction=raymortar.Coulomb(0.3)),
     "snap-fit, degree 2, mu = 0.3": lambda: snap(

@@ -6,7 +6,7 @@ from scene import Blocks
 from stages import clock
 
 from raymortar import compat
-from raymortar.solvers.newton import SNESSolver
+from raymortar.solvers.snes import SNESSolver
 
 
 def row(cell, degree, n, repeats=5):

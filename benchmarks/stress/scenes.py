@@ -17,7 +17,7 @@ import numpy as np
 import ufl
 from dolfinx import fem
 
-sys.path.insert(0, str(Path(__file__).parents[2] / "tests" / "python"))
+sys.path.insert(0, str(Path(__file__).parents[2] / "tests" / "helpers"))
 
 from materials import neo_hookean_energy  # noqa: E402
 from problems import build, fix, lame  # noqa: E402

@@ -21,7 +21,8 @@ from .paths.load_steps import LoadSteps
 from .paths.output import Output
 from .plotting.picture import plot
 from .solvers.fixed_point import FixedPointSolver
-from .solvers.newton import NewtonSolver, SNESSolver
+from .solvers.newton import NewtonSolver
+from .solvers.snes import SNESSolver
 from .tie import Tie
 
 __version__ = "0.1.0"

@@ -11,9 +11,8 @@ from mpi4py import MPI
 import numpy as np
 from dolfinx.fem import Function
 
-from . import compat
 from .checked import is_real_number
-from .compat import Array, Indices
+from .compat import Array
 from .errors import (
     ContactError,
     SetUpError,
@@ -21,36 +20,29 @@ from .errors import (
     require_agreement,
     together,
 )
-from .host.bodies import find_bodies
 from .host.checks import check_space
-from .host.facets import facet_dof_table
 from .host.host import Host
-from .host.joined import parts_of
 from .host.kept_communicator import keep_communicator
-from .host.layout import Layout
 from .host.slave_fields import OFFSET, FieldValue, check_field, on_facets
-from .host.tagged import ZoneFacets, find_facets
-from .host.thickness import Cells
-from .interface.adjustment import Adjustment, adjustment, summed
+from .interface.accepted import AcceptedStep
+from .interface.adjustment import Adjustment, adjust, require_start
 from .interface.coefficients import PairCoefficients, spread
+from .interface.contact_surfaces import make_surfaces
 from .interface.cover import Cover
-from .interface.faced import nearest_hits
 from .interface.friction_at_points import evaluate_friction, spread_coefficient
 from .interface.interfaces import Interfaces
 from .interface.interference import Behind, warn_of_excess
 from .interface.pairs import known_names, numbered, table
-from .interface.reference import references
 from .interface.state import ContactState, not_finite, state_fault
 from .interface.straight_facets import warn_of_straight_facets
-from .interface.zones import ZoneData, create_zone, described, group_pairs
-from .options.arguments import check_options
+from .interface.zones import described, group_pairs, on_sides
+from .options.contact_options import ContactOptions
 from .options.friction import Law
 from .options.methods import AugmentedLagrangian, Penalty, Search
 from .results.summaries import of_contact
 from .rigid.body import Body
 from .rigid.shapes import Shape
 from .system.assembly import ContactAssembly
-from .system.free_bodies import free_bodies
 
 _numbers = itertools.count()
 
@@ -162,8 +154,16 @@ class Contact(ContactAssembly):
         offset: FieldValue | None = None,
         axisymmetric: bool = False,
     ) -> None:
-        method = AugmentedLagrangian() if method is None else method
-        search = Search() if search is None else search
+        self._options = options = ContactOptions(
+            AugmentedLagrangian() if method is None else method,
+            friction,
+            quadrature_degree,
+            measure,
+            Search() if search is None else search,
+            tangent,
+            offset,
+            axisymmetric,
+        )
         first = u[0] if isinstance(u, (list, tuple)) and u else u
         if not isinstance(first, Function):
             raise ContactError(f"u must be a Function, not {type(first).__name__}")
@@ -175,16 +175,7 @@ class Contact(ContactAssembly):
         keep_communicator(first.function_space.mesh)
         u = self.host.u
         with together(self._comm):
-            check_options(
-                method,
-                friction,
-                quadrature_degree,
-                measure,
-                search,
-                tangent,
-                offset,
-                axisymmetric,
-            )
+            options.check()
             facet_dim = u.function_space.mesh.topology.dim - 1
             self.names = known_names(names, facet_dim)
             tags = numbered(pairs, self.names)
@@ -192,57 +183,20 @@ class Contact(ContactAssembly):
             self.pairs = table(tags, self.names)
         require_agreement(
             self._comm,
-            method=method,
-            friction=friction,
-            quadrature_degree=quadrature_degree,
-            measure=measure,
-            search=search,
-            tangent=tangent,
+            **vars(options),
             pairs={slave: described(masters) for slave, masters in groups.items()},
-            offset=offset,
-            axisymmetric=axisymmetric,
             names=self.pairs,
         )
         for part in self.host.displacements:
             check_space(part.u)
-        self.u, self.method, self.measure = u, method, measure
+        self.u, self.method, self.measure = u, options.method, measure
         self.tangent, self.axisymmetric = tangent, bool(axisymmetric)
         self.friction = friction
-        facets = find_facets(u, facet_tags, groups, self.axisymmetric)
-        self._references = references(u, facets)
-        # All slaves are on one mesh
-        self.slave_u = parts_of(u)[facets[0].slave_part]
-        degree, components = self._multiplier_kind()
-        mesh = self.slave_u.function_space.mesh
-        self.multiplier = None
-        if components:
-            W = compat.space(
-                mesh, "Lagrange", degree, (components,) if components > 1 else ()
-            )
-            self.multiplier = Function(W, name="multiplier")
-        self._scalar = compat.scalar_space(mesh, degree)
-        self._vector = compat.vector_space(mesh, degree)
-        free = free_bodies(facets, self._comm)
-        self.layout = Layout(self.host, self.multiplier, self._slave_dofs(facets), free)
-        self.bodies = find_bodies(u.function_space)
-        cells = [Cells(part.function_space.mesh) for part in parts_of(u)]
-        self.zones: list[ZoneData] = [
-            create_zone(
-                zone,
-                self.layout,
-                method,
-                friction,
-                self._scalar,
-                quadrature_degree,
-                measure,
-                tangent == "full",
-                search,
-                cells,
-                self.bodies,
-                self.tied,
-            )
-            for zone in facets
-        ]
+        made = make_surfaces(self.host, facet_tags, groups, options, self.tied)
+        self.zones, self.layout, self.bodies = made.zones, made.layout, made.bodies
+        self.slave_u, self.multiplier = made.slave_u, made.multiplier
+        self._scalar, self._vector = made.scalar, made.vector
+        self._references = made.references
         if self.multiplier is not None:
             self._cover = Cover(self.zones, self.multiplier.function_space)
         self.gamma: float | Function | PairCoefficients | None = None
@@ -254,18 +208,17 @@ class Contact(ContactAssembly):
         self.excess: str | None = None
         self._dt = 1.0
         self._interfaces: Interfaces | None = None
-        self._u_old = u.x.array.copy()
+        self._accepted = AcceptedStep(u, self.zones, self.layout.bodies)
         self._fixed_by: tuple[Any, ...] | None = ()
         self._fixed = np.zeros(len(u.x.array), dtype=np.int8)
         self._some_held = False
         # Read by `prepare`, which every use of it follows
         self._volume: Any = None
-        if method.gamma is not None:
-            self.set_gamma(method.gamma)
+        if self.method.gamma is not None:
+            self.set_gamma(self.method.gamma)
         if offset is not None:
             self.set_offset(offset)
-        spread_coefficient(friction, self.zones, mesh)
-        self._history_is_new = True
+        spread_coefficient(friction, self.zones, self.slave_u.function_space.mesh)
         self.updates = 0
         self.preallocations, self.extensions = 0, 0
 
@@ -273,43 +226,6 @@ class Contact(ContactAssembly):
         return of_contact(self)
 
     # Set-up
-
-    def _multiplier_kind(self) -> tuple[int, int]:
-        """Degree and components of the multiplier (components 0: none)."""
-        p = compat.element_info(self.slave_u.function_space).degree
-        dim = self.u.function_space.mesh.geometry.dim
-        default = p if dim == 2 else 1
-        if isinstance(self.method, Penalty):
-            return default, 0
-        degree = default if self.method.degree is None else int(self.method.degree)
-        if degree > default:
-            raise ContactError(
-                f"multiplier degree {degree} is not stable: at most {default} with a "
-                f"displacement of degree {p} in {dim}D"
-            )
-        return degree, 1 if self._multiplier() == "normal" else dim
-
-    def _multiplier(self) -> str:
-        """Scalar or vector, by choice or by what friction needs."""
-        method = self.method
-        if isinstance(method, AugmentedLagrangian) and method.multiplier is not None:
-            return method.multiplier
-        return "normal" if self.friction is None else "vector"
-
-    @property
-    def _has_springs(self) -> bool:
-        """Whether friction springs carry a traction from step to step."""
-        if isinstance(self.method, Penalty) and self.method.tangential != "elastic":
-            return False
-        return self.friction is not None
-
-    def _slave_dofs(self, facets: Sequence[ZoneFacets]) -> Indices:
-        """Block dofs of the multiplier on this rank's slave facets."""
-        if self.multiplier is None:
-            return np.empty(0, dtype=np.int32)
-        W = self.multiplier.function_space
-        tables = [facet_dof_table(W, zone.slave) for zone in facets]
-        return np.unique(np.concatenate([table.ravel() for table in tables]))
 
     def set_gamma(self, gamma: float | Function | PairCoefficients) -> None:
         """Set the augmentation or penalty coefficient. Collective.
@@ -382,23 +298,12 @@ class Contact(ContactAssembly):
             not zero.
         """
         with together(self._comm):
-            if np.any(self.u.x.array):
-                raise ContactError(
-                    "adjust is for the undeformed start, and the displacement is not "
-                    "zero: call it before the first step"
-                )
-            if not (is_real_number(within) and np.isfinite(within) and within > 0.0):
-                raise ContactError(f"within = {within!r} must be a positive number")
+            require_start(self.u.x.array, within)
         require_agreement(self._comm, within=within)
         self.update()
-        changes = [adjustment(zone, float(within)) for zone in self.zones]
-        for zone, change in zip(self.zones, changes):
-            known = (
-                np.zeros_like(change) if zone.adjustment is None else zone.adjustment
-            )
-            zone.adjustment = known + change
+        found = adjust(self.zones, float(within), self._comm)
         self._send_offset()
-        return summed(self._comm, changes)
+        return found
 
     def _send_offset(self) -> None:
         """Hand offsets and adjustments to the zones."""
@@ -429,8 +334,8 @@ class Contact(ContactAssembly):
         for reference in self._references:
             raise_everywhere(self._comm, reference.fault(), SetUpError)
         raise_everywhere(self._comm, not_finite(self))
-        self._for_zones("set_displacement", self.u.x.array)
         for zone in self.zones:
+            zone.cpp.set_displacement(*on_sides(zone, self.u.x.array))
             zone.motions.send(
                 zone.cpp,
                 self._comm,
@@ -460,9 +365,9 @@ class Contact(ContactAssembly):
         self.updates += 1
         self.revision += 1
         self.host.pull()
-        if self._has_springs:
+        if self._options.has_springs:
             self._shown = self._unknowns()
-        self._send_history()
+        self._accepted.send()
         self._send_state()
         for zone in self.zones:
             with together(self._comm):
@@ -473,24 +378,16 @@ class Contact(ContactAssembly):
         evaluate_friction(self.friction, self.zones, self._dt, self._comm)
         if self.multiplier is not None:
             self._cover.share()
-        here = np.array_equal(self.u.x.array, self._u_old)
         # The bodies of other ranks may have moved
-        if self._comm.allreduce(here, op=MPI.MIN):
-            self._note_faced()
+        if self._comm.allreduce(self._accepted.is_here, op=MPI.MIN):
+            self._accepted.note_faced()
             if self.updates == 1:
                 warn_of_straight_facets(self)
 
     def forget_flight(self, body: Body) -> None:
-        """A body has flown to where it is: where it was is no history of slip."""
-        for zone in self.zones:
-            zone.motions.begin_at_present(body)
-        self._history_is_new = True
+        """Take the present pose of a body as the old one: a flight is no slip."""
+        self._accepted.forget_flight(body)
         self.revision += 1
-
-    def _note_faced(self) -> None:
-        """Keep what slave facets face in the accepted state."""
-        for zone in self.zones:
-            zone.faced = nearest_hits(zone)
 
     def advance(self) -> None:
         """Accept the step: the present state becomes the old one. Collective.
@@ -500,19 +397,13 @@ class Contact(ContactAssembly):
         up to date if the state is another than at the last `update`. They stay those of
         the accepted step until the next one.
         """
-        if self._has_springs and self.updates:
+        if self._options.has_springs and self.updates:
             if self._is_stale():
                 self.update()
-            for zone in self.zones:
-                zone.traction_old = zone.cpp.accepted_springs()
-        self._u_old[:] = self.u.x.array
-        for zone in self.zones:
-            zone.motions.accept()
-        for body in self.layout.bodies:
-            body.freedom.accept()
+            self._accepted.keep_springs()
+        self._accepted.accept()
         if self.updates:
-            self._note_faced()
-        self._history_is_new = True
+            self._accepted.note_faced()
         self.revision += 1
 
     def _unknowns(self) -> Array:
@@ -529,25 +420,16 @@ class Contact(ContactAssembly):
     @property
     def u_old(self) -> Array:
         """Displacement of the accepted step, of this rank's dofs. Not to be written."""
-        return self._u_old
+        return self._accepted.u
 
     def state(self) -> ContactState:
         """Copy of all unknowns, multiplier and history, for `restore`."""
         self.host.pull()
-        lam = None if self.multiplier is None else self.multiplier.x.array.copy()
-        return ContactState(
-            self.u.x.array.copy(),
-            self._u_old.copy(),
-            lam,
-            [z.traction_old for z in self.zones],
-            None if self.host.is_plain else self.host.values(),
-            [zone.motions.old for zone in self.zones],
-            [body.freedom.state() for body in self.layout.bodies],
-        )
+        return self._accepted.state(self.host, self.multiplier)
 
     def fault_of(self, state: Any) -> str | None:
         """Why `restore` cannot go back to a state, if so."""
-        zones = self.zones if self._has_springs else []
+        zones = self.zones if self._options.has_springs else []
         return state_fault(state, self.state(), zones)
 
     def restore(self, state: ContactState) -> None:
@@ -561,33 +443,7 @@ class Contact(ContactAssembly):
             If it is of another mesh, partition or method.
         """
         raise_everywhere(self._comm, self.fault_of(state))
-        self.u.x.array[:] = state.u
-        if state.unknowns is not None:
-            self.host.set_values(state.unknowns)
-        self._u_old[:] = state.u_old
-        if self.multiplier is not None:
-            self.multiplier.x.array[:] = state.multiplier
-        for zone, traction in zip(self.zones, state.traction_old):
-            zone.traction_old = traction
-        for zone, motion in zip(self.zones, state.old_motions):
-            zone.motions.old = motion
-        for body, known in zip(self.layout.bodies, state.freedoms):
-            body.freedom.restore(known)
-        self._history_is_new = True
+        self._accepted.restore(state, self.host, self.multiplier)
         self.revision += 1
         if self.updates:
             self.update()
-
-    def _send_history(self) -> None:
-        """Old displacement and tractions to the zones, where they have changed."""
-        if not self._history_is_new:
-            return
-        for zone in self.zones:
-            zone.motions.send_old(zone.cpp)
-        self._for_zones("set_old_displacement", self._u_old)
-        for zone in self.zones:
-            traction = zone.traction_old
-            zone.cpp.set_field(
-                "traction_old", np.empty(0) if traction is None else traction
-            )
-        self._history_is_new = False

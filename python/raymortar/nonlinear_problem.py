@@ -18,7 +18,7 @@ from .errors import (
     together,
 )
 from .problem import CoupledProblem
-from .solvers.newton import SNESSolver
+from .solvers.snes import SNESSolver
 
 # PETSc's option of that name
 ERROR = "snes_error_if_not_converged"
@@ -66,8 +66,8 @@ class NonlinearProblem(CoupledProblem):
         Norms of the forces of the residuals since `start`, without constrained rows.
     forms
         UFL residual and Jacobian of the volume, as lists where there are several.
-    L, a
-        The same, compiled.
+    volume
+        Assembles the compiled forms `L` and `a`.
     convergence
         Judges the last residual; see `convergence.Convergence`.
     steps_accepted

@@ -29,6 +29,7 @@ from .interface.held import rigid_slaves
 from .interface.sides import swaps
 from .results.summaries import of_problem
 from .rigid.motions import loads_of_tools
+from .system.volume import Volume
 
 
 class CoupledProblem:
@@ -64,8 +65,8 @@ class CoupledProblem:
         Norms of the forces of the residuals since `start`, without constrained rows.
     forms
         UFL residual and Jacobian of the volume, as lists where there are several.
-    L, a
-        The same, compiled.
+    volume
+        Assembles the compiled forms `L` and `a`.
     convergence
         Judges the last residual; see `convergence.Convergence`.
     rays_only
@@ -108,6 +109,7 @@ class CoupledProblem:
         self.contact.solve_for(functions)
         with together(comm):
             host.conditions(self.bcs)  # refuses foreign ones
+            is_derivative = J is None
             if isinstance(F, (list, tuple)):
                 J = jacobians(F, functions, host) if J is None else J
             elif J is None:
@@ -116,7 +118,7 @@ class CoupledProblem:
         require_agreement(comm, number_of_conditions=len(self.bcs))
         self.forms = F, J
         options = form_compiler_options, jit_options
-        self.L, self.a = compat.form(F, *options), compat.form(J, *options)
+        L, a = compat.form(F, *options), compat.form(J, *options)
         self.history: list[float] = []
         self.rays_only, self.tells_of_loss = False, True
         self.steps_accepted = 0
@@ -124,8 +126,9 @@ class CoupledProblem:
         self._at: np.ndarray | None = None
         self._revision = 0
         self._tools = b""
-        self._r = [compat.create_la_vector(*compat.unknowns_of(f)) for f in functions]
-        self._volume = self.contact.prepare(self.a, self.bcs)
+        self._pattern = self.contact.prepare(a, self.bcs)
+        known = self.forms if is_derivative else None
+        self.volume = Volume(self.contact, L, a, known, self._pattern)
         self.in_use = self._alone()
         self.convergence = Convergence(self.contact)
 
@@ -141,11 +144,21 @@ class CoupledProblem:
     def u(self) -> Any:
         """What is solved for: a Function, of several unknowns a list."""
         functions = self.contact.host.functions
-        return list(functions) if isinstance(self.L, list) else functions[0]
+        return list(functions) if self.volume.has_several else functions[0]
+
+    @property
+    def L(self) -> Any:
+        """The volume's compiled residual; for several unknowns a list."""
+        return self.volume.L
+
+    @property
+    def a(self) -> Any:
+        """The volume's compiled Jacobian; for several unknowns a list of lists."""
+        return self.volume.a
 
     def create_matrix(self) -> PETSc.Mat:
         """Matrix with room for the tangent. Collective."""
-        self.contact.belong_to(self._volume)
+        self.contact.belong_to(self._pattern)
         return self.contact.create_matrix(self.a)
 
     def create_vector(self) -> PETSc.Vec:
@@ -176,7 +189,7 @@ class CoupledProblem:
         Nothing is done again where neither x nor the contact has changed since the last
         call.
         """
-        self.contact.belong_to(self._volume)
+        self.contact.belong_to(self._pattern)
         array, n = x.getArray(readonly=True), self.contact.layout.n
         same = (
             self._at is not None
@@ -211,7 +224,7 @@ class CoupledProblem:
         """Residual, with contact's forces or without; its part of the user's form, and
         what prescribed unknowns lack. Collective."""
         increment = self.contact.host.increment(self.bcs)
-        volume, rows = self._volume_rows(increment)
+        volume, rows = self.volume.lifted(self.bcs, increment)
         b.set(0.0)
         b.getArray()[: self.contact.layout.n] = rows
         # Constrained rows are left out by contact, so the values set above stay
@@ -221,62 +234,13 @@ class CoupledProblem:
         b.assemble()
         return volume, increment
 
-    def _volume_rows(self, increment: Array) -> tuple[Array, Array]:
-        """The volume's residual with the effect of prescribed increments, of the owned
-        unknowns: as it is, and with the conditions in their rows. Collective."""
-        host = self.contact.host
-        conditions, starts = host.conditions(self.bcs), host.starts
-        parts = [increment[begin:end] for begin, end in zip(starts, starts[1:])]
-        volume, rows = [], []
-        L, a = self._table()
-        for r, form, blocks, f, bcs in zip(self._r, L, a, host.functions, conditions):
-            r.array[:] = 0.0
-            compat.assemble_residual(r.array, form)
-            for part, block, g, of_g in zip(parts, blocks, host.functions, conditions):
-                # Takes the tangents of all cells with constrained dofs
-                if block is not None and part.any():
-                    compat.apply_lifting(r.array, block, of_g, g.x.array, -1.0)
-            compat.scatter_reverse_add(r)
-            index_map, bs = compat.unknowns_of(f)
-            n = index_map.size_local * bs
-            volume.append(r.array[:n].copy())
-            compat.set_bc(r.array, bcs, f.x.array, -1.0)
-            rows.append(r.array[:n])
-        return np.concatenate(volume), np.concatenate(rows)
-
-    def _residual(self) -> Array:
-        """The volume's residual at the present state, of the owned unknowns.
-        Collective."""
-        rows, (L, _) = [], self._table()
-        for r, form, f in zip(self._r, L, self.contact.host.functions):
-            r.array[:] = 0.0
-            compat.assemble_residual(r.array, form)
-            compat.scatter_reverse_add(r)
-            index_map, bs = compat.unknowns_of(f)
-            rows.append(r.array[: index_map.size_local * bs])
-        return np.concatenate(rows)
-
-    def _table(self) -> tuple[list[Any], list[list[Any]]]:
-        """Compiled forms by unknown, and by test and trial space."""
-        several = isinstance(self.L, list)
-        return (self.L, self.a) if several else ([self.L], [[self.a]])
-
     @property
     def form_of_u(self) -> tuple[ufl.Form, ufl.Form]:
         """UFL residual in the displacement's test function, and its derivative by the
         displacement, or by the mixed Function that has it."""
         F, J = self.forms
         at = self.contact.host.only.at
-        return (F[at], J[at][at]) if isinstance(self.L, list) else (F, J)
-
-    def with_form_of_u(self, L: Any, a: Any) -> tuple[Any, Any]:
-        """Compiled residual and Jacobian with others in the place of `form_of_u`."""
-        if not isinstance(self.L, list):
-            return L, a
-        at = self.contact.host.only.at
-        forms, table = list(self.L), list(map(list, self.a))
-        forms[at], table[at][at] = L, a
-        return forms, table
+        return (F[at], J[at][at]) if self.volume.has_several else (F, J)
 
     @contextmanager
     def silent_about_loss(self) -> Iterator[None]:
@@ -336,19 +300,10 @@ class CoupledProblem:
         renewed = self.contact.make_room(A)
         if not renewed:
             A.zeroEntries()
-        self._assemble_volume(A)
+        self.volume.add_tangent(A, self.bcs)
         self.contact.assemble_matrix(A, self.bcs)
         A.assemble()
         return renewed
-
-    def _assemble_volume(self, A: PETSc.Mat) -> None:
-        """Add the volume's tangent. Collective."""
-        if not isinstance(self.a, list):
-            compat.assemble_jacobian(A, self.a, self.bcs)
-            return
-        fixed = self.contact.layout.begin + np.flatnonzero(self.prescribed)
-        starts = self.contact.host.starts
-        compat.assemble_blocks(A, self.a, self.bcs, starts, fixed.astype(np.int32))
 
     def reactions(self, supports: Mapping[str, Any]) -> dict[str, Array]:
         """Forces by which conditions hold the bodies, after a solve. Collective.
@@ -370,7 +325,7 @@ class CoupledProblem:
         host, layout = self.contact.host, self.contact.layout
         with together(self.comm):
             supports = check_supports("supports", supports)
-        rows = self._residual()
+        rows = self.volume.forces(self.bcs)
         b = self.create_vector()
         self.contact.assemble_vector(b)
         b.assemble()
@@ -397,7 +352,7 @@ class CoupledProblem:
             free,
             self.convergence.describe(),
             self._rigid_slaves(),
-            [text for one in contacts for text in swaps(one, self._volume, self.bcs)],
+            [text for one in contacts for text in swaps(one, self._pattern, self.bcs)],
             [one.excess for one in contacts if one.excess is not None],
             in_use,
         )

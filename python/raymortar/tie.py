@@ -108,9 +108,6 @@ class Tie(Contact):
             else None,
         )
 
-    def _multiplier(self) -> str:
-        return "vector"
-
     def meet(self, contacts: Sequence[Contact]) -> None:
         """Take the interactions of its problem: where they share slave nodes with it,
         multipliers are damped [theory (4.20)]. Collective."""
@@ -148,7 +145,7 @@ class Tie(Contact):
 
     def advance(self) -> None:
         """Accept the step. A tie has no history but the old displacement."""
-        self._u_old[:] = self.u.x.array
+        self._accepted.u[:] = self.u.x.array
         self.revision += 1
 
 

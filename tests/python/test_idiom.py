@@ -15,7 +15,7 @@ import ufl
 from dolfinx import fem
 from interacting import LOWER, UPPER, difference, three
 from problems import COMM, SOLVERS, fix, residual, worst
-from test_pages import blocks_of, run
+from programs import blocks_of, run
 
 import raymortar
 from meshes.scenes import two_blocks

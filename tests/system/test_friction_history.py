@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from materials import lame
 from problems import worst
+from rotations import turn
 from sheared_blocks import (
     HEIGHT,
     HOLDING,
@@ -23,7 +24,6 @@ from sheared_blocks import (
     pressed_and_sheared,
     turn_guess,
 )
-from test_friction_tangent import turn
 
 from raymortar import ConvergenceError, Coulomb, LoadSteps, Penalty, Stick, Tresca
 

@@ -13,8 +13,8 @@ from dolfinx import fem
 from frames import Frame, Framed, Solution, quarter_turn
 from problems import COMM, DIMENSION, build, fix, worst
 from public_models import MODELS
-from states import CLOSED
-from test_identities import by_place, rotation
+from rotations import rotation
+from states import CLOSED, by_place
 
 from meshes.scenes import two_blocks
 from raymortar import Coulomb, Penalty, SNESSolver

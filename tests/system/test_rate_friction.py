@@ -8,18 +8,12 @@ import numpy as np
 import pytest
 import states
 from dolfinx import fem
+from friction_states import FrictionCase, frictional_pairs, in_regime, set_both
 from problems import COMM, worst
 from sheared_blocks import HOLDING, METHODS, SHEAR, SLIP, Blocks, pressure
-from test_friction_tangent import FrictionCase, set_both
-from test_full_tangent import (
-    FIRST_STEPS,
-    frictional_pairs,
-    is_first_order,
-    is_second_order,
-    quiet_slopes,
-)
-from test_slave_fields import bumps, function_of, in_regime
-from test_tangent import name_of
+from slave_functions import bumps, function_of
+from states import name_of
+from tangents import FIRST_STEPS, is_first_order, is_second_order, quiet_slopes
 
 import raymortar
 from meshes.scenes import two_blocks

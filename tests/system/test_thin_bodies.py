@@ -9,8 +9,9 @@ from mpi4py import MPI
 import numpy as np
 import pytest
 from dolfinx import fem
+from pairing import HIT, lift, measures, total, touch
 from problems import COMM, DIMENSION, build, fix, stack, worst
-from test_coverage import HIT, ROTATION, lift, measures, total, touch
+from rotations import ROTATION
 
 import raymortar
 from meshes.blocks import Block, rotated

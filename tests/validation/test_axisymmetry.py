@@ -1,36 +1,26 @@
 """Solids of revolution: patch tests, tangents, areas, closed forms, refusals."""
 
-import warnings
-
-import boxes
 import gathered
 import hosts
 import numpy as np
 import pytest
 import revolution
-import rigid_scenes
 import states
-import ufl
 from dolfinx import fem
+from friction_states import FrictionCase, check_regime, law_for, set_both
 from problems import COMM, fix, worst
 from revolution import on_axis
-from test_friction_tangent import FrictionCase, check_regime, law_for, set_both
-from test_full_tangent import Pair, is_second_order, quiet_slopes
+from tangents import Pair, is_second_order, quiet_slopes
 
 from meshes.scenes import two_blocks
 from raymortar import (
     AugmentedLagrangian,
-    Contact,
-    ContactError,
-    ContactWarning,
     Coulomb,
     History,
     LoadSteps,
-    NonlinearProblem,
     Penalty,
     SNESSolver,
     Stick,
-    compat,
     rigid,
 )
 

@@ -7,20 +7,17 @@ the true edges of the master are.
 
 import numpy as np
 import pytest
-from problems import COMM, DIMENSION
-from test_coverage import ROTATION, touch, worst
-from test_patch import METHODS, check_hydrostatic
+from interfaces import bowl
+from pairing import touch
+from problems import COMM, DIMENSION, worst
+from rotations import ROTATION
+from uniform import METHODS, check_hydrostatic
 
 from meshes.scenes import two_blocks
 
 # Integrates the normal of a quadratic facet times two shape functions exactly
 DEGREE = {"interval": 5, "facet": 6}
 COVERAGE = 1e-12
-
-
-def bowl(x):
-    """Height of the interface over lateral points."""
-    return 1.0 + 0.2 * np.sum((x - 0.5) ** 2, axis=1)
 
 
 def blocks(cell, **options):

@@ -3,38 +3,29 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
 
 import gathered
 import numpy as np
 import pytest
 import states
-from dolfinx import fem
-from test_identities import moments, nodal_forces, nodal_positions
-from test_tangent import (
-    COLUMN_TOLERANCE,
-    DECADES,
-    check_columns,
-    slopes,
-    taylor_remainders,
+from balances import moments, nodal_forces, nodal_positions
+from friction_states import (
+    METHODS,
+    NONE,
+    SLIP,
+    STICK,
+    FrictionCase,
+    check_regime,
+    law_for,
+    set_both,
+    set_history,
+    tangential,
 )
+from rotations import turn
+from tangents import COLUMN_TOLERANCE, DECADES, check_columns, slopes, taylor_remainders
 
-from raymortar import (
-    AugmentedLagrangian,
-    Contact,
-    Coulomb,
-    Penalty,
-    Stick,
-    Tresca,
-    compat,
-)
+from raymortar import Coulomb, Stick, Tresca
 
-NONE, OPEN, STICK, SLIP = 0, 1, 2, 3
-METHODS = {
-    "augmented": lambda: AugmentedLagrangian(states.GAMMA),
-    "elastic": lambda: Penalty(states.GAMMA),
-    "rate": lambda: Penalty(states.GAMMA, tangential="rate"),
-}
 # Of displacement, of geometry
 DEGREES = {
     "triangle": (1, 2),
@@ -42,33 +33,8 @@ DEGREES = {
     "tetrahedron": (1, 1),
     "hexahedron": (1, 1),
 }
-# Slip of the step, next to the random deformation
-DRAG = np.array([0.05, 0.03])
-SMALLEST_TRACTION = 0.5
 # Below the last of them rounding shows within four decades
 FIRST_STEPS = (10.0**-2.5, 1e-3)
-
-
-@dataclass(frozen=True)
-class FrictionCase(states.Case):
-    """What a contact with friction is made of."""
-
-    law: str = "coulomb"
-    regime: str = "slip"  # of all closed points: stick, slip, mixed
-
-    def contact(self, scene, friction, tangent="fixed", **options):
-        # Few points in 3D, where each has facets to cross and a limit to pass
-        return Contact(
-            fem.Function(compat.vector_space(scene.mesh, self.degree)),
-            scene.facet_tags,
-            [(scene.tags["slave"], scene.tags["master"])],
-            METHODS[self.method](),
-            friction,
-            quadrature_degree=2 if self.dim == 3 else None,
-            measure=self.measure,
-            tangent=tangent,
-            **options,
-        )
 
 
 # Of each method the regime that is also run on several ranks
@@ -100,79 +66,6 @@ def cases(degrees=None):
             id=f"{cell}-{method}-{measure}-{law}-{regime}",
             marks=[pytest.mark.quick] if quick else [],
         )
-
-
-def set_history(contact, scene, seed, drag=DRAG):
-    """A random accepted state, with random traction in the springs: with a multiplier
-    they hold lengths."""
-    rng, V = np.random.default_rng(1000 + seed), contact.u.function_space
-    X, upper = states.dof_positions(V), states.upper_dofs(scene, V)
-    u = states.smooth_field(rng, X, 0.05)
-    u[upper] = states.smooth_field(rng, X[upper], 0.05)
-    u[upper, :-1] -= drag[: X.shape[1] - 1]
-    contact.u.x.array[:] = u.ravel()
-    contact.update()
-    contact.advance()
-    for zone in contact.zones:
-        if zone.traction_old is not None:
-            size = zone.traction_old.shape
-            one = states.TRACTION
-            if contact.multiplier is not None:
-                one /= states.GAMMA
-            zone.traction_old = rng.uniform(-1.0, 1.0, size) * one
-            zone.cpp.set_field("traction_old", zone.traction_old)
-
-
-def set_both(contact, scene, seed):
-    set_history(contact, scene, seed)
-    states.set_state(contact, scene, "active", seed)
-
-
-def tangential(points, vectors):
-    n = points["normal"]
-    return vectors - np.einsum("qi,qi->q", vectors, n)[:, None] * n
-
-
-def trial_traction(contact):
-    """Tangential trial traction at the points of a contact that sticks."""
-    p = gathered.points(contact)
-    q = tangential(p, p["traction"])
-    if contact.multiplier is not None:
-        q -= states.GAMMA * tangential(p, p["slip"])
-    hit = p["status"] != NONE
-    return np.linalg.norm(q[hit], axis=1), p["pressure"][hit]
-
-
-def widest(values):
-    """Middle of the widest gap within the middle half of some values."""
-    values = np.sort(values)
-    middle = values[len(values) // 4 : -(len(values) // 4)]
-    k = np.argmax(np.diff(middle))
-    return (middle[k] + middle[k + 1]) / 2
-
-
-def law_for(case, scene, seed):
-    """Friction law that puts a random state in a regime; None: too near q = 0."""
-    if case.law == "stick":
-        return Stick()
-    sticking = case.contact(scene, Stick())
-    set_both(sticking, scene, seed)
-    q, p = trial_traction(sticking)
-    if q.min() < SMALLEST_TRACTION:
-        return None  # strongly curved there
-    ratio = q / -p if case.law == "coulomb" else q
-    limit = {
-        "stick": 1.5 * ratio.max(),
-        "slip": 0.7 * ratio.min(),
-        "mixed": widest(ratio),
-    }[case.regime]
-    return Coulomb(limit) if case.law == "coulomb" else Tresca(limit)
-
-
-def check_regime(contact, regime):
-    status = gathered.points(contact)["status"]
-    found = set(status[status != NONE])
-    assert found == {"stick": {STICK}, "slip": {SLIP}, "mixed": {STICK, SLIP}}[regime]
 
 
 def quiet_contact(case, scene):
@@ -224,17 +117,6 @@ def test_columns_are_central_differences(case, record_property):
 
 
 # Rigid rotations (F1)
-
-
-def turn(dim, angle, rng):
-    """Rotation by an angle about a random axis."""
-    if dim == 2:
-        c, s = np.cos(angle), np.sin(angle)
-        return np.array([[c, -s], [s, c]])
-    axis = rng.normal(size=3)
-    x, y, z = axis / np.linalg.norm(axis)
-    K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    return np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * K @ K
 
 
 def rotate(contact, Q, shift=0.0):

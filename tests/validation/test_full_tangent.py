@@ -5,107 +5,29 @@ Perturbations move the segments: every residual is of points made at its own sta
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import gathered
 import numpy as np
 import pytest
 import states
+from friction_states import FrictionCase, check_regime, frictional_pairs, set_both
 from problems import fix
-from states import Case
-from test_friction_tangent import FrictionCase, check_regime, law_for, set_both
-from test_tangent import DECADES, Branch, name_of, slopes, taylor_remainders
+from states import Case, name_of
+from tangents import (
+    Pair,
+    all_hit_their_own,
+    is_first_order,
+    is_second_order,
+    quiet_slopes,
+)
 
-# Largest steps to try: vertices come closer than facets' sizes
-FIRST_STEPS = 10.0 ** np.array([-2.5, -3.0, -3.5, -4.0])
 # Kinds of motion of a vertex that the flat patches have in place of the facets
 FLAT = 3
-SLOPE_TOLERANCE = 0.05
-SEEDS = range(60)
-
-
-class Topology(Branch):
-    """Hits, statuses, and what each segment is made of."""
-
-    def __init__(self, contact):
-        super().__init__(contact)
-        s = gathered.dictionary(contact.zones[0].cpp.segments())
-        self.segments = [s[k] for k in ("slave", "master", "offsets", "motion")]
-
-    def holds(self, contact):
-        now = type(self)(contact)
-        same = zip(self.segments, now.segments)
-        return super().holds(contact) and all(np.array_equal(a, b) for a, b in same)
-
-
-def all_hit_their_own(contact):
-    """Whether no point lies between the chord of a segment and its true edge."""
-    p = gathered.points(contact)
-    return np.array_equal(p["master"][p["seed"] >= 0], p["seed"][p["seed"] >= 0])
-
-
-def remainders_of(contact, K, seed, first_steps=FIRST_STEPS):
-    """Steps and Taylor remainders of the re-paired residual, with the topology held;
-    None where it is not."""
-    U, R = states.unknowns(contact), states.assembled(contact)
-    direction = np.random.default_rng(seed + 1000).normal(size=U.size)
-    for first in first_steps:
-        steps = first * 10.0 ** -np.arange(0.0, DECADES - 0.9, 0.5)
-        remainders = taylor_remainders(
-            contact, K, U, R, direction, steps, Topology, rays_only=False
-        )
-        states.residual_at(contact, U, rays_only=False)
-        if remainders is not None:
-            return steps, remainders
-    return None
-
-
-@dataclass
-class Pair:
-    """The same contact with both tangents."""
-
-    fixed: object
-    full: object
-
-    def tangents(self, form):
-        return [states.tangent(contact, form) for contact in (self.fixed, self.full)]
 
 
 def has_flat_vertices(contact):
     """Whether a vertex has kept its flat place, as its true break was not found."""
     motion = contact.zones[0].cpp.segments()["motion"]
     return not gathered.everywhere(np.all(motion < FLAT))
-
-
-def quiet_slopes(make, prepare, wanted=all_hit_their_own, first_steps=FIRST_STEPS):
-    """Slopes with the fixed and the full tangent, at a state with no kink nearby."""
-    for seed in SEEDS:
-        pair = make(seed)
-        if (
-            pair is None
-            or not prepare(pair.fixed, seed)
-            or not prepare(pair.full, seed)
-        ):
-            continue
-        if not wanted(pair.full):
-            continue
-        form = states.mass_form(pair.full.u.function_space)
-        fixed, full = pair.tangents(form)
-        found = remainders_of(pair.full, full, seed, first_steps)
-        if found is None:
-            continue
-        of_fixed = remainders_of(pair.full, fixed, seed, first_steps)
-        return slopes(*found), slopes(*of_fixed)
-    raise AssertionError("no random state without a kink nearby")
-
-
-def is_second_order(found):
-    return np.all(np.abs(found - 2.0) <= SLOPE_TOLERANCE)
-
-
-def is_first_order(found):
-    """In the limit: the slopes of the smallest steps."""
-    return np.all(np.abs(found[-2:] - 1.0) <= SLOPE_TOLERANCE)
 
 
 def cases():
@@ -232,20 +154,6 @@ def friction_cases():
         ):
             case = FrictionCase(cell, *degrees, method, measure, law, regime)
             yield pytest.param(case, id=f"{name_of(case)}-{law}-{regime}")
-
-
-def frictional_pairs(case, scene):
-    """What makes contacts of both tangents for a seed; None where no law fits."""
-
-    def make(seed):
-        friction = law_for(case, scene, seed)
-        if friction is None:
-            return None
-        return Pair(
-            *(case.contact(scene, friction, tangent=t) for t in ("fixed", "full"))
-        )
-
-    return make
 
 
 @pytest.mark.mpi(

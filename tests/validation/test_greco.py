@@ -7,76 +7,11 @@ along from its free side. The reference displacements have a tolerance of 5 %.
 import gathered
 import numpy as np
 import pytest
-from dolfinx import fem
-from problems import COMM, build, fix
+from greco import FORCE, GAMMA, SIDE, STEPS, solve
 
-import raymortar
-from meshes.blocks import Block
-from meshes.meshing import Scene, assemble_blocks
-
-SIDE, STEPS = 0.04, 5  # m
 # u_x in m on the contact edge, at x in m
 PLACES = 1e-3 * np.array([0.0, 1.25, 5.0, 7.5, 11.25])
 REFERENCE = np.array([2.86e-5, 2.72e-5, 2.28e-5, 1.98e-5, 1.5e-5])
-# A hundredth of modulus over cell, code_aster's choice too. The automatic coefficient
-# is about E / h and takes twice the iterations; no line search, and neither converges
-GAMMA = 1e12  # Pa / m
-# Nominal stress on the loaded sides, Pa
-LOAD = -np.diag([15e7, 5e7])
-FORCE = 5e7 * SIDE  # N per thickness, pressed on the plane
-
-
-def plate(cell):
-    sides = {"left": 1, "right": 2, "bottom": 3, "top": 4}
-    body = Block((32, 10), (0.0, 0.0), (SIDE, SIDE), tags=sides)
-    below = Block(
-        (7, 1), (-0.2 * SIDE, -0.1 * SIDE), (1.1 * SIDE, 0.0), tags={"top": 5}
-    )
-    mesh, cells, facets = assemble_blocks(COMM, [below, body], cell)
-    tags = {"left": 1, "right": 2, "slave": 3, "top": 4, "master": 5}
-    return Scene(mesh, cells, facets, tags)
-
-
-def supports(V, scene):
-    """Symmetry, and the plane at rest with all its cells."""
-    rest = fem.Function(V)
-    dofs = fem.locate_dofs_topological(V, 2, scene.cell_tags.find(1))
-    W, _ = V.sub(1).collapse()
-    corner = fem.locate_dofs_geometrical(
-        (V.sub(1), W), lambda x: np.hypot(x[0] - SIDE, x[1]) < 1e-9 * SIDE
-    )
-    held = fem.Function(W)
-    return [
-        fem.dirichletbc(rest, dofs),
-        fix(V, scene, "right", 0),
-        fem.dirichletbc(held, corner, V.sub(1)),
-    ]
-
-
-def problem(cell, degree, gamma=GAMMA):
-    """The plate, and what sets its load."""
-    scene = plate(cell)
-    found = build(
-        scene,
-        degree,
-        method=raymortar.AugmentedLagrangian(gamma),
-        E=1.3e11,
-        nu=0.2,
-        bcs=supports,
-        loaded=("left", "top"),
-        friction=raymortar.Coulomb(1.0),
-    )
-
-    def apply(factor):
-        found.load.value[:] = factor * LOAD
-
-    return found, apply
-
-
-def solve(cell, degree, gamma=GAMMA):
-    found, apply = problem(cell, degree, gamma)
-    solver = raymortar.SNESSolver(found.problem, {"snes_linesearch_type": "l2"})
-    return found, raymortar.LoadSteps(solver, apply, steps=STEPS).run()
 
 
 def along_edge(function, nodes):

@@ -6,7 +6,9 @@ import gathered
 import numpy as np
 import pytest
 import states
-from states import CLOSED, NONE, Case
+from balances import moments, nodal_forces, nodal_positions
+from rotations import rotation
+from states import CLOSED, NONE, Case, by_place, is_quick, name_of
 
 ALL = [
     Case(cell, *degrees, method, measure)
@@ -15,17 +17,6 @@ ALL = [
     )
 ]
 KINDS = ("many", "overhang")
-
-
-def name_of(case):
-    return (
-        f"{case.cell}-P{case.degree}-geometry{case.geometry_degree}-{case.method}"
-        f"-{case.measure}"
-    )
-
-
-def is_quick(case):
-    return case.degree == case.geometry_degree == 2 and case.measure == "current"
 
 
 def cases(wanted=lambda case: True):
@@ -56,26 +47,6 @@ def random_contact(case, kind, regime="mixed", seed=0):
     contact = states.make_contact(scene, case)
     states.set_state(contact, scene, regime, seed, noise=0.01)
     return contact
-
-
-def nodal_forces(contact):
-    """Contact forces on the displacement dofs, (dofs, gdim)."""
-    dim = contact.u.function_space.mesh.geometry.dim
-    return states.assembled(contact)[: gathered.size_u(contact)].reshape(-1, dim)
-
-
-def nodal_positions(contact):
-    """Deformed positions of the displacement dofs, (dofs, gdim)."""
-    V = contact.u.function_space
-    X = states.dof_positions(V)
-    return gathered.owned(V, X + contact.u.x.array.reshape(X.shape))
-
-
-def moments(x, f):
-    """x cross f, (n, 1) in 2D and (n, 3) in 3D."""
-    if x.shape[1] == 3:
-        return np.cross(x, f)
-    return (x[:, 0] * f[:, 1] - x[:, 1] * f[:, 0])[:, None]
 
 
 # Balances
@@ -136,13 +107,6 @@ def test_resultant_is_the_sum_of_nodal_forces(case, kind, record_property):
 
 
 # Invariance
-
-
-def rotation(dim, seed=3):
-    """A random proper rotation."""
-    Q, _ = np.linalg.qr(np.random.default_rng(seed).normal(size=(dim, dim)))
-    Q[:, 0] *= np.linalg.det(Q)
-    return Q
 
 
 def pairing(contact):
@@ -268,13 +232,6 @@ def copy_multiplier(contact, other):
     lam, new = (c.multiplier.x.array.reshape(-1, n) for c in (contact, other))
     for i in contact.zones[0].multiplier_nodes:
         new[np.linalg.norm(y - x[i], axis=1) < 1e-10] = lam[i]
-
-
-def by_place(x, other):
-    """For each point of `other` the nearest of x, all of them different."""
-    nearest = np.linalg.norm(x[None] - other[:, None], axis=2).argmin(axis=1)
-    assert len(np.unique(nearest)) == len(x)
-    return nearest
 
 
 @pytest.mark.parametrize("seed", range(3))

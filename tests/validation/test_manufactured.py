@@ -11,11 +11,10 @@ import gathered
 import numpy as np
 import pytest
 import ufl
-from manufactured import Manufactured, rates
+from manufactured import Manufactured, flux_error, rates, solve, value
 from manufactured_fields import CUBE, SQUARE, TWO_CUBES, TWO_SQUARES, Motion
 from manufactured_scenes import SLIDE, TAGS, on_rigid
 from materials import MATERIALS
-from problems import fix
 
 import raymortar
 from raymortar import compat
@@ -40,16 +39,6 @@ def slide(fields):
 
 
 # Transcription
-
-
-def value(expression, point):
-    """A UFL expression of the position at a point, as an array."""
-    shape = expression.ufl_shape
-    entries = [
-        expression[index](tuple(point)) if index else expression(tuple(point))
-        for index in np.ndindex(*shape)
-    ]
-    return np.array(entries).reshape(shape)
 
 
 def position(dim):
@@ -182,12 +171,6 @@ def test_load_is_that_of_volume_and_surface_forces():
 # Rates
 
 
-def solve(*args, **options):
-    problem = Manufactured(*args, **options)
-    problem.solve()
-    return problem
-
-
 def mean_rates(fields, cell, degree, levels, record, motion=REST, **options):
     """Orders of convergence between the first and the last mesh."""
     errors = [
@@ -288,31 +271,6 @@ def test_master_bent_by_its_displacement_is_that_of_its_geometry():
     )
     for name, error in curved.items():
         assert flat[name] == pytest.approx(error, rel=1e-6)
-
-
-def flux_error(m):
-    """Error of the consistent flux where the exact displacement is prescribed.
-
-    No contact is left; what errs is the stress in the bulk, on the same mesh and with
-    the multiplier's functions.
-    """
-    m.interpolate(m.motion.s1, m.motion.c)
-    V, zone = m.u.function_space, m.contact.zones[0]
-    exact = fix(
-        V, m.scene, "slave", value=lambda x: m.fields.upper.values(x, m.motion.s1)
-    )
-    bcs, n = [*m.bcs, exact], len(m.u.x.array)
-    marker, _ = compat.dirichlet_dofs(bcs, V)
-    A = m.problem.create_matrix()
-    for _ in range(4):
-        A.zeroEntries()
-        compat.assemble_jacobian(A, m.problem.a, bcs)
-        A.assemble()
-        r = m.internal_forces()
-        r[marker == 1] = 0.0
-        m.u.x.array[:] -= np.linalg.solve(gathered.dense(A)[:n, :n], r)
-    forces = m.internal_forces().reshape(-1, m.dim)[zone.facets.slave_surface.dofs]
-    return m.flux_error(forces)
 
 
 @pytest.mark.parametrize("shake", SHAKES)

@@ -10,10 +10,9 @@ import gathered
 import numpy as np
 import pytest
 import ufl
-from manufactured import Manufactured, rates
+from manufactured import Manufactured, rates, value
 from manufactured_fields import CUBE, MU, SQUARE, Motion
 from manufactured_scenes import on_rigid
-from test_manufactured import value
 
 import raymortar
 

@@ -9,7 +9,6 @@ import pytest
 import states
 import ufl
 from dolfinx import fem
-from dolfinx.fem.petsc import assemble_matrix
 from problems import (
     CELLS,
     COMM,
@@ -22,13 +21,12 @@ from problems import (
     symmetry,
     worst,
 )
-from states import Case
-from test_full_tangent import remainders_of
-from test_tangent import name_of, slopes
+from states import Case, name_of
+from tangents import remainders_of, slopes
+from uncovered import load_of_the_rest
 
 from meshes.scenes import two_blocks
 from raymortar import AugmentedLagrangian, Contact, NonlinearProblem, Penalty, compat
-from raymortar.host.reference_facets import shape_functions
 
 FACTORS = (0.1, 1.0, 10.0)  # times E / h
 STIFF = 1000.0
@@ -132,36 +130,6 @@ def test_force_in_space(cell):
     # Forces come down with the size of cells: the fine one is above the solution's
     assert abs(mean(forces) - fine) <= 1.5 * abs(mean(swapped) - fine)
     assert max(iterations) <= 6
-
-
-def uncovered_areas(contact):
-    """Of every shape function over the uncovered part of the slave, (dofs,)."""
-    contact.update()
-    surface, points = contact.zones[0].facets.slave_surface, contact.points()
-    off = points["status"] == states.NONE
-    degree = surface.displacement_degree
-    N, _ = shape_functions(surface.shape, degree, points["xi"][off])
-    dofs = surface.dofs[surface.facet_dofs[points["slave"][off]]]
-    areas = np.zeros(len(contact.u.x.array) // surface.gdim)
-    np.add.at(areas, dofs, points["weight"][off, None] * N)
-    return areas
-
-
-def load_of_the_rest(contact, ds):
-    """Function whose products with test functions over the boundary are the integrals
-    over the slave's uncovered part, upwards, to rounding."""
-    V = contact.u.function_space
-    v, w = ufl.TestFunction(V), ufl.TrialFunction(V)
-    M = assemble_matrix(compat.form(ufl.inner(w, v) * ds))
-    M.assemble()
-    dim = V.mesh.geometry.dim
-    up = np.arange(dim - 1, M.size[0], dim)
-    M = M[:, :][np.ix_(up, up)]
-    on = M.diagonal() > 0.0
-    f = fem.Function(V)
-    rest = uncovered_areas(contact)
-    f.x.array[up[on]] = np.linalg.solve(M[np.ix_(on, on)], rest[on])
-    return f
 
 
 def patch(cell, degree, parts, pressure):

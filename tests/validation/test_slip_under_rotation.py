@@ -10,8 +10,9 @@ import gathered
 import numpy as np
 import pytest
 import states
+from friction_states import METHODS, NONE, SLIP, FrictionCase, tangential
 from problems import worst
-from test_friction_tangent import METHODS, NONE, SLIP, FrictionCase, tangential, turn
+from rotations import turn
 
 from raymortar import Coulomb, Stick
 

@@ -8,18 +8,14 @@ import pytest
 import states
 from dolfinx import fem
 from problems import COMM, fix
-from states import CLOSED, NONE, Case
+from states import CLOSED, NONE, Case, is_quick, name_of
+from tangents import COLUMN_TOLERANCE, DECADES, check_columns, slopes, taylor_remainders
 
 from meshes.scenes import two_blocks
 from raymortar import AugmentedLagrangian, Contact, Penalty, Search, compat
-from raymortar.host.layout import marked_everywhere
 
-DECADES = 4
 # Largest steps to try; facets are 0.22 to 1 wide
 FIRST_STEPS = 10.0 ** np.array([-2.5, -3.0, -3.5])
-DIFFERENCE_STEP = 1e-5
-COLUMN_TOLERANCE = 1e-7
-MAX_COLUMNS = 40
 CASES = [
     Case(cell, *degrees, method, measure)
     for cell, degrees, method, measure in itertools.product(
@@ -36,56 +32,10 @@ SETTINGS = [
 ]
 
 
-def name_of(case):
-    return (
-        f"{case.cell}-P{case.degree}-geometry{case.geometry_degree}-{case.method}"
-        f"-{case.measure}"
-    )
-
-
-def is_quick(case):
-    return case.degree == case.geometry_degree == 2 and case.measure == "current"
-
-
 PARAMETERS = [
     pytest.param(c, id=name_of(c), marks=[pytest.mark.quick] if is_quick(c) else [])
     for c in CASES
 ]
-
-
-class Branch:
-    """What must not change along a smooth branch: hits and statuses of the points."""
-
-    def __init__(self, contact):
-        points = gathered.points(contact)
-        self.master, self.status = points["master"], points["status"]
-
-    def holds(self, contact):
-        now = type(self)(contact)
-        return np.array_equal(self.master, now.master) and np.array_equal(
-            self.status, now.status
-        )
-
-
-def taylor_remainders(
-    contact, K, U, R, direction, steps, branch=Branch, rays_only=True
-):
-    """||R(U + e d) - R(U) - e K d|| per step; None where a point changes branch."""
-    branch, remainders = branch(contact), []
-    slope = K @ direction
-    for e in steps:
-        change = states.residual_at(contact, U + e * direction, rays_only) - R
-        if not branch.holds(contact):
-            return None
-        remainders.append(np.linalg.norm(change - e * slope))
-    return np.array(remainders)
-
-
-def slopes(steps, remainders):
-    """Slope fitted over all steps, and that of every decade."""
-    x, y = np.log10(steps), np.log10(remainders)
-    per_decade = (y[2:] - y[:-2]) / (x[2:] - x[:-2])
-    return np.array([np.polyfit(x, y, 1)[0], *per_decade])
 
 
 def quiet_taylor(contact, scene, regime, form, seeds=range(40)):
@@ -171,50 +121,6 @@ def test_residual_is_continuous_where_points_change_facets(cell, method, degree)
     assert switches >= len(master) // 4
     # A jump would be of the size of R
     assert max(changes) <= 0.02 * np.abs(R).max()
-
-
-def surface_unknowns(contact):
-    """Unknowns on the contact surfaces, multipliers included."""
-    facets, V = contact.zones[0].facets, contact.u.function_space
-    dofs = np.union1d(facets.slave_surface.dofs, facets.master_surface.dofs)
-    near = np.repeat(gathered.owned(V, marked_everywhere(V, dofs)), V.mesh.geometry.dim)
-    multipliers = COMM.allreduce(contact.layout.size) - len(near)
-    return np.flatnonzero(np.append(near, np.ones(multipliers, dtype=bool)))
-
-
-def check_columns(contact, form, seed=0):
-    """Largest error of the tangent's columns, each relative to its largest entry.
-
-    What the rounding of the residual makes of the differences is taken off: it shows
-    in dofs that hardly reach into the contact.
-
-    Unknowns off the contact surfaces have zero columns; of the others a random
-    selection is compared with central differences.
-    """
-    contact.update()
-    K, U = states.tangent(contact, form), states.unknowns(contact)
-    R = states.assembled(contact)
-    branch = Branch(contact)
-    rng = np.random.default_rng(seed)
-    used = surface_unknowns(contact)
-    moved = U + 1e-2 * rng.normal(size=U.size)
-    moved[used] = U[used]
-    gathered.assert_same(states.residual_at(contact, moved), R)
-    if len(used) > MAX_COLUMNS:
-        used = rng.choice(used, MAX_COLUMNS, replace=False)
-    errors, h = [], DIFFERENCE_STEP
-    rounding = 4.0 * np.finfo(float).eps * np.abs(R).max() / h
-    for j in used:
-        e = np.zeros(U.size)
-        e[j] = h
-        plus = states.residual_at(contact, U + e)
-        assert branch.holds(contact)
-        minus = states.residual_at(contact, U - e)
-        assert branch.holds(contact)
-        error = np.abs((plus - minus) / (2.0 * h) - K[:, j]).max() - rounding
-        # Dofs that meet open points only may have zero columns: exactly
-        errors.append(error / np.abs(K[:, j]).max() if error > 0.0 else 0.0)
-    return max(errors)
 
 
 @pytest.mark.mpi(where=states.sampled)

@@ -14,7 +14,6 @@ from dolfinx import fem
 from interacting import LOWER, UPPER, table, three
 from problems import CELLS, COMM, DIMENSION, Problem, fix, residual, tolerate, worst
 from states import rough_field
-from test_partly_covered import load_of_the_rest
 from tying import (
     AROUND,
     NU,
@@ -28,6 +27,7 @@ from tying import (
     strain_of,
     stress_of,
 )
+from uncovered import load_of_the_rest
 
 import raymortar
 from meshes.scenes import two_blocks
@@ -697,6 +697,23 @@ def test_a_cantilever_bent_to_a_quarter_circle(degree, gap):
     if degree == 2 and gap == 0.0:
         # Of a slender beam: the ends are held across, and the strain is 0.08
         assert abs(moment) == pytest.approx(found.bending, rel=0.05)
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("degree", [1, 2])
+def test_a_tied_cantilever_is_as_stiff_as_a_glued_one(degree):
+    """The moment errs as that of the coarser mesh glued, or less. Nodes that match are
+    tied one to one, which glues; the other half has smaller cells here. A finer slave
+    has multipliers that the master's edges cannot follow: it may take a quarter more.
+    """
+    coarse, fine = (8, 2), (11, 3)
+    exact = bent(2, 0.0, divisions=((24, 8), (24, 8))).wall[1]
+    glued, coarse_slave, fine_slave = (
+        abs(bent(degree, 0.0, divisions=halves).wall[1] - exact)
+        for halves in ((coarse, coarse), (fine, coarse), (coarse, fine))
+    )
+    assert coarse_slave <= glued
+    assert fine_slave <= 1.25 * glued
 
 
 # Bad input

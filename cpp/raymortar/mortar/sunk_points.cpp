@@ -73,6 +73,40 @@ ToolRay ray_into_body(const Surface& slave, Index facet, const Vec<2>& xi)
       frame_at<F>(slave.nodes<F>(slave.x, facet), xi.template head<F::tdim>());
   return {in_space<F::gdim>(frame.x), -in_space<F::gdim>(frame.n)};
 }
+
+/// How much of the body behind a facet counts: half of it, where its thickness
+/// is known
+double half_behind(const Surface& slave, const FacetDistances& range,
+                   Index facet)
+{
+  const double thickness = slave.thickness_behind(facet);
+  return std::isfinite(thickness) ? 0.5 * thickness : range[facet].depth;
+}
+
+/// Points [begin, end) of one slave facet that a tool has passed: those behind
+/// which one begins, and all that are inside one where none is outside
+template <class F>
+void append_sunk(const Surface& slave, const ToolProbe& probe,
+                 const IntegrationPoints& points, const Hits& hits,
+                 const FacetDistances& range, std::size_t begin,
+                 std::size_t end, std::vector<Index>& sunk)
+{
+  const Index facet = points.slave[begin];
+  const double behind = half_behind(slave, range, facet);
+  std::vector<Index> inside;
+  for (std::size_t q = begin; q < end; ++q)
+  {
+    if (hits.status[q] == RayStatus::hit)
+      continue;
+    const ToolRay ray = ray_into_body<F>(slave, facet, points.xi[q]);
+    if (probe.is_inside(ray.x))
+      inside.push_back(static_cast<Index>(q));
+    if (probe.meets(ray, behind))
+      sunk.push_back(static_cast<Index>(q));
+  }
+  if (inside.size() == end - begin)
+    sunk.insert(sunk.end(), inside.begin(), inside.end());
+}
 } // namespace
 
 std::vector<Index> find_points_sunk_in_tools(const Surface& slave,
@@ -82,39 +116,14 @@ std::vector<Index> find_points_sunk_in_tools(const Surface& slave,
                                              const FacetDistances& range)
 {
   const ToolProbe probe(tools);
-  std::vector<Index> sunk, inside;
-  // How much of the body counts where its thickness is not known
-  const auto half_behind = [&](Index facet)
-  {
-    const double thickness = slave.thickness_behind(facet);
-    return std::isfinite(thickness) ? 0.5 * thickness : range[facet].depth;
-  };
+  std::vector<Index> sunk;
   const auto find = [&]<class F>(F)
   {
-    for (std::size_t begin = 0; begin < points.size();)
+    for (std::size_t begin = 0, end = 0; begin < points.size(); begin = end)
     {
-      const Index facet = points.slave[begin];
-      bool all_inside = true;
-      inside.clear();
-      std::size_t q = begin;
-      for (; q < points.size() and points.slave[q] == facet; ++q)
-      {
-        if (hits.status[q] == RayStatus::hit)
-        {
-          all_inside = false;
-          continue;
-        }
-        const ToolRay ray = ray_into_body<F>(slave, facet, points.xi[q]);
-        if (probe.is_inside(ray.x))
-          inside.push_back(static_cast<Index>(q));
-        else
-          all_inside = false;
-        if (probe.meets(ray, half_behind(facet)))
-          sunk.push_back(static_cast<Index>(q));
-      }
-      if (all_inside)
-        sunk.insert(sunk.end(), inside.begin(), inside.end());
-      begin = q;
+      while (end < points.size() and points.slave[end] == points.slave[begin])
+        ++end;
+      append_sunk<F>(slave, probe, points, hits, range, begin, end, sunk);
     }
   };
   with_facet_type(slave, find);

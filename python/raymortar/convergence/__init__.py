@@ -1,7 +1,7 @@
-"""When an iterate is a solution, and what to say where none is found.
+"""The end of a solve: when an iterate is a solution, and messages where none is found.
 
 - convergence: the test of forces
-- balance, patches: what is judged by itself
-- lost_contact, loose, penetration: what a solve must not leave behind
-- failure, trouble: what to say of a failure
+- balance, patches: groups of rows that are judged separately
+- lost_contact, passed_tools, loose, penetration: faults of a state that has converged
+- failure, trouble: what residuals show, and messages
 """

@@ -1,7 +1,8 @@
-"""What is judged by itself when Newton's method may end: bodies, and surfaces of contact.
+"""Groups of rows that Newton's method judges separately: bodies and surfaces of
+contact.
 
-Each group of rows has a stiffness, a norm that stands for its rounding errors, and a
-place for messages; none depends on the number of ranks.
+Each group has a stiffness, a rounding error and a name for messages. None of them
+depends on the number of ranks.
 """
 
 from __future__ import annotations
@@ -24,10 +25,12 @@ EPS = float(np.finfo(float).eps)
 class Groups:
     """Rows of the coupled system by body, patch of slave surface and field. Collective.
 
-    Bodies are what cells connect; rigid ones that are free are groups of their own. The equations of a multiplier are a group of their
-    own, for every connected patch of slave surface, as they are forces between two
-    bodies, one of which may be much the softer. The equations of every further field
-    that the user solves for, such as a pressure, are one group: they are no forces.
+    - A body is a part of the mesh whose cells are connected. A free rigid body is a
+      group as well.
+    - Each connected patch of slave surface is a group with the equations of its
+      multiplier: they are forces between two bodies, one of which may be much softer.
+    - Each further field that the user solves for, such as a pressure, is a group: its
+      equations are not forces.
 
     Parameters
     ----------
@@ -39,8 +42,8 @@ class Groups:
     of_row
         Group of each owned row, (rows,).
     count, forces, bodies
-        Number of all groups, the first of which are of forces, and the first of these
-        bodies.
+        Number of groups, of those that are forces, and of bodies. The order is
+        bodies, patches, free rigid bodies, fields.
     fields
         What the user solves for besides the displacement; see `host.Field`.
     size
@@ -88,8 +91,8 @@ class Groups:
         self._find_couplings()
 
     def on_rows(self, of_u: Array, of_multiplier: Array | None = None) -> Array:
-        """Values of the owned displacements and multipliers at their rows, 0 at all
-        others."""
+        """Values at the rows of the owned displacements and multipliers; 0 at other
+        rows."""
         rows = np.zeros(len(self.of_row))
         rows[: self.contact.layout.n][self._u_rows] = of_u
         if of_multiplier is not None:
@@ -98,7 +101,7 @@ class Groups:
         return rows
 
     def _find_couplings(self) -> None:
-        """What a unit of each field does to the rows of each group. Collective."""
+        """How much a unit of each field changes the rows of each group. Collective."""
         couplings = self.contact.couplings
         self._coupling = np.zeros((1 + len(self.fields), self.count))
         self._mean_coupling = self._coupling.copy()
@@ -119,7 +122,7 @@ class Groups:
         return most
 
     def field_scales(self, sizes: Array) -> Array:
-        """What the terms of each group's rows may add up to, 0 for forces
+        """Upper bound of the terms in each group's rows; 0 for forces
         [theory (5.13)].
 
         Parameters
@@ -132,7 +135,7 @@ class Groups:
         return scales
 
     def field_floors(self, sizes: Array) -> Array:
-        """Rounding error that further fields bring to each group."""
+        """Rounding error of each group that comes from further fields."""
         if not self.fields:
             return np.zeros(self.count)
         positions = np.concatenate([[0.0], sizes[1:]])
@@ -142,8 +145,8 @@ class Groups:
         return EPS * floors
 
     def field_rows(self, sizes: Array) -> list[tuple[Any, float, float]]:
-        """Rows of each further field, by what they are lengths, and what a unit of it
-        counts as. Length."""
+        """For each further field its rows, the divisor that makes them lengths, and the
+        length that a unit of the field counts as."""
         found = []
         for k, field in enumerate(self.fields):
             unit = self._largest / (sizes[1 + k] or 1.0)
@@ -163,8 +166,8 @@ class Groups:
         return sums[0] if len(rows) == 1 else sums
 
     def _sizes(self) -> tuple[Array, float]:
-        """Diagonal of each group's box, or its distance from the origin where that is
-        larger, and of all. Length. Collective."""
+        """Size of each group, and of all groups together: the diagonal of the box, or
+        its distance from the origin if that is larger. Length. Collective."""
         V = self.contact.u.function_space
         X = V.tabulate_dof_coordinates()
         ends = np.stack(
@@ -196,12 +199,12 @@ class Groups:
 
     @property
     def _groups_of_free(self) -> range:
-        """Groups of the rigid bodies that are free."""
+        """Groups of the free rigid bodies."""
         return range(self.forces - len(self._free), self.forces)
 
     def _met(self) -> list[tuple[Any, float, float, npt.NDArray[np.bool_]]]:
-        """Contact of each zone, area of its slave surface, its number of nodes, and
-        which bodies and patches are on one of its sides. Collective."""
+        """For each zone: its contact, the area and the number of nodes of its slave
+        surface, and the bodies and patches on its two sides. Collective."""
         zones = []
         for patches in self._patches:
             for zone in patches.contact.zones:
@@ -219,8 +222,9 @@ class Groups:
         return zones
 
     def softest(self, free: Array) -> tuple[Array, float]:
-        """Stiffness of each body, and of patches that of the softest body there that
-        can move. Force per length. Collective.
+        """Stiffness of each body and each patch. Force per length. Collective.
+
+        A patch has the stiffness of the softest body at it that can move.
 
         Parameters
         ----------
@@ -230,8 +234,8 @@ class Groups:
         Returns
         -------
         stiffness, springs
-            And the largest stiffness of closed contact at a node, in those of the
-            softest body there.
+            `springs` is the largest stiffness of closed contact at a node, over that of
+            the softest body there.
         """
         stiffness, ratios = np.full(self.count, np.inf), [0.0]
         bodies = slice(self.bodies)
@@ -245,15 +249,15 @@ class Groups:
         return stiffness, max(ratios)
 
     def contact_forces(self) -> Array:
-        """Traction times area at each owned multiplier row, and what pushes each free
-        rigid body along its rows besides contact. Force."""
+        """Traction times area at each owned multiplier row, and the forces other than
+        contact at the rows of free rigid bodies. Force."""
         found = [patches.forces() for patches in self._patches]
         for body in self.contact.layout.own_bodies:
             found.append(body.pushed()[0])
         return np.concatenate(found)
 
     def names(self) -> list[str]:
-        """What to call each group in messages. Collective."""
+        """Name of each group for messages. Collective."""
         V, layout = self.contact.u.function_space, self.contact.layout
         dim, bs = V.mesh.geometry.dim, V.dofmap.index_map_bs
         of_u = np.repeat(V.tabulate_dof_coordinates(), bs, axis=0)[: layout.n_u]

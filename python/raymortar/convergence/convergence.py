@@ -1,4 +1,4 @@
-"""When an iterate is a solution: forces in balance, body by body, in any unit."""
+"""The test that ends Newton's method: are the forces of each body in balance?"""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .balance import EPS, Groups
 from .trouble import is_hopeless, is_in_trouble
 
 # Weight of a prescribed displacement in line searches, in stiffnesses of the softest
-# body: with 1, a first touch may end the search (measured: docs/robustness.md)
+# body: with 1, a first touch may end the search (measured: docs/robustness_units.md)
 PRESCRIBED = 10.0
 
 # Ratio of stiffnesses up to which line searches see both bodies well enough as they are
@@ -25,22 +25,23 @@ MOST_NAMED = 3
 
 @dataclass(frozen=True)
 class Imbalance:
-    """One iterate, by group of rows.
+    """How far one iterate is from a solution, by group of rows.
 
     Attributes
     ----------
     residual
-        Norm of the residual's free rows. Force; of a further field what its equation is
-        in.
+        Norm of the residual's free rows. Force; for a further field the unit of its
+        equation.
     forces
-        Norm of what is in balance there: a body's stresses and loads, supports
-        included; the tractions of a surface. Force. Of a further field what the terms
-        of its equation may add up to.
+        Norm of the forces that are in balance: stresses, loads and supports of a body,
+        tractions of a surface. For a further field an upper bound of the terms of its
+        equation.
     lacking
-        Largest distance of a prescribed value from what it should be, by field, the
+        Largest difference between the present and the prescribed value, by field, the
         displacement first. Length, or the field's unit.
     sizes
-        Largest values by field, whose rounding iterative solvers leave in all.
+        Largest value of each field. Iterative solvers leave its rounding error in all
+        values.
     count
         Number of groups that are forces.
     """
@@ -53,17 +54,18 @@ class Imbalance:
 
     @property
     def norm(self) -> float:
-        """Of all forces of the residual. Force."""
+        """Norm of all forces of the residual. Force."""
         return float(np.linalg.norm(self.residual[: self.count]))
 
     @property
     def pending(self) -> float:
-        """Largest distance of a prescribed displacement from its value. Length."""
+        """Largest difference between a displacement and its prescribed value.
+        Length."""
         return float(self.lacking[0])
 
     @property
     def is_finite(self) -> bool:
-        """Whether the residual is a number in all rows."""
+        """Whether the residual is finite in all rows."""
         return bool(np.isfinite(self.residual).all())
 
 
@@ -74,10 +76,10 @@ class Convergence:
     """Judges the iterates of one problem, the same way for every solver.
 
     Each group of rows (`balance.Groups`) is compared with its own forces: the larger of
-    its first residual and its present forces. So a soft body is solved as well as a
-    stiff one beside it, and a step that begins near its end is not asked for more than
-    rounding allows. Lengths are compared with lengths alone, and what is not a force
-    with what its own equation adds up.
+    its first residual and its present forces. So a soft body beside a stiff one is
+    solved to the same tolerance, and a step that begins near its solution need not beat
+    the rounding error. Lengths are compared with lengths, and the residual of a further
+    field with the terms of its own equation.
 
     Parameters
     ----------
@@ -89,16 +91,16 @@ class Convergence:
     groups
         Rows that are judged together.
     now
-        Of the last residual.
+        The last residual.
     keeps_first
-        Whether residuals stay relative to those of an earlier start, as the inner
-        solves of `FixedPointSolver` do.
+        Whether to keep the first residuals of an earlier solve, as `FixedPointSolver`
+        does for its inner solves.
     norms
-        Of the residuals of the iterates since `start`, without rejected trial steps and
-        without those in which a prescribed displacement was pending. Force.
+        Norms of the residuals of the iterates since `start`. Rejected trial steps are
+        left out, and iterates that had not reached a prescribed displacement. Force.
     patient
-        Whether a solve goes on until it is hopeless, rather than until it is in trouble
-        for which `LoadSteps` has a remedy; see `trouble`.
+        Whether a solve goes on until it is hopeless. Otherwise it ends at the first
+        trouble, as `LoadSteps` has remedies; see `trouble`.
     """
 
     def __init__(self, contact: Any) -> None:
@@ -137,14 +139,14 @@ class Convergence:
         Parameters
         ----------
         residual
-            Of the owned rows.
+            Values of the owned rows.
         volume
-            The part of the user's form, of the owned unknowns of the host, constrained
-            ones included.
+            Residual of the user's form for the owned unknowns of the host, with
+            constrained rows.
         fixed
-            Whether each of these is constrained.
+            Whether each of these unknowns is constrained.
         increment
-            What prescribed values lack, of the local unknowns.
+            Prescribed minus present values, for the local unknowns.
         """
         groups = self.groups
         free = residual.copy()
@@ -160,7 +162,7 @@ class Convergence:
         return self.now
 
     def accept(self) -> None:
-        """The last residual is that of an iterate, not of a trial step."""
+        """Note that the last residual belongs to an iterate, not to a trial step."""
         self._last = self._last[1], self.now.residual
         if (self.now.lacking > 256.0 * EPS * self.now.sizes).any():
             self.norms.clear()
@@ -182,13 +184,13 @@ class Convergence:
         Parameters
         ----------
         rtol
-            Residual over forces of each group, and prescribed values' distance from
-            what they should be over the first.
+            Residual of each group over its forces. Also: distance from prescribed
+            values over the first such distance.
         atol
-            Norm of all forces of the residual that is small enough. Force. None: the
-            rounding error of each group, once iterations bring nothing more.
+            Norm of all forces of the residual that ends a solve. Force. None: the
+            rounding error of each group, once iterations no longer reduce the residual.
         at_once
-            Take the rounding error for small enough whatever iterations bring.
+            Accept the rounding error at once, even if iterations might reduce it.
         """
         self._asked = rtol, atol
         if self._pending(rtol):
@@ -199,7 +201,7 @@ class Convergence:
         return bool(balanced.all())
 
     def _pending(self, rtol: float) -> bool:
-        """Whether prescribed displacements are not yet where they should be."""
+        """Whether displacements have not yet reached their prescribed values."""
         step = max(rtol, 8.0 * EPS) * self._first.lacking
         # Linear solvers round by the largest unknowns: several ranks' more than one's
         rounding = 256.0 * EPS * self.now.sizes
@@ -208,7 +210,7 @@ class Convergence:
     def _balanced(
         self, rtol: float, atol: float | None, at_once: bool
     ) -> npt.NDArray[np.bool_]:
-        """Which groups are."""
+        """Whether each group is in balance."""
         now = self.now
         balanced = now.residual <= rtol * np.maximum(now.forces, self._first.residual)
         fields = np.arange(len(balanced)) >= now.count
@@ -221,11 +223,11 @@ class Convergence:
             settled = now.residual >= 0.1 * self._last[0]
         floors = self._floors + self._field_floors
         rounding = settled & (now.residual <= floors)
-        # A force that is small enough says nothing of what is none
+        # A tolerance for forces says nothing about fields that are not forces
         return balanced | (rounding & (fields if atol is not None else True))
 
     def describe(self) -> str:
-        """What the last residual lacks, for messages; "" for nothing. Collective."""
+        """Which groups are out of balance, for messages; "" for none. Collective."""
         if self.now is UNKNOWN or self._asked is None:
             return ""
         now, (rtol, atol) = self.now, self._asked
@@ -248,11 +250,12 @@ class Convergence:
         return text
 
     def row_scale(self, fixed: npt.NDArray[np.bool_]) -> Array:
-        """Factors that make the owned rows comparable: forces of one stiffness.
+        """Factors for the owned rows that make them comparable in a line search.
 
-        Rows of a body over its stiffness are lengths, as prescribed displacements are;
-        times one stiffness, that of the softest body that can move, they are forces. So
-        no unit counts, and no soft body is lost beside a stiff one.
+        The rows of a body, divided by its stiffness, are lengths, as prescribed
+        displacements are. Multiplied by the stiffness of the softest body that can
+        move, all rows are forces again. So units do not matter, and a soft body counts
+        as much as a stiff one.
 
         Parameters
         ----------
@@ -265,7 +268,7 @@ class Convergence:
         one = float(stiffness.min())
         one = one if np.isfinite(one) else 1.0
         scale = one / stiffness
-        # Symmetric matrices stay so where bodies are alike, or do not move
+        # A symmetric matrix stays symmetric if bodies are alike, or do not move
         scale[scale >= 1.0 / ALIKE] = 1.0
         scale[scale == 0.0] = 1.0
         rows = scale[self.groups.of_row]

@@ -1,4 +1,4 @@
-"""What to say of a solve that did not converge: what was seen, and what to try."""
+"""Messages for a solve that did not converge: what was seen, and what to try."""
 
 from __future__ import annotations
 
@@ -39,22 +39,22 @@ NOT_A_NUMBER = -4
 
 @dataclass(frozen=True)
 class InUse:
-    """What a solve is given and is a part of: advice has to go with it.
+    """How a solve is used, so that messages give advice that fits.
 
     Attributes
     ----------
     steps
-        Whether it is one of `LoadSteps`.
+        Whether the solve is a step of `LoadSteps`.
     automatic
-        Whether these try other ways.
+        Whether `LoadSteps` tries other ways.
     controlled
         Whether the load factor is an unknown.
     may_be_viscous
-        Whether viscous forces can be asked for, and are not there yet.
+        Whether viscous forces are possible and not yet used.
     degree
-        Largest of a multiplier.
+        Largest degree of a multiplier.
     led
-        Weights of the owned dofs of u in the displacement that leads, or None.
+        Weights of the owned dofs of u in the controlled displacement, or None.
     """
 
     steps: bool = False
@@ -76,7 +76,7 @@ def reason_in_words(reason: int) -> str:
 
 
 def list_of_residuals(history: Sequence[float]) -> str:
-    """Norms, of a long history those at both ends."""
+    """Norms as text; of a long history the first and the last ones."""
     texts = [f"{r:.3e}" for r in history]
     left_out = len(texts) - 2 * _ENDS
     if left_out > 0:
@@ -94,7 +94,7 @@ def describe_failure(
     excess: Sequence[str] = (),
     in_use: InUse = InUse(),
 ) -> str:
-    """State of contact, residuals, and what to try by what they show.
+    """State of contact, residuals, and what to try.
 
     Parameters
     ----------
@@ -103,17 +103,18 @@ def describe_failure(
     statistics
         Of the contact.
     unheld
-        Sentences on bodies that are held by nothing.
+        Sentences on bodies that nothing holds.
     imbalance
         Of `Convergence.describe`.
     rigid
-        Slave tags that are prescribed throughout, on masters that are not.
+        Tags of slaves whose displacement is prescribed throughout, on masters that
+        move.
     swaps
-        What to try instead of slaves that ask too much of their masters.
+        Proposals for slaves that are too fine for their masters.
     excess
-        Sentences on interferences that no body is thick enough for.
+        Sentences on interferences that are larger than the bodies are thick.
     in_use
-        What advice has to go with.
+        How the solve is used.
     """
     text = f"{statistics}; residual history: {list_of_residuals(history)}"
     period = cycle_length(history, _ALIKE)
@@ -156,7 +157,7 @@ def _proposals(
     swaps: Sequence[str],
     in_use: InUse,
 ) -> list[str]:
-    """What to try first, nothing where nothing particular was seen."""
+    """What to try first; empty if the residuals show no particular fault."""
     norms = np.array(history)
     diverged = bool(len(norms)) and bool(
         not np.isfinite(norms).all() or norms[-1] > 10.0 * max(norms[0], norms.min())

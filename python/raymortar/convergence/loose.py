@@ -1,4 +1,4 @@
-"""Rigid motions of bodies that neither conditions nor springs nor contact hold."""
+"""Bodies that can still move as a whole: no condition, spring or contact holds them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _NO_PART = 1e-6
 
 
 def loose_bodies(problem: Any, led: Array | None = None) -> list[str]:
-    """Sentences on bodies that may move as a whole without any force. Collective.
+    """Sentences on bodies that can move as a whole without any force. Collective.
 
     Bodies in contact at the last iterate, and bodies on springs, count as held.
 
@@ -27,7 +27,8 @@ def loose_bodies(problem: Any, led: Array | None = None) -> list[str]:
     problem
         After an evaluation of its residual.
     led
-        Weights of the owned dofs of u in a displacement that is as good as prescribed.
+        Weights of the owned dofs of u in a controlled displacement, which counts as
+        prescribed.
     """
     groups, n = problem.convergence.groups, problem.convergence.groups.bodies
     modes = _rigid_modes(problem.contact, n)
@@ -58,8 +59,8 @@ def _by_body(body: Array, values: Array, count: int) -> Array:
 
 
 def _rigid_modes(contact: Any, count: int) -> Array:
-    """Translations, and turns about the middle of each body over its size, of the owned
-    nodes, (motions, nodes, d). Collective."""
+    """Translations and rotations of each body at the owned nodes, (motions, nodes, d).
+    Rotations are about the body's middle, over its size. Collective."""
     V = contact.u.function_space
     dim, owned = V.mesh.geometry.dim, V.dofmap.index_map.size_local
     body, x = contact.bodies.dofs[:owned], V.tabulate_dof_coordinates()[:owned, :dim]
@@ -78,7 +79,10 @@ def _rigid_modes(contact: Any, count: int) -> Array:
 
 
 def _ways(grip: Array, dim: int) -> str:
-    """How a body may move, by what resists its motions, (motions, motions)."""
+    """How a body can move, in words.
+
+    `grip` is the stiffness against its rigid motions, (motions, motions).
+    """
     values, motions = np.linalg.eigh(grip)
     none = motions[:, values <= _NOTHING * max(values.max(), _NO_PART)]
     if not none.shape[1]:

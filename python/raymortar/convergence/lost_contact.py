@@ -1,7 +1,7 @@
 """Contact that a solve has lost: surfaces that passed each other, bodies set free.
 
-Bodies that lift off each other have not lost it: their gap is open, or was when they
-parted.
+A body that lifts off has not lost contact: its gap is open, or was open when the body
+left.
 """
 
 from __future__ import annotations
@@ -32,16 +32,16 @@ _AT_REST = 1e-9
 
 @dataclass(frozen=True)
 class Loss:
-    """Slave facets of one zone that lost what they faced.
+    """Slave facets of one zone that have lost their master.
 
     Attributes
     ----------
     facets
         How many, on all ranks.
     distance
-        Largest, by which they have passed into it, or across. Length.
+        Largest distance by which a facet has gone into the master or beside it. Length.
     what
-        Sentence of the worst one, without a subject.
+        What happened to the worst facet: a sentence without its subject.
     """
 
     facets: int
@@ -51,14 +51,14 @@ class Loss:
 
 @dataclass(frozen=True)
 class Now:
-    """What slave facets that faced a master see at the end of a solve.
+    """Where slave facets that faced a master are at the end of a solve.
 
     Attributes
     ----------
     seen
         Whether they hit a master, (n,).
     inside
-        Whether a ray of theirs meets one that lies too deep, (n,).
+        Whether one of their rays meets a master that is too deep, (n,).
     apart
         Whether nothing of the zone is in contact any more.
     """
@@ -80,8 +80,8 @@ class Now:
 
 
 def _distances(zone: Any, way: Path, now: Now) -> tuple[Array, Array]:
-    """By how much points are where no contact finds them: how deep behind what they
-    faced, and how far across; zero where neither is a loss."""
+    """How far points are out of contact's reach: the depth behind the master that they
+    faced, and the distance across. Zero where contact is not lost."""
     faced = zone.faced
     behind = 0.5 * (way.thickness + zone.thickness[0][faced.facet])
     depth = zone.distance("depth")[faced.facet]
@@ -120,13 +120,13 @@ def _loss(zone: Any, u: Array, comm: MPI.Comm) -> Loss | None:
     return Loss(facets, distance, comm.bcast(mine, root=rank))
 
 
-def _passed_by_tools(zone: Any, comm: MPI.Comm) -> list[str]:
-    """What to say of slave facets that a rigid body has passed. Collective."""
-    points = zone.points()
+def _passed_by_tools(zone: Any, contact: Any) -> list[str]:
+    """Sentences on slave facets that a rigid body has passed. Collective."""
+    comm, points = contact.layout.comm, zone.points()
     facets = np.unique(points["slave"][zone.cpp.sunk_points()])
     count = comm.allreduce(len(facets))
     names = ", ".join(body.name for body in zone.facets.bodies)
-    if not count and have_gone_through(zone, comm):
+    if not count and have_gone_through(zone, contact):
         return [
             f"a rigid body ({names}) has gone through slave tag {zone.facets.slave_tag} "
             "and out of it again: its motion in this step is larger than the slave, or "
@@ -148,7 +148,7 @@ def _lost_surfaces(contact: Any) -> list[str]:
     found = []
     for zone in contact.zones:
         if zone.facets.bodies:
-            found += _passed_by_tools(zone, comm)
+            found += _passed_by_tools(zone, contact)
             continue
         loss = _loss(zone, u, comm)
         if loss is not None:
@@ -174,7 +174,7 @@ def touched(contact: Any, count: int) -> Mask:
 
 
 def _moved(contact: Any, sizes: Array) -> Array:
-    """Whether each body has since the accepted step. Collective."""
+    """Whether each body has moved since the accepted step. Collective."""
     change = np.abs(contact.u.x.array - contact.u_old)
     by_node = change.reshape(-1, contact.u.function_space.dofmap.index_map_bs)
     most = largest_by(contact.bodies.dofs, by_node, len(sizes)).max(axis=1)
@@ -202,13 +202,14 @@ def has_springs(problem: Any) -> npt.NDArray[np.bool_]:
 
 
 def unheld(problem: Any, led: Array | None = None) -> list[str]:
-    """Bodies that conditions, springs and contact leave free and that have moved, with
-    their directions. Collective.
+    """Bodies that no condition, spring or contact holds and that have moved, with their
+    directions. Collective.
 
     Parameters
     ----------
     led
-        Whether each owned dof of u leads a path of load steps, as good as a condition.
+        Whether each owned dof of u is part of the controlled displacement, which counts
+        as prescribed.
     """
     groups = problem.convergence.groups
     dim, n = problem.contact.u.function_space.dofmap.index_map_bs, groups.bodies
@@ -232,7 +233,7 @@ def unheld(problem: Any, led: Array | None = None) -> list[str]:
 
 
 def lost_contact(problem: Any, led: Array | None = None) -> str | None:
-    """What a converged solve should not have done since the accepted step. Collective.
+    """How a converged solve has lost contact since the accepted step. Collective.
 
     Parameters
     ----------
@@ -241,6 +242,6 @@ def lost_contact(problem: Any, led: Array | None = None) -> str | None:
 
     Returns
     -------
-    None if nothing; else the same on all ranks.
+    A sentence, the same on all ranks; None if contact is not lost.
     """
     return "; ".join(_lost_surfaces(problem.contact) + unheld(problem, led)) or None

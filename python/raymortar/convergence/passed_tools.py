@@ -1,4 +1,4 @@
-"""Rigid tools that have gone through a slave surface in one step, and out of it again."""
+"""Rigid tools that went through a slave and out of it again within one step."""
 
 from __future__ import annotations
 
@@ -19,16 +19,24 @@ SHARES = np.concatenate([2.0 ** -np.arange(10.0, 3.0, -1.0), np.arange(1.0, 8.0)
 DEEPER = 0.25
 
 
-def have_gone_through(zone: Any, comm: MPI.Comm) -> bool:
-    """Whether tools that no ray hits now were inside the slave on their way. Collective.
+def have_gone_through(zone: Any, contact: Any) -> bool:
+    """Whether a tool that no ray hits now was inside the slave on its way. Collective.
 
-    It is asked only where tools have moved since the accepted step and nothing hits
-    them. The way is straight; the slave is where it is now.
+    It is asked only where tools have moved since the accepted step, by more than a
+    depth that counts as contact, and nothing hits them. The way is straight; the slave
+    is where it is now.
+
+    Parameters
+    ----------
+    zone
+        A zone of the contact.
+    contact
+        `Contact`, which is the same afterwards.
     """
-    motions = zone.motions
+    motions, comm = zone.motions, contact.layout.comm
     was, now = motions.old, motions.present()
     hits = int(np.count_nonzero(zone.points()["status"] >= OPEN))
-    if np.array_equal(was, now) or comm.allreduce(hits):
+    if comm.allreduce(hits) or not comm.allreduce(int(_is_far(zone, now - was))):
         return False
     try:
         begin = _depths(zone, was, comm)
@@ -39,13 +47,20 @@ def have_gone_through(zone: Any, comm: MPI.Comm) -> bool:
             for share in SHARES
         )
     finally:
-        motions.show(zone.cpp, now)
-        zone.cpp.pair()
+        contact.update()
+
+
+def _is_far(zone: Any, way: Array) -> bool:
+    """Whether tools may have gone into this rank's slave facets and out again. After a
+    shorter way rays still find them."""
+    depth = zone.distance("depth").min(initial=np.inf)
+    shifts, others = np.linalg.norm(way[:, :3], axis=1), way[:, 3:]
+    return bool(np.any(others)) or bool(np.any(shifts > depth))
 
 
 def _depths(zone: Any, motion: Array, comm: MPI.Comm) -> Array:
-    """How many points are deep inside tools at a pose, and how deep the others are at
-    most, in steps of `DEEPER` of the depth that counts as contact."""
+    """Number of points deep inside tools at a pose, and the largest depth of the
+    others, in units of `DEEPER` times the depth that counts as contact."""
     zone.motions.show(zone.cpp, motion)
     zone.cpp.pair()
     points = zone.points()

@@ -1,4 +1,4 @@
-"""Connected patches of a contact's slave surfaces, whose equations are judged alone."""
+"""Connected patches of a contact's slave surfaces: groups of rows in `balance`."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from .. import compat
 from ..compat import Array
 from ..host.bodies import find_parts
 from ..host.facet_areas import surface_normals
-from ..host.layout import marked_everywhere
+from ..host.marks import marked_everywhere
 from ..host.reference_facets import shape_functions
 
 
 class Patches:
-    """Patches that a contact's multiplier is on; none with a penalty. Collective.
+    """Patches of a contact's multiplier; a penalty has none. Collective.
 
     Parameters
     ----------
@@ -75,8 +75,8 @@ class Patches:
 
 
 def lumped_area(contact: Any) -> Array:
-    """int N_a dG at the multiplier's owned dofs, from the undeformed facets, whatever
-    has hit. Collective."""
+    """int N_a dG at the multiplier's owned dofs, over the undeformed facets, whether or
+    not rays hit. Collective."""
     W = contact.multiplier.function_space
     degree = compat.element_info(W).degree
     lumped = compat.create_la_vector(W.dofmap.index_map, 1)

@@ -1,4 +1,4 @@
-"""What a converged solve should not leave behind: points deep inside the master."""
+"""Warnings about points that a converged solve leaves deep inside the master."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ ALLOWED = 0.25
 
 
 def _deepest(zone: Any) -> tuple[float, str]:
-    """Penetration of a pressed point over its facet's size, and what to say of it."""
+    """Largest penetration of a pressed point over its facet's size, and a sentence."""
     points = zone.points()
     surface = zone.facets.slave_surface
     pressed = np.flatnonzero((points["pressure"] < 0.0) & (points["gap"] < 0.0))
@@ -39,7 +39,7 @@ def _deepest(zone: Any) -> tuple[float, str]:
 
 
 def _sunk(zone: Any) -> tuple[float, str]:
-    """How deep a point is that feels no contact for its depth, and what to say of it."""
+    """Depth of the deepest point that is too deep for contact, and a sentence."""
     sunk = zone.cpp.sunk_points()
     if not len(sunk):
         return 0.0, ""
@@ -55,9 +55,10 @@ def _sunk(zone: Any) -> tuple[float, str]:
 
 
 def warn_of_penetration(contact: Any) -> None:
-    """Warn on every rank of the deepest point that should not be. Collective.
+    """Warn on every rank of the deepest points. Collective.
 
-    Of one that is too deep to be seen, and of one that multipliers leave.
+    One warning is about points that are too deep for contact, the other about pressed
+    points that the multiplier leaves inside the master.
     """
     comm = contact.layout.comm
     depth, text = max(map(_sunk, contact.zones))

@@ -1,4 +1,4 @@
-"""What a history of residuals shows of a solve that will not converge."""
+"""Signs in a history of residuals that a solve will not converge."""
 
 from __future__ import annotations
 
@@ -45,14 +45,14 @@ def stays(history: Sequence[float], tolerance: float, count: int) -> bool:
 
 
 def is_hopeless(norms: Sequence[float]) -> bool:
-    """Whether the same residuals come again and again: for a lone solve, which has
-    nothing else to try."""
+    """Whether residuals repeat so often that a solve should end. For a solve outside of
+    `LoadSteps`, which has nothing else to try."""
     return cycle_length(norms, 1e-3) > 0 or stays(norms, 1e-3, 7)
 
 
 def is_in_trouble(norms: Sequence[float]) -> bool:
-    """Whether another way to solve the step is worth a try: a cycle, growth over orders
-    of magnitude, or residuals that find no new least one."""
+    """Whether `LoadSteps` should try another way: residuals repeat, grow by orders of
+    magnitude, or reach no new minimum."""
     r = np.asarray(norms)
     if not np.isfinite(r).all():
         return True
@@ -66,8 +66,7 @@ def is_in_trouble(norms: Sequence[float]) -> bool:
 
 
 def _repeats(r: np.ndarray) -> bool:
-    """Whether the last residuals are those of some iterations before, to a few percent,
-    twice over."""
+    """Whether the last residuals have repeated twice, to a few percent."""
     for period in PERIODS:
         n = max(2 * period, 5)
         last = r[-n - period + 1 :]

@@ -15,12 +15,13 @@ from petsc4py import PETSc
 
 import numpy as np
 import numpy.typing as npt
-from dolfinx.fem import Function, FunctionSpace
+from dolfinx.fem import Function
 
 from .. import compat
 from ..compat import Array, Indices
 from ..rigid.body import Body
 from .host import Host
+from .marks import marked_everywhere
 
 Global = npt.NDArray[np.int64]
 
@@ -31,15 +32,6 @@ def _spread(index_map: Any, owned: npt.ArrayLike) -> Array:
     vector.array[: index_map.size_local] = owned
     compat.scatter_forward(vector)
     return vector.array.copy()
-
-
-def marked_everywhere(V: FunctionSpace, dofs: Indices) -> npt.NDArray[np.bool_]:
-    """Block dofs (owned, then ghosts) that any rank has in `dofs`. Collective."""
-    vector = compat.create_la_vector(V.dofmap.index_map, 1)
-    vector.array[dofs] = 1.0
-    compat.scatter_reverse_add(vector)
-    compat.scatter_forward(vector)
-    return vector.array > 0.5
 
 
 class CoupledRows:

@@ -10,7 +10,9 @@ from mpi4py import MPI
 
 import numpy as np
 
+from ..checked import is_real_number
 from ..compat import Array
+from ..errors import ContactError
 from ..host.reference_facets import shape_functions
 
 
@@ -28,6 +30,36 @@ class Adjustment:
 
     facets: int
     largest: float
+
+
+def adjust(zones: Sequence[Any], within: float, comm: MPI.Comm) -> Adjustment:
+    """Add to the adjustments of zones what makes near surfaces just touch. Collective.
+
+    Parameters
+    ----------
+    zones
+        Paired at the state that is to be free of stress.
+    within
+        Gaps and overlaps up to this are closed. Length.
+    comm
+        Communicator of the mesh.
+    """
+    changes = [adjustment(zone, within) for zone in zones]
+    for zone, change in zip(zones, changes):
+        known = np.zeros_like(change) if zone.adjustment is None else zone.adjustment
+        zone.adjustment = known + change
+    return summed(comm, changes)
+
+
+def require_start(u: Array, within: Any) -> None:
+    """Raise unless surfaces can be adjusted: at the start, by a positive length."""
+    if np.any(u):
+        raise ContactError(
+            "adjust is for the undeformed start, and the displacement is not "
+            "zero: call it before the first step"
+        )
+    if not (is_real_number(within) and np.isfinite(within) and within > 0.0):
+        raise ContactError(f"within = {within!r} must be a positive number")
 
 
 def adjustment(zone: Any, within: float) -> Array:

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from dolfinx.fem import FunctionSpace
 
 from .. import compat
-from ..host.layout import marked_everywhere
+from ..host.marks import marked_everywhere
 from ..host.vector_areas import vector_areas
 
 # Length of the mean of the zones' unit normals at a node: two that are more than

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from .. import compat
 from ..errors import ContactWarning
 from ..host.facets import format_point
-from ..host.layout import marked_everywhere
+from ..host.marks import marked_everywhere
 from ..host.reference_facets import facet_nodes, normals, shape_functions
 from .cover import STRAIGHT
 

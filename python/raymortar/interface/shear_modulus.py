@@ -15,7 +15,7 @@ from .. import compat
 from ..compat import Array
 from ..host.facets import Facets
 from ..host.joined import parts_of, places_of
-from ..host.layout import marked_everywhere
+from ..host.marks import marked_everywhere
 from ..host.surfaces import Surface
 from ..host.vector_areas import vector_areas
 from .interfaces import Interfaces

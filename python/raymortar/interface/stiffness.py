@@ -16,7 +16,8 @@ from ..host.axisymmetry import warn_of_plane_form
 from ..host.displacements import Places
 from ..host.facet_areas import surface_areas, surface_sizes
 from ..host.host_blocks import HostBlocks
-from ..host.layout import CoupledRows, Layout, marked_everywhere
+from ..host.layout import CoupledRows, Layout
+from ..host.marks import marked_everywhere
 from ..host.surfaces import Surface
 from .interfaces import Interfaces
 from .strain_response import (

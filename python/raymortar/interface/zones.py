@@ -23,8 +23,8 @@ from ..host.surfaces import Surface
 from ..host.tagged import ZoneFacets
 from ..host.thickness import Cells, thickness_behind
 from ..options import quadrature
-from ..options.friction import Law
-from ..options.methods import AugmentedLagrangian, Penalty, Search
+from ..options.contact_options import ContactOptions
+from ..options.methods import Search
 from ..rigid.body import Body, as_body
 from ..rigid.motions import Motions
 from ..rigid.shapes import Shape
@@ -204,16 +204,18 @@ def _multipliers(
     return cpp, table, nodes.astype(np.int32)
 
 
+def on_sides(zone: ZoneData, array: Array) -> tuple[Array, Array]:
+    """Values of a ghosted array of u on slave and master surface, (dofs, d) each."""
+    sides = zone.facets.slave_surface, zone.facets.master_surface
+    slave, master = (array.reshape(-1, side.gdim)[side.dofs] for side in sides)
+    return slave, master
+
+
 def create_zone(
     zone: ZoneFacets,
     layout: Layout,
-    method: AugmentedLagrangian | Penalty,
-    friction: Law | None,
+    options: ContactOptions,
     result_space: Any,
-    quadrature_degree: int | None,
-    measure: str,
-    moving_segments: bool,
-    search: Search,
     cells: Sequence[Cells],
     bodies: Bodies,
     tied: str | None = None,
@@ -222,10 +224,22 @@ def create_zone(
 
     Parameters
     ----------
+    zone
+        Its facets.
+    layout
+        Rows of the unknowns.
+    options
+        What the user has chosen.
+    result_space
+        Scalar space of the multiplier's degree.
+    cells
+        Of each mesh.
+    bodies
+        Parts of the mesh that are connected.
     tied
         ``"keep"`` or ``"close"``: a tie, and what becomes of its gaps; None: contact.
     """
-    comm = layout.comm
+    comm, search, friction = layout.comm, options.search, options.friction
     slave = _cpp_surface(zone.slave_surface, layout)
     master = _cpp_surface(zone.master_surface, layout)
     distances = _distances(search, _sizes(slave, comm))
@@ -246,7 +260,7 @@ def create_zone(
     multipliers, table, nodes = _multipliers(zone, layout.multiplier, layout)
     p = surface.displacement_degree
     q = compat.element_info(result_space).degree if layout.multiplier else p
-    degree = quadrature_degree
+    degree = options.quadrature_degree
     if degree is None:
         degree = quadrature.default_degree(surface.shape, p, q, surface.axisymmetric)
     turn = "_of_revolution" if surface.axisymmetric else ""
@@ -257,10 +271,10 @@ def create_zone(
         master_dof_ids=zone.master_surface.dof_ids,
         tools=[body.tool for body in zone.bodies],
         multipliers=multipliers,
-        method=method.cpp(),
+        method=options.method.cpp(),
         friction=None if friction is None else friction.cpp(),
-        measure=getattr(_cpp.Measure, measure + turn),
-        moving_segments=moving_segments,
+        measure=getattr(_cpp.Measure, options.measure + turn),
+        moving_segments=options.tangent == "full",
         tie=None if tied is None else getattr(_cpp.TieGap, tied),
         distances=_cpp.SearchDistances(
             **distances, depth_is_default=search.depth is None

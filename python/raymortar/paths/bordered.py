@@ -14,7 +14,10 @@ from ..compat import Array
 from ..convergence.failure import one_of, ways_to_hold
 from ..convergence.loose import loose_bodies
 from ..errors import ConvergenceError, raise_everywhere, require_agreement
-from ..solvers.newton import NewtonSolver, SNESSolver, renew, require_convergence
+from ..solvers.newton import NewtonSolver
+from ..solvers.outcome import require_convergence
+from ..solvers.petsc_objects import renew
+from ..solvers.snes import SNESSolver
 from .constraints import largest
 
 # Of the path: what the load factor is changed by to see what that does. The residual is

@@ -12,7 +12,7 @@ from ..convergence.failure import FAILURES
 from ..errors import ContactWarning
 
 # Of the coefficient in use. The answer hardly depends on it, but points open and close
-# less readily with a smaller one (measured: docs/robustness.md)
+# less readily with a smaller one (measured: docs/robustness_paths.md)
 SHARE = 0.1
 
 

@@ -11,7 +11,8 @@ import numpy as np
 from ..checked import is_real_number, is_truth_value, is_whole_number
 from ..errors import ContactError
 from ..problem import CoupledProblem
-from ..solvers.newton import NewtonSolver, SNESSolver
+from ..solvers.newton import NewtonSolver
+from ..solvers.snes import SNESSolver
 from .control import ArcLength, DisplacementControl
 from .history import History
 

@@ -15,7 +15,8 @@ from ..errors import ConvergenceError, SetUpError
 from ..interface.state import State, extrapolate
 from ..solvers.capped import CappedSolver
 from ..solvers.line_search import with_line_search
-from ..solvers.newton import NewtonSolver, SNESSolver
+from ..solvers.newton import NewtonSolver
+from ..solvers.snes import SNESSolver
 from .gamma_detour import (
     set_each,
     solve_by_small_gamma,
@@ -178,7 +179,7 @@ class Strategies:
         self, now: State, last: State | None, ratio: float
     ) -> Iterator[tuple[str, Callable[[], int]]]:
         """What else there is, by name, in the order that measurement gives
-        (docs/robustness.md)."""
+        (docs/robustness_paths.md)."""
         if last is not None and not self.extrapolate:
             yield EXTRAPOLATED, partial(self._extrapolated, now, last, ratio)
         yield SMALL_GAMMA, lambda: solve_by_small_gamma(self.solver)

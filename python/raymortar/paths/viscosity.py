@@ -16,6 +16,7 @@ from dolfinx import fem
 from .. import compat
 from ..compat import Array
 from ..host.axisymmetry import weight
+from ..system.volume import Volume
 
 
 class Viscosity:
@@ -54,7 +55,7 @@ class Viscosity:
         self._force = compat.form(force)
         tangent = J + k * ufl.inner(du, v) * self._weight * ufl.dx
         forms = compat.form(F + force), compat.form(tangent)
-        self._forms = problem.with_form_of_u(*forms)
+        self._volume = Volume(problem.contact, *problem.volume.with_form_of_u(*forms))
         whole = host.functions[host.only.at]
         self._r = compat.create_la_vector(*compat.unknowns_of(whole))
         self._set_stiffness(v)
@@ -112,12 +113,11 @@ class Viscosity:
     @contextmanager
     def acting(self) -> Iterator[None]:
         """The problem has these forces."""
-        kept = self.problem.L, self.problem.a
-        self.problem.L, self.problem.a = self._forms
+        kept, self.problem.volume = self.problem.volume, self._volume
         try:
             yield
         finally:
-            self.problem.L, self.problem.a = kept
+            self.problem.volume = kept
 
     def measure(self) -> tuple[float, float]:
         """Work of the forces from u_0 on, and their share of all forces of the body in

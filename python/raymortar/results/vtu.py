@@ -1,6 +1,8 @@
 """VTK files of polygons and points, one piece per rank.
 
-Ascii XML: https://docs.vtk.org/en/latest/design_documents/VTKFileFormats.html
+Segments are polygons of no mesh, which DOLFINx cannot write. docs/developers.md says why
+neither meshio nor VTK does it here. The format is ascii XML:
+https://docs.vtk.org/en/latest/design_documents/VTKFileFormats.html
 """
 
 from __future__ import annotations

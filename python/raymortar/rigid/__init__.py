@@ -1,7 +1,7 @@
-"""Rigid tools: shapes that slaves meet in place of tagged masters.
+"""Rigid tools: shapes as masters, in place of tags.
 
-``Contact(u, facets, pairs=[(SLAVE, rigid.Sphere(centre, radius))])``. A shape stays where
-it was made; a `Body` moves it, or lets forces move it.
+``Contact(u, facets, pairs=[(SLAVE, rigid.Sphere(centre, radius))])``. A shape stays
+where it was made. A `Body` moves it, or lets forces move it.
 """
 
 from .body import Body

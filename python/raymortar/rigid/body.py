@@ -1,4 +1,4 @@
-"""Rigid bodies: shapes that are moved, or free to move."""
+"""Rigid bodies: shapes that the user or forces move."""
 
 from __future__ import annotations
 
@@ -19,29 +19,30 @@ from .turning import rotation_matrix
 
 
 class Body:
-    """A shape that is moved by prescribed translations and rotations, or by forces.
+    """A shape that moves by prescribed translations and rotations, or by forces.
 
     Parameters
     ----------
     shape
-        What it looks like, where it is before it moves.
+        Its shape, at its place before any motion.
     centre
-        What it turns about; None: the shape's own centre, point or tip. Length.
+        Centre of rotations; None: the centre, point or tip of the shape. Length.
     name
-        Of its pairs, as in `Contact.resultant` and the columns of `History`; None: that
-        of the shape, such as ``"Sphere"``.
+        Name in `Contact.resultant` and in the columns of `History`; None: the name of
+        the shape, such as ``"Sphere"``.
     free
-        Translations ``"x"``, ``"y"``, ``"z"`` and rotations ``"rx"``, ``"ry"``, ``"rz"``
-        about axes through the centre, in 2D ``"x"``, ``"y"``, ``"r"``, which forces
-        decide; `move` prescribes the others.
+        Translations ``"x"``, ``"y"``, ``"z"`` and rotations ``"rx"``, ``"ry"``,
+        ``"rz"`` about axes through the centre, in 2D ``"x"``, ``"y"``, ``"r"``, that
+        follow from forces. `move` prescribes the others.
     force, moment
-        On the body, the moment about its centre, in 2D a number; fixed directions in
-        space. In 2D per thickness. Set these attributes anew between steps, as loads.
+        Force on the body, and moment about its centre, which in 2D is a number. Their
+        directions are fixed in space. In 2D both are per thickness. Set these
+        attributes between steps to change the loads.
     stiffness, damping
-        Of springs and dampers at the centre, by the names in `free`: force per length
-        and moment per radian, times time. A number: of all translations that are free.
-        Springs pull to where the body was made; dampers resist the motion of a step,
-        over `Contact.dt`.
+        Springs and dampers at the centre, by the names in `free`. A stiffness is a
+        force per length or a moment per radian; a damping is that times time. A number
+        stands for all free translations. Springs pull to the place where the body was
+        made. Dampers resist the motion of a step over `Contact.dt`.
 
     Attributes
     ----------
@@ -87,7 +88,7 @@ class Body:
 
     @property
     def is_free(self) -> bool:
-        """Whether forces decide any of its motions."""
+        """Whether any of its motions follows from forces."""
         return len(self.freedom) > 0
 
     @property
@@ -113,21 +114,21 @@ class Body:
 
     @property
     def free(self) -> tuple[str, ...]:
-        """Names of the motions that forces decide. They are given when it is made."""
+        """Names of the motions that follow from forces; they never change."""
         return self.freedom.names
 
     @property
     def stiffness(self) -> dict[str, float]:
-        """Of the springs by name. They are given when it is made."""
+        """Stiffness of the springs by name; it never changes."""
         return dict(zip(self.freedom.names, self.freedom.stiffness.tolist()))
 
     def pushed(self) -> tuple[Array, Array]:
-        """What pushes along its unknowns besides contact, (n,), and minus the
-        derivative, (n, n). Forces, and forces per length."""
+        """Forces along its unknowns other than contact, (n,), and minus their
+        derivative, (n, n). Force, and force per length."""
         return self.freedom.forces(self._force, self._moment)
 
     def _refuse_held(self, what: str, value: Array, turns: bool) -> None:
-        """Raise for a part that works on nothing."""
+        """Raise for a component of a load along which the body cannot move."""
         freedom = self.freedom
         held = np.delete(np.arange(3), freedom.axis[freedom.is_turn == turns])
         for axis in held[value[held] != 0.0]:
@@ -139,13 +140,13 @@ class Body:
 
     @property
     def translation(self) -> Array:
-        """Of the centre since it was made, (3,). Length."""
+        """Translation of the centre since the body was made, (3,). Length."""
         return self._moved + self.freedom.translation
 
     @property
     def rotation(self) -> Array:
-        """Since it was made, (3,): a vector along the axis whose length is the angle in
-        radians. Of free turns about one axis the sum of all steps."""
+        """Rotation since the body was made, (3,): a vector along the axis whose length
+        is the angle in radians. Free rotations about one axis add up over all steps."""
         return self.freedom.rotation(self._turned)
 
     @cached_property
@@ -156,26 +157,26 @@ class Body:
     def move(
         self, translation: Vector | None = None, rotation: float | Vector | None = None
     ) -> None:
-        """Take the body to where it is to be, counted from where it was made.
+        """Set the position relative to the place where the body was made.
 
-        It takes effect with the next `Contact.update`, as prescribed displacements do;
-        in `LoadSteps` call it in ``apply(t)``. Friction sees the motion since the last
-        accepted step. Call it on all ranks alike.
+        It takes effect with the next `Contact.update`, as prescribed displacements do.
+        With `LoadSteps`, call it in ``apply(t)``. Friction follows the motion since the
+        last accepted step. Call it with the same values on all ranks.
 
         Parameters
         ----------
         translation
-            Of the centre; None: none. Length.
+            Translation of the centre; None: no translation. Length.
         rotation
-            About the centre: in 2D an angle in radians, counter-clockwise; in 3D a
-            vector along the axis whose length is the angle, of any size. None: none.
-            Turns that are free come on top of it.
+            Rotation about the centre: in 2D an angle in radians, counter-clockwise; in
+            3D a vector along the axis whose length is the angle, of any size. None: no
+            rotation. Free rotations are added to it.
 
         Raises
         ------
         ContactError
-            If they are no finite vectors of the shape's dimension, or prescribe what is
-            free.
+            If the values are not finite, have not the shape's dimension, or prescribe a
+            free motion.
         """
         gdim = self.shape.gdim
         moved = np.zeros(3)
@@ -186,7 +187,7 @@ class Body:
         self._moved, self._turned = moved, turned
 
     def _refuse_free(self, moved: Array, turned: Array) -> None:
-        """Raise where a motion prescribes what forces decide."""
+        """Raise if a motion prescribes what is free."""
         freedom = self.freedom
         parts = np.where(freedom.is_turn, turned[freedom.axis], moved[freedom.axis])
         for name in np.array(freedom.names)[parts != 0.0]:
@@ -195,8 +196,8 @@ class Body:
             )
 
     def motion(self) -> Array:
-        """All that says where it is: prescribed translation and rotation, and the turn
-        that is free, (15,). The translation has its free part."""
+        """Everything that determines the position, (15,): the translation with its free
+        part, the prescribed rotation, and the free rotation."""
         parts = [self.translation, self._turned, self.freedom.turn.ravel()]
         return np.concatenate(parts)
 
@@ -208,7 +209,7 @@ class Body:
 
     @property
     def place(self) -> Array:
-        """Where its centre is, (3,)."""
+        """Present place of the centre, (3,)."""
         return self.centre + self.translation
 
     def __repr__(self) -> str:
@@ -217,7 +218,7 @@ class Body:
 
 
 def _read_only(values: Array) -> Array:
-    """A copy that refuses to be written, which would change nothing."""
+    """A copy that cannot be written to, as writing to it would change nothing."""
     copy = values.copy()
     copy.flags.writeable = False
     return copy
@@ -241,7 +242,7 @@ def _turn(name: str, rotation: Any, gdim: int | None) -> Array:
 
 
 def as_body(master: Any) -> Body | None:
-    """The body that a pair's master is, if it is one."""
+    """The body of a pair's master; None if the master is a tag."""
     if isinstance(master, Body):
         return master
     return Body(master) if isinstance(master, Shape) else None

@@ -1,4 +1,4 @@
-"""Checks of what shapes and bodies are given."""
+"""Checks of the arguments of shapes and bodies."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def vector(name: str, value: Any, gdim: int | None = None) -> Array:
     Raises
     ------
     ContactError
-        If it is none, or not one of the dimension.
+        If it is not such a vector, or has not the given dimension.
     """
     try:
         given = np.asarray(value, dtype=np.float64)
@@ -32,7 +32,7 @@ def vector(name: str, value: Any, gdim: int | None = None) -> Array:
 
 
 def direction(name: str, value: Any) -> Array:
-    """A vector that is not zero, as one of length 1 whatever its own is."""
+    """A vector that is not zero, scaled to length 1."""
     given = vector(name, value)
     largest = float(np.abs(given).max())
     if largest == 0.0:
@@ -49,14 +49,14 @@ def positive(name: str, value: Any) -> float:
 
 
 def truth(name: str, value: Any) -> bool:
-    """True or False, and nothing that is taken for one of them."""
+    """True or False; any other type is an error."""
     if not is_truth_value(value):
         raise ContactError(f"{name} = {value!r} must be True or False")
     return bool(value)
 
 
 def same_dimension(shape: str, vectors: Sequence[Any]) -> int:
-    """Length of some vectors, which must be one."""
+    """Number of components of some vectors, which must be the same for all."""
     lengths = {len(v) for v in vectors}
     if len(lengths) > 1:
         raise ContactError(f"{shape} has vectors of different lengths")

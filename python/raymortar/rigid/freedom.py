@@ -1,4 +1,4 @@
-"""How a free body moves: its unknowns, and the forces on it that are not contact's."""
+"""Motion of a free body: its unknowns, and the forces on it other than contact."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..compat import Array
 from ..errors import ContactError
 from .turning import axial, rotation_vector, turning
 
-# Axis of each freedom, and whether it is a turn
+# Axis of each freedom, and whether it is a rotation
 SPACE = {
     "x": (0, False),
     "y": (1, False),
@@ -25,12 +25,12 @@ PLANE = {"x": (0, False), "y": (1, False), "r": (2, True)}
 
 
 def freedoms_of(free: Any, gdim: int | None) -> tuple[str, ...]:
-    """Names of what is free, in their order.
+    """Names of free motions, in their order.
 
     Raises
     ------
     ContactError
-        For a name that is none, of the other dimension, or there more than once.
+        For an unknown name, one of the other dimension, or one that is there twice.
     """
     if isinstance(free, str) or not isinstance(free, Sequence):
         raise ContactError(f'free = {free!r} must be names in a tuple, as in ("z",)')
@@ -51,31 +51,31 @@ def freedoms_of(free: Any, gdim: int | None) -> tuple[str, ...]:
 class Freedom:
     """Unknowns of a free body.
 
-    A translation is counted from where the body was made. Turns are the components of
-    a rotation vector about the centre, which comes on top of the pose of the last
-    accepted step: R = exp(theta) Q P with the turn Q of the accepted steps and the
-    prescribed rotation P. In the coupled system they are lengths, theta times `lever`,
-    and their equations forces.
+    Translations are relative to the place where the body was made. Rotations are the
+    components of a rotation vector theta about the centre, relative to the last
+    accepted step: R = exp(theta) Q P, with the free rotation Q of all accepted steps
+    and the prescribed rotation P. In the coupled system a rotation is a length, theta
+    times `lever`, and its equation is a force.
 
     Parameters
     ----------
     names
-        Of `freedoms_of`.
+        Names from `freedoms_of`.
     gdim
-        Dimension of the shape, None: any.
+        Dimension of the shape; None: any.
     stiffness, damping
-        Of springs and dampers, see `Body`.
+        Springs and dampers, see `Body`.
 
     Attributes
     ----------
     names
-        Of the unknowns, in their order.
+        Names of the unknowns, in their order.
     values
         Translations and turns theta, (n,). Lengths and radians.
     lever
-        Length of a unit of a turn; None until a `Contact` has set it.
+        Length that stands for a radian; None until a `Contact` has set it.
     dt
-        Time of the present step, which dampers divide by.
+        Time of the present step, for dampers.
     """
 
     def __init__(
@@ -91,7 +91,7 @@ class Freedom:
         self.values = np.zeros(len(names))
         self.lever: float | None = None
         self.dt = 1.0
-        # Of the accepted step: translations, what turns add up to, and the turn Q
+        # At the accepted step: translations, sums of rotations, and the rotation Q
         self._accepted = np.zeros(len(names))
         self._turned = np.eye(3)
 
@@ -100,13 +100,13 @@ class Freedom:
 
     @property
     def _units(self) -> Array:
-        """Of each unknown of the coupled system, in lengths and radians."""
+        """Unit of each unknown of the coupled system, in lengths or radians."""
         lever = 1.0 if self.lever is None else self.lever
         return np.where(self.is_turn, 1.0 / lever, 1.0)
 
     @property
     def unknowns(self) -> Array:
-        """As the coupled system has them, (n,). Lengths."""
+        """Unknowns of the coupled system, (n,). Lengths."""
         return self.values / self._units
 
     @unknowns.setter
@@ -115,11 +115,11 @@ class Freedom:
 
     @property
     def theta(self) -> Array:
-        """The turn since the accepted step, (3,)."""
+        """Rotation vector since the accepted step, (3,)."""
         return self._spread(self.values, True)
 
     def _spread(self, values: Array, turns: bool) -> Array:
-        """Translations or turns along the axes, 0 along those that are not free."""
+        """Translations or rotations along all axes; 0 where they are not free."""
         vector = np.zeros(3)
         of = self.is_turn == turns
         vector[self.axis[of]] = values[of]
@@ -127,7 +127,7 @@ class Freedom:
 
     @property
     def translation(self) -> Array:
-        """Since the body was made, (3,)."""
+        """Translation since the body was made, (3,)."""
         return self._spread(self.values, False)
 
     @property
@@ -137,11 +137,11 @@ class Freedom:
 
     @property
     def totals(self) -> Array:
-        """Translations, and what the turns of all steps add up to, (n,)."""
+        """Translations, and the sums of rotations over all steps, (n,)."""
         return np.where(self.is_turn, self._accepted, 0.0) + self.values
 
     def rotation(self, prescribed: Array) -> Array:
-        """Of the whole body as a vector, (3,); turns about one axis add up."""
+        """Rotation vector of the body, (3,); rotations about one axis add up."""
         sums = self._spread(self.totals, True)
         count = int(np.count_nonzero(self.is_turn))
         if count == 0 or (count == 1 and not np.any(np.delete(prescribed, self._axis))):
@@ -150,17 +150,17 @@ class Freedom:
 
     @property
     def _axis(self) -> int:
-        """That of the one turn."""
+        """Axis of the only free rotation."""
         return int(self.axis[self.is_turn][0])
 
     def accept(self) -> None:
-        """The present pose is that of the accepted step."""
+        """Take the present pose as that of the accepted step."""
         self._accepted = self.totals
         self._turned = self.turn
         self.values = np.where(self.is_turn, 0.0, self.values)
 
     def state(self) -> Array:
-        """All of this, for `restore`, (2 n + 9,)."""
+        """All values that `restore` needs, (2 n + 9,)."""
         return np.concatenate([self.values, self._accepted, self._turned.ravel()])
 
     def restore(self, state: Array) -> None:
@@ -175,8 +175,8 @@ class Freedom:
         return np.where(self.is_turn, state[n : 2 * n], 0.0) + state[:n]
 
     def rates(self) -> tuple[Array, Array, Array]:
-        """How points move by the unknowns: drift (n, 3), spin (n, 3, 3) and second
-        derivatives (n, n, 3, 3), see `_cpp.Freedom`."""
+        """Derivatives of points by the unknowns: drift (n, 3), spin (n, 3, 3) and
+        second derivatives (n, n, 3, 3), see `_cpp.Freedom`."""
         n, units = len(self), self._units
         drift, spin, bend = (
             np.zeros((n, 3)),
@@ -196,12 +196,13 @@ class Freedom:
         return drift, spin, bend
 
     def forces(self, force: Array, moment: Array) -> tuple[Array, Array]:
-        """What pushes along the unknowns but contact, and minus its derivative: given
-        force and moment (3,), springs, dampers. Forces, (n,) and (n, n)."""
+        """Forces along the unknowns other than contact, (n,), and minus their
+        derivative, (n, n): the given force and moment, (3,) each, springs and
+        dampers."""
         drift, spin, bend = self.rates()
         units = self._units
         pushed = drift @ force + axial(spin) @ moment
-        # The direction of a moment is fixed in space: its work hangs on the turn
+        # The direction of a moment is fixed in space: its work depends on the rotation
         changed = bend + np.einsum("jab,kcb->jkac", spin, spin)
         slope = -(axial(changed) @ moment)
         moved = self.values - np.where(self.is_turn, 0.0, self._accepted)

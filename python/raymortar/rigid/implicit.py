@@ -1,4 +1,4 @@
-"""Surfaces where a function of the user's is zero."""
+"""Solids that a function of the user defines."""
 
 from __future__ import annotations
 
@@ -13,11 +13,12 @@ from ..compat import Array
 from ..errors import ContactError
 from .shapes import Shape
 
-# Newton steps along a ray, and the step at which they end, over what the function says
-# the surface is away
+# Most Newton steps along a ray, and the length of the last one, over the distance that
+# the function gives
 _STEPS, _SETTLED = 60, 1e-13
 
-# Share of a derivative by which a difference may be off, and its step over the scene
+# Error of a difference quotient that is allowed, relative to the derivative, and its step
+# over the size of the scene
 _OFF, _STEP = 0.1, 1e-6
 
 Field = Callable[[Array], Array]
@@ -27,8 +28,9 @@ Field = Callable[[Array], Array]
 class Implicit(Shape):
     """Solid where a function is negative.
 
-    It is called once per pairing with all points, in the coordinates that the body was
-    made in. Rays are followed by Newton's method: a function like a distance is best.
+    Each pairing calls it with all points at once, in the coordinates in which the body
+    was made. Newton's method finds the hit along each ray, which is easiest if the
+    function is nearly a distance.
 
     Parameters
     ----------
@@ -51,7 +53,7 @@ class Implicit(Shape):
                 raise ContactError(f"{name} must be a function of points, (3, n)")
 
     def __repr__(self) -> str:
-        # Alike on all ranks: functions have their addresses in theirs
+        # The same on all ranks, unlike the text of a function, which has an address
         return f"Implicit({getattr(self.phi, '__name__', type(self.phi).__name__)})"
 
     @property
@@ -62,7 +64,7 @@ class Implicit(Shape):
         return _cpp.called_tool(cast=self._cast, distance=self._distance)
 
     def _value(self, x: Array) -> Array:
-        """Of points (n, 3)."""
+        """Values at points (n, 3)."""
         return _checked("phi", self.phi(x.T.copy()), (len(x),))
 
     def _gradient(self, x: Array) -> Array:
@@ -81,8 +83,8 @@ class Implicit(Shape):
         return float(self._value(point)[0]) / size if size > 0.0 else 0.0
 
     def _check_derivatives(self, x: Array, n: Array) -> None:
-        """Raise where gradient or hessian are not the derivatives, by differences at
-        the first points; a kink at some of them is no fault."""
+        """Raise if gradient or hessian differ from difference quotients at the first
+        points. Kinks at some of these points are no fault."""
         if not len(x) or getattr(self, "_is_checked", False):
             return
         object.__setattr__(self, "_is_checked", True)
@@ -115,7 +117,7 @@ class Implicit(Shape):
                 )
 
     def _cast(self, x: Array, n: Array) -> tuple[Any, Array, Array, Array]:
-        """Where rays enter: see `_cpp.called_tool`."""
+        """Where rays enter the solid: see `_cpp.called_tool`."""
         self._check_derivatives(x, n)
         g, settled = np.zeros(len(x)), np.zeros(len(x), dtype=bool)
         start = self._value(x) if len(x) else np.empty(0)
@@ -151,7 +153,7 @@ class Implicit(Shape):
 
 
 def _oblique(n: Array) -> Array:
-    """Directions between each of some and one across it, in the plane in 2D, (n, 3)."""
+    """Directions at 45 degrees to the given ones, in the plane in 2D, (n, 3)."""
     across = np.cross(n, [0.0, 0.0, 1.0])
     flat = np.linalg.norm(across, axis=1) < 0.5
     across[flat] = np.cross(n[flat], [1.0, 0.0, 0.0])
@@ -173,7 +175,7 @@ def _checked(name: str, values: Any, shape: tuple[int, ...]) -> Array:
 
 
 def _padded(name: str, values: Any, shape: tuple[int, ...], axes: int) -> Array:
-    """The same, where components in 2D may be two."""
+    """Checked values, padded to three components where 2D has two."""
     found = np.asarray(values, dtype=np.float64)
     if found.ndim == len(shape) and found.shape[:axes] == (2,) * axes:
         found = np.pad(found, [(0, 1)] * axes + [(0, 0)])

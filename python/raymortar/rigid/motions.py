@@ -14,15 +14,16 @@ from ..compat import Array, Indices
 from ..errors import raise_everywhere, require_agreement
 from .body import Body
 
-# In one step, with friction: a slip has no direction after half a turn. Radians
+# Largest rotation in one step with friction: after half a turn a slip has no direction.
+# Radians
 LARGEST_TURN = 0.5 * np.pi
 
-# What `Body.motion` says of each body, (n, 15)
+# `Body.motion` of each body, (n, 15)
 Motion = Array
 
 
 def _told(body: Body) -> dict[str, str]:
-    """What users say of a body, as they would put it."""
+    """Loads and position of a body, in the words of its arguments."""
     motion, name = body.motion(), f"of the rigid {body.name}"
     held = np.where(np.isin(np.arange(3), _free_along(body)), 0.0, motion[:3])
     parts = {
@@ -41,7 +42,7 @@ def _free_along(body: Body) -> Indices:
 
 
 def _freedom(body: Body, rows: Mapping[Body, Any]) -> _cpp.Freedom:
-    """How a body moves by its unknowns, as C++ has it."""
+    """The C++ description of how a body moves by its unknowns."""
     if not body.is_free:
         return _cpp.Freedom()
     drift, spin, bend = body.freedom.rates()
@@ -51,7 +52,7 @@ def _freedom(body: Body, rows: Mapping[Body, Any]) -> _cpp.Freedom:
 
 
 def loads_of_tools(zones: Sequence[Any]) -> bytes:
-    """Where all rigid bodies are, and what pushes them: what a residual depends on."""
+    """Positions and loads of all rigid bodies, on which a residual depends."""
     parts = []
     for zone in zones:
         parts.append(zone.motions.present())
@@ -61,21 +62,21 @@ def loads_of_tools(zones: Sequence[Any]) -> bytes:
 
 
 class Motions:
-    """Motions of some bodies: as they are set, as the last update saw them, and of the
-    accepted step.
+    """Motions of some bodies: the present ones, those of the last update and those of
+    the accepted step.
 
-    Where bodies are is a load, as prescribed displacements are; where they were is
-    history.
+    A present position is a load, as a prescribed displacement is. An accepted position
+    is history.
 
     Parameters
     ----------
     bodies
-        Those that a slave surface meets; none, where it meets facets.
+        Bodies that a slave surface meets; empty if it meets facets.
 
     Attributes
     ----------
     old
-        Of the accepted step, (n, 15).
+        Motions at the accepted step, (n, 15).
     """
 
     def __init__(self, bodies: Sequence[Body]) -> None:
@@ -83,7 +84,7 @@ class Motions:
         self.old = self._seen = self.present()
 
     def present(self) -> Motion:
-        """As the bodies are set, (n, 15)."""
+        """Present motions, (n, 15)."""
         found = [body.motion() for body in self.bodies]
         return np.array(found, dtype=np.float64).reshape(-1, 15)
 
@@ -103,14 +104,14 @@ class Motions:
         comm
             Communicator of the mesh.
         frictional
-            Whether slip counts.
+            Whether there is friction.
         rows
-            Of the unknowns of bodies that are free.
+            Rows of the unknowns of free bodies.
 
         Raises
         ------
         ContactError
-            If ranks have moved bodies differently, or push them so, or if one has
+            If positions or loads of bodies differ between ranks, or if a body has
             turned too far in this step for friction.
         """
         if not self.bodies:
@@ -126,7 +127,7 @@ class Motions:
         self._seen = present
 
     def show(self, cpp: Any, motion: Motion) -> None:
-        """Hand poses to a C++ zone, for a look at what they would meet."""
+        """Hand other poses to a C++ zone, to see what they would hit."""
         cpp.set_poses(*self._poses(motion))
 
     def send_old(self, cpp: Any) -> None:
@@ -135,11 +136,11 @@ class Motions:
             cpp.set_old_poses(*self._poses(self.old))
 
     def accept(self) -> None:
-        """What the last update saw becomes the accepted step."""
+        """Take the motions of the last update as those of the accepted step."""
         self.old = self._seen
 
     def begin_at_present(self, body: Body) -> None:
-        """Take where a body is for where it was at the accepted step."""
+        """Take the present position of a body as that of the accepted step."""
         if body in self.bodies:
             self.old = self.old.copy()
             self.old[self.bodies.index(body)] = body.motion()
@@ -150,9 +151,9 @@ class Motions:
         return np.array([R for R, _ in found]), np.array([b for _, b in found])
 
     def _turned_too_far(self, present: Motion) -> str | None:
-        """What is wrong with how far bodies turn in this step, if anything."""
+        """Message if a body turns too far in this step, else None."""
         for body, now, was in zip(self.bodies, present, self.old):
-            # No turn from one to the other is larger, and whole ones count
+            # The rotation between both is at most this; whole turns count too
             angle = float(np.linalg.norm(now[3:6] - was[3:6]))
             if angle >= LARGEST_TURN:
                 return (

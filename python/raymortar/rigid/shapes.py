@@ -21,7 +21,7 @@ class Shape:
 
     @property
     def gdim(self) -> int | None:
-        """Dimension that it is made for; None: any."""
+        """Dimension of the problems that it is for; None: any."""
         raise NotImplementedError
 
     def cpp(self) -> _cpp.Tool:
@@ -30,13 +30,13 @@ class Shape:
 
     @property
     def place(self) -> Array:
-        """A point that belongs to it, what a `Body` turns about by default, (3,)."""
+        """Default centre of rotations of a `Body`, (3,)."""
         return np.zeros(3)
 
 
 @dataclass(frozen=True)
 class Plane(Shape):
-    """Half-space whose boundary passes through a point, of 3D problems.
+    """Half-space whose boundary passes through a point. For 2D see `Line`.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ class Plane(Shape):
 
 @dataclass(frozen=True)
 class Sphere(Shape):
-    """Ball, or with ``hollow=True`` all that is around it, of 3D problems.
+    """Ball, or with ``hollow=True`` everything around it. For 2D see `Circle`.
 
     Parameters
     ----------
@@ -150,10 +150,10 @@ class Cylinder(Shape):
 
 @dataclass(frozen=True)
 class Cone(Shape):
-    """Cone with a tip and without an end, of 3D problems.
+    """Cone with a tip and without an end. For 2D see `Wedge`.
 
-    Rays meet its flanks alone: a surface that faces the tip is pressed by the flanks
-    next to it.
+    Rays hit the flanks only: the flanks next to the tip press on a surface that faces
+    the tip.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Surfaces of facets that belong to no mesh of DOLFINx."""
+"""Surfaces of facets that are not part of a DOLFINx mesh."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ _TURNED = {
 }
 _CORNERS = {"interval": 2, "triangle": 3, "quadrilateral": 4}
 
-# Points nearer than this share of the surface's size are one, and facets without more
-# width than that have no normal
+# Points closer than this share of the surface's size are merged. Facets that are no wider
+# have no normal
 _SAME = 1e-10
 
 
@@ -43,24 +43,25 @@ _SAME = 1e-10
 class Surface(Shape):
     """Solid behind facets: intervals in 2D, triangles or quadrilaterals in 3D.
 
-    Every rank has all of it, some 300 bytes a facet.
+    Every rank has all facets, about 300 bytes each.
 
     Parameters
     ----------
     points
-        (n, 2) or (n, 3). Length. Points at one place count as one, as STL has them.
+        (n, 2) or (n, 3). Length. Points at the same place are merged, as
+        STL files repeat them.
     facets
-        Points of each facet, (m, k), in the order of Gmsh, VTK and meshio: 2 or 3 in 2D;
-        3 or 6 of triangles, 4, 8 or 9 of quadrilaterals. Normals point out of the
+        Points of each facet, (m, k), in the order of Gmsh, VTK and meshio: 2 or 3 in
+        2D; 3 or 6 of triangles, 4, 8 or 9 of quadrilaterals. Normals point out of the
         solid: counter-clockwise seen from outside, in 2D the solid on the left.
     orient
-        Whether to turn facets such that normals agree and, of a closed surface, point
-        outward. Otherwise facets that disagree are an error.
+        Whether to turn facets such that their orientations agree, and normals of a
+        closed surface point outward. Without it, such facets are an error.
     closed
-        Whether the surface must have no rim. Without, the solid is taken to go on behind
-        the facets: a face alone of a tool.
+        Whether the surface must be closed. If False, an open surface is a face of a
+        solid behind it.
     hollow
-        Whether the solid is outside of it: a die that is drawn as what it holds.
+        Whether the solid is around the surface: a die whose cavity is given.
     """
 
     points: Array
@@ -166,7 +167,7 @@ def _checked_facets(given: Any, points: Array) -> Indices:
 
 
 def _joined(points: Array, facets: Any) -> tuple[Array, Any]:
-    """Points in use, those at one place as one."""
+    """Points in use, with points at the same place merged."""
     size = float(np.linalg.norm(np.ptp(points, axis=0))) or 1.0
     used = np.unique(facets)
     keys = np.round((points[used] - points.min(axis=0)) / (_SAME * size))
@@ -177,7 +178,7 @@ def _joined(points: Array, facets: Any) -> tuple[Array, Any]:
 
 
 def _with_centres(points: Array, facets: Any) -> tuple[Array, Any]:
-    """Quadrilaterals of 8 nodes with a ninth, which changes no edge."""
+    """Quadrilaterals of 8 nodes, with a ninth node in the centre."""
     x = points[facets]
     centres = 0.5 * x[:, 4:8].sum(axis=1) - 0.25 * x[:, :4].sum(axis=1)
     numbers = len(points) + np.arange(len(facets))
@@ -185,7 +186,7 @@ def _with_centres(points: Array, facets: Any) -> tuple[Array, Any]:
 
 
 def _with_area(points: Array, facets: Indices, shape: str) -> Indices:
-    """Facets without those that have no normal, as STL may have."""
+    """Facets without those of no area, which STL files may have."""
     x = points[facets[:, : _CORNERS[shape]]]
     size = float(np.linalg.norm(np.ptp(points, axis=0)))
     if shape == "interval":
@@ -206,8 +207,8 @@ def _turned(facets: Indices, shape: str) -> Indices:
 
 
 def _edges(corners: Indices) -> tuple[Indices, Indices]:
-    """Number of every facet's edges, points in 2D, (m, k), and whether the facet runs
-    along it from the smaller point to the larger, 1 or -1."""
+    """Numbers of each facet's edges (of its points in 2D), (m, k), and 1 if the facet
+    runs along the edge from the smaller to the larger point, else -1."""
     if corners.shape[1] == 2:
         ways = np.broadcast_to(np.array([-1, 1]), corners.shape)
         return corners, ways
@@ -220,7 +221,8 @@ def _edges(corners: Indices) -> tuple[Indices, Indices]:
 
 
 def _edge_faults(corners: Indices) -> tuple[Indices, Indices]:
-    """A point of each edge that has one facet, and of each at which normals disagree."""
+    """A point of each edge with a single facet, and of each edge whose facets have
+    opposite orientations."""
     number, ways = _edges(corners)
     count = np.bincount(number.ravel())
     balance = np.bincount(number.ravel(), ways.ravel())
@@ -231,8 +233,8 @@ def _edge_faults(corners: Indices) -> tuple[Indices, Indices]:
 
 
 def _turns(corners: Indices) -> Any:
-    """Which facets to turn such that all that hang together agree with the first of
-    them, (m,)."""
+    """Whether to turn each facet, (m,), so that connected facets have the orientation
+    of the first of them."""
     number, ways = _edges(corners)
     m, k = corners.shape
     order = np.argsort(number.ravel(), kind="stable")
@@ -267,7 +269,7 @@ def _turns(corners: Indices) -> Any:
 
 
 def _volume(points: Array, corners: Indices) -> float:
-    """Of what is enclosed, by straight facets: negative where normals point into it."""
+    """Enclosed volume, by straight facets; negative if normals point into it."""
     x = points[corners] - points[corners].reshape(-1, points.shape[1]).mean(axis=0)
     if corners.shape[1] == 2:
         return float(np.sum(x[:, 0, 0] * x[:, 1, 1] - x[:, 0, 1] * x[:, 1, 0]))

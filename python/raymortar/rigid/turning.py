@@ -8,7 +8,7 @@ import numpy as np
 
 from ..compat import Array
 
-# Square of an angle up to which series lose no digits, and their terms
+# Square of the angle up to which series are used, and their number of terms
 _SMALL, _TERMS = 1.0, 12
 
 
@@ -25,7 +25,7 @@ def axial(matrix: Array) -> Array:
 
 
 def rotation_matrix(rotation: Array) -> Array:
-    """Turn about the direction of a vector by its length in radians, (3, 3).
+    """Rotation about the direction of a vector by its length in radians, (3, 3).
 
     Rodrigues' formula.
     """
@@ -37,13 +37,13 @@ def rotation_matrix(rotation: Array) -> Array:
 
 
 def rotation_vector(matrix: Array) -> Array:
-    """The vector of a turn, of a length up to pi, (3,)."""
+    """Rotation vector of a rotation matrix, of a length up to pi, (3,)."""
     sine = axial(matrix)
     angle = float(np.arctan2(np.linalg.norm(sine), 0.5 * (np.trace(matrix) - 1.0)))
     if angle < 0.9 * np.pi:
         size = float(np.linalg.norm(sine))
         return sine * (angle / size if size > 0.0 else 1.0)
-    # Near half a turn the skew part has no direction: R + 1 has
+    # Near half a turn the skew part vanishes: the symmetric part has the axis
     both = 0.5 * (matrix + matrix.T) - np.cos(angle) * np.eye(3)
     axis = both[:, int(np.argmax(np.diag(both)))]
     axis = axis / np.linalg.norm(axis)

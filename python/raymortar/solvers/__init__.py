@@ -1,12 +1,14 @@
 """Solvers of the coupled system: Newton's method, and iterative linear solvers.
 
-- newton: `NewtonSolver`, `SNESSolver`
-- fixed_point: segments fixed inside, paired anew outside
-- line_search, capped: steps that full ones do not solve
+- newton, snes: `NewtonSolver`, `SNESSolver`
+- outcome: the error of a failed solve, and warnings
+- fixed_point: Newton's method at fixed segments, and a loop that pairs anew
+- line_search, capped: shortened Newton steps
 - linear: PETSc options of iterative solvers, which this module offers
-- automatic: which one a problem gets, and what takes over where it stalls
-- elimination, springs: a preconditioner without multipliers
-- bodies, levels, interpolation, near_contact: one at the price of the bodies
+- automatic: the default linear solver, and the one that takes over if it stalls
+- elimination, springs: a preconditioner that eliminates multipliers
+- bodies, levels, interpolation, near_contact: a preconditioner with the levels of the
+  bodies
 """
 
 from .automatic import (

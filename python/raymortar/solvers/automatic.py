@@ -1,4 +1,4 @@
-"""Which linear solver a problem gets where the user chooses none."""
+"""The linear solver of a problem whose user chooses none."""
 
 from __future__ import annotations
 
@@ -26,26 +26,26 @@ DIRECT = {
 }
 
 # Unknowns in 3D, by the degree of the displacement, up to which the direct solver is
-# the faster one or nearly so, on one rank (measured: docs/parallel.md). In 2D it is at
-# any size that was measured.
+# the faster one or nearly so, on one rank (measured: docs/parallel.md). In 2D it is
+# faster at all sizes that were measured.
 MOST_DIRECT = {1: 40_000, 2: 20_000}
 
-# Iterations of a Krylov solver that does well stay below a third of this
+# A Krylov solver that does well needs less than a third of this
 MOST_ITERATIONS = 100
 
-# Of SNES, Eisenstat's and Walker's choice of how exactly its systems are solved: so
-# chosen that half the Krylov iterations, and all Newton iterations, are as before
-# (measured: docs/parallel.md)
+# Eisenstat's and Walker's tolerances for the linear systems of SNES. With these values
+# Krylov iterations halve, and Newton iterations stay the same (measured:
+# docs/parallel.md)
 INEXACT = {
     "snes_ksp_ew": None,
     "snes_ksp_ew_rtol0": 1e-3,
     "snes_ksp_ew_rtolmax": 1e-3,
 }
 
-# Linear solves that may stall before the iterative solver is not tried any more
+# After so many stalls the iterative solver is not tried again
 MOST_STALLS = 2
 
-# Options of the user that say what the linear solver is
+# Prefixes of options with which the user chooses the linear solver
 _ITS_OPTIONS = ("ksp_", "pc_", "mat_", "displacement_", "near_")
 
 
@@ -66,14 +66,14 @@ def linear_options(
     given
         Options that the user has given, without prefix.
     prefix
-        Of all options: those in PETSc's table count too.
+        Prefix of the options: those in PETSc's table count too.
     snes
-        Whether they are for a SNES, which may solve less exactly at first.
+        Whether the options are for SNES, which may solve its first systems less
+        exactly.
 
-    Returns
-    -------
-    Of the direct solver, wherever the user says anything of the linear solver: what he
-    says completes that. Else of the one that suits the size.
+    Returns ------- If the user gives any option of the linear solver, the options of
+    the direct solver, which those of the user complete. Otherwise options of the solver
+    that suits the size.
     """
     table = PETSc.Options(prefix)
     told = any(name.startswith(_ITS_OPTIONS) for name in given or ())
@@ -94,7 +94,7 @@ def _suits_multigrid(problem: Any) -> bool:
     """Whether the iterative solver is the better choice. Collective."""
     contact = problem.contact
     unknowns = contact.layout.size_global
-    if not contact.host.is_plain or contact.layout.bodies:
+    if not contact.host.is_plain:
         return False
     if contact.u.function_space.mesh.topology.dim < 3:
         return False
@@ -108,7 +108,7 @@ def with_fallback(**options: Any) -> dict[str, Any]:
     Parameters
     ----------
     options
-        As of `iterative`, without prefix.
+        Further options, as for `iterative`, without prefix.
     """
     first = iterative("bodies", **{"ksp_max_it": MOST_ITERATIONS, **options})
     return {
@@ -127,10 +127,10 @@ class SolverWithFallback(KnowsProblem):
     Attributes
     ----------
     iterative, direct
-        KSP with the prefixes ``iterative_`` and ``direct_`` after that of the outer one;
-        the second from the first stall on.
+        Inner solvers, whose prefixes add ``iterative_`` and ``direct_`` to that of the
+        outer one. The direct solver is made at the first stall.
     stalls
-        Linear solves of which the iterative solver has made nothing.
+        Number of linear solves in which the iterative solver has stalled.
     """
 
     def __init__(self) -> None:
@@ -158,7 +158,7 @@ class SolverWithFallback(KnowsProblem):
         ksp.setConvergedReason(self.direct.getConvergedReason())
 
     def _try(self, ksp: PETSc.KSP, b: PETSc.Vec, x: PETSc.Vec) -> int:
-        """PETSc's reason why the iterative solver has ended. Collective."""
+        """Solve with the iterative solver; PETSc's reason for its end. Collective."""
         self.iterative.setOperators(*ksp.getOperators())
         # SNES may change it from one system to the next
         self.iterative.setTolerances(rtol=ksp.getTolerances()[0])
@@ -169,7 +169,7 @@ class SolverWithFallback(KnowsProblem):
         return reason
 
     def _made(self, ksp: PETSc.KSP, name: str) -> PETSc.KSP:
-        """A solver of its own options. Collective."""
+        """An inner solver with options of its own. Collective."""
         one = PETSc.KSP().create(ksp.comm)
         one.setOptionsPrefix(f"{ksp.getOptionsPrefix() or ''}{name}")
         one.setFromOptions()

@@ -1,4 +1,4 @@
-"""Blocks of the coupled tangent, by the nodes that they belong to."""
+"""Blocks of the coupled tangent, node by node."""
 
 from __future__ import annotations
 
@@ -12,10 +12,13 @@ from ..compat import Array
 
 
 def index_sets(layout: Any) -> tuple[PETSc.IS, PETSc.IS]:
-    """Owned rows of the displacement, and of all multipliers."""
+    """Owned rows of the displacement, and of all multipliers; those of free bodies,
+    which follow, are in neither."""
     bs = layout.u.function_space.dofmap.index_map_bs
     sets = []
-    ends = layout.begin, layout.begin + layout.n, layout.begin + layout.size
+    of_bodies = sum(len(body.freedom) for body in layout.own_bodies)
+    lengths = (0, layout.n, layout.size - of_bodies)
+    ends = [layout.begin + length for length in lengths]
     for first, last, block in zip(ends, ends[1:], (bs, 1)):
         rows = np.arange(first, last, dtype=PETSc.IntType)
         one = PETSc.IS().createGeneral(rows, comm=layout.comm)
@@ -32,9 +35,9 @@ def node_blocks(csr: Any, first: int, nodes: int, c: int, begin: int) -> Array:
     csr
         Compressed rows of this rank.
     first
-        Of the rows, among those of this rank.
+        First of the rows, counted from the first row of this rank.
     nodes, c
-        They are those of so many nodes with so many components.
+        Number of nodes, and of components of each node.
     begin
         Column of this rank's first row.
     """
@@ -57,7 +60,7 @@ def block_diagonal(parts: list[tuple[int, Array]]) -> tuple[Array, Array, Array]
     Parameters
     ----------
     parts
-        First column of blocks that follow each other, and these, (n, c, c).
+        First column and blocks (n, c, c) of each group of blocks of one size.
     """
     offsets, columns, values = [np.zeros(1, dtype=PETSc.IntType)], [], []
     for first, blocks in parts:
@@ -72,7 +75,7 @@ def block_diagonal(parts: list[tuple[int, Array]]) -> tuple[Array, Array, Array]
 
 
 def with_blocks(S: PETSc.Mat, bs: int) -> PETSc.Mat:
-    """S with a block size, which products of matrices have lost."""
+    """S with a block size, as products of matrices have none."""
     if S.getBlockSize() == bs:
         return S
     offsets, columns, values = S.getValuesCSR()

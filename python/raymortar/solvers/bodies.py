@@ -1,4 +1,4 @@
-"""Preconditioner of contact at the price of its bodies."""
+"""Preconditioner that needs about as many iterations as the bodies without contact."""
 
 from __future__ import annotations
 
@@ -12,18 +12,22 @@ from .elimination import ContactPreconditioner
 from .levels import BodiesLevels, set_levels
 from .near_contact import NearContact, rows_near_contact
 
-# Of the first cycles with new levels: more say that the bodies have changed
+# New levels are made when a solve needs WORN times the cycles of the first one, and
+# SPARE more: the bodies have changed then
 WORN, SPARE = 1.5, 5
 
 
 class BodiesPreconditioner(ContactPreconditioner):
-    """Solves near contact, then eliminates the multipliers; multigrid on levels of the
-    bodies for the displacement. A PETSc python PC.
+    """Solves near contact directly, and everywhere by multigrid. A PETSc python PC.
 
-    What is near contact is solved for directly, multipliers included. What that leaves
-    is smooth: springs as stiff as the volume's surface then stand for closed contact,
-    which are no trouble for multigrid. The levels know nothing of contact, and are kept
-    until they take more cycles than at first, or until other dofs are prescribed.
+    1. A direct solver finds the displacement near contact, and all multipliers. The
+       rest of the error is smooth.
+    2. `ContactPreconditioner` eliminates the multipliers. Springs as stiff as the
+       volume's surface stand for closed contact, which multigrid solves well.
+
+    The levels are those of the bodies without contact. They are kept until a solve
+    takes many more cycles than the first one, or until other dofs are prescribed. Free
+    rigid bodies move in the direct solve alone.
 
     Attributes
     ----------
@@ -32,6 +36,7 @@ class BodiesPreconditioner(ContactPreconditioner):
     """
 
     springs = 1.0
+    takes_bodies = True
 
     def __init__(self) -> None:
         super().__init__()
@@ -51,15 +56,16 @@ class BodiesPreconditioner(ContactPreconditioner):
         self._near_contact = NearContact(pc.getOperators()[0], self._rows, prefix)
         self._cycles = 0
 
-    def _prepare(self, S: PETSc.Mat) -> None:
+    def _renew(self, prefix: str) -> None:
         if self._first == 0:
             self._first = self._cycles
         if self._cycles > WORN * self._first + SPARE or self._has_other_conditions():
             self._destroy("levels")
         if self.levels is None:
-            prefix = f"{self.solver.getOptionsPrefix()}levels_"
-            self.levels = BodiesLevels(self.problem, prefix)
+            self.levels = BodiesLevels(self.problem, f"{prefix}levels_")
             self._first = 0
+
+    def _prepare(self, S: PETSc.Mat) -> None:
         self._coarse = set_levels(self.solver, self.levels, S)
 
     def _has_other_conditions(self) -> bool:

@@ -11,29 +11,33 @@ import numpy as np
 
 from ..interface.faced import Faced, nearest_hits, path
 from ..interface.stiffness import mean_facet_size
-from .newton import NewtonSolver, SNESSolver, renew, require_convergence
+from .newton import NewtonSolver
+from .outcome import require_convergence
+from .petsc_objects import renew
+from .snes import SNESSolver
 
-# Overlap, in sizes of slave facets, up to which a step may go: none would never close a
-# gap
+# Overlap at which a step ends, in sizes of slave facets. Without overlap no gap would
+# ever close
 OVERLAP = 0.01
 
 # Share of Newton's step that is always taken
 LEAST = 0.05
 
-# Shortened steps take more of them
+# Factor for the number of iterations, as shorter steps need more
 MORE_ITERATIONS = 2
 
 
 class CappedSolver:
-    """Solves in steps that are as long as no facet passes what it faces. Collective.
+    """Newton's method with steps so short that no facet passes its master. Collective.
 
-    A facet that is open may come to lie below its master by a small overlap only; one
-    that is closed already is left alone.
+    A step may take an open facet below its master by a small overlap only. Facets that
+    are closed already do not limit the step.
 
     Parameters
     ----------
     solver
-        Its tangent, linear solver, tolerances and twice its most iterations are taken.
+        Gives its tangent, linear solver and tolerances. Twice its most iterations are
+        allowed.
     """
 
     def __init__(self, solver: NewtonSolver | SNESSolver) -> None:
@@ -71,7 +75,7 @@ class CappedSolver:
     def _iterate(
         self, x: PETSc.Vec, b: PETSc.Vec, dx: PETSc.Vec, trial: PETSc.Vec
     ) -> tuple[int, bool]:
-        """Iterations, and whether they have converged."""
+        """Number of iterations, and whether they have converged."""
         solver, problem = self.solver, self.problem
         convergence, comm = problem.convergence, problem.comm
         rtol, atol = solver.tolerances[0], solver.force_tolerance
@@ -103,7 +107,7 @@ class CappedSolver:
         return max(share, LEAST)
 
     def _of_zone(self, zone: Any, faced: Faced) -> float:
-        """The same by one zone on this rank. Collective."""
+        """Share of the step that one zone allows on this rank. Collective."""
         u = self.problem.contact.u
         at = u.x.array.reshape(-1, u.function_space.dofmap.index_map_bs)
         gap = path(zone, faced, at, self.problem.comm).gap

@@ -14,9 +14,9 @@ from .blocks import block_diagonal, index_sets, node_blocks, with_blocks
 from .rigid_motions import near_nullspace
 from .springs import lumped_mass, surface_stiffness
 
-# Stiffness of the springs that stand for closed contact, in those of the volume at its
-# surface: softer ones leave more to GMRES, stiffer ones are hard on multigrid (measured:
-# docs/parallel.md)
+# Stiffness of the springs that stand for closed contact, over that of the volume at its
+# surface. With softer springs GMRES needs more iterations, with stiffer ones multigrid
+# does (measured: docs/parallel.md)
 SPRINGS = 10.0
 
 
@@ -26,7 +26,7 @@ class KnowsProblem:
     Attributes
     ----------
     contact, row_scale
-        Of the problem, and by what the rows of its matrices have been multiplied.
+        The problem's contact, and the factors of the rows of its matrices.
     """
 
     def __init__(self) -> None:
@@ -47,14 +47,14 @@ class KnowsProblem:
 
 
 def attach(ksp: PETSc.KSP, problem: Any, row_scale: PETSc.Vec | None = None) -> None:
-    """Tell a solver whose options have been read about the problem, and by what the
-    rows of its matrices have been multiplied.
+    """Give the problem, and the factors of its rows, to a solver whose options have
+    been read.
 
     Raises
     ------
     ContactError
-        If the solver is iterative, and the user solves for more than a displacement or
-        for a rigid body that is free.
+        If the solver is iterative, and there are unknowns beside the displacement, or a
+        free rigid body.
     """
     for thing in (ksp, ksp.getPC()):
         if thing.getType() == "python":
@@ -66,14 +66,14 @@ def attach(ksp: PETSc.KSP, problem: Any, row_scale: PETSc.Vec | None = None) -> 
 class ContactPreconditioner(KnowsProblem):
     """Eliminates the multipliers; multigrid for the displacement. A PETSc python PC.
 
-    With penalties alone, S below is the tangent itself. With a multiplier D, which is
-    zero where contact is closed, is replaced by the blocks of its nodes less M, a
-    multiple of the lumped mass matrix of the slave surface. What is left for
-    the displacement, S = K - B E^-1 C with these blocks E, is then the stiffness with
-    closed contact held by springs: it couples the bodies, and has no zeros. Where the
-    springs are about as stiff as the volume's surface (the modulus over the mesh size),
-    S is no worse for multigrid than K, and the error of E costs a number of iterations
-    that refinement does not change.
+    The tangent is [[K, B], [C, D]]. With penalties alone it is K, and S = K below. With
+    a multiplier, D is zero where contact is closed. The preconditioner takes E in place
+    of D: the diagonal blocks of its nodes, less a multiple of the lumped mass matrix of
+    the slave surface. Then S = K - B E^-1 C is the stiffness with springs in closed
+    contact. It couples the bodies and has no zeros on its diagonal. If the springs are
+    about as stiff as the volume's surface (the modulus over the mesh size), multigrid
+    solves S as well as K. The error of E costs a number of iterations that does not
+    depend on the mesh size.
 
     Attributes
     ----------
@@ -83,12 +83,14 @@ class ContactPreconditioner(KnowsProblem):
 
     # Stiffness of the springs, in those of the volume at its surface
     springs = SPRINGS
+    # Whether rows of free bodies may be among those of the tangent
+    takes_bodies = False
 
     def __init__(self) -> None:
         super().__init__()
         self.solver: Any = None  # PETSc.KSP from `setUp` on
         self._near: PETSc.NullSpace | None = None
-        # Those of each contact, from the first elimination on
+        # Lumped masses of each contact, from the first elimination on
         self._springs: list[float] | None = None
         # Index sets of both unknowns, and what the elimination needs
         self._u: Any = None
@@ -104,11 +106,11 @@ class ContactPreconditioner(KnowsProblem):
                 "the iterative solver is for a displacement alone: with further "
                 "unknowns leave the direct one, which is the default"
             )
-        if problem.contact.layout.bodies:
+        if problem.contact.layout.bodies and not self.takes_bodies:
             names = ", ".join(body.name for body in problem.contact.layout.bodies)
             raise ContactError(
-                f"the iterative solver takes no rigid body that is free ({names}): "
-                "leave the direct one, which is the default"
+                f"this iterative solver takes no rigid body that is free ({names}): "
+                'solvers.iterative("bodies") does, and the direct one'
             )
         super().know(problem, row_scale)
 
@@ -117,16 +119,20 @@ class ContactPreconditioner(KnowsProblem):
         A, _ = pc.getOperators()
         # A new solver each time: GAMG cannot change the sizes of its levels
         self.reset(pc)
-        # A copy: what SOR keeps of a parallel matrix outlives the values of its entries
-        S = self._eliminate(A) if self._with_multiplier else A.copy()
+        prefix = f"{pc.getOptionsPrefix() or ''}displacement_"
+        self._renew(prefix)
+        S = A if self._takes_all else self._eliminate(A)
         self.solver = PETSc.KSP().create(pc.comm)
         self.solver.setType("preonly")
-        self.solver.setOptionsPrefix(f"{pc.getOptionsPrefix() or ''}displacement_")
+        self.solver.setOptionsPrefix(prefix)
         self.solver.setOperators(S)
         self._prepare(S)
         self.solver.setFromOptions()
         self.solver.setUp()
         S.destroy()  # the solver has it
+
+    def _renew(self, prefix: str) -> None:
+        """Make what needs no S, while there is none in memory. Collective."""
 
     def _prepare(self, S: PETSc.Mat) -> None:
         """Tell multigrid what it needs to know. Collective."""
@@ -140,6 +146,11 @@ class ContactPreconditioner(KnowsProblem):
         contacts = self.contact.contacts
         return [contact for contact in contacts if contact.multiplier is not None]
 
+    @property
+    def _takes_all(self) -> bool:
+        """Whether the tangent has rows of displacements alone."""
+        return not self._with_multiplier and not self.contact.layout.bodies
+
     def _eliminate(self, A: PETSc.Mat) -> PETSc.Mat:
         """S, and keep the blocks that the elimination needs."""
         if self._springs is None:
@@ -149,6 +160,8 @@ class ContactPreconditioner(KnowsProblem):
                 for contact in self._with_multiplier
             ]
             self._u, self._lam = index_sets(self.contact.layout)
+        if not self._with_multiplier:
+            return self._unscaled(A.createSubMatrix(self._u, self._u), self._u)
         K, self._B, self._C, D = (
             self._unscaled(A.createSubMatrix(rows, columns), rows)
             for rows in (self._u, self._lam)
@@ -156,15 +169,17 @@ class ContactPreconditioner(KnowsProblem):
         )
         self._inverse = self._inverse_blocks(D)
         EC = self._inverse.matMult(self._C)
-        S = self._B.matMult(EC)
-        S.aypx(-1.0, K, PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
-        S = with_blocks(S, K.getBlockSize())
-        for matrix in (K, D, EC):
+        BEC = self._B.matMult(EC)
+        bs = K.getBlockSize()
+        # In place of K, which is as large as the tangent
+        K.axpy(-1.0, BEC, PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
+        for matrix in (D, EC, BEC):
             matrix.destroy()
-        return S
+        return with_blocks(K, bs)
 
     def _unscaled(self, block: PETSc.Mat, rows: PETSc.IS) -> PETSc.Mat:
-        """A block whose rows are as they were assembled: springs are of those."""
+        """A block with the rows as assembled, without factors: springs belong to
+        these."""
         if self.row_scale is not None:
             factors = self.row_scale.getSubVector(rows)
             inverse = factors.copy()
@@ -192,20 +207,37 @@ class ContactPreconditioner(KnowsProblem):
         return E
 
     def apply(self, pc: PETSc.PC, x: PETSc.Vec, y: PETSc.Vec) -> None:
-        """y = P^-1 x: eliminate, solve, substitute. Collective."""
-        if not self._with_multiplier:
+        """y = P^-1 x: eliminate, solve, substitute; 0 for free bodies. Collective."""
+        if self._takes_all:
             self.solver.solve(x, y)
             return
-        r, q = x.getSubVector(self._u), x.getSubVector(self._lam)
-        right, rest = r.copy(), q.copy()
-        x.restoreSubVector(self._u, r)
-        x.restoreSubVector(self._lam, q)
+        y.set(0.0)
+        right = self._unscaled_part(x, self._u)
+        u = right.duplicate()
+        if self._with_multiplier:
+            self._substitute(self._unscaled_part(x, self._lam), right, u, y)
+        else:
+            self.solver.solve(right, u)
+        y.array[: self.contact.layout.n] = u.array_r
+        right.destroy()
+        u.destroy()
+
+    def _unscaled_part(self, x: PETSc.Vec, rows: PETSc.IS) -> PETSc.Vec:
+        """Copy of some rows of a residual, as they were assembled."""
+        of_x = x.getSubVector(rows)
+        part = of_x.copy()
+        x.restoreSubVector(rows, of_x)
         if self.row_scale is not None:
-            for part, rows in ((right, self._u), (rest, self._lam)):
-                factors = self.row_scale.getSubVector(rows)
-                part.pointwiseDivide(part, factors)
-                self.row_scale.restoreSubVector(rows, factors)
-        u, lam = right.duplicate(), rest.duplicate()
+            factors = self.row_scale.getSubVector(rows)
+            part.pointwiseDivide(part, factors)
+            self.row_scale.restoreSubVector(rows, factors)
+        return part
+
+    def _substitute(
+        self, rest: PETSc.Vec, right: PETSc.Vec, u: PETSc.Vec, y: PETSc.Vec
+    ) -> None:
+        """Displacement into u, and multipliers into y. Collective."""
+        lam = rest.duplicate()
         self._inverse.mult(rest, lam)
         self._B.mult(lam, u)
         right.axpy(-1.0, u)
@@ -214,10 +246,9 @@ class ContactPreconditioner(KnowsProblem):
         rest.axpy(-1.0, lam)
         self._inverse.mult(rest, lam)
         n = self.contact.layout.n
-        y.array[:n] = u.array_r
-        y.array[n:] = lam.array_r
-        for vector in (right, rest, u, lam):
-            vector.destroy()
+        y.array[n : n + lam.local_size] = lam.array_r
+        rest.destroy()
+        lam.destroy()
 
     def reset(self, pc: PETSc.PC) -> None:
         """Forget the operators: the next ones may have another pattern. Collective."""

@@ -1,19 +1,21 @@
-"""Newton's method at fixed segments inside, pairing anew outside."""
+"""An inner loop of Newton's method at fixed segments, and an outer loop that pairs."""
 
 from __future__ import annotations
 
 from ..checked import is_whole_number
 from ..errors import ContactError, ConvergenceError, raise_everywhere, require_agreement
-from .newton import NewtonSolver, SNESSolver
+from .newton import NewtonSolver
+from .snes import SNESSolver
 
 
 class FixedPointSolver:
-    """Fixed point on the pairing, in place of Newton's method on everything. Collective.
+    """Fixed point on the pairing, in place of Newton's method on everything.
+    Collective.
 
-    The inner solver keeps segments, integration points and weights and only follows the
-    rays: it sees the function that its tangent is the exact derivative of. The outer loop
-    pairs anew until the residual of the new pairing is small as well. What it converges
-    to is what the inner solver alone would.
+    The inner solver keeps segments, integration points and weights, and casts rays
+    only: its tangent is the exact derivative of this residual. The outer loop pairs
+    anew until the residual of the new pairing is small too. The solution is that of the
+    inner solver alone.
 
     Parameters
     ----------
@@ -27,7 +29,8 @@ class FixedPointSolver:
     problem
         Of the inner solver.
     residuals
-        Norm after each pairing of the last solve, the first before any iteration. Force.
+        Norm after each pairing of the last solve, the first before any iteration.
+        Force.
     """
 
     def __init__(self, solver: NewtonSolver | SNESSolver, max_outer: int = 20) -> None:
@@ -64,7 +67,7 @@ class FixedPointSolver:
         """
         convergence = self.problem.convergence
         self.residuals = [self._residual()]
-        # Residuals are measured from the first pairing, not from each one's own start
+        # Tolerances are relative to the first pairing, not to the start of each one
         convergence.keeps_first = self.problem.rays_only = True
         rtol, atol = self.solver.tolerances[0], self.solver.force_tolerance
         iterations = 0
@@ -84,7 +87,7 @@ class FixedPointSolver:
         raise ConvergenceError(message)
 
     def _residual(self) -> float:
-        """Norm of the residual, paired anew at the present state."""
+        """Norm of the residual after a new pairing at the present state."""
         x = self.problem.start()
         kept, self.problem.rays_only = self.problem.rays_only, False
         try:

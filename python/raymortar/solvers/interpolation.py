@@ -10,9 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import compat
-from ..compat import Array, Indices
-
-Marks = npt.NDArray[np.bool_]
+from ..compat import Array
+from ..host.marks import Marks, marked_everywhere
 
 
 class LinearInterpolation:
@@ -20,8 +19,8 @@ class LinearInterpolation:
 
     Collective. Nodes are those of Lagrange elements: a node of the higher degree takes
     the shape functions of degree 1 at its place in a cell that has it. Prescribed dofs
-    take nothing, and those of vertices give nothing: the product P^T S P of a tangent
-    is then that of the condition, but for its diagonal.
+    take nothing, and prescribed dofs of vertices give nothing. So the product P^T S P
+    is the tangent with the conditions, except for its diagonal.
 
     Parameters
     ----------
@@ -45,9 +44,9 @@ class LinearInterpolation:
         self._bs = V.dofmap.index_map_bs
         fine, coarse, values = _weights_by_cell(V, self.W)
         bs, n = self._bs, V.dofmap.index_map.size_local
-        on_fine = _marked(V, np.arange(n), fixed.reshape(n, bs))
+        on_fine = marked_everywhere(V, np.arange(n), fixed.reshape(n, bs))
         vertices = values == 1.0
-        on_coarse = _marked(self.W, coarse[vertices], on_fine[fine[vertices]])
+        on_coarse = marked_everywhere(self.W, coarse[vertices], on_fine[fine[vertices]])
         self.fixed = on_coarse[: self.W.dofmap.index_map.size_local].ravel()
         free = ~on_fine[fine] & ~on_coarse[coarse]
         self.matrix = self._assembled(V, fine, coarse, values[:, None] * free)
@@ -58,7 +57,7 @@ class LinearInterpolation:
         """P from its entries by block dofs; of owned ones each row once, in order.
 
         Entries of prescribed dofs are kept as zeros: all rows of a node have the same
-        columns, which relaxation by nodes and the product's diagonal ask for.
+        columns, as relaxation by nodes and the product's diagonal need.
         """
         bs, n = self._bs, V.dofmap.index_map.size_local
         numbers = _numbers(self.W)[coarse]
@@ -104,8 +103,9 @@ class LinearInterpolation:
 
 
 def _weights_by_cell(V: Any, W: Any) -> tuple[Any, Any, Array]:
-    """Owned block dofs of V in order, local ones of W, and the shape functions there
-    that do not vanish: one cell for each dof of V."""
+    """Entries of the interpolation: owned block dofs of V in order, local block dofs of
+    W, and the shape functions that do not vanish. Each dof of V takes one of its
+    cells."""
     points = compat.element_points(V)
     N = compat.tabulate(compat.cell_name(V.mesh), 1, points)[0]
     N[np.isclose(N, 0.0)], N[np.isclose(N, 1.0)] = 0.0, 1.0
@@ -121,14 +121,3 @@ def _weights_by_cell(V: Any, W: Any) -> tuple[Any, Any, Array]:
 def _numbers(W: Any) -> npt.NDArray[np.int64]:
     """Global number of each local block dof."""
     return compat.local_to_global(W.dofmap.index_map)
-
-
-def _marked(V: Any, dofs: Indices, marks: Marks) -> Marks:
-    """Marks that any rank has put on local block dofs, of all local ones, (block dofs,
-    d). Collective."""
-    bs = V.dofmap.index_map_bs
-    vector = compat.create_la_vector(V.dofmap.index_map, bs)
-    vector.array.reshape(-1, bs)[dofs] = marks
-    compat.scatter_reverse_add(vector)
-    compat.scatter_forward(vector)
-    return vector.array.reshape(-1, bs) > 0.5

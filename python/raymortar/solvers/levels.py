@@ -19,16 +19,17 @@ from .rigid_motions import nullspace_of
 class BodiesLevels:
     """Interpolations between levels, finest first, and products with them. Collective.
 
-    Aggregates of the tangent with contact reach across the interface: what moves them
-    as one cannot slide there. So they are made of the volume's tangent alone, in degree
-    1, and hold for any contact. From a higher degree to degree 1 goes interpolation.
+    Aggregates of a tangent with contact would reach across the interface, and an
+    aggregate cannot slide on itself. So aggregates are made from the volume's tangent
+    alone, in degree 1, and serve any contact. Between a higher degree and degree 1
+    there is interpolation.
 
     Parameters
     ----------
     problem
-        Its form at the present displacement, and its conditions.
+        Gives its form at the present displacement, and its conditions.
     prefix
-        Of the options of PETSc's GAMG, which makes the aggregates.
+        Prefix of the options of PETSc's GAMG, which makes the aggregates.
 
     Attributes
     ----------
@@ -95,8 +96,8 @@ def _aggregate(K: PETSc.Mat, V: Any, fixed: Mask, prefix: str) -> list[PETSc.Mat
 
 
 def _product(S: PETSc.Mat, P: PETSc.Mat) -> PETSc.Mat:
-    """P^T S P; where aggregates have fewer dofs than there are rigid motions, with a
-    diagonal."""
+    """P^T S P, with a diagonal where it is zero: aggregates of few dofs cannot have all
+    rigid motions."""
     T = S.PtAP(P)
     diagonal = T.getDiagonal()
     size = diagonal.norm(PETSc.NormType.NORM_INFINITY)

@@ -1,12 +1,13 @@
-"""A solver with a line search, for steps that full ones do not solve."""
+"""A solver with a line search, for load steps on which full Newton steps fail."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from .newton import NewtonSolver, SNESSolver
+from .newton import NewtonSolver
+from .snes import SNESSolver
 
-# Shortened steps take more of them
+# Factor for the number of iterations, as shorter steps need more
 MORE_ITERATIONS = 2
 
 _LINE_SEARCH = "snes_linesearch_type"
@@ -15,7 +16,8 @@ _LINE_SEARCH = "snes_linesearch_type"
 def with_line_search(solver: Any) -> SNESSolver | None:
     """SNES with line search, on the matrix and with the linear solver of another one.
 
-    None where that has a line search of its own, or is of another kind. Collective.
+    None if the given solver already has a line search, or is of another kind.
+    Collective.
     """
     options = dict(solver.options.given) if hasattr(solver, "options") else {}
     # A tolerance of the user's is among the settings that are taken. The default was

@@ -1,8 +1,8 @@
 """Iterative linear solvers: PETSc options for each method.
 
 The tangent is [[K, B], [C, D]] over [u, multiplier / gamma]: unsymmetric, and D is zero
-where contact is closed. Multigrid takes neither as it is. With a penalty there is K
-alone, and rigid bodies' motions are what its coarse levels have to hold.
+where contact is closed. Multigrid works for neither property. With a penalty there is K
+alone, whose coarse levels must represent the rigid motions of the bodies.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ _GAMG = {
     "pc_type": "gamg",
     # All entries: those that vanish in slip leave nodes without a neighbour
     "pc_gamg_threshold": -1.0,
-    # Nodes that are left alone have fewer unknowns than there are rigid motions, so
-    # that diagonals of coarse levels vanish: PETSc's Jacobi takes it, its SOR does not
+    # A node without neighbours has fewer unknowns than there are rigid motions, so that
+    # diagonals of coarse levels vanish: PETSc's Jacobi accepts that, its SOR does not
     "mg_levels_ksp_type": "chebyshev",
     "mg_levels_ksp_max_it": 3,
     "mg_levels_pc_type": "jacobi",
@@ -82,9 +82,9 @@ def iterative(multigrid: str = "gamg", **options: Any) -> dict[str, Any]:
         ``"gamg"`` (PETSc's own, smoothed aggregation), ``"gamg-bounded"`` (the same
         with finer coarse levels, for iterations that refinement does not change),
         ``"hypre"`` (BoomerAMG) or ``"bodies"`` (levels of the bodies without contact,
-        and a direct solver of what is near contact; the best for degree 2).
+        and a direct solver for the unknowns near contact; the best for degree 2).
     options
-        Further ones, or others, such as ``ksp_rtol=1e-6``.
+        Options to add or to replace, such as ``ksp_rtol=1e-6``.
 
     Returns
     -------

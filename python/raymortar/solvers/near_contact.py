@@ -1,4 +1,4 @@
-"""A direct solver of what is near contact: the filter before a cycle of multigrid."""
+"""A direct solver for the unknowns near contact, before each cycle of multigrid."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from petsc4py import PETSc
 import numpy as np
 
 from .. import compat
-from ..compat import Array
+from ..host.marks import marked_everywhere
 
 # Layers of cells at the surfaces whose nodes are near contact (measured:
 # docs/parallel.md)
@@ -17,17 +17,17 @@ LAYERS = 1
 
 
 class NearContact:
-    """Solves for the displacement near the surfaces of contact, and for all
-    multipliers. Collective.
+    """Solves for the displacement near the surfaces of contact, for all multipliers and
+    for rigid bodies that are free. Collective.
 
     Parameters
     ----------
     A
         Coupled tangent.
     rows
-        Owned rows near contact, of `rows_near_contact`.
+        Owned rows near contact, from `rows_near_contact`.
     prefix
-        Of the solver's options.
+        Prefix of the solver's options.
     """
 
     def __init__(self, A: PETSc.Mat, rows: PETSc.IS, prefix: str) -> None:
@@ -59,38 +59,30 @@ class NearContact:
 
 
 def rows_near_contact(contact: Any, layers: int = LAYERS) -> PETSc.IS:
-    """Owned rows of the displacement on surfaces of contact and some layers of cells
-    inwards, and of all multipliers. Collective.
+    """Owned rows near contact: the displacement on its surfaces and in some layers of
+    cells behind them, all multipliers and free bodies. Collective.
 
     Parameters
     ----------
     contact
         Contact, or several.
     layers
-        Of cells.
+        Number of layers of cells.
     """
     V, layout = contact.u.function_space, contact.layout
     bs, owned = V.dofmap.index_map_bs, V.dofmap.index_map.size_local
-    near = np.zeros(owned + V.dofmap.index_map.num_ghosts)
-    for zone in contact.zones:
-        near[zone.facets.slave_surface.dofs] = 1.0
-        near[zone.facets.master_surface.dofs] = 1.0
-    near = _shared(V, near)
+    sides = [
+        side.dofs
+        for zone in contact.zones
+        for side in (zone.facets.slave_surface, zone.facets.master_surface)
+    ]
+    near = marked_everywhere(V, np.concatenate(sides))
     table = compat.dofmap_array(V)
     for _ in range(layers):
-        near[table[near[table].any(axis=1) > 0]] = 1.0
-        near = _shared(V, near)
+        near[table[near[table].any(axis=1)]] = True
+        near = marked_everywhere(V, np.flatnonzero(near))
     nodes = np.flatnonzero(near[:owned])
     u = layout.begin + (bs * nodes[:, None] + np.arange(bs)).ravel()
-    multipliers = np.arange(layout.begin + layout.n, layout.begin + layout.size)
-    rows = np.concatenate([u, multipliers]).astype(PETSc.IntType)
+    others = np.arange(layout.begin + layout.n, layout.begin + layout.size)
+    rows = np.concatenate([u, others]).astype(PETSc.IntType)
     return PETSc.IS().createGeneral(rows, comm=layout.comm)
-
-
-def _shared(V: Any, marks: Array) -> Array:
-    """Marks of local block dofs that any rank has. Collective."""
-    vector = compat.create_la_vector(V.dofmap.index_map, 1)
-    vector.array[:] = marks
-    compat.scatter_reverse_add(vector)
-    compat.scatter_forward(vector)
-    return np.sign(vector.array)

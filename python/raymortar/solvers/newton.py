@@ -1,51 +1,32 @@
-"""Newton's method on the coupled unknowns: DOLFINx's solver, and PETSc SNES."""
+"""Newton's method on the coupled unknowns by DOLFINx's solver."""
 
 from __future__ import annotations
 
-import itertools
 import sys
-import warnings
 import weakref
 from collections.abc import Callable, Mapping
 from typing import Any, cast
 
-from mpi4py import MPI
 from petsc4py import PETSc
 
-import numpy as np
-
 from .. import compat
-from ..convergence.failure import NOT_A_NUMBER, reason_in_words
-from ..convergence.lost_contact import lost_contact
-from ..convergence.penetration import warn_of_penetration
-from ..errors import (
-    ContactError,
-    ContactWarning,
-    ConvergenceError,
-    raise_everywhere,
-    require_agreement,
-)
+from ..errors import ContactError, require_agreement
 from ..host.dropped import agreed_name, put_aside
-from ..options.methods import Penalty
 from ..problem import CoupledProblem
 from .automatic import linear_options
 from .elimination import attach
+from .outcome import require_convergence
+from .petsc_objects import new_prefix, release, renew, tangent_with
 from .petsc_options import PetscOptions, check_solver_input
-
-# Each solver has its own prefix in the PETSc options, or one would set the other's
-_counter = itertools.count()
-
-STUCK = PETSc.SNES.ConvergedReason.DIVERGED_LOCAL_MIN
-NO_DESCENT = PETSc.SNES.ConvergedReason.DIVERGED_LINE_SEARCH
 
 
 class _Ended(Exception):
-    """Ends a solve of DOLFINx's Newton solver, which has no other way to.
+    """Ends a solve of DOLFINx's Newton solver, which offers no other way.
 
     Attributes
     ----------
     converged
-        Whether it has.
+        Whether the solve has converged.
     """
 
     def __init__(self, converged: bool) -> None:
@@ -72,28 +53,28 @@ class NewtonSolver:
     problem
         Problem to solve.
     options
-        PETSc options of the linear solver, without prefix. Default: by the size, see
-        `solvers.linear_options`.
+        PETSc options of the linear solver, without prefix. The default depends on the
+        size, see `solvers.linear_options`.
 
     Attributes
     ----------
     rtol, atol, max_it, relaxation_parameter, convergence_criterion, report, \
     error_on_nonconvergence
-        As in DOLFINx, except for when a solve ends: DOLFINx compares lengths and forces
-        with the length of the first increment. ``rtol`` is relative to the forces of
-        each body and each surface of contact. ``atol`` is a force, by default the
-        rounding error of each, below which a solve goes on as long as that brings
-        anything (theory, 5.4).
+        As in DOLFINx, except for the test that ends a solve. (DOLFINx compares lengths
+        and forces with the length of the first increment.) ``rtol`` is relative to the
+        forces of each body and each surface of contact. ``atol`` is a force. By default
+        it is the rounding error of each body and surface, and a solve ends there only
+        once iterations no longer reduce the residual (theory (5.4)).
     newton
         DOLFINx's solver. With the criterion ``"residual"`` its own tolerances are zero.
     options
-        `PetscOptions`: to be in PETSc's table, ``with solver.options:``, where the KSP
-        is used by itself.
+        `PetscOptions`. To use the KSP by itself, write ``with solver.options:``, which
+        puts them into PETSc's table.
 
     Raises
     ------
     ContactError
-        Where DOLFINx no longer has its Newton solver: use `SNESSolver`.
+        If this DOLFINx no longer has a Newton solver: use `SNESSolver`.
     """
 
     max_it = _setting("max_it", "Most iterations.")
@@ -135,7 +116,7 @@ class NewtonSolver:
         self.max_it = 25
         self.report = self.error_on_nonconvergence = False
         self._name = agreed_name(problem.comm)
-        prefix = f"raymortar_newton_{next(_counter)}_"
+        prefix = new_prefix("newton")
         if options is None:
             options = linear_options(problem, None, prefix)
         self.options = PetscOptions(prefix, options)
@@ -152,7 +133,7 @@ class NewtonSolver:
         comm = kept["problem"].comm if "problem" in kept else None
         if "_name" in kept and comm.size > 1 and not sys.is_finalizing():
             put_aside(kept["_name"], comm, kept["newton"])
-        _release(self, comm, "newton", "A", "b")
+        release(self, comm, "newton", "A", "b")
 
     def solve(self) -> tuple[int, bool]:
         """Solve from the present u and multiplier.
@@ -175,7 +156,7 @@ class NewtonSolver:
                 iterations, converged = self.newton.solve(x)
             reason = f"after {iterations} iterations"
         except ContactError as error:
-            # An iterate that is no number; a start that is none is the user's fault
+            # An iterate is not finite. A start that is not finite is the user's fault
             if not self.problem.history:
                 raise
             reason = f"({error})"
@@ -205,7 +186,7 @@ class NewtonSolver:
 
     def linearise(self, x: PETSc.Vec, springs: Mapping[int, float]) -> None:
         """Take the tangent at x, and springs by row, for `correct`. Collective."""
-        _tangent_with(self, x, springs)
+        tangent_with(self, x, springs)
         self.krylov_solver.setOperators(self.A)
 
     def correct(self, b: PETSc.Vec, dx: PETSc.Vec) -> None:
@@ -213,7 +194,8 @@ class NewtonSolver:
         self.krylov_solver.solve(b, dx)
 
     def _settings(self) -> dict[str, Any]:
-        """What all ranks must have alike: one that stops sooner leaves the others."""
+        """Settings that must be the same on all ranks, or one would stop before the
+        others."""
         names = "max_it", "convergence_criterion", "relaxation_parameter"
         settings = {name: getattr(self, name) for name in names}
         return {
@@ -224,15 +206,16 @@ class NewtonSolver:
 
     @property
     def _tolerances_of_dolfinx(self) -> tuple[float, float]:
-        """rtol and atol by which DOLFINx ends a solve: of lengths, for which a force is
-        no tolerance. Residuals, lengths and forces together in its norm, `_judge`
-        judges."""
+        """rtol and atol that DOLFINx takes. It compares lengths, for which a force is
+        no tolerance. `_judge` judges residuals, where DOLFINx's norm mixes lengths and
+        forces."""
         if self.convergence_criterion == "residual":
             return 0.0, 0.0
         return self.rtol, self.force_tolerance or 0.0
 
     def _judge(self) -> None:
-        """End the solve where the last residual is small enough, or in vain."""
+        """End the solve if the last residual is small enough, or if the solve is
+        stuck."""
         if self.convergence_criterion == "residual":
             convergence = self.problem.convergence
             convergence.accept()
@@ -240,311 +223,3 @@ class NewtonSolver:
                 raise _Ended(converged=True)
             if convergence.is_stuck:
                 raise _Ended(converged=False)
-
-
-def _release(solver: Any, comm: MPI.Comm | None, *names: str) -> None:
-    """Drop PETSc objects of a solver that ends, and free them.
-
-    Ranks may come to that at different times: of several, the next solver on the mesh
-    frees what no rank has any more.
-    """
-    if sys.is_finalizing():
-        return
-    for name in names:
-        solver.__dict__.pop(name, None)
-    if comm is None or PETSc.Sys.isFinalized():
-        return
-    if comm.size == 1:
-        compat.destroy_garbage(comm)
-
-
-def renew(ksp: PETSc.KSP, A: PETSc.Mat) -> None:
-    """Drop the factors: after a failure MUMPS refuses to factorise anew, and PETSc
-    takes a new pattern for the old one (`Contact.make_room`)."""
-    ksp.reset()
-    ksp.setOperators(A)
-
-
-def _tangent_with(solver: Any, x: PETSc.Vec, springs: Mapping[int, float]) -> None:
-    """Tangent at x with springs on its diagonal, those of this rank. Collective."""
-    A = solver.A
-    if solver.problem.J(x, A):
-        renew(solver.krylov_solver, A)
-    for row, stiffness in springs.items():
-        A.setValue(row, row, stiffness, addv=PETSc.InsertMode.ADD_VALUES)
-    A.assemble()
-
-
-def require_convergence(problem: CoupledProblem, converged: bool, reason: str) -> None:
-    """Raise, on every rank, if a solve has failed, and warn of a doubtful end."""
-    if not converged:
-        message = f"Newton did not converge {reason}: {problem.describe()}"
-        raise_everywhere(problem.comm, message, ConvergenceError)
-    warn_of_penetration(problem.contact)
-    loss = lost_contact(problem) if problem.tells_of_loss else None
-    if loss is not None:
-        warnings.warn(
-            f"converged, but contact is lost: {loss}. Take smaller steps",
-            ContactWarning,
-            stacklevel=3,
-        )
-
-
-def _line_search(problem: CoupledProblem) -> str:
-    """Full steps cycle where springs are touched and slip in the same large step; with
-    multipliers they are best (docs/parameters)."""
-    springs = any(
-        isinstance(contact.method, Penalty) and contact.friction is not None
-        for contact in problem.contact.contacts
-    )
-    return "bt" if springs else "basic"
-
-
-def _defaults(problem: CoupledProblem, floor: float) -> dict[str, Any]:
-    """Options of SNES, without those of the linear solver."""
-    return {
-        "snes_type": "newtonls",
-        "snes_linesearch_type": _line_search(problem),
-        "snes_rtol": 1e-10,
-        "snes_atol": floor,
-        "snes_stol": 0.0,
-        "snes_max_it": 25,
-    }
-
-
-def _convergence_test(
-    problem_of: Callable[[], CoupledProblem], snes: PETSc.SNES, floor: float
-) -> Callable[..., int]:
-    """Test for a SNES whose options are in PETSc's table: forces against forces.
-
-    PETSc's own compares the norm of all rows with that of the first iterate, which has
-    none of the forces that a body meets on its way. Its divergence tolerance counts
-    where the user has set one: of the first residual above rounding error.
-    """
-    reasons = PETSc.SNES.ConvergedReason
-    options = PETSc.Options(snes.getOptionsPrefix())
-    divergence = options.getReal("snes_divergence_tolerance", -1.0)
-
-    def test(snes: PETSc.SNES, iteration: int, norms: tuple[float, ...]) -> int:
-        size, step, norm = norms
-        rtol, atol, stol, _ = snes.getTolerances()
-        convergence, history = problem_of().convergence, problem_of().history
-        convergence.accept()
-        if not np.isfinite(norm):
-            return NOT_A_NUMBER
-        if convergence.reached(rtol, None if atol == floor else atol):
-            return reasons.CONVERGED_FNORM_RELATIVE
-        first = next((norm for norm in history if norm > convergence.floor), 0.0)
-        if 0.0 < divergence * first < history[-1]:
-            return reasons.DIVERGED_DTOL
-        if convergence.is_stuck:
-            return STUCK
-        if iteration > 0 and step < stol * size and not convergence.now.pending:
-            return reasons.CONVERGED_SNORM_RELATIVE
-        if 0 <= snes.getMaxFunctionEvaluations() <= snes.getFunctionEvaluations():
-            return reasons.DIVERGED_FUNCTION_COUNT
-        return reasons.CONVERGED_ITERATING
-
-    return test
-
-
-class SNESSolver:
-    """PETSc SNES on [u, multiplier], with line search. Collective.
-
-    Parameters
-    ----------
-    problem
-        Problem to solve.
-    options
-        PETSc options without prefix, such as ``{"snes_linesearch_type": "bt",
-        "snes_monitor": None}``. They complete the defaults: Newton with a full step
-        (penalty with friction: line search ``bt``), ``snes_rtol`` 1e-10, ``snes_atol``
-        the rounding error of the residual, a linear solver by the size, see
-        `solvers.linear_options`.
-    matrix
-        That of another solver of this problem, to share.
-    prefix
-        Of the options in PETSc's table; None: one that no other solver has.
-    owned
-        Whether the problem keeps this solver, which then does not keep the problem.
-
-    Attributes
-    ----------
-    snes
-        The petsc4py SNES.
-    A, b, x
-        Its tangent and its residual, whose rows are weighed (`row_scale` of the
-        problem), and its unknowns [u, multiplier / gamma].
-    options
-        `PetscOptions`, as of `NewtonSolver`.
-    """
-
-    def __init__(
-        self,
-        problem: CoupledProblem,
-        options: Mapping[str, Any] | None = None,
-        matrix: PETSc.Mat | None = None,
-        *,
-        prefix: str | None = None,
-        owned: bool = False,
-    ) -> None:
-        check_solver_input(self, problem, options)
-        # The communicator ends with the mesh, which has to outlive PETSc's objects
-        self._contact = problem.contact
-        self._problem: Any = weakref.ref(problem) if owned else lambda: problem
-        self.A = problem.create_matrix() if matrix is None else matrix
-        self.b, self.x = problem.create_vector(), problem.create_vector()
-        self.snes = PETSc.SNES().create(problem.comm)
-        # What a callback raised: newer petsc4py raises an error of its own instead
-        self._raised: list[ContactError] = []
-        self._floor = problem.residual_floor()
-        self._scale = problem.create_vector()
-        self._scale.set(1.0)
-        self._set_callbacks()
-        if prefix is None:
-            prefix = f"raymortar_snes_{next(_counter)}_"
-        linear = linear_options(problem, options, prefix, snes=True)
-        self.options = PetscOptions(
-            prefix, {**_defaults(problem, self._floor), **linear, **(options or {})}
-        )
-        self.options.configure(self.snes)
-        # What has not converged is told by an error that says more than PETSc's
-        self.snes.setErrorIfNotConverged(False)
-        with self.options:
-            test = _convergence_test(self._problem, self.snes, self._floor)
-        self.snes.setConvergenceTest(test)
-        attach(self.krylov_solver, problem, self._scale)
-        # SNES changes it where it solves its systems inexactly
-        self._linear_rtol = self.krylov_solver.getTolerances()[0]
-
-    def _set_callbacks(self) -> None:
-        """Tell PETSc how to find residual and tangent."""
-        # Not self: C would keep it alive in a cycle
-        problem_of, raised, scale = self._problem, self._raised, self._scale
-
-        def residual(snes: PETSc.SNES, x: PETSc.Vec, b: PETSc.Vec) -> None:
-            try:
-                problem_of().F(x, b)
-            except ContactError as error:
-                raised.append(error)
-                raise
-            b.pointwiseMult(b, scale)
-
-        def tangent(snes: PETSc.SNES, x: PETSc.Vec, A: PETSc.Mat, P: PETSc.Mat) -> None:
-            if problem_of().J(x, A):
-                renew(snes.ksp, A)
-            A.diagonalScale(scale)
-
-        self.snes.setFunction(residual, self.b)
-        self.snes.setJacobian(tangent, self.A)
-
-    def __del__(self) -> None:
-        contact = self.__dict__.get("_contact")
-        comm = None if contact is None else contact.layout.comm
-        _release(self, comm, "snes", "A", "b", "x", "_scale")
-
-    @property
-    def problem(self) -> CoupledProblem:
-        """What is solved."""
-        found: CoupledProblem = self._problem()
-        return found
-
-    @property
-    def krylov_solver(self) -> PETSc.KSP:
-        """The PETSc KSP."""
-        return self.snes.ksp
-
-    @property
-    def tolerances(self) -> tuple[float, float]:
-        """rtol and atol."""
-        rtol, atol, _, _ = self.snes.getTolerances()
-        return rtol, atol
-
-    @tolerances.setter
-    def tolerances(self, values: tuple[float, float]) -> None:
-        self.snes.setTolerances(rtol=values[0], atol=values[1])
-
-    def take_settings(self, other: NewtonSolver | SNESSolver, times: int) -> None:
-        """Take another solver's tolerances and a multiple of its most iterations."""
-        self.snes.setTolerances(rtol=other.tolerances[0], max_it=times * other.max_it)
-        if other.force_tolerance is not None:
-            self.snes.setTolerances(atol=other.force_tolerance)
-
-    @property
-    def max_it(self) -> int:
-        """Most iterations."""
-        most: int = self.snes.getTolerances()[3]
-        return most
-
-    def linearise(self, x: PETSc.Vec, springs: Mapping[int, float]) -> None:
-        """Take the tangent at x, and springs by row, for `correct`. Collective."""
-        self._scale.array[:] = self.problem.row_scale()
-        _tangent_with(self, x, springs)
-        self.A.diagonalScale(self._scale)
-        self.krylov_solver.setOperators(self.A)
-
-    def correct(self, b: PETSc.Vec, dx: PETSc.Vec) -> None:
-        """Solve tangent dx = b, within ``with solver.options:``. Collective."""
-        scaled = b.duplicate()
-        scaled.pointwiseMult(b, self._scale)
-        self.krylov_solver.setTolerances(rtol=self._linear_rtol)
-        self.krylov_solver.solve(scaled, dx)
-        scaled.destroy()
-
-    def _settings(self) -> dict[str, Any]:
-        """What all ranks must have alike: one that stops sooner leaves the others."""
-        _, _, _, max_it = self.snes.getTolerances()
-        name = type(self).__name__
-        return {"solver": name, "tolerances": self.tolerances, "max_it": max_it}
-
-    def solve(self) -> tuple[int, bool]:
-        """Solve from the present u and multiplier.
-
-        Returns
-        -------
-        iterations, converged
-
-        Raises
-        ------
-        ConvergenceError
-            With PETSc's reason, pairs, active points, gaps and residual history.
-        """
-        require_agreement(self.problem.comm, **self._settings())
-        x = self.problem.start(self.x)
-        self._raised.clear()
-        self._scale.array[:] = self.problem.row_scale()
-        try:
-            with self.options:
-                self.snes.solve(None, x)
-        except PETSc.Error:
-            if not self._raised:
-                raise
-            raise self._raised[0] from None
-        # The last residual may be of a rejected trial step
-        self.problem.form(x)
-        reason = self.snes.getConvergedReason()
-        iterations = self.snes.getIterationNumber()
-        if reason == NO_DESCENT and self._is_rounding_error(x):
-            reason = PETSc.SNES.ConvergedReason.CONVERGED_FNORM_ABS
-            self.snes.setConvergedReason(reason)
-        converged = reason > 0
-        if not converged:
-            renew(self.krylov_solver, self.A)
-        require_convergence(
-            self.problem,
-            converged,
-            f"after {iterations} iterations ({reason_in_words(reason)})",
-        )
-        return iterations, True
-
-    @property
-    def force_tolerance(self) -> float | None:
-        """`snes_atol` where the user has given one."""
-        atol = self.tolerances[1]
-        return None if atol == self._floor else atol
-
-    def _is_rounding_error(self, x: PETSc.Vec) -> bool:
-        """Whether the residual is: no line search finds a smaller one. Collective."""
-        self.problem.F(x, self.b)
-        rtol = self.tolerances[0]
-        return self.problem.convergence.reached(rtol, self.force_tolerance, True)

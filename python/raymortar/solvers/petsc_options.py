@@ -1,4 +1,4 @@
-"""PETSc options of a solver, and what its ranks must have alike."""
+"""PETSc options of a solver, and checks that they are the same on all ranks."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from ..problem import CoupledProblem
 
 
 class PetscOptions:
-    """Options under a prefix, which are in PETSc's table within a ``with`` alone.
+    """Options under a prefix, which are in PETSc's table only within a ``with`` block.
 
-    The table has room for 512, of all solvers that live, and at the end of the program
-    PETSc tells of those that nothing has read. They have to be there while a solver works
-    as well as when it is made: MUMPS reads its own at each factorisation, and solvers
-    inside a preconditioner theirs as that is set up.
+    The table has room for 512 options of all solvers, and at the end of the program
+    PETSc lists those that nothing has read. The options must be there when a solver is
+    made and while it works: MUMPS reads its options at each factorisation, and solvers
+    inside a preconditioner read theirs when it is set up.
 
     Parameters
     ----------
     prefix
-        Of the options' names.
+        Prefix of the names.
     options
-        Value by name. What the command line, or a program, has set goes before it.
+        Value by name. Options from the command line, or set by the program, win.
 
     Attributes
     ----------
@@ -50,13 +50,13 @@ class PetscOptions:
             table.delValue(key)
 
     def configure(self, thing: Any) -> None:
-        """Have a SNES or KSP read them, PETSc's command line included."""
+        """Let a SNES or KSP read the options, PETSc's command line included."""
         thing.setOptionsPrefix(self.prefix)
         try:
             with self:
                 thing.setFromOptions()
         except PETSc.Error as error:
-            # Of newer petsc4py's, the text has no more than a number
+            # The text of newer petsc4py's errors has no more than a number
             reason = getattr(error, "_traceback_", None) or [str(error)]
             raise ContactError(
                 f"PETSc does not take the options {self.given}: {reason[-1]}"
@@ -64,7 +64,8 @@ class PetscOptions:
 
 
 def check_solver_input(solver: Any, problem: Any, options: Any) -> None:
-    """Raise unless a solver can be made of these, the same on every rank. Collective."""
+    """Raise unless problem and options suit a solver, alike on all ranks.
+    Collective."""
     if not isinstance(problem, CoupledProblem):
         raise ContactError(
             f"problem must be a NonlinearProblem, not {type(problem).__name__}"

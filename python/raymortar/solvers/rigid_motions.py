@@ -1,4 +1,4 @@
-"""Rigid motions of the bodies: what coarse levels of multigrid have to hold."""
+"""Rigid motions of the bodies, which the coarse levels of multigrid must represent."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from ..compat import Array, Mask
 
-# Of a motion: what is rounding of what others have
+# Share of a motion that is rounding error once the other motions are taken off
 NOTHING = 1e-8
 
 
@@ -44,8 +44,8 @@ def nullspace_of(V: Any, fixed: Mask | None = None) -> PETSc.NullSpace:
     V
         Vector space.
     fixed
-        Owned dofs that do not move, (n,), unrolled. Where they leave less than a motion
-        that others do not have, it is left out.
+        Whether an owned dof cannot move, (n,), unrolled. A motion that depends on the
+        others without these dofs is left out.
     """
     comm = V.mesh.comm
     vectors: list[PETSc.Vec] = []

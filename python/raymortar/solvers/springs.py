@@ -1,4 +1,4 @@
-"""Springs that stand for closed contact: what a preconditioner measures them by."""
+"""Measures for the springs that stand for closed contact in a preconditioner."""
 
 from __future__ import annotations
 

@@ -12,7 +12,6 @@ import numpy.typing as npt
 from dolfinx.fem import Function
 
 from .. import _cpp
-from ..compat import Array
 from ..errors import ContactError, together
 from ..host.bodies import Bodies
 from ..interface.coefficients import one_or_each
@@ -20,21 +19,22 @@ from ..interface.held import any_held, any_node_held, refuse_held, refuse_held_o
 from ..interface.interfaces import Interfaces
 from ..interface.shear_modulus import shear_moduli
 from ..interface.stiffness import VolumePattern, contact_stiffness, mean_facet_size
+from ..interface.zones import on_sides
 from ..results.fields import ContactFields
 from .coupled import CoupledSystem
 
 
 class ContactAssembly(CoupledSystem, ContactFields):
-    """What a contact adds to matrices and vectors; `Contact` has it all.
+    """What one contact adds to matrices and vectors: a base class of `Contact`.
 
     Attributes
     ----------
     number
-        That no other contact has.
+        Number of this contact, which no other contact has.
     partners
-        Numbers of all contacts of the problem that it belongs to, its own included.
+        Numbers of all contacts of its problem, its own included.
     preallocations, extensions
-        Of matrices, and of the patterns of their entries.
+        How often a matrix was preallocated, and the pattern of entries extended.
     """
 
     method: Any
@@ -51,7 +51,7 @@ class ContactAssembly(CoupledSystem, ContactFields):
 
     @property
     def contacts(self) -> tuple[Any, ...]:  # type: ignore[override]
-        """The contact alone; see `CoupledSystem`."""
+        """This contact alone; see `CoupledSystem`."""
         return (self,)
 
     def set_gamma(self, gamma: Any) -> None:
@@ -66,22 +66,14 @@ class ContactAssembly(CoupledSystem, ContactFields):
             self._interfaces = Interfaces(self.zones, self.layout, self.bodies)
         return self._interfaces
 
-    def _for_zones(self, send: str, array: Array) -> None:
-        """Give every zone the values of an array of u on both its sides."""
-        for zone in self.zones:
-            getattr(zone.cpp, send)(
-                self._on_surface(array, zone.facets.slave_surface),
-                self._on_surface(array, zone.facets.master_surface),
-            )
-
     def solve_for(self, functions: Sequence[Function]) -> None:
-        """Take what a problem solves for, the displacement among it. Collective.
+        """Take the functions that a problem solves for. Collective.
 
         Raises
         ------
         ContactError
-            If the displacement is none of it, if there is a problem with other
-            unknowns, or one of several contacts.
+            If the displacement is not among them, if another problem of this contact
+            has other unknowns, or if that problem has several contacts.
         """
         was_alone = self.partners == (self.number,)
         self.settle(functions, (self.number,))
@@ -91,7 +83,8 @@ class ContactAssembly(CoupledSystem, ContactFields):
         self.meet((self,))
 
     def settle(self, functions: Sequence[Function], partners: tuple[int, ...]) -> None:
-        """Take what a problem solves for, and its contacts by number. Collective."""
+        """Take the functions of a problem and the numbers of its contacts.
+        Collective."""
         with together(self._comm):
             settled = self._volume is not None
             if settled and partners != self.partners:
@@ -125,14 +118,14 @@ class ContactAssembly(CoupledSystem, ContactFields):
     def take_over(self, volume: VolumePattern, bcs: Sequence[Any]) -> None:
         """Take a volume, and the automatic gamma from it if none is set. Collective."""
         self._volume = volume
-        self._fixed_by = None  # what is held takes the stiffness from it
+        self._fixed_by = None  # held nodes need its stiffness
         if self.gamma is None:
             tables = contact_stiffness(volume, self.layout, self.interfaces, bcs)
             stiffness = one_or_each(self.interfaces, tables)
             self.set_gamma(self.method.automatic_factor * stiffness)
 
     def belong_to(self, volume: VolumePattern) -> None:
-        """Go over to the volume, of `prepare`, of another problem of this contact."""
+        """Take the volume, from `prepare`, of another problem of this contact."""
         if volume is not self._volume:
             self._volume = volume
             self._fixed_by = None
@@ -148,7 +141,8 @@ class ContactAssembly(CoupledSystem, ContactFields):
         if by is not None and tuple(map(id, bcs)) == tuple(map(id, by)):
             return
         self._fixed, _ = self.host.prescribed_u(bcs)
-        self._for_zones("set_fixed", self._fixed.astype(np.float64))
+        for zone in self.zones:
+            zone.cpp.set_fixed(*on_sides(zone, self._fixed.astype(np.float64)))
         self._fixed_by = tuple(bcs)
         if self.multiplier is None:
             return
@@ -162,8 +156,8 @@ class ContactAssembly(CoupledSystem, ContactFields):
                 zone.cpp.set_modulus(modulus)
 
     def _moduli(self, bcs: Sequence[Any]) -> list[float]:
-        """Of the softest body of each zone; where the volume's form tells none, the
-        coefficient times the size of facets. Stress. Collective."""
+        """Modulus of the softest body of each zone. If the volume's form gives none,
+        the coefficient times the size of facets. Stress. Collective."""
         if self._volume is not None:
             try:
                 tables = contact_stiffness(
@@ -182,7 +176,7 @@ class ContactAssembly(CoupledSystem, ContactFields):
         return self._fixed == 1
 
     def add_tangent(self, A: PETSc.Mat, bcs: Sequence[Any]) -> None:
-        """Add what this contact has in `assemble_matrix`. Collective."""
+        """Add this contact's part of `assemble_matrix`. Collective."""
         self._fix(bcs)
         if self._some_held:
             refuse_held(self)
@@ -191,7 +185,7 @@ class ContactAssembly(CoupledSystem, ContactFields):
                 _cpp.add_tangent(zone.cpp, A.handle, zone.positions, zone.assembly)
 
     def add_residual(self, b: PETSc.Vec, bcs: Sequence[Any]) -> None:
-        """Add what this contact has in `assemble_vector`. Collective."""
+        """Add this contact's part of `assemble_vector`. Collective."""
         self._fix(bcs)
         with together(self._comm):
             for zone in self.zones:

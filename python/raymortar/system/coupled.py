@@ -1,4 +1,4 @@
-"""The coupled system: what a problem asks of contact, be it one or several."""
+"""The coupled system: what a problem needs from one contact or several."""
 
 from __future__ import annotations
 
@@ -16,12 +16,13 @@ from ..errors import raise_everywhere, together
 from ..host.dropped import free_dropped
 from ..host.forms import check_compiled
 from ..host.host import Host
-from ..host.surfaces import Surface
 from ..interface.stiffness import VolumePattern
+from ..interface.zones import on_sides
 from .free_bodies import FreeBodies
 from .memory import matrix_bytes, require_memory
 
-# Attribute of a PETSc matrix, whatever Python object stands for it: what it has room for
+# Attribute of a PETSc matrix that tells what it has room for. PETSc keeps it with the
+# matrix, whichever Python object refers to it
 ROOM = "raymortar_room"
 
 
@@ -48,17 +49,15 @@ class CoupledSystem:
     _free_bodies: FreeBodies
 
     def update(self, rays_only: bool = False) -> None:
-        """Pair and integrate at the present displacement: `Contact` and `Interactions`
-        define it. Collective."""
-        raise NotImplementedError
+        """Pair and integrate at the present displacement. Collective.
 
-    def _on_surface(self, array: Array, surface: Surface) -> Array:
-        """Values of a ghosted array of u at the surface's dofs, (dofs, gdim)."""
-        return array.reshape(-1, surface.gdim)[surface.dofs]
+        `Contact` and `Interactions` define it.
+        """
+        raise NotImplementedError
 
     @property
     def free_bodies(self) -> FreeBodies:
-        """Equations of the rigid bodies that are free. Collective."""
+        """Equations of the free rigid bodies. Collective."""
         known = getattr(self, "_free_bodies", None)
         if known is None or known.layout is not self.layout:
             known = self._free_bodies = FreeBodies(self)
@@ -67,32 +66,31 @@ class CoupledSystem:
     # Values
 
     def to_vector(self, x: PETSc.Vec) -> None:
-        """Functions to the solver's unknowns; multipliers are divided by gamma."""
+        """Copy functions to the solver's unknowns; divide multipliers by gamma."""
         self.layout.to_vector(x, self.gamma_scale)
 
     def from_vector(self, x: PETSc.Vec) -> None:
-        """Solver's unknowns to the functions, ghosts included. Collective."""
+        """Copy the solver's unknowns to the functions and their ghosts. Collective."""
         self.layout.from_vector(x, self.gamma_scale)
 
     # Volume
 
     def prepare(self, a: Any, bcs: Sequence[Any] = ()) -> VolumePattern:
-        """Read what is needed from the volume's bilinear form. Collective.
+        """Read sparsity pattern and automatic gamma from the volume's form. Collective.
 
-        Its sparsity pattern, and the automatic gamma from its diagonal: of the first
-        form, if there are several.
+        If several forms are prepared, gamma comes from the first.
 
         Parameters
         ----------
         a
-            Compiled bilinear form of everything but contact; of several unknowns a list
-            of lists, by test and trial space.
+            Compiled bilinear form of everything but contact. For several unknowns a
+            list of lists, by test and trial space.
         bcs
-            Dirichlet conditions: a body that they hold throughout is taken as rigid.
+            Dirichlet conditions. A body that they prescribe throughout counts as rigid.
 
         Returns
         -------
-        For `belong_to`.
+        The volume, which `belong_to` takes.
         """
         with together(self._comm):
             check_compiled(a, len(self.host.functions))
@@ -133,7 +131,7 @@ class CoupledSystem:
         a
             Compiled bilinear form of everything but contact.
         """
-        # Of earlier solvers, before room is needed
+        # Free the memory of earlier solvers before more is needed
         free_dropped(self._comm)
         compat.destroy_garbage(self._comm)
         if self._volume is None or self._volume.form is not a:
@@ -150,7 +148,7 @@ class CoupledSystem:
                 zone.pattern.extend(zone.cpp)
         for zone in self.zones:
             zone.positions.forget()
-        # Later ones take the memory of the last
+        # A later matrix takes the memory of the last one
         if not any(contact.preallocations for contact in self.contacts):
             require_memory(self._comm, matrix_bytes(self._volume, self.contacts))
         for contact in self.contacts:
@@ -166,11 +164,11 @@ class CoupledSystem:
 
     @property
     def _room(self) -> tuple[int, ...]:
-        """Volume, and how often each contact's patterns have been extended."""
+        """Number of the volume, and how often each contact's patterns were extended."""
         return (self._volume.number, *(c.extensions for c in self.contacts))
 
     def _require(self, name: str, thing: Any, kind: type) -> None:
-        """Raise unless a method may be called now, and with this thing. Collective."""
+        """Raise unless a method may be called now, and with this object. Collective."""
         message = self._order_fault(name)
         if message is None and not isinstance(thing, kind):
             message = (
@@ -189,7 +187,7 @@ class CoupledSystem:
         raise_everywhere(self._comm, message)
 
     def _order_fault(self, name: str) -> str | None:
-        """What should have come before a call, if anything."""
+        """What the user should have called first, if anything."""
         if self._volume is None and name == "make_room":
             return "make_room needs the volume's pattern: call create_matrix(a) first"
         if self.updates == 0:
@@ -199,15 +197,17 @@ class CoupledSystem:
         return None
 
     def _patterns_cover(self) -> bool:
-        """Whether the zones' patterns have all present pairs, on all ranks. Collective."""
+        """Whether the zones' patterns have all present pairs, on all ranks.
+        Collective."""
         covered = all(zone.pattern.covers(zone.cpp) for zone in self.zones)
         return self._comm.allreduce(covered, op=MPI.LAND)
 
     def _has_room(self, A: PETSc.Mat) -> bool:
         """Whether A can hold the present pairs, on all ranks. Collective.
 
-        Patterns may have been extended for the matrix of another solver or problem
-        since A was preallocated. One that is not of `create_matrix` is the user's care.
+        Since A was preallocated, another solver or problem may have extended the
+        patterns. A matrix that is not from `create_matrix` is the user's
+        responsibility.
         """
         room = A.getAttr(ROOM)
         known = room is None or room == self._room
@@ -216,13 +216,13 @@ class CoupledSystem:
     def make_room(self, A: PETSc.Mat) -> bool:
         """Preallocate A anew if pairs have appeared that it cannot hold. Collective.
 
-        A loses its values then, and a KSP that has factorised it must be ``reset()``:
-        PETSc 3.22 (3.18 not yet) does not notice the new pattern of a parallel matrix and
-        would write the new values into the old pattern's memory.
+        If so, A loses its values, and everything attached to it except null spaces and
+        the prefix. A KSP that has factorised A must be ``reset()``: PETSc does not notice
+        the new pattern, and would write the new values into memory of the old one.
 
         Returns
         -------
-        Whether it did.
+        Whether A was preallocated anew.
         """
         self._require("make_room", A, PETSc.Mat)
         if self._has_room(A):
@@ -233,9 +233,9 @@ class CoupledSystem:
     # Assembly
 
     def assemble_matrix(self, A: PETSc.Mat, bcs: Sequence[Any] = ()) -> None:
-        """Add the tangent at the last `update`; assembly of A is the caller's.
+        """Add the tangent at the last `update`. Collective.
 
-        Constrained rows and columns are left out. Collective.
+        Constrained rows and columns are left out. The caller assembles A afterwards.
         """
         self._require("assemble_matrix", A, PETSc.Mat)
         for contact in self.contacts:
@@ -244,9 +244,9 @@ class CoupledSystem:
             self.free_bodies.add_tangent(A)
 
     def assemble_vector(self, b: PETSc.Vec, bcs: Sequence[Any] = ()) -> None:
-        """Add the residual at the last `update`; assembly of b is the caller's.
+        """Add the residual at the last `update`. Collective.
 
-        Constrained rows are left out. Collective.
+        Constrained rows are left out. The caller assembles b afterwards.
         """
         self._require("assemble_vector", b, PETSc.Vec)
         for contact in self.contacts:
@@ -266,13 +266,13 @@ class CoupledSystem:
         Parameters
         ----------
         b
-            Vector over [u, multiplier]; its assembly is the caller's.
+            Vector over [u, multiplier]. The caller assembles it afterwards.
         bcs
             Dirichlet conditions.
         x0
             Ghosted array of u.
         alpha
-            Factor; -1 for the residual of Newton's method.
+            Factor, -1 for the residual of Newton's method.
         """
         self._require("apply_lifting", b, PETSc.Vec)
         found, shape = np.shape(x0), self.u.x.array.shape
@@ -282,12 +282,12 @@ class CoupledSystem:
         self.lift(b, self.host.increment_u(bcs, x0), alpha)
 
     def lift(self, b: PETSc.Vec, increment: Array, alpha: float) -> None:
-        """b <- b - alpha A_c increment (ghosted, of the last conditions). Collective."""
+        """b <- b - alpha A_c increment. The increment is ghosted, for the conditions of
+        the last call. Collective."""
         if not self._comm.allreduce(bool(np.any(increment)), op=MPI.LOR):
             return
         for zone in self.zones:
-            sides = zone.facets.slave_surface, zone.facets.master_surface
-            slave, master = (self._on_surface(increment, side) for side in sides)
+            slave, master = on_sides(zone, increment)
             with together(self._comm):
                 _cpp.apply_lifting(
                     zone.cpp, b.handle, slave, master, alpha, zone.assembly

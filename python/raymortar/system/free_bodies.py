@@ -1,8 +1,7 @@
-"""Rigid bodies that are free: their equations, and how they come to rest."""
+"""Free rigid bodies: their equations, and how they come to rest."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,60 +12,34 @@ import numpy as np
 
 from ..compat import Array
 from ..errors import SetUpError, raise_everywhere
-from ..host.surfaces import Surface
-from ..host.tagged import ZoneFacets
-from ..interface.point_results import CLOSED, OPEN
+from ..interface.point_results import CLOSED, OPEN, PointStatus
 from ..interface.stiffness import mean_facet_size
 from ..rigid.body import Body
 
-# Of a motion along the normals of closed points: none
+# Share of a motion along the normals of closed points that counts as zero
 _NOTHING = 1e-10
 
-# Of all forces on a body: none
+# Share of all forces on a body that counts as zero
 _AT_REST = 1e-9
 
-# By how much a body that comes from afar is pressed in, in sizes of slave facets: none
-# would close no point, and too much is no estimate
+# Least and largest penetration of a body at its first touch, in sizes of slave facets:
+# with none no point would close, and a large one would be a poor first guess
 LEAST, MOST = 0.02, 1.0
 
-# Halvings that find it
+# Halvings of the interval that contain this penetration
 _HALVINGS = 40
-
-STICK = 2
-
-
-def free_bodies(facets: Sequence[ZoneFacets], comm: MPI.Comm) -> list[Body]:
-    """Those that some slaves meet, each once, with a lever. Collective."""
-    found = dict.fromkeys(b for zone in facets for b in zone.bodies if b.is_free)
-    for body in found:
-        if body.freedom.lever is None:
-            sides = [z.slave_surface for z in facets if body in z.bodies]
-            body.freedom.lever = _extent(sides, comm)
-    return list(found)
-
-
-def _extent(surfaces: Sequence[Surface], comm: MPI.Comm) -> float:
-    """Diagonal of the box around surfaces. Length. Collective."""
-    dim = surfaces[0].gdim
-    ends = np.full((2, dim), -np.inf)
-    for surface in surfaces:
-        X = surface.X.reshape(-1, dim)
-        for end, values in zip(ends, (X, -X)):
-            np.maximum(end, values.max(axis=0, initial=-np.inf), out=end)
-    comm.Allreduce(MPI.IN_PLACE, ends, op=MPI.MAX)
-    return float(np.linalg.norm(ends.sum(axis=0)))
 
 
 @dataclass(frozen=True)
 class Push:
-    """What pushes a free body where it is, and what resists.
+    """Forces on a free body at its present place, and what resists them.
 
     Attributes
     ----------
     body
         The body.
     forces
-        On its unknowns, contact's included, (n,). Force.
+        Forces along its unknowns, with those of contact, (n,). Force.
     scale
         Sum of the sizes of all forces on it. Force.
     loose
@@ -84,13 +57,14 @@ class Push:
 
     @property
     def unmet(self) -> Array:
-        """What of the forces nothing resists, (n,); zero where it is rounding."""
+        """Part of the forces that nothing resists, (n,); zero if it is rounding
+        error."""
         part: Array = self.loose @ (self.loose.T @ self.forces)
         return part if np.linalg.norm(part) > _AT_REST * self.scale else 0.0 * part
 
     @property
     def way(self) -> Array | None:
-        """Direction in which it flies, (3,): a translation that nothing resists."""
+        """Direction of the translation that nothing resists, (3,); None without one."""
         freedom = self.body.freedom
         way = np.where(freedom.is_turn, 0.0, self.unmet)
         size = float(np.linalg.norm(way))
@@ -105,8 +79,8 @@ class Push:
 
     @property
     def flight(self) -> tuple[Array, float, float]:
-        """Direction in which a body that touches nothing flies, (3,), how far, and the
-        force there. What springs or dampers hold flies no farther than they let it."""
+        """How a body that touches nothing flies: its direction (3,), the distance to
+        which springs and dampers let it go, and the force along the direction."""
         way, freedom = self.way, self.body.freedom
         if way is not None:
             return way, np.inf, float(np.linalg.norm(self.unmet))
@@ -125,7 +99,7 @@ class FreeBodies:
     Parameters
     ----------
     system
-        After its first update.
+        One contact or several, after the first update.
     """
 
     def __init__(self, system: Any) -> None:
@@ -138,20 +112,24 @@ class FreeBodies:
 
     @property
     def bodies(self) -> tuple[Body, ...]:
-        """Those that are free."""
+        """The free bodies."""
         bodies: tuple[Body, ...] = self.layout.bodies
         return bodies
 
     def add_residual(self, b: PETSc.Vec) -> None:
-        """Add what is not contact's."""
+        """Add the forces other than contact to the residual."""
         for body in self.layout.own_bodies:
             pushed, _ = body.pushed()
             rows = self.layout.body_rows[body].astype(PETSc.IntType)
             b.setValues(rows, -pushed, addv=PETSc.InsertMode.ADD_VALUES)
 
     def add_tangent(self, A: PETSc.Mat) -> None:
-        """Add what is not contact's. What nothing resists is held where nothing pushes
-        it, and else moved on by what it may fly, or a facet. Collective."""
+        """Add the derivative of the forces other than contact. Collective.
+
+        A motion that nothing resists gets an artificial stiffness: it stays where it is
+        if nothing pushes along it, and otherwise moves by the distance to the slave, or
+        by a facet.
+        """
         for body in self.bodies:
             block = body.pushed()[1]
             push = self.push(body)
@@ -161,7 +139,7 @@ class FreeBodies:
                 A.setValues(rows, rows, block, addv=PETSc.InsertMode.ADD_VALUES)
 
     def _hold(self, push: Push) -> Array:
-        """Stiffness against what is loose, (n, n). Collective."""
+        """Artificial stiffness against loose motions, (n, n). Collective."""
         size = float(np.linalg.norm(push.unmet))
         if size == 0.0:
             stiffness = self._mean_stiffness()
@@ -176,16 +154,16 @@ class FreeBodies:
         return held
 
     def _brake(self, push: Push) -> Array:
-        """Stiffness that keeps a body that has just touched from going on by more than a
-        facet at once, (n, n). It vanishes with what is out of balance, so that Newton's
-        method stays quadratic."""
+        """Artificial stiffness of a body at its first touch, (n, n). It limits each
+        motion to a facet, and vanishes with the residual, so that Newton's method stays
+        quadratic."""
         count = len(push.body.freedom)
         if push.body not in self._flown:
             return np.zeros((count, count))
         return np.linalg.norm(push.forces) / (MOST * self._size) * np.eye(count)
 
     def _mean_stiffness(self) -> float:
-        """Of the volume's dofs. Force per length. Collective."""
+        """Mean stiffness of the volume's dofs. Force per length. Collective."""
         if self._stiffness is None:
             diagonal = np.abs(self._system.stiffness_diagonal)
             sums = self._comm.allreduce(np.array([diagonal.sum(), len(diagonal)]))
@@ -193,7 +171,7 @@ class FreeBodies:
         return self._stiffness
 
     def push(self, body: Body) -> Push:
-        """What pushes a body at the last update. Collective."""
+        """Forces on a body at the last update. Collective."""
         freedom = body.freedom
         n = len(freedom)
         rates = freedom.rates()
@@ -217,7 +195,7 @@ class FreeBodies:
         )
 
     def _points(self, body: Body) -> list[dict[str, Array]]:
-        """Points that meet a body, zone by zone."""
+        """Points that hit a body, zone by zone."""
         found = []
         for zone in self._system.zones:
             if body not in zone.facets.bodies:
@@ -230,8 +208,8 @@ class FreeBodies:
         return found
 
     def _ahead(self, body: Body, way: Array) -> tuple[Array, Array]:
-        """How far this rank's slave points are ahead of a body that flies along a
-        direction, and by what force their springs of contact resist it, per length."""
+        """This rank's slave points ahead of a body that flies along a direction: their
+        distances, and the stiffnesses of their springs of contact along it."""
         R, shift = body.pose_of(body.motion())
         ahead, springs = [np.empty(0)], [np.empty(0)]
         for contact in self._system.contacts:
@@ -250,12 +228,13 @@ class FreeBodies:
         return np.concatenate(ahead), np.concatenate(springs)
 
     def _nearest(self, found: tuple[Array, Array]) -> float:
-        """Of `_ahead`, infinite if there is nothing. Length. Collective."""
+        """Least distance in a result of `_ahead`, infinite if it is empty. Length.
+        Collective."""
         return float(self._comm.allreduce(found[0].min(initial=np.inf), op=MPI.MIN))
 
     def _landing(self, found: tuple[Array, Array], force: float) -> float:
-        """How far a body flies until the springs of contact hold it, were the slave
-        rigid. Length. Collective."""
+        """How far a body flies until the springs of contact balance a force, with a
+        rigid slave. Length. Collective."""
         ahead, springs = found
         nearest = self._nearest(found)
         low, high = (nearest + share * self._size for share in (LEAST, MOST))
@@ -269,12 +248,12 @@ class FreeBodies:
         return low
 
     def seat(self) -> None:
-        """Bring bodies that fly freely to where they touch a slave. Collective.
+        """Move free bodies that touch nothing to the slave ahead. Collective.
 
         Raises
         ------
         SetUpError
-            For one that nothing stops.
+            If nothing stops a body.
         """
         if not self.bodies or self._system.gamma is None:
             return
@@ -285,7 +264,8 @@ class FreeBodies:
             self._system.update()
 
     def _fly(self, body: Body) -> bool:
-        """Whether a body has been moved to where it touches. Collective."""
+        """Move a body to the slave ahead, if it touches nothing. Whether it was moved.
+        Collective."""
         push = self.push(body)
         if push.touches:
             return False
@@ -326,7 +306,7 @@ class FreeBodies:
         )
 
     def unheld(self) -> list[str]:
-        """Sentences on bodies that are pushed where nothing resists. Collective."""
+        """Sentences on bodies with a force that nothing resists. Collective."""
         found = []
         for body in self.bodies:
             push = self.push(body)
@@ -356,8 +336,8 @@ def _add_points(
     rates: tuple[Array, Array, Array],
     points: dict[str, Array],
 ) -> None:
-    """Add what points say to the sums of `FreeBodies.push`: what resists each pair of
-    unknowns, contact's forces on them, area of closed points and size of forces."""
+    """Add points to the sums of `FreeBodies.push`: resistance for each pair of
+    unknowns, forces of contact, area of closed points, sum of the sizes of forces."""
     drift, spin, _ = rates
     normal, weight = _in_space(points["normal"]), points["weight"]
     hit = _in_space(points["x"]) + points["distance"][:, None] * normal
@@ -365,7 +345,7 @@ def _add_points(
     force = weight[:, None] * _in_space(points["traction"])
     sums[n * n : n * n + n] += np.einsum("qja,qa->j", moves, force)
     sums[-1] += np.linalg.norm(force, axis=1).sum()
-    closed, sticks = points["status"] >= CLOSED, points["status"] == STICK
+    closed, sticks = points["status"] >= CLOSED, points["status"] == PointStatus.STICK
     along = np.einsum("qja,qa->qj", moves, normal)[closed]
     resists = np.einsum("q,qj,qk->jk", weight[closed], along, along)
     resists += np.einsum("q,qja,qka->jk", weight[sticks], moves[sticks], moves[sticks])

@@ -1,4 +1,4 @@
-"""Whether the coupled matrix can fit, said before it is allocated."""
+"""Check that the coupled matrix fits into memory, before it is allocated."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ import numpy as np
 
 from ..errors import raise_everywhere
 
-# Pairs of facets that share an entry, on average: as many as facets around a node, which
-# is exact for two lattices, whatever the ratio of their sizes
+# Average number of pairs of facets that share an entry: the number of facets around a
+# node. This is exact for two regular lattices of any sizes
 _AROUND_A_NODE = {"interval": 2, "triangle": 6, "quadrilateral": 4}
 _INDEX = np.dtype(PETSc.IntType).itemsize
 _VALUE = np.dtype(PETSc.ScalarType).itemsize
 
 
 def available_memory() -> int | None:
-    """Bytes that this machine can still give; None where it does not tell."""
+    """Bytes of available memory on this machine; None if it is unknown."""
     try:
         lines = Path("/proc/meminfo").read_text().splitlines()
     except OSError:
@@ -31,14 +31,14 @@ def available_memory() -> int | None:
 
 
 def contact_entries(zone: Any, components: int) -> int:
-    """Entries of the matrix that couple this rank's pairs, at least about.
+    """Approximate lower bound of the matrix entries that couple this rank's pairs.
 
     Parameters
     ----------
     zone
         Zone whose pattern has its pairs.
     components
-        Of the multiplier; 0: none.
+        Components of the multiplier; 0 without one.
     """
     slave, master = zone.facets.slave_surface, zone.facets.master_surface
     rows = slave.facet_dofs.shape[1] * slave.gdim
@@ -48,9 +48,10 @@ def contact_entries(zone: Any, components: int) -> int:
 
 
 def matrix_bytes(volume: Any, contacts: Sequence[Any]) -> int:
-    """Bytes of this rank's share of the matrix, at least about.
+    """Approximate lower bound of the bytes of this rank's part of the matrix.
 
-    Volume and contact entries, twice their columns while the pattern is made.
+    Counted are entries of volume and contact, and columns twice, as the pattern is made
+    next to the matrix.
     """
     entries = len(volume.columns) + sum(
         contact_entries(zone, contact.layout.components)
@@ -61,7 +62,7 @@ def matrix_bytes(volume: Any, contacts: Sequence[Any]) -> int:
 
 
 def require_memory(comm: MPI.Comm, needed: int) -> None:
-    """Raise where what ranks are about to allocate cannot fit. Collective.
+    """Raise if the ranks are about to allocate more than there is. Collective.
 
     The ranks of one machine share its memory.
 
@@ -70,7 +71,7 @@ def require_memory(comm: MPI.Comm, needed: int) -> None:
     comm
         Communicator of the mesh.
     needed
-        Bytes, of this rank.
+        Bytes that this rank needs.
 
     Raises
     ------

@@ -278,3 +278,64 @@ TYPED_TEST(PatternOnRanks, RowsHaveTheColumnsOfAllRanks)
   const Room room(zone, comm);
   EXPECT_EQ(pattern_of(room.get()), all.middleRows(n * rank, n));
 }
+
+/// Rows of this rank whose columns are those of their group
+void fill_groups(PetscMatrix A, PetscInt n, PetscInt group)
+{
+  const PetscInt first = n * rank_of(MPI_COMM_WORLD);
+  std::vector<std::int32_t> offsets{0}, columns;
+  for (PetscInt row = 0; row < n; ++row)
+  {
+    for (PetscInt k = 0; k < group; ++k)
+      columns.push_back(
+          static_cast<std::int32_t>(first + row / group * group + k));
+    offsets.push_back(static_cast<std::int32_t>(columns.size()));
+  }
+  preallocate(A, offsets, columns, {}, {});
+  for (PetscInt row = 0; row < n; ++row)
+    for (PetscInt k = 0; k < group; ++k)
+    {
+      const PetscInt column = row / group * group + k;
+      MatSetValue(A, first + row, first + column,
+                  row == column ? 3.0 + row : 1.0 / (1.0 + column),
+                  INSERT_VALUES);
+    }
+  assemble(A);
+}
+
+/// A sweep of SOR, here and back, of a right side of ones
+Eigen::VectorXd relaxed(PetscMatrix A, PetscInt n)
+{
+  PetscVector b = nullptr, x = nullptr;
+  MatCreateVecs(A, &x, &b);
+  VecSet(b, 1.0);
+  check(MatSOR(A, b, 1.0,
+               static_cast<MatSORType>(SOR_LOCAL_SYMMETRIC_SWEEP |
+                                       SOR_ZERO_INITIAL_GUESS),
+               0.0, 1, 1, x),
+        "MatSOR");
+  const PetscScalar* values = nullptr;
+  VecGetArrayRead(x, &values);
+  Eigen::VectorXd found = Eigen::Map<const Eigen::VectorXd>(values, n);
+  VecRestoreArrayRead(x, &values);
+  VecDestroy(&x);
+  VecDestroy(&b);
+  return found;
+}
+
+// PETSc keeps inverses of diagonal blocks, which grow here
+TEST(PreallocateOnRanks, SmoothersForgetTheFormerPattern)
+{
+  const PetscInt n = 60;
+  const OwnedMatrix A(MPI_COMM_WORLD, n);
+  for (const PetscInt group : {2, 3, 5})
+  {
+    fill_groups(A.get(), n, group);
+    PetscMatrix copy = nullptr;
+    MatDuplicate(A.get(), MAT_COPY_VALUES, &copy);
+    const Eigen::VectorXd fresh = relaxed(copy, n);
+    EXPECT_LE((relaxed(A.get(), n) - fresh).norm(), 1e-14 * fresh.norm())
+        << "rows that share their columns: " << group;
+    MatDestroy(&copy);
+  }
+}

@@ -237,7 +237,7 @@ TYPED_TEST(HeldFacetsTest, ShareIsThatOfTheMastersNodesThatAreHeld)
     // The master's outer column of nodes, 2/3 from the next: what is held
     // falls linearly from 1 to 0 between them, and is 0 on half of the slave
     const Held<F> column = [](const Vec<D>& x) -> Vec<D>
-    { return x[0] < -0.9 ? Vec<D>::Ones() : Vec<D>::Zero(); };
+    { return Vec<D>::Constant(x[0] < -0.9 ? 1.0 : 0.0); };
     const HeldFacets held = find<F>(s, Law::friction, everything<F>, column);
     std::vector<double> shares;
     const auto share = [&](Index facet)

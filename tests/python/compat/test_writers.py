@@ -8,6 +8,7 @@ import dolfinx
 import numpy as np
 import pytest
 from problems import COMM, DIMENSION, build
+from written import at_nodes
 
 from meshes.scenes import two_blocks
 from raymortar import ContactError, Coulomb, compat
@@ -29,17 +30,6 @@ def pressed_in(cell, degree=1):
     multiplier.x.array[:] = -np.cos(x[:, : problem.dim]).ravel()
     problem.contact.update()
     return problem, [problem.u, *problem.contact.fields()]
-
-
-def at_nodes(function):
-    """Values of all ranks by position, rounded; vectors filled up to three."""
-    V = function.function_space
-    x = np.round(V.tabulate_dof_coordinates(), 9) + 0.0
-    values = function.x.array.reshape(len(x), -1)
-    found = {}
-    for part in COMM.allgather(dict(zip(map(tuple, x), values.tolist()))):
-        found |= part
-    return found
 
 
 def compare(read, functions, count):

@@ -137,11 +137,11 @@ def test_moduli_are_compared_as_they_are(stiffer, degree):
     found = stiff_on_soft(stiffer, degree)
     contact = found.contact
     ratios = stiffness_ratios(
-        found.problem._volume, contact.layout, contact.interfaces, found.problem.bcs
+        found.problem._pattern, contact.layout, contact.interfaces, found.problem.bcs
     )
     assert ratios[0].shape == (1, 1)
     assert 0.3 * stiffer < ratios[0][0, 0] < 3.0 * stiffer
-    told = swaps(contact, found.problem._volume, found.problem.bcs)
+    told = swaps(contact, found.problem._pattern, found.problem.bcs)
     assert len(told) == (stiffer > 1.0)
     assert all(("degree=1" in text) == (degree == (1, 2)) for text in told)
 

@@ -3,6 +3,7 @@
 import gathered
 import numpy as np
 import pytest
+from partitions import scattered
 from problems import COMM, DIMENSION, stack
 
 from meshes.blocks import Block
@@ -10,11 +11,6 @@ from meshes.meshing import assemble_blocks
 from meshes.scenes import two_blocks
 from raymortar import compat
 from raymortar.host.bodies import connected, find_bodies
-
-
-def scattered(midpoints, ranks):
-    """Each cell on a rank of its own choice: no rank has a body in one piece."""
-    return (np.arange(len(midpoints)) % ranks).astype(np.int32)
 
 
 def bodies_of_cells(V, bodies):

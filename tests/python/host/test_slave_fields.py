@@ -4,23 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import gathered
 import numpy as np
 import press_fits
 import pytest
 import states
 from dolfinx import fem
+from friction_states import FrictionCase, frictional_pairs, in_regime, set_both
 from problems import CELLS_2D, COMM, build, fix, symmetry, worst
-from sheared_blocks import HOLDING, METHODS, SLIP, STICK, Blocks, limit_of, up
-from test_friction_tangent import FrictionCase, set_both
-from test_full_tangent import (
-    Pair,
-    frictional_pairs,
-    is_first_order,
-    is_second_order,
-    quiet_slopes,
-)
-from test_tangent import name_of
+from sheared_blocks import HOLDING, METHODS, SLIP, Blocks, limit_of, up
+from slave_functions import bumps, function_of
+from states import name_of
+from tangents import Pair, is_first_order, is_second_order, quiet_slopes
 
 import raymortar
 from meshes.scenes import two_blocks
@@ -36,20 +30,9 @@ from raymortar import (
 )
 
 
-def bumps(x):
-    """An offset without symmetry, of both signs, smaller than the facets."""
-    return 0.02 * np.sin(3.0 * x[0] + 0.3) - 0.03 * x[1] + 0.01
-
-
 def varying(limit):
     """A friction coefficient between 0.9 and 1.1 of a limit."""
     return lambda x: limit * (1.0 + 0.1 * np.sin(4.0 * x[0] - 2.0 * x[1]))
-
-
-def function_of(mesh, values, degree=2):
-    f = fem.Function(compat.scalar_space(mesh, degree))
-    f.interpolate(values)
-    return f
 
 
 # Tangents
@@ -129,12 +112,6 @@ def friction_cases():
             )
             name = f"{name_of(case)}-{law}-{regime}"
             yield pytest.param(case, id=name, marks=quick)
-
-
-def in_regime(contact, regime):
-    """Whether all points that hit are in stick, or in slip."""
-    status = gathered.points(contact)["status"]
-    return set(status[status != 0]) == {{"stick": STICK, "slip": SLIP}[regime]}
 
 
 @pytest.mark.mpi(

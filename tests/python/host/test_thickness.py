@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from problems import COMM, DIMENSION, stack, worst
-from test_coverage import ROTATION
+from rotations import ROTATION
 
 from meshes.blocks import Block
 from meshes.meshing import assemble_blocks

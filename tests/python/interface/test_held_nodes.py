@@ -371,3 +371,19 @@ def test_half_a_problem_has_the_solution_of_the_whole(
     record_property("errors", errors)
     assert errors[0][0] > displacement * errors[1][0]
     assert errors[0][1] > traction * errors[1][1]
+
+
+def test_damping_takes_the_modulus_without_bulk(cell_2d):
+    """(5.5): of the same size as at a Poisson's ratio of 0.3."""
+
+    def blocks_of(nu):
+        scene = two_blocks(COMM, 2, cell_2d, 3, 3)
+        bcs = lambda V, scene: wall(V, scene, None)  # noqa: E731
+        method = AugmentedLagrangian(1.0)
+        return build(scene, E=2.0 * (1.0 + nu), nu=nu, bcs=bcs, method=method)
+
+    one, other = blocks_of(0.3), blocks_of(0.4999)
+    for problem in (one, other):
+        problem.problem.F(problem.problem.start(), problem.problem.create_vector())
+    moduli = [problem.contact._moduli([]) for problem in (one, other)]
+    assert moduli[1][0] == pytest.approx(moduli[0][0], rel=1e-4)

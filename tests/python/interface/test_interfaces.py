@@ -4,8 +4,8 @@ import gathered
 import numpy as np
 import pytest
 import states
+from partitions import scattered
 from problems import COMM, DIMENSION, build, fix, worst
-from test_bodies import scattered
 
 from meshes.blocks import Block, rotated
 from meshes.meshing import Scene, assemble_blocks

@@ -5,10 +5,9 @@ import pytest
 import ufl
 from dolfinx import fem
 from materials import MATERIALS, lame
+from partitions import scattered
 from problems import COMM, DIMENSION, build, cellwise, quadrature_degree
-from test_bodies import scattered
 
-import raymortar
 from meshes.scenes import two_blocks
 from raymortar import compat
 from raymortar.interface.strain_response import (
@@ -191,20 +190,3 @@ def test_plane_stress_is_hardly_different(cell_2d):
     """Lame's constant is then 2 mu at most."""
     V, found = response(blocks(cell_2d), 1, 2.0)
     assert share(V, found) == pytest.approx(4.5 / 5.0, rel=1e-9)
-
-
-def test_damping_takes_the_modulus_without_bulk(cell_2d):
-    """(5.5): of the same size as at a Poisson's ratio of 0.3."""
-    from test_held_nodes import wall
-
-    def blocks_of(nu):
-        scene = two_blocks(COMM, 2, cell_2d, 3, 3)
-        bcs = lambda V, scene: wall(V, scene, None)  # noqa: E731
-        method = raymortar.AugmentedLagrangian(1.0)
-        return build(scene, E=2.0 * (1.0 + nu), nu=nu, bcs=bcs, method=method)
-
-    one, other = blocks_of(0.3), blocks_of(0.4999)
-    for problem in (one, other):
-        problem.problem.F(problem.problem.start(), problem.problem.create_vector())
-    moduli = [problem.contact._moduli([]) for problem in (one, other)]
-    assert moduli[1][0] == pytest.approx(moduli[0][0], rel=1e-4)

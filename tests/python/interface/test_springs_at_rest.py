@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import states
 from dolfinx import fem
+from friction_states import NONE, OPEN, SLIP, STICK, FrictionCase, tangential
 from problems import COMM, build, fix, worst
-from test_friction_tangent import NONE, OPEN, SLIP, STICK, FrictionCase, tangential
 
 from meshes.scenes import two_blocks
 from raymortar import AugmentedLagrangian, Coulomb, Penalty, Stick

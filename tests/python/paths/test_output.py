@@ -11,8 +11,7 @@ from dolfinx import fem
 from interacting import LOWER, ON_FIRST, ON_SECOND, UPPER, table, three
 from load_paths import top_moves
 from problems import COMM, tolerate
-from test_fields import arrays
-from test_writers import at_nodes
+from written import arrays, at_nodes
 
 from raymortar import (
     ContactError,

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from dolfinx import fem
 from problems import COMM, DIMENSION, build, squeezed
+from written import arrays
 
 import raymortar
 from meshes.scenes import two_blocks
@@ -91,16 +92,6 @@ def test_fields_go_into_one_file(overhanging, folder):
 
 
 # VTK files
-
-
-def arrays(path):
-    """Data arrays of a VTK file by name."""
-    found = {}
-    for element in ElementTree.parse(path).iter("DataArray"):
-        values = np.array((element.text or "").split(), dtype=float)
-        n = int(element.get("NumberOfComponents"))
-        found[element.get("Name")] = values.reshape(-1, n) if n > 1 else values
-    return found
 
 
 def measures(data):

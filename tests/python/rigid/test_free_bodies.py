@@ -29,6 +29,7 @@ from raymortar import (
 )
 from raymortar.errors import SetUpError
 from raymortar.rigid.turning import rotation_matrix, rotation_vector, turning
+from raymortar.solvers import automatic
 
 LAWS = {
     "normal": {"method": AugmentedLagrangian(40.0)},
@@ -319,11 +320,45 @@ def test_what_nothing_pushes_stays():
     assert found.contact.resultant_on(body).force[2] == pytest.approx(1.0, rel=1e-8)
 
 
-def test_iterative_solvers_refuse_it_by_name():
+def test_older_iterative_solvers_refuse_it_by_name():
     body = rigid.Body(shapes(3)["sphere"], name="ball", free=("z",))
     found = press("tetrahedron", body, **LAWS["penalty"])
     with pytest.raises(ContactError, match="ball"):
         SNESSolver(found.problem, solvers.iterative())
+
+
+def pushed(law, name, n=4, **options):
+    """A ball on a block, after its first touch, by a solver that is told."""
+    body = free_ball("tetrahedron", "sphere", above=0.0)
+    found = press("tetrahedron", body, n=n, degree=2, **LAWS[law])
+    solver, steps = SNESSolver(found.problem, solvers.direct() | options), []
+    if options:
+        solver.krylov_solver.setMonitor(lambda ksp, i, norm: steps.append(i))
+    problems.tolerate(solver, rtol=1e-10)
+    newton, _ = solver.solve()
+    krylov = [a for a, b in zip(steps, [*steps[1:], 0]) if b == 0]
+    return found, body, newton, krylov
+
+
+@pytest.mark.mpi(where=lambda law: law == "friction")
+@pytest.mark.parametrize("law", ["normal", "friction", "penalty"])
+def test_multigrid_for_the_bodies_takes_it(law):
+    found, body, newton, _ = pushed(law, "direct")
+    same, other, again, krylov = pushed(
+        law, "bodies", **solvers.iterative("bodies", ksp_rtol=1e-10)
+    )
+    assert abs(newton - again) <= 1
+    assert other.freedom.values == pytest.approx(body.freedom.values, abs=1e-8)
+    u = found.problem.u.x.array
+    assert same.problem.u.x.array == pytest.approx(u, abs=1e-8 * abs(u).max())
+    assert max(krylov) <= 30
+
+
+def test_large_problems_with_it_get_multigrid(monkeypatch):
+    found = press("tetrahedron", free_ball("tetrahedron", "sphere"), **LAWS["penalty"])
+    assert solvers.linear_options(found.problem, None, "none_") == solvers.direct()
+    monkeypatch.setattr(automatic, "MOST_DIRECT", {1: 0, 2: 0})
+    assert "ksp_python_type" in solvers.linear_options(found.problem, None, "none_")
 
 
 @pytest.mark.parametrize(

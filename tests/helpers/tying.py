@@ -134,8 +134,12 @@ def rotation(dim, angle=2.0):
 LENGTH = 10.0
 
 
-def beam(gap):
-    """Halves of 5 and 7 cells along, 2 and 3 across, with a slanted gap."""
+# Cells along and across of the halves
+UNLIKE = ((8, 2), (11, 3))
+
+
+def beam(gap, divisions=UNLIKE):
+    """Halves with a slanted gap."""
     names = {"wall": 1, "end": 2, "slave": 3, "master": 4}
 
     def half(divisions, left, right, tags):
@@ -149,9 +153,9 @@ def beam(gap):
         return 0.5 * LENGTH + 0.3 * y
 
     blocks = [
-        half((8, 2), np.zeros_like, cut, {"left": 1, "right": 4}),
+        half(divisions[0], np.zeros_like, cut, {"left": 1, "right": 4}),
         half(
-            (11, 3),
+            divisions[1],
             lambda y: cut(y) + gap,
             lambda y: LENGTH + 0.0 * y,
             {"left": 3, "right": 2},
@@ -160,7 +164,7 @@ def beam(gap):
     return Scene(*assemble_blocks(COMM, blocks, "quadrilateral", 1), names)
 
 
-def bent(degree, gap, steps=4):
+def bent(degree, gap, steps=4, divisions=UNLIKE):
     """The beam bent to a quarter circle: what holds it at its ends and through the tie,
     as (force, moment about the origin)."""
     radius = 2.0 * LENGTH / np.pi
@@ -172,7 +176,7 @@ def bent(degree, gap, steps=4):
         wall, end = (fem.locate_dofs_topological(V, 1, found) for found in facets)
         return [fem.dirichletbc(fem.Function(V), wall), fem.dirichletbc(led[0], end)]
 
-    problem = build(beam(gap), degree, "neo-hookean", bcs=bcs)
+    problem = build(beam(gap, divisions), degree, "neo-hookean", bcs=bcs)
 
     def apply(t):
         a, r = 0.5 * np.pi * t, radius / t if t else 0.0

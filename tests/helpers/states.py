@@ -81,6 +81,17 @@ class Case:
         return build_scene(kind, self.cell, self.geometry_degree, flat)
 
 
+def name_of(case):
+    return (
+        f"{case.cell}-P{case.degree}-geometry{case.geometry_degree}-{case.method}"
+        f"-{case.measure}"
+    )
+
+
+def is_quick(case):
+    return case.degree == case.geometry_degree == 2 and case.measure == "current"
+
+
 def sampled(case, **others):
     """Whether a case is one of a few for several ranks: for each cell one of each
     method, or a single one in 3D; of two or more scenes that with an overhang."""
@@ -340,3 +351,10 @@ def renumbered(scene, seed):
         cell_tags=compat.meshtags(new, tdim, numbers, bodies[old_cell]),
         facet_tags=compat.meshtags(new, tdim - 1, tagged, tags[tags > 0][first]),
     )
+
+
+def by_place(x, other):
+    """For each point of `other` the nearest of x, all of them different."""
+    nearest = np.linalg.norm(x[None] - other[:, None], axis=2).argmin(axis=1)
+    assert len(np.unique(nearest)) == len(x)
+    return nearest

@@ -5,11 +5,12 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+import greco
 import numpy as np
 from frames import Hold, Model
+from interfaces import bowl
 from manufactured_scenes import on_rigid
 from problems import COMM
-from test_curved_patch import bowl
 
 from meshes.scenes import two_blocks, two_spheres
 from raymortar import AugmentedLagrangian, Coulomb, Search
@@ -22,7 +23,6 @@ import hertz_sphere  # noqa: E402
 import press_fit  # noqa: E402
 import shallow_ironing  # noqa: E402
 import shells  # noqa: E402
-import test_greco as greco  # noqa: E402
 
 E_RING = half_ring.E_INNER, half_ring.E_OUTER, half_ring.E_BLOCK
 CYLINDER = hertz_cylinder.SMALL

@@ -1,0 +1,116 @@
+"""The accepted step: old displacement, friction springs and poses of rigid bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from dolfinx.fem import Function
+
+from ..host.host import Host
+from ..rigid.body import Body
+from .faced import nearest_hits
+from .state import ContactState
+from .zones import ZoneData, on_sides
+
+
+class AcceptedStep:
+    """What a step starts from, and what zones in C++ know of it.
+
+    Friction springs and faced facets are kept in the zones, old motions of bodies in
+    their `motions`.
+
+    Parameters
+    ----------
+    u
+        Displacement; its value now is the old one.
+    zones
+        Zones of the contact.
+    bodies
+        Free rigid bodies of the contact.
+
+    Attributes
+    ----------
+    u
+        Old displacement, this rank's array.
+    """
+
+    def __init__(
+        self, u: Function, zones: Sequence[ZoneData], bodies: Sequence[Body]
+    ) -> None:
+        self._present, self._zones, self._bodies = u, zones, bodies
+        self.u = u.x.array.copy()
+        self._is_sent = False
+
+    @property
+    def is_here(self) -> bool:
+        """Whether the present displacement of this rank is the old one."""
+        return np.array_equal(self._present.x.array, self.u)
+
+    def send(self) -> None:
+        """Hand the history to the zones in C++, if it has changed."""
+        if self._is_sent:
+            return
+        for zone in self._zones:
+            zone.motions.send_old(zone.cpp)
+            zone.cpp.set_old_displacement(*on_sides(zone, self.u))
+            traction = zone.traction_old
+            zone.cpp.set_field(
+                "traction_old", np.empty(0) if traction is None else traction
+            )
+        self._is_sent = True
+
+    def keep_springs(self) -> None:
+        """Take the springs of the last update."""
+        for zone in self._zones:
+            zone.traction_old = zone.cpp.accepted_springs()
+
+    def accept(self) -> None:
+        """Take the present displacement, and the poses of the last update."""
+        self.u[:] = self._present.x.array
+        for zone in self._zones:
+            zone.motions.accept()
+        for body in self._bodies:
+            body.freedom.accept()
+        self._is_sent = False
+
+    def note_faced(self) -> None:
+        """Keep what slave facets face at the last update."""
+        for zone in self._zones:
+            zone.faced = nearest_hits(zone)
+
+    def forget_flight(self, body: Body) -> None:
+        """Take the present pose of a body as the old one: it has not slipped."""
+        for zone in self._zones:
+            zone.motions.begin_at_present(body)
+        self._is_sent = False
+
+    def state(self, host: Host, multiplier: Function | None) -> ContactState:
+        """Copy of all unknowns and of the history."""
+        return ContactState(
+            self._present.x.array.copy(),
+            self.u.copy(),
+            None if multiplier is None else multiplier.x.array.copy(),
+            [zone.traction_old for zone in self._zones],
+            None if host.is_plain else host.values(),
+            [zone.motions.old for zone in self._zones],
+            [body.freedom.state() for body in self._bodies],
+        )
+
+    def restore(
+        self, state: ContactState, host: Host, multiplier: Function | None
+    ) -> None:
+        """Go back to a `state`."""
+        self._present.x.array[:] = state.u
+        if state.unknowns is not None:
+            host.set_values(state.unknowns)
+        self.u[:] = state.u_old
+        if multiplier is not None:
+            multiplier.x.array[:] = state.multiplier
+        for zone, traction in zip(self._zones, state.traction_old):
+            zone.traction_old = traction
+        for zone, motion in zip(self._zones, state.old_motions):
+            zone.motions.old = motion
+        for body, known in zip(self._bodies, state.freedoms):
+            body.freedom.restore(known)
+        self._is_sent = False

@@ -1,0 +1,104 @@
+"""What a user chooses for a `Contact` besides its mesh and its pairs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..checked import is_one_of, is_truth_value, is_whole_number
+from ..errors import ContactError
+from ..host.slave_fields import OFFSET, FieldValue, check_field
+from .friction import LAWS, Law
+from .methods import MEASURES, TANGENTS, AugmentedLagrangian, Penalty, Search
+
+
+@dataclass(frozen=True, eq=False)
+class ContactOptions:
+    """Arguments of a `Contact`; see there.
+
+    They are as the user gave them: `check` says whether they can be what their types
+    promise.
+    """
+
+    method: AugmentedLagrangian | Penalty
+    friction: Law | None
+    quadrature_degree: int | None
+    measure: str
+    search: Search
+    tangent: str
+    offset: FieldValue | None
+    axisymmetric: bool
+
+    def check(self) -> None:
+        """Raise for options that do not exist."""
+        if not isinstance(self.method, (AugmentedLagrangian, Penalty)):
+            raise ContactError(
+                f"method must be AugmentedLagrangian or Penalty, not {self.method!r}"
+            )
+        if self.friction is not None and not isinstance(self.friction, LAWS):
+            raise ContactError(
+                "friction must be Coulomb, Tresca, Stick, Friction or None, not "
+                f"{self.friction!r}"
+            )
+        if (
+            self.friction is not None
+            and getattr(self.method, "multiplier", None) == "normal"
+        ):
+            raise ContactError("friction needs multiplier='vector', not 'normal'")
+        if not is_one_of(self.measure, MEASURES):
+            raise ContactError(
+                f"measure must be one of {MEASURES}, not {self.measure!r}"
+            )
+        if not is_one_of(self.tangent, TANGENTS):
+            raise ContactError(
+                f"tangent must be one of {TANGENTS}, not {self.tangent!r}"
+            )
+        if not is_truth_value(self.axisymmetric):
+            raise ContactError(
+                f"axisymmetric = {self.axisymmetric!r} must be True or False"
+            )
+        if not isinstance(self.search, Search):
+            raise ContactError(f"search must be a Search, not {self.search!r}")
+        for part in (self.method, self.friction, self.search):
+            if part is not None:
+                part.check()
+        if self.friction is not None and self.friction.quantity is not None:
+            check_field(self.friction.quantity, self.friction.coefficient)
+        if self.offset is not None:
+            check_field(OFFSET, self.offset)
+        degree = self.quadrature_degree
+        if degree is not None and not (is_whole_number(degree) and 1 <= degree <= 30):
+            raise ContactError(
+                f"quadrature_degree = {degree!r} is not a whole number from 1 to 30"
+            )
+
+    @property
+    def has_springs(self) -> bool:
+        """Whether friction springs carry a traction from step to step."""
+        if isinstance(self.method, Penalty) and self.method.tangential != "elastic":
+            return False
+        return self.friction is not None
+
+    def multiplier_kind(self, p: int, dim: int, is_tie: bool) -> tuple[int, int]:
+        """Degree and components of the multiplier; 0 components: no multiplier.
+
+        Parameters
+        ----------
+        p
+            Degree of the displacement.
+        dim
+            Dimension of space.
+        is_tie
+            Whether the multiplier is that of a `Tie`, which is a vector.
+        """
+        default = p if dim == 2 else 1
+        if isinstance(self.method, Penalty):
+            return default, 0
+        degree = default if self.method.degree is None else int(self.method.degree)
+        if degree > default:
+            raise ContactError(
+                f"multiplier degree {degree} is not stable: at most {default} with a "
+                f"displacement of degree {p} in {dim}D"
+            )
+        needed = "vector" if is_tie or self.friction is not None else "normal"
+        chosen = needed if is_tie else self.method.multiplier or needed
+        return degree, 1 if chosen == "normal" else dim

@@ -1,0 +1,25 @@
+"""What follows a solve: an error if it failed, a warning if its result is doubtful."""
+
+from __future__ import annotations
+
+import warnings
+
+from ..convergence.lost_contact import lost_contact
+from ..convergence.penetration import warn_of_penetration
+from ..errors import ContactWarning, ConvergenceError, raise_everywhere
+from ..problem import CoupledProblem
+
+
+def require_convergence(problem: CoupledProblem, converged: bool, reason: str) -> None:
+    """Raise on every rank if a solve has failed; warn if its result is doubtful."""
+    if not converged:
+        message = f"Newton did not converge {reason}: {problem.describe()}"
+        raise_everywhere(problem.comm, message, ConvergenceError)
+    warn_of_penetration(problem.contact)
+    loss = lost_contact(problem) if problem.tells_of_loss else None
+    if loss is not None:
+        warnings.warn(
+            f"converged, but contact is lost: {loss}. Take smaller steps",
+            ContactWarning,
+            stacklevel=3,
+        )

@@ -1,0 +1,53 @@
+"""Matrices, factors and option prefixes of PETSc that solvers share."""
+
+from __future__ import annotations
+
+import itertools
+import sys
+from collections.abc import Mapping
+from typing import Any
+
+from mpi4py import MPI
+from petsc4py import PETSc
+
+from .. import compat
+
+_counter = itertools.count()
+
+
+def new_prefix(kind: str) -> str:
+    """Prefix of PETSc options that no other solver has, or one would set the other's."""
+    return f"raymortar_{kind}_{next(_counter)}_"
+
+
+def release(solver: Any, comm: MPI.Comm | None, *names: str) -> None:
+    """Drop PETSc objects of a solver that ends, and free them.
+
+    Ranks may do so at different times. On several ranks, the next solver on the mesh
+    frees the objects that all ranks have dropped.
+    """
+    if sys.is_finalizing():
+        return
+    for name in names:
+        solver.__dict__.pop(name, None)
+    if comm is None or PETSc.Sys.isFinalized():
+        return
+    if comm.size == 1:
+        compat.destroy_garbage(comm)
+
+
+def renew(ksp: PETSc.KSP, A: PETSc.Mat) -> None:
+    """Drop the factors: after a failure MUMPS refuses to factorise anew, and PETSc
+    takes a new pattern for the old one (`Contact.make_room`)."""
+    ksp.reset()
+    ksp.setOperators(A)
+
+
+def tangent_with(solver: Any, x: PETSc.Vec, springs: Mapping[int, float]) -> None:
+    """Tangent at x with springs on its diagonal, those of this rank. Collective."""
+    A = solver.A
+    if solver.problem.J(x, A):
+        renew(solver.krylov_solver, A)
+    for row, stiffness in springs.items():
+        A.setValue(row, row, stiffness, addv=PETSc.InsertMode.ADD_VALUES)
+    A.assemble()

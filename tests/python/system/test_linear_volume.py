@@ -1,0 +1,184 @@
+"""Linear bodies: tangent and residual by a kept matrix are those of the forms."""
+
+import numpy as np
+import pytest
+import ufl
+from dolfinx import fem
+from problems import CELLS, COMM, DIMENSION, SOLVERS, build, fix, stack
+
+import raymortar
+from raymortar import compat
+from raymortar.system.volume import Volume
+
+
+def pressed(cell, degree=1, material="linear", **options):
+    """Two blocks, the upper one pressed down, under a load besides."""
+
+    def held(V, scene):
+        dim = DIMENSION[cell]
+        push = np.array([0.003] * (dim - 1) + [-0.02])
+        top = fix(V, scene, "top", value=lambda x: np.tile(push, (len(x), 1)))
+        return [fix(V, scene, "bottom"), top]
+
+    options.setdefault("bcs", held)
+    return build(
+        stack(cell, (2, 3)), degree, material, loaded=["left_0"], load=5.0, **options
+    ).problem
+
+
+def blocked(cell="quadrilateral"):
+    """Displacement and pressure, by a list of linear forms, pressed by a condition."""
+    scene = stack(cell, (2, 3))
+    V, Q = (
+        compat.vector_space(scene.mesh, 2),
+        compat.space(scene.mesh, "Lagrange", 1),
+    )
+    u, p = fem.Function(V), fem.Function(Q)
+    v, q = ufl.TestFunction(V), ufl.TestFunction(Q)
+    strain = ufl.sym(ufl.grad(u))
+    F = [
+        2 * ufl.inner(strain, ufl.grad(v)) * ufl.dx + p * ufl.div(v) * ufl.dx,
+        q * (ufl.div(u) - 0.1 * p) * ufl.dx,
+    ]
+    pair = [(scene.tags["slave"], scene.tags["master"])]
+    contact = raymortar.Contact(u, scene.facet_tags, pair)
+    bcs = [fix(V, scene, "bottom"), fix(V, scene, "top", value=-0.02)]
+    return raymortar.NonlinearProblem(F, contact, bcs, u=[u, p])
+
+
+def disturb(problem, size=1e-2):
+    """Any values of the unknowns, the same on all ranks that share them."""
+    rng = np.random.default_rng(COMM.rank)
+    for f in problem.contact.host.functions:
+        f.x.array[:] = size * rng.standard_normal(len(f.x.array))
+        compat.scatter_forward(f.x)
+    problem.contact.host.pull()
+
+
+def assert_as_assembled(problem):
+    """Compare with a volume that keeps nothing."""
+    kept, plain = problem.volume, Volume(problem.contact, problem.L, problem.a)
+    assert kept.is_linear
+    increment = problem.contact.host.increment(problem.bcs)
+    found, wanted = (one.lifted(problem.bcs, increment) for one in (kept, plain))
+    largest = COMM.allreduce(np.abs(wanted[0]).max(initial=0.0), op=max)
+    for one, other in zip(found, wanted):
+        assert one == pytest.approx(other, abs=1e-13 * largest)
+    forces = [one.forces(problem.bcs) for one in (kept, plain)]
+    assert forces[0] == pytest.approx(forces[1], abs=1e-13 * largest)
+    A, B = problem.create_matrix(), problem.create_matrix()
+    for matrix, one in ((A, kept), (B, plain)):
+        matrix.zeroEntries()
+        one.add_tangent(matrix, problem.bcs)
+        matrix.assemble()
+    size = B.norm()
+    A.axpy(-1.0, B)
+    assert A.norm() <= 1e-14 * size
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("degree", [1, 2])
+@pytest.mark.parametrize("cell", CELLS)
+def test_residual_and_tangent_are_those_of_the_forms(cell, degree):
+    problem = pressed(cell, degree)
+    disturb(problem)
+    assert_as_assembled(problem)
+
+
+@pytest.mark.mpi
+def test_of_several_unknowns_too():
+    problem = blocked()
+    disturb(problem)
+    assert_as_assembled(problem)
+
+
+@pytest.mark.mpi
+def test_changes_of_loads_moduli_conditions_and_places_are_seen():
+    scene = stack("triangle", (2, 3))
+    down = fem.Constant(scene.mesh, np.array([0.0, -0.02]))
+    found = build(
+        scene,
+        bcs=lambda V, s: [fix(V, s, "bottom"), fix(V, s, "top", value=down)],
+        loaded=["left_0"],
+    )
+    problem = found.problem
+    disturb(problem)
+    assert_as_assembled(problem)
+    found.load.value[:] = 7.0 * np.eye(2)
+    assert_as_assembled(problem)
+    found.moduli[0].x.array[:] *= 3.0
+    assert_as_assembled(problem)
+    down.value[:] = 0.01, -0.03
+    assert_as_assembled(problem)
+    problem.bcs.append(fix(found.u.function_space, scene, "left_1", 0))
+    assert_as_assembled(problem)
+    x = scene.mesh.geometry.x
+    x[np.abs(x[:, 1] - 1.0) > 0.1, 0] *= 1.1  # all but the surfaces of contact
+    assert_as_assembled(problem)
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_solves_as_without_what_is_kept(solver):
+    found = []
+    for keeps in (True, False):
+        problem = pressed("quadrilateral", method=raymortar.AugmentedLagrangian())
+        if not keeps:
+            problem.volume = Volume(problem.contact, problem.L, problem.a)
+        assert problem.volume.is_linear == keeps
+        iterations, _ = solver(problem).solve()
+        found.append((iterations, problem.u.x.array.copy()))
+    assert found[0][0] == found[1][0]
+    assert found[0][1] == pytest.approx(found[1][1], abs=1e-13)
+
+
+def counted(monkeypatch):
+    """Assemblies of tangents from here on."""
+    calls, assemble = [], compat.assemble_jacobian
+    monkeypatch.setattr(
+        compat,
+        "assemble_jacobian",
+        lambda *args: (calls.append(1), assemble(*args)) and None,
+    )
+    return calls
+
+
+def test_the_tangent_is_assembled_once(monkeypatch):
+    problem = pressed("triangle")
+    calls = counted(monkeypatch)
+    solver = raymortar.SNESSolver(problem)
+    for _ in range(2):
+        solver.solve()
+        problem.contact.advance()
+        disturb(problem)
+    assert len(calls) == 1
+
+
+def test_others_are_not_kept():
+    assert not pressed("triangle", material="neo-hookean").volume.is_linear
+    # A given tangent may be another's
+    linear = pressed("triangle")
+    given = raymortar.NonlinearProblem(
+        linear.forms[0], linear.contact, linear.bcs, linear.forms[1]
+    )
+    assert not given.volume.is_linear
+
+
+def test_a_part_of_the_unknown_under_another_name_is_no_constant():
+    """A form may read u through a second Function of the same values."""
+    problem = pressed("triangle")
+    V = problem.u.function_space
+    same = fem.Function(V, problem.u.x)
+    F = problem.forms[0] + ufl.inner(same, ufl.TestFunction(V)) * ufl.dx
+    other = raymortar.NonlinearProblem(F, problem.contact, problem.bcs)
+    assert not other.volume.is_linear
+
+
+def test_a_load_that_jumps_with_the_unknown_is_not_linear():
+    """Its derivative is zero wherever there is one."""
+    problem = pressed("triangle")
+    u, v = problem.u, ufl.TestFunction(problem.u.function_space)
+    drag = ufl.conditional(ufl.gt(u[0], 0.0), 1.0, -1.0)
+    F = problem.forms[0] + drag * v[0] * ufl.dx
+    other = raymortar.NonlinearProblem(F, problem.contact, problem.bcs)
+    assert not other.volume.is_linear

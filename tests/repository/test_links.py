@@ -1,0 +1,75 @@
+"""Links between pages lead somewhere, and the theory says where each equation is."""
+
+import re
+
+import pytest
+from programs import ROOT
+
+FOLDERS = ("docs", "meshes", "benchmarks", "packaging")
+LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")
+FENCED = re.compile(r"^(```+)[^\n]*\n.*?^\1", re.MULTILINE | re.DOTALL)
+NUMBERED = re.compile(r"\\qquad \((\d+)\.(\d+)\)$", re.MULTILINE)
+RANGE = re.compile(r"\((\d+)\.(\d+)\)(?: to \(\d+\.(\d+)\))?")
+LONGEST = 200
+
+
+def pages():
+    """Every page in the tree, by its place."""
+    found = [*ROOT.glob("*.md")]
+    for folder in FOLDERS:
+        found += (ROOT / folder).rglob("*.md")
+    return sorted(path.relative_to(ROOT) for path in found)
+
+
+def prose(path):
+    """Text of a page without its blocks of code."""
+    return FENCED.sub("", (ROOT / path).read_text(encoding="utf-8"))
+
+
+def anchors(path):
+    """Names of a page's headings, as GitHub and MyST make them."""
+    headings = re.findall(r"^#+ (.*)$", prose(path), re.MULTILINE)
+    plain = [re.sub(r"[^\w\- ]", "", heading.lower()) for heading in headings]
+    return {heading.strip().replace(" ", "-") for heading in plain}
+
+
+@pytest.mark.quick
+@pytest.mark.parametrize("page", pages(), ids=str)
+def test_links_lead_somewhere(page):
+    for target in LINK.findall(prose(page)):
+        if target.startswith(("http", "mailto")):
+            continue
+        place, _, anchor = target.partition("#")
+        path = (ROOT / page.parent / place).resolve() if place else ROOT / page
+        assert path.exists(), f"{page} links to {target}"
+        if anchor and path.suffix == ".md":
+            assert anchor in anchors(path), f"{page} links to {target}"
+
+
+@pytest.mark.quick
+def test_pages_are_short():
+    """Who looks something up reads one page to its end."""
+    lengths = {
+        page: (ROOT / page).read_text(encoding="utf-8").count("\n")
+        for page in pages()
+        if page.parts[0] == "docs"
+    }
+    assert {page: n for page, n in lengths.items() if n > LONGEST} == {}
+
+
+@pytest.mark.quick
+def test_each_equation_is_on_the_page_that_the_theory_names():
+    folder = ROOT / "docs" / "theory"
+    said, found = {}, {}
+    for row in re.findall(
+        r"^\| \[.*$", (folder / "index.md").read_text(), re.MULTILINE
+    ):
+        name = re.search(r"\]\((\w+\.md)\)", row)[1]
+        for section, first, last in RANGE.findall(row.split("|")[-2]):
+            numbers = range(int(first), int(last or first) + 1)
+            said |= {(section, str(number)): name for number in numbers}
+    for path in folder.glob("*.md"):
+        text = path.read_text(encoding="utf-8")
+        found |= dict.fromkeys(NUMBERED.findall(text), path.name)
+    assert len(found) > 60
+    assert said == found
