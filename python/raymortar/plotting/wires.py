@@ -222,7 +222,8 @@ def _zero(shape: Any, middle: Array, reach: float) -> Iterator[Array]:
             grid = np.meshgrid(middle[first] + along, middle[second] + along)
             x[first], x[second] = (a.ravel() for a in grid)
             values = np.asarray(shape.phi(x), dtype=float).reshape(_GRID, _GRID)
-            for line in contour_generator(*grid, values).lines(0.0):
+            across, up = grid
+            for line in contour_generator(x=across, y=up, z=values).lines(0.0):
                 curve = np.full((len(line), 3), middle[axis] + at)
                 curve[:, first], curve[:, second] = line.T
                 yield curve
