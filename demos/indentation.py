@@ -67,8 +67,9 @@ def scene_of(comm, facets_across):
     return Scene(*made, TAGS)
 
 
-def solve(comm, name, facets_across=8, degree=2, steps=2, **options):
-    """Press a tool of `TOOLS` in. `options` are those of `raymortar.Contact`."""
+def solve(comm, name, facets_across=8, degree=2, steps=2, by_force=False, **options):
+    """Press a tool of `TOOLS` in, to its depth or, where it is free, by its force.
+    `options` are those of `raymortar.Contact`."""
     scene, tool = scene_of(comm, facets_across), TOOLS[name]()
     mesh = scene.mesh
     V = tools.vector_space(mesh, degree)
@@ -83,12 +84,15 @@ def solve(comm, name, facets_across=8, degree=2, steps=2, **options):
         for i in axes
     ]
 
-    body = rigid.Body(tool.shape)
+    body = rigid.Body(tool.shape, free=("z",) if by_force else ())
     contact = raymortar.Contact(u, scene.facet_tags, [(TAGS["slave"], body)], **options)
     problem = raymortar.NonlinearProblem(F, contact, bcs)
 
     def apply(t):
-        body.move((0.0, 0.0, -tool.depth * t))
+        if by_force:
+            body.force = (0.0, 0.0, -0.25 * tool.force * t)
+        else:
+            body.move((0.0, 0.0, -tool.depth * t))
 
     path = raymortar.LoadSteps(raymortar.SNESSolver(problem), apply, steps).run()
     return SimpleNamespace(
@@ -97,6 +101,7 @@ def solve(comm, name, facets_across=8, degree=2, steps=2, **options):
         contact=contact,
         tool=tool,
         force=-4.0 * contact.resultant().force[2],
+        depth=-body.translation[2],
         iterations=[step.iterations for step in path],
         history=list(problem.history),
     )

@@ -12,6 +12,7 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "demos"))
 
 import assembly  # noqa: E402
 import blocks_3d  # noqa: E402
+import forming  # noqa: E402
 import hertz_cylinder  # noqa: E402
 import hertz_sphere  # noqa: E402
 import indentation  # noqa: E402
@@ -63,8 +64,24 @@ def test_rigid_tools_agree_with_sneddon(folder):
     run(indentation, folder, "--size", "4")
 
 
+@pytest.mark.parametrize("name", indentation.TOOLS)
+def test_rigid_tools_sink_by_sneddons_depth_under_their_force(name):
+    """Free along their axis, without contact at the start but for a point."""
+    found = indentation.solve(COMM, name, 6, by_force=True)
+    assert found.force == pytest.approx(found.tool.force, rel=1e-8)
+    assert found.depth == pytest.approx(found.tool.depth, rel=0.01)
+
+
+def test_a_wheel_rolls_two_turns(folder):
+    run(rolling, folder, "--fine")
+
+
 def test_a_wheel_rolls_without_slip(folder):
     run(rolling, folder)
+
+
+def test_a_sheet_is_bent_and_springs_back(folder):
+    run(forming, folder, "--steps", "10")
 
 
 @pytest.mark.mpi

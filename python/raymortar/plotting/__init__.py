@@ -2,6 +2,6 @@
 
 - picture: `plot`
 - drawing: in the plane, with matplotlib
-- outlines: rigid tools in the plane
+- outlines, wires: rigid tools in the plane and in space
 - rendering: in space, with pyvista
 """

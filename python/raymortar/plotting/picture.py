@@ -27,13 +27,15 @@ from ..rigid.body import Body
 from . import rendering
 from .drawing import LOOK, PRESSURE_MAP, draw_field, draw_surface
 from .outlines import draw_tools
+from .wires import draw_wires, wires
 
 if TYPE_CHECKING:
     from ..contact import Contact
 
 BACKENDS = ("matplotlib", "pyvista")
-# Around bodies, for their tools, over the larger side
-MARGIN = 0.15
+# Around bodies, for their tools, over the larger side, in 2D and 3D: wires need more of a
+# tool to show what it is
+MARGIN = {2: 0.15, 3: 0.4}
 NORMAL, TANGENTIAL = "#c0392b", "#2c3e50"
 
 
@@ -49,9 +51,9 @@ def plot(
 
     In 2D: cells coloured by a field, outlines of the rigid tools next to them, and
     normal and tangential traction at the integration points along the slave surfaces.
-    In 3D: the bodies' surfaces, and the pressure on the slave surfaces, laid flat; tools
-    are not drawn. All that is drawn is gathered on rank 0,
-    which needs room for it: a look at a solution, not a file for large meshes (those
+    In 3D: the bodies' surfaces, wires of the rigid tools next to them, and the pressure on
+    the slave surfaces, laid flat. All that is drawn is gathered on rank 0, which needs room
+    for it: a look at a solution, not a file for large meshes (those
     are written with ``compat.write_xdmf``). Edges of degree 2 are drawn straight.
 
     Parameters
@@ -108,7 +110,9 @@ def plot(
     figure = None
     if draws:
         if backend == "pyvista":
-            figure = rendering.render(parts, pressure, label, view, file is None)
+            figure = rendering.render(
+                parts, pressure, _wires(tools, parts), label, view, file is None
+            )
         else:
             figure = _draw(parts, pressure, tools, label, view, file is None)
     with writing(mesh.comm, file, OSError, ValueError):
@@ -180,7 +184,7 @@ def _draw(
         if bodies[1].shape[-1] == 2:
             _draw_plane(figure, bodies, pressure, tools, label)
         else:
-            _draw_space(figure, bodies, pressure, label, view)
+            _draw_space(figure, bodies, pressure, tools, label, view)
     return figure
 
 
@@ -244,9 +248,7 @@ def _draw_plane(
     colours = draw_field(left, x[..., :2] + u, values, norm=span)
     figure.colorbar(colours, ax=left, label=label, shrink=0.85)
     if tools:
-        at = (x[..., :2] + u).reshape(-1, 2)
-        margin = MARGIN * np.ptp(at, axis=0).max()
-        draw_tools(left, tools, at.min(axis=0) - margin, at.max(axis=0) + margin)
+        draw_tools(left, tools, *_box(bodies))
     left.set(xlabel="x", ylabel="y")
     at, pressure, *friction = line
     axis = int(np.argmax(np.ptp(at, axis=0))) if len(at) else 0
@@ -265,13 +267,35 @@ def _span(values: Array) -> Any:
     return Normalize(values.min(), values.max())
 
 
+def _wires(tools: Sequence[Body], bodies: Any) -> list[Array]:
+    """Curves of tools in space, in a box around the bodies."""
+    if not tools:
+        return []
+    lower, upper = _box(bodies)
+    return [curve for tool in tools for curve in wires(tool, lower, upper)]
+
+
+def _box(bodies: Any) -> tuple[Array, Array]:
+    """Corners of a box around the deformed bodies, with a margin."""
+    x, u, _ = bodies
+    at = (x[..., : u.shape[-1]] + u).reshape(-1, u.shape[-1])
+    margin = MARGIN[u.shape[-1]] * np.ptp(at, axis=0).max()
+    return at.min(axis=0) - margin, at.max(axis=0) + margin
+
+
 def _draw_space(
-    figure: Any, bodies: Any, surface: Any, label: str, view: tuple[float, float]
+    figure: Any,
+    bodies: Any,
+    surface: Any,
+    tools: Sequence[Body],
+    label: str,
+    view: tuple[float, float],
 ) -> None:
-    """Bodies on the left, pressure on the slave surfaces on the right."""
+    """Bodies and tools on the left, pressure on the slave surfaces on the right."""
     x, u, values = bodies
     left = figure.add_subplot(1, 2, 1, projection="3d")
     colours = draw_surface(left, x + u, values.mean(axis=(1, 2)), *view)
+    draw_wires(left, _wires(tools, bodies))
     figure.colorbar(colours, ax=left, label=label, shrink=0.7)
     X, displacement, traction = surface
     at, axes = _flat(X + displacement)

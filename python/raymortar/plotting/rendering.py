@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from ..compat import Array
 from .drawing import PRESSURE_MAP, STRESS_MAP, direction
+from .outlines import COLOUR
 
 SIZE = (1600, 670)  # of the picture, pixels
 LIGHT = {"ambient": 0.4, "diffuse": 0.6, "specular": 0.0}
@@ -49,6 +51,7 @@ def lacking() -> str | None:
 def render(
     bodies: list[Array],
     surface: list[Array],
+    wires: Sequence[Array],
     label: str,
     view: tuple[float, float],
     interactive: bool,
@@ -61,6 +64,8 @@ def render(
         Outer facets' vertices (n, k, 3), displacement (n, k, 3) and field (n, k, 1).
     surface
         Slave facets' vertices, displacement and normal traction (n, k, 3).
+    wires
+        Curves (n, 3) on rigid tools, drawn with the bodies.
     label
         What the colour bar of the bodies says.
     view
@@ -81,11 +86,26 @@ def render(
     plotter.enable_anti_aliasing("fxaa")
     x, u, values = bodies
     lower = min(0.0, values.min(initial=0.0))
+    _add_wires(plotter, wires)
     _add(plotter, 0, x + u, values, label, STRESS_MAP, lower, view)
     x, u, traction = surface
     pressure = np.linalg.norm(traction, axis=2, keepdims=True)
     _add(plotter, 1, x + u, pressure, "contact pressure", PRESSURE_MAP, 0.0, view)
     return plotter
+
+
+def _add_wires(plotter: Any, wires: Sequence[Array]) -> None:
+    """Curves (n, 3) in the left half."""
+    import pyvista
+
+    if not wires:
+        return
+    counts = np.array([len(curve) for curve in wires])
+    starts = np.cumsum(counts) - counts
+    lines = [np.append(n, begin + np.arange(n)) for n, begin in zip(counts, starts)]
+    mesh = pyvista.PolyData(np.concatenate(wires), lines=np.concatenate(lines))
+    plotter.subplot(0, 0)
+    plotter.add_mesh(mesh, color=COLOUR, line_width=1.5)
 
 
 def _add(

@@ -25,12 +25,12 @@ PLANE = {"x": (0, False), "y": (1, False), "r": (2, True)}
 
 
 def freedoms_of(free: Any, gdim: int | None) -> tuple[str, ...]:
-    """Names of free motions, each once, in their order.
+    """Names of free motions, in their order.
 
     Raises
     ------
     ContactError
-        For an unknown name, or one of the other dimension.
+        For an unknown name, one of the other dimension, or one that is there twice.
     """
     if isinstance(free, str) or not isinstance(free, Sequence):
         raise ContactError(f'free = {free!r} must be names in a tuple, as in ("z",)')
@@ -42,6 +42,9 @@ def freedoms_of(free: Any, gdim: int | None) -> tuple[str, ...]:
                 f"free has {name!r}: in {2 if plane else 3}D a body is free along "
                 f"{', '.join(known)}"
             )
+    twice = [name for name in known if list(free).count(name) > 1]
+    if twice:
+        raise ContactError(f"free = {tuple(free)} has {twice[0]!r} more than once")
     return tuple(name for name in known if name in free)
 
 

@@ -295,11 +295,22 @@ class FreeBodies:
             contact.forget_flight(body)
         return True
 
+    def _left_behind(self, push: Push) -> str:
+        """What to say of a body that flies away from all that it meets. Collective."""
+        way = push.way
+        if way is None or np.isfinite(self._nearest(self._ahead(push.body, way))):
+            return ""
+        return (
+            ": no slave facet that it meets is ahead of it, whatever the step. Give it "
+            "stiffness, or a force towards the slave"
+        )
+
     def unheld(self) -> list[str]:
         """Sentences on bodies with a force that nothing resists. Collective."""
         found = []
         for body in self.bodies:
-            unmet = self.push(body).unmet
+            push = self.push(body)
+            unmet = push.unmet
             names = [
                 name
                 for name, part in zip(body.freedom.names, unmet)
@@ -308,7 +319,7 @@ class FreeBodies:
             if names:
                 found.append(
                     f"the rigid {body.name} is pushed along {', '.join(names)}, and "
-                    "nothing stops it"
+                    "nothing stops it" + self._left_behind(push)
                 )
         return found
 

@@ -178,7 +178,7 @@ def test_what_turns_with_the_scene_changes_nothing(cell, name):
         moment = R @ np.array([0.2, 0.1, 0.3])
         springs = {k: 0.6 if k.startswith("r") else 3.0 for k in free}
         body = rigid.Body(
-            rigid.Sphere(at, 0.9),
+            rigid_scenes.ball(at, 0.9),
             beside,
             free=free,
             force=force,
@@ -198,7 +198,9 @@ def test_what_turns_with_the_scene_changes_nothing(cell, name):
 
 
 @pytest.mark.mpi
-@pytest.mark.parametrize("cell, name", BALLS[:2])
+@pytest.mark.parametrize(
+    "cell, name", [pytest.param(*BALLS[0], marks=pytest.mark.many_ranks), BALLS[1]]
+)
 def test_ranks_agree(cell, name, monkeypatch):
     def moved():
         body = free_ball(cell, name)
@@ -253,6 +255,17 @@ def test_states_hold_where_free_bodies_are():
     assert body.motion() == pytest.approx(place, abs=1e-15)
     solved(found)
     assert body.motion() == pytest.approx(after, abs=1e-9)
+
+
+@pytest.mark.mpi
+def test_a_body_that_is_pulled_off_its_slave_is_named():
+    """It touches at first; where it has left, nothing is ahead of it."""
+    circle = rigid.Circle((0.5, 1.25), 0.3)
+    body = rigid.Body(circle, name="hook", free=("y",), force=(0.0, 1.0))
+    found = press("triangle", body, n=2, **LAWS["normal"])
+    message = "rigid hook is pushed along y, and nothing stops it: no slave facet"
+    with pytest.raises(ConvergenceError, match=message):
+        solved(found)
 
 
 def test_a_wheel_rolls_its_circumference(monkeypatch):
