@@ -67,7 +67,8 @@ class NonlinearProblem(CoupledProblem):
     forms
         UFL residual and Jacobian of the volume, as lists where there are several.
     volume
-        Assembles the compiled forms `L` and `a`.
+        Assembles the compiled forms `L` and `a`. ``volume.is_linear``: whether the
+        tangent is kept.
     convergence
         Judges the last residual; see `convergence.Convergence`.
     steps_accepted

@@ -66,7 +66,8 @@ class CoupledProblem:
     forms
         UFL residual and Jacobian of the volume, as lists where there are several.
     volume
-        Assembles the compiled forms `L` and `a`.
+        Assembles the compiled forms `L` and `a`. ``volume.is_linear``: whether the
+        tangent is kept.
     convergence
         Judges the last residual; see `convergence.Convergence`.
     rays_only

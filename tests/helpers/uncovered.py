@@ -23,6 +23,18 @@ def uncovered_areas(contact):
     return areas
 
 
+def boundary_of(F):
+    """Measure of the whole boundary, to degree 4, that may be added to a form with
+    loads: DOLFINx 0.9 takes the tags of one object only."""
+    integrals = F.integrals_by_type("exterior_facet")
+    (tags,) = {
+        id(one.subdomain_data()): one.subdomain_data() for one in integrals
+    }.values()
+    return ufl.Measure(
+        "ds", F.ufl_domain(), metadata={"quadrature_degree": 4}, subdomain_data=tags
+    )
+
+
 def load_of_the_rest(contact, ds):
     """Function whose products with test functions over the boundary are the integrals
     over the slave's uncovered part, upwards, to rounding."""

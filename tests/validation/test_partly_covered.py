@@ -23,7 +23,7 @@ from problems import (
 )
 from states import Case, name_of
 from tangents import remainders_of, slopes
-from uncovered import load_of_the_rest
+from uncovered import boundary_of, load_of_the_rest
 
 from meshes.scenes import two_blocks
 from raymortar import AugmentedLagrangian, Contact, NonlinearProblem, Penalty, compat
@@ -149,7 +149,7 @@ def patch(cell, degree, parts, pressure):
     u = fem.Function(V)
     F, moduli, load = residual(scene, u, E=1.0, loaded=["top"])
     load.value[-1, -1] = -pressure
-    ds = ufl.Measure("ds", scene.mesh, metadata={"quadrature_degree": 4})
+    ds = boundary_of(F)
     pair = (scene.tags["slave"], scene.tags["master"])
     contact = Contact(u, scene.facet_tags, [pair], AugmentedLagrangian(1.0))
     f = load_of_the_rest(contact, ds)

@@ -20,14 +20,13 @@ WORN, SPARE = 1.5, 5
 class BodiesPreconditioner(ContactPreconditioner):
     """Solves near contact directly, and everywhere by multigrid. A PETSc python PC.
 
-    1. A direct solver finds the displacement near contact, and all multipliers. The
-       rest of the error is smooth.
+    1. A direct solver finds the displacement near contact, all multipliers, and the
+       motions of free rigid bodies. The rest of the error is smooth.
     2. `ContactPreconditioner` eliminates the multipliers. Springs as stiff as the
        volume's surface stand for closed contact, which multigrid solves well.
 
     The levels are those of the bodies without contact. They are kept until a solve
-    takes many more cycles than the first one, or until other dofs are prescribed. Free
-    rigid bodies move in the direct solve alone.
+    takes many more cycles than the first one, or until other dofs are prescribed.
 
     Attributes
     ----------

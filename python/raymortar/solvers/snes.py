@@ -41,6 +41,8 @@ def _defaults(problem: CoupledProblem, floor: float) -> dict[str, Any]:
     return {
         "snes_type": "newtonls",
         "snes_linesearch_type": _line_search(problem),
+        # Of PETSc 3.23 and later 1e-15 in "l2": the square of a force, in any unit
+        "snes_linesearch_atol": 0.0,
         "snes_rtol": 1e-10,
         "snes_atol": floor,
         "snes_stol": 0.0,
