@@ -19,16 +19,6 @@ TOP, BOTTOM = 1, 2
 HALF = np.array([0.5, 0.5, 1.0])
 
 
-def ball(centre, radius):
-    """A circle or a sphere, by the number of its centre's components."""
-    return (rigid.Circle if len(centre) == 2 else rigid.Sphere)(centre, radius)
-
-
-def half_space(point, normal):
-    """Behind a line or a plane."""
-    return (rigid.Line if len(point) == 2 else rigid.Plane)(point, normal)
-
-
 def implicit(gdim, depth, radius=0.9):
     """A bowl, as a function of the user's: an ellipsoid."""
     stretch = np.array([1.0, 1.3, 1.0])

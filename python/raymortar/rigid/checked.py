@@ -61,21 +61,3 @@ def same_dimension(shape: str, vectors: Sequence[Any]) -> int:
     if len(lengths) > 1:
         raise ContactError(f"{shape} has vectors of different lengths")
     return int(lengths.pop())
-
-
-def made_for(shape: Any, name: str, value: Any) -> None:
-    """Raise where a shape of one dimension is given a point of the other.
-
-    Parameters
-    ----------
-    shape
-        With a `_dimension`, and what its kin of the other one is called, `_elsewhere`.
-    name, value
-        The point.
-    """
-    dimension, found = shape._dimension, len(value)
-    if found != dimension:
-        raise ContactError(
-            f"{name} = {tuple(value)} of a {type(shape).__name__} must have {dimension} "
-            f"numbers: in {found}D the shape is a {shape._elsewhere}"
-        )

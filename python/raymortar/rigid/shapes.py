@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
 from .. import _cpp
 from ..compat import Array
 from ..errors import ContactError
-from .checked import direction, made_for, positive, same_dimension, truth, vector
+from .checked import direction, positive, same_dimension, truth, vector
 
 Vector = Sequence[float] | Array
 
@@ -48,14 +47,11 @@ class Plane(Shape):
 
     point: Vector
     normal: Vector
-    _dimension: ClassVar[int] = 3
-    _elsewhere: ClassVar[str] = "Line"
 
     def __post_init__(self) -> None:
         vector("point", self.point)
         direction("normal", self.normal)
-        same_dimension(type(self).__name__, (self.point, self.normal))
-        made_for(self, "point", self.point)
+        same_dimension("Plane", (self.point, self.normal))
 
     @property
     def gdim(self) -> int:
@@ -84,14 +80,11 @@ class Sphere(Shape):
     centre: Vector
     radius: float
     hollow: bool = False
-    _dimension: ClassVar[int] = 3
-    _elsewhere: ClassVar[str] = "Circle"
 
     def __post_init__(self) -> None:
         vector("centre", self.centre)
         positive("radius", self.radius)
         truth("hollow", self.hollow)
-        made_for(self, "centre", self.centre)
 
     @property
     def gdim(self) -> int:
@@ -171,8 +164,6 @@ class Cone(Shape):
     axis: Vector
     half_angle: float
     hollow: bool = False
-    _dimension: ClassVar[int] = 3
-    _elsewhere: ClassVar[str] = "Wedge"
 
     def __post_init__(self) -> None:
         vector("tip", self.tip)
@@ -183,7 +174,6 @@ class Cone(Shape):
                 f"half_angle = {self.half_angle} must be less than pi / 2, in radians"
             )
         same_dimension(type(self).__name__, (self.tip, self.axis))
-        made_for(self, "tip", self.tip)
 
     @property
     def gdim(self) -> int:
@@ -254,16 +244,10 @@ class Torus(Shape):
 class Line(Plane):
     """Half-plane of 2D problems, see `Plane`."""
 
-    _dimension, _elsewhere = 2, "Plane"
-
 
 class Circle(Sphere):
     """Disc of 2D problems, see `Sphere`."""
 
-    _dimension, _elsewhere = 2, "Sphere"
-
 
 class Wedge(Cone):
     """Wedge of 2D problems, see `Cone`."""
-
-    _dimension, _elsewhere = 2, "Cone"

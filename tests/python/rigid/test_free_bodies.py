@@ -178,7 +178,7 @@ def test_what_turns_with_the_scene_changes_nothing(cell, name):
         moment = R @ np.array([0.2, 0.1, 0.3])
         springs = {k: 0.6 if k.startswith("r") else 3.0 for k in free}
         body = rigid.Body(
-            rigid_scenes.ball(at, 0.9),
+            rigid.Sphere(at, 0.9),
             beside,
             free=free,
             force=force,

@@ -35,22 +35,6 @@ def test_hollow_is_true_or_false(hollow):
             make()
 
 
-@pytest.mark.parametrize(
-    "make, message",
-    (
-        (lambda: rigid.Sphere((0, 0), 1.0), "centre .* Sphere .* 3 .* 2D .* Circle"),
-        (lambda: rigid.Circle((0, 0, 0), 1.0), "centre .* Circle .* 2 .* 3D .* Sphere"),
-        (lambda: rigid.Plane((0, 0), (0, 1)), "point .* Plane .* 3 .* 2D .* Line"),
-        (lambda: rigid.Line((0,) * 3, (0, 0, 1)), "point .* Line .* 2 .* Plane"),
-        (lambda: rigid.Cone((0, 0), (0, 1), 1.0), "tip .* Cone .* 3 .* 2D .* Wedge"),
-        (lambda: rigid.Wedge((0,) * 3, (0, 0, 1), 1.0), "tip .* Wedge .* 2 .* Cone"),
-    ),
-)
-def test_a_shape_of_the_other_dimension_is_named(make, message):
-    with pytest.raises(ContactError, match=message):
-        make()
-
-
 def test_what_is_free_is_named_once():
     line = rigid.Line((0.0, 1.0), (0.0, -1.0))
     with pytest.raises(ContactError, match="has 'y' more than once"):
