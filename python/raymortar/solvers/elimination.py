@@ -138,7 +138,9 @@ class ContactPreconditioner(KnowsProblem):
         """Tell multigrid what it needs to know. Collective."""
         if self._near is None:
             self._near = near_nullspace(self.contact)
-        S.setNearNullSpace(self._near)
+        # S may be the tangent itself, with one of the user's
+        if not S.getNearNullSpace():
+            S.setNearNullSpace(self._near)
 
     @property
     def _with_multiplier(self) -> list[Any]:

@@ -43,8 +43,8 @@ class Inputs:
 
     @staticmethod
     def jump(forms: Sequence[ufl.Form], functions: Sequence[Any]) -> bool:
-        """Whether forms ask for a condition on an unknown: no derivative shows it where
-        both of its sides are constant."""
+        """Whether forms, without derivatives of forms, ask for a condition on an unknown:
+        their own derivative does not show it where both of its sides are constant."""
         known = _ids(functions)
         conditions = (
             node
@@ -83,7 +83,7 @@ def _ids(things: Sequence[Any]) -> set[int]:
 
 
 class LinearVolume:
-    """The forms' residual K u + l, and K. Collective.
+    """The forms' residual K (u - u_0) + F(u_0), and K. Collective.
 
     K is kept as the sum of its entries between free unknowns, which are what the coupled
     tangent takes, with ones on the diagonal of the prescribed, and of all others, which
@@ -109,7 +109,9 @@ class LinearVolume:
         self._at: tuple[Any, ...] = ()
         self._free: PETSc.Mat | None = None
         self._others: PETSc.Mat | None = None
-        self._constant: Array = np.zeros(0)
+        # Values of the unknowns, and the residual there
+        self._reference: Array = np.zeros(0)
+        self._forces: Array = np.zeros(0)
 
     def renew(
         self,
@@ -138,7 +140,9 @@ class LinearVolume:
             self._fixed, self._at = fixed.copy(), at
             self._make(assemble)
         if forces_too:
-            self._constant = self._at_rest(forces)
+            # Not at zero: of a body far away K u is noise
+            self._reference = self._contact.host.owned_values().copy()
+            self._forces = forces()
 
     def _make(self, assemble: Callable[[PETSc.Mat], None]) -> None:
         """K, in its two parts. Collective."""
@@ -160,28 +164,17 @@ class LinearVolume:
         diagonal.destroy()
         self._free = free
 
-    def _at_rest(self, forces: Callable[[], Array]) -> Array:
-        """The residual where all unknowns are zero. Collective."""
-        functions = self._contact.host.functions
-        kept = [f.x.array.copy() for f in functions]
-        try:
-            for f in functions:
-                f.x.array[:] = 0.0
-            return forces()
-        finally:
-            for f, values in zip(functions, kept):
-                f.x.array[:] = values
-
     def forces(self, values: Array) -> Array:
         """Residual of the owned unknowns at their values. Collective."""
         assert self._free is not None and self._others is not None
         n = self._contact.layout.n
         x, y = self._free.createVecs()
-        x.array[:n] = np.where(self._fixed, 0.0, values)
+        change = values - self._reference
+        x.array[:n] = np.where(self._fixed, 0.0, change)
         self._free.mult(x, y)
-        x.array[:n] = values
+        x.array[:n] = change
         self._others.multAdd(x, y, y)
-        found: Array = y.array_r[:n] + self._constant
+        found: Array = y.array_r[:n] + self._forces
         x.destroy()
         y.destroy()
         return found

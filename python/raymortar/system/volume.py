@@ -9,7 +9,7 @@ from petsc4py import PETSc
 
 import numpy as np
 import numpy.typing as npt
-import ufl
+from ufl.algorithms import expand_derivatives
 
 from .. import compat
 from ..compat import Array
@@ -55,13 +55,10 @@ class Volume:
         forms = F if self.has_several else [F]
         table = J if self.has_several else [[J]]
         tangents = [
-            ufl.algorithms.expand_derivatives(one)
-            for row in table
-            for one in row
-            if one is not None
+            expand_derivatives(one) for row in table for one in row if one is not None
         ]
         inputs = Inputs(forms, functions), Inputs(tangents, functions)
-        jump = Inputs.jump(forms, functions)
+        jump = Inputs.jump(list(map(expand_derivatives, forms)), functions)
         if jump or inputs[1].has_unknowns or inputs[0].share_memory_with(functions):
             return None
         return LinearVolume(self.contact, pattern, *inputs)

@@ -174,11 +174,33 @@ def test_a_part_of_the_unknown_under_another_name_is_no_constant():
     assert not other.volume.is_linear
 
 
-def test_a_load_that_jumps_with_the_unknown_is_not_linear():
-    """Its derivative is zero wherever there is one."""
+def jumps(u, v):
+    """Loads that jump with u; their derivatives are zero wherever there are any."""
+    energy = ufl.max_value(-u[1] - 0.002, 0.0)
+    strain = ufl.variable(u[0])
+    return {
+        "condition": ufl.conditional(ufl.gt(u[0], 0.0), 1.0, -1.0) * v[0],
+        "sign": ufl.sign(u[0]) * v[0],
+        "energy": ufl.derivative(energy * ufl.dx, u, v),
+        "diff": ufl.diff(abs(strain), strain) * v[0],
+    }
+
+
+@pytest.mark.parametrize("name", ["condition", "sign", "energy", "diff"])
+def test_a_load_that_jumps_with_the_unknown_is_not_linear(name):
     problem = pressed("triangle")
     u, v = problem.u, ufl.TestFunction(problem.u.function_space)
-    drag = ufl.conditional(ufl.gt(u[0], 0.0), 1.0, -1.0)
-    F = problem.forms[0] + drag * v[0] * ufl.dx
+    load = jumps(u, v)[name]
+    F = problem.forms[0] + (load if name == "energy" else load * ufl.dx)
     other = raymortar.NonlinearProblem(F, problem.contact, problem.bcs)
     assert not other.volume.is_linear
+
+
+def test_bodies_far_from_where_they_were_made_are_solved_as_well():
+    """Residuals of a translation are as small as those of the form."""
+    problem = pressed("triangle")
+    far = np.array([1000.0, -300.0])
+    problem.u.x.array[:] = np.tile(far, len(problem.u.x.array) // 2)
+    largest = np.abs(problem.volume.forces(problem.bcs)).max()
+    plain = Volume(problem.contact, problem.L, problem.a)
+    assert largest <= np.abs(plain.forces(problem.bcs)).max() + 1e-13
