@@ -83,7 +83,7 @@ def _ids(things: Sequence[Any]) -> set[int]:
 
 
 class LinearVolume:
-    """The forms' residual K (u - u_0) + F(u_0), and K. Collective.
+    """The forms' residual K u + l, and K. Collective.
 
     K is kept as the sum of its entries between free unknowns, which are what the coupled
     tangent takes, with ones on the diagonal of the prescribed, and of all others, which
@@ -109,9 +109,7 @@ class LinearVolume:
         self._at: tuple[Any, ...] = ()
         self._free: PETSc.Mat | None = None
         self._others: PETSc.Mat | None = None
-        # Values of the unknowns, and the residual there
-        self._reference: Array = np.zeros(0)
-        self._forces: Array = np.zeros(0)
+        self._constant: Array = np.zeros(0)
 
     def renew(
         self,
@@ -140,9 +138,7 @@ class LinearVolume:
             self._fixed, self._at = fixed.copy(), at
             self._make(assemble)
         if forces_too:
-            # Not at zero: of a body far away K u is noise
-            self._reference = self._contact.host.owned_values().copy()
-            self._forces = forces()
+            self._constant = self._at_rest(forces)
 
     def _make(self, assemble: Callable[[PETSc.Mat], None]) -> None:
         """K, in its two parts. Collective."""
@@ -164,17 +160,29 @@ class LinearVolume:
         diagonal.destroy()
         self._free = free
 
+    def _at_rest(self, forces: Callable[[], Array]) -> Array:
+        """The residual where all unknowns are zero: at a present iterate it would depend
+        on the order of calls. Collective."""
+        functions = self._contact.host.functions
+        kept = [f.x.array.copy() for f in functions]
+        try:
+            for f in functions:
+                f.x.array[:] = 0.0
+            return forces()
+        finally:
+            for f, values in zip(functions, kept):
+                f.x.array[:] = values
+
     def forces(self, values: Array) -> Array:
         """Residual of the owned unknowns at their values. Collective."""
         assert self._free is not None and self._others is not None
         n = self._contact.layout.n
         x, y = self._free.createVecs()
-        change = values - self._reference
-        x.array[:n] = np.where(self._fixed, 0.0, change)
+        x.array[:n] = np.where(self._fixed, 0.0, values)
         self._free.mult(x, y)
-        x.array[:n] = change
+        x.array[:n] = values
         self._others.multAdd(x, y, y)
-        found: Array = y.array_r[:n] + self._forces
+        found: Array = y.array_r[:n] + self._constant
         x.destroy()
         y.destroy()
         return found

@@ -194,13 +194,3 @@ def test_a_load_that_jumps_with_the_unknown_is_not_linear(name):
     F = problem.forms[0] + (load if name == "energy" else load * ufl.dx)
     other = raymortar.NonlinearProblem(F, problem.contact, problem.bcs)
     assert not other.volume.is_linear
-
-
-def test_bodies_far_from_where_they_were_made_are_solved_as_well():
-    """Residuals of a translation are as small as those of the form."""
-    problem = pressed("triangle")
-    far = np.array([1000.0, -300.0])
-    problem.u.x.array[:] = np.tile(far, len(problem.u.x.array) // 2)
-    largest = np.abs(problem.volume.forces(problem.bcs)).max()
-    plain = Volume(problem.contact, problem.L, problem.a)
-    assert largest <= np.abs(plain.forces(problem.bcs)).max() + 1e-13
