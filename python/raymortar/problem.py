@@ -283,7 +283,7 @@ class CoupledProblem:
         host = self.contact.host
         if host.is_plain:
             return self.constrained
-        return host.owned_part(host.prescribed(self.bcs)[0]) == 1
+        return host.owned_prescribed(self.bcs)
 
     def row_scale(self) -> Array:
         """Factors of the owned rows for solvers that add up their squares, as line

@@ -79,6 +79,16 @@ class Pressed:
     solver: Any = None
 
 
+def nearest_along(body, x, ways):
+    """Distance of points (n, 3) from a tool along the nearest of several directions,
+    (n,). Points may be outside or inside."""
+    found = [
+        np.abs(body.tool.distances_along(x.copy(), np.tile(way, (len(x), 1))))
+        for way in ways
+    ]
+    return np.nanmin(found, axis=0)
+
+
 def press(cell, shape, n=3, degree=1, move=None, material="neo-hookean", **options):
     """A block that is held at its bottom, below a tool.
 

@@ -312,6 +312,10 @@ class Host:
         marker, values = zip(*parts)
         return np.concatenate(marker), np.concatenate(values)
 
+    def owned_prescribed(self, bcs: Sequence[Any]) -> npt.NDArray[np.bool_]:
+        """Whether conditions prescribe an owned unknown."""
+        return self.owned_part(self.prescribed(bcs)[0]) == 1
+
     def prescribed_u(self, bcs: Sequence[Any]) -> tuple[npt.NDArray[np.int8], Array]:
         """Local displacements that conditions prescribe, and their values."""
         marker, values = self.prescribed(bcs)

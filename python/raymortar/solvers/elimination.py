@@ -90,7 +90,7 @@ class ContactPreconditioner(KnowsProblem):
         super().__init__()
         self.solver: Any = None  # PETSc.KSP from `setUp` on
         self._near: PETSc.NullSpace | None = None
-        # Lumped masses of each contact, from the first elimination on
+        # Factor of the lumped mass of each contact, from the first elimination on
         self._springs: list[float] | None = None
         # Index sets of both unknowns, and what the elimination needs
         self._u: Any = None

@@ -41,24 +41,6 @@ class Inputs:
         self._meshes = list({id(mesh): mesh for mesh in meshes}.values())
         self._last: list[Array] = []
 
-    @staticmethod
-    def jump(forms: Sequence[ufl.Form], functions: Sequence[Any]) -> bool:
-        """Whether forms, without derivatives of forms, ask for a condition on an unknown:
-        their own derivative does not show it where both of its sides are constant."""
-        known = _ids(functions)
-        conditions = (
-            node
-            for form in forms
-            for part in form.integrals()
-            for node in unique_pre_traversal(part.integrand())
-            if isinstance(node, ufl.classes.Condition)
-        )
-        return any(
-            id(node) in known
-            for condition in conditions
-            for node in unique_pre_traversal(condition)
-        )
-
     def share_memory_with(self, functions: Sequence[Any]) -> bool:
         """Whether a Function of the forms is a part of an unknown."""
         return any(
@@ -78,6 +60,34 @@ class Inputs:
         return not same
 
 
+def has_condition_on(forms: Sequence[ufl.Form], functions: Sequence[Any]) -> bool:
+    """Whether a `ufl.conditional` in the forms compares a value of the functions.
+
+    Such a form may jump, and its derivative is zero where both branches are constant:
+    the derivative alone would let it pass as linear.
+
+    Parameters
+    ----------
+    forms
+        With their derivatives expanded: `abs` and `max_value` have conditions only then.
+    functions
+        The unknowns.
+    """
+    known = _ids(functions)
+    conditions = (
+        node
+        for form in forms
+        for part in form.integrals()
+        for node in unique_pre_traversal(part.integrand())
+        if isinstance(node, ufl.classes.Condition)
+    )
+    return any(
+        id(node) in known
+        for condition in conditions
+        for node in unique_pre_traversal(condition)
+    )
+
+
 def _ids(things: Sequence[Any]) -> set[int]:
     return {id(thing) for thing in things}
 
@@ -85,9 +95,9 @@ def _ids(things: Sequence[Any]) -> set[int]:
 class LinearVolume:
     """The forms' residual K u + l, and K. Collective.
 
-    K is kept as the sum of its entries between free unknowns, which are what the coupled
-    tangent takes, with ones on the diagonal of the prescribed, and of all others, which
-    are few.
+    K is kept in two parts. The first has the entries between free unknowns, and ones on
+    the diagonal for prescribed unknowns: this part goes into the coupled tangent. The
+    second has the other entries, in rows or columns of prescribed unknowns.
 
     Parameters
     ----------

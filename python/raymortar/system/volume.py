@@ -8,12 +8,11 @@ from typing import Any
 from petsc4py import PETSc
 
 import numpy as np
-import numpy.typing as npt
 from ufl.algorithms import expand_derivatives
 
 from .. import compat
 from ..compat import Array
-from .linear_volume import Inputs, LinearVolume
+from .linear_volume import Inputs, LinearVolume, has_condition_on
 
 
 class Volume:
@@ -58,8 +57,8 @@ class Volume:
             expand_derivatives(one) for row in table for one in row if one is not None
         ]
         inputs = Inputs(forms, functions), Inputs(tangents, functions)
-        jump = Inputs.jump(list(map(expand_derivatives, forms)), functions)
-        if jump or inputs[1].has_unknowns or inputs[0].share_memory_with(functions):
+        jumps = has_condition_on(list(map(expand_derivatives, forms)), functions)
+        if jumps or inputs[1].has_unknowns or inputs[0].share_memory_with(functions):
             return None
         return LinearVolume(self.contact, pattern, *inputs)
 
@@ -92,25 +91,38 @@ class Volume:
     def _renewed(self, bcs: Sequence[Any]) -> LinearVolume | None:
         """What is kept, as it is for present conditions. Collective."""
         if self._linear is not None:
-            fixed = self._prescribed(bcs)
+            fixed = self.contact.host.owned_prescribed(bcs)
             self._linear.renew(fixed, lambda A: self._assemble(A, ()), self._assembled)
         return self._linear
 
-    def _prescribed(self, bcs: Sequence[Any]) -> npt.NDArray[np.bool_]:
-        """Whether conditions prescribe an owned unknown."""
-        host = self.contact.host
-        return host.owned_part(host.prescribed(bcs)[0]) == 1
-
-    def _assembled(self) -> Array:
-        """The residual, from its form. Collective."""
-        rows, (L, _) = [], self._table()
-        for r, form, f in zip(self._r, L, self.contact.host.functions):
+    def _assembled(
+        self, bcs: Sequence[Any] = (), increment: Array | None = None
+    ) -> Array:
+        """The residual from its form, with the effect of prescribed increments if they
+        are given. Collective."""
+        host, rows, (L, a) = self.contact.host, [], self._table()
+        conditions = host.conditions(bcs)
+        for r, form, blocks, f in zip(self._r, L, a, host.functions):
             r.array[:] = 0.0
             compat.assemble_residual(r.array, form)
+            if increment is not None:
+                self._lift(r.array, blocks, conditions, increment)
             compat.scatter_reverse_add(r)
             index_map, bs = compat.unknowns_of(f)
             rows.append(r.array[: index_map.size_local * bs])
         return np.concatenate(rows)
+
+    def _lift(
+        self, r: Array, blocks: Sequence[Any], conditions: Any, increment: Array
+    ) -> None:
+        """Add the effect of prescribed increments to the residual of one test space,
+        given the tangent's blocks in its rows and the conditions of each Function."""
+        host = self.contact.host
+        parts = np.split(increment, host.starts[1:-1])
+        for part, block, g, of_g in zip(parts, blocks, host.functions, conditions):
+            # Takes the tangents of all cells with constrained dofs
+            if block is not None and part.any():
+                compat.apply_lifting(r, block, of_g, g.x.array, -1.0)
 
     def lifted(self, bcs: Sequence[Any], increment: Array) -> tuple[Array, Array]:
         """Residual with the effect of prescribed increments, of the owned unknowns: as
@@ -118,7 +130,7 @@ class Volume:
         host = self.contact.host
         kept = self._renewed(bcs)
         if kept is None:
-            volume = self._assembled_and_lifted(bcs, increment)
+            volume = self._assembled(bcs, increment)
         else:
             volume = kept.forces(host.owned_values() + host.owned_part(increment))
         rows, starts = [], host.owned_starts
@@ -128,24 +140,6 @@ class Volume:
             compat.set_bc(r.array, of_f, f.x.array, -1.0)
             rows.append(r.array[: len(part)])
         return volume, np.concatenate(rows)
-
-    def _assembled_and_lifted(self, bcs: Sequence[Any], increment: Array) -> Array:
-        host = self.contact.host
-        conditions, starts = host.conditions(bcs), host.starts
-        parts = [increment[begin:end] for begin, end in zip(starts, starts[1:])]
-        found = []
-        L, a = self._table()
-        for r, form, blocks, f in zip(self._r, L, a, host.functions):
-            r.array[:] = 0.0
-            compat.assemble_residual(r.array, form)
-            for part, block, g, of_g in zip(parts, blocks, host.functions, conditions):
-                # Takes the tangents of all cells with constrained dofs
-                if block is not None and part.any():
-                    compat.apply_lifting(r.array, block, of_g, g.x.array, -1.0)
-            compat.scatter_reverse_add(r)
-            index_map, bs = compat.unknowns_of(f)
-            found.append(r.array[: index_map.size_local * bs].copy())
-        return np.concatenate(found)
 
     def add_tangent(self, A: PETSc.Mat, bcs: Sequence[Any]) -> None:
         """Add the tangent, with ones for constrained unknowns. Collective."""
@@ -159,6 +153,8 @@ class Volume:
         if not self.has_several:
             compat.assemble_jacobian(A, self.a, bcs)
             return
-        fixed = self.contact.layout.begin + np.flatnonzero(self._prescribed(bcs))
+        fixed = self.contact.layout.begin + np.flatnonzero(
+            self.contact.host.owned_prescribed(bcs)
+        )
         starts = self.contact.host.starts
         compat.assemble_blocks(A, self.a, bcs, starts, fixed.astype(np.int32))

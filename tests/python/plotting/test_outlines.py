@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from problems import COMM
-from rigid_scenes import press, shapes
+from rigid_scenes import nearest_along, press, shapes
 
 import raymortar
 from raymortar import AugmentedLagrangian, rigid
@@ -54,14 +54,10 @@ def test_outlines_are_on_the_shape(name):
 
 
 def nearest(body, x):
-    """Shortest of the ways along a fan of rays, that begin outside or inside."""
+    """Distance from the tool along the nearest of a fan of rays."""
     angles = np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False) + 0.01
     ways = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(48)])
-    found = [
-        np.abs(body.tool.distances_along(x.copy(), np.tile(way, (len(x), 1))))
-        for way in ways
-    ]
-    return np.nanmin(found, axis=0)
+    return nearest_along(body, x, ways)
 
 
 @pytest.mark.mpi

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from problems import COMM
-from rigid_scenes import press, shapes
+from rigid_scenes import nearest_along, press, shapes
 
 import raymortar
 from raymortar import AugmentedLagrangian, rigid
@@ -62,14 +62,10 @@ def test_wires_are_on_the_shape_and_in_the_box(name):
 
 
 def nearest(body, x):
-    """Shortest of the ways along a fan of rays, that begin outside or inside."""
+    """Distance from the tool along the nearest of a fan of rays."""
     ways = np.random.default_rng(1).normal(size=(60, 3))
     ways /= np.linalg.norm(ways, axis=1, keepdims=True)
-    found = [
-        np.abs(body.tool.distances_along(x.copy(), np.tile(way, (len(x), 1))))
-        for way in ways
-    ]
-    return np.nanmin(found, axis=0)
+    return nearest_along(body, x, ways)
 
 
 def test_of_many_facets_the_edges_of_the_body_are_drawn():
