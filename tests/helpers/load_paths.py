@@ -100,10 +100,18 @@ def cycling(cell, solver=SOLVERS[0]):
 
 
 def resting(
-    cell, gap, friction=None, solver=SOLVERS[0], degree=1, force=1.0, **options
+    cell,
+    gap,
+    friction=None,
+    solver=SOLVERS[0],
+    degree=1,
+    force=1.0,
+    lean=0.0,
+    **options,
 ):
     """LoadSteps of two steps over a block under its weight, which nothing but contact
-    holds, above a wider one; `force` is the unit of forces.
+    holds, above a wider one; `force` is the unit of forces. With `lean` the
+    weight, the same in all, is off the middle, so that points touch one by one.
 
     Returns
     -------
@@ -116,6 +124,8 @@ def resting(
     u = fem.Function(V)
     form, _, _ = residual(scene, u, "neo-hookean", 2000.0 * force)
     density = cellwise(scene, {"lower": 0.0, "upper": 20.0 * force})
+    x = ufl.SpatialCoordinate(scene.mesh)[0]
+    density *= 1.0 + lean * (2.0 * x - 1.0)
     factor = fem.Constant(scene.mesh, PETSc.ScalarType(0.0))
     form += factor * density * ufl.TestFunction(V)[dim - 1] * ufl.dx
     pairs = [(scene.tags["slave"], scene.tags["master"])]
