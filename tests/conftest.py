@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 from problems import CELLS, CELLS_2D, CELLS_3D, COMM
+from rounding_noise import disturb_tangents
 
 
 @pytest.fixture(params=CELLS)
@@ -37,6 +38,18 @@ def pytest_addoption(parser):
         action="store_true",
         help=f"leave out the long tests, which are listed in {NIGHTLY.name}",
     )
+    parser.addoption(
+        "--rounding-noise",
+        type=int,
+        metavar="SEED",
+        help="disturb tangents by random rounding errors, which no test may depend on",
+    )
+
+
+def pytest_configure(config):
+    seed = config.getoption("--rounding-noise")
+    if seed is not None:
+        disturb_tangents(seed)
 
 
 def without_nightly(config, items):
