@@ -10,19 +10,22 @@ SIZE = 16 * np.finfo(float).eps
 
 def disturb_tangents(seed):
     """Let all tangents from now on be off by some units of rounding: their rows by a
-    factor and, against these, their diagonals by another."""
+    factor and, against these, their diagonals by another. Rows of the identity, by
+    which values are prescribed, have no rounding errors."""
     random = np.random.default_rng([seed, COMM.rank])
     exact = CoupledProblem.J
 
-    def factors(size):
-        return 1.0 + SIZE * random.uniform(-1.0, 1.0, size)
+    def factors(diagonal):
+        noise = SIZE * random.uniform(-1.0, 1.0, diagonal.size)
+        return np.where(diagonal == 1.0, 1.0, 1.0 + noise)
 
     def disturbed(problem, x, A):
         renewed = exact(problem, x, A)
         rows, diagonal = A.createVecLeft(), A.getDiagonal()
-        rows.array[:] = factors(rows.local_size)
+        of_rows = factors(diagonal.array)
+        rows.array[:] = of_rows
         A.diagonalScale(rows, None)
-        diagonal.array[:] *= factors(diagonal.local_size)
+        diagonal.array[:] *= of_rows * factors(diagonal.array)
         A.setDiagonal(diagonal)
         rows.destroy()
         diagonal.destroy()
