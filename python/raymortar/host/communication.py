@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from typing import Any
+from typing import TYPE_CHECKING
 
 from mpi4py import MPI
 
 import numpy as np
 
-from .layout import Layout
+from .layout import CoupledRows
+
+if TYPE_CHECKING:
+    from ..interface.zones import ZoneData
 
 
 @dataclass(frozen=True)
@@ -40,7 +44,7 @@ class Communication:
     largest: Sent = Sent()
 
 
-def communication(zones: Any, layout: Layout) -> Communication:
+def communication(zones: Sequence[ZoneData], layout: CoupledRows) -> Communication:
     """Counts of all zones. Collective."""
     comm, names = layout.comm, [field.name for field in fields(Sent)]
     counts = np.zeros(len(names), dtype=np.int64)

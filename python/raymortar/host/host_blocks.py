@@ -13,7 +13,7 @@ from dolfinx.fem.petsc import assemble_matrix
 from ..compat import Array, Indices
 from .displacements import Places
 from .host import Field
-from .layout import Layout
+from .layout import CoupledRows
 
 
 class PartOfMatrix:
@@ -74,7 +74,7 @@ class HostBlocks:
         Rows of the coupled system.
     """
 
-    def __init__(self, form: Any, layout: Layout) -> None:
+    def __init__(self, form: Any, layout: CoupledRows) -> None:
         self.layout, self.host = layout, layout.host
         table = form if isinstance(form, list) else [[form]]
         self.table = [[self._assembled(one) for one in row] for row in table]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, TypeAlias, cast
+from typing import Any, TYPE_CHECKING, TypeAlias, cast
 
 from mpi4py import MPI
 
@@ -16,6 +16,9 @@ from ..checked import is_real_number
 from ..compat import Array, Mask
 from ..errors import ContactError, together
 from .reference_facets import facet_nodes, shape_functions
+
+if TYPE_CHECKING:
+    from .tagged import ZoneFacets
 
 # Number, scalar Function on the slave's mesh, or f(x) of undeformed positions
 FieldValue: TypeAlias = "float | Function | Callable[[Array], Array]"
@@ -91,7 +94,7 @@ def check_field(quantity: Quantity, value: Any, mesh: Any = None) -> None:
         check_number(quantity, value)
 
 
-def node_positions(zone: Any) -> Array:
+def node_positions(zone: ZoneFacets) -> Array:
     """Undeformed positions of the slave facets' displacement nodes, padded with zeros,
     (facets, nodes, 3). Length."""
     surface = zone.slave_surface
@@ -104,7 +107,7 @@ def node_positions(zone: Any) -> Array:
 
 
 def on_facets(
-    quantity: Quantity, value: FieldValue, zone: Any, comm: MPI.Comm
+    quantity: Quantity, value: FieldValue, zone: ZoneFacets, comm: MPI.Comm
 ) -> Array:
     """Values of a field at the slave facets' displacement nodes. Collective.
 
@@ -133,7 +136,7 @@ def on_facets(
     return values
 
 
-def _values(quantity: Quantity, value: FieldValue, zone: Any) -> Array:
+def _values(quantity: Quantity, value: FieldValue, zone: ZoneFacets) -> Array:
     """The values of this rank's facets."""
     points = node_positions(zone)
     shape = points.shape[:2]

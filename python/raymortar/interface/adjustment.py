@@ -14,6 +14,7 @@ from ..checked import is_real_number
 from ..compat import Array
 from ..errors import ContactError
 from ..host.reference_facets import shape_functions
+from .zones import ZoneData
 
 
 @dataclass(frozen=True)
@@ -32,25 +33,6 @@ class Adjustment:
     largest: float
 
 
-def adjust(zones: Sequence[Any], within: float, comm: MPI.Comm) -> Adjustment:
-    """Add to the adjustments of zones what makes near surfaces just touch. Collective.
-
-    Parameters
-    ----------
-    zones
-        Paired at the state that is to be free of stress.
-    within
-        Gaps and overlaps up to this are closed. Length.
-    comm
-        Communicator of the mesh.
-    """
-    changes = [adjustment(zone, within) for zone in zones]
-    for zone, change in zip(zones, changes):
-        known = np.zeros_like(change) if zone.adjustment is None else zone.adjustment
-        zone.adjustment = known + change
-    return summed(comm, changes)
-
-
 def require_start(u: Array, within: Any) -> None:
     """Raise unless surfaces can be adjusted: at the start, by a positive length."""
     if np.any(u):
@@ -62,7 +44,7 @@ def require_start(u: Array, within: Any) -> None:
         raise ContactError(f"within = {within!r} must be a positive number")
 
 
-def adjustment(zone: Any, within: float) -> Array:
+def adjustment(zone: ZoneData, within: float) -> Array:
     """What to add to the offset of a zone so that near surfaces just touch.
 
     On each facet with points whose gap is at most `within`, a polynomial of the

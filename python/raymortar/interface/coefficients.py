@@ -14,7 +14,9 @@ from ..compat import Array, Indices
 from ..errors import ContactError, require_agreement, together
 from ..host.slave_fields import GAMMA, check_function, on_facets
 from ..options.methods import check_coefficient
+from .contact_surfaces import ContactSurfaces
 from .interfaces import Interfaces
+from .zones import Masters, ZoneData
 
 # Values of pairs that differ by less are one value: rounding, of equal bodies
 SAME = 1e-9
@@ -27,7 +29,7 @@ def single(tables: Sequence[Array]) -> float | None:
     return low if high <= (1.0 + SAME) * low else None
 
 
-class PairCoefficients(Mapping[tuple[int, tuple[int, ...]], tuple[float, ...]]):
+class PairCoefficients(Mapping[tuple[int, Masters], tuple[float, ...]]):
     """Coefficients that differ between pairs of bodies.
 
     Of each slave tag and its master tags: the values of the pairs of bodies that these
@@ -50,10 +52,10 @@ class PairCoefficients(Mapping[tuple[int, tuple[int, ...]], tuple[float, ...]]):
         for value in np.concatenate([table.ravel() for table in self.tables]):
             check_coefficient(float(value))
 
-    def __getitem__(self, tags: tuple[int, tuple[int, ...]]) -> tuple[float, ...]:
+    def __getitem__(self, tags: tuple[int, Masters]) -> tuple[float, ...]:
         return self._values[tags]
 
-    def __iter__(self) -> Iterator[tuple[int, tuple[int, ...]]]:
+    def __iter__(self) -> Iterator[tuple[int, Masters]]:
         return iter(self._values)
 
     def __len__(self) -> int:
@@ -113,7 +115,7 @@ class ZoneCoefficients:
 
 
 def spread(
-    gamma: float | Function | PairCoefficients, contact: Any
+    gamma: float | Function | PairCoefficients, surfaces: ContactSurfaces
 ) -> tuple[list[ZoneCoefficients], float]:
     """A coefficient as the zones take it, after checks. Collective.
 
@@ -130,9 +132,9 @@ def spread(
     ContactError
         If it is not positive, differs between ranks or is of another mesh or contact.
     """
-    zones, comm = contact.zones, contact.layout.comm
+    zones, comm = surfaces.zones, surfaces.comm
     with together(comm):
-        _check(gamma, contact)
+        _check(gamma, surfaces)
     if isinstance(gamma, PairCoefficients):
         found = _by_pair(gamma, zones)
     else:
@@ -145,19 +147,21 @@ def spread(
     return found, total / comm.allreduce(sum(one.of_facets.size for one in found))
 
 
-def _check(gamma: Any, contact: Any) -> None:
+def _check(gamma: Any, surfaces: ContactSurfaces) -> None:
     """Raise for a coefficient that is none of this contact."""
     if isinstance(gamma, PairCoefficients):
-        gamma.check(contact.interfaces)
+        gamma.check(surfaces.interfaces)
         return
     if gamma is None:
         raise ContactError("set_gamma needs a number or a Function, not None")
     check_coefficient(gamma)
     if isinstance(gamma, Function):
-        check_function(GAMMA, gamma, contact.slave_u.function_space.mesh)
+        check_function(GAMMA, gamma, surfaces.slave_u.function_space.mesh)
 
 
-def _by_pair(gamma: PairCoefficients, zones: Sequence[Any]) -> list[ZoneCoefficients]:
+def _by_pair(
+    gamma: PairCoefficients, zones: Sequence[ZoneData]
+) -> list[ZoneCoefficients]:
     """The largest of each slave facet's pairs, and the share of each pair in it."""
     pairs, found = gamma.interfaces, []
     for zone, slaves, masters, table in zip(

@@ -13,6 +13,7 @@ from dolfinx.fem import FunctionSpace
 from .. import compat
 from ..host.marks import marked_everywhere
 from ..host.vector_areas import vector_areas
+from .zones import ZoneData
 
 # Length of the mean of the zones' unit normals at a node: two that are more than
 # 60 degrees apart make a corner
@@ -33,7 +34,7 @@ class Cover:
         Space of the multiplier.
     """
 
-    def __init__(self, zones: Sequence[Any], W: FunctionSpace) -> None:
+    def __init__(self, zones: Sequence[ZoneData], W: FunctionSpace) -> None:
         self._zones, self._W = zones, W
         self._alone = len(zones) == 1 and W.mesh.comm.size == 1
         if len(zones) == 1:

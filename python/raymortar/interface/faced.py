@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 from mpi4py import MPI
 
@@ -14,6 +14,9 @@ from ..compat import Array, Indices
 from ..host.facets import Global
 from ..host.reference_facets import normals, shape_functions
 from ..host.surfaces import Surface
+
+if TYPE_CHECKING:
+    from .zones import ZoneData
 
 
 @dataclass(frozen=True)
@@ -71,7 +74,7 @@ def nothing(gdim: int) -> Faced:
     return Faced(none, places, places, masters, np.empty(0), closed)
 
 
-def nearest_hits(zone: Any) -> Faced:
+def nearest_hits(zone: ZoneData) -> Faced:
     """What each slave facet faces at the last update."""
     found = zone.cpp.faced()
     return Faced(**{**found, "closed": found["closed"] > 0})
@@ -109,7 +112,7 @@ def _nodal(surface: Surface, facets: Indices, u: Array) -> tuple[Array, Array]:
     return surface.X[surface.facet_nodes[facets]], u[dofs]
 
 
-def path(zone: Any, faced: Faced, u: Array, comm: MPI.Comm) -> Path:
+def path(zone: ZoneData, faced: Faced, u: Array, comm: MPI.Comm) -> Path:
     """Where points and what they faced are now. Collective.
 
     Parameters
@@ -127,7 +130,9 @@ def path(zone: Any, faced: Faced, u: Array, comm: MPI.Comm) -> Path:
     return Path(x, gap, slide, thickness)
 
 
-def _answers(zone: Any, faced: Faced, u: Array, comm: MPI.Comm) -> tuple[Array, Array]:
+def _answers(
+    zone: ZoneData, faced: Faced, u: Array, comm: MPI.Comm
+) -> tuple[Array, Array]:
     """Positions of the masters' points, and the thickness behind them, from the ranks
     that own the facets. Collective."""
     surface = zone.facets.master_surface

@@ -13,9 +13,10 @@ from ..errors import together
 from ..host.slave_fields import check_field, on_facets
 from ..options.friction import Friction, Law
 from .point_results import CLOSED, along_normal
+from .zones import ZoneData
 
 
-def spread_coefficient(law: Law | None, zones: Sequence[Any], mesh: Any) -> None:
+def spread_coefficient(law: Law | None, zones: Sequence[ZoneData], mesh: Any) -> None:
     """Give the zones a coefficient that is a field on the slave's mesh. Collective."""
     if law is None or law.quantity is None or law.field is None:
         return
@@ -27,7 +28,7 @@ def spread_coefficient(law: Law | None, zones: Sequence[Any], mesh: Any) -> None
 
 
 def evaluate_friction(
-    law: Law | None, zones: Sequence[Any], dt: float, comm: MPI.Comm
+    law: Law | None, zones: Sequence[ZoneData], dt: float, comm: MPI.Comm
 ) -> None:
     """Give the zones the bounds at their points of a law of pressure and slip rate,
     with one call of it for each zone. Collective.

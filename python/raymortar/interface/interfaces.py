@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING
 
 from mpi4py import MPI
 
@@ -14,6 +14,9 @@ from ..compat import Array, Indices
 from ..host.bodies import Bodies, bodies_of_facets
 from ..host.layout import Layout
 from ..host.surfaces import Surface
+
+if TYPE_CHECKING:
+    from .zones import ZoneData
 
 
 def _membership(
@@ -55,7 +58,9 @@ class Interfaces:
         Sorted bodies of each zone's sides, the rows and columns of its tables.
     """
 
-    def __init__(self, zones: Sequence[Any], layout: Layout, bodies: Bodies) -> None:
+    def __init__(
+        self, zones: Sequence[ZoneData], layout: Layout, bodies: Bodies
+    ) -> None:
         self.zones, self.layout, self.bodies = zones, layout, bodies
         self._slave_in = self._zones_of("slave_surface")
         # What is rigid counts as one more body

@@ -13,6 +13,8 @@ import numpy as np
 from ..errors import ContactWarning
 from ..host.joined import parts_of
 from ..host.thickness import Cells, thickness_behind
+from .contact_surfaces import ContactSurfaces
+from .zones import ZoneData
 
 # Bodies are measured this much further than is asked for, so that an interference that
 # grows asks seldom
@@ -34,7 +36,7 @@ class Behind:
         Communicator of the meshes.
     """
 
-    def __init__(self, zone: Any, meshes: Sequence[Any], comm: MPI.Comm) -> None:
+    def __init__(self, zone: ZoneData, meshes: Sequence[Any], comm: MPI.Comm) -> None:
         self._zone, self._meshes, self._comm = zone, meshes, comm
         self._known = self._limit = self._thinner(zone.thickness)
 
@@ -63,7 +65,7 @@ class Behind:
         return self._known
 
 
-def excess(zone: Any, behind: Behind, comm: MPI.Comm) -> str | None:
+def excess(zone: ZoneData, behind: Behind, comm: MPI.Comm) -> str | None:
     """What to say of an interference that no body is thick enough for. Collective."""
     mine = 0.0 if zone.offset is None else float((-zone.offset).max(initial=0.0))
     overlap = float(comm.allreduce(mine, op=MPI.MAX))
@@ -80,15 +82,35 @@ def excess(zone: Any, behind: Behind, comm: MPI.Comm) -> str | None:
     )
 
 
-def warn_of_excess(contact: Any) -> str | None:
-    """What to say of the offset that is set, if it is too much; warns of it where it
-    was not too much before. Collective."""
-    comm = contact.layout.comm
-    if contact.behind is None:
-        meshes = [part.function_space.mesh for part in parts_of(contact.u)]
-        contact.behind = [Behind(zone, meshes, comm) for zone in contact.zones]
-    found = [excess(zone, b, comm) for zone, b in zip(contact.zones, contact.behind)]
-    text = "; ".join(filter(None, found)) or None
-    if text is not None and contact.excess is None:
-        warnings.warn(text, ContactWarning, stacklevel=4)
-    return text
+class Interferences:
+    """Watches whether the offset of a contact is more than its bodies are thick.
+
+    Parameters
+    ----------
+    surfaces
+        Of the contact.
+
+    Attributes
+    ----------
+    excess
+        What to say of the offset that is set, if it is too much; else None.
+    """
+
+    def __init__(self, surfaces: ContactSurfaces) -> None:
+        self._surfaces = surfaces
+        self._behind: list[Behind] | None = None
+        self.excess: str | None = None
+
+    def look(self) -> None:
+        """Look at an offset that has been set, and warn of it if it is too much and
+        was not before. Collective."""
+        zones, comm = self._surfaces.zones, self._surfaces.comm
+        if self._behind is None:
+            parts = parts_of(self._surfaces.u)
+            meshes = [part.function_space.mesh for part in parts]
+            self._behind = [Behind(zone, meshes, comm) for zone in zones]
+        found = [excess(zone, b, comm) for zone, b in zip(zones, self._behind)]
+        text = "; ".join(filter(None, found)) or None
+        if text is not None and self.excess is None:
+            warnings.warn(text, ContactWarning, stacklevel=4)
+        self.excess = text

@@ -6,7 +6,7 @@ import operator
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields
 from enum import IntEnum
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mpi4py import MPI
 
@@ -16,8 +16,12 @@ from dolfinx.fem import Function
 from .. import compat
 from ..compat import Array
 from ..host.communication import Communication, communication
-from ..host.layout import Layout
+from ..host.layout import CoupledRows
 from ..host.reference_facets import shape_functions
+
+if TYPE_CHECKING:
+    from ..rigid.body import Body
+    from .zones import ZoneData
 
 
 class PointStatus(IntEnum):
@@ -145,7 +149,7 @@ def _reductions() -> list[tuple[MPI.Op, Callable[[Any, Any], Any], list[str]]]:
     ]
 
 
-def statistics(zones: Any, layout: Layout) -> Statistics:
+def statistics(zones: Sequence[ZoneData], layout: CoupledRows) -> Statistics:
     """Counts of all zones and ranks. Collective."""
     reductions = _reductions()
     total = Statistics(communication=communication(zones, layout))
@@ -180,7 +184,7 @@ def _moments(x: Array, forces: Array) -> Array:
     return x[:, 0] * forces[:, 1] - x[:, 1] * forces[:, 0]
 
 
-def resultant(zone: Any, comm: MPI.Comm) -> Resultant:
+def resultant(zone: ZoneData, comm: MPI.Comm) -> Resultant:
     """Force and moment on the slave side of a zone. Collective."""
     points = zone.points()
     forces = points["weight"][:, None] * points["traction"]
@@ -193,7 +197,7 @@ def resultant(zone: Any, comm: MPI.Comm) -> Resultant:
     return _of_zone(zone, Resultant(force, moment, normal, force - normal))
 
 
-def _of_zone(zone: Any, found: Resultant) -> Resultant:
+def _of_zone(zone: ZoneData, found: Resultant) -> Resultant:
     """What tractions of a zone come to: over a full turn, if it is axisymmetric."""
     if not zone.facets.slave_surface.axisymmetric:
         return found
@@ -207,7 +211,7 @@ def _of_zone(zone: Any, found: Resultant) -> Resultant:
     )
 
 
-def resultants(zone: Any, comm: MPI.Comm) -> list[Resultant]:
+def resultants(zone: ZoneData, comm: MPI.Comm) -> list[Resultant]:
     """Forces and moments on the slave side of a zone, one for each of its master tags.
     Collective."""
     points = zone.points()
@@ -231,7 +235,7 @@ def resultants(zone: Any, comm: MPI.Comm) -> list[Resultant]:
     return [_of_zone(zone, found) for found in each]
 
 
-def resultant_on(zones: Any, body: Any, comm: MPI.Comm) -> Resultant:
+def resultant_on(zones: Sequence[ZoneData], body: Body, comm: MPI.Comm) -> Resultant:
     """Force on a rigid body, and moment about its centre. Collective."""
     dim = zones[0].facets.slave_surface.gdim
     sums = np.zeros(2 * dim + (3 if dim == 3 else 1))
@@ -269,7 +273,7 @@ def along_normal(points: dict[str, Array], vectors: Array) -> Array:
 
 
 def nodal_average(
-    zones: Any,
+    zones: Sequence[ZoneData],
     quantity: Callable[[dict[str, Array]], Array],
     field: Function,
     hits_only: bool = True,

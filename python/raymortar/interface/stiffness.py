@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mpi4py import MPI
 
@@ -16,7 +16,7 @@ from ..host.axisymmetry import warn_of_plane_form
 from ..host.displacements import Places
 from ..host.facet_areas import surface_areas, surface_sizes
 from ..host.host_blocks import HostBlocks
-from ..host.layout import CoupledRows, Layout
+from ..host.layout import CoupledRows
 from ..host.marks import marked_everywhere
 from ..host.surfaces import Surface
 from .interfaces import Interfaces
@@ -26,6 +26,9 @@ from .strain_response import (
     strain_response,
     translation_forces,
 )
+
+if TYPE_CHECKING:
+    from .zones import ZoneData
 
 _numbers = itertools.count()
 
@@ -53,7 +56,9 @@ class VolumePattern:
         That no other one has.
     """
 
-    def __init__(self, form: Any, layout: Layout, axisymmetric: bool = False) -> None:
+    def __init__(
+        self, form: Any, layout: CoupledRows, axisymmetric: bool = False
+    ) -> None:
         self.form, self.number = form, next(_numbers)
         host = layout.host
         blocks = HostBlocks(form, layout)
@@ -93,7 +98,7 @@ class _Side:
     def __init__(
         self,
         volume: VolumePattern,
-        layout: Layout,
+        layout: CoupledRows,
         interfaces: Interfaces,
         bcs: Sequence[Any],
     ) -> None:
@@ -154,7 +159,7 @@ def _softer(slave: Array, master: Array) -> Array:
 
 def contact_stiffness(
     volume: VolumePattern,
-    layout: Layout,
+    layout: CoupledRows,
     interfaces: Interfaces,
     bcs: Sequence[Any] = (),
     times_size: bool = False,
@@ -200,7 +205,7 @@ def contact_stiffness(
 
 def stiffness_ratios(
     volume: VolumePattern,
-    layout: Layout,
+    layout: CoupledRows,
     interfaces: Interfaces,
     bcs: Sequence[Any] = (),
 ) -> list[Array]:
@@ -222,7 +227,7 @@ def stiffness_ratios(
     return interfaces.tables(_Side(volume, layout, interfaces, bcs), pair)
 
 
-def mean_facet_size(layout: CoupledRows, zones: Sequence[Any]) -> float:
+def mean_facet_size(layout: CoupledRows, zones: Sequence[ZoneData]) -> float:
     """Of all slave facets. Length. Collective."""
     sides = [zone.facets.slave_surface for zone in zones]
     area = layout.comm.allreduce(

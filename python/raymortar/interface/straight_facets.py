@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from typing import Any
 
 from mpi4py import MPI
 
@@ -15,7 +14,9 @@ from ..errors import ContactWarning
 from ..host.joined import parts_of
 from ..host.reference_facets import normals, shape_functions
 from ..host.surfaces import Surface
+from .contact_surfaces import ContactSurfaces
 from .point_results import OPEN
+from .zones import ZoneData
 
 # Angles between neighbouring facets of a surface that is meant to be smooth
 SMOOTH = np.deg2rad(0.5), np.deg2rad(40.0)
@@ -78,19 +79,19 @@ def _distance(gaps: Array) -> float:
     return float(middle) if high <= ALIKE * low else np.inf
 
 
-def _wanted(zone: Any, comm: MPI.Comm) -> float:
+def _wanted(zone: ZoneData, comm: MPI.Comm) -> float:
     """Least clearance or interference that is set, of all ranks; inf if none is."""
     offset = np.abs(np.zeros(1) if zone.offset is None else zone.offset)
     least = float(offset[offset > 0.0].min(initial=np.inf))
     return float(comm.allreduce(least, op=MPI.MIN))
 
 
-def warn_of_straight_facets(contact: Any) -> None:
+def warn_of_straight_facets(surfaces: ContactSurfaces) -> None:
     """Warn where straight facets take a share of the gap at the start. Collective."""
-    comm = contact.layout.comm
-    meshes = [part.function_space.mesh for part in parts_of(contact.u)]
+    comm = surfaces.comm
+    meshes = [part.function_space.mesh for part in parts_of(surfaces.u)]
     straight = [compat.geometry_degree(mesh) == 1 for mesh in meshes]
-    for zone in contact.zones:
+    for zone in surfaces.zones:
         facets = zone.facets
         both = (
             (facets.slave_part, facets.slave_surface),

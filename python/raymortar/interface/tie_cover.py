@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from .. import compat
@@ -12,6 +10,7 @@ from ..errors import raise_everywhere
 from ..host.facet_areas import surface_normals
 from ..host.facets import format_point
 from ..host.reference_facets import shape_functions
+from .contact_surfaces import ContactSurfaces
 from .point_results import OPEN
 
 # Share of what a node stands for that its masters must cover
@@ -20,7 +19,7 @@ ENOUGH = 0.5
 NAMED = 10
 
 
-def node_shares(tie: Any) -> tuple[Array, Array]:
+def node_shares(tie: ContactSurfaces) -> tuple[Array, Array]:
     """Share of what each owned slave node stands for that has a master. Collective.
 
     What it stands for is the integral of the square of its shape function.
@@ -29,7 +28,7 @@ def node_shares(tie: Any) -> tuple[Array, Array]:
     -------
     Positions (n, d) and shares (n,) of the owned nodes on slave surfaces.
     """
-    V = tie._scalar
+    V = tie.scalar
     degree = compat.element_info(V).degree
     vectors = [compat.create_la_vector(V.dofmap.index_map, 1) for _ in range(2)]
     met, whole = (vector.array for vector in vectors)
@@ -50,7 +49,7 @@ def node_shares(tie: Any) -> tuple[Array, Array]:
     return V.tabulate_dof_coordinates()[on, :dim], met[on] / whole[on]
 
 
-def require_masters(tie: Any, partial: bool) -> None:
+def require_masters(tie: ContactSurfaces, partial: bool) -> None:
     """Raise for slave nodes without a master. Collective.
 
     Parameters
@@ -60,7 +59,7 @@ def require_masters(tie: Any, partial: bool) -> None:
     partial
         Whether some may have none; all of them must not.
     """
-    comm = tie.layout.comm
+    comm = tie.comm
     x, share = node_shares(tie)
     if partial and comm.allreduce(int((share > 0.0).any())):
         return

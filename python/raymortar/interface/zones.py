@@ -73,12 +73,12 @@ class ZoneData:
         more = offset if name == "depth" else -offset
         return own + np.maximum(more, 0.0).max(axis=1)
 
-    def statistics(self) -> dict[str, float]:
+    def statistics(self) -> dict[str, Any]:
         """Counts and seconds of this rank, by the names of `results.Statistics`."""
         return self.cpp.statistics() | self.assembly.as_dict()
 
     def points(self) -> dict[str, Array]:
-        """Arrays over the integration points, see `ContactFields.points`."""
+        """Arrays over the integration points, see `Contact.points`."""
         points = self.cpp.points()
         if self.frictional:  # the same keys on a rank without points
             points.setdefault("slip", np.empty_like(points["x"]))
