@@ -1,4 +1,4 @@
-"""What ranks tell each other, counted."""
+"""Counts of what ranks send to each other."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Sent:
-    """What was sent from rank to rank; what a rank has itself is not counted.
+    """What was sent from one rank to another.
 
-    ``pairing_*``: to find partners and to hand over facets, whenever facets have moved
-    too far for the last ones to serve. ``value_*``: displacements at the dofs of those
-    facets, at every update. Both since the contact object was made. ``*_entries``: of
-    the contact's matrix and residual in rows of other ranks, which PETSc sends at one
-    assembly, to ``entry_ranks`` ranks.
+    ``pairing_*``: sent to find partners and to exchange facets, whenever facets have
+    moved too far to keep the last ones. ``value_*``: displacements at the dofs of those
+    facets, sent at every update. Both are sums since the contact was made.
+    ``*_entries``: entries of the contact's matrix and residual in rows of other ranks,
+    which PETSc sends at one assembly to ``entry_ranks`` ranks.
     """
 
     pairing_messages: int = 0
@@ -38,7 +38,7 @@ class Sent:
 
 @dataclass(frozen=True)
 class Communication:
-    """All ranks together, and for each count the rank that has most."""
+    """Sums over all ranks, and for each count the largest one of a rank."""
 
     total: Sent = Sent()
     largest: Sent = Sent()

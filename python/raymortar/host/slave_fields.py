@@ -33,9 +33,9 @@ class Quantity:
     name
         For messages.
     demand
-        What its values must be.
+        What its values must be, for messages.
     allowed
-        Whether finite values are, entry by entry.
+        Whether each finite value is allowed.
     """
 
     name: str
@@ -43,7 +43,7 @@ class Quantity:
     allowed: Callable[[Array], Mask]
 
     def first_fault(self, values: Array) -> float | None:
-        """The first value that cannot be, if any."""
+        """The first value that is not allowed; None if all are."""
         bad = values[~(np.isfinite(values) & self.allowed(values))]
         return float(bad[0]) if len(bad) else None
 
@@ -62,7 +62,7 @@ def is_field(value: Any) -> bool:
 
 
 def check_number(quantity: Quantity, value: Any) -> None:
-    """Raise unless a value that is no field is a number that is allowed."""
+    """Raise unless a value is a number that is allowed."""
     if not (is_real_number(value) and np.isfinite(value)):
         raise ContactError(
             f"{quantity.name} must be a finite number, a Function or a callable of "
@@ -73,7 +73,7 @@ def check_number(quantity: Quantity, value: Any) -> None:
 
 
 def check_function(quantity: Quantity, value: Function, mesh: Any = None) -> None:
-    """Raise unless a Function is a scalar, and on the slave's mesh if that is known."""
+    """Raise unless a Function is scalar, and is on the slave's mesh if one is given."""
     components = compat.element_info(value.function_space).value_shape
     if components:
         raise ContactError(
@@ -87,7 +87,7 @@ def check_function(quantity: Quantity, value: Function, mesh: Any = None) -> Non
 
 
 def check_field(quantity: Quantity, value: Any, mesh: Any = None) -> None:
-    """Raise for what cannot be such a field: of what is no number, its kind."""
+    """Raise unless a value is a Function that fits, a callable or an allowed number."""
     if isinstance(value, Function):
         check_function(quantity, value, mesh)
     elif not callable(value):

@@ -1,4 +1,4 @@
-"""Offsets that make surfaces touch where their meshes say otherwise."""
+"""Offsets that make surfaces touch which their meshes hold apart."""
 
 from __future__ import annotations
 
@@ -45,12 +45,12 @@ def require_start(u: Array, within: Any) -> None:
 
 
 def adjustment(zone: ZoneData, within: float) -> Array:
-    """What to add to the offset of a zone so that near surfaces just touch.
+    """Change of a zone's offset with which near surfaces just touch.
 
     On each facet with points whose gap is at most `within`, a polynomial of the
     displacement's degree is fitted to minus the gap, and raised until no point
-    overlaps. So the start is free of stress; what clearance is left between points is
-    the part of the gap that no such polynomial has.
+    overlaps. So the start is free of stress. Between points a clearance is left: the
+    part of the gap that such a polynomial cannot represent.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ def adjustment(zone: ZoneData, within: float) -> Array:
     shape, degree = surface.shape, surface.displacement_degree
     N, _ = shape_functions(shape, degree, points["xi"])
     gap = points["gap"]
-    if zone.offset is not None:  # a clearance or an interference that is wanted
+    if zone.offset is not None:  # the user's clearance or interference stays
         gap = gap - np.einsum("qk,qk->q", N, zone.offset[slave])
     near = np.flatnonzero((points["status"] > 0) & (np.abs(gap) <= within))
     change = np.zeros((len(surface.facet_dofs), N.shape[1]))
@@ -83,14 +83,15 @@ def adjustment(zone: ZoneData, within: float) -> Array:
 def _touching(N: Array, gap: Array) -> Array:
     """Nodal values whose polynomial lies closest above minus the gap."""
     mean = -gap.mean()
-    # About the mean: where points do not tell all nodes, the rest is constant
+    # Fit the deviation from the mean: where points do not determine all nodes, the
+    # others get the mean
     fit, *_ = np.linalg.lstsq(N, -gap - mean, rcond=1e-8)
     nodal = mean + fit
     return np.asarray(nodal + max(0.0, float(np.max(-gap - N @ nodal))))
 
 
 def summed(comm: MPI.Comm, changes: Sequence[Array]) -> Adjustment:
-    """What nodal changes of all zones and ranks come to. Collective."""
+    """Counts of nodal changes over all zones and ranks. Collective."""
     facets = sum(int(np.count_nonzero(change.any(axis=1))) for change in changes)
     largest = max(float(np.abs(change).max(initial=0.0)) for change in changes)
     return Adjustment(

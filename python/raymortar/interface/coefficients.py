@@ -18,7 +18,7 @@ from .contact_surfaces import ContactSurfaces
 from .interfaces import Interfaces
 from .zones import Masters, ZoneData
 
-# Values of pairs that differ by less are one value: rounding, of equal bodies
+# Values that differ by less count as equal: equal bodies differ by rounding errors
 SAME = 1e-9
 
 
@@ -32,8 +32,8 @@ def single(tables: Sequence[Array]) -> float | None:
 class PairCoefficients(Mapping[tuple[int, Masters], tuple[float, ...]]):
     """Coefficients that differ between pairs of bodies.
 
-    Of each slave tag and its master tags: the values of the pairs of bodies that these
-    are on, ascending. ``0.1 * coefficients`` is one that ``Contact.set_gamma`` takes.
+    Maps a slave tag and its master tags to the values of their pairs of bodies,
+    ascending. ``0.1 * coefficients`` is one that ``Contact.set_gamma`` takes.
     """
 
     def __init__(self, interfaces: Interfaces, tables: Sequence[Array]) -> None:
@@ -92,12 +92,11 @@ class ZoneCoefficients:
     Attributes
     ----------
     of_facets
-        At the displacement dofs of its slave facets, (facets, dofs per facet).
+        Values at the displacement dofs of its slave facets, (facets, dofs per facet).
     slaves, masters
-        Sorted bodies of its two surfaces, where pairs of them have their own.
+        Sorted bodies of its two surfaces, if pairs of bodies have different values.
     factors
-        What share of a slave facet's value counts against each body,
-        (slaves, masters).
+        Factors on the values of slave facets, by pair of bodies, (slaves, masters).
     """
 
     of_facets: Array
@@ -106,7 +105,7 @@ class ZoneCoefficients:
     factors: Array | None = None
 
     def of_pairs(self) -> _cpp.PairFactors:
-        """What differs between pairs of bodies, if anything."""
+        """Factors by pair of bodies, empty if one value holds for all."""
         if self.slaves is None or self.masters is None or self.factors is None:
             return _cpp.PairFactors()
         return _cpp.PairFactors(
@@ -124,8 +123,8 @@ def spread(
     zones
         Coefficients of each zone. Traction per length.
     scale
-        Mean over the slave facets: one for all zones, as a multiplier node may belong to
-        two of them.
+        Mean over all slave facets. All zones share it, as two zones may share a
+        multiplier node.
 
     Raises
     ------
@@ -148,7 +147,7 @@ def spread(
 
 
 def _check(gamma: Any, surfaces: ContactSurfaces) -> None:
-    """Raise for a coefficient that is none of this contact."""
+    """Raise for a coefficient that does not fit this contact."""
     if isinstance(gamma, PairCoefficients):
         gamma.check(surfaces.interfaces)
         return
@@ -162,7 +161,8 @@ def _check(gamma: Any, surfaces: ContactSurfaces) -> None:
 def _by_pair(
     gamma: PairCoefficients, zones: Sequence[ZoneData]
 ) -> list[ZoneCoefficients]:
-    """The largest of each slave facet's pairs, and the share of each pair in it."""
+    """Each slave facet gets the largest value of its pairs, and each pair its share of
+    that."""
     pairs, found = gamma.interfaces, []
     for zone, slaves, masters, table in zip(
         zones, pairs.slave, pairs.master, gamma.tables

@@ -24,9 +24,9 @@ from .cover import STRAIGHT
 def crossing(
     tie: ContactSurfaces, contacts: Sequence[ContactSurfaces]
 ) -> list[npt.NDArray[np.int8]]:
-    """Slave dofs of each zone of a tie that are of another interaction too. Collective.
-
-    Of any master's surface, or of a slave surface that is not the tie's.
+    """Marks slave dofs of a tie that other interactions share, zone by zone.
+    Collective. Shared are dofs on any master surface, and on slave surfaces of other
+    contacts.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def crossing(
 
 
 def warn_of_corners(tie: ContactSurfaces) -> None:
-    """Warn where a slave surface turns sharply: one multiplier is no traction of two
+    """Warn of corners of a slave surface: one multiplier cannot be the traction on two
     faces. Collective."""
     assert tie.multiplier is not None
     W = tie.multiplier.function_space
@@ -59,7 +59,7 @@ def warn_of_corners(tie: ContactSurfaces) -> None:
     table = sums.array.reshape(-1, dim + 1)
     for zone in tie.zones:
         found = _facet_normals(zone.facets.slave_surface)
-        # The last column counts
+        # The last column counts facets
         ones = np.hstack([found, np.ones((len(found), 1))])
         np.add.at(table, zone.multiplier_table, ones[:, None, :])
     compat.scatter_reverse_add(sums)
@@ -84,7 +84,7 @@ def warn_of_corners(tie: ContactSurfaces) -> None:
 
 
 def _facet_normals(surface: Surface) -> Array:
-    """Unit normals amid the undeformed facets, (facets, d)."""
+    """Unit normals at the centres of the undeformed facets, (facets, d)."""
     centre = facet_nodes(surface.shape, 1).mean(axis=0, keepdims=True)
     _, gradients = shape_functions(surface.shape, surface.node_degree, centre)
     nodes = surface.X[surface.facet_nodes]

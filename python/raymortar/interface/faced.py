@@ -1,4 +1,4 @@
-"""What slave facets faced at the accepted step, and how far they have gone from there."""
+"""What slave facets faced at the accepted step, and how far they have moved from it."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Faced:
-    """Of each slave facet with a hit the point nearest to the master.
+    """The point nearest to the master, of each slave facet with a hit.
 
     Attributes
     ----------
@@ -34,7 +34,7 @@ class Faced:
     gap
         Length, (n,).
     closed
-        Whether any point of the facet was, (n,).
+        Whether any point of the facet was closed, (n,).
     """
 
     facet: Indices
@@ -47,7 +47,7 @@ class Faced:
 
 @dataclass(frozen=True)
 class Path:
-    """How such points have moved away from what they faced.
+    """Where the points of `Faced` are now, relative to what they faced.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class Path:
     slide
         Distance across the normal, (n,). Length.
     thickness
-        Of the master behind its facet, (n,). Length.
+        Thickness of the master behind its facet, (n,). Length.
     """
 
     x: Array
@@ -68,7 +68,7 @@ class Path:
 
 
 def nothing(gdim: int) -> Faced:
-    """An empty record, of a state that has not been paired."""
+    """An empty record, for a state that has not been paired."""
     none, places = np.empty(0, dtype=np.int32), np.empty((0, gdim - 1))
     masters, closed = none.astype(np.int64), none.astype(bool)
     return Faced(none, places, places, masters, np.empty(0), closed)
@@ -113,7 +113,7 @@ def _nodal(surface: Surface, facets: Indices, u: Array) -> tuple[Array, Array]:
 
 
 def path(zone: ZoneData, faced: Faced, u: Array, comm: MPI.Comm) -> Path:
-    """Where points and what they faced are now. Collective.
+    """Present positions of points and of what they faced. Collective.
 
     Parameters
     ----------
@@ -133,8 +133,8 @@ def path(zone: ZoneData, faced: Faced, u: Array, comm: MPI.Comm) -> Path:
 def _answers(
     zone: ZoneData, faced: Faced, u: Array, comm: MPI.Comm
 ) -> tuple[Array, Array]:
-    """Positions of the masters' points, and the thickness behind them, from the ranks
-    that own the facets. Collective."""
+    """Positions of the masters' points and the thickness behind them. The ranks that
+    own the facets give them. Collective."""
     surface = zone.facets.master_surface
     asked = comm.allgather((faced.master, faced.eta))
     ids = np.concatenate([part[0] for part in asked])

@@ -1,4 +1,4 @@
-"""What the zones need of a friction law that differs from point to point."""
+"""Friction laws whose bound differs from point to point, as the zones need it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .zones import ZoneData
 
 
 def spread_coefficient(law: Law | None, zones: Sequence[ZoneData], mesh: Any) -> None:
-    """Give the zones a coefficient that is a field on the slave's mesh. Collective."""
+    """Send a friction coefficient that is a field to the zones. Collective."""
     if law is None or law.quantity is None or law.field is None:
         return
     with together(mesh.comm):
@@ -30,13 +30,13 @@ def spread_coefficient(law: Law | None, zones: Sequence[ZoneData], mesh: Any) ->
 def evaluate_friction(
     law: Law | None, zones: Sequence[ZoneData], dt: float, comm: MPI.Comm
 ) -> None:
-    """Give the zones the bounds at their points of a law of pressure and slip rate,
-    with one call of it for each zone. Collective.
+    """Evaluate a law of pressure and slip rate at all points, once for each zone, and
+    send its bounds to the zones. Collective.
 
     Parameters
     ----------
     law
-        Others than `Friction` need nothing.
+        Law of friction. Only `Friction` is evaluated here.
     zones
         Paired at the present state.
     dt
@@ -54,5 +54,5 @@ def evaluate_friction(
             values = np.zeros((3, len(closed)))
             values[:, closed] = law.at(p, v)
             s, by_p, by_v = values
-            # The library has the normal traction, which is negative
+            # The library's pressure is the normal traction, which is negative
             zone.cpp.set_friction_bounds(s, -by_p, by_v / dt)

@@ -56,7 +56,7 @@ def refuse_held_on_tools(surfaces: ContactSurfaces, marker: Mask) -> None:
     Raises
     ------
     SetUpError
-        As nothing could give way.
+        If there are such slaves: nothing could give way.
     """
     for zone in surfaces.zones:
         bodies = zone.facets.bodies
@@ -90,7 +90,7 @@ def refuse_held(surfaces: ContactSurfaces) -> None:
     for zone in surfaces.zones:
         points = zone.cpp.points()
         shut = points["status"] >= CLOSED
-        # Nothing is integrated where a facet is uncovered
+        # Points on uncovered parts integrate nothing
         free = ((zone.cpp.free_points() == 1) | ~shut) & (points["seed"] >= 0)
         for vector, which in ((known, free), (closed, shut)):
             vector.array[zone.multiplier_table[points["slave"][which]]] = 1.0
@@ -114,8 +114,7 @@ def refuse_held(surfaces: ContactSurfaces) -> None:
 
 
 def _spread_by_damping(surfaces: ContactSurfaces, known: Any) -> None:
-    """Mark the nodes that share a damped or a tied facet with a marked one.
-    Collective."""
+    """Mark nodes that share a damped facet with a marked node. Collective."""
     compat.scatter_forward(known)
     for zone in surfaces.zones:
         share = zone.cpp.segments()["covered"]

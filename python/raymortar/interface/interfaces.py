@@ -1,4 +1,4 @@
-"""Which bodies meet: a slave's and a master's body, however their facets are tagged."""
+"""Which bodies meet, whatever the tags of their facets."""
 
 from __future__ import annotations
 
@@ -22,7 +22,8 @@ if TYPE_CHECKING:
 def _membership(
     comm: MPI.Comm, bodies: Sequence[Indices], count: int
 ) -> npt.NDArray[np.bool_]:
-    """Whether a zone has facets of a body on any rank, (zones, bodies). Collective."""
+    """Whether each zone has facets of each body on any rank, (zones, bodies).
+    Collective."""
     here = np.zeros((len(bodies), count), dtype=np.int32)
     for zone, of_facets in enumerate(bodies):
         here[zone, of_facets] = 1
@@ -31,7 +32,8 @@ def _membership(
 
 
 def _kinds(member: npt.NDArray[np.bool_]) -> tuple[npt.NDArray[np.bool_], Indices]:
-    """Sets of zones that bodies are in, (kinds, zones), and each body's kind."""
+    """Each set of zones that some body is in, (kinds, zones), and the kind of each
+    body."""
     kinds, kind = np.unique(member.T, axis=0, return_inverse=True)
     return kinds, kind.reshape(-1)
 
@@ -39,9 +41,9 @@ def _kinds(member: npt.NDArray[np.bool_]) -> tuple[npt.NDArray[np.bool_], Indice
 class Interfaces:
     """Pairs of bodies that zones bring together. Collective.
 
-    The side of a pair of bodies is all facets of the one that face the other, in
-    whatever zones they are. It is the same for all bodies opposite that are in the same
-    zones, their *kind*: there are about as many kinds as zones, and far fewer than pairs.
+    A side of a pair of bodies is all facets of one body that face the other one, in any
+    zone. Opposite bodies that are in the same zones are of one *kind*, and have the
+    same side. There are about as many kinds as zones, far fewer than pairs.
 
     Parameters
     ----------
@@ -63,7 +65,7 @@ class Interfaces:
     ) -> None:
         self.zones, self.layout, self.bodies = zones, layout, bodies
         self._slave_in = self._zones_of("slave_surface")
-        # What is rigid counts as one more body
+        # All rigid tools together count as one more body
         rigid = [[bool(zone.facets.bodies)] for zone in zones]
         self._master_in = np.hstack([self._zones_of("master_surface"), rigid])
         self.slave = [np.flatnonzero(row) for row in self._slave_in]
@@ -91,8 +93,8 @@ class Interfaces:
             Quantities of a union of surfaces, body by body: (bodies, quantities).
             Called on all ranks alike.
         pair
-            From those of the slaves' and the masters' sides, (pairs, quantities), to
-            the number, (pairs,).
+            Gives the numbers, (pairs,), from the quantities of the slaves' and the
+            masters' sides, (pairs, quantities) each.
 
         Returns
         -------
@@ -100,7 +102,8 @@ class Interfaces:
         """
         of_slaves, slave_kind = _kinds(self._slave_in)
         of_masters, master_kind = _kinds(self._master_in)
-        # A slave's side is what faces a kind of masters, and the other way around
+        # A slave's side depends on the kind of its masters, and a master's on that of
+        # its slaves
         slaves = self._measured(of_masters, "slave_surface", measure)
         masters = self._measured(of_slaves, "master_surface", measure)
         masters = np.pad(masters, [(0, 0), (0, 1), (0, 0)])
@@ -123,7 +126,7 @@ class Interfaces:
     ) -> Array:
         """`measure` of a side, for each set of zones, (kinds, bodies, quantities)."""
         surfaces = [getattr(zone.facets, side) for zone in self.zones]
-        # Bodies without such facets are in no zone: of theirs nothing is read
+        # Bodies without facets are in no zone, so their entries are not read
         found = [
             measure([surfaces[z] for z in np.flatnonzero(kind)]) if kind.any() else None
             for kind in kinds
@@ -132,5 +135,5 @@ class Interfaces:
         return np.array([none if part is None else part for part in found])
 
     def rows(self, surface: Surface, bodies: Indices) -> Indices:
-        """Place of each facet's body among some sorted bodies."""
+        """Index of each facet's body among sorted bodies."""
         return np.searchsorted(bodies, self.of_facets(surface)).astype(np.int32)

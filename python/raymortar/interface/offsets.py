@@ -33,7 +33,7 @@ class Offsets:
 
     @property
     def excess(self) -> str | None:
-        """What to say of an interference that no body is thick enough for."""
+        """A message on an interference for which no body is thick enough; else None."""
         return self._interferences.excess
 
     def set(self, offset: FieldValue) -> None:
@@ -64,7 +64,7 @@ class Offsets:
         return summed(comm, changes)
 
     def _send(self) -> None:
-        """Hand offsets and adjustments to the zones."""
+        """Send offsets and adjustments to the zones."""
         for zone in self._surfaces.zones:
             offset = zone.whole_offset
             if offset is not None:

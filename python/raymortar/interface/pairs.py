@@ -31,11 +31,11 @@ class Pair:
     slave_name, master_name
         Names of these tags, where `Contact` was given names; else None.
     surface
-        Number of the slave surface, as `points` takes it.
+        Number of the slave surface, the argument of `points`.
     label
-        In the columns of a `History`, such as ``force_<label>_x``: both names, or tags,
-        joined by ``_``, what is no letter or digit replaced by it; with the pair's
-        number where two pairs would be called the same.
+        Name in the columns of a `History`, such as ``force_<label>_x``. It joins both
+        names, or tags, by ``_``, which also replaces all but letters and digits. If two
+        pairs would have one label, their numbers are added.
     """
 
     slave: int
@@ -142,7 +142,7 @@ def _master(master: Any) -> int | Body:
 
 
 def labelled(pairs: Sequence[Pair]) -> list[Pair]:
-    """The same pairs with labels of their own."""
+    """The same pairs, each with its own label."""
 
     def plain(name: str | None, tag: int | Body) -> str:
         return str(tag) if name is None else re.sub(r"[^0-9A-Za-z]", "_", name)
@@ -224,10 +224,9 @@ class PairTable:
 
 
 class MasterTags:
-    """Which of a slave's masters a facet belongs to. Collective.
-
-    Facets that points hit may be other ranks': where there are several masters, each
-    rank knows the numbers of the facets of all.
+    """Tells which master of a slave a facet belongs to. Collective. Points may hit
+    facets of other ranks. So with several masters, each rank knows the facets of all of
+    them by number.
 
     Parameters
     ----------
@@ -255,7 +254,7 @@ class MasterTags:
             self._master = masters[first]
 
     def of_points(self, points: Mapping[str, Any], met: Global) -> Indices:
-        """Number of the master that each point hits, -1 for none, (n,).
+        """Number of the master that each point hits; -1 for none, (n,).
 
         Parameters
         ----------
@@ -278,8 +277,8 @@ class MasterTags:
 def _global_masters(points: Mapping[str, Any], met: Global) -> Global:
     """Global number of the master facet of each point that has one, else -1.
 
-    Facets that have met are in the order of the points: slaves as they come, the
-    masters of each by their local numbers.
+    Facets that have met are in the order of the points: by slave facet, then by the
+    local number of the master facet.
     """
     slave, master = points["slave"], points["master"]
     has = master >= 0

@@ -66,9 +66,10 @@ class Resultant:
     point: friction is ``tangential``, and on a curved surface both may have any
     direction. Their sum is ``force``.
 
-    Of solids of revolution all are of a full turn: forces are along the axis, (0, F_z),
-    and the moment is 0, as radial tractions cancel. ``radial`` is the integral of these
-    over the surface, 2 pi r times their line load; None otherwise.
+    For solids of revolution all values are those of a full turn. The force is along the
+    axis, (0, F_z), and the moment is 0, as radial tractions cancel. ``radial`` is the
+    integral of radial tractions over the surface, 2 pi r times their line load. For
+    other bodies it is None.
     """
 
     force: Array
@@ -138,7 +139,7 @@ class Statistics:
 
 
 def _reductions() -> list[tuple[MPI.Op, Callable[[Any, Any], Any], list[str]]]:
-    """How counts are combined over ranks and zones, and which."""
+    """MPI operation, Python function and names, for each way to combine counts."""
     names = [f.name for f in fields(Statistics) if f.name != "communication"]
     largest = [n for n in names if n in ("max_gap", "max_pressure") or "seconds" in n]
     sums = [n for n in names if n not in largest and n != "min_gap"]
@@ -178,7 +179,7 @@ def statistics(zones: Sequence[ZoneData], layout: CoupledRows) -> Statistics:
 
 
 def _moments(x: Array, forces: Array) -> Array:
-    """x cross force, (n, 3) in 3D and (n,) in 2D (NumPy 2 leaves 2D to the caller)."""
+    """x cross force, (n, 3) in 3D and (n,) in 2D, which NumPy 2 no longer offers."""
     if x.shape[1] == 3:
         return np.cross(x, forces)
     return x[:, 0] * forces[:, 1] - x[:, 1] * forces[:, 0]
@@ -198,7 +199,7 @@ def resultant(zone: ZoneData, comm: MPI.Comm) -> Resultant:
 
 
 def _of_zone(zone: ZoneData, found: Resultant) -> Resultant:
-    """What tractions of a zone come to: over a full turn, if it is axisymmetric."""
+    """A resultant as it is reported: of a full turn if the zone is axisymmetric."""
     if not zone.facets.slave_surface.axisymmetric:
         return found
     along = np.array([0.0, 1.0])
@@ -259,7 +260,7 @@ def resultant_on(zones: Sequence[ZoneData], body: Body, comm: MPI.Comm) -> Resul
 
 
 def added(parts: Sequence[Resultant]) -> Resultant:
-    """One resultant of several."""
+    """The sum of several resultants."""
     names = [f.name for f in fields(Resultant) if getattr(parts[0], f.name) is not None]
     return Resultant(
         **{name: sum(getattr(part, name) for part in parts) for name in names}
@@ -288,7 +289,7 @@ def nodal_average(
     zones
         Zones.
     quantity
-        From the arrays of `Contact.points` to values (n,) or (n, d).
+        Gives values (n,) or (n, d) from the arrays of `Contact.points`.
     field
         Scalar or vector function that is set.
     hits_only

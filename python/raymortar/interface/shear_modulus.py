@@ -76,8 +76,8 @@ class _Sides:
         self._exterior = [compat.exterior_facets(mesh) for mesh in meshes]
 
     def moduli(self, surface: Surface, facets: Facets, part: int) -> Array:
-        """Of each body; 0 of those that have no facet there or cannot move. The facets
-        are on one of several meshes."""
+        """Modulus of each body. 0 for bodies that have no facet there or cannot move.
+        The facets are on the mesh of a part."""
         bodies = self._bodies
         on = marked_everywhere(self._V, surface.dofs)[: self._owned]
         areas = self._squared_areas(surface)
@@ -92,7 +92,7 @@ class _Sides:
         total = np.array(sums, dtype=np.float64)  # empty counts are integers
         self._comm.Allreduce(MPI.IN_PLACE, total)
         inner, every = np.split(total, 2)
-        # Next to the rim other facets have a share in the forces
+        # Use inner nodes, if there are any: at the rim other facets add to the forces
         used = np.where(inner[0] > 0.0, inner, every)
         with np.errstate(divide="ignore", invalid="ignore"):
             squares = used[1:-1].min(axis=0) / (4.0 * self._kappa * used[0])

@@ -1,4 +1,4 @@
-"""Slaves that ask more of their masters than these can do: what to try instead."""
+"""Slaves that are stiffer or of a higher degree than their masters."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ STIFFER = 10.0
 def swaps(
     surfaces: ContactSurfaces, volume: VolumePattern, bcs: Sequence[Any]
 ) -> list[str]:
-    """What to try instead of slaves that are much stiffer than their masters, or of a
-    higher degree. Collective.
+    """Advice on slaves that are much stiffer than their masters, or of a higher degree.
+    Collective.
 
     Parameters
     ----------

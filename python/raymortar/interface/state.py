@@ -1,4 +1,4 @@
-"""What a step starts from, kept and taken over again."""
+"""Copies of the state that a step starts from."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 class ContactState:
     """What a step starts from: this rank's arrays of displacement and history.
 
-    ``unknowns`` are all that is solved for, the displacement among it; None where that
-    is all.
+    ``unknowns`` are all unknowns, the displacement among them. None if it is the only
+    one.
     """
 
     u: Array
@@ -31,9 +31,9 @@ class ContactState:
     multiplier: Array | None
     traction_old: list[Array | None]
     unknowns: Array | None = None
-    # Of rigid bodies at the accepted step, zone by zone. Where they are is a load
+    # Motions of rigid bodies at the accepted step, by zone. The present ones are loads
     old_motions: Sequence[Array] = ()
-    # Of rigid bodies that are free, in the order of the contact's
+    # States of free rigid bodies, in the contact's order
     freedoms: Sequence[Array] = ()
 
     @property
@@ -63,7 +63,7 @@ State = ContactState | JointState
 
 
 def not_finite(surfaces: ContactSurfaces) -> str | None:
-    """What is no number in this rank's share of the state, if anything."""
+    """A message on values of this rank that are not finite; None if all are."""
     parts = [("displacement", surfaces.u), ("multiplier", surfaces.multiplier)]
     if not surfaces.host.is_plain:
         parts += [(f.name, f) for f in surfaces.host.functions]
@@ -82,7 +82,7 @@ def state_fault(
     Parameters
     ----------
     state
-        What is given for one.
+        The user's argument.
     own
         Present state of the contact.
     springs
@@ -165,7 +165,8 @@ def extrapolate(system: Interaction, now: State, last: State, ratio: float) -> N
 
 
 def go_back(system: Interaction, begin: State, share: float) -> None:
-    """Go back to a share of what displacement and multipliers changed since a state."""
+    """Take back a part of the change of all unknowns since a state: keep a share of
+    it."""
     u = system.u.x.array
     u[:] = begin.u + share * (u - begin.u)
     known: dict[Body, Array] = {}  # several contacts may meet a body

@@ -1,4 +1,4 @@
-"""What contact takes from the volume's stiffness: its pattern, and gamma."""
+"""Pattern and stiffness of the volume, for the matrix and the automatic gamma."""
 
 from __future__ import annotations
 
@@ -43,17 +43,17 @@ class VolumePattern:
     offsets, columns
         Compressed rows of this rank, int32; columns in the coupled numbering.
     diagonal
-        Of the owned displacement dofs, unrolled. Force per length.
+        Diagonal entries of the owned displacement dofs, unrolled. Force per length.
     translation
         Forces of the body's translation by 1 along each axis, of the owned displacement
         dofs, (d, dofs): those of masses and springs. Force per length.
     response
-        Of the owned nodes, see `strain_response`, or `response_of_revolution`.
+        Response of the owned nodes, see `strain_response` and `response_of_revolution`.
     couplings
         What a unit of each field but the displacement can do to each owned row of the
         host, and what the displacement can; see `HostBlocks.couplings`.
     number
-        That no other one has.
+        Its number, which no other pattern has.
     """
 
     def __init__(
@@ -116,7 +116,7 @@ class _Side:
         """Stiffness over area, whether it can move, and size of facets, by body."""
         bodies, V = self.interfaces.bodies, self.layout.u.function_space
         nodes = owned_nodes_on(V, surfaces)
-        # A facet may be in several zones
+        # A facet may be in several zones: count it once
         ids, first = np.unique(
             np.concatenate([surface.facet_ids for surface in surfaces]),
             return_index=True,
@@ -148,7 +148,7 @@ class _Side:
 
 
 def _softer(slave: Array, master: Array) -> Array:
-    """Stiffness of the softer side that can move; infinite where there is none."""
+    """Stiffness of the softer one of the sides that can move; infinite if none can."""
     found = np.stack([slave[:, 0], master[:, 0]])
     free = np.stack([slave[:, 1], master[:, 1]]) > 0.0
     counts = free | ~free.any(axis=0)
@@ -166,9 +166,9 @@ def contact_stiffness(
 ) -> list[Array]:
     """Stiffness over area of the softer side of pairs of bodies [theory (5.2)].
 
-    About the shear modulus over the mesh size, in force per length over area, with no
-    material parameter asked for. A side that is prescribed throughout is rigid, whatever
-    stiffness it has been given. Collective.
+    It is about the shear modulus over the mesh size, a force per length and area, and
+    needs no material parameter. A side that is prescribed throughout counts as rigid.
+    Collective.
 
     Parameters
     ----------
@@ -228,7 +228,7 @@ def stiffness_ratios(
 
 
 def mean_facet_size(layout: CoupledRows, zones: Sequence[ZoneData]) -> float:
-    """Of all slave facets. Length. Collective."""
+    """Mean size of all slave facets. Length. Collective."""
     sides = [zone.facets.slave_surface for zone in zones]
     area = layout.comm.allreduce(
         sum(float(surface_sizes(side).sum()) for side in sides)

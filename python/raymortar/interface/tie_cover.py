@@ -1,4 +1,4 @@
-"""Which slave nodes of a tie have a master opposite."""
+"""Slave nodes of a tie that have no master opposite."""
 
 from __future__ import annotations
 
@@ -13,16 +13,15 @@ from ..host.reference_facets import shape_functions
 from .contact_surfaces import ContactSurfaces
 from .point_results import OPEN
 
-# Share of what a node stands for that its masters must cover
+# Share of a node's area that masters must cover
 ENOUGH = 0.5
-# Nodes that a message names
+# Largest number of nodes that a message names
 NAMED = 10
 
 
 def node_shares(tie: ContactSurfaces) -> tuple[Array, Array]:
-    """Share of what each owned slave node stands for that has a master. Collective.
-
-    What it stands for is the integral of the square of its shape function.
+    """Share of the area of each owned slave node that masters cover. Collective. The
+    area of a node is the integral of the square of its shape function.
 
     Returns
     -------
@@ -57,7 +56,7 @@ def require_masters(tie: ContactSurfaces, partial: bool) -> None:
     tie
         After it has been paired.
     partial
-        Whether some may have none; all of them must not.
+        Whether some nodes may have none. One at least must have a master.
     """
     comm = tie.comm
     x, share = node_shares(tie)
