@@ -1,5 +1,6 @@
 """What all the Python tests share."""
 
+import json
 from pathlib import Path
 
 import pytest
@@ -27,6 +28,17 @@ def cell_3d(request):
 def folder(tmp_path):
     """Temporary folder, the same on every rank."""
     return COMM.bcast(tmp_path, root=0)
+
+
+@pytest.fixture
+def record_property(record_property):
+    """pytest's, for plain numbers: tests side by side can hand on no others."""
+
+    def record(name, value):
+        plain = json.dumps(value, default=lambda array: array.tolist())
+        record_property(name, json.loads(plain))
+
+    return record
 
 
 NIGHTLY = Path(__file__).with_name("nightly.txt")
