@@ -133,14 +133,17 @@ def test_an_interrupted_run_goes_on_where_it_stopped(folder, monkeypatch):
     assert not runs
     demo.main([*options, "--restart", saved])
     again = runs["last"]
+    # On several ranks MUMPS adds in no fixed order, and runs agree to what a solve of
+    # Newton's method leaves
+    same = 1e-12 if COMM.size == 1 else 1e-9
     np.testing.assert_allclose(again.factor, whole.factor, rtol=1e-14)
     np.testing.assert_array_equal(again.iterations, whole.iterations)
     for name in ("below", "above", "force", "pressure"):
         ours, exact = getattr(again, name), getattr(whole, name)
-        np.testing.assert_allclose(ours, exact, atol=1e-12 * np.abs(exact).max())
+        np.testing.assert_allclose(ours, exact, atol=same * np.abs(exact).max())
     assert [t for t, _ in again.kept] == [t for t, _ in whole.kept]
     for (_, ours), (_, exact) in zip(again.kept, whole.kept):
-        np.testing.assert_allclose(ours, exact, atol=1e-12 * np.abs(exact).max())
+        np.testing.assert_allclose(ours, exact, atol=same * np.abs(exact).max())
     if COMM.rank == 0:
         lines = (folder / "half_ring.csv").read_text().splitlines()
         assert len(lines) == len(table.splitlines()) == 9

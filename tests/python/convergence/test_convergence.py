@@ -257,7 +257,8 @@ def test_increments_are_compared_with_increments(L, E):
     tool = Tool("triangle", L=L, E=E, rigid=False)
     tool.problem.solver = NewtonSolver(tool.problem.problem)
     tool.problem.solver.convergence_criterion = "incremental"
-    tool.move(0.02)
+    # From 0.018 on rounding decides which points of the flat block are closed first
+    tool.move(0.015)
     assert tool.problem.solve() == 5
     force = tool.force()[-1]
     tool.problem.solver.convergence_criterion = "residual"
