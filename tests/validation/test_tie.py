@@ -16,12 +16,12 @@ from tying import (
     E,
     bent,
     build,
+    errors,
     linear,
     outer,
     rotation,
     strain_of,
     stress_of,
-    errors,
     with_gap,
 )
 from uncovered import boundary_of, load_of_the_rest

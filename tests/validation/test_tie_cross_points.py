@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-TOLERANCE = 1e-10
-
-
 import gathered
 import numpy as np
 import pytest
 from problems import CELLS, DIMENSION, fix, worst
 from tying import (
-    errors,
     AROUND,
     NU,
     E,
     build,
+    errors,
     four_blocks,
     linear,
     outer,
@@ -24,6 +21,8 @@ from tying import (
 
 import raymortar
 from raymortar import ContactWarning, SNESSolver
+
+TOLERANCE = 1e-10
 
 
 # Cross points
@@ -84,7 +83,7 @@ def test_the_matrix_is_regular_at_a_cross_point(degree, monkeypatch):
 
     assert least()[-1] > 1e-6
     monkeypatch.setattr(
-        raymortar.tie,
+        raymortar.system.assembly,
         "crossing",
         lambda tie, _: [
             np.zeros(len(zone.facets.slave_surface.dofs), np.int8) for zone in tie.zones

@@ -1,8 +1,5 @@
 """Newton's method and the coefficient gamma: numbers and fields."""
 
-MAX_ITERATIONS = 8
-
-
 import numpy as np
 import pytest
 from dolfinx import fem
@@ -11,6 +8,8 @@ from problems import CELLS_2D, DIMENSION, build, homogeneous, squeeze, squeezed,
 
 import raymortar
 from raymortar import AugmentedLagrangian, ContactError, compat
+
+MAX_ITERATIONS = 8
 
 
 # The coefficient
