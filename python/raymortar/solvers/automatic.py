@@ -77,9 +77,11 @@ def linear_options(
         Whether the options are for SNES, which may solve its first systems less
         exactly.
 
-    Returns ------- If the user gives any option of the linear solver, the options of
-    the direct solver, which those of the user complete. Otherwise options of the solver
-    that suits the size.
+    Returns
+    -------
+    If the user gives any option of the linear solver, the options of the direct solver,
+    which those of the user complete. Otherwise options of the solver that suits the
+    size.
     """
     table = PETSc.Options(prefix)
     told = any(name.startswith(_ITS_OPTIONS) for name in given or ())
