@@ -53,7 +53,8 @@ class CoupledSystem(ABC):
 
     @property
     def u(self) -> Function:
-        """Displacement."""
+        """Displacement on a space of its own: of a part of a mixed Function a copy, which
+        follows it."""
         return self.host.u
 
     @property
