@@ -53,8 +53,8 @@ class CoupledSystem(ABC):
 
     @property
     def u(self) -> Function:
-        """Displacement on a space of its own: of a part of a mixed Function a copy, which
-        follows it."""
+        """Displacement on its own space: the user's Function, or a copy that follows a
+        part of a mixed Function."""
         return self.host.u
 
     @property
