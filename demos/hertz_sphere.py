@@ -130,6 +130,7 @@ def draw(result, found, path):
     io.write_xdmf(path.with_suffix(".xdmf"), scene.mesh, [result.u, pressure, mises])
     nodes = common.gather_nodes(pressure, scene)
     faces = drawing.gather_boundary(scene.mesh, result.u, mises)
+    rings = ring_means(result, found.a / 8.0, 11)
     if scene.mesh.comm.rank > 0:
         return
     plt = drawing.pyplot()
@@ -137,7 +138,7 @@ def draw(result, found, path):
     left, middle = (
         fig.add_axes(box) for box in ((0, 0.12, 0.27, 0.8), (0.33, 0.12, 0.29, 0.8))
     )
-    draw_pressure(left, *nodes, found)
+    draw_pressure(left, *nodes, rings, found)
     colours = draw_cut(middle, *faces, found)
     right = fig.add_axes((0.66, 0.0, 0.32, 1.0), projection="3d")
     draw_bodies(right, *faces)
@@ -146,21 +147,32 @@ def draw(result, found, path):
     fig.savefig(path)
 
 
-def draw_pressure(axes, x, p, found):
-    """Pressures at the nodes over the distance from the axis, and Hertz's."""
+def ring_means(result, width, count):
+    """Mean pressure on rings around the axis, which evens out how single facets lie:
+    mean distances from the axis, and pressures. Collective."""
+    scene, p = result.scene, -result.contact.multiplier
+    ds = ufl.Measure("ds", domain=scene.mesh, subdomain_data=scene.facet_tags)
+    ds = ds(scene.tags["slave"], metadata={"quadrature_degree": 20})
+    X, inner = ufl.SpatialCoordinate(scene.mesh), fem.Constant(scene.mesh, 0.0)
+    r = ufl.sqrt(X[0] ** 2 + X[1] ** 2)
+    is_in = ufl.conditional(ufl.And(r >= inner, r < inner + width), 1.0, 0.0)
+    found = []
+    for k in range(count):
+        inner.value = k * width
+        found.append([tools.integral(f * is_in * ds, scene.mesh) for f in (1.0, r, p)])
+    area, moment, force = np.array(found).T
+    return moment / area, force / area
+
+
+def draw_pressure(axes, x, p, rings, found):
+    """Hertz's pressure over the distance from the axis, ours at the nodes and on rings."""
     s = np.sin(np.linspace(0.0, 0.5, 300) * np.pi)
     exact = found.p0 * np.sqrt(1.0 - s**2)
     axes.plot(found.a * s, exact, color=drawing.EXACT, lw=1.5, label="Hertz")
     r = np.hypot(x[:, 0], x[:, 1])
-    axes.plot(
-        r[r < 1.4 * found.a],
-        p[r < 1.4 * found.a, 0],
-        "o",
-        ms=3.5,
-        mfc="none",
-        color=drawing.COMPUTED,
-        label="raymortar, at the nodes",
-    )
+    near, style = r < 1.4 * found.a, dict(color=drawing.COMPUTED, mfc="none", ms=4)
+    axes.plot(r[near], p[near, 0], "o", ms=2, color="0.65", label="at single nodes")
+    axes.plot(*rings, "o", label="mean of a ring", **style)
     axes.set(
         xlabel="distance from the axis [mm]",
         ylabel="contact pressure [MPa]",

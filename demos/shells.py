@@ -242,7 +242,7 @@ def draw(result, plane, path):
     lam, material = result.contact.multiplier, result.material
     mises, linear = (material.mises(u, degree, 4) for degree in (2, 1))
     io.write_xdmf(path.with_suffix(".xdmf"), mesh, [u, lam, linear])
-    parts = drawing.gather_boundary(mesh, u, mises)
+    parts = drawing.gather_boundary(mesh, u, mises, is_curved=True)
     if mesh.comm.rank > 0:
         return
     drawing.space_and_curve(

@@ -26,14 +26,13 @@ import numpy.typing as npt
 from raymortar import compat
 from raymortar.partitions import strips
 
-from .blocks import SIDES, Block, Grid, mirrored, perturbed
+from .blocks import Block, Grid, mirrored, perturbed
+from .cells import cells_of, centre_mid_nodes, check_orientation, side_tags
+from .glue import check_glue, global_keys, glue
 
 __all__ = ["Block", "Scene", "assemble_blocks", "mirrored"]
 
 _DIMENSION = {"triangle": 2, "quadrilateral": 2, "tetrahedron": 3, "hexahedron": 3}
-# Nodes of one body closer than this fraction of its size are the same node
-_GLUE_TOLERANCE = 1e-9
-_GLUE_DIRECTION = (0.5377, 0.7012, 0.4683)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -120,20 +119,20 @@ def assemble_blocks(
         rng = np.random.default_rng([seed, i])
         parameters = perturbed(block, perturb, perturb_sides, rng)
         grids.append(Grid(block, i, parameters, degree, rng))
-    points, numbers = _glue(grids, body)
+    points, numbers = glue(grids, body)
     split_cells, body_numbers, cell_tag_table = [], [], []
-    keys = _global_keys(grids, numbers, len(points))
+    keys = global_keys(grids, numbers, len(points))
     for grid, number, b in zip(grids, numbers, body):
-        split, vertices = _cells(grid, number, keys, cell, degree)
-        _centre_mid_nodes(points, grid, number, split, cell, degree)
-        _check_orientation(points, split, cell, grid.position)
+        split, vertices = cells_of(grid, number, keys, cell, degree)
+        centre_mid_nodes(points, grid, number, split, cell, degree)
+        check_orientation(points, split, cell, grid.position)
         split_cells.append(split)
         body_numbers.append(np.full(len(split), b, dtype=np.int32))
-        cell_tag_table.append(_side_tags(grid.block, vertices, cell))
+        cell_tag_table.append(side_tags(grid.block, vertices, cell))
     cells, cell_body = np.concatenate(split_cells), np.concatenate(body_numbers)
     facet_table = np.concatenate(cell_tag_table)
     if len(set(body)) < len(blocks):
-        _check_glue(cells, facet_table, cell, body, numbers)
+        check_glue(cells, facet_table, cell, body, numbers)
     ranks = None
     if partition is not None and comm.size > 1:
         ranks = partition(points[cells].mean(1), comm.size)
@@ -169,233 +168,6 @@ def _number_bodies(blocks: Sequence[Block]) -> list[int]:
         (i,) if b.body is None else b.body for i, b in enumerate(blocks)
     ]
     return [numbers.setdefault(label, len(numbers) + 1) for label in labels]
-
-
-def _glue(grids: list[Grid], body: list[int]) -> tuple[np.ndarray, list[np.ndarray]]:
-    """Merge coincident nodes of each body.
-
-    Returns
-    -------
-    points
-        Shape (num_nodes, d).
-    numbers
-        Per block, number of each of its nodes in `points`.
-    """
-    points, start = [], 0
-    numbers = [np.empty(0, dtype=np.int64)] * len(grids)
-    for b in sorted(set(body)):
-        members = [i for i, number in enumerate(body) if number == b]
-        x = np.concatenate([grids[i].points for i in members])
-        label = np.arange(len(x)) if len(members) == 1 else _coincident(x)
-        first, label = np.unique(label, return_inverse=True)
-        points.append(x[first])
-        ends = np.cumsum([len(grids[i].points) for i in members])[:-1]
-        for i, part in zip(members, np.split(start + label.reshape(-1), ends)):
-            numbers[i] = part
-        start += len(first)
-    return np.concatenate(points), numbers
-
-
-def _coincident(x: np.ndarray) -> np.ndarray:
-    """For each of the points `x` (n, d) the lowest point that coincides with it."""
-    tolerance = _GLUE_TOLERANCE * np.linalg.norm(np.ptp(x, axis=0))
-    # Along a direction in general position only coincident points are neighbours
-    direction = np.array(_GLUE_DIRECTION)[: x.shape[1]]
-    s = x @ direction
-    order = np.argsort(s, kind="stable")
-    label = np.arange(len(x))
-    step = 0
-    while True:
-        step += 1
-        near = s[order[step:]] - s[order[:-step]] <= 2.0 * tolerance
-        if not near.any():
-            return label
-        i, j = order[:-step][near], order[step:][near]
-        same = np.linalg.norm(x[i] - x[j], axis=1) <= tolerance
-        np.minimum.at(label, i[same], j[same])
-        np.minimum.at(label, j[same], i[same])
-
-
-def _global_keys(
-    grids: list[Grid], numbers: list[np.ndarray], num_points: int
-) -> np.ndarray:
-    """Ranks of all nodes (see `Grid`); those of the first block where glued."""
-    keys = np.empty(num_points, dtype=np.int64)
-    starts = np.cumsum([0] + [2 * len(grid.keys) for grid in grids])
-    for grid, number, start in reversed(list(zip(grids, numbers, starts))):
-        keys[number] = start + grid.keys
-    return keys
-
-
-def _cells(
-    grid: Grid, number: np.ndarray, keys: np.ndarray, cell: str, degree: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Cells of one block, its macro cells cut into simplices where asked.
-
-    Returns
-    -------
-    cells
-        Nodes in Basix order, shape (n, nodes per cell).
-    vertices
-        Grid coordinates of the cells' vertices, shape (n, vertices per cell, d).
-    """
-    d = grid.block.dim
-    macro = number[grid.macro]
-    corner = _corners(d)
-    at_corner = (degree * corner) @ _strides(degree, d)
-    if cell in ("triangle", "tetrahedron"):
-        split = _SPLIT[d](keys[macro[:, at_corner]])
-    else:
-        split = np.broadcast_to(np.arange(2**d), (len(macro), 1, 2**d))
-    # Local coordinates of the sub-cells' vertices, then of all their nodes
-    vertices = corner[split]
-    element = compat.basix_element(cell, degree)
-    shape = _vertex_functions(cell, element.points)
-    nodes = np.rint(degree * np.einsum("nv,csvd->csnd", shape, vertices)).astype(int)
-    local = nodes @ _strides(degree, d)
-    cells = np.take_along_axis(macro[:, None, :], local, axis=2)
-    vertices = grid.index[:, None, None, :] + vertices
-    return cells.reshape(-1, local.shape[-1]), vertices.reshape(-1, split.shape[-1], d)
-
-
-def _centre_mid_nodes(
-    points: np.ndarray,
-    grid: Any,
-    number: np.ndarray,
-    cells: np.ndarray,
-    cell: str,
-    degree: int,
-) -> None:
-    """Put the mid nodes of simplices at the mean parameter of their edge, in place.
-
-    The grid has them between its own lines. On a diagonal of a shaken macro cell that
-    is elsewhere, and the edge would be bent by a part of its length at any size.
-    """
-    if degree == 1 or cell not in ("triangle", "tetrahedron"):
-        return
-    place = np.empty(len(points), dtype=np.int64)
-    place[number] = np.arange(len(number))
-    place = place[cells]
-    shape = _vertex_functions(cell, compat.basix_element(cell, degree).points)
-    corners = grid.parameters[place[:, : shape.shape[1]]]
-    parameters = grid.parameters.copy()
-    parameters[place] = np.einsum("nv,cvd->cnd", shape, corners)
-    points[number] = grid.block.map(parameters)
-
-
-def _corners(d: int) -> np.ndarray:
-    """Corners of the unit box in Basix order, x running fastest, shape (2^d, d)."""
-    return (np.arange(2**d)[:, None] >> np.arange(d)) & 1
-
-
-def _strides(degree: int, d: int) -> np.ndarray:
-    """Strides of a macro cell's nodes, in C order."""
-    return (degree + 1) ** np.arange(d)[::-1]
-
-
-def _vertex_functions(cell: str, points: np.ndarray) -> np.ndarray:
-    """(Multi-)linear functions of a cell's vertices at `points`: (points, vertices)."""
-    if cell in ("triangle", "tetrahedron"):
-        return np.column_stack([1.0 - points.sum(axis=1), points])
-    corner = _corners(points.shape[1])[None]
-    return np.where(corner, points[:, None, :], 1.0 - points[:, None, :]).prod(axis=2)
-
-
-def _split_quadrilaterals(keys: np.ndarray) -> np.ndarray:
-    """Triangles (n, 2, 3) of quadrilaterals with the vertex ranks `keys` (n, 4)."""
-    first = np.argmin(keys, axis=1)
-    return _oriented(np.array([[0, 1, 3], [0, 3, 2]])[None] ^ first[:, None, None])
-
-
-def _split_hexahedra(keys: np.ndarray) -> np.ndarray:
-    """Tetrahedra (n, 6, 4) of hexahedra with the vertex ranks `keys` (n, 8).
-
-    The cone from the lowest vertex over the three faces opposite to it, each of them
-    cut through its own lowest vertex. Vertices are numbered by the bits of their
-    coordinates, so XOR with the lowest one moves it to the origin.
-    """
-    first = np.argmin(keys, axis=1)[:, None]
-    tetrahedra = np.zeros((len(keys), 6, 4), dtype=np.int64)
-    for axis in range(3):
-        # The face's corners: nearest to the origin, two neighbours, and number 7
-        near, b, c = 1 << axis, 1 << (axis + 1) % 3, 1 << (axis + 2) % 3
-        face = np.array([near, near | b, near | c, 7])
-        rank = np.take_along_axis(keys, face[None] ^ first, axis=1)
-        through_7 = np.isin(np.argmin(rank, axis=1), (0, 3))[:, None]
-        cut_a = face[[[0, 1, 3], [0, 3, 2]]]
-        cut_b = face[[[0, 1, 2], [1, 3, 2]]]
-        tetrahedra[:, 2 * axis : 2 * axis + 2, 1:] = np.where(
-            through_7[:, :, None], cut_a, cut_b
-        )
-    return _oriented(tetrahedra ^ first[:, :, None])
-
-
-_SPLIT = {2: _split_quadrilaterals, 3: _split_hexahedra}
-
-
-def _oriented(simplices: np.ndarray) -> np.ndarray:
-    """Swap two vertices of the simplices (n, m, d + 1) of negative volume."""
-    x = _corners(simplices.shape[-1] - 1)[simplices]
-    negative = np.linalg.det(x[:, :, 1:] - x[:, :, :1]) < 0.0
-    swapped = simplices[..., [*range(simplices.shape[-1] - 2), -1, -2]]
-    return np.where(negative[:, :, None], swapped, simplices)
-
-
-def _check_orientation(
-    points: np.ndarray, cells: np.ndarray, cell: str, position: int
-) -> None:
-    """Raise ValueError unless the Jacobian is positive at all vertices."""
-    d = points.shape[1]
-    simplex = cell in ("triangle", "tetrahedron")
-    for v, corner in enumerate(_corners(d)[:1] if simplex else _corners(d)):
-        ends = 1 + np.arange(d) if simplex else v ^ (1 << np.arange(d))
-        edges = points[cells[:, ends]] - points[cells[:, v]][:, None, :]
-        jacobian = np.linalg.det(edges) * (-1.0) ** corner.sum()
-        if not np.all(jacobian > 0.0):
-            raise ValueError(
-                f"block {position} has {np.sum(jacobian <= 0.0)} inverted or flat "
-                "cells: its mapping turns it over, or the perturbation is too large"
-            )
-
-
-def _side_tags(block: Block, vertices: np.ndarray, cell: str) -> np.ndarray:
-    """Tag of each local facet of each cell, 0 for none: shape (n, facets per cell)."""
-    facets = compat.basix_element(cell, 1).facet_vertices
-    table = np.zeros((len(vertices), len(facets)), dtype=np.int32)
-    for side, tag in block.tags.items():
-        axis, end = SIDES[block.dim][side]
-        on_side = vertices[:, :, axis] == end * block.divisions[axis]
-        for i, facet in enumerate(facets):
-            table[np.all(on_side[:, facet], axis=1), i] = tag
-    return table
-
-
-def _check_glue(
-    cells: np.ndarray,
-    facet_table: np.ndarray,
-    cell: str,
-    body: list[int],
-    numbers: list[np.ndarray],
-) -> None:
-    """Raise ValueError if a tag is inside a body, or a body falls into pieces."""
-    facets = compat.basix_element(cell, 1).facet_vertices
-    # A random number per node makes the sum over a facet's vertices its name
-    name = np.random.default_rng(0).integers(2**62, size=cells.max() + 1)
-    names = np.column_stack([name[cells[:, f]].sum(axis=1) for f in np.array(facets)])
-    _, inverse, count = np.unique(names, return_inverse=True, return_counts=True)
-    inside = count[inverse.reshape(-1)] > 1
-    if np.any(inside & (facet_table.reshape(-1) > 0)):
-        tags = np.unique(facet_table.reshape(-1)[inside])
-        raise ValueError(f"tags {tags[tags > 0]} are on sides glued to other blocks")
-    for b in set(body):
-        apart = [set(numbers[i]) for i, number in enumerate(body) if number == b]
-        joined = apart.pop()
-        while apart:
-            near = [i for i, piece in enumerate(apart) if not joined.isdisjoint(piece)]
-            if not near:
-                raise ValueError(f"the blocks of body {b} do not hang together")
-            joined = joined.union(*(apart[i] for i in near))
-            apart = [piece for i, piece in enumerate(apart) if i not in near]
 
 
 def _distribute(

@@ -76,11 +76,8 @@ class Contact(Interaction):
 
     Attributes
     ----------
-    u
-        Displacement on a space of its own: of a part of a mixed Function a copy, which
-        follows it.
     slave_u
-        That of the mesh on which the slave surfaces are.
+        Displacement on the mesh that all slave surfaces are on.
     host
         What is solved for, the displacement among it; see `host.Host`.
     multiplier

@@ -6,10 +6,11 @@ from types import SimpleNamespace
 
 import numpy as np
 from dolfinx import fem
-from problems import COMM, Problem, fix, residual, tolerate
+from problems import COMM, DIMENSION, Problem, fix, residual, tolerate, worst
 
 from meshes.blocks import Block
 from meshes.meshing import Scene, assemble_blocks
+from meshes.scenes import two_blocks
 from raymortar import LoadSteps, NonlinearProblem, SNESSolver, Tie, compat
 
 E, NU = 900.0, 0.25
@@ -215,3 +216,20 @@ def _holding(problem, name):
     x = V.tabulate_dof_coordinates()[:, :2] + problem.u.x.array.reshape(-1, 2)
     moments = x[dofs, 0] * forces[:, 1] - x[dofs, 1] * forces[:, 0]
     return COMM.allreduce(forces.sum(axis=0)), COMM.allreduce(float(moments.sum()))
+
+
+def errors(problem, normal=None):
+    """Of the gradient of the displacement, and of the multiplier over the stress."""
+    H = strain_of(problem.dim)
+    found = [worst(problem.gradient() - H) / np.linalg.norm(H)]
+    if normal is not None:
+        lam, S = problem.slave_multiplier(), stress_of(H)
+        found.append(worst(lam - S @ normal) / np.linalg.norm(S))
+    return max(found)
+
+
+def with_gap(cell, degree=1, gap=0.1, **options):
+    """Blocks with a gap between them, and one that is curved."""
+    dim = DIMENSION[cell]
+    scene = two_blocks(COMM, dim, cell, 3, 2, gap=gap)
+    return build(scene, degree, "neo-hookean", **options)

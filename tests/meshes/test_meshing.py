@@ -321,20 +321,20 @@ def test_bad_input_is_refused(blocks, options, message):
 
 @pytest.mark.parametrize("keys", list(itertools.permutations(range(4))))
 def test_quadrilaterals_are_cut_through_their_lowest_vertex(keys):
-    from meshes.meshing import _split_quadrilaterals
+    from meshes.cells import split_quadrilaterals
 
-    triangles = _split_quadrilaterals(np.array([keys]))[0]
+    triangles = split_quadrilaterals(np.array([keys]))[0]
     first = int(np.argmin(keys))
     assert {first, 3 - first} == set(triangles[0]) & set(triangles[1])
 
 
 def test_hexahedra_are_filled_and_cut_through_lowest_vertices():
-    from meshes.meshing import _split_hexahedra
+    from meshes.cells import split_hexahedra
 
     rng = np.random.default_rng(3)
     keys = np.array([rng.permutation(8) for _ in range(400)])
     corners = (np.arange(8)[:, None] >> np.arange(3)) & 1
-    for key, tetrahedra in zip(keys, _split_hexahedra(keys)):
+    for key, tetrahedra in zip(keys, split_hexahedra(keys)):
         x = corners[tetrahedra]
         assert np.allclose(np.linalg.det(x[:, 1:] - x[:, :1]), 1.0)
         edges = {frozenset(e) for t in tetrahedra for e in itertools.combinations(t, 2)}

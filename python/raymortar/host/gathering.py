@@ -13,6 +13,10 @@ from dolfinx.mesh import Mesh
 
 from .. import compat
 from ..compat import Array, Indices
+from .reference_facets import FACET_SHAPE, cell_facet_nodes
+
+# Nodes of a facet of degree 2 in the order around it
+_AROUND = {"triangle": [0, 5, 1, 3, 2, 4], "quadrilateral": [0, 4, 1, 6, 3, 7, 2, 5]}
 
 
 def gather(comm: MPI.Comm, array: Array) -> Array | None:
@@ -84,11 +88,26 @@ def gather_cells(mesh: Mesh, *functions: Function) -> list[Any]:
 
 
 def gather_boundary(
-    mesh: Mesh, *functions: Function, facets: Indices | None = None
+    mesh: Mesh,
+    *functions: Function,
+    facets: Indices | None = None,
+    is_curved: bool = False,
 ) -> list[Any]:
     """Exterior facets of a 3D mesh, or given ones, as polygons; see `gather_cells`.
 
     Collective.
+
+    Parameters
+    ----------
+    mesh
+        The mesh.
+    functions
+        Functions on it. All are of degree 2 if facets are curved.
+    facets
+        Facets of this rank. None: all exterior ones.
+    is_curved
+        Whether polygons also have the nodes amid the edges, so that edges of degree 2
+        look curved.
     """
     owned = mesh.topology.index_map(3).size_local
     chosen = compat.exterior_facets(mesh) if facets is None else facets
@@ -98,7 +117,22 @@ def gather_boundary(
     chosen, cells = chosen[cells < owned], cells[cells < owned]
     c_to_f = compat.connectivity_table(mesh, 3, 2)
     local = np.argmax(c_to_f[cells] == chosen[:, None], axis=1)
-    table = compat.basix_element(compat.cell_name(mesh), 1).facet_vertices
+    cell = compat.cell_name(mesh)
+    if is_curved:
+        around = _AROUND[FACET_SHAPE[cell]]
+        nodes = cell_facet_nodes(cell, 2)[:, around][local].reshape(-1, len(around))
+        x = _node_positions(functions[0], cells, nodes)
+        values = [_corner_values(f, cells, nodes) for f in functions]
+        return [gather(mesh.comm, array) for array in (x, *values)]
+    table = compat.basix_element(cell, 1).facet_vertices
     order = [0, 1, 3, 2] if len(table[0]) == 4 else [0, 1, 2]
     corners = np.array(table, dtype=np.int32)[:, order][local]
     return _gather_corners(mesh, cells, corners.reshape(-1, len(order)), functions)
+
+
+def _node_positions(function: Function, cells: Indices, nodes: Indices) -> Array:
+    """Undeformed positions of some nodes of cells, (n, nodes, 3)."""
+    V = function.function_space
+    dofs = compat.dofmap_array(V)[cells[:, None], nodes]
+    positions: Array = V.tabulate_dof_coordinates()[dofs]
+    return positions

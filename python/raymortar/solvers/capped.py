@@ -50,17 +50,7 @@ class CappedSolver:
         self._overlap = OVERLAP * size
 
     def solve(self) -> tuple[int, bool]:
-        """Solve from the present displacement and multiplier.
-
-        Returns
-        -------
-        iterations, converged
-
-        Raises
-        ------
-        ConvergenceError
-            As of the solver.
-        """
+        """Solve from the present u and multiplier, as `SNESSolver.solve`."""
         solver, problem = self.solver, self.problem
         x, vectors = problem.start(), [problem.create_vector() for _ in range(3)]
         converged = False

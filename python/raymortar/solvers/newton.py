@@ -136,17 +136,8 @@ class NewtonSolver:
         release(self, comm, "newton", "A", "b")
 
     def solve(self) -> tuple[int, bool]:
-        """Solve from the present u and multiplier.
-
-        Returns
-        -------
-        iterations, converged
-
-        Raises
-        ------
-        ConvergenceError
-            With pairs, active points, gap range and residual history.
-        """
+        """Solve from the present u and multiplier, as `SNESSolver.solve`. A failure has
+        no reason of PETSc's."""
         require_agreement(self.problem.comm, **self._settings())
         x = self.problem.start()
         self.newton.rtol, self.newton.atol = self._tolerances_of_dolfinx

@@ -53,7 +53,8 @@ class CoupledSystem(ABC):
 
     @property
     def u(self) -> Function:
-        """Displacement."""
+        """Displacement on its own space: the user's Function, or a copy that follows a
+        part of a mixed Function."""
         return self.host.u
 
     @property

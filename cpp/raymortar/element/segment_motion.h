@@ -1,0 +1,128 @@
+// What the motion of segments adds to tangents, of facets of any kind.
+#pragma once
+
+#include "raymortar/element/point_kernel.h"
+#include "raymortar/element/segment_points.h"
+#include "raymortar/element/target.h"
+
+namespace raymortar
+{
+/// @brief What the motion of segments adds to an element's tangent, see
+/// MovingSegments.
+template <int D>
+class SegmentMotion
+{
+public:
+  static constexpr int T = D - 1;
+  /// Its sides are straight where those of a facet's plane are
+  using Plane = std::conditional_t<D == 2, FacetType<Shape::interval, 1, 1>,
+                                   FacetType<Shape::quadrilateral, 1, 1>>;
+
+  /// @brief An element whose points are being added.
+  struct Element
+  {
+    const ContactState& state;
+    std::size_t number;
+    Eigen::Index alone; ///< unknowns without the master's
+    BlockExpansion::Block& A;
+    const CouplingSink& couplings;
+    FlatMap<Plane> map;
+  };
+
+  /// @param[in] sides Of the point
+  void add(const Element& e, std::size_t q, const ElementColumns& sides,
+           const PointBlocks<D>& at)
+  {
+    const Index segment = e.state.points.segment[q];
+    if (segment != _segment)
+    {
+      finish(e);
+      take(e, segment);
+    }
+    Eigen::Matrix<double, Eigen::Dynamic, 1 + T, Eigen::RowMajor> in(
+        at.f.rows(), 1 + T),
+        out(unknowns_of(sides), 1 + T);
+    in << at.f, at.f_xi;
+    expand_rows(sides, in.data(), 1 + T, out.data());
+    const auto change = change_in_plane<Plane, Eigen::Dynamic>(
+        e.map, e.state.points.xi[q].template head<T>(),
+        e.state.points.weight[q], out.col(0), out.template rightCols<T>());
+    _points.visit(e.state.segment_rules,
+                  static_cast<std::size_t>(e.state.points.place[q]),
+                  [&](std::size_t v, double N, const Mat<1, T>& dJ) {
+                    _by_vertex[v] += N * change.by_y + change.by_measure * dJ;
+                  });
+  }
+
+  /// @brief Vertices' share, after the last point of an element.
+  void finish(const Element& e)
+  {
+    if (_segment != no_index)
+      flush(e,
+            e.state.segmentation.segments[static_cast<std::size_t>(_segment)]);
+    _segment = no_index;
+  }
+
+private:
+  using Points = SegmentPoints<Plane>;
+  using Sum = Mat<Eigen::Dynamic, T>;
+
+  void take(const Element& e, Index number)
+  {
+    _segment = number;
+    const Segment& segment =
+        e.state.segmentation.segments[static_cast<std::size_t>(number)];
+    _points.take(e.state.segmentation, segment, e.map);
+    for (std::size_t v = 0; v < static_cast<std::size_t>(segment.size); ++v)
+      _by_vertex[v].setZero(e.A.rows(), T);
+    if (_points.has_centre())
+      _by_vertex[Points::centre].setZero(e.A.rows(), T);
+  }
+
+  void flush(const Element& e, const Segment& of)
+  {
+    const ContactState& s = e.state;
+    const Index hit = s.elements.master[e.number];
+    const bool own = of.master == hit;
+    const AnyFacet<D> facet(s.master, s.master.x, of.master);
+    const Eigen::Index masters = D * s.master.dofs_per_facet();
+    const Eigen::Index size = e.alone + masters;
+    if (not own)
+    {
+      _coupling.setZero(size, size);
+      _hit_rows.setZero(masters, masters);
+    }
+    _points.share_centre(_by_vertex);
+    for (std::size_t v = 0; v < static_cast<std::size_t>(of.size); ++v)
+    {
+      const std::size_t at = static_cast<std::size_t>(of.begin) + v;
+      if (s.segmentation.breaks[at].motion == Break::Motion::fixed)
+        continue;
+      const auto motion = any_vertex_motion<D>(s, of, facet, at);
+      const Sum by_xi =
+          _by_vertex[v] *
+          e.map.gradient(s.segmentation.vertices[at].template head<T>());
+      e.A.leftCols(motion.by_slave.cols()) += by_xi * motion.by_slave;
+      const Eigen::MatrixXd by_master =
+          by_xi * master_columns<D>(s.master, motion.place, motion.by_master);
+      if (own)
+        e.A.rightCols(masters) += by_master;
+      else
+      {
+        _coupling.topRightCorner(e.alone, masters) +=
+            by_master.topRows(e.alone);
+        if (hit != no_index)
+          _hit_rows += by_master.bottomRows(masters);
+      }
+    }
+    if (not own)
+      e.couplings(e.number, of.master, _coupling.data(), static_cast<int>(size),
+                  hit == no_index ? nullptr : _hit_rows.data());
+  }
+
+  Index _segment = no_index;
+  Points _points;
+  std::array<Sum, Points::capacity + 1> _by_vertex;
+  BlockExpansion::Block _coupling, _hit_rows;
+};
+} // namespace raymortar
