@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
-from typing import Any
+from typing import TYPE_CHECKING
 
 from mpi4py import MPI
 
@@ -21,6 +21,11 @@ from ..host.reference_facets import N_CORNERS, facet_nodes
 from ..interface.faced import positions
 from ..interface.point_results import CLOSED
 from ..rigid.turning import rotation_matrix, rotation_vector
+
+if TYPE_CHECKING:
+    from ..interaction import Interaction
+    from ..interface.zones import ZoneData
+    from ..rigid.body import Body
 
 # By how much deeper than at the start a point has to get to have been inside, of the
 # depth that counts as contact: a tenth of a facet by default
@@ -67,7 +72,7 @@ class Slave:
     least: Array
 
 
-def have_gone_through(zone: Any, contact: Any) -> bool:
+def have_gone_through(zone: ZoneData, contact: Interaction) -> bool:
     """Whether a tool that touches nothing now was inside the slave on its way.
     Collective.
 
@@ -94,14 +99,14 @@ def have_gone_through(zone: Any, contact: Any) -> bool:
     return found
 
 
-def _least_way(zone: Any) -> Array:
+def _least_way(zone: ZoneData) -> Array:
     """Shortest way of a tool into this rank's slave facets and out of reach of their
     rays, (n,). Length."""
     way: Array = np.minimum(zone.distance("depth"), 0.5 * zone.thickness[0])
     return way
 
 
-def _is_far(zone: Any, contact: Any) -> bool:
+def _is_far(zone: ZoneData, contact: Interaction) -> bool:
     """Whether a tool may have gone into this rank's slave facets and out again."""
     surface = zone.facets.slave_surface
     u = (contact.u.x.array - contact.u_old).reshape(-1, surface.gdim)[surface.dofs]
@@ -111,7 +116,7 @@ def _is_far(zone: Any, contact: Any) -> bool:
     return bool(np.any(way[:, 3:]) or far > _least_way(zone).min(initial=np.inf))
 
 
-def _touched(zone: Any, count: int, comm: MPI.Comm) -> Array:
+def _touched(zone: ZoneData, count: int, comm: MPI.Comm) -> Array:
     """Whether each tool touches the slave now, (count,). Collective."""
     points = zone.points()
     touched = np.zeros(count)
@@ -120,7 +125,7 @@ def _touched(zone: Any, count: int, comm: MPI.Comm) -> Array:
     return touched
 
 
-def _slave(zone: Any, contact: Any) -> Slave:
+def _slave(zone: ZoneData, contact: Interaction) -> Slave:
     """Integration points and corners of the slave's facets. Collective."""
     surface, points = zone.facets.slave_surface, zone.points()
     count = len(surface.facet_ids)
@@ -137,7 +142,7 @@ def _slave(zone: Any, contact: Any) -> Slave:
     return Slave(surface.gdim, old, now, _shifts(zone, contact), depth, least)
 
 
-def _shifts(zone: Any, contact: Any) -> Array:
+def _shifts(zone: ZoneData, contact: Interaction) -> Array:
     """`Slave.shifts`. Collective."""
     comm, surface = contact.layout.comm, zone.facets.slave_surface
     mine = np.unique(bodies_of_facets(contact.bodies, surface)).tolist()
@@ -151,7 +156,7 @@ def _shifts(zone: Any, contact: Any) -> Array:
 
 
 def _went_through(
-    body: Any, start: Array, end: Array, slave: Slave, comm: MPI.Comm
+    body: Body, start: Array, end: Array, slave: Slave, comm: MPI.Comm
 ) -> bool:
     """Whether a body has gone through slave points between two motions. Collective."""
     seen = np.array(_ways(body, start, end, slave))
@@ -172,7 +177,7 @@ def _went_through(
     return bool(too_deep > comm.allreduce(begin, op=MPI.MAX))
 
 
-def _ways(body: Any, start: Array, end: Array, slave: Slave) -> list[Array]:
+def _ways(body: Body, start: Array, end: Array, slave: Slave) -> list[Array]:
     """Places of the slave's points seen from a body, at the ends of the straight lines
     that stand for their way, (n, 3) each."""
     Q, R = (motion[6:].reshape(3, 3) for motion in (start, end))
@@ -202,14 +207,14 @@ def _lines(angle: float, start: Array, end: Array, centre: Array, slave: Slave) 
     return int(np.clip(np.ceil(count), 1, MOST_LINES))
 
 
-def _seen_from(body: Any, motion: Array, x: Array) -> Array:
+def _seen_from(body: Body, motion: Array, x: Array) -> Array:
     """Points (n, 3) in the coordinates in which a body was made."""
     R, shift = body.pose_of(motion)
     seen: Array = (x - shift) @ R
     return seen
 
 
-def _too_deep(body: Any, a: Array, b: Array, allowed: Array, gdim: int) -> float:
+def _too_deep(body: Body, a: Array, b: Array, allowed: Array, gdim: int) -> float:
     """Largest depth inside a body on lines from a to b, less what is allowed. Length.
 
     Parameters
@@ -243,7 +248,7 @@ def _too_deep(body: Any, a: Array, b: Array, allowed: Array, gdim: int) -> float
     return worst
 
 
-def _cast(body: Any, x: Array, n: Array) -> Array:
+def _cast(body: Body, x: Array, n: Array) -> Array:
     """Where rays enter a body, (n,): negative from inside, infinite for none. Length."""
     found: Array = body.tool.distances_along(
         np.ascontiguousarray(x), np.ascontiguousarray(n)
@@ -251,7 +256,7 @@ def _cast(body: Any, x: Array, n: Array) -> Array:
     return found
 
 
-def _depths_across(body: Any, x: Array, along: Array, gdim: int) -> Array:
+def _depths_across(body: Body, x: Array, along: Array, gdim: int) -> Array:
     """How deep points are inside a body, measured across directions, (n,): 0 outside,
     infinite where it has no end. Length."""
     directions = _across(along, gdim)
@@ -271,7 +276,7 @@ def _across(along: Array, gdim: int) -> list[Array]:
     return [c * one + s * other for c, s, _ in AROUND]
 
 
-def _deepest(body: Any, x: Array, gdim: int) -> float:
+def _deepest(body: Body, x: Array, gdim: int) -> float:
     """Depth of the deepest of some points inside a body. Length."""
     directions = AROUND if gdim == 2 else EVERYWHERE
     rays = [np.tile(n, (len(x), 1)) for n in directions]
@@ -280,7 +285,7 @@ def _deepest(body: Any, x: Array, gdim: int) -> float:
 
 
 def _nearest(
-    body: Any, x: Array, rays: Sequence[Array], count: int
+    body: Body, x: Array, rays: Sequence[Array], count: int
 ) -> tuple[Array, Mask]:
     """Distance of points inside a body from its surface, along the first so many rays,
     and whether they are inside, (n,) each. A ray through an edge may err: the others
