@@ -30,6 +30,10 @@ class ContactLost(ConvergenceError):
     """A converged solve in which surfaces have passed each other or a body is free."""
 
 
+class BodyLeft(ConvergenceError, SetUpError):
+    """A solve from which a free body flies away, whatever the step."""
+
+
 class ContactWarning(UserWarning):
     """A converged solve whose contact is not to be trusted everywhere."""
 

@@ -362,6 +362,11 @@ class CoupledProblem:
             in_use,
         )
 
+    def free_body_left(self) -> bool:
+        """Whether a free body has flown away, and would in a smaller step. Collective."""
+        bodies = self.contact.free_bodies if self.contact.layout.bodies else None
+        return bodies is not None and bodies.any_left()
+
     def _rigid_slaves(self) -> list[int]:
         """Slave tags that are prescribed, on masters that are not. Collective."""
         fixed = self.contact.constrained(self.bcs)

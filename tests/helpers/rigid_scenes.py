@@ -77,6 +77,7 @@ class Pressed:
     contact: Any
     problem: Any
     solver: Any = None
+    base: Any = None  # displacement of the block's bottom
 
 
 def nearest_along(body, x, ways):
@@ -119,8 +120,9 @@ def press(cell, shape, n=3, degree=1, move=None, material="neo-hookean", **optio
     P = stress(ufl.grad(u), *lame(E, NU))
     F = ufl.inner(P, ufl.grad(ufl.TestFunction(V))) * dx
     bottom = fem.locate_dofs_topological(V, gdim - 1, tags.find(BOTTOM))
-    bc = fem.dirichletbc(np.zeros(gdim), bottom, V)
-    return Pressed(u, given[0], contact, NonlinearProblem(F, contact, [bc]))
+    base = fem.Constant(mesh, np.zeros(gdim))
+    problem = NonlinearProblem(F, contact, [fem.dirichletbc(base, bottom, V)])
+    return Pressed(u, given[0], contact, problem, base=base)
 
 
 def press_by_mesh(cell, way, n, **options):

@@ -9,6 +9,7 @@ from typing import Any, TextIO, cast
 from ..convergence.failure import FAILURES
 from ..convergence.lost_contact import lost_contact
 from ..errors import (
+    BodyLeft,
     ContactLost,
     ConvergenceError,
     SetUpError,
@@ -241,6 +242,11 @@ class LoadSteps:
             path.begin()
             try:
                 iterations = self._solve(ways, before, last, path.ratio)
+            except BodyLeft as failure:
+                contact.restore(before)
+                path.restart()
+                ways.finish()
+                raise ConvergenceError(f"{path.describe()}: {failure}") from failure
             except SetUpError:
                 raise
             except FAILURES as failure:

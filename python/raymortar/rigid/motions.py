@@ -129,10 +129,6 @@ class Motions:
             cpp.set_freedoms([_freedom(body, rows or {}) for body in self.bodies])
         self._seen = present
 
-    def show(self, cpp: Any, motion: Motion) -> None:
-        """Hand other poses to a C++ zone, to see what they would hit."""
-        cpp.set_poses(*self._poses(motion))
-
     def send_old(self, cpp: Any) -> None:
         """Hand the accepted poses to a C++ zone."""
         if self.bodies:
@@ -141,6 +137,11 @@ class Motions:
     def accept(self) -> None:
         """Take the motions of the last update as those of the accepted step."""
         self.old = self._seen
+
+    def accepted(self, body: Body) -> Motion:
+        """Motion of a body at the accepted step, (15,)."""
+        motion: Motion = self.old[self.bodies.index(body)]
+        return motion
 
     def begin_at_present(self, body: Body) -> None:
         """Take the present position of a body as that of the accepted step."""

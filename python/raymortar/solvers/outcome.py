@@ -6,7 +6,7 @@ import warnings
 
 from ..convergence.lost_contact import lost_contact
 from ..convergence.penetration import warn_of_penetration
-from ..errors import ContactWarning, ConvergenceError, raise_everywhere
+from ..errors import BodyLeft, ContactWarning, ConvergenceError, raise_everywhere
 from ..problem import CoupledProblem
 
 
@@ -14,7 +14,9 @@ def require_convergence(problem: CoupledProblem, converged: bool, reason: str) -
     """Raise on every rank if a solve has failed; warn if its result is doubtful."""
     if not converged:
         message = f"Newton did not converge {reason}: {problem.describe()}"
-        raise_everywhere(problem.comm, message, ConvergenceError)
+        left = problem.free_body_left()
+        kind = BodyLeft if left else ConvergenceError
+        raise_everywhere(problem.comm, message, kind)
     warn_of_penetration(problem.contact)
     loss = lost_contact(problem) if problem.tells_of_loss else None
     if loss is not None:

@@ -210,15 +210,19 @@ class FreeBodies:
             found.append({name: points[name][mine] for name in names})
         return found
 
-    def _ahead(self, body: Body, way: Array) -> tuple[Array, Array]:
-        """This rank's slave points ahead of a body that flies along a direction: their
-        distances, and the stiffnesses of their springs of contact along it."""
-        R, shift = body.pose_of(body.motion())
+    def _ahead(
+        self, body: Body, way: Array, accepted: bool = False
+    ) -> tuple[Array, Array]:
+        """This rank's slave points ahead of a body that flies along a direction, from
+        where it is or was accepted: their distances, and the stiffnesses of their
+        springs of contact along it."""
         ahead, springs = [np.empty(0)], [np.empty(0)]
         for part in self._system.parts:
             for zone in part.zones:
                 if body not in zone.facets.bodies:
                     continue
+                motion = zone.motions.accepted(body) if accepted else body.motion()
+                R, shift = body.pose_of(motion)
                 points = zone.points()
                 facing = -(_in_space(points["normal"]) @ way)
                 x = _in_space(points["x"])[facing > 0.0]
@@ -298,10 +302,26 @@ class FreeBodies:
             part.present.forget_flight(body)
         return True
 
+    def _has_left(self, push: Push) -> bool:
+        """Whether a body flies away from all that it meets, and would from the place of
+        the accepted step. Collective."""
+        way = push.way
+        if way is None:
+            return False
+        return not any(
+            np.isfinite(self._nearest(self._ahead(push.body, way, accepted)))
+            for accepted in (False, True)
+        )
+
+    def any_left(self) -> bool:
+        """Whether a body touches nothing and flies away, whatever the step.
+        Collective."""
+        pushes = [self.push(body) for body in self.bodies]
+        return any([not one.touches and self._has_left(one) for one in pushes])
+
     def _left_behind(self, push: Push) -> str:
         """What to say of a body that flies away from all that it meets. Collective."""
-        way = push.way
-        if way is None or np.isfinite(self._nearest(self._ahead(push.body, way))):
+        if not self._has_left(push):
             return ""
         return (
             ": no slave facet that it meets is ahead of it, whatever the step. Give it "

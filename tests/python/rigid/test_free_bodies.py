@@ -268,6 +268,35 @@ def test_a_body_that_is_pulled_off_its_slave_is_named():
         solved(found)
 
 
+@pytest.mark.mpi
+def test_no_smaller_step_is_tried_for_a_body_that_has_left():
+    """A body that flies past its slave has it ahead from where it was."""
+    body = rigid.Body(
+        rigid.Circle((0.5, 1.28), 0.3), name="hook", free=("y",), force=(0.0, -0.5)
+    )
+    found = press("triangle", body, n=2, **LAWS["normal"])
+    solved(found)
+    found.contact.advance()
+    place = body.motion()
+    solves = []
+
+    def pull(t):
+        solves.append(t)
+        body.force = (0.0, -0.5 + 2.0 * t)
+
+    with pytest.raises(ConvergenceError, match="factor 1 failed: .*rigid hook is"):
+        LoadSteps(SNESSolver(found.problem), pull, 1).run()
+    assert set(solves) <= {0.0, 1.0}
+    assert body.motion() == pytest.approx(place, abs=1e-14)
+    # Where it has flown past the slave, the slave is ahead of the accepted place
+    bodies = found.contact.free_bodies
+    for height, force, has_left in ((0.5, 1.0, True), (-3.0, -1.0, False)):
+        body.freedom.values[:] = height
+        body.force = (0.0, force)
+        found.contact.update()
+        assert bodies.any_left() == has_left
+
+
 def test_a_wheel_rolls_its_circumference(monkeypatch):
     """H5: the way is the angle times the radius, and nothing creeps when it stops.
 
