@@ -19,6 +19,7 @@ from .automatic import (
     with_fallback,
 )
 from .bodies import BodiesPreconditioner
+from .kept_factors import KeptFactorsSolver, kept_factors
 from .elimination import SPRINGS, ContactPreconditioner, attach
 from .linear import MULTIGRIDS, iterative
 from .rigid_motions import near_nullspace, rigid_motions

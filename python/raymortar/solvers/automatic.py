@@ -12,23 +12,20 @@ from petsc4py import PETSc
 from .. import compat
 from ..errors import ContactWarning
 from .elimination import KnowsProblem, attach
+from .kept_factors import kept_factors
 from .linear import iterative
+from .petsc_objects import DIRECT
 
 log = logging.getLogger("raymortar")
-
-# The tangent is unsymmetric and, with a multiplier, has zeros on its diagonal: a
-# direct solver has to pivot. Contact fills in more than MUMPS guesses by default.
-DIRECT = {
-    "ksp_type": "preonly",
-    "pc_type": "lu",
-    "pc_factor_mat_solver_type": "mumps",
-    "mat_mumps_icntl_14": 60,
-}
 
 # Unknowns in 3D, by the degree of the displacement, up to which the direct solver is
 # the faster one or nearly so, on one rank (measured: docs/parallel.md). In 2D it is
 # faster at all sizes that were measured.
 MOST_DIRECT = {1: 40_000, 2: 20_000}
+
+# Unknowns in 3D between which factors of linear bodies are kept, and the share of the
+# operations of the direct solver up to which they are used (measured: docs/performance.md)
+KEPT, MOST_KEPT = (2_000, 100_000), 0.7
 
 # A Krylov solver that does well needs less than a third of this
 MOST_ITERATIONS = 100
@@ -81,13 +78,26 @@ def linear_options(
     layout = problem.contact.layout
     if layout.comm.allreduce(int(told)):
         return direct()
-    unknowns, iterates = layout.size_global, _suits_multigrid(problem)
+    unknowns, options, name = layout.size_global, direct(), "a direct one"
+    if _suits_kept_factors(problem):
+        options, name = kept_factors(MOST_KEPT), "a direct one that keeps factors"
+    elif _suits_multigrid(problem):
+        options = {**(INEXACT if snes else {}), **with_fallback()}
+        name = "multigrid for the bodies"
     if layout.comm.rank == 0:
-        name = "multigrid for the bodies" if iterates else "a direct one"
         log.info("linear solver of %d unknowns: %s", unknowns, name)
-    if not iterates:
-        return direct()
-    return {**(INEXACT if snes else {}), **with_fallback()}
+    return options
+
+
+def _suits_kept_factors(problem: Any) -> bool:
+    """Whether bodies are linear, and large enough but not too large to keep their
+    factors."""
+    layout, (least, most) = problem.contact.layout, KEPT
+    if layout.comm.size > 1 or not problem.volume.is_linear:
+        return False
+    if problem.contact.u.function_space.mesh.geometry.dim < 3:
+        return False
+    return bool(least <= layout.size <= most)
 
 
 def _suits_multigrid(problem: Any) -> bool:
