@@ -37,6 +37,8 @@ class Compliance:
     ----------
     springs
         Places, and stiffness.
+    symmetric
+        Whether K is symmetric, but for rounding.
     usable
         Whether there are factors.
     flops, entries
@@ -58,13 +60,13 @@ class Compliance:
         self._ksp.setOptionsPrefix(prefix)
         self._ksp.setOperators(K)
         largest = K.norm(PETSc.NormType.NORM_INFINITY)
-        symmetric = K.isSymmetric(1e-12 * largest)
-        self._ksp.getPC().setType("cholesky" if symmetric else "lu")
+        self.symmetric = K.isSymmetric(1e-12 * largest)
+        self._ksp.getPC().setType("cholesky" if self.symmetric else "lu")
         self._ksp.setFromOptions()
         self._ksp.setUp()
         self._factors = self._ksp.getPC().getFactorMatrix()
         self.usable = self._factors.getMumpsInfog(1) >= 0
-        self.flops = self._factors.getMumpsRinfog(3) * (2.0 if symmetric else 1.0)
+        self.flops = self._factors.getMumpsRinfog(3) * (2.0 if self.symmetric else 1.0)
         entries = self._factors.getMumpsInfog(29)
         self.entries = entries if entries >= 0 else -1_000_000 * entries
         # Place of the column of each row, -1 where it is not known

@@ -40,44 +40,36 @@ class Coupling:
         self._values, self._size = values[there], len(offsets) - 1
         places = np.arange(self._size)
         moves = (places < n) | (places >= self._size - last)
-        used = np.union1d(self._rows, self._columns)
-        self.touched = used[used < n]
+        used = np.zeros(self._size, dtype=bool)
+        used[self._rows] = used[self._columns] = True
+        self.touched = np.flatnonzero(used[:n])
         row_moves, column_moves = moves[self._rows], moves[self._columns]
-        coupled = np.concatenate(
-            [
-                self._columns[row_moves & ~column_moves],
-                self._rows[column_moves & ~row_moves],
-                places[max(n, self._size - last) :],
-            ]
-        )
-        self.coupled = np.unique(coupled)
-        self.alone = np.setdiff1d(places[n:], self.coupled)
+        coupled = places >= max(n, self._size - last)
+        coupled[self._columns[row_moves & ~column_moves]] = True
+        coupled[self._rows[column_moves & ~row_moves]] = True
+        self.coupled = np.flatnonzero(coupled)
+        self.alone = n + np.flatnonzero(~coupled[n:])
 
     def block(self, rows: Places, columns: Places) -> PETSc.Mat:
-        """Entries in some rows and columns, as a sparse matrix."""
+        """Entries in some rows and columns, both in order, as a sparse matrix."""
         row, column = (np.full(self._size, -1) for _ in range(2))
         row[rows], column[columns] = np.arange(len(rows)), np.arange(len(columns))
         i, j = row[self._rows], column[self._columns]
         there = (i >= 0) & (j >= 0)
-        shape = len(rows), len(columns)
-        return sparse(shape, i[there], j[there], self._values[there])
+        counts = np.bincount(i[there], minlength=len(rows))
+        offsets = np.concatenate([[0], np.cumsum(counts)]).astype(PETSc.IntType)
+        A = PETSc.Mat().createAIJ(
+            (len(rows), len(columns)),
+            csr=(offsets, j[there].astype(PETSc.IntType), self._values[there]),
+            comm=PETSc.COMM_SELF,
+        )
+        A.assemble()
+        return A
 
 
 def rows_of(offsets: Places) -> Places:
     """Row of each entry of compressed rows."""
     return np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
-
-
-def sparse(
-    shape: tuple[int, int], rows: Places, columns: Places, values: Array
-) -> PETSc.Mat:
-    """Matrix on this rank from its entries, each given once."""
-    order = np.lexsort((columns, rows))
-    offsets = np.searchsorted(rows[order], np.arange(shape[0] + 1))
-    csr = offsets.astype(PETSc.IntType), columns[order].astype(PETSc.IntType)
-    A = PETSc.Mat().createAIJ(shape, csr=(*csr, values[order]), comm=PETSc.COMM_SELF)
-    A.assemble()
-    return A
 
 
 def dense(A: PETSc.Mat) -> Array:

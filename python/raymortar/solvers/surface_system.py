@@ -71,7 +71,9 @@ class SurfaceSystem:
     def _product(self, A: PETSc.Mat) -> Array:
         """W A of a sparse matrix."""
         transposed = A.transpose(PETSc.Mat())
-        found = times(transposed, self._W.T).T
+        # PETSc takes columns: those of W need no copy
+        W = self._W if self._compliance.symmetric else self._W.T
+        found = times(transposed, W).T
         transposed.destroy()
         return found
 
