@@ -88,6 +88,11 @@ class Compliance:
             return self.solve(forces)[self.rows[at]]
         return forces[known] @ self._columns[: len(known), at]
 
+    @property
+    def known(self) -> int:
+        """How many columns are known."""
+        return len(self._known)
+
     def missing(self, at: Places) -> int:
         """How many columns of some places are not known."""
         return int((self._column[at] < 0).sum())

@@ -31,8 +31,9 @@ SOLVE, COLUMN, PRODUCT = 45.0, 2.0, 8.0
 # Iterations of GMRES on the surfaces
 ITERATIONS = 12
 
-# Most operations for columns, in factorisations of the tangent, and most bytes
-MOST_COLUMNS, MOST_BYTES = 10.0, 2e9
+# Factorisations of the tangent that all columns may cost at first, those that they may
+# cost more after each system, and most bytes of them
+FIRST, MORE, MOST_BYTES = 2.0, 0.5, 2e9
 
 
 def kept_factors(most: float | None = None) -> dict[str, Any]:
@@ -90,6 +91,7 @@ class KeptFactorsSolver(KnowsProblem):
         self._compliance: Any = None  # from `_factorise` on, with what follows
         self._near: Any = None
         self._stiffness: Any = None
+        self._volume: Any = None
         self._revision = 0
         # Systems of this stiffness, and those before it is factorised
         self._age = self._patience = 0
@@ -117,10 +119,11 @@ class KeptFactorsSolver(KnowsProblem):
         volume = self.problem.volume
         if not volume.is_linear or ksp.comm.size > 1:
             return False
-        if volume.kept.revision != self._revision:
-            lasted = self._revision == 0 or self._age >= LASTING
+        kept = volume.kept
+        if kept is not self._volume or kept.revision != self._revision:
+            lasted = self._volume is None or self._age >= LASTING
             self._patience = 0 if lasted else LASTING
-            self._revision, self._age = volume.kept.revision, 0
+            self._volume, self._revision, self._age = kept, kept.revision, 0
             self._inexact = 0
             self._forget()
         self._age += 1
@@ -174,10 +177,12 @@ class KeptFactorsSolver(KnowsProblem):
         springs = supports(contact, nodes, self.problem.constrained)
         rows = layout.u_rows.ravel()[dofs]
         near = np.concatenate([rows, np.arange(layout.n, layout.size)])
-        self._near = PETSc.IS().createGeneral(near.astype(PETSc.IntType))
+        self._near = PETSc.IS().createGeneral(
+            near.astype(PETSc.IntType), comm=PETSc.COMM_SELF
+        )
         K = self.problem.volume.kept.tangent
         self._stiffness = K.createSubMatrix(self._near, self._near)
-        host = PETSc.IS().createStride(layout.n, 0, 1)
+        host = PETSc.IS().createStride(layout.n, 0, 1, comm=PETSc.COMM_SELF)
         K = K.createSubMatrix(host, host)
         if self.direct is not None:
             self.direct.reset()  # its factors are larger
@@ -201,8 +206,9 @@ class KeptFactorsSolver(KnowsProblem):
         return coupling
 
     def _pays(self, coupling: Coupling, most: float) -> bool:
-        """Whether kept factors take at most a share of the operations of MUMPS, and
-        their columns fit."""
+        """Whether a system takes at most a share of the operations of MUMPS, whether
+        columns cost no more than earlier systems may have saved, and whether they
+        fit."""
         one = self._compliance
         springs = len(one.springs[0])
         v = len(coupling.touched) + springs
@@ -214,8 +220,9 @@ class KeptFactorsSolver(KnowsProblem):
         each = (
             2 * size**3 / 3 + PRODUCT * iterations * v**2 + 3 * SOLVE * one.entries
         )
-        columns = COLUMN * one.entries * one.missing(coupling.touched)
-        return each <= most * one.flops and columns <= MOST_COLUMNS * most * one.flops
+        columns = COLUMN * one.entries * (one.missing(coupling.touched) + one.known)
+        budget = FIRST + MORE * self._age
+        return each <= most * one.flops and columns <= budget * most * one.flops
 
     def _drop_system(self) -> None:
         if self._system is not None:

@@ -1,5 +1,6 @@
 """Kept factors of linear bodies: the direct solver's answer without its factors."""
 
+from mpi4py import MPI
 from petsc4py import PETSc
 
 import numpy as np
@@ -11,7 +12,9 @@ from problems import CELLS, COMM, DIMENSION, SOLVERS, build, fix, stack, worst
 from rigid_scenes import press, shapes
 
 import raymortar
+from meshes.scenes import two_blocks
 from raymortar import AugmentedLagrangian, Coulomb, Penalty, SNESSolver, rigid, solvers
+from raymortar.solvers import automatic
 from raymortar.solvers.compliance import Compliance
 from raymortar.solvers.petsc_options import PetscOptions
 from raymortar.solvers.supports import supports
@@ -78,6 +81,16 @@ def test_answer_is_that_of_the_direct_solver(cell, degree, method, friction):
 @pytest.mark.parametrize("solver", SOLVERS)
 def test_either_solver_takes_the_options(solver):
     assert_same(pressed("quadrilateral").problem, solver)
+
+
+@pytest.mark.mpi
+def test_each_rank_may_have_a_problem_of_its_own():
+    scene = two_blocks(MPI.COMM_SELF, 2, "triangle", (4, 4), (3, 3))
+    problem = build(
+        scene, bcs=lambda V, s: [fix(V, s, "bottom"), fix(V, s, "top", value=-0.02)]
+    ).problem
+    solver, iterations, _ = solved(problem, solvers.kept_factors())
+    assert context(solver).systems == iterations > 0
 
 
 @alone
@@ -193,6 +206,25 @@ def test_springs_of_a_stepped_path_on_the_diagonal_are_seen():
     rest.pointwiseDivide(rest, solver._scale)
     rest.axpy(-1.0, b)
     assert rest.norm() <= 1e-12 * b.norm()
+
+
+# The choice
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("material", ["linear", "neo-hookean"])
+@pytest.mark.parametrize("cell", ["quadrilateral", "hexahedron"])
+def test_linear_bodies_in_3d_get_them(cell, material, monkeypatch):
+    monkeypatch.setattr(automatic, "KEPT", (10, 10_000))
+    problem = pressed(cell, material=material).problem
+    solver = SNESSolver(problem)
+    gets_them = COMM.size == 1 and cell == "hexahedron" and material == "linear"
+    assert solver.krylov_solver.getType() == ("python" if gets_them else "preonly")
+    for size in ((10_000, 20_000), (1, 10)):
+        monkeypatch.setattr(automatic, "KEPT", size)
+        assert SNESSolver(problem).krylov_solver.getType() == "preonly"
+    told = SNESSolver(problem, {"pc_type": "lu"})
+    assert told.krylov_solver.getType() == "preonly"
 
 
 # Parts
