@@ -16,7 +16,8 @@ TOOL_PACKAGES=(g++ cmake ninja-build ccache pkgconf libeigen3-dev pybind11-dev
   libgtest-dev libopenmpi-dev openmpi-bin libopenblas0)
 # PETSc's headers come with python3-dolfinx-real, in the version it was built on
 PYTHON_PACKAGES=(python3-dolfinx python3-dolfinx-real python3-petsc4py-real
-  python3-gmsh python3-h5py python3-matplotlib python3-pytest python3-scipy)
+  python3-gmsh python3-h5py python3-matplotlib python3-pytest python3-pytest-xdist
+  python3-scipy)
 
 note() { printf -- '-- %s\n' "$*" >&2; }
 

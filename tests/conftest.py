@@ -1,9 +1,11 @@
 """What all the Python tests share."""
 
+import json
 from pathlib import Path
 
 import pytest
 from problems import CELLS, CELLS_2D, CELLS_3D, COMM
+from rounding_noise import disturb_tangents
 
 
 @pytest.fixture(params=CELLS)
@@ -28,6 +30,17 @@ def folder(tmp_path):
     return COMM.bcast(tmp_path, root=0)
 
 
+@pytest.fixture
+def record_property(record_property):
+    """pytest's, for plain numbers: tests side by side can hand on no others."""
+
+    def record(name, value):
+        plain = json.dumps(value, default=lambda array: array.tolist())
+        record_property(name, json.loads(plain))
+
+    return record
+
+
 NIGHTLY = Path(__file__).with_name("nightly.txt")
 
 
@@ -37,6 +50,18 @@ def pytest_addoption(parser):
         action="store_true",
         help=f"leave out the long tests, which are listed in {NIGHTLY.name}",
     )
+    parser.addoption(
+        "--rounding-noise",
+        type=int,
+        metavar="SEED",
+        help="disturb tangents by random rounding errors, which no test may depend on",
+    )
+
+
+def pytest_configure(config):
+    seed = config.getoption("--rounding-noise")
+    if seed is not None:
+        disturb_tangents(seed)
 
 
 def without_nightly(config, items):

@@ -2,52 +2,36 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from mpi4py import MPI
+from petsc4py import PETSc
 
-import numpy as np
 from dolfinx.fem import Function
 
-from .checked import is_real_number
-from .compat import Array
-from .errors import (
-    ContactError,
-    SetUpError,
-    raise_everywhere,
-    require_agreement,
-    together,
-)
-from .host.checks import check_space
-from .host.host import Host
-from .host.kept_communicator import keep_communicator
-from .host.slave_fields import OFFSET, FieldValue, check_field, on_facets
-from .interface.accepted import AcceptedStep
-from .interface.adjustment import Adjustment, adjust, require_start
-from .interface.coefficients import PairCoefficients, spread
+from .host.layout import Layout
+from .host.slave_fields import FieldValue
+from .interaction import Interaction
+from .interface.adjustment import Adjustment
+from .interface.coefficients import PairCoefficients
 from .interface.contact_surfaces import make_surfaces
-from .interface.cover import Cover
-from .interface.friction_at_points import evaluate_friction, spread_coefficient
+from .interface.friction_at_points import spread_coefficient
+from .interface.given import check_given
 from .interface.interfaces import Interfaces
-from .interface.interference import Behind, warn_of_excess
-from .interface.pairs import known_names, numbered, table
-from .interface.state import ContactState, not_finite, state_fault
-from .interface.straight_facets import warn_of_straight_facets
-from .interface.zones import described, group_pairs, on_sides
+from .interface.offsets import Offsets
+from .interface.present import PresentState
+from .interface.state import ContactState
 from .options.contact_options import ContactOptions
 from .options.friction import Law
 from .options.methods import AugmentedLagrangian, Penalty, Search
+from .results.fields import NodalFields
 from .results.summaries import of_contact
 from .rigid.body import Body
 from .rigid.shapes import Shape
 from .system.assembly import ContactAssembly
 
-_numbers = itertools.count()
 
-
-class Contact(ContactAssembly):
+class Contact(Interaction):
     """Contact integrals between tagged surfaces of a deforming mesh. Collective.
 
     Parameters
@@ -99,31 +83,15 @@ class Contact(ContactAssembly):
         That of the mesh on which the slave surfaces are.
     host
         What is solved for, the displacement among it; see `host.Host`.
-    bodies
-        Parts of the mesh that hang together, by displacement node.
     multiplier
         Traction on the slave: a scalar ``Function`` (normal component, negative in
         compression), a vector one in global coordinates, or None with penalty. Zero
         off the slave surfaces.
-    gamma
-        Coefficient in use (None until an automatic one is set): as it was given; an
-        automatic one is a number, or `PairCoefficients` where it differs between pairs
-        of bodies.
-    offset
-        Added to the gap, as it was given; None: nothing.
-    axisymmetric
-        Whether integrals go over a full turn.
-    pairs
-        The pairs in the order in which they were given, each once: a list of
-        `pairs.Pair`, with tags, names and the label of their columns in a `History`.
-        ``points()["pair"]`` and `resultants` count by it.
     names
         Facet tag by name.
-    updates
-        Calls of `update` so far.
-    revision
-        Changes so far of what an assembled residual depends on, `u` and `multiplier`
-        aside: pairing, history, coefficient.
+    surfaces, results, assembly
+        Objects that this one hands over to: zones and the functions on them, results at
+        points, and what contact adds to matrices and vectors.
 
     Raises
     ------
@@ -154,7 +122,7 @@ class Contact(ContactAssembly):
         offset: FieldValue | None = None,
         axisymmetric: bool = False,
     ) -> None:
-        self._options = options = ContactOptions(
+        options = ContactOptions(
             AugmentedLagrangian() if method is None else method,
             friction,
             quadrature_degree,
@@ -164,68 +132,79 @@ class Contact(ContactAssembly):
             offset,
             axisymmetric,
         )
-        first = u[0] if isinstance(u, (list, tuple)) and u else u
-        if not isinstance(first, Function):
-            raise ContactError(f"u must be a Function, not {type(first).__name__}")
-        self._comm: MPI.Comm = first.function_space.mesh.comm
-        self.number = next(_numbers)
-        self.partners = (self.number,)
-        with together(self._comm):
-            self.host = Host(u)
-        keep_communicator(first.function_space.mesh)
-        u = self.host.u
-        with together(self._comm):
-            options.check()
-            facet_dim = u.function_space.mesh.topology.dim - 1
-            self.names = known_names(names, facet_dim)
-            tags = numbered(pairs, self.names)
-            groups = group_pairs(tags)
-            self.pairs = table(tags, self.names)
-        require_agreement(
-            self._comm,
-            **vars(options),
-            pairs={slave: described(masters) for slave, masters in groups.items()},
-            names=self.pairs,
+        given = check_given(u, pairs, names, options)
+        self.names = given.names
+        self.method, self.friction = options.method, friction
+        self.measure, self.tangent = measure, tangent
+        self.surfaces = made = make_surfaces(
+            given.host, facet_tags, given.groups, options, self.tied
         )
-        for part in self.host.displacements:
-            check_space(part.u)
-        self.u, self.method, self.measure = u, options.method, measure
-        self.tangent, self.axisymmetric = tangent, bool(axisymmetric)
-        self.friction = friction
-        made = make_surfaces(self.host, facet_tags, groups, options, self.tied)
-        self.zones, self.layout, self.bodies = made.zones, made.layout, made.bodies
         self.slave_u, self.multiplier = made.slave_u, made.multiplier
-        self._scalar, self._vector = made.scalar, made.vector
-        self._references = made.references
-        if self.multiplier is not None:
-            self._cover = Cover(self.zones, self.multiplier.function_space)
-        self.gamma: float | Function | PairCoefficients | None = None
-        self.gamma_scale = 1.0
-        self.revision = 0
-        self.offset: FieldValue | None = None
-        # What lies behind the zones' sides, and whether an interference is more
-        self.behind: list[Behind] | None = None
-        self.excess: str | None = None
-        self._dt = 1.0
-        self._interfaces: Interfaces | None = None
-        self._accepted = AcceptedStep(u, self.zones, self.layout.bodies)
-        self._fixed_by: tuple[Any, ...] | None = ()
-        self._fixed = np.zeros(len(u.x.array), dtype=np.int8)
-        self._some_held = False
-        # Read by `prepare`, which every use of it follows
-        self._volume: Any = None
-        if self.method.gamma is not None:
-            self.set_gamma(self.method.gamma)
+        self._present = self._begin(options)
+        self.assembly = ContactAssembly(made, self._present, options.method)
+        super().__init__(given.host, [self.assembly], given.pairs)
+        self._fields = NodalFields(made, self._present, friction)
+        self._offsets = Offsets(made, self._present)
+        if options.method.gamma is not None:
+            self.assembly.set_gamma(options.method.gamma)
         if offset is not None:
-            self.set_offset(offset)
-        spread_coefficient(friction, self.zones, self.slave_u.function_space.mesh)
-        self.updates = 0
-        self.preallocations, self.extensions = 0, 0
+            self._offsets.set(offset)
+        spread_coefficient(friction, made.zones, made.slave_u.function_space.mesh)
+
+    def _begin(self, options: ContactOptions) -> PresentState:
+        """The state that `update` and `advance` change."""
+        return PresentState(self.surfaces, options)
 
     def __repr__(self) -> str:
         return of_contact(self)
 
-    # Set-up
+    @property
+    def contacts(self) -> tuple[Contact, ...]:
+        """This contact alone; see `Interaction`."""
+        return (self,)
+
+    @property
+    def layout(self) -> Layout:
+        """Rows of the unknowns: [host | multiplier], rank by rank."""
+        return self.surfaces.layout
+
+    @property
+    def interfaces(self) -> Interfaces:
+        """Pairs of bodies that meet. Collective at first."""
+        return self.surfaces.interfaces
+
+    def solve_for(self, functions: Sequence[Function]) -> None:
+        """Take the functions that a problem solves for. Collective.
+
+        Raises
+        ------
+        ContactError
+            If the displacement is not among them, if another problem of this contact
+            has other unknowns, or if that problem has several contacts.
+        """
+        self.assembly.solve_for(functions)
+
+    def to_vector(self, x: PETSc.Vec) -> None:
+        """Copy functions to the solver's unknowns; divide the multiplier by gamma."""
+        self.layout.to_vector(x, self.gamma_scale)
+
+    def from_vector(self, x: PETSc.Vec) -> None:
+        """Copy the solver's unknowns to the functions and their ghosts. Collective."""
+        self.layout.from_vector(x, self.gamma_scale)
+
+    # Coefficient, offset, time
+
+    @property
+    def gamma(self) -> float | Function | PairCoefficients | None:
+        """Coefficient in use (None until an automatic one is set): as it was given; an
+        automatic one is a number, or `PairCoefficients` where it differs between pairs
+        of bodies."""
+        return self.assembly.gamma
+
+    @property
+    def gamma_scale(self) -> float:
+        """Mean of `gamma` over the slave facets."""
+        return self.assembly.gamma_scale
 
     def set_gamma(self, gamma: float | Function | PairCoefficients) -> None:
         """Set the augmentation or penalty coefficient. Collective.
@@ -241,11 +220,12 @@ class Contact(ContactAssembly):
         ContactError
             If it is not positive, differs between ranks or is of another mesh.
         """
-        nodal, self.gamma_scale = spread(gamma, self)
-        for zone, values in zip(self.zones, nodal):
-            zone.cpp.set_gamma(values.of_facets, self.gamma_scale, values.of_pairs())
-        self.gamma = gamma
-        self.revision += 1
+        self.assembly.set_gamma(gamma)
+
+    @property
+    def offset(self) -> FieldValue | None:
+        """Length that is added to the gap, as it was given; None: nothing."""
+        return self._offsets.value
 
     def set_offset(self, offset: FieldValue) -> None:
         """Set what is added to the gap, as an interference that grows. Collective.
@@ -263,15 +243,12 @@ class Contact(ContactAssembly):
         ContactError
             If it is not finite, no scalar, of another mesh, or differs between ranks.
         """
-        with together(self._comm):
-            check_field(OFFSET, offset, self.slave_u.function_space.mesh)
-        require_agreement(self._comm, offset=offset)
-        nodal = [on_facets(OFFSET, offset, z.facets, self._comm) for z in self.zones]
-        for zone, values in zip(self.zones, nodal):
-            zone.offset = values
-        self.offset = offset
-        self.excess = warn_of_excess(self)
-        self._send_offset()
+        self._offsets.set(offset)
+
+    @property
+    def excess(self) -> str | None:
+        """What to say of an interference that no body is thick enough for; else None."""
+        return self._offsets.excess
 
     def adjust(self, within: float) -> Adjustment:
         """Make surfaces that are nearer than this just touch, without stress.
@@ -297,140 +274,23 @@ class Contact(ContactAssembly):
             If it is not positive, or differs between ranks, or if the displacement is
             not zero.
         """
-        with together(self._comm):
-            require_start(self.u.x.array, within)
-        require_agreement(self._comm, within=within)
-        self.update()
-        found = adjust(self.zones, float(within), self._comm)
-        self._send_offset()
-        return found
-
-    def _send_offset(self) -> None:
-        """Hand offsets and adjustments to the zones."""
-        for zone in self.zones:
-            if (offset := zone.whole_offset) is not None:
-                zone.cpp.set_offset(offset)
-        self.revision += 1
+        return self._offsets.adjust(within)
 
     @property
     def dt(self) -> float:
         """Time of the present step, 1 at first: slip over it is the slip rate that
         `Friction` sees. `LoadSteps` sets it to the step's size."""
-        return self._dt
+        return self._present.dt
 
     @dt.setter
     def dt(self, value: float) -> None:
-        if not (is_real_number(value) and np.isfinite(value) and value > 0.0):
-            raise ContactError(f"dt = {value!r} must be a positive number")
-        self._dt = float(value)
-        for body in self.layout.bodies:
-            body.freedom.dt = self._dt
-        self.revision += 1
+        self._present.dt = value
 
     # State
 
-    def _send_state(self) -> None:
-        """Displacement and multiplier to the zones. Collective."""
-        for reference in self._references:
-            raise_everywhere(self._comm, reference.fault(), SetUpError)
-        raise_everywhere(self._comm, not_finite(self))
-        for zone in self.zones:
-            zone.cpp.set_displacement(*on_sides(zone, self.u.x.array))
-            zone.motions.send(
-                zone.cpp,
-                self._comm,
-                self.friction is not None,
-                self.layout.body_rows,
-            )
-        if self.multiplier is not None:
-            values = self.multiplier.x.array.reshape(-1, self.layout.components)
-            for zone in self.zones:
-                zone.cpp.set_multiplier(values[zone.multiplier_nodes])
-
-    def update(self, rays_only: bool = False) -> None:
-        """Pair and integrate at the present displacement. Collective.
-
-        Parameters
-        ----------
-        rays_only
-            Keep the integration points on the slave and cast their rays anew. The
-            tangent is then that at fixed points, whatever `tangent` says.
-
-        Raises
-        ------
-        ContactError
-            If the displacement is not finite, or if the mesh has been moved on the
-            contact surfaces since `Contact` was made.
-        """
-        self.updates += 1
-        self.revision += 1
-        self.host.pull()
-        if self._options.has_springs:
-            self._shown = self._unknowns()
-        self._accepted.send()
-        self._send_state()
-        for zone in self.zones:
-            with together(self._comm):
-                if rays_only:
-                    zone.cpp.cast()
-                else:
-                    zone.cpp.pair()
-        evaluate_friction(self.friction, self.zones, self._dt, self._comm)
-        if self.multiplier is not None:
-            self._cover.share()
-        # The bodies of other ranks may have moved
-        if self._comm.allreduce(self._accepted.is_here, op=MPI.MIN):
-            self._accepted.note_faced()
-            if self.updates == 1:
-                warn_of_straight_facets(self)
-
-    def forget_flight(self, body: Body) -> None:
-        """Take the present pose of a body as the old one: a flight is no slip."""
-        self._accepted.forget_flight(body)
-        self.revision += 1
-
-    def advance(self) -> None:
-        """Accept the step: the present state becomes the old one. Collective.
-
-        The history is the old displacement, and with friction what its springs hold on
-        each slave facet (none with ``tangential="rate"``), for which results are brought
-        up to date if the state is another than at the last `update`. They stay those of
-        the accepted step until the next one.
-        """
-        if self._options.has_springs and self.updates:
-            if self._is_stale():
-                self.update()
-            self._accepted.keep_springs()
-        self._accepted.accept()
-        if self.updates:
-            self._accepted.note_faced()
-        self.revision += 1
-
-    def _unknowns(self) -> Array:
-        """Displacement and multiplier of this rank, as one array."""
-        lam = [] if self.multiplier is None else [self.multiplier.x.array]
-        return np.concatenate([self.u.x.array, *lam])
-
-    def _is_stale(self) -> bool:
-        """Whether the last `update` was of another state. Collective."""
-        self.host.pull()
-        same = np.array_equal(self._shown, self._unknowns())
-        return not self._comm.allreduce(same, op=MPI.LAND)
-
-    @property
-    def u_old(self) -> Array:
-        """Displacement of the accepted step, of this rank's dofs. Not to be written."""
-        return self._accepted.u
-
     def state(self) -> ContactState:
         """Copy of all unknowns, multiplier and history, for `restore`."""
-        self.host.pull()
-        return self._accepted.state(self.host, self.multiplier)
-
-    def fault_of(self, state: Any) -> str | None:
-        """Why `restore` cannot go back to a state, if so."""
-        zones = self.zones if self._options.has_springs else []
-        return state_fault(state, self.state(), zones)
+        return self._present.copy()
 
     def restore(self, state: ContactState) -> None:
         """Go back to a state of this object, or of one made alike. Collective.
@@ -442,8 +302,77 @@ class Contact(ContactAssembly):
         ContactError
             If it is of another mesh, partition or method.
         """
-        raise_everywhere(self._comm, self.fault_of(state))
-        self._accepted.restore(state, self.host, self.multiplier)
-        self.revision += 1
-        if self.updates:
-            self.update()
+        self._present.restore(state)
+
+    # Results at nodes
+
+    def gap(self) -> Function:
+        """Gap at the slave nodes, negative in penetration; NaN where no hit. Length.
+
+        The gap of the law, with the offset. Average over the integration points around
+        each node. Collective.
+        """
+        return self._fields.gap()
+
+    def traction(self, part: str = "total") -> Function:
+        """Contact traction on the slave, global coordinates; 0 elsewhere. Collective.
+
+        Per reference or current area, by `measure`.
+
+        Parameters
+        ----------
+        part
+            ``"total"``; ``"normal"``: along the slave's normal; ``"tangential"``: the
+            rest, which is friction.
+        """
+        return self._fields.traction(part)
+
+    def slip(self) -> Function:
+        """Slip since the accepted step, T_n w, at the slave nodes. Length. Collective.
+
+        The motion of the slave over the master point it meets now, in the slave's
+        tangent plane and in global coordinates, also where the contact is open; 0
+        where no hit. After `advance` it is that of a step that has not begun: read it
+        before.
+
+        Raises
+        ------
+        ContactError
+            Without friction, which needs no slip.
+        """
+        return self._fields.slip()
+
+    def status(self) -> Function:
+        """`NodeStatus` of the slave nodes: 0 open or no hit, 1 stick, 2 slip. Collective.
+
+        Contact without friction is slip. The average over the points around each node,
+        rounded. Numbers are one less than those of `PointStatus`, which tells points
+        without hit from open ones.
+        """
+        return self._fields.status()
+
+    def coverage(self) -> Function:
+        """Share of the slave surface around each node that has a hit. Collective.
+
+        1 where every ray meets the master, 0 where none does and off the slave.
+        """
+        return self._fields.coverage()
+
+    def fields(self) -> list[Function]:
+        """All nodal results of the last `update`, for XDMF or VTK files. Collective.
+
+        Gap (0 where no hit: see coverage), normal and tangential traction, status,
+        coverage, the multiplier if there is one, slip with friction: write them next to
+        the displacement, ``io.write_xdmf(file, mesh, [u, *contact.fields()])``.
+        """
+        return self._fields.all()
+
+    def friction_work(self) -> float:
+        """Work that tangential tractions take in this step, before `advance`. Collective.
+
+        The integral of -t . T_n w over the slave surfaces: force times length, per
+        thickness in 2D, or of a full turn. With a multiplier it is that of the points
+        that slip, and never negative: where springs give a little back, nothing is
+        lost. With the elastic penalty a part is stored in the springs.
+        """
+        return self._fields.friction_work()

@@ -4,30 +4,24 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
-from mpi4py import MPI
+from petsc4py import PETSc
 
 from dolfinx.fem import Function
 
 from . import compat
-from .compat import Array
 from .contact import Contact
 from .errors import ContactError, ContactWarning, raise_everywhere
-from .host.bodies import Bodies
 from .host.host import Host
 from .host.layout import JointLayout
-from .interface.pairs import Pair, labelled
+from .interaction import Interaction
+from .interface.pairs import PairTable
 from .interface.state import JointState, joint_fault
-from .interface.stiffness import VolumePattern
-from .interface.zones import ZoneData
-from .results.fields import ZoneResults
 from .results.summaries import of_contacts
-from .system.coupled import CoupledSystem
 
 
-class Interactions(CoupledSystem, ZoneResults):
+class Interactions(Interaction):
     """Contacts that one problem solves for together. Collective.
 
     `NonlinearProblem.contact`, where a problem is given a list of contacts. Each keeps
@@ -40,11 +34,6 @@ class Interactions(CoupledSystem, ZoneResults):
     contacts
         Two or more, of the same displacement.
 
-    Attributes
-    ----------
-    layout
-        Rows of all unknowns: [host | multipliers of each contact], rank by rank.
-
     Raises
     ------
     ContactError
@@ -52,54 +41,32 @@ class Interactions(CoupledSystem, ZoneResults):
     """
 
     def __init__(self, contacts: Sequence[Contact]) -> None:
-        self.contacts: tuple[Contact, ...] = tuple(contacts)
-        self._comm: MPI.Comm = contacts[0].layout.comm
-        raise_everywhere(self._comm, _fault(self.contacts))
-        _warn_of_shared_pairs(self.contacts)
-        self.layout: JointLayout
-        self._volume: Any = None
+        raise_everywhere(contacts[0].layout.comm, _fault(contacts))
+        _warn_of_shared_pairs(contacts)
+        self._contacts = tuple(contacts)
+        self._layout: JointLayout | None = None
+        super().__init__(
+            contacts[0].host,
+            [contact.assembly for contact in contacts],
+            PairTable.joined(
+                [contact.results.pairs for contact in contacts],
+                [len(contact.zones) for contact in contacts],
+            ),
+        )
 
     def __repr__(self) -> str:
         return of_contacts(self.contacts)
 
     @property
-    def host(self) -> Host:  # type: ignore[override]
-        """What is solved for, see `host.Host`."""
-        return self.contacts[0].host
+    def contacts(self) -> tuple[Contact, ...]:
+        """The contacts, in the order of their multipliers' rows."""
+        return self._contacts
 
     @property
-    def u(self) -> Function:
-        """Displacement, see `Contact`."""
-        return self.contacts[0].u
-
-    @property
-    def u_old(self) -> Array:
-        """Displacement of the accepted step, of this rank's dofs. Not to be written."""
-        return self.contacts[0].u_old
-
-    @property
-    def axisymmetric(self) -> bool:  # type: ignore[override]
-        """Whether integrals go over a full turn, those of all contacts."""
-        return self.contacts[0].axisymmetric
-
-    @property
-    def bodies(self) -> Bodies:
-        """Parts of the mesh that hang together, by displacement node."""
-        return self.contacts[0].bodies
-
-    @property
-    def zones(self) -> list[ZoneData]:
-        """Those of all contacts."""
-        return [zone for contact in self.contacts for zone in contact.zones]
-
-    @property
-    def pairs(self) -> list[Pair]:
-        """Those of all contacts, with slave surfaces numbered on."""
-        found, begin = [], 0
-        for contact in self.contacts:
-            found += [replace(p, surface=begin + p.surface) for p in contact.pairs]
-            begin += len(contact.zones)
-        return labelled(found)
+    def layout(self) -> JointLayout:
+        """Rows of the unknowns: [host | multipliers of each contact], rank by rank."""
+        assert self._layout is not None, "call solve_for first"
+        return self._layout
 
     @property
     def gamma(self) -> list[Any] | None:
@@ -112,20 +79,13 @@ class Interactions(CoupledSystem, ZoneResults):
         """By what each contact's multiplier is divided among the unknowns."""
         return [contact.gamma_scale for contact in self.contacts]
 
-    @property
-    def updates(self) -> int:  # type: ignore[override]
-        """Updates that all contacts have had."""
-        return min(contact.updates for contact in self.contacts)
+    def to_vector(self, x: PETSc.Vec) -> None:
+        """Copy functions to the solver's unknowns; divide multipliers by gamma."""
+        self.layout.to_vector(x, self.gamma_scale)
 
-    @property
-    def revision(self) -> int:
-        """Changes so far of what an assembled residual depends on."""
-        return sum(contact.revision for contact in self.contacts)
-
-    @property
-    def preallocations(self) -> int:  # type: ignore[override]
-        """Of matrices."""
-        return max(contact.preallocations for contact in self.contacts)
+    def from_vector(self, x: PETSc.Vec) -> None:
+        """Copy the solver's unknowns to the functions and their ghosts. Collective."""
+        self.layout.from_vector(x, self.gamma_scale)
 
     def solve_for(self, functions: Sequence[Function]) -> None:
         """Take what a problem solves for, the displacement among it. Collective.
@@ -136,31 +96,14 @@ class Interactions(CoupledSystem, ZoneResults):
             If the displacement is none of it, or if a contact belongs to a problem with
             other unknowns or other contacts.
         """
-        partners = tuple(contact.number for contact in self.contacts)
-        for contact in self.contacts:
-            contact.settle(functions, partners)
-        self.layout = JointLayout([contact.layout for contact in self.contacts])
-        for contact in self.contacts:
-            contact.send_rows()
-            contact.meet(self.contacts)
-
-    def belong_to(self, volume: VolumePattern) -> None:
-        """Go over to the volume, of `prepare`, of another problem of these contacts."""
-        self._volume = volume
-        for contact in self.contacts:
-            contact.belong_to(volume)
-
-    # State
-
-    def update(self, rays_only: bool = False) -> None:
-        """`Contact.update` of each. Collective."""
-        for contact in self.contacts:
-            contact.update(rays_only)
-
-    def advance(self) -> None:
-        """Accept the step, see `Contact.advance`. Collective."""
-        for contact in self.contacts:
-            contact.advance()
+        partners = tuple(part.number for part in self.parts)
+        for part in self.parts:
+            part.settle(functions, partners)
+        self._layout = JointLayout([part.layout for part in self.parts])
+        surfaces = [part.surfaces for part in self.parts]
+        for part in self.parts:
+            part.send_rows()
+            part.meet(surfaces)
 
     def state(self) -> JointState:
         """Copy of all unknowns, multipliers and histories, for `restore`."""
@@ -175,9 +118,10 @@ class Interactions(CoupledSystem, ZoneResults):
             If it is of other contacts, or of another mesh, partition or method; nothing
             is then changed.
         """
-        raise_everywhere(self._comm, joint_fault(state, self.contacts))
-        for contact, part in zip(self.contacts, state.parts):
-            contact.restore(part)
+        presents = [part.present for part in self.parts]
+        raise_everywhere(self._comm, joint_fault(state, presents))
+        for present, part in zip(presents, state.parts):
+            present.restore(part)
 
     def friction_work(self) -> float:
         """`Contact.friction_work` of all. Collective."""
@@ -214,16 +158,18 @@ def _fault(contacts: Sequence[Contact]) -> str | None:
     first = contacts[0]
     for i, contact in enumerate(contacts):
         if any(contact is other for other in contacts[:i]):
-            return f"contact[{i}], of slave {contact.tags}, is in the list twice"
+            return (
+                f"contact[{i}], of slave {contact.surfaces.tags}, is in the list twice"
+            )
         if not _same_displacement(first.host, contact.host):
             return (
-                f"contact[{i}], of slave {contact.tags}, has the displacement "
+                f"contact[{i}], of slave {contact.surfaces.tags}, has the displacement "
                 f"{contact.host.name}, contact[0] another one, {first.host.name}: all "
                 "contacts of a problem must be made with the same"
             )
         if contact.axisymmetric != first.axisymmetric:
             return (
-                f"contact[{i}], of slave {contact.tags}, has axisymmetric="
+                f"contact[{i}], of slave {contact.surfaces.tags}, has axisymmetric="
                 f"{contact.axisymmetric}, contact[0] {first.axisymmetric}: one form is "
                 "of a full turn, or of none"
             )

@@ -124,7 +124,7 @@ class CoupledProblem:
         self.rays_only, self.tells_of_loss = False, True
         self.steps_accepted = 0
         # Where `form` was last, and which revision of the contact that was
-        self._at: np.ndarray | None = None
+        self._at: Array | None = None
         self._revision = 0
         self._tools = b""
         self._pattern = self.contact.prepare(a, self.bcs)
@@ -353,7 +353,11 @@ class CoupledProblem:
             free,
             self.convergence.describe(),
             self._rigid_slaves(),
-            [text for one in contacts for text in swaps(one, self._pattern, self.bcs)],
+            [
+                text
+                for one in contacts
+                for text in swaps(one.surfaces, self._pattern, self.bcs)
+            ],
             [one.excess for one in contacts if one.excess is not None],
             in_use,
         )
@@ -362,4 +366,4 @@ class CoupledProblem:
         """Slave tags that are prescribed, on masters that are not. Collective."""
         fixed = self.contact.constrained(self.bcs)
         contacts = self.contact.contacts
-        return [tag for one in contacts for tag in rigid_slaves(one, fixed)]
+        return [tag for one in contacts for tag in rigid_slaves(one.surfaces, fixed)]

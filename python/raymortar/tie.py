@@ -9,9 +9,9 @@ from dolfinx.fem import Function
 
 from .checked import is_one_of, is_truth_value
 from .contact import Contact
-from .errors import ContactError, raise_everywhere, require_agreement, together
-from .interface.cross_points import crossing, warn_of_corners
-from .interface.tie_cover import require_masters
+from .errors import ContactError, raise_everywhere, require_agreement
+from .interface.present import TiedState
+from .options.contact_options import ContactOptions
 from .options.methods import AugmentedLagrangian, Penalty, Search
 
 ADJUST = ("keep", "close")
@@ -87,15 +87,13 @@ class Tie(Contact):
         )
         require_agreement(self._comm, adjust=adjust, partial=partial)
         self._refuse_bodies()
-        for zone in self.zones:
-            with together(self._comm):
-                zone.cpp.pair()
-        require_masters(self, partial)
-        if self.multiplier is not None:
-            self._cover.share()
-            warn_of_corners(self)
-        self.meet((self,))
+        self._tied_state.pair(partial)
+        self.assembly.meet([self.surfaces])
         self.update()
+
+    def _begin(self, options: ContactOptions) -> TiedState:
+        self._tied_state = TiedState(self.surfaces, options)
+        return self._tied_state
 
     def _refuse_bodies(self) -> None:
         """Raise for rigid bodies: their surface moves as no displacement does."""
@@ -108,18 +106,6 @@ class Tie(Contact):
             else None,
         )
 
-    def meet(self, contacts: Sequence[Contact]) -> None:
-        """Take the interactions of its problem: where they share slave nodes with it,
-        multipliers are damped [theory (4.20)]. Collective."""
-        if self.multiplier is None:
-            return
-        marked = crossing(self, contacts)
-        for zone, dofs in zip(self.zones, marked):
-            zone.cpp.set_crossing(dofs)
-        count = sum(int(dofs.sum()) for dofs in marked)
-        self._crosses = self._comm.allreduce(count) > 0
-        self._fixed_by = None  # the modulus is asked for anew
-
     def set_offset(self, offset: Any) -> NoReturn:
         """A tie has none: see `adjust` of `Tie`."""
         raise ContactError("a Tie has no offset: its gaps are kept or closed")
@@ -129,24 +115,6 @@ class Tie(Contact):
         raise ContactError(
             "a Tie needs no adjust: with adjust='keep' it starts without stress"
         )
-
-    def update(self, rays_only: bool = False) -> None:
-        """Take the present displacement; pairs and points stay. Collective.
-
-        Raises
-        ------
-        ContactError
-            As `Contact.update`.
-        """
-        self.updates += 1
-        self.revision += 1
-        self.host.pull()
-        self._send_state()
-
-    def advance(self) -> None:
-        """Accept the step. A tie has no history but the old displacement."""
-        self._accepted.u[:] = self.u.x.array
-        self.revision += 1
 
 
 def _check(adjust: Any, partial: Any, method: Any, others: Mapping[str, Any]) -> None:

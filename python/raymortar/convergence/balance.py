@@ -7,7 +7,7 @@ depends on the number of ranks.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mpi4py import MPI
 
@@ -18,6 +18,9 @@ from ..compat import Array, Indices
 from ..host.facet_areas import surface_areas
 from ..options.methods import Penalty
 from .patches import Patches
+
+if TYPE_CHECKING:
+    from ..interaction import Interaction
 
 EPS = float(np.finfo(float).eps)
 
@@ -52,7 +55,7 @@ class Groups:
         int N_a dG of each owned multiplier row, (rows,). Area.
     """
 
-    def __init__(self, contact: Any) -> None:
+    def __init__(self, contact: Interaction) -> None:
         self.contact, layout = contact, contact.layout
         self.comm: MPI.Comm = layout.comm
         V, bodies = contact.u.function_space, contact.bodies

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -11,6 +11,9 @@ import numpy.typing as npt
 from ..compat import Array
 from .balance import EPS, Groups
 from .trouble import is_hopeless, is_in_trouble
+
+if TYPE_CHECKING:
+    from ..interaction import Interaction
 
 # Weight of a prescribed displacement in line searches, in stiffnesses of the softest
 # body: with 1, a first touch may end the search (measured: docs/robustness_units.md)
@@ -103,11 +106,12 @@ class Convergence:
         trouble, as `LoadSteps` has remedies; see `trouble`.
     """
 
-    def __init__(self, contact: Any) -> None:
+    def __init__(self, contact: Interaction) -> None:
         self.groups, self._host = Groups(contact), contact.host
         self.keeps_first, self.patient = False, True
         self.norms: list[float] = []
-        self.now = self._first = UNKNOWN
+        self.now: Imbalance = UNKNOWN
+        self._first: Imbalance = UNKNOWN
         # Residuals of the last two iterates
         self._last: tuple[Array | None, Array | None] = (None, None)
         self._floors = self.groups.floors()

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 from mpi4py import MPI
 
 import numpy as np
 
-from ..compat import Array
+from ..compat import Array, Indices, Mask
 from .lost_contact import AXES, has_springs, touched
+
+if TYPE_CHECKING:
+    from ..interaction import Interaction
+    from ..problem import CoupledProblem
 
 # Of the largest stiffness of conditions against rigid motions: none
 _NOTHING = 1e-9
@@ -17,7 +21,7 @@ _NOTHING = 1e-9
 _NO_PART = 1e-6
 
 
-def loose_bodies(problem: Any, led: Array | None = None) -> list[str]:
+def loose_bodies(problem: CoupledProblem, led: Mask | Array | None = None) -> list[str]:
     """Sentences on bodies that can move as a whole without any force. Collective.
 
     Bodies in contact at the last iterate, and bodies on springs, count as held.
@@ -54,11 +58,11 @@ def loose_bodies(problem: Any, led: Array | None = None) -> list[str]:
     return [f"{names[b]} {way}" for b, way in ways.items()]
 
 
-def _by_body(body: Array, values: Array, count: int) -> Array:
+def _by_body(body: Indices, values: Array, count: int) -> Array:
     return np.bincount(body, values, count).astype(float)
 
 
-def _rigid_modes(contact: Any, count: int) -> Array:
+def _rigid_modes(contact: Interaction, count: int) -> Array:
     """Translations and rotations of each body at the owned nodes, (motions, nodes, d).
     Rotations are about the body's middle, over its size. Collective."""
     V = contact.u.function_space

@@ -7,7 +7,7 @@ left.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 from mpi4py import MPI
 
@@ -21,8 +21,13 @@ from ..interface.point_results import CLOSED, OPEN
 from .balance import EPS, largest_by
 from .passed_tools import have_gone_through
 
+if TYPE_CHECKING:
+    from ..interaction import Interaction
+    from ..interface.zones import ZoneData
+    from ..problem import CoupledProblem
+
 AXES = "xyz"
-# Of a ray, see ContactFields.points
+# Of a ray, see Contact.points
 TOO_DEEP = 6
 # Force of a unit translation that is rounding error, over the body's stiffness
 _NO_SPRING = 1e6 * EPS
@@ -68,7 +73,7 @@ class Now:
     apart: bool
 
     @classmethod
-    def of_zone(cls, zone: Any, comm: MPI.Comm) -> Now:
+    def of_zone(cls, zone: ZoneData, comm: MPI.Comm) -> Now:
         """Collective."""
         points, facet = zone.points(), zone.faced.facet
         closed = comm.allreduce(int(np.count_nonzero(points["status"] >= CLOSED)))
@@ -79,7 +84,7 @@ class Now:
         )
 
 
-def _distances(zone: Any, way: Path, now: Now) -> tuple[Array, Array]:
+def _distances(zone: ZoneData, way: Path, now: Now) -> tuple[Array, Array]:
     """How far points are out of contact's reach: the depth behind the master that they
     faced, and the distance across. Zero where contact is not lost."""
     faced = zone.faced
@@ -99,7 +104,7 @@ def _distances(zone: Any, way: Path, now: Now) -> tuple[Array, Array]:
     return through, np.where(torn, way.slide, 0.0)
 
 
-def _loss(zone: Any, u: Array, comm: MPI.Comm) -> Loss | None:
+def _loss(zone: ZoneData, u: Array, comm: MPI.Comm) -> Loss | None:
     """What a zone has lost since the accepted step. Collective."""
     way = path(zone, zone.faced, u, comm)
     through, across = _distances(zone, way, Now.of_zone(zone, comm))
@@ -120,7 +125,7 @@ def _loss(zone: Any, u: Array, comm: MPI.Comm) -> Loss | None:
     return Loss(facets, distance, comm.bcast(mine, root=rank))
 
 
-def _passed_by_tools(zone: Any, contact: Any) -> list[str]:
+def _passed_by_tools(zone: ZoneData, contact: Interaction) -> list[str]:
     """Sentences on slave facets that a rigid body has passed. Collective."""
     comm, points = contact.layout.comm, zone.points()
     facets = np.unique(points["slave"][zone.cpp.sunk_points()])
@@ -141,7 +146,7 @@ def _passed_by_tools(zone: Any, contact: Any) -> list[str]:
     ]
 
 
-def _lost_surfaces(contact: Any) -> list[str]:
+def _lost_surfaces(contact: Interaction) -> list[str]:
     """Sentences on the zones that have lost contact. Collective."""
     comm = contact.layout.comm
     u = contact.u.x.array.reshape(-1, contact.u.function_space.mesh.geometry.dim)
@@ -159,7 +164,7 @@ def _lost_surfaces(contact: Any) -> list[str]:
     return found
 
 
-def touched(contact: Any, count: int) -> Mask:
+def touched(contact: Interaction, count: int) -> Mask:
     """Whether each body has a point in contact. Collective."""
     found = np.zeros(count)
     for zone in contact.zones:
@@ -173,7 +178,7 @@ def touched(contact: Any, count: int) -> Mask:
     return found > 0.0
 
 
-def _moved(contact: Any, sizes: Array) -> Array:
+def _moved(contact: Interaction, sizes: Array) -> Array:
     """Whether each body has moved since the accepted step. Collective."""
     change = np.abs(contact.u.x.array - contact.u_old)
     by_node = change.reshape(-1, contact.u.function_space.dofmap.index_map_bs)
@@ -182,7 +187,7 @@ def _moved(contact: Any, sizes: Array) -> Array:
     return most > _AT_REST * sizes
 
 
-def _springs(problem: Any) -> npt.NDArray[np.bool_]:
+def _springs(problem: CoupledProblem) -> npt.NDArray[np.bool_]:
     """Whether masses, springs or hoops resist a body's translation along each axis, (d,
     bodies). Collective."""
     groups, contact = problem.convergence.groups, problem.contact
@@ -193,7 +198,7 @@ def _springs(problem: Any) -> npt.NDArray[np.bool_]:
     return found
 
 
-def has_springs(problem: Any) -> npt.NDArray[np.bool_]:
+def has_springs(problem: CoupledProblem) -> npt.NDArray[np.bool_]:
     """Whether a body is on springs, or has masses, (bodies,). Collective."""
     # What resists a growth of the radius may be hoops
     axes = slice(int(problem.contact.axisymmetric), None)
@@ -201,7 +206,7 @@ def has_springs(problem: Any) -> npt.NDArray[np.bool_]:
     return found
 
 
-def unheld(problem: Any, led: Array | None = None) -> list[str]:
+def unheld(problem: CoupledProblem, led: Mask | None = None) -> list[str]:
     """Bodies that no condition, spring or contact holds and that have moved, with their
     directions. Collective.
 
@@ -232,7 +237,7 @@ def unheld(problem: Any, led: Array | None = None) -> list[str]:
     ]
 
 
-def lost_contact(problem: Any, led: Array | None = None) -> str | None:
+def lost_contact(problem: CoupledProblem, led: Mask | None = None) -> str | None:
     """How a converged solve has lost contact since the accepted step. Collective.
 
     Parameters

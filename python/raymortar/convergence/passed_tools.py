@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 from mpi4py import MPI
 
@@ -10,6 +10,10 @@ import numpy as np
 
 from ..compat import Array
 from ..interface.point_results import OPEN
+
+if TYPE_CHECKING:
+    from ..interaction import Interaction
+    from ..interface.zones import ZoneData
 
 # Shares of a step's way at which the tools are looked at: the first of them after a
 # hundredth of the size of a tool where the way is ten of its sizes
@@ -19,7 +23,7 @@ SHARES = np.concatenate([2.0 ** -np.arange(10.0, 3.0, -1.0), np.arange(1.0, 8.0)
 DEEPER = 0.25
 
 
-def have_gone_through(zone: Any, contact: Any) -> bool:
+def have_gone_through(zone: ZoneData, contact: Interaction) -> bool:
     """Whether a tool that no ray hits now was inside the slave on its way. Collective.
 
     It is asked only where tools have moved since the accepted step, by more than a
@@ -50,7 +54,7 @@ def have_gone_through(zone: Any, contact: Any) -> bool:
         contact.update()
 
 
-def _is_far(zone: Any, way: Array) -> bool:
+def _is_far(zone: ZoneData, way: Array) -> bool:
     """Whether tools may have gone into this rank's slave facets and out again. After a
     shorter way rays still find them."""
     depth = zone.distance("depth").min(initial=np.inf)
@@ -58,7 +62,7 @@ def _is_far(zone: Any, way: Array) -> bool:
     return bool(np.any(others)) or bool(np.any(shifts > depth))
 
 
-def _depths(zone: Any, motion: Array, comm: MPI.Comm) -> Array:
+def _depths(zone: ZoneData, motion: Array, comm: MPI.Comm) -> Array:
     """Number of points deep inside tools at a pose, and the largest depth of the
     others, in units of `DEEPER` times the depth that counts as contact."""
     zone.motions.show(zone.cpp, motion)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +12,9 @@ from ..host.bodies import find_parts
 from ..host.facet_areas import surface_normals
 from ..host.marks import marked_everywhere
 from ..host.reference_facets import shape_functions
+
+if TYPE_CHECKING:
+    from ..contact import Contact
 
 
 class Patches:
@@ -36,7 +39,7 @@ class Patches:
         int N_a dG of each owned row, (rows,). Area.
     """
 
-    def __init__(self, contact: Any, first: int) -> None:
+    def __init__(self, contact: Contact, first: int) -> None:
         self.contact, self._first = contact, first
         self.of_row = self.of_node = np.empty(0, dtype=np.int32)
         self.count, self.mass = 0, np.empty(0)
@@ -74,9 +77,10 @@ class Patches:
         return np.repeat(X, layout.components, axis=0)
 
 
-def lumped_area(contact: Any) -> Array:
+def lumped_area(contact: Contact) -> Array:
     """int N_a dG at the multiplier's owned dofs, over the undeformed facets, whether or
     not rays hit. Collective."""
+    assert contact.multiplier is not None
     W = contact.multiplier.function_space
     degree = compat.element_info(W).degree
     lumped = compat.create_la_vector(W.dofmap.index_map, 1)

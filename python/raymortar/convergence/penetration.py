@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from typing import Any
+from typing import TYPE_CHECKING
 
 from mpi4py import MPI
 
@@ -12,12 +12,16 @@ import numpy as np
 from ..errors import ContactWarning
 from ..options.methods import AugmentedLagrangian
 
+if TYPE_CHECKING:
+    from ..interaction import Interaction
+    from ..interface.zones import ZoneData
+
 # Of a slave facet's size. Multipliers close gaps in the mean: what is left at a point is
 # a few hundredths where facets resolve the surfaces
 ALLOWED = 0.25
 
 
-def _deepest(zone: Any) -> tuple[float, str]:
+def _deepest(zone: ZoneData) -> tuple[float, str]:
     """Largest penetration of a pressed point over its facet's size, and a sentence."""
     points = zone.points()
     surface = zone.facets.slave_surface
@@ -38,7 +42,7 @@ def _deepest(zone: Any) -> tuple[float, str]:
     return float(share[worst]), text
 
 
-def _sunk(zone: Any) -> tuple[float, str]:
+def _sunk(zone: ZoneData) -> tuple[float, str]:
     """Depth of the deepest point that is too deep for contact, and a sentence."""
     sunk = zone.cpp.sunk_points()
     if not len(sunk):
@@ -54,7 +58,7 @@ def _sunk(zone: Any) -> tuple[float, str]:
     return float(-points["gap"][q]), text
 
 
-def warn_of_penetration(contact: Any) -> None:
+def warn_of_penetration(contact: Interaction) -> None:
     """Warn on every rank of the deepest points. Collective.
 
     One warning is about points that are too deep for contact, the other about pressed

@@ -6,6 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..compat import Array
+
 # Periods of cycles that are looked for, in iterations
 PERIODS = range(2, 9)
 
@@ -65,7 +67,7 @@ def is_in_trouble(norms: Sequence[float]) -> bool:
     return len(r) - 1 - int(np.argmin(r)) >= WANDERS
 
 
-def _repeats(r: np.ndarray) -> bool:
+def _repeats(r: Array) -> bool:
     """Whether the last residuals have repeated twice, to a few percent."""
     for period in PERIODS:
         n = max(2 * period, 5)

@@ -16,9 +16,9 @@ from ..rigid.body import Body
 from .facets import Facets, coordinates, format_point, node_table
 from .joined import parts_of
 
-# Radius that counts as none, over the size of the mesh
+# A radius below this share of the mesh's size counts as zero
 _ON_AXIS = 1e-12
-# Force of a unit growth of all radii that is rounding error, over the stiffness
+# A force below this share of the stiffness is rounding error, if all radii grow by one
 _NO_HOOPS = 1e6 * float(np.finfo(float).eps)
 
 
@@ -34,7 +34,7 @@ def weight(mesh: Mesh) -> Any:
 
 
 def check_half_plane(u: Any) -> None:
-    """Refuse meshes in space, and such that cross the axis. Collective.
+    """Refuse meshes that are not 2D, or that cross the axis. Collective.
 
     Raises
     ------
@@ -63,12 +63,12 @@ def _half_plane_fault(mesh: Mesh) -> str | None:
 
 
 def _size(X: Array) -> float:
-    """Largest magnitude of coordinates, whatever the number of ranks' parts."""
+    """Largest magnitude of a coordinate on any rank. Collective."""
     return float(np.abs(X).max(initial=0.0))
 
 
 def check_off_axis(mesh: Mesh, facets: Facets) -> None:
-    """Refuse facets that lie on the axis, where there is no surface. Collective.
+    """Refuse facets on the axis, where the solid has no surface. Collective.
 
     Raises
     ------
@@ -107,14 +107,14 @@ def check_free_along_axis(bodies: Sequence[Body]) -> None:
 
 
 def warn_of_plane_form(forces: Array, diagonal: Array, comm: Any) -> None:
-    """Warn where the form does not know that radii make hoops. Collective.
+    """Warn if the form does not resist a growth of the radius, as hoops do. Collective.
 
     Parameters
     ----------
     forces
-        Of a growth of all radii by 1, at this rank's dofs.
+        Forces when all radii grow by 1, at this rank's dofs.
     diagonal
-        Of the stiffness at the same dofs. Force per length.
+        Diagonal of the stiffness at the same dofs. Force per length.
     """
     sums = np.array([forces @ forces, diagonal @ diagonal])
     hoops, stiffness = np.sqrt(comm.allreduce(sums))

@@ -1,4 +1,4 @@
-"""Bodies of a mesh: cells that hang together by shared nodes."""
+"""Bodies of a mesh: cells that are connected by shared nodes."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .joined import JoinedSpace
 
 @dataclass(frozen=True)
 class Bodies:
-    """Which body each node is of, the same on any number of ranks.
+    """The body of each node, the same on any number of ranks.
 
     Attributes
     ----------
@@ -39,7 +39,7 @@ def bodies_of_facets(bodies: Bodies, surface: Any) -> Indices:
 
 
 def connected(rows: Indices, n: int) -> Indices:
-    """Smallest entity that each of n entities hangs together with.
+    """For each of n entities, the smallest one that it is connected to.
 
     Parameters
     ----------
@@ -54,7 +54,8 @@ def connected(rows: Indices, n: int) -> Indices:
         low = roots.min(axis=1)
         apart = (roots > low[:, None]).any(axis=1)
         rows, roots, low = rows[apart], roots[apart], low[apart]
-        # Of several rows that move one root, any will do: the others come again
+        # Several rows may move one root: one of them is enough, as the others come
+        # again
         for column in roots.T:
             lowest[column] = np.minimum(lowest[column], low)
         while (lowest != lowest[lowest]).any():
@@ -83,16 +84,16 @@ def find_parts(
     comm
         Communicator of the mesh.
     index_map
-        Of the dofs.
-    rows
+        Index map of the dofs. rows
         Block dofs that each of this rank's rows ties to each other, (rows, n).
     used
-        Dofs that count, marked on every rank that has them; None: all. Others have -1.
+        Marks the dofs that count, on every rank that has them. Others get -1. None: all
+        count.
     """
     n = index_map.size_local + index_map.num_ghosts
     used = np.ones(n, dtype=bool) if used is None else used
     parts, part = np.unique(connected(rows, n)[used], return_inverse=True)
-    # Parts of all ranks in one numbering, and which of them share a node
+    # Number the parts of all ranks, and find those that share a node
     counts = np.array(comm.allgather(len(parts)))
     mine = np.full(n, -1)
     mine[used] = counts[: comm.rank].sum() + part

@@ -28,13 +28,13 @@ from .reference_facets import FACET_SHAPE, normals
 MIN_RELATIVE_WIDTH = 1e-12
 # A cell thinner than this fraction of its edges has no volume.
 MIN_RELATIVE_VOLUME = 1e-12
-# Share of the largest volume element that the other sign may have: vertices on a
-# straight line, or on one point, leave a zero that is rounded either way.
+# A volume element of the other sign counts as zero below this share of the largest one:
+# three vertices on a line give a zero with a rounding error.
 MAX_FOLD = 1e-8
 
 
 def _mesh_fault(mesh: Mesh) -> str | None:
-    """What is wrong with the mesh, if anything."""
+    """A message on a mesh that cannot be used; None if it can."""
     gdim, cell = mesh.geometry.dim, compat.cell_name(mesh)
     if gdim not in (2, 3):
         return f"the mesh is in a space of dimension {gdim}; contact needs 2 or 3"
@@ -57,7 +57,7 @@ def _mesh_fault(mesh: Mesh) -> str | None:
 
 
 def _element_fault(V: FunctionSpace) -> str | None:
-    """What is wrong with the displacement's element, if anything."""
+    """A message on an element that cannot be used; None if it can."""
     info, gdim = compat.element_info(V), V.mesh.geometry.dim
     if info.is_sub_space:
         return (
@@ -84,7 +84,7 @@ def _element_fault(V: FunctionSpace) -> str | None:
 
 
 def _value_fault(u: Function) -> str | None:
-    """What is wrong with the displacement's values on this rank, if anything."""
+    """A message on values of this rank that are not finite; None if all are."""
     values = u.x.array
     if not compat.scalar_type_is_real() or values.dtype != np.float64:
         kind = values.dtype if compat.scalar_type_is_real() else "complex PETSc"
@@ -192,18 +192,19 @@ def check_areas(mesh: Mesh, facets: Facets) -> None:
 
 
 def _cell_jacobians(mesh: Mesh, cells: Indices) -> tuple[Array, Array]:
-    """Volume elements at the nodes of cells, and what they are at right angles.
+    """Volume elements at the nodes of cells, and their bounds.
 
     Returns
     -------
     determinant, bound
-        Of the Jacobian, and the product of its columns' lengths, shape (n_cells, n).
+        Determinant of the Jacobian, and the product of its columns' lengths, which it
+        has if they are orthogonal, shape (n_cells, n).
     """
     element = compat.basix_element(compat.cell_name(mesh), compat.geometry_degree(mesh))
     X = coordinates(mesh)[compat.geometry_dofmap(mesh)[cells]]
-    with np.errstate(invalid="ignore"):  # what is not finite is told from the result
+    with np.errstate(invalid="ignore"):  # the result shows what is not finite
         columns = np.array([gradients @ X for gradients in element.gradients])
-        # The last column on the normal of the others
+        # The last column along the normal of the others
         determinant = np.sum(normals(columns[:-1]) * columns[-1], axis=-1)
         return determinant, np.prod(np.linalg.norm(columns, axis=-1), axis=0)
 
@@ -211,10 +212,10 @@ def _cell_jacobians(mesh: Mesh, cells: Indices) -> tuple[Array, Array]:
 def check_cells(mesh: Mesh, facets: Facets) -> None:
     """Refuse facets of cells that are folded or have no volume. Collective.
 
-    The sign of the volume element alone says nothing: it follows from how the cell's
-    vertices are numbered. It must not change within a cell. It is looked at in the
-    nodes; where it vanishes in some, as in vertices of an angle of 180 degrees or at
-    nodes moved to the quarter of an edge, that is no fault.
+    The volume element may have either sign, which depends on the numbering of the
+    cell's vertices, but one sign within a cell. It is checked at the nodes. It may
+    vanish at some of them: at a vertex with an angle of 180 degrees, or at a node moved
+    to the quarter of an edge.
 
     Raises
     ------

@@ -1,26 +1,30 @@
-"""What ranks tell each other, counted."""
+"""Counts of what ranks send to each other."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from typing import Any
+from typing import TYPE_CHECKING
 
 from mpi4py import MPI
 
 import numpy as np
 
-from .layout import Layout
+from .layout import CoupledRows
+
+if TYPE_CHECKING:
+    from ..interface.zones import ZoneData
 
 
 @dataclass(frozen=True)
 class Sent:
-    """What was sent from rank to rank; what a rank has itself is not counted.
+    """What was sent from one rank to another.
 
-    ``pairing_*``: to find partners and to hand over facets, whenever facets have moved
-    too far for the last ones to serve. ``value_*``: displacements at the dofs of those
-    facets, at every update. Both since the contact object was made. ``*_entries``: of
-    the contact's matrix and residual in rows of other ranks, which PETSc sends at one
-    assembly, to ``entry_ranks`` ranks.
+    ``pairing_*``: sent to find partners and to exchange facets, whenever facets have
+    moved too far to keep the last ones. ``value_*``: displacements at the dofs of those
+    facets, sent at every update. Both are sums since the contact was made.
+    ``*_entries``: entries of the contact's matrix and residual in rows of other ranks,
+    which PETSc sends at one assembly to ``entry_ranks`` ranks.
     """
 
     pairing_messages: int = 0
@@ -34,13 +38,13 @@ class Sent:
 
 @dataclass(frozen=True)
 class Communication:
-    """All ranks together, and for each count the rank that has most."""
+    """Sums over all ranks, and for each count the largest one of a rank."""
 
     total: Sent = Sent()
     largest: Sent = Sent()
 
 
-def communication(zones: Any, layout: Layout) -> Communication:
+def communication(zones: Sequence[ZoneData], layout: CoupledRows) -> Communication:
     """Counts of all zones. Collective."""
     comm, names = layout.comm, [field.name for field in fields(Sent)]
     counts = np.zeros(len(names), dtype=np.int64)

@@ -26,11 +26,11 @@ class Displacement:
     Attributes
     ----------
     u
-        The same on a space of its own: the user's, or a copy.
+        The displacement on its own space: the user's Function, or a copy of the part.
     component
-        Part of the mixed Function, None if it is none.
+        Number of the part of a mixed Function. None if it is no part.
     at
-        Which Function of the host has it.
+        Number of the host's Function that has it.
     """
 
     def __init__(self, given: Function, at: int) -> None:
@@ -52,18 +52,18 @@ class Displacement:
 
     @property
     def dofs(self) -> Places:
-        """Place of each local dof in the arrays of the Function that has it."""
+        """Index of each local dof in the array of the Function that has it."""
         n = len(self.u.x.array)
         return np.arange(n) if self._dofs is None else self._dofs
 
     def pull(self) -> None:
-        """Make the copy current."""
+        """Update the copy."""
         if self._dofs is not None:
             self.u.x.array[:] = self.given.x.array[self._dofs]
 
 
 def check_given(functions: Sequence[Any]) -> None:
-    """Raise unless displacements are Functions, on meshes of their own if several."""
+    """Raise unless displacements are Functions, each on its own mesh."""
     for f in functions:
         if not isinstance(f, Function):
             raise ContactError(f"u must be a Function, not {type(f).__name__}")

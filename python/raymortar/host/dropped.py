@@ -1,7 +1,7 @@
-"""C++ objects that all ranks must destroy together, kept until all have dropped them.
-
-Python frees what hangs in a cycle, as a solver does in the traceback of a failure that a
-variable keeps, when it likes: on one rank within another's collective call.
+"""C++ objects that all ranks must destroy together, kept until every rank has dropped
+them. Python frees objects of a reference cycle at any time. A solver is in such a cycle
+if a variable keeps a failure with its traceback. One rank would then destroy it while
+another one is in a collective call.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from typing import Any
 
 from mpi4py import MPI
 
-# Process that has given a number, and the number
+# Name: the process that gave it, and a number
 Name = tuple[int, int]
 
 _counter = itertools.count()
@@ -21,20 +21,20 @@ _dropped: dict[Name, tuple[MPI.Comm, Any]] = {}
 
 
 def agreed_name(comm: MPI.Comm) -> Name:
-    """Name of a new object that lives on a communicator. Collective."""
+    """A name for a new object on a communicator. Collective."""
     name: Name = comm.bcast((MPI.COMM_WORLD.rank, next(_counter)), root=0)
     return name
 
 
 def put_aside(name: Name, comm: MPI.Comm, thing: Any) -> None:
-    """Keep what this rank has dropped.
+    """Keep an object that this rank has dropped.
 
     Parameters
     ----------
     name
-        Of the object, see `agreed_name`.
+        Name of the object, from `agreed_name`.
     comm
-        That the object lives on.
+        Communicator of the object.
     """
     _dropped[name] = comm, thing
 

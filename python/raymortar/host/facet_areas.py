@@ -1,4 +1,4 @@
-"""Areas of facets, undeformed, and of what they make in a full turn."""
+"""Areas of undeformed facets, or of the surfaces that they make in a full turn."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ from .reference_facets import normals, shape_functions
 def rule_normals(
     shape: str, degree: int, nodes: Array, axisymmetric: bool = False
 ) -> tuple[Array, Array, Array]:
-    """A rule on facets, and their normals m there, whose length is the Jacobian.
+    """A quadrature rule, and at its points the facets' normals m, whose length is the
+    Jacobian.
 
     Parameters
     ----------
@@ -46,14 +47,14 @@ def facet_areas(shape: str, degree: int, nodes: Array) -> Array:
 
 
 def surface_normals(surface: Any) -> tuple[Array, Array, Array]:
-    """`rule_normals` of the facets of a `Surface`, undeformed."""
+    """`rule_normals` of the undeformed facets of a `Surface`."""
     nodes = surface.X[surface.facet_nodes]
     return rule_normals(surface.shape, surface.node_degree, nodes, surface.axisymmetric)
 
 
 def surface_areas(surface: Any) -> Array:
-    """Area of the facets of a `Surface`, undeformed, (facets,): in 2D a length, or what
-    they make in a full turn if it is axisymmetric."""
+    """Area of the undeformed facets of a `Surface`, (facets,): in 2D a length, or the
+    area of a full turn if it is axisymmetric."""
     _, weights, m = surface_normals(surface)
     return np.linalg.norm(m, axis=-1) @ weights
 

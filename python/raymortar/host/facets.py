@@ -44,7 +44,7 @@ class Facets:
     Attributes
     ----------
     tag
-        Their value in the MeshTags.
+        Their tag.
     facets, cells, local_facets
         Local index of each facet, of its cell, and its number within that cell,
         shape (n_facets,), int32.
@@ -57,7 +57,7 @@ class Facets:
 
 
 def join(facets_list: Sequence[Facets]) -> Facets:
-    """Several sets of facets one after the other; the tag loses its meaning."""
+    """Several sets of facets as one, in their order. Its tag has no meaning."""
     columns = [
         np.concatenate([getattr(facets, name) for facets in facets_list])
         for name in ("facets", "cells", "local_facets")
@@ -97,12 +97,13 @@ def midpoints(mesh: Mesh, facets: Facets) -> Array:
 
 
 def format_point(point: Array) -> str:
-    """Coordinates for a message."""
+    """A point as text, for a message."""
     return "(" + ", ".join(f"{x:.6g}" for x in point) + ")"
 
 
 def _points_inward(mesh: Mesh, facets: Facets) -> npt.NDArray[np.bool_]:
-    """Whether the normal at each facet's centre points into its cell, unturned."""
+    """Whether the normal at each facet's centre points into its cell, before facets are
+    turned."""
     shape = FACET_SHAPE[compat.cell_name(mesh)]
     corners = facet_corners(mesh, facets)
     centre = facet_nodes(shape, 1).mean(axis=0, keepdims=True)
@@ -186,7 +187,7 @@ def _check_tags(mesh: Mesh, facet_tags: Any, tag: int, role: str) -> None:
 
 
 def _with_owned_cell(mesh: Mesh, facets: Indices) -> Indices:
-    """Those of some facets that bound at least one owned cell. Collective."""
+    """The facets among these that bound an owned cell. Collective."""
     tdim = mesh.topology.dim
     to_cells = compat.connectivity(mesh, tdim - 1, tdim)
     owned = to_cells.array < mesh.topology.index_map(tdim).size_local
@@ -196,10 +197,10 @@ def _with_owned_cell(mesh: Mesh, facets: Indices) -> Indices:
 
 
 def marked_anywhere(index_map: Any, entities: Indices) -> npt.NDArray[np.bool_]:
-    """Local entities that any rank has among some of its own. Collective."""
+    """Which local entities any rank has marked. Collective."""
     marker = compat.create_la_vector(index_map)
     marker.array[entities.ravel()] = 1
-    # By way of the owners, who may have none of them themselves
+    # Marks go to the owner, which may have marked none itself, and from there to all
     compat.scatter_reverse_add(marker)
     compat.scatter_forward(marker)
     return marker.array > 0

@@ -21,8 +21,8 @@ _JACOBIAN = "a bilinear form in test and trial function of contact.u.function_sp
 def check_form(
     name: str, form: Any, rank: int, wanted: str, *spaces: FunctionSpace
 ) -> None:
-    """Raise unless a UFL form has a rank and is on spaces: those of its arguments, or
-    one for all."""
+    """Raise unless a UFL form has a given rank and given spaces: one for each argument,
+    or one for all."""
     if not isinstance(form, ufl.Form):
         raise ContactError(
             f"{name} must be one UFL form, {wanted}, not {type(form).__name__}"
@@ -63,7 +63,7 @@ def check_forms(F: Any, J: Any, u: Any) -> None:
 
 
 def list_of_conditions(bcs: Any) -> list[Any]:
-    """Dirichlet conditions as a list of its own."""
+    """Dirichlet conditions as a new list."""
     try:
         return [] if bcs is None else list(bcs)
     except TypeError:
@@ -93,7 +93,8 @@ def check_supports(name: str, supports: Any) -> dict[str, list[Any]]:
 
 
 def check_compiled(a: Any, count: int = 1) -> None:
-    """Raise unless a is a compiled bilinear form, of several unknowns a table."""
+    """Raise unless `a` is a compiled bilinear form, or for several unknowns a table of
+    them."""
     if count > 1:
         rows = a if isinstance(a, list) else []
         if len(rows) != count or any(len(row) != count for row in rows):

@@ -16,7 +16,8 @@ from ..compat import Array, Indices
 
 
 def gather(comm: MPI.Comm, array: Array) -> Array | None:
-    """Rows of all ranks, one after the other; None elsewhere than on rank 0."""
+    """Rows of all ranks, one after the other, on rank 0; None on other ranks.
+    Collective."""
     parts = comm.gather(array, root=0)
     return None if parts is None else np.concatenate(parts)
 
@@ -28,10 +29,9 @@ def nodal_field(
     degree: int = 1,
     quadrature_degree: int | None = None,
 ) -> Function:
-    """Continuous version of a UFL scalar: averages weighted by the shape functions.
-
-    Cheap (no system to solve), and never outside the range of f. Where UFL's guess
-    of the degree of f is far too high, give a quadrature degree. Collective.
+    """A continuous Function for a UFL scalar f: averages, weighted by the shape
+    functions. It needs no solve, and stays within the range of f. Give a quadrature
+    degree if UFL estimates that of f far too high. Collective.
     """
     field = Function(compat.scalar_space(mesh, degree), name=name)
     V = field.function_space
@@ -86,7 +86,7 @@ def gather_cells(mesh: Mesh, *functions: Function) -> list[Any]:
 def gather_boundary(
     mesh: Mesh, *functions: Function, facets: Indices | None = None
 ) -> list[Any]:
-    """Exterior (or given) facets of a 3D mesh as polygons, as `gather_cells`.
+    """Exterior facets of a 3D mesh, or given ones, as polygons; see `gather_cells`.
 
     Collective.
     """
@@ -94,7 +94,7 @@ def gather_boundary(
     chosen = compat.exterior_facets(mesh) if facets is None else facets
     f_to_c = compat.connectivity(mesh, 2, 3)
     cells = np.array([f_to_c.links(f)[0] for f in chosen], dtype=np.int32)
-    # Each facet from the rank that owns its cell, not from its neighbours too
+    # The owner of a facet's cell sends the facet: each facet comes once
     chosen, cells = chosen[cells < owned], cells[cells < owned]
     c_to_f = compat.connectivity_table(mesh, 3, 2)
     local = np.argmax(c_to_f[cells] == chosen[:, None], axis=1)

@@ -1,7 +1,8 @@
-"""What the user solves for: the displacement, alone or beside other unknowns.
+"""What the user solves for: the displacement alone, or with other unknowns.
 
-Contact works on a displacement in a space of its own. Where that is a part of a mixed
-Function, it is a copy; the host says where each of its dofs is among the unknowns.
+Contact works on a displacement with its own space, which is a copy if the user's is a
+part of a mixed Function. The host knows the place of each of its dofs among the
+unknowns.
 """
 
 from __future__ import annotations
@@ -25,14 +26,14 @@ from .joined import JoinedDisplacement, places_of, unrolled
 
 @dataclass(frozen=True)
 class Field:
-    """Unknowns that are measured together: of one unit.
+    """Unknowns with one unit, whose residuals are measured together.
 
     Attributes
     ----------
     name
         For messages.
     rows
-        Places of its owned dofs among the owned unknowns of the rank, (n,).
+        Indices of its owned dofs among the owned unknowns of this rank, (n,).
     local
         The same among all local unknowns, ghosts included.
     """
@@ -59,7 +60,7 @@ class Host:
     u
         Displacement on a space of its own: the user's, or a copy.
     displacements
-        What it consists of, mesh by mesh.
+        The displacement of each mesh.
     functions
         What is solved for. Until a problem is made, the displacement as it was given.
     """
@@ -85,12 +86,12 @@ class Host:
 
     @property
     def name(self) -> str:
-        """Of the displacement, for messages."""
+        """Name of the displacement, for messages."""
         return ", ".join(d.given.name for d in self.displacements)
 
     @property
     def is_plain(self) -> bool:
-        """Whether one displacement is all that is solved for."""
+        """Whether the displacement of one Function is the only unknown."""
         return len(self.functions) == 1 and self.displacements[0].component is None
 
     @property
@@ -111,7 +112,8 @@ class Host:
 
     @property
     def is_known(self) -> bool:
-        """Whether all unknowns are: of a part of a Function, the whole."""
+        """Whether all unknowns are known, the other parts of mixed Functions among
+        them."""
         return not any(
             compat.element_info(f.function_space).is_sub_space for f in self.functions
         )
@@ -124,7 +126,7 @@ class Host:
         functions
             One Function or several.
         settled
-            Whether another problem has been made, which solves for what is known.
+            Whether an earlier problem has settled the unknowns.
 
         Raises
         ------
@@ -148,7 +150,7 @@ class Host:
         self.spaces = [f.function_space for f in functions]
 
     def absence(self, functions: Sequence[Function]) -> str:
-        """What to say where none of some Functions has the displacement."""
+        """A message for Functions of which none has the displacement."""
         names = ", ".join(f.name for f in functions)
         return (
             f"the displacement {self.name} that Contact was given is none of the "
@@ -192,14 +194,15 @@ class Host:
         return self._places(self.owned_starts, sizes)
 
     def _places(self, starts: Places, sizes: Sequence[int]) -> Places:
-        """Unknowns of the first dofs of each displacement, in the order of `u`."""
+        """Unknowns of the first dofs of each displacement, in the order of `u`'s
+        dofs."""
         places = np.empty(sum(sizes), dtype=np.int64)
         for k, (d, n) in enumerate(zip(self.displacements, sizes)):
             places[self.u_places(k)[:n]] = d.dofs[:n] + starts[d.at]
         return places
 
     def u_places(self, k: int) -> Places:
-        """Place of each local dof of the k-th displacement among those of `u`."""
+        """Index in `u` of each local dof of the k-th displacement."""
         _, bs = compat.unknowns_of(self.displacements[k].u)
         blocks = places_of(self.u, k)
         if blocks is None:
@@ -207,8 +210,8 @@ class Host:
         return unrolled(blocks, bs)
 
     def fields(self) -> list[Field]:
-        """The displacement, then all else by its unit: further Functions, and the parts
-        of mixed ones."""
+        """The unknowns by their unit: the displacement, further Functions, and the
+        other parts of mixed ones."""
         local = np.arange(self.starts[-1])[self.u_local]
         rows = np.arange(self.owned_starts[-1])[self.u_owned]
         found = [Field(self.name, rows, local)]
@@ -237,7 +240,7 @@ class Host:
     # Values
 
     def pull(self) -> None:
-        """The displacement from the user's Functions."""
+        """Copy the displacement from the user's Functions."""
         for d in self.displacements:
             d.pull()
         if isinstance(self.u, JoinedDisplacement):
@@ -260,7 +263,7 @@ class Host:
         return np.concatenate([f.x.array[:n] for f, n in zip(self.functions, sizes)])
 
     def owned_part(self, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        """What of an array over the local unknowns is owned."""
+        """The owned entries of an array over the local unknowns."""
         sizes = self._sizes(False)
         return np.concatenate(
             [values[start : start + n] for start, n in zip(self.starts, sizes)]
@@ -282,7 +285,7 @@ class Host:
         Raises
         ------
         ContactError
-            If one is on none: DOLFINx would silently pass over it.
+            If one is on no unknown: DOLFINx would ignore it in silence.
         """
         spaces = self.spaces or [d.given.function_space for d in self.displacements]
         found: list[list[Any]] = [[] for _ in spaces]
@@ -322,7 +325,7 @@ class Host:
         return marker[self.u_local], values[self.u_local]
 
     def increment(self, bcs: Sequence[Any]) -> Array:
-        """What prescribed local unknowns lack, 0 elsewhere."""
+        """What prescribed local unknowns lack of their values; 0 elsewhere."""
         return np.concatenate(
             [
                 compat.dirichlet_increment(one, f.x.array)
@@ -338,7 +341,8 @@ class Host:
 
 
 def _places_among(functions: Sequence[Function], given: Function) -> int | None:
-    """Which Function is a displacement, or has it as a part."""
+    """Number of the Function that is a displacement or has it as a part; None if none
+    does."""
     for i, f in enumerate(functions):
         if compat.same_values(f, given):
             return i

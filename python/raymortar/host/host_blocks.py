@@ -1,4 +1,5 @@
-"""The volume's matrix of all unknowns, block by block, as contact reads it once."""
+"""Blocks of the volume's matrix, from which contact reads pattern and stiffness
+once."""
 
 from __future__ import annotations
 
@@ -13,7 +14,7 @@ from dolfinx.fem.petsc import assemble_matrix
 from ..compat import Array, Indices
 from .displacements import Places
 from .host import Field
-from .layout import Layout
+from .layout import CoupledRows
 
 
 class PartOfMatrix:
@@ -22,8 +23,8 @@ class PartOfMatrix:
     Parameters
     ----------
     parts
-        Matrices that follow each other on the diagonal, with as many rows as columns on
-        each rank; of each the owned rows to take, and their new places.
+        Square matrices, for each the owned rows to take and their new places. They are
+        the diagonal blocks.
     """
 
     def __init__(self, parts: Sequence[tuple[PETSc.Mat, Places, Places]]) -> None:
@@ -32,7 +33,7 @@ class PartOfMatrix:
         self._size = sum(len(rows) for _, rows, _ in parts)
 
     def createVecs(self) -> tuple[PETSc.Vec, PETSc.Vec]:
-        """Vectors to multiply, and of products."""
+        """A vector to multiply, and one for the product."""
         x, y = (
             PETSc.Vec().createMPI((self._size, None), comm=self._comm) for _ in range(2)
         )
@@ -74,7 +75,7 @@ class HostBlocks:
         Rows of the coupled system.
     """
 
-    def __init__(self, form: Any, layout: Layout) -> None:
+    def __init__(self, form: Any, layout: CoupledRows) -> None:
         self.layout, self.host = layout, layout.host
         table = form if isinstance(form, list) else [[form]]
         self.table = [[self._assembled(one) for one in row] for row in table]
@@ -143,8 +144,8 @@ class HostBlocks:
 
 
 def _absolute_sums(K: PETSc.Mat, fields: list[Field], begin: int, end: int) -> Array:
-    """Sums over the columns of each field, those of owned unknowns begin to end,
-    (fields, rows of K)."""
+    """For each field, sums over its columns among owned unknowns begin to end, (fields,
+    rows of K)."""
     offsets, columns, values = K.getValuesCSR()
     rows = offsets, columns, abs(values)
     A = PETSc.Mat().createAIJ(K.getSizes(), csr=rows, comm=K.comm)

@@ -1,7 +1,7 @@
 """Spaces of displacements on several meshes as one: each body may have its own mesh.
 
-Local dofs are those that the rank owns, space after space, and then the ghosts, space
-after space, so that arrays look as those of one space do.
+Local dofs are the owned ones of all spaces, then the ghosts of all spaces: the order
+that arrays of one space have.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from ..compat import Array, Indices, element_info, local_to_global
 
 Global = npt.NDArray[np.int64]
 
-# Global numbers of the k-th part begin at k times this: no mesh has as many
+# The k-th part's global numbers begin at k times this, more than a mesh has
 NUMBERS_OF_PART = 1 << 48
 
 
 class JoinedMap:
-    """Index maps as one.
+    """Several index maps as one.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class JoinedMap:
         ]
 
     def local_to_global(self, local: Indices) -> Global:
-        """Numbers that tell local indices apart on all ranks."""
+        """A number for each local index, the same on all ranks."""
         numbers = np.empty(self.size_local + self.num_ghosts, dtype=np.int64)
         for k, (one, places) in enumerate(zip(self.maps, self.places)):
             numbers[places] = local_to_global(one) + k * NUMBERS_OF_PART
@@ -65,7 +65,7 @@ class JoinedMap:
 
 
 class JoinedVector:
-    """A vector over joined maps, with what is asked of DOLFINx's."""
+    """A vector over joined maps, with the methods of DOLFINx's that are used."""
 
     def __init__(self, index_map: JoinedMap, bs: int) -> None:
         self._map, self._bs = index_map, bs
@@ -92,7 +92,7 @@ class JoinedVector:
 
 
 class JoinedSpace:
-    """Vector spaces of one dimension on several meshes, as one.
+    """Spaces of vectors on several meshes, as one space.
 
     Attributes
     ----------
@@ -125,7 +125,7 @@ class JoinedSpace:
 
 
 class JoinedDisplacement:
-    """Displacements on several meshes as one: a copy of their values.
+    """Displacements on several meshes as one, with a copy of their values.
 
     Attributes
     ----------
@@ -143,13 +143,14 @@ class JoinedDisplacement:
 
 
 def places_of(u: Any, k: int) -> Indices | None:
-    """Local block dofs of the k-th part among those of a displacement; None: alike."""
+    """Local block dofs of the k-th part in a displacement. None if there is one
+    part."""
     joined = isinstance(u, JoinedDisplacement)
     return u.function_space.index_map.places[k] if joined else None
 
 
 def parts_of(u: Any) -> list[Function]:
-    """The displacements on single meshes that a displacement is made of."""
+    """The displacements on single meshes that a displacement consists of."""
     return u.parts if isinstance(u, JoinedDisplacement) else [u]
 
 

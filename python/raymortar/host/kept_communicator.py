@@ -12,10 +12,10 @@ _NAME = "_raymortar_communicator"
 def keep_communicator(mesh: Any) -> None:
     """Hold PETSc's own communicator of a mesh. Collective.
 
-    PETSc makes one with its first object on a mesh, which is collective, and drops it
-    with the last. Python destroys objects when its collector comes by, on each rank at
-    another time: without this one rank may still have the communicator where another
-    makes it anew, and both wait for ever.
+    PETSc makes a communicator with its first object on a mesh, collectively, and frees
+    it with the last one. Python's collector destroys objects on each rank at another
+    time. So one rank might still have the communicator while another one makes a new
+    one, and both would wait for ever.
     """
     if not hasattr(mesh, _NAME):
         vector = PETSc.Vec().createMPI((0, None), comm=mesh.comm)

@@ -27,7 +27,7 @@ Global = npt.NDArray[np.int64]
 
 
 def _spread(index_map: Any, owned: npt.ArrayLike) -> Array:
-    """Owners' values on owned and ghost entries; numbers up to 2^53 stay exact."""
+    """Values of the owners, sent to ghosts too. Whole numbers up to 2^53 stay exact."""
     vector = compat.create_la_vector(index_map, 1)
     vector.array[: index_map.size_local] = owned
     compat.scatter_forward(vector)
@@ -35,7 +35,7 @@ def _spread(index_map: Any, owned: npt.ArrayLike) -> Array:
 
 
 class CoupledRows:
-    """Rows of the coupled system on every rank, of hosts with any multipliers.
+    """Numbers the rows of the coupled system on every rank: the base of both layouts.
 
     Parameters
     ----------
@@ -72,12 +72,12 @@ class CoupledRows:
 
     @property
     def own_bodies(self) -> tuple[Body, ...]:
-        """Those whose rows are this rank's."""
+        """The free bodies whose rows are on this rank."""
         return self.bodies if self.comm.rank == 0 else ()
 
     def _number_host(self, multipliers: int) -> None:
-        """Number the rows of all that the host has now, before this rank's rows of
-        multipliers. Collective."""
+        """Number the host's present unknowns, with room for this rank's multipliers
+        behind them. Collective."""
         starts = self.host.owned_starts
         self.n = int(starts[-1])
         self.size = self.n + multipliers + sum(len(b.freedom) for b in self.own_bodies)
@@ -102,7 +102,8 @@ class CoupledRows:
 
     @staticmethod
     def _number(index_map: Any, owned: Indices, width: int, begin: int) -> Global:
-        """Rows of the owned dofs in order, -1 for the rest, sent to the ghosts."""
+        """Rows of all local dofs: owned ones are numbered in order, ghosts get the
+        owner's row, others -1."""
         rows = np.full(index_map.size_local, -1.0)
         rows[owned] = begin + width * np.arange(len(owned))
         return _spread(index_map, rows).astype(np.int64)
@@ -121,8 +122,8 @@ class CoupledRows:
         A = PETSc.Mat().create(self.comm)
         A.setSizes(((self.size, None), (self.size, None)))
         A.setType(PETSc.Mat.Type.AIJ)
-        # Multigrid wants to know which rows are of one node; those of multipliers and of
-        # bodies fit into no block
+        # Multigrid needs to know which rows belong to one node. Rows of multipliers and
+        # rigid bodies fit into no block
         plain = not self._more_than_host and self.host.is_plain
         bs = self._bs if plain else 1
         A.setBlockSize(bs)
@@ -132,19 +133,20 @@ class CoupledRows:
         return A
 
     def bodies_to(self, array: Array) -> None:
-        """Unknowns of free bodies to their places in an array over the owned rows."""
+        """Write unknowns of free bodies into an array over the owned rows."""
         for body in self.own_bodies:
             array[self.body_rows[body] - self.begin] = body.freedom.unknowns
 
     def bodies_from(self, array: Array) -> None:
-        """Unknowns of free bodies from an array over the owned rows. Collective."""
+        """Read unknowns of free bodies from an array over the owned rows.
+        Collective."""
         for body in self.bodies:
             mine = array[self.body_rows[body]] if self.own_bodies else None
             body.freedom.unknowns = self.comm.bcast(mine, root=0)
 
     def coupled_columns(self, columns: npt.ArrayLike, k: int = 0) -> Indices:
-        """From global columns of DOLFINx's matrix of the k-th of the host's Functions
-        to the coupled numbering. Collective."""
+        """Coupled columns for global columns of DOLFINx's matrix of the host's k-th
+        Function. Collective."""
         index_map, bs = compat.unknowns_of(self.host.functions[k])
         first = self.begin + int(self.host.owned_starts[k])
         here = np.array([bs * index_map.local_range[0], first])
@@ -226,19 +228,20 @@ class Layout(CoupledRows):
 
     @property
     def _own(self) -> slice:
-        """Places of the multiplier among the owned rows."""
+        """Owned rows of the multiplier."""
         begin = self.n + self._before
         return slice(begin, begin + self.owned_size)
 
     def to_vector(self, x: PETSc.Vec, scale: float) -> None:
-        """Functions to the solver's unknowns; the multiplier is divided by scale."""
+        """Copy Functions to the solver's unknowns; divide the multiplier by `scale`."""
         array = x.getArray()
         array[: self.n] = self.host.owned_values()
         self.multiplier_to(array, scale)
         self.bodies_to(array)
 
     def multiplier_to(self, array: Array, scale: float) -> None:
-        """Multiplier over scale to its places in an array over the owned rows."""
+        """Write the multiplier, divided by `scale`, into an array over the owned
+        rows."""
         if self.multiplier is not None:
             values = self.multiplier.x.array.reshape(-1, self.components)
             array[self._own] = values[self.owned_multipliers].ravel() / scale
@@ -251,7 +254,8 @@ class Layout(CoupledRows):
         self.bodies_from(array)
 
     def multiplier_from(self, array: Array, scale: float) -> None:
-        """Multiplier from an array over the owned rows, ghosts included. Collective."""
+        """Read the multiplier, ghosts included, from an array over the owned rows.
+        Collective."""
         if self.multiplier is not None:
             values = self.multiplier.x.array.reshape(-1, self.components)
             values[self.owned_multipliers] = scale * array[self._own].reshape(
@@ -278,14 +282,16 @@ class JointLayout(CoupledRows):
         self.number()
 
     def number(self) -> None:
-        """Number the rows of all that the host has now, in all layouts. Collective."""
+        """Number all rows in all layouts, with the host's present unknowns.
+        Collective."""
         sizes = [layout.owned_size for layout in self.layouts]
         for layout, begin in zip(self.layouts, np.cumsum([0, *sizes])):
             layout.place(int(begin), sum(sizes))
         self._number_host(sum(sizes))
 
     def to_vector(self, x: PETSc.Vec, scales: Sequence[float]) -> None:
-        """Functions to the solver's unknowns; each multiplier is divided by a scale."""
+        """Copy Functions to the solver's unknowns; divide each multiplier by its
+        scale."""
         array = x.getArray()
         array[: self.n] = self.host.owned_values()
         for layout, scale in zip(self.layouts, scales):

@@ -1,4 +1,4 @@
-"""Marks on block dofs that hold for all ranks."""
+"""Marks on block dofs, shared by all ranks."""
 
 from __future__ import annotations
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, TypeAlias, cast
+from typing import Any, TYPE_CHECKING, TypeAlias, cast
 
 from mpi4py import MPI
 
@@ -16,6 +16,9 @@ from ..checked import is_real_number
 from ..compat import Array, Mask
 from ..errors import ContactError, together
 from .reference_facets import facet_nodes, shape_functions
+
+if TYPE_CHECKING:
+    from .tagged import ZoneFacets
 
 # Number, scalar Function on the slave's mesh, or f(x) of undeformed positions
 FieldValue: TypeAlias = "float | Function | Callable[[Array], Array]"
@@ -30,9 +33,9 @@ class Quantity:
     name
         For messages.
     demand
-        What its values must be.
+        What its values must be, for messages.
     allowed
-        Whether finite values are, entry by entry.
+        Whether each finite value is allowed.
     """
 
     name: str
@@ -40,7 +43,7 @@ class Quantity:
     allowed: Callable[[Array], Mask]
 
     def first_fault(self, values: Array) -> float | None:
-        """The first value that cannot be, if any."""
+        """The first value that is not allowed; None if all are."""
         bad = values[~(np.isfinite(values) & self.allowed(values))]
         return float(bad[0]) if len(bad) else None
 
@@ -59,7 +62,7 @@ def is_field(value: Any) -> bool:
 
 
 def check_number(quantity: Quantity, value: Any) -> None:
-    """Raise unless a value that is no field is a number that is allowed."""
+    """Raise unless a value is a number that is allowed."""
     if not (is_real_number(value) and np.isfinite(value)):
         raise ContactError(
             f"{quantity.name} must be a finite number, a Function or a callable of "
@@ -70,7 +73,7 @@ def check_number(quantity: Quantity, value: Any) -> None:
 
 
 def check_function(quantity: Quantity, value: Function, mesh: Any = None) -> None:
-    """Raise unless a Function is a scalar, and on the slave's mesh if that is known."""
+    """Raise unless a Function is scalar, and is on the slave's mesh if one is given."""
     components = compat.element_info(value.function_space).value_shape
     if components:
         raise ContactError(
@@ -84,14 +87,14 @@ def check_function(quantity: Quantity, value: Function, mesh: Any = None) -> Non
 
 
 def check_field(quantity: Quantity, value: Any, mesh: Any = None) -> None:
-    """Raise for what cannot be such a field: of what is no number, its kind."""
+    """Raise unless a value is a Function that fits, a callable or an allowed number."""
     if isinstance(value, Function):
         check_function(quantity, value, mesh)
     elif not callable(value):
         check_number(quantity, value)
 
 
-def node_positions(zone: Any) -> Array:
+def node_positions(zone: ZoneFacets) -> Array:
     """Undeformed positions of the slave facets' displacement nodes, padded with zeros,
     (facets, nodes, 3). Length."""
     surface = zone.slave_surface
@@ -104,7 +107,7 @@ def node_positions(zone: Any) -> Array:
 
 
 def on_facets(
-    quantity: Quantity, value: FieldValue, zone: Any, comm: MPI.Comm
+    quantity: Quantity, value: FieldValue, zone: ZoneFacets, comm: MPI.Comm
 ) -> Array:
     """Values of a field at the slave facets' displacement nodes. Collective.
 
@@ -133,7 +136,7 @@ def on_facets(
     return values
 
 
-def _values(quantity: Quantity, value: FieldValue, zone: Any) -> Array:
+def _values(quantity: Quantity, value: FieldValue, zone: ZoneFacets) -> Array:
     """The values of this rank's facets."""
     points = node_positions(zone)
     shape = points.shape[:2]

@@ -53,7 +53,7 @@ class Surface:
     facet_ids
         Global cell index * 8 + local facet, (n_facets,), int64: unique over ranks.
     zone
-        Which of the joined sets each facet is from, (n_facets,), int32.
+        Number of the set of facets that each facet comes from, (n_facets,), int32.
     axisymmetric
         Whether the facets stand for the surface that they make in a full turn.
 
@@ -96,7 +96,7 @@ def build_surface(
     facets_list
         At least one set of facets; no facet may be in two of them.
     part
-        Which of several meshes they are on.
+        Number of the mesh that they are on.
     axisymmetric
         See :class:`Surface`.
     """
@@ -115,7 +115,7 @@ def build_surface(
 
 
 def _of_one(u: Function, facets_list: Sequence[Facets]) -> Surface:
-    """The same, on one mesh."""
+    """`build_surface` for a displacement on one mesh."""
     V, mesh = u.function_space, u.function_space.mesh
     gdim, p = mesh.geometry.dim, compat.element_info(V).degree
     facets = join(facets_list)

@@ -1,4 +1,4 @@
-"""Facets of every slave tag and of what it meets, on one mesh or on several."""
+"""Facets of every slave tag and of its masters, on one mesh or on several."""
 
 from __future__ import annotations
 
@@ -130,11 +130,11 @@ class Tagged:
         self._tags = list(facet_tags)
 
     def facets(self, k: int, tag: int, role: str) -> Facets:
-        """Those with a tag on the k-th mesh, checked."""
+        """Facets with a tag on the k-th mesh, after checks."""
         return tagged_facets(self.meshes[k], self._tags[k], tag, role)
 
     def mesh_of(self, tags: tuple[int, ...]) -> int:
-        """Which mesh has facets with some tags; the first where none has."""
+        """Number of the mesh that has facets with given tags; 0 if none has."""
         if len(self.meshes) == 1:
             return 0
         here = [

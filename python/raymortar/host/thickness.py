@@ -1,4 +1,4 @@
-"""How much of the body lies behind its facets: rays through the cells of the mesh."""
+"""Thickness of the body behind its facets, by rays through the cells of the mesh."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from ..compat import Array, Indices, Mask
 from .facets import Facets, Global, cell_corners, coordinates, facet_corners
 from .reference_facets import match_points, normals
 
-# A ray that has crossed this many cells is stopped: so much lies behind, at least
+# A ray stops after this many cells: the body is thicker than its length
 MOST_CELLS = 64
-# Rays whose cells are looked at together: what they need fits into the cache
+# Number of rays that are advanced together, so that their cells fit into the cache
 RAYS_AT_ONCE = 4096
 
 
 @dataclass
 class _Rays:
-    """Rays from the middle of facets into the body, each where it has got to."""
+    """Rays from the middle of facets into the body, at their present ends."""
 
     start: Array  # (n, d)
     direction: Array  # (n, d), unit vectors
     length: Array  # (n,), so far
-    cell: Indices  # (n,), the one they go through
-    facet: Indices  # (n,), by which they have come into it
+    cell: Indices  # (n,), the cell that each goes through
+    facet: Indices  # (n,), the facet by which it entered the cell
     crossed: Indices  # (n,), cells so far
     number: Global  # (n,), at home
     home: Indices  # (n,), rank
@@ -48,7 +48,7 @@ def _joined(parts: list[_Rays]) -> _Rays:
 
 @dataclass
 class Cells:
-    """The cells of this rank as what rays go through. Collective."""
+    """The cells of this rank, as rays need them. Collective."""
 
     mesh: Mesh
     x: Array = field(init=False)
@@ -80,7 +80,8 @@ class Cells:
     def cross(self, rays: _Rays) -> tuple[Indices, Array]:
         """Facet by which each ray leaves its cell, and its length up to there.
 
-        Of convex cells that is the first of the planes that face the way of the ray.
+        In a convex cell it is the first plane, among those that face along the ray,
+        that the ray meets.
         """
         nodes = self.x[self.corners[rays.cell]]
         points = nodes[:, self.of_facet]
@@ -99,7 +100,7 @@ class Cells:
 
 
 def _normals(points: Array) -> Array:
-    """Normals of flat facets, to either side; points are (..., corners, d)."""
+    """Normals of flat facets, with either sign; points are (..., corners, d)."""
     if points.shape[-1] == 2:
         return normals((points[..., 1, :] - points[..., 0, :])[None])
     first, last = points[..., 0, :], points[..., -1, :]
@@ -144,9 +145,9 @@ def _walk(cells: Cells, rays: _Rays, most: float) -> tuple[list[_Rays], list[_Ra
 
 
 def _arrived(cells: Cells, rays: list[_Rays]) -> _Rays:
-    """Rays that go on in cells of this rank, of those that left the other ranks'.
+    """Rays that left cells of other ranks and go on in cells of this rank.
 
-    Between ranks their facets have global numbers. Collective.
+    Facets between ranks are told by global numbers. Collective.
     """
     mesh = cells.mesh
     comm, facet_map = mesh.comm, mesh.topology.index_map(mesh.topology.dim - 1)
@@ -176,7 +177,7 @@ def thickness_behind(cells: Cells, facets: Facets, most: float) -> Array:
     Parameters
     ----------
     cells
-        Of the mesh; they are taken as straight.
+        Cells of the mesh, taken as straight.
     facets
         Exterior facets of this rank.
     most

@@ -50,7 +50,7 @@ def find_unknowns(F: Any, J: Any, u: Any, host: Host) -> list[Function]:
 
 
 def _check_named(u: Any, found: Function) -> None:
-    """Raise unless u names what was found, if anything."""
+    """Raise if u is given and names other unknowns than were found."""
     named = list(u) if isinstance(u, (list, tuple)) else [u]
     if u is not None and (len(named) != 1 or named[0] is not found):
         raise ContactError(
@@ -60,7 +60,7 @@ def _check_named(u: Any, found: Function) -> None:
 
 
 def _whole(F: Any, J: Any, host: Host) -> Function:
-    """The mixed Function of whose parts the displacement is one."""
+    """The mixed Function that has the displacement as a part."""
     check_form("F", F, 1, "a linear form in the test functions of the mixed space")
     W = F.arguments()[0].ufl_function_space()
     given = host.displacements[0].given
@@ -112,7 +112,8 @@ def _several(F: Sequence[Any], J: Any, u: Any, host: Host) -> list[Function]:
 
 
 def _check_spaces(u: Sequence[Function]) -> None:
-    """Raise where conditions on one unknown would be taken for another's."""
+    """Raise if two unknowns have one space: conditions on one could not be told from
+    those on the other."""
     for i, f in enumerate(u):
         if compat.element_info(f.function_space).is_sub_space:
             raise ContactError(

@@ -21,8 +21,7 @@ def vector_areas(surface: Surface, index_map: Any, degree: int, table: Indices) 
     surface
         One rank's share.
     index_map, degree
-        Of the space of N.
-    table
+        Index map and degree of the space of N. table
         Its block dofs on each facet, (facets, n).
 
     Returns

@@ -1,8 +1,8 @@
-"""One slave and its masters: the C++ zones, and what they are told.
+"""One slave and its masters: the C++ zones and their input.
 
 - contact_surfaces, zones: from tagged facets to C++ zones
 - coefficients, shear_modulus: the automatic gamma
-- state, accepted: what a step starts from
-- point_results: what is read off the integration points
+- present, state, accepted: the present state, and the one that a step starts from
+- point_results: sums and averages over integration points
 - pairs: names of pairs
 """

@@ -15,15 +15,15 @@ from .zones import ZoneData, on_sides
 
 
 class AcceptedStep:
-    """What a step starts from, and what zones in C++ know of it.
+    """The state that a step starts from. Sends it to the zones in C++.
 
-    Friction springs and faced facets are kept in the zones, old motions of bodies in
-    their `motions`.
+    The zones keep friction springs and faced facets; their `motions` keep old motions
+    of bodies.
 
     Parameters
     ----------
     u
-        Displacement; its value now is the old one.
+        Displacement. Its present value becomes the old one.
     zones
         Zones of the contact.
     bodies
@@ -48,7 +48,7 @@ class AcceptedStep:
         return np.array_equal(self._present.x.array, self.u)
 
     def send(self) -> None:
-        """Hand the history to the zones in C++, if it has changed."""
+        """Send the history to the zones in C++ if it has changed."""
         if self._is_sent:
             return
         for zone in self._zones:
@@ -61,12 +61,12 @@ class AcceptedStep:
         self._is_sent = True
 
     def keep_springs(self) -> None:
-        """Take the springs of the last update."""
+        """Keep the springs of the last update."""
         for zone in self._zones:
             zone.traction_old = zone.cpp.accepted_springs()
 
     def accept(self) -> None:
-        """Take the present displacement, and the poses of the last update."""
+        """Keep the present displacement, and the poses of the last update."""
         self.u[:] = self._present.x.array
         for zone in self._zones:
             zone.motions.accept()
@@ -75,7 +75,7 @@ class AcceptedStep:
         self._is_sent = False
 
     def note_faced(self) -> None:
-        """Keep what slave facets face at the last update."""
+        """Note what each slave facet faces at the last update."""
         for zone in self._zones:
             zone.faced = nearest_hits(zone)
 

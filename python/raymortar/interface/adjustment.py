@@ -1,4 +1,4 @@
-"""Offsets that make surfaces touch where their meshes say otherwise."""
+"""Offsets that make surfaces touch which their meshes hold apart."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from ..checked import is_real_number
 from ..compat import Array
 from ..errors import ContactError
 from ..host.reference_facets import shape_functions
+from .zones import ZoneData
 
 
 @dataclass(frozen=True)
@@ -32,25 +33,6 @@ class Adjustment:
     largest: float
 
 
-def adjust(zones: Sequence[Any], within: float, comm: MPI.Comm) -> Adjustment:
-    """Add to the adjustments of zones what makes near surfaces just touch. Collective.
-
-    Parameters
-    ----------
-    zones
-        Paired at the state that is to be free of stress.
-    within
-        Gaps and overlaps up to this are closed. Length.
-    comm
-        Communicator of the mesh.
-    """
-    changes = [adjustment(zone, within) for zone in zones]
-    for zone, change in zip(zones, changes):
-        known = np.zeros_like(change) if zone.adjustment is None else zone.adjustment
-        zone.adjustment = known + change
-    return summed(comm, changes)
-
-
 def require_start(u: Array, within: Any) -> None:
     """Raise unless surfaces can be adjusted: at the start, by a positive length."""
     if np.any(u):
@@ -62,13 +44,13 @@ def require_start(u: Array, within: Any) -> None:
         raise ContactError(f"within = {within!r} must be a positive number")
 
 
-def adjustment(zone: Any, within: float) -> Array:
-    """What to add to the offset of a zone so that near surfaces just touch.
+def adjustment(zone: ZoneData, within: float) -> Array:
+    """Change of a zone's offset with which near surfaces just touch.
 
     On each facet with points whose gap is at most `within`, a polynomial of the
     displacement's degree is fitted to minus the gap, and raised until no point
-    overlaps. So the start is free of stress; what clearance is left between points is
-    the part of the gap that no such polynomial has.
+    overlaps. So the start is free of stress. Between points a clearance is left: the
+    part of the gap that such a polynomial cannot represent.
 
     Parameters
     ----------
@@ -87,7 +69,7 @@ def adjustment(zone: Any, within: float) -> Array:
     shape, degree = surface.shape, surface.displacement_degree
     N, _ = shape_functions(shape, degree, points["xi"])
     gap = points["gap"]
-    if zone.offset is not None:  # a clearance or an interference that is wanted
+    if zone.offset is not None:  # the user's clearance or interference stays
         gap = gap - np.einsum("qk,qk->q", N, zone.offset[slave])
     near = np.flatnonzero((points["status"] > 0) & (np.abs(gap) <= within))
     change = np.zeros((len(surface.facet_dofs), N.shape[1]))
@@ -101,14 +83,15 @@ def adjustment(zone: Any, within: float) -> Array:
 def _touching(N: Array, gap: Array) -> Array:
     """Nodal values whose polynomial lies closest above minus the gap."""
     mean = -gap.mean()
-    # About the mean: where points do not tell all nodes, the rest is constant
+    # Fit the deviation from the mean: where points do not determine all nodes, the
+    # others get the mean
     fit, *_ = np.linalg.lstsq(N, -gap - mean, rcond=1e-8)
     nodal = mean + fit
     return np.asarray(nodal + max(0.0, float(np.max(-gap - N @ nodal))))
 
 
 def summed(comm: MPI.Comm, changes: Sequence[Array]) -> Adjustment:
-    """What nodal changes of all zones and ranks come to. Collective."""
+    """Counts of nodal changes over all zones and ranks. Collective."""
     facets = sum(int(np.count_nonzero(change.any(axis=1))) for change in changes)
     largest = max(float(np.abs(change).max(initial=0.0)) for change in changes)
     return Adjustment(

@@ -14,9 +14,11 @@ from ..compat import Array, Indices
 from ..errors import ContactError, require_agreement, together
 from ..host.slave_fields import GAMMA, check_function, on_facets
 from ..options.methods import check_coefficient
+from .contact_surfaces import ContactSurfaces
 from .interfaces import Interfaces
+from .zones import Masters, ZoneData
 
-# Values of pairs that differ by less are one value: rounding, of equal bodies
+# Values that differ by less count as equal: equal bodies differ by rounding errors
 SAME = 1e-9
 
 
@@ -27,11 +29,11 @@ def single(tables: Sequence[Array]) -> float | None:
     return low if high <= (1.0 + SAME) * low else None
 
 
-class PairCoefficients(Mapping[tuple[int, tuple[int, ...]], tuple[float, ...]]):
+class PairCoefficients(Mapping[tuple[int, Masters], tuple[float, ...]]):
     """Coefficients that differ between pairs of bodies.
 
-    Of each slave tag and its master tags: the values of the pairs of bodies that these
-    are on, ascending. ``0.1 * coefficients`` is one that ``Contact.set_gamma`` takes.
+    Maps a slave tag and its master tags to the values of their pairs of bodies,
+    ascending. ``0.1 * coefficients`` is one that ``Contact.set_gamma`` takes.
     """
 
     def __init__(self, interfaces: Interfaces, tables: Sequence[Array]) -> None:
@@ -50,10 +52,10 @@ class PairCoefficients(Mapping[tuple[int, tuple[int, ...]], tuple[float, ...]]):
         for value in np.concatenate([table.ravel() for table in self.tables]):
             check_coefficient(float(value))
 
-    def __getitem__(self, tags: tuple[int, tuple[int, ...]]) -> tuple[float, ...]:
+    def __getitem__(self, tags: tuple[int, Masters]) -> tuple[float, ...]:
         return self._values[tags]
 
-    def __iter__(self) -> Iterator[tuple[int, tuple[int, ...]]]:
+    def __iter__(self) -> Iterator[tuple[int, Masters]]:
         return iter(self._values)
 
     def __len__(self) -> int:
@@ -90,12 +92,11 @@ class ZoneCoefficients:
     Attributes
     ----------
     of_facets
-        At the displacement dofs of its slave facets, (facets, dofs per facet).
+        Values at the displacement dofs of its slave facets, (facets, dofs per facet).
     slaves, masters
-        Sorted bodies of its two surfaces, where pairs of them have their own.
+        Sorted bodies of its two surfaces, if pairs of bodies have different values.
     factors
-        What share of a slave facet's value counts against each body,
-        (slaves, masters).
+        Factors on the values of slave facets, by pair of bodies, (slaves, masters).
     """
 
     of_facets: Array
@@ -104,7 +105,7 @@ class ZoneCoefficients:
     factors: Array | None = None
 
     def of_pairs(self) -> _cpp.PairFactors:
-        """What differs between pairs of bodies, if anything."""
+        """Factors by pair of bodies, empty if one value holds for all."""
         if self.slaves is None or self.masters is None or self.factors is None:
             return _cpp.PairFactors()
         return _cpp.PairFactors(
@@ -113,7 +114,7 @@ class ZoneCoefficients:
 
 
 def spread(
-    gamma: float | Function | PairCoefficients, contact: Any
+    gamma: float | Function | PairCoefficients, surfaces: ContactSurfaces
 ) -> tuple[list[ZoneCoefficients], float]:
     """A coefficient as the zones take it, after checks. Collective.
 
@@ -122,17 +123,17 @@ def spread(
     zones
         Coefficients of each zone. Traction per length.
     scale
-        Mean over the slave facets: one for all zones, as a multiplier node may belong to
-        two of them.
+        Mean over all slave facets. All zones share it, as two zones may share a
+        multiplier node.
 
     Raises
     ------
     ContactError
         If it is not positive, differs between ranks or is of another mesh or contact.
     """
-    zones, comm = contact.zones, contact.layout.comm
+    zones, comm = surfaces.zones, surfaces.comm
     with together(comm):
-        _check(gamma, contact)
+        _check(gamma, surfaces)
     if isinstance(gamma, PairCoefficients):
         found = _by_pair(gamma, zones)
     else:
@@ -145,20 +146,23 @@ def spread(
     return found, total / comm.allreduce(sum(one.of_facets.size for one in found))
 
 
-def _check(gamma: Any, contact: Any) -> None:
-    """Raise for a coefficient that is none of this contact."""
+def _check(gamma: Any, surfaces: ContactSurfaces) -> None:
+    """Raise for a coefficient that does not fit this contact."""
     if isinstance(gamma, PairCoefficients):
-        gamma.check(contact.interfaces)
+        gamma.check(surfaces.interfaces)
         return
     if gamma is None:
         raise ContactError("set_gamma needs a number or a Function, not None")
     check_coefficient(gamma)
     if isinstance(gamma, Function):
-        check_function(GAMMA, gamma, contact.slave_u.function_space.mesh)
+        check_function(GAMMA, gamma, surfaces.slave_u.function_space.mesh)
 
 
-def _by_pair(gamma: PairCoefficients, zones: Sequence[Any]) -> list[ZoneCoefficients]:
-    """The largest of each slave facet's pairs, and the share of each pair in it."""
+def _by_pair(
+    gamma: PairCoefficients, zones: Sequence[ZoneData]
+) -> list[ZoneCoefficients]:
+    """Each slave facet gets the largest value of its pairs, and each pair its share of
+    that."""
     pairs, found = gamma.interfaces, []
     for zone, slaves, masters, table in zip(
         zones, pairs.slave, pairs.master, gamma.tables

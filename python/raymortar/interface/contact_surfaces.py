@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 from mpi4py import MPI
@@ -23,6 +24,7 @@ from ..host.tagged import ZoneFacets, find_facets
 from ..host.thickness import Cells
 from ..options.contact_options import ContactOptions
 from ..rigid.body import Body
+from .interfaces import Interfaces
 from .reference import Reference, references
 from .zones import Masters, ZoneData, create_zone
 
@@ -33,6 +35,10 @@ class ContactSurfaces:
 
     Attributes
     ----------
+    host
+        What the user solves for.
+    tied
+        ``"keep"`` or ``"close"`` for a tie; None: contact.
     zones
         A slave surface each, with all its masters.
     references
@@ -49,6 +55,8 @@ class ContactSurfaces:
         Parts of the mesh that are connected.
     """
 
+    host: Host
+    tied: str | None
     zones: list[ZoneData]
     references: Sequence[Reference]
     slave_u: Function
@@ -57,6 +65,32 @@ class ContactSurfaces:
     vector: FunctionSpace
     layout: Layout
     bodies: Bodies
+
+    @property
+    def comm(self) -> MPI.Comm:
+        """Communicator of the mesh."""
+        return self.layout.comm
+
+    @property
+    def u(self) -> Function:
+        """Displacement."""
+        return self.host.u
+
+    @property
+    def axisymmetric(self) -> bool:
+        """Whether integrals go over a full turn."""
+        return self.zones[0].facets.slave_surface.axisymmetric
+
+    @cached_property
+    def interfaces(self) -> Interfaces:
+        """Pairs of bodies that meet. Collective at first."""
+        return Interfaces(self.zones, self.layout, self.bodies)
+
+    @property
+    def tags(self) -> str:
+        """Slave tags, for messages."""
+        tags = [str(zone.facets.slave_tag) for zone in self.zones]
+        return f"tag{'s' * (len(tags) > 1)} {', '.join(tags)}"
 
 
 def make_surfaces(
@@ -108,7 +142,7 @@ def make_surfaces(
         for zone in facets
     ]
     return ContactSurfaces(
-        zones, fixed, slave_u, multiplier, scalar, vector, layout, bodies
+        host, tied, zones, fixed, slave_u, multiplier, scalar, vector, layout, bodies
     )
 
 

@@ -1,4 +1,4 @@
-"""Multiplier nodes that several zones or ranks share: which of them are covered."""
+"""Which multiplier nodes are covered, if several zones or ranks share them."""
 
 from __future__ import annotations
 
@@ -13,17 +13,18 @@ from dolfinx.fem import FunctionSpace
 from .. import compat
 from ..host.marks import marked_everywhere
 from ..host.vector_areas import vector_areas
+from .zones import ZoneData
 
-# Length of the mean of the zones' unit normals at a node: two that are more than
-# 60 degrees apart make a corner
+# A node is a corner if the mean of the zones' unit normals is shorter. The mean of two
+# normals is, if they are more than 60 degrees apart
 STRAIGHT = np.cos(np.pi / 6.0)
 
 
 class Cover:
     """Tells zones which of their multiplier nodes are covered. Collective.
 
-    A surface may be cut into tags as one likes: a node counts as covered in all zones
-    that have it. Not so at corners between surfaces, where each zone is by itself.
+    A surface may be cut into any tags: a node that one zone covers counts as covered in
+    all of them. At corners between surfaces, each zone counts by itself.
 
     Parameters
     ----------
@@ -33,7 +34,7 @@ class Cover:
         Space of the multiplier.
     """
 
-    def __init__(self, zones: Sequence[Any], W: FunctionSpace) -> None:
+    def __init__(self, zones: Sequence[ZoneData], W: FunctionSpace) -> None:
         self._zones, self._W = zones, W
         self._alone = len(zones) == 1 and W.mesh.comm.size == 1
         if len(zones) == 1:
@@ -44,13 +45,14 @@ class Cover:
             zone.cpp.set_corner_nodes(corners.astype(np.int8))
 
     def _find_corners(self) -> npt.NDArray[np.bool_]:
-        """Whether zones with a node have other normals there, for all block dofs."""
+        """Whether each block dof is at a corner, where zones have different normals."""
         total: Any = 0.0
         count: Any = 0
         for zone in self._zones:
             surface = zone.facets.slave_surface
             vector = vector_areas(
-                replace(surface, axisymmetric=False),  # for directions, on the axis too
+                replace(surface, axisymmetric=False),  # vector areas as directions, on
+                # the axis too
                 self._W.dofmap.index_map,
                 compat.element_info(self._W).degree,
                 zone.multiplier_table,
@@ -64,7 +66,8 @@ class Cover:
         return np.linalg.norm(total, axis=1) < STRAIGHT * count
 
     def share(self) -> None:
-        """After the zones have been paired. Collective."""
+        """Send the common marks to the zones, after they have been paired.
+        Collective."""
         if self._alone:
             return
         own = [

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
-from typing import Any
 
 from mpi4py import MPI
 
@@ -12,24 +11,29 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import compat
+from ..compat import Array
 from ..errors import ContactWarning
 from ..host.facets import format_point
 from ..host.marks import marked_everywhere
 from ..host.reference_facets import facet_nodes, normals, shape_functions
+from ..host.surfaces import Surface
+from .contact_surfaces import ContactSurfaces
 from .cover import STRAIGHT
 
 
-def crossing(tie: Any, contacts: Sequence[Any]) -> list[npt.NDArray[np.int8]]:
-    """Slave dofs of each zone of a tie that are of another interaction too. Collective.
-
-    Of any master's surface, or of a slave surface that is not the tie's.
+def crossing(
+    tie: ContactSurfaces, contacts: Sequence[ContactSurfaces]
+) -> list[npt.NDArray[np.int8]]:
+    """Marks slave dofs of a tie that other interactions share, zone by zone.
+    Collective. Shared are dofs on any master surface, and on slave surfaces of other
+    contacts.
 
     Parameters
     ----------
     tie
-        One of the contacts.
+        Surfaces of the tie, which is one of the contacts.
     contacts
-        Of one problem, with the same displacement.
+        Surfaces of all contacts of a problem.
     """
     V = tie.u.function_space
     surfaces = [zone.facets.master_surface for one in contacts for zone in one.zones]
@@ -45,22 +49,23 @@ def crossing(tie: Any, contacts: Sequence[Any]) -> list[npt.NDArray[np.int8]]:
     ]
 
 
-def warn_of_corners(tie: Any) -> None:
-    """Warn where a slave surface turns sharply: one multiplier is no traction of two
+def warn_of_corners(tie: ContactSurfaces) -> None:
+    """Warn of corners of a slave surface: one multiplier cannot be the traction on two
     faces. Collective."""
+    assert tie.multiplier is not None
     W = tie.multiplier.function_space
     dim = W.mesh.geometry.dim
     sums = compat.create_la_vector(W.dofmap.index_map, dim + 1)
     table = sums.array.reshape(-1, dim + 1)
     for zone in tie.zones:
         found = _facet_normals(zone.facets.slave_surface)
-        # The last column counts
+        # The last column counts facets
         ones = np.hstack([found, np.ones((len(found), 1))])
         np.add.at(table, zone.multiplier_table, ones[:, None, :])
     compat.scatter_reverse_add(sums)
     owned = table[: W.dofmap.index_map.size_local]
     sharp = np.linalg.norm(owned[:, :dim], axis=1) < STRAIGHT * owned[:, dim]
-    comm = tie.layout.comm
+    comm = tie.comm
     count = comm.allreduce(int(np.count_nonzero(sharp)))
     if not count:
         return
@@ -78,10 +83,11 @@ def warn_of_corners(tie: Any) -> None:
     )
 
 
-def _facet_normals(surface: Any) -> Any:
-    """Unit normals amid the undeformed facets, (facets, d)."""
+def _facet_normals(surface: Surface) -> Array:
+    """Unit normals at the centres of the undeformed facets, (facets, d)."""
     centre = facet_nodes(surface.shape, 1).mean(axis=0, keepdims=True)
     _, gradients = shape_functions(surface.shape, surface.node_degree, centre)
     nodes = surface.X[surface.facet_nodes]
     m = normals(np.einsum("ia,fad->ifd", gradients[:, 0], nodes))
-    return m / np.linalg.norm(m, axis=1, keepdims=True)
+    units: Array = m / np.linalg.norm(m, axis=1, keepdims=True)
+    return units

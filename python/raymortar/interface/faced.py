@@ -1,9 +1,9 @@
-"""What slave facets faced at the accepted step, and how far they have gone from there."""
+"""What slave facets faced at the accepted step, and how far they have moved from it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 from mpi4py import MPI
 
@@ -15,10 +15,13 @@ from ..host.facets import Global
 from ..host.reference_facets import normals, shape_functions
 from ..host.surfaces import Surface
 
+if TYPE_CHECKING:
+    from .zones import ZoneData
+
 
 @dataclass(frozen=True)
 class Faced:
-    """Of each slave facet with a hit the point nearest to the master.
+    """The point nearest to the master, of each slave facet with a hit.
 
     Attributes
     ----------
@@ -31,7 +34,7 @@ class Faced:
     gap
         Length, (n,).
     closed
-        Whether any point of the facet was, (n,).
+        Whether any point of the facet was closed, (n,).
     """
 
     facet: Indices
@@ -44,7 +47,7 @@ class Faced:
 
 @dataclass(frozen=True)
 class Path:
-    """How such points have moved away from what they faced.
+    """Where the points of `Faced` are now, relative to what they faced.
 
     Attributes
     ----------
@@ -55,7 +58,7 @@ class Path:
     slide
         Distance across the normal, (n,). Length.
     thickness
-        Of the master behind its facet, (n,). Length.
+        Thickness of the master behind its facet, (n,). Length.
     """
 
     x: Array
@@ -65,13 +68,13 @@ class Path:
 
 
 def nothing(gdim: int) -> Faced:
-    """An empty record, of a state that has not been paired."""
+    """An empty record, for a state that has not been paired."""
     none, places = np.empty(0, dtype=np.int32), np.empty((0, gdim - 1))
     masters, closed = none.astype(np.int64), none.astype(bool)
     return Faced(none, places, places, masters, np.empty(0), closed)
 
 
-def nearest_hits(zone: Any) -> Faced:
+def nearest_hits(zone: ZoneData) -> Faced:
     """What each slave facet faces at the last update."""
     found = zone.cpp.faced()
     return Faced(**{**found, "closed": found["closed"] > 0})
@@ -109,8 +112,8 @@ def _nodal(surface: Surface, facets: Indices, u: Array) -> tuple[Array, Array]:
     return surface.X[surface.facet_nodes[facets]], u[dofs]
 
 
-def path(zone: Any, faced: Faced, u: Array, comm: MPI.Comm) -> Path:
-    """Where points and what they faced are now. Collective.
+def path(zone: ZoneData, faced: Faced, u: Array, comm: MPI.Comm) -> Path:
+    """Present positions of points and of what they faced. Collective.
 
     Parameters
     ----------
@@ -127,9 +130,11 @@ def path(zone: Any, faced: Faced, u: Array, comm: MPI.Comm) -> Path:
     return Path(x, gap, slide, thickness)
 
 
-def _answers(zone: Any, faced: Faced, u: Array, comm: MPI.Comm) -> tuple[Array, Array]:
-    """Positions of the masters' points, and the thickness behind them, from the ranks
-    that own the facets. Collective."""
+def _answers(
+    zone: ZoneData, faced: Faced, u: Array, comm: MPI.Comm
+) -> tuple[Array, Array]:
+    """Positions of the masters' points and the thickness behind them. The ranks that
+    own the facets give them. Collective."""
     surface = zone.facets.master_surface
     asked = comm.allgather((faced.master, faced.eta))
     ids = np.concatenate([part[0] for part in asked])

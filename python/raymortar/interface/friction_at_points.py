@@ -1,4 +1,4 @@
-"""What the zones need of a friction law that differs from point to point."""
+"""Friction laws whose bound differs from point to point, as the zones need it."""
 
 from __future__ import annotations
 
@@ -13,10 +13,11 @@ from ..errors import together
 from ..host.slave_fields import check_field, on_facets
 from ..options.friction import Friction, Law
 from .point_results import CLOSED, along_normal
+from .zones import ZoneData
 
 
-def spread_coefficient(law: Law | None, zones: Sequence[Any], mesh: Any) -> None:
-    """Give the zones a coefficient that is a field on the slave's mesh. Collective."""
+def spread_coefficient(law: Law | None, zones: Sequence[ZoneData], mesh: Any) -> None:
+    """Send a friction coefficient that is a field to the zones. Collective."""
     if law is None or law.quantity is None or law.field is None:
         return
     with together(mesh.comm):
@@ -27,15 +28,15 @@ def spread_coefficient(law: Law | None, zones: Sequence[Any], mesh: Any) -> None
 
 
 def evaluate_friction(
-    law: Law | None, zones: Sequence[Any], dt: float, comm: MPI.Comm
+    law: Law | None, zones: Sequence[ZoneData], dt: float, comm: MPI.Comm
 ) -> None:
-    """Give the zones the bounds at their points of a law of pressure and slip rate,
-    with one call of it for each zone. Collective.
+    """Evaluate a law of pressure and slip rate at all points, once for each zone, and
+    send its bounds to the zones. Collective.
 
     Parameters
     ----------
     law
-        Others than `Friction` need nothing.
+        Law of friction. Only `Friction` is evaluated here.
     zones
         Paired at the present state.
     dt
@@ -53,5 +54,5 @@ def evaluate_friction(
             values = np.zeros((3, len(closed)))
             values[:, closed] = law.at(p, v)
             s, by_p, by_v = values
-            # The library has the normal traction, which is negative
+            # The library's pressure is the normal traction, which is negative
             zone.cpp.set_friction_bounds(s, -by_p, by_v / dt)

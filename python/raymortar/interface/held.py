@@ -9,60 +9,62 @@ from mpi4py import MPI
 import numpy as np
 
 from .. import compat
+from ..compat import Mask
 from ..errors import SetUpError, raise_everywhere
+from .contact_surfaces import ContactSurfaces
 from .point_results import CLOSED
 
 
-def any_held(contact: Any, marker: np.ndarray) -> bool:
+def any_held(surfaces: ContactSurfaces, marker: Mask) -> bool:
     """Whether some slave facet, on any rank, is prescribed throughout. Collective."""
     held = False
-    for zone in contact.zones:
+    for zone in surfaces.zones:
         surface = zone.facets.slave_surface
         fixed = marker.reshape(-1, surface.gdim)[surface.dofs].all(axis=1)
         held |= bool(fixed[surface.facet_dofs].all(axis=1).any())
-    return contact.layout.comm.allreduce(held, op=MPI.LOR)
+    return surfaces.comm.allreduce(held, op=MPI.LOR)
 
 
-def any_node_held(contact: Any, marker: np.ndarray) -> bool:
+def any_node_held(surfaces: ContactSurfaces, marker: Mask) -> bool:
     """Whether any displacement on a slave surface is prescribed. Collective."""
     held = any(
         marker.reshape(-1, surface.gdim)[surface.dofs].any()
-        for surface in (zone.facets.slave_surface for zone in contact.zones)
+        for surface in (zone.facets.slave_surface for zone in surfaces.zones)
     )
-    return contact.layout.comm.allreduce(bool(held), op=MPI.LOR)
+    return surfaces.comm.allreduce(bool(held), op=MPI.LOR)
 
 
-def rigid_slaves(contact: Any, marker: np.ndarray) -> list[int]:
+def rigid_slaves(surfaces: ContactSurfaces, marker: Mask) -> list[int]:
     """Slave tags whose displacement is prescribed throughout, and whose master's is not.
     Collective."""
-    if contact.multiplier is None or not contact.zones:
+    if surfaces.multiplier is None or not surfaces.zones:
         return []
     fixed = []
-    for zone in contact.zones:
+    for zone in surfaces.zones:
         sides = zone.facets.slave_surface, zone.facets.master_surface
         fixed.append([marker.reshape(-1, s.gdim)[s.dofs].all() for s in sides])
     held = np.array(fixed, dtype=np.int32)
-    contact.layout.comm.Allreduce(MPI.IN_PLACE, held, op=MPI.MIN)
-    tags = [zone.facets.slave_tag for zone in contact.zones]
+    surfaces.comm.Allreduce(MPI.IN_PLACE, held, op=MPI.MIN)
+    tags = [zone.facets.slave_tag for zone in surfaces.zones]
     return [tag for tag, (slave, master) in zip(tags, held) if slave and not master]
 
 
-def refuse_held_on_tools(contact: Any, marker: np.ndarray) -> None:
+def refuse_held_on_tools(surfaces: ContactSurfaces, marker: Mask) -> None:
     """Raise for slaves that are prescribed throughout, on rigid bodies that are not free.
     Collective.
 
     Raises
     ------
     SetUpError
-        As nothing could give way.
+        If there are such slaves: nothing could give way.
     """
-    for zone in contact.zones:
+    for zone in surfaces.zones:
         bodies = zone.facets.bodies
         if not bodies or any(body.is_free for body in bodies):
             continue
         surface = zone.facets.slave_surface
         held = bool(marker.reshape(-1, surface.gdim)[surface.dofs].all())
-        if contact.layout.comm.allreduce(held, op=MPI.LAND):
+        if surfaces.comm.allreduce(held, op=MPI.LAND):
             names = ", ".join(body.name for body in bodies)
             raise SetUpError(
                 f"slave tag {zone.facets.slave_tag} is prescribed throughout, and what it "
@@ -71,7 +73,7 @@ def refuse_held_on_tools(contact: Any, marker: np.ndarray) -> None:
             )
 
 
-def refuse_held(contact: Any) -> None:
+def refuse_held(surfaces: ContactSurfaces) -> None:
     """Raise where the multiplier is in no equation. Collective.
 
     Raises
@@ -81,22 +83,23 @@ def refuse_held(contact: Any) -> None:
         displacement is prescribed on both sides, and no damped facet ties it to another
         node: nothing determines its traction.
     """
-    W = contact.multiplier.function_space
+    assert surfaces.multiplier is not None
+    W = surfaces.multiplier.function_space
     known = compat.create_la_vector(W.dofmap.index_map, 1)
     closed = compat.create_la_vector(W.dofmap.index_map, 1)
-    for zone in contact.zones:
+    for zone in surfaces.zones:
         points = zone.cpp.points()
         shut = points["status"] >= CLOSED
-        # Nothing is integrated where a facet is uncovered
+        # Points on uncovered parts integrate nothing
         free = ((zone.cpp.free_points() == 1) | ~shut) & (points["seed"] >= 0)
         for vector, which in ((known, free), (closed, shut)):
             vector.array[zone.multiplier_table[points["slave"][which]]] = 1.0
     for vector in (known, closed):
         compat.scatter_reverse_add(vector)
-    _spread_by_damping(contact, known)
+    _spread_by_damping(surfaces, known)
     n = W.dofmap.index_map.size_local
     held = np.flatnonzero((known.array[:n] == 0.0) & (closed.array[:n] > 0.0))
-    count = contact.layout.comm.allreduce(len(held))
+    count = surfaces.comm.allreduce(len(held))
     message = None
     if len(held):
         dim = W.mesh.geometry.dim
@@ -107,14 +110,13 @@ def refuse_held(contact: Any) -> None:
             "are between facets whose displacement is prescribed on both sides: leave "
             "these out of the slave's tag, or use a penalty"
         )
-    raise_everywhere(contact.layout.comm, message)
+    raise_everywhere(surfaces.comm, message)
 
 
-def _spread_by_damping(contact: Any, known: Any) -> None:
-    """Mark the nodes that share a damped or a tied facet with a marked one.
-    Collective."""
+def _spread_by_damping(surfaces: ContactSurfaces, known: Any) -> None:
+    """Mark nodes that share a damped facet with a marked node. Collective."""
     compat.scatter_forward(known)
-    for zone in contact.zones:
+    for zone in surfaces.zones:
         share = zone.cpp.segments()["covered"]
         damped = np.union1d(
             zone.cpp.held_facets(), np.flatnonzero((share > 0.0) & (share < 1.0))

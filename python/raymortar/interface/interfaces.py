@@ -1,9 +1,9 @@
-"""Which bodies meet: a slave's and a master's body, however their facets are tagged."""
+"""Which bodies meet, whatever the tags of their facets."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING
 
 from mpi4py import MPI
 
@@ -15,11 +15,15 @@ from ..host.bodies import Bodies, bodies_of_facets
 from ..host.layout import Layout
 from ..host.surfaces import Surface
 
+if TYPE_CHECKING:
+    from .zones import ZoneData
+
 
 def _membership(
     comm: MPI.Comm, bodies: Sequence[Indices], count: int
 ) -> npt.NDArray[np.bool_]:
-    """Whether a zone has facets of a body on any rank, (zones, bodies). Collective."""
+    """Whether each zone has facets of each body on any rank, (zones, bodies).
+    Collective."""
     here = np.zeros((len(bodies), count), dtype=np.int32)
     for zone, of_facets in enumerate(bodies):
         here[zone, of_facets] = 1
@@ -28,7 +32,8 @@ def _membership(
 
 
 def _kinds(member: npt.NDArray[np.bool_]) -> tuple[npt.NDArray[np.bool_], Indices]:
-    """Sets of zones that bodies are in, (kinds, zones), and each body's kind."""
+    """Each set of zones that some body is in, (kinds, zones), and the kind of each
+    body."""
     kinds, kind = np.unique(member.T, axis=0, return_inverse=True)
     return kinds, kind.reshape(-1)
 
@@ -36,9 +41,9 @@ def _kinds(member: npt.NDArray[np.bool_]) -> tuple[npt.NDArray[np.bool_], Indice
 class Interfaces:
     """Pairs of bodies that zones bring together. Collective.
 
-    The side of a pair of bodies is all facets of the one that face the other, in
-    whatever zones they are. It is the same for all bodies opposite that are in the same
-    zones, their *kind*: there are about as many kinds as zones, and far fewer than pairs.
+    A side of a pair of bodies is all facets of one body that face the other one, in any
+    zone. Opposite bodies that are in the same zones are of one *kind*, and have the
+    same side. There are about as many kinds as zones, far fewer than pairs.
 
     Parameters
     ----------
@@ -55,10 +60,12 @@ class Interfaces:
         Sorted bodies of each zone's sides, the rows and columns of its tables.
     """
 
-    def __init__(self, zones: Sequence[Any], layout: Layout, bodies: Bodies) -> None:
+    def __init__(
+        self, zones: Sequence[ZoneData], layout: Layout, bodies: Bodies
+    ) -> None:
         self.zones, self.layout, self.bodies = zones, layout, bodies
         self._slave_in = self._zones_of("slave_surface")
-        # What is rigid counts as one more body
+        # All rigid tools together count as one more body
         rigid = [[bool(zone.facets.bodies)] for zone in zones]
         self._master_in = np.hstack([self._zones_of("master_surface"), rigid])
         self.slave = [np.flatnonzero(row) for row in self._slave_in]
@@ -86,8 +93,8 @@ class Interfaces:
             Quantities of a union of surfaces, body by body: (bodies, quantities).
             Called on all ranks alike.
         pair
-            From those of the slaves' and the masters' sides, (pairs, quantities), to
-            the number, (pairs,).
+            Gives the numbers, (pairs,), from the quantities of the slaves' and the
+            masters' sides, (pairs, quantities) each.
 
         Returns
         -------
@@ -95,7 +102,8 @@ class Interfaces:
         """
         of_slaves, slave_kind = _kinds(self._slave_in)
         of_masters, master_kind = _kinds(self._master_in)
-        # A slave's side is what faces a kind of masters, and the other way around
+        # A slave's side depends on the kind of its masters, and a master's on that of
+        # its slaves
         slaves = self._measured(of_masters, "slave_surface", measure)
         masters = self._measured(of_slaves, "master_surface", measure)
         masters = np.pad(masters, [(0, 0), (0, 1), (0, 0)])
@@ -118,7 +126,7 @@ class Interfaces:
     ) -> Array:
         """`measure` of a side, for each set of zones, (kinds, bodies, quantities)."""
         surfaces = [getattr(zone.facets, side) for zone in self.zones]
-        # Bodies without such facets are in no zone: of theirs nothing is read
+        # Bodies without facets are in no zone, so their entries are not read
         found = [
             measure([surfaces[z] for z in np.flatnonzero(kind)]) if kind.any() else None
             for kind in kinds
@@ -127,5 +135,5 @@ class Interfaces:
         return np.array([none if part is None else part for part in found])
 
     def rows(self, surface: Surface, bodies: Indices) -> Indices:
-        """Place of each facet's body among some sorted bodies."""
+        """Index of each facet's body among sorted bodies."""
         return np.searchsorted(bodies, self.of_facets(surface)).astype(np.int32)

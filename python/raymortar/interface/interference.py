@@ -1,4 +1,4 @@
-"""Interferences that are larger than the bodies: an offset in another unit, say."""
+"""Interferences that are larger than the bodies, such as an offset in a wrong unit."""
 
 from __future__ import annotations
 
@@ -13,41 +13,44 @@ import numpy as np
 from ..errors import ContactWarning
 from ..host.joined import parts_of
 from ..host.thickness import Cells, thickness_behind
+from .contact_surfaces import ContactSurfaces
+from .zones import ZoneData
 
-# Bodies are measured this much further than is asked for, so that an interference that
-# grows asks seldom
+# Thickness is measured up to this multiple of what is asked for: a growing interference
+# then needs few measurements
 FURTHER = 4.0
-# Of an interference: what lies behind is as much
+# Share of an interference that counts as rounding error
 _ROUNDING = 1e-6
 
 
 class Behind:
-    """How much body lies behind the thinner side of a zone, as far as it is known.
+    """Thickness of the body behind the thinner side of a zone, as far as it is
+    measured.
 
     Parameters
     ----------
     zone
         Of a contact. Collective.
     meshes
-        Those that its sides are on, by part.
+        Meshes of its sides, by part.
     comm
         Communicator of the meshes.
     """
 
-    def __init__(self, zone: Any, meshes: Sequence[Any], comm: MPI.Comm) -> None:
+    def __init__(self, zone: ZoneData, meshes: Sequence[Any], comm: MPI.Comm) -> None:
         self._zone, self._meshes, self._comm = zone, meshes, comm
         self._known = self._limit = self._thinner(zone.thickness)
 
     def _thinner(self, thickness: Any) -> float:
-        """The lesser of both sides' largest thickness. Collective."""
-        # Behind a rigid tool there is as much as it takes
+        """The smaller one of the two sides' largest thicknesses. Collective."""
+        # A rigid tool has no thickness that counts
         sides = thickness[:1] if self._zone.facets.bodies else thickness
         most = np.array([side.max(initial=0.0) for side in sides])
         self._comm.Allreduce(MPI.IN_PLACE, most, op=MPI.MAX)
         return float(most.min())
 
     def up_to(self, length: float) -> float:
-        """The thickness, where it is less than a length, else more. Collective."""
+        """The thickness if it is below a length, else a larger number. Collective."""
         if self._known >= length or self._known < self._limit:
             return self._known
         facets, limit = self._zone.facets, FURTHER * length
@@ -63,8 +66,9 @@ class Behind:
         return self._known
 
 
-def excess(zone: Any, behind: Behind, comm: MPI.Comm) -> str | None:
-    """What to say of an interference that no body is thick enough for. Collective."""
+def excess(zone: ZoneData, behind: Behind, comm: MPI.Comm) -> str | None:
+    """A message on an interference for which no body is thick enough; None if it fits.
+    Collective."""
     mine = 0.0 if zone.offset is None else float((-zone.offset).max(initial=0.0))
     overlap = float(comm.allreduce(mine, op=MPI.MAX))
     if overlap == 0.0:
@@ -80,15 +84,35 @@ def excess(zone: Any, behind: Behind, comm: MPI.Comm) -> str | None:
     )
 
 
-def warn_of_excess(contact: Any) -> str | None:
-    """What to say of the offset that is set, if it is too much; warns of it where it
-    was not too much before. Collective."""
-    comm = contact.layout.comm
-    if contact.behind is None:
-        meshes = [part.function_space.mesh for part in parts_of(contact.u)]
-        contact.behind = [Behind(zone, meshes, comm) for zone in contact.zones]
-    found = [excess(zone, b, comm) for zone, b in zip(contact.zones, contact.behind)]
-    text = "; ".join(filter(None, found)) or None
-    if text is not None and contact.excess is None:
-        warnings.warn(text, ContactWarning, stacklevel=4)
-    return text
+class Interferences:
+    """Compares the offset of a contact with the thickness of its bodies.
+
+    Parameters
+    ----------
+    surfaces
+        Of the contact.
+
+    Attributes
+    ----------
+    excess
+        A message on the present offset if it is too large, else None.
+    """
+
+    def __init__(self, surfaces: ContactSurfaces) -> None:
+        self._surfaces = surfaces
+        self._behind: list[Behind] | None = None
+        self.excess: str | None = None
+
+    def look(self) -> None:
+        """Look at the present offset. Warn if it is too large and the last one was not.
+        Collective."""
+        zones, comm = self._surfaces.zones, self._surfaces.comm
+        if self._behind is None:
+            parts = parts_of(self._surfaces.u)
+            meshes = [part.function_space.mesh for part in parts]
+            self._behind = [Behind(zone, meshes, comm) for zone in zones]
+        found = [excess(zone, b, comm) for zone, b in zip(zones, self._behind)]
+        text = "; ".join(filter(None, found)) or None
+        if text is not None and self.excess is None:
+            warnings.warn(text, ContactWarning, stacklevel=4)
+        self.excess = text

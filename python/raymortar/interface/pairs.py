@@ -31,11 +31,11 @@ class Pair:
     slave_name, master_name
         Names of these tags, where `Contact` was given names; else None.
     surface
-        Number of the slave surface, as `points` takes it.
+        Number of the slave surface, the argument of `points`.
     label
-        In the columns of a `History`, such as ``force_<label>_x``: both names, or tags,
-        joined by ``_``, what is no letter or digit replaced by it; with the pair's
-        number where two pairs would be called the same.
+        Name in the columns of a `History`, such as ``force_<label>_x``. It joins both
+        names, or tags, by ``_``, which also replaces all but letters and digits. If two
+        pairs would have one label, their numbers are added.
     """
 
     slave: int
@@ -142,7 +142,7 @@ def _master(master: Any) -> int | Body:
 
 
 def labelled(pairs: Sequence[Pair]) -> list[Pair]:
-    """The same pairs with labels of their own."""
+    """The same pairs, each with its own label."""
 
     def plain(name: str | None, tag: int | Body) -> str:
         return str(tag) if name is None else re.sub(r"[^0-9A-Za-z]", "_", name)
@@ -157,11 +157,76 @@ def labelled(pairs: Sequence[Pair]) -> list[Pair]:
     ]
 
 
-class MasterTags:
-    """Which of a slave's masters a facet belongs to. Collective.
+class PairTable:
+    """The pairs of one contact or several, found by surface, tag or name.
 
-    Facets that points hit may be other ranks': where there are several masters, each
-    rank knows the numbers of the facets of all.
+    Parameters
+    ----------
+    pairs
+        In the order of the contacts, with slave surfaces numbered on.
+    names
+        Facet tag by name, of the contact of each pair.
+    """
+
+    def __init__(
+        self, pairs: Sequence[Pair], names: Sequence[Mapping[str, int]]
+    ) -> None:
+        self.pairs, self._names = list(pairs), list(names)
+
+    @classmethod
+    def joined(cls, tables: Sequence[PairTable], surfaces: Sequence[int]) -> PairTable:
+        """One table of several, given how many slave surfaces each is of."""
+        pairs, names, begin = [], [], 0
+        for one, count in zip(tables, surfaces):
+            pairs += [replace(p, surface=begin + p.surface) for p in one.pairs]
+            names += one._names
+            begin += count
+        return cls(labelled(pairs), names)
+
+    def of_surface(self, surface: int, masters: Sequence[int | Body]) -> list[int]:
+        """Number of the pair that a slave surface makes with each of its masters."""
+        known = {p.master: k for k, p in enumerate(self.pairs) if p.surface == surface}
+        return [known[master] for master in masters]
+
+    def find(self, slave: int | str, master: int | str | Body | None) -> list[int]:
+        """Numbers of the pairs with a slave and, if one is given, a master."""
+        both: list[int | str | Body] = [slave]
+        if master is not None:
+            both.append(master)
+        found = []
+        for k, (pair, names) in enumerate(zip(self.pairs, self._names)):
+            tags: list[int | Body | None]
+            tags = [names.get(s) if isinstance(s, str) else s for s in both]
+            if master is not None and master == pair.master_name:
+                tags[1] = pair.master  # a rigid body has a name of its own
+            if [pair.slave, pair.master][: len(tags)] == tags:
+                found.append(k)
+        if not found and master is None:
+            raise self.no_surface(slave)
+        if not found:
+            known = ", ".join(map(str, self.pairs))
+            asked = ", ".join(map(repr, both))
+            raise ContactError(
+                f"there is no contact of ({asked}): pairs of (slave, master) are "
+                f"{known}, and their forces those on the slave"
+            )
+        return found
+
+    def no_surface(self, slave: Any) -> ContactError:
+        """The error for a slave surface that does not exist."""
+        names = dict.fromkeys(p.slave_name for p in self.pairs if p.slave_name)
+        named = f", or named {', '.join(map(repr, names))}" if names else ""
+        last = max(p.surface for p in self.pairs)
+        return ContactError(
+            f"there is no slave surface {slave!r}: they are numbered from 0 to {last}, "
+            f"in the order of pairs{named}"
+        )
+
+
+class MasterTags:
+    """Tells which master of a slave a facet belongs to. Collective. Points may hit
+    facets of other ranks. So with several masters, each rank knows the facets of all of
+    them by number.
 
     Parameters
     ----------
@@ -189,7 +254,7 @@ class MasterTags:
             self._master = masters[first]
 
     def of_points(self, points: Mapping[str, Any], met: Global) -> Indices:
-        """Number of the master that each point hits, -1 for none, (n,).
+        """Number of the master that each point hits; -1 for none, (n,).
 
         Parameters
         ----------
@@ -212,8 +277,8 @@ class MasterTags:
 def _global_masters(points: Mapping[str, Any], met: Global) -> Global:
     """Global number of the master facet of each point that has one, else -1.
 
-    Facets that have met are in the order of the points: slaves as they come, the
-    masters of each by their local numbers.
+    Facets that have met are in the order of the points: by slave facet, then by the
+    local number of the master facet.
     """
     slave, master = points["slave"], points["master"]
     has = master >= 0

@@ -6,7 +6,7 @@ import operator
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields
 from enum import IntEnum
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mpi4py import MPI
 
@@ -16,8 +16,12 @@ from dolfinx.fem import Function
 from .. import compat
 from ..compat import Array
 from ..host.communication import Communication, communication
-from ..host.layout import Layout
+from ..host.layout import CoupledRows
 from ..host.reference_facets import shape_functions
+
+if TYPE_CHECKING:
+    from ..rigid.body import Body
+    from .zones import ZoneData
 
 
 class PointStatus(IntEnum):
@@ -62,9 +66,10 @@ class Resultant:
     point: friction is ``tangential``, and on a curved surface both may have any
     direction. Their sum is ``force``.
 
-    Of solids of revolution all are of a full turn: forces are along the axis, (0, F_z),
-    and the moment is 0, as radial tractions cancel. ``radial`` is the integral of these
-    over the surface, 2 pi r times their line load; None otherwise.
+    For solids of revolution all values are those of a full turn. The force is along the
+    axis, (0, F_z), and the moment is 0, as radial tractions cancel. ``radial`` is the
+    integral of radial tractions over the surface, 2 pi r times their line load. For
+    other bodies it is None.
     """
 
     force: Array
@@ -134,7 +139,7 @@ class Statistics:
 
 
 def _reductions() -> list[tuple[MPI.Op, Callable[[Any, Any], Any], list[str]]]:
-    """How counts are combined over ranks and zones, and which."""
+    """MPI operation, Python function and names, for each way to combine counts."""
     names = [f.name for f in fields(Statistics) if f.name != "communication"]
     largest = [n for n in names if n in ("max_gap", "max_pressure") or "seconds" in n]
     sums = [n for n in names if n not in largest and n != "min_gap"]
@@ -145,7 +150,7 @@ def _reductions() -> list[tuple[MPI.Op, Callable[[Any, Any], Any], list[str]]]:
     ]
 
 
-def statistics(zones: Any, layout: Layout) -> Statistics:
+def statistics(zones: Sequence[ZoneData], layout: CoupledRows) -> Statistics:
     """Counts of all zones and ranks. Collective."""
     reductions = _reductions()
     total = Statistics(communication=communication(zones, layout))
@@ -174,13 +179,13 @@ def statistics(zones: Any, layout: Layout) -> Statistics:
 
 
 def _moments(x: Array, forces: Array) -> Array:
-    """x cross force, (n, 3) in 3D and (n,) in 2D (NumPy 2 leaves 2D to the caller)."""
+    """x cross force, (n, 3) in 3D and (n,) in 2D, which NumPy 2 no longer offers."""
     if x.shape[1] == 3:
         return np.cross(x, forces)
     return x[:, 0] * forces[:, 1] - x[:, 1] * forces[:, 0]
 
 
-def resultant(zone: Any, comm: MPI.Comm) -> Resultant:
+def resultant(zone: ZoneData, comm: MPI.Comm) -> Resultant:
     """Force and moment on the slave side of a zone. Collective."""
     points = zone.points()
     forces = points["weight"][:, None] * points["traction"]
@@ -193,8 +198,8 @@ def resultant(zone: Any, comm: MPI.Comm) -> Resultant:
     return _of_zone(zone, Resultant(force, moment, normal, force - normal))
 
 
-def _of_zone(zone: Any, found: Resultant) -> Resultant:
-    """What tractions of a zone come to: over a full turn, if it is axisymmetric."""
+def _of_zone(zone: ZoneData, found: Resultant) -> Resultant:
+    """A resultant as it is reported: of a full turn if the zone is axisymmetric."""
     if not zone.facets.slave_surface.axisymmetric:
         return found
     along = np.array([0.0, 1.0])
@@ -207,7 +212,7 @@ def _of_zone(zone: Any, found: Resultant) -> Resultant:
     )
 
 
-def resultants(zone: Any, comm: MPI.Comm) -> list[Resultant]:
+def resultants(zone: ZoneData, comm: MPI.Comm) -> list[Resultant]:
     """Forces and moments on the slave side of a zone, one for each of its master tags.
     Collective."""
     points = zone.points()
@@ -231,7 +236,7 @@ def resultants(zone: Any, comm: MPI.Comm) -> list[Resultant]:
     return [_of_zone(zone, found) for found in each]
 
 
-def resultant_on(zones: Any, body: Any, comm: MPI.Comm) -> Resultant:
+def resultant_on(zones: Sequence[ZoneData], body: Body, comm: MPI.Comm) -> Resultant:
     """Force on a rigid body, and moment about its centre. Collective."""
     dim = zones[0].facets.slave_surface.gdim
     sums = np.zeros(2 * dim + (3 if dim == 3 else 1))
@@ -255,7 +260,7 @@ def resultant_on(zones: Any, body: Any, comm: MPI.Comm) -> Resultant:
 
 
 def added(parts: Sequence[Resultant]) -> Resultant:
-    """One resultant of several."""
+    """The sum of several resultants."""
     names = [f.name for f in fields(Resultant) if getattr(parts[0], f.name) is not None]
     return Resultant(
         **{name: sum(getattr(part, name) for part in parts) for name in names}
@@ -269,7 +274,7 @@ def along_normal(points: dict[str, Array], vectors: Array) -> Array:
 
 
 def nodal_average(
-    zones: Any,
+    zones: Sequence[ZoneData],
     quantity: Callable[[dict[str, Array]], Array],
     field: Function,
     hits_only: bool = True,
@@ -284,7 +289,7 @@ def nodal_average(
     zones
         Zones.
     quantity
-        From the arrays of `Contact.points` to values (n,) or (n, d).
+        Gives values (n,) or (n, d) from the arrays of `Contact.points`.
     field
         Scalar or vector function that is set.
     hits_only

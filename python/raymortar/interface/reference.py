@@ -1,4 +1,4 @@
-"""Whether the mesh is where it was when a contact was made."""
+"""Whether the mesh has been moved since a contact was made."""
 
 from __future__ import annotations
 

@@ -18,11 +18,14 @@ from ..host.joined import parts_of, places_of
 from ..host.marks import marked_everywhere
 from ..host.surfaces import Surface
 from ..host.vector_areas import vector_areas
-from .interfaces import Interfaces
+from .contact_surfaces import ContactSurfaces
+from .stiffness import VolumePattern
 from .strain_response import deviators
 
 
-def shear_moduli(contact: Any, bcs: Sequence[Any]) -> list[float]:
+def shear_moduli(
+    surfaces: ContactSurfaces, volume: VolumePattern, bcs: Sequence[Any]
+) -> list[float]:
     """Shear modulus of the softer body of each zone that can move; 0 where the volume's
     form tells none. Stress. Collective.
 
@@ -32,14 +35,16 @@ def shear_moduli(contact: Any, bcs: Sequence[Any]) -> list[float]:
 
     Parameters
     ----------
-    contact
-        After `Contact.prepare`.
+    surfaces
+        Of a contact.
+    volume
+        Of its problem.
     bcs
         Dirichlet conditions.
     """
-    sides = _Sides(contact, bcs)
+    sides = _Sides(surfaces, volume, bcs)
     moduli = []
-    for zone in contact.zones:
+    for zone in surfaces.zones:
         facets = zone.facets
         found = np.concatenate(
             [
@@ -54,24 +59,26 @@ def shear_moduli(contact: Any, bcs: Sequence[Any]) -> list[float]:
 class _Sides:
     """Measures the sides of zones."""
 
-    def __init__(self, contact: Any, bcs: Sequence[Any]) -> None:
-        self._V = V = contact.u.function_space
-        self._comm: MPI.Comm = contact.layout.comm
-        self._interfaces: Interfaces = contact.interfaces
+    def __init__(
+        self, surfaces: ContactSurfaces, volume: VolumePattern, bcs: Sequence[Any]
+    ) -> None:
+        self._V = V = surfaces.u.function_space
+        self._comm: MPI.Comm = surfaces.comm
+        self._bodies = surfaces.bodies
         self._owned, d = V.dofmap.index_map.size_local, V.mesh.geometry.dim
-        fixed, _ = contact.host.prescribed_u(bcs)
+        fixed, _ = surfaces.host.prescribed_u(bcs)
         self._free = (fixed.reshape(-1, d)[: self._owned] == 0).any(axis=1)
-        self._sheared = contact._volume.response[:, 0]
+        self._sheared = volume.response[:, 0]
         # Sum of the squares of the deviators, a multiple of the identity
         self._kappa = sum((E @ E)[0, 0] for E in deviators(d))
-        self._u = contact.u
+        self._u = surfaces.u
         meshes = [part.function_space.mesh for part in parts_of(self._u)]
         self._exterior = [compat.exterior_facets(mesh) for mesh in meshes]
 
     def moduli(self, surface: Surface, facets: Facets, part: int) -> Array:
-        """Of each body; 0 of those that have no facet there or cannot move. The facets
-        are on one of several meshes."""
-        bodies = self._interfaces.bodies
+        """Modulus of each body. 0 for bodies that have no facet there or cannot move.
+        The facets are on the mesh of a part."""
+        bodies = self._bodies
         on = marked_everywhere(self._V, surface.dofs)[: self._owned]
         areas = self._squared_areas(surface)
         values = np.column_stack([areas, self._sheared, self._free])
@@ -85,7 +92,7 @@ class _Sides:
         total = np.array(sums, dtype=np.float64)  # empty counts are integers
         self._comm.Allreduce(MPI.IN_PLACE, total)
         inner, every = np.split(total, 2)
-        # Next to the rim other facets have a share in the forces
+        # Use inner nodes, if there are any: at the rim other facets add to the forces
         used = np.where(inner[0] > 0.0, inner, every)
         with np.errstate(divide="ignore", invalid="ignore"):
             squares = used[1:-1].min(axis=0) / (4.0 * self._kappa * used[0])

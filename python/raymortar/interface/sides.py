@@ -1,4 +1,4 @@
-"""Slaves that ask more of their masters than these can do: what to try instead."""
+"""Slaves that are stiffer or of a higher degree than their masters."""
 
 from __future__ import annotations
 
@@ -6,33 +6,36 @@ from collections.abc import Sequence
 from typing import Any
 
 from .. import compat
+from .contact_surfaces import ContactSurfaces
 from .stiffness import VolumePattern, stiffness_ratios
 
 # Ratio of moduli from which the softer side is the better slave (docs/choosing_sides)
 STIFFER = 10.0
 
 
-def swaps(contact: Any, volume: VolumePattern, bcs: Sequence[Any]) -> list[str]:
-    """What to try instead of slaves that are much stiffer than their masters, or of a
-    higher degree. Collective.
+def swaps(
+    surfaces: ContactSurfaces, volume: VolumePattern, bcs: Sequence[Any]
+) -> list[str]:
+    """Advice on slaves that are much stiffer than their masters, or of a higher degree.
+    Collective.
 
     Parameters
     ----------
-    contact
-        One contact.
+    surfaces
+        Of one contact.
     volume, bcs
         Of the problem.
     """
-    if contact.multiplier is None:
+    if surfaces.multiplier is None:
         return []
-    degree = compat.element_info(contact.multiplier.function_space).degree
-    ratios = stiffness_ratios(volume, contact.layout, contact.interfaces, bcs)
+    degree = compat.element_info(surfaces.multiplier.function_space).degree
+    ratios = stiffness_ratios(volume, surfaces.layout, surfaces.interfaces, bcs)
     found = []
-    for zone, ratio in zip(contact.zones, ratios):
+    for zone, ratio in zip(surfaces.zones, ratios):
         if zone.facets.bodies:
             continue  # a rigid tool cannot be the slave
-        surfaces = zone.facets.slave_surface, zone.facets.master_surface
-        p, q = (surface.displacement_degree for surface in surfaces)
+        both = zone.facets.slave_surface, zone.facets.master_surface
+        p, q = (side.displacement_degree for side in both)
         reasons, most = [], float(ratio.max(initial=0.0))
         if p > q:
             reasons.append(f"has degree {p} and its master degree {q}")

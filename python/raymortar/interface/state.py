@@ -1,23 +1,29 @@
-"""What a step starts from, kept and taken over again."""
+"""Copies of the state that a step starts from."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..compat import Array
 from ..rigid.body import Body
+from .contact_surfaces import ContactSurfaces
+from .zones import ZoneData
+
+if TYPE_CHECKING:
+    from ..interaction import Interaction
+    from .present import PresentState
 
 
 @dataclass(frozen=True)
 class ContactState:
     """What a step starts from: this rank's arrays of displacement and history.
 
-    ``unknowns`` are all that is solved for, the displacement among it; None where that
-    is all.
+    ``unknowns`` are all unknowns, the displacement among them. None if it is the only
+    one.
     """
 
     u: Array
@@ -25,9 +31,9 @@ class ContactState:
     multiplier: Array | None
     traction_old: list[Array | None]
     unknowns: Array | None = None
-    # Of rigid bodies at the accepted step, zone by zone. Where they are is a load
+    # Motions of rigid bodies at the accepted step, by zone. The present ones are loads
     old_motions: Sequence[Array] = ()
-    # Of rigid bodies that are free, in the order of the contact's
+    # States of free rigid bodies, in the contact's order
     freedoms: Sequence[Array] = ()
 
     @property
@@ -56,11 +62,11 @@ class JointState:
 State = ContactState | JointState
 
 
-def not_finite(contact: Any) -> str | None:
-    """What is no number in this rank's share of the state, if anything."""
-    parts = [("displacement", contact.u), ("multiplier", contact.multiplier)]
-    if not contact.host.is_plain:
-        parts += [(f.name, f) for f in contact.host.functions]
+def not_finite(surfaces: ContactSurfaces) -> str | None:
+    """A message on values of this rank that are not finite; None if all are."""
+    parts = [("displacement", surfaces.u), ("multiplier", surfaces.multiplier)]
+    if not surfaces.host.is_plain:
+        parts += [(f.name, f) for f in surfaces.host.functions]
     for name, f in parts:
         bad = 0 if f is None else np.count_nonzero(~np.isfinite(f.x.array))
         if bad:
@@ -68,13 +74,15 @@ def not_finite(contact: Any) -> str | None:
     return None
 
 
-def state_fault(state: Any, own: ContactState, springs: Sequence[Any]) -> str | None:
+def state_fault(
+    state: Any, own: ContactState, springs: Sequence[ZoneData]
+) -> str | None:
     """Why a contact cannot go back to a state, if so.
 
     Parameters
     ----------
     state
-        What is given for one.
+        The user's argument.
     own
         Present state of the contact.
     springs
@@ -97,7 +105,7 @@ def state_fault(state: Any, own: ContactState, springs: Sequence[Any]) -> str | 
     return None
 
 
-def joint_fault(state: Any, contacts: Sequence[Any]) -> str | None:
+def joint_fault(state: Any, contacts: Sequence[PresentState]) -> str | None:
     """Why contacts cannot go back to a state, if so."""
     if not isinstance(state, JointState):
         return (
@@ -113,7 +121,7 @@ def joint_fault(state: Any, contacts: Sequence[Any]) -> str | None:
     return None
 
 
-def _of_springs(zone: Any) -> tuple[int, ...]:
+def _of_springs(zone: ZoneData) -> tuple[int, ...]:
     """Shape of the tractions of a zone's springs."""
     surface = zone.facets.slave_surface
     return (*surface.facet_dofs.shape, surface.gdim)
@@ -136,7 +144,7 @@ def _shapes(state: ContactState) -> dict[str, tuple[int, ...] | None]:
     return shapes | counts
 
 
-def extrapolate(system: Any, now: State, last: State, ratio: float) -> None:
+def extrapolate(system: Interaction, now: State, last: State, ratio: float) -> None:
     """Add a multiple of the change between two states to all unknowns."""
     values = system.host.values()
     if now.unknowns is None or last.unknowns is None:
@@ -146,8 +154,9 @@ def extrapolate(system: Any, now: State, last: State, ratio: float) -> None:
     system.host.set_values(values)
     changes: dict[Body, Array] = {}  # several contacts may meet a body
     for contact, new, old in zip(system.contacts, now.parts, last.parts):
-        if new.multiplier is not None and old.multiplier is not None:
-            contact.multiplier.x.array[:] += ratio * (new.multiplier - old.multiplier)
+        f = contact.multiplier
+        if f is not None and new.multiplier is not None and old.multiplier is not None:
+            f.x.array[:] += ratio * (new.multiplier - old.multiplier)
         for body, end, begin in zip(contact.layout.bodies, new.freedoms, old.freedoms):
             totals = body.freedom.totals_of
             changes[body] = ratio * (totals(end) - totals(begin))
@@ -155,13 +164,14 @@ def extrapolate(system: Any, now: State, last: State, ratio: float) -> None:
         body.freedom.values = body.freedom.values + change
 
 
-def go_back(system: Any, begin: State, share: float) -> None:
-    """Go back to a share of what displacement and multipliers changed since a state."""
+def go_back(system: Interaction, begin: State, share: float) -> None:
+    """Take back a part of the change of all unknowns since a state: keep a share of
+    it."""
     u = system.u.x.array
     u[:] = begin.u + share * (u - begin.u)
     known: dict[Body, Array] = {}  # several contacts may meet a body
     for contact, old in zip(system.contacts, begin.parts):
-        if old.multiplier is not None:
+        if contact.multiplier is not None and old.multiplier is not None:
             values = contact.multiplier.x.array
             values[:] = old.multiplier + share * (values - old.multiplier)
         known.update(zip(contact.layout.bodies, old.freedoms))

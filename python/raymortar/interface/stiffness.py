@@ -1,10 +1,10 @@
-"""What contact takes from the volume's stiffness: its pattern, and gamma."""
+"""Pattern and stiffness of the volume, for the matrix and the automatic gamma."""
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mpi4py import MPI
 
@@ -16,7 +16,7 @@ from ..host.axisymmetry import warn_of_plane_form
 from ..host.displacements import Places
 from ..host.facet_areas import surface_areas, surface_sizes
 from ..host.host_blocks import HostBlocks
-from ..host.layout import CoupledRows, Layout
+from ..host.layout import CoupledRows
 from ..host.marks import marked_everywhere
 from ..host.surfaces import Surface
 from .interfaces import Interfaces
@@ -26,6 +26,9 @@ from .strain_response import (
     strain_response,
     translation_forces,
 )
+
+if TYPE_CHECKING:
+    from .zones import ZoneData
 
 _numbers = itertools.count()
 
@@ -40,20 +43,22 @@ class VolumePattern:
     offsets, columns
         Compressed rows of this rank, int32; columns in the coupled numbering.
     diagonal
-        Of the owned displacement dofs, unrolled. Force per length.
+        Diagonal entries of the owned displacement dofs, unrolled. Force per length.
     translation
         Forces of the body's translation by 1 along each axis, of the owned displacement
         dofs, (d, dofs): those of masses and springs. Force per length.
     response
-        Of the owned nodes, see `strain_response`, or `response_of_revolution`.
+        Response of the owned nodes, see `strain_response` and `response_of_revolution`.
     couplings
         What a unit of each field but the displacement can do to each owned row of the
         host, and what the displacement can; see `HostBlocks.couplings`.
     number
-        That no other one has.
+        Its number, which no other pattern has.
     """
 
-    def __init__(self, form: Any, layout: Layout, axisymmetric: bool = False) -> None:
+    def __init__(
+        self, form: Any, layout: CoupledRows, axisymmetric: bool = False
+    ) -> None:
         self.form, self.number = form, next(_numbers)
         host = layout.host
         blocks = HostBlocks(form, layout)
@@ -93,7 +98,7 @@ class _Side:
     def __init__(
         self,
         volume: VolumePattern,
-        layout: Layout,
+        layout: CoupledRows,
         interfaces: Interfaces,
         bcs: Sequence[Any],
     ) -> None:
@@ -111,7 +116,7 @@ class _Side:
         """Stiffness over area, whether it can move, and size of facets, by body."""
         bodies, V = self.interfaces.bodies, self.layout.u.function_space
         nodes = owned_nodes_on(V, surfaces)
-        # A facet may be in several zones
+        # A facet may be in several zones: count it once
         ids, first = np.unique(
             np.concatenate([surface.facet_ids for surface in surfaces]),
             return_index=True,
@@ -143,7 +148,7 @@ class _Side:
 
 
 def _softer(slave: Array, master: Array) -> Array:
-    """Stiffness of the softer side that can move; infinite where there is none."""
+    """Stiffness of the softer one of the sides that can move; infinite if none can."""
     found = np.stack([slave[:, 0], master[:, 0]])
     free = np.stack([slave[:, 1], master[:, 1]]) > 0.0
     counts = free | ~free.any(axis=0)
@@ -154,16 +159,16 @@ def _softer(slave: Array, master: Array) -> Array:
 
 def contact_stiffness(
     volume: VolumePattern,
-    layout: Layout,
+    layout: CoupledRows,
     interfaces: Interfaces,
     bcs: Sequence[Any] = (),
     times_size: bool = False,
 ) -> list[Array]:
     """Stiffness over area of the softer side of pairs of bodies [theory (5.2)].
 
-    About the shear modulus over the mesh size, in force per length over area, with no
-    material parameter asked for. A side that is prescribed throughout is rigid, whatever
-    stiffness it has been given. Collective.
+    It is about the shear modulus over the mesh size, a force per length and area, and
+    needs no material parameter. A side that is prescribed throughout counts as rigid.
+    Collective.
 
     Parameters
     ----------
@@ -200,7 +205,7 @@ def contact_stiffness(
 
 def stiffness_ratios(
     volume: VolumePattern,
-    layout: Layout,
+    layout: CoupledRows,
     interfaces: Interfaces,
     bcs: Sequence[Any] = (),
 ) -> list[Array]:
@@ -222,8 +227,8 @@ def stiffness_ratios(
     return interfaces.tables(_Side(volume, layout, interfaces, bcs), pair)
 
 
-def mean_facet_size(layout: CoupledRows, zones: Sequence[Any]) -> float:
-    """Of all slave facets. Length. Collective."""
+def mean_facet_size(layout: CoupledRows, zones: Sequence[ZoneData]) -> float:
+    """Mean size of all slave facets. Length. Collective."""
     sides = [zone.facets.slave_surface for zone in zones]
     area = layout.comm.allreduce(
         sum(float(surface_sizes(side).sum()) for side in sides)

@@ -1,9 +1,8 @@
-"""Curved surfaces meshed with straight facets, whose sagitta is no small part of the gap."""
+"""Straight facets on curved surfaces: is their error a large part of the gap?"""
 
 from __future__ import annotations
 
 import warnings
-from typing import Any
 
 from mpi4py import MPI
 
@@ -15,14 +14,17 @@ from ..errors import ContactWarning
 from ..host.joined import parts_of
 from ..host.reference_facets import normals, shape_functions
 from ..host.surfaces import Surface
+from .contact_surfaces import ContactSurfaces
 from .point_results import OPEN
+from .zones import ZoneData
 
 # Angles between neighbouring facets of a surface that is meant to be smooth
 SMOOTH = np.deg2rad(0.5), np.deg2rad(40.0)
-# Share of the overlap or clearance that straight facets may take: it is about the
-# relative error of a press fit's pressure
+# Largest error of straight facets, as a share of the overlap or clearance. It is about
+# the relative error of a press fit's pressure
 ALLOWED = 0.1
-# Clearances that differ by less are those of surfaces that follow each other
+# Surfaces follow each other if their largest and smallest clearances differ by less
+# than this factor
 ALIKE = 3.0
 
 
@@ -40,7 +42,7 @@ def sagittas(surface: Surface) -> Array:
     """Distance of a straight facet from the smooth surface that it stands for, at each
     edge that two of this rank's facets share, (edges,). Length.
 
-    Of a chord h on a radius R it is h^2 / (8 R), and neighbours meet at an angle h / R.
+    For a chord h on a radius R it is h^2 / (8 R); neighbours meet at an angle h / R.
     """
     n = len(surface.facet_ids)
     if not n:
@@ -78,19 +80,21 @@ def _distance(gaps: Array) -> float:
     return float(middle) if high <= ALIKE * low else np.inf
 
 
-def _wanted(zone: Any, comm: MPI.Comm) -> float:
-    """Least clearance or interference that is set, of all ranks; inf if none is."""
+def _wanted(zone: ZoneData, comm: MPI.Comm) -> float:
+    """Smallest clearance or interference that the offset sets; inf if there is none.
+    Collective."""
     offset = np.abs(np.zeros(1) if zone.offset is None else zone.offset)
     least = float(offset[offset > 0.0].min(initial=np.inf))
     return float(comm.allreduce(least, op=MPI.MIN))
 
 
-def warn_of_straight_facets(contact: Any) -> None:
-    """Warn where straight facets take a share of the gap at the start. Collective."""
-    comm = contact.layout.comm
-    meshes = [part.function_space.mesh for part in parts_of(contact.u)]
+def warn_of_straight_facets(surfaces: ContactSurfaces) -> None:
+    """Warn if the error of straight facets is a large share of the first gap.
+    Collective."""
+    comm = surfaces.comm
+    meshes = [part.function_space.mesh for part in parts_of(surfaces.u)]
     straight = [compat.geometry_degree(mesh) == 1 for mesh in meshes]
-    for zone in contact.zones:
+    for zone in surfaces.zones:
         facets = zone.facets
         both = (
             (facets.slave_part, facets.slave_surface),

@@ -9,7 +9,8 @@ from dolfinx.fem import Function
 
 from ..compat import Array
 
-# Bulk counts as much as at Poisson's ratio 0.3, where Lame's constants have this ratio
+# The bulk modulus counts up to that of Poisson's ratio 0.3, where Lame's constants have
+# this ratio
 LARGEST_RATIO = 1.5
 # It is that or less, but for rounding
 _ROUNDING = 1e-6
@@ -49,7 +50,7 @@ def _positions(u: Function, from_axis: bool = False) -> list[Array]:
 def translation_forces(K: Any, u: Function) -> Array:
     """Forces of the translation by 1 along each axis, (d, owned dofs). Collective.
 
-    An elastic body alone has none. Parameters are those of `strain_response`.
+    A body that is only elastic has none. Parameters are those of `strain_response`.
     """
     d = u.function_space.mesh.geometry.dim
     w, f = K.createVecs()
@@ -112,7 +113,7 @@ def strain_response(K: Any, u: Function) -> Array:
 
 
 def response_of_revolution(K: Any, u: Function) -> Array:
-    """The same of solids of revolution, about the axis r = 0. Collective.
+    """`strain_response` for solids of revolution about the axis r = 0. Collective.
 
     A field that grows with r strains hoops as well. Of the strains of a full turn those
     are taken that a linear field makes, as it has them exactly on any mesh: the uniform
@@ -164,8 +165,8 @@ def stiffness_without_bulk(sheared: Array, swollen: Array, d: int) -> Array:
 
     Returns
     -------
-    In (0, 1]; exactly 1 up to a Poisson's ratio of 0.3, and where the response is none of
-    an elastic body.
+    In (0, 1]. Exactly 1 up to a Poisson's ratio of 0.3, and if the response is not that
+    of an elastic body.
     """
     kappa = (d + 1.0) / 2.0 - 1.0 / d  # sum of E E over the deviators
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):

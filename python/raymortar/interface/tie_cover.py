@@ -1,8 +1,6 @@
-"""Which slave nodes of a tie have a master opposite."""
+"""Slave nodes of a tie that have no master opposite."""
 
 from __future__ import annotations
-
-from typing import Any
 
 import numpy as np
 
@@ -12,24 +10,24 @@ from ..errors import raise_everywhere
 from ..host.facet_areas import surface_normals
 from ..host.facets import format_point
 from ..host.reference_facets import shape_functions
+from .contact_surfaces import ContactSurfaces
 from .point_results import OPEN
 
-# Share of what a node stands for that its masters must cover
+# Share of a node's area that masters must cover
 ENOUGH = 0.5
-# Nodes that a message names
+# Largest number of nodes that a message names
 NAMED = 10
 
 
-def node_shares(tie: Any) -> tuple[Array, Array]:
-    """Share of what each owned slave node stands for that has a master. Collective.
-
-    What it stands for is the integral of the square of its shape function.
+def node_shares(tie: ContactSurfaces) -> tuple[Array, Array]:
+    """Share of the area of each owned slave node that masters cover. Collective. The
+    area of a node is the integral of the square of its shape function.
 
     Returns
     -------
     Positions (n, d) and shares (n,) of the owned nodes on slave surfaces.
     """
-    V = tie._scalar
+    V = tie.scalar
     degree = compat.element_info(V).degree
     vectors = [compat.create_la_vector(V.dofmap.index_map, 1) for _ in range(2)]
     met, whole = (vector.array for vector in vectors)
@@ -50,7 +48,7 @@ def node_shares(tie: Any) -> tuple[Array, Array]:
     return V.tabulate_dof_coordinates()[on, :dim], met[on] / whole[on]
 
 
-def require_masters(tie: Any, partial: bool) -> None:
+def require_masters(tie: ContactSurfaces, partial: bool) -> None:
     """Raise for slave nodes without a master. Collective.
 
     Parameters
@@ -58,9 +56,9 @@ def require_masters(tie: Any, partial: bool) -> None:
     tie
         After it has been paired.
     partial
-        Whether some may have none; all of them must not.
+        Whether some nodes may have none. One at least must have a master.
     """
-    comm = tie.layout.comm
+    comm = tie.comm
     x, share = node_shares(tie)
     if partial and comm.allreduce(int((share > 0.0).any())):
         return

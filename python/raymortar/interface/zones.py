@@ -51,21 +51,22 @@ class ZoneData:
     pattern: _cpp.Pattern = field(default_factory=_cpp.Pattern)
     positions: _cpp.BlockPositions = field(default_factory=_cpp.BlockPositions)
     assembly: _cpp.AssemblyStatistics = field(default_factory=_cpp.AssemblyStatistics)
-    # Of friction springs, (slave facets, n, d): a traction, or with a multiplier what
-    # the law has more than it, over gamma
+    # Of friction springs, (slave facets, n, d): their traction; with a multiplier the
+    # traction of the law minus the multiplier, over gamma
     traction_old: Array | None = None
     offset: Array | None = None  # (slave facets, n), added to gaps. Length
     adjustment: Array | None = None  # the same, of `Contact.adjust`
 
     @property
     def whole_offset(self) -> Array | None:
-        """Offset and adjustment, (slave facets, n); None: neither. Length."""
+        """Sum of offset and adjustment, (slave facets, n); None if there is neither.
+        Length."""
         parts = [part for part in (self.offset, self.adjustment) if part is not None]
         return sum(parts[1:], parts[0]) if parts else None
 
     def distance(self, name: str) -> Array:
-        """Reach or depth of the slave facets, with what the offset adds: a clearance to
-        the depth, an overlap to the reach. Length."""
+        """Reach or depth of the slave facets. A clearance adds to the depth, an
+        interference to the reach. Length."""
         own = self.distances[name]
         offset = self.whole_offset
         if offset is None:
@@ -73,20 +74,20 @@ class ZoneData:
         more = offset if name == "depth" else -offset
         return own + np.maximum(more, 0.0).max(axis=1)
 
-    def statistics(self) -> dict[str, float]:
+    def statistics(self) -> dict[str, Any]:
         """Counts and seconds of this rank, by the names of `results.Statistics`."""
         return self.cpp.statistics() | self.assembly.as_dict()
 
     def points(self) -> dict[str, Array]:
-        """Arrays over the integration points, see `ContactFields.points`."""
+        """Arrays over the integration points, see `Contact.points`."""
         points = self.cpp.points()
-        if self.frictional:  # the same keys on a rank without points
+        if self.frictional:  # a rank without points has the same keys
             points.setdefault("slip", np.empty_like(points["x"]))
         return points
 
     def masters_of(self, points: dict[str, Array]) -> Indices:
-        """Of each point of `points` the master tag that it hits, by its place among the
-        slave's; -1 for none."""
+        """Index among the slave's masters of the one that each point hits; -1 for
+        none."""
         return self.master_tags.of_points(points, self.cpp.pairs())
 
 
@@ -144,7 +145,7 @@ def group_pairs(pairs: Any) -> dict[int, Masters]:
 
 
 def described(masters: Masters) -> tuple[Any, ...]:
-    """Masters as ranks can compare them."""
+    """Masters as values that ranks can compare."""
     return tuple(repr(m) if isinstance(m, Body) else m for m in masters)
 
 
@@ -163,10 +164,9 @@ def _cpp_surface(surface: Surface, layout: Layout) -> _cpp.Surface:
 
 
 def _sizes(surface: _cpp.Surface, comm: MPI.Comm) -> Array:
-    """What distances of facets are measured in: their diameter. Collective.
-
-    Of facets that are smaller than their surface's are in the mean, that mean: a step
-    does not become smaller where the mesh is finer. Shape (n_facets,). Length.
+    """Unit of the facets' search distances: the diameter, or the mean diameter if that
+    is larger, as steps are no smaller where the mesh is finer. Shape (n_facets,).
+    Length. Collective.
     """
     own = surface.diameters()
     total = comm.allreduce(own.sum(), op=MPI.SUM)
@@ -188,7 +188,7 @@ def _distances(search: Search, sizes: Array) -> dict[str, Array]:
 def _multipliers(
     zone: ZoneFacets, multiplier: Function | None, layout: Layout
 ) -> tuple[_cpp.Multipliers, Indices, Indices]:
-    """Multiplier unknowns of a zone, their dof table and sorted dofs."""
+    """Multiplier of a zone for C++, its dof table, and its sorted dofs."""
     if multiplier is None:
         none = np.empty((len(zone.slave.facets), 0), dtype=np.int32)
         return _cpp.Multipliers(), none, np.empty(0, dtype=np.int32)
@@ -243,7 +243,7 @@ def create_zone(
     slave = _cpp_surface(zone.slave_surface, layout)
     master = _cpp_surface(zone.master_surface, layout)
     distances = _distances(search, _sizes(slave, comm))
-    # Two bodies of this thickness limit no depth
+    # With this thickness of both bodies, no depth is limited
     most = 2.0 * comm.allreduce(distances["depth"].max(initial=0.0), op=MPI.MAX)
     thickness = tuple(
         thickness_behind(cells[part], side, most)

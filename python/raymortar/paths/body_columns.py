@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..compat import Array
 from ..rigid.body import Body
 
+if TYPE_CHECKING:
+    from ..interaction import Interaction
+    from ..interface.zones import ZoneData
 
-def rigid_bodies(zones: Any) -> list[Body]:
-    """Those that slaves meet, each once."""
+
+def rigid_bodies(zones: Sequence[ZoneData]) -> list[Body]:
+    """The rigid bodies that slaves meet, each once."""
     return list(dict.fromkeys(b for zone in zones for b in zone.facets.bodies))
 
 
@@ -28,10 +32,10 @@ class BodyColumns:
     Attributes
     ----------
     names
-        Of the columns, in the order of `values`.
+        Names of the columns, in the order of `values`.
     """
 
-    def __init__(self, contact: Any) -> None:
+    def __init__(self, contact: Interaction) -> None:
         self._contact = contact
         self._bodies = rigid_bodies(contact.zones)
         self._dim = contact.u.function_space.mesh.geometry.dim
@@ -54,7 +58,7 @@ class BodyColumns:
         return [*straight, *turns, f"work_{label}"]
 
     def _motion(self, body: Body) -> Array:
-        """Translation and rotation as columns have them."""
+        """Translation and rotation, in the order of the columns."""
         turn = body.rotation if self._dim == 3 else body.rotation[2:]
         return np.concatenate([body.translation[: self._dim], turn])
 
@@ -64,13 +68,14 @@ class BodyColumns:
         Parameters
         ----------
         last
-            The last record by column, None for none.
+            The last record by column. None before the first one.
         """
         found: list[float] = []
         for body, label, begin in zip(self._bodies, self._labels, self._begin):
             on = self._contact.resultant_on(body)
             force, moment = on.force, np.atleast_1d(on.moment)
-            if on.radial is not None:  # a ring that is widened does work, too
+            if on.radial is not None:  # radial tractions do work where a ring is
+                # widened
                 force = np.array([on.radial, force[1]])
             load, motion = np.concatenate([force, moment]), self._motion(body)
             before, work = np.zeros_like(load), 0.0

@@ -20,17 +20,18 @@ from ..solvers.petsc_objects import renew
 from ..solvers.snes import SNESSolver
 from .constraints import largest
 
-# Of the path: what the load factor is changed by to see what that does. The residual is
-# linear in loads and prescribed displacements, contact does not enter, so that rounding
-# alone counts where `apply` is linear
+# Change of the load factor, as a share of the path, for difference quotients. Only
+# loads and prescribed displacements are differentiated, in which the residual is
+# linear: if `apply` is linear, rounding is the only error
 CHANGE = 1e-6
 
-# Of the largest displacement: what leads is not moved
+# Share of the largest displacement below which the loads count as not moving what leads
 NO_CHANGE = 1e-12
 
 
 class BorderedSolver:
-    """Solves for the load factor too, by a constraint. Collective.
+    """Newton's method for displacement, multiplier and load factor, with one more
+    equation for the load factor. Collective.
 
     Each iteration solves three times with one factorised tangent: for the residual, for
     its derivative by the load factor, and for a spring that keeps the tangent regular.
@@ -38,7 +39,7 @@ class BorderedSolver:
     Parameters
     ----------
     solver
-        Its tangent, linear solver, tolerances and most iterations are taken.
+        Gives tangent, linear solver, tolerances and the largest number of iterations.
     apply
         Function of the load factor.
     constraint
@@ -46,12 +47,12 @@ class BorderedSolver:
     factor
         Load factor at first.
     change
-        Of the load factor, for derivatives.
+        Change of the load factor for difference quotients.
 
     Attributes
     ----------
     factor
-        Load factor: where a solve starts, and where it has ended.
+        Load factor. A solve starts there, and leaves its solution there.
     """
 
     def __init__(
@@ -76,7 +77,7 @@ class BorderedSolver:
         Raises
         ------
         ConvergenceError
-            The load factor is then what it was.
+            If the solve fails. The load factor is then the old one.
         """
         solver, problem, start = self.solver, self.problem, self.factor
         require_agreement(problem.comm, max_it=solver.max_it, rtol=solver.tolerances)
@@ -100,14 +101,15 @@ class BorderedSolver:
     def _iterate(
         self, x: PETSc.Vec, b: PETSc.Vec, *work: PETSc.Vec
     ) -> tuple[int, str | None]:
-        """Iterations, and why they failed if they have."""
+        """Number of iterations, and why they failed; None if they converged."""
         solver, convergence = self.solver, self.problem.convergence
         rtol, atol = solver.tolerances[0], solver.force_tolerance
         iteration = 0
         while True:
             self._apply(self.factor)
             self.problem.F(x, b)
-            if iteration:  # a step starts from a solution, which is no measure
+            # The first residual is no measure: a step starts from a solution
+            if iteration:
                 convergence.accept()
             balanced = convergence.reached(rtol, atol)
             if balanced and self._constraint.is_met(self.factor):
@@ -125,10 +127,10 @@ class BorderedSolver:
         x: PETSc.Vec,
         b: PETSc.Vec,
         slope: PETSc.Vec,
-        of_b: PETSc.Vec,
-        of_slope: PETSc.Vec,
+        b_step: PETSc.Vec,
+        slope_step: PETSc.Vec,
     ) -> bool:
-        """Go on to the next iterate, if there is one. Collective.
+        """Move to the next iterate. False if there is none. Collective.
 
         The change -X of x has A X = b + dt slope, and g X = c + e dt. A spring s at the
         dof k to which g gives most weight keeps A regular where it is not, at limit
@@ -136,37 +138,37 @@ class BorderedSolver:
         X = A^-1 b + dt A^-1 slope + X_k z.
         """
         solver, constraint = self.solver, self._constraint
-        self._differentiate(slope, of_b)
-        g, of_factor, right = constraint.row(self.factor)
+        self._differentiate(slope, b_step)
+        g, by_factor, right = constraint.row(self.factor)
         spring = self._spring(g)
         solver.linearise(x, spring)
-        solver.correct(b, of_b)
-        solver.correct(slope, of_slope)
+        solver.correct(b, b_step)
+        solver.correct(slope, slope_step)
         slope.set(0.0)
         for row, stiffness in spring.items():
             slope[row] = stiffness
         slope.assemble()
         solver.correct(slope, b)
-        solved = [v.getArray(readonly=True) for v in (of_b, of_slope, b)]
+        solved = [v.getArray(readonly=True) for v in (b_step, slope_step, b)]
         g_of, k_of = self._products(g, spring, solved)
         if not np.isfinite([g_of, k_of]).all():
             return False
         comm = self.problem.comm
         size = largest(comm, g), largest(comm, solved[1][: len(g)])
-        system = np.array([[g_of[1] - of_factor, g_of[2]], [-k_of[1], 1.0 - k_of[2]]])
+        system = np.array([[g_of[1] - by_factor, g_of[2]], [-k_of[1], 1.0 - k_of[2]]])
         found = _solved(system, [right - g_of[0], k_of[0]], size)
         if found is None:
             raise ConvergenceError(self._why_not_led(g, size[0] > 0.0))
         step, moved = found
-        of_b.axpy(step, of_slope)
-        of_b.axpy(moved, b)
-        share = constraint.share(of_b.getArray(readonly=True), step)
-        x.axpy(-share, of_b)
+        b_step.axpy(step, slope_step)
+        b_step.axpy(moved, b)
+        share = constraint.share(b_step.getArray(readonly=True), step)
+        x.axpy(-share, b_step)
         self.factor += share * step
         return True
 
     def _why_not_led(self, g: Array, leads: bool) -> str:
-        """Why no load factor moves what leads, by its weights, if anything does.
+        """A message on why loads do not move what leads, given its weights.
         Collective."""
         free = loose_bodies(self.problem, g)
         if not free:
@@ -175,7 +177,7 @@ class BorderedSolver:
                 "loaded body, or touched by one, and free to move?"
             )
         ways = one_of(ways_to_hold(self.problem.in_use))
-        # What leads is of another body: it holds none of these
+        # What leads belongs to another body, so it holds none of these
         if leads and free == loose_bodies(self.problem):
             return (
                 f"the loads do not move what leads the path: {'; '.join(free)}. Try "
@@ -184,8 +186,8 @@ class BorderedSolver:
         return f"{'; '.join(free)}: what leads the path does not hold that. Try {ways}"
 
     def _spring(self, g: Array) -> dict[int, float]:
-        """Stiffness by row, of the free dof to which g gives most weight, if any, on
-        the rank that has it. Collective."""
+        """Row and stiffness of the spring: at the free dof to which g gives most
+        weight, on the rank that owns it. Empty on other ranks. Collective."""
         contact, comm = self.problem.contact, self.problem.comm
         weights = np.where(self.problem.constrained, 0.0, np.abs(g))
         most, rank = comm.allreduce(
@@ -199,7 +201,8 @@ class BorderedSolver:
     def _products(
         self, g: Array, spring: dict[int, float], vectors: list[Array]
     ) -> list[list[float]]:
-        """Of each vector its product with g and its entry at the spring. Collective."""
+        """For each vector: its product with g, and its entry at the spring.
+        Collective."""
         begin = self.problem.contact.layout.begin
         at = [row - begin for row in spring]
         sums = np.array([[g @ v[: len(g)], v[at].sum()] for v in vectors]).T.copy()
@@ -207,13 +210,13 @@ class BorderedSolver:
         return list(sums.tolist())
 
     def _rigid_motions(self) -> Array:
-        """Of all rigid bodies that slaves meet."""
+        """Motions of all rigid bodies that slaves meet."""
         zones = self.problem.contact.zones
         return np.concatenate([zone.motions.present() for zone in zones])
 
     def _differentiate(self, slope: PETSc.Vec, loads: PETSc.Vec) -> None:
-        """Derivative of the residual by the load factor, after `NonlinearProblem.F`;
-        `loads` is for work."""
+        """Derivative of the residual by the load factor. Call it after
+        `NonlinearProblem.F`. The vector `loads` is overwritten."""
         h = self._change
         self.problem.loads(loads)
         was = self._rigid_motions()
@@ -236,15 +239,15 @@ class BorderedSolver:
 def _solved(
     system: Array, right: list[float], size: tuple[float, float]
 ) -> Array | None:
-    """The change of the load factor, and that of the spring's dof; None if the load
-    factor does not move what leads.
+    """Changes of the load factor and of the spring's dof. None if the load factor does
+    not move what leads.
 
     Parameters
     ----------
     system, right
         Two equations: the constraint's, and the spring's.
     size
-        Largest weight of the constraint, and largest change by the load factor.
+        Largest weight of the constraint, and largest change that the load factor makes.
     """
     rows, columns = np.array([size[0] or 1.0, 1.0]), np.array([size[1] or 1.0, 1.0])
     scaled = system / rows[:, None] / columns

@@ -1,11 +1,12 @@
-"""The equation that the load factor is found from where it is an unknown.
+"""Equations for a load factor that is an unknown.
 
-Newton's next iterate is u - X at t + dt; a constraint asks for g X = c + e dt.
+Newton's method goes from u to u - X and from t to t + dt. A constraint adds the
+equation g X = c + e dt.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mpi4py import MPI
 
@@ -19,7 +20,10 @@ from ..convergence.balance import EPS
 from ..errors import ContactError, ConvergenceError, together
 from .control import ArcLength, DisplacementControl, is_component
 
-# Share of a step to which a constraint is met
+if TYPE_CHECKING:
+    from ..interaction import Interaction
+
+# Tolerance of a constraint, as a share of the step
 TOLERANCE = 1e-10
 
 # Cosine between one step and the next below which a path has turned back
@@ -37,7 +41,7 @@ class ChosenDisplacement:
         Whose displacement it is.
     """
 
-    def __init__(self, control: DisplacementControl, contact: Any) -> None:
+    def __init__(self, control: DisplacementControl, contact: Interaction) -> None:
         self._u, self._n = contact.u, contact.layout.n_u
         self._comm: MPI.Comm = contact.layout.comm
         self._by, self._functional = float(control.by), None
@@ -70,7 +74,8 @@ class ChosenDisplacement:
         return r.array[: self._n].copy()
 
     def begin(self, share: float, part: float) -> None:
-        """A step to a share of the whole growth, a part of which it is."""
+        """Begin a step that ends at a share of the whole growth; its size is a part of
+        it."""
         self._target = self._begin + share * self._by
         self._step = abs(part * self._by)
 
@@ -79,7 +84,7 @@ class ChosenDisplacement:
         return self._gradient(), 0.0, self.value - self._target
 
     def share(self, change: Array, step: float) -> float:
-        """Of a change and its step of the load factor that is taken."""
+        """Share of a change, the load factor's included, that is applied."""
         return 1.0
 
     def is_met(self, factor: float) -> bool:
@@ -90,7 +95,7 @@ class ChosenDisplacement:
         return lacks <= TOLERANCE * self._step + rounding
 
     def check(self, factor: float) -> None:
-        """Any displacement may follow."""
+        """Nothing to check: every displacement is allowed."""
 
 
 class Arc:
@@ -103,7 +108,7 @@ class Arc:
     contact
         Whose displacement moves.
     towards
-        First change of the load factor, by its first step.
+        First change of the load factor. Its sign says which way the path sets out.
 
     Attributes
     ----------
@@ -111,7 +116,9 @@ class Arc:
         Of the step. Length. None until the first solve has found it.
     """
 
-    def __init__(self, control: ArcLength, contact: Any, towards: float) -> None:
+    def __init__(
+        self, control: ArcLength, contact: Interaction, towards: float
+    ) -> None:
         self._u, self._n = contact.u, contact.layout.n_u
         self._comm: MPI.Comm = contact.layout.comm
         V = self._u.function_space
@@ -124,20 +131,21 @@ class Arc:
         self._sets_out = True
 
     def _product(self, a: tuple[Array, float], b: tuple[Array, float]) -> float:
-        """Of two changes (owned displacements, load factor). Length squared."""
+        """Scalar product of two changes (owned displacements, load factor). Length
+        squared."""
         mine = float(a[0][: self._n] @ b[0][: self._n]) / self._nodes
         return self._comm.allreduce(mine) + self._psi**2 * a[1] * b[1]
 
     def _change(self, factor: float) -> tuple[Array, float]:
-        """Since the step began."""
+        """Displacement and load factor since the step began."""
         return self._u.x.array - self._u_0, factor - self._factor_0
 
     def length(self, u: Array, factor: float) -> float:
-        """Of a change. Length. Collective."""
+        """Length of a change. Collective."""
         return float(self._product((u, factor), (u, factor)) ** 0.5)
 
     def begin(self, factor: float, last: tuple[Array, float] | None) -> None:
-        """A step from the present state.
+        """Begin a step at the present state.
 
         Parameters
         ----------
@@ -150,8 +158,8 @@ class Arc:
         self._last = last
 
     def row(self, factor: float) -> tuple[Array, float, float]:
-        """g (owned dofs), e and c: ahead at first, then onto the tangent plane of the
-        sphere. Collective."""
+        """g (owned dofs), e and c. The first iterate goes ahead along the path, later
+        ones to the tangent plane of the sphere. Collective."""
         change = self._change(factor)
         here = self._product(change, change)
         self._sets_out = self.radius is None or here <= (TOLERANCE * self.radius) ** 2
@@ -165,12 +173,12 @@ class Arc:
     def _plane(
         self, normal: tuple[Array, float], right: float
     ) -> tuple[Array, float, float]:
-        """Across a normal."""
+        """The plane across a normal, as g, e and c."""
         g = normal[0][: self._n] / self._nodes
         return g, self._psi**2 * normal[1], right
 
     def share(self, change: Array, step: float) -> float:
-        """Of a change and its step of the load factor that is taken. Collective."""
+        """Share of a change, the load factor's included, that is applied. Collective."""
         if not self._sets_out:
             return 1.0
         length = self.length(change, step)
@@ -206,8 +214,8 @@ class Arc:
 
 
 def mean_weights(control: DisplacementControl, u: Any) -> Array:
-    """Weights of the owned dofs, whose sum of products is the mean displacement of
-    the nodes along the direction. Collective."""
+    """Weights of the owned dofs. Their product with u is the mean displacement of the
+    nodes along a direction. Collective."""
     V = u.function_space
     comm, dim = V.mesh.comm, V.dofmap.index_map_bs
     with together(comm):
@@ -259,7 +267,8 @@ def _dofs(where: Any, V: Any) -> Indices | None:
 
 
 def _nearest(point: Array, V: Any) -> Indices:
-    """Owned node nearest to a point; none on other ranks. Collective."""
+    """The owned node that is nearest to a point, on the rank that owns it.
+    Collective."""
     n, dim = V.dofmap.index_map.size_local, V.mesh.geometry.dim
     x = V.tabulate_dof_coordinates()[:n, :dim]
     distances = np.linalg.norm(x - point[:dim], axis=1)

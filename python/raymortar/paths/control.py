@@ -21,7 +21,7 @@ class DisplacementControl(Options):
     Parameters
     ----------
     where
-        Whose displacement: dofs of the displacement's space, as
+        The nodes that are moved: dofs of the displacement's space, as
         ``fem.locate_dofs_topological`` gives them (int32); a function of coordinates
         (3, n), as ``fem.locate_dofs_geometrical`` takes it; a point (d,), whose nearest
         node is taken; or a UFL functional of the displacement, such as ``(u[1] / area)
@@ -85,8 +85,8 @@ class ArcLength(Options):
     most
         Steps until a path that has not met its end fails.
     falling
-        Whether the path sets out away from the end of ``path``: to go on with one that
-        was left while the load factor fell.
+        Whether the path sets out away from the end of ``path``. Use it to go on with a
+        path that was left while its load factor fell.
 
     Notes
     -----

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from dolfinx.fem import Function
 
 from ..convergence.failure import FAILURES
 from ..errors import ContactWarning
 
-# Of the coefficient in use. The answer hardly depends on it, but points open and close
-# less readily with a smaller one (measured: docs/robustness_paths.md)
+if TYPE_CHECKING:
+    from ..contact import Contact
+    from ..interaction import Interaction
+
+# Smaller coefficient, over the one in use. It hardly changes the solution, but with it
+# fewer points open and close during a solve (docs/robustness_paths.md)
 SHARE = 0.1
 
 
@@ -27,7 +31,7 @@ def solve_by_small_gamma(solver: Any) -> int:
     given = [contact.gamma for contact in contacts]
     try:
         set_each(contacts, [scaled(gamma, SHARE) for gamma in given])
-        # What is doubtful there is on the way only
+        # Warnings of the first solve are of no interest: its state is not kept
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ContactWarning)
             iterations: int = solver.solve()[0]
@@ -37,10 +41,10 @@ def solve_by_small_gamma(solver: Any) -> int:
 
 
 def solve_with_small_gamma(solver: Any) -> int:
-    """Solve with a tenth of gamma, and keep that if the solve converges. Collective.
+    """Solve with a tenth of gamma. If the solve converges, keep this gamma. Collective.
 
-    With a multiplier the state is a solution as good as that with gamma: the conditions
-    hold in the mean for either.
+    With a multiplier, this solution is as good as the one with gamma: both meet the
+    contact conditions in the mean.
 
     Returns
     -------
@@ -56,12 +60,12 @@ def solve_with_small_gamma(solver: Any) -> int:
         raise
 
 
-def with_multipliers(contact: Any) -> list[Any]:
-    """Contacts of a problem that have one."""
+def with_multipliers(contact: Interaction) -> list[Contact]:
+    """Contacts that have a multiplier."""
     return [c for c in contact.contacts if c.multiplier is not None]
 
 
-def set_each(contacts: Sequence[Any], gammas: Sequence[Any]) -> None:
+def set_each(contacts: Sequence[Contact], gammas: Sequence[Any]) -> None:
     """Give each contact its coefficient. Collective."""
     for contact, gamma in zip(contacts, gammas):
         contact.set_gamma(gamma)

@@ -47,7 +47,7 @@ def _check_energy(energy: Any) -> None:
 
 
 def _number_fault(values: Mapping[str, Any]) -> str | None:
-    """Which value by name is no number, if any."""
+    """A message on a value that is no number, if there is one."""
     for name, value in values.items():
         try:
             float(value)
@@ -57,7 +57,7 @@ def _number_fault(values: Mapping[str, Any]) -> str | None:
 
 
 def _column_fault(columns: Sequence[Any]) -> str | None:
-    """What is wrong with the names of columns, if anything."""
+    """A message on names of columns that cannot be used, if there are any."""
     for i, name in enumerate(columns):
         text = isinstance(name, str) and name.isidentifier() and not iskeyword(name)
         if not text or name.startswith("_"):
@@ -78,7 +78,7 @@ def _listed(rows: Any) -> list[list[float]]:
 
 
 class History:
-    """What happened at each accepted step, kept and written to a CSV file. Collective.
+    """Records results of each accepted step, and writes them to a CSV file. Collective.
 
     Parameters
     ----------
@@ -217,7 +217,7 @@ class History:
         raise_everywhere(self._comm, _number_fault(given))
         values = [*given.values(), *self._values()]
         more = {name: number() for name, number in self._more.items()}
-        # Of the other ranks they are not asked for
+        # Only rank 0 evaluates and writes them
         problem = _number_fault(more) if self._comm.rank == 0 else None
         raise_everywhere(self._comm, problem)
         values = self._comm.bcast([*values, *more.values()], root=0)
@@ -226,7 +226,7 @@ class History:
         self._write(self.rows[-1:] if self._begun else self.rows)
 
     def _values(self) -> list[float]:
-        """Columns of the contact's, supports' and energy. Collective."""
+        """Values of all columns but the user's. Collective."""
         contact = self.problem.contact
         counts = contact.statistics
         gap = counts.min_gap if counts.hits else np.nan
@@ -255,7 +255,7 @@ class History:
         return values
 
     def _write(self, rows: Sequence[Sequence[float]]) -> None:
-        """Add rows to the file, or begin it with them. Collective."""
+        """Append rows to the file. The first rows begin a new file. Collective."""
         with writing(self._comm, self.path, OSError):
             if self.path is not None and self._comm.rank == 0:
                 mode = "a" if self._begun else "w"
@@ -287,15 +287,15 @@ class History:
     ) -> None:
         """Go on from earlier records, in a new run. Collective.
 
-        The file is then written anew with them. A line that was cut short, as the run
-        before was, is left out.
+        The file is then written anew with them. A last line that is incomplete, because
+        the earlier run was killed, is left out.
 
         Parameters
         ----------
         rows
             Records, as of `rows`; None: those of the file, read on rank 0.
         until
-            Leave out what is later than this load factor, that of the restart.
+            Leave out records after this load factor, at which the new run starts.
 
         Raises
         ------
@@ -319,7 +319,7 @@ class History:
         self._write(self.rows)
 
     def _row_fault(self, rows: Sequence[Sequence[float]]) -> str | None:
-        """What is wrong with records, if anything."""
+        """A message on records that do not fit the columns, if there are any."""
         n = len(self.columns)
         for i, values in enumerate(rows):
             if len(values) != n:
@@ -327,12 +327,12 @@ class History:
         return None
 
     def _read(self) -> tuple[list[list[float]], str | None]:
-        """Whole records of the file, or what is wrong with it."""
+        """Complete records of the file, or a message on what is wrong with it."""
         if self.path is None:
             return [], "a history without a file has none to go on from"
         try:
             text = self.path.read_text(encoding="utf-8")
-            # What a run was cut short in has no end
+            # The line that a killed run was writing has no end
             head, *lines = csv.reader(text.split("\n")[:-1])
             if tuple(head) != self.columns:
                 return [], f"{self.path} has other columns than this history"

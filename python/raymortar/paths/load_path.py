@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..compat import Array
+from ..compat import Array, Mask
 from ..errors import ConvergenceError
 from ..interface.state import go_back
 from .bordered import CHANGE, BorderedSolver
@@ -17,7 +17,7 @@ from .step_sizes import ArcSizes, StepSizes
 
 
 class PrescribedPath:
-    """The load factor leads, as `apply` is given it.
+    """A path whose load factor is prescribed: `apply` is called with it.
 
     Parameters
     ----------
@@ -37,12 +37,13 @@ class PrescribedPath:
     factor
         Load factor of the last accepted step.
     led
-        Whether each owned dof of u leads the path, or None.
+        Whether an owned dof of u leads the path. None where the load factor does.
     led_weights
-        Weights of these in a displacement that is as good as prescribed, or None.
+        Weights of the owned dofs in a chosen displacement, which counts as prescribed.
+        None where none is chosen.
     """
 
-    led: Array | None = None
+    led: Mask | None = None
     led_weights: Array | None = None
 
     def __init__(
@@ -70,7 +71,7 @@ class PrescribedPath:
 
     @property
     def time(self) -> float:
-        """What grows along the path."""
+        """The quantity that grows along the path."""
         return self.factor
 
     @property
@@ -83,17 +84,18 @@ class PrescribedPath:
         self._apply(self.next, self.next - self.factor)
 
     def restart(self) -> None:
-        """The state is again that of the last accepted step."""
+        """Note that the state of the last accepted step has been restored."""
 
     def extrapolate(self, ratio: float) -> None:
-        """The state goes on as in the last step, times a ratio."""
+        """Note that the state has been extrapolated by a ratio times the last step's
+        change."""
 
     def halve(self) -> bool:
-        """Halve the next step, if that may be."""
+        """Halve the next step. False if it is the smallest."""
         return self._sizes.halve()
 
     def reached(self) -> None:
-        """A step is solved, and its results are to be recorded."""
+        """Note that a step is solved, before its results are recorded."""
         self.factor = self.next
 
     def accept(self, iterations: int) -> None:
@@ -101,12 +103,12 @@ class PrescribedPath:
         self._sizes.accept(iterations)
 
     def describe(self) -> str:
-        """The step that has failed, for a message."""
+        """Name the failed step, for a message."""
         return f"load factor {self.next:.6g} failed"
 
 
 class _LedPath:
-    """The load factor is an unknown; what leads is another thing, `controlled`."""
+    """A path whose load factor is an unknown. `controlled` grows instead."""
 
     led_weights: Array | None = None
 
@@ -131,13 +133,14 @@ class _LedPath:
         return self._inner
 
     @property
-    def led(self) -> Array:
-        """Whether each owned dof of u leads the path: all are measured by an arc."""
+    def led(self) -> Mask:
+        """Whether an owned dof of u leads the path. All do: an arc's length counts them
+        all."""
         return np.ones(self._contact.layout.n_u, dtype=bool)
 
     @property
     def next(self) -> float:
-        """Load factor where the step begins: its end is not known."""
+        """Load factor at the begin of the step, as that at its end is not known."""
         return self.factor
 
     def restart(self) -> None:
@@ -178,13 +181,13 @@ class DisplacementPath(_LedPath):
         self._sizes, self.time = sizes, 0.0
 
     @property
-    def led(self) -> Array:
-        """Whether each owned dof of u leads the path. Collective."""
+    def led(self) -> Mask:
+        """Whether an owned dof of u leads the path. Collective."""
         return self.led_weights != 0.0
 
     @property
     def led_weights(self) -> Array:  # type: ignore[override]
-        """Weights of the owned dofs of u in what leads. Collective."""
+        """Weights of the owned dofs of u in the chosen displacement. Collective."""
         return self._chosen.row(self.factor)[0]
 
     @property
@@ -216,7 +219,7 @@ class DisplacementPath(_LedPath):
 
 
 class ArcPath(_LedPath):
-    """Steps of a length, until the load factor meets the path's end.
+    """Steps of a given length, until the load factor meets the end of the path.
 
     Parameters
     ----------
@@ -253,7 +256,7 @@ class ArcPath(_LedPath):
 
     @property
     def problem(self) -> Any:
-        """Of the solver."""
+        """The problem that the solver solves."""
         return self._given.problem
 
     @property
@@ -290,7 +293,7 @@ class ArcPath(_LedPath):
         self._arc.begin(self.factor, self._last)
 
     def solve(self) -> tuple[int, bool]:
-        """One step, whose end is that of the path where that lies within it."""
+        """Solve a step. It is cut where it passes the end of the path."""
         iterations, converged = self._inner.solve()
         end, factor = self._ends[1], self._inner.factor
         if (factor - end) * (self.factor - end) <= 0.0 and factor != self.factor:
@@ -298,7 +301,8 @@ class ArcPath(_LedPath):
         return iterations, converged
 
     def _to_the_end(self, share: float) -> int:
-        """Iterations of a last step, to the end of the path, a share of the arc."""
+        """Solve the last step, which ends at a share of the arc. Returns the
+        iterations."""
         end = self._ends[1]
         go_back(self._contact, self._state, share)
         self._load(end)

@@ -25,7 +25,7 @@ _POSITIONAL = (
 
 
 def check_solver(solver: Any) -> None:
-    """Raise unless a thing solves a problem."""
+    """Raise unless `solver` is a solver of a problem."""
     problem = getattr(solver, "problem", None)
     if not (isinstance(problem, CoupledProblem) and hasattr(solver, "solve")):
         raise ContactError(
@@ -35,7 +35,7 @@ def check_solver(solver: Any) -> None:
 
 
 def check_numbers(steps: Any, max_halvings: Any, largest: Any, easy: Any) -> None:
-    """Raise unless numbers of steps can be ones."""
+    """Raise unless the numbers and sizes of steps are valid."""
     if not (is_whole_number(steps) and is_whole_number(max_halvings)):
         raise ContactError(
             f"steps = {steps!r} and max_halvings = {max_halvings!r} must be whole "
@@ -66,7 +66,8 @@ def check_path(path: Any) -> tuple[float, float]:
 
 
 def check_calls(solver: Any, apply: Any, history: Any) -> None:
-    """Raise unless loads can be applied and steps recorded."""
+    """Raise unless `apply` is callable and `history` a `History` of the same
+    problem."""
     if not callable(apply):
         raise ContactError(
             f"apply must be a function of the load factor, not {apply!r}"
@@ -86,7 +87,7 @@ def check_strategy(strategy: Any) -> None:
 
 
 def check_stabilize(stabilize: Any) -> None:
-    """Raise unless viscous forces can have a size."""
+    """Raise unless `stabilize` is True, False, None or a number >= 0."""
     if stabilize is None or is_truth_value(stabilize):
         return
     if not (is_real_number(stabilize) and 0.0 <= stabilize < np.inf):
@@ -123,12 +124,12 @@ def check_control(
 
 
 def with_size(apply: Any) -> Callable[[float, float], Any]:
-    """`apply` as a function of load factor and size of the step, which it is given if
-    it asks for two arguments; those with a default are the user's own."""
+    """`apply` as a function of load factor and step size. The size is passed on if
+    `apply` has two arguments without default."""
     found: list[inspect.Parameter] = []
     try:
         found = list(inspect.signature(apply).parameters.values())
-    except (TypeError, ValueError):  # of some built-in functions none can be told
+    except (TypeError, ValueError):  # some built-in functions have no signature
         pass
     asked = [p for p in found if p.default is p.empty and p.kind in _POSITIONAL]
     if len(asked) == 2:

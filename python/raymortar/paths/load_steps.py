@@ -182,7 +182,8 @@ class LoadSteps:
         return of_load_steps(self, self._path.factor)
 
     def _viscous_forces(self) -> Stabilization | None:
-        """What `stabilize` asks for, with its columns in `history`."""
+        """Viscous forces, if `stabilize` asks for them. Adds their columns to
+        `history`."""
         if not self.stabilize:
             return None
         forces = Stabilization(self.solver, float(self.stabilize))
@@ -204,7 +205,7 @@ class LoadSteps:
         progress.finished()
 
     def _new_path(self) -> PrescribedPath | DisplacementPath | ArcPath:
-        """What leads from step to step, at its start. Collective."""
+        """A new path, at its start. Collective."""
         control, given = self.control, (self.solver, self._apply, self.path)
         limits = self.steps, self.max_halvings, self.largest, self.easy
         if isinstance(control, ArcLength):
@@ -221,7 +222,8 @@ class LoadSteps:
         }
 
     def _steps(self, progress: Progress) -> Iterator[LoadStep]:
-        """The accepted steps; says at which load factor it tries the next, and how."""
+        """Yield the accepted steps, and report which load factor and way is tried
+        next."""
         contact = self.solver.problem.contact
         path = self._path = self._new_path()
         one_mesh = len(contact.host.displacements) == 1
@@ -286,7 +288,7 @@ class LoadSteps:
         return iterations
 
     def _in_use(self) -> dict[str, Any]:
-        """What advice of a step that fails has to go with. Collective."""
+        """What is in use, for the advice that a failure gives. Collective."""
         found: dict[str, Any] = {
             "steps": True,
             "automatic": self.strategy == "auto",
@@ -304,5 +306,5 @@ class LoadSteps:
         )
 
     def run(self) -> list[LoadStep]:
-        """All steps at once."""
+        """Solve all steps."""
         return list(self)

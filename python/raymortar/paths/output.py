@@ -30,22 +30,23 @@ class Output:
         (values at the nodes of the mesh). The series begins with the first step, in
         place of an older one, and is whole after each step.
     more
-        Further Functions, on the mesh of a displacement, that are written as they are
-        then. With names of their own.
+        Further Functions on the mesh of a displacement, each with its own name. Their
+        values at the time of each step are written.
     segments
-        Whether segments and integration points are written beside, as series
+        Whether segments and integration points are written too, as series
         ``<stem>_segments.pvd`` and ``<stem>_points.pvd``.
 
     Attributes
     ----------
     steps
-        Written so far.
+        Number of steps written so far.
 
     Notes
     -----
-    Of bodies on meshes of their own a ``.pvd`` shows all as parts of one time; of
-    ``.xdmf`` those after the first have a file each, ``<stem>_mesh1.xdmf``, ... Of
-    several contacts the names of fields end in their numbers, ``gap_0``, ``gap_1``.
+    If bodies have their own meshes, a ``.pvd`` shows all of them at each time; in
+    ``.xdmf`` each mesh after the first has its own file, ``<stem>_mesh1.xdmf``, ...
+    With several contacts, names of fields end in the contact's number: ``gap_0``,
+    ``gap_1``.
 
     Examples
     --------
@@ -132,7 +133,7 @@ class Output:
         return found
 
     def _write_segments(self, time: float) -> None:
-        """Segments and points of this step, and their places in the series."""
+        """Write segments and points of this step, and add them to their series."""
         stem = f"{self.path.stem}_segments"
         file = self.path.with_name(f"{stem}_{self.steps:04d}.vtu")
         self.problem.contact.write_segments(file)
@@ -157,8 +158,8 @@ def _checked_path(file: Any) -> Path:
     return path
 
 
-def check_output(output: Any, problem: Any) -> Output | None:
-    """What writes the steps of a problem: an `Output`, or one of a path. Collective."""
+def check_output(output: Any, problem: CoupledProblem) -> Output | None:
+    """The `Output` as it was given, or a new one for a path. Collective."""
     if output is None:
         return None
     if not isinstance(output, Output):

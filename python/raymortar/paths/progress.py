@@ -12,7 +12,7 @@ from ..errors import ContactError
 from ..interface.point_results import Statistics
 from .load_step import LoadStep
 
-# What is tried where no other way has helped
+# The last resort, as it is reported
 HALVED = "half the step"
 
 
@@ -29,7 +29,7 @@ def _is_file(thing: Any) -> bool:
 
 
 def line(step: LoadStep, counts: Statistics) -> str:
-    """What is said of an accepted step."""
+    """One line on an accepted step."""
     gap = f"gap {counts.min_gap:.1e}" if counts.hits else "out of reach"
     way = "" if step.strategy == "full" else f"  {step.strategy}"
     return (
@@ -40,7 +40,7 @@ def line(step: LoadStep, counts: Statistics) -> str:
 
 
 class Progress:
-    """Where the lines go. Rank 0 alone decides and writes. Collective.
+    """Writes the lines. Rank 0 decides where, and writes. Collective.
 
     Parameters
     ----------
@@ -49,7 +49,8 @@ class Progress:
     to
         See `LoadSteps`.
     accepted
-        Steps of the problem before this path, from which the lines count on.
+        Number of steps of the problem before this path, from which the lines go on
+        counting.
 
     Attributes
     ----------
@@ -67,13 +68,14 @@ class Progress:
         self._accepted, self._factor = accepted, 0.0
 
     def solving(self, factor: float) -> None:
-        """A step begins: on a terminal, the last line, or what is being solved."""
+        """Report that a step begins. A terminal shows the last line, or the load
+        factor."""
         self._factor = factor
         if self._stream is not None and self._in_place:
             self._draw(self._last or f"load {factor:.6g} ...")
 
     def trying(self, what: str) -> None:
-        """A solve of the step has failed, and something else is tried."""
+        """Report that a solve has failed and another way is tried."""
         if self._stream is None:
             return
         text = f"step {self._accepted + 1:3}  load {self._factor:<8.6g}  trying {what}"
@@ -83,7 +85,8 @@ class Progress:
             self._put(f"{text}\n")
 
     def accepted(self, text: str) -> None:
-        """A step is accepted. The line on the terminal goes, as the caller may print."""
+        """Report an accepted step. The terminal's line is cleared, as the caller may
+        print."""
         self._last = text
         self._accepted += 1
         if self._stream is None:
@@ -94,18 +97,19 @@ class Progress:
             self._put(f"{text}\n")
 
     def clear(self) -> None:
-        """Take the line from the terminal."""
+        """Clear the terminal's line."""
         if self._stream is not None and self._drawn:
             self._put("\r" + " " * self._drawn + "\r")
             self._drawn = 0
 
     def finished(self) -> None:
-        """The path is at its end: the last line stays."""
+        """Report the end of the path: the last line stays."""
         if self._stream is not None and self._in_place and self._last:
             self._put(f"{self._last}\n")
 
     def _draw(self, text: str) -> None:
-        """In one line of the terminal: what is longer could not be rewritten."""
+        """Show a text in one line of the terminal, cut to its width: only one line can
+        be rewritten."""
         self.clear()
         text = text[: shutil.get_terminal_size().columns - 1]
         self._put(f"\r{text}")

@@ -12,53 +12,54 @@ from ..errors import ConvergenceError, SetUpError
 from ..interface.stiffness import mean_facet_size
 from .viscosity import Viscosity
 
-# Of the stiffness' diagonal, at first
+# First size of the forces, as a share of the diagonal of the stiffness
 SHARE = 1e-4
 
-# Factor by which the forces fade from one solve to the next, at most
+# Factors on the forces from one solve to the next: usual, and after a failure
 FADES, SLOWLY = 0.1, 0.5
 
 # Share of all forces below which a step may end
 REST = 1e-6
 
-# The same, below which the solve without viscous forces is tried
+# Share of all forces below which a solve without viscous forces is tried
 NEARLY = 1e-2
 
-# Solves of one step, at most
+# Largest number of solves of one step
 MOST = 200
 
-# Motion of loose bodies in one solve, in sizes of slave facets. Contact is seen up to
-# two facets away, and as deep
+# Largest motion of loose bodies in one solve, in sizes of slave facets. Contact is
+# found up to a distance or depth of two facets
 FARTHEST = 1.0
 
-# Solves of one motion, with stronger forces where one fails or goes too far
+# Largest number of solves of one motion. Forces grow after each that fails or moves too
+# far
 ATTEMPTS = 5
 
-# What a last solve without viscous forces may move, of that: more is a body that
-# nothing holds
+# Largest motion in the last solve, without viscous forces, as a share of that: what
+# moves further is a body that nothing holds
 SETTLED = 0.1
 
 
 class Stabilization:
     """Solves steps in several solves under fading viscous forces. Collective.
 
-    Bodies that contact alone holds find their seat: a solve moves them by no more than
-    contact is seen, and forces fade where they move less. The step ends where a solve
-    without the forces stays where it is, or where they are next to nothing.
+    Bodies that only contact holds find their place: no solve moves them further than
+    contact is found, and the forces fade as they move less. The step ends when a solve
+    without the forces moves hardly anything, or when the forces are negligible.
 
     Parameters
     ----------
     solver
         As of `LoadSteps`.
     factor
-        Of the size of the forces.
+        Factor on the forces.
     most
-        Solves of one step. None: `MOST`.
+        Largest number of solves of one step. None: `MOST`.
 
     Attributes
     ----------
     work
-        Of viscous forces so far. Energy.
+        Work of the viscous forces so far. Energy.
     share
         Largest share of all forces of a body at the end of the last step.
     """
@@ -77,8 +78,8 @@ class Stabilization:
             self._limit = np.inf
 
     def is_of_use(self) -> bool:
-        """Whether all bodies are held by more than contact, or something is in reach:
-        a body that flies is for the user to ask for. Collective."""
+        """Whether viscous forces may help: if supports hold all bodies, or contact is
+        in reach. A body in free flight needs the user's own word. Collective."""
         return not self._loose.any() or bool(self._contact.statistics.hits)
 
     def columns(self) -> dict[str, Callable[[], float]]:
@@ -113,7 +114,8 @@ class Stabilization:
             raise
 
     def _fade(self, solve: Callable[[], int]) -> int:
-        """The same, with the work of what may fail yet."""
+        """Solve one step. `work` and `share` include solves that a later failure takes
+        back."""
         scale, iterations = SHARE * self._factor, 0
         most = MOST if self._most is None else self._most
         for _ in range(most):
@@ -130,7 +132,7 @@ class Stabilization:
                 return iterations
             if self._loose.any() and not self._contact.statistics.active_points:
                 self._contact.advance()  # a flight is no slip
-            # After a failure with less of them slowly, or they fail again
+            # Where weaker forces have just failed, fade slowly
             scale *= self._fading(FADES if scale <= asked else SLOWLY)
         raise ConvergenceError(
             f"viscous forces have not faded after {most} solves: they are "
@@ -140,7 +142,8 @@ class Stabilization:
     def _viscous(
         self, scale: float, solve: Callable[[], int]
     ) -> tuple[int, float, float, float]:
-        """Iterations, the scale that was taken, work and share of one solve."""
+        """One solve under viscous forces: iterations, scale in the end, work and
+        share."""
         before, viscosity = self._contact.state(), self.viscosity
         viscosity.begin()
         for attempt in range(ATTEMPTS):
@@ -166,12 +169,14 @@ class Stabilization:
         )
 
     def _fading(self, least: float) -> float:
-        """Factor by which the forces fade, such that motions keep to their limit."""
+        """Factor on the forces for the next solve, with which motions keep to their
+        limit."""
         motion = self.viscosity.motion
         return max(least, min(1.0, motion / (0.8 * self._limit)))
 
     def _without(self, solve: Callable[[], int]) -> int | None:
-        """Iterations of a solve without viscous forces; None where it goes astray."""
+        """Iterations of a solve without viscous forces. None if it fails or moves too
+        far."""
         before = self._contact.state()
         self.viscosity.begin()
         try:

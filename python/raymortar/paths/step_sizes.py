@@ -4,10 +4,10 @@ from __future__ import annotations
 
 
 class StepSizes:
-    """Where a path is and how far the next step goes, in whole numbers.
+    """Position on a path and size of the next step, as whole numbers.
 
-    In units of the smallest step, so that the path ends at exactly 1 and steps that
-    grow again meet those that were asked for.
+    The unit is the smallest step. So the path ends at exactly 1, and halved steps that
+    grow again end where the user's steps end.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ class StepSizes:
 
     @property
     def part(self) -> float:
-        """Share of the path that the next step is."""
+        """Size of the next step, as a share of the path."""
         return self._size / self._all
 
     @property
@@ -51,7 +51,7 @@ class StepSizes:
         return True
 
     def accept(self, iterations: int) -> None:
-        """The step is done; the next one may be larger."""
+        """Accept the step. The next one may be larger."""
         self._done += self._size
         self._last = self._size
         if self._may_grow(iterations) and self._done % (2 * self._size) == 0:
@@ -60,7 +60,7 @@ class StepSizes:
             self._size //= 2
 
     def _may_grow(self, iterations: int) -> bool:
-        """Whether twice a step is not too much after the last one."""
+        """Whether the next step may be twice as large."""
         if self._size < self._unit:
             return True
         allowed = self._largest * self._unit
@@ -68,7 +68,7 @@ class StepSizes:
 
 
 class ArcSizes:
-    """Radii of arcs, by the iterations that they took.
+    """Radii of arcs. The iterations of each step decide the next radius.
 
     Parameters
     ----------
@@ -93,7 +93,7 @@ class ArcSizes:
 
     @property
     def radius(self) -> float | None:
-        """Of the next step."""
+        """Radius of the next step."""
         return None if self.first is None else self._size * self.first
 
     def halve(self) -> bool:
@@ -108,8 +108,8 @@ class ArcSizes:
     def accept(self, iterations: int) -> None:
         """The step is done; the next one may be larger."""
         easy = self._easy / max(iterations, 1)
-        # Contact takes some iterations however small a step is: steps do not shrink for
-        # twice as many as an easy one has, and those that were cut grow again
+        # However small a step is, contact needs some iterations. So steps shrink only
+        # above twice the iterations of an easy step, and halved steps grow again
         if self._size >= 1.0 and easy < 1.0:
             easy = min(1.0, 2.0 * easy)
         elif self._size < 1.0:

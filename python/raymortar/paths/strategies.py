@@ -32,38 +32,38 @@ BOTH = "small gamma, line search"
 KEPT = "small gamma kept"
 VISCOUS = "viscous forces"
 
-# Times that a path keeps a tenth of gamma
+# How often a path may reduce gamma to a tenth
 MOST_KEPT = 2
 
-# Solves under viscous forces, where the user has not asked for them
+# Solves of one step under viscous forces that the user has not asked for
 MOST_VISCOUS = 40
 
 
 def iterations_of(solver: Any) -> Callable[[], int]:
-    """Solves, and gives the iterations."""
+    """A function that solves once and returns the iterations."""
     return lambda: int(solver.solve()[0])
 
 
 class Strategies:
-    """Solves steps: as the solver was given, and where that is in trouble otherwise.
+    """Solves steps: first by the solver as it was given, after a failure in other ways.
 
     Parameters
     ----------
     path
-        One of `load_path`: its solver solves a step, from the state that it is told of.
+        A path of `load_path`, whose solver solves a step.
     extrapolate
         Whether steps begin with the extrapolated state.
     automatic
-        Whether others are tried.
+        Whether other ways are tried.
     viscous
-        Whether viscous forces are one of them.
+        Whether viscous forces are one of the other ways.
     trying
-        Told of each of the others before it is tried.
+        Is called with the name of each other way before it is tried.
 
     Attributes
     ----------
     used
-        What solved the last step.
+        Name of the way that solved the last step.
     """
 
     def __init__(
@@ -90,7 +90,7 @@ class Strategies:
         now
             The present state.
         last
-            That of the step before, if there is one.
+            State at the start of the last step. None in the first step.
         ratio
             Size of this step over that of the step before.
 
@@ -101,7 +101,7 @@ class Strategies:
         Raises
         ------
         ConvergenceError, ContactError, PETSc.Error
-            Of the solver as it was given, where nothing helps.
+            The failure of the solver as it was given, if no other way helps.
         """
         with self._attentive():
             try:
@@ -119,7 +119,7 @@ class Strategies:
                 return iterations
 
     def _otherwise(self, now: State, last: State | None, ratio: float) -> int | None:
-        """Iterations of the first of the other ways that ends, None if none does."""
+        """Iterations of the first other way that converges. None if none does."""
         for name, solve in self._others(now, last, ratio):
             self._restore(now)
             self._trying(name)
@@ -135,7 +135,8 @@ class Strategies:
 
     @contextmanager
     def _attentive(self) -> Iterator[None]:
-        """Solves end as soon as they are in trouble, if there is something to try."""
+        """Within it, a solve stops as soon as it is in trouble, if another way is
+        left."""
         convergence = self.solver.problem.convergence
         convergence.patient = not self.automatic
         try:
@@ -148,12 +149,13 @@ class Strategies:
         if not isinstance(failure, ConvergenceError):
             return True
         problem = self.solver.problem
-        # PETSc ends at what is no number without asking for a judgement
+        # PETSc stops at a NaN without asking our test of convergence
         broken = bool(problem.history) and not np.isfinite(problem.history[-1])
         return broken or is_in_trouble(problem.convergence.norms)
 
     def _as_given(self, now: State, last: State | None, ratio: float) -> int:
-        """Iterations from the extrapolated state or else from the present one."""
+        """Solve from the extrapolated state. If that fails, solve from the present
+        one."""
         if self.extrapolate and last is not None:
             try:
                 iterations = self._extrapolated(now, last, ratio)
@@ -170,7 +172,7 @@ class Strategies:
         self._path.restart()
 
     def _extrapolated(self, now: State, last: State, ratio: float) -> int:
-        """Iterations from where the last step's change leads."""
+        """Solve from the extrapolated state."""
         self._path.extrapolate(ratio)
         extrapolate(self._contact, now, last, ratio)
         return self.solver.solve()[0]
@@ -178,7 +180,7 @@ class Strategies:
     def _others(
         self, now: State, last: State | None, ratio: float
     ) -> Iterator[tuple[str, Callable[[], int]]]:
-        """What else there is, by name, in the order that measurement gives
+        """The other ways by name, in the order in which measurements recommend them
         (docs/robustness_paths.md)."""
         if last is not None and not self.extrapolate:
             yield EXTRAPOLATED, partial(self._extrapolated, now, last, ratio)
@@ -196,7 +198,7 @@ class Strategies:
             yield VISCOUS, partial(viscous.solve, iterations_of(self.solver))
 
     def _keep_small_gamma(self) -> int:
-        """Iterations with a tenth of gamma, for the rest of the path."""
+        """Solve with a tenth of gamma, and keep it for the rest of the path."""
         given = [contact.gamma for contact in with_multipliers(self._contact)]
         iterations = solve_with_small_gamma(self.solver)
         self._given.append(given)
@@ -220,7 +222,8 @@ class Strategies:
 
     @cached_property
     def _viscous(self) -> Stabilization | None:
-        """Viscous forces for where equilibria end, made when they are first needed."""
+        """Viscous forces, for steps that have no equilibrium nearby. Made when first
+        needed."""
         if not self._may_be_viscous:
             return None
         return Stabilization(self.solver, 1.0, MOST_VISCOUS)

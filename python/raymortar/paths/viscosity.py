@@ -1,10 +1,10 @@
-"""Viscous forces in the volume, which hold what nothing else does."""
+"""Viscous forces in the volume, which hold bodies that nothing else holds."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mpi4py import MPI
 from petsc4py import PETSc
@@ -18,26 +18,30 @@ from ..compat import Array
 from ..host.axisymmetry import weight
 from ..system.volume import Volume
 
+if TYPE_CHECKING:
+    from ..problem import CoupledProblem
+
 
 class Viscosity:
-    """Forces s k (u - u_0) per volume, in place of the speed's. Collective.
+    """Forces s k (u - u_0) per volume. The change u - u_0 stands for the velocity.
+    Collective.
 
-    k is, body by body, the sum of the stiffness' diagonal over that of the mass' (for a
-    density of 1), so that s is a share of the stiffness whatever the units, the size or
-    the material [theory (5.12)].
+    In each body k is the trace of the stiffness over that of the mass (for a density of
+    1). So s is a share of the stiffness, whatever the units, the size or the material
+    [theory (5.12)].
 
     Parameters
     ----------
     problem
-        Whose forms take the forces within `acting`.
+        Within `acting`, its forms include the forces.
 
     Attributes
     ----------
     scale
-        s, a share.
+        The factor s.
     """
 
-    def __init__(self, problem: Any) -> None:
+    def __init__(self, problem: CoupledProblem) -> None:
         self.problem, host = problem, problem.contact.host
         u = host.only.u
         V = u.function_space
@@ -61,7 +65,7 @@ class Viscosity:
         self._set_stiffness(v)
 
     def _set_stiffness(self, v: Any) -> None:
-        """k of every cell."""
+        """Set k in every cell."""
         V = self._start.function_space
         ones = fem.Function(V)
         ones.x.array[:] = 1.0
@@ -92,7 +96,7 @@ class Viscosity:
 
     @property
     def scale(self) -> float:
-        """s."""
+        """The factor s."""
         return float(self._scale.value)
 
     @scale.setter
@@ -100,7 +104,7 @@ class Viscosity:
         self._scale.value = value
 
     def begin(self) -> None:
-        """The present displacement is u_0."""
+        """Take the present displacement as u_0."""
         self._start.x.array[:] = self.problem.contact.u.x.array
 
     @property
@@ -112,7 +116,7 @@ class Viscosity:
 
     @contextmanager
     def acting(self) -> Iterator[None]:
-        """The problem has these forces."""
+        """Within it, the problem has these forces."""
         kept, self.problem.volume = self.problem.volume, self._volume
         try:
             yield
@@ -120,8 +124,8 @@ class Viscosity:
             self.problem.volume = kept
 
     def measure(self) -> tuple[float, float]:
-        """Work of the forces from u_0 on, and their share of all forces of the body in
-        which it is largest, after a solve. Collective."""
+        """Work of the forces since u_0, and their share of all forces, in the body
+        where it is largest. Call it after a solve. Collective."""
         n = self.problem.contact.layout.n_u
         force = self._of_displacement(self._force)
         u = self.problem.contact.u.x.array
@@ -129,11 +133,11 @@ class Viscosity:
         return float(self.comm.allreduce(work)), self._share(force)
 
     def _share(self, force: Array) -> float:
-        """Largest of all bodies' shares, constrained dofs left out."""
+        """Largest share of a body. Prescribed dofs are left out."""
         convergence = self.problem.convergence
         groups = convergence.groups
         free = groups.on_rows(np.where(self.problem.constrained, 0.0, force))
         of_bodies = np.sqrt(groups.sum(free**2))[: groups.bodies]
-        # A body in flight has no others
+        # A body in flight has no other forces
         forces = np.maximum(convergence.now.forces[: groups.bodies], of_bodies)
         return float((of_bodies / np.maximum(forces, convergence.floor)).max())

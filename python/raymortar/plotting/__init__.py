@@ -1,7 +1,7 @@
-"""Pictures of deformed bodies and of what they press with.
+"""Pictures of deformed bodies and of the contact pressure.
 
 - picture: `plot`
-- drawing: in the plane, with matplotlib
-- outlines, wires: rigid tools in the plane and in space
-- rendering: in space, with pyvista
+- drawing: pictures by matplotlib
+- outlines, wires: rigid tools in 2D and in 3D
+- rendering: pictures in 3D by pyvista
 """

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from ..compat import Array
 
 STRESS_MAP, PRESSURE_MAP = "viridis", "magma_r"
-# Quadrilaterals, about, that a picture of a field is made of
+# Number of quadrilaterals, roughly, into which the polygons of a picture are split
 SHADED = 20_000
 LOOK = {
     "figure.dpi": 160,
@@ -25,9 +25,9 @@ LOOK = {
 
 
 def split(polygons: Array, parts: int) -> Array:
-    """Points on triangles (n, 3, ...) or quadrilaterals (n, 4, ...): (n, points, ...).
-
-    Those of a grid with some parts along each side, by linear or bilinear interpolation.
+    """Split triangles (n, 3, ...) or quadrilaterals (n, 4, ...): points (n, points,
+    ...). The points form a grid with `parts` intervals along each side. Values are
+    interpolated linearly or bilinearly.
     """
     t = np.linspace(0.0, 1.0, parts + 1)
     r, s = (array.ravel() for array in np.meshgrid(t, t, indexing="ij"))
@@ -88,24 +88,24 @@ def draw_field(
     Parameters
     ----------
     axes
-        Of matplotlib.
+        Axes of matplotlib.
     at, values
         Vertices (n, k, 2), deformed, and the field there (n, k, 1).
     images
-        Factors on x and y of the images drawn: mirror images complete what symmetry
-        has left out.
+        Factors on x and y of each copy that is drawn. Mirror images complete a
+        symmetric body of which only a part is meshed.
     top, norm
-        Upper end of the colours that begin at 0, or another scale.
+        Colours go from 0 to `top`, or follow a norm of matplotlib.
     cmap
-        Colours.
+        Colour map.
 
     Returns
     -------
     What a colour bar needs.
     """
     scale = {"vmin": 0.0, "vmax": top} if norm is None else {"norm": norm}
-    # Between vertices matplotlib blends colours, which leaves the scale where they are
-    # far apart: few polygons are split
+    # matplotlib blends colours between vertices. Where these are far apart, blends are
+    # no colours of the scale: large polygons are split
     n, k = at.shape[:2]
     parts = int(np.clip(np.sqrt(SHADED / max(n, 1)), 1, 16))
     of_one = split_triangles(k, parts)
@@ -129,16 +129,16 @@ def draw_field(
 def draw_surface(
     axes: Any, polygons: Array, values: Array, azimuth: float, elevation: float = 20
 ) -> Any:
-    """Facets in space, coloured by a value each and shaded by the light.
+    """Facets in 3D, each in the colour of its value, shaded by a light.
 
     Parameters
     ----------
     axes
-        Of matplotlib, with ``projection="3d"``.
+        Axes of matplotlib, with ``projection="3d"``.
     polygons, values
         Facets (n, k, 3) and their values (n,).
     azimuth, elevation
-        Of the eye. Degrees.
+        Direction of the eye. Degrees.
 
     Returns
     -------
@@ -153,7 +153,7 @@ def draw_surface(
         polygons[:, 1] - polygons[:, 0], polygons[:, -1] - polygons[:, 0]
     )
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    # Either side may be outward: light what the eye sees
+    # The normal may point either way: light the side that the eye sees
     light = np.abs(normals @ direction(azimuth + 25, elevation + 25))
     colours[:, :3] *= (0.65 + 0.35 * light)[:, None]
     axes.add_collection3d(

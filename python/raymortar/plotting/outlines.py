@@ -1,4 +1,4 @@
-"""Outlines of rigid tools in the plane."""
+"""Outlines of rigid tools in 2D."""
 
 from __future__ import annotations
 
@@ -13,18 +13,19 @@ from ..rigid.implicit import Implicit
 from ..rigid.shapes import Cone, Plane, Sphere
 from ..rigid.surface import Surface
 
-# Points along a curve, and of a grid that finds the zero of a function, per side
+# Points along a curve, and along each side of the grid on which zeros of a function are
+# found
 _ALONG, _GRID = 241, 201
 COLOUR = "#7f5539"
 
 
 def outlines(body: Body, lower: Array, upper: Array) -> list[Array]:
-    """Curves of a tool where it is now, that go at least through a box.
+    """Curves of a tool at its present place. They cover at least a box.
 
     Parameters
     ----------
     body
-        Of a 2D problem.
+        Body of a 2D problem.
     lower, upper
         Corners of the box, (2,). Length.
 
@@ -42,7 +43,7 @@ def outlines(body: Body, lower: Array, upper: Array) -> list[Array]:
 
 
 def draw_tools(axes: Any, bodies: Sequence[Body], lower: Array, upper: Array) -> None:
-    """Outlines within a box, to which the axes' limits are set.
+    """Draw outlines, and set the limits of the axes to a box.
 
     Parameters
     ----------
@@ -56,7 +57,7 @@ def draw_tools(axes: Any, bodies: Sequence[Body], lower: Array, upper: Array) ->
 
 
 def _line(shape: Any, middle: Array, reach: float) -> list[Array]:
-    """Both ways from the point of the line that is next to the middle."""
+    """A segment of the line, about its point nearest to the middle."""
     normal = np.asarray(shape.normal, dtype=float)
     normal = normal / np.abs(normal).max()
     along = np.array([-normal[1], normal[0]]) / np.linalg.norm(normal)
@@ -66,7 +67,7 @@ def _line(shape: Any, middle: Array, reach: float) -> list[Array]:
 
 
 def _circle(shape: Any, middle: Array, reach: float) -> list[Array]:
-    """The arc that is next to the middle, or all of it."""
+    """The circle, or its arc nearest to the middle."""
     centre, radius = np.asarray(shape.centre, dtype=float), float(shape.radius)
     half = min(np.pi, 2.0 * reach / radius)
     towards = middle - centre
@@ -76,7 +77,7 @@ def _circle(shape: Any, middle: Array, reach: float) -> list[Array]:
 
 
 def _wedge(shape: Any, middle: Array, reach: float) -> list[Array]:
-    """Flank, tip, flank."""
+    """One flank, the tip, the other flank."""
     tip, axis = (np.asarray(x, dtype=float) for x in (shape.tip, shape.axis))
     axis = axis / np.abs(axis).max()
     axis = axis / np.linalg.norm(axis)
@@ -88,7 +89,7 @@ def _wedge(shape: Any, middle: Array, reach: float) -> list[Array]:
 
 
 def _surface(shape: Any, middle: Array, reach: float) -> list[Array]:
-    """Its facets, those of degree 2 as they are curved."""
+    """One curve for each facet, curved if its degree is 2."""
     nodes = shape.points[shape.facets]
     if nodes.shape[1] == 2:
         return list(nodes)
@@ -98,7 +99,7 @@ def _surface(shape: Any, middle: Array, reach: float) -> list[Array]:
 
 
 def _zero(shape: Any, middle: Array, reach: float) -> list[Array]:
-    """Where a function vanishes."""
+    """Curves on which the function is zero."""
     from contourpy import contour_generator
 
     x, y = (c + np.linspace(-0.5, 0.5, _GRID) * reach for c in middle)

@@ -1,4 +1,4 @@
-"""One picture of deformed bodies in contact, and of what they press with."""
+"""One picture of deformed bodies and of the contact pressure."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ if TYPE_CHECKING:
     from ..contact import Contact
 
 BACKENDS = ("matplotlib", "pyvista")
-# Around bodies, for their tools, over the larger side, in 2D and 3D: wires need more of a
-# tool to show what it is
+# Margin around bodies in which tools are drawn, as a share of the larger side, in 2D
+# and in 3D. Wires need a larger one to show the tool's shape
 MARGIN = {2: 0.15, 3: 0.4}
 NORMAL, TANGENTIAL = "#c0392b", "#2c3e50"
 
@@ -52,9 +52,8 @@ def plot(
     In 2D: cells coloured by a field, outlines of the rigid tools next to them, and
     normal and tangential traction at the integration points along the slave surfaces.
     In 3D: the bodies' surfaces, wires of the rigid tools next to them, and the pressure on
-    the slave surfaces, laid flat. All that is drawn is gathered on rank 0, which needs room
-    for it: a look at a solution, not a file for large meshes (those
-    are written with ``compat.write_xdmf``). Edges of degree 2 are drawn straight.
+    the slave surfaces, laid flat. Rank 0 gathers all that is drawn, so large meshes may
+    not fit; write those by `io.write_xdmf`. Edges of degree 2 are drawn straight.
 
     Parameters
     ----------
@@ -66,8 +65,8 @@ def plot(
         Colours of the bodies: a ``Function`` or a UFL expression such as the von Mises
         stress, a vector by its length. Default: the displacement.
     label
-        What the colour bar says. Default: the field's name; "displacement" where it
-        has none of its own.
+        Label of the colour bar. Default: the name of the field, or "displacement" if it
+        has none.
     view
         Azimuth and elevation of the eye in 3D. Degrees.
     backend
@@ -122,8 +121,8 @@ def plot(
 
 
 def _check_input(contact: Contact, file: Any, field: Any) -> None:
-    """Raise unless there is something to draw, and a file may have the name."""
-    contact.points()  # after an update
+    """Raise if there are no results yet, or if file or field cannot be used."""
+    contact.points()  # raises before the first update
     if file is not None:
         as_path(file)
     if field is None:
@@ -137,12 +136,12 @@ def _check_input(contact: Contact, file: Any, field: Any) -> None:
 
 
 def _is_unnamed(function: Function) -> bool:
-    """Whether a function bears the name that DOLFINx gives."""
+    """Whether a function still has the name that DOLFINx gave it."""
     return re.fullmatch(r"f(_\d+)?", function.name) is not None
 
 
 def _lacking(backend: str, dim: int) -> str | None:
-    """What keeps a backend from drawing, if anything."""
+    """Why a backend cannot draw; None if it can."""
     if backend not in BACKENDS:
         return f"backend {backend!r} is not one of {', '.join(BACKENDS)}"
     if backend == "pyvista":
@@ -160,7 +159,7 @@ def _lacking(backend: str, dim: int) -> str | None:
 
 
 def _figure(interactive: bool) -> Any:
-    """An empty figure; only an interactive one is kept by pyplot, for its ``show``."""
+    """An empty figure. pyplot knows it only if it is interactive, for ``show``."""
     from matplotlib import pyplot
     from matplotlib.figure import Figure
 
@@ -189,7 +188,7 @@ def _draw(
 
 
 def _save(figure: Any, path: Path, backend: str) -> None:
-    """Write a figure, or a plotter's picture."""
+    """Write the picture to a file."""
     if backend == "pyvista":
         figure.screenshot(path)
         return
@@ -200,7 +199,7 @@ def _save(figure: Any, path: Path, backend: str) -> None:
 
 
 def _nodal(field: Any, u: Function) -> Function:
-    """A scalar function that is continuous, for the colours at the vertices."""
+    """A continuous scalar function, for the colours at the vertices."""
     mesh = u.function_space.mesh
     if isinstance(field, Function):
         info = compat.element_info(field.function_space)
@@ -208,7 +207,7 @@ def _nodal(field: Any, u: Function) -> Function:
             return field
     name = getattr(field, "name", "field")
     length = ufl.sqrt(ufl.inner(field, field)) if field.ufl_shape else field
-    # Degree 2 sees the variation in a cell, and no expression is exact to more
+    # Degree 2 resolves the variation within a cell
     return nodal_field(length, mesh, name, quadrature_degree=2)
 
 
@@ -240,8 +239,8 @@ def _pressure_map(contact: Contact) -> list[Any]:
 def _draw_plane(
     figure: Any, bodies: Any, line: Any, tools: Sequence[Body], label: str
 ) -> None:
-    """Bodies and tools on the left, tractions over the coordinate of most extent on the
-    right."""
+    """Bodies and tools on the left; on the right tractions over the axis along which
+    the surface extends most."""
     x, u, values = bodies
     left, right = figure.subplots(1, 2)
     span = None if values.min() >= 0.0 else _span(values)
@@ -261,14 +260,14 @@ def _draw_plane(
 
 
 def _span(values: Array) -> Any:
-    """Colours from the smallest to the largest value."""
+    """Scale of colours from the smallest to the largest value."""
     from matplotlib.colors import Normalize
 
     return Normalize(values.min(), values.max())
 
 
 def _wires(tools: Sequence[Body], bodies: Any) -> list[Array]:
-    """Curves of tools in space, in a box around the bodies."""
+    """Wires of the tools, in a box around the bodies."""
     if not tools:
         return []
     lower, upper = _box(bodies)

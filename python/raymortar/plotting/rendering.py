@@ -1,4 +1,4 @@
-"""Bodies in space and the pressure between them, rendered with pyvista."""
+"""Bodies in 3D and the pressure between them, drawn by pyvista."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..compat import Array
 from .drawing import PRESSURE_MAP, STRESS_MAP, direction
 from .outlines import COLOUR
 
-SIZE = (1600, 670)  # of the picture, pixels
+SIZE = (1600, 670)  # size of the picture, in pixels
 LIGHT = {"ambient": 0.4, "diffuse": 0.6, "specular": 0.0}
 BAR = {
     "vertical": True,
@@ -28,7 +28,7 @@ BAR = {
 
 
 def lacking() -> str | None:
-    """What keeps pyvista from drawing here, if anything."""
+    """Why pyvista cannot draw here; None if it can."""
     try:
         import pyvista  # noqa: F401
         import vtkmodules.vtkRenderingOpenGL2  # noqa: F401
@@ -38,7 +38,7 @@ def lacking() -> str | None:
             f"raymortar.plot needs pyvista ({error}): apt install python3-pyvista "
             "(from Debian 13 on), or pip install pyvista"
         )
-    # Without a server VTK's windows of this kind end the whole program
+    # Without a display such a window of VTK aborts the program
     through_x = vtkRenderWindow().GetClassName() == "vtkXOpenGLRenderWindow"
     if through_x and not os.environ.get("DISPLAY"):
         return (
@@ -56,7 +56,7 @@ def render(
     view: tuple[float, float],
     interactive: bool,
 ) -> Any:
-    """Bodies coloured by a field, and the slave surfaces by their pressure.
+    """Bodies in the colours of a field, and slave surfaces in those of their pressure.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def render(
     wires
         Curves (n, 3) on rigid tools, drawn with the bodies.
     label
-        What the colour bar of the bodies says.
+        Label of the bodies' colour bar.
     view
         Azimuth and elevation of the eye. Degrees.
     interactive
@@ -95,7 +95,7 @@ def render(
 
 
 def _add_wires(plotter: Any, wires: Sequence[Array]) -> None:
-    """Curves (n, 3) in the left half."""
+    """Add curves (n, 3) to the left half."""
     import pyvista
 
     if not wires:
@@ -118,7 +118,7 @@ def _add(
     lower: float,
     view: tuple[float, float],
 ) -> None:
-    """Facets (n, k, 3) with a value (n, k, 1) at each vertex, seen from an angle."""
+    """Add facets (n, k, 3) with a value (n, k, 1) at each vertex."""
     import pyvista
 
     n, k = at.shape[:2]
@@ -140,6 +140,6 @@ def _add(
     plotter.scalar_bars[label].SetVerticalTitleSeparation(12)
     plotter.view_vector(direction(*view), viewup=(0, 0, 1))
     plotter.add_axes(color="black")
-    # Away from the bar
+    # Moved away from the colour bar
     plotter.camera.SetWindowCenter(0.16, 0.0)
     plotter.camera.zoom(0.9)

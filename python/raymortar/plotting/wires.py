@@ -1,4 +1,4 @@
-"""Wires of rigid tools in space: curves on them, within a box."""
+"""Wires of rigid tools in 3D: curves on the tools, within a box."""
 
 from __future__ import annotations
 
@@ -15,20 +15,21 @@ from ..rigid.shapes import Cone, Cylinder, Plane, Sphere, Torus
 from ..rigid.surface import Surface
 from .outlines import COLOUR
 
-# Points along a curve, curves one way, points of a grid per side, and its slices
+# Points along a curve, curves in each direction, points along each side of a grid, and
+# slices
 _ALONG, _CURVES, _GRID, _SLICES = 241, 13, 101, 7
-# Edges of a surface up to which all are drawn, and the angle between facets from which on
-# an edge of a larger one is drawn
+# All edges are drawn of a surface with at most this many. Of larger ones an edge is
+# drawn where its facets meet at this angle or more
 _EDGES, _SHARP = 3000, np.radians(25.0)
 
 
 def wires(body: Body, lower: Array, upper: Array) -> list[Array]:
-    """Curves on a tool where it is now, those parts that are in a box.
+    """Curves on a tool at its present place, cut to a box.
 
     Parameters
     ----------
     body
-        Of a 3D problem.
+        Body of a 3D problem.
     lower, upper
         Corners of the box, (3,). Length.
 
@@ -48,7 +49,7 @@ def wires(body: Body, lower: Array, upper: Array) -> list[Array]:
 
 
 def draw_wires(axes: Any, curves: Sequence[Array]) -> None:
-    """Curves of `wires`, to which the axes' limits are widened.
+    """Draw curves of `wires`, and widen the limits of the axes to them.
 
     Parameters
     ----------
@@ -59,7 +60,8 @@ def draw_wires(axes: Any, curves: Sequence[Array]) -> None:
 
     if not curves:
         return
-    # Matplotlib sorts collections as wholes: of tools around bodies half would be hidden
+    # matplotlib draws one collection wholly before another, which would hide half of a
+    # tool around a body
     axes.computed_zorder = False
     axes.add_collection3d(
         Line3DCollection(curves, colors=COLOUR, lw=0.6, alpha=0.7, zorder=3)
@@ -74,7 +76,7 @@ def draw_wires(axes: Any, curves: Sequence[Array]) -> None:
 
 
 def _within(curve: Array, lower: Array, upper: Array) -> Iterator[Array]:
-    """Parts of a curve of which all points are in a box."""
+    """Parts of a curve that are inside a box."""
     inside = np.all((curve >= lower) & (curve <= upper), axis=1)
     ends = np.flatnonzero(np.diff(np.concatenate([[0], inside.astype(int), [0]])))
     for begin, end in ends.reshape(-1, 2):
@@ -83,7 +85,7 @@ def _within(curve: Array, lower: Array, upper: Array) -> Iterator[Array]:
 
 
 def _frame(axis: Array) -> tuple[Array, Array]:
-    """Two unit vectors across a unit vector, and across each other."""
+    """Two orthogonal unit vectors that are orthogonal to a given one."""
     across = np.eye(3)[int(np.argmin(np.abs(axis)))]
     first = np.cross(axis, across)
     first = first / np.linalg.norm(first)
@@ -91,18 +93,18 @@ def _frame(axis: Array) -> tuple[Array, Array]:
 
 
 def _ring(centre: Array, one: Array, other: Array) -> Array:
-    """Points around an ellipse by its half axes."""
+    """Points around an ellipse with given half axes."""
     angle = np.linspace(0.0, 2.0 * np.pi, _ALONG)
     return centre + np.outer(np.cos(angle), one) + np.outer(np.sin(angle), other)
 
 
 def _around(one: Array, other: Array) -> Array:
-    """Unit vectors around an axis, (curves, 3)."""
+    """Unit vectors orthogonal to an axis, all around it, (curves, 3)."""
     return _ring(np.zeros(3), one, other)[:: _ALONG // (_CURVES - 1)][:-1]
 
 
 def _plane(shape: Any, middle: Array, reach: float) -> Iterator[Array]:
-    """Lines both ways, around the point that is next to the middle."""
+    """Lines in two directions, about the point of the plane nearest to the middle."""
     normal = direction("normal", shape.normal)
     foot = middle - ((middle - shape.place) @ normal) * normal
     frame = _frame(normal)
@@ -113,8 +115,8 @@ def _plane(shape: Any, middle: Array, reach: float) -> Iterator[Array]:
 
 
 def _ball(shape: Any, middle: Array, reach: float) -> Iterator[Array]:
-    """Circles of latitude, and great circles through the poles, one of which is next to
-    the middle; closer together where a box sees little of a large sphere."""
+    """Circles of latitude and of longitude, about a pole that is nearest to the middle.
+    They are closer together where the box holds little of a large sphere."""
     centre, radius = shape.place, float(shape.radius)
     towards = middle - centre
     size = float(np.linalg.norm(towards))
@@ -172,8 +174,8 @@ def _torus(shape: Any, middle: Array, reach: float) -> Iterator[Array]:
 
 
 def _surface(shape: Any, middle: Array, reach: float) -> Iterator[Array]:
-    """Edges of its facets, those of degree 2 as they are curved; of many facets the
-    sharp ones and the rims."""
+    """Edges of the facets, curved if their degree is 2. Of many facets only sharp edges
+    and rims."""
     edges, is_flat = _edges(shape)
     if len(edges) > _EDGES:
         edges = edges[~is_flat]
@@ -186,8 +188,8 @@ def _surface(shape: Any, middle: Array, reach: float) -> Iterator[Array]:
 
 
 def _edges(shape: Any) -> tuple[Any, Any]:
-    """Points of every edge, ends and in degree 2 the middle, (n, 2 or 3), and whether
-    the two facets there have nearly one normal, (n,)."""
+    """Nodes of every edge, both ends and in degree 2 the middle, (n, 2 or 3); whether
+    its two facets have nearly the same normal, (n,)."""
     facets, x = shape.facets, shape.points
     m, nodes = facets.shape
     count = 3 if nodes in (3, 6) else 4
@@ -202,7 +204,7 @@ def _edges(shape: Any) -> tuple[Any, Any]:
     at = x[corners]
     normal = np.cross(at[:, 1] - at[:, 0], at[:, -1] - at[:, 0])
     normal = normal / np.linalg.norm(normal, axis=1, keepdims=True)
-    # Of two unit vectors the sum has the length 2 cos(angle / 2)
+    # The sum of two unit vectors has the length 2 cos(angle / 2)
     sums = np.zeros((len(first), 3))
     np.add.at(sums, number, normal[np.arange(m * count) // count])
     is_flat = np.linalg.norm(sums, axis=1) > 2.0 * np.cos(0.5 * _SHARP)
@@ -210,7 +212,7 @@ def _edges(shape: Any) -> tuple[Any, Any]:
 
 
 def _zero(shape: Any, middle: Array, reach: float) -> Iterator[Array]:
-    """Where a function vanishes, on slices across each axis."""
+    """Curves on which the function is zero, on slices across each axis."""
     from contourpy import contour_generator
 
     along = np.linspace(-0.5, 0.5, _GRID) * reach

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 from mpi4py import MPI
 
@@ -44,7 +45,7 @@ def deformed(zone: ZoneData, u: Function, slave: Array, xi: Array) -> Array:
     return X + np.einsum("qa,qad->qd", M, values[s.facet_dofs[slave]])
 
 
-def _averages(points: dict[str, Array], segments: dict[str, Array]) -> dict:
+def _averages(points: dict[str, Array], segments: dict[str, Array]) -> dict[str, Array]:
     """Gap, pressure and traction of each segment: means over the points of its pair."""
     hit = points["status"] >= OPEN
     keys = np.stack([points["slave"][hit], points["master"][hit]], axis=1)
@@ -75,7 +76,7 @@ def _polygons(zone: ZoneData, u: Function) -> vtu.Piece:
     sizes = np.diff(s["offsets"])
     facet = np.repeat(s["slave"], sizes)
     ids = zone.facets.slave_surface.facet_ids
-    data = {
+    data: dict[str, Any] = {
         "slave_facet": np.asarray(ids[s["slave"]], dtype=np.int64),
         **_averages(zone.points(), s),
     }

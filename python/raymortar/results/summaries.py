@@ -7,12 +7,19 @@ this rank, and a line says so where there are several.
 from __future__ import annotations
 
 import dataclasses
-from typing import Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from dolfinx.fem import Function
 
 from ..interface.point_results import CLOSED, OPEN
+
+if TYPE_CHECKING:
+    from ..contact import Contact
+    from ..paths.history import History
+    from ..paths.load_steps import LoadSteps
+    from ..problem import CoupledProblem
 
 
 def of_options(options: Any) -> str:
@@ -48,7 +55,7 @@ def _here(comm: Any) -> str:
     return "" if comm.size == 1 else f" on rank {comm.rank} of {comm.size}"
 
 
-def of_contact(contact: Any) -> str:
+def of_contact(contact: Contact) -> str:
     """Pairs, method, law, coefficient, and counts of this rank."""
     facets = sum(len(zone.facets.slave_surface.facet_ids) for zone in contact.zones)
     counts = f"{facets} slave facets"
@@ -71,12 +78,12 @@ def of_contact(contact: Any) -> str:
     return f"<{type(contact).__name__} of {'; '.join(parts)}>"
 
 
-def of_contacts(contacts: Any) -> str:
+def of_contacts(contacts: Sequence[Contact]) -> str:
     """Several contacts in one problem."""
     return f"<Interactions of {len(contacts)}: {', '.join(map(repr, contacts))}>"
 
 
-def of_problem(problem: Any) -> str:
+def of_problem(problem: CoupledProblem) -> str:
     """Unknowns, conditions and contact of a problem."""
     functions = problem.contact.host.functions
     solved_for = ", ".join(repr(f.name) for f in functions)
@@ -88,7 +95,7 @@ def of_problem(problem: Any) -> str:
     )
 
 
-def of_load_steps(steps: Any, factor: float) -> str:
+def of_load_steps(steps: LoadSteps, factor: float) -> str:
     """How a path is led, and how far it is."""
     begin, end = steps.path
     led = "" if steps.control is None else f" led by {type(steps.control).__name__}"
@@ -99,7 +106,7 @@ def of_load_steps(steps: Any, factor: float) -> str:
     )
 
 
-def of_history(history: Any) -> str:
+def of_history(history: History) -> str:
     """Records, columns and file."""
     file = "no file" if history.path is None else f"file {str(history.path)!r}"
     return (

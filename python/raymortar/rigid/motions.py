@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mpi4py import MPI
 
@@ -13,6 +13,9 @@ from .. import _cpp
 from ..compat import Array, Indices
 from ..errors import raise_everywhere, require_agreement
 from .body import Body
+
+if TYPE_CHECKING:
+    from ..interface.zones import ZoneData
 
 # Largest rotation in one step with friction: after half a turn a slip has no direction.
 # Radians
@@ -51,7 +54,7 @@ def _freedom(body: Body, rows: Mapping[Body, Any]) -> _cpp.Freedom:
     )
 
 
-def loads_of_tools(zones: Sequence[Any]) -> bytes:
+def loads_of_tools(zones: Sequence[ZoneData]) -> bytes:
     """Positions and loads of all rigid bodies, on which a residual depends."""
     parts = []
     for zone in zones:

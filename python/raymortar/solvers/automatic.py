@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import warnings
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from petsc4py import PETSc
 
@@ -15,6 +15,9 @@ from .elimination import KnowsProblem, attach
 from .kept_factors import kept_factors
 from .linear import iterative
 from .petsc_objects import DIRECT
+
+if TYPE_CHECKING:
+    from ..problem import CoupledProblem
 
 log = logging.getLogger("raymortar")
 
@@ -52,7 +55,10 @@ def direct() -> dict[str, Any]:
 
 
 def linear_options(
-    problem: Any, given: Mapping[str, Any] | None, prefix: str, snes: bool = False
+    problem: CoupledProblem,
+    given: Mapping[str, Any] | None,
+    prefix: str,
+    snes: bool = False,
 ) -> dict[str, Any]:
     """PETSc options of the linear solver that a problem gets. Collective.
 
@@ -68,9 +74,11 @@ def linear_options(
         Whether the options are for SNES, which may solve its first systems less
         exactly.
 
-    Returns ------- If the user gives any option of the linear solver, the options of
-    the direct solver, which those of the user complete. Otherwise options of the solver
-    that suits the size.
+    Returns
+    -------
+    If the user gives any option of the linear solver, the options of the direct solver,
+    which those of the user complete. Otherwise options of the solver that suits the
+    size.
     """
     table = PETSc.Options(prefix)
     told = any(name.startswith(_ITS_OPTIONS) for name in given or ())
@@ -100,7 +108,7 @@ def _suits_kept_factors(problem: Any) -> bool:
     return bool(least <= layout.size <= most)
 
 
-def _suits_multigrid(problem: Any) -> bool:
+def _suits_multigrid(problem: CoupledProblem) -> bool:
     """Whether the iterative solver is the better choice. Collective."""
     contact = problem.contact
     unknowns = contact.layout.size_global

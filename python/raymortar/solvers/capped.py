@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 from mpi4py import MPI
 from petsc4py import PETSc
@@ -15,6 +15,9 @@ from .newton import NewtonSolver
 from .outcome import require_convergence
 from .petsc_objects import renew
 from .snes import SNESSolver
+
+if TYPE_CHECKING:
+    from ..interface.zones import ZoneData
 
 # Overlap at which a step ends, in sizes of slave facets. Without overlap no gap would
 # ever close
@@ -106,7 +109,7 @@ class CappedSolver:
         share = float(self.problem.comm.allreduce(min(shares), op=MPI.MIN))
         return max(share, LEAST)
 
-    def _of_zone(self, zone: Any, faced: Faced) -> float:
+    def _of_zone(self, zone: ZoneData, faced: Faced) -> float:
         """Share of the step that one zone allows on this rank. Collective."""
         u = self.problem.contact.u
         at = u.x.array.reshape(-1, u.function_space.dofmap.index_map_bs)

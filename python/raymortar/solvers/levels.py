@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from petsc4py import PETSc
 
@@ -14,6 +14,9 @@ from ..compat import Mask
 from .interpolation import LinearInterpolation
 from .petsc_options import PetscOptions
 from .rigid_motions import nullspace_of
+
+if TYPE_CHECKING:
+    from ..problem import CoupledProblem
 
 
 class BodiesLevels:
@@ -39,7 +42,7 @@ class BodiesLevels:
         From each level to the next finer one.
     """
 
-    def __init__(self, problem: Any, prefix: str) -> None:
+    def __init__(self, problem: CoupledProblem, prefix: str) -> None:
         V, self.fixed = problem.contact.u.function_space, problem.constrained
         K = assemble_matrix(problem.a, bcs=problem.bcs)
         K.assemble()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 from petsc4py import PETSc
 
@@ -10,6 +10,9 @@ import numpy as np
 
 from .. import compat
 from ..host.marks import marked_everywhere
+
+if TYPE_CHECKING:
+    from ..interaction import Interaction
 
 # Layers of cells at the surfaces whose nodes are near contact (measured:
 # docs/parallel.md)
@@ -58,7 +61,7 @@ class NearContact:
             thing.destroy()
 
 
-def rows_near_contact(contact: Any, layers: int = LAYERS) -> PETSc.IS:
+def rows_near_contact(contact: Interaction, layers: int = LAYERS) -> PETSc.IS:
     """Owned rows near contact: the displacement on its surfaces and in some layers of
     cells behind them, all multipliers and free bodies. Collective.
 

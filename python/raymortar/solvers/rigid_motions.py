@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from petsc4py import PETSc
 
 import numpy as np
 
 from ..compat import Array, Mask
+
+if TYPE_CHECKING:
+    from ..interaction import Interaction
 
 # Share of a motion that is rounding error once the other motions are taken off
 NOTHING = 1e-8
@@ -31,7 +34,7 @@ def rigid_motions(V: Any) -> list[Array]:
     return [motion.ravel() for motion in motions]
 
 
-def near_nullspace(contact: Any) -> PETSc.NullSpace:
+def near_nullspace(contact: Interaction) -> PETSc.NullSpace:
     """Rigid motions as vectors over the owned displacement dofs. Collective."""
     return nullspace_of(contact.u.function_space)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 from mpi4py import MPI
 
@@ -13,9 +13,13 @@ from ..compat import Array
 from ..host.reference_facets import shape_functions
 from ..interface.stiffness import owned_nodes_on
 
+if TYPE_CHECKING:
+    from ..contact import Contact
 
-def lumped_mass(contact: Any) -> Array:
+
+def lumped_mass(contact: Contact) -> Array:
     """int N_a dG at the owned unknowns of the multiplier, (nodes,). Collective."""
+    assert contact.multiplier is not None
     W = contact.multiplier.function_space
     mass = compat.create_la_vector(W.dofmap.index_map, 1)
     degree = compat.element_info(W).degree
@@ -31,7 +35,7 @@ def lumped_mass(contact: Any) -> Array:
     return mass.array[contact.layout.owned_multipliers]
 
 
-def surface_stiffness(contact: Any) -> float:
+def surface_stiffness(contact: Contact) -> float:
     """Diagonal of the volume's stiffness per area of the slave surface. Collective."""
     V, comm = contact.u.function_space, contact.layout.comm
     bs = V.dofmap.index_map_bs

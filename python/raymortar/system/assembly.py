@@ -2,30 +2,42 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from typing import Any
 
 from petsc4py import PETSc
 
 import numpy as np
-import numpy.typing as npt
 from dolfinx.fem import Function
 
 from .. import _cpp
+from ..compat import Mask
 from ..errors import ContactError, together
-from ..host.bodies import Bodies
-from ..interface.coefficients import one_or_each
+from ..interface.coefficients import PairCoefficients, one_or_each, spread
+from ..interface.contact_surfaces import ContactSurfaces
+from ..interface.cross_points import crossing
 from ..interface.held import any_held, any_node_held, refuse_held, refuse_held_on_tools
-from ..interface.interfaces import Interfaces
+from ..interface.present import PresentState
 from ..interface.shear_modulus import shear_moduli
 from ..interface.stiffness import VolumePattern, contact_stiffness, mean_facet_size
 from ..interface.zones import on_sides
-from ..results.fields import ContactFields
-from .coupled import CoupledSystem
+from ..options.methods import AugmentedLagrangian, Penalty
+
+_numbers = itertools.count()
 
 
-class ContactAssembly(CoupledSystem, ContactFields):
-    """What one contact adds to matrices and vectors: a base class of `Contact`.
+class ContactAssembly:
+    """What one contact adds to matrices and vectors, and its coefficient.
+
+    Parameters
+    ----------
+    surfaces
+        Of the contact.
+    present
+        Its present state.
+    method
+        Its method.
 
     Attributes
     ----------
@@ -33,63 +45,64 @@ class ContactAssembly(CoupledSystem, ContactFields):
         Number of this contact, which no other contact has.
     partners
         Numbers of all contacts of its problem, its own included.
+    gamma
+        Coefficient in use, see `Contact`.
+    gamma_scale
+        Mean of gamma, by which the multiplier is divided among the unknowns.
+    volume
+        Pattern of the volume, once there is a problem.
     preallocations, extensions
         How often a matrix was preallocated, and the pattern of entries extended.
     """
 
-    method: Any
-    bodies: Bodies
-    number: int
-    partners: tuple[int, ...]
-    gamma_scale: float
-    extensions: int
-    _interfaces: Interfaces | None
-    _fixed_by: tuple[Any, ...] | None
-    _fixed: npt.NDArray[np.int8]
-    _some_held: bool
-    _crosses = False  # whether some nodes are damped that are not held
+    def __init__(
+        self,
+        surfaces: ContactSurfaces,
+        present: PresentState,
+        method: AugmentedLagrangian | Penalty,
+    ) -> None:
+        self.surfaces, self.present, self._method = surfaces, present, method
+        self.zones, self.layout = surfaces.zones, surfaces.layout
+        self.host = surfaces.host
+        self.number = next(_numbers)
+        self.partners: tuple[int, ...] = (self.number,)
+        self.gamma: float | Function | PairCoefficients | None = None
+        self.gamma_scale = 1.0
+        self.volume: VolumePattern | None = None
+        self.preallocations, self.extensions = 0, 0
+        # For which conditions the zones know what is prescribed; None: for none
+        self._prescribed_by: tuple[Any, ...] | None = ()
+        self._prescribed: Mask = np.zeros(len(surfaces.u.x.array), dtype=bool)
+        self._some_held = False
+        self._crosses = False  # whether nodes are damped that are not held
 
-    @property
-    def contacts(self) -> tuple[Any, ...]:  # type: ignore[override]
-        """This contact alone; see `CoupledSystem`."""
-        return (self,)
+    def set_gamma(self, gamma: float | Function | PairCoefficients) -> None:
+        """Set the coefficient; see `Contact.set_gamma`. Collective."""
+        nodal, self.gamma_scale = spread(gamma, self.surfaces)
+        for zone, values in zip(self.zones, nodal):
+            zone.cpp.set_gamma(values.of_facets, self.gamma_scale, values.of_pairs())
+        self.gamma = gamma
+        self.present.note_change()
 
-    def set_gamma(self, gamma: Any) -> None:
-        """Set the augmentation or penalty coefficient: `Contact` defines it.
-        Collective."""
-        raise NotImplementedError
-
-    @property
-    def interfaces(self) -> Interfaces:
-        """Pairs of bodies that meet. Collective at first."""
-        if self._interfaces is None:
-            self._interfaces = Interfaces(self.zones, self.layout, self.bodies)
-        return self._interfaces
+    # Unknowns
 
     def solve_for(self, functions: Sequence[Function]) -> None:
-        """Take the functions that a problem solves for. Collective.
-
-        Raises
-        ------
-        ContactError
-            If the displacement is not among them, if another problem of this contact
-            has other unknowns, or if that problem has several contacts.
-        """
+        """Take what a problem of this contact alone solves for. Collective."""
         was_alone = self.partners == (self.number,)
         self.settle(functions, (self.number,))
         if not (self.host.is_plain and was_alone):
             self.layout.place(0, self.layout.owned_size)
             self.send_rows()
-        self.meet((self,))
+        self.meet([self.surfaces])
 
     def settle(self, functions: Sequence[Function], partners: tuple[int, ...]) -> None:
         """Take the functions of a problem and the numbers of its contacts.
         Collective."""
-        with together(self._comm):
-            settled = self._volume is not None
+        with together(self.surfaces.comm):
+            settled = self.volume is not None
             if settled and partners != self.partners:
                 raise ContactError(
-                    f"the contact of slave {self.tags} belongs to a problem "
+                    f"the contact of slave {self.surfaces.tags} belongs to a problem "
                     f"{'alone' if len(self.partners) == 1 else 'with others'}: make "
                     "another Contact for this one, or problems of the same contacts in "
                     "the same order"
@@ -97,71 +110,91 @@ class ContactAssembly(CoupledSystem, ContactFields):
             self.host.solve_for(functions, settled)
         self.partners = partners
 
-    def meet(self, contacts: Sequence[Any]) -> None:
-        """Take the interactions of its problem. Collective."""
-
-    @property
-    def tags(self) -> str:
-        """Slave tags, for messages."""
-        tags = [str(zone.facets.slave_tag) for zone in self.zones]
-        return f"tag{'s' * (len(tags) > 1)} {', '.join(tags)}"
+    def meet(self, contacts: Sequence[ContactSurfaces]) -> None:
+        """Take the surfaces of all contacts of a problem: where a tie shares slave nodes
+        with one, its multipliers are damped [theory (4.20)]. Collective."""
+        if self.surfaces.tied is None or self.surfaces.multiplier is None:
+            return
+        marked = crossing(self.surfaces, contacts)
+        for zone, dofs in zip(self.zones, marked):
+            zone.cpp.set_crossing(dofs)
+        count = sum(int(dofs.sum()) for dofs in marked)
+        self._crosses = self.surfaces.comm.allreduce(count) > 0
+        self._prescribed_by = None  # the modulus is asked for anew
 
     def send_rows(self) -> None:
         """Rows of the unknowns to the zones. Collective."""
         for zone in self.zones:
-            sides = zone.facets.slave_surface, zone.facets.master_surface
             zone.cpp.set_rows(
-                *(self.layout.u_rows[side.dofs] for side in sides),
+                self.layout.u_rows[zone.facets.slave_surface.dofs],
+                self.layout.u_rows[zone.facets.master_surface.dofs],
                 self.layout.multiplier_rows[zone.multiplier_nodes],
             )
 
+    # Volume
+
     def take_over(self, volume: VolumePattern, bcs: Sequence[Any]) -> None:
         """Take a volume, and the automatic gamma from it if none is set. Collective."""
-        self._volume = volume
-        self._fixed_by = None  # held nodes need its stiffness
+        self.volume = volume
+        self._prescribed_by = None  # held nodes need its stiffness
         if self.gamma is None:
-            tables = contact_stiffness(volume, self.layout, self.interfaces, bcs)
-            stiffness = one_or_each(self.interfaces, tables)
-            self.set_gamma(self.method.automatic_factor * stiffness)
+            interfaces = self.surfaces.interfaces
+            tables = contact_stiffness(volume, self.layout, interfaces, bcs)
+            stiffness = one_or_each(interfaces, tables)
+            self.set_gamma(self._method.automatic_factor * stiffness)
 
     def belong_to(self, volume: VolumePattern) -> None:
         """Take the volume, from `prepare`, of another problem of this contact."""
-        if volume is not self._volume:
-            self._volume = volume
-            self._fixed_by = None
+        if volume is not self.volume:
+            self.volume = volume
+            self._prescribed_by = None
 
     def note_room(self, extended: bool) -> None:
         """Count a preallocation, and whether patterns have been extended for it."""
         self.preallocations += 1
         self.extensions += extended
 
-    def _fix(self, bcs: Sequence[Any]) -> None:
+    # Assembly
+
+    def prescribed(self, bcs: Sequence[Any]) -> Mask:
+        """Whether Dirichlet conditions prescribe a dof of u; ghosted. The zones are told
+        if they did not know. Collective."""
+        by = self._prescribed_by
+        if by is None or tuple(map(id, bcs)) != tuple(map(id, by)):
+            self._prescribe(bcs)
+            self._prescribed_by = tuple(bcs)
+        return self._prescribed
+
+    def _prescribe(self, bcs: Sequence[Any]) -> None:
         """Tell the zones which displacements are prescribed. Collective."""
-        by = self._fixed_by
-        if by is not None and tuple(map(id, bcs)) == tuple(map(id, by)):
-            return
-        self._fixed, _ = self.host.prescribed_u(bcs)
+        surfaces = self.surfaces
+        marker, _ = self.host.prescribed_u(bcs)
+        self._prescribed = marker == 1
         for zone in self.zones:
-            zone.cpp.set_fixed(*on_sides(zone, self._fixed.astype(np.float64)))
-        self._fixed_by = tuple(bcs)
-        if self.multiplier is None:
+            zone.cpp.set_fixed(*on_sides(zone, marker.astype(np.float64)))
+        if surfaces.multiplier is None:
             return
-        if self._volume is not None:
-            for zone, modulus in zip(self.zones, shear_moduli(self, bcs)):
+        if self.volume is not None:
+            moduli = shear_moduli(surfaces, self.volume, bcs)
+            for zone, modulus in zip(self.zones, moduli):
                 zone.cpp.set_shear_modulus(modulus)
-        refuse_held_on_tools(self, self._fixed)
-        self._some_held = any_held(self, self._fixed)
-        if any_node_held(self, self._fixed) or self._crosses:
-            for zone, modulus in zip(self.zones, self._moduli(bcs)):
+        refuse_held_on_tools(surfaces, self._prescribed)
+        self._some_held = any_held(surfaces, self._prescribed)
+        if any_node_held(surfaces, self._prescribed) or self._crosses:
+            for zone, modulus in zip(self.zones, self.moduli(bcs)):
                 zone.cpp.set_modulus(modulus)
 
-    def _moduli(self, bcs: Sequence[Any]) -> list[float]:
+    def moduli(self, bcs: Sequence[Any]) -> list[float]:
         """Modulus of the softest body of each zone. If the volume's form gives none,
         the coefficient times the size of facets. Stress. Collective."""
-        if self._volume is not None:
+        if self.volume is not None:
             try:
                 tables = contact_stiffness(
-                    self._volume, self.layout, self.interfaces, bcs, times_size=True
+                    self.volume,
+                    self.layout,
+                    self.surfaces.interfaces,
+                    bcs,
+                    times_size=True,
                 )
             except ContactError:  # on all ranks
                 pass
@@ -170,23 +203,18 @@ class ContactAssembly(CoupledSystem, ContactFields):
         size = mean_facet_size(self.layout, self.zones)
         return [self.gamma_scale * size] * len(self.zones)
 
-    def prescribed(self, bcs: Sequence[Any]) -> npt.NDArray[np.bool_]:
-        """Whether Dirichlet conditions prescribe a dof of u; ghosted. Collective."""
-        self._fix(bcs)
-        return self._fixed == 1
-
     def add_tangent(self, A: PETSc.Mat, bcs: Sequence[Any]) -> None:
         """Add this contact's part of `assemble_matrix`. Collective."""
-        self._fix(bcs)
+        self.prescribed(bcs)
         if self._some_held:
-            refuse_held(self)
-        with together(self._comm):
+            refuse_held(self.surfaces)
+        with together(self.surfaces.comm):
             for zone in self.zones:
                 _cpp.add_tangent(zone.cpp, A.handle, zone.positions, zone.assembly)
 
     def add_residual(self, b: PETSc.Vec, bcs: Sequence[Any]) -> None:
         """Add this contact's part of `assemble_vector`. Collective."""
-        self._fix(bcs)
-        with together(self._comm):
+        self.prescribed(bcs)
+        with together(self.surfaces.comm):
             for zone in self.zones:
                 _cpp.add_residual(zone.cpp, b.handle, zone.assembly)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import Any
 
@@ -9,15 +10,18 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 import numpy as np
+from dolfinx.fem import Function
 
 from .. import _cpp, compat
-from ..compat import Array
+from ..compat import Array, Mask
 from ..errors import raise_everywhere, together
 from ..host.dropped import free_dropped
 from ..host.forms import check_compiled
 from ..host.host import Host
+from ..host.layout import CoupledRows
 from ..interface.stiffness import VolumePattern
-from ..interface.zones import on_sides
+from ..interface.zones import ZoneData, on_sides
+from .assembly import ContactAssembly
 from .free_bodies import FreeBodies
 from .memory import matrix_bytes, require_memory
 
@@ -26,52 +30,86 @@ from .memory import matrix_bytes, require_memory
 ROOM = "raymortar_room"
 
 
-class CoupledSystem:
+class CoupledSystem(ABC):
     """Matrices and vectors over [u, multipliers] of one contact, or of several.
 
-    Attributes
+    Parameters
     ----------
-    contacts
-        The contacts, in the order of their multipliers' rows.
+    host
+        What is solved for.
+    parts
+        What each contact adds, in the order of their multipliers' rows.
     """
 
-    contacts: tuple[Any, ...]
-    zones: Any
-    host: Host
-    u: Any
-    layout: Any
-    updates: int
-    gamma: Any
-    gamma_scale: Any
-    axisymmetric: bool
-    _comm: MPI.Comm
-    _volume: Any
-    _free_bodies: FreeBodies
+    def __init__(self, host: Host, parts: Sequence[ContactAssembly]) -> None:
+        self.host, self.parts = host, tuple(parts)
+        self._comm: MPI.Comm = host.comm
+        self._free_bodies: FreeBodies | None = None
+
+    @property
+    @abstractmethod
+    def layout(self) -> CoupledRows:
+        """Rows of the unknowns."""
+
+    @property
+    def u(self) -> Function:
+        """Displacement."""
+        return self.host.u
+
+    @property
+    def zones(self) -> list[ZoneData]:
+        """Slave surfaces of all contacts."""
+        return [zone for part in self.parts for zone in part.zones]
+
+    @property
+    def axisymmetric(self) -> bool:
+        """Whether integrals go over a full turn."""
+        return self.parts[0].surfaces.axisymmetric
+
+    @property
+    def updates(self) -> int:
+        """Calls of `update` so far."""
+        return min(part.present.updates for part in self.parts)
+
+    @property
+    def preallocations(self) -> int:
+        """How often a matrix was preallocated."""
+        return max(part.preallocations for part in self.parts)
 
     def update(self, rays_only: bool = False) -> None:
         """Pair and integrate at the present displacement. Collective.
 
-        `Contact` and `Interactions` define it.
+        Parameters
+        ----------
+        rays_only
+            Keep the integration points on the slave and cast their rays anew. The
+            tangent is then that at fixed points, whatever `tangent` says.
+
+        Raises
+        ------
+        ContactError
+            If the displacement is not finite, or if the mesh has been moved on the
+            contact surfaces since `Contact` was made.
         """
-        raise NotImplementedError
+        for part in self.parts:
+            part.present.update(rays_only)
 
     @property
     def free_bodies(self) -> FreeBodies:
         """Equations of the free rigid bodies. Collective."""
-        known = getattr(self, "_free_bodies", None)
-        if known is None or known.layout is not self.layout:
-            known = self._free_bodies = FreeBodies(self)
-        return known
+        if self._free_bodies is None or self._free_bodies.layout is not self.layout:
+            self._free_bodies = FreeBodies(self)
+        return self._free_bodies
 
     # Values
 
+    @abstractmethod
     def to_vector(self, x: PETSc.Vec) -> None:
         """Copy functions to the solver's unknowns; divide multipliers by gamma."""
-        self.layout.to_vector(x, self.gamma_scale)
 
+    @abstractmethod
     def from_vector(self, x: PETSc.Vec) -> None:
         """Copy the solver's unknowns to the functions and their ghosts. Collective."""
-        self.layout.from_vector(x, self.gamma_scale)
 
     # Volume
 
@@ -94,12 +132,24 @@ class CoupledSystem:
         """
         with together(self._comm):
             check_compiled(a, len(self.host.functions))
-        for contact in self.contacts:
-            if contact.host.spaces is None:
-                contact.host.spaces = [compat.test_space(a)]
-        volume = self._volume = VolumePattern(a, self.layout, self.axisymmetric)
-        for contact in self.contacts:
-            contact.take_over(volume, bcs)
+        for part in self.parts:
+            if part.host.spaces is None:
+                part.host.spaces = [compat.test_space(a)]
+        volume = VolumePattern(a, self.layout, self.axisymmetric)
+        for part in self.parts:
+            part.take_over(volume, bcs)
+        return volume
+
+    def belong_to(self, volume: VolumePattern) -> None:
+        """Go over to the volume, of `prepare`, of another problem of these contacts."""
+        for part in self.parts:
+            part.belong_to(volume)
+
+    @property
+    def _volume(self) -> VolumePattern:
+        """The volume of the problem."""
+        volume = self.parts[0].volume
+        assert volume is not None, "call prepare first"
         return volume
 
     @property
@@ -134,7 +184,8 @@ class CoupledSystem:
         # Free the memory of earlier solvers before more is needed
         free_dropped(self._comm)
         compat.destroy_garbage(self._comm)
-        if self._volume is None or self._volume.form is not a:
+        volume = self.parts[0].volume
+        if volume is None or volume.form is not a:
             self.prepare(a)
         A = self.layout.create_matrix()
         self.update()
@@ -149,10 +200,10 @@ class CoupledSystem:
         for zone in self.zones:
             zone.positions.forget()
         # A later matrix takes the memory of the last one
-        if not any(contact.preallocations for contact in self.contacts):
-            require_memory(self._comm, matrix_bytes(self._volume, self.contacts))
-        for contact in self.contacts:
-            contact.note_room(extended)
+        if not self.preallocations:
+            require_memory(self._comm, matrix_bytes(self._volume, self.parts))
+        for part in self.parts:
+            part.note_room(extended)
         _cpp.preallocate(
             A.handle,
             self._volume.offsets,
@@ -165,7 +216,7 @@ class CoupledSystem:
     @property
     def _room(self) -> tuple[int, ...]:
         """Number of the volume, and how often each contact's patterns were extended."""
-        return (self._volume.number, *(c.extensions for c in self.contacts))
+        return (self._volume.number, *(part.extensions for part in self.parts))
 
     def _require(self, name: str, thing: Any, kind: type) -> None:
         """Raise unless a method may be called now, and with this object. Collective."""
@@ -188,11 +239,11 @@ class CoupledSystem:
 
     def _order_fault(self, name: str) -> str | None:
         """What the user should have called first, if anything."""
-        if self._volume is None and name == "make_room":
+        if self.parts[0].volume is None and name == "make_room":
             return "make_room needs the volume's pattern: call create_matrix(a) first"
         if self.updates == 0:
             return f"{name} needs pairs: call update first"
-        if self.gamma is None:
+        if any(part.gamma is None for part in self.parts):
             return f"{name} needs gamma: give one, or make a problem, which sets it"
         return None
 
@@ -200,7 +251,7 @@ class CoupledSystem:
         """Whether the zones' patterns have all present pairs, on all ranks.
         Collective."""
         covered = all(zone.pattern.covers(zone.cpp) for zone in self.zones)
-        return self._comm.allreduce(covered, op=MPI.LAND)
+        return bool(self._comm.allreduce(covered, op=MPI.LAND))
 
     def _has_room(self, A: PETSc.Mat) -> bool:
         """Whether A can hold the present pairs, on all ranks. Collective.
@@ -210,8 +261,8 @@ class CoupledSystem:
         responsibility.
         """
         room = A.getAttr(ROOM)
-        known = room is None or room == self._room
-        return known and self._patterns_cover()
+        is_known = bool(room is None or room == self._room)
+        return is_known and self._patterns_cover()
 
     def make_room(self, A: PETSc.Mat) -> bool:
         """Preallocate A anew if pairs have appeared that it cannot hold. Collective.
@@ -238,8 +289,8 @@ class CoupledSystem:
         Constrained rows and columns are left out. The caller assembles A afterwards.
         """
         self._require("assemble_matrix", A, PETSc.Mat)
-        for contact in self.contacts:
-            contact.add_tangent(A, bcs)
+        for part in self.parts:
+            part.add_tangent(A, bcs)
         if self.layout.bodies:
             self.free_bodies.add_tangent(A)
 
@@ -249,14 +300,14 @@ class CoupledSystem:
         Constrained rows are left out. The caller assembles b afterwards.
         """
         self._require("assemble_vector", b, PETSc.Vec)
-        for contact in self.contacts:
-            contact.add_residual(b, bcs)
+        for part in self.parts:
+            part.add_residual(b, bcs)
         if self.layout.bodies:
             self.free_bodies.add_residual(b)
 
-    def constrained(self, bcs: Sequence[Any]) -> Any:
+    def constrained(self, bcs: Sequence[Any]) -> Mask:
         """Whether Dirichlet conditions prescribe a dof of u; ghosted. Collective."""
-        return [contact.prescribed(bcs) for contact in self.contacts][0]
+        return [part.prescribed(bcs) for part in self.parts][0]
 
     def apply_lifting(
         self, b: PETSc.Vec, bcs: Sequence[Any], x0: Array, alpha: float

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 from mpi4py import MPI
 from petsc4py import PETSc
@@ -15,6 +15,9 @@ from ..errors import SetUpError, raise_everywhere
 from ..interface.point_results import CLOSED, OPEN, PointStatus
 from ..interface.stiffness import mean_facet_size
 from ..rigid.body import Body
+
+if TYPE_CHECKING:
+    from .coupled import CoupledSystem
 
 # Share of a motion along the normals of closed points that counts as zero
 _NOTHING = 1e-10
@@ -102,7 +105,7 @@ class FreeBodies:
         One contact or several, after the first update.
     """
 
-    def __init__(self, system: Any) -> None:
+    def __init__(self, system: CoupledSystem) -> None:
         self._system, self.layout = system, system.layout
         self._comm: MPI.Comm = system.layout.comm
         self._size = mean_facet_size(system.layout, system.zones)
@@ -212,8 +215,8 @@ class FreeBodies:
         distances, and the stiffnesses of their springs of contact along it."""
         R, shift = body.pose_of(body.motion())
         ahead, springs = [np.empty(0)], [np.empty(0)]
-        for contact in self._system.contacts:
-            for zone in contact.zones:
+        for part in self._system.parts:
+            for zone in part.zones:
                 if body not in zone.facets.bodies:
                     continue
                 points = zone.points()
@@ -221,7 +224,7 @@ class FreeBodies:
                 x = _in_space(points["x"])[facing > 0.0]
                 rays = np.broadcast_to(-(R.T @ way), x.shape)
                 found = body.tool.distances_along((x - shift) @ R, rays.copy())
-                stiffness = contact.gamma_scale * points["weight"] * facing**2
+                stiffness = part.gamma_scale * points["weight"] * facing**2
                 is_ahead = np.isfinite(found) & (found >= 0.0)
                 ahead.append(found[is_ahead])
                 springs.append(stiffness[facing > 0.0][is_ahead])
@@ -255,7 +258,7 @@ class FreeBodies:
         SetUpError
             If nothing stops a body.
         """
-        if not self.bodies or self._system.gamma is None:
+        if not self.bodies or any(part.gamma is None for part in self._system.parts):
             return
         self._system.update()
         self._flown.clear()
@@ -291,8 +294,8 @@ class FreeBodies:
         freedom.values = freedom.values + self._landing(found, force) * along
         self._flown.add(body)
         # A flight is no slip
-        for contact in self._system.contacts:
-            contact.forget_flight(body)
+        for part in self._system.parts:
+            part.present.forget_flight(body)
         return True
 
     def _left_behind(self, push: Push) -> str:

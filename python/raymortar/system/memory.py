@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from mpi4py import MPI
 from petsc4py import PETSc
@@ -12,6 +11,9 @@ from petsc4py import PETSc
 import numpy as np
 
 from ..errors import raise_everywhere
+from ..interface.stiffness import VolumePattern
+from ..interface.zones import ZoneData
+from .assembly import ContactAssembly
 
 # Average number of pairs of facets that share an entry: the number of facets around a
 # node. This is exact for two regular lattices of any sizes
@@ -30,7 +32,7 @@ def available_memory() -> int | None:
     return 1024 * int(found[0][1]) if found else None
 
 
-def contact_entries(zone: Any, components: int) -> int:
+def contact_entries(zone: ZoneData, components: int) -> int:
     """Approximate lower bound of the matrix entries that couple this rank's pairs.
 
     Parameters
@@ -47,16 +49,16 @@ def contact_entries(zone: Any, components: int) -> int:
     return 2 * len(zone.pattern) * rows * columns // _AROUND_A_NODE[slave.shape]
 
 
-def matrix_bytes(volume: Any, contacts: Sequence[Any]) -> int:
+def matrix_bytes(volume: VolumePattern, parts: Sequence[ContactAssembly]) -> int:
     """Approximate lower bound of the bytes of this rank's part of the matrix.
 
     Counted are entries of volume and contact, and columns twice, as the pattern is made
     next to the matrix.
     """
     entries = len(volume.columns) + sum(
-        contact_entries(zone, contact.layout.components)
-        for contact in contacts
-        for zone in contact.zones
+        contact_entries(zone, part.layout.components)
+        for part in parts
+        for zone in part.zones
     )
     return entries * (_VALUE + 2 * _INDEX)
 

@@ -385,5 +385,5 @@ def test_damping_takes_the_modulus_without_bulk(cell_2d):
     one, other = blocks_of(0.3), blocks_of(0.4999)
     for problem in (one, other):
         problem.problem.F(problem.problem.start(), problem.problem.create_vector())
-    moduli = [problem.contact._moduli([]) for problem in (one, other)]
+    moduli = [problem.contact.assembly.moduli([]) for problem in (one, other)]
     assert moduli[1][0] == pytest.approx(moduli[0][0], rel=1e-4)

@@ -266,7 +266,7 @@ def test_values_that_differ_by_rounding_are_one():
 def test_moduli_are_of_pairs(cell_2d):
     """(5.5): that of the softer body, times 1e4 beside each other."""
     problem = of_two_pairs(cell_2d, bcs=lambda V, s: [fix(V, s, ["slave_0", "bottom"])])
-    soft, hard = problem.contact._moduli(problem.problem.bcs)
+    soft, hard = problem.contact.assembly.moduli(problem.problem.bcs)
     ratio = hard / soft
     assert 0.2 * HARD / SOFT < ratio < 5.0 * HARD / SOFT
 

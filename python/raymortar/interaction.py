@@ -1,0 +1,200 @@
+"""What one contact and several offer alike: results, and steps that are accepted."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from .compat import Array
+from .host.bodies import Bodies
+from .host.host import Host
+from .interface.pairs import Pair, PairTable
+from .interface.point_results import Resultant, Statistics, statistics
+from .results.points import PointResults
+from .rigid.body import Body
+from .system.assembly import ContactAssembly
+from .system.coupled import CoupledSystem
+
+if TYPE_CHECKING:
+    from .contact import Contact
+
+
+class Interaction(CoupledSystem):
+    """One contact, or several in one problem: the base of `Contact`.
+
+    Its public methods hand over to objects: `results` reads points, ``parts`` add to
+    matrices and vectors, and each part's ``present`` pairs surfaces.
+
+    Parameters
+    ----------
+    host
+        What is solved for.
+    parts
+        What each contact adds to matrices and vectors.
+    pairs
+        Pairs of all contacts.
+
+    Attributes
+    ----------
+    results
+        Results at the integration points.
+    """
+
+    def __init__(
+        self, host: Host, parts: Sequence[ContactAssembly], pairs: PairTable
+    ) -> None:
+        super().__init__(host, parts)
+        self.results = PointResults(
+            self.zones,
+            pairs,
+            [part.present for part in self.parts],
+            self.u,
+            self._comm,
+        )
+
+    @property
+    @abstractmethod
+    def contacts(self) -> tuple[Contact, ...]:
+        """The contacts, in the order of their multipliers' rows."""
+
+    @property
+    def pairs(self) -> list[Pair]:
+        """All pairs, each once, in the order in which they were given.
+
+        Tags, names and the label of their columns in a `History`; ``points()["pair"]``
+        and `resultants` count by them.
+        """
+        return self.results.pairs.pairs
+
+    @property
+    def bodies(self) -> Bodies:
+        """Parts of the mesh that are connected, by displacement node."""
+        return self.parts[0].surfaces.bodies
+
+    # State
+
+    @property
+    def revision(self) -> int:
+        """Changes so far of what an assembled residual depends on, `u` and `multiplier`
+        aside: pairing, history, coefficient."""
+        return sum(part.present.revision for part in self.parts)
+
+    @property
+    def u_old(self) -> Array:
+        """Displacement of the accepted step, of this rank's dofs. Not to be written."""
+        return self.parts[0].present.u_old
+
+    def advance(self) -> None:
+        """Accept the step: the present state becomes the old one. Collective.
+
+        The history is the old displacement, and with friction what its springs hold on
+        each slave facet (none with ``tangential="rate"``), for which results are brought
+        up to date if the state is another than at the last `update`. They stay those of
+        the accepted step until the next one.
+        """
+        for part in self.parts:
+            part.present.advance()
+
+    # Results
+
+    def points(self, zone: int = 0) -> dict[str, Array]:
+        """Arrays over this rank's integration points of a zone, at the last `update`.
+
+        Parameters
+        ----------
+        zone
+            Number of the slave surface, from 0 on in the order of pairs.
+
+        Returns
+        -------
+        Arrays by name, n rows each:
+
+        - ``x`` (n, d): deformed position; ``normal`` (n, d): the slave's, outward
+        - ``gap``: of the law, with the offset; negative in penetration. Length
+        - ``distance``: slave to master along the normal, without the offset. Length
+        - ``pressure``: what the law presses with, **negative in compression**, 0 where
+          it is open. Traction
+        - ``traction`` (n, d): what acts on the slave, in global coordinates
+        - ``slip`` (n, d), with friction only: since the accepted step. Length
+        - ``status``: a `PointStatus`
+        - ``weight``: area for which a point stands, by `measure`, of a full turn if the
+          contact is axisymmetric: sums over points are integrals. **Negative** at points
+          without hit that take from a whole facet what its segments cover. ``area``:
+          the same in the undeformed configuration
+        - ``pair``: number of the pair in `pairs`, -1 where no master is hit
+        - ``slave``, ``master``: facets by their local numbers, -1 for no master;
+          ``xi``, ``eta`` (n, d - 1): reference coordinates on these
+        - ``seed``: master facet of the segment, on which the ray starts its search; -1
+          on uncovered parts. ``ray``: how the search ended, 0 for a hit
+        """
+        return self.results.points(zone)
+
+    def write_segments(self, path: str | Path) -> None:
+        """Segments and integration points as VTK files for ParaView. Collective.
+
+        Writes ``<path>`` with one polygon (line in 2D) for each part of a slave facet
+        that faces one master facet, in the deformed configuration, and
+        ``<stem>_points.vtu`` with the integration points; in parallel, one piece of
+        each per rank and a ``.pvtu`` file that joins them.
+
+        Parameters
+        ----------
+        path
+            File name that ends in ``.vtu``.
+        """
+        self.results.write_segments(path)
+
+    def resultant(
+        self, slave: int | str = 0, master: int | str | Body | None = None
+    ) -> Resultant:
+        """Contact force on a slave surface, or of a pair, its moment and its parts.
+
+        The force on the slave; that on the master is the opposite. With
+        ``axisymmetric=True`` it is that of a full turn, along the axis, and ``radial``
+        has what cancels in it: see `results.Resultant`. Collective.
+
+        Parameters
+        ----------
+        slave
+            With a master the slave of the pair, its name or tag. Without one its name,
+            or the number of the slave surface, from 0 on in the order of pairs.
+        master
+            Name or tag, or a `rigid.Body`. None: all that the slave meets.
+
+        Raises
+        ------
+        ContactError
+            If there is no such surface or pair.
+
+        Examples
+        --------
+        >>> contact.resultant("ring", "plate").force
+        >>> contact.resultant("ring").force  # of all its pairs
+        """
+        return self.results.resultant(slave, master)
+
+    def resultants(self) -> list[Resultant]:
+        """`resultant` of every pair, in the order of `pairs`. Collective."""
+        return self.results.resultants()
+
+    def resultant_on(self, body: Body) -> Resultant:
+        """Contact force on a rigid body, moment about its centre where that is, and
+        parts of the force, from all slaves that it meets. Collective.
+
+        The opposite of `resultant`, whose moments are about the origin.
+
+        Raises
+        ------
+        ContactError
+            If no slave meets it.
+        """
+        return self.results.resultant_on(body)
+
+    @property
+    def statistics(self) -> Statistics:
+        """Counts and seconds over all zones and ranks: see `Statistics`. Collective."""
+        counts = statistics(self.zones, self.layout)
+        counts.preallocations = self.preallocations
+        return counts
