@@ -26,9 +26,10 @@ log = logging.getLogger("raymortar")
 # faster at all sizes that were measured.
 MOST_DIRECT = {1: 40_000, 2: 20_000}
 
-# Unknowns in 3D between which factors of linear bodies are kept, and the share of the
-# operations of the direct solver up to which they are used (measured: docs/performance.md)
-KEPT, MOST_KEPT = (2_000, 100_000), 0.7
+# Unknowns in 3D from which linear bodies keep their factors, in place of the direct
+# solver's, and the share of its operations that they may take (measured:
+# docs/linear_bodies.md)
+LEAST_KEPT, MOST_KEPT = 2_000, 0.7
 
 # A Krylov solver that does well needs less than a third of this
 MOST_ITERATIONS = 100
@@ -87,25 +88,23 @@ def linear_options(
     if layout.comm.allreduce(int(told)):
         return direct()
     unknowns, options, name = layout.size_global, direct(), "a direct one"
-    if _suits_kept_factors(problem):
-        options, name = kept_factors(MOST_KEPT), "a direct one that keeps factors"
-    elif _suits_multigrid(problem):
+    if _suits_multigrid(problem):
         options = {**(INEXACT if snes else {}), **with_fallback()}
         name = "multigrid for the bodies"
+    elif _suits_kept_factors(problem):
+        options, name = kept_factors(MOST_KEPT), "a direct one that keeps factors"
     if layout.comm.rank == 0:
         log.info("linear solver of %d unknowns: %s", unknowns, name)
     return options
 
 
-def _suits_kept_factors(problem: Any) -> bool:
-    """Whether bodies are linear, and large enough but not too large to keep their
-    factors."""
-    layout, (least, most) = problem.contact.layout, KEPT
+def _suits_kept_factors(problem: CoupledProblem) -> bool:
+    """Whether bodies are linear, and large enough to keep their factors."""
+    layout = problem.contact.layout
     if layout.comm.size > 1 or not problem.volume.is_linear:
         return False
-    if problem.contact.u.function_space.mesh.geometry.dim < 3:
-        return False
-    return bool(least <= layout.size <= most)
+    dim: int = problem.contact.u.function_space.mesh.geometry.dim
+    return dim == 3 and layout.size >= LEAST_KEPT
 
 
 def _suits_multigrid(problem: CoupledProblem) -> bool:

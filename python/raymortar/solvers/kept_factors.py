@@ -60,6 +60,7 @@ def kept_factors(most: float | None = None) -> dict[str, Any]:
         **given,
         # The kind of factors follows the symmetry of the stiffness
         **{f"kept_{k}": v for k, v in DIRECT.items() if k != "pc_type"},
+        "kept_mat_mumps_icntl_27": 128,  # right-hand sides at once
         **{f"direct_{k}": v for k, v in DIRECT.items()},
     }
 
