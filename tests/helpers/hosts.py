@@ -363,3 +363,23 @@ def tangent_error(found, size, h=1e-4, away=0.0):
     left[fixed] = 0.0
     squares = COMM.allreduce(np.array([left @ left, product.array @ product.array]))
     return np.sqrt(squares[0] / squares[1]) / h
+
+
+def linear_pressure(cell="quadrilateral"):
+    """Displacement and pressure, by a list of linear forms, pressed by a condition."""
+    scene = stack(cell, (2, 3))
+    V, Q = (
+        compat.vector_space(scene.mesh, 2),
+        compat.space(scene.mesh, "Lagrange", 1),
+    )
+    u, p = fem.Function(V), fem.Function(Q)
+    v, q = ufl.TestFunction(V), ufl.TestFunction(Q)
+    strain = ufl.sym(ufl.grad(u))
+    F = [
+        2 * ufl.inner(strain, ufl.grad(v)) * ufl.dx + p * ufl.div(v) * ufl.dx,
+        q * (ufl.div(u) - 0.1 * p) * ufl.dx,
+    ]
+    pair = [(scene.tags["slave"], scene.tags["master"])]
+    contact = raymortar.Contact(u, scene.facet_tags, pair)
+    bcs = [fix(V, scene, "bottom"), fix(V, scene, "top", value=-0.02)]
+    return raymortar.NonlinearProblem(F, contact, bcs, u=[u, p])

@@ -9,6 +9,8 @@
 - elimination, springs: a preconditioner that eliminates multipliers
 - bodies, levels, interpolation, near_contact: a preconditioner with the levels of the
   bodies
+- kept_factors, surface_system, compliance, coupling, supports, small_systems: a direct
+  solver that keeps the factors of linear bodies
 """
 
 from .automatic import (
@@ -20,6 +22,7 @@ from .automatic import (
 )
 from .bodies import BodiesPreconditioner
 from .elimination import SPRINGS, ContactPreconditioner, attach
+from .kept_factors import KeptFactorsSolver, kept_factors
 from .linear import MULTIGRIDS, iterative
 from .rigid_motions import near_nullspace, rigid_motions
 from .springs import lumped_mass, surface_stiffness
@@ -27,6 +30,7 @@ from .springs import lumped_mass, surface_stiffness
 __all__ = [
     "BodiesPreconditioner",
     "ContactPreconditioner",
+    "KeptFactorsSolver",
     "MOST_DIRECT",
     "MULTIGRIDS",
     "SPRINGS",
@@ -34,6 +38,7 @@ __all__ = [
     "attach",
     "direct",
     "iterative",
+    "kept_factors",
     "linear_options",
     "lumped_mass",
     "near_nullspace",

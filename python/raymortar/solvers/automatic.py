@@ -12,26 +12,24 @@ from petsc4py import PETSc
 from .. import compat
 from ..errors import ContactWarning
 from .elimination import KnowsProblem, attach
+from .kept_factors import kept_factors
 from .linear import iterative
+from .petsc_objects import DIRECT
 
 if TYPE_CHECKING:
     from ..problem import CoupledProblem
 
 log = logging.getLogger("raymortar")
 
-# The tangent is unsymmetric and, with a multiplier, has zeros on its diagonal: a
-# direct solver has to pivot. Contact fills in more than MUMPS guesses by default.
-DIRECT = {
-    "ksp_type": "preonly",
-    "pc_type": "lu",
-    "pc_factor_mat_solver_type": "mumps",
-    "mat_mumps_icntl_14": 60,
-}
-
 # Unknowns in 3D, by the degree of the displacement, up to which the direct solver is
 # the faster one or nearly so, on one rank (measured: docs/parallel.md). In 2D it is
 # faster at all sizes that were measured.
 MOST_DIRECT = {1: 40_000, 2: 20_000}
+
+# Unknowns in 3D from which linear bodies keep their factors, in place of the direct
+# solver's, and the share of its operations that they may take (measured:
+# docs/linear_bodies.md)
+LEAST_KEPT, MOST_KEPT = 2_000, 0.7
 
 # A Krylov solver that does well needs less than a third of this
 MOST_ITERATIONS = 100
@@ -89,13 +87,24 @@ def linear_options(
     layout = problem.contact.layout
     if layout.comm.allreduce(int(told)):
         return direct()
-    unknowns, iterates = layout.size_global, _suits_multigrid(problem)
+    unknowns, options, name = layout.size_global, direct(), "a direct one"
+    if _suits_multigrid(problem):
+        options = {**(INEXACT if snes else {}), **with_fallback()}
+        name = "multigrid for the bodies"
+    elif _suits_kept_factors(problem):
+        options, name = kept_factors(MOST_KEPT), "a direct one that keeps factors"
     if layout.comm.rank == 0:
-        name = "multigrid for the bodies" if iterates else "a direct one"
         log.info("linear solver of %d unknowns: %s", unknowns, name)
-    if not iterates:
-        return direct()
-    return {**(INEXACT if snes else {}), **with_fallback()}
+    return options
+
+
+def _suits_kept_factors(problem: CoupledProblem) -> bool:
+    """Whether bodies are linear, and large enough to keep their factors."""
+    layout = problem.contact.layout
+    if layout.comm.size > 1 or not problem.volume.is_linear:
+        return False
+    dim: int = problem.contact.u.function_space.mesh.geometry.dim
+    return dim == 3 and layout.size >= LEAST_KEPT
 
 
 def _suits_multigrid(problem: CoupledProblem) -> bool:

@@ -14,6 +14,15 @@ from .. import compat
 
 _counter = itertools.count()
 
+# The tangent is unsymmetric and, with a multiplier, has zeros on its diagonal: a
+# direct solver has to pivot. Contact fills in more than MUMPS guesses by default.
+DIRECT = {
+    "ksp_type": "preonly",
+    "pc_type": "lu",
+    "pc_factor_mat_solver_type": "mumps",
+    "mat_mumps_icntl_14": 60,
+}
+
 
 def new_prefix(kind: str) -> str:
     """Prefix of PETSc options that no other solver has, or one would set the other's."""

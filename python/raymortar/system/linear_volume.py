@@ -107,6 +107,11 @@ class LinearVolume:
         Of the tangent.
     of_residual, of_tangent
         What they depend on.
+
+    Attributes
+    ----------
+    revision
+        Number of tangents so far.
     """
 
     def __init__(
@@ -120,6 +125,12 @@ class LinearVolume:
         self._free: PETSc.Mat | None = None
         self._others: PETSc.Mat | None = None
         self._constant: Array = np.zeros(0)
+        self.revision = 0
+
+    @property
+    def tangent(self) -> PETSc.Mat:
+        """K between free unknowns, and ones for the others, after `renew`."""
+        return self._free
 
     def renew(
         self,
@@ -153,6 +164,7 @@ class LinearVolume:
     def _make(self, assemble: Callable[[PETSc.Mat], None]) -> None:
         """K, in its two parts. Collective."""
         self.destroy()
+        self.revision += 1
         K = self._contact.layout.create_matrix()
         rows = self._pattern.offsets, self._pattern.columns
         _cpp.preallocate(K.handle, *rows, [], [])

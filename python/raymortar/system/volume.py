@@ -48,6 +48,11 @@ class Volume:
         """Whether the tangent is kept."""
         return self._linear is not None
 
+    @property
+    def kept(self) -> LinearVolume | None:
+        """What is kept, as of the last residual or tangent."""
+        return self._linear
+
     def _kept(self, F: Any, J: Any, pattern: Any) -> LinearVolume | None:
         """What is kept where the forms are linear."""
         functions = self.contact.host.functions

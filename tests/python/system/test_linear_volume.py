@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import ufl
 from dolfinx import fem
+from hosts import linear_pressure
 from problems import CELLS, COMM, DIMENSION, SOLVERS, build, fix, stack
 
 import raymortar
@@ -24,26 +25,6 @@ def pressed(cell, degree=1, material="linear", **options):
     return build(
         stack(cell, (2, 3)), degree, material, loaded=["left_0"], load=5.0, **options
     ).problem
-
-
-def blocked(cell="quadrilateral"):
-    """Displacement and pressure, by a list of linear forms, pressed by a condition."""
-    scene = stack(cell, (2, 3))
-    V, Q = (
-        compat.vector_space(scene.mesh, 2),
-        compat.space(scene.mesh, "Lagrange", 1),
-    )
-    u, p = fem.Function(V), fem.Function(Q)
-    v, q = ufl.TestFunction(V), ufl.TestFunction(Q)
-    strain = ufl.sym(ufl.grad(u))
-    F = [
-        2 * ufl.inner(strain, ufl.grad(v)) * ufl.dx + p * ufl.div(v) * ufl.dx,
-        q * (ufl.div(u) - 0.1 * p) * ufl.dx,
-    ]
-    pair = [(scene.tags["slave"], scene.tags["master"])]
-    contact = raymortar.Contact(u, scene.facet_tags, pair)
-    bcs = [fix(V, scene, "bottom"), fix(V, scene, "top", value=-0.02)]
-    return raymortar.NonlinearProblem(F, contact, bcs, u=[u, p])
 
 
 def disturb(problem, size=1e-2):
@@ -87,7 +68,7 @@ def test_residual_and_tangent_are_those_of_the_forms(cell, degree):
 
 @pytest.mark.mpi
 def test_of_several_unknowns_too():
-    problem = blocked()
+    problem = linear_pressure()
     disturb(problem)
     assert_as_assembled(problem)
 

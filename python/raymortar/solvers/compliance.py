@@ -1,0 +1,137 @@
+"""Factors of the bodies' stiffness, and displacements by unit forces. On one rank."""
+
+from __future__ import annotations
+
+from petsc4py import PETSc
+
+import numpy as np
+import numpy.typing as npt
+
+from ..compat import Array
+
+Places = npt.NDArray[np.int64]
+
+# Columns that are solved for at once
+AT_ONCE = 128
+# Share of forces that is rounding error
+NOTHING = 1e-15
+
+
+class Compliance:
+    """Factors of K with springs, and columns of the inverse at dofs on surfaces.
+
+    Columns are found when they are first asked for, and kept.
+
+    Parameters
+    ----------
+    K
+        Stiffness of all unknowns of the host. Taken over; gets the springs.
+    rows
+        Rows on the surfaces of contact.
+    springs
+        Places among these that get a spring, as stiff as the diagonal.
+    prefix
+        Prefix of the solver's options.
+
+    Attributes
+    ----------
+    springs
+        Places, and stiffness.
+    symmetric
+        Whether K is symmetric, but for rounding.
+    usable
+        Whether there are factors.
+    flops, entries
+        Operations of a factorisation that knows no symmetry, and numbers in the
+        factors.
+    """
+
+    def __init__(
+        self, K: PETSc.Mat, rows: Places, springs: Places, prefix: str
+    ) -> None:
+        self._K, self.rows, self.size = K, rows, len(rows)
+        diagonal = K.getDiagonal()
+        self.springs = springs, diagonal.array[rows[springs]]
+        diagonal.array[rows[springs]] *= 2.0
+        K.setDiagonal(diagonal)
+        self._b = diagonal
+        self._x = diagonal.duplicate()
+        self._ksp = PETSc.KSP().create(K.comm)
+        self._ksp.setOptionsPrefix(prefix)
+        self._ksp.setOperators(K)
+        largest = K.norm(PETSc.NormType.NORM_INFINITY)
+        self.symmetric = K.isSymmetric(1e-12 * largest)
+        self._ksp.getPC().setType("cholesky" if self.symmetric else "lu")
+        self._ksp.setFromOptions()
+        self._ksp.setUp()
+        self._factors = self._ksp.getPC().getFactorMatrix()
+        self.usable = self._factors.getMumpsInfog(1) >= 0
+        self.flops = self._factors.getMumpsRinfog(3) * (2.0 if self.symmetric else 1.0)
+        entries = self._factors.getMumpsInfog(29)
+        self.entries = entries if entries >= 0 else -1_000_000 * entries
+        # Place of the column of each row, -1 where it is not known
+        self._column = np.full(self.size, -1)
+        self._columns = np.empty((0, self.size))
+        self._known = np.empty(0, dtype=np.int64)
+
+    def solve(self, forces: Array) -> Array:
+        """Displacements by forces on all unknowns of the host, (n,)."""
+        self._b.array[:] = forces
+        self._ksp.solve(self._b, self._x)
+        return self._x.array.copy()
+
+    def displacements(self, forces: Array, at: Places) -> Array:
+        """The same at some places of the surfaces."""
+        rest, known = forces.copy(), self.rows[self._known]
+        rest[known] = 0.0
+        if np.linalg.norm(rest) > NOTHING * np.linalg.norm(forces):
+            return self.solve(forces)[self.rows[at]]
+        return forces[known] @ self._columns[: len(known), at]
+
+    @property
+    def known(self) -> int:
+        """How many columns are known."""
+        return len(self._known)
+
+    def missing(self, at: Places) -> int:
+        """How many columns of some places are not known."""
+        return int((self._column[at] < 0).sum())
+
+    def between(self, at: Places) -> Array:
+        """Displacements at places by unit forces at the same places, (n, n)."""
+        new = at[self._column[at] < 0]
+        for begin in range(0, len(new), AT_ONCE):
+            self._find(new[begin : begin + AT_ONCE])
+        return self._columns[np.ix_(self._column[at], at)].T
+
+    def _find(self, at: Places) -> None:
+        """Solve for columns."""
+        m, n = len(at), self._x.local_size
+        offsets = np.arange(m + 1, dtype=PETSc.IntType)
+        csr = offsets, self.rows[at].astype(PETSc.IntType), np.ones(m)
+        # MUMPS passes over what a sparse right-hand side does not reach
+        unit = PETSc.Mat().createAIJ((m, n), csr=csr, comm=self._K.comm)
+        unit.assemble()
+        forces = PETSc.Mat().createTranspose(unit)
+        found = PETSc.Mat().createDense((n, m), comm=self._K.comm)
+        found.setUp()
+        found.assemble()
+        self._factors.matSolve(forces, found)
+        self._append(at, found.getDenseArray()[self.rows].T)
+        for matrix in (forces, unit, found):
+            matrix.destroy()
+
+    def _append(self, at: Places, columns: Array) -> None:
+        begin, end = len(self._known), len(self._known) + len(at)
+        if end > len(self._columns):
+            more = np.empty((max(end, 2 * len(self._columns)), self.size))
+            more[:begin] = self._columns[:begin]
+            self._columns = more
+        self._columns[begin:end] = columns
+        self._column[at] = np.arange(begin, end)
+        self._known = np.concatenate([self._known, at])
+
+    def destroy(self) -> None:
+        """Free what belongs to it."""
+        for thing in (self._ksp, self._K, self._x, self._b):
+            thing.destroy()

@@ -1,0 +1,251 @@
+"""A direct solver that keeps the factors of linear bodies."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from petsc4py import PETSc
+
+import numpy as np
+
+from .compliance import Compliance
+from .coupling import Coupling
+from .elimination import KnowsProblem
+from .petsc_objects import DIRECT
+from .supports import supports, unrolled
+from .surface_system import SurfaceSystem
+
+# Residual of a system, relative to its right-hand side, and times it is solved for
+EXACT, MOST_SOLVES = 1e-12, 3
+
+# A stiffness that lasts for fewer systems than this is not worth its factors. Where
+# one has not lasted, the next one is factorised only once it has
+LASTING = 4
+
+# After so many systems that were not solved exactly, a stiffness is given up
+MOST_INEXACT = 2
+
+# Operations of a factorisation that take the time of one number in the factors, in a
+# solve and for a column, and that of one number in a product with columns (measured)
+SOLVE, COLUMN, PRODUCT = 45.0, 2.0, 8.0
+# Iterations of GMRES on the surfaces
+ITERATIONS = 12
+
+# Factorisations of the tangent that all columns may cost at first, those that they may
+# cost more after each system, and most bytes of them
+FIRST, MORE, MOST_BYTES = 2.0, 0.5, 2e9
+
+
+def kept_factors(most: float | None = None) -> dict[str, Any]:
+    """PETSc options of a direct solver that keeps the factors of linear bodies.
+
+    It solves what it can solve on one rank where the volume's tangent is kept
+    (``problem.volume.is_linear``). MUMPS solves the other systems.
+
+    Parameters
+    ----------
+    most
+        Share of the operations of MUMPS up to which kept factors are used. None: any.
+
+    Returns
+    -------
+    Options for `NewtonSolver` or `SNESSolver`. The prefixes of the factors of the
+    bodies and of the tangents add ``kept_`` and ``direct_`` to that of the solver.
+    """
+    given = {} if most is None else {"kept_most": most}
+    return {
+        "ksp_type": "python",
+        "ksp_python_type": f"{__name__}.{KeptFactorsSolver.__name__}",
+        "pc_type": "none",
+        **given,
+        # The kind of factors follows the symmetry of the stiffness
+        **{f"kept_{k}": v for k, v in DIRECT.items() if k != "pc_type"},
+        "kept_mat_mumps_icntl_27": 128,  # right-hand sides at once
+        **{f"direct_{k}": v for k, v in DIRECT.items()},
+    }
+
+
+class KeptFactorsSolver(KnowsProblem):
+    """Solves with factors of the bodies' stiffness. A PETSc python KSP.
+
+    See `SurfaceSystem`. A direct solver takes over where the forms are not linear, on
+    several ranks, where the stiffness changes too often, and where contact touches so
+    much that kept factors do not pay.
+
+    Attributes
+    ----------
+    systems, exceptions
+        How many systems were solved with kept factors, and how many otherwise.
+    factorisations
+        How often the stiffness was factorised.
+    direct
+        Solver of the exceptions, from the first one on.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.direct: Any = None
+        self.systems = self.exceptions = self.factorisations = 0
+        # The last tangent's system, and the state of its matrix
+        self._system: Any = None
+        self._of: Any = None
+        self._compliance: Any = None  # from `_factorise` on, with what follows
+        self._near: Any = None
+        self._stiffness: Any = None
+        self._volume: Any = None
+        self._revision = 0
+        # Systems of this stiffness, and those before it is factorised
+        self._age = self._patience = 0
+        self._inexact = 0
+
+    def solve(self, ksp: PETSc.KSP, b: PETSc.Vec, x: PETSc.Vec) -> None:
+        """x = A^-1 b. Collective."""
+        if self._may_keep(ksp) and self._solve(ksp, b, x):
+            self.systems += 1
+            ksp.setConvergedReason(PETSc.KSP.ConvergedReason.CONVERGED_ITS)
+            ksp.setIterationNumber(1)
+            return
+        self.exceptions += 1
+        if self.direct is None:
+            self.direct = PETSc.KSP().create(ksp.comm)
+            self.direct.setOptionsPrefix(f"{ksp.getOptionsPrefix() or ''}direct_")
+            self.direct.setFromOptions()
+        self.direct.setOperators(*ksp.getOperators())
+        self.direct.solve(b, x)
+        ksp.setConvergedReason(self.direct.getConvergedReason())
+        ksp.setIterationNumber(self.direct.getIterationNumber())
+
+    def _may_keep(self, ksp: PETSc.KSP) -> bool:
+        """Whether there is a stiffness that is kept and lasts."""
+        volume = self.problem.volume
+        if not volume.is_linear or ksp.comm.size > 1:
+            return False
+        kept = volume.kept
+        if kept is not self._volume or kept.revision != self._revision:
+            lasted = self._volume is None or self._age >= LASTING
+            self._patience = 0 if lasted else LASTING
+            self._volume, self._revision, self._age = kept, kept.revision, 0
+            self._inexact = 0
+            self._forget()
+        self._age += 1
+        return self._age > self._patience and self._inexact < MOST_INEXACT
+
+    def _solve(self, ksp: PETSc.KSP, b: PETSc.Vec, x: PETSc.Vec) -> bool:
+        """Solve with kept factors; whether this was possible."""
+        A, _ = ksp.getOperators()
+        prefix = ksp.getOptionsPrefix() or ""
+        if self._compliance is None:
+            self._factorise(f"{prefix}kept_")
+        compliance = self._compliance
+        assert compliance is not None
+        if self._system is None or self._of != (A.handle, A.stateGet()):
+            self._drop_system()
+            coupling = self._coupling(A)
+            most = PETSc.Options(prefix).getReal("kept_most", np.inf)
+            if not (compliance.usable and self._pays(coupling, most)):
+                return False
+            self._system = SurfaceSystem(coupling, compliance)
+            self._of = A.handle, A.stateGet()
+        exact = self._refined(A, b, x)
+        self._inexact += not exact
+        return exact
+
+    def _refined(self, A: PETSc.Mat, b: PETSc.Vec, x: PETSc.Vec) -> bool:
+        """Solve, again for what is left; whether the solution is exact."""
+        n, rest, product = self.contact.layout.n, b.copy(), b.duplicate()
+        scale = 1.0 if self.row_scale is None else self.row_scale.array_r
+        x.set(0.0)
+        for _ in range(MOST_SOLVES):
+            right = rest.array_r / scale
+            x.array[:] += np.concatenate(self._system.solve(right[:n], right[n:]))
+            A.mult(x, product)
+            rest.waxpy(-1.0, product, b)
+            left = rest.norm()
+            if not left > EXACT * b.norm():
+                break
+        exact = bool(left <= EXACT * b.norm())
+        rest.destroy()
+        product.destroy()
+        return exact
+
+    def _factorise(self, prefix: str) -> None:
+        """Factors of the bodies' stiffness, with springs where they are loose."""
+        layout, contact = self.contact.layout, self.contact
+        facets = [zone.facets for zone in contact.zones]
+        sides = [side for f in facets for side in (f.slave_surface, f.master_surface)]
+        nodes = np.unique(np.concatenate([side.dofs for side in sides]))
+        dofs = unrolled(nodes, contact.u.function_space.dofmap.index_map_bs)
+        springs = supports(contact, nodes, self.problem.constrained)
+        rows = layout.u_rows.ravel()[dofs]
+        near = np.concatenate([rows, np.arange(layout.n, layout.size)])
+        self._near = PETSc.IS().createGeneral(
+            near.astype(PETSc.IntType), comm=PETSc.COMM_SELF
+        )
+        K = self.problem.volume.kept.tangent
+        self._stiffness = K.createSubMatrix(self._near, self._near)
+        host = PETSc.IS().createStride(layout.n, 0, 1, comm=PETSc.COMM_SELF)
+        K = K.createSubMatrix(host, host)
+        if self.direct is not None:
+            self.direct.reset()  # its factors are larger
+        self._compliance = Compliance(K, rows, np.searchsorted(dofs, springs), prefix)
+        self.factorisations += 1
+
+    def _coupling(self, A: PETSc.Mat) -> Coupling:
+        """What contact adds to the stiffness."""
+        added = A.createSubMatrix(self._near, self._near)
+        if self.row_scale is not None:
+            factors = self.row_scale.getSubVector(self._near)
+            inverse = factors.copy()
+            inverse.reciprocal()
+            added.diagonalScale(inverse)
+            inverse.destroy()
+            self.row_scale.restoreSubVector(self._near, factors)
+        added.axpy(-1.0, self._stiffness, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
+        last = sum(len(b.freedom) for b in self.contact.layout.own_bodies)
+        coupling = Coupling(added, self._compliance.size, last)
+        added.destroy()
+        return coupling
+
+    def _pays(self, coupling: Coupling, most: float) -> bool:
+        """Whether a system takes at most a share of the operations of MUMPS, whether
+        columns cost no more than earlier systems may have saved, and whether they
+        fit."""
+        one = self._compliance
+        springs = len(one.springs[0])
+        v = len(coupling.touched) + springs
+        y = len(coupling.coupled) + springs
+        if 8 * v * one.size > MOST_BYTES:
+            return False
+        iterations = ITERATIONS if len(coupling.coupled) else 0
+        size = y if iterations else v + y
+        each = (
+            2 * size**3 / 3 + PRODUCT * iterations * v**2 + 3 * SOLVE * one.entries
+        )
+        columns = COLUMN * one.entries * (one.missing(coupling.touched) + one.known)
+        budget = FIRST + MORE * self._age
+        return each <= most * one.flops and columns <= budget * most * one.flops
+
+    def _drop_system(self) -> None:
+        if self._system is not None:
+            self._system.destroy()
+        self._system = None
+
+    def _forget(self) -> None:
+        self._drop_system()
+        for thing in (self._compliance, self._near, self._stiffness):
+            if thing is not None:
+                thing.destroy()
+        self._compliance = self._near = self._stiffness = None
+
+    def reset(self, ksp: PETSc.KSP) -> None:
+        """Forget the tangent: the next one may have another pattern. Collective."""
+        self._drop_system()
+        if self.direct is not None:
+            self.direct.reset()
+
+    def destroy(self, ksp: PETSc.KSP) -> None:
+        """The end, called by PETSc. Collective."""
+        self._forget()
+        if self.direct is not None:
+            self.direct.destroy()
+        self.direct = None
