@@ -184,7 +184,9 @@ class KeptFactorsSolver(KnowsProblem):
         K = self.problem.volume.kept.tangent
         self._stiffness = K.createSubMatrix(self._near, self._near)
         host = PETSc.IS().createStride(layout.n, 0, 1, comm=PETSc.COMM_SELF)
-        K = K.createSubMatrix(host, host)
+        inner = K.createSubMatrix(host, host)
+        # Of all rows PETSc hands out the matrix itself, which must not get the springs
+        K = inner.copy() if inner.handle == K.handle else inner
         if self.direct is not None:
             self.direct.reset()  # its factors are larger
         self._compliance = Compliance(K, rows, np.searchsorted(dofs, springs), prefix)
