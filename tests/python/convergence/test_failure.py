@@ -66,7 +66,7 @@ def test_advice_goes_by_what_was_seen(history, statistics, unheld, advice):
 @pytest.mark.mpi
 def test_a_rigid_slave_is_named():
     """Finer than its soft master: its multiplier asks for more than the facets can."""
-    scene = two_blocks(COMM, 2, "quadrilateral", 5, 9)
+    scene = two_blocks(COMM, 2, "quadrilateral", 4, 9)
     down = lambda x: -0.1 + 0 * x  # noqa: E731
     case = build(
         scene,
