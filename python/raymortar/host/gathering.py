@@ -93,7 +93,8 @@ def gather_boundary(
     facets: Indices | None = None,
     is_curved: bool = False,
 ) -> list[Any]:
-    """Exterior facets of a 3D mesh, or given ones, as polygons; see `gather_cells`.
+    """Exterior facets of a mesh, or given ones, as polygons, in 2D their ends; see
+    `gather_cells`.
 
     Collective.
 
@@ -106,16 +107,17 @@ def gather_boundary(
     facets
         Facets of this rank. None: all exterior ones.
     is_curved
-        Whether polygons also have the nodes amid the edges, so that edges of degree 2
+        Whether polygons, in 3D, also have the nodes amid the edges, so that edges of degree 2
         look curved.
     """
-    owned = mesh.topology.index_map(3).size_local
+    dim = mesh.topology.dim
+    owned = mesh.topology.index_map(dim).size_local
     chosen = compat.exterior_facets(mesh) if facets is None else facets
-    f_to_c = compat.connectivity(mesh, 2, 3)
+    f_to_c = compat.connectivity(mesh, dim - 1, dim)
     cells = np.array([f_to_c.links(f)[0] for f in chosen], dtype=np.int32)
     # The owner of a facet's cell sends the facet: each facet comes once
     chosen, cells = chosen[cells < owned], cells[cells < owned]
-    c_to_f = compat.connectivity_table(mesh, 3, 2)
+    c_to_f = compat.connectivity_table(mesh, dim, dim - 1)
     local = np.argmax(c_to_f[cells] == chosen[:, None], axis=1)
     cell = compat.cell_name(mesh)
     if is_curved:
@@ -125,7 +127,7 @@ def gather_boundary(
         values = [_corner_values(f, cells, nodes) for f in functions]
         return [gather(mesh.comm, array) for array in (x, *values)]
     table = compat.basix_element(cell, 1).facet_vertices
-    order = [0, 1, 3, 2] if len(table[0]) == 4 else [0, 1, 2]
+    order = [0, 1, 3, 2] if len(table[0]) == 4 else list(range(len(table[0])))
     corners = np.array(table, dtype=np.int32)[:, order][local]
     return _gather_corners(mesh, cells, corners.reshape(-1, len(order)), functions)
 

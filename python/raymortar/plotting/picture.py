@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,12 +22,13 @@ from ..errors import (
     together,
     writing,
 )
-from ..host.gathering import gather, gather_boundary, gather_cells, nodal_field
-from ..interface.point_results import OPEN, along_normal
+from ..host.gathering import gather_boundary, gather_cells, nodal_field
 from ..rigid.body import Body
 from . import rendering
-from .drawing import LOOK, PRESSURE_MAP, draw_field, draw_surface
+from .drawing import LOOK, draw_field, draw_surface
 from .outlines import draw_tools
+from .pressure_maps import draw_pressure, gather_pressure
+from .traction_curves import PRESSURE, Axes, draw_tractions, gather_tractions
 from .wires import draw_wires, wires
 
 if TYPE_CHECKING:
@@ -36,7 +38,6 @@ BACKENDS = ("matplotlib", "pyvista")
 # Margin around bodies in which tools are drawn, as a share of the larger side, in 2D
 # and in 3D. Wires need a larger one to show the tool's shape
 MARGIN = {2: 0.15, 3: 0.4}
-NORMAL, TANGENTIAL = "#c0392b", "#2c3e50"
 
 
 def plot(
@@ -46,14 +47,19 @@ def plot(
     label: str | None = None,
     view: tuple[float, float] = (-60.0, 20.0),
     backend: str = "matplotlib",
+    x: str | None = None,
+    centre: Sequence[float] | None = None,
+    units: tuple[str, str] | None = None,
 ) -> Any:
     """Draw the deformed bodies and the contact pressure, at the last update. Collective.
 
     In 2D: cells coloured by a field, outlines of the rigid tools next to them, and
-    normal and tangential traction at the integration points along the slave surfaces.
-    In 3D: the bodies' surfaces, wires of the rigid tools next to them, and the pressure on
-    the slave surfaces, laid flat. Rank 0 gathers all that is drawn, so large meshes may
-    not fit; write those by `io.write_xdmf`. Edges of degree 2 are drawn straight.
+    normal and tangential traction at the integration points along the slave surfaces,
+    in one colour a pair. In 3D: the bodies' surfaces, wires of the rigid tools next to
+    them, and the pressure on the slave surfaces, seen along the mean normal of the
+    points in contact and zoomed to these. Rank 0 gathers all that is drawn, so large
+    meshes may not fit; write those by `io.write_xdmf`. Edges of degree 2 are drawn
+    straight.
 
     Parameters
     ----------
@@ -72,6 +78,16 @@ def plot(
     backend
         What draws: ``"matplotlib"``, or in 3D ``"pyvista"``, which hides what is behind
         exactly and puts the pressure on the deformed surface.
+    x
+        What tractions are drawn over in 2D: ``"x"``, ``"y"``, ``"arc"`` (the length
+        along the deformed slave surfaces) or ``"angle"`` (degrees around `centre`).
+        Default: x or y, along which the surfaces extend more.
+    centre
+        Of the angles, (x, y). Default: that of the circle that fits the slave surfaces
+        best.
+    units
+        Units of length and stress for the labels, such as ``("mm", "MPa")``. Default:
+        labels have none.
 
     Returns
     -------
@@ -81,11 +97,13 @@ def plot(
     Raises
     ------
     ContactError
-        Without the backend, or if the file cannot be written.
+        Without the backend, if the file cannot be written, or if an argument is no such
+        thing.
 
     Examples
     --------
     >>> raymortar.plot(contact, "contact.png", field=von_mises, label="MPa")
+    >>> raymortar.plot(contact, "contact.png", x="arc", units=("mm", "MPa"))
     >>> raymortar.plot(contact, "contact.png", backend="pyvista")
     """
     if not hasattr(contact, "zones"):
@@ -95,25 +113,31 @@ def plot(
     mesh = u.function_space.mesh
     with together(mesh.comm):
         _check_input(contact, file, field)
+        axes = Axes(x, centre, units)
     require_agreement(mesh.comm, backend=backend)
     dim, draws = mesh.geometry.dim, mesh.comm.rank == 0
     raise_everywhere(mesh.comm, _lacking(backend, dim) if draws else None)
     shown = _nodal(u if field is None else field, u)
     if label is None:
         label = "displacement" if field is None and _is_unnamed(u) else shown.name
+        label = axes.length(label) if field is None else label
     if dim == 2:
-        parts, pressure = gather_cells(mesh, u, shown), _pressure_line(contact)
+        parts = gather_cells(mesh, u, shown)
+        pressure: Any = gather_tractions(contact)
     else:
-        parts, pressure = gather_boundary(mesh, u, shown), _pressure_map(contact)
+        parts, pressure = gather_boundary(mesh, u, shown), gather_pressure(contact)
     tools = list(dict.fromkeys(b for zone in contact.zones for b in zone.facets.bodies))
     figure = None
     if draws:
         if backend == "pyvista":
+            labels, curves = (label, axes.stress(PRESSURE)), _wires(tools, parts)
             figure = rendering.render(
-                parts, pressure, _wires(tools, parts), label, view, file is None
+                parts, pressure.surface, curves, labels, view, file is None
             )
         else:
-            figure = _draw(parts, pressure, tools, label, view, file is None)
+            names = [str(pair) for pair in contact.pairs]
+            picture = Picture(parts, pressure, tools, label, view, axes, names)
+            figure = picture.draw(file is None)
     with writing(mesh.comm, file, OSError, ValueError):
         if draws and file is not None:
             _save(figure, Path(file), backend)
@@ -167,24 +191,53 @@ def _figure(interactive: bool) -> Any:
     return make(figsize=(10, 4.2), layout="constrained")
 
 
-def _draw(
-    bodies: Any,
-    pressure: Any,
-    tools: Sequence[Body],
-    label: str,
-    view: tuple[float, float],
-    interactive: bool,
-) -> Any:
-    """The figure of matplotlib."""
-    from matplotlib import rc_context
+@dataclass(frozen=True)
+class Picture:
+    """All that matplotlib draws. On rank 0."""
 
-    with rc_context(LOOK):
-        figure = _figure(interactive)
-        if bodies[1].shape[-1] == 2:
-            _draw_plane(figure, bodies, pressure, tools, label)
-        else:
-            _draw_space(figure, bodies, pressure, tools, label, view)
-    return figure
+    bodies: Any
+    pressure: Any
+    tools: Sequence[Body]
+    label: str
+    view: tuple[float, float]
+    axes: Axes
+    pairs: Sequence[str]
+
+    def draw(self, interactive: bool) -> Any:
+        """The figure."""
+        from matplotlib import rc_context
+
+        with rc_context(LOOK):
+            figure = _figure(interactive)
+            if self.bodies[1].shape[-1] == 2:
+                self._draw_plane(figure)
+            else:
+                self._draw_space(figure)
+        return figure
+
+    def _draw_plane(self, figure: Any) -> None:
+        """Bodies and tools on the left, tractions on the right."""
+        x, u, values = self.bodies
+        left, right = figure.subplots(1, 2)
+        span = None if values.min() >= 0.0 else _span(values)
+        colours = draw_field(left, x[..., :2] + u, values, norm=span)
+        figure.colorbar(colours, ax=left, label=self.label, shrink=0.85)
+        if self.tools:
+            draw_tools(left, self.tools, *_box(self.bodies))
+        left.set(xlabel=self.axes.length("x"), ylabel=self.axes.length("y"))
+        draw_tractions(right, self.pressure, self.axes, self.pairs)
+
+    def _draw_space(self, figure: Any) -> None:
+        """Bodies and tools on the left, pressure on the slave surfaces on the right."""
+        x, u, values = self.bodies
+        left = figure.add_subplot(1, 2, 1, projection="3d")
+        colours = draw_surface(left, x + u, values.mean(axis=(1, 2)), *self.view)
+        draw_wires(left, _wires(self.tools, self.bodies))
+        figure.colorbar(colours, ax=left, label=self.label, shrink=0.7)
+        right = figure.add_subplot(1, 2, 2)
+        colours = draw_pressure(right, self.pressure, self.axes)
+        label = self.axes.stress(PRESSURE)
+        figure.colorbar(colours, ax=right, label=label, shrink=0.85)
 
 
 def _save(figure: Any, path: Path, backend: str) -> None:
@@ -211,54 +264,6 @@ def _nodal(field: Any, u: Function) -> Function:
     return nodal_field(length, mesh, name, quadrature_degree=2)
 
 
-def _pressure_line(contact: Contact) -> list[Array]:
-    """On rank 0: positions (n, 2), pressure and, if any, friction (n,) at the points."""
-    arrays: list[list[Array]] = [[], [], []]
-    for zone in contact.zones:
-        points = zone.points()
-        hit = points["status"] >= OPEN
-        normal = along_normal(points, points["traction"])
-        pressure = -np.einsum("qi,qi->q", normal, points["normal"])
-        friction = np.linalg.norm(points["traction"] - normal, axis=1)
-        for array, values in zip(arrays, (points["x"], pressure, friction)):
-            array.append(values[hit])
-    if contact.friction is None:
-        arrays.pop()
-    comm = contact.u.function_space.mesh.comm
-    return [gather(comm, np.concatenate(parts)) for parts in arrays]  # type: ignore
-
-
-def _pressure_map(contact: Contact) -> list[Any]:
-    """On rank 0: slave facets, displacement and normal traction at their vertices."""
-    mesh = contact.u.function_space.mesh
-    facets = np.concatenate([zone.facets.slave.facets for zone in contact.zones])
-    normal = contact.traction("normal")
-    return gather_boundary(mesh, contact.u, normal, facets=facets)
-
-
-def _draw_plane(
-    figure: Any, bodies: Any, line: Any, tools: Sequence[Body], label: str
-) -> None:
-    """Bodies and tools on the left; on the right tractions over the axis along which
-    the surface extends most."""
-    x, u, values = bodies
-    left, right = figure.subplots(1, 2)
-    span = None if values.min() >= 0.0 else _span(values)
-    colours = draw_field(left, x[..., :2] + u, values, norm=span)
-    figure.colorbar(colours, ax=left, label=label, shrink=0.85)
-    if tools:
-        draw_tools(left, tools, *_box(bodies))
-    left.set(xlabel="x", ylabel="y")
-    at, pressure, *friction = line
-    axis = int(np.argmax(np.ptp(at, axis=0))) if len(at) else 0
-    right.plot(at[:, axis], pressure, ".", ms=3, color=NORMAL, label="pressure")
-    for along in friction:
-        right.plot(at[:, axis], along, ".", ms=3, color=TANGENTIAL, label="friction")
-        right.legend()
-    right.set(xlabel="xy"[axis], ylabel="contact pressure")
-    right.set_ylim(bottom=min(0.0, pressure.min(initial=0.0)))
-
-
 def _span(values: Array) -> Any:
     """Scale of colours from the smallest to the largest value."""
     from matplotlib.colors import Normalize
@@ -280,34 +285,3 @@ def _box(bodies: Any) -> tuple[Array, Array]:
     at = (x[..., : u.shape[-1]] + u).reshape(-1, u.shape[-1])
     margin = MARGIN[u.shape[-1]] * np.ptp(at, axis=0).max()
     return at.min(axis=0) - margin, at.max(axis=0) + margin
-
-
-def _draw_space(
-    figure: Any,
-    bodies: Any,
-    surface: Any,
-    tools: Sequence[Body],
-    label: str,
-    view: tuple[float, float],
-) -> None:
-    """Bodies and tools on the left, pressure on the slave surfaces on the right."""
-    x, u, values = bodies
-    left = figure.add_subplot(1, 2, 1, projection="3d")
-    colours = draw_surface(left, x + u, values.mean(axis=(1, 2)), *view)
-    draw_wires(left, _wires(tools, bodies))
-    figure.colorbar(colours, ax=left, label=label, shrink=0.7)
-    X, displacement, traction = surface
-    at, axes = _flat(X + displacement)
-    right = figure.add_subplot(1, 2, 2)
-    pressure = np.linalg.norm(traction, axis=2, keepdims=True)
-    colours = draw_field(right, at, pressure, cmap=PRESSURE_MAP)
-    figure.colorbar(colours, ax=right, label="contact pressure", shrink=0.85)
-    right.set(xlabel=axes[0], ylabel=axes[1])
-
-
-def _flat(at: Array) -> tuple[Array, str]:
-    """Facets (n, k, 3) seen along the axis that is most normal to them: (n, k, 2)."""
-    areas = np.cross(at[:, 1] - at[:, 0], at[:, -1] - at[:, 0])
-    across = int(np.argmax(np.abs(areas).sum(axis=0)))
-    kept = [axis for axis in range(3) if axis != across]
-    return at[..., kept], "".join("xyz"[axis] for axis in kept)

@@ -52,7 +52,7 @@ def render(
     bodies: list[Array],
     surface: list[Array],
     wires: Sequence[Array],
-    label: str,
+    labels: tuple[str, str],
     view: tuple[float, float],
     interactive: bool,
 ) -> Any:
@@ -66,8 +66,8 @@ def render(
         Slave facets' vertices, displacement and normal traction (n, k, 3).
     wires
         Curves (n, 3) on rigid tools, drawn with the bodies.
-    label
-        Label of the bodies' colour bar.
+    labels
+        Labels of the colour bars of the bodies and of the pressure.
     view
         Azimuth and elevation of the eye. Degrees.
     interactive
@@ -87,10 +87,10 @@ def render(
     x, u, values = bodies
     lower = min(0.0, values.min(initial=0.0))
     _add_wires(plotter, wires)
-    _add(plotter, 0, x + u, values, label, STRESS_MAP, lower, view)
+    _add(plotter, 0, x + u, values, labels[0], STRESS_MAP, lower, view)
     x, u, traction = surface
     pressure = np.linalg.norm(traction, axis=2, keepdims=True)
-    _add(plotter, 1, x + u, pressure, "contact pressure", PRESSURE_MAP, 0.0, view)
+    _add(plotter, 1, x + u, pressure, labels[1], PRESSURE_MAP, 0.0, view)
     return plotter
 
 

@@ -1,0 +1,99 @@
+"""Maps of the pressure in 3D: seen along the mean normal, and zoomed to contact."""
+
+import numpy as np
+import pytest
+from problems import COMM, build, fix
+from rigid_scenes import press, shapes
+
+import raymortar
+from meshes.scenes import two_blocks
+from raymortar import rigid
+from raymortar.plotting.pressure_maps import name_of, plane_of
+
+pytest.importorskip("matplotlib")
+
+
+@pytest.mark.parametrize("axis, names", [(0, "yz"), (1, "xz"), (2, "xy")])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_normals_along_axes_leave_the_other_axes(axis, names, sign):
+    frame = plane_of(sign * np.eye(3)[axis])
+    assert "".join(map(name_of, frame)) == names
+    assert (frame[frame != 0.0] == 1.0).all()
+
+
+def test_planes_are_across_their_normals():
+    random = np.random.default_rng(2)
+    for _ in range(50):
+        normal = random.normal(size=3)
+        normal /= np.linalg.norm(normal)
+        frame = np.vstack([plane_of(normal), normal])
+        np.testing.assert_allclose(frame @ frame.T, np.eye(3), atol=1e-12)
+
+
+def test_oblique_directions_are_named_by_components():
+    assert name_of(np.array([0.6, 0.0, 0.8])) == "along (0.60, 0.00, 0.80)"
+
+
+def map_of(figure):
+    """The axes of the pressure."""
+    (found,) = (
+        axes
+        for axes in figure.axes
+        if axes.get_label() != "<colorbar>" and not hasattr(axes, "zaxis")
+    )
+    return found
+
+
+@pytest.mark.mpi
+def test_the_map_is_zoomed_to_the_points_in_contact(folder):
+    """A ball on a block: contact is a small part of the slave surface."""
+    ball = rigid.Body(shapes(3)["sphere"])
+    problem = press("hexahedron", ball, material="linear").problem
+    raymortar.SNESSolver(problem).solve()
+    contact = problem.contact
+    figure = raymortar.plot(contact, folder / "ball.png")
+    points = contact.points()
+    active = points["x"][points["status"] >= 2]
+    parts = COMM.gather(active[:, :2], root=0)
+    if COMM.rank == 0:
+        at = np.concatenate(parts)
+        axes = map_of(figure)
+        assert axes.get_xlabel() == "x" and axes.get_ylabel() == "y"
+        for k, (lower, upper) in enumerate((axes.get_xlim(), axes.get_ylim())):
+            assert lower <= at[:, k].min() and at[:, k].max() <= upper
+            assert upper - lower <= 1.31 * np.ptp(at, axis=0).max()
+
+
+@pytest.mark.mpi
+def test_a_leaning_surface_is_seen_along_its_normal():
+    """Two blocks, turned as one by 30 degrees: the map has their true size."""
+    angle = np.radians(30.0)
+    turn = np.array(
+        [
+            [np.cos(angle), 0.0, np.sin(angle)],
+            [0.0, 1.0, 0.0],
+            [-np.sin(angle), 0.0, np.cos(angle)],
+        ]
+    )
+    scene = two_blocks(COMM, 3, "hexahedron", 2, 3)
+    x = scene.mesh.geometry.x
+    x[:] = x @ turn.T
+    down = -0.01 * turn[:, 2]
+
+    def pressed(t):
+        return np.tile(down, (len(t), 1))
+
+    case = build(
+        scene, bcs=lambda V, s: [fix(V, s, "bottom"), fix(V, s, "top", value=pressed)]
+    )
+    case.solve()
+    figure = raymortar.plot(case.contact)
+    if COMM.rank == 0:
+        axes = map_of(figure)
+        assert axes.get_ylabel() == "y"
+        assert axes.get_xlabel() in (
+            "along (0.87, 0.00, -0.50)",
+            "along (-0.87, 0.00, 0.50)",
+        )
+        left, right = axes.get_xlim()
+        assert 0.9 <= right - left <= 1.4
