@@ -54,7 +54,7 @@ class AugmentedLagrangian(Options):
         Degree of the multiplier. None: that of the displacement in 2D, 1 in 3D.
     """
 
-    # Over the softer side's stiffness: docs/parameters has what others do
+    # Over the softer side's stiffness (theory (5.2))
     automatic_factor: ClassVar[float] = 1.0
     gamma: float | Function | None = None
     multiplier: str | None = None

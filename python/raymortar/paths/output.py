@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -30,11 +30,14 @@ class Output:
         (values at the nodes of the mesh). The series begins with the first step, in
         place of an older one, and is whole after each step.
     more
-        Further Functions on the mesh of a displacement, each with its own name. Their
-        values at the time of each step are written.
+        Further Functions on the mesh of a displacement, each with its own name.
+        `update` sets their values.
     segments
         Whether segments and integration points are written too, as series
         ``<stem>_segments.pvd`` and ``<stem>_points.pvd``.
+    update
+        Called on every rank before a step is written, when it is solved and not yet
+        accepted.
 
     Attributes
     ----------
@@ -51,7 +54,9 @@ class Output:
     Examples
     --------
     >>> LoadSteps(problem, apply, steps=5, output="run.pvd").run()
-    >>> output = Output(problem, "run.pvd", more=[stress])  # for paths of several parts
+    >>> def update():
+    ...     stress.interpolate(expression)
+    >>> output = Output(problem, "run.pvd", more=[stress], update=update)
     >>> LoadSteps(problem, press, steps=5, output=output).run()
     >>> LoadSteps(problem, slide, steps=5, path=(1.0, 2.0), output=output).run()
     """
@@ -62,6 +67,7 @@ class Output:
         file: str | Path,
         more: Sequence[Function] = (),
         segments: bool = True,
+        update: Callable[[], object] | None = None,
     ) -> None:
         if not isinstance(problem, CoupledProblem):
             raise ContactError(
@@ -74,7 +80,10 @@ class Output:
             self._more = self._by_mesh(more)
             if not is_truth_value(segments):
                 raise ContactError(f"segments must be True or False, not {segments!r}")
+            if update is not None and not callable(update):
+                raise ContactError(f"update must be a function, not {update!r}")
         require_agreement(self._comm, output=str(file), segments=bool(segments))
+        self._update = update
         self.segments, self.steps = bool(segments), 0
 
     def _by_mesh(self, more: Any) -> list[list[Function]]:
@@ -109,6 +118,8 @@ class Output:
         with together(self._comm):
             if not is_real_number(time):
                 raise ContactError(f"time of a step must be a number, not {time!r}")
+            if self._update is not None:
+                self._update()
         for k, (part, fields) in enumerate(zip(self._parts, self._fields())):
             mesh, append = part.function_space.mesh, self.steps > 0
             if self.path.suffix == ".pvd":

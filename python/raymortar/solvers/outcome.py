@@ -6,6 +6,7 @@ import warnings
 
 from ..convergence.lost_contact import lost_contact
 from ..convergence.penetration import warn_of_penetration
+from ..convergence.turned_tools import turned_too_far
 from ..errors import BodyLeft, ContactWarning, ConvergenceError, raise_everywhere
 from ..problem import CoupledProblem
 
@@ -17,6 +18,11 @@ def require_convergence(problem: CoupledProblem, converged: bool, reason: str) -
         left = problem.free_body_left()
         kind = BodyLeft if left else ConvergenceError
         raise_everywhere(problem.comm, message, kind)
+    turned = turned_too_far(problem.contact)
+    if turned is not None:
+        raise_everywhere(
+            problem.comm, f"Newton converged, but {turned}", ConvergenceError
+        )
     warn_of_penetration(problem.contact)
     loss = lost_contact(problem) if problem.tells_of_loss else None
     if loss is not None:

@@ -253,6 +253,26 @@ def test_bodies_on_meshes_of_their_own_are_all_there(ending, folder):
         )
 
 
+@pytest.mark.mpi
+def test_further_fields_are_those_of_their_step(folder):
+    problem, steps = top_moves("triangle")
+    u = problem.contact.u
+    twice = fem.Function(u.function_space, name="twice")
+
+    def update():
+        twice.x.array[:] = 2.0 * u.x.array
+
+    path = folder / "run.pvd"
+    output = Output(problem.problem, path, more=[twice], update=update)
+    found = []
+    for _ in LoadSteps(problem.solver, steps.apply, 2, output=output):
+        np.testing.assert_array_equal(twice.x.array, 2.0 * u.x.array)
+        found.append(at_nodes(twice))
+    for (_, _, file), values in zip(entries(path), found):
+        assert_holds(fields(file)["twice"], values)
+    assert len(entries(path)) == 2
+
+
 # Faults
 
 
@@ -271,6 +291,8 @@ def test_what_cannot_be_written_is_refused_at_once(folder):
     for more in (3, [3], [other.u]):
         with pytest.raises(ContactError, match="^more "):
             Output(problem.problem, folder / "run.pvd", more)
+    with pytest.raises(ContactError, match="update must be a function"):
+        Output(problem.problem, folder / "run.pvd", update=3)
     with pytest.raises(ContactError, match="segments must be True or False"):
         Output(problem.problem, folder / "run.pvd", segments=3)
     with pytest.raises(ContactError, match="time of a step must be a number"):
