@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..compat import Array
+from ..errors import ContactError
 
 Places = npt.NDArray[np.int64]
 
@@ -59,12 +60,17 @@ class Compliance:
         self._ksp = PETSc.KSP().create(K.comm)
         self._ksp.setOptionsPrefix(prefix)
         self._ksp.setOperators(K)
-        largest = K.norm(PETSc.NormType.NORM_INFINITY)
-        self.symmetric = K.isSymmetric(1e-12 * largest)
+        self.symmetric = is_symmetric(K)
         self._ksp.getPC().setType("cholesky" if self.symmetric else "lu")
         self._ksp.setFromOptions()
         self._ksp.setUp()
-        self._factors = self._ksp.getPC().getFactorMatrix()
+        pc = self._ksp.getPC()
+        if pc.getFactorSolverType() != "mumps":
+            raise ContactError(
+                f"kept factors are those of mumps, not of {pc.getFactorSolverType()}: "
+                "leave kept_pc_factor_mat_solver_type out"
+            )
+        self._factors = pc.getFactorMatrix()
         self.usable = self._factors.getMumpsInfog(1) >= 0
         self.flops = self._factors.getMumpsRinfog(3) * (2.0 if self.symmetric else 1.0)
         entries = self._factors.getMumpsInfog(29)
@@ -133,5 +139,19 @@ class Compliance:
 
     def destroy(self) -> None:
         """Free what belongs to it."""
-        for thing in (self._ksp, self._K, self._x, self._b):
+        for thing in (self._factors, self._ksp, self._K, self._x, self._b):
             thing.destroy()
+
+
+def is_symmetric(K: PETSc.Mat) -> bool:
+    """Whether a matrix is symmetric, but for rounding of the diagonals of a row and a
+    column: bodies and fields may have other units."""
+    diagonal = K.getDiagonal()
+    size = np.abs(diagonal.array)
+    diagonal.array[:] = 1.0 / np.sqrt(np.where(size > 0.0, size, 1.0))
+    scaled = K.copy()
+    scaled.diagonalScale(diagonal, diagonal)
+    found: bool = scaled.isSymmetric(1e-12)
+    scaled.destroy()
+    diagonal.destroy()
+    return found

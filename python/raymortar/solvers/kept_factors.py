@@ -183,12 +183,9 @@ class KeptFactorsSolver(KnowsProblem):
         )
         K = self.problem.volume.kept.tangent
         self._stiffness = K.createSubMatrix(self._near, self._near)
-        host = PETSc.IS().createStride(layout.n, 0, 1, comm=PETSc.COMM_SELF)
-        inner = K.createSubMatrix(host, host)
-        # Of all rows PETSc hands out the matrix itself, which must not get the springs
-        K = inner.copy() if inner.handle == K.handle else inner
         if self.direct is not None:
             self.direct.reset()  # its factors are larger
+        K = _first_block(K, layout.n)
         self._compliance = Compliance(K, rows, np.searchsorted(dofs, springs), prefix)
         self.factorisations += 1
 
@@ -251,3 +248,15 @@ class KeptFactorsSolver(KnowsProblem):
         if self.direct is not None:
             self.direct.destroy()
         self.direct = None
+
+
+def _first_block(K: PETSc.Mat, n: int) -> PETSc.Mat:
+    """The first n rows and columns of a matrix, as a matrix of their own."""
+    rows = PETSc.IS().createStride(n, 0, 1, comm=PETSc.COMM_SELF)
+    block = K.createSubMatrix(rows, rows)
+    rows.destroy()
+    if block.handle != K.handle:
+        return block
+    # Of all rows PETSc hands out the matrix itself, which must not get the springs
+    block.destroy()
+    return K.copy()

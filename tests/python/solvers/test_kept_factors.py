@@ -1,5 +1,7 @@
 """Kept factors of linear bodies: the direct solver's answer without its factors."""
 
+import resource
+
 from mpi4py import MPI
 from petsc4py import PETSc
 
@@ -13,9 +15,17 @@ from rigid_scenes import press, shapes
 
 import raymortar
 from meshes.scenes import two_blocks
-from raymortar import AugmentedLagrangian, Coulomb, Penalty, SNESSolver, rigid, solvers
+from raymortar import (
+    AugmentedLagrangian,
+    ContactError,
+    Coulomb,
+    Penalty,
+    SNESSolver,
+    rigid,
+    solvers,
+)
 from raymortar.solvers import automatic
-from raymortar.solvers.compliance import Compliance
+from raymortar.solvers.compliance import Compliance, is_symmetric
 from raymortar.solvers.petsc_options import PetscOptions
 from raymortar.solvers.supports import supports
 
@@ -297,3 +307,47 @@ def test_columns_are_those_of_the_inverse(symmetric):
     forces[0] = 1.0
     wanted = (inverse @ forces)[rows[[0, 1]]]
     assert one.displacements(forces, np.array([0, 1])) == pytest.approx(wanted)
+
+
+@alone
+def test_bodies_in_other_units_do_not_hide_what_is_not_symmetric():
+    """An unsymmetric block beside a stiff one."""
+    K = PETSc.Mat().createDense((4, 4), comm=PETSc.COMM_SELF)
+    K.setUp()
+    values = np.diag([1e13, 1e13, 1.0, 1.0])
+    values[2, 3] = 0.5
+    K.setValues(range(4), range(4), values)
+    K.assemble()
+    assert not is_symmetric(K)
+    K.setValue(3, 2, 0.5)
+    K.assemble()
+    assert is_symmetric(K)
+
+
+@alone
+def test_factors_are_those_of_mumps():
+    problem = pressed("quadrilateral").problem
+    options = solvers.kept_factors()
+    options["kept_pc_factor_mat_solver_type"] = "petsc"
+    with pytest.raises(ContactError, match="kept factors are those of mumps, not of p"):
+        SNESSolver(problem, options).solve()
+
+
+@alone
+def test_memory_does_not_grow_with_factorisations():
+    problem = pressed(n=(4, 5)).problem
+    solver = SNESSolver(problem, solvers.kept_factors())
+    kept = context(solver)
+
+    def again():
+        kept._forget()
+        problem.contact.u.x.array[:] *= 0.999
+        solver.solve()
+        with open("/proc/self/statm", encoding="ascii") as pages:
+            return int(pages.read().split()[1]) * resource.getpagesize()
+
+    before = [again() for _ in range(5)][-1]
+    after = [again() for _ in range(15)][-1]
+    assert kept.factorisations == 20
+    # A leak of the factors would be more than 10 MB
+    assert after - before < 5e6
