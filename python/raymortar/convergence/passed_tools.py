@@ -20,7 +20,7 @@ from ..host.bodies import bodies_of_facets
 from ..host.reference_facets import N_CORNERS, facet_nodes
 from ..interface.faced import positions
 from ..interface.point_results import CLOSED
-from ..rigid.turning import rotation_matrix, rotation_vector
+from ..rigid.turning import directions_across, rotation_matrix, rotation_vector
 
 if TYPE_CHECKING:
     from ..interaction import Interaction
@@ -269,10 +269,7 @@ def _across(along: Array, gdim: int) -> list[Array]:
     flat = np.column_stack([-along[:, 1], along[:, 0], np.zeros(len(along))])
     if gdim == 2:
         return [flat, -flat]
-    least = np.eye(3)[np.abs(along).argmin(axis=1)]
-    one = np.cross(along, least)
-    one /= np.linalg.norm(one, axis=1)[:, None]
-    other = np.cross(along, one)
+    one, other = directions_across(along)
     return [c * one + s * other for c, s, _ in AROUND]
 
 

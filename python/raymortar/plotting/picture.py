@@ -28,7 +28,7 @@ from . import rendering
 from .drawing import LOOK, draw_field, draw_surface
 from .outlines import draw_tools
 from .pressure_maps import draw_pressure, gather_pressure
-from .traction_curves import PRESSURE, Axes, draw_tractions, gather_tractions
+from .traction_curves import PRESSURE, AxisOptions, draw_tractions, gather_tractions
 from .wires import draw_wires, wires
 
 if TYPE_CHECKING:
@@ -113,14 +113,14 @@ def plot(
     mesh = u.function_space.mesh
     with together(mesh.comm):
         _check_input(contact, file, field)
-        axes = Axes(x, centre, units)
+        options = AxisOptions(x, centre, units)
     require_agreement(mesh.comm, backend=backend)
     dim, draws = mesh.geometry.dim, mesh.comm.rank == 0
     raise_everywhere(mesh.comm, _lacking(backend, dim) if draws else None)
     shown = _nodal(u if field is None else field, u)
     if label is None:
         label = "displacement" if field is None and _is_unnamed(u) else shown.name
-        label = axes.length(label) if field is None else label
+        label = options.length(label) if field is None else label
     if dim == 2:
         parts = gather_cells(mesh, u, shown)
         pressure: Any = gather_tractions(contact)
@@ -130,13 +130,13 @@ def plot(
     figure = None
     if draws:
         if backend == "pyvista":
-            labels, curves = (label, axes.stress(PRESSURE)), _wires(tools, parts)
+            labels, curves = (label, options.stress(PRESSURE)), _wires(tools, parts)
             figure = rendering.render(
                 parts, pressure.surface, curves, labels, view, file is None
             )
         else:
             names = [str(pair) for pair in contact.pairs]
-            picture = Picture(parts, pressure, tools, label, view, axes, names)
+            picture = Picture(parts, pressure, tools, label, view, options, names)
             figure = picture.draw(file is None)
     with writing(mesh.comm, file, OSError, ValueError):
         if draws and file is not None:
@@ -200,7 +200,7 @@ class Picture:
     tools: Sequence[Body]
     label: str
     view: tuple[float, float]
-    axes: Axes
+    options: AxisOptions
     pairs: Sequence[str]
 
     def draw(self, interactive: bool) -> Any:
@@ -224,8 +224,8 @@ class Picture:
         figure.colorbar(colours, ax=left, label=self.label, shrink=0.85)
         if self.tools:
             draw_tools(left, self.tools, *_box(self.bodies))
-        left.set(xlabel=self.axes.length("x"), ylabel=self.axes.length("y"))
-        draw_tractions(right, self.pressure, self.axes, self.pairs)
+        left.set(xlabel=self.options.length("x"), ylabel=self.options.length("y"))
+        draw_tractions(right, self.pressure, self.options, self.pairs)
 
     def _draw_space(self, figure: Any) -> None:
         """Bodies and tools on the left, pressure on the slave surfaces on the right."""
@@ -235,8 +235,8 @@ class Picture:
         draw_wires(left, _wires(self.tools, self.bodies))
         figure.colorbar(colours, ax=left, label=self.label, shrink=0.7)
         right = figure.add_subplot(1, 2, 2)
-        colours = draw_pressure(right, self.pressure, self.axes)
-        label = self.axes.stress(PRESSURE)
+        colours = draw_pressure(right, self.pressure, self.options)
+        label = self.options.stress(PRESSURE)
         figure.colorbar(colours, ax=right, label=label, shrink=0.85)
 
 

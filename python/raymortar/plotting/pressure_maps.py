@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..compat import Array
-from ..host.gathering import gather, gather_boundary
 from ..interface.point_results import CLOSED
+from ..rigid.turning import directions_across
 from .drawing import PRESSURE_MAP, draw_field
-from .traction_curves import Axes, say_no_contact
+from .slave_points import gather_points, gather_slave_facets
+from .traction_curves import AxisOptions, say_no_contact
 
 if TYPE_CHECKING:
-    from ..interaction import Interaction
+    from ..contact import Contact
 
 # Margin around the points in contact, as a share of the larger side
 MARGIN = 0.15
@@ -43,29 +44,24 @@ class PressureMap:
     normal: Array
 
 
-def gather_pressure(contact: Interaction) -> PressureMap | None:
+def gather_pressure(contact: Contact) -> PressureMap | None:
     """What is drawn, on rank 0; None elsewhere. Collective."""
-    mesh = contact.u.function_space.mesh
-    facets = np.concatenate([zone.facets.slave.facets for zone in contact.zones])
-    traction = contact.traction("normal")
-    surface = gather_boundary(mesh, contact.u, traction, facets=facets)
-    columns: list[list[Array]] = [[], []]
-    for i in range(len(contact.zones)):
-        points = contact.points(i)
-        active = points["status"] >= CLOSED
-        weighted = points["normal"] * points["weight"][:, None]
-        for column, values in zip(columns, (points["x"], weighted)):
-            column.append(values[active])
-    x, normals = (gather(mesh.comm, np.concatenate(column)) for column in columns)
-    if x is None or normals is None:
+    surface = gather_slave_facets(contact, contact.traction("normal"))
+
+    def quantities(points: dict[str, Array], _: int) -> list[Array]:
+        return [points["x"], points["normal"] * points["weight"][:, None]]
+
+    gathered = gather_points(contact, CLOSED, quantities)
+    if gathered is None:
         return None
+    x, normals = gathered
     mean = normals.sum(axis=0)
     size, most = np.linalg.norm(mean), np.linalg.norm(normals, axis=1).sum()
     normal = mean / size if size > NOTHING * most else np.zeros(3)
     return PressureMap(surface, x, normal)
 
 
-def draw_pressure(axes: Any, pressures: PressureMap, what: Axes) -> Any:
+def draw_pressure(axes: Any, pressures: PressureMap, options: AxisOptions) -> Any:
     """The pressure, seen along the mean normal and as near as contact is; what a colour
     bar needs."""
     X, displacement, traction = pressures.surface
@@ -76,8 +72,8 @@ def draw_pressure(axes: Any, pressures: PressureMap, what: Axes) -> Any:
     order = np.argsort(at.mean(axis=1) @ across)
     pressure = np.linalg.norm(traction, axis=2, keepdims=True)
     colours = draw_field(axes, at[order] @ frame.T, pressure[order], cmap=PRESSURE_MAP)
-    axes.set(xlabel=what.length(name_of(frame[0])))
-    axes.set(ylabel=what.length(name_of(frame[1])))
+    axes.set(xlabel=options.length(name_of(frame[0])))
+    axes.set(ylabel=options.length(name_of(frame[1])))
     if len(pressures.active):
         _zoom(axes, pressures.active @ frame.T)
     else:
@@ -94,12 +90,8 @@ def _most_normal(at: Array) -> Array:
 def plane_of(normal: Array) -> Array:
     """Two unit vectors in the plane across a unit normal, (2, 3), as near to axes as can
     be, and along rather than against these."""
-    first = np.eye(3)[int(np.argmin(np.round(np.abs(normal), 9)))]
-    first -= (first @ normal) * normal
-    first /= np.linalg.norm(first)
-    second = np.cross(normal, first)
     # "xy", not "yx"
-    pair = sorted((first, second), key=lambda t: int(np.argmax(np.abs(t))))
+    pair = sorted(directions_across(normal), key=lambda t: int(np.argmax(np.abs(t))))
     return np.array([t * np.sign(t[np.argmax(np.abs(t))]) for t in pair])
 
 

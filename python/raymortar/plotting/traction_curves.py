@@ -6,17 +6,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from mpi4py import MPI
-
 import numpy as np
 
 from ..compat import Array, Indices
 from ..errors import ContactError
-from ..host.gathering import gather, gather_boundary
 from ..interface.point_results import OPEN, along_normal
+from .slave_points import gather_points, gather_slave_facets
 
 if TYPE_CHECKING:
-    from ..interaction import Interaction
+    from ..contact import Contact
 
 NORMAL, TANGENTIAL = "#c0392b", "#2c3e50"
 PRESSURE = "contact pressure"
@@ -25,7 +23,7 @@ ABSCISSAS = ("x", "y", "arc", "angle")
 
 
 @dataclass(frozen=True)
-class Axes:
+class AxisOptions:
     """What the axes show, as `plot` documents it. Checked."""
 
     x: str | None = None
@@ -82,41 +80,27 @@ class Tractions:
     deformed_ends: Array
 
 
-def gather_tractions(contact: Interaction) -> Tractions | None:
+def gather_tractions(contact: Contact) -> Tractions | None:
     """Tractions at the points of all ranks, on rank 0; None elsewhere. Collective."""
-    comm = contact.u.function_space.mesh.comm
-    facets = [zone.facets.slave.facets for zone in contact.zones]
-    ends = _gather_ends(contact, np.concatenate(facets))
-    # Rank by rank, and there zone by zone, as facets are gathered
-    before = comm.exscan(sum(map(len, facets)), op=MPI.SUM) or 0
-    columns: list[list[Array]] = [[] for _ in range(5)]
-    for i, of_zone in enumerate(facets):
-        points = contact.points(i)
-        hit = points["status"] >= OPEN
+    facets = gather_slave_facets(contact)
+
+    def quantities(points: dict[str, Array], first: int) -> list[Array]:
         normal = along_normal(points, points["traction"])
-        found = (
+        return [
             points["x"],
             -np.einsum("qi,qi->q", normal, points["normal"]),
             np.linalg.norm(points["traction"] - normal, axis=1),
             points["pair"],
-            before + points["slave"],
-        )
-        for column, values in zip(columns, found):
-            column.append(values[hit])
-        before += len(of_zone)
-    gathered = [gather(comm, np.concatenate(column)) for column in columns]
-    if comm.rank > 0:
+            first + points["slave"],
+        ]
+
+    gathered = gather_points(contact, OPEN, quantities)
+    if gathered is None:
         return None
-    x, pressure, friction, pair, facet = gathered
-    if contact.friction is None:
-        friction = None
-    return Tractions(x, pressure, friction, pair, facet, *ends)  # type: ignore[arg-type]
-
-
-def _gather_ends(contact: Interaction, facets: Indices) -> list[Any]:
-    """Ends of facets before and after the deformation, (m, 2, 2) each, on rank 0."""
-    X, u = gather_boundary(contact.u.function_space.mesh, contact.u, facets=facets)
-    return [None, None] if X is None else [X[..., :2], X[..., :2] + u]
+    x, pressure, tangential, pair, facet = gathered
+    friction = None if contact.friction is None else tangential
+    ends = facets[0][..., :2]
+    return Tractions(x, pressure, friction, pair, facet, ends, ends + facets[1])
 
 
 def arc_lengths(ends: Array, deformed_ends: Array) -> Array:
@@ -184,11 +168,11 @@ def _centre_of(x: Array) -> Array:
 
 
 def draw_tractions(
-    axes: Any, tractions: Tractions, what: Axes, names: Sequence[str]
+    axes: Any, tractions: Tractions, options: AxisOptions, names: Sequence[str]
 ) -> None:
     """Pressure and friction, in one colour a pair where there are several."""
-    values, label = _abscissa(tractions, what)
-    axes.set(xlabel=label, ylabel=what.stress(PRESSURE))
+    values, label = _abscissa(tractions, options)
+    axes.set(xlabel=label, ylabel=options.stress(PRESSURE))
     met = np.unique(tractions.pair)
     for k, pair in enumerate(met):
         if len(met) == 1:
@@ -208,16 +192,16 @@ def draw_tractions(
         say_no_contact(axes)
 
 
-def _abscissa(tractions: Tractions, what: Axes) -> tuple[Array, str]:
+def _abscissa(tractions: Tractions, options: AxisOptions) -> tuple[Array, str]:
     """What tractions are drawn over, and its label."""
-    over, at = what.x, tractions.x
+    over, at = options.x, tractions.x
     if over == "arc":
-        return over_arc(tractions), what.length("length along the surface")
+        return over_arc(tractions), options.length("length along the surface")
     if over == "angle":
-        return over_angle(at, what.centre), "angle (degrees)"
+        return over_angle(at, options.centre), "angle (degrees)"
     if over is None:
         over = "xy"[int(np.argmax(np.ptp(at, axis=0)))] if len(at) else "x"
-    return at[:, "xy".index(over)], what.length(over)
+    return at[:, "xy".index(over)], options.length(over)
 
 
 def _leave_room(axes: Any, curves: Sequence[Array]) -> None:

@@ -13,6 +13,7 @@ from ..rigid.checked import direction
 from ..rigid.implicit import Implicit
 from ..rigid.shapes import Cone, Cylinder, Plane, Sphere, Torus
 from ..rigid.surface import Surface
+from ..rigid.turning import directions_across
 from .outlines import COLOUR
 
 # Points along a curve, curves in each direction, points along each side of a grid, and
@@ -84,14 +85,6 @@ def _within(curve: Array, lower: Array, upper: Array) -> Iterator[Array]:
             yield curve[begin:end]
 
 
-def _frame(axis: Array) -> tuple[Array, Array]:
-    """Two orthogonal unit vectors that are orthogonal to a given one."""
-    across = np.eye(3)[int(np.argmin(np.abs(axis)))]
-    first = np.cross(axis, across)
-    first = first / np.linalg.norm(first)
-    return first, np.cross(axis, first)
-
-
 def _ring(centre: Array, one: Array, other: Array) -> Array:
     """Points around an ellipse with given half axes."""
     angle = np.linspace(0.0, 2.0 * np.pi, _ALONG)
@@ -107,7 +100,7 @@ def _plane(shape: Any, middle: Array, reach: float) -> Iterator[Array]:
     """Lines in two directions, about the point of the plane nearest to the middle."""
     normal = direction("normal", shape.normal)
     foot = middle - ((middle - shape.place) @ normal) * normal
-    frame = _frame(normal)
+    frame = directions_across(normal)
     t = np.linspace(-reach, reach, 8 * _ALONG)
     for one, other in (frame, frame[::-1]):
         for at in np.linspace(-reach, reach, 2 * _CURVES):
@@ -121,7 +114,7 @@ def _ball(shape: Any, middle: Array, reach: float) -> Iterator[Array]:
     towards = middle - centre
     size = float(np.linalg.norm(towards))
     axis = towards / size if size > 0.0 else np.array([0.0, 0.0, 1.0])
-    one, other = _frame(axis)
+    one, other = directions_across(axis)
     half = min(np.pi, reach / radius)
     for angle in np.linspace(0.0, half, _CURVES + 1)[1:]:
         across = radius * np.sin(angle)
@@ -140,7 +133,7 @@ def _cylinder(shape: Any, middle: Array, reach: float) -> Iterator[Array]:
     axis = direction("axis", shape.axis)
     point, radius = shape.place, float(shape.radius)
     foot = point + ((middle - point) @ axis) * axis
-    one, other = _frame(axis)
+    one, other = directions_across(axis)
     for at in np.linspace(-reach, reach, 2 * _CURVES):
         yield _ring(foot + at * axis, radius * one, radius * other)
     t = np.linspace(-reach, reach, 4 * _ALONG)
@@ -153,7 +146,7 @@ def _cone(shape: Any, middle: Array, reach: float) -> Iterator[Array]:
     axis, tip = direction("axis", shape.axis), shape.place
     c, s = np.cos(shape.half_angle), np.sin(shape.half_angle)
     length = reach + float(np.linalg.norm(middle - tip))
-    one, other = _frame(axis)
+    one, other = directions_across(axis)
     for at in np.linspace(0.0, length, 2 * _CURVES)[1:]:
         yield _ring(tip + at * c * axis, at * s * one, at * s * other)
     t = np.linspace(0.0, length, 4 * _ALONG)
@@ -165,7 +158,7 @@ def _torus(shape: Any, middle: Array, reach: float) -> Iterator[Array]:
     """Circles both ways."""
     axis, centre = direction("axis", shape.axis), shape.place
     major, minor = float(shape.major), float(shape.minor)
-    one, other = _frame(axis)
+    one, other = directions_across(axis)
     for angle in np.linspace(0.0, 2.0 * np.pi, _CURVES)[:-1]:
         out = major + minor * np.cos(angle)
         yield _ring(centre + minor * np.sin(angle) * axis, out * one, out * other)

@@ -110,3 +110,13 @@ def turning(rotation: Array) -> tuple[Array, Array, Array]:
         + b * (products + np.swapaxes(products, 0, 1))
     )
     return R, first, second
+
+
+def directions_across(axis: Array) -> tuple[Array, Array]:
+    """Two orthogonal unit vectors that are orthogonal to a given one, or to each of
+    several, (..., 3)."""
+    # Rounded, as components that are alike but for rounding must not decide
+    least = np.eye(3)[np.round(np.abs(axis), 9).argmin(axis=-1)]
+    one = np.cross(axis, least)
+    one /= np.linalg.norm(one, axis=-1, keepdims=True)
+    return one, np.cross(axis, one)
