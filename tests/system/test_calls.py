@@ -52,7 +52,10 @@ def problem(scene, F=None, J=None, **options):
 
 @pytest.fixture(scope="module")
 def ready(scene):
-    return problem(scene)
+    """A problem whose contact has results."""
+    made = problem(scene)
+    made.contact.update()
+    return made
 
 
 @pytest.fixture(scope="module")
