@@ -74,8 +74,8 @@ class CoupledProblem:
         Whether iterates keep the segments and integration points of the last pairing and
         only cast their rays anew, as `FixedPointSolver` asks for.
 
-    tells_of_loss
-        Whether a converged solve warns of contact that it has lost.
+    tells_of_doubt
+        Whether a converged solve warns of lost contact and deep points.
     in_use
         What advice after a failure has to go with.
     steps_accepted
@@ -121,7 +121,7 @@ class CoupledProblem:
         options = form_compiler_options, jit_options
         L, a = compat.form(F, *options), compat.form(J, *options)
         self.history: list[float] = []
-        self.rays_only, self.tells_of_loss = False, True
+        self.rays_only, self.tells_of_doubt = False, True
         self.steps_accepted = 0
         # Where `form` was last, and which revision of the contact that was
         self._at: Array | None = None
@@ -244,13 +244,14 @@ class CoupledProblem:
         return (F[at], J[at][at]) if self.volume.has_several else (F, J)
 
     @contextmanager
-    def silent_about_loss(self) -> Iterator[None]:
-        """Leave it to the caller to ask for lost contact, as `LoadSteps` does."""
-        before, self.tells_of_loss = self.tells_of_loss, False
+    def silent_about_doubt(self) -> Iterator[None]:
+        """Leave it to the caller to ask whether a state is doubtful, as `LoadSteps`
+        does of accepted steps."""
+        before, self.tells_of_doubt = self.tells_of_doubt, False
         try:
             yield
         finally:
-            self.tells_of_loss = before
+            self.tells_of_doubt = before
 
     def _alone(self) -> InUse:
         """What is in use where solves are no part of anything."""

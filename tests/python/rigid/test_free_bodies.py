@@ -297,6 +297,31 @@ def test_no_smaller_step_is_tried_for_a_body_that_has_left():
         assert bodies.any_left() == has_left
 
 
+@pytest.mark.mpi
+def test_steps_end_where_friction_is_too_small_and_say_so():
+    """A wheel on the spot is driven by twice the moment that friction can have. Iterates
+    beyond that fly about: no smaller step is given up for them."""
+    mu, load, radius = 0.3, 0.5, 0.45
+    wheel = rigid.Body(
+        rigid.Circle((0.5, 1.0 + radius), radius), free=("y", "r"), force=(0.0, -load)
+    )
+    found = press("quadrilateral", wheel, n=4, friction=Coulomb(mu))
+    solver = SNESSolver(found.problem)
+    solver.solve()
+    most = mu * load * radius
+
+    def drive(t):
+        wheel.moment = -2.0 * most * t
+
+    path = LoadSteps(solver, drive, 4, max_halvings=3, strategy="halve")
+    last = 0.0
+    friction = "friction alone resists the load on the rigid Circle along r"
+    with pytest.raises(ConvergenceError, match=friction):
+        for step in path:
+            last = step.factor
+    assert 0.75 * most < 2.0 * most * last < most
+
+
 def test_a_wheel_rolls_its_circumference(monkeypatch):
     """H5: the way is the angle times the radius, and nothing creeps when it stops.
 
