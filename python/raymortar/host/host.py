@@ -63,13 +63,19 @@ class Host:
         The displacement of each mesh.
     functions
         What is solved for. Until a problem is made, the displacement as it was given.
+    starts, owned_starts
+        First local and first owned unknown of each Function, then their number.
     """
+
+    starts: Places
+    owned_starts: Places
+    _owned: list[int]
 
     def __init__(self, given: Function | Sequence[Function]) -> None:
         several = list(given) if isinstance(given, (list, tuple)) else [given]
         check_given(several)
         self.displacements = [Displacement(f, k) for k, f in enumerate(several)]
-        self.functions: list[Function] = several
+        self._take(several)
         own = [d.u for d in self.displacements]
         self.u: Any = own[0] if len(own) == 1 else JoinedDisplacement(own)
         # Spaces of the functions, once a problem has told them
@@ -146,7 +152,7 @@ class Host:
             )
         for d, place in zip(self.displacements, places):
             d.at = place
-        self.functions = list(functions)
+        self._take(list(functions))
         self.spaces = [f.function_space for f in functions]
 
     def absence(self, functions: Sequence[Function]) -> str:
@@ -159,24 +165,15 @@ class Host:
 
     # Places of unknowns
 
-    def _sizes(self, ghosts: bool) -> list[int]:
-        """Local or owned unknowns of each Function."""
-        sizes = []
-        for f in self.functions:
-            index_map, bs = compat.unknowns_of(f)
-            n = index_map.size_local + (index_map.num_ghosts if ghosts else 0)
-            sizes.append(n * bs)
-        return sizes
-
-    @property
-    def starts(self) -> Places:
-        """First local unknown of each Function, then their number."""
-        return np.cumsum([0, *self._sizes(True)])
-
-    @property
-    def owned_starts(self) -> Places:
-        """First owned unknown of each Function, then their number."""
-        return np.cumsum([0, *self._sizes(False)])
+    def _take(self, functions: list[Function]) -> None:
+        """Count the unknowns of Functions."""
+        self.functions = functions
+        self._owned, local = [], [0]
+        for index_map, bs in map(compat.unknowns_of, functions):
+            self._owned.append(bs * index_map.size_local)
+            local.append(bs * (index_map.size_local + index_map.num_ghosts))
+        self.owned_starts = np.cumsum([0, *self._owned])
+        self.starts = np.cumsum(local)
 
     @property
     def u_local(self) -> Places | slice:
@@ -220,7 +217,7 @@ class Host:
             for name, dofs, part in self._parts(f):
                 if (k, part) in moved:
                     continue
-                owned = dofs[dofs < self._sizes(False)[k]]
+                owned = dofs[dofs < self._owned[k]]
                 found.append(
                     Field(name, owned + self.owned_starts[k], dofs + self.starts[k])
                 )
@@ -259,14 +256,13 @@ class Host:
 
     def owned_values(self) -> Array:
         """Copy of all owned unknowns."""
-        sizes = self._sizes(False)
-        return np.concatenate([f.x.array[:n] for f, n in zip(self.functions, sizes)])
+        pairs = zip(self.functions, self._owned)
+        return np.concatenate([f.x.array[:n] for f, n in pairs])
 
     def owned_part(self, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
         """The owned entries of an array over the local unknowns."""
-        sizes = self._sizes(False)
         return np.concatenate(
-            [values[start : start + n] for start, n in zip(self.starts, sizes)]
+            [values[start : start + n] for start, n in zip(self.starts, self._owned)]
         )
 
     def set_owned_values(self, values: Array) -> None:

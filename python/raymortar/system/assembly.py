@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from petsc4py import PETSc
@@ -12,7 +13,7 @@ import numpy as np
 from dolfinx.fem import Function
 
 from .. import _cpp
-from ..compat import Mask
+from ..compat import Array, Mask
 from ..errors import ContactError, together
 from ..interface.coefficients import PairCoefficients, one_or_each, spread
 from ..interface.contact_surfaces import ContactSurfaces
@@ -25,6 +26,42 @@ from ..interface.zones import on_sides
 from ..options.methods import AugmentedLagrangian, Penalty
 
 _numbers = itertools.count()
+
+# For how many sets of conditions it is known what they mean: those of solves, and none,
+# as where reactions are summed
+_SETS = 2
+
+
+@dataclass(frozen=True)
+class Prescribed:
+    """What Dirichlet conditions mean for one contact.
+
+    Attributes
+    ----------
+    bcs
+        The conditions.
+    marker
+        1 for a dof of u that they prescribe; ghosted.
+    some_held
+        Whether a slave facet is prescribed throughout.
+    shear_moduli, moduli
+        Of each zone, None where they are not needed. Stress.
+    """
+
+    bcs: tuple[Any, ...]
+    marker: Array
+    some_held: bool = False
+    shear_moduli: list[float] | None = None
+    moduli: list[float] | None = None
+
+    @property
+    def dofs(self) -> Mask:
+        """Whether each dof of u is prescribed; ghosted."""
+        return self.marker == 1
+
+    def is_of(self, bcs: Sequence[Any]) -> bool:
+        """Whether these are the conditions."""
+        return tuple(map(id, bcs)) == tuple(map(id, self.bcs))
 
 
 class ContactAssembly:
@@ -70,10 +107,11 @@ class ContactAssembly:
         self.gamma_scale = 1.0
         self.volume: VolumePattern | None = None
         self.preallocations, self.extensions = 0, 0
-        # For which conditions the zones know what is prescribed; None: for none
-        self._prescribed_by: tuple[Any, ...] | None = ()
-        self._prescribed: Mask = np.zeros(len(surfaces.u.x.array), dtype=bool)
-        self._some_held = False
+        # What the zones know; None: nothing
+        self._told: Prescribed | None = Prescribed(
+            (), np.zeros(len(surfaces.u.x.array))
+        )
+        self._known: list[Prescribed] = []  # the last ones
         self._crosses = False  # whether nodes are damped that are not held
 
     def set_gamma(self, gamma: float | Function | PairCoefficients) -> None:
@@ -120,7 +158,7 @@ class ContactAssembly:
             zone.cpp.set_crossing(dofs)
         count = sum(int(dofs.sum()) for dofs in marked)
         self._crosses = self.surfaces.comm.allreduce(count) > 0
-        self._prescribed_by = None  # the modulus is asked for anew
+        self._forget_prescribed()  # the modulus is asked for anew
 
     def send_rows(self) -> None:
         """Rows of the unknowns to the zones. Collective."""
@@ -136,7 +174,7 @@ class ContactAssembly:
     def take_over(self, volume: VolumePattern, bcs: Sequence[Any]) -> None:
         """Take a volume, and the automatic gamma from it if none is set. Collective."""
         self.volume = volume
-        self._prescribed_by = None  # held nodes need its stiffness
+        self._forget_prescribed()  # held nodes need its stiffness
         if self.gamma is None:
             interfaces = self.surfaces.interfaces
             tables = contact_stiffness(volume, self.layout, interfaces, bcs)
@@ -147,7 +185,7 @@ class ContactAssembly:
         """Take the volume, from `prepare`, of another problem of this contact."""
         if volume is not self.volume:
             self.volume = volume
-            self._prescribed_by = None
+            self._forget_prescribed()
 
     def note_room(self, extended: bool) -> None:
         """Count a preallocation, and whether patterns have been extended for it."""
@@ -159,30 +197,43 @@ class ContactAssembly:
     def prescribed(self, bcs: Sequence[Any]) -> Mask:
         """Whether Dirichlet conditions prescribe a dof of u; ghosted. The zones are told
         if they did not know. Collective."""
-        by = self._prescribed_by
-        if by is None or tuple(map(id, bcs)) != tuple(map(id, by)):
-            self._prescribe(bcs)
-            self._prescribed_by = tuple(bcs)
-        return self._prescribed
+        if self._told is None or not self._told.is_of(bcs):
+            self._told = None
+            self._told = self._tell(self._meaning(bcs))
+        return self._told.dofs
 
-    def _prescribe(self, bcs: Sequence[Any]) -> None:
-        """Tell the zones which displacements are prescribed. Collective."""
-        surfaces = self.surfaces
-        marker, _ = self.host.prescribed_u(bcs)
-        self._prescribed = marker == 1
-        for zone in self.zones:
-            zone.cpp.set_fixed(*on_sides(zone, marker.astype(np.float64)))
-        if surfaces.multiplier is None:
-            return
-        if self.volume is not None:
-            moduli = shear_moduli(surfaces, self.volume, bcs)
-            for zone, modulus in zip(self.zones, moduli):
-                zone.cpp.set_shear_modulus(modulus)
-        refuse_held_on_tools(surfaces, self._prescribed)
-        self._some_held = any_held(surfaces, self._prescribed)
-        if any_node_held(surfaces, self._prescribed) or self._crosses:
-            for zone, modulus in zip(self.zones, self.moduli(bcs)):
-                zone.cpp.set_modulus(modulus)
+    def _forget_prescribed(self) -> None:
+        """What conditions mean is to be found anew."""
+        self._told, self._known = None, []
+
+    def _tell(self, known: Prescribed) -> Prescribed:
+        """Tell the zones which displacements are prescribed."""
+        for number, zone in enumerate(self.zones):
+            zone.cpp.set_fixed(*on_sides(zone, known.marker))
+            if known.shear_moduli is not None:
+                zone.cpp.set_shear_modulus(known.shear_moduli[number])
+            if known.moduli is not None:
+                zone.cpp.set_modulus(known.moduli[number])
+        return known
+
+    def _meaning(self, bcs: Sequence[Any]) -> Prescribed:
+        """What conditions mean, from before if they are known. Collective."""
+        for known in self._known:
+            if known.is_of(bcs):
+                return known
+        surfaces, volume = self.surfaces, self.volume
+        marker = self.host.prescribed_u(bcs)[0].astype(np.float64)
+        found = Prescribed(tuple(bcs), marker)
+        if surfaces.multiplier is not None:
+            dofs = found.dofs
+            shear = None if volume is None else shear_moduli(surfaces, volume, bcs)
+            refuse_held_on_tools(surfaces, dofs)
+            held = any_held(surfaces, dofs)
+            needed = any_node_held(surfaces, dofs) or self._crosses
+            moduli = self.moduli(bcs) if needed else None
+            found = Prescribed(tuple(bcs), marker, held, shear, moduli)
+        self._known = [found, *self._known[: _SETS - 1]]
+        return found
 
     def moduli(self, bcs: Sequence[Any]) -> list[float]:
         """Modulus of the softest body of each zone. If the volume's form gives none,
@@ -206,7 +257,7 @@ class ContactAssembly:
     def add_tangent(self, A: PETSc.Mat, bcs: Sequence[Any]) -> None:
         """Add this contact's part of `assemble_matrix`. Collective."""
         self.prescribed(bcs)
-        if self._some_held:
+        if self._told is not None and self._told.some_held:
             refuse_held(self.surfaces)
         with together(self.surfaces.comm):
             for zone in self.zones:
