@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from compression import squeeze
 from dolfinx import fem
 from materials import MATERIALS, lame
-from problems import CELLS, COMM, DIMENSION, SOLVERS, build, fix, squeeze, worst
+from problems import CELLS, COMM, DIMENSION, SOLVERS, build, fix, worst
 
 import raymortar
 from meshes.scenes import two_blocks

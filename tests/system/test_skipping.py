@@ -3,7 +3,8 @@
 import gathered
 import numpy as np
 import pytest
-from problems import COMM, build, squeezed, stack
+from compression import squeezed
+from problems import COMM, build, stack
 
 import raymortar
 from raymortar import AugmentedLagrangian, Coulomb, Penalty, compat
