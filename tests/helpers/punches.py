@@ -58,7 +58,7 @@ def solid(ends):
     )
 
 
-def by_tool(cell, ends, way, shape=face, n=8, degree=1, turn=0.0, **options):
+def by_tool(cell, ends, way, shape=face, n=8, degree=1, turn=None, **options):
     """The block below a punch that has moved.
 
     Parameters
@@ -68,8 +68,10 @@ def by_tool(cell, ends, way, shape=face, n=8, degree=1, turn=0.0, **options):
     """
     tool = shape(cell, ends) if shape is face else shape(ends)
     body = rigid.Body(tool)
-    body.move(way, turn)
-    return press(cell, body, n=n, degree=degree, **options)
+    found = press(cell, body, n=n, degree=degree, **options)
+    body.move(way) if turn is None else body.move(way, turn)
+    found.contact.update()
+    return found
 
 
 def by_mesh(cell, ends, way, n=8, degree=1, **options):

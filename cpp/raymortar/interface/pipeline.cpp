@@ -96,8 +96,8 @@ void Pipeline::make_whole_points(ContactState& s)
 /// They stay as long as no rims are above, and the same facets are below tools
 void Pipeline::make_points_at_rims(ContactState& s)
 {
-  RimSegments made =
-      segments_at_rims(s.slave, s.tools, _bare, _rules.subdivide);
+  RimSegments made = segments_at_rims(s.slave, s.tools, _bare, _rules.subdivide,
+                                      s.multipliers.components > 0);
   const bool are_cut = std::find(made.above.begin(), made.above.end(),
                                  Above::rim) != made.above.end();
   const bool stay = not are_cut and made.above == _above;

@@ -1,6 +1,7 @@
 #include "raymortar/mortar/rim_segments.h"
 #include "raymortar/geometry/dispatch.h"
 #include "raymortar/geometry/ray.h"
+#include "raymortar/mortar/rim_coverage.h"
 #include "raymortar/mortar/tool_rays.h"
 #include "raymortar/mortar/whole_facets.h"
 #include "raymortar/rigid/rims.h"
@@ -146,13 +147,6 @@ Candidates candidates_of(const NearFacets& near,
   return c;
 }
 
-void add_place(IntegrationPoints& places, Index slave, const Vec<2>& xi)
-{
-  places.slave.push_back(slave);
-  places.xi.push_back(xi);
-  places.seed.push_back(0);
-}
-
 /// Distance along a ray between where it meets a facet and a place on it
 double apart(const Surface& slave, Index facet, const Vec<2>& xi,
              const Surface& tools, Index which, double g)
@@ -193,37 +187,6 @@ FacetJudge judge_by_rays(const Surface& slave,
     const double a = distance(first), b = distance(second);
     return a == b ? 0 : (a < b ? -1 : 1);
   };
-}
-
-std::span<const Vec<2>> polygon_of(const Segmentation& s, const Segment& one)
-{
-  return std::span(s.vertices)
-      .subspan(static_cast<std::size_t>(one.begin),
-               static_cast<std::size_t>(one.size));
-}
-
-/// Whether the ray in the middle of each segment meets a tool at all: it may be
-/// one of the other side, that the slave has not come from
-std::vector<bool> are_seen(const Surface& slave,
-                           std::span<const PlacedTool> tools,
-                           const Segmentation& s, const FacetDistances& range)
-{
-  IntegrationPoints middles;
-  for (const Segment& one : s.segments)
-  {
-    const auto polygon = polygon_of(s, one);
-    Vec<2> sum = Vec<2>::Zero();
-    for (const Vec<2>& xi : polygon)
-      sum += xi;
-    add_place(middles, one.slave, sum / static_cast<double>(polygon.size()));
-  }
-  const Hits hits = cast_on_tools(slave, tools, middles, range);
-  std::vector<bool> seen;
-  seen.reserve(hits.status.size());
-  for (const RayStatus status : hits.status)
-    seen.push_back(status != RayStatus::no_facet and
-                   status != RayStatus::back_face);
-  return seen;
 }
 
 Vec<2> middle_of(Shape shape)
@@ -285,9 +248,9 @@ void append(Segmentation& out, const Segmentation& from, Segment one,
   out.segments.push_back(one);
 }
 
-/// Segments at rims that are seen, and whole facets, slave by slave
+/// Segments at rims that count, and whole facets, slave by slave
 Segmentation merged(const Surface& slave, const std::vector<Above>& above,
-                    const Segmentation& cut, const std::vector<bool>& seen)
+                    const Segmentation& cut, const std::vector<bool>& counts)
 {
   const Segmentation whole = whole_facets(slave);
   const double measure = slave.shape == Shape::triangle
@@ -306,7 +269,7 @@ Segmentation merged(const Surface& slave, const std::vector<Above>& above,
     for (; k < cut.segments.size() and
            static_cast<std::size_t>(cut.segments[k].slave) == f;
          ++k)
-      if (seen[k])
+      if (counts[k])
         append(out, cut, cut.segments[k], measure);
   }
   return out;
@@ -339,20 +302,24 @@ bool rims_are_near(const Surface& slave, std::span<const PlacedTool> tools,
 
 RimSegments segments_at_rims(const Surface& slave,
                              std::span<const PlacedTool> tools,
-                             const FacetDistances& range, bool subdivide)
+                             const FacetDistances& range, bool subdivide,
+                             bool has_multiplier)
 {
   NearFacets near = slave.gdim == 2 ? find_near<2>(slave, tools, range)
                                     : find_near<3>(slave, tools, range);
   const std::vector<ToolFacet> sorted = sorted_facets(near.facets);
+  const Candidates candidates = candidates_of(near, sorted);
   RimSegments out{
       std::move(near.above), surface_of(tools, sorted, slave.gdim), {}};
   SegmentationOptions options(range, subdivide);
   options.judge = judge_by_rays(slave, tools, out.facets, range);
   const Segmentation cut =
-      make_segments(slave, out.facets, candidates_of(near, sorted), options);
+      make_segments(slave, out.facets, candidates, options);
   find_inside(slave, tools, range, out.above);
   out.segmentation =
-      merged(slave, out.above, cut, are_seen(slave, tools, cut, range));
+      merged(slave, out.above, cut,
+             segments_that_count(slave, tools, out.facets, candidates, cut,
+                                 range, has_multiplier));
   return out;
 }
 } // namespace raymortar

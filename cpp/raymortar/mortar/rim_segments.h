@@ -35,9 +35,9 @@ struct RimSegments
 
 /// @brief Cut the slave facets whose rays pass near a rim.
 /// @param[in] range Without skin
-/// @see make_segments
+/// @param[in] has_multiplier See segments_that_count
 [[nodiscard]] RimSegments segments_at_rims(const Surface& slave,
                                            std::span<const PlacedTool> tools,
                                            const FacetDistances& range,
-                                           bool subdivide);
+                                           bool subdivide, bool has_multiplier);
 } // namespace raymortar

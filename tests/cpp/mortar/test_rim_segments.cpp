@@ -58,7 +58,7 @@ protected:
 TEST_P(RimSegmentsOf, AreThoseBelowAMaster)
 {
   ASSERT_TRUE(have_rims(tools));
-  const RimSegments found = segments_at_rims(slave, tools, range, false);
+  const RimSegments found = segments_at_rims(slave, tools, range, false, true);
   const Segmentation expected = make_segments(
       slave, master, find_candidates(slave, master, range, Strategy::bvh),
       {range, false});
@@ -82,7 +82,7 @@ TEST_P(RimSegmentsOf, AreThoseBelowAMaster)
 TEST_P(RimSegmentsOf, HaveRaysThatHit)
 {
   const Shape shape = slave.shape;
-  const RimSegments found = segments_at_rims(slave, tools, range, false);
+  const RimSegments found = segments_at_rims(slave, tools, range, false, true);
   const IntegrationPoints points =
       make_points(slave, found.segmentation, segment_rules(shape, 4),
                   rule_on(shape, 4), true);
@@ -102,7 +102,7 @@ TEST_P(RimSegmentsOf, HaveRaysThatHit)
 
 TEST_P(RimSegmentsOf, MoveWithTheirOwnFacets)
 {
-  const RimSegments found = segments_at_rims(slave, tools, range, false);
+  const RimSegments found = segments_at_rims(slave, tools, range, false, true);
   const Segmentation& s = found.segmentation;
   for (const Segment& one : s.segments)
   {
@@ -158,7 +158,8 @@ TEST(RimSegments, AreNotBelowWhatNoRayMeets)
   f.x = {-0.5, 0.1, 0.1, 0.1, -0.5, -0.2, 0.5, -0.2, 0.5, -0.1, -0.5, -0.1};
   f.nodes = {0, 1, 2, 3, 3, 4, 4, 5, 5, 2};
   const std::vector tools{PlacedTool{make_facet_tool(f), {}, {}}};
-  const RimSegments found = segments_at_rims(slave, tools, {0.5, 0.5}, false);
+  const RimSegments found =
+      segments_at_rims(slave, tools, {0.5, 0.5}, false, true);
   double covered = 0.0;
   for (const double share : found.segmentation.covered)
     covered += 0.25 * share;

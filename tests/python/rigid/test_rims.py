@@ -52,7 +52,7 @@ def test_at_any_place_it_is_that_of_a_meshed_punch(right):
     n, force = solve(punches.by_tool("quadrilateral", *where, **LAWS["normal"]))
     m, expected = solve(punches.by_mesh("quadrilateral", *where, **LAWS["normal"]))
     assert force == pytest.approx(expected, rel=1e-9, abs=1e-9)
-    assert n <= m
+    assert n <= m + 1  # the body moves before the first iteration, the mesh in it
 
 
 @pytest.mark.mpi(where=lambda cell, law: law == "friction")
@@ -92,13 +92,12 @@ def test_the_force_of_a_given_gap_is_that_on_the_area(cell, turn):
     """The block has not moved: penalty times gap times the area below the punch."""
     if DIMENSION[cell] == 2 and turn:
         pytest.skip("a turned punch has another gap")
-    angle = (0.0, 0.0, turn) if DIMENSION[cell] == 3 else 0.0
+    angle = (0.0, 0.0, turn) if turn else None
     for right in (0.69, 0.7203, 0.75, 0.81):
         where = ends(cell, right)
         found = punches.by_tool(
             cell, where, down(cell), turn=angle, n=5, method=Penalty(7.0)
         )
-        found.contact.update()
         area = np.prod(where[1] - where[0])
         force = found.contact.resultant().force
         expected = np.append(np.zeros(len(force) - 1), -7.0 * DEPTH * area)
@@ -116,7 +115,6 @@ def test_around_an_axis_it_is_that_of_a_ring():
         method=Penalty(7.0),
         axisymmetric=True,
     )
-    found.contact.update()
     area = np.pi * (where[1, 0] ** 2 - where[0, 0] ** 2)
     force = found.contact.resultant().force
     assert force[-1] == pytest.approx(-7.0 * DEPTH * area, rel=1e-11)
@@ -184,7 +182,7 @@ def test_a_fine_tool_cuts_at_its_rim_alone():
     _, force = solve(fine)
     coarse = punches.by_tool("quadrilateral", *where, n=16, **LAWS["normal"])
     assert force == pytest.approx(solve(coarse)[1], rel=1e-6, abs=1e-9)
-    assert fine.contact.statistics().segments < 1000
+    assert fine.contact.statistics.segments < 1000
 
 
 def test_other_shapes_beside_it_keep_facets_whole():
@@ -195,4 +193,4 @@ def test_other_shapes_beside_it_keep_facets_whole():
     body.move(where[1])
     found = press("quadrilateral", [body, far], n=5, method=Penalty(7.0))
     found.contact.update()
-    assert found.contact.statistics().segments == 5
+    assert found.contact.statistics.segments == 5
