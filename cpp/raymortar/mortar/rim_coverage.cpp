@@ -2,118 +2,138 @@
 #include "raymortar/geometry/dispatch.h"
 #include "raymortar/mortar/tool_rays.h"
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 namespace raymortar
 {
 namespace
 {
-/// A facet is beside the slave that it faces by less than this share of how
-/// another one near it does: of a punch with right angles, as long as the slave
-/// has tilted by less than 39 degrees
-constexpr double beside = 0.8;
+/// Faces of a tool: normals of different ones differ by more than 30 degrees,
+/// as across its rim
+const double sharp = std::cos(std::numbers::pi / 6.0);
+
+/// The slave lies along a face whose distance is less than this share of its
+/// largest gap to another face
+constexpr double along = 0.25;
 
 /// A segment is open that is nowhere deeper than this share of its largest gap
-constexpr double touching = 0.1;
+constexpr double touching = 0.5;
 
-/// How a slave facet sees the facet that has cut a segment
-struct View
+/// A slave facet and the facets of tools near it
+template <class S, class M>
+class Surroundings
 {
-  double facing = 0.0; ///< -n . n_m in the middle
-  bool is_open = false;
+public:
+  static constexpr int D = S::gdim;
+
+  Surroundings(const Surface& slave, Index facet, const Surface& tools,
+               std::span<const Index> near)
+      : _nodes(slave.nodes<S>(slave.x, facet)), _tools(tools)
+  {
+    for (const Index m : near)
+      _faces.push_back({normal_of_facet(m), distance_from_corners(m)});
+  }
+
+  /// Whether a segment is open while its facet lies along another face of a
+  /// tool than the one that has cut it
+  [[nodiscard]] bool is_beside(std::span<const Vec<2>> polygon,
+                               Index master) const
+  {
+    double lowest = std::numeric_limits<double>::infinity(), highest = 0.0;
+    for (const Vec<2>& xi : polygon)
+    {
+      const double g = gap(xi.template head<S::tdim>(), master);
+      lowest = std::min(lowest, g);
+      highest = std::max(highest, g);
+    }
+    if (not(lowest > -touching * highest))
+      return false;
+    const Vec<D> n = normal_of_facet(master);
+    return std::any_of(_faces.begin(), _faces.end(),
+                       [&](const Face& other) {
+                         return n.dot(other.n) < sharp and
+                                other.distance < along * highest;
+                       });
+  }
+
+private:
+  struct Face
+  {
+    Vec<D> n;
+    double distance;
+  };
+
+  /// Along the ray of a place of the slave, beyond the facet's edges as well
+  [[nodiscard]] double gap(const typename S::RefPoint& xi, Index which) const
+  {
+    const auto frame = frame_at<S>(_nodes, xi);
+    const auto nodes = _tools.nodes<M>(_tools.x, which);
+    const RayHit<M> hit = intersect<M>(frame.x, frame.n, nodes,
+                                       flat_guess<M>(frame.x, frame.n, nodes));
+    return hit.status == RayStatus::hit
+               ? hit.g
+               : std::numeric_limits<double>::infinity();
+  }
+
+  [[nodiscard]] double distance_from_corners(Index which) const
+  {
+    double least = std::numeric_limits<double>::infinity();
+    for (int c = 0; c < S::Ref::corners; ++c)
+    {
+      const typename S::RefPoint xi(
+          S::Node::points[static_cast<std::size_t>(c)].data());
+      least = std::min(least, std::abs(gap(xi, which)));
+    }
+    return least;
+  }
+
+  [[nodiscard]] Vec<D> normal_of_facet(Index which) const
+  {
+    const typename M::RefPoint centre =
+        M::RefPoint::Constant(M::shape == Shape::triangle ? 1.0 / 3.0 : 0.5);
+    return frame_at<M>(_tools.nodes<M>(_tools.x, which), centre).n;
+  }
+
+  typename S::NodeMatrix _nodes;
+  const Surface& _tools;
+  std::vector<Face> _faces;
 };
 
-template <class S, class M>
-View view_of(const Surface& slave, const Surface& facets, const Segmentation& s,
-             const Segment& one, const Vec<2>& middle)
-{
-  const auto nodes = slave.nodes<S>(slave.x, one.slave);
-  const auto master = facets.nodes<M>(facets.x, one.master);
-  const auto meet = [&](const Vec<2>& xi)
-  {
-    const auto frame = frame_at<S>(nodes, xi.template head<S::tdim>());
-    return std::pair{frame,
-                     intersect<M>(frame.x, frame.n, master,
-                                  flat_guess<M>(frame.x, frame.n, master))};
-  };
-  const auto [frame, hit] = meet(middle);
-  if (hit.status != RayStatus::hit)
-    return {};
-  double highest = hit.g, lowest = hit.g;
-  for (const Vec<2>& xi : polygon_of(s, one))
-    if (const auto at = meet(xi).second; at.status == RayStatus::hit)
-    {
-      highest = std::max(highest, at.g);
-      lowest = std::min(lowest, at.g);
-    }
-  return {-frame.n.dot(frame_at<M>(master, hit.eta).n),
-          lowest > -touching * highest};
-}
-
-std::vector<Vec<2>> middles_of(const Segmentation& s)
-{
-  std::vector<Vec<2>> middles;
-  for (const Segment& one : s.segments)
-  {
-    const auto polygon = polygon_of(s, one);
-    Vec<2> sum = Vec<2>::Zero();
-    for (const Vec<2>& xi : polygon)
-      sum += xi;
-    middles.push_back(sum / static_cast<double>(polygon.size()));
-  }
-  return middles;
-}
-
-/// The most that any of some facets faces a slave facet's middle
-template <class S, class M>
-double most_facing(const Surface& slave, Index facet, const Vec<2>& middle,
-                   const Surface& facets, std::span<const Index> near)
-{
-  const auto n = frame_at<S>(slave.nodes<S>(slave.x, facet),
-                             middle.template head<S::tdim>())
-                     .n;
-  const typename M::RefPoint centre =
-      M::RefPoint::Constant(M::shape == Shape::triangle ? 1.0 / 3.0 : 0.5);
-  double most = 0.0;
-  for (const Index m : near)
-    most = std::max(
-        most, -n.dot(frame_at<M>(facets.nodes<M>(facets.x, m), centre).n));
-  return most;
-}
-
-/// Whether each segment is open, below a facet that the slave faces far more
-/// obliquely than others near it
-std::vector<bool> are_beside(const Surface& slave, const Surface& facets,
-                             const Candidates& near, const Segmentation& s,
-                             const std::vector<Vec<2>>& middles)
+/// Whether each segment is open, beside a face that its slave lies along
+std::vector<bool> are_beside(const Surface& slave, const Surface& tools,
+                             const Candidates& near, const Segmentation& s)
 {
   std::vector<bool> found;
-  found.reserve(middles.size());
+  found.reserve(s.segments.size());
   const auto look = [&]<class S, class M>(S, M)
   {
-    for (std::size_t k = 0; k < middles.size(); ++k)
+    for (auto one = s.segments.begin(); one != s.segments.end();)
     {
-      const Segment& one = s.segments[k];
-      const View view = view_of<S, M>(slave, facets, s, one, middles[k]);
-      found.push_back(
-          view.is_open and
-          view.facing < beside * most_facing<S, M>(slave, one.slave, middles[k],
-                                                   facets,
-                                                   near.masters_of(one.slave)));
+      const Index f = one->slave;
+      const Surroundings<S, M> around(slave, f, tools, near.masters_of(f));
+      for (; one != s.segments.end() and one->slave == f; ++one)
+        found.push_back(around.is_beside(polygon_of(s, *one), one->master));
     }
   };
-  with_geometries(slave, facets, look);
+  with_geometries(slave, tools, look);
   return found;
 }
 
 /// Whether each middle ray enters a tool
 std::vector<bool> are_met(const Surface& slave,
                           std::span<const PlacedTool> tools,
-                          const Segmentation& s, const FacetDistances& range,
-                          const std::vector<Vec<2>>& middles)
+                          const Segmentation& s, const FacetDistances& range)
 {
   IntegrationPoints places;
-  for (std::size_t k = 0; k < middles.size(); ++k)
-    add_place(places, s.segments[k].slave, middles[k]);
+  for (const Segment& one : s.segments)
+  {
+    const auto polygon = polygon_of(s, one);
+    Vec<2> sum = Vec<2>::Zero();
+    for (const Vec<2>& xi : polygon)
+      sum += xi;
+    add_place(places, one.slave, sum / static_cast<double>(polygon.size()));
+  }
   std::vector<bool> met;
   for (const RayStatus status :
        cast_on_tools(slave, tools, places, range).status)
@@ -143,11 +163,10 @@ segments_that_count(const Surface& slave, std::span<const PlacedTool> tools,
                     const Segmentation& s, const FacetDistances& range,
                     bool has_multiplier)
 {
-  const std::vector<Vec<2>> middles = middles_of(s);
-  std::vector<bool> count = are_met(slave, tools, s, range, middles);
+  std::vector<bool> count = are_met(slave, tools, s, range);
   if (not has_multiplier)
     return count;
-  const std::vector<bool> out = are_beside(slave, facets, near, s, middles);
+  const std::vector<bool> out = are_beside(slave, facets, near, s);
   for (std::size_t k = 0; k < count.size(); ++k)
     count[k] = count[k] and not out[k];
   return count;

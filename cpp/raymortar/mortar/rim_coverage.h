@@ -16,10 +16,10 @@ void add_place(IntegrationPoints& places, Index slave, const Vec<2>& xi);
 /// @brief Whether each segment counts as covered.
 ///
 /// Those do not whose middle ray enters no tool: what has cut them may be
-/// another side of it. With a multiplier, nor do open ones below a facet that
-/// the slave faces far more obliquely than others near it: beside a punch the
-/// slave tilts and sees the punch's sides, but pressure ends at the rim, where
-/// it is largest. What is open there would pull the multiplier down.
+/// another side of it. With a multiplier, nor do open ones of a slave facet
+/// that lies along another face of a tool: beside a punch the slave tilts and
+/// sees the punch's sides, but pressure ends at the rim, where it is largest.
+/// What is open beyond would pull the multiplier down.
 /// @param[in] facets Of the tools, the masters of the segments
 /// @param[in] near Those near each slave facet
 [[nodiscard]] std::vector<bool>
