@@ -13,12 +13,25 @@ namespace
 /// as across its rim
 const double sharp = std::cos(std::numbers::pi / 6.0);
 
-/// The slave lies along a face whose distance is less than this share of its
-/// largest gap to another face
-constexpr double along = 0.25;
+/// A slave facet lies along one face rather than another that it faces by less
+/// than this share of how it faces the first: below a punch with right angles,
+/// as long as it has tilted by less than 39 degrees
+constexpr double oblique = 0.8;
 
-/// A segment is open that is nowhere deeper than this share of its largest gap
-constexpr double touching = 0.5;
+/// So it does, however tilted, where a corner's distance from the first is less
+/// than this share of the segment's largest gap to the other
+constexpr double near_it = 0.25;
+
+/// Segments are open that are nowhere deeper than this share of their largest
+/// gap; oblique ones also if they are nowhere deeper than a share of the
+/// facet's diameter
+constexpr double open_by_gap = 0.5, open_by_size = 0.1;
+
+template <class F>
+typename F::RefPoint middle()
+{
+  return F::RefPoint::Constant(F::shape == Shape::triangle ? 1.0 / 3.0 : 0.5);
+}
 
 /// A slave facet and the facets of tools near it
 template <class S, class M>
@@ -29,10 +42,15 @@ public:
 
   Surroundings(const Surface& slave, Index facet, const Surface& tools,
                std::span<const Index> near)
-      : _nodes(slave.nodes<S>(slave.x, facet)), _tools(tools)
+      : _nodes(slave.nodes<S>(slave.x, facet)), _tools(tools),
+        _n(frame_at<S>(_nodes, middle<S>()).n),
+        _slack(open_by_size * diameter<S>(_nodes))
   {
     for (const Index m : near)
-      _faces.push_back({normal_of_facet(m), distance_from_corners(m)});
+    {
+      const Vec<D> n = normal_of_facet(m);
+      _faces.push_back({n, -_n.dot(n), distance_from_corners(m)});
+    }
   }
 
   /// Whether a segment is open while its facet lies along another face of a
@@ -47,21 +65,25 @@ public:
       lowest = std::min(lowest, g);
       highest = std::max(highest, g);
     }
-    if (not(lowest > -touching * highest))
-      return false;
     const Vec<D> n = normal_of_facet(master);
-    return std::any_of(_faces.begin(), _faces.end(),
-                       [&](const Face& other) {
-                         return n.dot(other.n) < sharp and
-                                other.distance < along * highest;
-                       });
+    const double facing = -_n.dot(n), slack = open_by_gap * highest;
+    const auto lies_along = [&](const Face& other)
+    {
+      if (not(n.dot(other.n) < sharp))
+        return false;
+      return (facing < oblique * other.facing and
+              lowest > -std::max(slack, _slack)) or
+             (near_it * highest > other.distance and lowest > -slack);
+    };
+    return std::any_of(_faces.begin(), _faces.end(), lies_along);
   }
 
 private:
   struct Face
   {
     Vec<D> n;
-    double distance;
+    double facing;   ///< -n_s . n in the middle of the slave facet
+    double distance; ///< least of the slave facet's corners. Length
   };
 
   /// Along the ray of a place of the slave, beyond the facet's edges as well
@@ -90,13 +112,13 @@ private:
 
   [[nodiscard]] Vec<D> normal_of_facet(Index which) const
   {
-    const typename M::RefPoint centre =
-        M::RefPoint::Constant(M::shape == Shape::triangle ? 1.0 / 3.0 : 0.5);
-    return frame_at<M>(_tools.nodes<M>(_tools.x, which), centre).n;
+    return frame_at<M>(_tools.nodes<M>(_tools.x, which), middle<M>()).n;
   }
 
   typename S::NodeMatrix _nodes;
   const Surface& _tools;
+  Vec<D> _n;     ///< of the slave facet, in its middle
+  double _slack; ///< of oblique segments. Length
   std::vector<Face> _faces;
 };
 
