@@ -86,16 +86,18 @@ private:
     double distance; ///< least of the slave facet's corners. Length
   };
 
-  /// Along the ray of a place of the slave, beyond the facet's edges as well
+  /// Along the ray of a place of the slave, beyond the facet's edges as well;
+  /// infinite where the slave does not face it
   [[nodiscard]] double gap(const typename S::RefPoint& xi, Index which) const
   {
     const auto frame = frame_at<S>(_nodes, xi);
     const auto nodes = _tools.nodes<M>(_tools.x, which);
     const RayHit<M> hit = intersect<M>(frame.x, frame.n, nodes,
                                        flat_guess<M>(frame.x, frame.n, nodes));
-    return hit.status == RayStatus::hit
-               ? hit.g
-               : std::numeric_limits<double>::infinity();
+    const bool is_met =
+        hit.status == RayStatus::hit and
+        -frame.n.dot(frame_at<M>(nodes, hit.eta).n) > tolerance::facing;
+    return is_met ? hit.g : std::numeric_limits<double>::infinity();
   }
 
   [[nodiscard]] double distance_from_corners(Index which) const
