@@ -7,7 +7,7 @@ import numpy as np
 import ufl
 from dolfinx import fem
 from materials import MATERIALS, lame
-from rigid_scenes import BOTTOM, E, NU, TOP, Pressed, press
+from rigid_scenes import BOTTOM, NU, TOP, E, Pressed, press
 
 from raymortar import Contact, NonlinearProblem, compat, rigid
 
