@@ -201,11 +201,23 @@ class CoupledProblem:
         )
         if self.comm.allreduce(int(same)) == self.comm.size:
             return
+        is_first = self._at is None
         self._at = array.copy()
         self.contact.from_vector(x)
         self.contact.update(self.rays_only)
+        if is_first:
+            self._hold_segments()
         self._revision = self.contact.revision
         self._tools = loads_of_tools(self.contact.zones)
+
+    def _hold_segments(self) -> None:
+        """Leave the motion of segments out of the tangent below rigid bodies that have
+        moved in this step. Their motion is not lifted, so that the first residual is
+        that of gaps that close in this iteration: rims move by gap times rotation, and
+        from there on by next to nothing."""
+        for zone in self.contact.zones:
+            if zone.motions.have_moved():
+                zone.cpp.cast()
 
     def F(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
         """Residual at x into b. Collective."""
