@@ -25,7 +25,7 @@ protected:
   RimSegmentsOf()
   {
     const auto [shape, kind, degree] = GetParam();
-    slave = make_surface({shape, 1, 1, 6, true},
+    slave = make_surface({shape, 1, 1, 12, true},
                          graph(1.0, [](double x, double y)
                                { return 0.02 * std::sin(2.0 * x + y); }));
     // A plate that ends inside slave facets, made somewhere else
@@ -52,7 +52,7 @@ protected:
 
   Surface slave, master;
   std::vector<PlacedTool> tools;
-  FacetDistances range{0.5, 0.5};
+  FacetDistances range{0.2, 0.2};
 };
 
 TEST_P(RimSegmentsOf, AreThoseBelowAMaster)
