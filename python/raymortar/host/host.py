@@ -7,6 +7,7 @@ unknowns.
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -76,6 +77,10 @@ class Host:
         self.spaces: list[FunctionSpace] | None = None
         if all(d.component is None for d in self.displacements):
             self.spaces = [f.function_space for f in several]
+        # By whether ghosts count
+        self._starts = {ghosts: self._starts_now(ghosts) for ghosts in (False, True)}
+        # The last conditions by their Functions, which each iteration asks for
+        self._sorted: tuple[tuple[Any, ...], list[list[Any]]] | None = None
         self.pull()
 
     @property
@@ -148,6 +153,8 @@ class Host:
             d.at = place
         self.functions = list(functions)
         self.spaces = [f.function_space for f in functions]
+        self._starts = {ghosts: self._starts_now(ghosts) for ghosts in (False, True)}
+        self._sorted = None
 
     def absence(self, functions: Sequence[Function]) -> str:
         """A message for Functions of which none has the displacement."""
@@ -159,24 +166,24 @@ class Host:
 
     # Places of unknowns
 
-    def _sizes(self, ghosts: bool) -> list[int]:
-        """Local or owned unknowns of each Function."""
-        sizes = []
+    def _starts_now(self, ghosts: bool) -> Places:
+        """First local or owned unknown of each Function, then their number."""
+        sizes = [0]
         for f in self.functions:
             index_map, bs = compat.unknowns_of(f)
             n = index_map.size_local + (index_map.num_ghosts if ghosts else 0)
             sizes.append(n * bs)
-        return sizes
+        return np.cumsum(sizes)
 
     @property
     def starts(self) -> Places:
         """First local unknown of each Function, then their number."""
-        return np.cumsum([0, *self._sizes(True)])
+        return self._starts[True]
 
     @property
     def owned_starts(self) -> Places:
         """First owned unknown of each Function, then their number."""
-        return np.cumsum([0, *self._sizes(False)])
+        return self._starts[False]
 
     @property
     def u_local(self) -> Places | slice:
@@ -220,7 +227,7 @@ class Host:
             for name, dofs, part in self._parts(f):
                 if (k, part) in moved:
                     continue
-                owned = dofs[dofs < self._sizes(False)[k]]
+                owned = dofs[dofs < np.diff(self.owned_starts)[k]]
                 found.append(
                     Field(name, owned + self.owned_starts[k], dofs + self.starts[k])
                 )
@@ -259,12 +266,12 @@ class Host:
 
     def owned_values(self) -> Array:
         """Copy of all owned unknowns."""
-        sizes = self._sizes(False)
+        sizes = np.diff(self.owned_starts)
         return np.concatenate([f.x.array[:n] for f, n in zip(self.functions, sizes)])
 
     def owned_part(self, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
         """The owned entries of an array over the local unknowns."""
-        sizes = self._sizes(False)
+        sizes = np.diff(self.owned_starts)
         return np.concatenate(
             [values[start : start + n] for start, n in zip(self.starts, sizes)]
         )
@@ -287,6 +294,15 @@ class Host:
         ContactError
             If one is on no unknown: DOLFINx would ignore it in silence.
         """
+        if self._sorted is not None:
+            last, found = self._sorted
+            if len(last) == len(bcs) and all(map(operator.is_, last, bcs)):
+                return found
+        found = self._sort(bcs)
+        self._sorted = tuple(bcs), found
+        return found
+
+    def _sort(self, bcs: Sequence[Any]) -> list[list[Any]]:
         spaces = self.spaces or [d.given.function_space for d in self.displacements]
         found: list[list[Any]] = [[] for _ in spaces]
         for i, bc in enumerate(bcs):

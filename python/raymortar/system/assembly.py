@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import itertools
+import operator
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from petsc4py import PETSc
@@ -25,6 +27,36 @@ from ..interface.zones import on_sides
 from ..options.methods import AugmentedLagrangian, Penalty
 
 _numbers = itertools.count()
+
+# Sets of conditions of which a contact remembers what they prescribe
+MOST_KNOWN = 2
+
+
+@dataclass
+class Prescribed:
+    """What Dirichlet conditions prescribe of a contact.
+
+    Attributes
+    ----------
+    bcs
+        The conditions.
+    u
+        Whether they prescribe a dof of u; ghosted.
+    some_held
+        Whether they prescribe some slave facet throughout.
+    shear_moduli, moduli
+        Of each zone, where they are needed. Stress.
+    """
+
+    bcs: tuple[Any, ...]
+    u: Mask
+    some_held: bool = False
+    shear_moduli: Sequence[float] = ()
+    moduli: Sequence[float] = ()
+
+    def is_of(self, bcs: Sequence[Any]) -> bool:
+        """Whether these are the conditions."""
+        return len(bcs) == len(self.bcs) and all(map(operator.is_, bcs, self.bcs))
 
 
 class ContactAssembly:
@@ -70,10 +102,10 @@ class ContactAssembly:
         self.gamma_scale = 1.0
         self.volume: VolumePattern | None = None
         self.preallocations, self.extensions = 0, 0
-        # For which conditions the zones know what is prescribed; None: for none
-        self._prescribed_by: tuple[Any, ...] | None = ()
-        self._prescribed: Mask = np.zeros(len(surfaces.u.x.array), dtype=bool)
-        self._some_held = False
+        # What the zones know to be prescribed; None: to be told anew
+        free = np.zeros(len(surfaces.u.x.array), dtype=bool)
+        self._prescribed: Prescribed | None = Prescribed((), free)
+        self._known: list[Prescribed] = []
         self._crosses = False  # whether nodes are damped that are not held
 
     def set_gamma(self, gamma: float | Function | PairCoefficients) -> None:
@@ -82,6 +114,7 @@ class ContactAssembly:
         for zone, values in zip(self.zones, nodal):
             zone.cpp.set_gamma(values.of_facets, self.gamma_scale, values.of_pairs())
         self.gamma = gamma
+        self._forget_prescribed()  # the modulus may be that of gamma
         self.present.note_change()
 
     # Unknowns
@@ -120,7 +153,7 @@ class ContactAssembly:
             zone.cpp.set_crossing(dofs)
         count = sum(int(dofs.sum()) for dofs in marked)
         self._crosses = self.surfaces.comm.allreduce(count) > 0
-        self._prescribed_by = None  # the modulus is asked for anew
+        self._forget_prescribed()  # the modulus is asked for anew
 
     def send_rows(self) -> None:
         """Rows of the unknowns to the zones. Collective."""
@@ -136,7 +169,7 @@ class ContactAssembly:
     def take_over(self, volume: VolumePattern, bcs: Sequence[Any]) -> None:
         """Take a volume, and the automatic gamma from it if none is set. Collective."""
         self.volume = volume
-        self._prescribed_by = None  # held nodes need its stiffness
+        self._forget_prescribed()  # held nodes need its stiffness
         if self.gamma is None:
             interfaces = self.surfaces.interfaces
             tables = contact_stiffness(volume, self.layout, interfaces, bcs)
@@ -147,7 +180,7 @@ class ContactAssembly:
         """Take the volume, from `prepare`, of another problem of this contact."""
         if volume is not self.volume:
             self.volume = volume
-            self._prescribed_by = None
+            self._forget_prescribed()
 
     def note_room(self, extended: bool) -> None:
         """Count a preallocation, and whether patterns have been extended for it."""
@@ -159,30 +192,43 @@ class ContactAssembly:
     def prescribed(self, bcs: Sequence[Any]) -> Mask:
         """Whether Dirichlet conditions prescribe a dof of u; ghosted. The zones are told
         if they did not know. Collective."""
-        by = self._prescribed_by
-        if by is None or tuple(map(id, bcs)) != tuple(map(id, by)):
-            self._prescribe(bcs)
-            self._prescribed_by = tuple(bcs)
-        return self._prescribed
+        now = self._prescribed
+        if now is None or not now.is_of(bcs):
+            now = next((one for one in self._known if one.is_of(bcs)), None)
+            if now is None:
+                now = self._find_prescribed(bcs)
+                # A path asks in turn for those of its steps and, for reactions, none
+                self._known = [now, *self._known][:MOST_KNOWN]
+            self._tell_prescribed(now)
+            self._prescribed = now
+        return now.u
 
-    def _prescribe(self, bcs: Sequence[Any]) -> None:
-        """Tell the zones which displacements are prescribed. Collective."""
+    def _forget_prescribed(self) -> None:
+        self._prescribed, self._known = None, []
+
+    def _find_prescribed(self, bcs: Sequence[Any]) -> Prescribed:
+        """What conditions prescribe. Collective."""
         surfaces = self.surfaces
-        marker, _ = self.host.prescribed_u(bcs)
-        self._prescribed = marker == 1
-        for zone in self.zones:
-            zone.cpp.set_fixed(*on_sides(zone, marker.astype(np.float64)))
+        found = Prescribed(tuple(bcs), self.host.prescribed_u(bcs)[0] == 1)
         if surfaces.multiplier is None:
-            return
+            return found
         if self.volume is not None:
-            moduli = shear_moduli(surfaces, self.volume, bcs)
-            for zone, modulus in zip(self.zones, moduli):
-                zone.cpp.set_shear_modulus(modulus)
-        refuse_held_on_tools(surfaces, self._prescribed)
-        self._some_held = any_held(surfaces, self._prescribed)
-        if any_node_held(surfaces, self._prescribed) or self._crosses:
-            for zone, modulus in zip(self.zones, self.moduli(bcs)):
-                zone.cpp.set_modulus(modulus)
+            found.shear_moduli = shear_moduli(surfaces, self.volume, bcs)
+        refuse_held_on_tools(surfaces, found.u)
+        found.some_held = any_held(surfaces, found.u)
+        if any_node_held(surfaces, found.u) or self._crosses:
+            found.moduli = self.moduli(bcs)
+        return found
+
+    def _tell_prescribed(self, found: Prescribed) -> None:
+        """Tell the zones which displacements are prescribed."""
+        marker = found.u.astype(np.float64)
+        for zone in self.zones:
+            zone.cpp.set_fixed(*on_sides(zone, marker))
+        for zone, shear_modulus in zip(self.zones, found.shear_moduli):
+            zone.cpp.set_shear_modulus(shear_modulus)
+        for zone, modulus in zip(self.zones, found.moduli):
+            zone.cpp.set_modulus(modulus)
 
     def moduli(self, bcs: Sequence[Any]) -> list[float]:
         """Modulus of the softest body of each zone. If the volume's form gives none,
@@ -206,7 +252,7 @@ class ContactAssembly:
     def add_tangent(self, A: PETSc.Mat, bcs: Sequence[Any]) -> None:
         """Add this contact's part of `assemble_matrix`. Collective."""
         self.prescribed(bcs)
-        if self._some_held:
+        if self._prescribed is not None and self._prescribed.some_held:
             refuse_held(self.surfaces)
         with together(self.surfaces.comm):
             for zone in self.zones:
