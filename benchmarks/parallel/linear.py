@@ -2,13 +2,14 @@
 
     scripts/python benchmarks/parallel/linear.py [--levels 1,2,4,8] [--output DIR]
     scripts/python benchmarks/parallel/linear.py --cells tetrahedron --degrees 2
-        --levels 1,2,3 --linear mumps,gamg,gamg-bounded,bodies,alone --name bodies
+        --levels 2,4 --linear mumps,default,bodies --name bodies
 
 A block pressed on another (neo-Hookean), without friction and sheared with it. Writes
 `linear.csv`, or `NAME.csv`: Krylov iterations of each Newton iteration, CPU seconds of
-the whole solve, assembly included, and what memory grew by meanwhile; each row from a
-process of its own, on one rank. `alone`: one system of the same bodies without contact,
-at the solution, by the levels of `bodies`.
+the whole solve, assembly included, what memory grew by meanwhile, and its peak; each
+row from a process of its own, on one rank. `default`: what a user gets who chooses
+nothing. Beside `bodies`, `alone`: iterations and seconds of one system of the same
+bodies without contact, at the solution, by the same levels.
 """
 
 from __future__ import annotations
@@ -44,12 +45,13 @@ LAWS = {"none": (None, 0.0), "Coulomb": (Coulomb(0.3), 0.004)}
 METHODS = {"augmented": AugmentedLagrangian, "penalty": Penalty}
 COLUMNS = (
     *("cell", "degree", "method", "friction", "linear", "level", "unknowns"),
-    *("newton", "krylov_mean", "krylov_most", "seconds", "megabytes"),
+    *("newton", "krylov_mean", "krylov_most", "seconds", "megabytes", "peak"),
+    *("alone", "alone_seconds"),
 )
 LINEAR = {
     "mumps": solvers.direct,
+    "default": dict,
     **{name: functools.partial(solvers.iterative, name) for name in solvers.MULTIGRIDS},
-    "alone": functools.partial(solvers.iterative, "bodies"),
 }
 
 
@@ -91,21 +93,30 @@ def make_problem(cell, degree, level, method, law):
     return raymortar.NonlinearProblem(form, contact, bcs)
 
 
+def make_solver(problem, linear):
+    return raymortar.SNESSolver(problem, {"snes_rtol": 1e-8, **LINEAR[linear]()})
+
+
+def iterations_of(solver):
+    """Newton iterations of a solve, and the Krylov iterations of each."""
+    ksp, counts = solver.krylov_solver, []
+    solver.snes.setMonitor(lambda snes, i, norm: counts.append(ksp.its))
+    newton, _ = solver.solve()
+    return newton, counts[1:]
+
+
 def measure(cell, degree, level, method, law, linear):
     """One row: unknowns, Newton and Krylov iterations, seconds."""
     problem = make_problem(cell, degree, level, method, law)
-    options = {"snes_rtol": 1e-8, **LINEAR[linear]()}
-    solver, steps = raymortar.SNESSolver(problem, options), []
-    solver.krylov_solver.setMonitor(lambda ksp, i, norm: steps.append(i))
+    solver = make_solver(problem, linear)
     before, start = peak_megabytes(), time.process_time()
-    newton, _ = solver.solve()
+    newton, krylov = iterations_of(solver)
     seconds = time.process_time() - start
-    krylov = [a for a, b in zip(steps, [*steps[1:], 0]) if b == 0]
-    if linear == "alone":
-        newton, start = 1, time.process_time()
-        krylov = [iterations_of_the_bodies(problem)]
-        seconds = time.process_time() - start
-    memory = peak_megabytes() - before
+    memory, alone = peak_megabytes(), ("", "")
+    if linear == "bodies":
+        start = time.process_time()
+        alone = iterations_of_the_bodies(problem), time.process_time() - start
+        alone = alone[0], round(alone[1], 2)
     return dict(
         zip(
             COLUMNS,
@@ -116,7 +127,9 @@ def measure(cell, degree, level, method, law, linear):
                 round(float(np.mean(krylov)), 1),
                 max(krylov),
                 round(seconds, 2),
+                round(memory - before),
                 round(memory),
+                *alone,
             ),
             strict=True,
         )
@@ -128,7 +141,7 @@ def iterations_of_the_bodies(problem):
     K = assemble_matrix(problem.a, bcs=problem.bcs)
     K.assemble()
     ksp = PETSc.KSP().create(K.comm)
-    with PetscOptions("alone_", LINEAR["alone"]()):
+    with PetscOptions("alone_", LINEAR["bodies"]()):
         ksp.setOptionsPrefix("alone_displacement_")
         ksp.setOperators(K)
         ksp.setType("gmres")
@@ -163,9 +176,7 @@ def main():
     parser.add_argument("--name", default="linear")
     parser.add_argument("--methods", default=",".join(METHODS))
     parser.add_argument("--laws", default=",".join(LAWS))
-    parser.add_argument(
-        "--linear", default=",".join(name for name in LINEAR if name != "alone")
-    )
+    parser.add_argument("--linear", default=",".join(LINEAR))
     parser.add_argument("--more", action="store_true", help="add to the file's rows")
     parser.add_argument("--output", type=Path, default=Path(__file__).parent)
     names = "CELL", "DEGREE", "LEVEL", "METHOD", "LAW", "LINEAR"

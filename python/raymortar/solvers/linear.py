@@ -45,12 +45,11 @@ _MULTIGRID = {
     },
 }
 
-# Of `BodiesPreconditioner`: relaxation by nodes on all levels
+# Of `BodiesPreconditioner`, whose relaxation depends on the number of ranks
 _BODIES = {
     "displacement_pc_type": "mg",
-    "displacement_mg_levels_ksp_type": "richardson",
-    "displacement_mg_levels_ksp_max_it": 1,
-    "displacement_mg_levels_pc_type": "sor",
+    # On several ranks: smaller eigenvalues than a tenth of the largest matter here
+    "displacement_mg_levels_ksp_chebyshev_esteig": "0,0.05,0,1.05",
     "displacement_mg_coarse_ksp_type": "preonly",
     "displacement_mg_coarse_pc_type": "lu",
     "displacement_mg_coarse_pc_factor_mat_solver_type": "mumps",
