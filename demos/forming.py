@@ -2,8 +2,9 @@
 
 Die and punch are rigid: the die a `rigid.Surface` of curved facets, the punch a circle
 that is moved down and away again. Both sides of the sheet are slaves. Nothing but its
-own weight and contact holds it up and down. It is neo-Hookean: it has to come back to
-where it lay, but for what friction keeps.
+own weight and contact holds it up and down. A neo-Hookean sheet has to come back to where
+it lay, but for what friction keeps. An elastoplastic one keeps the bend, but for a
+curvature that the elastoplastic beam predicts.
 """
 
 import sys
@@ -15,6 +16,7 @@ import bodies
 import common
 import drawing
 import numpy as np
+import plasticity
 import ufl
 from dolfinx import fem
 
@@ -32,6 +34,8 @@ NOSE, DEPTH, SMALL, ABOVE = 0.6, 0.8, 0.02, 0.3
 # Of contact: the automatic one goes by the solid's stiffness, and a sheet that bends is
 # far softer, so that Newton's method needs three times as many iterations with it
 GAMMA = 0.5 * E
+# Of the elastoplastic sheet
+YIELD, HARDENING, PLASTIC_DEPTH = 5.0, 50.0, 0.25
 TAGS = {"axis": 1, "top": 2, "bottom": 3}
 
 
@@ -67,9 +71,11 @@ class Forming:
         Cells through the thickness.
     free
         Whether forces say where the punch is.
+    plastic
+        Whether the sheet is elastoplastic.
     """
 
-    def __init__(self, comm, size=2, friction=FRICTION, free=False):
+    def __init__(self, comm, size=2, friction=FRICTION, free=False, plastic=False):
         self.size = size
         divisions = round(LENGTH / THICKNESS) * size, size
         box = (0.0, 0.0), (LENGTH, THICKNESS)
@@ -80,7 +86,12 @@ class Forming:
         self.scene = Scene(*made, TAGS)
         V = tools.vector_space(self.scene.mesh, 2)
         self.u = fem.Function(V, name="displacement")
-        self.material = bodies.NeoHookean(E, NU)
+        self.plastic = None
+        if plastic:
+            self.plastic = plasticity.ElastoPlastic(self.u, E, NU, YIELD, HARDENING)
+            form = self.plastic.residual(4)
+        else:
+            form = bodies.NeoHookean(E, NU).residual(self.u, 4)
         weight = fem.Constant(self.scene.mesh, (0.0, -WEIGHT / (LENGTH * THICKNESS)))
         load = ufl.inner(weight, ufl.TestFunction(V)) * ufl.dx
         bcs = [tools.prescribe(V, self.scene.find("axis"), component=0)]
@@ -97,9 +108,7 @@ class Forming:
             raymortar.AugmentedLagrangian(GAMMA, degree=1),
             friction=raymortar.Coulomb(friction) if friction else None,
         )
-        self.problem = raymortar.NonlinearProblem(
-            self.material.residual(self.u, 4) - load, self.contact, bcs
-        )
+        self.problem = raymortar.NonlinearProblem(form - load, self.contact, bcs)
         self.solver = raymortar.SNESSolver(self.problem)
         self.history = raymortar.History(self.problem)
         self.iterations, self.halvings = [], 0
@@ -109,8 +118,29 @@ class Forming:
         path = raymortar.LoadSteps(
             self.solver, apply, steps, history=self.history, **options
         )
-        self.iterations += [step.iterations for step in path.run()]
+        for step in path:
+            self.iterations.append(step.iterations)
+            if self.plastic is not None:
+                self.plastic.accept()
         self.halvings += path.halvings
+
+    def mises(self):
+        """Von Mises stress at the nodes. Collective."""
+        if self.plastic is not None:
+            return self.plastic.mises()
+        return bodies.NeoHookean(E, NU).mises(self.u)
+
+    def curvature(self):
+        """Curvature in the middle of the sheet: the turn of its section that far from it,
+        over the distance, which is the thickness. One over length. Collective."""
+        ends = []
+        for name in ("bottom", "top"):
+            x, u = common.gather_nodes(self.u, self.scene, name)
+            here = self.scene.mesh.comm.bcast((x, u))
+            nearest = np.abs(here[0][:, 0] - THICKNESS).argmin()
+            ends.append(here[0][nearest, :2] + here[1][nearest])
+        across = ends[1] - ends[0]
+        return np.arctan2(-across[0], across[1]) / THICKNESS
 
     def lay(self):
         """The sheet lies down on the die, by its weight alone."""
@@ -178,7 +208,46 @@ def form(comm, size, steps, friction=FRICTION):
     )
 
 
-def draw(result, parts, path):
+def form_plastic(comm, size, steps):
+    """Bend an elastoplastic sheet and let it spring back: curvatures of its middle."""
+    model = Forming(comm, size, plastic=True)
+    model.lay()
+    model.move(0.0, -SMALL, 1)
+    model.move(-SMALL, -PLASTIC_DEPTH, steps // 2)
+    bent = model.curvature()
+    model.move(-PLASTIC_DEPTH, 0.0, steps // 2)
+    model.move(0.0, ABOVE, 1)
+    return SimpleNamespace(model=model, bent=bent, kept=model.curvature())
+
+
+def kept_by_beam(bent):
+    """Curvature that an elastoplastic beam keeps: unloading is elastic."""
+    resists = E / (1.0 - NU**2) * THICKNESS**3 / 12.0
+    return bent - plasticity.moment(bent, THICKNESS, E, NU, YIELD, HARDENING) / resists
+
+
+def draw_force(axes, history, colour, name):
+    """Force of the punch over its depth, down and up."""
+    depth, force = -history["translation_punch_y"], history["push_punch_y"]
+    deepest = np.argmax(depth)
+    touches = depth > -0.02
+    for label, mark, part in (
+        ("down", "o-", slice(0, deepest + 1)),
+        ("up", "s--", slice(deepest, None)),
+    ):
+        here = touches[part]
+        axes.plot(
+            depth[part][here],
+            force[part][here],
+            mark,
+            ms=3.5,
+            mfc="none",
+            color=colour,
+            label=f"{name}, {label}",
+        )
+
+
+def draw(result, plastic, parts, path):
     """The sheet between its tools, and the force over the depth."""
     model = result.model
     plt = drawing.pyplot()
@@ -188,8 +257,8 @@ def draw(result, parts, path):
         width_ratios=(1.2, 1.0),
         layout="constrained",
     )
-    titles = "it lies on the die", "bent", "sprung back"
-    top = max(values.max() for _, (_, _, values) in parts)
+    titles = "elastic: bent", "elastic: sprung back", "elastoplastic: sprung back"
+    top = np.array([values.max() for _, (_, _, values) in parts]).max()
     lower, upper = np.array([-2.6, -0.95]), np.array([2.6, 1.05])
     for name, title, (height, (x, moved, mises)) in zip("012", titles, parts):
         axes, at = panels[name], x[..., :2] + moved
@@ -208,28 +277,13 @@ def draw(result, parts, path):
         label="von Mises stress",
         shrink=0.6,
     )
-    axes, history = panels["force"], model.history
-    depth, force = -history["translation_punch_y"], history["push_punch_y"]
-    deepest = np.argmax(depth)
-    touches = depth > -0.02
-    for label, mark, part in (
-        ("down", "o-", slice(0, deepest + 1)),
-        ("up", "s--", slice(deepest, None)),
-    ):
-        here = touches[part]
-        axes.plot(
-            depth[part][here],
-            force[part][here],
-            mark,
-            ms=3.5,
-            mfc="none",
-            color=drawing.COMPUTED,
-            label=label,
-        )
+    axes = panels["force"]
+    draw_force(axes, model.history, drawing.COMPUTED, "elastic")
+    draw_force(axes, plastic.model.history, "#2980b9", "elastoplastic")
     small = np.linspace(0.0, 0.5 * DEPTH)
     axes.plot(small, beam_force(small), color=drawing.EXACT, label="beam")
     axes.set(xlabel="depth of the punch", ylabel="half of the punch's force")
-    axes.set(ylim=(0.0, 1.25 * force.max()))
+    axes.set(ylim=(0.0, 1.25 * model.history["push_punch_y"].max()))
     axes.legend()
     figure.savefig(path)
 
@@ -259,12 +313,22 @@ def main(arguments=None):
     depth = -pushed.punch.translation[1]
     report.add("depth under half of the way's force", depth, 0.5 * DEPTH, 0.01)
 
-    u, material = model.u, model.material
-    parts = drawing.gather_states(u, result.states, lambda: material.mises(u))
-    fields = [u, model.contact.traction("normal"), material.mises(u)]
-    io.write_xdmf(args.output / "forming.xdmf", model.scene.mesh, fields)
+    plastic = form_plastic(comm, 2 * model.size, args.steps)
+    report.effort(
+        plastic.model.contact, plastic.model.iterations, plastic.model.halvings
+    )
+    report.say(f"curvature of the elastoplastic sheet, bent: {plastic.bent:.3g}")
+    sprung = plastic.bent - plastic.kept
+    expected = plastic.bent - kept_by_beam(plastic.bent)
+    report.add("curvature that springs back", sprung, expected, 0.06)
+
+    parts = drawing.gather_states(model.u, result.states[1:], model.mises)
+    u, contact, mises = plastic.model.u, plastic.model.contact, plastic.model.mises
+    parts += drawing.gather_states(u, [(ABOVE, u.x.array.copy())], mises)
+    fields = [u, contact.traction("normal"), mises()]
+    io.write_xdmf(args.output / "forming.xdmf", plastic.model.scene.mesh, fields)
     if comm.rank == 0:
-        draw(result, parts, args.output / "forming.png")
+        draw(result, plastic, parts, args.output / "forming.png")
     return report.finish("expected")
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 from problems import CELLS, CELLS_2D, CELLS_3D, COMM
 from rounding_noise import disturb_tangents
+from selection import of_a_push
 
 
 @pytest.fixture(params=CELLS)
@@ -48,7 +49,8 @@ def pytest_addoption(parser):
     parser.addoption(
         "--without-nightly",
         action="store_true",
-        help=f"leave out the long tests, which are listed in {NIGHTLY.name}",
+        help=f"leave out the long tests, which are listed in {NIGHTLY.name}, and of "
+        "each test with parameters members that repeat others",
     )
     parser.addoption(
         "--rounding-noise",
@@ -65,25 +67,24 @@ def pytest_configure(config):
 
 
 def without_nightly(config, items):
-    """Deselect the long tests. `quick` ones stay, whatever they take."""
+    """Deselect what a push leaves to the night."""
     lines = NIGHTLY.read_text(encoding="utf-8").splitlines()
     long_ones = {line for line in lines if not line.startswith("#")}
-    chosen, left_out = [], []
-    for item in items:
-        is_long = item.nodeid in long_ones and not item.get_closest_marker("quick")
-        (left_out if is_long else chosen).append(item)
-    config.hook.pytest_deselected(items=left_out)
+    chosen = of_a_push(items, long_ones, COMM.size)
+    kept = set(chosen)
+    config.hook.pytest_deselected(items=[item for item in items if item not in kept])
     items[:] = chosen
 
 
-@pytest.hookimpl(tryfirst=True)
+@pytest.hookimpl(hookwrapper=True)
 def pytest_collection_modifyitems(config, items):
-    """Where ``mpi`` says for which parameters, take it off the others; leave out what
-    is for the night."""
-    if config.getoption("--without-nightly"):
-        without_nightly(config, items)
+    """Where ``mpi`` says for which parameters, take it off the others. Of what marks
+    select then, leave out what is for the night."""
     for item in items:
         for mark in list(item.iter_markers("mpi")):
             where = mark.kwargs.get("where")
             if where and not where(**item.callspec.params):
                 item.own_markers.remove(mark)
+    yield
+    if config.getoption("--without-nightly"):
+        without_nightly(config, items)

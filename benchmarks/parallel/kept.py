@@ -14,7 +14,6 @@ what memory grew by meanwhile; each row from a process of its own, on one rank.
 from __future__ import annotations
 
 import argparse
-import csv
 import itertools
 import json
 import resource
@@ -29,6 +28,7 @@ from mpi4py import MPI
 import numpy as np
 import ufl
 from dolfinx import fem
+from rows import write_row
 
 import raymortar
 from meshes.blocks import Block
@@ -236,11 +236,6 @@ def main():
         found = json.loads(out.stdout.splitlines()[-1])
         print(*found.values(), flush=True)
         write_row(path, found, "a")  # one by one: large ones take long
-
-
-def write_row(path, row, mode):
-    with open(path, mode, newline="") as file:
-        csv.DictWriter(file, COLUMNS, lineterminator="\n").writerow(row)
 
 
 if __name__ == "__main__":

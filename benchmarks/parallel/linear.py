@@ -15,7 +15,6 @@ bodies without contact, at the solution, by the same levels.
 from __future__ import annotations
 
 import argparse
-import csv
 import functools
 import itertools
 import json
@@ -32,6 +31,7 @@ import numpy as np
 import ufl
 from dolfinx import fem
 from dolfinx.fem.petsc import assemble_matrix
+from rows import write_row
 
 import raymortar
 from meshes.scenes import two_blocks
@@ -198,11 +198,6 @@ def main():
         row = measure_apart(cell, degree, level, method, law, linear)
         print(*row.values(), flush=True)
         write_row(path, row, "a")  # one by one: large ones take long
-
-
-def write_row(path, row, mode):
-    with open(path, mode, newline="") as file:
-        csv.DictWriter(file, COLUMNS, lineterminator="\n").writerow(row)
 
 
 if __name__ == "__main__":

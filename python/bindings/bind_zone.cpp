@@ -103,6 +103,14 @@ py::array_t<Index> sunk_points(const Zone& z)
                                          z.distances()));
 }
 
+/// What the points of a segment hit, but for those near its sides
+Index tool_or_master(const ContactState& s, const Segment& one)
+{
+  return s.has_tools() and s.master.num_facets() > 0
+             ? s.master.body_of(one.master)
+             : one.master;
+}
+
 /// Segments as polygons in the reference coordinates of their slave facet
 py::dict segments(const Zone& z)
 {
@@ -114,7 +122,7 @@ py::dict segments(const Zone& z)
   for (const Segment& one : s.segments)
   {
     slave.push_back(one.slave);
-    master.push_back(one.master);
+    master.push_back(tool_or_master(z.state(), one));
     offsets.push_back(one.begin + one.size);
   }
   py::dict out;

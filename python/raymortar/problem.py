@@ -74,8 +74,8 @@ class CoupledProblem:
         Whether iterates keep the segments and integration points of the last pairing and
         only cast their rays anew, as `FixedPointSolver` asks for.
 
-    tells_of_loss
-        Whether a converged solve warns of contact that it has lost.
+    tells_of_doubt
+        Whether a converged solve warns of lost contact and deep points.
     in_use
         What advice after a failure has to go with.
     steps_accepted
@@ -121,7 +121,7 @@ class CoupledProblem:
         options = form_compiler_options, jit_options
         L, a = compat.form(F, *options), compat.form(J, *options)
         self.history: list[float] = []
-        self.rays_only, self.tells_of_loss = False, True
+        self.rays_only, self.tells_of_doubt = False, True
         self.steps_accepted = 0
         # Where `form` was last, and which revision of the contact that was
         self._at: Array | None = None
@@ -201,11 +201,23 @@ class CoupledProblem:
         )
         if self.comm.allreduce(int(same)) == self.comm.size:
             return
+        is_first = self._at is None
         self._at = array.copy()
         self.contact.from_vector(x)
         self.contact.update(self.rays_only)
+        if is_first:
+            self._hold_segments()
         self._revision = self.contact.revision
         self._tools = loads_of_tools(self.contact.zones)
+
+    def _hold_segments(self) -> None:
+        """Leave the motion of segments out of the tangent below rigid bodies that have
+        moved in this step. Their motion is not lifted, so that the first residual is
+        that of gaps that close in this iteration: rims move by gap times rotation, and
+        from there on by next to nothing."""
+        for zone in self.contact.zones:
+            if zone.motions.have_moved():
+                zone.cpp.cast()
 
     def F(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
         """Residual at x into b. Collective."""
@@ -244,13 +256,14 @@ class CoupledProblem:
         return (F[at], J[at][at]) if self.volume.has_several else (F, J)
 
     @contextmanager
-    def silent_about_loss(self) -> Iterator[None]:
-        """Leave it to the caller to ask for lost contact, as `LoadSteps` does."""
-        before, self.tells_of_loss = self.tells_of_loss, False
+    def silent_about_doubt(self) -> Iterator[None]:
+        """Leave it to the caller to ask whether a state is doubtful, as `LoadSteps`
+        does of accepted steps."""
+        before, self.tells_of_doubt = self.tells_of_doubt, False
         try:
             yield
         finally:
-            self.tells_of_loss = before
+            self.tells_of_doubt = before
 
     def _alone(self) -> InUse:
         """What is in use where solves are no part of anything."""

@@ -11,7 +11,7 @@ import ufl
 from dolfinx import fem
 from materials import MATERIALS, lame
 
-from raymortar import Contact, NonlinearProblem, compat, rigid
+from raymortar import Contact, NonlinearProblem, SNESSolver, compat, rigid
 from raymortar.rigid.body import rotation_matrix
 
 E, NU = 40.0, 0.3
@@ -66,6 +66,11 @@ def shapes(gdim, depth=0.05):
         "torus": rigid.Torus((0.5, 0.5, top + 0.2), (0.05, 0.0, 1.0), 0.35, 0.2),
         "implicit": implicit(3, depth),
     }
+
+
+def shape_of(cell, name, depth=0.05):
+    """The one of `shapes` for a cell."""
+    return shapes(2 if cell in ("triangle", "quadrilateral") else 3, depth)[name]
 
 
 @dataclass
@@ -157,3 +162,8 @@ def press_by_mesh(cell, way, n, **options):
     ]
     problem = NonlinearProblem(forms, contact, bcs, u=functions)
     return Pressed(functions[0], None, contact, problem)
+
+
+def solved(found):
+    """Iterations of a solve."""
+    return SNESSolver(found.problem).solve()[0]

@@ -20,7 +20,6 @@ from raymortar import (
     compat,
 )
 
-
 # Other unknowns, and other meshes
 
 

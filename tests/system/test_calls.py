@@ -1,53 +1,31 @@
-"""Bad arguments of problems, solvers, paths and results, and calls in a wrong order."""
+"""Bad forms, conditions and options, and calls in a wrong order."""
 
 from petsc4py import PETSc
 
 import numpy as np
 import pytest
 import ufl
+from calls import contact, problem, refused
 from dolfinx import fem
-from problems import COMM, SOLVERS, fix, residual
+from problems import COMM, fix, residual
 
 import raymortar
 from meshes.scenes import two_blocks
 from raymortar import (
     AugmentedLagrangian,
-    ContactError,
     Coulomb,
-    History,
-    LoadSteps,
     NonlinearProblem,
     Penalty,
     Search,
-    SNESSolver,
     compat,
 )
-from raymortar.solvers.fixed_point import FixedPointSolver
 
 pytestmark = [pytest.mark.quick, pytest.mark.mpi]
-PAIR = [(3, 4)]
-
-
-def refused(pattern):
-    return pytest.raises(ContactError, match=pattern)
 
 
 @pytest.fixture(scope="module")
 def scene():
     return two_blocks(COMM, 2, "triangle", 2, 2)
-
-
-def contact(scene, pairs=PAIR, **options):
-    u = fem.Function(compat.vector_space(scene.mesh, 1))
-    return raymortar.Contact(u, scene.facet_tags, pairs, **options)
-
-
-def problem(scene, F=None, J=None, **options):
-    """Problem of a contact; F and J of its displacement."""
-    c = contact(scene, **options)
-    bcs = [fix(c.u.function_space, scene, ["bottom", "top"])]
-    F = residual(scene, c.u)[0] if F is None else F(scene, c.u)
-    return NonlinearProblem(F, c, bcs, None if J is None else J(scene, c.u))
 
 
 @pytest.fixture(scope="module")
@@ -56,11 +34,6 @@ def ready(scene):
     made = problem(scene)
     made.contact.update()
     return made
-
-
-@pytest.fixture(scope="module")
-def solver(ready):
-    return SNESSolver(ready)
 
 
 # Forms and conditions
@@ -280,166 +253,3 @@ def test_matrices_and_vectors_are_those_of_the_system(ready):
         c.make_room(small)
     with refused("x0 must be a ghosted array of u, of shape"):
         c.apply_lifting(ready.create_vector(), [], np.zeros(1), 1.0)
-
-
-# Solvers and paths
-
-
-@pytest.mark.parametrize("kind", SOLVERS)
-def test_solvers_refuse_what_is_no_problem_or_option(ready, kind):
-    with refused("problem must be a NonlinearProblem, not Contact"):
-        kind(ready.contact)
-    with refused("options must be PETSc options by name, not"):
-        kind(ready, ["ksp_type"])
-    with refused("options must be PETSc options by name, not"):
-        kind(ready, {3: 4})
-    with refused("PETSc does not take the options .*'nope'"):
-        kind(ready, {"pc_type": "nope"})
-    assert not any("raymortar" in name for name in PETSc.Options().getAll())
-
-
-@pytest.mark.parametrize(
-    "options, pattern",
-    [
-        ({"steps": 2.5}, "steps = 2.5 .* must be whole numbers"),
-        ({"steps": "3"}, "steps = '3' .* must be whole numbers"),
-        ({"steps": None}, "steps = None .* must be whole numbers"),
-        ({"steps": True}, "steps = True .* must be whole numbers"),
-        ({"max_halvings": 1.5}, "max_halvings = 1.5 must be whole numbers"),
-        ({"largest": np.nan}, "largest = nan must be at least 1"),
-        ({"largest": "2"}, "largest = '2' must be at least 1"),
-        ({"easy": None}, "easy = None must be a number of iterations"),
-        ({"extrapolate": "yes"}, "extrapolate must be True or False"),
-        ({"path": 3.0}, "path must be two numbers"),
-        ({"path": (0.0, np.nan)}, "path must be two numbers"),
-        ({"path": ("a", "b")}, "path must be two numbers"),
-        ({"history": 3}, "history must be a History, not 3"),
-        ({"progress": 3}, "progress must be True, False, None or a file"),
-    ],
-)
-def test_load_steps_refuse(solver, options, pattern):
-    with refused(pattern):
-        LoadSteps(solver, lambda t: None, **options)
-
-
-def test_load_steps_need_a_solver_and_its_loads(scene, ready, solver):
-    for thing in (None, ready, solver.snes):
-        with refused("solver must be a NewtonSolver, SNESSolver or FixedPointSolver"):
-            LoadSteps(thing, lambda t: None)
-    with refused("apply must be a function of the load factor, not None"):
-        LoadSteps(solver, None)
-    with refused("history is of another problem than the solver"):
-        LoadSteps(solver, lambda t: None, history=History(problem(scene)))
-
-
-@pytest.mark.parametrize("outer", [0, 2.5, "3", None, True])
-def test_fixed_point_refuses(solver, outer):
-    with refused("max_outer = .* must be positive and a whole number"):
-        FixedPointSolver(solver, outer)
-
-
-def test_whole_numbers_of_numpy_are_steps(solver):
-    path = LoadSteps(solver, lambda t: None, np.int64(2), path=np.array([0.0, 1.0]))
-    assert [step.factor for step in path.run()] == [0.5, 1.0]
-
-
-# History
-
-
-@pytest.mark.parametrize(
-    "options, pattern",
-    [
-        ({"file": 3}, "the name of a file must be a path, not 3"),
-        ({"reactions": [1]}, "reactions must be Dirichlet conditions by name"),
-        ({"reactions": {"top": 3}}, "reactions has 3 for 'top', which is no"),
-        ({"energy": 3}, "energy must be a UFL functional"),
-        ({"more": {"x": 3}}, "more must be functions by name of the column"),
-        ({"more": {"x y": lambda: 1.0}}, "column 'x y' of a history is no name"),
-        ({"more": {"time": lambda: 1.0}}, "column 'time' of a history is there twice"),
-    ],
-)
-def test_history_refuses(ready, options, pattern):
-    with refused(pattern):
-        History(ready, **options)
-
-
-def test_records_are_numbers(ready):
-    with refused("problem must be a NonlinearProblem, not NoneType"):
-        History(None)
-    history = History(ready, more={"x": lambda: None})
-    with refused("time of a record must be a number, not 'a'"):
-        history.record("a")
-    with refused("x of a record must be a number, not None"):
-        history.record(0.0)
-    with refused("a history has no column 'nope', but time, iterations"):
-        history["nope"]
-    with refused("record 0 has 2 values, this history 9 columns"):
-        history.resume([[1.0, 2.0]])
-    with refused("rows must be records, as of History.rows, not 3"):
-        history.resume(3)
-    with refused("until must be a load factor, not None"):
-        history.resume([], None)
-
-
-def test_more_is_asked_of_one_rank(ready):
-    history = History(ready, more={"x": lambda: 2.0 if COMM.rank == 0 else None})
-    history.record(0.0)
-    assert history["x"] == [2.0]
-
-
-def test_reactions_are_of_conditions(ready):
-    with refused("supports must be Dirichlet conditions by name of the support"):
-        ready.reactions([ready.bcs[0]])
-
-
-# States
-
-
-def test_states_of_other_contacts_are_refused(scene):
-    springs = contact(scene, method=Penalty(1.0), friction=Coulomb(0.3))
-    springs.update()
-    springs.advance()
-    finer = two_blocks(COMM, 2, "triangle", 3, 3)
-    others = {
-        "multiplier": (contact(scene), contact(scene, method=Penalty(1.0))),
-        "multiplier of": (contact(scene), contact(scene, friction=Coulomb(0.3))),
-        "displacement": (contact(scene), contact(finer)),
-        "tractions of springs 0": (contact(scene, method=Penalty(1.0)), springs),
-        "list of slave surfaces": (contact(scene), contact(scene, PAIR + [(1, 2)])),
-    }
-    for part, (one, other) in others.items():
-        for to, state in ((one, other.state()), (other, one.state())):
-            if to is springs:  # they have none at the start
-                to.restore(state)
-                continue
-            with refused("the state is of another contact, mesh or method: " + part):
-                to.restore(state)
-    with refused("state must be a ContactState, not NoneType"):
-        springs.restore(None)
-
-
-# Pictures and files
-
-
-def test_pictures_are_of_contacts_and_fields(ready, scene):
-    ready.contact.update()
-    with refused("plot needs a Contact, not NoneType"):
-        raymortar.plot(None)
-    with refused("field must be a Function or UFL expression, not 3"):
-        raymortar.plot(ready.contact, field=3)
-    foreign = fem.Function(compat.vector_space(two_blocks(COMM, 2).mesh, 1))
-    with refused("field is a Function on another mesh than the displacement"):
-        raymortar.plot(ready.contact, field=foreign)
-    with refused("the name of a file must be a path, not 3"):
-        raymortar.plot(ready.contact, 3)
-    with refused("the name of a file must be a path, not None"):
-        ready.contact.write_segments(None)
-
-
-def test_functions_are_written(scene, folder):
-    with refused("functions must be a list of Functions"):
-        compat.write_xdmf(folder / "a.xdmf", scene.mesh, [3])
-    with refused("functions must be a list of Functions"):
-        compat.write_vtk(folder / "a.pvd", scene.mesh, [])
-    with refused("source must be gmsh.model or the path of a .msh file, not None"):
-        compat.read_gmsh(None, COMM)

@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from compression import squeeze
 from dolfinx import fem
 from materials import MATERIALS, lame
-from problems import CELLS, COMM, DIMENSION, SOLVERS, build, fix, squeeze, worst
+from problems import CELLS, COMM, DIMENSION, SOLVERS, build, fix, worst
 
 import raymortar
 from meshes.scenes import two_blocks
@@ -123,3 +124,16 @@ def test_flanks_pressed_deep_are_told_of():
         raymortar.ContactWarning, match=r"deep in the master, 0\.2.* of its"
     ):
         problem.solve(SOLVERS[-1])
+
+
+@pytest.mark.mpi
+def test_a_path_tells_of_deep_flanks_once():
+    """Steps that stay as they are say nothing new; a solve by itself does."""
+    problem = flanked(0.3, width=0.5, rows=6)
+    solver = SOLVERS[-1](problem.problem)
+    solver.solve()
+    with pytest.warns(raymortar.ContactWarning, match="deep in the master") as caught:
+        raymortar.LoadSteps(solver, lambda t: None, 3).run()
+    assert len(caught) == 1
+    with pytest.warns(raymortar.ContactWarning, match="deep in the master"):
+        solver.solve()

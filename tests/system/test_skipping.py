@@ -3,10 +3,12 @@
 import gathered
 import numpy as np
 import pytest
-from problems import COMM, build, squeezed, stack
+from compression import squeezed
+from problems import COMM, build, stack
 
 import raymortar
 from raymortar import AugmentedLagrangian, Coulomb, Penalty, compat
+from raymortar.system import assembly
 
 FAR = {"gaps": [0.0, 0.5]}  # out of reach of each other
 
@@ -191,3 +193,32 @@ def test_pairs_out_of_reach_cost_nothing(method):
     else:
         # One small block per facet drives the multiplier to zero
         assert s.tangent_blocks == s.residual_blocks == s.slave_facets
+
+
+@pytest.mark.mpi
+def test_what_conditions_mean_is_found_once(monkeypatch):
+    """Reactions are sums of forces without conditions, solves have some: nothing is found
+    anew where they take turns. Their results do not hang on what was known."""
+    asked = []
+
+    def moduli(surfaces, volume, bcs):
+        asked.append(len(bcs))
+        return found(surfaces, volume, bcs)
+
+    found = assembly.shear_moduli
+    monkeypatch.setattr(assembly, "shear_moduli", moduli)
+    case = build(stack("triangle", (3, 4)), bcs=squeezed)
+    problem, supports = case.problem, {"all": case.problem.bcs}
+    solver = raymortar.SNESSolver(problem)
+    forces = []
+    for _ in range(3):
+        solver.solve()
+        forces.append(problem.reactions(supports)["all"])
+    assert sorted(asked) == [0, len(problem.bcs)]
+    assert np.ptp(forces, axis=0) == pytest.approx(0.0, abs=1e-12)
+    problem.reactions({})
+    other = problem.bcs[:1]
+    case.contact.constrained(other)
+    case.contact.constrained(problem.bcs)
+    case.contact.constrained(other)
+    assert sorted(asked) == [0, len(other), len(problem.bcs), len(problem.bcs)]

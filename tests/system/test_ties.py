@@ -24,7 +24,6 @@ from raymortar import (
     solvers,
 )
 
-
 # Several masters, tags and meshes
 
 

@@ -9,7 +9,8 @@ from itertools import product
 
 import numpy as np
 import pytest
-from problems import CELLS, COMM, DIMENSION, build, fix, squeeze, stack, worst
+from compression import squeeze
+from problems import CELLS, COMM, DIMENSION, build, fix, stack, worst
 from uniform import (
     MAX_ITERATIONS,
     METHODS,

@@ -5,9 +5,9 @@
 #include "raymortar/element/measure.h"
 #include "raymortar/element/pair_factors.h"
 #include "raymortar/law/friction.h"
-#include "raymortar/rigid/tool.h"
 #include "raymortar/law/point_law.h"
 #include "raymortar/mortar/elements.h"
+#include "raymortar/rigid/tool.h"
 #include <functional>
 #include <memory>
 #include <optional>
@@ -37,7 +37,9 @@ struct Multipliers
 struct ContactState
 {
   Surface slave;
-  Surface master; ///< no facets where there are tools
+  /// Where there are tools: those of their facets that have cut slave facets,
+  /// which have no unknowns; `body` is the tool
+  Surface master;
   std::vector<PlacedTool> tools;
   Multipliers multipliers;
   Method method = Method::augmented_lagrangian;
@@ -91,11 +93,11 @@ struct PointResults
 using BlockSink =
     std::function<void(std::size_t element, const double* block, int size)>;
 
-/// Takes what an element has to do with a master that it does not hit, but that
-/// the vertices of its segments hang on: a block of the slave facet with this
-/// master, (size, size) row-major, and the rows of the master that it does hit
-/// in the columns of this one, (side, side) row-major, or nullptr where it has
-/// no hit. Moving segments only
+/// Takes what an element has to do with a master (a free tool) that it does not
+/// hit, but that the vertices of its segments hang on: a block of the slave
+/// facet with this master, (size, size) row-major, and the rows of the master
+/// that it does hit in the columns of this one, row-major, or nullptr where it
+/// has no hit. Moving segments only
 using CouplingSink =
     std::function<void(std::size_t element, Index master, const double* block,
                        int size, const double* hit_rows)>;

@@ -1,6 +1,5 @@
 #include "raymortar/element/cover.h"
-#include "raymortar/element/target.h"
-#include "raymortar/element/vertex_motion.h"
+#include "raymortar/element/segment_target.h"
 #include "raymortar/geometry/dispatch.h"
 #include "raymortar/geometry/facet_mass.h"
 #include "raymortar/geometry/predicates.h"
@@ -139,30 +138,40 @@ Mat<1, T> area_slope(std::span<const Vec<2>> polygon, std::size_t v)
   }
 }
 
-/// ds through the vertices of one segment, over the dofs [slave | master]
+/// ds through the vertices of one segment, over the unknowns [slave | target]
 template <int D>
-std::vector<double> share_slope(const ContactState& s, const Segment& of)
+std::vector<double> share_slope(const ContactState& s, const Segment& of,
+                                const SegmentTarget<D>& target)
 {
-  const AnyFacet<D> master(s.master, s.master.x, of.master);
   const auto begin = static_cast<std::size_t>(of.begin);
   const auto polygon = std::span(s.segmentation.vertices)
                            .subspan(begin, static_cast<std::size_t>(of.size));
   const Eigen::Index side = D * s.slave.dofs_per_facet();
-  const Eigen::Index other = D * s.master.dofs_per_facet();
+  const Eigen::Index other = target.unknowns();
   Eigen::RowVectorXd ds = Eigen::RowVectorXd::Zero(side + other);
   for (std::size_t v = 0; v < polygon.size(); ++v)
   {
     if (s.segmentation.breaks[begin + v].motion == Break::Motion::fixed)
       continue;
     const Mat<1, D - 1> by_xi = area_slope<D - 1>(polygon, v);
-    const auto motion = any_vertex_motion<D>(s, of, master, begin + v);
+    const auto motion = target.motion(begin + v);
     ds.head(side) += by_xi * motion.by_slave;
-    ds.tail(other) +=
-        by_xi * master_columns<D>(s.master, motion.place, motion.by_master);
+    ds.tail(other) += by_xi * target.columns(motion);
   }
   if (s.slave.shape == Shape::triangle)
     ds /= Reference<Shape::triangle>::measure;
   return {ds.data(), ds.data() + ds.size()};
+}
+
+template <int D>
+ShareSlope share_slope(const ContactState& s, const Segment& of,
+                       const Eigen::MatrixXd& change)
+{
+  const SegmentTarget<D> target(s, of);
+  return {of.slave,
+          target.number(),
+          {change.data(), change.data() + change.size()},
+          share_slope<D>(s, of, target)};
 }
 
 /// Nodal tractions of a facet, (components, nodes)
@@ -229,11 +238,8 @@ std::vector<ShareSlope> share_slopes(const ContactState& s,
       continue;
     const Eigen::MatrixXd change =
         -tractions(s, f) * matrices(s, cover, unit, f).slope;
-    slopes.push_back({f,
-                      segment.master,
-                      {change.data(), change.data() + change.size()},
-                      s.slave.gdim == 2 ? share_slope<2>(s, segment)
-                                        : share_slope<3>(s, segment)});
+    slopes.push_back(s.slave.gdim == 2 ? share_slope<2>(s, segment, change)
+                                       : share_slope<3>(s, segment, change));
   }
   return slopes;
 }

@@ -40,9 +40,10 @@ struct CoverData
 struct ShareSlope
 {
   Index slave;
-  Index master;
+  Index target;               ///< see SegmentTarget::number
   std::vector<double> change; ///< - d(B lam)/ds, (unknowns,). Length^(d-1)
-  std::vector<double> share;  ///< ds over the dofs [slave | master], 1/length
+  std::vector<double>
+      share; ///< ds over the unknowns [slave | target], 1/length
 };
 
 /// @brief Of all segments of partly covered facets [theory (5.11)].

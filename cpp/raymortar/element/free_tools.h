@@ -16,6 +16,13 @@ namespace raymortar
              : no_index;
 }
 
+/// @brief What an element has unknowns of besides the slave: a master facet, or
+/// a free tool; no_index: neither.
+[[nodiscard]] inline Index target_of(const ContactState& s, std::size_t element)
+{
+  return s.has_tools() ? free_tool_of(s, element) : s.elements.master[element];
+}
+
 /// @brief How a tool of `free_tool_of` is free.
 [[nodiscard]] inline const Freedom& freedom_of(const ContactState& s,
                                                Index tool)

@@ -51,6 +51,7 @@ public:
     for (const std::size_t e : elements)
     {
       const Eigen::Index n = size_of(s, e);
+      const bool cut = s.moving_segments and has_moving_vertices(s, e);
       sum.setZero(n, n);
       const SlaveSide<D> slave(s, e);
       const typename SegmentMotion<D>::Element element{
@@ -60,14 +61,14 @@ public:
                  [&](std::size_t q, const GermPoint<D>& at,
                      const ElementColumns& sides)
                  {
-                   _kernel->tangent(at, s.moving_segments, blocks);
+                   _kernel->tangent(at, cut, blocks);
                    expansion.add(sides, blocks.A, sum);
                    if (const Index k = free_tool_of(s, e); k != no_index)
                      add_turning(freedom_of(s, k), at, sum);
-                   if (s.moving_segments)
+                   if (cut)
                      motion.add(element, q, sides, blocks);
                  });
-      if (s.moving_segments)
+      if (cut)
         motion.finish(element);
       sink(e, sum.data(), static_cast<int>(n));
     }

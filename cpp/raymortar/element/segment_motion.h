@@ -3,7 +3,7 @@
 
 #include "raymortar/element/point_kernel.h"
 #include "raymortar/element/segment_points.h"
-#include "raymortar/element/target.h"
+#include "raymortar/element/segment_target.h"
 
 namespace raymortar
 {
@@ -23,7 +23,7 @@ public:
   {
     const ContactState& state;
     std::size_t number;
-    Eigen::Index alone; ///< unknowns without the master's
+    Eigen::Index alone; ///< unknowns without the target's
     BlockExpansion::Block& A;
     const CouplingSink& couplings;
     FlatMap<Plane> map;
@@ -82,15 +82,16 @@ private:
   void flush(const Element& e, const Segment& of)
   {
     const ContactState& s = e.state;
-    const Index hit = s.elements.master[e.number];
-    const bool own = of.master == hit;
-    const AnyFacet<D> facet(s.master, s.master.x, of.master);
-    const Eigen::Index masters = D * s.master.dofs_per_facet();
-    const Eigen::Index size = e.alone + masters;
+    const SegmentTarget<D> target(s, of);
+    const Index hit = target_of(s, e.number);
+    const bool own = target.number() == hit;
+    const Eigen::Index columns = target.unknowns();
+    const Eigen::Index size = e.alone + columns;
+    const Eigen::Index hit_rows = e.A.rows() - e.alone;
     if (not own)
     {
       _coupling.setZero(size, size);
-      _hit_rows.setZero(masters, masters);
+      _hit_rows.setZero(hit_rows, columns);
     }
     _points.share_centre(_by_vertex);
     for (std::size_t v = 0; v < static_cast<std::size_t>(of.size); ++v)
@@ -98,25 +99,24 @@ private:
       const std::size_t at = static_cast<std::size_t>(of.begin) + v;
       if (s.segmentation.breaks[at].motion == Break::Motion::fixed)
         continue;
-      const auto motion = any_vertex_motion<D>(s, of, facet, at);
+      const auto motion = target.motion(at);
       const Sum by_xi =
           _by_vertex[v] *
           e.map.gradient(s.segmentation.vertices[at].template head<T>());
       e.A.leftCols(motion.by_slave.cols()) += by_xi * motion.by_slave;
-      const Eigen::MatrixXd by_master =
-          by_xi * master_columns<D>(s.master, motion.place, motion.by_master);
+      const Eigen::MatrixXd by_target = by_xi * target.columns(motion);
       if (own)
-        e.A.rightCols(masters) += by_master;
+        e.A.rightCols(columns) += by_target;
       else
       {
-        _coupling.topRightCorner(e.alone, masters) +=
-            by_master.topRows(e.alone);
-        if (hit != no_index)
-          _hit_rows += by_master.bottomRows(masters);
+        _coupling.topRightCorner(e.alone, columns) +=
+            by_target.topRows(e.alone);
+        _hit_rows += by_target.bottomRows(hit_rows);
       }
     }
-    if (not own)
-      e.couplings(e.number, of.master, _coupling.data(), static_cast<int>(size),
+    if (not own and columns > 0)
+      e.couplings(e.number, target.number(), _coupling.data(),
+                  static_cast<int>(size),
                   hit == no_index ? nullptr : _hit_rows.data());
   }
 

@@ -90,10 +90,10 @@ Columns rigid_columns(const Freedom* freedom,
   motion.B.resize(D * D, freedom ? freedom->size() : 0);
   for (Index j = 0; j < motion.B.cols(); ++j)
   {
-    const Freedom::Rate& rate = freedom->rates[static_cast<std::size_t>(j)];
-    const Mat<D, D> spin = rate.spin.topLeftCorner<D, D>();
+    const Mat<D, D> spin =
+        freedom->rates[static_cast<std::size_t>(j)].spin.topLeftCorner<D, D>();
     motion.B.col(j).template head<D>() =
-        rate.drift.head<D>() + spin * (now.col(0) - freedom->centre.head<D>());
+        velocity<D>(*freedom, j, Vec<D>(now.col(0)));
     for (int i = 1; i < D; ++i)
       motion.B.col(j).template segment<D>(D * i) = spin * now.col(i);
   }

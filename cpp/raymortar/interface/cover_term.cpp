@@ -17,7 +17,8 @@ Work CoverTerm::tangent(const ContactState& s, MatrixSink& sink) const
   std::vector<double> block;
   for (const ShareSlope& slope : share_slopes(s, _data))
   {
-    const Unknowns columns{slope.slave, no_index, slope.master};
+    Unknowns columns{slope.slave};
+    (s.has_tools() ? columns.tool : columns.master) = slope.target;
     if (not sink.wants(columns))
       continue;
     block.clear();

@@ -21,10 +21,19 @@ bool replace(std::vector<double>& positions, std::vector<double> by)
   return differ;
 }
 
+std::vector<PlacedTool> placed(const InterfaceInput& input)
+{
+  std::vector<PlacedTool> tools;
+  for (const auto& tool : input.tools)
+    tools.push_back({tool, {}, {}});
+  return tools;
+}
+
 /// Nothing moves vertices of whole facets, or of a tie's segments
 bool has_moving_segments(const InterfaceInput& input)
 {
-  return input.moving_segments and input.tools.empty() and not input.tie;
+  return input.moving_segments and not input.tie and
+         (input.tools.empty() or have_rims(placed(input)));
 }
 
 /// Whether the poses were others before
@@ -54,8 +63,7 @@ ContactState first_state(const InterfaceInput& input)
   s.master.degree = master.degree;
   s.master.node_degree = master.node_degree;
   s.master.gdim = s.slave.gdim;
-  for (const auto& tool : input.tools)
-    s.tools.push_back({tool, {}, {}});
+  s.tools = placed(input);
   s.multipliers = input.multipliers;
   if (s.multipliers.value.empty())
     s.multipliers.value.assign(
@@ -247,8 +255,11 @@ void Interface::pair()
 {
   if (has_tied())
     return;
-  _state.moving_segments = _has_moving_segments;
-  if (not _pipeline.pair(_state))
+  const bool renewed = _pipeline.pair(_state);
+  _state.moving_segments =
+      _has_moving_segments and
+      (not _state.has_tools() or _state.master.num_facets() > 0);
+  if (not renewed)
     return;
   if (_tie)
     _tie->set_up(_state);

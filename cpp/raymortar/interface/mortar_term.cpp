@@ -24,6 +24,14 @@ Index segment_master(const ContactState& s, std::size_t q)
                    .master;
 }
 
+/// Those of one of these masters, or free tools
+Unknowns target_unknowns(const ContactState& s, Index target)
+{
+  Unknowns unknowns;
+  (s.has_tools() ? unknowns.tool : unknowns.master) = target;
+  return unknowns;
+}
+
 /// Elements whose tangent is not zero: without a multiplier, those with a
 /// point that is closed
 std::vector<std::size_t> working_elements(const ContactState& s)
@@ -53,7 +61,7 @@ bool is_wanted(const ContactState& s, std::size_t e, const MatrixSink& sink)
 {
   if (sink.wants(unknowns_of(s, e)))
     return true;
-  if (not s.moving_segments)
+  if (not s.moving_segments or s.has_tools())
     return false;
   const Index slave = s.elements.slave[e], hit = s.elements.master[e];
   const auto points = s.elements.points_of(e);
@@ -86,7 +94,8 @@ void MortarTerm::add_needs(const ContactState& s, PatternNeeds& needs) const
   for (std::size_t e = 0; e < s.elements.size(); ++e)
     if (const Index m = s.master_of(e); m != no_index)
       needs.pairs.push_back({s.elements.slave[e], m});
-  if (not _has_moving_segments)
+  // All facets meet the free tools in the pattern anyway
+  if (not _has_moving_segments or s.has_tools())
     return;
   // Vertices of a segment hang on its master, wherever its points hit
   for (const Segment& segment : s.segmentation.segments)
@@ -115,14 +124,15 @@ Work MortarTerm::tangent(const ContactState& s, MatrixSink& sink) const
       s, elements,
       [&](std::size_t e, const double* block, int)
       { sink.add(unknowns_of(s, e), unknowns_of(s, e), block); },
-      [&](std::size_t e, Index master, const double* block, int,
+      [&](std::size_t e, Index target, const double* block, int,
           const double* hit_rows)
       {
-        const Unknowns both = element_unknowns(s.elements.slave[e], master);
+        const Unknowns columns = target_unknowns(s, target);
+        const Unknowns both =
+            element_unknowns(s.elements.slave[e], columns.master, columns.tool);
         sink.add(both, both, block);
         if (hit_rows)
-          sink.add({no_index, no_index, s.elements.master[e], no_index},
-                   {no_index, no_index, master, no_index}, hit_rows);
+          sink.add(target_unknowns(s, target_of(s, e)), columns, hit_rows);
       });
   return {static_cast<std::int64_t>(elements.size()), skipped};
 }

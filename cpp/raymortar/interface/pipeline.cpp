@@ -59,7 +59,7 @@ bool Pipeline::pair(ContactState& s)
     return false;
   }
   if (s.has_tools())
-    make_whole_points(s);
+    make_points_below_tools(s);
   else
   {
     s.slave.gdim == 2 ? update_candidates<2>(s) : update_candidates<3>(s);
@@ -70,19 +70,44 @@ bool Pipeline::pair(ContactState& s)
   return true;
 }
 
-/// They stay for ever: nothing that moves cuts the facets
-void Pipeline::make_whole_points(ContactState& s)
+void Pipeline::make_points_below_tools(ContactState& s)
 {
-  if (s.points.whole.empty())
-  {
-    const Stopwatch watch(_statistics.seconds_segments);
-    s.segmentation = whole_facets(s.slave);
-    s.points = make_points(s.slave, s.segmentation, _rules.segment_rules,
-                           _rules.facet_rule, false, revolves(_rules.measure));
-  }
+  const Stopwatch watch(_statistics.seconds_segments);
+  have_rims(s.tools) and rims_are_near(s.slave, s.tools, _bare)
+      ? make_points_at_rims(s)
+      : make_whole_points(s);
   s.friction_bounds.clear(); // of rays that are gone
   _points_are_present = true;
   _rays_are_present = false;
+}
+
+/// They stay: nothing that moves cuts the facets
+void Pipeline::make_whole_points(ContactState& s)
+{
+  if (not s.points.whole.empty() and _above.empty())
+    return;
+  _above.clear();
+  s.master.facet_id.clear();
+  s.segmentation = whole_facets(s.slave);
+  s.points = make_points(s.slave, s.segmentation, _rules.segment_rules,
+                         _rules.facet_rule, false, revolves(_rules.measure));
+}
+
+/// They stay as long as no rims are above, and the same facets are below tools
+void Pipeline::make_points_at_rims(ContactState& s)
+{
+  RimSegments made = segments_at_rims(s.slave, s.tools, _bare, _rules.subdivide,
+                                      s.multipliers.components > 0);
+  const bool are_cut = std::find(made.above.begin(), made.above.end(),
+                                 Above::rim) != made.above.end();
+  const bool stay = not are_cut and made.above == _above;
+  _above = std::move(made.above);
+  if (stay)
+    return;
+  s.master = std::move(made.facets);
+  s.segmentation = std::move(made.segmentation);
+  s.points = make_points(s.slave, s.segmentation, _rules.segment_rules,
+                         _rules.facet_rule, true, revolves(_rules.measure));
 }
 
 void Pipeline::make_points_anew(ContactState& s)

@@ -4,6 +4,7 @@
 
 #include "raymortar/element/assembler.h"
 #include "raymortar/interface/kept_boxes.h"
+#include "raymortar/mortar/rim_segments.h"
 
 namespace raymortar
 {
@@ -79,7 +80,9 @@ private:
   template <int D>
   void update_candidates(const ContactState& s);
   void make_points_anew(ContactState& s);
+  void make_points_below_tools(ContactState& s);
   void make_whole_points(ContactState& s);
+  void make_points_at_rims(ContactState& s);
   void renew_rays(ContactState& s);
 
   PairingRules _rules;
@@ -88,6 +91,7 @@ private:
   double _smallest_skin; ///< of this rank's slave facets
   Candidates _candidates;
   KeptBoxes _slave_boxes, _master_boxes; ///< candidates hold within
+  std::vector<Above> _above; ///< what points were made for, of tools with rims
   PipelineStatistics _statistics;
   bool _points_are_present = false; ///< made at the present positions
   bool _rays_are_present = false;

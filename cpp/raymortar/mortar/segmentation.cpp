@@ -194,6 +194,8 @@ private:
     {
       Vec<2> xi = Vec<2>::Zero();
       xi.template head<T>() = patch.to_reference(at);
+      if (_options.judge)
+        return _options.judge(_facet, xi, first, second);
       return _rays.compare(_facet, xi, first, second);
     };
   }

@@ -89,7 +89,8 @@ Hits cast_on_tools(const Surface& slave, std::span<const PlacedTool> tools,
     {
       const ToolHit& hit = found[q];
       const bool known = hits.master[q] != no_index;
-      if (not hit.found or (known and not is_nearer(hit.g, hits.gap[q])))
+      if (points.seed[q] == no_index or not hit.found or
+          (known and not is_nearer(hit.g, hits.gap[q])))
         continue;
       const RayStatus status = admit(hit, rays[q].n, range[points.slave[q]],
                                      range.depth_is_default());

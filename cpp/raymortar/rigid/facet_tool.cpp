@@ -4,6 +4,7 @@
 #include "raymortar/geometry/curvature.h"
 #include "raymortar/geometry/dispatch.h"
 #include "raymortar/geometry/ray.h"
+#include "raymortar/rigid/rims.h"
 
 namespace raymortar
 {
@@ -17,7 +18,7 @@ constexpr double bulge = 0.5;
 constexpr double box_margin = 1e-9;
 
 template <class F>
-class FacetTool final : public Tool
+class FacetTool final : public FacetedTool
 {
 public:
   static constexpr int D = F::gdim;
@@ -35,6 +36,22 @@ public:
           box.inflated((F::node_degree == 1 ? box_margin : bulge) * size));
     }
     _tree = AabbTree<D>(boxes);
+    _rim = AabbTree<D>(rim_boxes<D>(_facets));
+  }
+
+  [[nodiscard]] const ToolFacets& facets() const override { return _facets; }
+  [[nodiscard]] bool has_rim() const override { return _rim.size() > 0; }
+
+  [[nodiscard]] bool has_rim_in(const Box<3>& box) const override
+  {
+    std::vector<Index> near;
+    _rim.query(in_own_space(box), near);
+    return not near.empty();
+  }
+
+  void find_facets(const Box<3>& box, std::vector<Index>& near) const override
+  {
+    _tree.query(in_own_space(box), near);
   }
 
   void cast(std::span<const ToolRay> rays,
@@ -85,15 +102,12 @@ private:
 
   [[nodiscard]] typename F::NodeMatrix nodes_of(Index facet) const
   {
-    typename F::NodeMatrix nodes;
-    for (int a = 0; a < F::nodes; ++a)
-    {
-      const auto node = static_cast<std::size_t>(
-          _facets.nodes[static_cast<std::size_t>(facet) * F::nodes +
-                        static_cast<std::size_t>(a)]);
-      nodes.col(a) = Eigen::Map<const Vec<D>>(_facets.x.data() + D * node);
-    }
-    return nodes;
+    return _facets.template nodes_of<F>(facet);
+  }
+
+  [[nodiscard]] static Box<D> in_own_space(const Box<3>& box)
+  {
+    return {box.lower.template head<D>(), box.upper.template head<D>()};
   }
 
   [[nodiscard]] Sides crossings(const Vec<D>& x, const Vec<D>& n,
@@ -161,6 +175,7 @@ private:
 
   ToolFacets _facets;
   AabbTree<D> _tree;
+  AabbTree<D> _rim;
 };
 } // namespace
 

@@ -31,6 +31,17 @@ struct Freedom
   }
 };
 
+/// @brief How a point of the body moves by unknown j.
+/// @param[in] x Where it is. Length
+template <int D>
+[[nodiscard]] Vec<D> velocity(const Freedom& freedom, Index j, const Vec<D>& x)
+{
+  const Freedom::Rate& rate = freedom.rates[static_cast<std::size_t>(j)];
+  return rate.drift.template head<D>() +
+         rate.spin.template topLeftCorner<D, D>() *
+             (x - freedom.centre.template head<D>());
+}
+
 /// @brief A tool whose body is free: rays meet it as they meet the shape.
 class FreeTool final : public Tool
 {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from mpi4py import MPI
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
 # Of a slave facet's size. Multipliers close gaps in the mean: what is left at a point is
 # a few hundredths where facets resolve the surfaces
 ALLOWED = 0.25
+# On a path the same is told again where it is so many times as deep
+WORSE = 2.0
 
 
 def _deepest(zone: ZoneData) -> tuple[float, str]:
@@ -58,26 +61,58 @@ def _sunk(zone: ZoneData) -> tuple[float, str]:
     return float(-points["gap"][q]), text
 
 
-def warn_of_penetration(contact: Interaction) -> None:
-    """Warn on every rank of the deepest points. Collective.
+class DeepPoints:
+    """Warns of the deepest points of converged states.
 
     One warning is about points that are too deep for contact, the other about pressed
-    points that the multiplier leaves inside the master.
+    points that the multiplier leaves inside the master. Each comes again where it is
+    much worse.
+
+    Parameters
+    ----------
+    contact
+        `Contact`.
     """
-    comm = contact.layout.comm
-    depth, text = max(map(_sunk, contact.zones))
-    depth, rank = comm.allreduce((depth, comm.rank), op=MPI.MAXLOC)
-    if depth > 0.0:
-        warnings.warn(comm.bcast(text, root=rank), ContactWarning, stacklevel=4)
-    zones = [
-        zone
-        for one in contact.contacts
-        if isinstance(one.method, AugmentedLagrangian)
-        for zone in one.zones
-    ]
-    if not zones:
-        return
-    share, text = max(map(_deepest, zones))
-    share, rank = comm.allreduce((share, comm.rank), op=MPI.MAXLOC)
-    if share > ALLOWED:
-        warnings.warn(comm.bcast(text, root=rank), ContactWarning, stacklevel=4)
+
+    def __init__(self, contact: Interaction) -> None:
+        self._contact = contact
+        self._sunk, self._share = 0.0, ALLOWED / WORSE
+
+    def warn(self, stacklevel: int) -> None:
+        """Warn on every rank of the present state. Collective.
+
+        Parameters
+        ----------
+        stacklevel
+            Of `warnings.warn`, seen from the caller.
+        """
+        depth, text = self._worst(_sunk, self._contact.zones)
+        if depth > WORSE * self._sunk:
+            self._sunk = depth
+            warnings.warn(text, ContactWarning, stacklevel=stacklevel + 1)
+        zones = [
+            zone
+            for one in self._contact.contacts
+            if isinstance(one.method, AugmentedLagrangian)
+            for zone in one.zones
+        ]
+        share, text = self._worst(_deepest, zones)
+        if share > WORSE * self._share:
+            self._share = share
+            warnings.warn(text, ContactWarning, stacklevel=stacklevel + 1)
+
+    def _worst(
+        self, of_zone: Callable[[ZoneData], tuple[float, str]], zones: list[ZoneData]
+    ) -> tuple[float, str]:
+        """The largest number over zones and ranks, and its sentence. Collective."""
+        if not zones:
+            return 0.0, ""
+        comm = self._contact.layout.comm
+        most, text = max(map(of_zone, zones))
+        most, rank = comm.allreduce((most, comm.rank), op=MPI.MAXLOC)
+        return most, comm.bcast(text, root=rank)
+
+
+def warn_of_penetration(contact: Interaction) -> None:
+    """Warn of the deepest points after a solve by itself. Collective."""
+    DeepPoints(contact).warn(stacklevel=4)

@@ -7,7 +7,6 @@ unknowns.
 
 from __future__ import annotations
 
-import operator
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -64,23 +63,25 @@ class Host:
         The displacement of each mesh.
     functions
         What is solved for. Until a problem is made, the displacement as it was given.
+    starts, owned_starts
+        First local and first owned unknown of each Function, then their number.
     """
+
+    starts: Places
+    owned_starts: Places
+    _owned: list[int]
 
     def __init__(self, given: Function | Sequence[Function]) -> None:
         several = list(given) if isinstance(given, (list, tuple)) else [given]
         check_given(several)
         self.displacements = [Displacement(f, k) for k, f in enumerate(several)]
-        self.functions: list[Function] = several
+        self._take(several)
         own = [d.u for d in self.displacements]
         self.u: Any = own[0] if len(own) == 1 else JoinedDisplacement(own)
         # Spaces of the functions, once a problem has told them
         self.spaces: list[FunctionSpace] | None = None
         if all(d.component is None for d in self.displacements):
             self.spaces = [f.function_space for f in several]
-        # By whether ghosts count
-        self._starts = {ghosts: self._starts_now(ghosts) for ghosts in (False, True)}
-        # The last conditions by their Functions, which each iteration asks for
-        self._sorted: tuple[tuple[Any, ...], list[list[Any]]] | None = None
         self.pull()
 
     @property
@@ -151,10 +152,8 @@ class Host:
             )
         for d, place in zip(self.displacements, places):
             d.at = place
-        self.functions = list(functions)
+        self._take(list(functions))
         self.spaces = [f.function_space for f in functions]
-        self._starts = {ghosts: self._starts_now(ghosts) for ghosts in (False, True)}
-        self._sorted = None
 
     def absence(self, functions: Sequence[Function]) -> str:
         """A message for Functions of which none has the displacement."""
@@ -166,24 +165,15 @@ class Host:
 
     # Places of unknowns
 
-    def _starts_now(self, ghosts: bool) -> Places:
-        """First local or owned unknown of each Function, then their number."""
-        sizes = [0]
-        for f in self.functions:
-            index_map, bs = compat.unknowns_of(f)
-            n = index_map.size_local + (index_map.num_ghosts if ghosts else 0)
-            sizes.append(n * bs)
-        return np.cumsum(sizes)
-
-    @property
-    def starts(self) -> Places:
-        """First local unknown of each Function, then their number."""
-        return self._starts[True]
-
-    @property
-    def owned_starts(self) -> Places:
-        """First owned unknown of each Function, then their number."""
-        return self._starts[False]
+    def _take(self, functions: list[Function]) -> None:
+        """Count the unknowns of Functions."""
+        self.functions = functions
+        self._owned, local = [], [0]
+        for index_map, bs in map(compat.unknowns_of, functions):
+            self._owned.append(bs * index_map.size_local)
+            local.append(bs * (index_map.size_local + index_map.num_ghosts))
+        self.owned_starts = np.cumsum([0, *self._owned])
+        self.starts = np.cumsum(local)
 
     @property
     def u_local(self) -> Places | slice:
@@ -227,7 +217,7 @@ class Host:
             for name, dofs, part in self._parts(f):
                 if (k, part) in moved:
                     continue
-                owned = dofs[dofs < np.diff(self.owned_starts)[k]]
+                owned = dofs[dofs < self._owned[k]]
                 found.append(
                     Field(name, owned + self.owned_starts[k], dofs + self.starts[k])
                 )
@@ -266,14 +256,13 @@ class Host:
 
     def owned_values(self) -> Array:
         """Copy of all owned unknowns."""
-        sizes = np.diff(self.owned_starts)
-        return np.concatenate([f.x.array[:n] for f, n in zip(self.functions, sizes)])
+        pairs = zip(self.functions, self._owned)
+        return np.concatenate([f.x.array[:n] for f, n in pairs])
 
     def owned_part(self, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
         """The owned entries of an array over the local unknowns."""
-        sizes = np.diff(self.owned_starts)
         return np.concatenate(
-            [values[start : start + n] for start, n in zip(self.starts, sizes)]
+            [values[start : start + n] for start, n in zip(self.starts, self._owned)]
         )
 
     def set_owned_values(self, values: Array) -> None:
@@ -294,15 +283,6 @@ class Host:
         ContactError
             If one is on no unknown: DOLFINx would ignore it in silence.
         """
-        if self._sorted is not None:
-            last, found = self._sorted
-            if len(last) == len(bcs) and all(map(operator.is_, last, bcs)):
-                return found
-        found = self._sort(bcs)
-        self._sorted = tuple(bcs), found
-        return found
-
-    def _sort(self, bcs: Sequence[Any]) -> list[list[Any]]:
         spaces = self.spaces or [d.given.function_space for d in self.displacements]
         found: list[list[Any]] = [[] for _ in spaces]
         for i, bc in enumerate(bcs):

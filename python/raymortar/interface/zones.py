@@ -56,6 +56,8 @@ class ZoneData:
     traction_old: Array | None = None
     offset: Array | None = None  # (slave facets, n), added to gaps. Length
     adjustment: Array | None = None  # the same, of `Contact.adjust`
+    # Numbers of the rigid bodies that it has met on a path, see `missed_tools`
+    met: set[int] = field(default_factory=set)
 
     @property
     def whole_offset(self) -> Array | None:

@@ -8,6 +8,8 @@ from typing import Any, TextIO, cast
 
 from ..convergence.failure import FAILURES
 from ..convergence.lost_contact import lost_contact
+from ..convergence.missed_tools import ToolsOnPath
+from ..convergence.penetration import DeepPoints
 from ..errors import (
     BodyLeft,
     ContactLost,
@@ -231,7 +233,8 @@ class LoadSteps:
         viscous = self.control is None and self._stabilization is None and one_mesh
         automatic = self.strategy == "auto"
         ways = Strategies(path, self.extrapolate, automatic, viscous, progress.trying)
-        last = None
+        last, tools, deep = None, ToolsOnPath(contact), DeepPoints(contact)
+        tools.look()
         while not path.ended:
             before = contact.state()
             progress.solving(path.next)
@@ -259,6 +262,8 @@ class LoadSteps:
                 progress.trying(HALVED)
                 continue
             path.reached()
+            tools.look()
+            deep.warn(stacklevel=3)
             if self.history is not None:
                 self.history.record(path.time, iterations, self.halvings)
             if self.output is not None:
@@ -270,6 +275,7 @@ class LoadSteps:
             number = self.solver.problem.steps_accepted
             yield LoadStep(path.factor, iterations, self.halvings, ways.used, number)
         ways.finish()
+        tools.warn()
 
     def _solve(
         self,
@@ -280,7 +286,7 @@ class LoadSteps:
     ) -> int:
         """Iterations of a step from the present state."""
         problem = self.solver.problem
-        with problem.silent_about_loss(), problem.as_part(**self._in_use()):
+        with problem.silent_about_doubt(), problem.as_part(**self._in_use()):
             if self._stabilization is None:
                 iterations = ways.solve(now, last, ratio)
             else:
@@ -306,9 +312,14 @@ class LoadSteps:
         return found
 
     def _given_up(self, path: Any, failure: Exception) -> ConvergenceError:
+        """The error, after the accepted state is there again. Collective."""
+        contact, loads = self._problem.contact, []
+        if contact.layout.bodies:
+            contact.update()
+            loads = contact.free_bodies.rubbed()
         return ConvergenceError(
             f"{path.describe()} after {self.max_halvings} halvings of the step: "
-            f"{failure}"
+            f"{'; '.join([str(failure), *loads])}"
         )
 
     def run(self) -> list[LoadStep]:

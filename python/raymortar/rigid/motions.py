@@ -91,6 +91,11 @@ class Motions:
         found = [body.motion() for body in self.bodies]
         return np.array(found, dtype=np.float64).reshape(-1, 15)
 
+    def have_moved(self) -> bool:
+        """Whether a body that is not free has moved since the accepted step."""
+        held = [not body.is_free for body in self.bodies]
+        return bool(np.any(self.present()[held] != self.old[held]))
+
     def send(
         self,
         cpp: Any,

@@ -23,8 +23,10 @@ def require_convergence(problem: CoupledProblem, converged: bool, reason: str) -
         raise_everywhere(
             problem.comm, f"Newton converged, but {turned}", ConvergenceError
         )
+    if not problem.tells_of_doubt:
+        return
     warn_of_penetration(problem.contact)
-    loss = lost_contact(problem) if problem.tells_of_loss else None
+    loss = lost_contact(problem)
     if loss is not None:
         warnings.warn(
             f"converged, but contact is lost: {loss}. Take smaller steps",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import operator
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -14,7 +13,7 @@ import numpy as np
 from dolfinx.fem import Function
 
 from .. import _cpp
-from ..compat import Mask
+from ..compat import Array, Mask
 from ..errors import ContactError, together
 from ..interface.coefficients import PairCoefficients, one_or_each, spread
 from ..interface.contact_surfaces import ContactSurfaces
@@ -28,35 +27,41 @@ from ..options.methods import AugmentedLagrangian, Penalty
 
 _numbers = itertools.count()
 
-# Sets of conditions of which a contact remembers what they prescribe
-MOST_KNOWN = 2
+# For how many sets of conditions it is known what they mean: those of solves, and none,
+# as where reactions are summed
+_SETS = 2
 
 
-@dataclass
+@dataclass(frozen=True)
 class Prescribed:
-    """What Dirichlet conditions prescribe of a contact.
+    """What Dirichlet conditions mean for one contact.
 
     Attributes
     ----------
     bcs
         The conditions.
-    u
-        Whether they prescribe a dof of u; ghosted.
+    marker
+        1 for a dof of u that they prescribe; ghosted.
     some_held
-        Whether they prescribe some slave facet throughout.
+        Whether a slave facet is prescribed throughout.
     shear_moduli, moduli
-        Of each zone, where they are needed. Stress.
+        Of each zone, None where they are not needed. Stress.
     """
 
     bcs: tuple[Any, ...]
-    u: Mask
+    marker: Array
     some_held: bool = False
-    shear_moduli: Sequence[float] = ()
-    moduli: Sequence[float] = ()
+    shear_moduli: list[float] | None = None
+    moduli: list[float] | None = None
+
+    @property
+    def dofs(self) -> Mask:
+        """Whether each dof of u is prescribed; ghosted."""
+        return self.marker == 1
 
     def is_of(self, bcs: Sequence[Any]) -> bool:
         """Whether these are the conditions."""
-        return len(bcs) == len(self.bcs) and all(map(operator.is_, bcs, self.bcs))
+        return tuple(map(id, bcs)) == tuple(map(id, self.bcs))
 
 
 class ContactAssembly:
@@ -102,10 +107,11 @@ class ContactAssembly:
         self.gamma_scale = 1.0
         self.volume: VolumePattern | None = None
         self.preallocations, self.extensions = 0, 0
-        # What the zones know to be prescribed; None: to be told anew
-        free = np.zeros(len(surfaces.u.x.array), dtype=bool)
-        self._prescribed: Prescribed | None = Prescribed((), free)
-        self._known: list[Prescribed] = []
+        # What the zones know; None: nothing
+        self._told: Prescribed | None = Prescribed(
+            (), np.zeros(len(surfaces.u.x.array))
+        )
+        self._known: list[Prescribed] = []  # the last ones
         self._crosses = False  # whether nodes are damped that are not held
 
     def set_gamma(self, gamma: float | Function | PairCoefficients) -> None:
@@ -114,7 +120,6 @@ class ContactAssembly:
         for zone, values in zip(self.zones, nodal):
             zone.cpp.set_gamma(values.of_facets, self.gamma_scale, values.of_pairs())
         self.gamma = gamma
-        self._forget_prescribed()  # the modulus may be that of gamma
         self.present.note_change()
 
     # Unknowns
@@ -192,43 +197,43 @@ class ContactAssembly:
     def prescribed(self, bcs: Sequence[Any]) -> Mask:
         """Whether Dirichlet conditions prescribe a dof of u; ghosted. The zones are told
         if they did not know. Collective."""
-        now = self._prescribed
-        if now is None or not now.is_of(bcs):
-            now = next((one for one in self._known if one.is_of(bcs)), None)
-            if now is None:
-                now = self._find_prescribed(bcs)
-                # A path asks in turn for those of its steps and, for reactions, none
-                self._known = [now, *self._known][:MOST_KNOWN]
-            self._tell_prescribed(now)
-            self._prescribed = now
-        return now.u
+        if self._told is None or not self._told.is_of(bcs):
+            self._told = None
+            self._told = self._tell(self._meaning(bcs))
+        return self._told.dofs
 
     def _forget_prescribed(self) -> None:
-        self._prescribed, self._known = None, []
+        """What conditions mean is to be found anew."""
+        self._told, self._known = None, []
 
-    def _find_prescribed(self, bcs: Sequence[Any]) -> Prescribed:
-        """What conditions prescribe. Collective."""
-        surfaces = self.surfaces
-        found = Prescribed(tuple(bcs), self.host.prescribed_u(bcs)[0] == 1)
-        if surfaces.multiplier is None:
-            return found
-        if self.volume is not None:
-            found.shear_moduli = shear_moduli(surfaces, self.volume, bcs)
-        refuse_held_on_tools(surfaces, found.u)
-        found.some_held = any_held(surfaces, found.u)
-        if any_node_held(surfaces, found.u) or self._crosses:
-            found.moduli = self.moduli(bcs)
-        return found
-
-    def _tell_prescribed(self, found: Prescribed) -> None:
+    def _tell(self, known: Prescribed) -> Prescribed:
         """Tell the zones which displacements are prescribed."""
-        marker = found.u.astype(np.float64)
-        for zone in self.zones:
-            zone.cpp.set_fixed(*on_sides(zone, marker))
-        for zone, shear_modulus in zip(self.zones, found.shear_moduli):
-            zone.cpp.set_shear_modulus(shear_modulus)
-        for zone, modulus in zip(self.zones, found.moduli):
-            zone.cpp.set_modulus(modulus)
+        for number, zone in enumerate(self.zones):
+            zone.cpp.set_fixed(*on_sides(zone, known.marker))
+            if known.shear_moduli is not None:
+                zone.cpp.set_shear_modulus(known.shear_moduli[number])
+            if known.moduli is not None:
+                zone.cpp.set_modulus(known.moduli[number])
+        return known
+
+    def _meaning(self, bcs: Sequence[Any]) -> Prescribed:
+        """What conditions mean, from before if they are known. Collective."""
+        for known in self._known:
+            if known.is_of(bcs):
+                return known
+        surfaces, volume = self.surfaces, self.volume
+        marker = self.host.prescribed_u(bcs)[0].astype(np.float64)
+        found = Prescribed(tuple(bcs), marker)
+        if surfaces.multiplier is not None:
+            dofs = found.dofs
+            shear = None if volume is None else shear_moduli(surfaces, volume, bcs)
+            refuse_held_on_tools(surfaces, dofs)
+            held = any_held(surfaces, dofs)
+            needed = any_node_held(surfaces, dofs) or self._crosses
+            moduli = self.moduli(bcs) if needed else None
+            found = Prescribed(tuple(bcs), marker, held, shear, moduli)
+        self._known = [found, *self._known[: _SETS - 1]]
+        return found
 
     def moduli(self, bcs: Sequence[Any]) -> list[float]:
         """Modulus of the softest body of each zone. If the volume's form gives none,
@@ -252,7 +257,7 @@ class ContactAssembly:
     def add_tangent(self, A: PETSc.Mat, bcs: Sequence[Any]) -> None:
         """Add this contact's part of `assemble_matrix`. Collective."""
         self.prescribed(bcs)
-        if self._prescribed is not None and self._prescribed.some_held:
+        if self._told is not None and self._told.some_held:
             refuse_held(self.surfaces)
         with together(self.surfaces.comm):
             for zone in self.zones:

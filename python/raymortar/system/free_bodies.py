@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from mpi4py import MPI
@@ -12,9 +12,11 @@ import numpy as np
 
 from ..compat import Array
 from ..errors import SetUpError, raise_everywhere
-from ..interface.point_results import CLOSED, OPEN, PointStatus
+from ..interface.faced import positions
+from ..interface.point_results import OPEN
 from ..interface.stiffness import mean_facet_size
 from ..rigid.body import Body
+from .push import STEEP, Push, across_and_whole, add_points, in_space, parts_of
 
 if TYPE_CHECKING:
     from .coupled import CoupledSystem
@@ -22,78 +24,12 @@ if TYPE_CHECKING:
 # Share of a motion along the normals of closed points that counts as zero
 _NOTHING = 1e-10
 
-# Share of all forces on a body that counts as zero
-_AT_REST = 1e-9
-
 # Least and largest penetration of a body at its first touch, in sizes of slave facets:
 # with none no point would close, and a large one would be a poor first guess
 LEAST, MOST = 0.02, 1.0
 
 # Halvings of the interval that contain this penetration
 _HALVINGS = 40
-
-
-@dataclass(frozen=True)
-class Push:
-    """Forces on a free body at its present place, and what resists them.
-
-    Attributes
-    ----------
-    body
-        The body.
-    forces
-        Forces along its unknowns, with those of contact, (n,). Force.
-    scale
-        Sum of the sizes of all forces on it. Force.
-    loose
-        Motions that neither springs nor closed points resist, as orthonormal columns,
-        (n, motions).
-    touches
-        Whether any point is closed.
-    """
-
-    body: Body
-    forces: Array
-    scale: float
-    loose: Array
-    touches: bool
-
-    @property
-    def unmet(self) -> Array:
-        """Part of the forces that nothing resists, (n,); zero if it is rounding
-        error."""
-        part: Array = self.loose @ (self.loose.T @ self.forces)
-        return part if np.linalg.norm(part) > _AT_REST * self.scale else 0.0 * part
-
-    @property
-    def way(self) -> Array | None:
-        """Direction of the translation that nothing resists, (3,); None without one."""
-        freedom = self.body.freedom
-        way = np.where(freedom.is_turn, 0.0, self.unmet)
-        size = float(np.linalg.norm(way))
-        if size == 0.0:
-            return None
-        way = way / size
-        if np.linalg.norm(way - self.loose @ (self.loose.T @ way)) > 1e-6:
-            return None
-        vector = np.zeros(3)
-        vector[freedom.axis[way != 0.0]] = way[way != 0.0]
-        return vector
-
-    @property
-    def flight(self) -> tuple[Array, float, float]:
-        """How a body that touches nothing flies: its direction (3,), the distance to
-        which springs and dampers let it go, and the force along the direction."""
-        way, freedom = self.way, self.body.freedom
-        if way is not None:
-            return way, np.inf, float(np.linalg.norm(self.unmet))
-        stiffness = np.diag(self.body.pushed()[1])
-        is_held = ~freedom.is_turn & (stiffness > 0.0)
-        moves = np.zeros(3)
-        moves[freedom.axis[is_held]] = self.forces[is_held] / stiffness[is_held]
-        far = float(np.linalg.norm(moves))
-        force = float(np.linalg.norm(self.forces[is_held]))
-        return (moves / far if far > 0.0 else moves), far, force
 
 
 class FreeBodies:
@@ -180,7 +116,7 @@ class FreeBodies:
         rates = freedom.rates()
         sums = np.zeros(n * n + n + 2)
         for points in self._points(body):
-            _add_points(sums, n, body, rates, points)
+            add_points(sums, n, body, rates, points)
         self._comm.Allreduce(MPI.IN_PLACE, sums)
         resists, contact = sums[: n * n].reshape(n, n), sums[n * n : n * n + n]
         area, size = sums[-2:]
@@ -210,22 +146,18 @@ class FreeBodies:
             found.append({name: points[name][mine] for name in names})
         return found
 
-    def _ahead(
-        self, body: Body, way: Array, accepted: bool = False
-    ) -> tuple[Array, Array]:
-        """This rank's slave points ahead of a body that flies along a direction, from
-        where it is or was accepted: their distances, and the stiffnesses of their
-        springs of contact along it."""
+    def _ahead(self, body: Body, way: Array) -> tuple[Array, Array]:
+        """This rank's slave points ahead of a body that flies along a direction: their
+        distances, and the stiffnesses of their springs of contact along it."""
         ahead, springs = [np.empty(0)], [np.empty(0)]
         for part in self._system.parts:
             for zone in part.zones:
                 if body not in zone.facets.bodies:
                     continue
-                motion = zone.motions.accepted(body) if accepted else body.motion()
-                R, shift = body.pose_of(motion)
+                R, shift = body.pose_of(body.motion())
                 points = zone.points()
-                facing = -(_in_space(points["normal"]) @ way)
-                x = _in_space(points["x"])[facing > 0.0]
+                facing = -(in_space(points["normal"]) @ way)
+                x = in_space(points["x"])[facing > 0.0]
                 rays = np.broadcast_to(-(R.T @ way), x.shape)
                 found = body.tool.distances_along((x - shift) @ R, rays.copy())
                 stiffness = part.gamma_scale * points["weight"] * facing**2
@@ -233,6 +165,25 @@ class FreeBodies:
                 ahead.append(found[is_ahead])
                 springs.append(stiffness[facing > 0.0][is_ahead])
         return np.concatenate(ahead), np.concatenate(springs)
+
+    def _was_ahead(self, body: Body, way: Array) -> bool:
+        """Whether a slave point was ahead of a body along a direction at the accepted
+        step. Collective."""
+        was_ahead = False
+        for part in self._system.parts:
+            for zone in part.zones:
+                if body not in zone.facets.bodies:
+                    continue
+                R, shift = body.pose_of(zone.motions.accepted(body))
+                points, surface = zone.points(), zone.facets.slave_surface
+                u_old = part.present.u_old.reshape(-1, surface.gdim)
+                x = positions(
+                    surface, points["slave"].astype(np.int32), points["xi"], u_old
+                )
+                rays = np.tile(-(R.T @ way), (len(x), 1))
+                found = body.tool.distances_along((in_space(x) - shift) @ R, rays)
+                was_ahead |= bool(np.any(np.isfinite(found) & (found >= 0.0)))
+        return bool(self._comm.allreduce(int(was_ahead), op=MPI.MAX))
 
     def _nearest(self, found: tuple[Array, Array]) -> float:
         """Least distance in a result of `_ahead`, infinite if it is empty. Length.
@@ -305,13 +256,13 @@ class FreeBodies:
     def _has_left(self, push: Push) -> bool:
         """Whether a body flies away from all that it meets, and would from the place of
         the accepted step. Collective."""
-        way = push.way
+        # Multipliers of an iterate that is none of a balance push at a distance
+        pushed, _ = push.body.pushed()
+        way = replace(push, forces=pushed).way
         if way is None:
             return False
-        return not any(
-            np.isfinite(self._nearest(self._ahead(push.body, way, accepted)))
-            for accepted in (False, True)
-        )
+        is_ahead = np.isfinite(self._nearest(self._ahead(push.body, way)))
+        return not is_ahead and not self._was_ahead(push.body, way)
 
     def any_left(self) -> bool:
         """Whether a body touches nothing and flies away, whatever the step.
@@ -328,49 +279,35 @@ class FreeBodies:
             "stiffness, or a force towards the slave"
         )
 
+    def rubbed(self) -> list[str]:
+        """Sentences on bodies with a load that friction alone resists, at the last
+        update. Collective."""
+        found = []
+        for body in self.bodies:
+            freedom, rates = body.freedom, body.freedom.rates()
+            sums = np.zeros((2, len(freedom)))
+            for points in self._points(body):
+                sums += across_and_whole(body, rates, points)
+            self._comm.Allreduce(MPI.IN_PLACE, sums)
+            across, whole = sums
+            slides = (across < STEEP * whole) & (freedom.stiffness == 0.0)
+            names = parts_of(body, np.where(slides, body.pushed()[0], 0.0))
+            if names:
+                found.append(
+                    f"friction alone resists the load on the rigid {body.name} along "
+                    f"{', '.join(names)}, and may be too small for it"
+                )
+        return found
+
     def unheld(self) -> list[str]:
         """Sentences on bodies with a force that nothing resists. Collective."""
         found = []
         for body in self.bodies:
             push = self.push(body)
-            unmet = push.unmet
-            names = [
-                name
-                for name, part in zip(body.freedom.names, unmet)
-                if abs(part) > 1e-3 * np.linalg.norm(unmet) > 0.0
-            ]
+            names = parts_of(body, push.unmet)
             if names:
                 found.append(
                     f"the rigid {body.name} is pushed along {', '.join(names)}, and "
                     "nothing stops it" + self._left_behind(push)
                 )
         return found
-
-
-def _in_space(x: Array) -> Array:
-    """Vectors (n, d) padded to (n, 3)."""
-    return np.pad(x, ((0, 0), (0, 3 - x.shape[1])))
-
-
-def _add_points(
-    sums: Array,
-    n: int,
-    body: Body,
-    rates: tuple[Array, Array, Array],
-    points: dict[str, Array],
-) -> None:
-    """Add points to the sums of `FreeBodies.push`: resistance for each pair of
-    unknowns, forces of contact, area of closed points, sum of the sizes of forces."""
-    drift, spin, _ = rates
-    normal, weight = _in_space(points["normal"]), points["weight"]
-    hit = _in_space(points["x"]) + points["distance"][:, None] * normal
-    moves = drift + np.einsum("jab,qb->qja", spin, hit - body.place)
-    force = weight[:, None] * _in_space(points["traction"])
-    sums[n * n : n * n + n] += np.einsum("qja,qa->j", moves, force)
-    sums[-1] += np.linalg.norm(force, axis=1).sum()
-    closed, sticks = points["status"] >= CLOSED, points["status"] == PointStatus.STICK
-    along = np.einsum("qja,qa->qj", moves, normal)[closed]
-    resists = np.einsum("q,qj,qk->jk", weight[closed], along, along)
-    resists += np.einsum("q,qja,qka->jk", weight[sticks], moves[sticks], moves[sticks])
-    sums[: n * n] += resists.ravel()
-    sums[-2] += weight[closed].sum()

@@ -14,7 +14,6 @@ import raymortar
 from raymortar import ContactError, compat
 from raymortar.solvers import iterative
 
-
 # What cannot work
 
 

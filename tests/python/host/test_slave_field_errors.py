@@ -11,7 +11,6 @@ from slave_functions import function_of
 from meshes.scenes import two_blocks
 from raymortar import Contact, ContactError, Coulomb, Tresca, compat
 
-
 # Input errors
 
 

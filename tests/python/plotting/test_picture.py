@@ -8,9 +8,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import ufl
+from compression import squeeze
 from dolfinx import fem
 from load_paths import blocks
-from problems import COMM, squeeze
+from problems import COMM
 from sheared_blocks import Blocks, limit_of
 
 import raymortar

@@ -6,8 +6,9 @@ import xml.etree.ElementTree as ElementTree
 
 import numpy as np
 import pytest
+from compression import squeezed
 from dolfinx import fem
-from problems import COMM, DIMENSION, build, squeezed
+from problems import COMM, DIMENSION, build
 from written import arrays
 
 import raymortar

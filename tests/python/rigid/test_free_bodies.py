@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import pickle
-
 from mpi4py import MPI
 
 import gathered
@@ -13,21 +11,17 @@ import problems
 import pytest
 import rigid_scenes
 from problems import SOLVERS
-from rigid_scenes import press, shapes
+from rigid_scenes import press, shapes, solved
 
 from raymortar import (
     AugmentedLagrangian,
     ContactError,
-    ConvergenceError,
     Coulomb,
-    History,
-    LoadSteps,
     Penalty,
     SNESSolver,
     rigid,
     solvers,
 )
-from raymortar.errors import SetUpError
 from raymortar.rigid.turning import rotation_matrix, rotation_vector, turning
 from raymortar.solvers import automatic
 
@@ -63,11 +57,6 @@ def free_ball(cell, name, above=0.1, **options):
     shape = shapes(gdim, -above)[name]
     centre = np.array(shape.centre) + 0.1 * np.arange(1, gdim + 1)
     return rigid.Body(shape, centre, **(PLANE if gdim == 2 else SPACE) | options)
-
-
-def solved(found):
-    """Iterations of a solve."""
-    return SNESSolver(found.problem).solve()[0]
 
 
 @pytest.mark.parametrize("size", (0.0, 1e-4, 0.9, 1.1, 3.0, 6.0))
@@ -219,122 +208,6 @@ def test_ranks_agree(cell, name, monkeypatch):
         assert moved() == pytest.approx(found, rel=1e-9, abs=1e-10)
 
 
-def test_load_steps_raise_the_force_and_record_the_body():
-    body = rigid.Body(
-        shapes(2, -0.3)["circle"], name="wheel", free=("y",), force=(0.0, 0.0)
-    )
-    found = press("triangle", body, n=6, **LAWS["friction"])
-    history = History(found.problem)
-
-    def push(t):
-        body.force = (0.0, -3.0 * t)
-
-    solver = SNESSolver(found.problem)
-    LoadSteps(solver, push, 3, history=history).run()
-    assert history["push_wheel_y"] == pytest.approx([1.0, 2.0, 3.0], rel=1e-8)
-    down = history["translation_wheel_y"]
-    assert down[-1] == body.translation[1] and (np.diff(down) < 0.0).all()
-    # Of the flight nothing but the first half of the first force counts
-    steps = np.diff(down, prepend=0.0)
-    mean = np.array([0.5, 1.5, 2.5])
-    assert history["work_wheel"][-1] == pytest.approx(-mean @ steps, rel=1e-8)
-
-
-def test_states_hold_where_free_bodies_are():
-    body = free_ball("triangle", "circle")
-    found = press("triangle", body, n=3, degree=2, **LAWS["friction"])
-    solved(found)
-    found.contact.advance()
-    begin, place = found.contact.state(), body.motion()
-    body.force = (0.3, -3.0)
-    solved(found)
-    after = body.motion()
-    assert np.abs(after - place).max() > 1e-3
-    found.contact.advance()
-    found.contact.restore(begin)
-    assert body.motion() == pytest.approx(place, abs=1e-15)
-    solved(found)
-    assert body.motion() == pytest.approx(after, abs=1e-9)
-
-
-@pytest.mark.mpi
-def test_a_body_that_is_pulled_off_its_slave_is_named():
-    """It touches at first; where it has left, nothing is ahead of it."""
-    circle = rigid.Circle((0.5, 1.25), 0.3)
-    body = rigid.Body(circle, name="hook", free=("y",), force=(0.0, 1.0))
-    found = press("triangle", body, n=2, **LAWS["normal"])
-    message = "rigid hook is pushed along y, and nothing stops it: no slave facet"
-    with pytest.raises(ConvergenceError, match=message):
-        solved(found)
-
-
-@pytest.mark.mpi
-def test_no_smaller_step_is_tried_for_a_body_that_has_left():
-    """A body that flies past its slave has it ahead from where it was."""
-    body = rigid.Body(
-        rigid.Circle((0.5, 1.28), 0.3), name="hook", free=("y",), force=(0.0, -0.5)
-    )
-    found = press("triangle", body, n=2, **LAWS["normal"])
-    solved(found)
-    found.contact.advance()
-    place = body.motion()
-    solves = []
-
-    def pull(t):
-        solves.append(t)
-        body.force = (0.0, -0.5 + 2.0 * t)
-
-    with pytest.raises(ConvergenceError, match="factor 1 failed: .*rigid hook is"):
-        LoadSteps(SNESSolver(found.problem), pull, 1).run()
-    assert set(solves) <= {0.0, 1.0}
-    assert body.motion() == pytest.approx(place, abs=1e-14)
-    # Where it has flown past the slave, the slave is ahead of the accepted place
-    bodies = found.contact.free_bodies
-    for height, force, has_left in ((0.5, 1.0, True), (-3.0, -1.0, False)):
-        body.freedom.values[:] = height
-        body.force = (0.0, force)
-        found.contact.update()
-        assert bodies.any_left() == has_left
-
-
-def test_a_wheel_rolls_its_circumference(monkeypatch):
-    """H5: the way is the angle times the radius, and nothing creeps when it stops.
-
-    A surface that is compressed is longer than it looks: rubber's is not.
-    """
-    monkeypatch.setattr(rigid_scenes, "NU", 0.49)
-    wheel = rigid.Body(
-        rigid.Circle((0.35, 1.2), 0.2), free=("x", "y"), force=(0.0, -0.25)
-    )
-    found = press("quadrilateral", wheel, n=24, friction=Coulomb(0.6))
-
-    def roll(t):
-        wheel.move(rotation=-0.5 * t)
-
-    solver = SNESSolver(found.problem)
-    LoadSteps(solver, lambda t: None, 1).run()
-    start = wheel.translation[0]
-    LoadSteps(solver, roll, 5, extrapolate=True).run()
-    assert wheel.translation[0] - start == pytest.approx(0.5 * 0.2, rel=1e-2)
-    stop = wheel.translation[0]
-    LoadSteps(solver, lambda t: None, 2).run()
-    assert wheel.translation[0] == pytest.approx(stop, abs=1e-6)
-
-
-def test_a_body_that_nothing_stops_is_told():
-    away = rigid.Body(shapes(2, -0.3)["circle"], free=("y",), force=(0.0, 1.0))
-    found = press("triangle", away, **LAWS["normal"])
-    with pytest.raises(SetUpError, match="nothing stops it"):
-        solved(found)
-    # Nothing holds it along x once it touches
-    slides = rigid.Body(
-        rigid.Line((0.5, 1.1), (0.0, -1.0)), free=("x", "y"), force=(0.1, -1.0)
-    )
-    found = press("triangle", slides, **LAWS["normal"])
-    with pytest.raises(ConvergenceError, match="along x, and nothing stops it"):
-        solved(found)
-
-
 def test_what_nothing_pushes_stays():
     """A plate that may slide and spin without friction, and has no reason to."""
     body = rigid.Body(
@@ -423,15 +296,18 @@ def test_what_is_free_is_not_prescribed():
         body.move((0.0, 1.0))
 
 
-def test_states_of_free_bodies_go_to_files():
-    """As checkpoints do: to bytes and back, into the same contact."""
-    ball = rigid.Circle((0.5, 1.25), 0.2)
-    found = press("triangle", rigid.Body(ball, free=("y",), force=(0.0, -1.0)), n=6)
+def test_states_hold_where_free_bodies_are():
+    body = free_ball("triangle", "circle")
+    found = press("triangle", body, n=3, degree=2, **LAWS["friction"])
     solved(found)
-    place = found.body.place
-    kept = pickle.dumps(found.contact.state())
-    found.body.force = (0.0, -2.0)
+    found.contact.advance()
+    begin, place = found.contact.state(), body.motion()
+    body.force = (0.3, -3.0)
     solved(found)
-    assert found.body.place[1] < place[1]
-    found.contact.restore(pickle.loads(kept))
-    assert np.array_equal(found.body.place, place)
+    after = body.motion()
+    assert np.abs(after - place).max() > 1e-3
+    found.contact.advance()
+    found.contact.restore(begin)
+    assert body.motion() == pytest.approx(place, abs=1e-15)
+    solved(found)
+    assert body.motion() == pytest.approx(after, abs=1e-9)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
-
 from mpi4py import MPI
 
 import gathered
@@ -13,16 +11,12 @@ import problems
 import pytest
 import rigid_scenes
 from problems import SOLVERS
-from rigid_scenes import press, shapes
+from rigid_scenes import press, shape_of, shapes
 
 from raymortar import (
     AugmentedLagrangian,
     Contact,
-    ContactError,
-    ContactWarning,
-    ConvergenceError,
     Coulomb,
-    DisplacementControl,
     History,
     LoadSteps,
     NewtonSolver,
@@ -45,10 +39,6 @@ EVERY_SHAPE = [
     *(("triangle", name) for name in shapes(2)),
     *(("tetrahedron", name) for name in shapes(3)),
 ]
-
-
-def shape_of(cell, name, depth=0.05):
-    return shapes(2 if cell in ("triangle", "quadrilateral") else 3, depth)[name]
 
 
 def moved(found, size=0.02):
@@ -187,81 +177,6 @@ def test_forces_balance_and_ranks_agree(cell, law, monkeypatch):
         assert solved().contact.resultant(0).force == pytest.approx(force, rel=1e-10)
 
 
-@pytest.mark.parametrize("solver", SOLVERS)
-def test_load_steps_move_a_body(solver):
-    """Where it gets to does not hang on halvings, which restore it."""
-    found = press("triangle", rigid.Circle((0.5, 1.5), 0.5), n=6, **LAWS["friction"])
-
-    def apply(t):
-        found.body.move((0.3 * t, -0.15 * min(2.0 * t, 1.0)))
-
-    path = LoadSteps(solver(found.problem), apply, 4).run()
-    assert found.body.translation == pytest.approx((0.3, -0.15, 0.0))
-    assert path[-1].factor == 1.0
-    assert found.contact.resultant().tangential[0] > 0.0
-
-
-def dragged():
-    """A tool pressed in, and dragged from there: the start and the force of this."""
-    found = press("triangle", rigid.Circle((0.5, 1.45), 0.5), **LAWS["friction"])
-    found.solver = NewtonSolver(found.problem)
-    found.solver.solve()
-    found.contact.advance()
-    begin = found.contact.state()
-    found.body.move((0.05, -0.02))
-    found.solver.solve()
-    return found, begin, found.contact.resultant().force
-
-
-def test_states_hold_where_bodies_were_and_not_where_they_are():
-    """A body's motion is a load, as a prescribed displacement is."""
-    found, begin, force = dragged()
-    contact = found.contact
-    assert force[0] > 0.01 * abs(force[1])
-    contact.advance()
-    contact.restore(begin)
-    assert found.body.translation == pytest.approx((0.05, -0.02, 0.0))
-    found.solver.solve()
-    assert contact.resultant().force == pytest.approx(force, rel=1e-7)
-
-
-def test_what_no_update_has_seen_is_not_accepted():
-    found, begin, force = dragged()
-    contact = found.contact
-    found.body.move()
-    contact.restore(begin)
-    found.body.move((0.05, -0.02))
-    contact.advance()
-    found.solver.solve()
-    assert contact.resultant().force == pytest.approx(force, rel=1e-7)
-
-
-@pytest.mark.parametrize("steps", (1, 4))
-def test_strategies_leave_bodies_where_the_load_is(steps):
-    """A deep step that another way has to rescue."""
-    found = press("quadrilateral", rigid.Line((0.5, 1.0), (0.0, -1.0)), n=4)
-
-    def push(t):
-        found.body.move((0.0, -0.4 * t))
-
-    path = LoadSteps(SOLVERS[-1](found.problem), push, steps).run()
-    assert path[-1].factor == 1.0
-    assert found.body.translation[1] == -0.4
-    top = gathered.points(found.contact)
-    assert top["x"][:, 1] == pytest.approx(0.6, abs=1e-6)
-
-
-def test_a_turn_without_a_path_is_refused():
-    found = press("triangle", rigid.Circle((0.5, 1.45), 0.5), **LAWS["friction"])
-    for turn in (1.6, 2.0 * np.pi, 100.0):
-        found.body.move(rotation=turn)
-        with pytest.raises(ContactError, match="rad since the accepted step"):
-            found.contact.update()
-    frictionless = press("triangle", rigid.Circle((0.5, 1.45), 0.5))
-    frictionless.body.move(rotation=1.6)
-    frictionless.contact.update()
-
-
 def test_of_several_tools_the_nearest_counts():
     left = rigid.Circle((0.2, 1.45), 0.5)
     right = rigid.Circle((0.8, 1.48), 0.5)
@@ -307,156 +222,3 @@ def test_a_tool_behind_the_slave_is_not_met():
     found = press("triangle", rigid.Circle((0.5, 0.5), 0.2))
     found.contact.update()
     assert found.contact.statistics.hits == 0
-
-
-@pytest.mark.parametrize(
-    "make, message",
-    (
-        (
-            lambda: rigid.Sphere((0, 0, 0), 0.0),
-            "radius = 0.0 must be a positive number",
-        ),
-        (lambda: rigid.Plane((0, 0, 0), (0, 0, 0)), "normal is zero"),
-        (lambda: rigid.Plane((0, 0), (0, 0, 1)), "vectors of different lengths"),
-        (lambda: rigid.Cone((0, 0, 0), (0, 0, 1), 2.0), "less than pi / 2"),
-        (lambda: rigid.Torus((0, 0, 0), (0, 0, 1), 1.0, 1.5), "less than major"),
-        (lambda: rigid.Circle((0, np.nan), 1.0), "2 or 3 finite numbers"),
-        (lambda: rigid.Body("ball"), "shape must be one of rigid"),
-        (
-            lambda: rigid.Body(rigid.Circle((0, 0), 1.0)).move((1, 0, 0)),
-            "translation = (1, 0, 0) must be 2 finite numbers",
-        ),
-        (
-            lambda: rigid.Body(rigid.Sphere((0, 0, 0), 1.0)).move(rotation=0.3),
-            "vector along the axis in 3D",
-        ),
-    ),
-)
-def test_what_makes_no_shape_is_told(make, message):
-    with pytest.raises(ContactError) as caught:
-        make()
-    assert message in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    "pairs, message",
-    (
-        ([(1, rigid.Sphere((0, 0, 0), 1.0))], "made for 3D, the mesh is in 2D"),
-        ([(rigid.Circle((0, 0), 1.0), 1)], "can be a master only"),
-        ([(1, rigid.Circle((0, 3), 1.0)), (1, 2)], "a Contact of its own"),
-    ),
-)
-def test_pairs_that_cannot_be_are_told(pairs, message):
-    mesh = rigid_scenes.boxes.box("triangle")
-    tags = rigid_scenes.boxes.tag_sides(mesh, (1, 1.0), (1, 0.0))
-    with pytest.raises(ContactError) as caught:
-        Contact(rigid_scenes.boxes.displacement(mesh), tags, pairs)
-    assert message in str(caught.value)
-
-
-def test_a_path_that_fails_is_told_without_a_master(recwarn):
-    """What is advised after a failure knows that there are no facets opposite."""
-    found = press(
-        "quadrilateral", rigid.Line((0.5, 1.0), (0.0, -1.0)), degree=2, offset=-1e-3
-    )
-    found.body.move((0.0, -3.0))
-    with pytest.raises(ConvergenceError):
-        LoadSteps(SOLVERS[-1](found.problem), lambda t: None, 1, max_halvings=1).run()
-    assert not [w for w in recwarn if "interference" in str(w.message)]
-
-
-@pytest.mark.mpi
-@pytest.mark.parametrize("cell", ("triangle", "hexahedron"))
-def test_a_tool_that_passes_the_surface_is_told(cell):
-    gdim = problems.DIMENSION[cell]
-    centre = [0.5] * (gdim - 1) + [1.15]
-    found = press(cell, rigid.Sphere(centre, 0.2), n=6, method=Penalty(40.0))
-    solver = SOLVERS[-1](found.problem)
-    way = np.eye(gdim)[-1]
-    found.body.move(-0.02 * way)
-    solver.solve()
-    assert found.contact.resultant().force[-1] < 0.0
-    found.contact.advance()
-    found.body.move(-0.5 * way)
-    with pytest.warns(ContactWarning, match="wrong side of a rigid body .Sphere."):
-        solver.solve()
-    with pytest.raises(ConvergenceError, match="wrong side of a rigid body"):
-        LoadSteps(
-            solver, lambda t: found.body.move(-0.5 * way), 1, 0, strategy="halve"
-        ).run()
-
-
-@pytest.mark.parametrize("way", (1.0, -1.0))
-@pytest.mark.parametrize("height", (1.02, 1.0 + 1e-9, 0.98))
-def test_a_normal_that_points_the_wrong_way_is_told(way, height):
-    found = press(
-        "triangle", rigid.Line((0.5, height), (0.0, way)), method=Penalty(40.0)
-    )
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        SOLVERS[-1](found.problem).solve()
-    told = [w for w in caught if "wrong side of a rigid body" in str(w.message)]
-    assert bool(told) == (way > 0.0)
-
-
-def test_control_leads_no_rigid_bodies():
-    found = press("triangle", rigid.Circle((0.5, 1.45), 0.5))
-    control = DisplacementControl(
-        lambda x: np.isclose(x[1], 1.0) & np.isclose(x[0], 1.0), direction=1, by=-0.01
-    )
-    with pytest.raises(ConvergenceError, match="apply moves a rigid body"):
-        LoadSteps(
-            SOLVERS[-1](found.problem),
-            lambda t: found.body.move((0.0, -0.1 * t)),
-            2,
-            control=control,
-        ).run()
-
-
-@pytest.mark.mpi(where=lambda cell: cell == "triangle")
-@pytest.mark.parametrize("cell", ("triangle", "tetrahedron"))
-def test_a_tool_that_goes_through_and_out_again_is_told(cell):
-    """A motion in another unit than the mesh; a tool that leaves is no loss."""
-    name = "circle" if cell == "triangle" else "sphere"
-    found = press(cell, shape_of(cell, name), degree=1)
-    solver = NewtonSolver(found.problem)
-    assert solver.solve()[1]
-    found.contact.advance()
-    along = np.eye(3)[1 if cell == "triangle" else 2][: 2 if cell == "triangle" else 3]
-    found.body.move(3.0 * along)
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        assert solver.solve()[1]
-    assert found.contact.statistics.hits == 0
-    found.body.move(-50.0 * along)
-    with pytest.warns(ContactWarning, match="has gone through slave tag .* and out"):
-        assert solver.solve()[1]
-
-
-@pytest.mark.mpi
-def test_a_residual_sees_tools_that_have_moved():
-    """At an unchanged x, as a solver of the user's asks for it."""
-    found = press("triangle", shape_of("triangle", "circle"), degree=1)
-    problem = found.problem
-    assert NewtonSolver(problem).solve()[1]
-    x, b = problem.create_vector(), problem.create_vector()
-    found.contact.to_vector(x)
-    problem.start()
-    problem.F(x, b)
-    at_rest = b.norm()
-    found.body.move((0.0, -0.02))
-    problem.F(x, b)
-    assert b.norm() > 1e3 * at_rest
-    found.body.move()
-    problem.F(x, b)
-    assert b.norm() == pytest.approx(at_rest)
-
-
-def test_what_would_change_nothing_is_refused():
-    ball = rigid.Body(rigid.Circle((0.0, 0.0), 1.0), free=("y",), stiffness=2.0)
-    with pytest.raises(ValueError, match="read-only"):
-        ball.force[1] = -5.0
-    for name in ("free", "stiffness"):
-        with pytest.raises(AttributeError):
-            setattr(ball, name, None)
-    assert ball.free == ("y",) and ball.stiffness == {"y": 2.0}

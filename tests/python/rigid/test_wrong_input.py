@@ -104,3 +104,58 @@ def test_a_held_slave_meets_a_tool_that_is_free():
     assert NewtonSolver(NonlinearProblem(F, found.contact, bcs)).solve()[1]
     assert body.translation[1] == pytest.approx(-0.05, abs=1e-9)
     assert found.contact.resultant().force[1] == pytest.approx(-1.0, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    "make, message",
+    (
+        (
+            lambda: rigid.Sphere((0, 0, 0), 0.0),
+            "radius = 0.0 must be a positive number",
+        ),
+        (lambda: rigid.Plane((0, 0, 0), (0, 0, 0)), "normal is zero"),
+        (lambda: rigid.Plane((0, 0), (0, 0, 1)), "vectors of different lengths"),
+        (lambda: rigid.Cone((0, 0, 0), (0, 0, 1), 2.0), "less than pi / 2"),
+        (lambda: rigid.Torus((0, 0, 0), (0, 0, 1), 1.0, 1.5), "less than major"),
+        (lambda: rigid.Circle((0, np.nan), 1.0), "2 or 3 finite numbers"),
+        (lambda: rigid.Body("ball"), "shape must be one of rigid"),
+        (
+            lambda: rigid.Body(rigid.Circle((0, 0), 1.0)).move((1, 0, 0)),
+            "translation = (1, 0, 0) must be 2 finite numbers",
+        ),
+        (
+            lambda: rigid.Body(rigid.Sphere((0, 0, 0), 1.0)).move(rotation=0.3),
+            "vector along the axis in 3D",
+        ),
+    ),
+)
+def test_what_makes_no_shape_is_told(make, message):
+    with pytest.raises(ContactError) as caught:
+        make()
+    assert message in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "pairs, message",
+    (
+        ([(1, rigid.Sphere((0, 0, 0), 1.0))], "made for 3D, the mesh is in 2D"),
+        ([(rigid.Circle((0, 0), 1.0), 1)], "can be a master only"),
+        ([(1, rigid.Circle((0, 3), 1.0)), (1, 2)], "a Contact of its own"),
+    ),
+)
+def test_pairs_that_cannot_be_are_told(pairs, message):
+    mesh = boxes.box("triangle")
+    tags = boxes.tag_sides(mesh, (1, 1.0), (1, 0.0))
+    with pytest.raises(ContactError) as caught:
+        Contact(boxes.displacement(mesh), tags, pairs)
+    assert message in str(caught.value)
+
+
+def test_what_would_change_nothing_is_refused():
+    ball = rigid.Body(rigid.Circle((0.0, 0.0), 1.0), free=("y",), stiffness=2.0)
+    with pytest.raises(ValueError, match="read-only"):
+        ball.force[1] = -5.0
+    for name in ("free", "stiffness"):
+        with pytest.raises(AttributeError):
+            setattr(ball, name, None)
+    assert ball.free == ("y",) and ball.stiffness == {"y": 2.0}

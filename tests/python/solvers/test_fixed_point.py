@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from problems import COMM, SOLVERS, build, fix, squeezed, stack, worst
+from compression import squeezed
+from problems import COMM, SOLVERS, build, fix, stack, worst
 
 import raymortar
 from meshes.scenes import two_blocks

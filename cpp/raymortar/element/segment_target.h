@@ -1,0 +1,93 @@
+// What the vertices of segments move with besides the slave: the dofs of a
+// master facet, or the unknowns of a rigid body.
+#pragma once
+
+#include "raymortar/element/free_tools.h"
+#include "raymortar/element/target.h"
+
+namespace raymortar
+{
+/// @brief The facet that has cut a segment, and its unknowns.
+template <int D>
+class SegmentTarget
+{
+public:
+  SegmentTarget(const ContactState& s, const Segment& of)
+      : _state(s), _segment(of), _facet(s.master, s.master.x, of.master)
+  {
+    if (not s.has_tools())
+      return;
+    _tool = s.master.body_of(of.master);
+    _freedom = freedom_of(s.tools[static_cast<std::size_t>(_tool)]);
+  }
+
+  /// @brief Master facet, or free tool; no_index: a tool that is held.
+  [[nodiscard]] Index number() const
+  {
+    if (not _state.has_tools())
+      return _segment.master;
+    return _freedom ? _tool : no_index;
+  }
+
+  [[nodiscard]] Eigen::Index unknowns() const
+  {
+    if (not _state.has_tools())
+      return D * _state.master.dofs_per_facet();
+    return _freedom ? _freedom->size() : 0;
+  }
+
+  /// @param[in] vertex Number in the segmentation
+  [[nodiscard]] AnyVertexMotion<D> motion(std::size_t vertex) const
+  {
+    return any_vertex_motion<D>(_state, _segment, _facet, vertex);
+  }
+
+  /// @brief Motion of a vertex over these unknowns, (gdim - 1, unknowns).
+  [[nodiscard]] Eigen::MatrixXd columns(const AnyVertexMotion<D>& motion) const
+  {
+    if (not _state.has_tools())
+      return master_columns<D>(_state.master, motion.place, motion.by_master);
+    const MasterPlace& at = motion.place;
+    const Vec<D> x =
+        (1.0 - at.share) * _facet.at(at.begin) + at.share * _facet.at(at.end);
+    Eigen::Matrix<double, D, Eigen::Dynamic> moves(D, unknowns());
+    for (Index j = 0; j < moves.cols(); ++j)
+      moves.col(j) = velocity<D>(*_freedom, j, x);
+    return motion.by_master * moves;
+  }
+
+private:
+  const ContactState& _state;
+  const Segment& _segment;
+  AnyFacet<D> _facet;
+  Index _tool = no_index;
+  const Freedom* _freedom = nullptr;
+};
+
+/// @brief Whether segments of an element move on the slave: whole facets do
+/// not.
+[[nodiscard]] inline bool has_moving_vertices(const ContactState& s,
+                                              std::size_t element)
+{
+  if (not s.has_tools())
+    return true;
+  Index last = no_index;
+  for (const Index q : s.elements.points_of(element))
+  {
+    const Index number = s.points.segment[static_cast<std::size_t>(q)];
+    if (number == last or number == no_index)
+      continue;
+    last = number;
+    const Segment& segment =
+        s.segmentation.segments[static_cast<std::size_t>(number)];
+    const auto breaks = std::span(s.segmentation.breaks)
+                            .subspan(static_cast<std::size_t>(segment.begin),
+                                     static_cast<std::size_t>(segment.size));
+    if (std::any_of(breaks.begin(), breaks.end(),
+                    [](const Break& one)
+                    { return one.motion != Break::Motion::fixed; }))
+      return true;
+  }
+  return false;
+}
+} // namespace raymortar

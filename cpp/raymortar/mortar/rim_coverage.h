@@ -1,0 +1,30 @@
+// Which segments next to the rim of a rigid tool are covered by it.
+#pragma once
+
+#include "raymortar/mortar/points.h"
+#include "raymortar/rigid/tool.h"
+
+namespace raymortar
+{
+/// @brief Add a place of a slave facet whose ray is to be cast.
+void add_place(IntegrationPoints& places, Index slave, const Vec<2>& xi);
+
+/// @brief Vertices of a segment.
+[[nodiscard]] std::span<const Vec<2>> polygon_of(const Segmentation& s,
+                                                 const Segment& one);
+
+/// @brief Whether each segment counts as covered.
+///
+/// Those do not whose middle ray enters no tool: what has cut them may be
+/// another side of it. With a multiplier, nor do open ones of a slave facet
+/// that lies along another face of a tool: beside a punch the slave tilts and
+/// sees the punch's sides, but pressure ends at the rim, where it is largest.
+/// What is open beyond would pull the multiplier down.
+/// @param[in] facets Of the tools, the masters of the segments
+/// @param[in] near Those near each slave facet
+[[nodiscard]] std::vector<bool>
+segments_that_count(const Surface& slave, std::span<const PlacedTool> tools,
+                    const Surface& facets, const Candidates& near,
+                    const Segmentation& s, const FacetDistances& range,
+                    bool has_multiplier);
+} // namespace raymortar

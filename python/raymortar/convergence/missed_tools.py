@@ -1,0 +1,125 @@
+"""Rigid tools that a slave does not meet on a whole path."""
+
+from __future__ import annotations
+
+import warnings
+from typing import TYPE_CHECKING
+
+from mpi4py import MPI
+
+import numpy as np
+
+from ..compat import Array
+from ..errors import ContactWarning
+from ..interface.point_results import OPEN
+from .passed_tools import AROUND, EVERYWHERE
+
+if TYPE_CHECKING:
+    from ..interaction import Interaction
+    from ..interface.zones import ZoneData
+    from ..rigid.body import Body
+
+# A tool at rest may wait for a later path. Further away than so many times the size of
+# the bodies it does not
+FAR = 10.0
+
+
+class ToolsOnPath:
+    """The rigid bodies of a problem that its slaves have met on no path so far.
+
+    A body is met where the ray of an integration point hits it within reach. Bodies that
+    are free are not looked at: where nothing is ahead of them, a solve fails.
+
+    Parameters
+    ----------
+    contact
+        `Contact`, at the start of a path.
+    """
+
+    def __init__(self, contact: Interaction) -> None:
+        self._contact = contact
+        self._start = [zone.motions.present() for zone in contact.zones]
+
+    def look(self) -> None:
+        """See which bodies are met at present. Collective."""
+        unmet = self._unmet()
+        if not unmet:
+            return
+        met = np.array([_is_met(zone, k) for _, zone, k in unmet], np.int32)
+        self._contact.layout.comm.Allreduce(MPI.IN_PLACE, met, op=MPI.MAX)
+        for (_, zone, k), is_met in zip(unmet, met):
+            if is_met:
+                zone.met.add(k)
+
+    def warn(self) -> None:
+        """Warn of bodies that have moved on this path, or are far away, and were met on
+        none. Collective."""
+        for start, zone, k in self._unmet():
+            body = zone.facets.bodies[k]
+            box = _slave_box(zone, self._contact)
+            moved = bool(np.any(body.motion() != start[k]))
+            if moved or _distance(body, box) > FAR * _size(self._contact):
+                warnings.warn(_text(zone, body, box), ContactWarning, stacklevel=4)
+
+    def _unmet(self) -> list[tuple[Array, ZoneData, int]]:
+        """Motions of a zone's bodies at the start, the zone, and the number of a body
+        that is not met."""
+        return [
+            (start, zone, k)
+            for start, zone in zip(self._start, self._contact.zones)
+            for k, body in enumerate(zone.facets.bodies)
+            if not body.is_free and k not in zone.met
+        ]
+
+
+def _is_met(zone: ZoneData, k: int) -> bool:
+    """Whether a point of this rank meets a zone's body within reach."""
+    points = zone.points()
+    return bool(np.any((points["master"] == k) & (points["status"] >= OPEN)))
+
+
+def _slave_box(zone: ZoneData, contact: Interaction) -> Array:
+    """Ends of the box around the undeformed slave, (2, 3). Length. Collective."""
+    surface = zone.facets.slave_surface
+    x = surface.X[np.unique(surface.facet_nodes)]
+    ends = np.full((2, 3), np.inf)
+    ends[:, surface.gdim :] = 0.0
+    ends[0, : surface.gdim] = x.min(axis=0, initial=np.inf)
+    ends[1, : surface.gdim] = (-x).min(axis=0, initial=np.inf)
+    contact.layout.comm.Allreduce(MPI.IN_PLACE, ends, op=MPI.MIN)
+    return np.stack([ends[0], -ends[1]])
+
+
+def _size(contact: Interaction) -> float:
+    """Diagonal of the box around the mesh. Length. Collective."""
+    x = contact.u.function_space.mesh.geometry.x
+    ends = np.stack([x.min(axis=0, initial=np.inf), (-x).min(axis=0, initial=np.inf)])
+    contact.layout.comm.Allreduce(MPI.IN_PLACE, ends, op=MPI.MIN)
+    return float(np.linalg.norm(ends.sum(axis=0)))
+
+
+def _distance(body: Body, box: Array) -> float:
+    """About the distance of a body from the middle of a box (2, 3): along some
+    directions, or of its centre where that is less. Length."""
+    R, shift = body.pose_of(body.motion())
+    middle = box.mean(axis=0)
+    ways = np.ascontiguousarray(AROUND if body.shape.gdim == 2 else EVERYWHERE)
+    starts = np.tile((middle - shift) @ R, (len(ways), 1))
+    along = np.abs(body.tool.distances_along(starts, ways))
+    return float(min(along.min(), np.linalg.norm(middle - body.place)))
+
+
+def _text(zone: ZoneData, body: Body, box: Array) -> str:
+    gdim = zone.facets.slave_surface.gdim
+
+    def place(point: Array) -> str:
+        rounding = 1e-9 * np.abs(box).max()
+        shown = np.where(np.abs(point) > rounding, point, 0.0)
+        return ", ".join(f"{value:.4g}" for value in shown[:gdim])
+
+    return (
+        f"the rigid {body.name} has met no facet of slave tag {zone.facets.slave_tag} on "
+        f"the whole path: its centre is at ({place(body.place)}), and the undeformed "
+        f"slave between ({place(box[0])}) and ({place(box[1])}). Is its place, its size or its motion in "
+        "another unit than the mesh?"
+    )

@@ -1,0 +1,27 @@
+"""Contacts of two small blocks, for tests of what is called and given wrongly."""
+
+import pytest
+from dolfinx import fem
+from problems import fix, residual
+
+import raymortar
+from raymortar import ContactError, NonlinearProblem, compat
+
+PAIR = [(3, 4)]
+
+
+def refused(pattern):
+    return pytest.raises(ContactError, match=pattern)
+
+
+def contact(scene, pairs=PAIR, **options):
+    u = fem.Function(compat.vector_space(scene.mesh, 1))
+    return raymortar.Contact(u, scene.facet_tags, pairs, **options)
+
+
+def problem(scene, F=None, J=None, **options):
+    """Problem of a contact; F and J of its displacement."""
+    c = contact(scene, **options)
+    bcs = [fix(c.u.function_space, scene, ["bottom", "top"])]
+    F = residual(scene, c.u)[0] if F is None else F(scene, c.u)
+    return NonlinearProblem(F, c, bcs, None if J is None else J(scene, c.u))

@@ -1,0 +1,76 @@
+"""What a push runs of the tests: the list of long ones, and the choice in families."""
+
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+from selection import each_value, of_a_push
+
+TESTS = Path(__file__).parents[1]
+
+
+def test_the_list_is_sorted_and_names_files_that_are_there():
+    lines = (TESTS / "nightly.txt").read_text(encoding="utf-8").splitlines()
+    names = [line for line in lines if not line.startswith("#")]
+    assert names == sorted(set(names))
+    for name in names:
+        file, _, function = name.partition("[")[0].partition("::")
+        text = (TESTS.parent / file).read_text(encoding="utf-8")
+        assert f"def {function}(" in text, name
+
+
+class Item(SimpleNamespace):
+    """An item of pytest as far as the choice reads it."""
+
+    __hash__ = object.__hash__
+    __eq__ = object.__eq__
+
+
+def member(name, *marks, groups=(), **params):
+    found = {mark: [mark] for mark in marks}
+    found["parametrize"] = [SimpleNamespace(args=[group]) for group in groups]
+    item = Item(
+        nodeid=f"{name}[{params}]" if params else name,
+        iter_markers=lambda mark: found.get(mark, []),
+        get_closest_marker=found.get,
+    )
+    if params:
+        item.callspec = SimpleNamespace(params=params)
+    return item
+
+
+CELLS, LAWS = ("triangle", "hexahedron", "line"), ("stick", "slip")
+
+
+def family(name="t.py::test_a", **options):
+    return [
+        member(name, cell=cell, law=law, **options) for cell in CELLS for law in LAWS
+    ]
+
+
+def test_each_value_occurs_with_few_members():
+    chosen = each_value(family())
+    assert len(chosen) == 3
+    assert {item.callspec.params["cell"] for item in chosen} == set(CELLS)
+    assert {item.callspec.params["law"] for item in chosen} == set(LAWS)
+
+
+def test_parameters_that_are_listed_together_stay_together():
+    assert len(each_value(family(groups=["cell, law"]))) == 6
+
+
+def test_on_several_ranks_a_family_has_one_member_and_not_the_same_everywhere():
+    families = [family(f"t.py::test_{i}") for i in range(20)]
+    single = member("t.py::test_single")
+    chosen = of_a_push([single, *sum(families, [])], set(), 2)
+    assert chosen[0] is single and len(chosen) == 21
+    assert [item in members for item, members in zip(chosen[1:], families)] == 20 * [1]
+    for name, values in (("cell", CELLS), ("law", LAWS)):
+        assert {item.callspec.params[name] for item in chosen[1:]} == set(values)
+
+
+@pytest.mark.parametrize("ranks", (1, 2))
+def test_long_ones_are_left_out_unless_they_are_quick(ranks):
+    long, kept = member("t.py::test_a"), member("t.py::test_b", "quick")
+    names = {long.nodeid, kept.nodeid}
+    assert of_a_push([long, kept], names, ranks) == [kept]
