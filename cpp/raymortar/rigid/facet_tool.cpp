@@ -37,6 +37,7 @@ public:
     }
     _tree = AabbTree<D>(boxes);
     _rim = AabbTree<D>(rim_boxes<D>(_facets));
+    _open_towards = open_direction();
   }
 
   [[nodiscard]] const ToolFacets& facets() const override { return _facets; }
@@ -62,22 +63,24 @@ public:
       hits[k] = hit_of(rays[k], near);
   }
 
-  /// That along a line to a facet in the middle of all, whose sign is right
+  /// That along a line to a facet in the middle of all, whose sign is right. Of
+  /// an open surface along its mean normal, infinite where that misses it: what
+  /// is beside the surface is not behind it
   [[nodiscard]] double distance(const Vec<3>& x) const override
   {
     const Vec<D> at = x.head<D>();
     const Vec<D> middle =
         nodes_of(static_cast<Index>(count() / 2)).rowwise().mean();
-    const Vec<D> way = middle - at;
-    const double length = way.norm();
+    const bool is_open = not _open_towards.isZero(0.0);
+    const double length = (middle - at).norm();
     if (length == 0.0)
       return 0.0;
     std::vector<Index> near;
-    const Vec<D> n = way / length;
-    const Sides sides = crossings(at, n, near);
-    if (sides.ahead.facet == no_index)
-      return length;
-    return sides.ahead.facing > 0.0 ? sides.ahead.g : -sides.ahead.g;
+    const Vec<D> n = is_open ? _open_towards : Vec<D>((middle - at) / length);
+    const auto [behind, ahead] = crossings(at, n, near);
+    if (ahead.facet == no_index)
+      return is_open ? std::abs(behind.g) : length;
+    return ahead.facing > 0.0 ? ahead.g : -ahead.g;
   }
 
 private:
@@ -129,6 +132,29 @@ private:
     return sides;
   }
 
+  /// Mean normal of an open surface, unit; zero if it is closed: the normals of
+  /// flat facets through the corners of a closed one cancel
+  [[nodiscard]] Vec<D> open_direction() const
+  {
+    using Flat = FacetType<F::shape, 1, 1>;
+    constexpr double cancels = 1e-6;
+    const typename F::RefPoint middle =
+        F::RefPoint::Constant(F::shape == Shape::triangle ? 1.0 / 3.0 : 0.5);
+    Vec<D> sum = Vec<D>::Zero();
+    double size = 0.0;
+    for (std::size_t f = 0; f < count(); ++f)
+    {
+      const auto nodes = nodes_of(static_cast<Index>(f));
+      const Vec<D> area = normal_of(
+          frame_at<Flat>(nodes.template leftCols<Flat::nodes>(), middle).t);
+      sum += area;
+      size += area.norm();
+    }
+    if (not(sum.norm() > cancels * size))
+      return Vec<D>::Zero();
+    return sum.normalized();
+  }
+
   /// Where a line meets a facet between its edges. On a bent one Newton's
   /// method may need another start
   [[nodiscard]] static RayHit<F> inside(const Vec<D>& x, const Vec<D>& n,
@@ -174,6 +200,7 @@ private:
   }
 
   ToolFacets _facets;
+  Vec<D> _open_towards; ///< see open_direction
   AabbTree<D> _tree;
   AabbTree<D> _rim;
 };

@@ -113,6 +113,33 @@ TEST(FacetTool, OnEdgesIsMet)
     EXPECT_TRUE(cast(*tool, {{x, x, 1.5}, down}).found);
 }
 
+TEST(FacetTool, WhatIsBesideAnOpenFaceIsNotBehindIt)
+{
+  // Unit squares in x and y that face downwards: a solid above them
+  const auto face = make_facet_tool({Shape::quadrilateral,
+                                     1,
+                                     {0, 0, 0, 0, 1, 0, 1, 0, 0, 1, 1, 0},
+                                     {0, 1, 2, 3}});
+  EXPECT_DOUBLE_EQ(face->distance({0.3, 0.6, 0.2}), -0.2);
+  EXPECT_DOUBLE_EQ(face->distance({0.3, 0.6, -0.2}), 0.2);
+  EXPECT_GT(face->distance({1.3, 0.6, 0.2}), 0.0);
+  EXPECT_GT(face->distance({1.3, 0.6, -0.2}), 0.0);
+  // A half circle of straight facets, open on its right
+  ToolFacets half{Shape::interval, 1, {}, {}};
+  for (int k = 0; k <= 8; ++k)
+  {
+    const double angle = M_PI * (0.5 + k / 8.0);
+    half.x.insert(half.x.end(), {std::cos(angle), std::sin(angle)});
+    if (k > 0)
+      half.nodes.insert(half.nodes.end(), {k - 1, k});
+  }
+  const auto bow = make_facet_tool(std::move(half));
+  EXPECT_LT(bow->distance({-0.5, 0.0, 0.0}), 0.0);
+  EXPECT_LT(bow->distance({0.5, 0.5, 0.0}), 0.0);
+  EXPECT_GT(bow->distance({-1.5, 0.0, 0.0}), 0.0);
+  EXPECT_GT(bow->distance({0.5, 1.5, 0.0}), 0.0);
+}
+
 TEST(FacetTool, OfDegreeThreeIsRefused)
 {
   EXPECT_THROW((void)make_facet_tool({Shape::triangle, 3, {}, {}}), Error);

@@ -10,10 +10,17 @@ from gathered import points
 from problems import DIMENSION
 from rigid_scenes import press
 
-from raymortar import AugmentedLagrangian, Coulomb, Penalty, SNESSolver, rigid
+from raymortar import (
+    AugmentedLagrangian,
+    Coulomb,
+    LoadSteps,
+    Penalty,
+    SNESSolver,
+    rigid,
+)
 
-# The block rises beside an open face, behind which there is a solid without sides
-pytestmark = pytest.mark.filterwarnings("ignore:converged, but contact is lost")
+# The block rises beside an open face, and is not behind it there
+pytestmark = pytest.mark.filterwarnings("error:converged, but contact is lost")
 
 LAWS = {
     "normal": {"method": AugmentedLagrangian(40.0)},
@@ -225,3 +232,20 @@ def test_other_kinds_beside_it_keep_facets_whole(beside):
     body.move(where[1])
     found.contact.update()
     assert found.contact.statistics.segments == 5
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("cell", CELLS)
+def test_a_path_presses_an_open_face_in(cell):
+    """Slave facets beside it are above its plane."""
+    body = rigid.Body(punches.face(cell, ends(cell)))
+    found = press(cell, body, n=4, **LAWS["normal"])
+    pressed = np.zeros(DIMENSION[cell])
+    pressed[-1] = -DEPTH
+
+    def apply(t):
+        body.move(t * pressed)
+
+    path = LoadSteps(SNESSolver(found.problem), apply, 2, max_halvings=0)
+    forces = [found.contact.resultant().force[-1] for _ in path]
+    assert forces[1] < 1.5 * forces[0] < 0.0
