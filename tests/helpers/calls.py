@@ -2,12 +2,17 @@
 
 import pytest
 from dolfinx import fem
-from problems import fix, residual
+from problems import COMM, fix, residual
 
 import raymortar
+from meshes.scenes import two_blocks
 from raymortar import ContactError, NonlinearProblem, compat
 
 PAIR = [(3, 4)]
+
+
+def small_blocks():
+    return two_blocks(COMM, 2, "triangle", 2, 2)
 
 
 def refused(pattern):
@@ -25,3 +30,10 @@ def problem(scene, F=None, J=None, **options):
     bcs = [fix(c.u.function_space, scene, ["bottom", "top"])]
     F = residual(scene, c.u)[0] if F is None else F(scene, c.u)
     return NonlinearProblem(F, c, bcs, None if J is None else J(scene, c.u))
+
+
+def ready_problem(scene):
+    """A problem whose contact has results."""
+    made = problem(scene)
+    made.contact.update()
+    return made

@@ -5,12 +5,11 @@ from petsc4py import PETSc
 import numpy as np
 import pytest
 import ufl
-from calls import contact, problem, refused
+from calls import contact, problem, ready_problem, refused, small_blocks
 from dolfinx import fem
 from problems import COMM, fix, residual
 
 import raymortar
-from meshes.scenes import two_blocks
 from raymortar import (
     AugmentedLagrangian,
     Coulomb,
@@ -25,15 +24,12 @@ pytestmark = [pytest.mark.quick, pytest.mark.mpi]
 
 @pytest.fixture(scope="module")
 def scene():
-    return two_blocks(COMM, 2, "triangle", 2, 2)
+    return small_blocks()
 
 
 @pytest.fixture(scope="module")
 def ready(scene):
-    """A problem whose contact has results."""
-    made = problem(scene)
-    made.contact.update()
-    return made
+    return ready_problem(scene)
 
 
 # Forms and conditions

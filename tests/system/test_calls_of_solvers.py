@@ -4,7 +4,7 @@ from petsc4py import PETSc
 
 import numpy as np
 import pytest
-from calls import PAIR, contact, problem, refused
+from calls import PAIR, contact, problem, ready_problem, refused, small_blocks
 from dolfinx import fem
 from problems import COMM, SOLVERS
 
@@ -18,15 +18,12 @@ pytestmark = [pytest.mark.quick, pytest.mark.mpi]
 
 @pytest.fixture(scope="module")
 def scene():
-    return two_blocks(COMM, 2, "triangle", 2, 2)
+    return small_blocks()
 
 
 @pytest.fixture(scope="module")
 def ready(scene):
-    """A problem whose contact has results."""
-    made = problem(scene)
-    made.contact.update()
-    return made
+    return ready_problem(scene)
 
 
 @pytest.fixture(scope="module")
