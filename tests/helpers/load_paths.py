@@ -6,9 +6,9 @@ from petsc4py import PETSc
 
 import numpy as np
 import ufl
-from compression import homogeneous, squeezed
 from dolfinx import fem
 from problems import COMM, DIMENSION, SOLVERS, build, cellwise, fix, residual, worst
+from squeezing import homogeneous, squeezed
 
 from meshes.scenes import two_blocks
 from raymortar import (

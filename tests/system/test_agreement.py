@@ -8,10 +8,10 @@ import faulthandler
 
 import numpy as np
 import pytest
-from compression import squeezed
 from dolfinx import fem
 from load_paths import top_moves
 from problems import COMM, SOLVERS, build, residual
+from squeezing import squeezed
 
 import raymortar
 from meshes.scenes import two_blocks

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from compression import squeeze
 from dolfinx import fem
 from materials import MATERIALS, lame
 from problems import CELLS, COMM, DIMENSION, SOLVERS, build, fix, worst
+from squeezing import squeeze
 
 import raymortar
 from meshes.scenes import two_blocks

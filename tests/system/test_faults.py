@@ -4,11 +4,11 @@ from petsc4py import PETSc
 
 import numpy as np
 import pytest
-from compression import homogeneous
 from dolfinx import fem
 from dolfinx.fem.petsc import assemble_matrix
 from materials import MATERIALS, lame
 from problems import CELLS, COMM, DIMENSION, SOLVERS, build, fix, symmetry, worst
+from squeezing import homogeneous
 
 import raymortar
 from meshes.scenes import two_blocks

@@ -6,10 +6,10 @@ The checks of single facets and spaces are tested in test_checks.
 import numpy as np
 import pytest
 import ufl
-from compression import squeezed
 from dolfinx import fem
 from dolfinx import mesh as dmesh
 from problems import COMM, SOLVERS, build, fix, residual
+from squeezing import squeezed
 
 import raymortar
 from meshes.blocks import Block

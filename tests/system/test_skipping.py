@@ -3,8 +3,8 @@
 import gathered
 import numpy as np
 import pytest
-from compression import squeezed
 from problems import COMM, build, stack
+from squeezing import squeezed
 
 import raymortar
 from raymortar import AugmentedLagrangian, Coulomb, Penalty, compat

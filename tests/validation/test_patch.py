@@ -9,8 +9,8 @@ from itertools import product
 
 import numpy as np
 import pytest
-from compression import squeeze
 from problems import CELLS, COMM, DIMENSION, build, fix, stack, worst
+from squeezing import squeeze
 from uniform import (
     MAX_ITERATIONS,
     METHODS,

@@ -1,10 +1,10 @@
 """The automatic coefficient: of the softer body that can move."""
 
 import pytest
-from compression import squeezed
 from dolfinx import fem
 from materials import lame
 from problems import COMM, DIMENSION, build, fix
+from squeezing import squeezed
 
 import raymortar
 from meshes.scenes import two_blocks

@@ -7,11 +7,11 @@ import csv
 import numpy as np
 import pytest
 import ufl
-from compression import homogeneous, squeeze
 from load_paths import blocks, top_moves
 from materials import MATERIALS, lame, neo_hookean_energy
 from problems import COMM, DIMENSION
 from sheared_blocks import METHODS, WIDTH, Blocks, clamped, limit_of, pressure
+from squeezing import homogeneous, squeeze
 
 from raymortar import ContactError, Coulomb, History
 

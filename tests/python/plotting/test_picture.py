@@ -8,11 +8,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import ufl
-from compression import squeeze
 from dolfinx import fem
 from load_paths import blocks
 from problems import COMM
 from sheared_blocks import Blocks, limit_of
+from squeezing import squeeze
 
 import raymortar
 from raymortar import ContactError, Coulomb, compat

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from compression import squeeze
 from interacting import Stack
 from load_paths import blocks
 from problems import COMM, build, fix, stack
+from squeezing import squeeze
 
 import raymortar
 from raymortar import ContactError

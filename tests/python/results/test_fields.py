@@ -6,9 +6,9 @@ import xml.etree.ElementTree as ElementTree
 
 import numpy as np
 import pytest
-from compression import squeezed
 from dolfinx import fem
 from problems import COMM, DIMENSION, build
+from squeezing import squeezed
 from written import arrays
 
 import raymortar

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from compression import homogeneous, squeeze, squeezed
 from dolfinx import fem
 from load_paths import blocks
 from problems import CELLS_2D, DIMENSION, build, worst
+from squeezing import homogeneous, squeeze, squeezed
 
 import raymortar
 from raymortar import AugmentedLagrangian, ContactError, compat

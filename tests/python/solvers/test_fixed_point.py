@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from compression import squeezed
 from problems import COMM, SOLVERS, build, fix, stack, worst
+from squeezing import squeezed
 
 import raymortar
 from meshes.scenes import two_blocks

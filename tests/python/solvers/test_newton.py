@@ -6,9 +6,9 @@ from petsc4py import PETSc
 
 import numpy as np
 import pytest
-from compression import homogeneous, squeeze
 from load_paths import blocks, divisions, exact, top_moves
 from problems import CELLS_2D, DIMENSION, SOLVERS, build, fix, tolerate, worst
+from squeezing import homogeneous, squeeze
 
 from raymortar import (
     AugmentedLagrangian,
