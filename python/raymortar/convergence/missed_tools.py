@@ -11,6 +11,7 @@ import numpy as np
 
 from ..compat import Array
 from ..errors import ContactWarning
+from ..host.extents import ends_of
 from ..interface.point_results import OPEN
 from .passed_tools import AROUND, EVERYWHERE
 
@@ -19,8 +20,8 @@ if TYPE_CHECKING:
     from ..interface.zones import ZoneData
     from ..rigid.body import Body
 
-# A tool at rest may wait for a later path. Further away than so many times the size of
-# the bodies it does not
+# Distance, in sizes of the mesh, beyond which a tool at rest does not merely wait for a
+# later path
 FAR = 10.0
 
 
@@ -45,7 +46,8 @@ class ToolsOnPath:
         unmet = self._unmet()
         if not unmet:
             return
-        met = np.array([_is_met(zone, k) for _, zone, k in unmet], np.int32)
+        points = {id(zone): zone.points() for _, zone, _ in unmet}
+        met = np.array([_is_met(points[id(zone)], k) for _, zone, k in unmet], np.int32)
         self._contact.layout.comm.Allreduce(MPI.IN_PLACE, met, op=MPI.MAX)
         for (_, zone, k), is_met in zip(unmet, met):
             if is_met:
@@ -62,8 +64,8 @@ class ToolsOnPath:
                 warnings.warn(_text(zone, body, box), ContactWarning, stacklevel=4)
 
     def _unmet(self) -> list[tuple[Array, ZoneData, int]]:
-        """Motions of a zone's bodies at the start, the zone, and the number of a body
-        that is not met."""
+        """For each body that is not met: the motions of its zone's bodies at the start,
+        the zone, and its number there."""
         return [
             (start, zone, k)
             for start, zone in zip(self._start, self._contact.zones)
@@ -72,9 +74,8 @@ class ToolsOnPath:
         ]
 
 
-def _is_met(zone: ZoneData, k: int) -> bool:
-    """Whether a point of this rank meets a zone's body within reach."""
-    points = zone.points()
+def _is_met(points: dict[str, Array], k: int) -> bool:
+    """Whether any of a zone's points on this rank meets body k within reach."""
     return bool(np.any((points["master"] == k) & (points["status"] >= OPEN)))
 
 
@@ -82,20 +83,14 @@ def _slave_box(zone: ZoneData, contact: Interaction) -> Array:
     """Ends of the box around the undeformed slave, (2, 3). Length. Collective."""
     surface = zone.facets.slave_surface
     x = surface.X[np.unique(surface.facet_nodes)]
-    ends = np.full((2, 3), np.inf)
-    ends[:, surface.gdim :] = 0.0
-    ends[0, : surface.gdim] = x.min(axis=0, initial=np.inf)
-    ends[1, : surface.gdim] = (-x).min(axis=0, initial=np.inf)
-    contact.layout.comm.Allreduce(MPI.IN_PLACE, ends, op=MPI.MIN)
-    return np.stack([ends[0], -ends[1]])
+    padded = np.pad(x, ((0, 0), (0, 3 - surface.gdim)))
+    return ends_of(padded, contact.layout.comm)
 
 
 def _size(contact: Interaction) -> float:
     """Diagonal of the box around the mesh. Length. Collective."""
     x = contact.u.function_space.mesh.geometry.x
-    ends = np.stack([x.min(axis=0, initial=np.inf), (-x).min(axis=0, initial=np.inf)])
-    contact.layout.comm.Allreduce(MPI.IN_PLACE, ends, op=MPI.MIN)
-    return float(np.linalg.norm(ends.sum(axis=0)))
+    return float(np.linalg.norm(np.ptp(ends_of(x, contact.layout.comm), axis=0)))
 
 
 def _distance(body: Body, box: Array) -> float:
@@ -120,6 +115,6 @@ def _text(zone: ZoneData, body: Body, box: Array) -> str:
     return (
         f"the rigid {body.name} has met no facet of slave tag {zone.facets.slave_tag} on "
         f"the whole path: its centre is at ({place(body.place)}), and the undeformed "
-        f"slave between ({place(box[0])}) and ({place(box[1])}). Is its place, its size or its motion in "
-        "another unit than the mesh?"
+        f"slave between ({place(box[0])}) and ({place(box[1])}). Is its place, its size "
+        "or its motion in another unit than the mesh?"
     )

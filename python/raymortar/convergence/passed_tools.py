@@ -17,6 +17,7 @@ import numpy as np
 
 from ..compat import Array, Mask
 from ..host.bodies import bodies_of_facets
+from ..host.extents import ends_of
 from ..host.reference_facets import N_CORNERS, facet_nodes
 from ..interface.faced import positions
 from ..interface.point_results import CLOSED
@@ -149,9 +150,7 @@ def _shifts(zone: ZoneData, contact: Interaction) -> Array:
     slaves = sorted(set().union(*comm.allgather(mine)))
     u = (contact.u.x.array - contact.u_old).reshape(-1, surface.gdim)
     u = u[np.isin(contact.bodies.dofs, slaves)]
-    ends = np.stack([u.min(axis=0, initial=np.inf), -u.max(axis=0, initial=-np.inf)])
-    comm.Allreduce(MPI.IN_PLACE, ends, op=MPI.MIN)
-    corners = np.array(list(product(*zip(ends[0], -ends[1]))))
+    corners = np.array(list(product(*ends_of(u, comm).T)))
     return np.pad(corners, ((0, 0), (0, 3 - surface.gdim)))
 
 

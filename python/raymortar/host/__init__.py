@@ -5,4 +5,5 @@
 - facets, tagged: tagged facets, turned outward
 - layout: the numbering of all unknowns
 - slave_fields: fields on slave facets, from numbers, Functions or callables
+- extents: boxes around points of all ranks
 """

@@ -7,7 +7,6 @@ unknowns.
 
 from __future__ import annotations
 
-import operator
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -19,6 +18,7 @@ import numpy.typing as npt
 from dolfinx.fem import Function, FunctionSpace
 
 from .. import compat
+from ..checked import are_same_objects
 from ..compat import Array
 from ..errors import ContactError
 from .displacements import Displacement, Places, check_given
@@ -296,13 +296,14 @@ class Host:
         """
         if self._sorted is not None:
             last, found = self._sorted
-            if len(last) == len(bcs) and all(map(operator.is_, last, bcs)):
+            if are_same_objects(last, bcs):
                 return found
         found = self._sort(bcs)
         self._sorted = tuple(bcs), found
         return found
 
     def _sort(self, bcs: Sequence[Any]) -> list[list[Any]]:
+        """Conditions by their Functions."""
         spaces = self.spaces or [d.given.function_space for d in self.displacements]
         found: list[list[Any]] = [[] for _ in spaces]
         for i, bc in enumerate(bcs):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import operator
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -14,6 +13,7 @@ import numpy as np
 from dolfinx.fem import Function
 
 from .. import _cpp
+from ..checked import are_same_objects
 from ..compat import Mask
 from ..errors import ContactError, together
 from ..interface.coefficients import PairCoefficients, one_or_each, spread
@@ -56,7 +56,7 @@ class Prescribed:
 
     def is_of(self, bcs: Sequence[Any]) -> bool:
         """Whether these are the conditions."""
-        return len(bcs) == len(self.bcs) and all(map(operator.is_, bcs, self.bcs))
+        return are_same_objects(bcs, self.bcs)
 
 
 class ContactAssembly:
@@ -204,6 +204,7 @@ class ContactAssembly:
         return now.u
 
     def _forget_prescribed(self) -> None:
+        """What conditions prescribe is to be found and told anew."""
         self._prescribed, self._known = None, []
 
     def _find_prescribed(self, bcs: Sequence[Any]) -> Prescribed:

@@ -256,7 +256,8 @@ class FreeBodies:
     def _has_left(self, push: Push) -> bool:
         """Whether a body flies away from all that it meets, and would from the place of
         the accepted step. Collective."""
-        # Multipliers of an iterate that is none of a balance push at a distance
+        # Of loads and springs alone: before balance is found, multipliers may push a
+        # body that touches nothing
         pushed, _ = push.body.pushed()
         way = replace(push, forces=pushed).way
         if way is None:
