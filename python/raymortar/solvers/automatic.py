@@ -37,7 +37,7 @@ MOST_ITERATIONS = 100
 # Option of SNES, and tolerance of its first linear system. Those that follow are solved
 # as exactly as Newton's method needs them (`Forcing`): a third to a half of the Krylov
 # iterations go, and Newton iterations stay the same (measured: docs/parallel.md)
-INEXACT = {"snes_inexact": 1e-3}
+INEXACT = {"snes_inexact": 1e-4}
 
 # After so many stalls the iterative solver is not tried again
 MOST_STALLS = 2
