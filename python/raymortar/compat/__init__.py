@@ -52,7 +52,6 @@ from .meshes import (
     on_mesh,
 )
 from .new_meshes import (
-    _given_partition,
     _mesh_domain,
     _partitioner,
     _ranks_across_facets,
@@ -90,7 +89,6 @@ __all__ = [
     "_convert_gmsh",
     "_coordinate_map",
     "_functions_fault",
-    "_given_partition",
     "_gmsh_converter",
     "_gmsh_fault",
     "_mesh_domain",
