@@ -51,12 +51,7 @@ from .meshes import (
     meshtags,
     on_mesh,
 )
-from .new_meshes import (
-    _mesh_domain,
-    _partitioner,
-    _ranks_across_facets,
-    create_mesh,
-)
+from .new_meshes import _mesh_domain, _partitioner, _ranks_across_facets, create_mesh
 from .solver import destroy_garbage, make_newton_solver, newton_solver_class
 from .spaces import (
     ElementInfo,
