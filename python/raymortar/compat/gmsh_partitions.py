@@ -71,7 +71,7 @@ def gmsh_partitioner(
 
     Returns
     -------
-    None without a partition: up to DOLFINx.
+    None without a partition, and on one rank: up to DOLFINx.
 
     Raises
     ------
@@ -89,7 +89,8 @@ def gmsh_partitioner(
             partitioner = _partitioner_of_model(
                 converter, model, gdim, partition, comm.size
             )
-    return partitioner
+    # One rank has all cells, in DOLFINx's own order
+    return partitioner if comm.size > 1 else None
 
 
 def model_to_mesh(converter: Any, partitioner: Any) -> Any:

@@ -60,6 +60,7 @@ def gmsh_pair(gmsh, order, recombined):
         sides = gmsh.model.getBoundary([(2, body)], oriented=False)
         gmsh.model.addPhysicalGroup(1, [side for _, side in sides], tag)
         if recombined:
+            gmsh.model.mesh.setTransfiniteSurface(body)
             gmsh.model.mesh.setRecombine(2, body)
     gmsh.option.setNumber("Mesh.MeshSizeMax", 0.2)
     gmsh.model.mesh.generate(2)
@@ -80,7 +81,7 @@ def test_a_partition_says_where_cells_of_a_gmsh_model_go(order, recombined):
     def partition(x, ranks):
         assert x.shape[1] == 2
         along = np.where(x[:, 1] < 1.0, x[:, 0], 1.0 - x[:, 0])
-        return (along * ranks).astype(int)
+        return (0.99 * along * ranks).astype(int)  # no midpoint is on a border
 
     if COMM.rank == 0:
         gmsh.initialize(["", "-v", "1"])
@@ -93,7 +94,7 @@ def test_a_partition_says_where_cells_of_a_gmsh_model_go(order, recombined):
     if COMM.rank == 0:
         gmsh.finalize()
     x = midpoints(read.mesh)
-    assert read.mesh.topology.index_map(2).num_ghosts == 0
+    assert COMM.size == 1 or read.mesh.topology.index_map(2).num_ghosts == 0
     np.testing.assert_array_equal(partition(x[:, :2], COMM.size), COMM.rank)
     tags = np.zeros(len(x), dtype=int)
     tags[read.cell_tags.indices] = read.cell_tags.values
