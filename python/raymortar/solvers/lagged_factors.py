@@ -32,7 +32,7 @@ def lagged_factors(package: str = "mumps", **options: Any) -> dict[str, Any]:
     add ``lagged_`` and ``direct_`` to that of the solver. The integer ``lagged_most`` is
     the number of iterations, added up, after which the tangent is factorised again.
     """
-    direct = {**DIRECT, "pc_factor_mat_solver_type": package}
+    direct: dict[str, Any] = {**DIRECT, "pc_factor_mat_solver_type": package}
     return {
         "ksp_type": "python",
         "ksp_python_type": f"{__name__}.{LaggedFactorsSolver.__name__}",
