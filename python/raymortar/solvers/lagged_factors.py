@@ -81,6 +81,10 @@ class LaggedFactorsSolver:
         if not self._lagged(ksp, b, x):
             solver = self.direct
             self._factorise(ksp, b, x)
+        # Monitors are the outer solver's. Direct solvers have no history
+        norms = solver.getConvergenceHistory()
+        for iteration, norm in enumerate(norms if len(norms) else [b.norm()]):
+            ksp.monitor(iteration, norm)
         ksp.setConvergedReason(solver.getConvergedReason())
         ksp.setIterationNumber(solver.getIterationNumber())
 
@@ -118,6 +122,7 @@ class LaggedFactorsSolver:
         self.krylov.setOptionsPrefix(f"{prefix}lagged_")
         self.krylov.setPC(self.direct.getPC())
         self.krylov.setFromOptions()
+        self.krylov.setConvergenceHistory(reset=True)
         self._most = PETSc.Options(prefix).getInt("lagged_most", A_FACTORISATION)
 
     def reset(self, ksp: PETSc.KSP) -> None:

@@ -90,6 +90,24 @@ def test_factors_are_made_again_where_gmres_stalls(most, least):
 
 
 @pytest.mark.mpi
+def test_monitors_see_the_iterations():
+    one = Sliding(COMM, "triangle", 1, "augmented")
+    solver = SNESSolver(one.problem.problem, solvers.lagged_factors())
+    ksp, seen, taken = solver.krylov_solver, [], []
+    ksp.setMonitor(lambda ksp, i, norm: seen.append(i))
+    solver.snes.setMonitor(lambda snes, i, norm: taken.append(ksp.its if i else 0))
+    for t in (0.05, 0.15):
+        one.apply(t)
+        solver.solve()
+    # Those of each system count from 0; a direct solution is one, seen as 0
+    ends = [i for i, j in zip(seen, [*seen[1:], 0]) if j == 0]
+    wanted = [its for its in taken if its]
+    assert len(ends) == len(wanted) == context(solver).systems
+    assert sum(i == j for i, j in zip(ends, wanted)) >= len(ends) // 2
+    assert set(np.subtract(wanted, ends)) <= {0, 1}
+
+
+@pytest.mark.mpi
 def test_a_led_path_is_that_of_the_direct_solver():
     """Its systems are solved with one tangent and combined."""
     ends = []
