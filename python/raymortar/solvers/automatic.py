@@ -13,6 +13,7 @@ from .. import compat
 from ..errors import ContactWarning
 from .elimination import KnowsProblem, attach
 from .kept_factors import kept_factors
+from .lagged_factors import lagged_factors
 from .linear import iterative
 from .petsc_objects import DIRECT
 
@@ -30,6 +31,10 @@ MOST_DIRECT = {1: 40_000, 2: 20_000}
 # solver's, and the share of its operations that they may take (measured:
 # docs/linear_bodies.md)
 LEAST_KEPT, MOST_KEPT = 2_000, 0.7
+
+# Unknowns, by dimension, between which earlier factors are the faster ones, where there
+# is no solver above that suits better (measured: docs/solving.md)
+LAGGED = {2: (1_500, 10_000), 3: (2_000, float("inf"))}
 
 # A Krylov solver that does well needs less than a third of this
 MOST_ITERATIONS = 100
@@ -93,6 +98,8 @@ def linear_options(
         name = "multigrid for the bodies"
     elif _suits_kept_factors(problem):
         options, name = kept_factors(MOST_KEPT), "a direct one that keeps factors"
+    elif _suits_lagged_factors(problem):
+        options, name = lagged_factors(_package(problem)), "GMRES with earlier factors"
     if layout.comm.rank == 0:
         log.info("linear solver of %d unknowns: %s", unknowns, name)
     return options
@@ -105,6 +112,22 @@ def _suits_kept_factors(problem: CoupledProblem) -> bool:
         return False
     dim: int = problem.contact.u.function_space.mesh.geometry.dim
     return dim == 3 and layout.size >= LEAST_KEPT
+
+
+def _suits_lagged_factors(problem: CoupledProblem) -> bool:
+    """Whether the size is one at which earlier factors pay."""
+    dim: int = problem.contact.u.function_space.mesh.topology.dim
+    least, most = LAGGED[dim]
+    return least <= problem.contact.layout.size_global <= most
+
+
+def _package(problem: CoupledProblem) -> str:
+    """The quicker direct solver for lagged factors: in small problems of 2D a solve with
+    UMFPACK's takes a third of the time of MUMPS', which works on several ranks."""
+    dim: int = problem.contact.u.function_space.mesh.topology.dim
+    alone = problem.contact.layout.comm.size == 1
+    has_umfpack = PETSc.Sys.hasExternalPackage("suitesparse")
+    return "umfpack" if dim == 2 and alone and has_umfpack else "mumps"
 
 
 def _suits_multigrid(problem: CoupledProblem) -> bool:
