@@ -19,6 +19,8 @@ from .generation import HAS_UFL_ELEMENTS, Array
 from .new_meshes import as_destinations, given_partition
 
 Partition = Callable[[Array, int], npt.ArrayLike]
+# Type of the coordinates, which 0.5 does not ask for
+_REAL = () if HAS_UFL_ELEMENTS else (np.float64,)
 
 
 def _cells(converter: Any, model: Any) -> tuple[int, npt.NDArray[np.int64]]:
@@ -46,10 +48,6 @@ def _partitioner_of_model(
     cell = str(converter.ufl_mesh(kind, gdim, *_REAL).ufl_cell())
     basix_order = converter.cell_perm_array(_cpp.mesh.to_type(cell), nodes.shape[1])
     return given_partition(nodes[:, basix_order], cell, ranks)
-
-
-# Type of the coordinates, which 0.5 does not ask for
-_REAL = () if HAS_UFL_ELEMENTS else (np.float64,)
 
 
 def gmsh_partitioner(
