@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from mpi4py import MPI
@@ -67,7 +68,7 @@ class CoupledProblem:
         UFL residual and Jacobian of the volume, as lists where there are several.
     volume
         Assembles the compiled forms `L` and `a`. ``volume.is_linear``: whether the
-        tangent is kept.
+        tangent is kept; ``volume.kept``: what of it is, or None.
     convergence
         Judges the last residual; see `convergence.Convergence`.
     rays_only
@@ -118,8 +119,12 @@ class CoupledProblem:
                 J = ufl.derivative(F, w, ufl.TrialFunction(w.function_space))
         require_agreement(comm, number_of_conditions=len(self.bcs))
         self.forms = F, J
-        options = form_compiler_options, jit_options
-        L, a = compat.form(F, *options), compat.form(J, *options)
+        compiled = partial(
+            compat.form,
+            form_compiler_options=form_compiler_options,
+            jit_options=jit_options,
+        )
+        L, a = compiled(F), compiled(J)
         self.history: list[float] = []
         self.rays_only, self.tells_of_doubt = False, True
         self.steps_accepted = 0
@@ -128,8 +133,8 @@ class CoupledProblem:
         self._revision = 0
         self._tools = b""
         self._pattern = self.contact.prepare(a, self.bcs)
-        known = self.forms if is_derivative else None
-        self.volume = Volume(self.contact, L, a, known, self._pattern)
+        known = F if is_derivative else None
+        self.volume = Volume(self.contact, L, a, known, self._pattern, compiled)
         self.in_use = self._alone()
         self.convergence = Convergence(self.contact)
 

@@ -154,7 +154,7 @@ def jacobians(F: Sequence[Any], u: Sequence[Function], host: Host) -> list[list[
     ContactError
         If the displacement's residual does not depend on it.
     """
-    table = [[_derivative(form, f) for f in u] for form in F]
+    table = [[derivative(form, f) for f in u] for form in F]
     for d in host.displacements:
         if table[d.at][d.at] is None:
             raise ContactError(
@@ -164,7 +164,8 @@ def jacobians(F: Sequence[Any], u: Sequence[Function], host: Host) -> list[list[
     return table
 
 
-def _derivative(form: Any, f: Function) -> Any:
+def derivative(form: Any, f: Function) -> Any:
+    """Derivative of a form by a Function, None for zero."""
     if not any(coefficient is f for coefficient in form.coefficients()):
         return None
     J = ufl.derivative(form, f, ufl.TrialFunction(f.function_space))

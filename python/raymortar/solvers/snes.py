@@ -19,7 +19,7 @@ from .elimination import attach
 from .forcing import Forcing
 from .newton import NewtonSolver
 from .outcome import require_convergence
-from .petsc_objects import new_prefix, release, renew, tangent_with
+from .petsc_objects import new_prefix, release, renew, solve_closely, tangent_with
 from .petsc_options import PetscOptions, check_solver_input
 
 STUCK = PETSc.SNES.ConvergedReason.DIVERGED_LOCAL_MIN
@@ -234,8 +234,7 @@ class SNESSolver:
         """Solve tangent dx = b, within ``with solver.options:``. Collective."""
         scaled = b.duplicate()
         scaled.pointwiseMult(b, self._scale)
-        self.krylov_solver.setTolerances(rtol=self._linear_rtol)
-        self.krylov_solver.solve(scaled, dx)
+        solve_closely(self.krylov_solver, scaled, dx, self._linear_rtol)
         scaled.destroy()
 
     def _settings(self) -> dict[str, Any]:

@@ -10,7 +10,6 @@ from petsc4py import PETSc
 import numpy as np
 import numpy.typing as npt
 import ufl
-from ufl.corealg.traversal import unique_pre_traversal
 
 from .. import _cpp
 from ..compat import Array
@@ -60,34 +59,6 @@ class Inputs:
         return not same
 
 
-def has_condition_on(forms: Sequence[ufl.Form], functions: Sequence[Any]) -> bool:
-    """Whether a `ufl.conditional` in the forms compares a value of the functions.
-
-    Such a form may jump, and its derivative is zero where both branches are constant:
-    the derivative alone would let it pass as linear.
-
-    Parameters
-    ----------
-    forms
-        With their derivatives expanded: `abs` and `max_value` have conditions only then.
-    functions
-        The unknowns.
-    """
-    known = _ids(functions)
-    conditions = (
-        node
-        for form in forms
-        for part in form.integrals()
-        for node in unique_pre_traversal(part.integrand())
-        if isinstance(node, ufl.classes.Condition)
-    )
-    return any(
-        id(node) in known
-        for condition in conditions
-        for node in unique_pre_traversal(condition)
-    )
-
-
 def _ids(things: Sequence[Any]) -> set[int]:
     return {id(thing) for thing in things}
 
@@ -107,6 +78,8 @@ class LinearVolume:
         Of the tangent.
     of_residual, of_tangent
         What they depend on.
+    is_whole
+        Whether K has about all entries of the pattern, and not those of some bodies.
 
     Attributes
     ----------
@@ -115,10 +88,15 @@ class LinearVolume:
     """
 
     def __init__(
-        self, contact: Any, pattern: Any, of_residual: Inputs, of_tangent: Inputs
+        self,
+        contact: Any,
+        pattern: Any,
+        of_residual: Inputs,
+        of_tangent: Inputs,
+        is_whole: bool = True,
     ) -> None:
         self._contact, self._comm = contact, contact.layout.comm
-        self._pattern = pattern
+        self._pattern, self._is_whole = pattern, is_whole
         self._of_residual, self._of_tangent = of_residual, of_tangent
         self._fixed: npt.NDArray[np.bool_] = np.zeros(0, dtype=bool)
         self._at: tuple[Any, ...] = ()
@@ -180,7 +158,9 @@ class LinearVolume:
         diagonal.array[: len(self._fixed)][self._fixed] = 1.0
         free.setDiagonal(diagonal)
         diagonal.destroy()
-        self._free = free
+        self._free = free if self._is_whole else _without_zeros(free)
+        if not self._is_whole:
+            free.destroy()
 
     def _at_rest(self, forces: Callable[[], Array]) -> Array:
         """The residual where all unknowns are zero: at a present iterate it would depend

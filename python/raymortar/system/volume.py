@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import itertools
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 from petsc4py import PETSc
 
-import numpy as np
-from ufl.algorithms import expand_derivatives
-
 from .. import compat
 from ..compat import Array
-from .linear_volume import Inputs, LinearVolume, has_condition_on
+from .linear_volume import Inputs, LinearVolume
+from .split import Split, without_zeros
+from .volume_forms import VolumeForms
 
 
 class Volume:
@@ -25,56 +26,86 @@ class Volume:
     L, a
         Compiled residual and tangent, as lists where there are several unknowns.
     forms
-        The same in UFL, if the tangent is the residual's derivative: where that does not
-        depend on the unknowns it is assembled once, and the residual is a product
-        with it. Else None.
+        The residual in UFL, if the tangent is its derivative: of integrals whose
+        derivative does not depend on the unknowns the tangent is assembled once, and
+        the residual is a product with it. Else None.
     pattern
         Of the tangent, where it may be kept.
+    compiled
+        Compiles forms, or lists of them.
     """
 
     def __init__(
-        self, contact: Any, L: Any, a: Any, forms: Any = None, pattern: Any = None
+        self,
+        contact: Any,
+        L: Any,
+        a: Any,
+        forms: Any = None,
+        pattern: Any = None,
+        compiled: Callable[[Any], Any] = compat.form,
     ) -> None:
-        self.contact, self.L, self.a = contact, L, a
-        functions = contact.host.functions
-        self._r = [compat.create_la_vector(*compat.unknowns_of(f)) for f in functions]
-        self._linear = None
+        self.contact = contact
+        self._whole = VolumeForms(contact, L, a)
+        # What is kept, its forms, and those that are assembled each time
+        self._kept: LinearVolume | None = None
+        self._linear: VolumeForms | None = None
+        self._rest: VolumeForms | None = self._whole
         if forms is not None:
-            F, J = forms
-            self._linear = self._kept(F, J, pattern)
+            self._keep(forms, pattern, compiled)
+
+    def _keep(self, forms: Any, pattern: Any, compiled: Callable[[Any], Any]) -> None:
+        """Keep what pays. Collective."""
+        functions = self.contact.host.functions
+        split = Split(forms if self.has_several else [forms], functions)
+        is_whole = not without_zeros(split.rest)
+        if not (is_whole or split.pays):
+            return
+        tangents = split.tangents(split.linear)
+        if is_whole:
+            self._linear, self._rest = self._whole, None
+        else:
+            self._linear = self._part(split.linear, tangents, compiled)
+            of_rest = split.tangents(split.rest)
+            self._rest = self._part(split.rest, of_rest, compiled)
+        of_residual = Inputs(without_zeros(split.linear), functions)
+        of_tangent = Inputs(without_zeros(itertools.chain(*tangents)), functions)
+        self._kept = LinearVolume(
+            self.contact, pattern, of_residual, of_tangent, is_whole
+        )
+
+    def _part(
+        self, forms: Any, tangents: Any, compiled: Callable[[Any], Any]
+    ) -> VolumeForms:
+        """A part of the forms."""
+        if not self.has_several:
+            (forms,), ((tangents,),) = forms, tangents
+        return VolumeForms(self.contact, compiled(forms), compiled(tangents))
+
+    @property
+    def L(self) -> Any:
+        """Compiled residual, as a list where there are several unknowns."""
+        return self._whole.L
+
+    @property
+    def a(self) -> Any:
+        """Compiled tangent, as lists where there are several unknowns."""
+        return self._whole.a
 
     @property
     def is_linear(self) -> bool:
-        """Whether the tangent is kept."""
-        return self._linear is not None
+        """Whether all of the tangent is kept."""
+        return self._rest is None
 
     @property
     def kept(self) -> LinearVolume | None:
-        """What is kept, as of the last residual or tangent."""
-        return self._linear
-
-    def _kept(self, F: Any, J: Any, pattern: Any) -> LinearVolume | None:
-        """What is kept where the forms are linear."""
-        functions = self.contact.host.functions
-        forms = F if self.has_several else [F]
-        table = J if self.has_several else [[J]]
-        tangents = [
-            expand_derivatives(one) for row in table for one in row if one is not None
-        ]
-        inputs = Inputs(forms, functions), Inputs(tangents, functions)
-        jumps = has_condition_on(list(map(expand_derivatives, forms)), functions)
-        if jumps or inputs[1].has_unknowns or inputs[0].share_memory_with(functions):
-            return None
-        return LinearVolume(self.contact, pattern, *inputs)
+        """What is kept, of all integrals or of some, as of the last residual or
+        tangent. None: nothing."""
+        return self._kept
 
     @property
     def has_several(self) -> bool:
         """Whether there are forms for several unknowns."""
-        return isinstance(self.L, list)
-
-    def _table(self) -> tuple[list[Any], list[list[Any]]]:
-        """Forms by unknown, and by test and trial space."""
-        return (self.L, self.a) if self.has_several else ([self.L], [[self.a]])
+        return self._whole.has_several
 
     def with_form_of_u(self, L: Any, a: Any) -> tuple[Any, Any]:
         """L and a, with others in the place of those in the displacement's test
@@ -88,78 +119,42 @@ class Volume:
 
     def forces(self, bcs: Sequence[Any]) -> Array:
         """Residual at the present state, of the owned unknowns. Collective."""
-        kept = self._renewed(bcs)
-        if kept is None:
-            return self._assembled()
-        return kept.forces(self.contact.host.owned_values())
-
-    def _renewed(self, bcs: Sequence[Any]) -> LinearVolume | None:
-        """What is kept, as it is for present conditions. Collective."""
-        if self._linear is not None:
-            fixed = self.contact.host.owned_prescribed(bcs)
-            self._linear.renew(fixed, lambda A: self._assemble(A, ()), self._assembled)
-        return self._linear
-
-    def _assembled(
-        self, bcs: Sequence[Any] = (), increment: Array | None = None
-    ) -> Array:
-        """The residual from its form, with the effect of prescribed increments if they
-        are given. Collective."""
-        host, rows, (L, a) = self.contact.host, [], self._table()
-        conditions = host.conditions(bcs)
-        for r, form, blocks, f in zip(self._r, L, a, host.functions):
-            r.array[:] = 0.0
-            compat.assemble_residual(r.array, form)
-            if increment is not None:
-                self._lift(r.array, blocks, conditions, increment)
-            compat.scatter_reverse_add(r)
-            index_map, bs = compat.unknowns_of(f)
-            rows.append(r.array[: index_map.size_local * bs])
-        return np.concatenate(rows)
-
-    def _lift(
-        self, r: Array, blocks: Sequence[Any], conditions: Any, increment: Array
-    ) -> None:
-        """Add the effect of prescribed increments to the residual of one test space,
-        given the tangent's blocks in its rows and the conditions of each Function."""
-        host = self.contact.host
-        parts = np.split(increment, host.starts[1:-1])
-        for part, block, g, of_g in zip(parts, blocks, host.functions, conditions):
-            # Takes the tangents of all cells with constrained dofs
-            if block is not None and part.any():
-                compat.apply_lifting(r, block, of_g, g.x.array, -1.0)
+        return self._sum(bcs, None)
 
     def lifted(self, bcs: Sequence[Any], increment: Array) -> tuple[Array, Array]:
         """Residual with the effect of prescribed increments, of the owned unknowns: as
         it is, and with the conditions in their rows. Collective."""
-        host = self.contact.host
-        kept = self._renewed(bcs)
-        if kept is None:
-            volume = self._assembled(bcs, increment)
-        else:
-            volume = kept.forces(host.owned_values() + host.owned_part(increment))
-        rows, starts = [], host.owned_starts
-        conditions, parts = host.conditions(bcs), np.split(volume, starts[1:-1])
-        for r, part, f, of_f in zip(self._r, parts, host.functions, conditions):
-            r.array[: len(part)] = part
-            compat.set_bc(r.array, of_f, f.x.array, -1.0)
-            rows.append(r.array[: len(part)])
-        return volume, np.concatenate(rows)
+        volume = self._sum(bcs, increment)
+        return volume, self._whole.with_conditions(volume, bcs)
+
+    def _sum(self, bcs: Sequence[Any], increment: Array | None) -> Array:
+        """Residual of what is kept and of the others, with the effect of prescribed
+        increments if they are given. Collective."""
+        kept, host, parts = self._renewed(bcs), self.contact.host, []
+        if kept is not None:
+            values = host.owned_values()
+            if increment is not None:
+                values += host.owned_part(increment)
+            parts.append(kept.forces(values))
+        if self._rest is not None:
+            parts.append(self._rest.residual(bcs, increment))
+        found: Array = sum(parts[1:], parts[0])
+        return found
+
+    def _renewed(self, bcs: Sequence[Any]) -> LinearVolume | None:
+        """What is kept, as it is for present conditions. Collective."""
+        if self._kept is None or self._linear is None:
+            return None
+        fixed, linear = self.contact.host.owned_prescribed(bcs), self._linear
+        assemble = partial(linear.add_tangent, bcs=())
+        self._kept.renew(fixed, assemble, linear.residual)
+        return self._kept
 
     def add_tangent(self, A: PETSc.Mat, bcs: Sequence[Any]) -> None:
         """Add the tangent, with ones for constrained unknowns. Collective."""
         kept = self._renewed(bcs)
-        if kept is None:
-            self._assemble(A, bcs)
-        else:
+        if kept is not None:
             kept.add_tangent(A)
-
-    def _assemble(self, A: PETSc.Mat, bcs: Sequence[Any]) -> None:
-        if not self.has_several:
-            compat.assemble_jacobian(A, self.a, bcs)
-            return
-        fixed = self.contact.layout.begin + np.flatnonzero(
-            self.contact.host.owned_prescribed(bcs)
-        )
-        starts = self.contact.host.starts
-        compat.assemble_blocks(A, self.a, bcs, starts, fixed.astype(np.int32))
+        if self._rest is not None:
+            # Sets the ones anew: none is there twice
+            self._rest.add_tangent(A, bcs)

@@ -5,11 +5,10 @@ import pytest
 import ufl
 from dolfinx import fem
 from hosts import linear_pressure
-from problems import CELLS, COMM, DIMENSION, SOLVERS, build, fix, stack
+from problems import CELLS, DIMENSION, SOLVERS, build, fix, stack
+from volumes import assert_as_assembled, counted, disturb, without_what_is_kept
 
 import raymortar
-from raymortar import compat
-from raymortar.system.volume import Volume
 
 
 def pressed(cell, degree=1, material="linear", **options):
@@ -27,41 +26,12 @@ def pressed(cell, degree=1, material="linear", **options):
     ).problem
 
 
-def disturb(problem, size=1e-2):
-    """Any values of the unknowns, the same on all ranks that share them."""
-    rng = np.random.default_rng(COMM.rank)
-    for f in problem.contact.host.functions:
-        f.x.array[:] = size * rng.standard_normal(len(f.x.array))
-        compat.scatter_forward(f.x)
-    problem.contact.host.pull()
-
-
-def assert_as_assembled(problem):
-    """Compare with a volume that keeps nothing."""
-    kept, plain = problem.volume, Volume(problem.contact, problem.L, problem.a)
-    assert kept.is_linear
-    increment = problem.contact.host.increment(problem.bcs)
-    found, wanted = (one.lifted(problem.bcs, increment) for one in (kept, plain))
-    largest = COMM.allreduce(np.abs(wanted[0]).max(initial=0.0), op=max)
-    for one, other in zip(found, wanted):
-        assert one == pytest.approx(other, abs=1e-13 * largest)
-    forces = [one.forces(problem.bcs) for one in (kept, plain)]
-    assert forces[0] == pytest.approx(forces[1], abs=1e-13 * largest)
-    A, B = problem.create_matrix(), problem.create_matrix()
-    for matrix, one in ((A, kept), (B, plain)):
-        matrix.zeroEntries()
-        one.add_tangent(matrix, problem.bcs)
-        matrix.assemble()
-    size = B.norm()
-    A.axpy(-1.0, B)
-    assert A.norm() <= 1e-14 * size
-
-
 @pytest.mark.mpi
 @pytest.mark.parametrize("degree", [1, 2])
 @pytest.mark.parametrize("cell", CELLS)
 def test_residual_and_tangent_are_those_of_the_forms(cell, degree):
     problem = pressed(cell, degree)
+    assert problem.volume.is_linear
     disturb(problem)
     assert_as_assembled(problem)
 
@@ -69,6 +39,7 @@ def test_residual_and_tangent_are_those_of_the_forms(cell, degree):
 @pytest.mark.mpi
 def test_of_several_unknowns_too():
     problem = linear_pressure()
+    assert problem.volume.is_linear
     disturb(problem)
     assert_as_assembled(problem)
 
@@ -105,23 +76,12 @@ def test_solves_as_without_what_is_kept(solver):
     for keeps in (True, False):
         problem = pressed("quadrilateral", method=raymortar.AugmentedLagrangian())
         if not keeps:
-            problem.volume = Volume(problem.contact, problem.L, problem.a)
+            problem.volume = without_what_is_kept(problem)
         assert problem.volume.is_linear == keeps
         iterations, _ = solver(problem).solve()
         found.append((iterations, problem.u.x.array.copy()))
     assert found[0][0] == found[1][0]
     assert found[0][1] == pytest.approx(found[1][1], abs=1e-13)
-
-
-def counted(monkeypatch):
-    """Assemblies of tangents from here on."""
-    calls, assemble = [], compat.assemble_jacobian
-    monkeypatch.setattr(
-        compat,
-        "assemble_jacobian",
-        lambda *args: (calls.append(1), assemble(*args)) and None,
-    )
-    return calls
 
 
 def test_the_tangent_is_assembled_once(monkeypatch):
