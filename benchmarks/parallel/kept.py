@@ -125,9 +125,9 @@ def cone(n):
     return problem, [(apply, 10)]
 
 
-def ironing(n):
+def ironing(n, form=linear_form):
     """A stiff half pipe, pressed by a fiftieth of the slab's height and dragged along
-    a third of its length."""
+    a third of its length. `form`: residual of displacement and modulus."""
     radius, start, height = 3.0, 3.0, 3.0
 
     def bent(x):
@@ -168,7 +168,7 @@ def ironing(n):
         friction=Coulomb(0.3),
         search=raymortar.Search(reach=0.5, depth=0.5),
     )
-    problem = raymortar.NonlinearProblem(linear_form(u, E), contact, bcs)
+    problem = raymortar.NonlinearProblem(form(u, E), contact, bcs)
 
     def press(factor):
         down.value = -0.2 * factor

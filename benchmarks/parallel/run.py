@@ -2,9 +2,10 @@
 
     scripts/python benchmarks/parallel/run.py [--quick] [--output DIR]
 
-Counts are of the rank that sends most. Writes `fixed_ranks.csv` (growing surfaces on 2
-and 4 ranks), `fixed_share.csv` (1 to 8 ranks, the surface in proportion) and prints both
-with the exponents of growth.
+Counts are of the rank that sends most, with DOLFINx's graph partitioner and with
+`raymortar.partitions.columns`. Writes `fixed_ranks.csv` (growing surfaces on 2 and 4
+ranks), `fixed_share.csv` (1 to 8 ranks, the surface in proportion) and prints both with
+the exponents of growth.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from pathlib import Path
 import numpy as np
 
 HERE = Path(__file__).parent
+PARTITIONS = ("graph", "columns")
 COUNTS = (
     "fetched_facets",
     "update_messages",
@@ -29,6 +31,7 @@ COUNTS = (
     "assembly_messages",
     "matrix_bytes",
     "vector_bytes",
+    "slid_matrix_bytes",
 )
 
 
@@ -41,14 +44,14 @@ def environment():
     return {**own, "OMPI_MCA_mpi_yield_when_idle": "1", "OMP_NUM_THREADS": "1"}
 
 
-def measured(ranks, facets):
+def measured(ranks, facets, partition):
     """Counts of `slabs.py` on some ranks."""
     version = subprocess.run(["mpirun", "--version"], capture_output=True, text=True)
     options = ["--map-by", ":OVERSUBSCRIBE", "--bind-to", "none"]
     options = options if "Open MPI" in version.stdout else []
     command = ["mpirun", *options, "-n", str(ranks), sys.executable]
     done = subprocess.run(
-        [*command, str(HERE / "slabs.py"), str(facets)],
+        [*command, str(HERE / "slabs.py"), str(facets), partition],
         capture_output=True,
         text=True,
         env=environment(),
@@ -97,13 +100,18 @@ def main():
     surfaces = (144, 576) if arguments.quick else (576, 2304, 9216)
     rows = []
     for ranks in (2,) if arguments.quick else (2, 4):
-        some = [measured(ranks, facets) for facets in surfaces]
-        show(f"{ranks} ranks", some, exponents(some, "slave_facets"))
-        rows += some
+        for partition in PARTITIONS:
+            some = [measured(ranks, facets, partition) for facets in surfaces]
+            show(f"{ranks} ranks, {partition}", some, exponents(some, "slave_facets"))
+            rows += some
     write(arguments.output / "fixed_ranks.csv", rows)
     share, most = (144, (1, 2, 4)) if arguments.quick else (576, (1, 2, 4, 8))
-    rows = [measured(ranks, share * ranks) for ranks in most]
-    show(f"{share} slave facets per rank", rows, exponents(rows[1:], "ranks"))
+    rows = []
+    for partition in PARTITIONS:
+        some = [measured(ranks, share * ranks, partition) for ranks in most]
+        title = f"{share} slave facets per rank, {partition}"
+        show(title, some, exponents(some[1:], "ranks"))
+        rows += some
     write(arguments.output / "fixed_share.csv", rows)
 
 

@@ -1,9 +1,10 @@
 """Counts of one number of ranks: what is sent for two slabs in contact.
 
-    mpirun -n RANKS python3 slabs.py FACETS
+    mpirun -n RANKS python3 slabs.py FACETS [PARTITION]
 
-Prints one line of JSON. Nothing is solved: the upper slab is moved, by little and by
-much, and the counters of `Contact.statistics` are read.
+PARTITION: `graph` (DOLFINx's, the default) or `columns`. Prints one line of JSON. Nothing
+is solved: the upper slab is moved, by little and by an eighth of its length, and the
+counters of `Contact.statistics` are read. Entries are counted in both places.
 """
 
 from __future__ import annotations
@@ -19,12 +20,14 @@ from dolfinx import fem
 
 from meshes.scenes import two_blocks
 from raymortar import AugmentedLagrangian, Contact, Coulomb, compat
+from raymortar.partitions import columns
 
 COMM = MPI.COMM_WORLD
+PARTITIONS = {"graph": None, "columns": columns((0.0, 0.0, 1.0))}
 MATRIX_BYTES, VECTOR_BYTES = 16, 12  # value, row and column; value and row
 
 
-def slabs(facets):
+def slabs(facets, partition):
     """Contact of two slabs of hexahedra, and the nodes of the upper one."""
     n = round(facets**0.5)
     m = round(4 / 3 * n)
@@ -37,7 +40,7 @@ def slabs(facets):
         lower_size=(1.0, 1.0, 0.05),
         upper_size=(0.8, 0.8, 0.05),
         overhang=(-0.05, 0.03),
-        partition=None,
+        partition=PARTITIONS[partition],
     )
     u = fem.Function(compat.vector_space(scene.mesh, 1))
     contact = Contact(
@@ -69,30 +72,35 @@ def change(before, after, name):
     ]
 
 
-def measure(facets):
-    contact, upper = slabs(facets)
+def measure(facets, partition):
+    contact, upper = slabs(facets, partition)
     V = contact.u.function_space
     v, w = ufl.TestFunction(V), ufl.TrialFunction(V)
     mass = ufl.inner(w, v) * ufl.dx(metadata={"quadrature_degree": 1})
     contact.create_matrix(compat.form(mass))
     move(contact, upper, (0.0, 0.0, -1e-4))
     small = move(contact, upper, (1e-4, 0.0, -1e-4))
-    built = contact.statistics.halo_builds
+    here, built = (
+        contact.statistics.communication.largest,
+        contact.statistics.halo_builds,
+    )
     large = move(contact, upper, (0.1, 0.02, -1e-4))
     s = contact.statistics
     assert s.halo_builds > built, "moved too little for new partners"
-    entries = s.communication.largest
+    slid = s.communication.largest
     mine = [len(z.facets.slave.facets) for z in contact.zones][0]
     fetched = contact.zones[0].cpp.statistics()["master_facets"]
     row = {
+        "partition": partition,
         "ranks": COMM.size,
         "slave_facets": s.slave_facets,
         "largest_share": COMM.allreduce(mine, op=MPI.MAX),
         "fetched_facets": COMM.allreduce(fetched, op=MPI.MAX),
         "pairs": s.pairs,
-        "matrix_bytes": entries.matrix_entries * MATRIX_BYTES,
-        "vector_bytes": entries.vector_entries * VECTOR_BYTES,
-        "assembly_messages": entries.entry_ranks,
+        "matrix_bytes": here.matrix_entries * MATRIX_BYTES,
+        "vector_bytes": here.vector_entries * VECTOR_BYTES,
+        "assembly_messages": here.entry_ranks,
+        "slid_matrix_bytes": slid.matrix_entries * MATRIX_BYTES,
     }
     for name in ("messages", "bytes"):
         row[f"update_{name}"], _ = change(*small, f"value_{name}")
@@ -101,6 +109,6 @@ def measure(facets):
 
 
 if __name__ == "__main__":
-    result = measure(int(sys.argv[1]))
+    result = measure(int(sys.argv[1]), *(sys.argv[2:] or ["graph"]))
     if COMM.rank == 0:
         print(json.dumps(result))

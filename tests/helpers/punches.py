@@ -4,14 +4,10 @@ from __future__ import annotations
 
 import boxes
 import numpy as np
-import ufl
-from dolfinx import fem
-from materials import MATERIALS, lame
-from rigid_scenes import BOTTOM, NU, TOP, E, Pressed, press
+from rigid_scenes import press, press_by
 
-from raymortar import Contact, NonlinearProblem, compat, rigid
+from raymortar import rigid
 
-FACE, BACK = 3, 4
 HEIGHT = 0.5  # of punches
 
 
@@ -76,7 +72,6 @@ def by_tool(cell, ends, way, shape=face, n=8, degree=1, turn=None, **options):
 
 def by_mesh(cell, ends, way, n=8, degree=1, **options):
     """The block below the same punch of one cell whose dofs are all prescribed."""
-    gdim = len(way)
     lower, upper = np.asarray(ends, dtype=float)
 
     def place(x):
@@ -84,27 +79,4 @@ def by_mesh(cell, ends, way, n=8, degree=1, **options):
         return np.column_stack([along, 1.0 + HEIGHT * x[:, -1]])
 
     punch = boxes.box(cell, 1, move=place)
-    meshes = boxes.box(cell, n), punch
-    tags = [
-        boxes.tag_sides(meshes[0], (gdim - 1, 1.0), (gdim - 1, 0.0)),
-        boxes.tag_sides(punch, (gdim - 1, 5.0), (gdim - 1, 4.0), (gdim - 1, 1.0)),
-    ]
-    functions, forms = [], []
-    stress, _ = MATERIALS["neo-hookean"]
-    for mesh in meshes:
-        V = compat.vector_space(mesh, degree)
-        u = fem.Function(V)
-        dx = ufl.dx(mesh, metadata={"quadrature_degree": 2 * degree})
-        P = stress(ufl.grad(u), *lame(E, NU))
-        forms.append(ufl.inner(P, ufl.grad(ufl.TestFunction(V))) * dx)
-        functions.append(u)
-    contact = Contact(functions, tags, [(TOP, FACE)], **options)
-    below, above = (u.function_space for u in functions)
-    bottom = fem.locate_dofs_topological(below, gdim - 1, tags[0].find(BOTTOM))
-    everything = fem.locate_dofs_geometrical(above, lambda x: np.full(x.shape[1], True))
-    bcs = [
-        fem.dirichletbc(np.zeros(gdim), bottom, below),
-        fem.dirichletbc(np.asarray(way, dtype=float), everything, above),
-    ]
-    problem = NonlinearProblem(forms, contact, bcs, u=functions)
-    return Pressed(functions[0], None, contact, problem)
+    return press_by(punch, cell, way, n, degree, **options)

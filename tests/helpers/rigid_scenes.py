@@ -138,6 +138,12 @@ def press_by_mesh(cell, way, n, **options):
     gdim = 2 if cell in ("triangle", "quadrilateral") else 3
     above = np.eye(gdim)[-1]
     tool = boxes.box(cell, 1, move=lambda x: 3.0 * x - 1.0 + 2.0 * above)
+    return press_by(tool, cell, way, n, **options)
+
+
+def press_by(tool, cell, way, n, degree=1, **options):
+    """The block below the mesh of a tool, whose dofs are all prescribed."""
+    gdim = len(way)
     meshes = boxes.box(cell, n), tool
     tags = [
         boxes.tag_sides(meshes[0], (gdim - 1, 1.0), (gdim - 1, 0.0)),
@@ -146,9 +152,9 @@ def press_by_mesh(cell, way, n, **options):
     functions, forms = [], []
     stress, _ = MATERIALS["neo-hookean"]
     for mesh in meshes:
-        V = compat.vector_space(mesh, 1)
+        V = compat.vector_space(mesh, degree)
         u = fem.Function(V)
-        dx = ufl.dx(mesh, metadata={"quadrature_degree": 2})
+        dx = ufl.dx(mesh, metadata={"quadrature_degree": 2 * degree})
         P = stress(ufl.grad(u), *lame(E, NU))
         forms.append(ufl.inner(P, ufl.grad(ufl.TestFunction(V))) * dx)
         functions.append(u)

@@ -15,6 +15,7 @@ from problems import DIMENSION, build, fix
 import raymortar
 from meshes.scenes import two_blocks
 from raymortar import AugmentedLagrangian, Coulomb, Penalty, compat
+from raymortar.partitions import columns
 
 E, NU = 10.0, 0.3
 LOWER, UPPER, HEIGHT, GAP = 2.4, 0.6, 0.5, 0.05
@@ -46,8 +47,14 @@ def contact_on_few(x, ranks):
     )
 
 
+def columns_of_contact(x, ranks):
+    """Cells above each other on one rank."""
+    return columns(np.eye(x.shape[1])[-1])(x, ranks)
+
+
 PARTITIONS = {
     "graph": None,
+    "columns": columns_of_contact,
     "bodies_apart": bodies_apart,
     "one_rank_empty": one_rank_empty,
     "striped": striped,

@@ -27,6 +27,7 @@ CASES = [
     ("hexahedron", 1, "penalty", "one_rank_empty"),
     ("triangle", 1, "penalty", "graph"),
     ("quadrilateral", 2, "frictionless", "contact_on_few"),
+    ("tetrahedron", 1, "augmented", "columns"),
 ]
 PARAMETERS = [
     pytest.param(c, marks=[pytest.mark.many_ranks] * (i < 4), id="-".join(map(str, c)))

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import lru_cache, partial
 
 from mpi4py import MPI
 
 import gathered
+import host_solutions
 import hosts
 import interacting
 import numpy as np
 import problems
 import pytest
 from dolfinx import fem
+from host_solutions import PUSHES
 from hosts import LOWER, UPPER
 from problems import SOLVERS, worst
 
@@ -21,7 +23,6 @@ from meshes.blocks import Block
 from meshes.meshing import Scene, assemble_blocks
 from raymortar import ContactError, Coulomb, LoadSteps, Penalty, compat
 
-PUSHES = ((0.0, -0.03), (0.03, -0.06))
 CASES = {
     "degree 1": {"degree": 1, "friction": Coulomb(0.3)},
     "degree 2": {"degree": 2},
@@ -30,13 +31,7 @@ CASES = {
 }
 
 
-def solve(found, solver=SOLVERS[-1], pushes=PUSHES):
-    one, iterations = solver(found.problem), []
-    for push in pushes:
-        found.push(*push)
-        iterations.append(one.solve()[0])
-        found.contact.advance()
-    return iterations
+solve = partial(host_solutions.solve, solver=SOLVERS[-1])
 
 
 def displacements(found):

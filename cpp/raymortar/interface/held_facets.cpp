@@ -2,6 +2,7 @@
 #include "raymortar/geometry/dispatch.h"
 #include "raymortar/geometry/facet_mass.h"
 #include "raymortar/geometry/frame.h"
+#include "raymortar/geometry/middle.h"
 #include "raymortar/geometry/taylor.h"
 #include "raymortar/pairing/facet_dofs.h"
 #include <algorithm>
@@ -129,10 +130,9 @@ void look_opposite(const ContactState& s, std::span<const double> fixed_master,
         (one->held * nearness<F::gdim>(s.slave, s.points.xi[q]));
     // Tools are held throughout
     const Vec<F::gdim> held =
-        s.has_tools()
-            ? Vec<F::gdim>::Ones().eval()
-            : held_opposite<F::gdim>(s.master, s.hits.master[q], s.hits.eta[q],
-                                     fixed_master);
+        s.has_tools() ? Vec<F::gdim>::Ones().eval()
+                      : held_opposite<F::gdim>(s.master, s.hits.master[q],
+                                               s.hits.eta[q], fixed_master);
     one->has_met = true;
     one->all += at_held;
     one->opposite_held += at_held.cwiseProduct(held);
@@ -164,10 +164,8 @@ template <class F>
 FacetBlock damping(const ContactState& s, double modulus,
                    const Candidate<F>& one)
 {
-  typename F::RefPoint centre;
-  centre.setConstant(F::shape == Shape::triangle ? 1.0 / 3.0 : 0.5);
-  const auto frame =
-      frame_at<F>(s.slave.nodes<F>(s.slave.X, one.slave), centre);
+  const auto frame = frame_at<F>(s.slave.nodes<F>(s.slave.X, one.slave),
+                                 middle_of_reference<F>());
   const double area = s.points.whole[one.slave];
   const double size = s.points.width[one.slave];
   const Eigen::MatrixXd W = size * area / modulus * weights<F>(s, one, frame.n);

@@ -1,5 +1,6 @@
 #include "raymortar/mortar/rim_coverage.h"
 #include "raymortar/geometry/dispatch.h"
+#include "raymortar/geometry/middle.h"
 #include "raymortar/mortar/tool_rays.h"
 #include <algorithm>
 #include <cmath>
@@ -27,12 +28,6 @@ constexpr double near_it = 0.25;
 /// facet's diameter
 constexpr double open_by_gap = 0.5, open_by_size = 0.1;
 
-template <class F>
-typename F::RefPoint middle()
-{
-  return F::RefPoint::Constant(F::shape == Shape::triangle ? 1.0 / 3.0 : 0.5);
-}
-
 /// A slave facet and the facets of tools near it
 template <class S, class M>
 class Surroundings
@@ -43,7 +38,7 @@ public:
   Surroundings(const Surface& slave, Index facet, const Surface& tools,
                std::span<const Index> near)
       : _nodes(slave.nodes<S>(slave.x, facet)), _tools(tools),
-        _n(frame_at<S>(_nodes, middle<S>()).n),
+        _n(frame_at<S>(_nodes, middle_of_reference<S>()).n),
         _slack(open_by_size * diameter<S>(_nodes))
   {
     for (const Index m : near)
@@ -114,7 +109,9 @@ private:
 
   [[nodiscard]] Vec<D> normal_of_facet(Index which) const
   {
-    return frame_at<M>(_tools.nodes<M>(_tools.x, which), middle<M>()).n;
+    return frame_at<M>(_tools.nodes<M>(_tools.x, which),
+                       middle_of_reference<M>())
+        .n;
   }
 
   typename S::NodeMatrix _nodes;

@@ -1,6 +1,8 @@
 #include "raymortar/mortar/rim_segments.h"
 #include "raymortar/geometry/dispatch.h"
+#include "raymortar/geometry/middle.h"
 #include "raymortar/geometry/ray.h"
+#include "raymortar/mortar/reference_measure.h"
 #include "raymortar/mortar/rim_coverage.h"
 #include "raymortar/mortar/tool_rays.h"
 #include "raymortar/mortar/whole_facets.h"
@@ -191,16 +193,14 @@ FacetJudge judge_by_rays(const Surface& slave,
 
 Vec<2> middle_of(Shape shape)
 {
-  switch (shape)
-  {
-  case Shape::interval:
-    return {0.5, 0.0};
-  case Shape::triangle:
-    return Vec<2>::Constant(1.0 / 3.0);
-  case Shape::quadrilateral:
-    break;
-  }
-  return Vec<2>::Constant(0.5);
+  return with_shape(shape,
+                    []<Shape S>()
+                    {
+                      using F = FacetType<S, 1, 1>;
+                      Vec<2> xi = Vec<2>::Zero();
+                      xi.head<F::tdim>() = middle_of_reference<F>();
+                      return xi;
+                    });
 }
 
 /// Where no rim is near, one ray speaks for the facet
@@ -217,27 +217,13 @@ void find_inside(const Surface& slave, std::span<const PlacedTool> tools,
       above[static_cast<std::size_t>(middles.slave[q])] = Above::inside;
 }
 
-/// Length of an interval or area of a polygon, of reference coordinates
-double measure_of(std::span<const Vec<2>> polygon)
-{
-  if (polygon.size() == 2)
-    return polygon[1][0] - polygon[0][0];
-  double twice = 0.0;
-  for (std::size_t i = 1; i + 1 < polygon.size(); ++i)
-  {
-    const Vec<2> e = polygon[i] - polygon[0], f = polygon[i + 1] - polygon[0];
-    twice += e[0] * f[1] - e[1] * f[0];
-  }
-  return 0.5 * twice;
-}
-
 /// Add a segment of another segmentation
 void append(Segmentation& out, const Segmentation& from, Segment one,
             double whole)
 {
   const auto polygon = polygon_of(from, one);
   out.covered[static_cast<std::size_t>(one.slave)] +=
-      measure_of(polygon) / whole;
+      reference_measure(polygon) / whole;
   const auto begin = static_cast<std::ptrdiff_t>(one.begin);
   const auto copy = [&](auto& to, const auto& all)
   { to.insert(to.end(), all.begin() + begin, all.begin() + begin + one.size); };

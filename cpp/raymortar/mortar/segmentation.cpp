@@ -3,6 +3,7 @@
 #include "raymortar/geometry/patch.h"
 #include "raymortar/mortar/layers.h"
 #include "raymortar/mortar/ray_caster.h"
+#include "raymortar/mortar/reference_measure.h"
 
 namespace raymortar
 {
@@ -111,22 +112,6 @@ struct Corner
   Provenance from;
   Break hangs_on;
 };
-
-double twice_area(const Corner& a, const Corner& b, const Corner& c)
-{
-  return parallelogram(b.xi - a.xi, c.xi - a.xi);
-}
-
-/// Length of an interval, signed area of a polygon
-double reference_measure(const std::vector<Corner>& polygon)
-{
-  if (polygon.size() == 2)
-    return polygon[1].xi[0] - polygon[0].xi[0];
-  double twice = 0.0;
-  for (std::size_t i = 1; i + 1 < polygon.size(); ++i)
-    twice += twice_area(polygon[0], polygon[i], polygon[i + 1]);
-  return 0.5 * twice;
-}
 
 /// Share of the slave patch that the plane coordinates give measure one to
 template <class F>
@@ -271,7 +256,8 @@ private:
       xi.template head<T>() = v.xi;
       _polygon.push_back({xi, region.provenance[i], v.hangs_on});
     }
-    const double share = reference_measure(_polygon) / S::Ref::measure;
+    const double share =
+        reference_measure(_polygon, &Corner::xi) / S::Ref::measure;
     if (not(std::abs(share) > tolerance::segment_area))
       return;
     const auto begin = static_cast<std::int32_t>(_out.vertices.size());

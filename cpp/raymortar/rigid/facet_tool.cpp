@@ -3,6 +3,7 @@
 #include "raymortar/geometry/aabb_tree.h"
 #include "raymortar/geometry/curvature.h"
 #include "raymortar/geometry/dispatch.h"
+#include "raymortar/geometry/middle.h"
 #include "raymortar/geometry/ray.h"
 #include "raymortar/rigid/rims.h"
 
@@ -138,8 +139,7 @@ private:
   {
     using Flat = FacetType<F::shape, 1, 1>;
     constexpr double cancels = 1e-6;
-    const typename F::RefPoint middle =
-        F::RefPoint::Constant(F::shape == Shape::triangle ? 1.0 / 3.0 : 0.5);
+    const typename F::RefPoint middle = middle_of_reference<F>();
     Vec<D> sum = Vec<D>::Zero();
     double size = 0.0;
     for (std::size_t f = 0; f < count(); ++f)

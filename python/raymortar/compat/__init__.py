@@ -51,13 +51,7 @@ from .meshes import (
     meshtags,
     on_mesh,
 )
-from .new_meshes import (
-    _given_partition,
-    _mesh_domain,
-    _partitioner,
-    _ranks_across_facets,
-    create_mesh,
-)
+from .new_meshes import _mesh_domain, _partitioner, _ranks_across_facets, create_mesh
 from .solver import destroy_garbage, make_newton_solver, newton_solver_class
 from .spaces import (
     ElementInfo,
@@ -90,7 +84,6 @@ __all__ = [
     "_convert_gmsh",
     "_coordinate_map",
     "_functions_fault",
-    "_given_partition",
     "_gmsh_converter",
     "_gmsh_fault",
     "_mesh_domain",

@@ -12,6 +12,7 @@ import dolfinx
 
 from ..errors import ContactError, raise_everywhere
 from .generation import Indices
+from .gmsh_partitions import Partition, gmsh_partitioner, model_to_mesh
 from .meshes import connectivity, meshtags
 
 
@@ -61,12 +62,12 @@ class GmshMesh:
 
 
 def _gmsh_converter() -> Any:
-    """``model_to_mesh`` of DOLFINx."""
+    """DOLFINx's module for Gmsh."""
     try:
         from dolfinx.io import gmsh as converter  # 0.10 and later
     except ImportError:
         from dolfinx.io import gmshio as converter
-    return converter.model_to_mesh
+    return converter
 
 
 def _physical_names(model: Any) -> dict[str, tuple[int, int]]:
@@ -96,13 +97,18 @@ def _gmsh_fault(model: Any) -> str | None:
     return None
 
 
-def _convert_gmsh(model: Any, comm: MPI.Comm, gdim: int, rank: int) -> GmshMesh:
+def _convert_gmsh(
+    model: Any, comm: MPI.Comm, gdim: int, rank: int, partition: Partition | None
+) -> GmshMesh:
     """Mesh, tags and names of the Gmsh model that lives on one rank. Collective."""
     here = comm.rank == rank
     raise_everywhere(comm, _gmsh_fault(model) if here else None)
     names = comm.bcast(_physical_names(model) if here else None, root=rank)
+    converter = _gmsh_converter()
+    partitioner = gmsh_partitioner(converter, model, comm, gdim, rank, partition)
+    convert = model_to_mesh(converter, partitioner)
     # A tuple before 0.10, a named tuple with further tags since.
-    mesh, cell_tags, facet_tags = _gmsh_converter()(model, comm, rank, gdim=gdim)[:3]
+    mesh, cell_tags, facet_tags = convert(model, comm, rank, gdim=gdim)[:3]
     if facet_tags is None:
         facet_tags = meshtags(mesh, mesh.topology.dim - 1, [], [])
     # DOLFINx's locate_dofs_topological asks the user for it, for facets and cells
@@ -121,7 +127,9 @@ def _open_in_gmsh(gmsh: Any, path: Path) -> str | None:
     return None
 
 
-def _read_gmsh_file(path: Path, comm: MPI.Comm, gdim: int, rank: int) -> GmshMesh:
+def _read_gmsh_file(
+    path: Path, comm: MPI.Comm, gdim: int, rank: int, partition: Partition | None
+) -> GmshMesh:
     """Open a file on one rank and convert it. Collective.
 
     DOLFINx 0.5.2 has such a function too, which returns an undefined name.
@@ -130,7 +138,7 @@ def _read_gmsh_file(path: Path, comm: MPI.Comm, gdim: int, rank: int) -> GmshMes
     raise_everywhere(comm, f"there is no Gmsh file {path}" if missing else None)
     if comm.rank != rank:
         raise_everywhere(comm, None)  # unless the reading rank has a reason to
-        return _convert_gmsh(None, comm, gdim, rank)
+        return _convert_gmsh(None, comm, gdim, rank, partition)
     import gmsh
 
     # Gmsh 4.8 cannot tell, and then a session of the caller's ends here too.
@@ -139,13 +147,19 @@ def _read_gmsh_file(path: Path, comm: MPI.Comm, gdim: int, rank: int) -> GmshMes
         gmsh.initialize(["", "-v", "1"])
     try:
         raise_everywhere(comm, _open_in_gmsh(gmsh, path))
-        return _convert_gmsh(gmsh.model, comm, gdim, rank)
+        return _convert_gmsh(gmsh.model, comm, gdim, rank, partition)
     finally:
         if ours:
             gmsh.finalize()
 
 
-def read_gmsh(source: Any, comm: MPI.Comm, gdim: int = 3, rank: int = 0) -> GmshMesh:
+def read_gmsh(
+    source: Any,
+    comm: MPI.Comm,
+    gdim: int = 3,
+    rank: int = 0,
+    partition: Partition | None = None,
+) -> GmshMesh:
     """Mesh and tags from a Gmsh model or file. Collective.
 
     Parameters
@@ -158,16 +172,21 @@ def read_gmsh(source: Any, comm: MPI.Comm, gdim: int = 3, rank: int = 0) -> Gmsh
         Dimension of the space, 2 or 3.
     rank
         The rank that holds the model or reads the file.
+    partition
+        Takes midpoints of cells, shape (n, gdim), and the number of ranks to the rank
+        of each cell, shape (n,), such as those of `raymortar.partitions`; looked at on
+        ``rank`` only. The mesh then has no ghost cells. Default: up to DOLFINx's graph
+        partitioner.
 
     Raises
     ------
     ContactError
-        If the file does not exist or is damaged, there are no physical groups, or the
-        cells are of several types.
+        If the file does not exist or is damaged, there are no physical groups, the
+        cells are of several types, or the partition does not give each cell a rank.
     """
     # All ranks take the same branch, whatever was passed on the others.
     is_file = comm.bcast(isinstance(source, (str, Path)), root=rank)
     if is_file:
         path = Path(source) if comm.rank == rank else Path()
-        return _read_gmsh_file(path, comm, gdim, rank)
-    return _convert_gmsh(source, comm, gdim, rank)
+        return _read_gmsh_file(path, comm, gdim, rank, partition)
+    return _convert_gmsh(source, comm, gdim, rank, partition)

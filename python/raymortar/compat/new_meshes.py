@@ -12,6 +12,7 @@ import numpy.typing as npt
 import ufl
 from dolfinx import cpp as _cpp
 
+from ..errors import ContactError, together
 from .elements import basix_element
 from .generation import HAS_UFL_ELEMENTS, Indices
 
@@ -37,18 +38,50 @@ def _ranks_across_facets(
     of_cell = np.repeat(np.arange(len(cells)), len(columns))
     order = np.lexsort(facets.T)
     same = np.all(facets[order][1:] == facets[order][:-1], axis=1)
+    pairs = np.column_stack([of_cell[order][:-1][same], of_cell[order][1:][same]])
     others: list[set[int]] = [set() for _ in cells]
-    for a, b in zip(of_cell[order][:-1][same], of_cell[order][1:][same]):
-        for here, there in ((a, b), (b, a)):
-            if ranks[here] != ranks[there]:
-                others[here].add(int(ranks[there]))
+    for a, b in pairs[ranks[pairs[:, 0]] != ranks[pairs[:, 1]]]:
+        others[a].add(int(ranks[b]))
+        others[b].add(int(ranks[a]))
     return others
 
 
-def _given_partition(cells: npt.NDArray[np.int64], cell: str, ranks: Indices) -> Any:
-    """Partitioner that sends each of this rank's cells where it is told."""
+def as_destinations(ranks: npt.ArrayLike, count: int, size: int) -> Indices:
+    """Rank of each of ``count`` cells, checked.
+
+    Raises
+    ------
+    ContactError
+        If they are not so many whole numbers from 0 to ``size - 1``.
+    """
+    found = np.asarray(ranks)
+    if found.shape != (count,) or not np.issubdtype(found.dtype, np.integer):
+        raise ContactError(
+            f"partition must give the rank of each of the {count} cells, whole numbers "
+            f"of shape ({count},), not {found.dtype} of shape {found.shape}"
+        )
+    wrong = np.flatnonzero((found < 0) | (found >= size))
+    if len(wrong):
+        raise ContactError(
+            f"partition gives cell {wrong[0]} to rank {found[wrong[0]]}, of {size} ranks"
+        )
+    return found.astype(np.int32)
+
+
+def given_partition(cells: npt.NDArray[np.int64], cell: str, ranks: Indices) -> Any:
+    """Partitioner that sends each of this rank's cells where it is told.
+
+    Parameters
+    ----------
+    cells
+        Nodes of each cell in Basix order, shape (n_cells, n).
+    cell
+        Name of the cell type; anything where there are no cells.
+    ranks
+        Rank of each cell, shape (n_cells,).
+    """
     rows = [[rank] for rank in ranks.tolist()]
-    if HAS_UFL_ELEMENTS:
+    if HAS_UFL_ELEMENTS and rows:
         # It knows the vertices that ranks share from ghosts alone, which it drops later
         others = _ranks_across_facets(cells, cell, ranks)
         rows = [row + sorted(more) for row, more in zip(rows, others)]
@@ -99,17 +132,23 @@ def create_mesh(
     destinations
         Rank that gets each of the cells, shape (n_cells,), without ghosts; all cells
         must then be passed by one rank. Default: up to DOLFINx's graph partitioner.
+
+    Raises
+    ------
+    ContactError
+        If destinations are not one rank for each cell.
     """
     if ghosts and destinations is not None:
         raise ValueError("destinations and ghosts exclude each other")
     cells = np.ascontiguousarray(cells, dtype=np.int64)
     points = np.ascontiguousarray(points, dtype=np.float64)
     domain = _mesh_domain(cell, degree, points.shape[1])
-    partitioner = (
-        _partitioner(ghosts)
-        if destinations is None
-        else _given_partition(cells, cell, np.asarray(destinations, dtype=np.int32))
-    )
+    if destinations is None:
+        partitioner = _partitioner(ghosts)
+    else:
+        with together(comm):
+            ranks = as_destinations(destinations, len(cells), comm.size)
+        partitioner = given_partition(cells, cell, ranks)
     if not HAS_UFL_ELEMENTS:
         # By name: 0.10 swapped the order of the points and the element.
         return dolfinx.mesh.create_mesh(

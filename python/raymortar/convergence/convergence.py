@@ -204,6 +204,16 @@ class Convergence:
             balanced = balanced[self.now.count :]
         return bool(balanced.all())
 
+    def excess(self, rtol: float, atol: float | None) -> float:
+        """Last residual over the one that `reached` asks for, the largest of all
+        groups; or distance from prescribed values over the one that it asks for, if
+        that is larger."""
+        scales = np.maximum(self.now.forces, self._first.residual)
+        forces = _largest_ratio(self.now.residual, rtol * scales)
+        if atol is not None and atol > 0.0:
+            forces = min(forces, self.now.norm / atol)
+        return max(forces, _largest_ratio(self.now.lacking, rtol * self._first.lacking))
+
     def _pending(self, rtol: float) -> bool:
         """Whether displacements have not yet reached their prescribed values."""
         step = max(rtol, 8.0 * EPS) * self._first.lacking
@@ -284,3 +294,9 @@ class Convergence:
         for of, per_length, unit in self.groups.field_rows(sizes):
             rows[of] = np.where(fixed[of], heavy * unit, one / per_length)
         return rows
+
+
+def _largest_ratio(values: Array, sizes: Array) -> float:
+    """Largest of all values over their sizes; those without a size do not count."""
+    counts = sizes > 0.0
+    return float((values[counts] / sizes[counts]).max(initial=0.0))

@@ -67,6 +67,13 @@ def _differentiate(
     return factors * np.prod(points[:, None, :] ** powers[None], axis=2)
 
 
+@functools.lru_cache(maxsize=None)
+def _coefficients(shape: str, degree: int) -> Array:
+    """Of the monomials in each shape function, (n_monomials, n)."""
+    exponents = _monomials(shape, degree)
+    return np.linalg.inv(_evaluate(exponents, facet_nodes(shape, degree)))
+
+
 def shape_functions(shape: str, degree: int, points: Array) -> tuple[Array, Array]:
     """Lagrange functions on a reference facet, in raymortar's node order.
 
@@ -83,7 +90,7 @@ def shape_functions(shape: str, degree: int, points: Array) -> tuple[Array, Arra
         Shapes (n_points, n) and (d - 1, n_points, n).
     """
     exponents = _monomials(shape, degree)
-    coefficients = np.linalg.inv(_evaluate(exponents, facet_nodes(shape, degree)))
+    coefficients = _coefficients(shape, degree)
     derivatives = [
         _differentiate(exponents, points, axis) for axis in range(points.shape[1])
     ]

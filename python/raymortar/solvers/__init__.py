@@ -11,6 +11,7 @@
   bodies
 - kept_factors, surface_system, compliance, coupling, supports, small_systems: a direct
   solver that keeps the factors of linear bodies
+- lagged_factors: GMRES with the factors of an earlier tangent
 """
 
 from .automatic import (
@@ -23,6 +24,7 @@ from .automatic import (
 from .bodies import BodiesPreconditioner
 from .elimination import SPRINGS, ContactPreconditioner, attach
 from .kept_factors import KeptFactorsSolver, kept_factors
+from .lagged_factors import LaggedFactorsSolver, lagged_factors
 from .linear import MULTIGRIDS, iterative
 from .rigid_motions import near_nullspace, rigid_motions
 from .springs import lumped_mass, surface_stiffness
@@ -31,6 +33,7 @@ __all__ = [
     "BodiesPreconditioner",
     "ContactPreconditioner",
     "KeptFactorsSolver",
+    "LaggedFactorsSolver",
     "MOST_DIRECT",
     "MULTIGRIDS",
     "SPRINGS",
@@ -39,6 +42,7 @@ __all__ = [
     "direct",
     "iterative",
     "kept_factors",
+    "lagged_factors",
     "linear_options",
     "lumped_mass",
     "near_nullspace",

@@ -13,6 +13,7 @@ from .. import compat
 from ..errors import ContactWarning
 from .elimination import KnowsProblem, attach
 from .kept_factors import kept_factors
+from .lagged_factors import lagged_factors
 from .linear import iterative
 from .petsc_objects import DIRECT
 
@@ -31,17 +32,19 @@ MOST_DIRECT = {1: 40_000, 2: 20_000}
 # docs/linear_bodies.md)
 LEAST_KEPT, MOST_KEPT = 2_000, 0.7
 
+# Unknowns, by dimension, between which earlier factors are the faster ones, where there
+# is no solver above that suits better (measured: docs/solving.md)
+LAGGED = {2: (1_500, 10_000), 3: (2_000, float("inf"))}
+
 # A Krylov solver that does well needs less than a third of this
 MOST_ITERATIONS = 100
 
-# Eisenstat's and Walker's tolerances for the linear systems of SNES. With these values
-# Krylov iterations halve, and Newton iterations stay the same (measured:
-# docs/parallel.md)
-INEXACT = {
-    "snes_ksp_ew": None,
-    "snes_ksp_ew_rtol0": 1e-3,
-    "snes_ksp_ew_rtolmax": 1e-3,
-}
+# Option of SNES, and tolerance of its first linear system. Those that follow are solved
+# as exactly as Newton's method needs them (`Forcing`): a third to a half of the Krylov
+# iterations go, and Newton iterations stay the same (measured: docs/parallel.md)
+INEXACT = {"snes_inexact": 1e-3}
+# The same with lagged factors, where a Newton iteration costs little (docs/solving.md)
+INEXACT_LAGGED = {"snes_inexact": 1e-2}
 
 # After so many stalls the iterative solver is not tried again
 MOST_STALLS = 2
@@ -93,6 +96,12 @@ def linear_options(
         name = "multigrid for the bodies"
     elif _suits_kept_factors(problem):
         options, name = kept_factors(MOST_KEPT), "a direct one that keeps factors"
+    elif _suits_lagged_factors(problem):
+        options = {
+            **(INEXACT_LAGGED if snes else {}),
+            **lagged_factors(_package(problem)),
+        }
+        name = "GMRES with earlier factors"
     if layout.comm.rank == 0:
         log.info("linear solver of %d unknowns: %s", unknowns, name)
     return options
@@ -105,6 +114,22 @@ def _suits_kept_factors(problem: CoupledProblem) -> bool:
         return False
     dim: int = problem.contact.u.function_space.mesh.geometry.dim
     return dim == 3 and layout.size >= LEAST_KEPT
+
+
+def _suits_lagged_factors(problem: CoupledProblem) -> bool:
+    """Whether the size is one at which earlier factors pay."""
+    dim: int = problem.contact.u.function_space.mesh.topology.dim
+    least, most = LAGGED[dim]
+    return least <= problem.contact.layout.size_global <= most
+
+
+def _package(problem: CoupledProblem) -> str:
+    """The quicker direct solver for lagged factors: in small problems of 2D a solve with
+    UMFPACK's takes a third of the time of MUMPS', which works on several ranks."""
+    dim: int = problem.contact.u.function_space.mesh.topology.dim
+    alone = problem.contact.layout.comm.size == 1
+    has_umfpack = PETSc.Sys.hasExternalPackage("suitesparse")
+    return "umfpack" if dim == 2 and alone and has_umfpack else "mumps"
 
 
 def _suits_multigrid(problem: CoupledProblem) -> bool:

@@ -65,7 +65,9 @@ class BodiesPreconditioner(ContactPreconditioner):
             self._first = 0
 
     def _prepare(self, S: PETSc.Mat) -> None:
-        self._coarse = set_levels(self.solver, self.levels, S)
+        # Those of multipliers are as stiff as the surface, penalties ten times
+        stiff = any(one.multiplier is None for one in self.contact.contacts)
+        self._coarse = set_levels(self.solver, self.levels, S, stiff)
 
     def _has_other_conditions(self) -> bool:
         """Whether other dofs are prescribed than when the levels were made.

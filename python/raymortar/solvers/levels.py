@@ -115,9 +115,25 @@ def _product(S: PETSc.Mat, P: PETSc.Mat) -> PETSc.Mat:
     return T
 
 
-def set_levels(ksp: PETSc.KSP, levels: BodiesLevels, S: PETSc.Mat) -> list[PETSc.Mat]:
+def set_levels(
+    ksp: PETSc.KSP, levels: BodiesLevels, S: PETSc.Mat, stiff: bool = False
+) -> list[PETSc.Mat]:
     """Make the preconditioner of S multigrid on these levels, before its options are
     read. Collective.
+
+    Parameters
+    ----------
+    ksp
+        Solver of S.
+    levels
+        The levels.
+    S
+        Matrix of the finest level.
+    stiff
+        Whether S has springs much stiffer than the surfaces that they join. On each
+        coarser level they are stiffer still, relative to what one node of it has: one
+        visit does not reduce the error there, but a W-cycle's two do (measured:
+        docs/parallel.md).
 
     Returns
     -------
@@ -128,6 +144,8 @@ def set_levels(ksp: PETSc.KSP, levels: BodiesLevels, S: PETSc.Mat) -> list[PETSc
     pc = ksp.getPC()
     pc.setType("mg")
     pc.setMGLevels(n)
+    if stiff:
+        pc.setMGCycleType(PETSc.PC.MGCycleType.W)
     for k, P in enumerate(levels.interpolations):
         pc.setMGInterpolation(n - 1 - k, P)
     for k, A in enumerate(operators[:-1]):

@@ -16,7 +16,7 @@ from ..problem import CoupledProblem
 from .automatic import linear_options
 from .elimination import attach
 from .outcome import require_convergence
-from .petsc_objects import new_prefix, release, renew, tangent_with
+from .petsc_objects import new_prefix, release, renew, solve_closely, tangent_with
 from .petsc_options import PetscOptions, check_solver_input
 
 
@@ -182,7 +182,8 @@ class NewtonSolver:
 
     def correct(self, b: PETSc.Vec, dx: PETSc.Vec) -> None:
         """Solve tangent dx = b, within ``with solver.options:``. Collective."""
-        self.krylov_solver.solve(b, dx)
+        ksp = self.krylov_solver
+        solve_closely(ksp, b, dx, ksp.getTolerances()[0])
 
     def _settings(self) -> dict[str, Any]:
         """Settings that must be the same on all ranks, or one would stop before the

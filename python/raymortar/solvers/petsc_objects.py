@@ -23,6 +23,10 @@ DIRECT = {
     "mat_mumps_icntl_14": 60,
 }
 
+# Relative tolerance of systems that paths solve with one tangent, whose solutions they
+# combine
+CLOSE = 1e-8
+
 
 def new_prefix(kind: str) -> str:
     """Prefix of PETSc options that no other solver has, or one would set the other's."""
@@ -50,6 +54,15 @@ def renew(ksp: PETSc.KSP, A: PETSc.Mat) -> None:
     takes a new pattern for the old one (`Contact.make_room`)."""
     ksp.reset()
     ksp.setOperators(A)
+
+
+def solve_closely(ksp: PETSc.KSP, b: PETSc.Vec, x: PETSc.Vec, rtol: float) -> None:
+    """x = A^-1 b to `CLOSE`, or to a smaller tolerance, with that of the solver as
+    before. Collective."""
+    before = ksp.getTolerances()[0]
+    ksp.setTolerances(rtol=min(rtol, CLOSE))
+    ksp.solve(b, x)
+    ksp.setTolerances(rtol=before)
 
 
 def tangent_with(solver: Any, x: PETSc.Vec, springs: Mapping[int, float]) -> None:

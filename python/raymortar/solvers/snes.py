@@ -16,9 +16,10 @@ from ..options.methods import Penalty
 from ..problem import CoupledProblem
 from .automatic import linear_options
 from .elimination import attach
+from .forcing import Forcing
 from .newton import NewtonSolver
 from .outcome import require_convergence
-from .petsc_objects import new_prefix, release, renew, tangent_with
+from .petsc_objects import new_prefix, release, renew, solve_closely, tangent_with
 from .petsc_options import PetscOptions, check_solver_input
 
 STUCK = PETSc.SNES.ConvergedReason.DIVERGED_LOCAL_MIN
@@ -58,11 +59,14 @@ def _convergence_test(
     It compares forces with forces. PETSc's own test compares the norm of all rows with
     that of the first iterate, which lacks the forces that a body meets on its way. If
     the user sets a divergence tolerance, it is relative to the first residual above
-    rounding error.
+    rounding error. Where systems are solved inexactly, it tells the linear solver how
+    exactly the next one is needed.
     """
     reasons = PETSc.SNES.ConvergedReason
     options = PETSc.Options(snes.getOptionsPrefix())
     divergence = options.getReal("snes_divergence_tolerance", -1.0)
+    first = options.getReal("snes_inexact", 0.0)
+    forcing = Forcing(first, snes.ksp.getTolerances()[0]) if first > 0.0 else None
 
     def test(snes: PETSc.SNES, iteration: int, norms: tuple[float, ...]) -> int:
         size, step, norm = norms
@@ -82,6 +86,9 @@ def _convergence_test(
             return reasons.CONVERGED_SNORM_RELATIVE
         if 0 <= snes.getMaxFunctionEvaluations() <= snes.getFunctionEvaluations():
             return reasons.DIVERGED_FUNCTION_COUNT
+        if forcing is not None:
+            excess = convergence.excess(rtol, None if atol == floor else atol)
+            snes.ksp.setTolerances(rtol=forcing.tolerance(iteration, excess))
         return reasons.CONVERGED_ITERATING
 
     return test
@@ -154,7 +161,7 @@ class SNESSolver:
             test = _convergence_test(self._problem, self.snes, self._floor)
         self.snes.setConvergenceTest(test)
         attach(self.krylov_solver, problem, self._scale)
-        # SNES changes it if it solves its systems inexactly
+        # It changes where SNES solves its systems inexactly
         self._linear_rtol = self.krylov_solver.getTolerances()[0]
 
     def _set_callbacks(self) -> None:
@@ -227,8 +234,7 @@ class SNESSolver:
         """Solve tangent dx = b, within ``with solver.options:``. Collective."""
         scaled = b.duplicate()
         scaled.pointwiseMult(b, self._scale)
-        self.krylov_solver.setTolerances(rtol=self._linear_rtol)
-        self.krylov_solver.solve(scaled, dx)
+        solve_closely(self.krylov_solver, scaled, dx, self._linear_rtol)
         scaled.destroy()
 
     def _settings(self) -> dict[str, Any]:

@@ -1,4 +1,5 @@
 // Tools of facets against the closed forms that they stand for.
+#include "cube.h"
 #include "raymortar/core/error.h"
 #include "raymortar/rigid/facet_tool.h"
 #include "raymortar/rigid/shapes.h"
@@ -28,18 +29,6 @@ std::shared_ptr<const Tool> ring(int n, int degree, double radius)
     if (degree == 2)
       f.nodes.push_back(2 * k + 1);
   }
-  return make_facet_tool(f);
-}
-
-/// The unit cube of twelve triangles
-std::shared_ptr<const Tool> cube()
-{
-  ToolFacets f{Shape::triangle, 1, {}, {}};
-  for (int k = 0; k < 8; ++k)
-    for (int i = 0; i < 3; ++i)
-      f.x.push_back(k >> i & 1);
-  f.nodes = {0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4,
-             2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5};
   return make_facet_tool(f);
 }
 
@@ -88,7 +77,7 @@ TEST(FacetTool, OfARingIsACircle)
 
 TEST(FacetTool, OfACubeHasItsFaces)
 {
-  const auto tool = cube();
+  const auto tool = make_facet_tool(cube());
   const Vec<3> down(0.0, 0.0, -1.0);
   const ToolHit above = cast(*tool, {{0.3, 0.4, 1.25}, down});
   ASSERT_TRUE(above.found);
@@ -107,7 +96,7 @@ TEST(FacetTool, OfACubeHasItsFaces)
 
 TEST(FacetTool, OnEdgesIsMet)
 {
-  const auto tool = cube();
+  const auto tool = make_facet_tool(cube());
   const Vec<3> down(0.0, 0.0, -1.0);
   for (const double x : {0.25, 0.5, 0.75}) // on the diagonal of a face
     EXPECT_TRUE(cast(*tool, {{x, x, 1.5}, down}).found);

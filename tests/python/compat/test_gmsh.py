@@ -1,10 +1,13 @@
 """Meshes from Gmsh."""
 
+import mesh_measures as measure
 import numpy as np
 import pytest
+from gathered import concatenated
 from problems import COMM
 
 from raymortar import compat, errors
+from raymortar.partitions import columns
 
 pytestmark = pytest.mark.mpi
 
@@ -45,6 +48,89 @@ def test_read_gmsh(from_file, tmp_path):
     assert np.all(read.cell_tags.values == 5)
     exterior = compat.exterior_facets(read.mesh)
     assert set(exterior) <= set(read.facet_tags.indices[read.facet_tags.values == 8])
+
+
+def gmsh_pair(gmsh, order, recombined):
+    """Model of two squares above each other that share no node, with named groups."""
+    gmsh.model.add("pair")
+    bodies = [gmsh.model.occ.addRectangle(0, k, 0, 1, 1) for k in range(2)]
+    gmsh.model.occ.synchronize()
+    for tag, body in zip((4, 9), bodies):
+        gmsh.model.addPhysicalGroup(2, [body], tag)
+        sides = gmsh.model.getBoundary([(2, body)], oriented=False)
+        gmsh.model.addPhysicalGroup(1, [side for _, side in sides], tag)
+        if recombined:
+            gmsh.model.mesh.setTransfiniteSurface(body)
+            gmsh.model.mesh.setRecombine(2, body)
+    gmsh.option.setNumber("Mesh.MeshSizeMax", 0.2)
+    gmsh.model.mesh.generate(2)
+    gmsh.model.mesh.setOrder(order)
+
+
+def midpoints(mesh):
+    """Means of the nodes of this rank's own cells, shape (n, 3)."""
+    cells = compat.geometry_dofmap(mesh)[: mesh.topology.index_map(2).size_local]
+    return mesh.geometry.x[cells].mean(axis=1)
+
+
+@pytest.mark.parametrize("order, recombined", [(1, False), (1, True), (2, True)])
+def test_a_partition_says_where_cells_of_a_gmsh_model_go(order, recombined):
+    """Each body from its own side, so that cells in another order would be elsewhere."""
+    gmsh = pytest.importorskip("gmsh")
+
+    def partition(x, ranks):
+        assert x.shape[1] == 2
+        along = np.where(x[:, 1] < 1.0, x[:, 0], 1.0 - x[:, 0])
+        return (0.99 * along * ranks).astype(int)  # no midpoint is on a border
+
+    if COMM.rank == 0:
+        gmsh.initialize(["", "-v", "1"])
+        gmsh_pair(gmsh, order, recombined)
+    source = gmsh.model if COMM.rank == 0 else None
+    # Looked at where the model is
+    given = partition if COMM.rank == 0 else None
+    read = compat.read_gmsh(source, COMM, gdim=2, partition=given)
+    whole = compat.read_gmsh(source, COMM, gdim=2)
+    if COMM.rank == 0:
+        gmsh.finalize()
+    x = midpoints(read.mesh)
+    assert COMM.size == 1 or read.mesh.topology.index_map(2).num_ghosts == 0
+    np.testing.assert_array_equal(partition(x[:, :2], COMM.size), COMM.rank)
+    tags = np.zeros(len(x), dtype=int)
+    tags[read.cell_tags.indices] = read.cell_tags.values
+    np.testing.assert_array_equal(tags, np.where(x[:, 1] < 1.0, 4, 9))
+    assert compat.geometry_degree(read.mesh) == order
+    same = [
+        sorted(np.round(concatenated(midpoints(m.mesh)), 9).tolist())
+        for m in (read, whole)
+    ]
+    assert same[0] == same[1]
+    for tag in (4, 9):
+        lengths = [measure.area(m.mesh, m.facet_tags, tag) for m in (read, whole)]
+        np.testing.assert_allclose(lengths, 4.0)
+
+
+@pytest.mark.parametrize(
+    "partition, error, message",
+    [
+        ("graph", errors.ContactError, "must be a function .*, not 'graph'"),
+        (lambda x, ranks: [0, 0], errors.ContactError, r"not int64 of shape \(2,\)"),
+        (lambda x, ranks: np.zeros(len(x)), errors.ContactError, "not float64 of"),
+        (lambda x, ranks: np.full(len(x), ranks), errors.ContactError, "to rank"),
+        (columns((0.0, 0.0, 1.0)), errors.ContactError, "must be 2 finite numbers"),
+        (lambda x, ranks: x[:, 5], IndexError, "out of bounds"),
+    ],
+)
+def test_wrong_partitions_are_refused_everywhere(partition, error, message, tmp_path):
+    gmsh = pytest.importorskip("gmsh")
+    path = tmp_path / "square.msh"
+    if COMM.rank == 0:
+        gmsh.initialize(["", "-v", "1"])
+        gmsh_square(gmsh)
+        gmsh.write(str(path))
+        gmsh.finalize()
+    with pytest.raises(error, match=message):
+        compat.read_gmsh(path, COMM, gdim=2, partition=partition)
 
 
 def test_missing_gmsh_file_is_refused_everywhere(tmp_path):

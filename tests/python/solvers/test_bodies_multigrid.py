@@ -209,6 +209,20 @@ def test_stiff_and_soft_penalties(factor):
 
 
 @pytest.mark.mpi
+@pytest.mark.parametrize("method, cycle", [("augmented", "v"), ("penalty", "w")])
+def test_coarse_levels_are_visited_twice_with_penalties(method, cycle, folder):
+    """What that saves shows from 80,000 unknowns on: docs/parallel.md."""
+    solver, _ = solved(blocks(method=METHODS[method]()), solvers.iterative("bodies"))
+    inner = solver.krylov_solver.getPC().getPythonContext().solver
+    file = str(folder / "view")
+    viewer = PETSc.Viewer().createASCII(file, comm=COMM)
+    inner.getPC().view(viewer)
+    viewer.destroy()
+    with open(file) as text:
+        assert f"cycles={cycle}" in text.read()
+
+
+@pytest.mark.mpi
 @pytest.mark.parametrize("upper", [1e-2, 1e4])
 def test_unequal_stiffness(upper):
     problem = blocks(E={"lower": 10.0, "upper": upper})

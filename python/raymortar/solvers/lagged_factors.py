@@ -1,0 +1,138 @@
+"""GMRES with the factors of an earlier tangent."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from petsc4py import PETSc
+
+from .petsc_objects import DIRECT
+
+# Iterations of GMRES that take the time of a factorisation, about, at the sizes that
+# have lagged factors by default (measured: docs/solving.md)
+A_FACTORISATION = 32
+
+# Of a system: Newton's method takes as many iterations as with exact ones
+RTOL = 1e-6
+
+
+def lagged_factors(package: str = "mumps", **options: Any) -> dict[str, Any]:
+    """PETSc options of GMRES whose preconditioner is an earlier tangent's factors.
+
+    Parameters
+    ----------
+    package
+        What factorises: ``"mumps"``, or another direct solver of PETSc's.
+    options
+        Options to add or to replace, such as ``ksp_rtol=1e-8``.
+
+    Returns
+    -------
+    Options for `NewtonSolver` or `SNESSolver`. The prefixes of GMRES and of the factors
+    add ``lagged_`` and ``direct_`` to that of the solver. The integer ``lagged_most`` is
+    the number of iterations, added up, after which the tangent is factorised again.
+    """
+    direct: dict[str, Any] = {**DIRECT, "pc_factor_mat_solver_type": package}
+    return {
+        "ksp_type": "python",
+        "ksp_python_type": f"{__name__}.{LaggedFactorsSolver.__name__}",
+        "ksp_rtol": RTOL,
+        "pc_type": "none",
+        "lagged_ksp_type": "gmres",
+        "lagged_ksp_gmres_restart": 100,
+        "lagged_most": A_FACTORISATION,
+        **{f"direct_{name}": value for name, value in direct.items()},
+        **options,
+    }
+
+
+class LaggedFactorsSolver:
+    """Solves with the factors of an earlier tangent while this is quicker than to
+    factorise. A PETSc python KSP.
+
+    From one iterate to the next the tangent changes little but for points that close,
+    open or slip, and GMRES needs about as many iterations as there are of these. The
+    tangent is factorised again, and the system solved with these factors, where GMRES
+    does not converge, and where all iterations with the same factors have taken as long
+    as a factorisation.
+
+    Attributes
+    ----------
+    systems, factorisations
+        How many systems were solved, and how many of these tangents were factorised.
+    krylov, direct
+        GMRES, and what factorises. Both have the same preconditioner.
+    """
+
+    def __init__(self) -> None:
+        self.krylov: Any = None
+        self.direct: Any = None
+        self.systems = self.factorisations = 0
+        # Iterations with the present factors, and most of these; 0: there are none
+        self._taken = self._most = 0
+        self._has_factors = self._has_new_pattern = False
+
+    def solve(self, ksp: PETSc.KSP, b: PETSc.Vec, x: PETSc.Vec) -> None:
+        """x = A^-1 b. Collective."""
+        if self.direct is None:
+            self._make(ksp)
+        self.systems += 1
+        solver = self.krylov
+        if not self._lagged(ksp, b, x):
+            solver = self.direct
+            self._factorise(ksp, b, x)
+        # Monitors are the outer solver's. Direct solvers have no history
+        norms = solver.getConvergenceHistory()
+        for iteration, norm in enumerate(norms if len(norms) else [b.norm()]):
+            ksp.monitor(iteration, norm)
+        ksp.setConvergedReason(solver.getConvergedReason())
+        ksp.setIterationNumber(solver.getIterationNumber())
+
+    def _lagged(self, ksp: PETSc.KSP, b: PETSc.Vec, x: PETSc.Vec) -> bool:
+        """Solve with the factors that there are; whether this was possible."""
+        if not self._has_factors or self._taken >= self._most:
+            return False
+        self.direct.getPC().setReusePreconditioner(True)
+        self.krylov.setOperators(*ksp.getOperators())
+        # SNES and paths may change it from one system to the next
+        self.krylov.setTolerances(rtol=ksp.getTolerances()[0], max_it=self._most)
+        self.krylov.solve(b, x)
+        self._taken += self.krylov.getIterationNumber()
+        return bool(self.krylov.getConvergedReason() > 0)
+
+    def _factorise(self, ksp: PETSc.KSP, b: PETSc.Vec, x: PETSc.Vec) -> None:
+        """Factorise the tangent and solve with it."""
+        if self._has_new_pattern:
+            self.direct.reset()
+            self._has_new_pattern = False
+        self.direct.getPC().setReusePreconditioner(False)
+        self.direct.setOperators(*ksp.getOperators())
+        self.direct.solve(b, x)
+        self.factorisations += 1
+        self._taken = 0
+        self._has_factors = self.direct.getConvergedReason() > 0
+
+    def _make(self, ksp: PETSc.KSP) -> None:
+        """Inner solvers. Collective."""
+        prefix = ksp.getOptionsPrefix() or ""
+        self.direct = PETSc.KSP().create(ksp.comm)
+        self.direct.setOptionsPrefix(f"{prefix}direct_")
+        self.direct.setFromOptions()
+        self.krylov = PETSc.KSP().create(ksp.comm)
+        self.krylov.setOptionsPrefix(f"{prefix}lagged_")
+        self.krylov.setPC(self.direct.getPC())
+        self.krylov.setFromOptions()
+        self.krylov.setConvergenceHistory(reset=True)
+        self._most = PETSc.Options(prefix).getInt("lagged_most", A_FACTORISATION)
+
+    def reset(self, ksp: PETSc.KSP) -> None:
+        """The next tangent may have another pattern: its factors are made from scratch.
+        Those that there are still serve GMRES. Collective."""
+        self._has_new_pattern = True
+
+    def destroy(self, ksp: PETSc.KSP) -> None:
+        """The end, called by PETSc. Collective."""
+        for solver in (self.krylov, self.direct):
+            if solver is not None:
+                solver.destroy()
+        self.krylov = self.direct = None
