@@ -43,8 +43,6 @@ MOST_ITERATIONS = 100
 # as exactly as Newton's method needs them (`Forcing`): a third to a half of the Krylov
 # iterations go, and Newton iterations stay the same (measured: docs/parallel.md)
 INEXACT = {"snes_inexact": 1e-4}
-# The same with lagged factors, where a Newton iteration costs little (docs/solving.md)
-INEXACT_LAGGED = {"snes_inexact": 1e-2}
 
 # After so many stalls the iterative solver is not tried again
 MOST_STALLS = 2
@@ -97,11 +95,7 @@ def linear_options(
     elif _suits_kept_factors(problem):
         options, name = kept_factors(MOST_KEPT), "a direct one that keeps factors"
     elif _suits_lagged_factors(problem):
-        options = {
-            **(INEXACT_LAGGED if snes else {}),
-            **lagged_factors(_package(problem)),
-        }
-        name = "GMRES with earlier factors"
+        options, name = lagged_factors(_package(problem)), "GMRES with earlier factors"
     if layout.comm.rank == 0:
         log.info("linear solver of %d unknowns: %s", unknowns, name)
     return options

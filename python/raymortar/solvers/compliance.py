@@ -94,6 +94,31 @@ class Compliance:
             return self.solve(forces)[self.rows[at]]
         return forces[known] @ self._columns[: len(known), at]
 
+    def follow(self, rows: Places) -> None:
+        """Take further rows, off the surfaces, after the others."""
+        n, new = self._x.local_size, np.arange(self.size, self.size + len(rows))
+        units = np.zeros((len(rows), n))
+        units[np.arange(len(rows)), rows] = 1.0
+        columns = np.array([self.solve(unit) for unit in units])
+        of_rows = columns
+        if not self.symmetric:
+            of_rows = np.array([self._solve_transpose(unit) for unit in units])
+        wider = np.empty((len(self._columns), self.size + len(rows)))
+        wider[:, : self.size] = self._columns
+        known = self.rows[self._known]
+        wider[: len(known), self.size :] = of_rows[:, known].T
+        self._columns = wider
+        self.rows = np.concatenate([self.rows, rows])
+        self.size = len(self.rows)
+        self._column = np.concatenate([self._column, np.full(len(rows), -1)])
+        self._append(new, columns[:, self.rows])
+
+    def _solve_transpose(self, forces: Array) -> Array:
+        """Solve with the transposed matrix."""
+        self._b.array[:] = forces
+        self._ksp.solveTranspose(self._b, self._x)
+        return self._x.array.copy()
+
     @property
     def known(self) -> int:
         """How many columns are known."""

@@ -15,8 +15,10 @@ from .petsc_objects import DIRECT
 from .supports import supports, unrolled
 from .surface_system import SurfaceSystem
 
-# Residual of a system, relative to its right-hand side, and times it is solved for
+# Residual of a system, relative to its right-hand side, if it is no rounding error of
+# the solution, and times it is solved for
 EXACT, MOST_SOLVES = 1e-12, 3
+EPS = float(np.finfo(float).eps)
 
 # A stiffness that lasts for fewer systems than this is not worth its factors. Where
 # one has not lasted, the next one is factorised only once it has
@@ -24,6 +26,10 @@ LASTING = 4
 
 # After so many systems that were not solved exactly, a stiffness is given up
 MOST_INEXACT = 2
+
+# Dofs off the surfaces of contact that a tangent may have a spring at, and share of
+# the stiffness there that is rounding error
+MOST_FOLLOWED, NOTHING = 8, 1e-13
 
 # Operations of a factorisation that take the time of one number in the factors, in a
 # solve and for a column, and that of one number in a product with columns (measured)
@@ -75,7 +81,8 @@ class KeptFactorsSolver(KnowsProblem):
     Attributes
     ----------
     systems, exceptions
-        How many systems were solved with kept factors, and how many otherwise.
+        How many systems were solved with kept factors, and how many otherwise. Paths
+        whose load factor is led solve three with each tangent.
     factorisations
         How often the stiffness was factorised.
     direct
@@ -86,9 +93,10 @@ class KeptFactorsSolver(KnowsProblem):
         super().__init__()
         self.direct: Any = None
         self.systems = self.exceptions = self.factorisations = 0
-        # The last tangent's system, and the state of its matrix
+        # The last tangent's system, None: not solved so; and the state of its matrix
         self._system: Any = None
         self._of: Any = None
+        self._size = 0.0
         self._compliance: Any = None  # from `_factorise` on, with what follows
         self._near: Any = None
         self._stiffness: Any = None
@@ -100,7 +108,10 @@ class KeptFactorsSolver(KnowsProblem):
 
     def solve(self, ksp: PETSc.KSP, b: PETSc.Vec, x: PETSc.Vec) -> None:
         """x = A^-1 b. Collective."""
-        if self._may_keep(ksp) and self._solve(ksp, b, x):
+        A, _ = ksp.getOperators()
+        if self._of != (A.handle, A.stateGet()):
+            self._take(ksp, A)
+        if self._system is not None and self._is_solved(A, b, x):
             self.systems += 1
             ksp.setConvergedReason(PETSc.KSP.ConvergedReason.CONVERGED_ITS)
             ksp.setIterationNumber(1)
@@ -115,6 +126,24 @@ class KeptFactorsSolver(KnowsProblem):
         ksp.setConvergedReason(self.direct.getConvergedReason())
         ksp.setIterationNumber(self.direct.getIterationNumber())
 
+    def _take(self, ksp: PETSc.KSP, A: PETSc.Mat) -> None:
+        """Take a new tangent: its system is None where kept factors do not solve it."""
+        self._drop_system()
+        self._of = A.handle, A.stateGet()
+        if not self._may_keep(ksp):
+            return
+        prefix = ksp.getOptionsPrefix() or ""
+        if self._compliance is None:
+            self._factorise(f"{prefix}kept_")
+        compliance = self._compliance
+        assert compliance is not None
+        if not (compliance.usable and self._follow(A)):
+            return
+        coupling = self._coupling(A)
+        if self._pays(coupling, PETSc.Options(prefix).getReal("kept_most", np.inf)):
+            self._system = SurfaceSystem(coupling, compliance)
+            self._size = A.norm(PETSc.NormType.INFINITY)
+
     def _may_keep(self, ksp: PETSc.KSP) -> bool:
         """Whether there is a stiffness that is kept and lasts."""
         volume = self.problem.volume
@@ -126,29 +155,18 @@ class KeptFactorsSolver(KnowsProblem):
             self._patience = 0 if lasted else LASTING
             self._volume, self._revision, self._age = kept, kept.revision, 0
             self._inexact = 0
-            self._forget()
+            self._forget_factors()
         self._age += 1
         return self._age > self._patience and self._inexact < MOST_INEXACT
 
-    def _solve(self, ksp: PETSc.KSP, b: PETSc.Vec, x: PETSc.Vec) -> bool:
-        """Solve with kept factors; whether this was possible."""
-        A, _ = ksp.getOperators()
-        prefix = ksp.getOptionsPrefix() or ""
-        if self._compliance is None:
-            self._factorise(f"{prefix}kept_")
-        compliance = self._compliance
-        assert compliance is not None
-        if self._system is None or self._of != (A.handle, A.stateGet()):
-            self._drop_system()
-            coupling = self._coupling(A)
-            most = PETSc.Options(prefix).getReal("kept_most", np.inf)
-            if not (compliance.usable and self._pays(coupling, most)):
-                return False
-            self._system = SurfaceSystem(coupling, compliance)
-            self._of = A.handle, A.stateGet()
-        exact = self._refined(A, b, x)
-        self._inexact += not exact
-        return exact
+    def _is_solved(self, A: PETSc.Mat, b: PETSc.Vec, x: PETSc.Vec) -> bool:
+        """Solve; whether the solution is exact. If not, this tangent is given up."""
+        if self._refined(A, b, x):
+            return True
+        self._inexact += 1
+        self._system.destroy()
+        self._system = None
+        return False
 
     def _refined(self, A: PETSc.Mat, b: PETSc.Vec, x: PETSc.Vec) -> bool:
         """Solve, again for what is left; whether the solution is exact."""
@@ -160,10 +178,11 @@ class KeptFactorsSolver(KnowsProblem):
             x.array[:] += np.concatenate(self._system.solve(right[:n], right[n:]))
             A.mult(x, product)
             rest.waxpy(-1.0, product, b)
-            left = rest.norm()
-            if not left > EXACT * b.norm():
+            # At limit points the solution is large, and so is its rounding error
+            left, rounding = rest.norm(), EPS * self._size * x.norm()
+            if not left > rounding:
                 break
-        exact = bool(left <= EXACT * b.norm())
+        exact = bool(left <= max(EXACT * b.norm(), rounding))
         rest.destroy()
         product.destroy()
         return exact
@@ -177,29 +196,62 @@ class KeptFactorsSolver(KnowsProblem):
         dofs = unrolled(nodes, contact.u.function_space.dofmap.index_map_bs)
         springs = supports(contact, nodes, self.problem.constrained)
         rows = layout.u_rows.ravel()[dofs]
-        near = np.concatenate([rows, np.arange(layout.n, layout.size)])
+        K = self.problem.volume.kept.tangent
+        if self.direct is not None:
+            self.direct.reset()  # its factors are larger
+        K = _first_block(K, layout.n)
+        self._compliance = Compliance(K, rows, np.searchsorted(dofs, springs), prefix)
+        self._select()
+        self.factorisations += 1
+
+    def _select(self) -> None:
+        """The rows that the tangent may add entries to, and their stiffness."""
+        layout = self.contact.layout
+        near = np.concatenate([self._compliance.rows, np.arange(layout.n, layout.size)])
         self._near = PETSc.IS().createGeneral(
             near.astype(PETSc.IntType), comm=PETSc.COMM_SELF
         )
         K = self.problem.volume.kept.tangent
         self._stiffness = K.createSubMatrix(self._near, self._near)
-        if self.direct is not None:
-            self.direct.reset()  # its factors are larger
-        K = _first_block(K, layout.n)
-        self._compliance = Compliance(K, rows, np.searchsorted(dofs, springs), prefix)
-        self.factorisations += 1
+
+    def _follow(self, A: PETSc.Mat) -> bool:
+        """Follow the dofs off the surfaces that a spring holds, as on paths whose load
+        factor is led; whether these are few."""
+        n, compliance = self.contact.layout.n, self._compliance
+        K = self.problem.volume.kept.tangent
+        (held, plain), scale = (one.getDiagonal() for one in (A, K)), self.row_scale
+        if scale is not None:
+            plain.pointwiseMult(plain, scale)
+        added = np.abs(held.array_r - plain.array_r)[:n]
+        rows = np.flatnonzero(added > NOTHING * np.abs(plain.array_r[:n]))
+        rows = np.setdiff1d(rows, compliance.rows)
+        held.destroy()
+        plain.destroy()
+        if len(rows) > MOST_FOLLOWED:
+            return False
+        if len(rows):
+            compliance.follow(rows)
+            self._near.destroy()
+            self._stiffness.destroy()
+            self._select()
+        return True
 
     def _coupling(self, A: PETSc.Mat) -> Coupling:
         """What contact adds to the stiffness."""
-        added = A.createSubMatrix(self._near, self._near)
+        added, stiffness = A.createSubMatrix(self._near, self._near), self._stiffness
         if self.row_scale is not None:
+            # Nothing is left of entries that nothing is added to
             factors = self.row_scale.getSubVector(self._near)
+            stiffness = stiffness.copy()
+            stiffness.diagonalScale(factors)
+        added.axpy(-1.0, stiffness, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
+        if self.row_scale is not None:
+            stiffness.destroy()
             inverse = factors.copy()
             inverse.reciprocal()
             added.diagonalScale(inverse)
             inverse.destroy()
             self.row_scale.restoreSubVector(self._near, factors)
-        added.axpy(-1.0, self._stiffness, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
         last = sum(len(b.freedom) for b in self.contact.layout.own_bodies)
         coupling = Coupling(added, self._compliance.size, last)
         added.destroy()
@@ -227,10 +279,13 @@ class KeptFactorsSolver(KnowsProblem):
     def _drop_system(self) -> None:
         if self._system is not None:
             self._system.destroy()
-        self._system = None
+        self._system = self._of = None
 
     def _forget(self) -> None:
         self._drop_system()
+        self._forget_factors()
+
+    def _forget_factors(self) -> None:
         for thing in (self._compliance, self._near, self._stiffness):
             if thing is not None:
                 thing.destroy()

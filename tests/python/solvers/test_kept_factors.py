@@ -233,6 +233,33 @@ def test_springs_of_a_stepped_path_on_the_diagonal_are_seen():
     assert rest.norm() <= 1e-12 * b.norm()
 
 
+@alone
+@pytest.mark.skipif(len(SOLVERS) == 1, reason="compares both solvers")
+def test_weighed_rows_have_the_columns_of_others():
+    """SNES weighs the rows of bodies of unlike stiffness: by rounding that would seem
+    to touch all of their surfaces."""
+
+    def held(V, scene):
+        """Closed on one side."""
+        top = fix(V, scene, "top", 1, value=lambda x: 0.3 * x[:, 0] - 0.01)
+        return [fix(V, scene, "bottom"), fix(V, scene, "top", 0), top]
+
+    scene = stack("quadrilateral", (6, 7))
+    problem = build(scene, bcs=held, E={"0": 7e5, "1": 30.0}).problem
+    _, _, values = solved(problem, solvers.direct())
+    found = []
+    for solver in SOLVERS:
+        one = solver(problem, solvers.kept_factors())
+        x, b = problem.start(), problem.create_vector()
+        x.array[:] = values
+        problem.F(x, b)
+        one.linearise(x, {})
+        with one.options:
+            one.correct(b, b.duplicate())
+        found.append(context(one)._compliance.known)
+    assert found[0] == found[1]
+
+
 # The choice
 
 
@@ -307,6 +334,13 @@ def test_columns_are_those_of_the_inverse(symmetric):
     forces[0] = 1.0
     wanted = (inverse @ forces)[rows[[0, 1]]]
     assert one.displacements(forces, np.array([0, 1])) == pytest.approx(wanted)
+    # Rows that follow, beside columns that are known and others
+    one.follow(np.array([0, 8]))
+    assert one.size == len(rows) + 2
+    rows, places = one.rows, np.array([1, 2, 4, len(rows), len(rows) + 1])
+    assert one.between(places) == pytest.approx(
+        inverse[np.ix_(rows[places], rows[places])], rel=1e-12
+    )
 
 
 @alone
