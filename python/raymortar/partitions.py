@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .checked import is_whole_number
 from .compat import Array, Indices
 from .errors import ContactError
 from .rigid.checked import direction as unit_vector
@@ -136,14 +137,12 @@ def patches(place: Callable[[Array], Any]) -> Callable[[Array, int], Indices]:
 
     def partition(midpoints: Array, ranks: int) -> Indices:
         midpoints = np.asarray(midpoints, dtype=np.float64)
-        found = np.asarray(place(midpoints), dtype=np.float64)
+        found = np.asarray(place(midpoints.copy()), dtype=np.float64)
         if found.ndim != 2 or len(found) != len(midpoints):
             raise ContactError(
                 f"place must give coordinates of shape ({len(midpoints)}, k), not "
                 f"{found.shape}"
             )
-        if not np.isfinite(found).all():
-            raise ContactError("place gives a coordinate that is not finite")
         return _bisected(found, ranks)
 
     return partition
@@ -171,6 +170,12 @@ def _bisected(coordinates: Array, ranks: int) -> Indices:
 
     Cells on a cut go by the other coordinates and, if these are alike, by their order.
     """
+    if not (is_whole_number(ranks) and ranks > 0):
+        raise ContactError(f"ranks = {ranks!r} must be a positive whole number")
+    if coordinates.size == 0:
+        return np.zeros(len(coordinates), dtype=np.int32)
+    if not np.isfinite(coordinates).all():
+        raise ContactError("a cell has a coordinate that is not finite")
     count = len(coordinates)
     levels = _levels(coordinates)
     found = np.empty(count, dtype=np.int32)

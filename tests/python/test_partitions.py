@@ -173,6 +173,9 @@ def test_patches_follow_coordinates_of_ones_own(ranks):
             r"shape \(4, k\), not \(4,\)",
         ),
         (lambda: patches(lambda x: x / 0.0)(grid(2, 2), 2), "not finite"),
+        (lambda: strips(np.full((3, 2), np.nan), 2), "not finite"),
+        (lambda: strips(grid(2, 2), -1), "ranks = -1 must be a positive whole"),
+        (lambda: columns((0.0, 1.0))(grid(2, 2), 2.5), "ranks = 2.5 must be"),
     ],
 )
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")

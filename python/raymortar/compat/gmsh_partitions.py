@@ -45,7 +45,9 @@ def _partitioner_of_model(
     kind, nodes = _cells(converter, model)
     midpoints = converter.extract_geometry(model)[nodes].mean(axis=1)[:, :gdim]
     ranks = as_destinations(partition(midpoints, size), len(nodes), size)
-    cell = str(converter.ufl_mesh(kind, gdim, *_REAL).ufl_cell())
+    # UFL's cells of a surface in space have names of their own in 0.5
+    tdim = int(model.mesh.getElementProperties(kind)[1])
+    cell = str(converter.ufl_mesh(kind, tdim, *_REAL).ufl_cell())
     basix_order = converter.cell_perm_array(_cpp.mesh.to_type(cell), nodes.shape[1])
     return given_partition(nodes[:, basix_order], cell, ranks)
 

@@ -6,6 +6,8 @@ from typing import Any
 
 from petsc4py import PETSc
 
+from ..checked import is_whole_number
+from ..errors import ContactError
 from .petsc_objects import DIRECT
 
 # Iterations of GMRES that take the time of a factorisation, about, at the sizes that
@@ -13,7 +15,10 @@ from .petsc_objects import DIRECT
 A_FACTORISATION = 32
 
 # Of a system: Newton's method takes as many iterations as with exact ones
-RTOL = 1e-6
+RTOL = 1e-8
+
+# Systems at most that are factorised at once, where GMRES has failed again and again
+MOST_WAIT = 16
 
 
 def lagged_factors(package: str = "mumps", **options: Any) -> dict[str, Any]:
@@ -29,9 +34,19 @@ def lagged_factors(package: str = "mumps", **options: Any) -> dict[str, Any]:
     Returns
     -------
     Options for `NewtonSolver` or `SNESSolver`. The prefixes of GMRES and of the factors
-    add ``lagged_`` and ``direct_`` to that of the solver. The integer ``lagged_most`` is
-    the number of iterations, added up, after which the tangent is factorised again.
+    add ``lagged_`` and ``direct_`` to that of the solver. ``lagged_most``, a whole
+    number, is that of iterations, added up, after which the tangent is factorised again.
+
+    Raises
+    ------
+    ContactError
+        If the package is no name, or ``lagged_most`` no whole number from 0 on.
     """
+    if not isinstance(package, str):
+        raise ContactError(f"package must be the name of a solver, not {package!r}")
+    most = options.get("lagged_most", A_FACTORISATION)
+    if not (is_whole_number(most) and most >= 0):
+        raise ContactError(f"lagged_most = {most!r} must be a whole number from 0 on")
     direct: dict[str, Any] = {**DIRECT, "pc_factor_mat_solver_type": package}
     return {
         "ksp_type": "python",
@@ -71,6 +86,9 @@ class LaggedFactorsSolver:
         # Iterations with the present factors, and most of these; 0: there are none
         self._taken = self._most = 0
         self._has_factors = self._has_new_pattern = False
+        # Systems to factorise before GMRES is tried again, and how often it has failed
+        # in a row
+        self._wait = self._failures = 0
 
     def solve(self, ksp: PETSc.KSP, b: PETSc.Vec, x: PETSc.Vec) -> None:
         """x = A^-1 b. Collective."""
@@ -88,9 +106,22 @@ class LaggedFactorsSolver:
         ksp.setConvergedReason(solver.getConvergedReason())
         ksp.setIterationNumber(solver.getIterationNumber())
 
+    def may_try(self) -> bool:
+        """Whether to try the factors that there are, next time or now."""
+        if not self._has_factors or self._taken >= self._most:
+            return False
+        self._wait -= 1
+        return self._wait < 0
+
+    def learn(self, converged: bool) -> None:
+        """Take note of how GMRES has done. One failure is of a new active set. After more
+        in a row, some systems are factorised before it is tried again."""
+        self._failures = 0 if converged else self._failures + 1
+        self._wait = min(2**self._failures // 4, MOST_WAIT)
+
     def _lagged(self, ksp: PETSc.KSP, b: PETSc.Vec, x: PETSc.Vec) -> bool:
         """Solve with the factors that there are; whether this was possible."""
-        if not self._has_factors or self._taken >= self._most:
+        if not self.may_try():
             return False
         self.direct.getPC().setReusePreconditioner(True)
         self.krylov.setOperators(*ksp.getOperators())
@@ -98,7 +129,8 @@ class LaggedFactorsSolver:
         self.krylov.setTolerances(rtol=ksp.getTolerances()[0], max_it=self._most)
         self.krylov.solve(b, x)
         self._taken += self.krylov.getIterationNumber()
-        return bool(self.krylov.getConvergedReason() > 0)
+        self.learn(self.krylov.getConvergedReason() > 0)
+        return self._failures == 0
 
     def _factorise(self, ksp: PETSc.KSP, b: PETSc.Vec, x: PETSc.Vec) -> None:
         """Factorise the tangent and solve with it."""
@@ -115,15 +147,15 @@ class LaggedFactorsSolver:
     def _make(self, ksp: PETSc.KSP) -> None:
         """Inner solvers. Collective."""
         prefix = ksp.getOptionsPrefix() or ""
-        self.direct = PETSc.KSP().create(ksp.comm)
-        self.direct.setOptionsPrefix(f"{prefix}direct_")
-        self.direct.setFromOptions()
-        self.krylov = PETSc.KSP().create(ksp.comm)
-        self.krylov.setOptionsPrefix(f"{prefix}lagged_")
-        self.krylov.setPC(self.direct.getPC())
-        self.krylov.setFromOptions()
-        self.krylov.setConvergenceHistory(reset=True)
-        self._most = PETSc.Options(prefix).getInt("lagged_most", A_FACTORISATION)
+        most = PETSc.Options(prefix).getInt("lagged_most", A_FACTORISATION)
+        direct, krylov = (PETSc.KSP().create(ksp.comm) for _ in range(2))
+        direct.setOptionsPrefix(f"{prefix}direct_")
+        direct.setFromOptions()
+        krylov.setOptionsPrefix(f"{prefix}lagged_")
+        krylov.setPC(direct.getPC())
+        krylov.setFromOptions()
+        krylov.setConvergenceHistory(reset=True)
+        self._most, self.direct, self.krylov = most, direct, krylov
 
     def reset(self, ksp: PETSc.KSP) -> None:
         """The next tangent may have another pattern: its factors are made from scratch.

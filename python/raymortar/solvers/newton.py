@@ -16,7 +16,14 @@ from ..problem import CoupledProblem
 from .automatic import linear_options
 from .elimination import attach
 from .outcome import require_convergence
-from .petsc_objects import new_prefix, release, renew, solve_closely, tangent_with
+from .petsc_objects import (
+    new_prefix,
+    release,
+    renew,
+    solve_closely,
+    take_tangent,
+    tangent_with,
+)
 from .petsc_options import PetscOptions, check_solver_input
 
 
@@ -105,8 +112,7 @@ class NewtonSolver:
             this()._judge()
 
         def tangent(x: PETSc.Vec, A: PETSc.Mat) -> None:
-            if problem.J(x, A):
-                renew(this().krylov_solver, A)
+            take_tangent(problem, x, A, this().krylov_solver)
 
         self.newton.setF(residual, self.b)
         self.newton.setJ(tangent, self.A)

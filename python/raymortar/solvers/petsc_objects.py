@@ -11,6 +11,7 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from .. import compat
+from ..system.coupled import ROOM
 
 _counter = itertools.count()
 
@@ -65,11 +66,20 @@ def solve_closely(ksp: PETSc.KSP, b: PETSc.Vec, x: PETSc.Vec, rtol: float) -> No
     ksp.setTolerances(rtol=before)
 
 
+def take_tangent(problem: Any, x: PETSc.Vec, A: PETSc.Mat, ksp: PETSc.KSP) -> None:
+    """Tangent at x into A, for a KSP that then knows A's pattern, whichever solver of
+    the same matrix has changed it. Collective."""
+    problem.J(x, A)
+    room = A.getAttr(ROOM)
+    if ksp.getAttr(ROOM) != room:
+        renew(ksp, A)
+        ksp.setAttr(ROOM, room)
+
+
 def tangent_with(solver: Any, x: PETSc.Vec, springs: Mapping[int, float]) -> None:
     """Tangent at x with springs on its diagonal, those of this rank. Collective."""
     A = solver.A
-    if solver.problem.J(x, A):
-        renew(solver.krylov_solver, A)
+    take_tangent(solver.problem, x, A, solver.krylov_solver)
     for row, stiffness in springs.items():
         A.setValue(row, row, stiffness, addv=PETSc.InsertMode.ADD_VALUES)
     A.assemble()

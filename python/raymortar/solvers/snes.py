@@ -19,7 +19,14 @@ from .elimination import attach
 from .forcing import Forcing
 from .newton import NewtonSolver
 from .outcome import require_convergence
-from .petsc_objects import new_prefix, release, renew, solve_closely, tangent_with
+from .petsc_objects import (
+    new_prefix,
+    release,
+    renew,
+    solve_closely,
+    take_tangent,
+    tangent_with,
+)
 from .petsc_options import PetscOptions, check_solver_input
 
 STUCK = PETSc.SNES.ConvergedReason.DIVERGED_LOCAL_MIN
@@ -178,8 +185,7 @@ class SNESSolver:
             b.pointwiseMult(b, scale)
 
         def tangent(snes: PETSc.SNES, x: PETSc.Vec, A: PETSc.Mat, P: PETSc.Mat) -> None:
-            if problem_of().J(x, A):
-                renew(snes.ksp, A)
+            take_tangent(problem_of(), x, A, snes.ksp)
             A.diagonalScale(scale)
 
         self.snes.setFunction(residual, self.b)
@@ -264,6 +270,7 @@ class SNESSolver:
             with self.options:
                 self.snes.solve(None, x)
         except PETSc.Error:
+            renew(self.krylov_solver, self.A)
             if not self._raised:
                 raise
             raise self._raised[0] from None

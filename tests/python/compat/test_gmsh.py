@@ -1,5 +1,7 @@
 """Meshes from Gmsh."""
 
+from pathlib import Path
+
 import mesh_measures as measure
 import numpy as np
 import pytest
@@ -108,6 +110,14 @@ def test_a_partition_says_where_cells_of_a_gmsh_model_go(order, recombined):
     for tag in (4, 9):
         lengths = [measure.area(m.mesh, m.facet_tags, tag) for m in (read, whole)]
         np.testing.assert_allclose(lengths, 4.0)
+
+
+def test_a_flat_mesh_in_space_takes_a_partition():
+    path = Path(__file__).parents[3] / "meshes" / "two_blocks_2d.msh"
+    read = compat.read_gmsh(path, COMM, partition=columns((0.0, 1.0, 0.0)))
+    assert read.mesh.geometry.dim == 3
+    counts = COMM.allgather(read.mesh.topology.index_map(2).size_local)
+    assert max(counts) - min(counts) <= 1
 
 
 @pytest.mark.parametrize(

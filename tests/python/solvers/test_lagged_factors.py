@@ -9,6 +9,7 @@ from sliding import Sliding
 from snapping import on_bed
 
 from raymortar import (
+    ContactError,
     ConvergenceError,
     Coulomb,
     DisplacementControl,
@@ -18,6 +19,7 @@ from raymortar import (
     solvers,
 )
 from raymortar.solvers import automatic
+from raymortar.solvers.lagged_factors import LaggedFactorsSolver
 
 
 def lean(x):
@@ -167,3 +169,49 @@ def test_it_is_the_choice_for_problems_of_some_size(monkeypatch):
     assert solvers.linear_options(problem, {"lagged_most": 7}, "none_") == wanted
     given = {"pc_type": "lu"}
     assert solvers.linear_options(problem, given, "none_") == solvers.direct()
+
+
+@pytest.mark.parametrize(
+    "wrong, message",
+    [
+        (lambda: solvers.lagged_factors(7), "package must be the name of a solver"),
+        (lambda: solvers.lagged_factors(lagged_most=3.5), "lagged_most = 3.5 must be"),
+        (lambda: solvers.lagged_factors(lagged_most=-1), "lagged_most = -1 must be"),
+    ],
+)
+def test_wrong_options_are_refused(wrong, message):
+    with pytest.raises(ContactError, match=message):
+        wrong()
+
+
+@pytest.mark.mpi
+def test_a_solver_learns_where_gmres_fails():
+    """It is tried less and less often, and again once it has done well."""
+    lagged = LaggedFactorsSolver()
+    lagged._has_factors, lagged._most = True, 10**6
+    tried = []
+    for number in range(60):
+        if lagged.may_try():
+            tried.append(number)
+            lagged.learn(converged=False)
+    assert tried[:2] == [0, 1]
+    assert np.diff(tried).tolist() == [1, 2, 3, 5, 9, 17, 17]
+    lagged.learn(converged=True)
+    assert lagged.may_try() and lagged.may_try()
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("options", [solvers.direct(), solvers.lagged_factors()])
+@pytest.mark.parametrize("turns", (1, 2))
+def test_solvers_that_share_a_matrix_see_its_new_pattern(options, turns):
+    """As the line search of load steps does: one extends the pattern, both go on."""
+    one = Sliding(COMM, "triangle", 1, "augmented")
+    first = SNESSolver(one.problem.problem, {"snes_max_it": 40, **options})
+    other = SNESSolver(
+        one.problem.problem, {"snes_max_it": 40, **options}, matrix=first.A
+    )
+    for k, t in enumerate(np.linspace(0.0, 1.0, 17)[1:]):
+        one.apply(t)
+        assert (first, other)[k // turns % 2].solve()[1]
+        one.contact.advance()
+    assert one.contact.statistics.preallocations > 3
