@@ -95,7 +95,7 @@ def linear_options(
     elif _suits_kept_factors(problem):
         options, name = kept_factors(MOST_KEPT), "a direct one that keeps factors"
     elif _suits_lagged_factors(problem):
-        options, name = lagged_factors(_package(problem)), "GMRES with earlier factors"
+        options, name = lagged_factors(_package(problem)), "GMRES with lagged factors"
     if layout.comm.rank == 0:
         log.info("linear solver of %d unknowns: %s", unknowns, name)
     return options

@@ -68,8 +68,8 @@ class LaggedFactorsSolver:
     From one iterate to the next the tangent changes little but for points that close,
     open or slip, and GMRES needs about as many iterations as there are of these. The
     tangent is factorised again, and the system solved with these factors, where GMRES
-    does not converge, and where all iterations with the same factors have taken as long
-    as a factorisation.
+    does not converge, where all iterations with the same factors have taken as long as a
+    factorisation, and where the tangent before was used for several systems.
 
     Attributes
     ----------
@@ -86,6 +86,9 @@ class LaggedFactorsSolver:
         # Iterations with the present factors, and most of these; 0: there are none
         self._taken = self._most = 0
         self._has_factors = self._has_new_pattern = False
+        # The last tangent, and how many systems it was used for
+        self._tangent: tuple[int, int] = (0, 0)
+        self._uses = 0
         # Systems to factorise before GMRES is tried again, and how often it has failed
         # in a row
         self._wait = self._failures = 0
@@ -96,7 +99,7 @@ class LaggedFactorsSolver:
             self._make(ksp)
         self.systems += 1
         solver = self.krylov
-        if not self._lagged(ksp, b, x):
+        if self._is_worth_factors(ksp) or not self._lagged(ksp, b, x):
             solver = self.direct
             self._factorise(ksp, b, x)
         # Monitors are the outer solver's. Direct solvers have no history
@@ -105,6 +108,17 @@ class LaggedFactorsSolver:
             ksp.monitor(iteration, norm)
         ksp.setConvergedReason(solver.getConvergedReason())
         ksp.setIterationNumber(solver.getIterationNumber())
+
+    def _is_worth_factors(self, ksp: PETSc.KSP) -> bool:
+        """Whether this is a new tangent, and the last one was used for several systems,
+        as on paths whose load factor is led."""
+        A, _ = ksp.getOperators()
+        before, self._tangent = self._tangent, (A.handle, A.stateGet())
+        if self._tangent == before:
+            self._uses += 1
+            return False
+        several, self._uses = self._uses > 1, 1
+        return several
 
     def may_try(self) -> bool:
         """Whether to try the factors that there are, next time or now."""

@@ -120,7 +120,9 @@ def test_a_led_path_is_that_of_the_direct_solver():
         steps = LoadSteps(solver, scene.apply, 12, path=(0.0, 10.0), control=control)
         path = steps.run()
         ends.append(([step.factor for step in path], scene.u.x.array.copy()))
-    assert context(solver).factorisations < context(solver).systems
+    # Three systems with each tangent, which the direct solver factorises once
+    lagged = context(solver)
+    assert lagged.factorisations <= lagged.systems // 3 + 2
     assert ends[1][0] == pytest.approx(ends[0][0], rel=1e-8)
     assert worst(ends[1][1] - ends[0][1]) <= 1e-8 * worst(ends[0][1])
 
