@@ -34,7 +34,7 @@ LEAST_KEPT, MOST_KEPT = 2_000, 0.7
 
 # Unknowns, by dimension, between which earlier factors are the faster ones, where there
 # is no solver above that suits better (measured: docs/solving.md)
-LAGGED = {2: (1_500, 10_000), 3: (2_000, float("inf"))}
+LAGGED = {2: (1_500, 5_000), 3: (2_000, float("inf"))}
 
 # A Krylov solver that does well needs less than a third of this
 MOST_ITERATIONS = 100
