@@ -14,11 +14,8 @@ what memory grew by meanwhile; each row from a process of its own, on one rank.
 from __future__ import annotations
 
 import argparse
-import itertools
 import json
 import resource
-import subprocess
-import sys
 import time
 from pathlib import Path
 from types import SimpleNamespace
@@ -28,13 +25,13 @@ from mpi4py import MPI
 import numpy as np
 import ufl
 from dolfinx import fem
-from rows import write_row
+from rows import measure_rows, write_row
 
 import raymortar
 from meshes.blocks import Block
 from meshes.meshing import Scene, assemble_blocks
 from meshes.scenes import two_spheres
-from raymortar import Coulomb, compat, rigid, solvers, tools
+from raymortar import Coulomb, rigid, solvers, tools
 
 COMM = MPI.COMM_WORLD
 NU = 0.3
@@ -227,15 +224,9 @@ def main():
     path = arguments.output / "kept.csv"
     if not (arguments.more and path.exists()):
         write_row(path, {name: name for name in COLUMNS}, "w")
-    choices = (
-        getattr(arguments, name).split(",") for name in ("cases", "sizes", "linear")
-    )
-    for row in itertools.product(*choices):
-        command = [sys.executable, __file__, "--row", *row]
-        out = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True)
-        found = json.loads(out.stdout.splitlines()[-1])
-        print(*found.values(), flush=True)
-        write_row(path, found, "a")  # one by one: large ones take long
+    names = "cases", "sizes", "linear"
+    choices = [getattr(arguments, name).split(",") for name in names]
+    measure_rows(__file__, choices, path)
 
 
 if __name__ == "__main__":

@@ -13,9 +13,7 @@ process of its own, on one rank. Neo-Hookean bodies with friction.
 from __future__ import annotations
 
 import argparse
-import itertools
 import json
-import subprocess
 import sys
 import time
 from pathlib import Path
@@ -25,7 +23,7 @@ from mpi4py import MPI
 import kept
 import numpy as np
 import ufl
-from rows import write_row
+from rows import measure_rows, write_row
 
 import raymortar
 from raymortar import solvers
@@ -119,15 +117,9 @@ def main():
         return
     path = arguments.output / "lagged.csv"
     write_row(path, {name: name for name in COLUMNS}, "w")
-    choices = (
-        getattr(arguments, name).split(",") for name in ("cases", "sizes", "linear")
-    )
-    for row in itertools.product(*choices):
-        command = [sys.executable, __file__, "--row", *row]
-        out = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True)
-        found = json.loads(out.stdout.splitlines()[-1])
-        print(*found.values(), flush=True)
-        write_row(path, found, "a")
+    names = "cases", "sizes", "linear"
+    choices = [getattr(arguments, name).split(",") for name in names]
+    measure_rows(__file__, choices, path)
 
 
 if __name__ == "__main__":

@@ -32,8 +32,8 @@ MOST_DIRECT = {1: 40_000, 2: 20_000}
 # docs/linear_bodies.md)
 LEAST_KEPT, MOST_KEPT = 2_000, 0.7
 
-# Unknowns, by dimension, between which earlier factors are the faster ones, where there
-# is no solver above that suits better (measured: docs/solving.md)
+# Least and most unknowns, by dimension, for which lagged factors are faster than the
+# direct solver. The solvers above come first (measured: docs/solving.md)
 LAGGED = {2: (1_500, 5_000), 3: (2_000, float("inf"))}
 
 # A Krylov solver that does well needs less than a third of this
@@ -111,7 +111,7 @@ def _suits_kept_factors(problem: CoupledProblem) -> bool:
 
 
 def _suits_lagged_factors(problem: CoupledProblem) -> bool:
-    """Whether the size is one at which earlier factors pay."""
+    """Whether the problem has a size at which lagged factors pay."""
     dim: int = problem.contact.u.function_space.mesh.topology.dim
     least, most = LAGGED[dim]
     return least <= problem.contact.layout.size_global <= most

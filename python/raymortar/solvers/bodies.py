@@ -65,7 +65,8 @@ class BodiesPreconditioner(ContactPreconditioner):
             self._first = 0
 
     def _prepare(self, S: PETSc.Mat) -> None:
-        # Those of multipliers are as stiff as the surface, penalties ten times
+        # Springs in place of multipliers are as stiff as the surface of the volume,
+        # penalties ten times as stiff
         stiff = any(one.multiplier is None for one in self.contact.contacts)
         self._coarse = set_levels(self.solver, self.levels, S, stiff)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-# Share of the error of a linear system in what Newton's method leaves anyway
+# Residual of a linear system, over the one that the Newton iteration leaves in any case
 SHARE = 0.1
 
 

@@ -15,8 +15,8 @@ from .petsc_objects import DIRECT
 from .supports import supports, unrolled
 from .surface_system import SurfaceSystem
 
-# Residual of a system, relative to its right-hand side, if it is no rounding error of
-# the solution, and times it is solved for
+# Largest residual of a system over its right-hand side, unless the residual is rounding
+# error of the solution; and how often a system is solved for what is left
 EXACT, MOST_SOLVES = 1e-12, 3
 EPS = float(np.finfo(float).eps)
 

@@ -17,7 +17,8 @@ A_FACTORISATION = 32
 # Of a system: Newton's method takes as many iterations as with exact ones
 RTOL = 1e-8
 
-# Systems at most that are factorised at once, where GMRES has failed again and again
+# Most systems that are factorised, after failures of GMRES in a row, before it is tried
+# again
 MOST_WAIT = 16
 
 
@@ -83,7 +84,7 @@ class LaggedFactorsSolver:
         self.krylov: Any = None
         self.direct: Any = None
         self.systems = self.factorisations = 0
-        # Iterations with the present factors, and most of these; 0: there are none
+        # Iterations with the present factors, and how many there may be
         self._taken = self._most = 0
         self._has_factors = self._has_new_pattern = False
         # The last tangent, and how many systems it was used for
@@ -121,7 +122,7 @@ class LaggedFactorsSolver:
         return several
 
     def may_try(self) -> bool:
-        """Whether to try the factors that there are, next time or now."""
+        """Whether to try the factors that there are. Each call counts as a system."""
         if not self._has_factors or self._taken >= self._most:
             return False
         self._wait -= 1

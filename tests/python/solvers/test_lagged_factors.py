@@ -14,7 +14,6 @@ from raymortar import (
     Coulomb,
     DisplacementControl,
     LoadSteps,
-    Penalty,
     SNESSolver,
     solvers,
 )
