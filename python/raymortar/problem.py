@@ -22,7 +22,7 @@ from .convergence.convergence import Convergence
 from .convergence.failure import InUse, describe_failure
 from .convergence.loose import loose_bodies
 from .convergence.lost_contact import unheld
-from .errors import require_agreement, together
+from .errors import ContactError, require_agreement, together
 from .host.forms import check_supports, list_of_conditions
 from .host.unknowns import find_unknowns, jacobians
 from .interactions import one_or_several
@@ -194,7 +194,19 @@ class CoupledProblem:
 
         Nothing is done again where neither x nor the contact has changed since the last
         call.
+
+        Raises
+        ------
+        ContactError
+            If x has another number of unknowns than the problem.
         """
+        size, mine = x.getSize(), self.contact.layout.ranges[-1]
+        if size != mine:
+            raise ContactError(
+                f"x has {size} unknowns, the problem {mine}: [u, multiplier / gamma, "
+                "free bodies]. A solver that knows u only, as DOLFINx's own "
+                "NewtonSolver, cannot solve it: take raymortar.NewtonSolver(problem)"
+            )
         self.contact.belong_to(self._pattern)
         array, n = x.getArray(readonly=True), self.contact.layout.n
         same = (

@@ -60,10 +60,10 @@ class Stack:
         for i, value in enumerate(self.motion):
             self.bcs.append(fix(self.V, scene, moved, i, value))
 
-    def contact(self, *pairs, method=None, **options):
-        """Contact of pairs of names of tags."""
+    def contact(self, *pairs, method=None, kind=Contact, **options):
+        """Contact, or a tie, of pairs of names of tags."""
         tags = [tuple(self.scene.tags[name] for name in pair) for pair in pairs]
-        return Contact(self.u, self.scene.facet_tags, tags, method, **options)
+        return kind(self.u, self.scene.facet_tags, tags, method, **options)
 
     def move(self, t):
         """Move the tops to a share of their whole way."""

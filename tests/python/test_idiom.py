@@ -27,9 +27,11 @@ from raymortar import (
     LoadSteps,
     NewtonSolver,
     NonlinearProblem,
+    Penalty,
     SNESSolver,
     compat,
 )
+from raymortar.solvers.fixed_point import FixedPointSolver
 
 pytestmark = pytest.mark.mpi
 GAMMA = 1000.0
@@ -38,11 +40,14 @@ GAMMA = 1000.0
 class Pressed:
     """A block pressed on another one, by a problem with options of its own."""
 
-    def __init__(self, **options):
+    def __init__(self, method=None, **options):
         self.scene = two_blocks(COMM, 2, "quadrilateral", 3, 4)
         self.u = fem.Function(compat.vector_space(self.scene.mesh, 1))
         self.contact = raymortar.Contact(
-            self.u, self.scene.facet_tags, [(3, 4)], AugmentedLagrangian(GAMMA)
+            self.u,
+            self.scene.facet_tags,
+            [(3, 4)],
+            AugmentedLagrangian(GAMMA) if method is None else method,
         )
         V, self.top = self.u.function_space, fem.Constant(self.scene.mesh, (0.0, 0.0))
         top = fix(V, self.scene, "top", None, self.top)
@@ -107,16 +112,79 @@ def test_several_contacts_and_several_solvers():
 
 
 def test_several_unknowns_are_returned_as_a_list():
+    pressed, problem = beside_another_unknown()
+    (_, w), found = problem.u, problem.solve()
+    assert found == problem.u and found[0] is pressed.u and found[1] is w
+    assert worst(w.x.array) == pytest.approx(0.1, rel=0.05)
+
+
+# Programs for DOLFINx's Newton solver
+
+
+def beside_another_unknown():
+    """The problem of a block pressed on another one, and of a scalar of its own."""
     pressed = Pressed()
-    V = pressed.u.function_space
-    w = fem.Function(compat.scalar_space(V.mesh, 1))
+    w = fem.Function(compat.scalar_space(pressed.scene.mesh, 1), name="w")
     q = ufl.TestFunction(w.function_space)
     F = [pressed.F, (w - pressed.u[1]) * q * ufl.dx]
     contact = raymortar.Contact(pressed.u, pressed.scene.facet_tags, [(3, 4)])
-    problem = NonlinearProblem(F, contact, bcs=pressed.bcs, u=[pressed.u, w])
-    found = problem.solve()
-    assert found == problem.u and found[0] is pressed.u and found[1] is w
-    assert worst(w.x.array) == pytest.approx(0.1, rel=0.05)
+    return pressed, NonlinearProblem(F, contact, bcs=pressed.bcs, u=[pressed.u, w])
+
+
+@pytest.mark.quick
+@pytest.mark.parametrize("kind", [*SOLVERS, FixedPointSolver])
+def test_solve_takes_the_function_that_a_problem_solves_for(kind):
+    one, other = Pressed(), Pressed()
+
+    def solver(problem):
+        fixed = kind is FixedPointSolver
+        return kind(SNESSolver(problem)) if fixed else kind(problem)
+
+    found = solver(one.problem).solve(one.u)
+    iterations, converged = found
+    assert found == solver(other.problem).solve() and converged and iterations > 1
+    assert difference(one.u, other.u) <= 1e-12
+
+
+def test_solve_takes_the_unknowns_that_a_problem_solves_for():
+    _, problem = beside_another_unknown()
+    solver = SNESSolver(problem)
+    assert solver.solve(problem.u)[1] and solver.solve(tuple(problem.u))[1]
+    with pytest.raises(ContactError, match="what the problem solves for, f.*, w, or"):
+        solver.solve(problem.u[0])
+
+
+@pytest.mark.parametrize("kind", SOLVERS)
+def test_solve_refuses_other_functions_by_name(kind):
+    pressed = Pressed()
+    pressed.u.name = "u"
+    solver, other = kind(pressed.problem), fem.Function(pressed.u.function_space)
+    other.name = "other"
+    for given, named in ((other, "other"), ([other], "other"), (3, "3")):
+        said = "solve takes what the problem solves for, u, or nothing, and was given "
+        with pytest.raises(ContactError, match=f"{said}another: {named}"):
+            solver.solve(given)
+    with pytest.raises(ContactError, match="given another: other"):
+        solver.solve(other if COMM.rank == COMM.size - 1 else None)
+
+
+@pytest.mark.skipif(NewtonSolver not in SOLVERS, reason="DOLFINx has none")
+def test_the_newton_solver_of_dolfinx_names_ours():
+    """With a penalty on one mesh it works: the unknowns are those of DOLFINx."""
+    from dolfinx.nls.petsc import NewtonSolver as NewtonSolverOfDOLFINx
+
+    pressed = Pressed(Penalty(GAMMA))
+    solver = NewtonSolverOfDOLFINx(COMM, pressed.problem)
+    solver.atol, solver.rtol = 1e-10, 1e-10
+    assert solver.solve(pressed.u)[1]
+    assert pressed.contact.resultant().force[1] > 1.0
+    multiplied = Pressed()
+    with pytest.raises(ContactError, match=r"take raymortar.NewtonSolver\(problem\)"):
+        NewtonSolverOfDOLFINx(COMM, multiplied.problem).solve(multiplied.u)
+    with pytest.raises((TypeError, AttributeError), match="raymortar.NewtonSolver"):
+        NewtonSolverOfDOLFINx(COMM, beside_another_unknown()[1])
+    with pytest.raises(ContactError, match=r"not Intracomm: NewtonSolver\(problem\)"):
+        NewtonSolver(COMM, multiplied.problem)
 
 
 # Options

@@ -53,7 +53,7 @@ def contact(scene, pairs=PAIR, V=None, tags=None, **options):
         ),
         ([(3, 77)], "no facet has the master tag 77"),
         ([], "pairs is empty"),
-        ([(3, 3)], "tag 3 is slave and master of the same pair"),
+        ([(3, 3)], "tag 3 is slave and master of the same pair: split it into two"),
         ([(3, 4), (4, 3)], r"pair \(3, 4\) is given in both orders"),
         ([(4, 3), (3, 4)], r"pair \(4, 3\) is given in both orders"),
         ([3, 4], "pairs must be a list of"),

@@ -15,6 +15,23 @@ _FORM_OPTIONS = {"form_compiler_options": "form_compiler_params"}
 _FORM_OPTIONS["jit_options"] = "jit_params"
 
 
+_SEVERAL = (
+    "forms of several unknowns: DOLFINx's own Newton solver takes one form, "
+    "raymortar.NewtonSolver(problem) takes them all"
+)
+
+
+class _Forms(list[Any]):
+    """Name the solver that takes several forms in the errors of DOLFINx's own."""
+
+    def __repr__(self) -> str:
+        return _SEVERAL
+
+    @property
+    def _cpp_object(self) -> Any:
+        raise AttributeError(_SEVERAL)
+
+
 def form(
     ufl_form: Any,
     form_compiler_options: Mapping[str, Any] | None = None,
@@ -29,15 +46,16 @@ def form(
         As of ``dolfinx.fem.form``; None: none.
     """
     if isinstance(ufl_form, (list, tuple)):
-        return [form(one, form_compiler_options, jit_options) for one in ufl_form]
+        options = form_compiler_options, jit_options
+        return _Forms(form(one, *options) for one in ufl_form)
     if ufl_form is None:
         return None
     names = inspect.signature(fem.form).parameters
-    options = {}
+    known = {}
     for name, given in zip(_FORM_OPTIONS, (form_compiler_options, jit_options)):
         if given is not None:
-            options[name if name in names else _FORM_OPTIONS[name]] = dict(given)
-    return fem.form(ufl_form, **options)
+            known[name if name in names else _FORM_OPTIONS[name]] = dict(given)
+    return fem.form(ufl_form, **known)
 
 
 def is_same_space(V: Any, W: fem.FunctionSpace) -> bool:

@@ -136,7 +136,9 @@ def check_pair(mesh: Mesh, slave: Facets, master: Facets) -> None:
         message = (
             f"the slave surface (tag {slave.tag}) and the master surface (tag "
             f"{master.tag}) share {count} vertex(es), for example at "
-            f"{format_point(corners[shared[vertices]][0])}: they must be apart in the mesh"
+            f"{format_point(corners[shared[vertices]][0])}: they must be apart in the "
+            "mesh. Give bodies nodes of their own; on one body leave out of a tag the "
+            "facets between the surfaces"
         )
     raise_everywhere(mesh.comm, message)
 

@@ -127,7 +127,11 @@ def group_pairs(pairs: Any) -> dict[int, Masters]:
     ]
     for slave, master in tags:
         if slave == master:
-            raise ContactError(f"tag {slave} is slave and master of the same pair")
+            raise ContactError(
+                f"tag {slave} is slave and master of the same pair: split it into two "
+                "tags that share no vertex. Contact of a surface with itself is not "
+                "offered yet"
+            )
         if (master, slave) in tags:
             raise ContactError(
                 f"pair ({slave}, {master}) is given in both orders: their contact "

@@ -93,17 +93,22 @@ def _points(zone: ZoneData) -> vtu.Piece:
 
 
 def _joined(pieces: list[vtu.Piece]) -> vtu.Piece:
-    """One piece of several zones' pieces."""
+    """Join several zones' pieces; data that a zone lacks is NaN there."""
     sizes = np.concatenate([np.diff(p.offsets) for p in pieces])
+    names = dict.fromkeys(name for p in pieces for name in p.cell_data)
     return vtu.Piece(
         np.concatenate([p.points for p in pieces]),
         np.concatenate([[0], np.cumsum(sizes)]),
         pieces[0].cell_type,
-        {
-            name: np.concatenate([p.cell_data[name] for p in pieces])
-            for name in pieces[0].cell_data
-        },
+        {name: _values(pieces, name) for name in names},
     )
+
+
+def _values(pieces: list[vtu.Piece], name: str) -> Array:
+    """Concatenate the data of one name. Slip, say, is known with friction only."""
+    shape = next(p.cell_data[name].shape[1:] for p in pieces if name in p.cell_data)
+    missing = [np.full((len(p.offsets) - 1, *shape), np.nan) for p in pieces]
+    return np.concatenate([p.cell_data.get(name, m) for p, m in zip(pieces, missing)])
 
 
 def write_segments(

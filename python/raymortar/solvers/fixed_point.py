@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from ..checked import is_whole_number
 from ..errors import ContactError, ConvergenceError, raise_everywhere, require_agreement
 from .newton import NewtonSolver
+from .petsc_options import check_unknowns
 from .snes import SNESSolver
 
 
@@ -52,8 +55,8 @@ class FixedPointSolver:
         self.residuals: list[float] = []
         self._b = self.problem.create_vector()
 
-    def solve(self) -> tuple[int, bool]:
-        """Solve from the present u and multiplier.
+    def solve(self, u: Any = None) -> tuple[int, bool]:
+        """Solve from the present u and multiplier, as `SNESSolver.solve`.
 
         Returns
         -------
@@ -65,6 +68,7 @@ class FixedPointSolver:
         ConvergenceError
             If an inner solve fails, or if the pairing has not settled.
         """
+        check_unknowns(self.problem, u)
         convergence = self.problem.convergence
         self.residuals = [self._residual()]
         # Tolerances are relative to the first pairing, not to the start of each one

@@ -24,7 +24,7 @@ from .petsc_objects import (
     take_tangent,
     tangent_with,
 )
-from .petsc_options import PetscOptions, check_solver_input
+from .petsc_options import PetscOptions, check_solver_input, check_unknowns
 
 
 class _Ended(Exception):
@@ -141,9 +141,10 @@ class NewtonSolver:
             put_aside(kept["_name"], comm, kept["newton"])
         release(self, comm, "newton", "A", "b")
 
-    def solve(self) -> tuple[int, bool]:
+    def solve(self, u: Any = None) -> tuple[int, bool]:
         """Solve from the present u and multiplier, as `SNESSolver.solve`. A failure has
         no reason of PETSc's."""
+        check_unknowns(self.problem, u)
         require_agreement(self.problem.comm, **self._settings())
         x = self.problem.start()
         self.newton.rtol, self.newton.atol = self._tolerances_of_dolfinx

@@ -5,9 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from mpi4py import MPI
 from petsc4py import PETSc
 
-from ..errors import ContactError, require_agreement, together
+from dolfinx.fem import Function
+
+from .. import compat
+from ..errors import ContactError, raise_everywhere, require_agreement, together
 from ..problem import CoupledProblem
 
 
@@ -66,9 +70,11 @@ class PetscOptions:
 def check_solver_input(solver: Any, problem: Any, options: Any) -> None:
     """Raise unless problem and options suit a solver, alike on all ranks.
     Collective."""
+    name = type(solver).__name__
     if not isinstance(problem, CoupledProblem):
+        remedy = f": {name}(problem)" if isinstance(problem, MPI.Comm) else ""
         raise ContactError(
-            f"problem must be a NonlinearProblem, not {type(problem).__name__}"
+            f"problem must be a NonlinearProblem, not {type(problem).__name__}{remedy}"
         )
     with together(problem.comm):
         if options is not None and not (
@@ -78,4 +84,23 @@ def check_solver_input(solver: Any, problem: Any, options: Any) -> None:
                 f"options must be PETSc options by name, not {options!r}"
             )
     options = None if options is None else dict(sorted(options.items()))
-    require_agreement(problem.comm, solver=type(solver).__name__, options=options)
+    require_agreement(problem.comm, solver=name, options=options)
+
+
+def check_unknowns(problem: CoupledProblem, u: Any) -> None:
+    """Raise unless u is None or what a problem solves for. Collective."""
+    own = problem.contact.host.functions
+    given = u if isinstance(u, (list, tuple)) else [u]
+    fits = u is None or (
+        len(given) == len(own)
+        and all(isinstance(f, Function) for f in given)
+        and all(compat.same_values(f, g) for f, g in zip(given, own))
+    )
+    named = [f.name if isinstance(f, Function) else repr(f) for f in given]
+    raise_everywhere(
+        problem.comm,
+        None
+        if fits
+        else f"solve takes what the problem solves for, {', '.join(f.name for f in own)}"
+        f", or nothing, and was given another: {', '.join(named)}",
+    )

@@ -27,7 +27,7 @@ from .petsc_objects import (
     take_tangent,
     tangent_with,
 )
-from .petsc_options import PetscOptions, check_solver_input
+from .petsc_options import PetscOptions, check_solver_input, check_unknowns
 
 STUCK = PETSc.SNES.ConvergedReason.DIVERGED_LOCAL_MIN
 NO_DESCENT = PETSc.SNES.ConvergedReason.DIVERGED_LINE_SEARCH
@@ -250,8 +250,14 @@ class SNESSolver:
         name = type(self).__name__
         return {"solver": name, "tolerances": self.tolerances, "max_it": max_it}
 
-    def solve(self) -> tuple[int, bool]:
+    def solve(self, u: Any = None) -> tuple[int, bool]:
         """Solve from the present u and multiplier.
+
+        Parameters
+        ----------
+        u
+            The Function that the problem solves for, of several unknowns the list of
+            them, as programs for DOLFINx name it; None is the same.
 
         Returns
         -------
@@ -261,7 +267,10 @@ class SNESSolver:
         ------
         ConvergenceError
             With PETSc's reason, pairs, active points, gaps and residual history.
+        ContactError
+            If u is something else.
         """
+        check_unknowns(self.problem, u)
         require_agreement(self.problem.comm, **self._settings())
         x = self.problem.start(self.x)
         self._raised.clear()

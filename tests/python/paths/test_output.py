@@ -20,6 +20,7 @@ from raymortar import (
     Output,
     Penalty,
     SNESSolver,
+    Tie,
     compat,
 )
 
@@ -218,6 +219,35 @@ def test_fields_of_several_contacts_are_told_apart(folder):
         assert_holds(read[f"coverage_{k}"], at_nodes(contact.coverage()))
     assert [c.multiplier is None for c in contacts] == [False, True]
     assert contacts[0].multiplier.name == "multiplier"
+
+
+KINDS = {
+    "tie": {"kind": Tie, "partial": True},
+    "no friction": {},
+    "friction": {"friction": Coulomb(0.3)},
+    "penalty": {"method": Penalty(200.0)},
+    "penalty with friction": {"method": Penalty(200.0), "friction": Coulomb(0.3)},
+}
+
+
+@pytest.mark.parametrize("two", KINDS)
+@pytest.mark.parametrize("one", KINDS)
+def test_points_of_unlike_contacts_are_in_one_file(one, two, folder):
+    """Slip is NaN at the points of a contact that has none."""
+    blocks = three()
+    contacts = [
+        blocks.contact(LOWER, **KINDS[one]),
+        blocks.contact(UPPER, **KINDS[two]),
+    ]
+    blocks.path(contacts, steps=1, output=folder / "run.pvd").run()
+    ((_, _, file),) = entries(folder / "run_points.pvd")
+    mine = pieces(file)[COMM.rank]
+    read, points = arrays(mine), [contact.points() for contact in contacts]
+    for name in ("traction", "slip"):
+        none = [np.full_like(p["x"], np.nan) for p in points]
+        expected = np.vstack([p.get(name, n) for p, n in zip(points, none)])
+        if name in read or not np.all(np.isnan(expected)):
+            np.testing.assert_array_equal(read[name][:, :2], expected)
 
 
 @pytest.mark.parametrize("ending", [".pvd", ".xdmf"])
