@@ -202,7 +202,8 @@ build() {
   stamp="$SOURCE ${RAYMORTAR_PYTHON:-}"$'\n'"$INVENTORY"
   if [[ ! -e $BUILD/stamp || $(<"$BUILD/stamp") != "${stamp%$'\n'}" ]]; then
     configure "$stamp"
-    note "Compiling, $jobs at a time (output: ${BUILD#"$SOURCE"/}/build.log)"
+    note "Compiling, $jobs at a time, 5 to 12 minutes on two cores" \
+      "(output: ${BUILD#"$SOURCE"/}/build.log)"
   fi
   logged ninja -C "$BUILD" -j "$jobs" "$1"
   remove_stale_modules
