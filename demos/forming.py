@@ -24,7 +24,7 @@ import raymortar
 from meshes.blocks import Block
 from meshes.meshing import Scene, assemble_blocks
 from raymortar import io, rigid, tools
-from raymortar.plotting.outlines import outlines
+from raymortar.plotting.tools import curves
 
 # Any consistent units; forces per thickness. Half of the sheet and of the tools
 E, NU, FRICTION, WEIGHT = 1000.0, 0.3, 0.05, 1e-4
@@ -266,7 +266,7 @@ def draw(result, plastic, parts, path):
         model.punch.move((0.0, height))
         sheet_tools = model.punch, model.die
         for image in (1.0, -1.0):
-            for curve in (c for b in sheet_tools for c in outlines(b, lower, upper)):
+            for curve in (c for b in sheet_tools for c in curves(b, lower, upper)):
                 axes.plot(image * curve[:, 0], curve[:, 1], color=drawing.EXACT, lw=1.0)
         axes.set(xlim=(lower[0], upper[0]), ylim=(lower[1], upper[1]))
         axes.axis("off")

@@ -1,4 +1,4 @@
-"""Fields on polygons in the plane and on surfaces in space, with matplotlib."""
+"""Fields on polygons in the plane and on surfaces in space, by matplotlib."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..compat import Array
+from .tools import COLOUR
 
 STRESS_MAP, PRESSURE_MAP = "viridis", "magma_r"
-# Number of quadrilaterals, roughly, into which the polygons of a picture are split
-SHADED = 20_000
+# Fewest parts into which the polygons of a picture are split
+SHADED = 8_000
 LOOK = {
     "figure.dpi": 160,
     "font.size": 9,
@@ -24,54 +24,22 @@ LOOK = {
 }
 
 
-def split(polygons: Array, parts: int) -> Array:
-    """Split triangles (n, 3, ...) or quadrilaterals (n, 4, ...): points (n, points,
-    ...). The points form a grid with `parts` intervals along each side. Values are
-    interpolated linearly or bilinearly.
+def shaded(polygons: Array) -> Array:
+    """Split triangles or quadrilaterals (n, k, c) into small triangles (m, 3, c).
+
+    Values are interpolated linearly or bilinearly.
     """
-    t = np.linspace(0.0, 1.0, parts + 1)
-    r, s = (array.ravel() for array in np.meshgrid(t, t, indexing="ij"))
-    if polygons.shape[1] == 3:
-        inside = r + s < 1.0 + 0.5 / parts
-        r, s = r[inside], s[inside]
-        weights = np.stack([1.0 - r - s, r, s])
-    else:
-        weights = np.stack([(1 - r) * (1 - s), r * (1 - s), r * s, (1 - r) * s])
-    return np.einsum("kp,nk...->np...", weights, polygons)
-
-
-def split_triangles(corners: int, parts: int) -> npt.NDArray[np.int64]:
-    """Triangles (t, 3) between the points that `split` makes of one polygon."""
-    number, count = {}, 0
-    for i in range(parts + 1):
-        for j in range(parts + 1 - (i if corners == 3 else 0)):
-            number[i, j], count = count, count + 1
-    made = []
-    for i, j in number:
-        for three in (
-            [(i, j), (i + 1, j), (i, j + 1)],
-            [(i + 1, j), (i + 1, j + 1), (i, j + 1)],
-        ):
-            if all(point in number for point in three):
-                made.append([number[point] for point in three])
-    return np.array(made)
-
-
-def draw_edges(
-    axes: Any,
-    polygons: Array,
-    colour: str = "k",
-    width: float = 0.15,
-    alpha: float = 0.5,
-) -> None:
-    """Outlines of polygons (n, k, 2)."""
-    from matplotlib.collections import PolyCollection
-
-    axes.add_collection(
-        PolyCollection(
-            polygons, facecolor="none", edgecolor=colour, lw=width, alpha=alpha
-        )
-    )
+    found, count = polygons, polygons.shape[1]
+    while 0 < len(found) < SHADED:
+        middle = 0.5 * (found + np.roll(found, -1, axis=1))
+        inner = [] if count == 3 else [found.mean(axis=1)]
+        parts = [
+            np.stack([found[:, k], middle[:, k], *inner, middle[:, k - 1]], axis=1)
+            for k in range(count)
+        ]
+        found = np.concatenate([*parts, middle] if count == 3 else parts)
+    halves = [[0, 1, 2]] if count == 3 else [[0, 1, 2], [0, 2, 3]]
+    return found[:, halves].reshape(-1, 3, found.shape[2])
 
 
 def draw_field(
@@ -104,30 +72,30 @@ def draw_field(
     What a colour bar needs.
     """
     scale = {"vmin": 0.0, "vmax": top} if norm is None else {"norm": norm}
+    from matplotlib.collections import PolyCollection
+
     # matplotlib blends colours between vertices. Where these are far apart, blends are
-    # no colours of the scale: large polygons are split
-    n, k = at.shape[:2]
-    parts = int(np.clip(np.sqrt(SHADED / max(n, 1)), 1, 16))
-    of_one = split_triangles(k, parts)
-    fine = split(values, parts)
-    triangles = fine.shape[1] * np.arange(n)[:, None, None] + of_one
+    # no colours of the scale: polygons are split
     for signs in images:
         polygons = at * np.array(signs)
+        x, y, z = shaded(np.concatenate([polygons, values], axis=2)).reshape(-1, 3).T
+        triangles = np.arange(len(x)).reshape(-1, 3)
         colours = axes.tripcolor(
-            *split(polygons, parts).reshape(-1, 2).T,
-            triangles.reshape(-1, 3),
-            fine.ravel(),
-            shading="gouraud",
-            cmap=cmap,
-            **scale,
+            x, y, triangles, z, shading="gouraud", cmap=cmap, **scale
         )
-        draw_edges(axes, polygons)
+        lines = {"edgecolor": "k", "lw": 0.15, "alpha": 0.5}
+        axes.add_collection(PolyCollection(polygons, facecolor="none", **lines))
     axes.set(aspect="equal")
     return colours
 
 
 def draw_surface(
-    axes: Any, polygons: Array, values: Array, azimuth: float, elevation: float = 20
+    axes: Any,
+    polygons: Array,
+    values: Array,
+    azimuth: float,
+    elevation: float = 20,
+    curves: Sequence[Array] = (),
 ) -> Any:
     """Facets in 3D, each in the colour of its value, shaded by a light.
 
@@ -139,13 +107,15 @@ def draw_surface(
         Facets (n, k, 3) and their values (n,).
     azimuth, elevation
         Direction of the eye. Degrees.
+    curves
+        Curves (n, 3) on rigid tools.
 
     Returns
     -------
     What a colour bar needs.
     """
     import matplotlib as mpl
-    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+    from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
     scale = mpl.colors.Normalize(min(0.0, values.min()), values.max())
     colours = mpl.colormaps[STRESS_MAP](scale(values))
@@ -159,10 +129,17 @@ def draw_surface(
     axes.add_collection3d(
         Poly3DCollection(polygons, facecolors=colours, edgecolors="k", lw=0.12)
     )
-    lower, upper = polygons.min(axis=(0, 1)), polygons.max(axis=(0, 1))
-    axes.set(xlim=(lower[0], upper[0]), ylim=(lower[1], upper[1]))
-    axes.set_zlim(lower[2], upper[2])
-    axes.set_box_aspect(upper - lower)
+    if len(curves):
+        # matplotlib draws one collection wholly before another, which would hide half
+        # of a tool around a body
+        axes.computed_zorder = False
+        style = {"colors": COLOUR, "lw": 0.6, "alpha": 0.7, "zorder": 3}
+        axes.add_collection3d(Line3DCollection(curves, **style))
+    drawn = np.concatenate([polygons.reshape(-1, 3), *curves])
+    limits = np.column_stack([drawn.min(axis=0), drawn.max(axis=0)])
+    axes.set(xlim=limits[0], ylim=limits[1])
+    axes.set_zlim(limits[2])
+    axes.set_box_aspect(np.ptp(limits, axis=1))
     axes.view_init(elevation, azimuth)
     axes.set_proj_type("persp", focal_length=0.4)
     axes.set_axis_off()

@@ -26,10 +26,9 @@ from ..host.gathering import gather_boundary, gather_cells, nodal_field
 from ..rigid.body import Body
 from . import rendering
 from .drawing import LOOK, draw_field, draw_surface
-from .outlines import draw_tools
 from .pressure_maps import draw_pressure, gather_pressure
+from .tools import COLOUR, curves
 from .traction_curves import PRESSURE, AxisOptions, draw_tractions, gather_tractions
-from .wires import draw_wires, wires
 
 if TYPE_CHECKING:
     from ..contact import Contact
@@ -130,9 +129,9 @@ def plot(
     figure = None
     if draws:
         if backend == "pyvista":
-            labels, curves = (label, options.stress(PRESSURE)), _wires(tools, parts)
+            labels, lines = (label, options.stress(PRESSURE)), _curves(tools, parts)
             figure = rendering.render(
-                parts, pressure.surface, curves, labels, view, file is None
+                parts, pressure.surface, lines, labels, view, file is None
             )
         else:
             names = [str(pair) for pair in contact.pairs]
@@ -223,7 +222,9 @@ class Picture:
         colours = draw_field(left, x[..., :2] + u, values, norm=span)
         figure.colorbar(colours, ax=left, label=self.label, shrink=0.85)
         if self.tools:
-            draw_tools(left, self.tools, *_box(self.bodies))
+            for curve in _curves(self.tools, self.bodies):
+                left.plot(*curve.T, color=COLOUR, lw=1.2, zorder=3)
+            left.set(**dict(zip(("xlim", "ylim"), zip(*_box(self.bodies)))))
         left.set(xlabel=self.options.length("x"), ylabel=self.options.length("y"))
         draw_tractions(right, self.pressure, self.options, self.pairs)
 
@@ -231,8 +232,8 @@ class Picture:
         """Bodies and tools on the left, pressure on the slave surfaces on the right."""
         x, u, values = self.bodies
         left = figure.add_subplot(1, 2, 1, projection="3d")
-        colours = draw_surface(left, x + u, values.mean(axis=(1, 2)), *self.view)
-        draw_wires(left, _wires(self.tools, self.bodies))
+        lines = _curves(self.tools, self.bodies)
+        colours = draw_surface(left, x + u, values.mean(axis=(1, 2)), *self.view, lines)
         figure.colorbar(colours, ax=left, label=self.label, shrink=0.7)
         right = figure.add_subplot(1, 2, 2)
         colours = draw_pressure(right, self.pressure, self.options)
@@ -271,12 +272,9 @@ def _span(values: Array) -> Any:
     return Normalize(values.min(), values.max())
 
 
-def _wires(tools: Sequence[Body], bodies: Any) -> list[Array]:
-    """Wires of the tools, in a box around the bodies."""
-    if not tools:
-        return []
-    lower, upper = _box(bodies)
-    return [curve for tool in tools for curve in wires(tool, lower, upper)]
+def _curves(tools: Sequence[Body], bodies: Any) -> list[Array]:
+    """Curves on the tools, in a box around the bodies."""
+    return [curve for tool in tools for curve in curves(tool, *_box(bodies))]
 
 
 def _box(bodies: Any) -> tuple[Array, Array]:

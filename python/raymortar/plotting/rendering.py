@@ -10,7 +10,7 @@ import numpy as np
 
 from ..compat import Array
 from .drawing import PRESSURE_MAP, STRESS_MAP, direction
-from .outlines import COLOUR
+from .tools import COLOUR
 
 SIZE = (1600, 670)  # size of the picture, in pixels
 LIGHT = {"ambient": 0.4, "diffuse": 0.6, "specular": 0.0}
@@ -51,7 +51,7 @@ def lacking() -> str | None:
 def render(
     bodies: list[Array],
     surface: list[Array],
-    wires: Sequence[Array],
+    curves: Sequence[Array],
     labels: tuple[str, str],
     view: tuple[float, float],
     interactive: bool,
@@ -64,7 +64,7 @@ def render(
         Outer facets' vertices (n, k, 3), displacement (n, k, 3) and field (n, k, 1).
     surface
         Slave facets' vertices, displacement and normal traction (n, k, 3).
-    wires
+    curves
         Curves (n, 3) on rigid tools, drawn with the bodies.
     labels
         Labels of the colour bars of the bodies and of the pressure.
@@ -84,49 +84,34 @@ def render(
     )
     plotter.set_background("white")
     plotter.enable_anti_aliasing("fxaa")
-    x, u, values = bodies
-    lower = min(0.0, values.min(initial=0.0))
-    _add_wires(plotter, wires)
-    _add(plotter, 0, x + u, values, labels[0], STRESS_MAP, lower, view)
+    plotter.subplot(0, 0)
+    if curves:
+        ends = np.cumsum([len(curve) for curve in curves])
+        lines = [
+            np.append(len(curve), np.arange(end - len(curve), end))
+            for curve, end in zip(curves, ends)
+        ]
+        wires = pyvista.PolyData(np.concatenate(curves), lines=np.concatenate(lines))
+        plotter.add_mesh(wires, color=COLOUR, line_width=1.5)
     x, u, traction = surface
     pressure = np.linalg.norm(traction, axis=2, keepdims=True)
-    _add(plotter, 1, x + u, pressure, labels[1], PRESSURE_MAP, 0.0, view)
+    _add(plotter, *bodies, labels[0], STRESS_MAP, view)
+    plotter.subplot(0, 1)
+    _add(plotter, x, u, pressure, labels[1], PRESSURE_MAP, view)
     return plotter
 
 
-def _add_wires(plotter: Any, wires: Sequence[Array]) -> None:
-    """Add curves (n, 3) to the left half."""
-    import pyvista
-
-    if not wires:
-        return
-    counts = np.array([len(curve) for curve in wires])
-    starts = np.cumsum(counts) - counts
-    lines = [np.append(n, begin + np.arange(n)) for n, begin in zip(counts, starts)]
-    mesh = pyvista.PolyData(np.concatenate(wires), lines=np.concatenate(lines))
-    plotter.subplot(0, 0)
-    plotter.add_mesh(mesh, color=COLOUR, line_width=1.5)
-
-
 def _add(
-    plotter: Any,
-    column: int,
-    at: Array,
-    values: Array,
-    label: str,
-    colours: str,
-    lower: float,
-    view: tuple[float, float],
+    plotter: Any, x: Array, u: Array, values: Array, label: str, colours: str, view: Any
 ) -> None:
-    """Add facets (n, k, 3) with a value (n, k, 1) at each vertex."""
+    """Add deformed facets (n, k, 3) with a value (n, k, 1) at each vertex."""
     import pyvista
 
-    n, k = at.shape[:2]
-    corners = np.arange(n * k).reshape(n, k)
-    faces = np.column_stack([np.full(n, k), corners])
-    mesh = pyvista.PolyData(at.reshape(-1, 3), faces.ravel())
+    n, k = x.shape[:2]
+    faces = np.column_stack([np.full(n, k), np.arange(n * k).reshape(n, k)])
+    mesh = pyvista.PolyData((x + u).reshape(-1, 3), faces.ravel())
     mesh.point_data[label] = values.ravel()
-    plotter.subplot(0, column)
+    lower = min(0.0, values.min(initial=0.0))
     plotter.add_mesh(
         mesh,
         scalars=label,

@@ -113,19 +113,25 @@ def test_bodies_take_their_colours_from_any_field(kind):
 
 
 @pytest.mark.parametrize("polygon", ["triangle", "quadrilateral"])
-@pytest.mark.parametrize("parts", [1, 3])
-def test_polygons_are_split_into_triangles_that_fill_them(polygon, parts):
+def test_polygons_are_split_into_triangles_that_fill_them(polygon):
     """Each the same share of the area, all turned like the polygon."""
     corners = np.array([[0.0, 0.0], [2.0, 1.0], [3.0, 4.0], [1.0, 3.0]])
     corners = corners[: 3 if polygon == "triangle" else 4]
     a, b = (np.roll(corners, -1, axis=0) - corners)[:2]
     area = (a[0] * b[1] - a[1] * b[0]) / (2 if polygon == "triangle" else 1)
-    points = drawing.split(corners[None], parts)[0]
-    fine = points[drawing.split_triangles(len(corners), parts)]
-    (x, y), (z, w) = (fine[:, k].T - fine[:, 0].T for k in (1, 2))
-    share = area / len(fine)
-    np.testing.assert_allclose(0.5 * (x * w - y * z), share, rtol=1e-12)
-    assert len(fine) == parts**2 * (len(corners) - 2)
+    # A bilinear function of the edges' coordinates, which splits keep at their corners
+    values = np.array([1.0, 2.0, 5.0, 3.0])[: len(corners), None]
+    fine = drawing.shaded(np.hstack([corners, values])[None])
+    assert len(fine) >= drawing.SHADED
+    (x, y), (z, w) = (fine[:, k, :2].T - fine[:, 0, :2].T for k in (1, 2))
+    np.testing.assert_allclose(0.5 * (x * w - y * z), area / len(fine), rtol=1e-12)
+    r, s = np.linalg.solve(
+        np.column_stack([a, corners[-1]]), fine[..., :2].reshape(-1, 2).T
+    )
+    last = values[-1, 0] - 1.0
+    twist = 0.0 if polygon == "triangle" else 5.0 - 2.0 - last
+    exact = 1.0 + r + last * s + twist * r * s
+    np.testing.assert_allclose(fine[..., 2].ravel(), exact, atol=1e-12)
 
 
 @pytest.mark.mpi

@@ -9,7 +9,7 @@ from rigid_scenes import nearest_along, press, shapes
 
 import raymortar
 from raymortar import AugmentedLagrangian, rigid
-from raymortar.plotting.outlines import outlines
+from raymortar.plotting.tools import curves
 
 pytest.importorskip("matplotlib")
 
@@ -39,7 +39,7 @@ def test_outlines_are_on_the_shape(name):
     body = rigid.Body(TOOLS[name])
     body.move((0.03, -0.04), 0.2)
     R, shift = body.pose_of(body.motion())
-    found = outlines(body, LOWER, UPPER)
+    found = curves(body, LOWER, UPPER)
     drawn = np.vstack(found)
     inside = ((drawn >= LOWER) & (drawn <= UPPER)).all(axis=1)
     if "line" not in name and name != "wedge":

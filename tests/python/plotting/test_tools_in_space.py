@@ -9,7 +9,7 @@ from rigid_scenes import nearest_along, press, shapes
 
 import raymortar
 from raymortar import AugmentedLagrangian, rigid
-from raymortar.plotting.wires import wires
+from raymortar.plotting.tools import curves
 
 pytest.importorskip("matplotlib")
 
@@ -51,7 +51,7 @@ def test_wires_are_on_the_shape_and_in_the_box(name):
     body = rigid.Body(TOOLS[name])
     body.move((0.03, -0.04, 0.02), (0.1, 0.2, -0.1))
     R, shift = body.pose_of(body.motion())
-    found = wires(body, LOWER, UPPER)
+    found = curves(body, LOWER, UPPER)
     assert len(found) >= 3
     drawn = np.vstack(found)
     assert ((drawn >= LOWER) & (drawn <= UPPER)).all()
@@ -69,8 +69,8 @@ def nearest(body, x):
 
 
 def test_of_many_facets_the_edges_of_the_body_are_drawn():
-    few = wires(rigid.Body(brick(2)), LOWER, UPPER + 1.0)
-    many = wires(rigid.Body(brick(20)), LOWER, UPPER + 1.0)
+    few = curves(rigid.Body(brick(2)), LOWER, UPPER + 1.0)
+    many = curves(rigid.Body(brick(20)), LOWER, UPPER + 1.0)
     assert len(few) == 6 * 8 * 3 // 2
     assert len(many) == 12 * 20
 
