@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,7 +22,6 @@ from ..errors import (
     writing,
 )
 from ..host.gathering import gather_boundary, gather_cells, nodal_field
-from ..rigid.body import Body
 from . import rendering
 from .drawing import LOOK, draw_field, draw_surface
 from .pressure_maps import draw_pressure, gather_pressure
@@ -128,15 +126,15 @@ def plot(
     tools = list(dict.fromkeys(b for zone in contact.zones for b in zone.facets.bodies))
     figure = None
     if draws:
+        lines = [curve for tool in tools for curve in curves(tool, *_box(parts))]
         if backend == "pyvista":
-            labels, lines = (label, options.stress(PRESSURE)), _curves(tools, parts)
+            labels = label, options.stress(PRESSURE)
             figure = rendering.render(
                 parts, pressure.surface, lines, labels, view, file is None
             )
         else:
-            names = [str(pair) for pair in contact.pairs]
-            picture = Picture(parts, pressure, tools, label, view, options, names)
-            figure = picture.draw(file is None)
+            pairs, show = [str(pair) for pair in contact.pairs], file is None
+            figure = _draw(parts, pressure, lines, label, view, options, pairs, show)
     with writing(mesh.comm, file, OSError, ValueError):
         if draws and file is not None:
             _save(figure, Path(file), backend)
@@ -181,64 +179,58 @@ def _lacking(backend: str, dim: int) -> str | None:
     return None
 
 
-def _figure(interactive: bool) -> Any:
-    """An empty figure. pyplot knows it only if it is interactive, for ``show``."""
-    from matplotlib import pyplot
+def _draw(
+    bodies: Any,
+    pressure: Any,
+    lines: Sequence[Array],
+    label: str,
+    view: tuple[float, float],
+    options: AxisOptions,
+    pairs: Sequence[str],
+    interactive: bool,
+) -> Any:
+    """Draw bodies and tools on the left, tractions on the right, by matplotlib.
+
+    pyplot knows the figure only if it is interactive, for ``show``.
+    """
+    from matplotlib import pyplot, rc_context
     from matplotlib.figure import Figure
 
     make = pyplot.figure if interactive else Figure
-    return make(figsize=(10, 4.2), layout="constrained")
-
-
-@dataclass(frozen=True)
-class Picture:
-    """All that matplotlib draws. On rank 0."""
-
-    bodies: Any
-    pressure: Any
-    tools: Sequence[Body]
-    label: str
-    view: tuple[float, float]
-    options: AxisOptions
-    pairs: Sequence[str]
-
-    def draw(self, interactive: bool) -> Any:
-        """The figure."""
-        from matplotlib import rc_context
-
-        with rc_context(LOOK):
-            figure = _figure(interactive)
-            if self.bodies[1].shape[-1] == 2:
-                self._draw_plane(figure)
-            else:
-                self._draw_space(figure)
-        return figure
-
-    def _draw_plane(self, figure: Any) -> None:
-        """Bodies and tools on the left, tractions on the right."""
-        x, u, values = self.bodies
-        left, right = figure.subplots(1, 2)
-        span = None if values.min() >= 0.0 else _span(values)
-        colours = draw_field(left, x[..., :2] + u, values, norm=span)
-        figure.colorbar(colours, ax=left, label=self.label, shrink=0.85)
-        if self.tools:
-            for curve in _curves(self.tools, self.bodies):
-                left.plot(*curve.T, color=COLOUR, lw=1.2, zorder=3)
-            left.set(**dict(zip(("xlim", "ylim"), zip(*_box(self.bodies)))))
-        left.set(xlabel=self.options.length("x"), ylabel=self.options.length("y"))
-        draw_tractions(right, self.pressure, self.options, self.pairs)
-
-    def _draw_space(self, figure: Any) -> None:
-        """Bodies and tools on the left, pressure on the slave surfaces on the right."""
-        x, u, values = self.bodies
-        left = figure.add_subplot(1, 2, 1, projection="3d")
-        lines = _curves(self.tools, self.bodies)
-        colours = draw_surface(left, x + u, values.mean(axis=(1, 2)), *self.view, lines)
-        figure.colorbar(colours, ax=left, label=self.label, shrink=0.7)
+    in_plane = bodies[1].shape[-1] == 2
+    with rc_context(LOOK):
+        figure = make(figsize=(10, 4.2), layout="constrained")
+        left = figure.add_subplot(1, 2, 1, projection=None if in_plane else "3d")
         right = figure.add_subplot(1, 2, 2)
-        colours = draw_pressure(right, self.pressure, self.options)
-        label = self.options.stress(PRESSURE)
-        figure.colorbar(colours, ax=right, label=label, shrink=0.85)
+        if in_plane:
+            colours = _draw_plane(left, bodies, lines, options)
+            draw_tractions(right, pressure, options, pairs)
+        else:
+            x, u, values = bodies
+            colours = draw_surface(left, x + u, values.mean(axis=(1, 2)), *view, lines)
+            bar = draw_pressure(right, pressure, options)
+            figure.colorbar(bar, ax=right, label=options.stress(PRESSURE), shrink=0.85)
+        shrink = 0.85 if in_plane else 0.7
+        figure.colorbar(colours, ax=left, label=label, shrink=shrink)
+    return figure
+
+
+def _draw_plane(
+    axes: Any, bodies: Any, lines: Sequence[Array], options: AxisOptions
+) -> Any:
+    """Draw bodies and outlines of tools in 2D; give what a colour bar needs."""
+    from matplotlib.colors import Normalize
+
+    x, u, values = bodies
+    norm = None if values.min() >= 0.0 else Normalize(values.min(), values.max())
+    colours = draw_field(axes, x[..., :2] + u, values, norm=norm)
+    for curve in lines:
+        axes.plot(*curve.T, color=COLOUR, lw=1.2, zorder=3)
+    if lines:
+        (left, below), (right, above) = _box(bodies)
+        axes.set(xlim=(left, right), ylim=(below, above))
+    axes.set(xlabel=options.length("x"), ylabel=options.length("y"))
+    return colours
 
 
 def _save(figure: Any, path: Path, backend: str) -> None:
@@ -263,18 +255,6 @@ def _nodal(field: Any, u: Function) -> Function:
     length = ufl.sqrt(ufl.inner(field, field)) if field.ufl_shape else field
     # Degree 2 resolves the variation within a cell
     return nodal_field(length, mesh, name, quadrature_degree=2)
-
-
-def _span(values: Array) -> Any:
-    """Scale of colours from the smallest to the largest value."""
-    from matplotlib.colors import Normalize
-
-    return Normalize(values.min(), values.max())
-
-
-def _curves(tools: Sequence[Body], bodies: Any) -> list[Array]:
-    """Curves on the tools, in a box around the bodies."""
-    return [curve for tool in tools for curve in curves(tool, *_box(bodies))]
 
 
 def _box(bodies: Any) -> tuple[Array, Array]:

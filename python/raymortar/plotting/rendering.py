@@ -93,10 +93,11 @@ def render(
         ]
         wires = pyvista.PolyData(np.concatenate(curves), lines=np.concatenate(lines))
         plotter.add_mesh(wires, color=COLOUR, line_width=1.5)
+    x, u, values = bodies
+    _add(plotter, x, u, values, labels[0], STRESS_MAP, view)
+    plotter.subplot(0, 1)
     x, u, traction = surface
     pressure = np.linalg.norm(traction, axis=2, keepdims=True)
-    _add(plotter, *bodies, labels[0], STRESS_MAP, view)
-    plotter.subplot(0, 1)
     _add(plotter, x, u, pressure, labels[1], PRESSURE_MAP, view)
     return plotter
 

@@ -17,7 +17,7 @@ from ..rigid.surface import Surface
 COLOUR = "#7f5539"
 # Slices across each axis in 3D; points along the sides of a slice, and of the grid that
 # finds where a tool is
-_SLICES, _GRID, _COARSE = 11, 121, 31
+_SLICES, _GRID, _COARSE = 9, 121, 31
 # All edges are drawn of a surface with at most this many. Of larger ones an edge is
 # drawn where its facets meet at this angle or more
 _EDGES, _SHARP = 3000, np.radians(25.0)
