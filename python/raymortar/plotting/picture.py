@@ -23,8 +23,7 @@ from ..errors import (
 )
 from ..host.gathering import gather_boundary, gather_cells, nodal_field
 from . import rendering
-from .drawing import LOOK, draw_field, draw_surface
-from .pressure_maps import draw_pressure, gather_pressure
+from .drawing import LOOK, draw_field, draw_pressure, draw_surface, gather_pressure
 from .tools import COLOUR, curves
 from .traction_curves import PRESSURE, AxisOptions, draw_tractions, gather_tractions
 

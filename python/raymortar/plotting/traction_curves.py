@@ -109,23 +109,17 @@ def arc_lengths(ends: Array, deformed_ends: Array) -> Array:
     A chain begins at its end with the smaller x, a closed one at its point with the
     smallest x. Where one ends the next begins.
     """
-    points, vertices = np.unique(ends.reshape(-1, 2), axis=0, return_inverse=True)
+    _, vertices = np.unique(ends.reshape(-1, 2), axis=0, return_inverse=True)
     of_facet = vertices.reshape(-1, 2)
-    at_vertex: list[list[int]] = [[] for _ in points]
-    for facet, pair in enumerate(of_facet):
-        for vertex in pair:
-            at_vertex[vertex].append(facet)
     sizes = np.linalg.norm(deformed_ends[:, 1] - deformed_ends[:, 0], axis=1)
     found, length = np.full(of_facet.shape, np.nan), 0.0
-    # `unique` has sorted them by x and then by y
-    begins = sorted(range(len(points)), key=lambda v: len(at_vertex[v]) != 1)
-    for vertex in begins:
+    # `unique` has sorted vertices by x and then by y; ends of chains come first
+    for vertex in np.argsort(np.bincount(vertices.ravel()) != 1, kind="stable"):
         while True:
-            left = [f for f in at_vertex[vertex] if np.isnan(found[f, 0])]
-            if not left:
+            touches = (of_facet == vertex) & np.isnan(found[:, :1])
+            if not touches.any():
                 break
-            facet = left[0]
-            first = int(of_facet[facet, 0] != vertex)
+            facet, first = np.argwhere(touches)[0]
             found[facet, first] = length
             length += sizes[facet]
             found[facet, 1 - first] = length

@@ -8,7 +8,7 @@ from rigid_scenes import press, shapes
 import raymortar
 from meshes.scenes import two_blocks
 from raymortar import rigid
-from raymortar.plotting.pressure_maps import name_of, plane_of
+from raymortar.plotting.drawing import name_of, plane_of
 
 pytest.importorskip("matplotlib")
 
