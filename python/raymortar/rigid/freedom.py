@@ -10,7 +10,7 @@ import numpy as np
 from ..checked import is_real_number
 from ..compat import Array
 from ..errors import ContactError
-from .turning import axial, rotation_vector, turning
+from .turning import axial, rotation_matrix, rotation_vector, turning
 
 # Axis of each freedom, and whether it is a rotation
 SPACE = {
@@ -86,6 +86,7 @@ class Freedom:
         self.names = names
         self.axis = np.array([axis for axis, _ in found], dtype=np.int32)
         self.is_turn = np.array([turns for _, turns in found], dtype=bool)
+        self._turns = any(turns for _, turns in found)
         self.stiffness = _by_name("stiffness", stiffness, names, self.is_turn)
         self.damping = _by_name("damping", damping, names, self.is_turn)
         self.values = np.zeros(len(names))
@@ -133,7 +134,10 @@ class Freedom:
     @property
     def turn(self) -> Array:
         """exp(theta) Q, (3, 3)."""
-        return turning(self.theta)[0] @ self._turned
+        if not self._turns:
+            return self._turned
+        turned: Array = rotation_matrix(self.theta) @ self._turned
+        return turned
 
     @property
     def totals(self) -> Array:
@@ -146,7 +150,7 @@ class Freedom:
         count = int(np.count_nonzero(self.is_turn))
         if count == 0 or (count == 1 and not np.any(np.delete(prescribed, self._axis))):
             return prescribed + sums
-        return rotation_vector(self.turn @ turning(prescribed)[0])
+        return rotation_vector(self.turn @ rotation_matrix(prescribed))
 
     @property
     def _axis(self) -> int:

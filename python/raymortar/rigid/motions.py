@@ -25,17 +25,16 @@ LARGEST_TURN = 0.5 * np.pi
 Motion = Array
 
 
-def _told(body: Body) -> dict[str, str]:
-    """Loads and position of a body, in the words of its arguments."""
+def _told(body: Body) -> dict[str, Array]:
+    """Loads and position of a body by the names that messages use."""
     motion, name = body.motion(), f"of the rigid {body.name}"
     held = np.where(np.isin(np.arange(3), _free_along(body)), 0.0, motion[:3])
-    parts = {
+    return {
         f"translation {name}": held,
         f"rotation {name}": motion[3:6],
         f"force {name}": body.force,
         f"moment {name}": np.atleast_1d(body.moment),
     }
-    return {what: str(tuple(value.tolist())) for what, value in parts.items()}
 
 
 def _free_along(body: Body) -> Indices:
@@ -125,14 +124,27 @@ class Motions:
         if not self.bodies:
             return
         present = self.present()
-        for body in self.bodies:
-            require_agreement(comm, **_told(body))
+        if comm.size > 1:
+            self._require_agreement(comm)
         if frictional:
             raise_everywhere(comm, self._turned_too_far(present))
         cpp.set_poses(*self._poses(present))
         if any(body.is_free for body in self.bodies):
             cpp.set_freedoms([_freedom(body, rows or {}) for body in self.bodies])
         self._seen = present
+
+    def _require_agreement(self, comm: MPI.Comm) -> None:
+        """Raise unless loads and positions are the same on all ranks. Collective."""
+        told = [_told(body) for body in self.bodies]
+        parts = [value for one in told for value in one.values()]
+        values = np.concatenate(parts)
+        ends = np.concatenate([values, -values])
+        comm.Allreduce(MPI.IN_PLACE, ends, op=MPI.MIN)
+        if np.array_equal(ends[: len(values)], -ends[len(values) :]):
+            return
+        for one in told:
+            texts = {name: str(tuple(value.tolist())) for name, value in one.items()}
+            require_agreement(comm, **texts)
 
     def send_old(self, cpp: Any) -> None:
         """Hand the accepted poses to a C++ zone."""
