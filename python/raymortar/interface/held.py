@@ -17,9 +17,9 @@ from .pairs import global_masters
 from .point_results import CLOSED, OPEN
 from .zones import ZoneData
 
-# Most nodes of the traction for each node of a master that balances it: with more, a
-# prescribed slave asks more of its master than that can do, and Newton's method fails
-MOST_TRACTIONS = 1.2
+# Distance of a master's nodes over that of the tractions on a prescribed slave, up to
+# which the master can balance these. From 1.25 on Newton's method fails on flat surfaces
+CLOSEST = 1.2
 
 
 def any_held(surfaces: ContactSurfaces, marker: Mask) -> bool:
@@ -65,18 +65,18 @@ def refuse_finer_rigid_slaves(surfaces: ContactSurfaces, marker: Mask) -> None:
         Naming the pair with its sides exchanged.
     """
     for zone in rigid_slaves(surfaces, marker):
-        ratio = _tractions_per_displacement(zone, surfaces)
-        if ratio > MOST_TRACTIONS:
+        ratio = _distance_ratio(zone, surfaces)
+        if ratio > CLOSEST:
             slave, masters = zone.facets.slave_tag, zone.facets.master_tags
             swapped = ", ".join(f"({master}, {slave})" for master in masters)
             raise SetUpError(
-                f"all of slave tag {slave} is prescribed, and it has {ratio:.2g} nodes of "
-                "the traction for each node of the master that could balance it: give "
-                f"the sides in the other order, pairs=[{swapped}]"
+                f"all of slave tag {slave} is prescribed, and its nodes are {ratio:.3g} "
+                "times as close as those of its master, which cannot balance so many "
+                f"tractions: give the sides in the other order, pairs=[{swapped}]"
             )
 
 
-def _tractions_per_displacement(zone: ZoneData, surfaces: ContactSurfaces) -> float:
+def _distance_ratio(zone: ZoneData, surfaces: ContactSurfaces) -> float:
     """Distance of a master's nodes over that of the multiplier's, where they face each
     other; without any hit, of the smallest over that of the largest facets. Collective.
     """

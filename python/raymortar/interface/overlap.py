@@ -5,6 +5,8 @@ from __future__ import annotations
 import warnings
 from collections.abc import Sequence
 
+from mpi4py import MPI
+
 import numpy as np
 
 from .. import compat
@@ -22,6 +24,8 @@ from .zones import ZoneData
 
 # Share of a facet's size up to which meshes that should touch may overlap by their noise
 NOISE = 0.01
+# Depths that differ by less than this share are the same, but for rounding
+ALIKE = 1e-9
 
 
 def warn_of_overlap(surfaces: ContactSurfaces, pairs: Sequence[Pair]) -> None:
@@ -50,14 +54,14 @@ def warn_of_overlap(surfaces: ContactSurfaces, pairs: Sequence[Pair]) -> None:
         excess = depth - _allowed(zone, surfaces)[points["slave"]]
         master = zone.masters_of(points)
         for pair in (pair for pair in pairs if pair.surface == k):
-            mine = np.flatnonzero(
-                (master == zone.facets.master_tags.index(pair.master)) & (excess > 0.0)
-            )
-            at = mine[np.argsort(depth[mine])[-1:]]
-            found = comm.allgather([(float(depth[q]), points["x"][q]) for q in at])
-            deepest = max(sum(found, []), key=lambda one: one[0], default=None)
-            if deepest is not None:
-                warnings.warn(_message(pair, *deepest), ContactWarning, stacklevel=4)
+            mine = master == zone.facets.master_tags.index(pair.master)
+            mine &= excess > 0.0
+            most = float(comm.allreduce(depth[mine].max(initial=0.0), op=MPI.MAX))
+            if most > 0.0:
+                # The same one of several on any number of ranks
+                at = points["x"][mine & (depth >= (1.0 - ALIKE) * most)].tolist()
+                place = max(sum(comm.allgather(at), []))
+                warnings.warn(_message(pair, most, place), ContactWarning, stacklevel=5)
 
 
 def _allowed(zone: ZoneData, surfaces: ContactSurfaces) -> Array:
@@ -77,7 +81,7 @@ def _allowed(zone: ZoneData, surfaces: ContactSurfaces) -> Array:
     return allowed
 
 
-def _message(pair: Pair, depth: float, place: Array) -> str:
+def _message(pair: Pair, depth: float, place: list[float]) -> str:
     slave, master = (
         f"tag {tag}" if name is None else repr(name)
         for tag, name in (
@@ -86,7 +90,7 @@ def _message(pair: Pair, depth: float, place: Array) -> str:
         )
     )
     return (
-        f"slave {slave} starts {depth:.3g} deep in {master} at {format_point(place)}, "
+        f"slave {slave} starts {depth:.3g} deep in {master} at {format_point(np.array(place))}, "
         "before anything has moved: mesh the bodies so that they touch, give an "
         "interference that is wanted as the argument offset, or close overlaps up to a "
         "length by contact.adjust(within=...)"
