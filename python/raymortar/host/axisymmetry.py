@@ -106,6 +106,21 @@ def check_free_along_axis(bodies: Sequence[Body]) -> None:
             )
 
 
+def off_axis_fault(bodies: Sequence[Body]) -> str | None:
+    """Name a rigid body that has moved along the radius, or has turned."""
+    for body in bodies:
+        motion = body.motion()
+        for way, parts in (("moved along r", motion[:1]), ("turned", motion[3:6])):
+            if parts.any():
+                amount = float(parts[np.abs(parts).argmax()])
+                return (
+                    f"axisymmetric=True, but the rigid {body.name} has been {way} by "
+                    f"{amount:.4g}: a solid of revolution stays one if it moves along "
+                    "the axis only, move((0, z))"
+                )
+    return None
+
+
 def warn_of_plane_form(forces: Array, diagonal: Array, comm: Any) -> None:
     """Warn if the form does not resist a growth of the radius, as hoops do. Collective.
 

@@ -109,7 +109,8 @@ def plot(
     mesh = u.function_space.mesh
     with together(mesh.comm):
         _check_input(contact, file, field)
-        options = AxisOptions(x, centre, units)
+        axes = "rz" if contact.axisymmetric else "xy"
+        options = AxisOptions(x, centre, units, axes)
     require_agreement(mesh.comm, backend=backend)
     dim, draws = mesh.geometry.dim, mesh.comm.rank == 0
     raise_everywhere(mesh.comm, _lacking(backend, dim) if draws else None)
@@ -228,7 +229,8 @@ def _draw_plane(
     if lines:
         (left, below), (right, above) = _box(bodies)
         axes.set(xlim=(left, right), ylim=(below, above))
-    axes.set(xlabel=options.length("x"), ylabel=options.length("y"))
+    across, up = map(options.length, options.axes)
+    axes.set(xlabel=across, ylabel=up)
     return colours
 
 
