@@ -9,7 +9,6 @@ along its normal.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import TYPE_CHECKING
@@ -29,9 +28,9 @@ if TYPE_CHECKING:
     from ..interface.zones import ZoneData
     from ..rigid.body import Body
 
-# Depth inside a tool that is none of contact, of the depth that counts as contact: a
-# tenth and a quarter of a facet by default. The first is that of a line through the tool
-# across its way, the second that of a point that stays inside
+# Depth inside a tool that contact does not leave, of the depth that counts as contact: a
+# tenth and a quarter of a facet by default. The first is for lines from outside to
+# outside, the second for points that begin or end inside
 DEEPER, DEEP = 0.05, 0.125
 # Cosine between the slave's normal and the way of points that pass forwards
 FORWARDS = 0.5
@@ -225,12 +224,15 @@ def _crosses(
         for one in (ahead, behind)
     )
     inside = np.maximum(way[met] - last - first, 0.0)
-    a, along, n, depth, forwards = (v[met] for v in (a, along, n, depth, forwards))
+    whole = np.isfinite(ahead) & (ahead >= 0.0) & np.isfinite(behind) & (behind >= 0.0)
+    least = np.where(whole, DEEPER, DEEP) * depth
+    a, along, n, depth, least = (v[met] for v in (a, along, n, depth, least))
+    whole, forwards = whole[met], forwards[met]
     for place in PLACES:
         x = a + (first + place * inside)[:, None] * along
-        across = _depths_across(body, x, along, gdim)
-        below = np.where(across > 0.0, -_cast(body, x, n), 0.0)
-        if np.any(np.where(forwards, across > DEEPER * depth, below > depth)):
+        deep = _depths(body, x, along, whole, gdim)
+        below = np.where(deep > 0.0, -_cast(body, x, n), 0.0)
+        if np.any(np.where(forwards, deep > least, below > depth)):
             return True
     return False
 
@@ -243,11 +245,18 @@ def _cast(body: Body, x: Array, n: Array) -> Array:
     return found
 
 
-def _depths_across(body: Body, x: Array, along: Array, gdim: int) -> Array:
-    """How deep points are inside a body, measured across directions, (n,): 0 outside,
-    infinite where it has no end. Length."""
+def _depths(body: Body, x: Array, along: Array, whole: Mask, gdim: int) -> Array:
+    """How deep points on lines are inside a body, (n,): 0 outside, infinite where it has
+    no end. Depths on lines that cross the whole body are measured across the lines, as
+    the body may be a thin plate. Length."""
     directions = _across(along, gdim)
-    nearest, inside = _nearest(body, x, [*directions, along, -along], len(directions))
+    rays, sides = [*directions, along, -along], len(directions)
+    found = np.array([_cast(body, x, n) for n in rays])
+    behind = np.where(found < 0.0, -found, np.inf)
+    ahead = np.isfinite(found) & (found >= 0.0)
+    # A ray through an edge may err: the others outvote it
+    inside = (found < 0.0).sum(axis=0) > ahead.sum(axis=0)
+    nearest = np.where(whole, behind[:sides].min(axis=0), behind.min(axis=0))
     return np.where(inside, nearest, 0.0)
 
 
@@ -258,16 +267,3 @@ def _across(along: Array, gdim: int) -> list[Array]:
         return [flat, -flat]
     one, other = directions_across(along)
     return [c * one + s * other for c, s, _ in AROUND]
-
-
-def _nearest(
-    body: Body, x: Array, rays: Sequence[Array], count: int
-) -> tuple[Array, Mask]:
-    """Distance of points inside a body from its surface, along the first so many rays,
-    and whether they are inside, (n,) each. A ray through an edge may err: the others
-    outvote it."""
-    found = np.array([_cast(body, x, n) for n in rays])
-    entries_behind = np.where(found < 0.0, -found, np.inf)[:count]
-    ahead = np.isfinite(found) & (found >= 0.0)
-    inside: Mask = (found < 0.0).sum(axis=0) > ahead.sum(axis=0)
-    return entries_behind.min(axis=0, initial=np.inf), inside
