@@ -22,6 +22,7 @@ from .convergence.convergence import Convergence
 from .convergence.failure import InUse, describe_failure
 from .convergence.loose import loose_bodies
 from .convergence.lost_contact import unheld
+from .convergence.strange_gamma import strange_gammas
 from .errors import (
     ContactError,
     SetUpError,
@@ -409,6 +410,7 @@ class CoupledProblem:
                 for text in swaps(one.surfaces, self._pattern, self.bcs)
             ],
             [one.excess for one in contacts if one.excess is not None],
+            strange_gammas(self),
             in_use,
         )
 

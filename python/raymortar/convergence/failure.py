@@ -92,6 +92,7 @@ def describe_failure(
     rigid: Sequence[int] = (),
     swaps: Sequence[str] = (),
     excess: Sequence[str] = (),
+    gammas: Sequence[str] = (),
     in_use: InUse = InUse(),
 ) -> str:
     """State of contact, residuals, and what to try.
@@ -113,6 +114,8 @@ def describe_failure(
         Proposals for slaves that are too fine for their masters.
     excess
         Sentences on interferences that are larger than the bodies are thick.
+    gammas
+        Of `strange_gamma.strange_gammas`.
     in_use
         How the solve is used.
     """
@@ -134,7 +137,7 @@ def describe_failure(
         proposals = ["a smaller interference"]
     else:
         proposals = _proposals(history, statistics, period, swaps, in_use)
-    text = "; ".join([text + imbalance, *unheld, *excess])
+    text = "; ".join([text + imbalance, *unheld, *excess, *gammas])
     return text + (f". Try {one_of(proposals)}" if proposals else "")
 
 

@@ -133,9 +133,10 @@ def _passed_by_tools(zone: ZoneData, contact: Interaction) -> list[str]:
     names = ", ".join(body.name for body in zone.facets.bodies)
     if not count and have_gone_through(zone, contact):
         return [
-            f"a rigid body ({names}) has gone through slave tag {zone.facets.slave_tag} "
-            "and out of it again: its motion in this step is larger than the slave, or "
-            "in another unit than the mesh"
+            f"a rigid body ({names}) has gone through slave tag {zone.facets.slave_tag}, "
+            "or half through it: the slave's facets are too coarse for it or cannot give "
+            "way any more, or its motion in this step is larger than the slave, or in "
+            "another unit than the mesh"
         ]
     if not count:
         return []

@@ -1,12 +1,14 @@
-"""Rigid tools that went through a slave and out of it again within one step.
+"""Rigid tools that have passed through a slave within one step.
 
-Seen from a tool, each slave point goes along a line. Where rays along it, from both ends,
-meet the tool, the point was inside it.
+Seen from a tool, each slave point moves along a line. A point has passed if its line
+crosses the tool's solid and leaves it forwards, the way in which the slave's normal
+points: contact resists this motion. Sliding points and points that lift off leave the
+solid backwards. A point has also passed if it is inside, beyond the middle of the solid
+along its normal.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import TYPE_CHECKING
@@ -16,10 +18,8 @@ from mpi4py import MPI
 import numpy as np
 
 from ..compat import Array, Mask
-from ..host.bodies import bodies_of_facets
-from ..host.extents import ends_of
 from ..host.reference_facets import N_CORNERS, facet_nodes
-from ..interface.faced import positions
+from ..interface.faced import positions, unit_normals
 from ..interface.point_results import CLOSED
 from ..rigid.turning import directions_across, rotation_matrix, rotation_vector
 
@@ -28,9 +28,12 @@ if TYPE_CHECKING:
     from ..interface.zones import ZoneData
     from ..rigid.body import Body
 
-# By how much deeper than at the start a point has to get to have been inside, of the
-# depth that counts as contact: a tenth of a facet by default
-DEEPER = 0.05
+# Depth inside a tool that contact does not leave, of the depth that counts as contact: a
+# tenth and a quarter of a facet by default. The first is for lines from outside to
+# outside, the second for points that begin or end inside
+DEEPER, DEEP = 0.05, 0.125
+# Cosine between the slave's normal and the way of points that pass forwards
+FORWARDS = 0.5
 # Seen from a tool that turns, ways are bent: distance from the straight lines that stand
 # for them, of the depth that counts as contact, and the most lines of a step
 BEND, MOST_LINES = 0.02, 128
@@ -56,30 +59,23 @@ class Slave:
         Dimension of the space.
     old, now
         Their positions at the accepted step and at present, (n, 3).
-    shifts
-        Motions of the slave's bodies between which those of all their points are, the
-        corners of a box, (m, 3).
+    normals
+        Present outward unit normals, (n, 3).
     depth
         That counts as contact, (n,).
-    least
-        Length of the shortest way into the slave and out of reach of its rays, (n,).
     """
 
     gdim: int
     old: Array
     now: Array
-    shifts: Array
+    normals: Array
     depth: Array
-    least: Array
 
 
 def have_gone_through(zone: ZoneData, contact: Interaction) -> bool:
-    """Whether a tool that touches nothing now was inside the slave on its way.
-    Collective.
+    """Whether a tool has passed through the slave since the accepted step. Collective.
 
-    It is asked only where a tool or the slave has moved since the accepted step, by more
-    than a depth that counts as contact or half of the slave's thickness. Motions are
-    straight, turns uniform. The contact is the same afterwards.
+    Motions are straight, turns uniform. The contact is the same afterwards.
 
     Parameters
     ----------
@@ -89,22 +85,24 @@ def have_gone_through(zone: ZoneData, contact: Interaction) -> bool:
         `Contact`.
     """
     comm, bodies = contact.layout.comm, zone.motions.bodies
-    if not comm.allreduce(int(_is_far(zone, contact)), op=MPI.MAX):
+    state = np.array([_is_far(zone, contact), _is_deep(zone)], dtype=np.int32)
+    comm.Allreduce(MPI.IN_PLACE, state, op=MPI.MAX)
+    if not state.any():
         return False
     closed, slave = _touched(zone, len(bodies), comm), _slave(zone, contact)
     was, now = zone.motions.old, zone.motions.present()
-    found = False
-    for body, touches, start, end in zip(bodies, closed, was, now):
-        if not touches:
-            found = _went_through(body, start, end, slave, comm) or found
-    return found
+    found = any(
+        _passed(body, start, end, slave, bool(touches))
+        for body, touches, start, end in zip(bodies, closed, was, now)
+    )
+    return bool(comm.allreduce(int(found), op=MPI.MAX))
 
 
-def _least_way(zone: ZoneData) -> Array:
-    """Shortest way of a tool into this rank's slave facets and out of reach of their
-    rays, (n,). Length."""
-    way: Array = np.minimum(zone.distance("depth"), 0.5 * zone.thickness[0])
-    return way
+def _is_deep(zone: ZoneData) -> bool:
+    """Whether a point of this rank is deep inside a tool that it touches."""
+    points = zone.points()
+    gap = np.where(points["status"] >= CLOSED, points["gap"], 0.0)
+    return bool(np.any(-gap > DEEP * zone.distance("depth")[points["slave"]]))
 
 
 def _is_far(zone: ZoneData, contact: Interaction) -> bool:
@@ -114,7 +112,8 @@ def _is_far(zone: ZoneData, contact: Interaction) -> bool:
     way = zone.motions.present() - zone.motions.old
     drift = np.linalg.norm(way[:, :3], axis=1).max()
     far = drift + np.linalg.norm(u, axis=1).max(initial=0.0)
-    return bool(np.any(way[:, 3:]) or far > _least_way(zone).min(initial=np.inf))
+    least = np.minimum(DEEP * zone.distance("depth"), 0.5 * zone.thickness[0])
+    return bool(np.any(way[:, 3:]) or far > least.min(initial=np.inf))
 
 
 def _touched(zone: ZoneData, count: int, comm: MPI.Comm) -> Array:
@@ -135,52 +134,51 @@ def _slave(zone: ZoneData, contact: Interaction) -> Slave:
     numbers = np.repeat(np.arange(count), N_CORNERS[surface.shape])
     facet = np.concatenate([points["slave"], numbers]).astype(np.int32)
     pad = ((0, 0), (0, 3 - surface.gdim))
-    old, now = (
-        np.pad(positions(surface, facet, at, u.reshape(-1, surface.gdim)), pad)
-        for u in (contact.u_old, contact.u.x.array)
+    u_old, u_now = (
+        u.reshape(-1, surface.gdim) for u in (contact.u_old, contact.u.x.array)
     )
-    depth, least = zone.distance("depth")[facet], _least_way(zone)[facet]
-    return Slave(surface.gdim, old, now, _shifts(zone, contact), depth, least)
+    old, now, normals = (
+        np.pad(values, pad)
+        for values in (
+            positions(surface, facet, at, u_old),
+            positions(surface, facet, at, u_now),
+            unit_normals(surface, facet, at, u_now),
+        )
+    )
+    return Slave(surface.gdim, old, now, normals, zone.distance("depth")[facet])
 
 
-def _shifts(zone: ZoneData, contact: Interaction) -> Array:
-    """`Slave.shifts`. Collective."""
-    comm, surface = contact.layout.comm, zone.facets.slave_surface
-    mine = np.unique(bodies_of_facets(contact.bodies, surface)).tolist()
-    slaves = sorted(set().union(*comm.allgather(mine)))
-    u = (contact.u.x.array - contact.u_old).reshape(-1, surface.gdim)
-    u = u[np.isin(contact.bodies.dofs, slaves)]
-    corners = np.array(list(product(*ends_of(u, comm).T)))
-    return np.pad(corners, ((0, 0), (0, 3 - surface.gdim)))
-
-
-def _went_through(
-    body: Body, start: Array, end: Array, slave: Slave, comm: MPI.Comm
+def _passed(
+    body: Body, start: Array, end: Array, slave: Slave, touches: bool
 ) -> bool:
-    """Whether a body has gone through slave points between two motions. Collective."""
-    seen = np.array(_ways(body, start, end, slave))
-    length = np.linalg.norm(np.diff(seen, axis=0), axis=2).sum(axis=0)
-    moved = length > slave.least
-    allowed = DEEPER * slave.depth[moved]
-    too_deep = max(
-        _too_deep(body, a[moved], b[moved], allowed, slave.gdim)
-        for a, b in zip(seen[:-1], seen[1:])
+    """Whether a body has passed points of this rank between two motions."""
+    ways = _ways(body, start, end, slave)
+    x, n = ways[-1]
+    if np.any(_is_beyond_middle(body, x, n, DEEP * slave.depth)):
+        return True
+    out = (_cast(body, x, n) >= 0.0) | (_cast(body, x, -n) >= 0.0)
+    depth = slave.depth[out]
+    return any(
+        _crosses(body, a[out], b[out], n[out], depth, touches, slave.gdim)
+        for (a, _), (b, n) in zip(ways[:-1], ways[1:])
     )
-    too_deep = comm.allreduce(too_deep, op=MPI.MAX)
-    if too_deep <= 0.0:
-        return False
-    # What was in contact springs back, while the tool is still near: it is as deep as
-    # the slave of now would be there, without its motion as a whole
-    back = [_seen_from(body, start, slave.now - shift) for shift in slave.shifts]
-    begin = max(_deepest(body, x, slave.gdim) for x in (seen[0], *back))
-    return bool(too_deep > comm.allreduce(begin, op=MPI.MAX))
 
 
-def _ways(body: Body, start: Array, end: Array, slave: Slave) -> list[Array]:
-    """Places of the slave's points seen from a body, at the ends of the straight lines
-    that stand for their way, (n, 3) each."""
-    Q, R = (motion[6:].reshape(3, 3) for motion in (start, end))
-    spin = rotation_vector(R @ Q.T)
+def _is_beyond_middle(body: Body, x: Array, n: Array, least: Array) -> Mask:
+    """Whether points inside a body by more than a depth are nearer to its far side than
+    to the side that their normals point away from, (n,)."""
+    inside, ahead = -_cast(body, x, n), -_cast(body, x, -n)
+    beyond: Mask = np.isfinite(inside) & (ahead > 0.0) & (ahead < inside)
+    return beyond & (inside > least)
+
+
+def _ways(
+    body: Body, start: Array, end: Array, slave: Slave
+) -> list[tuple[Array, Array]]:
+    """Places and present normals of the slave's points seen from a body, at the ends of
+    the straight lines that stand for their way, (n, 3) each."""
+    Q, last = (motion[6:].reshape(3, 3) for motion in (start, end))
+    spin = rotation_vector(last @ Q.T)
     angle = float(np.linalg.norm(spin) + np.linalg.norm(end[3:6] - start[3:6]))
     places = []
     count = _lines(angle, start, end, body.centre, slave)
@@ -188,7 +186,8 @@ def _ways(body: Body, start: Array, end: Array, slave: Slave) -> list[Array]:
         motion = start + share * (end - start)
         motion[6:] = (rotation_matrix(share * spin) @ Q).ravel()
         x = slave.old + share * (slave.now - slave.old)
-        places.append(_seen_from(body, motion, x))
+        R, shift = body.pose_of(motion)
+        places.append(((x - shift) @ R, slave.normals @ R))
     return places
 
 
@@ -206,45 +205,36 @@ def _lines(angle: float, start: Array, end: Array, centre: Array, slave: Slave) 
     return int(np.clip(np.ceil(count), 1, MOST_LINES))
 
 
-def _seen_from(body: Body, motion: Array, x: Array) -> Array:
-    """Points (n, 3) in the coordinates in which a body was made."""
-    R, shift = body.pose_of(motion)
-    seen: Array = (x - shift) @ R
-    return seen
+def _crosses(
+    body: Body, a: Array, b: Array, n: Array, depth: Array, touches: bool, gdim: int
+) -> bool:
+    """Whether a line from a to b goes through a body as no contact does.
 
-
-def _too_deep(body: Body, a: Array, b: Array, allowed: Array, gdim: int) -> float:
-    """Largest depth inside a body on lines from a to b, less what is allowed. Length.
-
-    Parameters
-    ----------
-    a, b
-        Ends of the lines, (n, 3).
-    allowed
-        (n,). Length.
+    Lines along the slave, or backwards, count where the body touches nothing in the end
+    and was deeper below the slave than contact is.
     """
-    length = np.linalg.norm(b - a, axis=1)
-    lines = length > 0.0
-    a, b, length, allowed = a[lines], b[lines], length[lines], allowed[lines]
-    along = (b - a) / length[:, None]
+    way = np.linalg.norm(b - a, axis=1)
+    along = (b - a) / np.maximum(way, np.finfo(float).tiny)[:, None]
+    forwards = np.einsum("nd,nd->n", along, n) > FORWARDS
     ahead, behind = _cast(body, a, along), _cast(body, b, -along)
-    met = np.minimum(ahead, behind) < length
-    a, along, length, allowed = a[met], along[met], length[met], allowed[met]
+    met = (np.minimum(ahead, behind) < way) & (forwards | (not touches))
     # Where no entry is ahead the end is inside, or outside as its depth tells
     first, last = (
-        np.where(np.isfinite(one[met]), np.clip(one[met], 0.0, length), 0.0)
+        np.where(np.isfinite(one), np.clip(one, 0.0, way), 0.0)[met]
         for one in (ahead, behind)
     )
-    # A point that leaves from inside is as deep as its way out is long
-    leaves = (first == 0.0) & (last > 0.0)
-    worst = 0.0
+    inside = np.maximum(way[met] - last - first, 0.0)
+    whole = np.isfinite(ahead) & (ahead >= 0.0) & np.isfinite(behind) & (behind >= 0.0)
+    least = np.where(whole, DEEPER, DEEP) * depth
+    a, along, n, depth, least = (v[met] for v in (a, along, n, depth, least))
+    whole, forwards = whole[met], forwards[met]
     for place in PLACES:
-        inside = np.maximum(length - last - first, 0.0)
-        g = first + place * inside
-        deep = _depths_across(body, a + g[:, None] * along, along, gdim)
-        deep = np.where(leaves, np.minimum(deep, (1.0 - place) * inside), deep)
-        worst = max(worst, float((deep - allowed).max(initial=0.0)))
-    return worst
+        x = a + (first + place * inside)[:, None] * along
+        deep = _depths(body, x, along, whole, gdim)
+        below = np.where(deep > 0.0, -_cast(body, x, n), 0.0)
+        if np.any(np.where(forwards, deep > least, below > depth)):
+            return True
+    return False
 
 
 def _cast(body: Body, x: Array, n: Array) -> Array:
@@ -255,11 +245,18 @@ def _cast(body: Body, x: Array, n: Array) -> Array:
     return found
 
 
-def _depths_across(body: Body, x: Array, along: Array, gdim: int) -> Array:
-    """How deep points are inside a body, measured across directions, (n,): 0 outside,
-    infinite where it has no end. Length."""
+def _depths(body: Body, x: Array, along: Array, whole: Mask, gdim: int) -> Array:
+    """How deep points on lines are inside a body, (n,): 0 outside, infinite where it has
+    no end. Depths on lines that cross the whole body are measured across the lines, as
+    the body may be a thin plate. Length."""
     directions = _across(along, gdim)
-    nearest, inside = _nearest(body, x, [*directions, along, -along], len(directions))
+    rays, sides = [*directions, along, -along], len(directions)
+    found = np.array([_cast(body, x, n) for n in rays])
+    behind = np.where(found < 0.0, -found, np.inf)
+    ahead = np.isfinite(found) & (found >= 0.0)
+    # A ray through an edge may err: the others outvote it
+    inside = (found < 0.0).sum(axis=0) > ahead.sum(axis=0)
+    nearest = np.where(whole, behind[:sides].min(axis=0), behind.min(axis=0))
     return np.where(inside, nearest, 0.0)
 
 
@@ -270,24 +267,3 @@ def _across(along: Array, gdim: int) -> list[Array]:
         return [flat, -flat]
     one, other = directions_across(along)
     return [c * one + s * other for c, s, _ in AROUND]
-
-
-def _deepest(body: Body, x: Array, gdim: int) -> float:
-    """Depth of the deepest of some points inside a body. Length."""
-    directions = AROUND if gdim == 2 else EVERYWHERE
-    rays = [np.tile(n, (len(x), 1)) for n in directions]
-    nearest, inside = _nearest(body, x, rays, len(rays))
-    return float(nearest[inside & np.isfinite(nearest)].max(initial=0.0))
-
-
-def _nearest(
-    body: Body, x: Array, rays: Sequence[Array], count: int
-) -> tuple[Array, Mask]:
-    """Distance of points inside a body from its surface, along the first so many rays,
-    and whether they are inside, (n,) each. A ray through an edge may err: the others
-    outvote it."""
-    found = np.array([_cast(body, x, n) for n in rays])
-    entries_behind = np.where(found < 0.0, -found, np.inf)[:count]
-    ahead = np.isfinite(found) & (found >= 0.0)
-    inside: Mask = (found < 0.0).sum(axis=0) > ahead.sum(axis=0)
-    return entries_behind.min(axis=0, initial=np.inf), inside

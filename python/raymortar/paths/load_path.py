@@ -83,6 +83,10 @@ class PrescribedPath:
         """Set the loads of the next step."""
         self._apply(self.next, self.next - self.factor)
 
+    def set_first_loads(self) -> None:
+        """Set the loads of the last accepted step, in place of those of `begin`."""
+        self._apply(self.factor, self.next - self.factor)
+
     def restart(self) -> None:
         """Note that the state of the last accepted step has been restored."""
 

@@ -13,6 +13,9 @@ class LoadStep:
         ``"extrapolated"``, ``"small gamma"``, ``"capped"``, ``"line search"``, ``"small
         gamma, line search"`` or ``"viscous forces"``: see `LoadSteps`. With `stabilize`
         that of the step's last solve.
+    released
+        Energy that a snap has set free at least, which another way than ``"full"`` has
+        passed; 0 where there was none.
     number
         Counts the accepted steps of the problem from 1, over all of its `LoadSteps`.
     """
@@ -24,9 +27,10 @@ class LoadStep:
         halvings: int,
         strategy: str = "full",
         number: int = 1,
+        released: float = 0.0,
     ) -> None:
         self.factor, self.iterations, self.halvings = factor, iterations, halvings
-        self.strategy, self.number = strategy, number
+        self.strategy, self.number, self.released = strategy, number, released
 
     def __repr__(self) -> str:
         return (

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, TextIO, cast
@@ -13,6 +14,7 @@ from ..convergence.penetration import DeepPoints
 from ..errors import (
     BodyLeft,
     ContactLost,
+    ContactWarning,
     ConvergenceError,
     SetUpError,
     require_agreement,
@@ -234,6 +236,7 @@ class LoadSteps:
         automatic = self.strategy == "auto"
         ways = Strategies(path, self.extrapolate, automatic, viscous, progress.trying)
         last, tools, deep = None, ToolsOnPath(contact), DeepPoints(contact)
+        snapped = False
         tools.look()
         while not path.ended:
             before = contact.state()
@@ -264,6 +267,9 @@ class LoadSteps:
             path.reached()
             tools.look()
             deep.warn(stacklevel=3)
+            if ways.released and not snapped:
+                snapped = True
+                warnings.warn(_snap(path.factor, ways), ContactWarning, stacklevel=3)
             if self.history is not None:
                 self.history.record(path.time, iterations, self.halvings)
             if self.output is not None:
@@ -273,7 +279,14 @@ class LoadSteps:
             last = before
             self.solver.problem.steps_accepted += 1
             number = self.solver.problem.steps_accepted
-            yield LoadStep(path.factor, iterations, self.halvings, ways.used, number)
+            yield LoadStep(
+                path.factor,
+                iterations,
+                self.halvings,
+                ways.used,
+                number,
+                ways.released,
+            )
         ways.finish()
         tools.warn()
 
@@ -325,3 +338,13 @@ class LoadSteps:
     def run(self) -> list[LoadStep]:
         """Solve all steps."""
         return list(self)
+
+
+def _snap(factor: float, ways: Strategies) -> str:
+    """A warning that a step has passed a snap."""
+    return (
+        f"a snap was passed before load factor {factor:.6g}, by way of "
+        f'"{ways.used}": it sets an energy of {ways.released:.3g} free, and without '
+        "inertia its end is one of several. See LoadStep.released; control= follows "
+        "the path of equilibria"
+    )

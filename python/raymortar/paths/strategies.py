@@ -17,6 +17,7 @@ from ..solvers.capped import CappedSolver
 from ..solvers.line_search import with_line_search
 from ..solvers.newton import NewtonSolver
 from ..solvers.snes import SNESSolver
+from .energy_balance import balance_of_step
 from .gamma_detour import (
     set_each,
     solve_by_small_gamma,
@@ -64,6 +65,8 @@ class Strategies:
     ----------
     used
         Name of the way that solved the last step.
+    released
+        Energy that the last step has set free in a snap, found by another way.
     """
 
     def __init__(
@@ -77,7 +80,7 @@ class Strategies:
         self._path, self.solver, self.extrapolate = path, path.solver, extrapolate
         self.automatic, self._may_be_viscous = automatic, viscous
         self._trying = trying
-        self.used = FULL
+        self.used, self.released = FULL, 0.0
         # Coefficients before each reduction; the path's end restores the first
         self._given: list[Any] = []
         self._contact = self.solver.problem.contact
@@ -103,6 +106,7 @@ class Strategies:
         ConvergenceError, ContactError, PETSc.Error
             The failure of the solver as it was given, if no other way helps.
         """
+        self.released = 0.0
         with self._attentive():
             try:
                 return self._as_given(now, last, ratio)
@@ -123,15 +127,39 @@ class Strategies:
         for name, solve in self._others(now, last, ratio):
             self._restore(now)
             self._trying(name)
+            kept = len(self._given)
             try:
                 iterations = solve()
+                self.released = self._released(name, now)
             except SetUpError:
                 raise
             except FAILURES:
+                if len(self._given) > kept:
+                    set_each(with_multipliers(self._contact), self._given.pop())
                 continue
             self.used = name
             return iterations
         return None
+
+    def _released(self, name: str, now: State) -> float:
+        """Energy that a snap since a state has set free, 0 where none was passed.
+        Collective.
+
+        Raises
+        ------
+        ConvergenceError
+            If the step needs energy that nothing supplies: another equilibrium was
+            found, and no path of equilibria leads there.
+        """
+        if not self._may_be_viscous or name == EXTRAPOLATED:
+            return 0.0
+        balance = balance_of_step(self.solver.problem, self._path, now)
+        if balance.lacks_energy:
+            raise ConvergenceError(
+                f"{name}: the step jumps, and needs an energy of {-balance.most:.3g} "
+                "that no load supplies"
+            )
+        return balance.released
 
     @contextmanager
     def _attentive(self) -> Iterator[None]:

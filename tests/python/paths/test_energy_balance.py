@@ -1,0 +1,140 @@
+"""Energy balance of steps: ways that are not asked for may not jump."""
+
+import numpy as np
+import pytest
+from load_paths import top_moves
+from snapping import BED, E, on_bed, pressure, top_sinks
+
+from raymortar import ContactWarning, ConvergenceError, LoadSteps
+from raymortar.paths.energy_balance import MISSING, balance_of_step
+from raymortar.paths.load_path import PrescribedPath
+from raymortar.paths.step_sizes import StepSizes
+from raymortar.paths.strategies import FULL, VISCOUS, Strategies
+
+
+def depths(load):
+    """Of the bed under a load: before the limit, on the falling branch, behind it."""
+    return np.sort(np.roots(BED - [0.0, 0.0, 0.0, load]).real)
+
+
+def stored(w):
+    """Energy of both blocks and the bed."""
+    blocks = 0.5 * pressure(w) ** 2 * sum(1.0 / e for e in E.values())
+    return blocks + np.polyval(np.polyint(BED), w)
+
+
+def put(found, w):
+    """The equilibrium in which the bed is w deep."""
+    V, p = found.u.function_space, pressure(w)
+
+    def displacement(x):
+        y = x[V.mesh.geometry.dim - 1]
+        below, above = np.minimum(y, 1.0) / E["lower"], np.maximum(y - 1.0, 0.0)
+        values = np.zeros((V.mesh.geometry.dim, x.shape[1]))
+        values[-1] = -w - p * (below + above / E["upper"])
+        return values
+
+    found.u.interpolate(displacement)
+    found.problem.contact.multiplier.x.array[:] = -p
+    found.problem.contact.update()
+
+
+def gained(begin, end):
+    """Work of the top's load in excess of stored energy, for the loads of both ends."""
+    way = top_sinks(end) - top_sinks(begin)
+    return np.array([pressure(w) * way for w in (begin, end)]) - (
+        stored(end) - stored(begin)
+    )
+
+
+@pytest.mark.mpi(where=lambda cell, **_: cell == "triangle")
+@pytest.mark.parametrize("cell", ["triangle", "hexahedron"])
+@pytest.mark.parametrize("prescribed", [False, True])
+@pytest.mark.parametrize(
+    "begin, end", [(0.4, 0.5), (1.0, 4.7), (4.7, 1.0), tuple(depths(4.5)[:2])]
+)
+def test_the_balance_is_that_of_the_closed_form(cell, prescribed, begin, end):
+    """Work of a load, and of a top that is moved."""
+    found = on_bed(cell, prescribed=prescribed)
+
+    def apply(t, size):
+        found.apply(top_sinks(t) if prescribed else pressure(t))
+
+    path = PrescribedPath(found.solver, apply, (begin, end), StepSizes(1, 0, 1, 5))
+    path.begin()
+    put(found, begin)
+    state = found.problem.contact.state()
+    put(found, end)
+    u = found.u.x.array.copy()
+    balance = balance_of_step(found.problem, path, state)
+    exact = gained(begin, end)
+    assert balance.most == pytest.approx(exact.max(), abs=1e-12)
+    assert balance.least == pytest.approx(exact.min(), abs=1e-12)
+    assert balance.lacks_energy == (exact.max() < -MISSING * balance.size)
+    assert np.array_equal(u, found.u.x.array)
+
+
+def jumping(monkeypatch, first, last, depth):
+    """A path of loads whose last step is solved by nothing but a jump to a depth."""
+    found = on_bed("triangle")
+    given = Strategies._as_given
+
+    def fails(self, *state):
+        if self._path.next == last:
+            found.problem.convergence.norms[:] = [1.0, np.nan]
+            raise ConvergenceError("it cycles")
+        return given(self, *state)
+
+    def solve():
+        put(found, depth)
+        return 1
+
+    monkeypatch.setattr(Strategies, "_as_given", fails)
+    monkeypatch.setattr(Strategies, "_others", lambda *_: iter([(VISCOUS, solve)]))
+    put(found, depths(first)[0])
+    found.problem.contact.advance()
+    return LoadSteps(found.solver, found.apply, 1, 1, path=(first, last))
+
+
+@pytest.mark.mpi
+def test_a_jump_that_needs_energy_is_refused(monkeypatch):
+    """Up to the falling branch: no load supplies the energy."""
+    path, steps = [], jumping(monkeypatch, 4.4, 4.5, depths(4.5)[1])
+    with pytest.raises(ConvergenceError, match="it cycles"):
+        for step in steps:
+            path.append((step.factor, step.strategy, step.released))
+    assert path == [(4.45, FULL, 0.0)]
+
+
+@pytest.mark.mpi
+def test_a_snap_is_told_once(monkeypatch):
+    """The load at the step's start bounds its work from below."""
+    begin, end = depths(4.8)[0], depths(4.9)[2]
+    steps = jumping(monkeypatch, 4.8, 4.9, end)
+    with pytest.warns(ContactWarning, match="a snap was passed") as caught:
+        path = steps.run()
+    told = [one for one in caught if "snap" in str(one.message)]
+    assert len(told) == 1 and path[-1].strategy == VISCOUS
+    assert path[-1].released == pytest.approx(gained(begin, end).min(), rel=1e-9)
+
+
+@pytest.mark.mpi
+def test_gamma_comes_back_with_a_step_that_is_refused(monkeypatch):
+    problem, steps = top_moves("triangle")
+    gamma = problem.contact.gamma
+    monkeypatch.setattr(
+        Strategies, "_released", lambda *_: (_ for _ in ()).throw(ConvergenceError("x"))
+    )
+    monkeypatch.setattr(Strategies, "_is_curable", lambda *_: True)
+    given, failed = Strategies._as_given, []
+
+    def fails(self, *state):
+        if not failed:
+            failed.append(True)
+            raise ConvergenceError("it cycles")
+        return given(self, *state)
+
+    monkeypatch.setattr(Strategies, "_as_given", fails)
+    iterator = iter(steps)
+    next(iterator)
+    assert steps.halvings == 1 and problem.contact.gamma == gamma
