@@ -7,6 +7,7 @@ from typing import Any
 
 from petsc4py import PETSc
 
+import numpy as np
 from dolfinx.fem import Function
 
 from .compat import Array
@@ -394,8 +395,8 @@ class Contact(Interaction):
         >>> shear = np.linalg.norm(points["traction"], axis=1) + points["pressure"]
         >>> contact.to_nodes(shear, "shear")
         """
-        several = isinstance(values, (list, tuple))
-        return self._fields.of_points(values if several else [values], name)
+        each = [values] if isinstance(values, np.ndarray) else values
+        return self._fields.of_points(each, name)
 
     def status(self) -> Function:
         """`NodeStatus` of the slave nodes: 0 open or no hit, 1 stick, 2 slip. Collective.

@@ -9,7 +9,7 @@ from mpi4py import MPI
 
 import numpy as np
 
-from ..compat import Array, Indices
+from ..compat import Array
 from ..errors import together
 from ..host.reference_facets import shape_functions
 from ..host.slave_fields import FRICTION_FIELD, check_field, check_function, on_facets
@@ -105,8 +105,8 @@ class ClosedPoints:
         ]
         self._points = points = zone.points()
         self._closed = points["status"] >= CLOSED
-        self._facet: Indices = points["slave"][self._closed]
-        self._xi: Array = points["xi"][self._closed]
+        self._facet = points["slave"][self._closed]
+        self._xi = points["xi"][self._closed]
 
     @property
     def any(self) -> bool:

@@ -85,9 +85,8 @@ def by_differences(law: Friction, at: Sample) -> tuple[Array, Array]:
 
 def _bound(law: Friction, at: Sample, axis: int, values: Array) -> Array:
     """Evaluate a bound at other values of p or v."""
-    where = [at.p, at.v]
-    where[axis] = values
-    found: Array = np.asarray(law.call("bound", *where, at.given), dtype=np.float64)
+    p, v = (values, at.v) if axis == 0 else (at.p, values)
+    found: Array = np.asarray(law.call("bound", p, v, at.given), dtype=np.float64)
     return found
 
 

@@ -2,24 +2,26 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from dolfinx.mesh import Mesh
 
 from .. import compat
-from ..compat import Array, Indices
+from ..compat import Array
 from ..host.facets import reference_corners
 from ..host.reference_facets import shape_functions
 from ..host.surfaces import Surface
 from .zones import ZoneData
 
 
-def undeformed(surface: Surface, facet: Indices, xi: Array) -> Array:
+def undeformed(surface: Surface, facet: Any, xi: Array) -> Array:
     """Find undeformed positions of points on facets, (n, d). Length."""
     N, _ = shape_functions(surface.shape, surface.node_degree, xi)
     return np.einsum("qa,qad->qd", N, surface.X[surface.facet_nodes[facet]])
 
 
-def accumulated_slip(zone: ZoneData, facet: Indices, xi: Array) -> Array:
+def accumulated_slip(zone: ZoneData, facet: Any, xi: Array) -> Array:
     """Interpolate the slip of all accepted steps at points, (n,). Length."""
     assert zone.slip is not None
     degree = compat.element_info(zone.slip.function_space).degree

@@ -58,6 +58,7 @@ class ZoneData:
     slip: Function | None = None
     offset: Array | None = None  # (slave facets, n), added to gaps. Length
     adjustment: Array | None = None  # the same, of `Contact.adjust`
+    is_pulled: bool = False  # told, see `warn_of_tension`
     # Numbers of the rigid bodies that it has met on a path, see `missed_tools`
     met: set[int] = field(default_factory=set)
 

@@ -188,7 +188,7 @@ class Friction(Law):
         """The law for the C++ library."""
         return _cpp.PointBound()
 
-    def call(self, name: str, p: Array, v: Array, given: Mapping[str, Any]) -> Any:
+    def call(self, name: str, p: Any, v: Any, given: Mapping[str, Any]) -> Any:
         """Call ``bound`` or ``derivatives`` with the arguments that it has."""
         function = getattr(self, name)
         names = {one.name for one in further_arguments(function)} & set(OFFERED)
