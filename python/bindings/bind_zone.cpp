@@ -1,4 +1,5 @@
 #include "bind.h"
+#include "raymortar/element/general_assembler.h"
 #include "raymortar/fem/free_points.h"
 #include "raymortar/fem/nearest_hits.h"
 #include "raymortar/fem/remote_entries.h"
@@ -66,8 +67,12 @@ py::dict points(const Zone& z)
   out["traction"] = to_array(r.traction, vector);
   out["x"] = to_array(r.x, vector);
   out["normal"] = to_array(r.normal, vector);
+  out["gamma"] = to_array(r.gamma);
   if (s.friction)
+  {
     out["slip"] = to_array(r.slip, vector);
+    out["closing"] = to_array(r.closing);
+  }
   return out;
 }
 
@@ -146,13 +151,19 @@ py::array_t<Index> held_facets(const Zone& z)
   return to_array(slave);
 }
 
-/// A friction law at the points, (points,) each
+/// A friction law at the points, (points,) each; its derivative along the facet
+/// (points, gdim - 1)
 void set_friction_bounds(Zone& z, const Array<double>& s,
-                         const Array<double>& s_p, const Array<double>& s_slip)
+                         const Array<double>& s_p, const Array<double>& s_slip,
+                         const Array<double>& s_xi)
 {
+  const int width = z.state().slave.gdim - 1;
   std::vector<PointBound> bounds;
   for (py::ssize_t q = 0; q < s.size(); ++q)
-    bounds.push_back({s.at(q), s_p.at(q), s_slip.at(q)});
+    bounds.push_back({s.at(q),
+                      s_p.at(q),
+                      s_slip.at(q),
+                      {s_xi.at(q, 0), width > 1 ? s_xi.at(q, 1) : 0.0}});
   z.set_friction_bounds(std::move(bounds));
 }
 
@@ -289,7 +300,15 @@ void bind_zone(py::module_& m)
            [](Zone& z, const std::string& name, const Array<double>& values)
            { z.set_field(name, to_span(values)); })
       .def("set_friction_bounds", &set_friction_bounds, py::arg("s"),
-           py::arg("s_p"), py::arg("s_slip"))
+           py::arg("s_p"), py::arg("s_slip"), py::arg("s_xi"))
+      .def("slips_without_friction",
+           [](const Zone& z)
+           {
+             const ContactState& s = z.state();
+             return to_array(slips_without_friction(s),
+                             {static_cast<py::ssize_t>(s.points.size()),
+                              static_cast<py::ssize_t>(s.slave.gdim)});
+           })
       .def("accepted_springs",
            [](const Zone& z)
            {

@@ -7,8 +7,10 @@ from typing import Any
 
 from petsc4py import PETSc
 
+import numpy as np
 from dolfinx.fem import Function
 
+from .compat import Array
 from .host.layout import Layout
 from .host.slave_fields import FieldValue
 from .interaction import Interaction
@@ -24,7 +26,8 @@ from .interface.state import ContactState
 from .options.contact_options import ContactOptions
 from .options.friction import Law
 from .options.methods import AugmentedLagrangian, Penalty, Search
-from .results.fields import NodalFields
+from .results.energies import friction_work, stored_energy
+from .results.fields import NodalFields, check_part
 from .results.summaries import of_contact
 from .rigid.body import Body
 from .rigid.shapes import Shape
@@ -324,20 +327,76 @@ class Contact(Interaction):
         """
         return self._fields.traction(part)
 
+    def pressure(self) -> Function:
+        """Contact pressure on the slave, **positive in compression**; 0 elsewhere.
+
+        The normal part of `traction`, of every method, per area as there. Where it is
+        negative the law holds in the mean only: see `points`. Collective.
+        """
+        return self._fields.pressure()
+
     def slip(self) -> Function:
         """Slip since the accepted step, T_n w, at the slave nodes. Length. Collective.
 
         The motion of the slave over the master point it meets now, in the slave's
         tangent plane and in global coordinates, also where the contact is open; 0
         where no hit. After `advance` it is that of a step that has not begun: read it
-        before.
+        before. Without friction it is found when this is called.
 
         Raises
         ------
         ContactError
-            Without friction, which needs no slip.
+            For a `Tie`.
         """
         return self._fields.slip()
+
+    def accumulated_slip(self) -> Function:
+        """Sum of the lengths of the slip of all accepted steps. Length. Collective.
+
+        It belongs to the slave's material: `advance` averages the length of the slip of
+        closed points to the slave nodes and adds it there.
+
+        Raises
+        ------
+        ContactError
+            Without friction, which is what counts it.
+        """
+        return self._fields.accumulated_slip()
+
+    def to_nodes(
+        self, values: Array | Sequence[Array], name: str = "values"
+    ) -> Function:
+        """Average values at the integration points around each slave node. Collective.
+
+        Points weigh by their area times the square of the node's shape function. As
+        `gap` does with ``points()["gap"]``.
+
+        Parameters
+        ----------
+        values
+            A number or a vector for each of this rank's `points`, (n,) or (n, d). Of
+            several slave surfaces a list, in their order.
+        name
+            Of the Function.
+
+        Returns
+        -------
+        Function
+            NaN where no ray hits a master.
+
+        Raises
+        ------
+        ContactError
+            If there is not one value for each point.
+
+        Examples
+        --------
+        >>> points = contact.points()
+        >>> shear = np.linalg.norm(points["traction"], axis=1) + points["pressure"]
+        >>> contact.to_nodes(shear, "shear")
+        """
+        each = [values] if isinstance(values, np.ndarray) else values
+        return self._fields.of_points(each, name)
 
     def status(self) -> Function:
         """`NodeStatus` of the slave nodes: 0 open or no hit, 1 stick, 2 slip. Collective.
@@ -368,8 +427,33 @@ class Contact(Interaction):
         """Work that tangential tractions take in this step, before `advance`. Collective.
 
         The integral of -t . T_n w over the slave surfaces: force times length, per
-        thickness in 2D, or of a full turn. With a multiplier it is that of the points
-        that slip, and never negative: where springs give a little back, nothing is
-        lost. With the elastic penalty a part is stored in the springs.
+        thickness in 2D, or of a full turn. It is what the tractions at the end of the
+        step take from the bodies. With the elastic penalty a part is stored in the
+        springs, ``stored_energy("tangential")``, and what it grows by is not lost.
         """
-        return self._fields.friction_work()
+        if self.friction is None:
+            return 0.0
+        self._present.require_results()
+        return friction_work(self.zones, self._comm)
+
+    def stored_energy(self, part: str = "total") -> float:
+        """Energy that the penalty stores at the last `update`. Collective.
+
+        The integral of |t|^2 / (2 gamma) over the slave surfaces: force times length,
+        per thickness in 2D, or of a full turn. 0 with a multiplier.
+
+        Parameters
+        ----------
+        part
+            ``"normal"``: in the penetration; ``"tangential"``: in the friction springs,
+            0 with ``tangential="rate"``, which has none; ``"total"``: in both.
+        """
+        check_part(part, self._comm)
+        if not isinstance(self.method, Penalty):
+            return 0.0
+        self._present.require_results()
+        if self.friction is not None and self.method.tangential == "rate":
+            if part == "tangential":
+                return 0.0
+            part = "normal"
+        return stored_energy(self.zones, self._comm, part)

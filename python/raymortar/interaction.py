@@ -117,15 +117,23 @@ class Interaction(CoupledSystem):
         - ``pressure``: what the law presses with, **negative in compression**, 0 where
           it is open. Traction
         - ``traction`` (n, d): what acts on the slave, in global coordinates
-        - ``slip`` (n, d), with friction only: since the accepted step. Length
+        - ``slip`` (n, d), with friction only: T_n w since the accepted step, in the
+          slave's tangent plane; ``closing``: how much of an open gap has closed since
+          then; ``accumulated_slip``: length of the slip of all accepted steps. Length
+        - ``gamma``: coefficient of the law. Traction per length
         - ``status``: a `PointStatus`
         - ``weight``: area for which a point stands, by `measure`, of a full turn if the
           contact is axisymmetric: sums over points are integrals. **Negative** at points
           without hit that take from a whole facet what its segments cover. ``area``:
           the same in the undeformed configuration
         - ``pair``: number of the pair in `pairs`, -1 where no master is hit
-        - ``slave``, ``master``: facets by their local numbers, -1 for no master;
-          ``xi``, ``eta`` (n, d - 1): reference coordinates on these
+        - ``X`` (n, d): undeformed position; ``facet``, ``cell``: local index of the
+          slave's facet and of its cell in DOLFINx's mesh; ``reference`` (n, d): where
+          the point is on the reference cell, in DOLFINx's order. A Function ``f`` on
+          the slave's mesh has the values ``f.eval(X, cell)``, X with 3 columns
+        - ``slave``, ``master``: indices into this rank's facets with the tags, -1 for
+          no master; ``xi``, ``eta`` (n, d - 1): reference coordinates on these, in an
+          order of the library's own, see ``reference``
         - ``seed``: master facet of the segment, on which the ray starts its search; -1
           on uncovered parts. ``ray``: how the search ended, 0 for a hit
         """

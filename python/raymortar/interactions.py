@@ -127,6 +127,10 @@ class Interactions(Interaction):
         """`Contact.friction_work` of all. Collective."""
         return sum(contact.friction_work() for contact in self.contacts)
 
+    def stored_energy(self, part: str = "total") -> float:
+        """`Contact.stored_energy` of all. Collective."""
+        return sum(contact.stored_energy(part) for contact in self.contacts)
+
 
 def one_or_several(given: Any) -> Contact | Interactions:
     """A contact as it is, a list of several as one object. Collective.

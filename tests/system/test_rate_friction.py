@@ -37,13 +37,25 @@ def stribeck(mu, rate=0.05, fall=0.3):
     return Friction(bound, derivatives)
 
 
+def placed(law):
+    """A law times a share that differs from place to place."""
+
+    def share(x):
+        return 1.0 + 0.2 * np.sin(3.0 * x[0] + 2.0 * x[-1])
+
+    def derivatives(p, v, x):
+        return tuple(share(x) * slope for slope in law.derivatives(p, v))
+
+    return Friction(lambda p, v, x: share(x) * law.bound(p, v), derivatives)
+
+
 @dataclass(frozen=True)
 class RateCase(FrictionCase):
     """Contact with such a law, an offset and a gamma that differ from point to point."""
 
     def contact(self, scene, friction, tangent="fixed", **options):
         if isinstance(friction, Coulomb):
-            friction = stribeck(0.8 * friction.mu)
+            friction = placed(stribeck(0.8 * friction.mu))
         contact = super().contact(scene, friction, tangent, offset=bumps, **options)
         contact.set_gamma(
             function_of(
@@ -172,7 +184,7 @@ def flat(p, v):
     "law, pattern",
     [
         (lambda: Friction(0.3, flat), "Friction.bound must be a callable"),
-        (lambda: Friction(np.maximum, None), "Friction.derivatives must be a callable"),
+        (lambda: Friction(np.maximum, 0.3), "Friction.derivatives must be a callable"),
         (lambda: Friction(lambda p, v: 0.3, flat), "Friction.bound returns values"),
         (
             lambda: Friction(np.maximum, lambda p, v: (p, 1.0)),

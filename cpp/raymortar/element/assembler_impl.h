@@ -219,6 +219,7 @@ private:
     const ElementPoint<F> at = element_point<F>(s, q);
     const SlavePoint<F, L, Law> place(data, at);
     r.weight[q] = place.weight;
+    r.gamma[q] = place.gamma;
     Eigen::Map<Vec<D>>(r.x.data() + q * D) = place.slave.x;
     Eigen::Map<Vec<D>>(r.normal.data() + q * D) = place.slave.n;
     if (s.hits.status[q] != RayStatus::hit)
@@ -229,7 +230,8 @@ private:
     Eigen::Map<Vec<D>>(r.traction.data() + q * D) = p.response.t;
     if constexpr (is_frictional<Law>)
     {
-      Eigen::Map<Vec<D>>(r.slip.data() + q * D) = p.old.w;
+      Eigen::Map<Vec<D>>(r.slip.data() + q * D) = p.slip();
+      r.closing[q] = p.old.closing.length;
       Eigen::Map<Vec<D>>(r.friction.data() + q * D) = p.friction();
     }
   }

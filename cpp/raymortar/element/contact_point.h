@@ -120,10 +120,21 @@ struct HitPoint : SlavePoint<F, L, Law>
     Vec<D> t = response.t;
     if constexpr (M > 0)
       t += response.C;
-    return t - this->slave.n.dot(t) * this->slave.n;
+    return along_surface(t);
+  }
+
+  /// @brief Slip along the surface, T_n w of (2): what the traction works on.
+  [[nodiscard]] Vec<D> slip() const requires is_frictional<Law>
+  {
+    return along_surface(old.w);
   }
 
 private:
+  [[nodiscard]] Vec<D> along_surface(const Vec<D>& v) const
+  {
+    return v - this->slave.n.dot(v) * this->slave.n;
+  }
+
   HitPoint(const Data& e, const States& states, const ElementPoint<F>& q,
            const NodeShapes<F>& shapes) requires is_frictional<Law>
       : HitPoint(e, states, q, shapes, states.slave.at(shapes))

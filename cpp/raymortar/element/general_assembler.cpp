@@ -185,6 +185,7 @@ private:
     const PointResult<D> found = _kernel->result(at);
     const Frame<D> frame = frame_at<Germ<D>>(at.slave, Vec<D - 1>::Zero());
     r.weight[q] = found.weight;
+    r.gamma[q] = found.gamma;
     Eigen::Map<Vec<D>>(r.x.data() + q * D) = frame.x;
     Eigen::Map<Vec<D>>(r.normal.data() + q * D) = frame.n;
     if (s.hits.status[q] != RayStatus::hit)
@@ -195,12 +196,21 @@ private:
     if (r.slip.empty())
       return;
     Eigen::Map<Vec<D>>(r.slip.data() + q * D) = found.slip;
+    r.closing[q] = found.closing;
     Eigen::Map<Vec<D>>(r.friction.data() + q * D) = found.friction;
   }
 
   std::unique_ptr<PointKernel<D>> _kernel;
 };
 } // namespace
+
+std::vector<double> slips_without_friction(ContactState s)
+{
+  s.friction = Coulomb{};
+  s.method = Method::penalty;
+  s.multipliers = {};
+  return make_general_assembler(s)->results(s).slip;
+}
 
 std::unique_ptr<Assembler> make_general_assembler(const ContactState& s)
 {

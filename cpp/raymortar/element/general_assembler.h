@@ -14,4 +14,8 @@ namespace raymortar
 /// @throws Error for multipliers of another degree than 1 or 2
 [[nodiscard]] std::unique_ptr<Assembler>
 make_general_assembler(const ContactState& s);
+
+/// @brief Slip T_n w of (2) at the points of a contact without friction, which
+/// otherwise does not need it, (points, gdim). Length.
+[[nodiscard]] std::vector<double> slips_without_friction(ContactState s);
 } // namespace raymortar

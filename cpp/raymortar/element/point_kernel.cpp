@@ -66,7 +66,9 @@ public:
     const Data data = gather(at);
     const ElementPoint<F> q = place(at);
     PointResult<D> r;
-    r.weight = SlavePoint<F, L, Law>(data, q).weight;
+    const SlavePoint<F, L, Law> slave(data, q);
+    r.weight = slave.weight;
+    r.gamma = slave.gamma;
     if (not at.is_hit)
       return r;
     const HitPoint<F, L, Law, false> p(data, q);
@@ -75,7 +77,8 @@ public:
     r.traction = p.response.t;
     if constexpr (raymortar::is_frictional<Law>)
     {
-      r.slip = p.old.w;
+      r.slip = p.slip();
+      r.closing = p.old.closing.length;
       r.friction = p.friction();
     }
     return r;

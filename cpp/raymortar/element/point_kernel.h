@@ -63,6 +63,8 @@ struct PointResult
   ContactStatus status = ContactStatus::none;
   double pressure = 0.0;
   double weight = 0.0;
+  double gamma = 0.0;
+  double closing = 0.0;
   Vec<D> traction = Vec<D>::Zero();
   Vec<D> slip = Vec<D>::Zero();
   Vec<D> friction = Vec<D>::Zero();

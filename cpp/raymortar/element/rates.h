@@ -235,6 +235,10 @@ public:
       if (_e.history.has_coefficient)
         rows += law.by_coefficient *
                 (_e.history.coefficient.transpose() * _at.geometry.dN_s);
+      else
+        for (int j = 0; j < T; ++j)
+          rows.col(j) +=
+              _q.bound.s_xi[static_cast<std::size_t>(j)] * law.by_coefficient;
     }
     rows += by_log_gamma * _log_gamma;
     if constexpr (M > 0)

@@ -183,7 +183,7 @@ private:
   {
     const double length =
         start.norm() - std::max(end.norm(), old_bound(q, N, gamma)) -
-        gamma * tangential(vector(_results.slip, q), q).norm();
+        gamma * vector(_results.slip, q).norm();
     if (length <= 0.0)
       return Vec<D>::Zero();
     return length * start.normalized();

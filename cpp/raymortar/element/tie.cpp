@@ -313,7 +313,9 @@ PointResults Kernel<D>::results(const ContactState& s) const
                  .weight = s.points.area,
                  .x = vectors,
                  .normal = vectors,
+                 .gamma = numbers,
                  .slip = vectors,
+                 .closing = numbers,
                  .friction = vectors};
   for (std::size_t q = 0; q < n; ++q)
   {
@@ -340,6 +342,7 @@ PointResults Kernel<D>::results(const ContactState& s) const
       r.status[q] = ContactStatus::stick;
       r.gap[q] = open.c.dot(open.n);
       r.pressure[q] = t.dot(open.n);
+      r.gamma[q] = p.gamma;
       // A kept gap carries tractions over to where they act
       if (turns(p))
         Eigen::Map<Vec<D>>(r.x.data() + D * q) += p.gap * open.n;

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <variant>
 
@@ -57,10 +58,12 @@ struct PointBound
   double s = 0.0;      ///< traction
   double s_p = 0.0;    ///< its derivative by the normal traction, <= 0
   double s_slip = 0.0; ///< by the length of the slip increment
+  /// Along the facet where neither changes: of fields and places
+  std::array<double, 2> s_xi{};
 
   [[nodiscard]] FrictionBound operator()(double) const
   {
-    return {s, s_p, s_slip, 0.0};
+    return {s, s_p, s_slip, 1.0};
   }
 };
 

@@ -138,6 +138,16 @@ def facet_node_table(mesh: Mesh, facets: Facets) -> Indices:
     return _turn_outward(table, inward, shape, compat.geometry_degree(mesh))
 
 
+def reference_corners(mesh: Mesh, facets: Facets) -> Array:
+    """Corners of facets, turned outward, in the reference coordinates of their cells,
+    (n_facets, n, tdim)."""
+    cell = compat.cell_name(mesh)
+    table = cell_facet_nodes(cell, 1)[facets.local_facets]
+    turned = _turn_outward(table, _points_inward(mesh, facets), FACET_SHAPE[cell], 1)
+    points: Array = compat.basix_element(cell, 1).points
+    return points[turned]
+
+
 def facet_ids(mesh: Mesh, facets: Facets) -> Global:
     """Globally unique number of each facet."""
     cell_map = mesh.topology.index_map(mesh.topology.dim)

@@ -7,9 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 from dolfinx.fem import Function
 
+from ..compat import Array
 from ..host.host import Host
 from ..rigid.body import Body
 from .faced import nearest_hits
+from .point_results import CLOSED, nodal_average
 from .state import ContactState
 from .zones import ZoneData, on_sides
 
@@ -28,6 +30,8 @@ class AcceptedStep:
         Zones of the contact.
     bodies
         Free rigid bodies of the contact.
+    slip
+        Length of the slip of all accepted steps; None without friction.
 
     Attributes
     ----------
@@ -36,9 +40,14 @@ class AcceptedStep:
     """
 
     def __init__(
-        self, u: Function, zones: Sequence[ZoneData], bodies: Sequence[Body]
+        self,
+        u: Function,
+        zones: Sequence[ZoneData],
+        bodies: Sequence[Body],
+        slip: Function | None,
     ) -> None:
         self._present, self._zones, self._bodies = u, zones, bodies
+        self._slip = slip
         self.u = u.x.array.copy()
         self._is_sent = False
 
@@ -64,6 +73,14 @@ class AcceptedStep:
         """Keep the springs of the last update."""
         for zone in self._zones:
             zone.traction_old = zone.cpp.accepted_springs()
+
+    def add_slip(self) -> None:
+        """Add the length of the slip of closed points, averaged to nodes. Collective."""
+        if self._slip is None:
+            return
+        step = Function(self._slip.function_space)
+        nodal_average(self._zones, _slid, step)
+        self._slip.x.array[:] += np.nan_to_num(step.x.array)
 
     def accept(self) -> None:
         """Keep the present displacement, and the poses of the last update."""
@@ -95,6 +112,7 @@ class AcceptedStep:
             None if host.is_plain else host.values(),
             [zone.motions.old for zone in self._zones],
             [body.freedom.state() for body in self._bodies],
+            None if self._slip is None else self._slip.x.array.copy(),
         )
 
     def restore(
@@ -107,6 +125,8 @@ class AcceptedStep:
         self.u[:] = state.u_old
         if multiplier is not None:
             multiplier.x.array[:] = state.multiplier
+        if self._slip is not None:
+            self._slip.x.array[:] = 0.0 if state.slip is None else state.slip
         for zone, traction in zip(self._zones, state.traction_old):
             zone.traction_old = traction
         for zone, motion in zip(self._zones, state.old_motions):
@@ -114,3 +134,9 @@ class AcceptedStep:
         for body, known in zip(self._bodies, state.freedoms):
             body.freedom.restore(known)
         self._is_sent = False
+
+
+def _slid(points: dict[str, Array]) -> Array:
+    """Length of the step's slip where points are closed, (n,)."""
+    length: Array = np.linalg.norm(points["slip"], axis=1)
+    return length * (points["status"] >= CLOSED)

@@ -9,15 +9,26 @@ from mpi4py import MPI
 
 import numpy as np
 
+from ..compat import Array
 from ..errors import together
-from ..host.slave_fields import check_field, on_facets
+from ..host.reference_facets import shape_functions
+from ..host.slave_fields import FRICTION_FIELD, check_field, check_function, on_facets
 from ..options.friction import Friction, Law
-from .point_results import CLOSED, along_normal
+from .friction_slopes import Sample, Slopes, chosen_slopes
+from .point_places import accumulated_slip, undeformed
+from .point_results import CLOSED
 from .zones import ZoneData
+
+# Of a difference along a facet, in its reference coordinates
+STEP = 1e-5
 
 
 def spread_coefficient(law: Law | None, zones: Sequence[ZoneData], mesh: Any) -> None:
     """Send a friction coefficient that is a field to the zones. Collective."""
+    if isinstance(law, Friction):
+        with together(mesh.comm):
+            for one in law.fields:
+                check_function(FRICTION_FIELD, one, mesh)
     if law is None or law.quantity is None or law.field is None:
         return
     with together(mesh.comm):
@@ -27,32 +38,128 @@ def spread_coefficient(law: Law | None, zones: Sequence[ZoneData], mesh: Any) ->
         zone.cpp.set_field("friction_coefficient", values)
 
 
-def evaluate_friction(
-    law: Law | None, zones: Sequence[ZoneData], dt: float, comm: MPI.Comm
-) -> None:
-    """Evaluate a law of pressure and slip rate at all points, once for each zone, and
-    send its bounds to the zones. Collective.
+class PointFriction:
+    """Evaluates a user's law at the closed points of zones, and sends its bounds.
 
     Parameters
     ----------
     law
-        Law of friction. Only `Friction` is evaluated here.
+        The law.
     zones
-        Paired at the present state.
+        Paired at the present state when `send` is called.
+    comm
+        Communicator of the mesh.
+    """
+
+    def __init__(
+        self, law: Friction, zones: Sequence[ZoneData], comm: MPI.Comm
+    ) -> None:
+        self._law, self._zones, self._comm = law, zones, comm
+        self._slopes: Slopes | None = None
+
+    def send(self, dt: float) -> None:
+        """Evaluate the law once for each zone, and send the bounds. Collective.
+
+        Parameters
+        ----------
+        dt
+            Time of the step.
+        """
+        found = [ClosedPoints(self._law, zone, dt, self._comm) for zone in self._zones]
+        if self._slopes is None:
+            self._choose(found)
+        with together(self._comm):
+            for zone, closed in zip(self._zones, found):
+                zone.cpp.set_friction_bounds(*closed.bounds(self._slopes))
+
+    def _choose(self, found: Sequence[ClosedPoints]) -> None:
+        """Choose the derivatives where points are closed for the first time.
+        Collective."""
+        samples = [closed.sample() for closed in found if closed.any]
+        if self._comm.allreduce(len(samples)):
+            sample = samples[0] if samples else None
+            self._slopes = chosen_slopes(self._law, sample, self._comm)
+
+
+class ClosedPoints:
+    """What a law is given at the closed points of a zone. Collective.
+
+    Parameters
+    ----------
+    law
+        The law.
+    zone
+        The zone.
     dt
         Time of the step.
+    comm
+        Communicator of the mesh.
     """
-    if not isinstance(law, Friction):
-        return
-    with together(comm):
-        for zone in zones:
-            points = zone.points()
-            closed = points["status"] >= CLOSED
-            along = points["slip"] - along_normal(points, points["slip"])
-            p = np.maximum(-points["pressure"][closed], 0.0)
-            v = np.linalg.norm(along[closed], axis=1) / dt
-            values = np.zeros((3, len(closed)))
-            values[:, closed] = law.at(p, v)
-            s, by_p, by_v = values
-            # The library's pressure is the normal traction, which is negative
-            zone.cpp.set_friction_bounds(s, -by_p, by_v / dt)
+
+    def __init__(
+        self, law: Friction, zone: ZoneData, dt: float, comm: MPI.Comm
+    ) -> None:
+        self._law, self._zone, self._dt = law, zone, dt
+        self._nodal = [
+            on_facets(FRICTION_FIELD, one, zone.facets, comm) for one in law.fields
+        ]
+        self._points = points = zone.points()
+        self._closed = points["status"] >= CLOSED
+        self._facet = points["slave"][self._closed]
+        self._xi = points["xi"][self._closed]
+
+    @property
+    def any(self) -> bool:
+        """Whether points of this rank are closed."""
+        return bool(self._closed.any())
+
+    def sample(self) -> Sample:
+        """Pressures, slip rates and what else the law is given."""
+        points, surface = self._points, self._zone.facets.slave_surface
+        p = np.maximum(-points["pressure"][self._closed], 0.0)
+        v = np.linalg.norm(points["slip"][self._closed], axis=1) / self._dt
+        nodes = surface.X[surface.facet_nodes[self._facet[:1]]]
+        size = float(np.linalg.norm(np.ptp(nodes, axis=1)))
+        scales = float(points["gamma"].max(initial=0.0)) * size, size / self._dt
+        return Sample(p, v, self._given(self._xi), scales)
+
+    def bounds(self, slopes: Slopes | None) -> tuple[Array, Array, Array, Array]:
+        """Bound of all points, and its derivatives by the normal traction, by the length
+        of the slip and along the facet."""
+        n, width = self._points["xi"].shape
+        values, along = np.zeros((3, n)), np.zeros((n, width))
+        if self.any and slopes is not None:
+            at = self.sample()
+            values[0, self._closed] = self._law.bounds(at.p, at.v, at.given)
+            values[1:, self._closed] = slopes(self._law, at)
+            along[self._closed] = self._along(at)
+        s, by_p, by_v = values
+        # The library's pressure is the normal traction, which is negative
+        return s, -by_p, by_v / self._dt, along
+
+    def _given(self, xi: Array) -> dict[str, Any]:
+        """Arguments of the law besides p and v, at places on the points' facets."""
+        zone, facet = self._zone, self._facet
+        surface = zone.facets.slave_surface
+        N, _ = shape_functions(surface.shape, surface.displacement_degree, xi)
+        X = undeformed(surface, facet, xi)
+        return {
+            "x": np.pad(X, ((0, 0), (0, 3 - surface.gdim))).T,
+            "slip": accumulated_slip(zone, facet, xi),
+            "dt": self._dt,
+            "fields": [np.einsum("qa,qa->q", N, one[facet]) for one in self._nodal],
+        }
+
+    def _along(self, at: Sample) -> Array:
+        """Derivative of the bound along the facet at unchanged p and v, (n, d - 1)."""
+        along = np.zeros_like(self._xi)
+        if not self._law.arguments - {"dt"}:
+            return along
+        for j in range(along.shape[1]):
+            step = STEP * np.eye(along.shape[1])[j]
+            ends = [
+                self._law.bounds(at.p, at.v, self._given(self._xi + sign * step))
+                for sign in (1.0, -1.0)
+            ]
+            along[:, j] = (ends[0] - ends[1]) / (2.0 * STEP)
+        return along

@@ -53,7 +53,6 @@ class NodeStatus(IntEnum):
 
 # As plain numbers; from CLOSED on a point is in contact
 OPEN, CLOSED = int(PointStatus.OPEN), int(PointStatus.STICK)
-SLIP = int(PointStatus.SLIP)
 
 
 @dataclass(frozen=True)
@@ -271,6 +270,12 @@ def along_normal(points: dict[str, Array], vectors: Array) -> Array:
     """Parts of vectors (n, d) at the points along the slave's normals."""
     n = points["normal"]
     return np.einsum("qi,qi->q", vectors, n)[:, None] * n
+
+
+def pressures(points: dict[str, Array]) -> Array:
+    """Normal part of the tractions at the points, positive in compression, (n,)."""
+    normal = along_normal(points, points["traction"])
+    return -np.einsum("qi,qi->q", normal, points["normal"])
 
 
 def nodal_average(

@@ -7,18 +7,20 @@ from typing import Any
 from mpi4py import MPI
 
 import numpy as np
+from dolfinx.fem import Function
 
 from ..checked import is_real_number
 from ..compat import Array
 from ..errors import ContactError, SetUpError, raise_everywhere, together
 from ..host.axisymmetry import off_axis_fault
 from ..options.contact_options import ContactOptions
+from ..options.friction import Friction
 from ..rigid.body import Body
 from .accepted import AcceptedStep
 from .contact_surfaces import ContactSurfaces
 from .cover import Cover
 from .cross_points import warn_of_corners
-from .friction_at_points import evaluate_friction
+from .friction_at_points import PointFriction
 from .state import ContactState, not_finite, state_fault
 from .straight_facets import warn_of_straight_facets
 from .tie_cover import require_masters
@@ -53,7 +55,18 @@ class PresentState:
         self._cover: Cover | None = None
         if self._multiplier is not None:
             self._cover = Cover(self._zones, self._multiplier.function_space)
-        self._accepted = AcceptedStep(self._u, self._zones, surfaces.layout.bodies)
+        has_friction = options.friction is not None
+        self._slip = Function(surfaces.scalar) if has_friction else None
+        for zone in self._zones:
+            zone.slip = self._slip
+        self._accepted = AcceptedStep(
+            self._u, self._zones, surfaces.layout.bodies, self._slip
+        )
+        self._point_friction: PointFriction | None = None
+        if isinstance(options.friction, Friction):
+            self._point_friction = PointFriction(
+                options.friction, self._zones, self._comm
+            )
         self._paired_at: Array = np.empty(0)
         self._dt = 1.0
         self.updates, self.revision = 0, 0
@@ -90,7 +103,7 @@ class PresentState:
     def update(self, rays_only: bool = False) -> None:
         """Pair and integrate at the present displacement. Collective."""
         self._begin_update()
-        if self._options.has_springs:
+        if self._slip is not None:
             self._paired_at = self._unknowns()
         self._accepted.send()
         self._send()
@@ -100,7 +113,8 @@ class PresentState:
                     zone.cpp.cast()
                 else:
                     zone.cpp.pair()
-        evaluate_friction(self._options.friction, self._zones, self._dt, self._comm)
+        if self._point_friction is not None:
+            self._point_friction.send(self._dt)
         if self._cover is not None:
             self._cover.share()
         # The bodies of other ranks may have moved
@@ -140,10 +154,12 @@ class PresentState:
 
     def advance(self) -> None:
         """Accept the step: the present state becomes the old one. Collective."""
-        if self._options.has_springs and self.updates:
+        if self._slip is not None and self.updates:
             if self._is_stale():
                 self.update()
-            self._accepted.keep_springs()
+            self._accepted.add_slip()
+            if self._options.has_springs:
+                self._accepted.keep_springs()
         self._accepted.accept()
         if self.updates:
             self._accepted.note_faced()

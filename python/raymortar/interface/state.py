@@ -35,6 +35,8 @@ class ContactState:
     old_motions: Sequence[Array] = ()
     # States of free rigid bodies, in the contact's order
     freedoms: Sequence[Array] = ()
+    # Length of the slip of all accepted steps at nodes; None without friction
+    slip: Array | None = None
 
     @property
     def parts(self) -> tuple[ContactState, ...]:
@@ -96,6 +98,7 @@ def state_fault(
         # None before the first step, and where there are no springs
         found = {None, *map(_of_springs, springs[i : i + 1])}
         allowed[f"tractions of springs {i}"] = found
+    allowed["accumulated slip"] |= {None}  # a state may be older than it
     for name, shapes in allowed.items():
         if theirs.get(name) not in shapes:
             return (
@@ -134,6 +137,7 @@ def _shapes(state: ContactState) -> dict[str, tuple[int, ...] | None]:
         "old displacement": state.u_old,
         "multiplier": state.multiplier,
         "all unknowns": state.unknowns,
+        "accumulated slip": state.slip,
     }
     parts |= {f"tractions of springs {i}": t for i, t in enumerate(state.traction_old)}
     shapes = {name: None if p is None else np.shape(p) for name, p in parts.items()}

@@ -54,8 +54,11 @@ class ZoneData:
     # Of friction springs, (slave facets, n, d): their traction; with a multiplier the
     # traction of the law minus the multiplier, over gamma
     traction_old: Array | None = None
+    # Length of the slip of all accepted steps; None without friction
+    slip: Function | None = None
     offset: Array | None = None  # (slave facets, n), added to gaps. Length
     adjustment: Array | None = None  # the same, of `Contact.adjust`
+    is_pulled: bool = False  # told, see `warn_of_tension`
     # Numbers of the rigid bodies that it has met on a path, see `missed_tools`
     met: set[int] = field(default_factory=set)
 
@@ -85,6 +88,7 @@ class ZoneData:
         points = self.cpp.points()
         if self.frictional:  # a rank without points has the same keys
             points.setdefault("slip", np.empty_like(points["x"]))
+            points.setdefault("closing", np.empty_like(points["gap"]))
         return points
 
     def masters_of(self, points: dict[str, Array]) -> Indices:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import inspect
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
+from dolfinx.fem import Function
 
 from .. import _cpp
 from ..checked import Options
@@ -15,11 +17,17 @@ from ..errors import ContactError
 from ..host.slave_fields import (
     FRICTION_BOUND,
     FRICTION_COEFFICIENT,
+    FRICTION_FIELD,
     FieldValue,
     Quantity,
+    check_function,
     check_number,
     is_field,
 )
+
+
+# Arguments that functions of `Friction` may have besides p and v
+OFFERED = ("x", "slip", "dt", "fields")
 
 
 class Law(Options):
@@ -114,58 +122,123 @@ class Friction(Law):
     bound
         s(p, v), from pressures p >= 0 and slip rates v >= 0 of the closed points, (n,)
         each, to tractions >= 0, (n,). The rate is the length of the slip increment over
-        ``Contact.dt``.
+        ``Contact.dt``. Further arguments are given by their names: ``x``, undeformed
+        positions (3, n); ``slip``, the length of the slip of all accepted steps, (n,);
+        ``dt``, the time of the step; ``fields``, a list of the values of `fields`, (n,)
+        each.
     derivatives
-        From the same to (ds/dp, ds/dv), (n,) each.
+        From the same to (ds/dp, ds/dv), (n,) each. None: by complex steps; where
+        ``bound`` does not take complex numbers, or loses their imaginary part as
+        ``abs`` does, by central differences.
+    fields
+        Scalar Functions on the slave's mesh. Each `Contact.update` evaluates them at
+        the nodes of the slave facets.
+
+    Notes
+    -----
+    Derivatives that are given are compared with differences once, where points are
+    closed for the first time; a `ContactWarning` names the one that is wrong.
 
     Examples
     --------
-    Friction that falls from a static to a kinetic coefficient (Stribeck):
+    Friction that falls from a static to a kinetic coefficient (Stribeck), and that
+    grows where the surfaces have rubbed:
 
-    >>> def bound(p, v):
-    ...     return (0.2 + 0.1 * np.exp(-v)) * p
-    >>> def derivatives(p, v):
-    ...     return 0.2 + 0.1 * np.exp(-v), -0.1 * np.exp(-v) * p
-    >>> law = Friction(bound, derivatives)
+    >>> def bound(p, v, slip):
+    ...     return (0.2 + 0.1 * np.exp(-v) + 0.05 * np.tanh(slip)) * p
+    >>> law = Friction(bound)
     """
 
-    bound: Callable[[Array, Array], Array]
-    derivatives: Callable[[Array, Array], tuple[Array, Array]]
+    bound: Callable[..., Array]
+    derivatives: Callable[..., tuple[Array, Array]] | None = None
+    fields: Sequence[Function] = ()
 
     def check(self) -> None:
-        for name in ("bound", "derivatives"):
-            if not callable(getattr(self, name)):
+        for name, function in self._functions().items():
+            if not callable(function):
                 raise ContactError(
                     f"Friction.{name} must be a callable of pressures and slip rates, "
-                    f"not {getattr(self, name)!r}"
+                    f"not {function!r}"
                 )
+            for argument in further_arguments(function):
+                if argument.name not in OFFERED and argument.default is argument.empty:
+                    raise ContactError(
+                        f"Friction.{name} has the argument {argument.name!r}: after p "
+                        f"and v a law may have any of {', '.join(OFFERED)}"
+                    )
+        for one in self.fields:
+            if not isinstance(one, Function):
+                raise ContactError(f"Friction.fields has {one!r}, which is no Function")
+            check_function(FRICTION_FIELD, one)
+
+    def _functions(self) -> dict[str, Any]:
+        """The functions of the law, by name."""
+        given = {"bound": self.bound, "derivatives": self.derivatives}
+        return {
+            name: f for name, f in given.items() if f is not None or name == "bound"
+        }
+
+    @property
+    def arguments(self) -> set[str]:
+        """Names of the arguments besides p and v."""
+        found = map(further_arguments, self._functions().values())
+        return {one.name for some in found for one in some} & set(OFFERED)
 
     def cpp(self) -> _cpp.PointBound:
         """The law for the C++ library."""
         return _cpp.PointBound()
 
-    def at(self, p: Array, v: Array) -> Array:
-        """s, ds/dp and ds/dv, (3, n), at pressures and slip rates, (n,) each."""
-        if not len(p):
-            return np.empty((3, 0))
-        given = [np.asarray(self.bound(p, v))]
-        given += [np.asarray(one) for one in self.derivatives(p, v)]
-        for name, one in zip(("bound", "derivatives", "derivatives"), given):
-            if one.shape != p.shape or not np.isrealobj(one):
-                raise ContactError(
-                    f"Friction.{name} returns values of type {one.dtype} and shape "
-                    f"{one.shape} for {len(p)} points: they must be real, of shape "
-                    f"({len(p)},)"
-                )
-        if len(given) != 3:
-            raise ContactError("Friction.derivatives must return (ds/dp, ds/dv)")
-        found = np.array(given, dtype=np.float64)
-        if not (np.isfinite(found).all() and found[0].min() >= 0.0):
-            raise ContactError(
-                "Friction has a bound that is negative, or values that are not finite, "
-                f"at pressures up to {p.max():.3e} and slip rates up to {v.max():.3e}"
-            )
+    def call(self, name: str, p: Any, v: Any, given: Mapping[str, Any]) -> Any:
+        """Call ``bound`` or ``derivatives`` with the arguments that it has."""
+        function = getattr(self, name)
+        names = {one.name for one in further_arguments(function)} & set(OFFERED)
+        return function(p, v, **{one: given[one] for one in names})
+
+    def bounds(self, p: Array, v: Array, given: Mapping[str, Any]) -> Array:
+        """Evaluate and check the bound, (n,)."""
+        found = _real("bound", self.call("bound", p, v, given), p)
+        if not (np.isfinite(found).all() and found.min(initial=0.0) >= 0.0):
+            raise _not_finite(p, v)
         return found
+
+    def given_slopes(
+        self, p: Array, v: Array, given: Mapping[str, Any]
+    ) -> tuple[Array, Array]:
+        """Evaluate and check the derivatives by p and v, (n,) each."""
+        found = [np.asarray(one) for one in self.call("derivatives", p, v, given)]
+        found = [_real("derivatives", one, p) for one in found]
+        if len(found) != 2:
+            raise ContactError("Friction.derivatives must return (ds/dp, ds/dv)")
+        if not np.isfinite(found).all():
+            raise _not_finite(p, v)
+        return found[0], found[1]
+
+
+def further_arguments(function: Any) -> list[inspect.Parameter]:
+    """Arguments of a law's function after p and v."""
+    try:
+        return list(inspect.signature(function).parameters.values())[2:]
+    except (TypeError, ValueError):  # some built-in functions have no signature
+        return []
+
+
+def _real(name: str, values: Any, p: Array) -> Array:
+    """Values of a law at points, or an error."""
+    found = np.asarray(values)
+    if found.shape != p.shape or not np.isrealobj(found):
+        raise ContactError(
+            f"Friction.{name} returns values of type {found.dtype} and shape "
+            f"{found.shape} for {len(p)} points: they must be real, of shape "
+            f"({len(p)},)"
+        )
+    return found.astype(np.float64)
+
+
+def _not_finite(p: Array, v: Array) -> ContactError:
+    return ContactError(
+        "Friction has a bound that is negative, or values that are not finite, at "
+        f"pressures up to {p.max():.3e} and slip rates up to {v.max():.3e}"
+    )
 
 
 LAWS = (Coulomb, Tresca, Stick, Friction)

@@ -19,6 +19,7 @@ from ..compat import Array
 from ..errors import ContactError, as_path, raise_everywhere, together, writing
 from ..host.forms import check_supports
 from ..interface.pairs import Pair
+from ..options.methods import Penalty
 from ..problem import CoupledProblem
 from ..results.summaries import of_history
 from .body_columns import BodyColumns
@@ -115,8 +116,10 @@ class History:
           slaves so far, by the mean of each step's forces. In 2D ``moment_<name>`` and
           ``rotation_<name>`` are numbers;
         - ``energy``; with friction ``friction_work``: the work that tangential
-          tractions have taken so far. With the elastic penalty that includes what its
-          springs store.
+          tractions have taken so far; with a penalty ``stored_normal`` and, with
+          friction, ``stored_tangential``: `Contact.stored_energy`. The work of the loads
+          is ``energy + stored_normal + friction_work``, to the error of the steps, and
+          ``friction_work`` includes ``stored_tangential``.
     rows
         The records, with these names as attributes.
 
@@ -173,7 +176,8 @@ class History:
             names += [f"radial_{i}" for i in range(len(self.problem.contact.zones))]
         names += self._of_bodies.names
         names += ["energy"] * (self._energy is not None)
-        return names + ["friction_work"] * self._frictional + list(self._more)
+        names += ["friction_work"] * self._frictional
+        return names + [f"stored_{part}" for part in self._stored] + list(self._more)
 
     def _has_columns(self, pair: Pair) -> bool:
         """Whether a pair has a name, or is not the only one of its surface."""
@@ -185,6 +189,14 @@ class History:
     @property
     def _frictional(self) -> bool:
         return any(zone.frictional for zone in self.problem.contact.zones)
+
+    @property
+    def _stored(self) -> list[str]:
+        """Parts of the energy that penalties store."""
+        contacts = self.problem.contact.contacts
+        if not any(isinstance(one.method, Penalty) for one in contacts):
+            return []
+        return ["normal"] + ["tangential"] * self._frictional
 
     def include(self, more: Mapping[str, Callable[[], float]]) -> None:
         """Add functions to `more`, or replace those of their names. Collective.
@@ -252,7 +264,7 @@ class History:
         if self._frictional:
             before = self.rows[-1].friction_work if self.rows else 0.0
             values.append(before + contact.friction_work())
-        return values
+        return values + [contact.stored_energy(part) for part in self._stored]
 
     def _write(self, rows: Sequence[Sequence[float]]) -> None:
         """Append rows to the file. The first rows begin a new file. Collective."""

@@ -11,6 +11,7 @@ from ..convergence.failure import FAILURES
 from ..convergence.lost_contact import lost_contact
 from ..convergence.missed_tools import ToolsOnPath
 from ..convergence.penetration import DeepPoints
+from ..convergence.tension import warn_of_tension
 from ..errors import (
     BodyLeft,
     ContactLost,
@@ -270,6 +271,7 @@ class LoadSteps:
             if ways.released and not snapped:
                 snapped = True
                 warnings.warn(_snap(path.factor, ways), ContactWarning, stacklevel=3)
+            warn_of_tension(contact, stacklevel=3)
             if self.history is not None:
                 self.history.record(path.time, iterations, self.halvings)
             if self.output is not None:

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..compat import Array, Indices
 from ..errors import ContactError
-from ..interface.point_results import OPEN, along_normal
+from ..interface.point_results import OPEN, along_normal, pressures
 from .slave_points import gather_points, gather_slave_facets
 
 if TYPE_CHECKING:
@@ -89,7 +89,7 @@ def gather_tractions(contact: Contact) -> Tractions | None:
         normal = along_normal(points, points["traction"])
         return [
             points["x"],
-            -np.einsum("qi,qi->q", normal, points["normal"]),
+            pressures(points),
             np.linalg.norm(points["traction"] - normal, axis=1),
             points["pair"],
             first + points["slave"],

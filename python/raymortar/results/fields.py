@@ -2,19 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from mpi4py import MPI
 
 import numpy as np
 from dolfinx.fem import Function
 
 from ..compat import Array
-from ..errors import ContactError, raise_everywhere
+from ..errors import ContactError, raise_everywhere, together
 from ..interface.contact_surfaces import ContactSurfaces
-from ..interface.point_results import OPEN, SLIP, along_normal, nodal_average
+from ..interface.point_results import OPEN, along_normal, nodal_average, pressures
 from ..interface.present import PresentState
 from ..options.friction import Law
 
 PARTS = ("total", "normal", "tangential")
+
+
+def check_part(part: Any, comm: MPI.Comm) -> None:
+    """Raise unless a part of a traction is known. Collective."""
+    raise_everywhere(
+        comm, None if part in PARTS else f"part must be one of {PARTS}, not {part!r}"
+    )
 
 
 class NodalFields:
@@ -58,12 +68,33 @@ class NodalFields:
         """Gap of the law; NaN where no hit."""
         return self._average("gap", lambda points: points["gap"], elsewhere=None)
 
+    def pressure(self) -> Function:
+        """Contact pressure, positive in compression."""
+        return self._average("pressure", pressures)
+
+    def of_points(self, values: Sequence[Array], name: str) -> Function:
+        """Averages of values at the points of each slave surface; NaN where no hit."""
+        self._present.require_results()
+        zones = self._surfaces.zones
+        with together(self._surfaces.comm):
+            given = [np.asarray(one) for one in values]
+            dim = zones[0].facets.slave_surface.gdim
+            wanted = [len(zone.points()["weight"]) for zone in zones]
+            shapes = [one.shape for one in given]
+            if shapes not in ([(n,) for n in wanted], [(n, dim) for n in wanted]):
+                raise ContactError(
+                    f"values of shapes {shapes} are not one for each point: the slave "
+                    f"surfaces have {wanted} points, and a value is a number or a "
+                    f"vector of {dim}"
+                )
+        each = iter(given)
+        return self._average(
+            name, lambda points: next(each), given[0].ndim == 2, elsewhere=None
+        )
+
     def traction(self, part: str) -> Function:
         """Contact traction, or a part of it."""
-        raise_everywhere(
-            self._surfaces.comm,
-            None if part in PARTS else f"part must be one of {PARTS}, not {part!r}",
-        )
+        check_part(part, self._surfaces.comm)
 
         def quantity(points: dict[str, Array]) -> Array:
             total = points["traction"]
@@ -77,13 +108,26 @@ class NodalFields:
 
     def slip(self) -> Function:
         """Slip since the accepted step."""
+        if self._surfaces.tied is not None:
+            raise ContactError("a Tie does not slip")
         if self._friction is None:
-            raise ContactError("slip is only known with friction")
+            self._present.require_results()
+            zones = self._surfaces.zones
+            each = iter([zone.cpp.slips_without_friction() for zone in zones])
+            return self._average("slip", lambda points: next(each), vector=True)
+        return self._average("slip", lambda points: points["slip"], vector=True)
 
-        def quantity(points: dict[str, Array]) -> Array:
-            return points["slip"] - along_normal(points, points["slip"])
-
-        return self._average("slip", quantity, vector=True)
+    def accumulated_slip(self) -> Function:
+        """Length of the slip of all accepted steps."""
+        slip = self._surfaces.zones[0].slip
+        if slip is None:
+            raise ContactError(
+                "slip is accumulated with friction only: friction=Coulomb(0.0) has it "
+                "without tangential tractions"
+            )
+        f = Function(self._surfaces.scalar, name="accumulated_slip")
+        f.x.array[:] = slip.x.array
+        return f
 
     def status(self) -> Function:
         """`NodeStatus` of the slave nodes."""
@@ -110,20 +154,3 @@ class NodalFields:
             found.append(self.slip())
         multiplier = self._surfaces.multiplier
         return found if multiplier is None else [multiplier, *found]
-
-    def friction_work(self) -> float:
-        """Work that tangential tractions take in this step."""
-        if self._friction is None:
-            return 0.0
-        self._present.require_results()
-        work = 0.0
-        for zone in self._surfaces.zones:
-            points = zone.points()
-            slip = points["slip"] - along_normal(points, points["slip"])
-            by_area = -np.einsum("qi,qi->q", points["traction"], slip)
-            weight = points["weight"]
-            if self._surfaces.multiplier is not None:
-                slips = points["status"] == SLIP
-                by_area, weight = np.maximum(by_area, 0.0)[slips], weight[slips]
-            work += float(weight @ by_area)
-        return float(self._surfaces.comm.allreduce(work))

@@ -14,7 +14,9 @@ from dolfinx.fem import Function
 from ..checked import is_whole_number
 from ..compat import Array
 from ..errors import ContactError, as_path, together
+from ..host.joined import parts_of
 from ..interface.pairs import PairTable
+from ..interface.point_places import places
 from ..interface.point_results import (
     Resultant,
     added,
@@ -65,7 +67,8 @@ class PointResults:
         # What comes after the last stands for no master
         number = np.array([*self._pairs_of(zone), -1], dtype=np.int32)
         points["pair"] = number[data.masters_of(points)]
-        return points
+        mesh = parts_of(self._u)[data.facets.slave_part].function_space.mesh
+        return points | places(data, points, mesh)
 
     def _pairs_of(self, zone: int) -> list[int]:
         """Number of the pair that each master of a slave surface makes with it."""

@@ -6,6 +6,7 @@ import warnings
 
 from ..convergence.lost_contact import lost_contact
 from ..convergence.penetration import warn_of_penetration
+from ..convergence.tension import warn_of_tension
 from ..convergence.turned_tools import turned_too_far
 from ..errors import BodyLeft, ContactWarning, ConvergenceError, raise_everywhere
 from ..problem import CoupledProblem
@@ -26,6 +27,7 @@ def require_convergence(problem: CoupledProblem, converged: bool, reason: str) -
     if not problem.tells_of_doubt:
         return
     warn_of_penetration(problem.contact)
+    warn_of_tension(problem.contact, stacklevel=3)
     loss = lost_contact(problem)
     if loss is not None:
         warnings.warn(

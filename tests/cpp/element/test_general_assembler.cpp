@@ -164,7 +164,9 @@ TEST_P(GeneralKernels, AreThoseOfOneKind)
   expect_equal(r.pressure, q.pressure);
   expect_equal(r.traction, q.traction);
   expect_equal(r.weight, q.weight);
+  expect_equal(r.gamma, q.gamma);
   expect_equal(r.slip, q.slip);
+  expect_equal(r.closing, q.closing);
   expect_equal(r.friction, q.friction);
 }
 

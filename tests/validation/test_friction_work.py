@@ -1,0 +1,126 @@
+"""Work of the loads, energy that is stored, work of friction: they balance."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import ufl
+from materials import lame, neo_hookean_energy
+from problems import DIMENSION
+from rigid_scenes import NU, E, press
+from sheared_blocks import METHODS, WIDTH, Blocks, limit_of, pressure
+
+from raymortar import Coulomb, History, Penalty, SNESSolver, rigid
+
+MU = 0.3
+
+
+def plate(dim):
+    """A rigid plate that just touches the block."""
+    if dim == 2:
+        return rigid.Body(rigid.Line((0.5, 1.0), (0.0, -1.0)), name="plate")
+    return rigid.Body(rigid.Plane((0.5, 0.5, 1.0), (0.0, 0.0, -1.0)), name="plate")
+
+
+def recorded(cell, way, n=4, unit=1.0, **options):
+    """A block below a plate that goes a way, (steps, 2) along and down; a `History`."""
+    dim = DIMENSION[cell]
+    scene = press(cell, plate(dim), n, **options)
+    metadata = {"quadrature_degree": 2}
+    F = ufl.Identity(dim) + ufl.grad(scene.u)
+    energy = neo_hookean_energy(F, *lame(E, NU)) * ufl.dx(metadata=metadata)
+    history = History(scene.problem, energy=energy)
+    solver = SNESSolver(scene.problem)
+    history.record(0.0)
+    for time, (along, down) in enumerate(way, 1):
+        shift = np.zeros(dim)
+        shift[0], shift[-1] = along, -down
+        scene.body.move(shift)
+        solver.solve()
+        history.record(float(time))
+        scene.contact.advance()
+    return history
+
+
+def pressed_and_cycled(n, along, down=0.02):
+    """A press in n steps, a loading branch, and a whole cycle of 4 n steps."""
+    up = np.linspace(0.0, 1.0, n + 1)[1:]
+    back = np.linspace(1.0, -1.0, 2 * n + 1)[1:]
+    drag = along * np.concatenate([0.0 * up, up, back, -back])
+    press = np.concatenate([up, np.ones(5 * n)])
+    return np.column_stack([drag, down * press])
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("cell", ["quadrilateral", "tetrahedron"])
+@pytest.mark.parametrize("steps", [1, 7])
+def test_a_slider_works_by_the_bound_times_its_way(cell, steps):
+    """A block that slides as a rigid body would, at the bound: W = mu N s."""
+    blocks = Blocks(cell, METHODS["augmented"](), Coulomb(MU))
+    blocks.press()
+    k, work = limit_of(Coulomb(MU), blocks.dim), 0.0
+    for slide in np.linspace(0.0, 0.2, steps + 1)[1:]:
+        blocks.step(k, slide)
+        work += blocks.contact.friction_work()
+        blocks.contact.advance()
+    bound = MU * -pressure(blocks.dim) * WIDTH ** (blocks.dim - 1)
+    assert work == pytest.approx(bound * 0.2, rel=1e-9)
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("cell", ["quadrilateral", "hexahedron"])
+def test_work_of_a_cycle_in_partial_slip_is_the_area_of_its_loop(cell, record_property):
+    """Points slip at the rim only. With tractions at the ends of steps the error is of
+    first order: what is left of twice as many steps twice is 1 % at most."""
+    errors = []
+    for n in (5, 10) if cell == "hexahedron" else (10, 20):
+        n_cells = 3 if cell == "hexahedron" else 8
+        way = pressed_and_cycled(n, 0.004)
+        history = recorded(cell, way, n_cells, friction=Coulomb(MU))
+        cycle = slice(2 * n, None)
+
+        def change(column):
+            return np.diff(history[column][cycle][[0, -1]])[0]
+
+        loop = change("work_plate") - change("energy")
+        errors.append(change("friction_work") / loop - 1.0)
+    record_property("errors", errors)
+    assert abs(errors[1]) <= 0.6 * abs(errors[0]) <= 0.04
+    assert abs(2.0 * errors[1] - errors[0]) <= 0.01
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("cell", ["quadrilateral", "tetrahedron"])
+def test_a_penalty_stores_what_the_bodies_do_not(cell, record_property):
+    """Without friction. At the block's edges its normals are not the plate's: a little
+    of the defect stays, of the other part the square of the step."""
+    found = []
+    for n in (4, 8):
+        way = np.column_stack([np.zeros(n), np.linspace(0.0, 0.05, n + 1)[1:]])
+        history = recorded(cell, way, 2, method=Penalty(5.0 * E))
+        work, stored = history["work_plate"][-1], history["stored_normal"][-1]
+        assert stored > 0.03 * work
+        found.append((work - history["energy"][-1] - stored) / work)
+    record_property("defects", found)
+    assert "stored_tangential" not in history.columns
+    assert abs(found[1]) <= 0.4 * abs(found[0]) <= 1e-3
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("tangential", ["elastic", "rate"])
+def test_a_penalty_with_friction_balances(tangential, record_property):
+    """What the penetration stores is no error. Of friction's work springs hold a part."""
+    method = Penalty(20.0 * E, tangential=tangential)
+    way = pressed_and_cycled(10, 0.05)[:20]
+    history = recorded("quadrilateral", way, 4, method=method, friction=Coulomb(MU))
+    last = history.rows[-1]
+    work, stored = last.work_plate, last.energy + last.stored_normal
+    defect = (work - stored - last.friction_work) / work
+    record_property("defect", defect)
+    assert abs(defect) <= 0.01
+    assert last.friction_work > 0.3 * work and last.stored_normal > 0.03 * work
+    held = last.stored_tangential / last.friction_work
+    assert 0.005 < held < 0.1 if tangential == "elastic" else held == 0.0
+    contact = history.problem.contact
+    parts = [contact.stored_energy(part) for part in ("total", "normal", "tangential")]
+    assert parts[0] == pytest.approx(parts[1] + parts[2], rel=1e-12)
