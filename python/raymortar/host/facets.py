@@ -206,6 +206,15 @@ def marked_anywhere(index_map: Any, entities: Indices) -> npt.NDArray[np.bool_]:
     return marker.array > 0
 
 
+def held_by_several(index_map: Any, entities: Indices) -> npt.NDArray[np.bool_]:
+    """Which local entities several ranks have marked. Collective."""
+    marker = compat.create_la_vector(index_map)
+    marker.array[entities.ravel()] = 1
+    compat.scatter_reverse_add(marker)
+    compat.scatter_forward(marker)
+    return marker.array > 1
+
+
 def _check_exterior(mesh: Mesh, interior: Indices, tag: int, role: str) -> None:
     """Refuse the interior facets that carry the tag. Collective."""
     tdim = mesh.topology.dim
@@ -222,6 +231,12 @@ def _check_exterior(mesh: Mesh, interior: Indices, tag: int, role: str) -> None:
             "boundary facets, so the bodies must not share nodes"
         )
     raise_everywhere(mesh.comm, message)
+
+
+def all_exterior_facets(mesh: Mesh) -> tuple[Facets, Global]:
+    """All exterior facets of this rank's cells, and their global numbers. Collective."""
+    facets = _facets_of_mesh(mesh, -1, compat.exterior_facets(mesh))
+    return facets, facet_ids(mesh, facets)
 
 
 def tagged_facets(mesh: Mesh, facet_tags: Any, tag: int, role: str) -> Facets:

@@ -8,10 +8,8 @@ from mpi4py import MPI
 
 import numpy as np
 
-from .. import compat
 from ..compat import Array
 from ..errors import ContactWarning
-from ..host.joined import parts_of
 from ..host.reference_facets import normals, shape_functions
 from ..host.surfaces import Surface
 from .contact_surfaces import ContactSurfaces
@@ -92,15 +90,10 @@ def warn_of_straight_facets(surfaces: ContactSurfaces) -> None:
     """Warn if the error of straight facets is a large share of the first gap.
     Collective."""
     comm = surfaces.comm
-    meshes = [part.function_space.mesh for part in parts_of(surfaces.u)]
-    straight = [compat.geometry_degree(mesh) == 1 for mesh in meshes]
     for zone in surfaces.zones:
         facets = zone.facets
-        both = (
-            (facets.slave_part, facets.slave_surface),
-            (facets.master_part, facets.master_surface),
-        )
-        sides = [surface for part, surface in both if straight[part]]
+        both = facets.slave_surface, facets.master_surface
+        sides = [surface for surface in both if surface.is_straight]
         if not sides:
             continue
         points = zone.points()
