@@ -224,8 +224,9 @@ def _corner_normals(around: _Neighbourhood, arms: Array) -> tuple[Array, Array]:
     n, d = around.ids.size, around.X.shape[-1]
     squares = np.einsum("fcjd,fcjd->fcj", arms, arms)
     unit = np.broadcast_to(around.unit[:, None], around.X.shape)
-    m = unit * np.sqrt(squares)
-    if d == 3:
+    if d == 2:
+        m = unit * np.sqrt(squares)
+    else:
         m = np.cross(arms[:, :, 0], arms[:, :, 1])
         m *= np.sign(np.einsum("fcd,fcd->fc", m, unit))[..., None]
     weight = (m / squares.prod(axis=-1)[..., None]).reshape(-1, d)
@@ -289,7 +290,6 @@ def _agreed(around: _Neighbourhood, direction: Array, height: Array) -> Array:
     On a smooth surface their mean; at a sharp edge what has the height of each in its
     direction, so that a straight edge stays straight, and a circular rim is round.
     """
-    sag = np.zeros_like(direction)
     edges = len(around.shape.ends)
     keys = np.sort(around.ids[:, around.shape.ends].reshape(-1, 2), axis=1)
     order = np.lexsort(keys.T)
@@ -310,7 +310,6 @@ def _agreed(around: _Neighbourhood, direction: Array, height: Array) -> Array:
     shares = (h[one] - k * h[two]) / divisor, (h[two] - k * h[one]) / divisor
     both = shares[0][:, None] * n[one] + shares[1][:, None] * n[two]
     both *= clear[:, None]
-    agreed = np.where(smooth, mean, both)
-    out = sag.reshape(-1, 3)
-    out[one], out[two] = agreed, agreed
-    return sag
+    sag = np.zeros((direction.size // 3, 3))
+    sag[one] = sag[two] = np.where(smooth, mean, both)
+    return sag.reshape(direction.shape)
