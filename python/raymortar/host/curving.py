@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from dolfinx.mesh import Mesh
 
 from .. import compat
@@ -29,8 +30,7 @@ from .joined import NUMBERS_OF_PART
 from .reference_facets import (
     FACET_NODES,
     N_CORNERS,
-    facet_nodes,
-    normals,
+    middle_normals,
     shape_functions,
 )
 from .surfaces import Surface
@@ -41,6 +41,9 @@ Smooth = bool | Callable[[Array], Array]
 # Facets that meet at a larger angle meet at an edge. Not 30 degrees, the angle of a
 # circle of twelve facets
 SHARPEST = np.deg2rad(40.0)
+# Facets at a node that turn by more from the first to the last are no smooth surface
+# there, as at the tip of a cone
+MOST_CURVED = np.deg2rad(75.0)
 # An edge that goes on beyond a corner turns by less than this
 ONWARD = np.deg2rad(30.0)
 # Largest distance from a chord to where a function puts its middle, in chords
@@ -68,6 +71,10 @@ class _Shape:
     chord: Array
     ends: Indices
     arms: Indices
+
+    def arm(self, corner: int, end: int) -> int:
+        """Place among a corner's arms of the one to another corner."""
+        return self.arms[corner].tolist().index(end)
 
 
 def _shape(name: str) -> _Shape:
@@ -111,7 +118,9 @@ def curve(surface: Surface, mesh: Mesh, facets: Facets, smooth: Smooth) -> Surfa
         if surface.shape == "quadrilateral":
             # The surface that blends four arcs
             nodes[:, -1] += 0.5 * sag.sum(axis=1)
-    return _with_mids(surface, nodes[:, n:].reshape(-1, d))
+    off = nodes - np.einsum("ka,fad->fkd", shape.chord, corners)
+    arcs = np.linalg.norm(off, axis=-1).max(axis=1)
+    return replace(_with_mids(surface, nodes[:, n:].reshape(-1, d)), arcs=arcs)
 
 
 def _with_mids(surface: Surface, mids: Array) -> Surface:
@@ -120,7 +129,7 @@ def _with_mids(surface: Surface, mids: Array) -> Surface:
     if surface.node_degree == 2:
         X = surface.X.copy()
         X[surface.facet_nodes[:, corners:].ravel()] = mids
-        return replace(surface, X=X, is_straight=False)
+        return replace(surface, X=X)
     facets = len(surface.facet_ids)
     each = len(mids) // facets if facets else 0
     # Nodes of one facet: nothing but corners tells neighbours
@@ -135,7 +144,6 @@ def _with_mids(surface: Surface, mids: Array) -> Surface:
         X=np.concatenate([surface.X, mids]),
         node_ids=np.concatenate([surface.node_ids, ids.ravel() + NUMBERS_OF_PART // 2]),
         facet_nodes=np.ascontiguousarray(table, dtype=np.int32),
-        is_straight=False,
     )
 
 
@@ -166,7 +174,7 @@ def _on_true_surface(
 
 
 class _Neighbourhood:
-    """Facets of a surface and all exterior facets that touch them. Collective.
+    """Facets of a surface and exterior facets around them, two deep. Collective.
 
     Attributes
     ----------
@@ -183,12 +191,11 @@ class _Neighbourhood:
         ids, X, numbers = _boundary(mesh)
         order = np.argsort(numbers)
         mine = order[np.searchsorted(numbers[order], facet_ids(mesh, facets))]
-        touching = np.isin(ids, ids[mine]).any(axis=1)
+        # Normals of the next facets stand in for those at rims
+        touching = _touching(ids, ids[_touching(ids, ids[mine])])
         self.ids, self.X = ids[touching], X[touching]
         self.mine = (np.cumsum(touching) - 1)[mine]
-        centre = facet_nodes(shape.name, 1).mean(axis=0, keepdims=True)
-        _, gradients = shape_functions(shape.name, 1, centre)
-        m = normals(np.einsum("ia,fad->ifd", gradients[:, 0], self.X))
+        m = middle_normals(shape.name, 1, self.X)
         self.unit = m / np.linalg.norm(m, axis=1, keepdims=True)
 
     def corner_pairs(self) -> tuple[Indices, Indices]:
@@ -202,20 +209,30 @@ class _Neighbourhood:
         return one, order[first[node[one]] + rank]
 
 
+def _touching(
+    facets: Global | Indices, nodes: Global | Indices
+) -> npt.NDArray[np.bool_]:
+    """Which facets, given by their corners, have a corner at one of some nodes."""
+    return np.isin(facets, nodes).any(axis=1)
+
+
 def _boundary(mesh: Mesh) -> tuple[Global, Array, Global]:
-    """Corners of this rank's exterior facets and of those that touch them, their
+    """Corners of this rank's exterior facets and of those around them, two deep, their
     positions, and the facets' global numbers. Collective."""
     facets, facet_ids = all_exterior_facets(mesh)
     nodes = facet_node_table(mesh, facets)
     own = compat.geometry_nodes_global(mesh)[nodes], coordinates(mesh)[nodes], facet_ids
     shared = held_by_several(mesh.geometry.index_map(), nodes)[nodes].any(axis=1)
+    shared = _touching(nodes, nodes[shared])
     parts: list[Any] = mesh.comm.allgather(tuple(array[shared] for array in own))
     parts[mesh.comm.rank] = own
     ids, X, numbers = (np.concatenate(arrays) for arrays in zip(*parts))
     return ids, X, numbers
 
 
-def _corner_normals(around: _Neighbourhood, arms: Array) -> tuple[Array, Array]:
+def _corner_normals(
+    around: _Neighbourhood, arms: Array
+) -> tuple[Array, npt.NDArray[np.bool_]]:
     """Normals at the corners of facets, of the smooth surface that each is on, and
     whether that goes on beyond the corner in the direction of each arm.
 
@@ -233,7 +250,9 @@ def _corner_normals(around: _Neighbourhood, arms: Array) -> tuple[Array, Array]:
     unit, flat = unit.reshape(-1, d), arms.reshape(n, -1, d)
     directions = flat / np.linalg.norm(flat, axis=-1, keepdims=True)
     one, other = around.corner_pairs()
-    smooth = np.einsum("pd,pd->p", unit[one], unit[other]) > np.cos(SHARPEST)
+    cosine = np.einsum("pd,pd->p", unit[one], unit[other])
+    patch = _patches(n, one, other, cosine > np.cos(SHARPEST))
+    smooth = (patch[one] == patch[other]) & (cosine > np.cos(MOST_CURVED))
     goes_on = np.ones(n, dtype=bool)
     np.logical_and.at(goes_on, one, smooth)
     one, other = one[smooth], other[smooth]
@@ -244,7 +263,44 @@ def _corner_normals(around: _Neighbourhood, arms: Array) -> tuple[Array, Array]:
     np.minimum.at(turn, one, cosines.min(axis=2))
     reached = goes_on[:, None] | (turn < -np.cos(ONWARD))
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    return normal.reshape(around.X.shape), reached.reshape(*around.ids.shape, d - 1)
+    normal, reached = (
+        normal.reshape(around.X.shape),
+        reached.reshape(*around.ids.shape, d - 1),
+    )
+    better = np.zeros((n, d))
+    np.add.at(better, one, _from_inside(around, arms, normal, reached)[other])
+    size = np.linalg.norm(better, axis=1, keepdims=True)
+    better /= np.where(size > 0.0, size, 1.0)
+    found = (size > 0.0).reshape(*around.ids.shape, 1)
+    return np.where(found, better.reshape(normal.shape), normal), reached
+
+
+def _from_inside(
+    around: _Neighbourhood, arms: Array, normal: Array, reached: npt.NDArray[np.bool_]
+) -> Array:
+    """Sums of the normals that circles through the other ends of arms give to corners
+    at rims, (facets x corners, d)."""
+    shape = around.shape
+    back = np.array(
+        [[shape.arm(j, i) for j in row] for i, row in enumerate(shape.arms)]
+    )
+    theirs = reached[:, shape.arms, back] & ~reached
+    mirrored = _mirrored(normal[:, shape.arms], arms) * theirs[..., None]
+    total: Array = mirrored.sum(axis=2).reshape(-1, arms.shape[-1])
+    return total
+
+
+def _patches(
+    count: int, one: Indices, other: Indices, alike: npt.NDArray[np.bool_]
+) -> Indices:
+    """Number of the smooth surface that each corner is on, (count,): facets at a node
+    whose normals differ little, or which others lead to in small steps."""
+    patch, last = np.arange(count), np.empty(0, dtype=np.int64)
+    one, other = one[alike], other[alike]
+    while not np.array_equal(patch, last):
+        last = patch.copy()
+        np.minimum.at(patch, one, last[other])
+    return patch
 
 
 def _sags(around: _Neighbourhood) -> Array:
@@ -256,7 +312,7 @@ def _sags(around: _Neighbourhood) -> Array:
     d = X[:, ends[1]] - X[:, ends[0]]
     n0, n1 = normal[:, ends[0]], normal[:, ends[1]]
     known0, known1 = (
-        reached[:, a, [list(shape.arms[i]).index(j) for i, j in zip(a, b)]]
+        reached[:, a, [shape.arm(i, j) for i, j in zip(a, b)]]
         for a, b in (ends, ends[::-1])
     )
     # A normal at the rim of a surface is one facet's: there the arc is that of a circle
@@ -279,7 +335,7 @@ def _sags(around: _Neighbourhood) -> Array:
 
 def _mirrored(n: Array, d: Array) -> Array:
     """Normals at the other ends of chords d of circles."""
-    share = np.einsum("fed,fed->fe", n, d) / np.einsum("fed,fed->fe", d, d)
+    share = np.einsum("...d,...d->...", n, d) / np.einsum("...d,...d->...", d, d)
     mirrored: Array = n - 2.0 * share[..., None] * d
     return mirrored
 

@@ -57,7 +57,10 @@ class Surface:
     axisymmetric
         Whether the facets stand for the surface that they make in a full turn.
     is_straight
-        Whether they are those of a mesh of degree 1.
+        Whether the cells behind the facets are straight, of degree 1.
+    arcs
+        Heights of the arcs that curve straight facets, (n_facets,); None: they are not
+        curved. Length.
 
     Notes
     -----
@@ -79,6 +82,7 @@ class Surface:
     zone: Indices
     axisymmetric: bool = False
     is_straight: bool = False
+    arcs: Array | None = None
 
 
 def _compress(table: Indices) -> tuple[Indices, Indices]:

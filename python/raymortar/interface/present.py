@@ -19,7 +19,7 @@ from .cover import Cover
 from .cross_points import warn_of_corners
 from .friction_at_points import evaluate_friction
 from .state import ContactState, not_finite, state_fault
-from .straight_facets import warn_of_straight_facets
+from .straight_facets import warn_of_straight_facets, warn_of_turned_arcs
 from .tie_cover import require_masters
 from .zones import on_sides
 
@@ -55,6 +55,7 @@ class PresentState:
         self._accepted = AcceptedStep(self._u, self._zones, surfaces.layout.bodies)
         self._paired_at: Array = np.empty(0)
         self._dt = 1.0
+        self._watches_arcs = bool(options.smooth)
         self.updates, self.revision = 0, 0
 
     def note_change(self) -> None:
@@ -142,6 +143,8 @@ class PresentState:
         self._accepted.accept()
         if self.updates:
             self._accepted.note_faced()
+        if self._watches_arcs:
+            self._watches_arcs = not warn_of_turned_arcs(self._surfaces)
         self.note_change()
 
     def _is_stale(self) -> bool:
