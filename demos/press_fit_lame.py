@@ -61,7 +61,7 @@ def _rim(first):
     return mapping
 
 
-def quarters(comm, around=8, hub_around=10, cell="quadrilateral"):
+def quarters(comm, around=8, hub_around=10, cell="quadrilateral", geometry_degree=2):
     """Quarters of shaft and hub with so many facets on their arcs. Collective."""
     n, unit = around // 2, ((0.0, 0.0), (1.0, 1.0))
 
@@ -85,7 +85,7 @@ def quarters(comm, around=8, hub_around=10, cell="quadrilateral"):
         Block(divisions, *unit, mapping=mapping, tags=tags, body=body)
         for divisions, mapping, tags, body in parts
     ]
-    return Scene(*assemble_blocks(comm, blocks, cell, geometry_degree=2), TAGS, NUMBERS)
+    return Scene(*assemble_blocks(comm, blocks, cell, geometry_degree), TAGS, NUMBERS)
 
 
 def sections(comm, size=4):

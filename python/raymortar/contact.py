@@ -11,6 +11,7 @@ import numpy as np
 from dolfinx.fem import Function
 
 from .compat import Array
+from .host.curving import Smooth
 from .host.layout import Layout
 from .host.slave_fields import FieldValue
 from .interaction import Interaction
@@ -76,6 +77,11 @@ class Contact(Interaction):
         Whether the 2D mesh is the section of solids of revolution, with coordinates
         (r, z) = (x[0], x[1]): integrals then go over a full turn, with the weight
         2 pi r of `measure`. The form must have it, too.
+    smooth
+        Whether straight facets are curved, so that contact meets the round surfaces
+        they stand for: True finds these from the facets' normals; a function takes
+        undeformed points (3, n) to points of the true surface (3, n). Meshes of degree
+        2 are curved already.
 
     Attributes
     ----------
@@ -121,6 +127,7 @@ class Contact(Interaction):
         tangent: str = "full",
         offset: FieldValue | None = None,
         axisymmetric: bool = False,
+        smooth: Smooth = False,
     ) -> None:
         options = ContactOptions(
             AugmentedLagrangian() if method is None else method,
@@ -131,6 +138,7 @@ class Contact(Interaction):
             tangent,
             offset,
             axisymmetric,
+            smooth,
         )
         given = check_given(u, pairs, names, options)
         self.names = given.names

@@ -124,6 +124,7 @@ def _check(adjust: Any, partial: Any, method: Any, others: Mapping[str, Any]) ->
         ("offset", "its gaps are kept or closed, see adjust"),
         ("measure", "it integrates over the undeformed surface"),
         ("tangent", "its points do not move"),
+        ("smooth", "the gaps of straight facets are kept or closed"),
     ):
         if name in others:
             raise ContactError(f"a Tie takes no {name}: {why}")

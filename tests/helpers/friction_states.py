@@ -132,7 +132,7 @@ def in_regime(contact, regime):
     return set(status[status != 0]) == {{"stick": STICK, "slip": SLIP}[regime]}
 
 
-def frictional_pairs(case, scene):
+def frictional_pairs(case, scene, **options):
     """What makes contacts of both tangents for a seed; None where no law fits."""
 
     def make(seed):
@@ -140,7 +140,10 @@ def frictional_pairs(case, scene):
         if friction is None:
             return None
         return Pair(
-            *(case.contact(scene, friction, tangent=t) for t in ("fixed", "full"))
+            *(
+                case.contact(scene, friction, tangent=t, **options)
+                for t in ("fixed", "full")
+            )
         )
 
     return make

@@ -19,22 +19,25 @@ __all__ = [
     "plane_strain_equivalent",
     "press_fit",
     "pressure",
+    "rms_error",
     "scene_of",
 ]
 
 
-def scene_of(around=8, hub_around=10, cell="quadrilateral"):
+def scene_of(around=8, hub_around=10, cell="quadrilateral", geometry_degree=2):
     """Quarters with so many facets on the arcs of shaft and hub. Collective."""
-    return press_fit_lame.quarters(COMM, around, hub_around, cell)
+    return press_fit_lame.quarters(COMM, around, hub_around, cell, geometry_degree)
 
 
-def press_fit(scene, E, nu, interference, **options):
+def press_fit(scene, E, nu, interference, degree=2, **options):
     """Problem with the interference as an offset, not yet solved. Collective."""
 
     def symmetric(V, scene):
         return [fix(V, scene, "bottom", 1), fix(V, scene, "left", 0)]
 
-    return build(scene, 2, E=E, nu=nu, bcs=symmetric, offset=-interference, **options)
+    return build(
+        scene, degree, E=E, nu=nu, bcs=symmetric, offset=-interference, **options
+    )
 
 
 def mean_pressure(contact):
@@ -44,3 +47,13 @@ def mean_pressure(contact):
     sums = np.array([points["weight"] @ p, points["weight"].sum()])
     mean = float(np.divide(*COMM.allreduce(sums)))
     return mean, worst(p - mean)
+
+
+def rms_error(contact, exact):
+    """Root mean square of the normal traction's error over the slave surface, relative.
+    Collective."""
+    points = contact.points()
+    p = -np.einsum("qi,qi->q", points["traction"], points["normal"])
+    weight = points["weight"]
+    sums = np.array([weight @ (p / exact - 1.0) ** 2, weight.sum()])
+    return float(np.sqrt(np.divide(*COMM.allreduce(sums))))

@@ -24,11 +24,9 @@ from .reference_facets import (
     FACET_SHAPE,
     N_CORNERS,
     cell_facet_nodes,
-    facet_nodes,
     match_points,
-    normals,
+    middle_normals,
     reflection,
-    shape_functions,
 )
 
 Global = npt.NDArray[np.int64]
@@ -106,9 +104,7 @@ def _points_inward(mesh: Mesh, facets: Facets) -> npt.NDArray[np.bool_]:
     turned."""
     shape = FACET_SHAPE[compat.cell_name(mesh)]
     corners = facet_corners(mesh, facets)
-    centre = facet_nodes(shape, 1).mean(axis=0, keepdims=True)
-    _, gradients = shape_functions(shape, 1, centre)
-    m = normals(np.einsum("ia,fad->ifd", gradients[:, 0], corners))
+    m = middle_normals(shape, 1, corners)
     outward = corners.mean(axis=1) - cell_corners(mesh, facets).mean(axis=1)
     return np.einsum("fd,fd->f", m, outward) < 0
 
@@ -216,6 +212,15 @@ def marked_anywhere(index_map: Any, entities: Indices) -> npt.NDArray[np.bool_]:
     return marker.array > 0
 
 
+def held_by_several(index_map: Any, entities: Indices) -> npt.NDArray[np.bool_]:
+    """Which local entities several ranks have marked. Collective."""
+    marker = compat.create_la_vector(index_map)
+    marker.array[entities.ravel()] = 1
+    compat.scatter_reverse_add(marker)
+    compat.scatter_forward(marker)
+    return marker.array > 1
+
+
 def _check_exterior(mesh: Mesh, interior: Indices, tag: int, role: str) -> None:
     """Refuse the interior facets that carry the tag. Collective."""
     tdim = mesh.topology.dim
@@ -232,6 +237,12 @@ def _check_exterior(mesh: Mesh, interior: Indices, tag: int, role: str) -> None:
             "boundary facets, so the bodies must not share nodes"
         )
     raise_everywhere(mesh.comm, message)
+
+
+def all_exterior_facets(mesh: Mesh) -> tuple[Facets, Global]:
+    """All exterior facets of this rank's cells, and their global numbers. Collective."""
+    facets = _facets_of_mesh(mesh, -1, compat.exterior_facets(mesh))
+    return facets, facet_ids(mesh, facets)
 
 
 def tagged_facets(mesh: Mesh, facet_tags: Any, tag: int, role: str) -> Facets:

@@ -115,6 +115,21 @@ def normals(tangents: Array) -> Array:
     return np.stack([tangents[0, ..., 1], -tangents[0, ..., 0]], axis=-1)
 
 
+def middle_normals(shape: str, degree: int, nodes: Array) -> Array:
+    """Un-normalised normals m in the middle of facets, (n_facets, d).
+
+    Parameters
+    ----------
+    shape, degree
+        Of the facets.
+    nodes
+        Their positions, shape (n_facets, n, d).
+    """
+    middle = facet_nodes(shape, 1).mean(axis=0, keepdims=True)
+    _, gradients = shape_functions(shape, degree, middle)
+    return normals(np.einsum("ia,fad->ifd", gradients[:, 0], nodes))
+
+
 def match_points(points: Array, targets: Array) -> list[int]:
     """Index among points of each target."""
     distances = np.linalg.norm(points[None] - targets[:, None], axis=2)

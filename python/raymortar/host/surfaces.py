@@ -56,6 +56,11 @@ class Surface:
         Number of the set of facets that each facet comes from, (n_facets,), int32.
     axisymmetric
         Whether the facets stand for the surface that they make in a full turn.
+    is_straight
+        Whether the cells behind the facets are straight, of degree 1.
+    arcs
+        Heights of the arcs that curve straight facets, (n_facets,); None: they are not
+        curved. Length.
 
     Notes
     -----
@@ -76,6 +81,8 @@ class Surface:
     facet_ids: Global
     zone: Indices
     axisymmetric: bool = False
+    is_straight: bool = False
+    arcs: Array | None = None
 
 
 def _compress(table: Indices) -> tuple[Indices, Indices]:
@@ -141,4 +148,5 @@ def _of_one(u: Function, facets_list: Sequence[Facets]) -> Surface:
         facet_nodes=facet_dofs if table is None else table,
         facet_ids=facet_ids(mesh, facets),
         zone=np.repeat(np.arange(len(counts), dtype=np.int32), counts),
+        is_straight=compat.geometry_degree(mesh) == 1,
     )

@@ -14,6 +14,7 @@ from ..errors import ContactError, raise_everywhere
 from ..rigid.body import Body
 from .axisymmetry import check_free_along_axis, check_half_plane, check_off_axis
 from .checks import check_areas, check_cells, check_pair
+from .curving import Smooth, curve
 from .facets import Facets, join, tagged_facets
 from .joined import parts_of
 from .surfaces import Surface, build_surface
@@ -53,6 +54,7 @@ def find_facets(
     facet_tags: Any,
     groups: Mapping[int, tuple[Any, ...]],
     axisymmetric: bool = False,
+    smooth: Smooth = False,
 ) -> list[ZoneFacets]:
     """Facets of every zone (of `group_pairs`), checked. Collective."""
     if axisymmetric:
@@ -80,6 +82,12 @@ def find_facets(
             check_pair(tagged.meshes[a], slave, master)
         slave_surface = build_surface(u, [slave], a, axisymmetric)
         master_surface = build_surface(u, masters, b, axisymmetric)
+        if smooth and slave_surface.is_straight:
+            slave_surface = curve(slave_surface, tagged.meshes[a], slave, smooth)
+        if smooth and master_surface.is_straight and not bodies:
+            master_surface = curve(
+                master_surface, tagged.meshes[b], join(masters), smooth
+            )
         zones.append(
             ZoneFacets(
                 slave_tag,

@@ -116,7 +116,8 @@ def make_surfaces(
         ``"keep"`` or ``"close"`` for a tie; None: contact.
     """
     u = host.u
-    facets = find_facets(u, facet_tags, groups, bool(options.axisymmetric))
+    turns, smooth = bool(options.axisymmetric), options.smooth
+    facets = find_facets(u, facet_tags, groups, turns, smooth)
     fixed = references(u, facets)
     # All slaves are on one mesh
     slave_u = parts_of(u)[facets[0].slave_part]

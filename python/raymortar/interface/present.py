@@ -22,7 +22,7 @@ from .cover import Cover
 from .cross_points import warn_of_corners
 from .friction_at_points import PointFriction
 from .state import ContactState, not_finite, state_fault
-from .straight_facets import warn_of_straight_facets
+from .straight_facets import warn_of_straight_facets, warn_of_turned_arcs
 from .tie_cover import require_masters
 from .zones import on_sides
 
@@ -69,6 +69,7 @@ class PresentState:
             )
         self._paired_at: Array = np.empty(0)
         self._dt = 1.0
+        self._watches_arcs = bool(options.smooth)
         self.updates, self.revision = 0, 0
         self.updates_for_room = 0
 
@@ -163,6 +164,8 @@ class PresentState:
         self._accepted.accept()
         if self.updates:
             self._accepted.note_faced()
+        if self._watches_arcs:
+            self._watches_arcs = not warn_of_turned_arcs(self._surfaces)
         self.note_change()
 
     def _is_stale(self) -> bool:

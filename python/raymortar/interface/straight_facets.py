@@ -1,4 +1,4 @@
-"""Straight facets on curved surfaces: is their error a large part of the gap?"""
+"""Straight facets on curved surfaces, and arcs that do not turn with their facets."""
 
 from __future__ import annotations
 
@@ -8,15 +8,13 @@ from mpi4py import MPI
 
 import numpy as np
 
-from .. import compat
 from ..compat import Array
 from ..errors import ContactWarning
-from ..host.joined import parts_of
-from ..host.reference_facets import normals, shape_functions
+from ..host.reference_facets import N_CORNERS, middle_normals
 from ..host.surfaces import Surface
 from .contact_surfaces import ContactSurfaces
 from .point_results import OPEN
-from .zones import ZoneData
+from .zones import ZoneData, on_sides
 
 # Angles between neighbouring facets of a surface that is meant to be smooth
 SMOOTH = np.deg2rad(0.5), np.deg2rad(40.0)
@@ -26,6 +24,8 @@ ALLOWED = 0.1
 # Surfaces follow each other if their largest and smallest clearances differ by less
 # than this factor
 ALIKE = 3.0
+# Arcs that have not turned by this are low by 3 % of their height
+MOST_TURNED = np.deg2rad(15.0)
 
 
 def _corner_edges(shape: str) -> list[tuple[int, ...]]:
@@ -47,12 +47,9 @@ def sagittas(surface: Surface) -> Array:
     n = len(surface.facet_ids)
     if not n:
         return np.empty(0)
-    middle = np.full(
-        (1, surface.gdim - 1), 1 / 3 if surface.shape == "triangle" else 0.5
+    m = middle_normals(
+        surface.shape, surface.node_degree, surface.X[surface.facet_nodes]
     )
-    _, gradients = shape_functions(surface.shape, surface.node_degree, middle)
-    nodes = surface.X[surface.facet_nodes]
-    m = normals(np.einsum("iqa,fad->ifd", gradients, nodes))
     area = np.linalg.norm(m, axis=-1)
     unit, size = m / area[:, None], area ** (1.0 / (surface.gdim - 1))
     edges = _corner_edges(surface.shape)
@@ -92,15 +89,10 @@ def warn_of_straight_facets(surfaces: ContactSurfaces) -> None:
     """Warn if the error of straight facets is a large share of the first gap.
     Collective."""
     comm = surfaces.comm
-    meshes = [part.function_space.mesh for part in parts_of(surfaces.u)]
-    straight = [compat.geometry_degree(mesh) == 1 for mesh in meshes]
     for zone in surfaces.zones:
         facets = zone.facets
-        both = (
-            (facets.slave_part, facets.slave_surface),
-            (facets.master_part, facets.master_surface),
-        )
-        sides = [surface for part, surface in both if straight[part]]
+        both = facets.slave_surface, facets.master_surface
+        sides = [side for side in both if side.is_straight and side.arcs is None]
         if not sides:
             continue
         points = zone.points()
@@ -114,9 +106,57 @@ def warn_of_straight_facets(surfaces: ContactSurfaces) -> None:
                 f"the straight facets of slave tag {zone.facets.slave_tag} and its "
                 f"masters lie up to {most:.3e} off the curved surfaces they stand for, "
                 f"and these are {distance:.3e} apart, or overlap by that, at the start: "
-                "use a mesh of degree 2 (gmsh.model.mesh.setOrder(2)), or finer "
-                "facets; where flat surfaces are merely noisy, "
+                "make the Contact with smooth=True, use a mesh of degree 2 "
+                "(gmsh.model.mesh.setOrder(2)), or finer facets; where flat surfaces are merely noisy, "
                 "contact.adjust(within=...) makes what is nearer than a length just touch",
                 ContactWarning,
                 stacklevel=4,
             )
+
+
+def _turned(surface: Surface, u: Array) -> tuple[float, float]:
+    """Largest angle by which this rank's facets with arcs have turned, and the distance
+    that their arcs are off by then.
+
+    Parameters
+    ----------
+    surface
+        Undeformed.
+    u
+        Displacement of its dofs, (dofs, d). Length.
+    """
+    if surface.arcs is None or not len(surface.arcs):
+        return 0.0, 0.0
+    corners = N_CORNERS[surface.shape]
+    before = surface.X[surface.facet_nodes[:, :corners]]
+    after = before + u[surface.facet_dofs[:, :corners]]
+    m, n = (middle_normals(surface.shape, 1, x) for x in (before, after))
+    sizes = np.linalg.norm(m, axis=1) * np.linalg.norm(n, axis=1)
+    cosine = np.einsum("fd,fd->f", m, n) / sizes
+    angle = np.arccos(np.clip(cosine, -1.0, 1.0))
+    off = 2.0 * np.sin(0.5 * angle) * surface.arcs
+    # Flat facets have no arcs
+    bent = surface.arcs > 1e-9 * np.abs(before).max()
+    return float(angle[bent].max(initial=0.0)), float(off.max())
+
+
+def warn_of_turned_arcs(surfaces: ContactSurfaces) -> bool:
+    """Warn if facets have turned under arcs that stay; whether it did. Collective."""
+    for zone in surfaces.zones:
+        facets = zone.facets
+        sides = facets.slave_surface, facets.master_surface
+        found = [
+            _turned(*side) for side in zip(sides, on_sides(zone, surfaces.u.x.array))
+        ]
+        angle, off = surfaces.comm.allreduce(np.max(found, axis=0), op=MPI.MAX)
+        if angle > MOST_TURNED:
+            warnings.warn(
+                f"facets of slave tag {facets.slave_tag} or its masters have turned by "
+                f"{np.rad2deg(angle):.3g} degrees, and the arcs that smooth gives them "
+                f"have not: they are off by up to {off:.3e}. Bodies that turn need a "
+                "mesh and a displacement of degree 2",
+                ContactWarning,
+                stacklevel=4,
+            )
+            return True
+    return False

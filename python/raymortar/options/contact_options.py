@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from ..checked import is_one_of, is_truth_value, is_whole_number
 from ..errors import ContactError
+from ..host.curving import Smooth
 from ..host.slave_fields import OFFSET, FieldValue, check_field
 from .friction import LAWS, Law
 from .methods import MEASURES, TANGENTS, AugmentedLagrangian, Penalty, Search
@@ -27,6 +28,7 @@ class ContactOptions:
     tangent: str
     offset: FieldValue | None
     axisymmetric: bool
+    smooth: Smooth
 
     def check(self) -> None:
         """Raise for options that do not exist."""
@@ -55,6 +57,11 @@ class ContactOptions:
         if not is_truth_value(self.axisymmetric):
             raise ContactError(
                 f"axisymmetric = {self.axisymmetric!r} must be True or False"
+            )
+        if not (is_truth_value(self.smooth) or callable(self.smooth)):
+            raise ContactError(
+                f"smooth = {self.smooth!r} must be True, False, or a function of points "
+                "(3, n) to points of the true surface (3, n)"
             )
         if not isinstance(self.search, Search):
             raise ContactError(f"search must be a Search, not {self.search!r}")
