@@ -30,6 +30,8 @@ from .petsc_objects import (
 from .petsc_options import PetscOptions, check_solver_input
 
 STUCK = PETSc.SNES.ConvergedReason.DIVERGED_LOCAL_MIN
+# Name by which a SNES has the factors of its rows
+SCALE = "raymortar_row_scale"
 NO_DESCENT = PETSc.SNES.ConvergedReason.DIVERGED_LINE_SEARCH
 
 
@@ -173,8 +175,10 @@ class SNESSolver:
 
     def _set_callbacks(self) -> None:
         """Tell PETSc how to find residual and tangent."""
-        # Not self: C would keep it alive in a cycle
-        problem_of, raised, scale = self._problem, self._raised, self._scale
+        # Not self: C would keep it alive in a cycle. Nor objects of PETSc: it loses what
+        # these functions drop when it destroys them
+        problem_of, raised = self._problem, self._raised
+        self.snes.compose(SCALE, self._scale)
 
         def residual(snes: PETSc.SNES, x: PETSc.Vec, b: PETSc.Vec) -> None:
             try:
@@ -182,11 +186,11 @@ class SNESSolver:
             except ContactError as error:
                 raised.append(error)
                 raise
-            b.pointwiseMult(b, scale)
+            b.pointwiseMult(b, snes.query(SCALE))
 
         def tangent(snes: PETSc.SNES, x: PETSc.Vec, A: PETSc.Mat, P: PETSc.Mat) -> None:
             take_tangent(problem_of(), x, A, snes.ksp)
-            A.diagonalScale(scale)
+            A.diagonalScale(snes.query(SCALE))
 
         self.snes.setFunction(residual, self.b)
         self.snes.setJacobian(tangent, self.A)

@@ -51,6 +51,8 @@ class SurfaceSystem:
         self._G, self._B = coupling.block(v, v), coupling.block(v, y)
         self._C, D = coupling.block(y, v), dense(coupling.block(y, y))
         self._open: Any = None
+        self._to_open: Any = None
+        self._from_open: Any = None
         if len(d):
             self._open = LU(coupling.block(d, d), "mumps")
             self._to_open, self._from_open = coupling.block(d, y), coupling.block(y, d)
@@ -138,11 +140,10 @@ class SurfaceSystem:
 
     def destroy(self) -> None:
         """Free what belongs to it."""
-        for one in (self._open, self._schur, self._whole):
+        of_open = self._open, self._to_open, self._from_open
+        for one in (*of_open, self._schur, self._whole, self._G, self._B, self._C):
             if one is not None:
                 one.destroy()
-        for matrix in (self._G, self._B, self._C):
-            matrix.destroy()
 
 
 def _with_diagonal(D: Array, more: Array) -> Array:
