@@ -22,11 +22,12 @@ from .convergence.convergence import Convergence
 from .convergence.failure import InUse, describe_failure
 from .convergence.loose import loose_bodies
 from .convergence.lost_contact import unheld
-from .errors import require_agreement, together
+from .errors import SetUpError, raise_everywhere, require_agreement, together
 from .host.forms import check_supports, list_of_conditions
 from .host.unknowns import find_unknowns, jacobians
 from .interactions import one_or_several
-from .interface.held import rigid_slaves
+from .interface.held import refuse_finer_rigid_slaves, rigid_slaves
+from .interface.overlap import warn_of_overlap
 from .interface.sides import swaps
 from .results.summaries import of_problem
 from .rigid.motions import loads_of_tools
@@ -165,7 +166,14 @@ class CoupledProblem:
     def create_matrix(self) -> PETSc.Mat:
         """Matrix with room for the tangent. Collective."""
         self.contact.belong_to(self._pattern)
-        return self.contact.create_matrix(self.a)
+        is_first = not self.contact.preallocations
+        A = self.contact.create_matrix(self.a)
+        fixed = self.contact.constrained(self.bcs)
+        for one in self.contact.contacts:
+            refuse_finer_rigid_slaves(one.surfaces, fixed)
+            if is_first:
+                warn_of_overlap(one.surfaces, one.pairs)
+        return A
 
     def create_vector(self) -> PETSc.Vec:
         """Vector of the coupled unknowns."""
@@ -180,6 +188,8 @@ class CoupledProblem:
     def start(self, x: PETSc.Vec | None = None) -> PETSc.Vec:
         """Present u and multiplier as a vector of unknowns, x or a new one; clears the
         history."""
+        fault = self.contact.host.fault_of_conditions(self.bcs)
+        raise_everywhere(self.comm, fault, SetUpError)
         self.history.clear()
         self.convergence.start()
         self._at = None
@@ -389,4 +399,8 @@ class CoupledProblem:
         """Slave tags that are prescribed, on masters that are not. Collective."""
         fixed = self.contact.constrained(self.bcs)
         contacts = self.contact.contacts
-        return [tag for one in contacts for tag in rigid_slaves(one.surfaces, fixed)]
+        return [
+            zone.facets.slave_tag
+            for one in contacts
+            for zone in rigid_slaves(one.surfaces, fixed)
+        ]

@@ -283,6 +283,49 @@ def test_solve_refuses_a_start_that_is_not_finite(scene, solver):
         problem.solve()
 
 
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_conditions_that_are_not_finite_are_named(scene, solver, value):
+    top = fem.Constant(scene.mesh, 0.0)
+    problem = build(
+        scene, bcs=lambda V, s: [fix(V, s, "bottom"), fix(V, s, "top", 1, top)]
+    )
+    problem.solver = solver(problem.problem)
+    top.value = value
+    with refused(rf"bcs\[1\] prescribes {value} at \d unknown"):
+        problem.solve()
+    top.value = -1e-3
+    problem.solve()
+
+
+@pytest.mark.parametrize("E", [1.0, 2e11])
+@pytest.mark.parametrize("method", [Penalty, AugmentedLagrangian])
+@pytest.mark.parametrize("ratio", [1e-300, 1e-11, 1e11, 1e290])
+def test_coefficients_of_another_order_than_the_stiffness_are_refused(
+    scene, ratio, method, E
+):
+    stiffness = build(scene, E=E, method=AugmentedLagrangian()).contact.gamma
+    with refused(r"gamma = .* times the stiffness of the bodies .*: leave gamma out"):
+        build(scene, E=E, method=method(ratio * stiffness))
+    for allowed in (1e-9, 1e9):
+        build(scene, E=E, method=method(allowed * stiffness))
+
+
+def test_there_are_no_results_before_the_first_solve(scene):
+    """Where a solver has been made, too."""
+    problem = build(scene, bcs=squeezed)
+    contact = problem.contact
+    for _ in range(2):
+        for result in (contact.resultant, contact.resultants, contact.points):
+            with refused("there are no results yet"):
+                result()
+        problem.solver = SOLVERS[-1](problem.problem)
+    problem.solve()
+    before = contact.resultant().force
+    problem.problem.create_matrix()
+    assert np.array_equal(contact.resultant().force, before)
+
+
 def test_form_without_stiffness_gives_no_coefficient(scene):
     u = fem.Function(compat.vector_space(scene.mesh, 1))
     c = raymortar.Contact(u, scene.facet_tags, PAIR)

@@ -18,6 +18,7 @@ from raymortar import (
     History,
     LoadSteps,
     NonlinearProblem,
+    SetUpError,
     SNESSolver,
     compat,
     rigid,
@@ -68,6 +69,44 @@ def test_a_solid_of_revolution_is_free_along_its_axis_only(free, told):
     ball = rigid.Body(rigid.Circle((0.0, 1.0), 1.0), free=free)
     with pytest.raises(ContactError, match=f"rigid Circle is free along {told}: "):
         on_half_space(0.1, ball, 2)
+
+
+@pytest.mark.quick
+@pytest.mark.mpi
+@pytest.mark.parametrize(
+    "motion, told",
+    [
+        (((2e-3, -1e-3),), "left the axis by 0.002: "),
+        (((0.0, -1e-3), 0.1), "turned by 0.1: "),
+        ((None, -2.0 * np.pi), "turned by -6.283: "),
+    ],
+)
+def test_a_tool_that_leaves_the_axis_is_refused(motion, told):
+    """Off the axis the circle would be a torus."""
+    ball = rigid.Body(rigid.Circle((0.0, 2.0), 1.0), name="ball")
+    found = on_half_space(0.1, ball, 2)
+    solver = SNESSolver(found.problem)
+    ball.move((0.0, -1e-3))
+    solver.solve()
+    ball.move(*motion)
+    with pytest.raises(SetUpError, match=f"rigid ball has {told}"):
+        solver.solve()
+
+
+@pytest.mark.quick
+@pytest.mark.parametrize("r, leaves", [(0.0, True), (2.0, False)])
+def test_what_is_beside_the_axis_may_widen(r, leaves):
+    """A ring of facets; half of a disc on the axis may not."""
+    arc = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 9)
+    points = np.column_stack([r + np.cos(arc), 5.0 + np.sin(arc)])
+    facets = [(i, i + 1) for i in range(8)]
+    tool = rigid.Body(rigid.Surface(points, facets, closed=False, orient=True))
+    found = on_half_space(0.1, tool, 2)
+    tool.move((1e-3, 0.0))
+    if not leaves:
+        return found.contact.update()
+    with pytest.raises(SetUpError, match="rigid Surface has left the axis by 0.001"):
+        found.contact.update()
 
 
 # A cylinder on a half plane (H4)

@@ -332,6 +332,17 @@ class Host:
         marker, values = zip(*parts)
         return np.concatenate(marker), np.concatenate(values)
 
+    def fault_of_conditions(self, bcs: Sequence[Any]) -> str | None:
+        """Name the first condition with values that are not finite."""
+        if np.isfinite(self.prescribed(bcs)[1]).all():
+            return None
+        for i, bc in enumerate(bcs):
+            values = self.prescribed([bc])[1]
+            bad = values[~np.isfinite(values)]
+            if len(bad):
+                return f"bcs[{i}] prescribes {bad[0]} at {len(bad)} unknown(s)"
+        return None
+
     def owned_prescribed(self, bcs: Sequence[Any]) -> npt.NDArray[np.bool_]:
         """Whether conditions prescribe an owned unknown."""
         return self.owned_part(self.prescribed(bcs)[0]) == 1

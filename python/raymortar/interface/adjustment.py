@@ -44,6 +44,17 @@ def require_start(u: Array, within: Any) -> None:
         raise ContactError(f"within = {within!r} must be a positive number")
 
 
+def gap_without_offset(zone: ZoneData, points: dict[str, Array]) -> Array:
+    """Gap without the user's clearance or interference, which are wanted. Length."""
+    gap = points["gap"]
+    if zone.offset is None:
+        return gap
+    surface = zone.facets.slave_surface
+    degree = surface.displacement_degree
+    N, _ = shape_functions(surface.shape, degree, points["xi"])
+    return np.asarray(gap - np.einsum("qk,qk->q", N, zone.offset[points["slave"]]))
+
+
 def adjustment(zone: ZoneData, within: float) -> Array:
     """Change of a zone's offset with which near surfaces just touch.
 
@@ -68,9 +79,7 @@ def adjustment(zone: ZoneData, within: float) -> Array:
     slave = points["slave"]
     shape, degree = surface.shape, surface.displacement_degree
     N, _ = shape_functions(shape, degree, points["xi"])
-    gap = points["gap"]
-    if zone.offset is not None:  # the user's clearance or interference stays
-        gap = gap - np.einsum("qk,qk->q", N, zone.offset[slave])
+    gap = gap_without_offset(zone, points)
     near = np.flatnonzero((points["status"] > 0) & (np.abs(gap) <= within))
     change = np.zeros((len(surface.facet_dofs), N.shape[1]))
     # Points come in the order of their slave facets

@@ -11,8 +11,15 @@ import numpy as np
 from .. import compat
 from ..compat import Mask
 from ..errors import SetUpError, raise_everywhere
+from ..host.facet_areas import surface_sizes
 from .contact_surfaces import ContactSurfaces
-from .point_results import CLOSED
+from .pairs import global_masters
+from .point_results import CLOSED, OPEN
+from .zones import ZoneData
+
+# Distance of a master's nodes over that of the tractions on a prescribed slave, up to
+# which the master can balance these. From 1.25 on Newton's method fails on flat surfaces
+CLOSEST = 1.2
 
 
 def any_held(surfaces: ContactSurfaces, marker: Mask) -> bool:
@@ -34,9 +41,8 @@ def any_node_held(surfaces: ContactSurfaces, marker: Mask) -> bool:
     return surfaces.comm.allreduce(bool(held), op=MPI.LOR)
 
 
-def rigid_slaves(surfaces: ContactSurfaces, marker: Mask) -> list[int]:
-    """Slave tags whose displacement is prescribed throughout, and whose master's is not.
-    Collective."""
+def rigid_slaves(surfaces: ContactSurfaces, marker: Mask) -> list[ZoneData]:
+    """Find slaves that are prescribed throughout, on masters that are not. Collective."""
     if surfaces.multiplier is None or not surfaces.zones:
         return []
     fixed = []
@@ -45,8 +51,54 @@ def rigid_slaves(surfaces: ContactSurfaces, marker: Mask) -> list[int]:
         fixed.append([marker.reshape(-1, s.gdim)[s.dofs].all() for s in sides])
     held = np.array(fixed, dtype=np.int32)
     surfaces.comm.Allreduce(MPI.IN_PLACE, held, op=MPI.MIN)
-    tags = [zone.facets.slave_tag for zone in surfaces.zones]
-    return [tag for tag, (slave, master) in zip(tags, held) if slave and not master]
+    found = zip(surfaces.zones, held)
+    return [zone for zone, (slave, master) in found if slave and not master]
+
+
+def refuse_finer_rigid_slaves(surfaces: ContactSurfaces, marker: Mask) -> None:
+    """Raise for prescribed slaves with more tractions than their masters can balance.
+    Collective.
+
+    Raises
+    ------
+    SetUpError
+        Naming the pair with its sides exchanged.
+    """
+    for zone in rigid_slaves(surfaces, marker):
+        ratio = _distance_ratio(zone, surfaces)
+        if ratio > CLOSEST:
+            slave, masters = zone.facets.slave_tag, zone.facets.master_tags
+            swapped = ", ".join(f"({master}, {slave})" for master in masters)
+            raise SetUpError(
+                f"all of slave tag {slave} is prescribed, and its nodes are {ratio:.3g} "
+                "times as close as those of its master, which cannot balance so many "
+                f"tractions: give the sides in the other order, pairs=[{swapped}]"
+            )
+
+
+def _distance_ratio(zone: ZoneData, surfaces: ContactSurfaces) -> float:
+    """Distance of a master's nodes over that of the multiplier's, where they face each
+    other; without any hit, of the smallest over that of the largest facets. Collective.
+    """
+    assert surfaces.multiplier is not None
+    comm, q = surfaces.comm, compat.element_info(surfaces.scalar).degree
+    sides = zone.facets.slave_surface, zone.facets.master_surface
+    slave, master = (surface_sizes(s) ** (1.0 / (s.gdim - 1)) for s in sides)
+    slave, master = slave / q, master / sides[1].displacement_degree
+    known = comm.allgather((sides[1].facet_ids, master))
+    ids, sizes = (np.concatenate(parts) for parts in zip(*known))
+    points = zone.points()
+    met = global_masters(points, zone.cpp.pairs())
+    hit = np.flatnonzero((points["status"] >= OPEN) & (met >= 0))
+    order = np.argsort(ids)
+    at = order[np.searchsorted(ids, met[hit], sorter=order)]
+    area = points["area"][hit]
+    sums = np.array([area @ sizes[at], area @ slave[points["slave"][hit]]])
+    comm.Allreduce(MPI.IN_PLACE, sums)
+    if sums[1] > 0.0:
+        return float(sums[0] / sums[1])
+    largest = comm.allreduce(slave.max(initial=0.0), op=MPI.MAX)
+    return float(sizes.min() / largest)
 
 
 def refuse_held_on_tools(surfaces: ContactSurfaces, marker: Mask) -> None:

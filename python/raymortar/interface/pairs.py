@@ -269,12 +269,12 @@ class MasterTags:
         if self._rigid:
             number[hit] = points["master"][hit]
         elif self.count > 1 and hit.any():
-            ids = _global_masters(points, met)[hit]
+            ids = global_masters(points, met)[hit]
             number[hit] = self._master[np.searchsorted(self._ids, ids)]
         return number
 
 
-def _global_masters(points: Mapping[str, Any], met: Global) -> Global:
+def global_masters(points: Mapping[str, Any], met: Global) -> Global:
     """Global number of the master facet of each point that has one, else -1.
 
     Facets that have met are in the order of the points: by slave facet, then by the

@@ -11,6 +11,7 @@ import numpy as np
 from ..checked import is_real_number
 from ..compat import Array
 from ..errors import ContactError, SetUpError, raise_everywhere, together
+from ..host.axisymmetry import off_axis_fault
 from ..options.contact_options import ContactOptions
 from ..rigid.body import Body
 from .accepted import AcceptedStep
@@ -37,8 +38,8 @@ class PresentState:
 
     Attributes
     ----------
-    updates
-        Calls of `update` so far.
+    updates, updates_for_room
+        Calls of `update` so far, and those that a new matrix has needed.
     revision
         Changes so far of what an assembled residual depends on, displacement and
         multiplier aside: pairing, history, coefficient.
@@ -56,14 +57,15 @@ class PresentState:
         self._paired_at: Array = np.empty(0)
         self._dt = 1.0
         self.updates, self.revision = 0, 0
+        self.updates_for_room = 0
 
     def note_change(self) -> None:
         """Count a change of what an assembled residual depends on."""
         self.revision += 1
 
     def require_results(self) -> None:
-        """Raise before the first `update`, of which all ranks know."""
-        if self.updates == 0:
+        """Raise before the first `update`, but that for a matrix, on all ranks."""
+        if self.updates == self.updates_for_room:
             raise ContactError("there are no results yet: call update, or solve, first")
 
     @property
@@ -120,6 +122,9 @@ class PresentState:
         raise_everywhere(self._comm, not_finite(self._surfaces))
         has_friction = self._options.friction is not None
         for zone in self._zones:
+            if self._surfaces.axisymmetric and zone.facets.bodies:
+                fault = off_axis_fault(zone.facets.bodies)
+                raise_everywhere(self._comm, fault, SetUpError)
             zone.cpp.set_displacement(*on_sides(zone, self._u.x.array))
             zone.motions.send(zone.cpp, self._comm, has_friction, layout.body_rows)
         if self._multiplier is not None:

@@ -6,6 +6,7 @@ equation g X = c + e dt.
 
 from __future__ import annotations
 
+import warnings
 from typing import TYPE_CHECKING, Any
 
 from mpi4py import MPI
@@ -17,7 +18,7 @@ from dolfinx import fem
 from .. import compat
 from ..compat import Array, Indices
 from ..convergence.balance import EPS
-from ..errors import ContactError, ConvergenceError, together
+from ..errors import ContactError, ContactWarning, ConvergenceError, together
 from .control import ArcLength, DisplacementControl, is_component
 
 if TYPE_CHECKING:
@@ -228,6 +229,8 @@ def mean_weights(control: DisplacementControl, u: Any) -> Array:
     count = comm.allreduce(len(dofs))
     if not count:
         raise ContactError("where names no dof of the displacement")
+    if isinstance(control.where, np.ndarray) and count > 1:
+        _warn_of_facets(dofs, V)
     weights = np.zeros((V.dofmap.index_map.size_local, dim))
     weights[dofs] = direction / count
     return weights.ravel()
@@ -264,6 +267,23 @@ def _dofs(where: Any, V: Any) -> Indices | None:
             f"({dim},) or a UFL functional, not {where!r}"
         )
     return None
+
+
+def _warn_of_facets(dofs: Indices, V: Any) -> None:
+    """Warn of dofs off the boundary with the numbers of facets on it. Collective."""
+    mesh = V.mesh
+    facets = compat.exterior_facets(mesh)
+    ends = fem.locate_dofs_topological(V, mesh.topology.dim - 1, facets)
+    are_facets = mesh.comm.allreduce(bool(np.isin(dofs, facets).all()), op=MPI.LAND)
+    inside = mesh.comm.allreduce(len(np.setdiff1d(dofs, ends)))
+    if are_facets and inside:
+        warnings.warn(
+            f"where has {inside} dof(s) inside the bodies, and all its numbers are those "
+            "of facets on the boundary: for the nodes of facets give "
+            "fem.locate_dofs_topological(V, mesh.topology.dim - 1, facets)",
+            ContactWarning,
+            stacklevel=2,
+        )
 
 
 def _nearest(point: Array, V: Any) -> Indices:

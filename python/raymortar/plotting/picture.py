@@ -113,7 +113,8 @@ def plot(
     mesh = u.function_space.mesh
     with together(mesh.comm):
         _check_input(contact, file, field)
-        options = AxisOptions(x, centre, units)
+        axes = "rz" if contact.axisymmetric else "xy"
+        options = AxisOptions(x, centre, units, axes)
     require_agreement(mesh.comm, backend=backend)
     dim, draws = mesh.geometry.dim, mesh.comm.rank == 0
     raise_everywhere(mesh.comm, _lacking(backend, dim) if draws else None)
@@ -224,7 +225,8 @@ class Picture:
         figure.colorbar(colours, ax=left, label=self.label, shrink=0.85)
         if self.tools:
             draw_tools(left, self.tools, *_box(self.bodies))
-        left.set(xlabel=self.options.length("x"), ylabel=self.options.length("y"))
+        across, up = map(self.options.length, self.options.axes)
+        left.set(xlabel=across, ylabel=up)
         draw_tractions(right, self.pressure, self.options, self.pairs)
 
     def _draw_space(self, figure: Any) -> None:

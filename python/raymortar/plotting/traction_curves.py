@@ -29,6 +29,7 @@ class AxisOptions:
     x: str | None = None
     centre: Sequence[float] | None = None
     units: tuple[str, str] | None = None
+    axes: str = "xy"
 
     def __post_init__(self) -> None:
         if self.x is not None and self.x not in ABSCISSAS:
@@ -194,14 +195,16 @@ def draw_tractions(
 
 def _abscissa(tractions: Tractions, options: AxisOptions) -> tuple[Array, str]:
     """What tractions are drawn over, and its label."""
-    over, at = options.x, tractions.x
+    over, at, axes = options.x, tractions.x, options.axes
     if over == "arc":
         return over_arc(tractions), options.length("length along the surface")
     if over == "angle":
         return over_angle(at, options.centre), "angle (degrees)"
     if over is None:
-        over = "xy"[int(np.argmax(np.ptp(at, axis=0)))] if len(at) else "x"
-    return at[:, "xy".index(over)], options.length(over)
+        k = int(np.argmax(np.ptp(at, axis=0))) if len(at) else 0
+    else:
+        k = "xy".index(over)
+    return at[:, k], options.length(axes[k])
 
 
 def _leave_room(axes: Any, curves: Sequence[Array]) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 from dolfinx.fem import Function
 
 from .. import _cpp
-from ..checked import are_same_objects
+from ..checked import are_same_objects, is_real_number
 from ..compat import Mask
 from ..errors import ContactError, together
 from ..interface.coefficients import PairCoefficients, one_or_each, spread
@@ -27,6 +27,10 @@ from ..interface.zones import on_sides
 from ..options.methods import AugmentedLagrangian, Penalty
 
 _numbers = itertools.count()
+
+# Least and largest ratio of gamma to the stiffness: beyond, one of the two is lost in
+# the rounding errors of the other
+FROM_STIFFNESS = 1e10
 
 # Sets of conditions of which a contact remembers what they prescribe
 MOST_KNOWN = 2
@@ -170,11 +174,28 @@ class ContactAssembly:
         """Take a volume, and the automatic gamma from it if none is set. Collective."""
         self.volume = volume
         self._forget_prescribed()  # held nodes need its stiffness
+        interfaces = self.surfaces.interfaces
         if self.gamma is None:
-            interfaces = self.surfaces.interfaces
             tables = contact_stiffness(volume, self.layout, interfaces, bcs)
             stiffness = one_or_each(interfaces, tables)
             self.set_gamma(self._method.automatic_factor * stiffness)
+        elif is_real_number(self.gamma):
+            self._check_size(volume, bcs)
+
+    def _check_size(self, volume: VolumePattern, bcs: Sequence[Any]) -> None:
+        """Raise for a number gamma of another order than the stiffness. Collective."""
+        interfaces = self.surfaces.interfaces
+        try:
+            tables = contact_stiffness(volume, self.layout, interfaces, bcs)
+        except ContactError:  # on all ranks: the form has no stiffness
+            return
+        stiffness = min(float(table.min()) for table in tables)
+        if not 1.0 / FROM_STIFFNESS < self.gamma_scale / stiffness < FROM_STIFFNESS:
+            raise ContactError(
+                f"gamma = {self.gamma_scale:.3g} is {self.gamma_scale / stiffness:.1e} "
+                "times the stiffness of the bodies over the area of their facets, a "
+                f"traction per length of {stiffness:.3g} here: leave gamma out"
+            )
 
     def belong_to(self, volume: VolumePattern) -> None:
         """Take the volume, from `prepare`, of another problem of this contact."""

@@ -4,7 +4,7 @@ import warnings
 
 import numpy as np
 import pytest
-from problems import COMM, build
+from problems import COMM, build, fix
 
 from meshes.scenes import two_blocks
 from raymortar import ContactWarning
@@ -52,6 +52,17 @@ def test_sagitta_is_that_of_the_chord(cell):
 def test_a_small_gap_or_overlap_is_told(cell_2d, gap):
     found, _ = told(arch(cell_2d, gap))
     assert len(found) == 1 and "degree 2" in found[0]
+
+
+@pytest.mark.quick
+@pytest.mark.mpi
+@pytest.mark.parametrize("gap, tells", [(0.0, False), (-0.001, False), (-0.05, True)])
+def test_chords_that_overlap_are_no_overlap_of_the_bodies(cell_2d, gap, tells):
+    case = build(arch(cell_2d, gap), bcs=lambda V, s: [fix(V, s, ["bottom", "top"])])
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", ContactWarning)
+        case.problem.create_matrix()
+    assert any(" starts " in str(w.message) for w in caught) == tells
 
 
 def noisy(noise):

@@ -1,6 +1,7 @@
 """Controls that cannot lead: what is said, and which options are refused."""
 
 import sys
+import warnings
 from pathlib import Path
 
 import pytest
@@ -9,9 +10,11 @@ from snapping import on_bed
 from raymortar import (
     ArcLength,
     ContactError,
+    ContactWarning,
     DisplacementControl,
     FixedPointSolver,
     LoadSteps,
+    compat,
 )
 
 sys.path.append(str(Path(__file__).parents[3] / "demos"))
@@ -42,6 +45,24 @@ def test_controls_that_are_none_are_refused(make, message):
     problem = on_bed("triangle")
     with pytest.raises(ContactError, match=message):
         LoadSteps(problem.solver, problem.apply, control=make(problem))
+
+
+@pytest.mark.mpi
+def test_numbers_of_facets_are_told_from_dofs():
+    """Both are whole numbers; of facets on the boundary some are dofs inside."""
+    problem = on_bed("triangle")
+    mesh = problem.u.function_space.mesh
+    facets = compat.exterior_facets(mesh)
+    for where, tells in ((facets, True), (problem.top, False)):
+        control = DisplacementControl(where, 1, by=-0.1)
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always", ContactWarning)
+            try:
+                LoadSteps(problem.solver, problem.apply, control=control)
+            except ContactError as error:  # more facets than dofs
+                assert tells and "has not" in str(error)
+                continue
+        assert any("are those of facets" in str(w.message) for w in caught) == tells
 
 
 @pytest.mark.mpi

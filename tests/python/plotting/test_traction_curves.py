@@ -2,12 +2,14 @@
 
 import numpy as np
 import pytest
+import revolution
 from interacting import Stack
 from load_paths import blocks
 from problems import COMM, build, fix, stack
 from squeezing import squeeze
 
 import raymortar
+from meshes.scenes import two_blocks
 from raymortar import ContactError
 from raymortar.plotting.traction_curves import arc_lengths, over_angle
 
@@ -102,6 +104,19 @@ def test_limits_cut_no_dot_and_labels_have_units(pressed):
         assert axes.get_xlabel() == "x (mm)"
         assert axes.get_ylabel() == "contact pressure (MPa)"
         assert "displacement (mm)" in {a.get_ylabel() for a in figure.axes}
+
+
+def test_axes_of_solids_of_revolution_are_r_and_z():
+    scene = two_blocks(COMM, 2, "triangle", 2, 2)
+    found = revolution.build(
+        scene, bcs=lambda V, s: [fix(V, s, "bottom"), fix(V, s, "top")]
+    )
+    found.contact.update()
+    for over, name in ((None, "r"), ("x", "r"), ("y", "z")):
+        figure = raymortar.plot(found.contact, x=over, units=("mm", "MPa"))
+        left, right = figure.axes[0], right_of(figure)
+        assert (left.get_xlabel(), left.get_ylabel()) == ("r (mm)", "z (mm)")
+        assert right.get_xlabel() == f"{name} (mm)"
 
 
 def apart(dim, ahead):

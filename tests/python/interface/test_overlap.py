@@ -1,0 +1,66 @@
+"""Meshes that lie in each other at the start are told, with pair, depth and place."""
+
+import warnings
+
+import pytest
+from problems import COMM, build, fix
+
+from meshes.scenes import two_blocks
+from raymortar import ContactWarning, NonlinearProblem, SNESSolver, Tie
+
+pytestmark = [pytest.mark.quick, pytest.mark.mpi]
+FACET = 0.25
+
+
+def overlaps(make):
+    """What is told of overlaps when something is made."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", ContactWarning)
+        make()
+    return [str(w.message) for w in caught if " starts " in str(w.message)]
+
+
+def told(gap, unit=1.0, before=lambda contact: None, **options):
+    """What two solvers of two blocks tell of their start."""
+    sizes = {"lower_size": unit, "upper_size": unit}
+    scene = two_blocks(COMM, 2, "triangle", 4, 4, gap=gap * unit, **sizes)
+    case = build(scene, bcs=lambda V, s: [fix(V, s, ["bottom", "top"])], **options)
+    before(case.contact)
+    return overlaps(lambda: [SNESSolver(case.problem) for _ in range(2)])
+
+
+@pytest.mark.parametrize("unit, E", [(1.0, 1.0), (1e-3, 2e11)])
+def test_depth_place_and_pair_are_told_once(unit, E):
+    (text,) = told(-0.1, unit, E=E)
+    assert text.startswith(f"slave tag 3 starts {0.1 * unit:.3g} deep in tag 4 at (")
+    x, y = map(float, text.partition("at (")[2].partition(")")[0].split(", "))
+    assert 0.0 <= x <= unit and y == pytest.approx(0.9 * unit)
+
+
+def test_names_are_told():
+    named = {"names": {"teeth": 3, "gear2": 4}}
+    (text,) = told(-0.1, **named)
+    assert text.startswith("slave 'teeth' starts 0.1 deep in 'gear2' at (")
+
+
+@pytest.mark.parametrize(
+    "gap, options",
+    [
+        (0.0, {}),
+        (-0.005 * FACET, {}),  # noise of nodes
+        (-0.1, {"offset": 0.1}),  # the coordinates have a clearance too little
+        (0.0, {"offset": -0.1}),  # an interference that is asked for
+        (-0.02, {"before": lambda contact: contact.adjust(within=0.03)}),
+    ],
+)
+def test_what_is_wanted_or_noise_is_not_told(gap, options):
+    assert told(gap, **options) == []
+
+
+def test_ties_are_not_told():
+    """Their gaps are kept or closed."""
+    scene = two_blocks(COMM, 2, "triangle", 4, 4, gap=-0.1)
+    case = build(scene, bcs=lambda V, s: [fix(V, s, ["bottom", "top"])])
+    tie = Tie(case.u, scene.facet_tags, [(3, 4)])
+    problem = NonlinearProblem(case.problem.forms[0], tie, case.problem.bcs)
+    assert overlaps(lambda: SNESSolver(problem)) == []

@@ -1,0 +1,109 @@
+"""Slaves that are prescribed throughout, on masters that are not."""
+
+import numpy as np
+import pytest
+from dolfinx import fem
+from problems import COMM, DIMENSION, build, fix
+
+from meshes.scenes import two_blocks
+from raymortar import AugmentedLagrangian, Coulomb, Penalty, SetUpError, SNESSolver
+
+pytestmark = pytest.mark.quick
+PUSH, STEPS = 0.05, 2
+
+
+def pressed(cell, counts, degree=1, unit=1.0, gap=0.0, **options):
+    """A rigid block over a soft one, with counts (lower, upper) of facets along x, both
+    1 unit wide; and a function that moves it to a load factor."""
+    size = (unit,) * DIMENSION[cell]
+    scene = two_blocks(
+        COMM, len(size), cell, *counts, lower_size=size, upper_size=size, gap=gap
+    )
+    down = fem.Constant(scene.mesh, np.zeros(len(size)))
+
+    def bcs(V, scene):
+        cells = scene.cell_tags.find(scene.bodies["upper"])
+        dofs = fem.locate_dofs_topological(V, scene.mesh.topology.dim, cells)
+        return [fix(V, scene, "bottom"), fem.dirichletbc(down, dofs, V)]
+
+    case = build(scene, degree, "neo-hookean", bcs=bcs, **options)
+
+    def move(t):
+        down.value[-1] = -t * PUSH * unit
+
+    return case, move
+
+
+def force(case, move):
+    """Contact force on the slave at the end of the path."""
+    solver = SNESSolver(case.problem)
+    for step in range(STEPS):
+        move((step + 1) / STEPS)
+        solver.solve()
+        case.contact.advance()
+    (found,) = case.contact.resultants()
+    return found.force
+
+
+LAWS = {"frictionless": None, "friction": Coulomb(0.3)}
+
+
+@pytest.mark.mpi(where=lambda law, **_: law == "friction")
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("unit, E", [(1.0, 10.0), (1e-3, 2e11)])
+@pytest.mark.parametrize("gap", [0.0, 4.0])
+@pytest.mark.parametrize("counts", [(4, 5), (4, 6), (4, 8), (4, 16), (8, 12)])
+def test_finer_slaves_are_refused_before_the_first_solve(counts, gap, unit, E, law):
+    """As they fail, or find tractions that go to and fro; also where no ray hits yet."""
+    options = dict(E=E, friction=LAWS[law])
+    case, _ = pressed("quadrilateral", counts, unit=unit, gap=gap * unit, **options)
+    tags = case.scene.tags
+    with pytest.raises(SetUpError) as refusal:
+        SNESSolver(case.problem)
+    assert f"all of slave tag {tags['slave']} is prescribed" in str(refusal.value)
+    assert f"pairs=[({tags['master']}, {tags['slave']})]" in str(refusal.value)
+
+
+@pytest.mark.mpi(where=lambda law, degree, **_: (law, degree) == ("friction", 2))
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("degree", [1, 2])
+def test_what_the_message_proposes_solves(degree, law):
+    case, move = pressed(
+        "quadrilateral", (4, 8), degree, E=10.0, friction=LAWS[law], swap=True
+    )
+    assert force(case, move)[1] < 0.0  # on the soft block, which is the slave
+
+
+@pytest.mark.mpi(where=lambda law, **_: law == "friction")
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("degree", [1, 2])
+@pytest.mark.parametrize("counts", [(8, 4), (8, 6), (8, 8)])
+def test_coarser_and_equal_ones_solve(counts, degree, law):
+    """And give the force of the sides in the other order, within the meshes' error."""
+    options = dict(degree=degree, E=10.0, friction=LAWS[law])
+    found = [
+        force(*pressed("quadrilateral", counts, swap=swap, **options))
+        for swap in (False, True)
+    ]
+    assert found[0][1] == pytest.approx(-found[1][1], rel=0.05)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        dict(method=Penalty()),
+        dict(method=AugmentedLagrangian(degree=1), degree=2, counts=(4, 4)),
+        dict(swap=True),
+    ],
+)
+def test_what_is_not_over_constrained_is_let_pass(options):
+    """A penalty, a multiplier of a lower degree than the master, the free slave."""
+    case, _ = pressed("quadrilateral", **{"counts": (4, 8), "E": 10.0, **options})
+    SNESSolver(case.problem)
+
+
+def test_in_space(cell_3d):
+    case, _ = pressed(cell_3d, (2, 4), E=10.0)
+    with pytest.raises(SetUpError, match="are 2 times as close as those of its master"):
+        SNESSolver(case.problem)
+    SNESSolver(pressed(cell_3d, (3, 3), E=10.0)[0].problem)
