@@ -1,7 +1,7 @@
 """Curved contact surfaces of meshes with straight facets.
 
 Mid nodes make a facet of degree 2 of a straight one: on the arc that its edges' normals
-ask for (Nagata 2005), or where a user's function puts them.
+ask for [theory (2.14)], or where a user's function puts them.
 """
 
 from __future__ import annotations
@@ -247,7 +247,7 @@ def _corner_normals(
         m = np.cross(arms[:, :, 0], arms[:, :, 1])
         m *= np.sign(np.einsum("fcd,fcd->fc", m, unit))[..., None]
     weight = (m / squares.prod(axis=-1)[..., None]).reshape(-1, d)
-    unit, flat = unit.reshape(-1, d), arms.reshape(n, -1, d)
+    unit, flat = unit.reshape(-1, d), arms.reshape(n, d - 1, d)
     directions = flat / np.linalg.norm(flat, axis=-1, keepdims=True)
     one, other = around.corner_pairs()
     cosine = np.einsum("pd,pd->p", unit[one], unit[other])
