@@ -48,6 +48,7 @@ MOST_CURVED = np.deg2rad(75.0)
 ONWARD = np.deg2rad(30.0)
 # Largest distance from a chord to where a function puts its middle, in chords
 FARTHEST = 0.5
+# More than a facet has mid nodes
 MIDS_OF_FACET = 8
 
 
@@ -130,14 +131,11 @@ def _with_mids(surface: Surface, mids: Array) -> Surface:
         X = surface.X.copy()
         X[surface.facet_nodes[:, corners:].ravel()] = mids
         return replace(surface, X=X)
-    facets = len(surface.facet_ids)
-    each = len(mids) // facets if facets else 0
+    facets, each = len(surface.facet_ids), len(FACET_NODES[surface.shape]) - corners
     # Nodes of one facet: nothing but corners tells neighbours
     places = len(surface.X) + np.arange(len(mids), dtype=np.int32)
     ids = surface.facet_ids[:, None] * MIDS_OF_FACET + np.arange(each)
     table = np.hstack([surface.facet_nodes, places.reshape(facets, each)])
-    if not facets:
-        table = np.empty((0, len(FACET_NODES[surface.shape])), dtype=np.int32)
     return replace(
         surface,
         node_degree=2,
