@@ -84,7 +84,7 @@ struct PointResults
   std::vector<double> x;        ///< deformed slave positions, (points, gdim)
   std::vector<double> normal;   ///< (points, gdim)
   std::vector<double> gamma;    ///< of the law. Traction per length
-  std::vector<double> slip; ///< T_n w of (2), (points, gdim); friction only
+  std::vector<double> slip;     ///< T_n w of (2), (points, gdim); friction only
   /// How much of an open gap has closed, c of (2), (points,); friction only
   std::vector<double> closing;
   /// Tangential traction of the law at its points, of which a multiplier is

@@ -181,9 +181,9 @@ private:
                               double gamma, const Vec<D>& start,
                               const Vec<D>& end) const
   {
-    const double length =
-        start.norm() - std::max(end.norm(), old_bound(q, N, gamma)) -
-        gamma * vector(_results.slip, q).norm();
+    const double length = start.norm() -
+                          std::max(end.norm(), old_bound(q, N, gamma)) -
+                          gamma * vector(_results.slip, q).norm();
     if (length <= 0.0)
       return Vec<D>::Zero();
     return length * start.normalized();
