@@ -6,6 +6,7 @@ from petsc4py import PETSc
 
 import hosts
 import pytest
+from dolfinx import fem
 from problems import COMM, build, fix, tolerate
 
 from meshes.scenes import two_blocks
@@ -16,6 +17,7 @@ from raymortar.convergence.failure import (
     list_of_residuals,
     reason_in_words,
 )
+from raymortar.convergence.strange_gamma import strange_gammas
 from raymortar.interface.point_results import Statistics
 from raymortar.interface.sides import swaps
 from raymortar.interface.stiffness import stiffness_ratios
@@ -162,3 +164,26 @@ def test_snes_says_why_it_stopped():
         warnings.simplefilter("ignore", ContactWarning)
         with pytest.raises(ConvergenceError, match="largest number of iterations"):
             case.solve(max_it=1)
+
+
+@pytest.mark.mpi
+def test_a_gamma_of_other_constants_is_named():
+    """The coefficient stays the first problem's where a modulus changes."""
+    scene = two_blocks(COMM, 2, "quadrilateral", 4, 4)
+    E = fem.Constant(scene.mesh, 2000.0)
+    down = lambda x: -0.1 + 0 * x  # noqa: E731
+    case = build(
+        scene,
+        E=E,
+        material="neo-hookean",
+        bcs=lambda V, s: [fix(V, s, "bottom"), fix(V, s, "top", value=down)],
+    )
+    assert strange_gammas(case.problem) == []
+    gamma = case.contact.gamma
+    for factor in (1e-3, 1e3):
+        E.value = 2000.0 * factor
+        (text,) = strange_gammas(case.problem)
+        now = factor * gamma
+        assert f"gamma = {gamma:.3g} is {1.0 / factor:.3g} times" in text
+        assert f"contact.set_gamma({now:.3g})" in text
+        assert text in case.problem.describe()
