@@ -7,9 +7,12 @@ from petsc4py import PETSc
 import numpy as np
 import ufl
 from dolfinx import fem
+from materials import MATERIALS, lame
 from problems import COMM, DIMENSION, SOLVERS, build, cellwise, fix, residual, worst
 from squeezing import homogeneous, squeezed
 
+from meshes.blocks import Block
+from meshes.meshing import assemble_blocks
 from meshes.scenes import two_blocks
 from raymortar import (
     AugmentedLagrangian,
@@ -127,3 +130,35 @@ def resting(
 
     steps = LoadSteps(solver(problem), apply, 2, **options)
     return problem, steps, 20.0 * force * float(np.prod(size))
+
+
+def under_a_press(gap, push=0.05, size=1.0, E=10.0, **options):
+    """LoadSteps over a press that comes down through a gap onto a loose block, which
+    rests on a bed.
+
+    Returns
+    -------
+    contact, LoadSteps.
+    """
+    bed = Block((8, 4), (0, 0), (2, 1), tags={"bottom": 1, "top": 2})
+    loose = Block((5, 5), (0.5, 1), (1.5, 2), tags={"bottom": 3, "top": 4})
+    press = Block((8, 4), (0, 2 + gap), (2, 3 + gap), tags={"bottom": 5, "top": 6})
+    mesh, _, tags = assemble_blocks(COMM, [bed, loose, press], "quadrilateral")
+    mesh.geometry.x[:] *= size
+    V = compat.vector_space(mesh, 1)
+    u = fem.Function(V)
+    stress = MATERIALS["neo-hookean"][0](ufl.grad(u), *lame(E, 0.3))
+    form = ufl.inner(stress, ufl.grad(ufl.TestFunction(V))) * ufl.dx
+    down = fem.Constant(mesh, np.zeros(2, PETSc.ScalarType))
+    held = {1: np.zeros(2, PETSc.ScalarType), 6: down}
+    bcs = [
+        fem.dirichletbc(value, fem.locate_dofs_topological(V, 1, tags.find(tag)), V)
+        for tag, value in held.items()
+    ]
+    contact = Contact(u, tags, [(3, 2), (4, 5)], friction=Coulomb(0.3))
+
+    def apply(t):
+        down.value[1] = -(gap + push) * size * t
+
+    solver = SOLVERS[0](NonlinearProblem(form, contact, bcs))
+    return contact, LoadSteps(solver, apply, stabilize=True, **options)

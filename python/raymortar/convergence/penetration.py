@@ -1,4 +1,4 @@
-"""Warnings about points that a converged solve leaves deep inside the master."""
+"""Points that a converged solve leaves deep inside the master: warnings, refusals."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from mpi4py import MPI
 
 import numpy as np
 
-from ..errors import ContactWarning
+from ..errors import ContactLost, ContactWarning
 from ..options.methods import AugmentedLagrangian
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ def _sunk(zone: ZoneData) -> tuple[float, str]:
 
 
 class DeepPoints:
-    """Warns of the deepest points of converged states.
+    """Warns of the deepest points of converged states, and refuses steps into tools.
 
     One warning is about points that are too deep for contact, the other about pressed
     points that the multiplier leaves inside the master. Each comes again where it is
@@ -71,15 +71,38 @@ class DeepPoints:
     Parameters
     ----------
     contact
-        `Contact`.
+        `Contact`, in an accepted state.
     """
 
     def __init__(self, contact: Interaction) -> None:
         self._contact = contact
         self._sunk, self._share = 0.0, ALLOWED / WORSE
+        self._zones = [
+            zone
+            for one in contact.contacts
+            if isinstance(one.method, AugmentedLagrangian)
+            for zone in one.zones
+        ]
+        self._on_tools = [zone for zone in self._zones if zone.facets.bodies]
+        self._accepted = self._found = self._worst(_deepest, self._on_tools)[0]
+
+    def require_gradual(self) -> None:
+        """Refuse a step that takes points much deeper into a tool. Collective.
+
+        The state may be an equilibrium, but one that the path jumps to: half through
+        the tool, with a part of the force.
+
+        Raises
+        ------
+        ContactLost
+            If they are deeper by more than `ALLOWED` than in the accepted state.
+        """
+        self._found, text = self._worst(_deepest, self._on_tools)
+        if self._found > self._accepted + ALLOWED:
+            raise ContactLost(f"a rigid body jumps into its slave: {text}")
 
     def warn(self, stacklevel: int) -> None:
-        """Warn on every rank of the present state. Collective.
+        """Warn on every rank of the present state, now accepted. Collective.
 
         Parameters
         ----------
@@ -90,13 +113,8 @@ class DeepPoints:
         if depth > WORSE * self._sunk:
             self._sunk = depth
             warnings.warn(text, ContactWarning, stacklevel=stacklevel + 1)
-        zones = [
-            zone
-            for one in self._contact.contacts
-            if isinstance(one.method, AugmentedLagrangian)
-            for zone in one.zones
-        ]
-        share, text = self._worst(_deepest, zones)
+        self._accepted = self._found
+        share, text = self._worst(_deepest, self._zones)
         if share > WORSE * self._share:
             self._share = share
             warnings.warn(text, ContactWarning, stacklevel=stacklevel + 1)

@@ -249,6 +249,7 @@ class LoadSteps:
             path.begin()
             try:
                 iterations = self._solve(ways, before, last, path.ratio)
+                deep.require_gradual()
             except BodyLeft as failure:
                 contact.restore(before)
                 path.restart()

@@ -3,14 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+from mpi4py import MPI
 
 import numpy as np
 
+from ..compat import Array, Mask
 from ..convergence.failure import FAILURES
 from ..errors import ConvergenceError, SetUpError
+from ..host.bodies import bodies_of_facets
 from ..interface.stiffness import mean_facet_size
 from .viscosity import Viscosity
+
+if TYPE_CHECKING:
+    from ..interaction import Interaction
+    from ..interface.zones import ZoneData
 
 # First size of the forces, as a share of the diagonal of the stiffness
 SHARE = 1e-4
@@ -28,7 +36,7 @@ NEARLY = 1e-2
 MOST = 200
 
 # Largest motion of loose bodies in one solve, in sizes of slave facets. Contact is
-# found up to a distance or depth of two facets
+# found up to a distance or depth of two facets. Held bodies may also close gaps
 FARTHEST = 1.0
 
 # Largest number of solves of one motion. Forces grow after each that fails or moves too
@@ -76,6 +84,7 @@ class Stabilization:
         self._loose = groups.sum(held)[: groups.bodies] == 0.0
         if not self._loose.any():
             self._limit = np.inf
+        self._bodies = [_bodies_of_zone(contact, zone) for zone in contact.zones]
 
     def is_of_use(self) -> bool:
         """Whether viscous forces may help: if supports hold all bodies, or contact is
@@ -159,20 +168,41 @@ class Stabilization:
                     raise
                 scale /= FADES
                 continue
-            if viscosity.motion <= self._limit:
+            motions = viscosity.motions()
+            self._require_approach(motions)
+            loose = self._of_loose(motions)
+            if loose <= self._limit:
                 return iterations, scale, *viscosity.measure()
-            scale *= 2.0 * viscosity.motion / self._limit
+            scale *= 2.0 * loose / self._limit
             self._contact.restore(before)
         raise ConvergenceError(
             "a body that contact alone holds moves by more than the size of its "
             f"facets, {self._limit:.3g}, in one solve"
         )
 
+    def _of_loose(self, motions: Array) -> float:
+        """Largest motion of loose bodies, of those of all bodies."""
+        return float(motions[self._loose].max(initial=0.0))
+
+    def _require_approach(self, motions: Array) -> None:
+        """Refuse motions of held bodies that may have passed loose ones: by more than
+        the gap before the step and the limit. Collective."""
+        for zone, bodies in zip(self._contact.zones, self._bodies):
+            held = float(motions[bodies & ~self._loose].max(initial=0.0))
+            reach = zone.distance("reach").min(initial=np.inf)
+            gap = max(zone.faced.gap.min(initial=reach), 0.0)
+            gap = self._contact.layout.comm.allreduce(gap, op=MPI.MIN)
+            if self._loose[bodies].any() and held > self._limit + gap:
+                raise ConvergenceError(
+                    f"a held body moves by {held:.3g} in this step, with a gap of "
+                    f"{gap:.3g} to what nothing holds: it may have passed it"
+                )
+
     def _fading(self, least: float) -> float:
         """Factor on the forces for the next solve, with which motions keep to their
         limit."""
-        motion = self.viscosity.motion
-        return max(least, min(1.0, motion / (0.8 * self._limit)))
+        loose = self._of_loose(self.viscosity.motions())
+        return max(least, min(1.0, loose / (0.8 * self._limit)))
 
     def _without(self, solve: Callable[[], int]) -> int | None:
         """Iterations of a solve without viscous forces. None if it fails or moves too
@@ -181,9 +211,18 @@ class Stabilization:
         self.viscosity.begin()
         try:
             iterations = solve()
-            if self.viscosity.motion <= SETTLED * self._limit:
+            if self._of_loose(self.viscosity.motions()) <= SETTLED * self._limit:
                 return iterations
         except FAILURES:
             pass
         self._contact.restore(before)
         return None
+
+
+def _bodies_of_zone(contact: Interaction, zone: ZoneData) -> Mask:
+    """Whether slave or masters of a zone are on each body, (bodies,). Collective."""
+    found = np.zeros(contact.bodies.count)
+    for surface in (zone.facets.slave_surface, zone.facets.master_surface):
+        found[bodies_of_facets(contact.bodies, surface)] = 1.0
+    contact.layout.comm.Allreduce(MPI.IN_PLACE, found, op=MPI.MAX)
+    return found > 0.0

@@ -15,6 +15,7 @@ from dolfinx import fem
 
 from .. import compat
 from ..compat import Array
+from ..convergence.balance import largest_by
 from ..host.axisymmetry import weight
 from ..system.volume import Volume
 
@@ -107,12 +108,15 @@ class Viscosity:
         """Take the present displacement as u_0."""
         self._start.x.array[:] = self.problem.contact.u.x.array
 
-    @property
-    def motion(self) -> float:
-        """Largest component of u - u_0. Length. Collective."""
-        change = self.problem.contact.u.x.array - self._start.x.array
-        most = float(np.abs(change).max(initial=0.0))
-        return float(self.comm.allreduce(most, op=MPI.MAX))
+    def motions(self) -> Array:
+        """Largest component of u - u_0 in each body, (bodies,). Length. Collective."""
+        contact = self.problem.contact
+        change = np.abs(contact.u.x.array - self._start.x.array)
+        by_node = change.reshape(-1, contact.u.function_space.dofmap.index_map_bs)
+        bodies = contact.bodies
+        most = largest_by(bodies.dofs, by_node, bodies.count).max(axis=1)
+        self.comm.Allreduce(MPI.IN_PLACE, most, op=MPI.MAX)
+        return most
 
     @contextmanager
     def acting(self) -> Iterator[None]:

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from load_paths import resting, top_moves
+from load_paths import resting, top_moves, under_a_press
 from problems import CELLS_2D, SOLVERS, worst
 
 from raymortar import ContactError, ConvergenceError, Coulomb, History, LoadSteps
@@ -97,6 +97,25 @@ def test_held_bodies_end_as_without_them(cell_2d):
     steps.run()
     u = plain.u.x.array
     assert worst(viscous.u.x.array - u) <= 1e-8 * worst(u)
+
+
+@pytest.mark.mpi(where=lambda size, E, **_: size == 1.0)
+@pytest.mark.parametrize("size, E", [(1.0, 10.0), (1e-3, 2e11)])
+@pytest.mark.parametrize("gap, steps, taken", [(0.3, 1, 1), (1.0, 4, 4), (1.0, 1, 2)])
+def test_a_held_press_comes_through_air(gap, steps, taken, size, E):
+    """Loose bodies do not move until it meets them: no limit is theirs."""
+    contact, path = under_a_press(gap, size=size, E=E, steps=steps)
+    assert len(path.run()) == taken and path.halvings == taken // 2 * (steps == 1)
+    forces = np.array([contact.resultant(zone).force for zone in (0, 1)]) / (E * size)
+    assert worst(forces.sum(axis=0)) < 1e-6
+    assert forces[0, 1] == pytest.approx(0.0245, rel=0.03)
+
+
+@pytest.mark.mpi
+def test_a_held_press_does_not_pass_what_is_loose():
+    _, path = under_a_press(0.3, push=2.0, steps=1, max_halvings=0)
+    with pytest.raises(ConvergenceError, match="a held body moves by 2.3 in this step"):
+        path.run()
 
 
 @pytest.mark.mpi

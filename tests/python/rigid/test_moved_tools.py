@@ -177,7 +177,7 @@ def test_a_tool_that_goes_through_and_out_again_is_told(cell):
         assert solver.solve()[1]
     assert found.contact.statistics.hits == 0
     found.body.move(-50.0 * along)
-    with pytest.warns(ContactWarning, match="has gone through slave tag .* and out"):
+    with pytest.warns(ContactWarning, match="has gone through slave tag"):
         assert solver.solve()[1]
 
 
