@@ -311,21 +311,6 @@ def test_coefficients_of_another_order_than_the_stiffness_are_refused(
         build(scene, E=E, method=method(allowed * stiffness))
 
 
-def test_there_are_no_results_before_the_first_solve(scene):
-    """Where a solver has been made, too."""
-    problem = build(scene, bcs=squeezed)
-    contact = problem.contact
-    for _ in range(2):
-        for result in (contact.resultant, contact.resultants, contact.points):
-            with refused("there are no results yet"):
-                result()
-        problem.solver = SOLVERS[-1](problem.problem)
-    problem.solve()
-    before = contact.resultant().force
-    problem.problem.create_matrix()
-    assert np.array_equal(contact.resultant().force, before)
-
-
 def test_form_without_stiffness_gives_no_coefficient(scene):
     u = fem.Function(compat.vector_space(scene.mesh, 1))
     c = raymortar.Contact(u, scene.facet_tags, PAIR)

@@ -18,8 +18,9 @@ from .point_results import CLOSED, OPEN
 from .zones import ZoneData
 
 # Distance of a master's nodes over that of the tractions on a prescribed slave, up to
-# which the master can balance these. From 1.25 on Newton's method fails on flat surfaces
-CLOSEST = 1.2
+# which the master may balance these. At 1.5 Newton's method fails on flat surfaces, at
+# 1.25 it may
+CLOSEST = 1.4
 
 
 def any_held(surfaces: ContactSurfaces, marker: Mask) -> bool:

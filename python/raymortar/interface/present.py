@@ -40,8 +40,8 @@ class PresentState:
 
     Attributes
     ----------
-    updates, updates_for_room
-        Calls of `update` so far, and those that a new matrix has needed.
+    updates
+        Calls of `update` so far.
     revision
         Changes so far of what an assembled residual depends on, displacement and
         multiplier aside: pairing, history, coefficient.
@@ -71,15 +71,14 @@ class PresentState:
         self._dt = 1.0
         self._watches_arcs = bool(options.smooth)
         self.updates, self.revision = 0, 0
-        self.updates_for_room = 0
 
     def note_change(self) -> None:
         """Count a change of what an assembled residual depends on."""
         self.revision += 1
 
     def require_results(self) -> None:
-        """Raise before the first `update`, but that for a matrix, on all ranks."""
-        if self.updates == self.updates_for_room:
+        """Raise before the first `update`, of which all ranks know."""
+        if self.updates == 0:
             raise ContactError("there are no results yet: call update, or solve, first")
 
     @property
