@@ -248,8 +248,8 @@ def test_unknown_tangential_penalty_is_refused(small):
 
 
 @pytest.mark.mpi
-def test_slip_without_friction_is_refused(small):
-    with pytest.raises(ContactError, match="friction"):
+def test_slip_before_the_first_pairing_is_refused(small):
+    with pytest.raises(ContactError, match="no results yet"):
         make(small, method=Penalty(1.0)).slip()
 
 

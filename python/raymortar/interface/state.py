@@ -137,9 +137,9 @@ def _shapes(state: ContactState) -> dict[str, tuple[int, ...] | None]:
         "old displacement": state.u_old,
         "multiplier": state.multiplier,
         "all unknowns": state.unknowns,
-        "accumulated slip": state.slip,
     }
     parts |= {f"tractions of springs {i}": t for i, t in enumerate(state.traction_old)}
+    parts["accumulated slip"] = state.slip
     shapes = {name: None if p is None else np.shape(p) for name, p in parts.items()}
     counts = {
         "list of slave surfaces": (len(state.traction_old),),
