@@ -82,7 +82,7 @@ def test_a_step_does_not_jump_into_the_tool(size, E):
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        with pytest.raises(ConvergenceError, match="a rigid body jumps into its slave"):
+        with pytest.raises(ConvergenceError, match=REFUSED):
             for _ in LoadSteps(solver, apply, 24, path=(0.1, 0.3)):
                 forces.append(-contact.resultant(0).force[1])
     assert max(forces) > 0.1 * E * size
