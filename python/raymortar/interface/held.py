@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 from mpi4py import MPI
@@ -10,7 +11,7 @@ import numpy as np
 
 from .. import compat
 from ..compat import Mask
-from ..errors import SetUpError, raise_everywhere
+from ..errors import ContactWarning, SetUpError, raise_everywhere
 from ..host.facet_areas import surface_sizes
 from .contact_surfaces import ContactSurfaces
 from .pairs import global_masters
@@ -56,24 +57,26 @@ def rigid_slaves(surfaces: ContactSurfaces, marker: Mask) -> list[ZoneData]:
     return [zone for zone, (slave, master) in found if slave and not master]
 
 
-def refuse_finer_rigid_slaves(surfaces: ContactSurfaces, marker: Mask) -> None:
-    """Raise for prescribed slaves with more tractions than their masters can balance.
+def warn_of_finer_rigid_slaves(surfaces: ContactSurfaces, marker: Mask) -> None:
+    """Warn of prescribed slaves with more tractions than their masters may balance.
     Collective.
 
-    Raises
-    ------
-    SetUpError
-        Naming the pair with its sides exchanged.
+    A slave of few facets in contact often solves all the same. A `Tie` has no such
+    limit.
     """
+    if surfaces.tied is not None:
+        return
     for zone in rigid_slaves(surfaces, marker):
         ratio = _distance_ratio(zone, surfaces)
         if ratio > CLOSEST:
             slave, masters = zone.facets.slave_tag, zone.facets.master_tags
             swapped = ", ".join(f"({master}, {slave})" for master in masters)
-            raise SetUpError(
+            warnings.warn(
                 f"all of slave tag {slave} is prescribed, and its nodes are {ratio:.3g} "
-                "times as close as those of its master, which cannot balance so many "
-                f"tractions: give the sides in the other order, pairs=[{swapped}]"
+                "times as close as those of its master, which may not balance so many "
+                f"tractions: give the sides in the other order, pairs=[{swapped}]",
+                ContactWarning,
+                stacklevel=4,
             )
 
 
