@@ -151,7 +151,9 @@ def draw_surface(
         # of a tool around a body
         axes.computed_zorder = False
         style = {"colors": COLOUR, "lw": 0.6, "alpha": 0.7, "zorder": 3}
-        axes.add_collection3d(Line3DCollection(curves, **style))
+        # Newer matplotlib takes lines of one length only
+        pieces = [np.stack([curve[:-1], curve[1:]], axis=1) for curve in curves]
+        axes.add_collection3d(Line3DCollection(np.concatenate(pieces), **style))
     drawn = np.concatenate([polygons.reshape(-1, 3), *curves])
     limits = np.column_stack([drawn.min(axis=0), drawn.max(axis=0)])
     axes.set(xlim=limits[0], ylim=limits[1])
