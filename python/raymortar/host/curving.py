@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -37,7 +37,7 @@ from .surfaces import Surface
 
 # Undeformed positions (3, n) to points of the true surface (3, n), or whether normals
 # tell the surface
-Smooth = bool | Callable[[Array], Array]
+Smooth: TypeAlias = "bool | Callable[[Array], Array]"
 # Facets that meet at a larger angle meet at an edge. Not 30 degrees, the angle of a
 # circle of twelve facets
 SHARPEST = np.deg2rad(40.0)
