@@ -66,6 +66,8 @@ py::dict points(const Zone& z)
   out["traction"] = to_array(r.traction, vector);
   out["x"] = to_array(r.x, vector);
   out["normal"] = to_array(r.normal, vector);
+  out["contact_normal"] = to_array(r.contact_normal, vector);
+  out["master_normal"] = to_array(r.master_normal, vector);
   if (s.friction)
     out["slip"] = to_array(r.slip, vector);
   return out;

@@ -34,6 +34,8 @@ PointResults results_without_hits(const ContactState& s)
           .weight = scalars,
           .x = vectors,
           .normal = vectors,
+          .contact_normal = vectors,
+          .master_normal = vectors,
           .slip = slips,
           .friction = slips};
 }

@@ -313,6 +313,8 @@ PointResults Kernel<D>::results(const ContactState& s) const
                  .weight = s.points.area,
                  .x = vectors,
                  .normal = vectors,
+                 .contact_normal = vectors,
+                 .master_normal = vectors,
                  .slip = vectors,
                  .friction = vectors};
   for (std::size_t q = 0; q < n; ++q)
@@ -323,6 +325,7 @@ PointResults Kernel<D>::results(const ContactState& s) const
                           Vec<D - 1>::Zero());
     put<D>(r.x, q, f.x);
     put<D>(r.normal, q, f.n);
+    put<D>(r.contact_normal, q, f.n);
   }
   Nodal at(s);
   for (std::size_t e = 0; e < _elements.size(); ++e)

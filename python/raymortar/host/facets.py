@@ -224,6 +224,11 @@ def _check_exterior(mesh: Mesh, interior: Indices, tag: int, role: str) -> None:
     raise_everywhere(mesh.comm, message)
 
 
+def exterior_facets(mesh: Mesh) -> Facets:
+    """All boundary facets of this rank's cells. Collective."""
+    return _facets_of_mesh(mesh, -1, compat.exterior_facets(mesh))
+
+
 def tagged_facets(mesh: Mesh, facet_tags: Any, tag: int, role: str) -> Facets:
     """Boundary facets with a tag, each on the rank that owns its cell. Collective.
 

@@ -12,7 +12,7 @@ from .. import compat
 from ..compat import Array
 from ..errors import ContactWarning
 from ..host.joined import parts_of
-from ..host.reference_facets import normals, shape_functions
+from ..host.reference_facets import EDGE_CORNERS, normals, shape_functions
 from ..host.surfaces import Surface
 from .contact_surfaces import ContactSurfaces
 from .point_results import OPEN
@@ -26,16 +26,6 @@ ALLOWED = 0.1
 # Surfaces follow each other if their largest and smallest clearances differ by less
 # than this factor
 ALIKE = 3.0
-
-
-def _corner_edges(shape: str) -> list[tuple[int, ...]]:
-    """Corners of each edge of a facet; of an interval its two ends."""
-    edges: dict[str, list[tuple[int, ...]]] = {
-        "interval": [(0,), (1,)],
-        "triangle": [(0, 1), (1, 2), (0, 2)],
-        "quadrilateral": [(0, 1), (1, 3), (2, 3), (0, 2)],
-    }
-    return edges[shape]
 
 
 def sagittas(surface: Surface) -> Array:
@@ -55,7 +45,7 @@ def sagittas(surface: Surface) -> Array:
     m = normals(np.einsum("iqa,fad->ifd", gradients, nodes))
     area = np.linalg.norm(m, axis=-1)
     unit, size = m / area[:, None], area ** (1.0 / (surface.gdim - 1))
-    edges = _corner_edges(surface.shape)
+    edges = EDGE_CORNERS[surface.shape]
     corners = surface.node_ids[surface.facet_nodes]
     keys = np.concatenate([np.sort(corners[:, edge], axis=1) for edge in edges])
     facet = np.tile(np.arange(n), len(edges))

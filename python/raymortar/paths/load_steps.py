@@ -10,6 +10,7 @@ from ..convergence.failure import FAILURES
 from ..convergence.lost_contact import lost_contact
 from ..convergence.missed_tools import ToolsOnPath
 from ..convergence.penetration import DeepPoints
+from ..convergence.tilt import TiltedFacets
 from ..errors import (
     BodyLeft,
     ContactLost,
@@ -234,6 +235,7 @@ class LoadSteps:
         automatic = self.strategy == "auto"
         ways = Strategies(path, self.extrapolate, automatic, viscous, progress.trying)
         last, tools, deep = None, ToolsOnPath(contact), DeepPoints(contact)
+        tilted = TiltedFacets(contact)
         tools.look()
         while not path.ended:
             before = contact.state()
@@ -264,6 +266,7 @@ class LoadSteps:
             path.reached()
             tools.look()
             deep.warn(stacklevel=3)
+            tilted.warn(stacklevel=3)
             if self.history is not None:
                 self.history.record(path.time, iterations, self.halvings)
             if self.output is not None:
