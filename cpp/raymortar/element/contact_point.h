@@ -64,11 +64,12 @@ struct OldPoint<F, true>
 {
   Frame<F::gdim> frame;       ///< of the slave
   Mat<F::gdim, F::tdim> dual; ///< of its tangents
+  Vec<F::gdim> normal;        ///< of the law's frame
   TwoFrames<F::gdim> master;  ///< of the point that is hit now
   Vec<F::gdim> distance;      ///< from the slave's point to the master's
-  /// Mean of the slave's normal and the master's reversed one. The distance
-  /// between two points of one circle has no part along it, so that curvature
-  /// is not taken for a gap
+  /// Mean of the frame's normal and the master's reversed one. The distance
+  /// between two points of one circle has no part along that of both surfaces,
+  /// so that curvature is not taken for a gap
   Vec<F::gdim> across;
   Closing closing;
   ConvectedVector<F::gdim> slide;  ///< distance along the slave, carried along
@@ -93,6 +94,7 @@ struct HitPoint : SlavePoint<F, L, Law>
 
   Vec<F::dofs> N_m; ///< master shape functions at eta
   double offset;    ///< added to gaps, length
+  Vec<D> normal;    ///< of the law's frame: n, or -n_m  [theory (2.14)]
   OldPoint<F, is_frictional<Law>> old;
   Response response;
 
@@ -110,7 +112,10 @@ struct HitPoint : SlavePoint<F, L, Law>
   }
   HitPoint(const Data& e, const States&, const ElementPoint<F>& q)
       : Base(e, q), N_m(F::Disp::values(q.eta)),
-        offset(this->N_s.dot(e.offset)), response(respond(e, q))
+        offset(this->N_s.dot(e.offset)),
+        normal(e.frame_of_target ? Vec<D>(-frame_at<F>(e.master, q.eta).n)
+                                 : this->slave.n),
+        response(respond(e, q))
   {
   }
 
@@ -132,7 +137,7 @@ struct HitPoint : SlavePoint<F, L, Law>
 private:
   [[nodiscard]] Vec<D> along_surface(const Vec<D>& v) const
   {
-    return v - this->slave.n.dot(v) * this->slave.n;
+    return v - normal.dot(v) * normal;
   }
 
   HitPoint(const Data& e, const States& states, const ElementPoint<F>& q,
@@ -152,9 +157,16 @@ private:
     old.frame = frames.old;
     old.dual = frames.old_dual;
     states.master.set(old.master, at_eta);
+    set_normals(e.frame_of_target);
     set_slip(q.g + offset);
     set_spring(e);
     response = respond(e, q);
+  }
+
+  void set_normals(bool of_target) requires is_frictional<Law>
+  {
+    normal = of_target ? Vec<D>(-old.master.now.n) : this->slave.n;
+    old.normal = of_target ? Vec<D>(-old.master.old.n) : old.frame.n;
   }
 
   /// [theory (2)]
@@ -162,7 +174,7 @@ private:
   {
     const TwoFrames<D>& master = old.master;
     old.distance = master.old.x - old.frame.x;
-    const Vec<D>& n_0 = old.frame.n;
+    const Vec<D>& n_0 = old.normal;
     old.across = 0.5 * (n_0 - master.old.n);
     old.closing = closed_part(old.across.dot(old.distance) + offset, gap);
     old.slide = convect<D>(master.old, master.old_dual, master.now,
@@ -175,14 +187,14 @@ private:
     if (not e.history.has_springs)
       return;
     old.accepted = e.history.traction_old * this->N_s;
-    old.spring =
-        carry_traction<D>(old.frame, old.dual, this->slave, old.accepted);
+    old.spring = carry_traction<D>(old.frame, old.dual, this->slave,
+                                   old.accepted, e.frame_of_target);
   }
 
   [[nodiscard]] Response respond(const Data& e, const ElementPoint<F>& q) const
   {
-    const PointState<D, M> state{this->slave.n, q.g + offset, this->lam,
-                                 this->gamma, e.touch};
+    const PointState<D, M> state{normal, q.g + offset, this->lam, this->gamma,
+                                 e.touch};
     if constexpr (not is_frictional<Law>)
       return Law::template evaluate<D>(state);
     else
@@ -208,6 +220,21 @@ private:
   }
 };
 
+/// @brief How the slip changes where the old normal of the frame turns.
+/// @param[in] carry Old vectors to present ones
+/// @param[in] turn Change of the normal, along some coordinates
+template <class F>
+[[nodiscard]] Mat<F::gdim, F::tdim>
+slip_by_turn(const OldPoint<F, true>& was, const Mat<F::gdim, F::gdim>& carry,
+             const Mat<F::gdim, F::tdim>& turn)
+{
+  const Mat<1, F::tdim> along = was.distance.transpose() * turn;
+  const Mat<F::gdim, F::tdim> turned =
+      was.normal.dot(was.distance) * turn + was.normal * along;
+  return was.closing.length * turn - carry * turned +
+         0.5 * was.closing.by_old * was.normal * along;
+}
+
 /// @brief How the slip changes with the point that is hit, and with its master.
 template <class F, bool Frictional>
 struct SlipSlopes
@@ -223,17 +250,17 @@ struct SlipSlopes<F, true>
   Mat<D, D> by_distance;
   Mat<D, F::tdim> by_eta;
 
-  /// [theory (2.9)]
+  /// @param[in] of_target Whether the frame is the master's  [theory (2.9)]
   SlipSlopes(const typename F::NodeMatrix& master_nodes,
              const typename F::NodeMatrix& master_old, const ElementPoint<F>& q,
-             const OldPoint<F, true>& was)
+             const OldPoint<F, true>& was, bool of_target)
       : dual(dual_tangents<D>(was.master.now)),
         carry(
             convection<D>(was.master.old, was.master.old_dual, was.master.now)),
-        by_distance(carry - carry * was.frame.n * was.frame.n.transpose())
+        by_distance(carry - carry * was.normal * was.normal.transpose())
   {
     if (was.closing.by_old != 0.0)
-      by_distance += was.closing.by_old * was.frame.n * was.across.transpose();
+      by_distance += was.closing.by_old * was.normal * was.across.transpose();
     by_eta = by_distance * was.master.old.t;
     if constexpr (not F::affine)
     {
@@ -243,9 +270,38 @@ struct SlipSlopes<F, true>
       by_eta += convected_along_master<F>(
           was.slide, carry, old,
           curvature_at<F>(master_nodes, bends, was.master.now, dual));
-      by_eta -= 0.5 * was.closing.by_old * was.frame.n *
+      by_eta -= 0.5 * was.closing.by_old * was.normal *
                 (was.distance.transpose() * old.n);
+      if (of_target)
+        by_eta += slip_by_turn<F>(was, carry, -old.n);
     }
+  }
+};
+
+/// @brief How the normal of the law's frame turns with what is hit; where it is
+/// the slave's, nothing is set  [theory (2.14)].
+template <class F>
+struct FrameSlopes
+{
+  static constexpr int D = F::gdim;
+  bool of_target = false;
+  Vec<D> n;                 ///< of the master
+  Mat<D, F::dofs> by_nodes; ///< by n . du of the master's nodes
+  Mat<D, D> by_ends;        ///< by what both ends of the ray do, see chain
+
+  /// @param[in] rho Rows of (2.6)
+  FrameSlopes(const typename F::NodeMatrix& master, const ElementPoint<F>& q,
+              const Mat<F::dofs, F::tdim>& dN_m, const Mat<F::tdim, D>& rho,
+              bool is_of_target)
+      : of_target(is_of_target)
+  {
+    if (not of_target)
+      return;
+    const Frame<D> frame = frame_at<F>(master, q.eta);
+    const Mat<D, F::tdim> dual = dual_tangents<D>(frame);
+    n = frame.n;
+    by_nodes = dual * dN_m.transpose();
+    by_ends = curvature_at<F>(master, q.eta, frame, dual).n * rho;
   }
 };
 
@@ -254,14 +310,18 @@ struct SlipSlopes<F, true>
 template <class F, int L, class Law>
 struct HitSlopes
 {
+  static constexpr int D = F::gdim;
   PointGeometry<F> geometry;
   Variations<F> vary;
   SlipSlopes<F, is_frictional<Law>> slip;
+  FrameSlopes<F> frame;
 
   HitSlopes(const ElementData<F, L, Law>& e, const ElementPoint<F>& q,
             const HitPoint<F, L, Law>& p)
       : geometry(geometry_at(e, q, p)), vary(vary_hit<F>(geometry, q.g)),
-        slip(slip_slopes(e, q, p))
+        slip(slip_slopes(e, q, p)),
+        frame(e.master, q, geometry.dN_m, vary.dual.template topRows<D - 1>(),
+              e.frame_of_target)
   {
   }
 
@@ -271,7 +331,7 @@ private:
               const HitPoint<F, L, Law>& p)
   {
     if constexpr (is_frictional<Law>)
-      return {e.master, e.history.master_old, q, p.old};
+      return {e.master, e.history.master_old, q, p.old, e.frame_of_target};
     else
       return {};
   }

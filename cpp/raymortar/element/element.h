@@ -130,7 +130,16 @@ private:
           geometry, chain<D>(traction_slopes(p), p, at, Columns(p, at)), 0, w);
     else if constexpr (M == 1)
     {
-      add_work_tangent<side>(geometry, turn<D>(r.t_n, geometry), 0, w);
+      if (at.frame.of_target)
+      {
+        const Rows<D, 2 * side> dt =
+            chain<D>(traction_slopes(p), p, at, Columns(p, at));
+        add_work_tangent<side>(geometry, dt.template leftCols<side>(), 0, w);
+        add_work_tangent<side>(geometry, dt.template rightCols<side>(),
+                               Layout::master, w);
+      }
+      else
+        add_work_tangent<side>(geometry, turn<D>(r.t_n, geometry), 0, w);
       add_work_tangent<Layout::multipliers>(
           geometry, r.t_lam * p.shape.transpose(), side, w);
     }

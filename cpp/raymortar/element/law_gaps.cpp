@@ -35,6 +35,8 @@ PointResults results_without_hits(const ContactState& s)
           .x = vectors,
           .normal = vectors,
           .gamma = scalars,
+          .contact_normal = vectors,
+          .master_normal = vectors,
           .slip = slips,
           .closing = s.friction ? scalars : std::vector<double>{},
           .friction = slips};

@@ -63,6 +63,7 @@ template <class F, int L, class Law>
 /// with their own history besides  [theory (2.9), (4.9)]. What differs between
 /// dofs and coordinates of the facet is what the columns say:
 ///   ray(by_turn, by_ends)    by_turn dn + by_ends (du_m - du_s)
+///   add_frame(by_n, rows)    what the frame of what is hit does besides
 ///   add_slip(by_w, rows)     what the slip does where both ends stay
 ///   add_spring(by_s, rows)   what the springs do
 ///   add_fields(slopes, by_g, rows)  fields on the slave, and its multiplier
@@ -73,13 +74,19 @@ template <int R, class Slopes, class F, int L, class Law, class Columns>
   constexpr int D = F::gdim;
   Vec<R> by_g = law.by_g;
   if constexpr (requires { law.by_w; })
-    by_g += p.old.closing.by_now * (law.by_w * p.old.frame.n);
+    by_g += p.old.closing.by_now * (law.by_w * p.old.normal);
   Mat<R, D> by_ends = by_g * at.vary.dual.row(D - 1);
   if constexpr (requires { law.by_w; })
     by_ends -= (law.by_w * at.slip.by_eta).eval() *
                at.vary.dual.template topRows<D - 1>();
-  const Mat<R, D> by_turn = law.by_n - at.vary.g * by_ends;
+  if (at.frame.of_target)
+    by_ends += law.by_n * at.frame.by_ends;
+  Mat<R, D> by_turn = -at.vary.g * by_ends;
+  if (not at.frame.of_target)
+    by_turn = law.by_n - at.vary.g * by_ends;
   auto rows = columns.template ray<R>(by_turn, by_ends);
+  if (at.frame.of_target)
+    columns.template add_frame<R>(law.by_n, rows);
   if constexpr (requires { law.by_w; })
   {
     columns.template add_slip<R>(law.by_w, rows);
@@ -123,6 +130,16 @@ public:
       rows.template middleCols<D>(side + a * D) = g.N_m[a] * by_ends;
     }
     return rows;
+  }
+
+  /// The master's normal turns with its nodes as the slave's does  [theory
+  /// (2.14)]
+  template <int R>
+  void add_frame(const Mat<R, D>& by_n, Rows<R, 2 * side>& rows) const
+  {
+    for (int a = 0; a < F::dofs; ++a)
+      rows.template middleCols<D>(side + a * D) +=
+          (by_n * _at.frame.by_nodes.col(a)) * _at.frame.n.transpose();
   }
 
   /// The slide turns with the master
@@ -188,25 +205,24 @@ public:
     return by_turn * _bend.n - by_ends * _p.slave.t;
   }
 
+  /// The master stays
+  template <int R>
+  void add_frame(const Mat<R, D>&, Mat<R, T>&) const
+  {
+  }
+
   /// The accepted step is another one at the next point
   template <int R>
   void add_slip(const Mat<R, D>& by_w, Mat<R, T>& rows) const
   {
     const OldPoint<F, true>& was = _p.old;
-    const Frame<D>& old = was.frame;
-    Mat<D, T> w = -_at.slip.by_distance * old.t;
-    Mat<1, T> by_gap = was.closing.by_old * _offset;
+    Mat<D, T> w = -_at.slip.by_distance * was.frame.t +
+                  was.closing.by_old * was.normal * _offset;
     if constexpr (not F::affine)
-    {
-      // The old normal, which tells slide and gap apart, turns as well
-      const Curvature<D> bend = old_bend();
-      const Mat<1, T> by_turn = was.distance.transpose() * bend.n;
-      const Mat<D, T> turned =
-          old.n.dot(was.distance) * bend.n + old.n * by_turn;
-      w += was.closing.length * bend.n - _at.slip.carry * turned;
-      by_gap += 0.5 * was.closing.by_old * by_turn;
-    }
-    rows += by_w * (w + old.n * by_gap);
+      // The slave's old normal, which tells slide and gap apart, turns as well
+      if (not _at.frame.of_target)
+        w += slip_by_turn<F>(was, _at.slip.carry, old_bend().n);
+    rows += by_w * w;
   }
 
   template <int R>

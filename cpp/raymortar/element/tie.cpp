@@ -314,6 +314,8 @@ PointResults Kernel<D>::results(const ContactState& s) const
                  .x = vectors,
                  .normal = vectors,
                  .gamma = numbers,
+                 .contact_normal = vectors,
+                 .master_normal = vectors,
                  .slip = vectors,
                  .closing = numbers,
                  .friction = vectors};
@@ -325,6 +327,7 @@ PointResults Kernel<D>::results(const ContactState& s) const
                           Vec<D - 1>::Zero());
     put<D>(r.x, q, f.x);
     put<D>(r.normal, q, f.n);
+    put<D>(r.contact_normal, q, f.n);
   }
   Nodal at(s);
   for (std::size_t e = 0; e < _elements.size(); ++e)

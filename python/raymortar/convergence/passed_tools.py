@@ -148,9 +148,7 @@ def _slave(zone: ZoneData, contact: Interaction) -> Slave:
     return Slave(surface.gdim, old, now, normals, zone.distance("depth")[facet])
 
 
-def _passed(
-    body: Body, start: Array, end: Array, slave: Slave, touches: bool
-) -> bool:
+def _passed(body: Body, start: Array, end: Array, slave: Slave, touches: bool) -> bool:
     """Whether a body has passed points of this rank between two motions."""
     ways = _ways(body, start, end, slave)
     x, n = ways[-1]

@@ -61,8 +61,8 @@ class Resultant:
     in 3D; in 2D per unit thickness, the moment a number.
 
     ``normal`` and ``tangential`` (d,) are the parts of the force that come from
-    tractions along the slave's normal and from those in its tangent plane, point by
-    point: friction is ``tangential``, and on a curved surface both may have any
+    tractions along the contact's normal (the slave's, or that of a smooth master) and
+    from those across it, point by point: friction is ``tangential``, and on a curved surface both may have any
     direction. Their sum is ``force``.
 
     For solids of revolution all values are those of a full turn. The force is along the
@@ -267,8 +267,8 @@ def added(parts: Sequence[Resultant]) -> Resultant:
 
 
 def along_normal(points: dict[str, Array], vectors: Array) -> Array:
-    """Parts of vectors (n, d) at the points along the slave's normals."""
-    n = points["normal"]
+    """Parts of vectors (n, d) at the points along the normals of the law's frame."""
+    n = points["contact_normal"]
     return np.einsum("qi,qi->q", vectors, n)[:, None] * n
 
 

@@ -17,6 +17,7 @@ from ..checked import is_whole_number
 from ..compat import Array, Indices
 from ..errors import ContactError
 from ..host.bodies import Bodies, bodies_of_facets
+from ..host.edges import Edges
 from ..host.facets import facet_dof_table
 from ..host.layout import Layout
 from ..host.surfaces import Surface
@@ -30,6 +31,7 @@ from ..rigid.motions import Motions
 from ..rigid.shapes import Shape
 from .faced import Faced, nothing
 from .pairs import MasterTags
+from .sharp_edges import mark_frames
 
 
 @dataclass
@@ -228,6 +230,7 @@ def create_zone(
     result_space: Any,
     cells: Sequence[Cells],
     bodies: Bodies,
+    edges: Sequence[Edges],
     tied: str | None = None,
 ) -> ZoneData:
     """C++ zone of some facets. Collective.
@@ -246,6 +249,8 @@ def create_zone(
         Of each mesh.
     bodies
         Parts of the mesh that are connected.
+    edges
+        Of each mesh; none where no master has facets.
     tied
         ``"keep"`` or ``"close"``: a tie, and what becomes of its gaps; None: contact.
     """
@@ -266,6 +271,7 @@ def create_zone(
     master.set_thickness(thickness[1])
     slave.set_bodies(bodies_of_facets(bodies, zone.slave_surface))
     master.set_bodies(bodies_of_facets(bodies, zone.master_surface))
+    mark_frames(zone, slave, master, edges, layout.u.function_space)
     surface = zone.slave_surface
     multipliers, table, nodes = _multipliers(zone, layout.multiplier, layout)
     p = surface.displacement_degree

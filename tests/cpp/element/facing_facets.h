@@ -75,6 +75,7 @@ struct FacingFacets
     for (int q = 0; q < 5; ++q)
       points.push_back({0.8 * random_inside<F>(random), F::RefPoint::Zero(),
                         0.1 + 0.05 * q, 0.12 + 0.03 * q, 0});
+    start.frame_of_target = random() % 2 == 0;
   }
 
   /// As sections of solids of revolution about an axis that is near
