@@ -82,7 +82,6 @@ class CoupledProblem:
     rays_only
         Whether iterates keep the segments and integration points of the last pairing and
         only cast their rays anew, as `FixedPointSolver` asks for.
-
     tells_of_doubt
         Whether a converged solve warns of lost contact and deep points.
     in_use
@@ -175,16 +174,12 @@ class CoupledProblem:
         self.contact.belong_to(self._pattern)
         is_first = not self.contact.preallocations
         A = self.contact.create_matrix(self.a)
-        if is_first:
-            self._look_at_start()
-        return A
-
-    def _look_at_start(self) -> None:
-        """Refuse or tell of sides and meshes that cannot be meant so. Collective."""
         fixed = self.contact.constrained(self.bcs)
         for one in self.contact.contacts:
             refuse_finer_rigid_slaves(one.surfaces, fixed)
-            warn_of_overlap(one.surfaces, one.pairs)
+            if is_first:
+                warn_of_overlap(one.surfaces, one.pairs)
+        return A
 
     def create_vector(self) -> PETSc.Vec:
         """Vector of the coupled unknowns."""
@@ -395,6 +390,7 @@ class CoupledProblem:
     def describe(self) -> str:
         """State of contact and residual history, for messages. Collective."""
         in_use, contacts = self.in_use, self.contact.contacts
+        fixed = self.contact.constrained(self.bcs)
         free = loose_bodies(self, in_use.led) if in_use.controlled else unheld(self)
         if self.contact.layout.bodies:
             free += self.contact.free_bodies.unheld()
@@ -403,7 +399,11 @@ class CoupledProblem:
             self.contact.statistics,
             free,
             self.convergence.describe(),
-            self._rigid_slaves(),
+            [
+                zone.facets.slave_tag
+                for one in contacts
+                for zone in rigid_slaves(one.surfaces, fixed)
+            ],
             [
                 text
                 for one in contacts
@@ -418,13 +418,3 @@ class CoupledProblem:
         """Whether a free body has flown away, and would in a smaller step. Collective."""
         bodies = self.contact.free_bodies if self.contact.layout.bodies else None
         return bodies is not None and bodies.any_left()
-
-    def _rigid_slaves(self) -> list[int]:
-        """Slave tags that are prescribed, on masters that are not. Collective."""
-        fixed = self.contact.constrained(self.bcs)
-        contacts = self.contact.contacts
-        return [
-            zone.facets.slave_tag
-            for one in contacts
-            for zone in rigid_slaves(one.surfaces, fixed)
-        ]

@@ -76,7 +76,7 @@ def test_a_solid_of_revolution_is_free_along_its_axis_only(free, told):
 @pytest.mark.parametrize(
     "motion, told",
     [
-        (((2e-3, -1e-3),), "moved along r by 0.002: "),
+        (((2e-3, -1e-3),), "left the axis by 0.002: "),
         (((0.0, -1e-3), 0.1), "turned by 0.1: "),
         ((None, -2.0 * np.pi), "turned by -6.283: "),
     ],
@@ -89,8 +89,24 @@ def test_a_tool_that_leaves_the_axis_is_refused(motion, told):
     ball.move((0.0, -1e-3))
     solver.solve()
     ball.move(*motion)
-    with pytest.raises(SetUpError, match=f"rigid ball has been {told}"):
+    with pytest.raises(SetUpError, match=f"rigid ball has {told}"):
         solver.solve()
+
+
+@pytest.mark.quick
+@pytest.mark.parametrize("r, leaves", [(0.0, True), (2.0, False)])
+def test_what_is_beside_the_axis_may_widen(r, leaves):
+    """A ring of facets; half of a disc on the axis may not."""
+    arc = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 9)
+    points = np.column_stack([r + np.cos(arc), 5.0 + np.sin(arc)])
+    facets = [(i, i + 1) for i in range(8)]
+    tool = rigid.Body(rigid.Surface(points, facets, closed=False, orient=True))
+    found = on_half_space(0.1, tool, 2)
+    tool.move((1e-3, 0.0))
+    if not leaves:
+        return found.contact.update()
+    with pytest.raises(SetUpError, match="rigid Surface has left the axis by 0.001"):
+        found.contact.update()
 
 
 # A cylinder on a half plane (H4)

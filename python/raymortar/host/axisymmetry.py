@@ -107,18 +107,26 @@ def check_free_along_axis(bodies: Sequence[Body]) -> None:
 
 
 def off_axis_fault(bodies: Sequence[Body]) -> str | None:
-    """Name a rigid body that has moved along the radius, or has turned."""
+    """Name a rigid body that has left the axis, or has turned."""
     for body in bodies:
         motion = body.motion()
-        for way, parts in (("moved along r", motion[:1]), ("turned", motion[3:6])):
-            if parts.any():
-                amount = float(parts[np.abs(parts).argmax()])
-                return (
-                    f"axisymmetric=True, but the rigid {body.name} has been {way} by "
-                    f"{amount:.4g}: a solid of revolution stays one if it moves along "
-                    "the axis only, move((0, z))"
-                )
+        # Beside the axis a motion along r widens a ring or a shaft
+        off = motion[0] if _reaches_axis(body) else 0.0
+        turn = motion[5]
+        if off or turn:
+            way = f"left the axis by {off:.4g}" if off else f"turned by {turn:.4g}"
+            return (
+                f"axisymmetric=True, but the rigid {body.name} has {way}: a solid of "
+                "revolution stays one if it moves along the axis only, move((0, z))"
+            )
     return None
+
+
+def _reaches_axis(body: Body) -> bool:
+    """Whether the section of a body in its first place has points with r <= 0."""
+    points = getattr(body.shape, "points", body.shape.place[None])
+    nearest = points[:, 0].min() - getattr(body.shape, "radius", 0.0)
+    return bool(nearest <= _ON_AXIS * _size(points))
 
 
 def warn_of_plane_form(forces: Array, diagonal: Array, comm: Any) -> None:

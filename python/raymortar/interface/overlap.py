@@ -61,7 +61,7 @@ def warn_of_overlap(surfaces: ContactSurfaces, pairs: Sequence[Pair]) -> None:
                 # The same one of several on any number of ranks
                 at = points["x"][mine & (depth >= (1.0 - ALIKE) * most)].tolist()
                 place = max(sum(comm.allgather(at), []))
-                warnings.warn(_message(pair, most, place), ContactWarning, stacklevel=5)
+                warnings.warn(_message(pair, most, place), ContactWarning, stacklevel=4)
 
 
 def _allowed(zone: ZoneData, surfaces: ContactSurfaces) -> Array:
