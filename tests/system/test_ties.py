@@ -182,6 +182,7 @@ BAD = {
     "a Tie takes no offset": {"offset": 0.1},
     "a Tie takes no measure": {"measure": "current"},
     "a Tie takes no tangent": {"tangent": "fixed"},
+    "a Tie takes no smooth": {"smooth": True},
     "adjust must be 'keep' or 'close', not 'open'": {"adjust": "open"},
     "partial = 1 must be True or False": {"partial": 1},
     "the multiplier of a Tie is a vector": {

@@ -1,7 +1,7 @@
 """Curved contact surfaces of meshes with straight facets.
 
 Mid nodes make a facet of degree 2 of a straight one: on the arc that its edges' normals
-ask for (Nagata 2005), or where a user's function puts them.
+ask for [theory (2.16)], or where a user's function puts them.
 """
 
 from __future__ import annotations
@@ -48,6 +48,7 @@ MOST_CURVED = np.deg2rad(75.0)
 ONWARD = np.deg2rad(30.0)
 # Largest distance from a chord to where a function puts its middle, in chords
 FARTHEST = 0.5
+# More than a facet has mid nodes
 MIDS_OF_FACET = 8
 
 
@@ -130,14 +131,11 @@ def _with_mids(surface: Surface, mids: Array) -> Surface:
         X = surface.X.copy()
         X[surface.facet_nodes[:, corners:].ravel()] = mids
         return replace(surface, X=X)
-    facets = len(surface.facet_ids)
-    each = len(mids) // facets if facets else 0
+    facets, each = len(surface.facet_ids), len(FACET_NODES[surface.shape]) - corners
     # Nodes of one facet: nothing but corners tells neighbours
     places = len(surface.X) + np.arange(len(mids), dtype=np.int32)
     ids = surface.facet_ids[:, None] * MIDS_OF_FACET + np.arange(each)
     table = np.hstack([surface.facet_nodes, places.reshape(facets, each)])
-    if not facets:
-        table = np.empty((0, len(FACET_NODES[surface.shape])), dtype=np.int32)
     return replace(
         surface,
         node_degree=2,
@@ -248,7 +246,7 @@ def _corner_normals(
         m = np.cross(arms[:, :, 0], arms[:, :, 1])
         m *= np.sign(np.einsum("fcd,fcd->fc", m, unit))[..., None]
     weight = (m / squares.prod(axis=-1)[..., None]).reshape(-1, d)
-    unit, flat = unit.reshape(-1, d), arms.reshape(n, -1, d)
+    unit, flat = unit.reshape(-1, d), arms.reshape(n, d - 1, d)
     directions = flat / np.linalg.norm(flat, axis=-1, keepdims=True)
     one, other = around.corner_pairs()
     cosine = np.einsum("pd,pd->p", unit[one], unit[other])

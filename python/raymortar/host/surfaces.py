@@ -65,7 +65,7 @@ class Surface:
     Notes
     -----
     If k = p, nodes and dofs are the same and in the same order. If k = 2 > p = 1,
-    the nodes are those of the geometry.
+    the nodes are those of the geometry, or mid nodes from `curving`.
     """
 
     shape: str

@@ -138,7 +138,7 @@ def warn_of_turned_arcs(surfaces: ContactSurfaces) -> bool:
         found = [
             _turned(*side) for side in zip(sides, on_sides(zone, surfaces.u.x.array))
         ]
-        angle, off = surfaces.comm.allreduce(np.max(found, axis=0), op=MPI.MAX)
+        angle, off = (surfaces.comm.allreduce(max(v), op=MPI.MAX) for v in zip(*found))
         if angle > MOST_TURNED:
             warnings.warn(
                 f"facets of slave tag {facets.slave_tag} or its masters have turned by "

@@ -31,8 +31,8 @@ def arch(cell, gap, geometry_degree=1):
     )
 
 
-def told(scene):
-    case = build(scene)
+def told(scene, **options):
+    case = build(scene, **options)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", ContactWarning)
         case.contact.update()
@@ -51,7 +51,13 @@ def test_sagitta_is_that_of_the_chord(cell):
 @pytest.mark.parametrize("gap", [0.002, -0.002])
 def test_a_small_gap_or_overlap_is_told(cell_2d, gap):
     found, _ = told(arch(cell_2d, gap))
-    assert len(found) == 1 and "degree 2" in found[0]
+    assert len(found) == 1 and "degree 2" in found[0] and "smooth=True" in found[0]
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("degree", (1, 2))
+def test_arcs_in_their_place_are_not(cell, degree):
+    assert told(arch(cell, 0.002), smooth=True, degree=degree)[0] == []
 
 
 @pytest.mark.quick
