@@ -55,7 +55,7 @@ def _look(contact: Contact, number: int, zone: ZoneData, stacklevel: int) -> Non
     pairs = [str(pair) for pair in contact.pairs if pair.surface == number]
     warnings.warn(
         f"converged with tension of {tension / pressure:.2g} of the largest pressure "
-        f"between {', '.join(pairs)}, at the undeformed ({comm.bcast(place, root=rank)})"
+        f"between {', '.join(pairs)}, at the undeformed {comm.bcast(place, root=rank)}"
         ": the multiplier swings about zero beside contact that few facets carry. Forces "
         "are right to the square of the facets' size; refine the slave there if "
         "tractions count",

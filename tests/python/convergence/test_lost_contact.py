@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from dolfinx import fem
 from problems import COMM, DIMENSION, SOLVERS, build, fix
+from told import keep_warnings, refuse_warnings
 
 from meshes.scenes import two_blocks
 from raymortar import ContactLost, ContactWarning, ConvergenceError, LoadSteps
@@ -52,7 +53,7 @@ class Tool:
         """Warnings of a solve with the tool at a place: below the touch by `down`."""
         self.place.value[0], self.place.value[-1] = across, -GAP - down
         with warnings.catch_warnings(record=True) as caught:
-            warnings.simplefilter("always", ContactWarning)
+            keep_warnings()
             self.solver.solve()
         return [str(w.message) for w in caught if w.category is ContactWarning]
 
@@ -115,7 +116,7 @@ def test_load_steps_take_smaller_ones_instead(cell_2d):
 
     steps = LoadSteps(path.solver, apply, 1)
     with warnings.catch_warnings():
-        warnings.simplefilter("error", ContactWarning)
+        refuse_warnings()
         steps.run()
     assert steps.halvings > 0
     assert path.case.contact.statistics.active_points > 0
@@ -178,7 +179,7 @@ def test_a_body_that_nothing_holds_is_named(cell_2d, gap, solver):
     )
     found = []
     with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always", ContactWarning)
+        keep_warnings()
         try:
             solver(case.problem).solve()
         except ConvergenceError as failure:
