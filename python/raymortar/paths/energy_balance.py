@@ -89,7 +89,8 @@ def balance_of_step(problem: CoupledProblem, path: Any, begin: State) -> Balance
     begin
         Where the step began.
     """
-    contact, end = problem.contact, problem.contact.state()
+    contact: Any = problem.contact
+    end = contact.state()
     n = contact.layout.n_u
     du = (end.u - begin.u)[:n]
     path.set_first_loads()
@@ -100,7 +101,7 @@ def balance_of_step(problem: CoupledProblem, path: Any, begin: State) -> Balance
     potential = _work_of_form(problem, begin, end) @ du
     contact.restore(end)
     last = _supplied(problem)
-    works = [(-potential - loads, -potential)]
+    works = [(float(-potential - loads), float(-potential))]
     for f0, f1, x0, x1 in zip(first.forces, last.forces, first.places, last.places):
         works.append((float(f0 @ (x1 - x0)), float(f1 @ (x1 - x0))))
     through_contact = float(last.contact @ du)

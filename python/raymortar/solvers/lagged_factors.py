@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from mpi4py import MPI
 from petsc4py import PETSc
+
+import numpy as np
 
 from ..checked import is_whole_number
 from ..errors import ContactError
@@ -16,6 +19,10 @@ A_FACTORISATION = 32
 
 # Of a system: Newton's method takes as many iterations as with exact ones
 RTOL = 1e-8
+
+# Ratio of diagonals beyond which a row has another stiffness, and the share of such rows
+# above which factors are of no use: a small preconditioned residual then says little
+OTHER, MOST_OTHERS = 10.0, 0.5
 
 # Most systems that are factorised, after failures of GMRES in a row, before it is tried
 # again
@@ -70,7 +77,8 @@ class LaggedFactorsSolver:
     open or slip, and GMRES needs about as many iterations as there are of these. The
     tangent is factorised again, and the system solved with these factors, where GMRES
     does not converge, where all iterations with the same factors have taken as long as a
-    factorisation, and where the tangent before was used for several systems.
+    factorisation, where the tangent before was used for several systems, and where most
+    rows have another stiffness, as after a change of the material's constants.
 
     Attributes
     ----------
@@ -89,6 +97,8 @@ class LaggedFactorsSolver:
         self._has_factors = self._has_new_pattern = False
         # The last tangent, and how many systems it was used for
         self._tangent: tuple[int, int] = (0, 0)
+        # Diagonal of the tangent that was factorised
+        self._diagonal: Any = None
         self._uses = 0
         # Systems to factorise before GMRES is tried again, and how often it has failed
         # in a row
@@ -111,15 +121,28 @@ class LaggedFactorsSolver:
         ksp.setIterationNumber(solver.getIterationNumber())
 
     def _is_worth_factors(self, ksp: PETSc.KSP) -> bool:
-        """Whether this is a new tangent, and the last one was used for several systems,
-        as on paths whose load factor is led."""
+        """Whether this is a new tangent, and its stiffness is another, or the last one
+        was used for several systems, as on paths whose load factor is led. Collective.
+        """
         A, _ = ksp.getOperators()
         before, self._tangent = self._tangent, (A.handle, A.stateGet())
         if self._tangent == before:
             self._uses += 1
             return False
         several, self._uses = self._uses > 1, 1
-        return several
+        return several or self._has_other_stiffness(A)
+
+    def _has_other_stiffness(self, A: PETSc.Mat) -> bool:
+        """Whether most rows are stiffer or softer than in the factors. Collective."""
+        if self._diagonal is None:
+            return False
+        now = A.getDiagonal()
+        a, b = np.abs(now.array), np.abs(self._diagonal.array)
+        now.destroy()
+        others = (a > OTHER * b) | (b > OTHER * a)
+        counts = np.array([np.count_nonzero(others), len(others)])
+        A.comm.tompi4py().Allreduce(MPI.IN_PLACE, counts)
+        return bool(counts[0] > MOST_OTHERS * counts[1])
 
     def may_try(self) -> bool:
         """Whether to try the factors that there are. Each call counts as a system."""
@@ -156,6 +179,9 @@ class LaggedFactorsSolver:
         self.direct.setOperators(*ksp.getOperators())
         self.direct.solve(b, x)
         self.factorisations += 1
+        if self._diagonal is not None:
+            self._diagonal.destroy()
+        self._diagonal = ksp.getOperators()[0].getDiagonal()
         self._taken = 0
         self._has_factors = self.direct.getConvergedReason() > 0
 
@@ -179,7 +205,7 @@ class LaggedFactorsSolver:
 
     def destroy(self, ksp: PETSc.KSP) -> None:
         """The end, called by PETSc. Collective."""
-        for solver in (self.krylov, self.direct):
-            if solver is not None:
-                solver.destroy()
-        self.krylov = self.direct = None
+        for kept in (self.krylov, self.direct, self._diagonal):
+            if kept is not None:
+                kept.destroy()
+        self.krylov = self.direct = self._diagonal = None

@@ -6,16 +6,24 @@ from petsc4py import PETSc
 
 import hosts
 import pytest
+from dolfinx import fem
 from problems import COMM, build, fix, tolerate
 
 from meshes.scenes import two_blocks
-from raymortar import AugmentedLagrangian, ContactWarning, ConvergenceError, SNESSolver
+from raymortar import (
+    AugmentedLagrangian,
+    ContactWarning,
+    ConvergenceError,
+    NonlinearProblem,
+    SNESSolver,
+)
 from raymortar.convergence.failure import (
     InUse,
     describe_failure,
     list_of_residuals,
     reason_in_words,
 )
+from raymortar.convergence.strange_gamma import strange_gammas
 from raymortar.interface.point_results import Statistics
 from raymortar.interface.sides import swaps
 from raymortar.interface.stiffness import stiffness_ratios
@@ -154,3 +162,27 @@ def test_snes_says_why_it_stopped():
         warnings.simplefilter("ignore", ContactWarning)
         with pytest.raises(ConvergenceError, match="largest number of iterations"):
             case.solve(max_it=1)
+
+
+@pytest.mark.mpi
+def test_a_gamma_of_other_constants_is_named():
+    """The coefficient stays the first problem's where a modulus changes."""
+    scene = two_blocks(COMM, 2, "quadrilateral", 4, 4)
+    scale = fem.Constant(scene.mesh, 1.0)
+    down = lambda x: -0.1 + 0 * x  # noqa: E731
+    case = build(
+        scene,
+        material="neo-hookean",
+        bcs=lambda V, s: [fix(V, s, "bottom"), fix(V, s, "top", value=down)],
+    )
+    given = case.problem
+    problem = NonlinearProblem(scale * given.forms[0], given.contact, given.bcs)
+    assert strange_gammas(problem) == []
+    gamma = given.contact.gamma
+    for factor in (1e-3, 1e3):
+        scale.value = factor
+        (text,) = strange_gammas(problem)
+        now = factor * gamma
+        assert f"gamma = {gamma:.3g} is {1.0 / factor:.3g} times" in text
+        assert f"contact.set_gamma({now:.3g})" in text
+        assert text in problem.describe()

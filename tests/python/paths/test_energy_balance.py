@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 from load_paths import top_moves
+from problems import SOLVERS
+from rigid_scenes import press
 from snapping import BED, E, on_bed, pressure, top_sinks
 
-from raymortar import ContactWarning, ConvergenceError, LoadSteps
+from raymortar import ContactWarning, ConvergenceError, Coulomb, LoadSteps, rigid
 from raymortar.paths.energy_balance import MISSING, balance_of_step
 from raymortar.paths.load_path import PrescribedPath
 from raymortar.paths.step_sizes import StepSizes
@@ -116,6 +118,27 @@ def test_a_snap_is_told_once(monkeypatch):
     told = [one for one in caught if "snap" in str(one.message)]
     assert len(told) == 1 and path[-1].strategy == VISCOUS
     assert path[-1].released == pytest.approx(gained(begin, end).min(), rel=1e-9)
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("turn, refused", [(-1.5, True), (1.5, False)])
+def test_a_disc_does_not_move_against_its_loads(turn, refused):
+    """The block stores the same: what the disc does is work of its force and moment."""
+    disc = rigid.Body(rigid.Circle((0.5, 1.5), 0.5), free=("x", "y", "r"))
+    found = press("quadrilateral", disc, friction=Coulomb(0.3))
+    loads = np.array([0.05, -0.5]), 0.02
+    disc.force, disc.moment = loads
+    SOLVERS[0](found.problem).solve()
+    found.contact.advance()
+    path = PrescribedPath(None, lambda t, size: None, (0.0, 1.0), StepSizes(1, 0, 1, 5))
+    state, way = found.contact.state(), np.copysign([0.1, 0.0, turn], turn)
+    disc.freedom.values = disc.freedom.values + way
+    found.contact.update()
+    balance = balance_of_step(found.problem, path, state)
+    work = loads[0] @ way[:2] + loads[1] * way[2]
+    friction = max(found.contact.friction_work(), 0.0)
+    assert balance.most == pytest.approx(work - friction, rel=1e-6)
+    assert balance.lacks_energy == refused
 
 
 @pytest.mark.mpi

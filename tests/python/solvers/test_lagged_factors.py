@@ -4,16 +4,19 @@ import re
 
 import numpy as np
 import pytest
+from dolfinx import fem
 from problems import CELLS, COMM, SOLVERS, build, fix, stack, worst
 from sliding import Sliding
 from snapping import on_bed
 
 from raymortar import (
+    AugmentedLagrangian,
     ContactError,
     ConvergenceError,
     Coulomb,
     DisplacementControl,
     LoadSteps,
+    NonlinearProblem,
     SNESSolver,
     solvers,
 )
@@ -61,6 +64,34 @@ def test_a_slide_is_that_of_the_direct_solver(cell, degree, method):
     assert lagged.systems == sum(counts)
     # New rows of slave facets have met the master on the way: the pattern has changed
     assert 1 <= lagged.factorisations <= 0.7 * lagged.systems
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("factor", [1e-6, 1e6])
+def test_another_stiffness_is_factorised_at_once(factor):
+    """Of an old stiffness, factors make small residuals of wrong solutions."""
+    scene = stack("quadrilateral", (3, 4))
+    scale = fem.Constant(scene.mesh, 1.0)
+    built = build(
+        scene,
+        material="neo-hookean",
+        bcs=lambda V, s: [fix(V, s, "bottom"), fix(V, s, "top", 1, -0.02)],
+        method=AugmentedLagrangian(2000.0),
+    )
+    given = built.problem
+    form, contact = scale * given.forms[0], given.contact
+    problem = NonlinearProblem(form, contact, given.bcs)
+    one = SNESSolver(problem, solvers.lagged_factors())
+    one.solve()
+    lagged, u = context(one), built.u.x.array.copy()
+    before = lagged.systems - lagged.factorisations
+    scale.value = factor
+    contact.set_gamma(2000.0 * factor)
+    built.u.x.array[:] = contact.multiplier.x.array[:] = 0.0
+    counts = one.solve()[0]
+    assert counts and worst(built.u.x.array - u) <= 1e-7 * worst(u)
+    tried = lagged.systems - lagged.factorisations - before
+    assert tried <= counts - 1 and lagged.factorisations >= 2
 
 
 @pytest.mark.mpi
