@@ -88,7 +88,7 @@ def gather_tractions(contact: Contact) -> Tractions | None:
         normal = along_normal(points, points["traction"])
         return [
             points["x"],
-            -np.einsum("qi,qi->q", normal, points["normal"]),
+            -np.einsum("qi,qi->q", normal, points["contact_normal"]),
             np.linalg.norm(points["traction"] - normal, axis=1),
             points["pair"],
             first + points["slave"],
