@@ -78,7 +78,9 @@ template <int R, class Slopes, class F, int L, class Law, class Columns>
   if constexpr (requires { law.by_w; })
     by_ends -= (law.by_w * at.slip.by_eta).eval() *
                at.vary.dual.template topRows<D - 1>();
-  const Mat<R, D> by_turn = law.by_n - at.vary.g * by_ends;
+  Mat<R, D> by_turn = law.by_n - at.vary.g * by_ends;
+  if constexpr (D == 3 and requires { law.by_w; })
+    by_turn += law.by_w * at.slip.spin.by_n;
   auto rows = columns.template ray<R>(by_turn, by_ends);
   if constexpr (requires { law.by_w; })
   {
@@ -125,13 +127,22 @@ public:
     return rows;
   }
 
-  /// The slide turns with the master
+  /// The slide turns with the master, and with half of the spin
   template <int R>
   void add_slip(const Mat<R, D>& by_w, Rows<R, 2 * side>& rows) const
   {
-    rows.template rightCols<side>() +=
-        vary_convected<F, R>(_p.old.slide, by_w, _p.old.master.now,
-                             _at.slip.dual, _at.geometry.dN_m);
+    const Frame<D>& master = _p.old.master.now;
+    Mat<R, D> by_slide = by_w;
+    if constexpr (D == 3)
+    {
+      const SpinSlopes<3>& spin = _at.slip.spin;
+      by_slide = by_w * spin.by_slide;
+      rows += (by_w * spin.by_angle) *
+              vary_angle<F>(_p.old.spin, spin, _at.geometry, master,
+                            _at.slip.dual);
+    }
+    rows.template rightCols<side>() += vary_convected<F, R>(
+        _p.old.slide, by_slide, master, _at.slip.dual, _at.geometry.dN_m);
   }
 
   template <int R>
@@ -203,7 +214,18 @@ public:
       const Mat<1, T> by_turn = was.distance.transpose() * bend.n;
       const Mat<D, T> turned =
           old.n.dot(was.distance) * bend.n + old.n * by_turn;
-      w += was.closing.length * bend.n - _at.slip.carry * turned;
+      const Mat<D, T> slide = _at.slip.carry * turned;
+      w += was.closing.length * bend.n;
+      if constexpr (D == 2)
+        w -= slide;
+      else
+      {
+        const SpinSlopes<3>& spin = _at.slip.spin;
+        w -= spin.by_slide * slide;
+        w += spin.by_angle * angle_along_facet(was.spin, spin, {old, bend},
+                                               was.dual, {_p.slave, _bend},
+                                               _at.slip.carry);
+      }
       by_gap += 0.5 * was.closing.by_old * by_turn;
     }
     rows += by_w * (w + old.n * by_gap);
