@@ -137,7 +137,9 @@ private:
   HitPoint(const Data& e, const States& states, const ElementPoint<F>& q,
            const NodeShapes<F>& shapes,
            const TwoFrames<D>& frames) requires is_frictional<Law>
-      : Base(e, q, frames.now, shapes.displacement(q.xi)), xi(q.xi), g(q.g),
+      : Base(e, q, frames.now, shapes.displacement(q.xi)),
+        xi(q.xi),
+        g(q.g),
         offset(this->N_s.dot(e.offset))
   {
     const NodeShapes<F> at_eta(q.eta);
@@ -222,8 +224,7 @@ struct SlipSlopes<F, true>
   SlipSlopes(const typename F::NodeMatrix& master_nodes,
              const typename F::NodeMatrix& master_old, const ElementPoint<F>& q,
              const OldPoint<F, true>& was)
-      : dual(dual_tangents<D>(was.master.now)),
-        spin(was.spin, was.slide.value),
+      : dual(dual_tangents<D>(was.master.now)), spin(was.spin, was.slide.value),
         carry(
             convection<D>(was.master.old, was.master.old_dual, was.master.now)),
         by_distance(carry - carry * was.frame.n * was.frame.n.transpose())

@@ -90,8 +90,8 @@ private:
     }
     if constexpr (has_couple)
     {
-      const Mat<D, F::dofs> G = dual_tangents<D>(p.slave) *
-                                F::Disp::gradients(p.xi).transpose();
+      const Mat<D, F::dofs> G =
+          dual_tangents<D>(p.slave) * F::Disp::gradients(p.xi).transpose();
       add_turning<D>(G, p.slave.n, p.weight * p.g * t, b);
     }
   }
@@ -123,8 +123,8 @@ private:
     return rows;
   }
 
-  /// Derivative of t in - t . (v_s + g dn - v_m), and of g dn: by what they vary
-  /// with, see PointResponse
+  /// Derivative of t in - t . (v_s + g dn - v_m), and of g dn: by what they
+  /// vary with, see PointResponse
   void add_traction_tangent(const Data& e, const HitPoint<F, L, Law>& p,
                             const HitSlopes<F, L, Law>& at)
   {
@@ -170,6 +170,8 @@ private:
   void add_couple_tangent(const Data& e, const HitPoint<F, L, Law>& p,
                           const HitSlopes<F, L, Law>& at, const Rows<D, C>& dt)
   {
+    if (M == 0 and p.response.status == ContactStatus::open)
+      return;
     constexpr int side = Layout::side;
     const PointGeometry<F>& geometry = at.geometry;
     const Vec<D>& n = p.slave.n;
@@ -188,8 +190,10 @@ private:
         row += (w * G).transpose() * dt;
       for (int i = 0; i < D; ++i)
       {
-        A.row(a * D + i).template head<side>() += n[i] * row.template head<side>();
-        A.row(a * D + i).template tail<side>() += n[i] * row.template tail<side>();
+        A.row(a * D + i).template head<side>() +=
+            n[i] * row.template head<side>();
+        A.row(a * D + i).template tail<side>() +=
+            n[i] * row.template tail<side>();
       }
       if constexpr (M > 0)
         for (int k = 0; k < Layout::multipliers; ++k)

@@ -137,9 +137,9 @@ public:
     {
       const SpinSlopes<3>& spin = _at.slip.spin;
       by_slide = by_w * spin.by_slide;
-      rows += (by_w * spin.by_angle) *
-              vary_angle<F>(_p.old.spin, spin, _at.geometry, master,
-                            _at.slip.dual);
+      rows +=
+          (by_w * spin.by_angle) *
+          vary_angle<F>(_p.old.spin, spin, _at.geometry, master, _at.slip.dual);
     }
     rows.template rightCols<side>() += vary_convected<F, R>(
         _p.old.slide, by_slide, master, _at.slip.dual, _at.geometry.dN_m);

@@ -74,10 +74,9 @@ private:
   /// @param[in] f Integrand over the coefficients, [value, gradients] first
   template <class Rates>
   static void bend_tests(const Surface& slave, const Vec<2>& xi,
-                         const typename PointBlocks<D>::Vector& f,
-                         Rates&& f_xi)
+                         const typename PointBlocks<D>::Vector& f, Rates&& f_xi)
   {
-    const Vec<D * T> by_gradients = f.template segment<D * T>(D);
+    const Vec<D* T> by_gradients = f.template segment<D * T>(D);
     if (by_gradients.isZero(0.0))
       return;
     const auto N = shape_taylor<T>(slave.shape, slave.degree,

@@ -23,11 +23,11 @@ struct Spin
 template <>
 struct Spin<3>
 {
-  double cosine, sine; ///< of half the angle
-  Vec<3> n;            ///< slave's present normal
-  Vec<2> across;       ///< n_0 x t_01 on the slave's old tangents t_0
-  Vec<3> of_slave;     ///< t_01 turned with the slave, of any length
-  Vec<3> of_master;    ///< t_01 turned with the master
+  double cosine, sine;       ///< of half the angle
+  Vec<3> n;                  ///< slave's present normal
+  Vec<2> across;             ///< n_0 x t_01 on the slave's old tangents t_0
+  Vec<3> of_slave;           ///< t_01 turned with the slave, of any length
+  Vec<3> of_master;          ///< t_01 turned with the master
   ConvectedVector<3> first;  ///< t_01 carried along by the master
   ConvectedVector<3> second; ///< n_0 x t_01
 
@@ -38,8 +38,8 @@ struct Spin<3>
     const Vec<3> t_2 = slave.old.jacobian * slave.old_dual.col(1);
     across = slave.old_dual.transpose() * t_2;
     of_slave = slave.now.t.col(0) - cross(n, slave.now.t * across);
-    first = convect<3>(master.old, master.old_dual, master.now,
-                       slave.old.t.col(0));
+    first =
+        convect<3>(master.old, master.old_dual, master.now, slave.old.t.col(0));
     second = convect<3>(master.old, master.old_dual, master.now, t_2);
     of_master = first.value - cross(n, second.value);
     const double along = of_master.dot(of_slave);

@@ -131,9 +131,9 @@ private:
       change.col(j) -= at.bend.t[static_cast<std::size_t>(j)] * along;
     Mat<F::dofs, T> turn_xi = p.g * geometry.G_s.transpose() * change;
     turn_xi += turn * g_xi;
-    if constexpr (requires { typename F::SecondOfDisp; })
+    if constexpr (requires { F::shape; })
     {
-      const auto bends = F::SecondOfDisp::at(p.xi);
+      const auto bends = SecondGradients<F::shape, F::degree>::at(p.xi);
       for (int j = 0; j < T; ++j)
         for (int i = 0; i < T; ++i)
           turn_xi.col(j) += p.g * along[i] * bends.col(i + j);

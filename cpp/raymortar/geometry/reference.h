@@ -231,7 +231,6 @@ struct FacetType
   using Disp = Lagrange<S, P>;
   using Node = Lagrange<S, K>;
   using SecondOfNode = SecondGradients<S, K>;
-  using SecondOfDisp = SecondGradients<S, P>;
   /// Shape functions of other fields, of degree L
   template <int L>
   using Basis = Lagrange<S, L>;
