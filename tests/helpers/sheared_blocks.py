@@ -159,11 +159,15 @@ class Blocks:
         Q = np.eye(self.dim) if Q is None else Q
         x = self.X + self.exact(k, slide)
         self.ends.x.array[:] = (x @ Q.T - self.X).ravel()
+        self.load(k, Q)
+        return x @ Q.T - self.X
+
+    def load(self, k, Q):
+        """Set the lateral tractions of a state, turned by Q."""
         S = nominal(self.dim, k)
         self.problem.load.value[:] = Q @ S
         shear = S[:, -1] - S[-1, -1] * up(self.dim)
         self.layer.value[:] = self.apart * np.outer(Q @ up(self.dim), shear)
-        return x @ Q.T - self.X
 
     def step(self, k, slide=0.0):
         """Solve for a state; error of the displacement, the step not yet accepted."""

@@ -7,7 +7,7 @@
 
 namespace raymortar
 {
-/// @brief Turns a slide by half of the spin of a step  [theory (2.14)]: the
+/// @brief Turns a slide by half of the spin of a step  [theory (2.15)]: the
 /// slide is a chord, and the path on which a body spins ends in another
 /// direction. In the plane there is no spin.
 template <int D>
