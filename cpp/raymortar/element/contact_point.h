@@ -5,6 +5,7 @@
 #include "raymortar/element/carried.h"
 #include "raymortar/element/convected.h"
 #include "raymortar/element/facet_states.h"
+#include "raymortar/element/spin.h"
 
 namespace raymortar
 {
@@ -73,6 +74,7 @@ struct OldPoint<F, true>
   Vec<F::gdim> across;
   Closing closing;
   ConvectedVector<F::gdim> slide;  ///< distance along the slave, carried along
+  Spin<F::gdim> spin;              ///< of the slave against the master
   Vec<F::gdim> w;                  ///< slip increment (2)
   Vec<F::gdim> accepted;           ///< of springs, see ContactState
   CarriedTraction<F::gdim> spring; ///< made of it
@@ -92,9 +94,12 @@ struct HitPoint : SlavePoint<F, L, Law>
       not is_frictional<Law>, PointResponse<D, M>,
       std::conditional_t<Slopes, FrictionResponse<D, M>, PointValue<D, M>>>;
 
-  Vec<F::dofs> N_m; ///< master shape functions at eta
-  double offset;    ///< added to gaps, length
-  Vec<D> normal;    ///< of the law's frame: n, or -n_m  [theory (2.14)]
+  typename F::RefPoint xi; ///< on the slave
+  double g;                ///< gap without the offset, length
+  Vec<F::dofs> N_m;        ///< master shape functions at eta
+  double offset;           ///< added to gaps, length
+  bool of_target;          ///< whether the law's frame is that of the master
+  Vec<D> normal;           ///< of that frame: n, or -n_m  [theory (2.14)]
   OldPoint<F, is_frictional<Law>> old;
   Response response;
 
@@ -111,10 +116,10 @@ struct HitPoint : SlavePoint<F, L, Law>
   {
   }
   HitPoint(const Data& e, const States&, const ElementPoint<F>& q)
-      : Base(e, q), N_m(F::Disp::values(q.eta)),
-        offset(this->N_s.dot(e.offset)),
-        normal(e.frame_of_target ? Vec<D>(-frame_at<F>(e.master, q.eta).n)
-                                 : this->slave.n),
+      : Base(e, q), xi(q.xi), g(q.g), N_m(F::Disp::values(q.eta)),
+        offset(this->N_s.dot(e.offset)), of_target(e.frame_of_target),
+        normal(of_target ? Vec<D>(-frame_at<F>(e.master, q.eta).n)
+                         : this->slave.n),
         response(respond(e, q))
   {
   }
@@ -150,20 +155,24 @@ private:
            const NodeShapes<F>& shapes,
            const TwoFrames<D>& frames) requires is_frictional<Law>
       : Base(e, q, frames.now, shapes.displacement(q.xi)),
-        offset(this->N_s.dot(e.offset))
+        xi(q.xi),
+        g(q.g),
+        offset(this->N_s.dot(e.offset)),
+        of_target(e.frame_of_target)
   {
     const NodeShapes<F> at_eta(q.eta);
     N_m = at_eta.displacement(q.eta);
     old.frame = frames.old;
     old.dual = frames.old_dual;
     states.master.set(old.master, at_eta);
-    set_normals(e.frame_of_target);
+    old.spin.set(frames, old.master);
+    set_normals();
     set_slip(q.g + offset);
     set_spring(e);
     response = respond(e, q);
   }
 
-  void set_normals(bool of_target) requires is_frictional<Law>
+  void set_normals() requires is_frictional<Law>
   {
     normal = of_target ? Vec<D>(-old.master.now.n) : this->slave.n;
     old.normal = of_target ? Vec<D>(-old.master.old.n) : old.frame.n;
@@ -179,7 +188,7 @@ private:
     old.closing = closed_part(old.across.dot(old.distance) + offset, gap);
     old.slide = convect<D>(master.old, master.old_dual, master.now,
                            old.distance - n_0.dot(old.distance) * n_0);
-    old.w = old.slide.value + old.closing.length * n_0;
+    old.w = old.spin.turned(old.slide.value) + old.closing.length * n_0;
   }
 
   void set_spring(const Data& e) requires is_frictional<Law>
@@ -188,7 +197,7 @@ private:
       return;
     old.accepted = e.history.traction_old * this->N_s;
     old.spring = carry_traction<D>(old.frame, old.dual, this->slave,
-                                   old.accepted, e.frame_of_target);
+                                   old.accepted, of_target);
   }
 
   [[nodiscard]] Response respond(const Data& e, const ElementPoint<F>& q) const
@@ -246,7 +255,8 @@ struct SlipSlopes<F, true>
 {
   static constexpr int D = F::gdim;
   Mat<D, F::tdim> dual; ///< of the master's tangents
-  Mat<D, D> carry;      ///< old vectors to present ones, along the master
+  SpinSlopes<D> spin;
+  Mat<D, D> carry; ///< old vectors to present ones, along the master
   Mat<D, D> by_distance;
   Mat<D, F::tdim> by_eta;
 
@@ -254,11 +264,13 @@ struct SlipSlopes<F, true>
   SlipSlopes(const typename F::NodeMatrix& master_nodes,
              const typename F::NodeMatrix& master_old, const ElementPoint<F>& q,
              const OldPoint<F, true>& was, bool of_target)
-      : dual(dual_tangents<D>(was.master.now)),
+      : dual(dual_tangents<D>(was.master.now)), spin(was.spin, was.slide.value),
         carry(
             convection<D>(was.master.old, was.master.old_dual, was.master.now)),
         by_distance(carry - carry * was.normal * was.normal.transpose())
   {
+    if constexpr (D == 3)
+      by_distance = spin.by_slide * by_distance;
     if (was.closing.by_old != 0.0)
       by_distance += was.closing.by_old * was.normal * was.across.transpose();
     by_eta = by_distance * was.master.old.t;
@@ -267,14 +279,31 @@ struct SlipSlopes<F, true>
       const NodeBends<F> bends = node_bends<F>(q.eta);
       const Curvature<D> old = curvature_at<F>(
           master_old, bends, was.master.old, was.master.old_dual);
-      by_eta += convected_along_master<F>(
-          was.slide, carry, old,
-          curvature_at<F>(master_nodes, bends, was.master.now, dual));
+      const Curvature<D> now =
+          curvature_at<F>(master_nodes, bends, was.master.now, dual);
+      const auto along = [&](const ConvectedVector<D>& c)
+      { return convected_along_master<F>(c, carry, old, now); };
+      if constexpr (D == 2)
+        by_eta += along(was.slide);
+      else
+        by_eta += spin.by_slide * along(was.slide) +
+                  spin.by_angle *
+                      (spin.by_first.transpose() * along(was.spin.first) +
+                       spin.by_second.transpose() * along(was.spin.second));
       by_eta -= 0.5 * was.closing.by_old * was.normal *
                 (was.distance.transpose() * old.n);
       if (of_target)
-        by_eta += slip_by_turn<F>(was, carry, -old.n);
+        by_eta += slip_by_turn<F>(was, turned(), -old.n);
     }
+  }
+
+  /// @brief Old vectors to present ones, as the slide takes them.
+  [[nodiscard]] Mat<D, D> turned() const
+  {
+    if constexpr (D == 2)
+      return carry;
+    else
+      return spin.by_slide * carry;
   }
 };
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "raymortar/element/rates.h"
+#include "raymortar/element/turning.h"
 
 namespace raymortar
 {
@@ -18,6 +19,12 @@ public:
   using Data = ElementData<F, L, Law>;
   static constexpr int D = F::gdim;
   static constexpr int M = Layout::components;
+  /// @brief Whether tractions may have a part along the slave, which makes a
+  /// couple over the gap; others turn nothing  [theory (3)].
+  [[nodiscard]] static bool has_couple(bool of_target)
+  {
+    return M == D or is_frictional<Law> or of_target;
+  }
   using Vector = Vec<Layout::size>;
   using Matrix =
       Eigen::Matrix<double, Layout::size, Layout::size, Eigen::RowMajor>;
@@ -75,7 +82,7 @@ public:
   }
 
 private:
-  /// - int t . (v_s - v_m) dG
+  /// - int t . (v_s + g dn - v_m) dG
   template <bool Slopes>
   void add_work(const HitPoint<F, L, Law, Slopes>& p, const Vec<D>& t)
   {
@@ -83,6 +90,12 @@ private:
     {
       b.template segment<D>(a * D) -= p.weight * p.N_s[a] * t;
       b.template segment<D>(Layout::master + a * D) += p.weight * p.N_m[a] * t;
+    }
+    if (has_couple(p.of_target))
+    {
+      const Mat<D, F::dofs> G =
+          dual_tangents<D>(p.slave) * F::Disp::gradients(p.xi).transpose();
+      add_turning<D>(G, p.slave.n, p.weight * p.g * t, b);
     }
   }
 
@@ -113,8 +126,8 @@ private:
     return rows;
   }
 
-  /// Derivative of t in - t . (v_s - v_m): by what it varies with, see
-  /// PointResponse
+  /// Derivative of t in - t . (v_s + g dn - v_m), and of g dn: by what they
+  /// vary with, see PointResponse
   void add_traction_tangent(const Data& e, const HitPoint<F, L, Law>& p,
                             const HitSlopes<F, L, Law>& at)
   {
@@ -126,8 +139,13 @@ private:
       add_work_tangent<side>(
           geometry, r.t * area_variation<F>(e.measure, geometry), 0, w);
     if constexpr (M == 0)
-      add_work_tangent<2 * side>(
-          geometry, chain<D>(traction_slopes(p), p, at, Columns(p, at)), 0, w);
+    {
+      const Rows<D, 2 * side> dt =
+          chain<D>(traction_slopes(p), p, at, Columns(p, at));
+      add_work_tangent<2 * side>(geometry, dt, 0, w);
+      if (has_couple(p.of_target))
+        add_couple_tangent(e, p, at, dt);
+    }
     else if constexpr (M == 1)
     {
       if (at.frame.of_target)
@@ -137,6 +155,7 @@ private:
         add_work_tangent<side>(geometry, dt.template leftCols<side>(), 0, w);
         add_work_tangent<side>(geometry, dt.template rightCols<side>(),
                                Layout::master, w);
+        add_couple_tangent(e, p, at, dt);
       }
       else
         add_work_tangent<side>(geometry, turn<D>(r.t_n, geometry), 0, w);
@@ -144,6 +163,7 @@ private:
           geometry, r.t_lam * p.shape.transpose(), side, w);
     }
     else
+    {
       for (int k = 0; k < Layout::multipliers; ++k)
         for (int a = 0; a < F::dofs; ++a)
         {
@@ -153,6 +173,47 @@ private:
           A.template block<D, D>(m, column).diagonal().array() +=
               w * p.N_m[a] * p.shape[k];
         }
+      add_couple_tangent(e, p, at, Rows<D, 0>());
+    }
+  }
+
+  /// Derivative of - t . g dn  [theory (4.21)]
+  /// @param[in] dt Over [slave | master]; empty where t is the multiplier
+  template <int C>
+  void add_couple_tangent(const Data& e, const HitPoint<F, L, Law>& p,
+                          const HitSlopes<F, L, Law>& at, const Rows<D, C>& dt)
+  {
+    if (M == 0 and p.response.status == ContactStatus::open)
+      return;
+    constexpr int side = Layout::side;
+    const PointGeometry<F>& geometry = at.geometry;
+    const Vec<D>& n = p.slave.n;
+    const Vec<D> t = p.weight * p.response.t;
+    const double w = p.weight * p.g;
+    const Mat<1, D> by_ends = at.vary.dual.row(D - 1);
+    Rows<1, 2 * side> dg =
+        Columns(p, at).template ray<1>(-p.g * by_ends, by_ends);
+    if (moves(e.measure))
+      dg.template head<side>() += p.g * area_variation<F>(e.measure, geometry);
+    for (int a = 0; a < F::dofs; ++a)
+    {
+      const Vec<D> G = geometry.G_s.col(a);
+      Rows<1, 2 * side> row = G.dot(t) * dg;
+      if constexpr (C > 0)
+        row += (w * G).transpose() * dt;
+      for (int i = 0; i < D; ++i)
+      {
+        A.row(a * D + i).template head<side>() +=
+            n[i] * row.template head<side>();
+        A.row(a * D + i).template tail<side>() +=
+            n[i] * row.template tail<side>();
+      }
+      if constexpr (M > 0)
+        for (int k = 0; k < Layout::multipliers; ++k)
+          A.template block<D, M>(a * D, side + k * M) +=
+              (w * p.shape[k]) * n * (G.transpose() * p.response.t_lam);
+    }
+    add_turning_tangent<D>(geometry.G_s, n, p.g * t, A);
   }
 
   /// - dt . (v_s - v_m) over the C columns of dt, the first of which is given

@@ -83,7 +83,9 @@ template <int R, class Slopes, class F, int L, class Law, class Columns>
     by_ends += law.by_n * at.frame.by_ends;
   Mat<R, D> by_turn = -at.vary.g * by_ends;
   if (not at.frame.of_target)
-    by_turn = law.by_n - at.vary.g * by_ends;
+    by_turn += law.by_n;
+  if constexpr (D == 3 and requires { law.by_w; })
+    by_turn += law.by_w * at.slip.spin.by_n;
   auto rows = columns.template ray<R>(by_turn, by_ends);
   if (at.frame.of_target)
     columns.template add_frame<R>(law.by_n, rows);
@@ -142,13 +144,22 @@ public:
           (by_n * _at.frame.by_nodes.col(a)) * _at.frame.n.transpose();
   }
 
-  /// The slide turns with the master
+  /// The slide turns with the master, and with half of the spin
   template <int R>
   void add_slip(const Mat<R, D>& by_w, Rows<R, 2 * side>& rows) const
   {
-    rows.template rightCols<side>() +=
-        vary_convected<F, R>(_p.old.slide, by_w, _p.old.master.now,
-                             _at.slip.dual, _at.geometry.dN_m);
+    const Frame<D>& master = _p.old.master.now;
+    Mat<R, D> by_slide = by_w;
+    if constexpr (D == 3)
+    {
+      const SpinSlopes<3>& spin = _at.slip.spin;
+      by_slide = by_w * spin.by_slide;
+      rows +=
+          (by_w * spin.by_angle) *
+          vary_angle<F>(_p.old.spin, spin, _at.geometry, master, _at.slip.dual);
+    }
+    rows.template rightCols<side>() += vary_convected<F, R>(
+        _p.old.slide, by_slide, master, _at.slip.dual, _at.geometry.dN_m);
   }
 
   template <int R>
@@ -219,9 +230,16 @@ public:
     Mat<D, T> w = -_at.slip.by_distance * was.frame.t +
                   was.closing.by_old * was.normal * _offset;
     if constexpr (not F::affine)
+    {
       // The slave's old normal, which tells slide and gap apart, turns as well
+      const Curvature<D> bend = old_bend();
       if (not _at.frame.of_target)
-        w += slip_by_turn<F>(was, _at.slip.carry, old_bend().n);
+        w += slip_by_turn<F>(was, _at.slip.turned(), bend.n);
+      if constexpr (D == 3)
+        w += _at.slip.spin.by_angle *
+             angle_along_facet(was.spin, _at.slip.spin, {was.frame, bend},
+                               was.dual, {_p.slave, _bend}, _at.slip.carry);
+    }
     rows += by_w * w;
   }
 

@@ -188,7 +188,7 @@ def resultant(zone: ZoneData, comm: MPI.Comm) -> Resultant:
     """Force and moment on the slave side of a zone. Collective."""
     points = zone.points()
     forces = points["weight"][:, None] * points["traction"]
-    moment = _moments(points["x"], forces).sum(axis=0)
+    moment = _moments(zone.places(points), forces).sum(axis=0)
     normal = along_normal(points, forces).sum(axis=0)
     force = comm.allreduce(forces.sum(axis=0))
     normal = comm.allreduce(normal)
@@ -218,7 +218,8 @@ def resultants(zone: ZoneData, comm: MPI.Comm) -> list[Resultant]:
     master, dim = zone.masters_of(points), points["x"].shape[1]
     forces = points["weight"][:, None] * points["traction"]
     # Ranks without points know the width, too
-    moments = _moments(points["x"], forces).reshape(len(forces), 3 if dim == 3 else 1)
+    moments = _moments(zone.places(points), forces)
+    moments = moments.reshape(len(forces), 3 if dim == 3 else 1)
     values = np.hstack([forces, along_normal(points, forces), moments])
     sums = np.zeros((zone.master_tags.count, values.shape[1]))
     np.add.at(sums, master[master >= 0], values[master >= 0])
@@ -244,9 +245,9 @@ def resultant_on(zones: Sequence[ZoneData], body: Body, comm: MPI.Comm) -> Resul
             continue
         points = zone.points()
         mine = zone.masters_of(points) == zone.facets.bodies.index(body)
+        at = zone.places(points)[mine]
         points = {name: values[mine] for name, values in points.items()}
         forces = -points["weight"][:, None] * points["traction"]
-        at = points["x"] + points["distance"][:, None] * points["normal"]
         # Ranks without points know the width, too
         width = len(sums) - 2 * dim
         moments = _moments(at - body.place[:dim], forces).reshape(len(forces), width)
@@ -275,7 +276,7 @@ def along_normal(points: dict[str, Array], vectors: Array) -> Array:
 def pressures(points: dict[str, Array]) -> Array:
     """Normal part of the tractions at the points, positive in compression, (n,)."""
     normal = along_normal(points, points["traction"])
-    return -np.einsum("qi,qi->q", normal, points["normal"])
+    return -np.einsum("qi,qi->q", normal, points["contact_normal"])
 
 
 def nodal_average(

@@ -44,6 +44,7 @@ class ZoneData:
     multiplier_nodes: Indices  # sorted block dofs in the zone's own order
     result_table: Indices  # (slave facets, n), local block dofs of result fields
     frictional: bool
+    tied: bool
     distances: dict[str, Array]  # (slave facets,) of reach, depth, skin
     depth_is_default: bool
     thickness: tuple[Array, ...]  # behind this rank's slave and master facets
@@ -92,6 +93,12 @@ class ZoneData:
             points.setdefault("slip", np.empty_like(points["x"]))
             points.setdefault("closing", np.empty_like(points["gap"]))
         return points
+
+    def places(self, points: dict[str, Array]) -> Array:
+        """Where tractions act on both sides, (points, d)."""
+        if self.tied:  # its points are there
+            return points["x"]
+        return points["x"] + points["distance"][:, None] * points["normal"]
 
     def masters_of(self, points: dict[str, Array]) -> Indices:
         """Index among the slave's masters of the one that each point hits; -1 for
@@ -308,6 +315,7 @@ def create_zone(
         nodes,
         results,
         friction is not None or tied is not None,
+        tied is not None,
         distances,
         search.depth is None,
         thickness,
