@@ -216,7 +216,8 @@ struct SlipSlopes<F, true>
   static constexpr int D = F::gdim;
   Mat<D, F::tdim> dual; ///< of the master's tangents
   SpinSlopes<D> spin;
-  Mat<D, D> carry; ///< old vectors to present ones, along the master
+  Mat<D, D> convected; ///< old vectors to present ones, along the master
+  Mat<D, D> carry;     ///< the same for a slide, with half of the spin
   Mat<D, D> by_distance;
   Mat<D, F::tdim> by_eta;
 
@@ -225,12 +226,11 @@ struct SlipSlopes<F, true>
              const typename F::NodeMatrix& master_old, const ElementPoint<F>& q,
              const OldPoint<F, true>& was)
       : dual(dual_tangents<D>(was.master.now)), spin(was.spin, was.slide.value),
-        carry(
+        convected(
             convection<D>(was.master.old, was.master.old_dual, was.master.now)),
+        carry(spin.after(convected)),
         by_distance(carry - carry * was.frame.n * was.frame.n.transpose())
   {
-    if constexpr (D == 3)
-      by_distance = spin.by_slide * by_distance;
     if (was.closing.by_old != 0.0)
       by_distance += was.closing.by_old * was.frame.n * was.across.transpose();
     by_eta = by_distance * was.master.old.t;
@@ -242,14 +242,12 @@ struct SlipSlopes<F, true>
       const Curvature<D> now =
           curvature_at<F>(master_nodes, bends, was.master.now, dual);
       const auto along = [&](const ConvectedVector<D>& c)
-      { return convected_along_master<F>(c, carry, old, now); };
-      if constexpr (D == 2)
-        by_eta += along(was.slide);
-      else
-        by_eta += spin.by_slide * along(was.slide) +
-                  spin.by_angle *
-                      (spin.by_first.transpose() * along(was.spin.first) +
-                       spin.by_second.transpose() * along(was.spin.second));
+      { return convected_along_master<F>(c, convected, old, now); };
+      by_eta += spin.after(along(was.slide));
+      if constexpr (D == 3)
+        by_eta += spin.by_angle *
+                  (spin.by_first.transpose() * along(was.spin.first) +
+                   spin.by_second.transpose() * along(was.spin.second));
       by_eta -= 0.5 * was.closing.by_old * was.frame.n *
                 (was.distance.transpose() * old.n);
     }

@@ -132,17 +132,14 @@ public:
   void add_slip(const Mat<R, D>& by_w, Rows<R, 2 * side>& rows) const
   {
     const Frame<D>& master = _p.old.master.now;
-    Mat<R, D> by_slide = by_w;
+    const SpinSlopes<D>& spin = _at.slip.spin;
+    rows.template rightCols<side>() +=
+        vary_convected<F, R>(_p.old.slide, spin.before(by_w), master,
+                             _at.slip.dual, _at.geometry.dN_m);
     if constexpr (D == 3)
-    {
-      const SpinSlopes<3>& spin = _at.slip.spin;
-      by_slide = by_w * spin.by_slide;
       rows +=
           (by_w * spin.by_angle) *
           vary_angle<F>(_p.old.spin, spin, _at.geometry, master, _at.slip.dual);
-    }
-    rows.template rightCols<side>() += vary_convected<F, R>(
-        _p.old.slide, by_slide, master, _at.slip.dual, _at.geometry.dN_m);
   }
 
   template <int R>
@@ -214,18 +211,11 @@ public:
       const Mat<1, T> by_turn = was.distance.transpose() * bend.n;
       const Mat<D, T> turned =
           old.n.dot(was.distance) * bend.n + old.n * by_turn;
-      const Mat<D, T> slide = _at.slip.carry * turned;
-      w += was.closing.length * bend.n;
-      if constexpr (D == 2)
-        w -= slide;
-      else
-      {
-        const SpinSlopes<3>& spin = _at.slip.spin;
-        w -= spin.by_slide * slide;
-        w += spin.by_angle * angle_along_facet(was.spin, spin, {old, bend},
-                                               was.dual, {_p.slave, _bend},
-                                               _at.slip.carry);
-      }
+      w += was.closing.length * bend.n - _at.slip.carry * turned;
+      if constexpr (D == 3)
+        w += _at.slip.spin.by_angle *
+             angle_along_facet(was.spin, _at.slip.spin, {old, bend}, was.dual,
+                               {_p.slave, _bend}, _at.slip.convected);
       by_gap += 0.5 * was.closing.by_old * by_turn;
     }
     rows += by_w * (w + old.n * by_gap);
