@@ -256,7 +256,8 @@ struct SlipSlopes<F, true>
   static constexpr int D = F::gdim;
   Mat<D, F::tdim> dual; ///< of the master's tangents
   SpinSlopes<D> spin;
-  Mat<D, D> carry; ///< old vectors to present ones, along the master
+  Mat<D, D> convected; ///< old vectors to present ones, along the master
+  Mat<D, D> carry;     ///< the same for a slide, with half of the spin
   Mat<D, D> by_distance;
   Mat<D, F::tdim> by_eta;
 
@@ -265,12 +266,11 @@ struct SlipSlopes<F, true>
              const typename F::NodeMatrix& master_old, const ElementPoint<F>& q,
              const OldPoint<F, true>& was, bool of_target)
       : dual(dual_tangents<D>(was.master.now)), spin(was.spin, was.slide.value),
-        carry(
+        convected(
             convection<D>(was.master.old, was.master.old_dual, was.master.now)),
+        carry(spin.after(convected)),
         by_distance(carry - carry * was.normal * was.normal.transpose())
   {
-    if constexpr (D == 3)
-      by_distance = spin.by_slide * by_distance;
     if (was.closing.by_old != 0.0)
       by_distance += was.closing.by_old * was.normal * was.across.transpose();
     by_eta = by_distance * was.master.old.t;
@@ -282,28 +282,17 @@ struct SlipSlopes<F, true>
       const Curvature<D> now =
           curvature_at<F>(master_nodes, bends, was.master.now, dual);
       const auto along = [&](const ConvectedVector<D>& c)
-      { return convected_along_master<F>(c, carry, old, now); };
-      if constexpr (D == 2)
-        by_eta += along(was.slide);
-      else
-        by_eta += spin.by_slide * along(was.slide) +
-                  spin.by_angle *
-                      (spin.by_first.transpose() * along(was.spin.first) +
-                       spin.by_second.transpose() * along(was.spin.second));
+      { return convected_along_master<F>(c, convected, old, now); };
+      by_eta += spin.after(along(was.slide));
+      if constexpr (D == 3)
+        by_eta += spin.by_angle *
+                  (spin.by_first.transpose() * along(was.spin.first) +
+                   spin.by_second.transpose() * along(was.spin.second));
       by_eta -= 0.5 * was.closing.by_old * was.normal *
                 (was.distance.transpose() * old.n);
       if (of_target)
-        by_eta += slip_by_turn<F>(was, turned(), -old.n);
+        by_eta += slip_by_turn<F>(was, carry, -old.n);
     }
-  }
-
-  /// @brief Old vectors to present ones, as the slide takes them.
-  [[nodiscard]] Mat<D, D> turned() const
-  {
-    if constexpr (D == 2)
-      return carry;
-    else
-      return spin.by_slide * carry;
   }
 };
 

@@ -149,17 +149,14 @@ public:
   void add_slip(const Mat<R, D>& by_w, Rows<R, 2 * side>& rows) const
   {
     const Frame<D>& master = _p.old.master.now;
-    Mat<R, D> by_slide = by_w;
+    const SpinSlopes<D>& spin = _at.slip.spin;
+    rows.template rightCols<side>() +=
+        vary_convected<F, R>(_p.old.slide, spin.before(by_w), master,
+                             _at.slip.dual, _at.geometry.dN_m);
     if constexpr (D == 3)
-    {
-      const SpinSlopes<3>& spin = _at.slip.spin;
-      by_slide = by_w * spin.by_slide;
       rows +=
           (by_w * spin.by_angle) *
           vary_angle<F>(_p.old.spin, spin, _at.geometry, master, _at.slip.dual);
-    }
-    rows.template rightCols<side>() += vary_convected<F, R>(
-        _p.old.slide, by_slide, master, _at.slip.dual, _at.geometry.dN_m);
   }
 
   template <int R>
@@ -234,11 +231,11 @@ public:
       // The slave's old normal, which tells slide and gap apart, turns as well
       const Curvature<D> bend = old_bend();
       if (not _at.frame.of_target)
-        w += slip_by_turn<F>(was, _at.slip.turned(), bend.n);
+        w += slip_by_turn<F>(was, _at.slip.carry, bend.n);
       if constexpr (D == 3)
         w += _at.slip.spin.by_angle *
              angle_along_facet(was.spin, _at.slip.spin, {was.frame, bend},
-                               was.dual, {_p.slave, _bend}, _at.slip.carry);
+                               was.dual, {_p.slave, _bend}, _at.slip.convected);
     }
     rows += by_w * w;
   }

@@ -61,6 +61,16 @@ template <int D>
 struct SpinSlopes
 {
   SpinSlopes(const Spin<D>&, const Vec<D>&) {}
+  template <class Matrix>
+  [[nodiscard]] Matrix before(const Matrix& by_turned) const
+  {
+    return by_turned;
+  }
+  template <class Matrix>
+  [[nodiscard]] Matrix after(const Matrix& slides) const
+  {
+    return slides;
+  }
 };
 
 template <>
@@ -92,6 +102,19 @@ struct SpinSlopes<3>
     by_n -= by_angle * (n.dot(spin.first.value) * by_first +
                         n.dot(spin.second.value) * by_second)
                            .transpose();
+  }
+
+  /// @brief Derivatives by a slide from those by what it turns to.
+  template <class Matrix>
+  [[nodiscard]] Matrix before(const Matrix& by_turned) const
+  {
+    return by_turned * by_slide;
+  }
+  /// @brief What slides, as columns, turn to.
+  template <class Matrix>
+  [[nodiscard]] Matrix after(const Matrix& slides) const
+  {
+    return by_slide * slides;
   }
 };
 
