@@ -148,6 +148,9 @@ private:
     states.master.set(old.master, at_eta);
     set_normals(e.frame_of_target);
     set_slip(q.g + offset);
+    // Along the ray, which is not across the target, lies no slip
+    if (e.frame_of_target)
+      old.w -= q.g * this->slave.n;
     set_spring(e);
     response = respond(e, q);
   }
