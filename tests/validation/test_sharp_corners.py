@@ -112,21 +112,3 @@ def test_where_the_slave_keeps_its_normal_a_warning_tells_the_tilt():
     with warnings.catch_warnings():
         warnings.simplefilter("error", raymortar.ContactWarning)
         slid("line", 12.0, n=4)
-
-
-def test_snap_fit_with_a_sharp_nose():
-    """A nose that rides to the left, up a ramp of 30 degrees and over a flat top."""
-    up = np.tan(np.deg2rad(30.0))
-    points = np.array([[-3.0, 0.0], [0.0, 0.0], [1.0, -up], [3.0, -up]])
-    tool = rigid.Surface(points, np.array([[1, 0], [2, 1], [3, 2]]), closed=False)
-    nose = corners.block_on(tool, corners.turned(2, 10.0), n=4, friction=Coulomb(MU))
-
-    def ratio(x, pressed=0.02, steps=4):
-        force = nose.path([(x, -up * max(x, 0.0) - pressed)], steps)[-1]
-        return force[0] / force[1]
-
-    nose.path([(0.6, 0.1 - 0.6 * up)], steps=1)
-    ratio(0.6)
-    assert ratio(0.4) == pytest.approx((MU + up) / (1.0 - MU * up), rel=1e-9)
-    ratio(-0.2, steps=12)
-    assert ratio(-0.3) == pytest.approx(MU, rel=1e-9)
