@@ -97,15 +97,15 @@ struct PointResults
   std::vector<double> traction; ///< t of (3), (points, gdim)
   std::vector<double> weight;   ///< area each point stands for
   std::vector<double> x;        ///< deformed slave positions, (points, gdim)
-  std::vector<double> gamma;    ///< of the law. Traction per length
-  std::vector<double> slip;     ///< T_n w of (2), (points, gdim); friction only
-  /// How much of an open gap has closed, c of (2), (points,); friction only
-  std::vector<double> closing;
-  std::vector<double> normal; ///< of the slave, (points, gdim)
+  std::vector<double> normal;   ///< of the slave, (points, gdim)
   /// That of the law's frame (2.14), (points, gdim)
   std::vector<double> contact_normal;
   /// Of what is hit, zero where nothing is, (points, gdim)
   std::vector<double> master_normal;
+  std::vector<double> gamma; ///< of the law. Traction per length
+  std::vector<double> slip;  ///< T_n w of (2), (points, gdim); friction only
+  /// How much of an open gap has closed, c of (2), (points,); friction only
+  std::vector<double> closing;
   /// Tangential traction of the law at its points, of which a multiplier is
   /// the mean, (points, gdim); friction only
   std::vector<double> friction;

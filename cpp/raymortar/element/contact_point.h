@@ -168,6 +168,9 @@ private:
     old.spin.set(frames, old.master);
     set_normals();
     set_slip(q.g + offset);
+    // Along the ray, which is not across the target, lies no slip
+    if (e.frame_of_target)
+      old.w -= q.g * this->slave.n;
     set_spring(e);
     response = respond(e, q);
   }

@@ -79,11 +79,20 @@ template <int R, class Slopes, class F, int L, class Law, class Columns>
   if constexpr (requires { law.by_w; })
     by_ends -= (law.by_w * at.slip.by_eta).eval() *
                at.vary.dual.template topRows<D - 1>();
+  Mat<R, D> by_turn;
   if (at.frame.of_target)
+  {
     by_ends += law.by_n * at.frame.by_ends;
-  Mat<R, D> by_turn = -at.vary.g * by_ends;
-  if (not at.frame.of_target)
-    by_turn += law.by_n;
+    by_turn.setZero();
+    if constexpr (requires { law.by_w; }) // - g n in the slip
+    {
+      by_ends -= (law.by_w * p.slave.n) * at.vary.dual.row(D - 1);
+      by_turn = -at.vary.g * law.by_w;
+    }
+    by_turn -= at.vary.g * by_ends;
+  }
+  else
+    by_turn = law.by_n - at.vary.g * by_ends;
   if constexpr (D == 3 and requires { law.by_w; })
     by_turn += law.by_w * at.slip.spin.by_n;
   auto rows = columns.template ray<R>(by_turn, by_ends);

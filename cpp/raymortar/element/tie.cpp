@@ -299,9 +299,9 @@ PointResults Kernel<D>::results(const ContactState& s) const
                  .weight = s.points.area,
                  .x = vectors,
                  .normal = vectors,
-                 .gamma = numbers,
                  .contact_normal = vectors,
                  .master_normal = vectors,
+                 .gamma = numbers,
                  .slip = vectors,
                  .closing = numbers,
                  .friction = vectors};

@@ -14,8 +14,9 @@ from ..host.joined import parts_of
 from ..host.marks import marked_everywhere
 from ..host.tagged import ZoneFacets
 
-# A corner that is pressed in touches with so many rows of facets beside its own
-ROWS = 2
+# Rows of facets beside a sharp edge that count with it: those that touch where a corner is
+# pressed in. Beyond them multipliers fade, by a factor of four in each row
+ROWS = 3
 
 
 def boundary_edges(u: object, zones: Sequence[ZoneFacets]) -> list[Edges]:
