@@ -124,6 +124,14 @@ struct HitPoint : SlavePoint<F, L, Law>
   {
   }
 
+  /// @brief Part of a traction that makes a couple over the gap  [theory (3)]:
+  /// in the frame of the target the part along its normal acts on both sides
+  /// along one line.
+  [[nodiscard]] Vec<D> turning(const Vec<D>& t) const
+  {
+    return of_target ? along_surface(t) : t;
+  }
+
   /// @brief Tangential traction of the law.
   [[nodiscard]] Vec<D> friction() const requires is_frictional<Law>
   {

@@ -19,12 +19,9 @@ public:
   using Data = ElementData<F, L, Law>;
   static constexpr int D = F::gdim;
   static constexpr int M = Layout::components;
-  /// @brief Whether tractions may have a part along the slave, which makes a
-  /// couple over the gap; others turn nothing  [theory (3)].
-  [[nodiscard]] static bool has_couple(bool of_target)
-  {
-    return M == D or is_frictional<Law> or of_target;
-  }
+  /// Whether tractions may have a part along the surface, which makes a couple
+  /// over the gap; another turns nothing  [theory (3)]
+  static constexpr bool has_couple = M == D or is_frictional<Law>;
   using Vector = Vec<Layout::size>;
   using Matrix =
       Eigen::Matrix<double, Layout::size, Layout::size, Eigen::RowMajor>;
@@ -91,11 +88,11 @@ private:
       b.template segment<D>(a * D) -= p.weight * p.N_s[a] * t;
       b.template segment<D>(Layout::master + a * D) += p.weight * p.N_m[a] * t;
     }
-    if (has_couple(p.of_target))
+    if constexpr (has_couple)
     {
       const Mat<D, F::dofs> G =
           dual_tangents<D>(p.slave) * F::Disp::gradients(p.xi).transpose();
-      add_turning<D>(G, p.slave.n, p.weight * p.g * t, b);
+      add_turning<D>(G, p.slave.n, p.weight * p.g * p.turning(t), b);
     }
   }
 
@@ -143,8 +140,8 @@ private:
       const Rows<D, 2 * side> dt =
           chain<D>(traction_slopes(p), p, at, Columns(p, at));
       add_work_tangent<2 * side>(geometry, dt, 0, w);
-      if (has_couple(p.of_target))
-        add_couple_tangent(e, p, at, dt);
+      if constexpr (has_couple)
+        add_couple_tangent(e, p, at, p.of_target ? turning_tangent(p, at) : dt);
     }
     else if constexpr (M == 1)
     {
@@ -155,7 +152,6 @@ private:
         add_work_tangent<side>(geometry, dt.template leftCols<side>(), 0, w);
         add_work_tangent<side>(geometry, dt.template rightCols<side>(),
                                Layout::master, w);
-        add_couple_tangent(e, p, at, dt);
       }
       else
         add_work_tangent<side>(geometry, turn<D>(r.t_n, geometry), 0, w);
@@ -173,12 +169,23 @@ private:
           A.template block<D, D>(m, column).diagonal().array() +=
               w * p.N_m[a] * p.shape[k];
         }
-      add_couple_tangent(e, p, at, Rows<D, 0>());
+      if (p.of_target)
+        add_couple_tangent(e, p, at, turning_tangent(p, at));
+      else
+        add_couple_tangent(e, p, at, Rows<D, 0>());
     }
   }
 
+  /// Derivative of p.turning(t), which varies with the frame as well
+  [[nodiscard]] static Rows<D, 2 * Layout::side>
+  turning_tangent(const HitPoint<F, L, Law>& p, const HitSlopes<F, L, Law>& at)
+  {
+    return chain<D>(across_slopes(p), p, at, Columns(p, at));
+  }
+
   /// Derivative of - t . g dn  [theory (4.21)]
-  /// @param[in] dt Over [slave | master]; empty where t is the multiplier
+  /// @param[in] dt That of p.turning(t), over [slave | master]; empty where it
+  /// is the multiplier
   template <int C>
   void add_couple_tangent(const Data& e, const HitPoint<F, L, Law>& p,
                           const HitSlopes<F, L, Law>& at, const Rows<D, C>& dt)
@@ -188,7 +195,7 @@ private:
     constexpr int side = Layout::side;
     const PointGeometry<F>& geometry = at.geometry;
     const Vec<D>& n = p.slave.n;
-    const Vec<D> t = p.weight * p.response.t;
+    const Vec<D> t = p.weight * p.turning(p.response.t);
     const double w = p.weight * p.g;
     const Mat<1, D> by_ends = at.vary.dual.row(D - 1);
     Rows<1, 2 * side> dg =
@@ -210,8 +217,8 @@ private:
       }
       if constexpr (M > 0)
         for (int k = 0; k < Layout::multipliers; ++k)
-          A.template block<D, M>(a * D, side + k * M) +=
-              (w * p.shape[k]) * n * (G.transpose() * p.response.t_lam);
+          A.template block<D, D>(a * D, side + k * D) +=
+              (w * p.shape[k]) * n * p.turning(G).transpose();
     }
     add_turning_tangent<D>(geometry.G_s, n, p.g * t, A);
   }

@@ -56,6 +56,52 @@ template <class F, int L, class Law>
     return LawSlopes<M, D, M, false>{r.C_n, r.C_g, r.C_lam};
 }
 
+/// @brief Derivatives of a traction's part across the normal of the frame.
+template <int D, int M, bool Frictional>
+struct AcrossSlopes
+{
+  Mat<D, D> by_n;
+  Vec<D> by_g;
+  Mat<D, M> by_lam;
+};
+
+/// The same with friction
+template <int D, int M>
+struct AcrossSlopes<D, M, true>
+{
+  Mat<D, D> by_n;
+  Vec<D> by_g;
+  Mat<D, M> by_lam;
+  Mat<D, D> by_w;
+  Mat<D, D> by_spring;
+  Vec<D> by_coefficient;
+  Vec<D> by_rate;
+};
+
+template <class F, int L, class Law>
+[[nodiscard]] auto across_slopes(const HitPoint<F, L, Law>& p)
+{
+  constexpr int D = F::gdim, M = ElementLayout<F, L, Law>::components;
+  const auto slopes = traction_slopes(p);
+  const Vec<D>&n = p.normal, &t = p.response.t;
+  const Mat<D, D> one = Mat<D, D>::Identity();
+  const Mat<D, D> across = one - n * n.transpose();
+  const Mat<D, D> by_n =
+      across * slopes.by_n - n.dot(t) * one - n * t.transpose();
+  const Vec<D> by_g = across * slopes.by_g;
+  const Mat<D, M> by_lam = across * slopes.by_lam;
+  if constexpr (requires { slopes.by_w; })
+    return AcrossSlopes<D, M, true>{by_n,
+                                    by_g,
+                                    by_lam,
+                                    across * slopes.by_w,
+                                    across * slopes.by_spring,
+                                    across * slopes.by_coefficient,
+                                    across * slopes.by_rate};
+  else
+    return AcrossSlopes<D, M, false>{by_n, by_g, by_lam};
+}
+
 /// @brief Derivatives of R numbers along some columns, by the chain rule.
 ///
 /// By the gap and by the master's point a law varies with what both ends of the

@@ -48,8 +48,19 @@ public:
                         r.t * at.area.log_jacobian;
     Integrand<F, L, Law> out;
     add_work(p, slopes.geometry, at, t, columns.eta(), out);
-    if (Kernel::has_couple(p.of_target))
-      add_couple(p, slopes, at, t, out);
+    if constexpr (Kernel::has_couple)
+    {
+      if (p.of_target)
+      {
+        const Vec<D> across = p.turning(r.t);
+        const Mat<D, T> change =
+            chain<D>(across_slopes(p), p, slopes, columns) +
+            across * at.area.log_jacobian;
+        add_couple(p, slopes, at, across, change, out);
+      }
+      else
+        add_couple(p, slopes, at, r.t, t, out);
+    }
     if constexpr (M > 0)
       add_condition(p, at, r.C,
                     chain<M>(condition_slopes(p), p, slopes, columns), out);
@@ -118,10 +129,11 @@ private:
   /// change is not known here, see SegmentMotion
   static void add_couple(const HitPoint<F, L, Law>& p,
                          const HitSlopes<F, L, Law>& slopes, const Place& at,
-                         const Mat<D, T>& t_xi, Integrand<F, L, Law>& out)
+                         const Vec<D>& t, const Mat<D, T>& t_xi,
+                         Integrand<F, L, Law>& out)
   {
     const PointGeometry<F>& geometry = slopes.geometry;
-    const Vec<D>&n = p.slave.n, &t = p.response.t;
+    const Vec<D>& n = p.slave.n;
     const Vec<T> along = geometry.dual.transpose() * t;
     const Vec<F::dofs> turn = geometry.dN_s * along;
     const Mat<1, T> g_xi =
