@@ -33,7 +33,7 @@ from .errors import (
 from .host.forms import check_supports, list_of_conditions
 from .host.unknowns import find_unknowns, jacobians
 from .interactions import one_or_several
-from .interface.held import warn_of_finer_rigid_slaves, rigid_slaves
+from .interface.held import rigid_slaves, warn_of_finer_rigid_slaves
 from .interface.overlap import warn_of_overlap
 from .interface.sides import swaps
 from .results.summaries import of_problem
@@ -174,9 +174,9 @@ class CoupledProblem:
         self.contact.belong_to(self._pattern)
         is_first = not self.contact.preallocations
         A = self.contact.create_matrix(self.a)
-        fixed = self.contact.constrained(self.bcs)
-        for one in self.contact.contacts:
-            if is_first:
+        if is_first:
+            fixed = self.contact.constrained(self.bcs)
+            for one in self.contact.contacts:
                 warn_of_finer_rigid_slaves(one.surfaces, fixed)
                 warn_of_overlap(one.surfaces, one.pairs)
         return A

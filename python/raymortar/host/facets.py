@@ -204,21 +204,23 @@ def _with_owned_cell(mesh: Mesh, facets: Indices) -> Indices:
 
 def marked_anywhere(index_map: Any, entities: Indices) -> npt.NDArray[np.bool_]:
     """Which local entities any rank has marked. Collective."""
+    return _count_marks(index_map, entities) > 0
+
+
+def held_by_several(index_map: Any, entities: Indices) -> npt.NDArray[np.bool_]:
+    """Which local entities several ranks have marked. Collective."""
+    return _count_marks(index_map, entities) > 1
+
+
+def _count_marks(index_map: Any, entities: Indices) -> Array:
+    """Count the ranks that have marked each local entity. Collective."""
     marker = compat.create_la_vector(index_map)
     marker.array[entities.ravel()] = 1
     # Marks go to the owner, which may have marked none itself, and from there to all
     compat.scatter_reverse_add(marker)
     compat.scatter_forward(marker)
-    return marker.array > 0
-
-
-def held_by_several(index_map: Any, entities: Indices) -> npt.NDArray[np.bool_]:
-    """Which local entities several ranks have marked. Collective."""
-    marker = compat.create_la_vector(index_map)
-    marker.array[entities.ravel()] = 1
-    compat.scatter_reverse_add(marker)
-    compat.scatter_forward(marker)
-    return marker.array > 1
+    counts: Array = marker.array.copy()
+    return counts
 
 
 def _check_exterior(mesh: Mesh, interior: Indices, tag: int, role: str) -> None:
