@@ -144,6 +144,8 @@ def _signature(value: Any) -> Any:
         return type(value).__name__  # its values may differ, and its address does
     if callable(value) and not isinstance(value, type):
         return f"callable {getattr(value, '__qualname__', type(value).__name__)}"
+    if isinstance(value, (list, tuple)):
+        return [_signature(one) for one in value]
     if isinstance(value, np.generic):
         value = value.item()  # NumPy 2 spells the type out
     return repr(value)

@@ -8,6 +8,7 @@ import faulthandler
 
 import numpy as np
 import pytest
+import ufl
 from dolfinx import fem
 from load_paths import top_moves
 from problems import COMM, SOLVERS, build, residual
@@ -19,6 +20,7 @@ from raymortar import (
     AugmentedLagrangian,
     ContactError,
     Coulomb,
+    Friction,
     Penalty,
     Search,
     compat,
@@ -77,6 +79,17 @@ def refused_by_all(pattern, action):
 def test_arguments_must_agree(scene, name, here, there):
     options = {name: here if ODD else there}
     refused_by_all(f"{name} differs between ranks", lambda: contact(scene, **options))
+
+
+def test_functions_agree_whatever_their_numbers(scene):
+    """UFL counts on each rank for itself."""
+    V = compat.scalar_space(scene.mesh, 1)
+    fields = [fem.Function(V)]
+    if ODD:
+        ufl.Coefficient(V)
+    fields.append(fem.Function(V))
+    law = Friction(lambda p, v, fields: sum(fields) * p, fields=fields)
+    assert contact(scene, friction=law).friction is law
 
 
 @pytest.mark.skipif(COMM.size == 1, reason="one rank agrees with itself")
