@@ -68,6 +68,8 @@ py::dict points(const Zone& z)
   out["x"] = to_array(r.x, vector);
   out["normal"] = to_array(r.normal, vector);
   out["gamma"] = to_array(r.gamma);
+  out["contact_normal"] = to_array(r.contact_normal, vector);
+  out["master_normal"] = to_array(r.master_normal, vector);
   if (s.friction)
   {
     out["slip"] = to_array(r.slip, vector);
@@ -241,22 +243,21 @@ void bind_zone(py::module_& m)
            py::arg("depth"), py::arg("skin"))
       .def(py::init(&make_distances), py::kw_only(), py::arg("reach"),
            py::arg("depth"), py::arg("skin"), py::arg("depth_is_default"));
-  bind_options<ZoneInput>(m, "ZoneInput", Field{"slave", &ZoneInput::slave},
-                          Field{"master", &ZoneInput::master},
-                          Field{"tools", &ZoneInput::tools},
-                          Field{"master_node_ids", &ZoneInput::master_node_ids},
-                          Field{"master_dof_ids", &ZoneInput::master_dof_ids},
-                          Field{"multipliers", &ZoneInput::multipliers},
-                          Field{"method", &ZoneInput::method},
-                          Field{"friction", &ZoneInput::friction},
-                          Field{"measure", &ZoneInput::measure},
-                          Field{"moving_segments", &ZoneInput::moving_segments},
-                          Field{"tie", &ZoneInput::tie},
-                          Field{"distances", &ZoneInput::distances},
-                          Field{"strategy", &ZoneInput::strategy},
-                          Field{"subdivide", &ZoneInput::subdivide},
-                          Field{"segment_rules", &ZoneInput::segment_rules},
-                          Field{"facet_rule", &ZoneInput::facet_rule});
+  bind_options<ZoneInput>(
+      m, "ZoneInput", Field{"slave", &ZoneInput::slave},
+      Field{"master", &ZoneInput::master}, Field{"tools", &ZoneInput::tools},
+      Field{"master_node_ids", &ZoneInput::master_node_ids},
+      Field{"master_dof_ids", &ZoneInput::master_dof_ids},
+      Field{"multipliers", &ZoneInput::multipliers},
+      Field{"method", &ZoneInput::method},
+      Field{"friction", &ZoneInput::friction},
+      Field{"measure", &ZoneInput::measure},
+      Field{"moving_segments", &ZoneInput::moving_segments},
+      Field{"tie", &ZoneInput::tie}, Field{"distances", &ZoneInput::distances},
+      Field{"strategy", &ZoneInput::strategy},
+      Field{"subdivide", &ZoneInput::subdivide},
+      Field{"segment_rules", &ZoneInput::segment_rules},
+      Field{"facet_rule", &ZoneInput::facet_rule});
   py::class_<Freedom>(m, "Freedom")
       .def(py::init<>())
       .def(py::init(&make_freedom), py::kw_only(), py::arg("centre"),

@@ -330,8 +330,8 @@ class Contact(Interaction):
         Parameters
         ----------
         part
-            ``"total"``; ``"normal"``: along the slave's normal; ``"tangential"``: the
-            rest, which is friction.
+            ``"total"``; ``"normal"``: along the contact's normal, the slave's or that
+            of a smooth master; ``"tangential"``: the rest, which is friction.
         """
         return self._fields.traction(part)
 

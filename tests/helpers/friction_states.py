@@ -80,7 +80,7 @@ def set_both(contact, scene, seed):
 
 
 def tangential(points, vectors):
-    n = points["normal"]
+    n = points["contact_normal"]
     return vectors - np.einsum("qi,qi->q", vectors, n)[:, None] * n
 
 

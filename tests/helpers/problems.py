@@ -33,8 +33,9 @@ DIMENSION = dict.fromkeys(CELLS_2D, 2) | dict.fromkeys(CELLS_3D, 3)
 # Newer versions of DOLFINx have no Newton solver
 SOLVERS = [raymortar.NewtonSolver, raymortar.SNESSolver]
 SOLVERS = SOLVERS if compat.newton_solver_class() else SOLVERS[1:]
-# Facets under the tensor of nominal stress `Problem.load`, in tags of their own
-LOADED = 1
+# Facets under the tensor of nominal stress `Problem.load`, in tags of their own, and
+# slave facets below which a layer is sheared
+LOADED, LAYERED = 1, 2
 
 
 # Scenes beyond meshes.scenes
@@ -234,7 +235,7 @@ def quadrature_degree(mesh, p):
     return max(2 * (p - 1), 1) if affine else 2 * (p + g - 1)
 
 
-def residual(scene, u, material="linear", E=2000.0, nu=0.3, loaded=()):
+def residual(scene, u, material="linear", E=2000.0, nu=0.3, loaded=(), layer=None):
     """UFL residual without contact, with its moduli and its load.
 
     Parameters
@@ -247,6 +248,9 @@ def residual(scene, u, material="linear", E=2000.0, nu=0.3, loaded=()):
         Number, or numbers by body name.
     loaded
         Names of the tags under the load.
+    layer
+        ``fem.Constant`` (d, d), which works on the gradient along the slave: lateral
+        tractions of a layer below it, integrated by parts.
 
     Returns
     -------
@@ -266,7 +270,13 @@ def residual(scene, u, material="linear", E=2000.0, nu=0.3, loaded=()):
     find = scene.facet_tags.find
     facets = [find(scene.tags[name]) for name in loaded] or [np.empty(0, np.int32)]
     facets = np.unique(np.concatenate(facets)).astype(np.int32)
-    tags = compat.meshtags(mesh, dim - 1, facets, np.full(len(facets), LOADED))
+    layered = find(scene.tags["slave"]) if layer is not None else facets[:0]
+    tags = compat.meshtags(
+        mesh,
+        dim - 1,
+        np.concatenate([facets, layered]),
+        np.repeat([LOADED, LAYERED], [len(facets), len(layered)]),
+    )
     degree = quadrature_degree(mesh, p)
     dx = ufl.Measure("dx", domain=mesh, metadata={"quadrature_degree": degree})
     ds = ufl.Measure(
@@ -280,6 +290,8 @@ def residual(scene, u, material="linear", E=2000.0, nu=0.3, loaded=()):
     P = MATERIALS[material][0](ufl.grad(u), mu, lmbda)
     F = ufl.inner(P, ufl.grad(v)) * dx
     F -= ufl.inner(load * ufl.FacetNormal(mesh), v) * ds(LOADED)
+    if layer is not None:
+        F -= ufl.inner(layer, ufl.grad(v)) * ds(LAYERED)
     return F, (mu, lmbda), load
 
 
@@ -296,6 +308,7 @@ def build(
     bcs: Callable | None = None,
     loaded=(),
     load=None,
+    layer=None,
     **options,
 ):
     """Problem of a scene. Collective.
@@ -306,7 +319,7 @@ def build(
         Scene.
     degree
         Of the displacement.
-    material, E, nu, loaded
+    material, E, nu, loaded, layer
         See `residual`.
     method
         Of contact, the augmented Lagrangian by default.
@@ -323,7 +336,7 @@ def build(
     """
     V = compat.vector_space(scene.mesh, degree)
     u = fem.Function(V)
-    F, moduli, S = residual(scene, u, material, E, nu, loaded)
+    F, moduli, S = residual(scene, u, material, E, nu, loaded, layer)
     if load is not None:
         S.value[:] = load * np.eye(len(S.value)) if np.isscalar(load) else load
     pairs = [("slave", "master")] if pairs is None else pairs

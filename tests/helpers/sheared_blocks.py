@@ -3,7 +3,9 @@
 Most of them are homogeneous: F = I + (a - 1) e_z (x) e_z + k e (x) e_z in the blocks,
 with a lateral direction e. Of the neo-Hookean law the traction on horizontal planes
 is then mu k along e, and depends on a alone along e_z. The tractions of the lateral
-faces are given, so that the states are exact on any mesh.
+faces are given, so that the states are exact on any mesh. What lies between the
+blocks, a coat or the overlap of a penalty, is sheared as they are: tractions act over
+its height on both sides, and its own lateral faces are loaded too.
 """
 
 from __future__ import annotations
@@ -86,6 +88,7 @@ class Blocks:
             upper_size=(WIDTH,) * lateral + (HEIGHT,),
         )
         bodies = ["upper"] if fixed else ["upper", "lower"]
+        self.layer = fem.Constant(self.scene.mesh, np.zeros((self.dim, self.dim)))
         loaded = [t for t in self.scene.tags if t.split("_")[0] in bodies]
         self.problem: Problem = build(
             self.scene,
@@ -96,6 +99,7 @@ class Blocks:
             nu=NU,
             loaded=loaded,
             bcs=self.conditions,
+            layer=self.layer,
             friction=friction,
             **options,
         )
@@ -119,13 +123,18 @@ class Blocks:
         self.held = dofs
         return [fem.dirichletbc(self.ends, dofs)]
 
+    @property
+    def apart(self):
+        """Height of what lies between the blocks."""
+        return pressure(self.dim) / self.gamma
+
     def displacement(self, k, slide=0.0):
         """Of homogeneous shear, the upper block ahead of the foundation by `slide`."""
         upper = self.X[:, -1] > self.bottom - 1e-9
         F = deformation(self.dim, k)
         top = (self.X - self.bottom * up(self.dim)) @ F.T
         top += self.bottom * up(self.dim) + slide * direction(self.dim)
-        top += pressure(self.dim) / self.gamma * up(self.dim)
+        top += self.apart * up(self.dim)
         below = self.X.copy()
         if not self.fixed:
             below = self.X @ F.T
@@ -150,8 +159,15 @@ class Blocks:
         Q = np.eye(self.dim) if Q is None else Q
         x = self.X + self.exact(k, slide)
         self.ends.x.array[:] = (x @ Q.T - self.X).ravel()
-        self.problem.load.value[:] = Q @ nominal(self.dim, k)
+        self.load(k, Q)
         return x @ Q.T - self.X
+
+    def load(self, k, Q):
+        """Set the lateral tractions of a state, turned by Q."""
+        S = nominal(self.dim, k)
+        self.problem.load.value[:] = Q @ S
+        shear = S[:, -1] - S[-1, -1] * up(self.dim)
+        self.layer.value[:] = self.apart * np.outer(Q @ up(self.dim), shear)
 
     def step(self, k, slide=0.0):
         """Solve for a state; error of the displacement, the step not yet accepted."""

@@ -182,8 +182,9 @@ def test_resultant_splits_on_curved_surfaces(cell):
     contact = states.make_contact(scene, case)
     states.set_state(contact, scene, "mixed", 1)
     p, result = gathered.points(contact), contact.resultant()
-    t_n = np.einsum("qi,qi->q", p["traction"], p["normal"])
-    normal = (p["weight"] * t_n) @ p["normal"]
+    n = p["contact_normal"]
+    t_n = np.einsum("qi,qi->q", p["traction"], n)
+    normal = (p["weight"] * t_n) @ n
     assert np.abs(result.normal - normal).max() <= 1e-13
     assert np.abs(result.force - result.normal - result.tangential).max() <= 1e-14
     assert np.linalg.norm(result.tangential) > 1e-3

@@ -45,7 +45,7 @@ def test_held_block_keeps_its_force(cell, method, record_property):
         blocks.contact.advance()
         if method == "rate":
             k /= 1.0 + SHEAR / (blocks.gamma * HEIGHT)
-            blocks.problem.load.value[:] = nominal(blocks.dim, k)
+            blocks.load(k, np.eye(blocks.dim))
         blocks.problem.solve()
         assert blocks.statuses() == {STICK}
         forces.append(blocks.contact.resultant().tangential)

@@ -279,7 +279,7 @@ def test_forces_are_those_of_the_support(measure, law):
     assert reaction[1] == pytest.approx(-resultant.force[1], rel=1e-7)
     assert resultant.force[0] == resultant.moment == 0.0
     p = gathered.points(found.contact)
-    t, n, w = p["traction"], p["normal"], p["weight"]
+    t, n, w = p["traction"], p["contact_normal"], p["weight"]
     along = np.einsum("qi,qi->q", t, n)[:, None] * n
     assert resultant.radial == pytest.approx(w @ t[:, 0], rel=1e-10)
     assert resultant.normal == pytest.approx([0.0, w @ along[:, 1]], rel=1e-10)

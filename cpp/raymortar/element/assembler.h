@@ -66,6 +66,21 @@ struct ContactState
   /// Whether slaves meet tools, which are no facets and have no unknowns
   [[nodiscard]] bool has_tools() const { return not tools.empty(); }
 
+  /// Whether the law's frame at the points of two facets is the master's: sharp
+  /// edges of the slave slide along what is smooth  [theory (2.14)]
+  [[nodiscard]] bool has_frame_of_master(Index slave_facet,
+                                         Index master_facet) const
+  {
+    return slave.is_sharp(slave_facet) and master.is_smooth(master_facet);
+  }
+
+  /// Whether it is that of what a point has hit, tools included
+  [[nodiscard]] bool has_frame_of_target(std::size_t q) const
+  {
+    return has_tools() ? hits.smooth[q] != 0
+                       : has_frame_of_master(points.slave[q], hits.master[q]);
+  }
+
   /// Master facet whose unknowns an element has, no_index: none
   [[nodiscard]] Index master_of(std::size_t element) const
   {
@@ -82,9 +97,13 @@ struct PointResults
   std::vector<double> traction; ///< t of (3), (points, gdim)
   std::vector<double> weight;   ///< area each point stands for
   std::vector<double> x;        ///< deformed slave positions, (points, gdim)
-  std::vector<double> normal;   ///< (points, gdim)
-  std::vector<double> gamma;    ///< of the law. Traction per length
-  std::vector<double> slip;     ///< T_n w of (2), (points, gdim); friction only
+  std::vector<double> normal;   ///< of the slave, (points, gdim)
+  /// That of the law's frame (2.14), (points, gdim)
+  std::vector<double> contact_normal;
+  /// Of what is hit, zero where nothing is, (points, gdim)
+  std::vector<double> master_normal;
+  std::vector<double> gamma; ///< of the law. Traction per length
+  std::vector<double> slip;  ///< T_n w of (2), (points, gdim); friction only
   /// How much of an open gap has closed, c of (2), (points,); friction only
   std::vector<double> closing;
   /// Tangential traction of the law at its points, of which a multiplier is

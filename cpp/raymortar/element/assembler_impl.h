@@ -109,6 +109,7 @@ private:
     {
       data.master = s.master.template nodes<F>(s.master.x, m);
       data.gamma *= s.pair_factors.of(s.slave.body_of(f), s.master.body_of(m));
+      data.frame_of_target = s.has_frame_of_master(f, m);
     }
     data.measure = s.measure;
     data.touch = tolerance::touch * diameter<F>(data.slave);
@@ -222,9 +223,13 @@ private:
     r.gamma[q] = place.gamma;
     Eigen::Map<Vec<D>>(r.x.data() + q * D) = place.slave.x;
     Eigen::Map<Vec<D>>(r.normal.data() + q * D) = place.slave.n;
+    Eigen::Map<Vec<D>>(r.contact_normal.data() + q * D) = place.slave.n;
     if (s.hits.status[q] != RayStatus::hit)
       return;
     const HitPoint<F, L, Law, false> p(data, at);
+    Eigen::Map<Vec<D>>(r.contact_normal.data() + q * D) = p.normal;
+    Eigen::Map<Vec<D>>(r.master_normal.data() + q * D) =
+        frame_at<F>(data.master, at.eta).n;
     r.status[q] = p.response.status;
     r.pressure[q] = p.response.p;
     Eigen::Map<Vec<D>>(r.traction.data() + q * D) = p.response.t;

@@ -26,23 +26,30 @@ namespace raymortar
 /// rotation of its polar decomposition is A v - n x A (n_0 x v), but for the
 /// length: in two dimensions A + cof A is a multiple of it. Neither drilling
 /// nor tilting of the surface is lost, and stretch does not change the length
-/// [theory (4.9)].
+/// [theory (4.9)]. What the traction has along the old normal drops out, or
+/// turns to the present normal where it is carried as a whole.
 template <int D>
 struct CarriedTraction
 {
-  double squared = 0.0; ///< |v|^2; where it is 0, nothing else is set
+  double squared = 0.0; ///< |v|^2; where it is 0, nothing else of v is set
   Vec<D - 1> along;     ///< components of v on the old tangents
   Vec<D - 1> across;    ///< of n_0 x v, which is 0 in 2D: not set
   Vec<D> direction;     ///< of the turned traction, of any length
   double scale;         ///< what makes it as long as v
+  bool whole = false;   ///< false: the next two are not set
+  double outward;       ///< part of the traction along the old normal
+  Vec<D> n;             ///< present normal
 
-  [[nodiscard]] bool is_zero() const { return squared == 0.0; }
+  [[nodiscard]] bool is_zero() const { return squared == 0.0 and not whole; }
 
   [[nodiscard]] Vec<D> value() const
   {
-    if (is_zero())
-      return Vec<D>::Zero();
-    return scale * direction;
+    Vec<D> v = Vec<D>::Zero();
+    if (squared > 0.0)
+      v = scale * direction;
+    if (whole)
+      v += outward * n;
+    return v;
   }
 
   /// @brief How the value changes with the direction, the length of v aside.
@@ -57,17 +64,24 @@ struct CarriedTraction
 
 /// @param[in] old Frame at the accepted step
 /// @param[in] now Frame of the same material point
-/// @param[in] traction What there is along the old normal drops out
 /// @param[in] old_dual Of the old tangents
+/// @param[in] whole Whether what there is along the old normal turns as well
 template <int D>
 [[nodiscard]] CarriedTraction<D>
 carry_traction(const Frame<D>& old, const Mat<D, D - 1>& old_dual,
-               const Frame<D>& now, const Vec<D>& traction)
+               const Frame<D>& now, const Vec<D>& traction, bool whole = false)
 {
   CarriedTraction<D> c;
-  const Vec<D> v = traction - old.n.dot(traction) * old.n;
+  const double outward = old.n.dot(traction);
+  const Vec<D> v = traction - outward * old.n;
   c.squared = v.squaredNorm();
-  if (c.is_zero())
+  c.whole = whole;
+  if (whole)
+  {
+    c.outward = outward;
+    c.n = now.n;
+  }
+  if (c.squared == 0.0)
     return c;
   c.along = old_dual.transpose() * v;
   c.direction = now.t * c.along;
@@ -89,13 +103,17 @@ template <class F, int R>
                                           const PointGeometry<F>& p)
 {
   constexpr int D = F::gdim;
-  if (c.is_zero())
-    return SideRows<F, R>::Zero();
+  SideRows<F, R> rows = SideRows<F, R>::Zero();
+  if (c.whole)
+    for (int a = 0; a < F::dofs; ++a)
+      rows.template middleCols<D>(a * D) =
+          -c.outward * (by_value * p.G_s.col(a)) * p.slave.n.transpose();
+  if (c.squared == 0.0)
+    return rows;
   // d direction = dt along - n x (dt across) + (t across) x dn
   const Mat<R, D> by_along = by_value * c.by_direction();
-  SideRows<F, R> rows;
   for (int a = 0; a < F::dofs; ++a)
-    rows.template middleCols<D>(a * D) = p.dN_s.row(a).dot(c.along) * by_along;
+    rows.template middleCols<D>(a * D) += p.dN_s.row(a).dot(c.along) * by_along;
   if constexpr (D == 3)
   {
     const Mat<R, D> by_across = by_along * cross_matrix(p.slave.n);
@@ -133,13 +151,17 @@ carried_along_facet(const CarriedTraction<D>& c, const BentFrame<D>& old,
                     const Vec<D>& traction, const Mat<D, D - 1>& traction_xi)
 {
   Mat<D, D - 1> rate = Mat<D, D - 1>::Zero();
-  if (c.is_zero())
-    return rate;
   const Vec<D> n_0 = old.frame.n;
+  if (c.whole)
+    rate = now.frame.n * (n_0.transpose() * traction_xi +
+                          traction.transpose() * old.bend.n) +
+           c.outward * now.bend.n;
+  if (c.squared == 0.0)
+    return rate;
   const double normal = n_0.dot(traction);
   const Vec<D> v = traction - normal * n_0;
   const Mat<D, D> by_direction = c.by_direction();
-  const Vec<D> by_length = c.value() / c.squared;
+  const Vec<D> by_length = c.scale / c.squared * c.direction;
   for (int j = 0; j < D - 1; ++j)
   {
     const auto k = static_cast<std::size_t>(j);
@@ -170,7 +192,7 @@ carried_along_facet(const CarriedTraction<D>& c, const BentFrame<D>& old,
       }
       ddirection -= cross(now.frame.n, dturned);
     }
-    rate.col(j) = v.dot(dv) * by_length + by_direction * ddirection;
+    rate.col(j) += v.dot(dv) * by_length + by_direction * ddirection;
   }
   return rate;
 }

@@ -5,6 +5,7 @@
 #include "raymortar/element/carried.h"
 #include "raymortar/element/convected.h"
 #include "raymortar/element/facet_states.h"
+#include "raymortar/element/spin.h"
 
 namespace raymortar
 {
@@ -64,14 +65,16 @@ struct OldPoint<F, true>
 {
   Frame<F::gdim> frame;       ///< of the slave
   Mat<F::gdim, F::tdim> dual; ///< of its tangents
+  Vec<F::gdim> normal;        ///< of the law's frame
   TwoFrames<F::gdim> master;  ///< of the point that is hit now
   Vec<F::gdim> distance;      ///< from the slave's point to the master's
-  /// Mean of the slave's normal and the master's reversed one. The distance
-  /// between two points of one circle has no part along it, so that curvature
-  /// is not taken for a gap
+  /// Mean of the frame's normal and the master's reversed one. The distance
+  /// between two points of one circle has no part along that of both surfaces,
+  /// so that curvature is not taken for a gap
   Vec<F::gdim> across;
   Closing closing;
   ConvectedVector<F::gdim> slide;  ///< distance along the slave, carried along
+  Spin<F::gdim> spin;              ///< of the slave against the master
   Vec<F::gdim> w;                  ///< slip increment (2)
   Vec<F::gdim> accepted;           ///< of springs, see ContactState
   CarriedTraction<F::gdim> spring; ///< made of it
@@ -91,8 +94,12 @@ struct HitPoint : SlavePoint<F, L, Law>
       not is_frictional<Law>, PointResponse<D, M>,
       std::conditional_t<Slopes, FrictionResponse<D, M>, PointValue<D, M>>>;
 
-  Vec<F::dofs> N_m; ///< master shape functions at eta
-  double offset;    ///< added to gaps, length
+  typename F::RefPoint xi; ///< on the slave
+  double g;                ///< gap without the offset, length
+  Vec<F::dofs> N_m;        ///< master shape functions at eta
+  double offset;           ///< added to gaps, length
+  bool of_target;          ///< whether the law's frame is that of the master
+  Vec<D> normal;           ///< of that frame: n, or -n_m  [theory (2.14)]
   OldPoint<F, is_frictional<Law>> old;
   Response response;
 
@@ -109,9 +116,20 @@ struct HitPoint : SlavePoint<F, L, Law>
   {
   }
   HitPoint(const Data& e, const States&, const ElementPoint<F>& q)
-      : Base(e, q), N_m(F::Disp::values(q.eta)),
-        offset(this->N_s.dot(e.offset)), response(respond(e, q))
+      : Base(e, q), xi(q.xi), g(q.g), N_m(F::Disp::values(q.eta)),
+        offset(this->N_s.dot(e.offset)), of_target(e.frame_of_target),
+        normal(of_target ? Vec<D>(-frame_at<F>(e.master, q.eta).n)
+                         : this->slave.n),
+        response(respond(e, q))
   {
+  }
+
+  /// @brief Part of a traction that makes a couple over the gap  [theory (3)]:
+  /// in the frame of the target the part along its normal acts on both sides
+  /// along one line.
+  [[nodiscard]] Vec<D> turning(const Vec<D>& t) const
+  {
+    return of_target ? along_surface(t) : t;
   }
 
   /// @brief Tangential traction of the law.
@@ -132,7 +150,7 @@ struct HitPoint : SlavePoint<F, L, Law>
 private:
   [[nodiscard]] Vec<D> along_surface(const Vec<D>& v) const
   {
-    return v - this->slave.n.dot(v) * this->slave.n;
+    return v - normal.dot(v) * normal;
   }
 
   HitPoint(const Data& e, const States& states, const ElementPoint<F>& q,
@@ -145,16 +163,30 @@ private:
            const NodeShapes<F>& shapes,
            const TwoFrames<D>& frames) requires is_frictional<Law>
       : Base(e, q, frames.now, shapes.displacement(q.xi)),
-        offset(this->N_s.dot(e.offset))
+        xi(q.xi),
+        g(q.g),
+        offset(this->N_s.dot(e.offset)),
+        of_target(e.frame_of_target)
   {
     const NodeShapes<F> at_eta(q.eta);
     N_m = at_eta.displacement(q.eta);
     old.frame = frames.old;
     old.dual = frames.old_dual;
     states.master.set(old.master, at_eta);
+    old.spin.set(frames, old.master);
+    set_normals();
     set_slip(q.g + offset);
+    // Along the ray, which is not across the target, lies no slip
+    if (e.frame_of_target)
+      old.w -= q.g * this->slave.n;
     set_spring(e);
     response = respond(e, q);
+  }
+
+  void set_normals() requires is_frictional<Law>
+  {
+    normal = of_target ? Vec<D>(-old.master.now.n) : this->slave.n;
+    old.normal = of_target ? Vec<D>(-old.master.old.n) : old.frame.n;
   }
 
   /// [theory (2)]
@@ -162,12 +194,12 @@ private:
   {
     const TwoFrames<D>& master = old.master;
     old.distance = master.old.x - old.frame.x;
-    const Vec<D>& n_0 = old.frame.n;
+    const Vec<D>& n_0 = old.normal;
     old.across = 0.5 * (n_0 - master.old.n);
     old.closing = closed_part(old.across.dot(old.distance) + offset, gap);
     old.slide = convect<D>(master.old, master.old_dual, master.now,
                            old.distance - n_0.dot(old.distance) * n_0);
-    old.w = old.slide.value + old.closing.length * n_0;
+    old.w = old.spin.turned(old.slide.value) + old.closing.length * n_0;
   }
 
   void set_spring(const Data& e) requires is_frictional<Law>
@@ -175,14 +207,14 @@ private:
     if (not e.history.has_springs)
       return;
     old.accepted = e.history.traction_old * this->N_s;
-    old.spring =
-        carry_traction<D>(old.frame, old.dual, this->slave, old.accepted);
+    old.spring = carry_traction<D>(old.frame, old.dual, this->slave,
+                                   old.accepted, of_target);
   }
 
   [[nodiscard]] Response respond(const Data& e, const ElementPoint<F>& q) const
   {
-    const PointState<D, M> state{this->slave.n, q.g + offset, this->lam,
-                                 this->gamma, e.touch};
+    const PointState<D, M> state{normal, q.g + offset, this->lam, this->gamma,
+                                 e.touch};
     if constexpr (not is_frictional<Law>)
       return Law::template evaluate<D>(state);
     else
@@ -208,6 +240,21 @@ private:
   }
 };
 
+/// @brief How the slip changes where the old normal of the frame turns.
+/// @param[in] carry Old vectors to present ones
+/// @param[in] turn Change of the normal, along some coordinates
+template <class F>
+[[nodiscard]] Mat<F::gdim, F::tdim>
+slip_by_turn(const OldPoint<F, true>& was, const Mat<F::gdim, F::gdim>& carry,
+             const Mat<F::gdim, F::tdim>& turn)
+{
+  const Mat<1, F::tdim> along = was.distance.transpose() * turn;
+  const Mat<F::gdim, F::tdim> turned =
+      was.normal.dot(was.distance) * turn + was.normal * along;
+  return was.closing.length * turn - carry * turned +
+         0.5 * was.closing.by_old * was.normal * along;
+}
+
 /// @brief How the slip changes with the point that is hit, and with its master.
 template <class F, bool Frictional>
 struct SlipSlopes
@@ -219,33 +266,71 @@ struct SlipSlopes<F, true>
 {
   static constexpr int D = F::gdim;
   Mat<D, F::tdim> dual; ///< of the master's tangents
-  Mat<D, D> carry;      ///< old vectors to present ones, along the master
+  SpinSlopes<D> spin;
+  Mat<D, D> convected; ///< old vectors to present ones, along the master
+  Mat<D, D> carry;     ///< the same for a slide, with half of the spin
   Mat<D, D> by_distance;
   Mat<D, F::tdim> by_eta;
 
-  /// [theory (2.9)]
+  /// @param[in] of_target Whether the frame is the master's  [theory (2.9)]
   SlipSlopes(const typename F::NodeMatrix& master_nodes,
              const typename F::NodeMatrix& master_old, const ElementPoint<F>& q,
-             const OldPoint<F, true>& was)
-      : dual(dual_tangents<D>(was.master.now)),
-        carry(
+             const OldPoint<F, true>& was, bool of_target)
+      : dual(dual_tangents<D>(was.master.now)), spin(was.spin, was.slide.value),
+        convected(
             convection<D>(was.master.old, was.master.old_dual, was.master.now)),
-        by_distance(carry - carry * was.frame.n * was.frame.n.transpose())
+        carry(spin.after(convected)),
+        by_distance(carry - carry * was.normal * was.normal.transpose())
   {
     if (was.closing.by_old != 0.0)
-      by_distance += was.closing.by_old * was.frame.n * was.across.transpose();
+      by_distance += was.closing.by_old * was.normal * was.across.transpose();
     by_eta = by_distance * was.master.old.t;
     if constexpr (not F::affine)
     {
       const NodeBends<F> bends = node_bends<F>(q.eta);
       const Curvature<D> old = curvature_at<F>(
           master_old, bends, was.master.old, was.master.old_dual);
-      by_eta += convected_along_master<F>(
-          was.slide, carry, old,
-          curvature_at<F>(master_nodes, bends, was.master.now, dual));
-      by_eta -= 0.5 * was.closing.by_old * was.frame.n *
+      const Curvature<D> now =
+          curvature_at<F>(master_nodes, bends, was.master.now, dual);
+      const auto along = [&](const ConvectedVector<D>& c)
+      { return convected_along_master<F>(c, convected, old, now); };
+      by_eta += spin.after(along(was.slide));
+      if constexpr (D == 3)
+        by_eta += spin.by_angle *
+                  (spin.by_first.transpose() * along(was.spin.first) +
+                   spin.by_second.transpose() * along(was.spin.second));
+      by_eta -= 0.5 * was.closing.by_old * was.normal *
                 (was.distance.transpose() * old.n);
+      if (of_target)
+        by_eta += slip_by_turn<F>(was, carry, -old.n);
     }
+  }
+};
+
+/// @brief How the normal of the law's frame turns with what is hit; where it is
+/// the slave's, nothing is set  [theory (2.14)].
+template <class F>
+struct FrameSlopes
+{
+  static constexpr int D = F::gdim;
+  bool of_target = false;
+  Vec<D> n;                 ///< of the master
+  Mat<D, F::dofs> by_nodes; ///< by n . du of the master's nodes
+  Mat<D, D> by_ends;        ///< by what both ends of the ray do, see chain
+
+  /// @param[in] rho Rows of (2.6)
+  FrameSlopes(const typename F::NodeMatrix& master, const ElementPoint<F>& q,
+              const Mat<F::dofs, F::tdim>& dN_m, const Mat<F::tdim, D>& rho,
+              bool is_of_target)
+      : of_target(is_of_target)
+  {
+    if (not of_target)
+      return;
+    const Frame<D> frame = frame_at<F>(master, q.eta);
+    const Mat<D, F::tdim> dual = dual_tangents<D>(frame);
+    n = frame.n;
+    by_nodes = dual * dN_m.transpose();
+    by_ends = curvature_at<F>(master, q.eta, frame, dual).n * rho;
   }
 };
 
@@ -254,14 +339,18 @@ struct SlipSlopes<F, true>
 template <class F, int L, class Law>
 struct HitSlopes
 {
+  static constexpr int D = F::gdim;
   PointGeometry<F> geometry;
   Variations<F> vary;
   SlipSlopes<F, is_frictional<Law>> slip;
+  FrameSlopes<F> frame;
 
   HitSlopes(const ElementData<F, L, Law>& e, const ElementPoint<F>& q,
             const HitPoint<F, L, Law>& p)
       : geometry(geometry_at(e, q, p)), vary(vary_hit<F>(geometry, q.g)),
-        slip(slip_slopes(e, q, p))
+        slip(slip_slopes(e, q, p)),
+        frame(e.master, q, geometry.dN_m, vary.dual.template topRows<D - 1>(),
+              e.frame_of_target)
   {
   }
 
@@ -271,7 +360,7 @@ private:
               const HitPoint<F, L, Law>& p)
   {
     if constexpr (is_frictional<Law>)
-      return {e.master, e.history.master_old, q, p.old};
+      return {e.master, e.history.master_old, q, p.old, e.frame_of_target};
     else
       return {};
   }

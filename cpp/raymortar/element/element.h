@@ -3,6 +3,7 @@
 #pragma once
 
 #include "raymortar/element/rates.h"
+#include "raymortar/element/turning.h"
 
 namespace raymortar
 {
@@ -18,6 +19,9 @@ public:
   using Data = ElementData<F, L, Law>;
   static constexpr int D = F::gdim;
   static constexpr int M = Layout::components;
+  /// Whether tractions may have a part along the surface, which makes a couple
+  /// over the gap; another turns nothing  [theory (3)]
+  static constexpr bool has_couple = M == D or is_frictional<Law>;
   using Vector = Vec<Layout::size>;
   using Matrix =
       Eigen::Matrix<double, Layout::size, Layout::size, Eigen::RowMajor>;
@@ -75,7 +79,7 @@ public:
   }
 
 private:
-  /// - int t . (v_s - v_m) dG
+  /// - int t . (v_s + g dn - v_m) dG
   template <bool Slopes>
   void add_work(const HitPoint<F, L, Law, Slopes>& p, const Vec<D>& t)
   {
@@ -83,6 +87,12 @@ private:
     {
       b.template segment<D>(a * D) -= p.weight * p.N_s[a] * t;
       b.template segment<D>(Layout::master + a * D) += p.weight * p.N_m[a] * t;
+    }
+    if constexpr (has_couple)
+    {
+      const Mat<D, F::dofs> G =
+          dual_tangents<D>(p.slave) * F::Disp::gradients(p.xi).transpose();
+      add_turning<D>(G, p.slave.n, p.weight * p.g * p.turning(t), b);
     }
   }
 
@@ -113,8 +123,8 @@ private:
     return rows;
   }
 
-  /// Derivative of t in - t . (v_s - v_m): by what it varies with, see
-  /// PointResponse
+  /// Derivative of t in - t . (v_s + g dn - v_m), and of g dn: by what they
+  /// vary with, see PointResponse
   void add_traction_tangent(const Data& e, const HitPoint<F, L, Law>& p,
                             const HitSlopes<F, L, Law>& at)
   {
@@ -126,15 +136,30 @@ private:
       add_work_tangent<side>(
           geometry, r.t * area_variation<F>(e.measure, geometry), 0, w);
     if constexpr (M == 0)
-      add_work_tangent<2 * side>(
-          geometry, chain<D>(traction_slopes(p), p, at, Columns(p, at)), 0, w);
+    {
+      const Rows<D, 2 * side> dt =
+          chain<D>(traction_slopes(p), p, at, Columns(p, at));
+      add_work_tangent<2 * side>(geometry, dt, 0, w);
+      if constexpr (has_couple)
+        add_couple_tangent(e, p, at, p.of_target ? turning_tangent(p, at) : dt);
+    }
     else if constexpr (M == 1)
     {
-      add_work_tangent<side>(geometry, turn<D>(r.t_n, geometry), 0, w);
+      if (at.frame.of_target)
+      {
+        const Rows<D, 2 * side> dt =
+            chain<D>(traction_slopes(p), p, at, Columns(p, at));
+        add_work_tangent<side>(geometry, dt.template leftCols<side>(), 0, w);
+        add_work_tangent<side>(geometry, dt.template rightCols<side>(),
+                               Layout::master, w);
+      }
+      else
+        add_work_tangent<side>(geometry, turn<D>(r.t_n, geometry), 0, w);
       add_work_tangent<Layout::multipliers>(
           geometry, r.t_lam * p.shape.transpose(), side, w);
     }
     else
+    {
       for (int k = 0; k < Layout::multipliers; ++k)
         for (int a = 0; a < F::dofs; ++a)
         {
@@ -144,6 +169,58 @@ private:
           A.template block<D, D>(m, column).diagonal().array() +=
               w * p.N_m[a] * p.shape[k];
         }
+      if (p.of_target)
+        add_couple_tangent(e, p, at, turning_tangent(p, at));
+      else
+        add_couple_tangent(e, p, at, Rows<D, 0>());
+    }
+  }
+
+  /// Derivative of p.turning(t), which varies with the frame as well
+  [[nodiscard]] static Rows<D, 2 * Layout::side>
+  turning_tangent(const HitPoint<F, L, Law>& p, const HitSlopes<F, L, Law>& at)
+  {
+    return chain<D>(across_slopes(p), p, at, Columns(p, at));
+  }
+
+  /// Derivative of - t . g dn  [theory (4.21)]
+  /// @param[in] dt That of p.turning(t), over [slave | master]; empty where it
+  /// is the multiplier
+  template <int C>
+  void add_couple_tangent(const Data& e, const HitPoint<F, L, Law>& p,
+                          const HitSlopes<F, L, Law>& at, const Rows<D, C>& dt)
+  {
+    if (M == 0 and p.response.status == ContactStatus::open)
+      return;
+    constexpr int side = Layout::side;
+    const PointGeometry<F>& geometry = at.geometry;
+    const Vec<D>& n = p.slave.n;
+    const Vec<D> t = p.weight * p.turning(p.response.t);
+    const double w = p.weight * p.g;
+    const Mat<1, D> by_ends = at.vary.dual.row(D - 1);
+    Rows<1, 2 * side> dg =
+        Columns(p, at).template ray<1>(-p.g * by_ends, by_ends);
+    if (moves(e.measure))
+      dg.template head<side>() += p.g * area_variation<F>(e.measure, geometry);
+    for (int a = 0; a < F::dofs; ++a)
+    {
+      const Vec<D> G = geometry.G_s.col(a);
+      Rows<1, 2 * side> row = G.dot(t) * dg;
+      if constexpr (C > 0)
+        row += (w * G).transpose() * dt;
+      for (int i = 0; i < D; ++i)
+      {
+        A.row(a * D + i).template head<side>() +=
+            n[i] * row.template head<side>();
+        A.row(a * D + i).template tail<side>() +=
+            n[i] * row.template tail<side>();
+      }
+      if constexpr (M > 0)
+        for (int k = 0; k < Layout::multipliers; ++k)
+          A.template block<D, D>(a * D, side + k * D) +=
+              (w * p.shape[k]) * n * p.turning(G).transpose();
+    }
+    add_turning_tangent<D>(geometry.G_s, n, p.g * t, A);
   }
 
   /// - dt . (v_s - v_m) over the C columns of dt, the first of which is given

@@ -59,6 +59,7 @@ struct ElementData
   double lam_scale = 1; ///< traction per unit of the multiplier unknown
   double touch = 0;     ///< see PointState, length
   Measure measure = Measure::reference;
+  bool frame_of_target = false; ///< see ContactState::has_frame_of_target
   FrictionData<F, is_frictional<Law>> history;
 };
 

@@ -155,6 +155,7 @@ private:
     TargetPoint<D> target = target_point<D>(s, q, at.slave);
     at.master = target.now;
     at.master_old = target.old;
+    at.frame_of_target = s.has_frame_of_target(q);
     sides[2] = std::move(target.motion);
   }
 
@@ -188,8 +189,12 @@ private:
     r.gamma[q] = found.gamma;
     Eigen::Map<Vec<D>>(r.x.data() + q * D) = frame.x;
     Eigen::Map<Vec<D>>(r.normal.data() + q * D) = frame.n;
+    Eigen::Map<Vec<D>>(r.contact_normal.data() + q * D) = frame.n;
     if (s.hits.status[q] != RayStatus::hit)
       return;
+    Eigen::Map<Vec<D>>(r.contact_normal.data() + q * D) = found.normal;
+    Eigen::Map<Vec<D>>(r.master_normal.data() + q * D) =
+        frame_at<Germ<D>>(at.master, Vec<D - 1>::Zero()).n;
     r.status[q] = found.status;
     r.pressure[q] = found.pressure;
     Eigen::Map<Vec<D>>(r.traction.data() + q * D) = found.traction;

@@ -34,6 +34,8 @@ PointResults results_without_hits(const ContactState& s)
           .weight = scalars,
           .x = vectors,
           .normal = vectors,
+          .contact_normal = vectors,
+          .master_normal = vectors,
           .gamma = scalars,
           .slip = slips,
           .closing = s.friction ? scalars : std::vector<double>{},

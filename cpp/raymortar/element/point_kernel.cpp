@@ -74,6 +74,7 @@ public:
     const HitPoint<F, L, Law, false> p(data, q);
     r.status = p.response.status;
     r.pressure = p.response.p;
+    r.normal = p.normal;
     r.traction = p.response.t;
     if constexpr (raymortar::is_frictional<Law>)
     {
@@ -120,6 +121,7 @@ private:
     data.lam_scale = at.lam_scale;
     data.touch = at.touch;
     data.measure = at.measure;
+    data.frame_of_target = at.frame_of_target;
     if constexpr (raymortar::is_frictional<Law>)
     {
       data.history.slave_old = at.slave_old;

@@ -28,6 +28,7 @@ struct GermPoint
   FrictionLaw friction;
   bool has_coefficient = false;
   bool is_hit = false;
+  bool frame_of_target = false; ///< see ContactState::has_frame_of_target
   double lam_scale = 1.0;
   double touch = 0.0; ///< see PointState, length
   Measure measure = Measure::reference;
@@ -65,6 +66,7 @@ struct PointResult
   double weight = 0.0;
   double gamma = 0.0;
   double closing = 0.0;
+  Vec<D> normal = Vec<D>::Zero(); ///< of the law's frame
   Vec<D> traction = Vec<D>::Zero();
   Vec<D> slip = Vec<D>::Zero();
   Vec<D> friction = Vec<D>::Zero();

@@ -56,6 +56,52 @@ template <class F, int L, class Law>
     return LawSlopes<M, D, M, false>{r.C_n, r.C_g, r.C_lam};
 }
 
+/// @brief Derivatives of a traction's part across the normal of the frame.
+template <int D, int M, bool Frictional>
+struct AcrossSlopes
+{
+  Mat<D, D> by_n;
+  Vec<D> by_g;
+  Mat<D, M> by_lam;
+};
+
+/// The same with friction
+template <int D, int M>
+struct AcrossSlopes<D, M, true>
+{
+  Mat<D, D> by_n;
+  Vec<D> by_g;
+  Mat<D, M> by_lam;
+  Mat<D, D> by_w;
+  Mat<D, D> by_spring;
+  Vec<D> by_coefficient;
+  Vec<D> by_rate;
+};
+
+template <class F, int L, class Law>
+[[nodiscard]] auto across_slopes(const HitPoint<F, L, Law>& p)
+{
+  constexpr int D = F::gdim, M = ElementLayout<F, L, Law>::components;
+  const auto slopes = traction_slopes(p);
+  const Vec<D>&n = p.normal, &t = p.response.t;
+  const Mat<D, D> one = Mat<D, D>::Identity();
+  const Mat<D, D> across = one - n * n.transpose();
+  const Mat<D, D> by_n =
+      across * slopes.by_n - n.dot(t) * one - n * t.transpose();
+  const Vec<D> by_g = across * slopes.by_g;
+  const Mat<D, M> by_lam = across * slopes.by_lam;
+  if constexpr (requires { slopes.by_w; })
+    return AcrossSlopes<D, M, true>{by_n,
+                                    by_g,
+                                    by_lam,
+                                    across * slopes.by_w,
+                                    across * slopes.by_spring,
+                                    across * slopes.by_coefficient,
+                                    across * slopes.by_rate};
+  else
+    return AcrossSlopes<D, M, false>{by_n, by_g, by_lam};
+}
+
 /// @brief Derivatives of R numbers along some columns, by the chain rule.
 ///
 /// By the gap and by the master's point a law varies with what both ends of the
@@ -63,6 +109,7 @@ template <class F, int L, class Law>
 /// with their own history besides  [theory (2.9), (4.9)]. What differs between
 /// dofs and coordinates of the facet is what the columns say:
 ///   ray(by_turn, by_ends)    by_turn dn + by_ends (du_m - du_s)
+///   add_frame(by_n, rows)    what the frame of what is hit does besides
 ///   add_slip(by_w, rows)     what the slip does where both ends stay
 ///   add_spring(by_s, rows)   what the springs do
 ///   add_fields(slopes, by_g, rows)  fields on the slave, and its multiplier
@@ -73,13 +120,30 @@ template <int R, class Slopes, class F, int L, class Law, class Columns>
   constexpr int D = F::gdim;
   Vec<R> by_g = law.by_g;
   if constexpr (requires { law.by_w; })
-    by_g += p.old.closing.by_now * (law.by_w * p.old.frame.n);
+    by_g += p.old.closing.by_now * (law.by_w * p.old.normal);
   Mat<R, D> by_ends = by_g * at.vary.dual.row(D - 1);
   if constexpr (requires { law.by_w; })
     by_ends -= (law.by_w * at.slip.by_eta).eval() *
                at.vary.dual.template topRows<D - 1>();
-  const Mat<R, D> by_turn = law.by_n - at.vary.g * by_ends;
+  Mat<R, D> by_turn;
+  if (at.frame.of_target)
+  {
+    by_ends += law.by_n * at.frame.by_ends;
+    by_turn.setZero();
+    if constexpr (requires { law.by_w; }) // - g n in the slip
+    {
+      by_ends -= (law.by_w * p.slave.n) * at.vary.dual.row(D - 1);
+      by_turn = -at.vary.g * law.by_w;
+    }
+    by_turn -= at.vary.g * by_ends;
+  }
+  else
+    by_turn = law.by_n - at.vary.g * by_ends;
+  if constexpr (D == 3 and requires { law.by_w; })
+    by_turn += law.by_w * at.slip.spin.by_n;
   auto rows = columns.template ray<R>(by_turn, by_ends);
+  if (at.frame.of_target)
+    columns.template add_frame<R>(law.by_n, rows);
   if constexpr (requires { law.by_w; })
   {
     columns.template add_slip<R>(law.by_w, rows);
@@ -125,13 +189,29 @@ public:
     return rows;
   }
 
-  /// The slide turns with the master
+  /// The master's normal turns with its nodes as the slave's does  [theory
+  /// (2.14)]
+  template <int R>
+  void add_frame(const Mat<R, D>& by_n, Rows<R, 2 * side>& rows) const
+  {
+    for (int a = 0; a < F::dofs; ++a)
+      rows.template middleCols<D>(side + a * D) +=
+          (by_n * _at.frame.by_nodes.col(a)) * _at.frame.n.transpose();
+  }
+
+  /// The slide turns with the master, and with half of the spin
   template <int R>
   void add_slip(const Mat<R, D>& by_w, Rows<R, 2 * side>& rows) const
   {
+    const Frame<D>& master = _p.old.master.now;
+    const SpinSlopes<D>& spin = _at.slip.spin;
     rows.template rightCols<side>() +=
-        vary_convected<F, R>(_p.old.slide, by_w, _p.old.master.now,
+        vary_convected<F, R>(_p.old.slide, spin.before(by_w), master,
                              _at.slip.dual, _at.geometry.dN_m);
+    if constexpr (D == 3)
+      rows +=
+          (by_w * spin.by_angle) *
+          vary_angle<F>(_p.old.spin, spin, _at.geometry, master, _at.slip.dual);
   }
 
   template <int R>
@@ -188,25 +268,31 @@ public:
     return by_turn * _bend.n - by_ends * _p.slave.t;
   }
 
+  /// The master stays
+  template <int R>
+  void add_frame(const Mat<R, D>&, Mat<R, T>&) const
+  {
+  }
+
   /// The accepted step is another one at the next point
   template <int R>
   void add_slip(const Mat<R, D>& by_w, Mat<R, T>& rows) const
   {
     const OldPoint<F, true>& was = _p.old;
-    const Frame<D>& old = was.frame;
-    Mat<D, T> w = -_at.slip.by_distance * old.t;
-    Mat<1, T> by_gap = was.closing.by_old * _offset;
+    Mat<D, T> w = -_at.slip.by_distance * was.frame.t +
+                  was.closing.by_old * was.normal * _offset;
     if constexpr (not F::affine)
     {
-      // The old normal, which tells slide and gap apart, turns as well
+      // The slave's old normal, which tells slide and gap apart, turns as well
       const Curvature<D> bend = old_bend();
-      const Mat<1, T> by_turn = was.distance.transpose() * bend.n;
-      const Mat<D, T> turned =
-          old.n.dot(was.distance) * bend.n + old.n * by_turn;
-      w += was.closing.length * bend.n - _at.slip.carry * turned;
-      by_gap += 0.5 * was.closing.by_old * by_turn;
+      if (not _at.frame.of_target)
+        w += slip_by_turn<F>(was, _at.slip.carry, bend.n);
+      if constexpr (D == 3)
+        w += _at.slip.spin.by_angle *
+             angle_along_facet(was.spin, _at.slip.spin, {was.frame, bend},
+                               was.dual, {_p.slave, _bend}, _at.slip.convected);
     }
-    rows += by_w * (w + old.n * by_gap);
+    rows += by_w * w;
   }
 
   template <int R>

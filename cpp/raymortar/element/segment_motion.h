@@ -44,6 +44,8 @@ public:
         out(unknowns_of(sides), 1 + T);
     in << at.f, at.f_xi;
     expand_rows(sides, in.data(), 1 + T, out.data());
+    bend_tests(e.state.slave, e.state.points.xi[q], at.f,
+               out.template rightCols<T>());
     const auto change = change_in_plane<Plane, Eigen::Dynamic>(
         e.map, e.state.points.xi[q].template head<T>(),
         e.state.points.weight[q], out.col(0), out.template rightCols<T>());
@@ -66,6 +68,25 @@ public:
 private:
   using Points = SegmentPoints<Plane>;
   using Sum = Mat<Eigen::Dynamic, T>;
+
+  /// Add that the gradients of the slave's test functions change along the
+  /// facet
+  /// @param[in] f Integrand over the coefficients, [value, gradients] first
+  template <class Rates>
+  static void bend_tests(const Surface& slave, const Vec<2>& xi,
+                         const typename PointBlocks<D>::Vector& f, Rates&& f_xi)
+  {
+    const Vec<D* T> by_gradients = f.template segment<D * T>(D);
+    if (by_gradients.isZero(0.0))
+      return;
+    const auto N = shape_taylor<T>(slave.shape, slave.degree,
+                                   Vec<T>(xi.template head<T>()));
+    for (int j = 0; j < T; ++j)
+      for (int i = 0; i < T; ++i)
+        for (Eigen::Index a = 0; a < N.rows(); ++a)
+          f_xi.col(j).template segment<D>(a * D) +=
+              N(a, 1 + T + i + j) * by_gradients.template segment<D>(i * D);
+  }
 
   void take(const Element& e, Index number)
   {

@@ -84,10 +84,9 @@ private:
         const auto xi = Eigen::Map<const typename F::RefPoint>(
             F::Disp::points[static_cast<std::size_t>(a)].data());
         const Frame<D> before = frame_at<F>(was, xi), now = frame_at<F>(is, xi);
-        field(f).col(a) =
-            carry_traction<D>(before, dual_tangents<D>(before), now, old.col(a))
-                .value() +
-            before.n.dot(old.col(a)) * now.n;
+        field(f).col(a) = carry_traction<D>(before, dual_tangents<D>(before),
+                                            now, old.col(a), true)
+                              .value();
       }
     }
   }
@@ -100,7 +99,7 @@ private:
 
   [[nodiscard]] Vec<D> tangential(const Vec<D>& v, std::size_t q) const
   {
-    const Vec<D> n = vector(_results.normal, q);
+    const Vec<D> n = vector(_results.contact_normal, q);
     return v - n.dot(v) * n;
   }
 
@@ -139,7 +138,8 @@ private:
                                                   _state.points.slave[q], N));
   }
 
-  /// Bound of friction at the accepted step, with its gap along the old ray
+  /// Bound of friction at the accepted step, with its gap along the old normal
+  /// of the law's frame
   [[nodiscard]] double old_bound(std::size_t q, const Vec<F::dofs>& N,
                                  double gamma) const
   {
@@ -147,10 +147,12 @@ private:
     const Index facet = _state.points.slave[q];
     const auto at = element_point<F>(_state, q);
     const Frame<D> old = frame_at<F>(slave.nodes<F>(slave.x_old, facet), at.xi);
-    const Vec<D> x_m = old_target<D>(_state, q, vector(_results.x, q),
-                                     vector(_results.normal, q));
-    const double g = old.n.dot(x_m - old.x) + _state.offset.at<F>(facet, N);
-    const double p = vector(_results.normal, q).dot(multiplier(q)) + gamma * g;
+    const OldTarget<D> target = old_target<D>(_state, q, vector(_results.x, q),
+                                              vector(_results.normal, q));
+    const Vec<D> n = _state.has_frame_of_target(q) ? Vec<D>(-target.n) : old.n;
+    const double g = n.dot(target.x - old.x) + _state.offset.at<F>(facet, N);
+    const double p =
+        vector(_results.contact_normal, q).dot(multiplier(q)) + gamma * g;
     return bound_at(law_at(q, N), p).s;
   }
 
@@ -243,7 +245,8 @@ private:
         tolerance::touch *
         diameter<F>(_state.slave.nodes<F>(_state.slave.x, facet));
     const auto at_rest = project_tangential<D>(
-        vector(_results.normal, q), multiplier(q) + unit * (field(f) * N),
+        vector(_results.contact_normal, q),
+        multiplier(q) + unit * (field(f) * N),
         bound_at(law_at(q, N), _results.pressure[q]).s, gamma * touch);
     _load[f] += _results.weight[q] / unit *
                 (vector(_results.friction, q) - at_rest.value) * N.transpose();

@@ -48,6 +48,19 @@ public:
                         r.t * at.area.log_jacobian;
     Integrand<F, L, Law> out;
     add_work(p, slopes.geometry, at, t, columns.eta(), out);
+    if constexpr (Kernel::has_couple)
+    {
+      if (p.of_target)
+      {
+        const Vec<D> across = p.turning(r.t);
+        const Mat<D, T> change =
+            chain<D>(across_slopes(p), p, slopes, columns) +
+            across * at.area.log_jacobian;
+        add_couple(p, slopes, at, across, change, out);
+      }
+      else
+        add_couple(p, slopes, at, r.t, t, out);
+    }
     if constexpr (M > 0)
       add_condition(p, at, r.C,
                     chain<M>(condition_slopes(p), p, slopes, columns), out);
@@ -109,6 +122,40 @@ private:
           -at.area.jacobian * (p.N_s[a] * t_xi + t * geometry.dN_s.row(a));
       out.f_xi.template middleRows<D>(m) =
           at.area.jacobian * (p.N_m[a] * t_xi + t * N_m_xi.row(a));
+    }
+  }
+
+  /// - t . g dn  [theory (4.21)]. How the gradients of a germ's shape functions
+  /// change is not known here, see SegmentMotion
+  static void add_couple(const HitPoint<F, L, Law>& p,
+                         const HitSlopes<F, L, Law>& slopes, const Place& at,
+                         const Vec<D>& t, const Mat<D, T>& t_xi,
+                         Integrand<F, L, Law>& out)
+  {
+    const PointGeometry<F>& geometry = slopes.geometry;
+    const Vec<D>& n = p.slave.n;
+    const Vec<T> along = geometry.dual.transpose() * t;
+    const Vec<F::dofs> turn = geometry.dN_s * along;
+    const Mat<1, T> g_xi =
+        -slopes.vary.dual.row(D - 1) * (p.slave.t + p.g * at.bend.n);
+    Mat<D, T> change = t_xi - n.dot(t) * at.bend.n;
+    for (int j = 0; j < T; ++j)
+      change.col(j) -= at.bend.t[static_cast<std::size_t>(j)] * along;
+    Mat<F::dofs, T> turn_xi = p.g * geometry.G_s.transpose() * change;
+    turn_xi += turn * g_xi;
+    if constexpr (requires { F::shape; })
+    {
+      const auto bends = SecondGradients<F::shape, F::degree>::at(p.xi);
+      for (int j = 0; j < T; ++j)
+        for (int i = 0; i < T; ++i)
+          turn_xi.col(j) += p.g * along[i] * bends.col(i + j);
+    }
+    const double w = at.area.jacobian;
+    for (int a = 0; a < F::dofs; ++a)
+    {
+      out.f.template segment<D>(a * D) += w * p.g * turn[a] * n;
+      out.f_xi.template middleRows<D>(a * D) +=
+          w * (n * turn_xi.row(a) + p.g * turn[a] * at.bend.n);
     }
   }
 

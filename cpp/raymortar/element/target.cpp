@@ -110,7 +110,7 @@ TargetPoint<D> tool_point(const ContactState& s, std::size_t q,
                          s.hits.normal[q].template head<D>(),
                          s.hits.bend[q].template topLeftCorner<D, D>());
   p.old = tool_of(s, q).turn_back().template topLeftCorner<D, D>() * p.now;
-  p.old.col(0) = old_target<D>(s, q, frame.x, frame.n);
+  p.old.col(0) = old_target<D>(s, q, frame.x, frame.n).x;
   p.motion = rigid_columns<D>(freedom_of(tool_of(s, q)), p.now);
   return p;
 }
@@ -126,25 +126,30 @@ TargetPoint<D> target_point(const ContactState& s, std::size_t q,
 }
 
 template <int D>
-Vec<D> old_target(const ContactState& s, std::size_t q, const Vec<D>& x,
-                  const Vec<D>& n)
+OldTarget<D> old_target(const ContactState& s, std::size_t q, const Vec<D>& x,
+                        const Vec<D>& n)
 {
   if (s.has_tools())
-    return tool_of(s, q)
-        .old_place(in_space<D>(place_of_hit<D>(s, q, x, n)))
-        .template head<D>();
-  return AnyFacet<D>(s.master, s.master.x_old, s.hits.master[q])
-      .at(s.hits.eta[q]);
+  {
+    const PlacedTool& tool = tool_of(s, q);
+    const Vec<3> place = in_space<D>(place_of_hit<D>(s, q, x, n));
+    return {tool.old_place(place).template head<D>(),
+            (tool.turn_back() * s.hits.normal[q]).template head<D>()};
+  }
+  const auto taylor = AnyFacet<D>(s.master, s.master.x_old, s.hits.master[q])
+                          .taylor(s.hits.eta[q]);
+  const Frame<D> frame = frame_at<Germ<D>>(taylor, Vec<D - 1>::Zero());
+  return {frame.x, frame.n};
 }
 
 template TargetPoint<2> target_point<2>(const ContactState&, std::size_t,
                                         const Germ<2>::NodeMatrix&);
 template TargetPoint<3> target_point<3>(const ContactState&, std::size_t,
                                         const Germ<3>::NodeMatrix&);
-template Vec<2> old_target<2>(const ContactState&, std::size_t, const Vec<2>&,
-                              const Vec<2>&);
-template Vec<3> old_target<3>(const ContactState&, std::size_t, const Vec<3>&,
-                              const Vec<3>&);
+template OldTarget<2> old_target<2>(const ContactState&, std::size_t,
+                                    const Vec<2>&, const Vec<2>&);
+template OldTarget<3> old_target<3>(const ContactState&, std::size_t,
+                                    const Vec<3>&, const Vec<3>&);
 template AnyVertexMotion<2> any_vertex_motion<2>(const ContactState&,
                                                  const Segment&,
                                                  const AnyFacet<2>&,

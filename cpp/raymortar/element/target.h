@@ -94,11 +94,19 @@ template <int D>
 target_point(const ContactState& s, std::size_t q,
              const typename Germ<D>::NodeMatrix& slave);
 
+/// @brief Position and unit normal at the accepted step.
+template <int D>
+struct OldTarget
+{
+  Vec<D> x;
+  Vec<D> n;
+};
+
 /// @brief Where what a point has hit was at the accepted step.
 /// @param[in] x Slave position there, n the normal
 template <int D>
-[[nodiscard]] Vec<D> old_target(const ContactState& s, std::size_t q,
-                                const Vec<D>& x, const Vec<D>& n);
+[[nodiscard]] OldTarget<D> old_target(const ContactState& s, std::size_t q,
+                                      const Vec<D>& x, const Vec<D>& n);
 
 /// @brief Motion of a vertex of a segment, as VertexMotion has it.
 template <int D>

@@ -1,6 +1,7 @@
 #include "raymortar/element/tie.h"
 #include "raymortar/core/error.h"
 #include "raymortar/element/tie_point.h"
+#include "raymortar/element/turning.h"
 #include <algorithm>
 #include <numeric>
 
@@ -214,9 +215,7 @@ private:
     const Vec<D> t = p.weight * traction(p, at, open.c);
     for (Eigen::Index a = 0; a < p.across.size(); ++a)
       at.b.template segment<D>(at.of_dof(a)) += p.across[a] * t;
-    for (Eigen::Index a = 0; a < at.slave; ++a)
-      at.b.template segment<D>(at.of_dof(a)) +=
-          p.gap * open.G.col(a).dot(t) * open.n;
+    add_turning<D>(open.G, open.n, p.gap * t, at.b);
     for (Eigen::Index k = 0; k < at.tests; ++k)
       at.b.template segment<D>(at.of_test(k)) +=
           (at.scale * p.weight * p.test[k]) * open.c;
@@ -273,22 +272,9 @@ private:
             (p.weight * p.gamma) * B.transpose() *
             dc.template middleCols<D>(D * b);
     }
-    add_curvature(p, open, traction(p, at, open.c), at);
-  }
-
-  /// Second variation of - g_0 t . n [theory (4.19)]
-  static void add_curvature(const TiePoint<D>& p, const TieOpening<D>& open,
-                            const Vec<D>& t, Nodal& at)
-  {
-    const auto& G = open.G;
-    const Vec<D>& n = open.n;
-    const double w = -p.weight * p.gap;
-    for (Eigen::Index a = 0; a < at.slave; ++a)
-      for (Eigen::Index b = 0; b < at.slave; ++b)
-        at.A.template block<D, D>(at.of_dof(a), at.of_dof(b)) +=
-            w * (t.dot(G.col(b)) * n * G.col(a).transpose() +
-                 t.dot(G.col(a)) * G.col(b) * n.transpose() -
-                 t.dot(n) * G.col(a).dot(G.col(b)) * n * n.transpose());
+    // Second variation of - g_0 t . n
+    const Vec<D> t = traction(p, at, open.c);
+    add_turning_tangent<D>(open.G, open.n, p.weight * p.gap * t, at.A);
   }
 
   TieGap _gap;
@@ -313,6 +299,8 @@ PointResults Kernel<D>::results(const ContactState& s) const
                  .weight = s.points.area,
                  .x = vectors,
                  .normal = vectors,
+                 .contact_normal = vectors,
+                 .master_normal = vectors,
                  .gamma = numbers,
                  .slip = vectors,
                  .closing = numbers,
@@ -325,6 +313,7 @@ PointResults Kernel<D>::results(const ContactState& s) const
                           Vec<D - 1>::Zero());
     put<D>(r.x, q, f.x);
     put<D>(r.normal, q, f.n);
+    put<D>(r.contact_normal, q, f.n);
   }
   Nodal at(s);
   for (std::size_t e = 0; e < _elements.size(); ++e)

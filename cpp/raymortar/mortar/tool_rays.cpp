@@ -79,7 +79,8 @@ Hits cast_on_tools(const Surface& slave, std::span<const PlacedTool> tools,
             std::vector<double>(n, 0.0),
             false,
             std::vector<Vec<3>>(n, Vec<3>::Zero()),
-            std::vector<Mat<3, 3>>(n, Mat<3, 3>::Zero())};
+            std::vector<Mat<3, 3>>(n, Mat<3, 3>::Zero()),
+            std::vector<std::int8_t>(n, 0)};
   const auto rays = with_facet_type(slave, [&]<class F>(F)
                                     { return rays_of<F>(slave, points); });
   for (std::size_t k = 0; k < tools.size(); ++k)
@@ -100,6 +101,7 @@ Hits cast_on_tools(const Surface& slave, std::span<const PlacedTool> tools,
       hits.gap[q] = hit.g;
       hits.normal[q] = hit.normal;
       hits.bend[q] = hit.bend;
+      hits.smooth[q] = hit.smooth;
       if (status == RayStatus::hit)
         hits.master[q] = static_cast<Index>(k);
     }

@@ -1,7 +1,7 @@
 """Curved contact surfaces of meshes with straight facets.
 
 Mid nodes make a facet of degree 2 of a straight one: on the arc that its edges' normals
-ask for [theory (2.14)], or where a user's function puts them.
+ask for [theory (2.16)], or where a user's function puts them.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from ..errors import ContactError, together
 from .facets import (
     Facets,
     Global,
-    all_exterior_facets,
     coordinates,
+    exterior_facets,
     facet_ids,
     facet_node_table,
     held_by_several,
@@ -217,9 +217,10 @@ def _touching(
 def _boundary(mesh: Mesh) -> tuple[Global, Array, Global]:
     """Corners of this rank's exterior facets and of those around them, two deep, their
     positions, and the facets' global numbers. Collective."""
-    facets, facet_ids = all_exterior_facets(mesh)
+    facets = exterior_facets(mesh)
     nodes = facet_node_table(mesh, facets)
-    own = compat.geometry_nodes_global(mesh)[nodes], coordinates(mesh)[nodes], facet_ids
+    ids = facet_ids(mesh, facets)
+    own = compat.geometry_nodes_global(mesh)[nodes], coordinates(mesh)[nodes], ids
     shared = held_by_several(mesh.geometry.index_map(), nodes)[nodes].any(axis=1)
     shared = _touching(nodes, nodes[shared])
     parts: list[Any] = mesh.comm.allgather(tuple(array[shared] for array in own))

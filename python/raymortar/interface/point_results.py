@@ -61,8 +61,8 @@ class Resultant:
     in 3D; in 2D per unit thickness, the moment a number.
 
     ``normal`` and ``tangential`` (d,) are the parts of the force that come from
-    tractions along the slave's normal and from those in its tangent plane, point by
-    point: friction is ``tangential``, and on a curved surface both may have any
+    tractions along the contact's normal (the slave's, or that of a smooth master) and
+    from those across it, point by point: friction is ``tangential``, and on a curved surface both may have any
     direction. Their sum is ``force``.
 
     For solids of revolution all values are those of a full turn. The force is along the
@@ -184,11 +184,21 @@ def _moments(x: Array, forces: Array) -> Array:
     return x[:, 0] * forces[:, 1] - x[:, 1] * forces[:, 0]
 
 
+def moments_on_slave(zone: ZoneData, points: dict[str, Array], forces: Array) -> Array:
+    """Moments of contact forces (n, d) on the slave about the origin: with the couple
+    of their tangential parts over the gap, as in theory (3)."""
+    moments = _moments(points["x"], forces)
+    if zone.tied:  # its points are between both sides
+        return moments
+    arms = points["distance"][:, None] * points["normal"]
+    return moments + _moments(arms, forces - along_normal(points, forces))
+
+
 def resultant(zone: ZoneData, comm: MPI.Comm) -> Resultant:
     """Force and moment on the slave side of a zone. Collective."""
     points = zone.points()
     forces = points["weight"][:, None] * points["traction"]
-    moment = _moments(points["x"], forces).sum(axis=0)
+    moment = moments_on_slave(zone, points, forces).sum(axis=0)
     normal = along_normal(points, forces).sum(axis=0)
     force = comm.allreduce(forces.sum(axis=0))
     normal = comm.allreduce(normal)
@@ -218,7 +228,8 @@ def resultants(zone: ZoneData, comm: MPI.Comm) -> list[Resultant]:
     master, dim = zone.masters_of(points), points["x"].shape[1]
     forces = points["weight"][:, None] * points["traction"]
     # Ranks without points know the width, too
-    moments = _moments(points["x"], forces).reshape(len(forces), 3 if dim == 3 else 1)
+    moments = moments_on_slave(zone, points, forces)
+    moments = moments.reshape(len(forces), 3 if dim == 3 else 1)
     values = np.hstack([forces, along_normal(points, forces), moments])
     sums = np.zeros((zone.master_tags.count, values.shape[1]))
     np.add.at(sums, master[master >= 0], values[master >= 0])
@@ -246,10 +257,14 @@ def resultant_on(zones: Sequence[ZoneData], body: Body, comm: MPI.Comm) -> Resul
         mine = zone.masters_of(points) == zone.facets.bodies.index(body)
         points = {name: values[mine] for name, values in points.items()}
         forces = -points["weight"][:, None] * points["traction"]
-        at = points["x"] + points["distance"][:, None] * points["normal"]
         # Ranks without points know the width, too
         width = len(sums) - 2 * dim
-        moments = _moments(at - body.place[:dim], forces).reshape(len(forces), width)
+        place = np.broadcast_to(body.place[:dim], forces.shape)
+        if body.is_free:  # its equations take whole tractions where they hit
+            moments = _moments(zone.places(points) - place, forces)
+        else:
+            moments = moments_on_slave(zone, points, forces) - _moments(place, forces)
+        moments = moments.reshape(len(forces), width)
         parts = forces, along_normal(points, forces), moments
         sums += np.hstack(parts).sum(axis=0)
     comm.Allreduce(MPI.IN_PLACE, sums)
@@ -267,15 +282,15 @@ def added(parts: Sequence[Resultant]) -> Resultant:
 
 
 def along_normal(points: dict[str, Array], vectors: Array) -> Array:
-    """Parts of vectors (n, d) at the points along the slave's normals."""
-    n = points["normal"]
+    """Parts of vectors (n, d) at the points along the normals of the law's frame."""
+    n = points["contact_normal"]
     return np.einsum("qi,qi->q", vectors, n)[:, None] * n
 
 
 def pressures(points: dict[str, Array]) -> Array:
     """Normal part of the tractions at the points, positive in compression, (n,)."""
     normal = along_normal(points, points["traction"])
-    return -np.einsum("qi,qi->q", normal, points["normal"])
+    return -np.einsum("qi,qi->q", normal, points["contact_normal"])
 
 
 def nodal_average(

@@ -17,6 +17,7 @@ from ..checked import is_whole_number
 from ..compat import Array, Indices
 from ..errors import ContactError
 from ..host.bodies import Bodies, bodies_of_facets
+from ..host.edges import Edges
 from ..host.facets import facet_dof_table
 from ..host.layout import Layout
 from ..host.surfaces import Surface
@@ -30,6 +31,7 @@ from ..rigid.motions import Motions
 from ..rigid.shapes import Shape
 from .faced import Faced, nothing
 from .pairs import MasterTags
+from .sharp_edges import mark_frames
 
 
 @dataclass
@@ -42,6 +44,7 @@ class ZoneData:
     multiplier_nodes: Indices  # sorted block dofs in the zone's own order
     result_table: Indices  # (slave facets, n), local block dofs of result fields
     frictional: bool
+    tied: bool
     distances: dict[str, Array]  # (slave facets,) of reach, depth, skin
     depth_is_default: bool
     thickness: tuple[Array, ...]  # behind this rank's slave and master facets
@@ -90,6 +93,12 @@ class ZoneData:
             points.setdefault("slip", np.empty_like(points["x"]))
             points.setdefault("closing", np.empty_like(points["gap"]))
         return points
+
+    def places(self, points: dict[str, Array]) -> Array:
+        """Where tractions act on both sides, (points, d)."""
+        if self.tied:  # its points are there
+            return points["x"]
+        return points["x"] + points["distance"][:, None] * points["normal"]
 
     def masters_of(self, points: dict[str, Array]) -> Indices:
         """Index among the slave's masters of the one that each point hits; -1 for
@@ -228,6 +237,7 @@ def create_zone(
     result_space: Any,
     cells: Sequence[Cells],
     bodies: Bodies,
+    edges: Sequence[Edges],
     tied: str | None = None,
 ) -> ZoneData:
     """C++ zone of some facets. Collective.
@@ -246,6 +256,8 @@ def create_zone(
         Of each mesh.
     bodies
         Parts of the mesh that are connected.
+    edges
+        Of each mesh; none where no master has facets.
     tied
         ``"keep"`` or ``"close"``: a tie, and what becomes of its gaps; None: contact.
     """
@@ -266,6 +278,7 @@ def create_zone(
     master.set_thickness(thickness[1])
     slave.set_bodies(bodies_of_facets(bodies, zone.slave_surface))
     master.set_bodies(bodies_of_facets(bodies, zone.master_surface))
+    mark_frames(zone, slave, master, edges, layout.u.function_space)
     surface = zone.slave_surface
     multipliers, table, nodes = _multipliers(zone, layout.multiplier, layout)
     p = surface.displacement_degree
@@ -302,6 +315,7 @@ def create_zone(
         nodes,
         results,
         friction is not None or tied is not None,
+        tied is not None,
         distances,
         search.depth is None,
         thickness,

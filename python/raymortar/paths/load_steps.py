@@ -12,6 +12,7 @@ from ..convergence.lost_contact import lost_contact
 from ..convergence.missed_tools import ToolsOnPath
 from ..convergence.penetration import DeepPoints
 from ..convergence.tension import warn_of_tension
+from ..convergence.tilt import TiltedFacets
 from ..errors import (
     BodyLeft,
     ContactLost,
@@ -238,6 +239,7 @@ class LoadSteps:
         ways = Strategies(path, self.extrapolate, automatic, viscous, progress.trying)
         last, tools, deep = None, ToolsOnPath(contact), DeepPoints(contact)
         snapped = False
+        tilted = TiltedFacets(contact)
         tools.look()
         while not path.ended:
             before = contact.state()
@@ -273,6 +275,7 @@ class LoadSteps:
                 snapped = True
                 warnings.warn(_snap(path.factor, ways), ContactWarning, stacklevel=3)
             warn_of_tension(contact, stacklevel=3)
+            tilted.warn(stacklevel=3)
             if self.history is not None:
                 self.history.record(path.time, iterations, self.halvings)
             if self.output is not None:

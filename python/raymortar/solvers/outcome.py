@@ -7,6 +7,7 @@ import warnings
 from ..convergence.lost_contact import lost_contact
 from ..convergence.penetration import warn_of_penetration
 from ..convergence.tension import warn_of_tension
+from ..convergence.tilt import warn_of_tilt
 from ..convergence.turned_tools import turned_too_far
 from ..errors import BodyLeft, ContactWarning, ConvergenceError, raise_everywhere
 from ..problem import CoupledProblem
@@ -28,6 +29,7 @@ def require_convergence(problem: CoupledProblem, converged: bool, reason: str) -
         return
     warn_of_penetration(problem.contact)
     warn_of_tension(problem.contact, stacklevel=3)
+    warn_of_tilt(problem.contact)
     loss = lost_contact(problem)
     if loss is not None:
         warnings.warn(

@@ -66,8 +66,14 @@ struct FacingFacets
       auto& old = start.history;
       const bool slip = random() % 2 == 0;
       old.slave_old = start.slave;
-      old.slave_old.row(0).array() += slip ? 0.5 : 0.01;
       old.master_old = start.master;
+      if constexpr (D == 3)
+      {
+        // Both have turned about the normal since then, and been stretched
+        spin(old.slave_old, 0.05, 1.1);
+        spin(old.master_old, -0.04, 0.9);
+      }
+      old.slave_old.row(0).array() += slip ? 0.5 : 0.01;
       // With a multiplier a length
       old.traction_old.setConstant(Layout::multiplier_dofs > 0 ? 0.02 : 0.1);
       old.friction = Coulomb{slip ? 0.4 : 20.0};
@@ -75,6 +81,15 @@ struct FacingFacets
     for (int q = 0; q < 5; ++q)
       points.push_back({0.8 * random_inside<F>(random), F::RefPoint::Zero(),
                         0.1 + 0.05 * q, 0.12 + 0.03 * q, 0});
+    start.frame_of_target = random() % 2 == 0;
+  }
+
+  static void spin(typename F::NodeMatrix& nodes, double angle, double stretch)
+  {
+    const double c = std::cos(angle), s = std::sin(angle);
+    Mat<2, 2> turn;
+    turn << stretch * c, -s, stretch * s, c;
+    nodes.template topRows<2>() = (turn * nodes.template topRows<2>()).eval();
   }
 
   /// As sections of solids of revolution about an axis that is near

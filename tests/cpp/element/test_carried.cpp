@@ -9,11 +9,11 @@ namespace
 template <class F>
 auto carried(const typename F::NodeMatrix& old,
              const typename F::NodeMatrix& now, const Vec<F::gdim>& traction,
-             const typename F::RefPoint& xi = centre<F>())
+             const typename F::RefPoint& xi = centre<F>(), bool whole = false)
 {
   const auto before = frame_at<F>(old, xi);
   return carry_traction<F::gdim>(before, dual_tangents<F::gdim>(before),
-                                 frame_at<F>(now, xi), traction);
+                                 frame_at<F>(now, xi), traction, whole);
 }
 
 template <class F>
@@ -32,6 +32,25 @@ TYPED_TEST(Carried, RestLeavesTheTangentialPart)
   const Vec<D> n = frame_at<TypeParam>(x, centre<TypeParam>()).n;
   const Vec<D> expected = v - n.dot(v) * n;
   EXPECT_LE((carried<TypeParam>(x, x, v).value() - expected).norm(), 1e-14);
+}
+
+TYPED_TEST(Carried, AsAWholeItTurnsAndKeepsItsLength)
+{
+  constexpr int D = TypeParam::gdim;
+  Random random(8);
+  const auto at = centre<TypeParam>();
+  for (int i = 0; i < 20; ++i)
+  {
+    const auto x = bent_facet<TypeParam>(random);
+    const auto y = bent_facet<TypeParam>(random);
+    const Mat<D, D> Q = random.rotation<D>();
+    const Vec<D> v = random.vector<D>();
+    EXPECT_LE(
+        (carried<TypeParam>(x, Q * x, v, at, true).value() - Q * v).norm(),
+        1e-13);
+    EXPECT_NEAR(carried<TypeParam>(x, y, v, at, true).value().norm(), v.norm(),
+                1e-13);
+  }
 }
 
 TYPED_TEST(Carried, RigidRotationsOfAnySizeTurnIt)
@@ -93,12 +112,13 @@ TYPED_TEST(Carried, VariationIsTheDerivative)
     {
       const typename F::NodeMatrix at =
           y + Eigen::Map<const typename F::NodeMatrix>(u.data());
-      return carried<F>(x, at, v).value();
+      return carried<F>(x, at, v, centre<F>(), i % 2 == 0).value();
     };
     const auto p = slave_geometry<F>(y, centre<F>());
     expect_derivative(
         f, Vector::Zero(F::dofs * D),
-        vary_carried<F, D>(carried<F>(x, y, v), Mat<D, D>::Identity(), p));
+        vary_carried<F, D>(carried<F>(x, y, v, centre<F>(), i % 2 == 0),
+                           Mat<D, D>::Identity(), p));
   }
 }
 
@@ -130,7 +150,8 @@ TYPED_TEST(Carried, ChangesAlongTheFacetByItsDerivative)
     const auto f = [&](const Vector& at) -> Vector
     {
       const typename F::RefPoint xi = at;
-      return carried<F>(x, y, nodal * F::Disp::values(xi), xi).value();
+      return carried<F>(x, y, nodal * F::Disp::values(xi), xi, i % 2 == 0)
+          .value();
     };
     const auto bent = [](const typename F::NodeMatrix& nodes)
     {
@@ -139,7 +160,7 @@ TYPED_TEST(Carried, ChangesAlongTheFacetByItsDerivative)
     };
     expect_derivative(f, centre<F>(),
                       carried_along_facet<D, F::affine>(
-                          carried<F>(x, y, v), bent(x),
+                          carried<F>(x, y, v, centre<F>(), i % 2 == 0), bent(x),
                           dual_tangents<D>(frame_at<F>(x, centre<F>())),
                           bent(y), v, nodal * F::Disp::gradients(centre<F>())));
   }

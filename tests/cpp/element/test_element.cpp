@@ -75,9 +75,9 @@ TYPED_TEST(ElementTest, ForcesOfBothSidesAddUpToNothing)
   }
 }
 
-TYPED_TEST(ElementTest, MomentIsThatOfTheTractionsOverTheGap)
+TYPED_TEST(ElementTest, MomentsOfBothSidesAddUpToNothing)
 {
-  // F3: sum x cross f = int g n cross t, nothing where t is normal
+  // F3: tractions of both sides act at one place, whatever the gap
   using C = TypeParam;
   using F = typename C::F;
   constexpr int D = F::gdim;
@@ -96,12 +96,6 @@ TYPED_TEST(ElementTest, MomentIsThatOfTheTractionsOverTheGap)
                       Vec<D>(b.template segment<D>(a * D)));
         sum += moment(Vec<D>(e.master.col(a)),
                       Vec<D>(b.template segment<D>(C::Layout::master + a * D)));
-      }
-      for (const auto& start : pair.points)
-      {
-        const auto q = pair.cast(e, start);
-        const typename FacingFacets<C>::Hit p(e, q);
-        sum -= q.area * q.g * moment(p.slave.n, p.response.t);
       }
       EXPECT_LT(sum.norm(), 1e-14);
     }

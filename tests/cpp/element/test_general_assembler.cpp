@@ -38,6 +38,11 @@ public:
     for (Surface* s : {&state.slave, &state.master})
       for (double& x : s->x)
         x += number(0.01);
+    // Every second slave facet lies at a sharp edge
+    for (Index f = 0; f < state.slave.num_facets(); ++f)
+      state.slave.sharp.push_back(f % 2 == 0);
+    state.master.smooth.assign(
+        static_cast<std::size_t>(state.master.num_facets()), 1);
     set_fields(kind);
     pair(kind);
   }
@@ -165,6 +170,8 @@ TEST_P(GeneralKernels, AreThoseOfOneKind)
   expect_equal(r.traction, q.traction);
   expect_equal(r.weight, q.weight);
   expect_equal(r.gamma, q.gamma);
+  expect_equal(r.contact_normal, q.contact_normal);
+  expect_equal(r.master_normal, q.master_normal);
   expect_equal(r.slip, q.slip);
   expect_equal(r.closing, q.closing);
   expect_equal(r.friction, q.friction);

@@ -11,7 +11,7 @@ import states
 from dolfinx import fem
 from friction_states import FrictionCase, frictional_pairs, in_regime, set_both
 from problems import CELLS_2D, COMM, build, fix, symmetry, worst
-from sheared_blocks import HOLDING, METHODS, SLIP, Blocks, limit_of, up
+from sheared_blocks import HOLDING, METHODS, SLIP, Blocks, limit_of
 from slave_functions import bumps, function_of
 from states import name_of
 from tangents import Pair, is_first_order, is_second_order, quiet_slopes
@@ -167,10 +167,9 @@ class Coated(Blocks):
         self.coat = coat
         super().__init__(*arguments, **options)
 
-    def displacement(self, k, slide=0.0):
-        u = super().displacement(k, slide)
-        u[self.X[:, -1] > self.bottom - 1e-9] += self.coat * up(self.dim)
-        return u
+    @property
+    def apart(self):
+        return super().apart + self.coat
 
 
 KINDS = {

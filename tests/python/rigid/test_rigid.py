@@ -144,7 +144,7 @@ def test_a_spinning_wheel_drags(cell, axis, method):
     assert (points["status"][points["status"] > 1] == 3).all()
     normal = np.sum(points["weight"] * -points["pressure"])
     t = points["traction"]
-    n = points["normal"]
+    n = points["contact_normal"]
     shear = t - np.einsum("qi,qi->q", t, n)[:, None] * n
     dragged = np.einsum("q,qi->i", points["weight"], shear)
     assert dragged[0] < 0.0

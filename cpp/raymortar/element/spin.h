@@ -1,0 +1,169 @@
+// By how much the slave has turned against the master about its normal.
+#pragma once
+
+#include "raymortar/element/carried.h"
+#include "raymortar/element/convected.h"
+#include "raymortar/element/facet_states.h"
+
+namespace raymortar
+{
+/// @brief Turns a slide by half of the spin of a step  [theory (2.15)]: the
+/// slide is a chord, and the path on which a body spins ends in another
+/// direction. In the plane there is no spin.
+template <int D>
+struct Spin
+{
+  void set(const TwoFrames<D>&, const TwoFrames<D>&) {}
+  [[nodiscard]] const Vec<D>& turned(const Vec<D>& slide) const
+  {
+    return slide;
+  }
+};
+
+template <>
+struct Spin<3>
+{
+  double cosine, sine;       ///< of half the angle
+  Vec<3> n;                  ///< slave's present normal
+  Vec<2> across;             ///< n_0 x t_01 on the slave's old tangents t_0
+  Vec<3> of_slave;           ///< t_01 turned with the slave, of any length
+  Vec<3> of_master;          ///< t_01 turned with the master
+  ConvectedVector<3> first;  ///< t_01 carried along by the master
+  ConvectedVector<3> second; ///< n_0 x t_01
+
+  /// @param[in] slave, master Of the point and of what it hits
+  void set(const TwoFrames<3>& slave, const TwoFrames<3>& master)
+  {
+    n = slave.now.n;
+    const Vec<3> t_2 = slave.old.jacobian * slave.old_dual.col(1);
+    across = slave.old_dual.transpose() * t_2;
+    of_slave = slave.now.t.col(0) - cross(n, slave.now.t * across);
+    first =
+        convect<3>(master.old, master.old_dual, master.now, slave.old.t.col(0));
+    second = convect<3>(master.old, master.old_dual, master.now, t_2);
+    of_master = first.value - cross(n, second.value);
+    const double along = of_master.dot(of_slave);
+    const double beside = n.dot(of_master.cross(of_slave));
+    const double length = std::sqrt(along * along + beside * beside);
+    const double twice = std::sqrt(2.0 * length * (length + along));
+    cosine = twice > 0.0 ? (length + along) / twice : 1.0;
+    sine = twice > 0.0 ? beside / twice : 0.0;
+  }
+
+  [[nodiscard]] Vec<3> turned(const Vec<3>& slide) const
+  {
+    return cosine * slide + sine * n.cross(slide);
+  }
+};
+
+/// @brief How a turned slide changes with the slide and with the spin.
+template <int D>
+struct SpinSlopes
+{
+  SpinSlopes(const Spin<D>&, const Vec<D>&) {}
+  template <class Matrix>
+  [[nodiscard]] Matrix before(const Matrix& by_turned) const
+  {
+    return by_turned;
+  }
+  template <class Matrix>
+  [[nodiscard]] Matrix after(const Matrix& slides) const
+  {
+    return slides;
+  }
+};
+
+template <>
+struct SpinSlopes<3>
+{
+  Mat<3, 3> by_slide;
+  Vec<3> by_angle;
+  Mat<3, 3> by_n; ///< by the slave's normal
+  // Of the angle
+  Vec<3> by_first_now;  ///< by the slave's first tangent
+  Vec<3> by_second_now; ///< by what its tangents make of `across`
+  Vec<3> by_first;      ///< by what the master carries along
+  Vec<3> by_second;
+
+  SpinSlopes(const Spin<3>& spin, const Vec<3>& slide)
+  {
+    const Vec<3>& n = spin.n;
+    by_slide = spin.sine * cross_matrix(n);
+    by_slide.diagonal().array() += spin.cosine;
+    by_angle = 0.5 * (spin.cosine * n.cross(slide) - spin.sine * slide);
+    const Vec<3> beside = n.cross(spin.of_master);
+    const double own = 1.0 / spin.of_slave.squaredNorm();
+    const double other = 1.0 / beside.squaredNorm();
+    by_first_now = own * n.cross(spin.of_slave);
+    by_second_now = -own * spin.of_slave;
+    by_first = -other * beside;
+    by_second = other * beside.cross(n);
+    by_n = -spin.sine * cross_matrix(slide);
+    by_n -= by_angle * (n.dot(spin.first.value) * by_first +
+                        n.dot(spin.second.value) * by_second)
+                           .transpose();
+  }
+
+  /// @brief Derivatives by a slide from those by what it turns to.
+  template <class Matrix>
+  [[nodiscard]] Matrix before(const Matrix& by_turned) const
+  {
+    return by_turned * by_slide;
+  }
+  /// @brief What slides, as columns, turn to.
+  template <class Matrix>
+  [[nodiscard]] Matrix after(const Matrix& slides) const
+  {
+    return by_slide * slides;
+  }
+};
+
+/// @brief Variation of the angle by the displacement dofs of both sides, the
+/// slave's normal aside.
+/// @param[in] now, dual Frame of the master and dual of its tangents
+template <class F>
+[[nodiscard]] Eigen::Matrix<double, 1, 2 * Variations<F>::side>
+vary_angle(const Spin<3>& spin, const SpinSlopes<3>& by,
+           const PointGeometry<F>& p, const Frame<3>& now,
+           const Mat<3, 2>& dual)
+{
+  constexpr int side = Variations<F>::side;
+  Eigen::Matrix<double, 1, 2 * side> rows;
+  for (int a = 0; a < F::dofs; ++a)
+    rows.template segment<3>(a * 3) =
+        p.dN_s(a, 0) * by.by_first_now +
+        p.dN_s.row(a).dot(spin.across) * by.by_second_now;
+  rows.template tail<side>() =
+      vary_convected<F, 1>(spin.first, by.by_first.transpose(), now, dual,
+                           p.dN_m) +
+      vary_convected<F, 1>(spin.second, by.by_second.transpose(), now, dual,
+                           p.dN_m);
+  return rows;
+}
+
+/// @brief Derivative of the angle along the slave facet, its normal and the
+/// point that is hit aside.
+/// @param[in] carry What takes the master's old vectors to present ones
+[[nodiscard]] inline Mat<1, 2>
+angle_along_facet(const Spin<3>& spin, const SpinSlopes<3>& by,
+                  const BentFrame<3>& old, const Mat<3, 2>& old_dual,
+                  const BentFrame<3>& now, const Mat<3, 3>& carry)
+{
+  Mat<1, 2> rate;
+  const Vec<3> t_1 = old.frame.t.col(0);
+  for (int j = 0; j < 2; ++j)
+  {
+    const auto k = static_cast<std::size_t>(j);
+    const Vec<3> dt_1 = old.bend.t[k].col(0);
+    const Vec<3> dt_2 =
+        cross(old.bend.n.col(j), t_1) + cross(old.frame.n, dt_1);
+    const Vec<2> dacross =
+        old_dual.transpose() * (dt_2 - old.bend.t[k] * spin.across);
+    rate[j] = by.by_first_now.dot(now.bend.t[k].col(0)) +
+              by.by_second_now.dot(now.bend.t[k] * spin.across +
+                                   now.frame.t * dacross) +
+              by.by_first.dot(carry * dt_1) + by.by_second.dot(carry * dt_2);
+  }
+  return rate;
+}
+} // namespace raymortar
