@@ -55,11 +55,7 @@ void bind_surface(py::module_& m)
       .def("set_thickness", [](Surface& s, const Array<double>& thickness)
            { s.thickness = to_vector(thickness); })
       .def("set_bodies", [](Surface& s, const Array<Index>& body)
-           { s.body = to_vector(body); })
-      .def("set_sharp", [](Surface& s, const Array<std::int8_t>& sharp)
-           { s.sharp = to_vector(sharp); })
-      .def("set_smooth", [](Surface& s, const Array<std::int8_t>& smooth)
-           { s.smooth = to_vector(smooth); });
+           { s.body = to_vector(body); });
   m.def(
       "find_candidates",
       [](const Surface& slave, const Surface& master,

@@ -218,6 +218,10 @@ void bind_zone(py::module_& m)
       .value("current", Measure::current)
       .value("reference_of_revolution", Measure::reference_of_revolution)
       .value("current_of_revolution", Measure::current_of_revolution);
+  py::enum_<LawFrame>(m, "LawFrame")
+      .value("automatic", LawFrame::automatic)
+      .value("slave", LawFrame::slave)
+      .value("master", LawFrame::master);
   py::enum_<Method>(m, "Method")
       .value("augmented_lagrangian", Method::augmented_lagrangian)
       .value("penalty", Method::penalty);
@@ -251,7 +255,7 @@ void bind_zone(py::module_& m)
       Field{"multipliers", &ZoneInput::multipliers},
       Field{"method", &ZoneInput::method},
       Field{"friction", &ZoneInput::friction},
-      Field{"measure", &ZoneInput::measure},
+      Field{"measure", &ZoneInput::measure}, Field{"frame", &ZoneInput::frame},
       Field{"moving_segments", &ZoneInput::moving_segments},
       Field{"tie", &ZoneInput::tie}, Field{"distances", &ZoneInput::distances},
       Field{"strategy", &ZoneInput::strategy},

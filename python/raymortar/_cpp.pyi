@@ -24,6 +24,11 @@ class Measure(Enum):
     reference_of_revolution: int
     current_of_revolution: int
 
+class LawFrame(Enum):
+    automatic: int
+    slave: int
+    master: int
+
 class Method(Enum):
     augmented_lagrangian: int
     penalty: int
@@ -67,8 +72,6 @@ class Surface:
     def diameters(self) -> _Reals: ...
     def set_thickness(self, thickness: _Reals) -> None: ...
     def set_bodies(self, body: _Indices) -> None: ...
-    def set_sharp(self, sharp: npt.NDArray[np.int8]) -> None: ...
-    def set_smooth(self, smooth: npt.NDArray[np.int8]) -> None: ...
 
 class QuadratureRule:
     def __init__(self, points: _Reals, weights: _Reals) -> None: ...
@@ -135,6 +138,7 @@ class ZoneInput:
         method: Method,
         friction: Coulomb | Tresca | Stick | PointBound | None,
         measure: Measure,
+        frame: LawFrame,
         moving_segments: bool,
         tie: TieGap | None,
         distances: SearchDistances,

@@ -82,6 +82,10 @@ class Contact(Interaction):
         they stand for: True finds these from the facets' normals; a function takes
         undeformed points (3, n) to points of the true surface (3, n). Meshes of degree
         2 are curved already.
+    frame
+        Normal by which the law splits tractions into pressure and friction
+        [theory (2.14)]: ``"automatic"``: of a `rigid.Line` or `Plane`, else of the
+        slave; ``"slave"``; ``"master"``: of what is hit, which has to be flat or smooth.
 
     Attributes
     ----------
@@ -128,6 +132,7 @@ class Contact(Interaction):
         offset: FieldValue | None = None,
         axisymmetric: bool = False,
         smooth: Smooth = False,
+        frame: str = "automatic",
     ) -> None:
         options = ContactOptions(
             AugmentedLagrangian() if method is None else method,
@@ -139,6 +144,7 @@ class Contact(Interaction):
             offset,
             axisymmetric,
             smooth,
+            frame,
         )
         given = check_given(u, pairs, names, options)
         self.names = given.names
@@ -330,8 +336,8 @@ class Contact(Interaction):
         Parameters
         ----------
         part
-            ``"total"``; ``"normal"``: along the contact's normal, the slave's or that
-            of a smooth master; ``"tangential"``: the rest, which is friction.
+            ``"total"``; ``"normal"``: along the normal of `frame`; ``"tangential"``: the
+            rest, which is friction.
         """
         return self._fields.traction(part)
 

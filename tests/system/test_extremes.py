@@ -134,6 +134,6 @@ def test_a_path_tells_of_deep_flanks_once():
     solver.solve()
     with pytest.warns(raymortar.ContactWarning, match="deep in the master") as caught:
         raymortar.LoadSteps(solver, lambda t: None, 3).run()
-    assert len(caught) == 1
+    assert sum("deep in the master" in str(one.message) for one in caught) == 1
     with pytest.warns(raymortar.ContactWarning, match="deep in the master"):
         solver.solve()

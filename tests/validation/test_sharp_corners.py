@@ -22,6 +22,8 @@ def slid(kind, *tilt, mu=0.0, way=1.0, n=8, cell="quadrilateral", **options):
     size = options.get("size", 1.0)
     tool = corners.flat_tool(kind, gdim, size)
     turn = corners.turned(gdim, *tilt)
+    if kind in ("surface", "mesh"):
+        options["frame"] = "master"
     scene = corners.block_on(tool, turn, n=n, cell=cell, friction=friction, **options)
     return scene, scene.pressed(way)
 
@@ -81,6 +83,25 @@ def test_springs_hold_at_rest():
         assert held == pytest.approx(np.tile(force, (3, 1)), rel=1e-9)
 
 
+def test_a_corner_on_a_round_tool():
+    """Slip everywhere around the lowest point of a large circle: friction is that of
+    the tool's normals, whose mean is upright."""
+    tool = rigid.Circle((0.0, -20.0), 20.0)
+    ratios = {}
+    for frame in ("automatic", "master"):
+        scene = corners.block_on(
+            tool, corners.turned(2, 12.0), friction=Coulomb(MU), frame=frame
+        )
+        ratios[frame] = scene.pressed(1.0)[-1, 0]
+        p = scene.contact.points(0)
+        n = p["master_normal"] if frame == "master" else -p["normal"]
+        assert np.array_equal(p["contact_normal"], -n)
+    x = scene.u.x.array  # where the corner is on the circle
+    assert np.isfinite(x).all()
+    assert ratios["master"] == pytest.approx(-MU, abs=0.01)
+    assert abs(ratios["automatic"] + MU) > 0.1
+
+
 def test_work_over_a_closed_path_vanishes():
     """A frictionless corner that is led around a square on a plane."""
     tool = corners.flat_tool("line", 2)
@@ -110,5 +131,5 @@ def test_where_the_slave_keeps_its_normal_a_warning_tells_the_tilt():
     points = scene.contact.points(0)
     assert np.array_equal(points["contact_normal"], points["normal"])
     with warnings.catch_warnings():
-        warnings.simplefilter("error", raymortar.ContactWarning)
+        warnings.filterwarnings("error", "the facets of slave")
         slid("line", 12.0, n=4)

@@ -33,6 +33,15 @@ struct Multipliers
   double scale = 1.0;           ///< traction per unit of the solver's unknown
 };
 
+/// @brief Normal by which the law splits tractions  [theory (2.14)]:
+/// automatically the master's on flat tools without edges, else the slave's.
+enum class LawFrame : std::int8_t
+{
+  automatic,
+  slave,
+  master
+};
+
 /// @brief Everything the element stage reads.
 struct ContactState
 {
@@ -45,6 +54,7 @@ struct ContactState
   Method method = Method::augmented_lagrangian;
   std::optional<FrictionLaw> friction; ///< none: frictionless
   Measure measure = Measure::reference;
+  LawFrame frame = LawFrame::automatic;
   bool moving_segments = false; ///< differentiate through the vertices, too
   FacetField gamma;             ///< traction per length
   PairFactors pair_factors;     ///< of gamma, where a master is hit
@@ -66,19 +76,11 @@ struct ContactState
   /// Whether slaves meet tools, which are no facets and have no unknowns
   [[nodiscard]] bool has_tools() const { return not tools.empty(); }
 
-  /// Whether the law's frame at the points of two facets is the master's: sharp
-  /// edges of the slave slide along what is smooth  [theory (2.14)]
-  [[nodiscard]] bool has_frame_of_master(Index slave_facet,
-                                         Index master_facet) const
-  {
-    return slave.is_sharp(slave_facet) and master.is_smooth(master_facet);
-  }
-
-  /// Whether it is that of what a point has hit, tools included
+  /// Whether the law takes the normal of what a point has hit
   [[nodiscard]] bool has_frame_of_target(std::size_t q) const
   {
-    return has_tools() ? hits.smooth[q] != 0
-                       : has_frame_of_master(points.slave[q], hits.master[q]);
+    return frame == LawFrame::master or
+           (frame == LawFrame::automatic and has_tools() and hits.flat[q] != 0);
   }
 
   /// Master facet whose unknowns an element has, no_index: none

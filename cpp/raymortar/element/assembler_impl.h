@@ -109,7 +109,7 @@ private:
     {
       data.master = s.master.template nodes<F>(s.master.x, m);
       data.gamma *= s.pair_factors.of(s.slave.body_of(f), s.master.body_of(m));
-      data.frame_of_target = s.has_frame_of_master(f, m);
+      data.frame_of_target = s.frame == LawFrame::master;
     }
     data.measure = s.measure;
     data.touch = tolerance::touch * diameter<F>(data.slave);

@@ -68,6 +68,7 @@ struct OldPoint<F, true>
   Vec<F::gdim> normal;        ///< of the law's frame
   TwoFrames<F::gdim> master;  ///< of the point that is hit now
   Vec<F::gdim> distance;      ///< from the slave's point to the master's
+  Vec<F::gdim> ahead;         ///< the same from the end of the present arm
   /// Mean of the frame's normal and the master's reversed one. The distance
   /// between two points of one circle has no part along that of both surfaces,
   /// so that curvature is not taken for a gap
@@ -124,9 +125,15 @@ struct HitPoint : SlavePoint<F, L, Law>
   {
   }
 
-  /// @brief Part of a traction that makes a couple over the gap  [theory (3)]:
-  /// in the frame of the target the part along its normal acts on both sides
-  /// along one line.
+  /// @brief Whether friction makes a couple over the gap  [theory (3)]. A
+  /// multiplier closes gaps in the mean, but for what the offset leaves open.
+  [[nodiscard]] bool has_couple() const
+  {
+    return is_frictional<Law> and (M == 0 or offset != 0.0);
+  }
+
+  /// @brief Part of a traction that makes a couple: in the frame of the target
+  /// the part along its normal acts on both sides along one line.
   [[nodiscard]] Vec<D> turning(const Vec<D>& t) const
   {
     return of_target ? along_surface(t) : t;
@@ -176,9 +183,6 @@ private:
     old.spin.set(frames, old.master);
     set_normals();
     set_slip(q.g + offset);
-    // Along the ray, which is not across the target, lies no slip
-    if (e.frame_of_target)
-      old.w -= q.g * this->slave.n;
     set_spring(e);
     response = respond(e, q);
   }
@@ -197,8 +201,11 @@ private:
     const Vec<D>& n_0 = old.normal;
     old.across = 0.5 * (n_0 - master.old.n);
     old.closing = closed_part(old.across.dot(old.distance) + offset, gap);
+    old.ahead = old.distance;
+    if (of_target) // across it the arm, along the slave's normal, has a part
+      old.ahead -= g * old.frame.n;
     old.slide = convect<D>(master.old, master.old_dual, master.now,
-                           old.distance - n_0.dot(old.distance) * n_0);
+                           old.ahead - n_0.dot(old.ahead) * n_0);
     old.w = old.spin.turned(old.slide.value) + old.closing.length * n_0;
   }
 
@@ -248,11 +255,12 @@ template <class F>
 slip_by_turn(const OldPoint<F, true>& was, const Mat<F::gdim, F::gdim>& carry,
              const Mat<F::gdim, F::tdim>& turn)
 {
-  const Mat<1, F::tdim> along = was.distance.transpose() * turn;
+  const Mat<1, F::tdim> along = was.ahead.transpose() * turn;
   const Mat<F::gdim, F::tdim> turned =
-      was.normal.dot(was.distance) * turn + was.normal * along;
+      was.normal.dot(was.ahead) * turn + was.normal * along;
   return was.closing.length * turn - carry * turned +
-         0.5 * was.closing.by_old * was.normal * along;
+         0.5 * was.closing.by_old * was.normal *
+             (was.distance.transpose() * turn);
 }
 
 /// @brief How the slip changes with the point that is hit, and with its master.
@@ -269,6 +277,7 @@ struct SlipSlopes<F, true>
   SpinSlopes<D> spin;
   Mat<D, D> convected; ///< old vectors to present ones, along the master
   Mat<D, D> carry;     ///< the same for a slide, with half of the spin
+  Mat<D, D> by_slide;  ///< by `ahead`, but for what has closed
   Mat<D, D> by_distance;
   Mat<D, F::tdim> by_eta;
 
@@ -280,7 +289,8 @@ struct SlipSlopes<F, true>
         convected(
             convection<D>(was.master.old, was.master.old_dual, was.master.now)),
         carry(spin.after(convected)),
-        by_distance(carry - carry * was.normal * was.normal.transpose())
+        by_slide(carry - carry * was.normal * was.normal.transpose()),
+        by_distance(by_slide)
   {
     if (was.closing.by_old != 0.0)
       by_distance += was.closing.by_old * was.normal * was.across.transpose();

@@ -19,9 +19,6 @@ public:
   using Data = ElementData<F, L, Law>;
   static constexpr int D = F::gdim;
   static constexpr int M = Layout::components;
-  /// Whether tractions may have a part along the surface, which makes a couple
-  /// over the gap; another turns nothing  [theory (3)]
-  static constexpr bool has_couple = M == D or is_frictional<Law>;
   using Vector = Vec<Layout::size>;
   using Matrix =
       Eigen::Matrix<double, Layout::size, Layout::size, Eigen::RowMajor>;
@@ -88,12 +85,13 @@ private:
       b.template segment<D>(a * D) -= p.weight * p.N_s[a] * t;
       b.template segment<D>(Layout::master + a * D) += p.weight * p.N_m[a] * t;
     }
-    if constexpr (has_couple)
-    {
-      const Mat<D, F::dofs> G =
-          dual_tangents<D>(p.slave) * F::Disp::gradients(p.xi).transpose();
-      add_turning<D>(G, p.slave.n, p.weight * p.g * p.turning(t), b);
-    }
+    if constexpr (is_frictional<Law>)
+      if (p.has_couple())
+      {
+        const Mat<D, F::dofs> G =
+            dual_tangents<D>(p.slave) * F::Disp::gradients(p.xi).transpose();
+        add_turning<D>(G, p.slave.n, p.weight * p.g * p.turning(t), b);
+      }
   }
 
   /// (1/gamma) int C . mu dG
@@ -140,8 +138,10 @@ private:
       const Rows<D, 2 * side> dt =
           chain<D>(traction_slopes(p), p, at, Columns(p, at));
       add_work_tangent<2 * side>(geometry, dt, 0, w);
-      if constexpr (has_couple)
-        add_couple_tangent(e, p, at, p.of_target ? turning_tangent(p, at) : dt);
+      if constexpr (is_frictional<Law>)
+        if (p.has_couple())
+          add_couple_tangent(e, p, at,
+                             p.of_target ? turning_tangent(p, at) : dt);
     }
     else if constexpr (M == 1)
     {
@@ -169,10 +169,13 @@ private:
           A.template block<D, D>(m, column).diagonal().array() +=
               w * p.N_m[a] * p.shape[k];
         }
-      if (p.of_target)
-        add_couple_tangent(e, p, at, turning_tangent(p, at));
-      else
-        add_couple_tangent(e, p, at, Rows<D, 0>());
+      if constexpr (is_frictional<Law>)
+      {
+        if (p.has_couple() and p.of_target)
+          add_couple_tangent(e, p, at, turning_tangent(p, at));
+        else if (p.has_couple())
+          add_couple_tangent(e, p, at, Rows<D, 0>());
+      }
     }
   }
 

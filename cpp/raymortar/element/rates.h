@@ -120,25 +120,20 @@ template <int R, class Slopes, class F, int L, class Law, class Columns>
   constexpr int D = F::gdim;
   Vec<R> by_g = law.by_g;
   if constexpr (requires { law.by_w; })
+  {
     by_g += p.old.closing.by_now * (law.by_w * p.old.normal);
+    if (at.frame.of_target) // the arm
+      by_g -= law.by_w * (at.slip.by_slide * p.old.frame.n);
+  }
   Mat<R, D> by_ends = by_g * at.vary.dual.row(D - 1);
   if constexpr (requires { law.by_w; })
     by_ends -= (law.by_w * at.slip.by_eta).eval() *
                at.vary.dual.template topRows<D - 1>();
-  Mat<R, D> by_turn;
   if (at.frame.of_target)
-  {
     by_ends += law.by_n * at.frame.by_ends;
-    by_turn.setZero();
-    if constexpr (requires { law.by_w; }) // - g n in the slip
-    {
-      by_ends -= (law.by_w * p.slave.n) * at.vary.dual.row(D - 1);
-      by_turn = -at.vary.g * law.by_w;
-    }
-    by_turn -= at.vary.g * by_ends;
-  }
-  else
-    by_turn = law.by_n - at.vary.g * by_ends;
+  Mat<R, D> by_turn = -at.vary.g * by_ends;
+  if (not at.frame.of_target)
+    by_turn += law.by_n;
   if constexpr (D == 3 and requires { law.by_w; })
     by_turn += law.by_w * at.slip.spin.by_n;
   auto rows = columns.template ray<R>(by_turn, by_ends);
@@ -285,7 +280,9 @@ public:
     {
       // The slave's old normal, which tells slide and gap apart, turns as well
       const Curvature<D> bend = old_bend();
-      if (not _at.frame.of_target)
+      if (_at.frame.of_target)
+        w -= _p.g * _at.slip.by_slide * bend.n;
+      else
         w += slip_by_turn<F>(was, _at.slip.carry, bend.n);
       if constexpr (D == 3)
         w += _at.slip.spin.by_angle *

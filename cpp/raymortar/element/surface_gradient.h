@@ -48,9 +48,9 @@ public:
                         r.t * at.area.log_jacobian;
     Integrand<F, L, Law> out;
     add_work(p, slopes.geometry, at, t, columns.eta(), out);
-    if constexpr (Kernel::has_couple)
+    if constexpr (is_frictional<Law>)
     {
-      if (p.of_target)
+      if (p.has_couple() and p.of_target)
       {
         const Vec<D> across = p.turning(r.t);
         const Mat<D, T> change =
@@ -58,7 +58,7 @@ public:
             across * at.area.log_jacobian;
         add_couple(p, slopes, at, across, change, out);
       }
-      else
+      else if (p.has_couple())
         add_couple(p, slopes, at, r.t, t, out);
     }
     if constexpr (M > 0)

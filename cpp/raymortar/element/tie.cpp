@@ -274,7 +274,8 @@ private:
     }
     // Second variation of - g_0 t . n
     const Vec<D> t = traction(p, at, open.c);
-    raymortar::add_turning_tangent<D>(open.G, open.n, p.weight * p.gap * t, at.A);
+    raymortar::add_turning_tangent<D>(open.G, open.n, p.weight * p.gap * t,
+                                      at.A);
   }
 
   TieGap _gap;

@@ -19,9 +19,8 @@ enum : int
   kinds
 };
 
-/// Values of a facet before its nodes: number, thickness, body and whether it
-/// is smooth
-constexpr std::size_t facet_header = 4;
+/// Values of a facet before its nodes: number, thickness and body
+constexpr std::size_t facet_header = 3;
 
 /// Boxes of all ranks, rank by rank
 struct Published
@@ -74,8 +73,7 @@ struct Parcel
 {
   std::vector<int> ranks;
   std::vector<std::int64_t> counts; ///< facets, nodes, dofs of each rank
-  /// Per facet: id, bits of the thickness behind it, body, whether it is
-  /// smooth, node ids, dof ids
+  /// Per facet: id, bits of the thickness behind it, body, node ids, dof ids
   std::vector<std::int64_t> facets;
   std::vector<std::int64_t> nodes; ///< global node number
   std::vector<double> positions;   ///< X, x, x_old per node
@@ -109,7 +107,6 @@ void pack(const Surface& own, std::span<const std::int64_t> node_ids,
     out.facets.push_back(
         std::bit_cast<std::int64_t>(own.thickness_behind(facet)));
     out.facets.push_back(own.body_of(facet));
-    out.facets.push_back(own.is_smooth(facet));
     for (std::size_t a = 0; a < nodes; ++a)
       out.facets.push_back(node_ids[own.facet_nodes[f * nodes + a]]);
     for (std::size_t a = 0; a < dofs; ++a)
@@ -196,7 +193,6 @@ Surface unpack(const Surface& own, const Received& r, std::vector<Index>& place)
     s.facet_id.push_back(r.facets[k]);
     s.thickness.push_back(std::bit_cast<double>(r.facets[k + 1]));
     s.body.push_back(static_cast<Index>(r.facets[k + 2]));
-    s.smooth.push_back(static_cast<std::int8_t>(r.facets[k + 3]));
     for (std::size_t a = 0; a < n; ++a)
       s.facet_nodes.push_back(node_number(nodes[a]).first);
     for (std::size_t a = 0; a < m; ++a)

@@ -75,6 +75,7 @@ ContactState first_state(const InterfaceInput& input)
   if (input.tie) // it holds all components, as contact that sticks
     s.friction = Stick{};
   s.measure = input.measure;
+  s.frame = input.frame;
   s.moving_segments = has_moving_segments(input);
   s.segment_rules = input.segment_rules;
   s.gamma.nodal.assign(input.slave.facet_dofs.size(), 1.0);

@@ -20,6 +20,7 @@ struct InterfaceInput : PairingRules
   Multipliers multipliers;
   Method method = Method::augmented_lagrangian;
   std::optional<FrictionLaw> friction; ///< none: frictionless
+  LawFrame frame = LawFrame::automatic;
   bool moving_segments = true;
   /// Surfaces that are tied to each other; none: contact. A multiplier is a
   /// vector then, and friction, measure and moving segments are not used

@@ -56,7 +56,7 @@ struct Hits
   /// Of tools, which have no facets: see ToolHit, (points,) each
   std::vector<Vec<3>> normal = {};
   std::vector<Mat<3, 3>> bend = {};
-  std::vector<std::int8_t> smooth = {};
+  std::vector<std::int8_t> flat = {};
 };
 
 /// @brief Cast the ray of every covered point on the true deformed master.

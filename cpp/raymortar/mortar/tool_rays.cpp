@@ -101,7 +101,7 @@ Hits cast_on_tools(const Surface& slave, std::span<const PlacedTool> tools,
       hits.gap[q] = hit.g;
       hits.normal[q] = hit.normal;
       hits.bend[q] = hit.bend;
-      hits.smooth[q] = hit.smooth;
+      hits.flat[q] = hit.flat;
       if (status == RayStatus::hit)
         hits.master[q] = static_cast<Index>(k);
     }

@@ -43,12 +43,6 @@ struct Surface
   /// Body of each facet, numbered alike on all ranks, (facets,). No array at
   /// all: all are of one
   std::vector<Index> body = {};
-  /// Of a slave: nonzero where a facet lies at a sharp edge, (facets,). No
-  /// array at all: none does
-  std::vector<std::int8_t> sharp = {};
-  /// Of a master: nonzero where a facet is flat, or curved, up to sharp edges,
-  /// (facets,). No array at all: none is
-  std::vector<std::int8_t> smooth = {};
 
   [[nodiscard]] int nodes_per_facet() const;
   [[nodiscard]] int dofs_per_facet() const;
@@ -85,15 +79,6 @@ struct Surface
   [[nodiscard]] Index body_of(Index facet) const
   {
     return body.empty() ? 0 : body[static_cast<std::size_t>(facet)];
-  }
-
-  [[nodiscard]] bool is_sharp(Index facet) const
-  {
-    return not sharp.empty() and sharp[static_cast<std::size_t>(facet)] != 0;
-  }
-  [[nodiscard]] bool is_smooth(Index facet) const
-  {
-    return not smooth.empty() and smooth[static_cast<std::size_t>(facet)] != 0;
   }
 
   /// @brief Local dofs of a facet, (dofs per facet,).

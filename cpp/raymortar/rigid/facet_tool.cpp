@@ -39,7 +39,6 @@ public:
     _tree = AabbTree<D>(boxes);
     _rim = AabbTree<D>(rim_boxes<D>(_facets));
     _open_towards = open_direction();
-    _smooth = smooth_facets<D>(_facets);
   }
 
   [[nodiscard]] const ToolFacets& facets() const override { return _facets; }
@@ -197,7 +196,6 @@ private:
     hit.normal.template head<D>() = frame.n;
     hit.bend.template topLeftCorner<D, D>() =
         curvature_at<F>(nodes, side.eta, frame, dual).n * dual.transpose();
-    hit.smooth = _smooth[static_cast<std::size_t>(side.facet)] != 0;
     return hit;
   }
 
@@ -205,7 +203,6 @@ private:
   Vec<D> _open_towards; ///< see open_direction
   AabbTree<D> _tree;
   AabbTree<D> _rim;
-  std::vector<std::int8_t> _smooth; ///< see smooth_facets
 };
 } // namespace
 

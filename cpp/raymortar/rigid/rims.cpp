@@ -3,21 +3,14 @@
 #include "raymortar/geometry/frame.h"
 #include <cmath>
 #include <numbers>
-#include <span>
 
 namespace raymortar
 {
 namespace
 {
 /// Facets whose normals differ by more have a sharp edge. Fine facets of a
-/// round tool differ by less: cutting along all their edges would be of no use.
-/// Rounding counts an angle of 30 degrees as sharp
-const double sharp = std::cos(std::numbers::pi / 6.0) + 1e-9;
-
-/// Lengths of the difference of normals that go on across an edge: of flat
-/// facets, which are coplanar, and of bent ones, 2 degrees
-constexpr double coplanar = 1e-5;
-constexpr double bent = std::numbers::pi / 90.0;
+/// round tool differ by less: cutting along all their edges would be of no use
+const double sharp = std::cos(std::numbers::pi / 6.0);
 
 template <class F>
 class Rim
@@ -29,26 +22,15 @@ public:
 
   [[nodiscard]] std::vector<Box<D>> boxes() const
   {
+    const std::vector<Edge> edges = sorted_edges();
     std::vector<Box<D>> found;
-    for_edges(
-        [&](std::span<const Edge> sides)
-        {
-          if (sides.size() != 2 or turns_away(sides[0], sides[1]))
-            found.push_back(box_of(sides[0]));
-        });
-    return found;
-  }
-
-  [[nodiscard]] std::vector<std::int8_t> smooth() const
-  {
-    std::vector<std::int8_t> found(_facets.nodes.size() / F::nodes, 1);
-    for_edges(
-        [&](std::span<const Edge> sides)
-        {
-          if (sides.size() == 2 and jumps(sides[0], sides[1]))
-            for (const Edge& side : sides)
-              found[static_cast<std::size_t>(side.facet)] = 0;
-        });
+    for (std::size_t i = 0, j = 0; i < edges.size(); i = j)
+    {
+      while (j < edges.size() and edges[j].ends == edges[i].ends)
+        ++j;
+      if (j - i != 2 or is_sharp(edges[i], edges[i + 1]))
+        found.push_back(box_of(edges[i]));
+    }
     return found;
   }
 
@@ -69,19 +51,6 @@ private:
   [[nodiscard]] static int end_of(int edge)
   {
     return corner(F::tdim == 1 ? edge : edge + 1);
-  }
-
-  /// Call with what has been seen of each edge
-  template <class Call>
-  void for_edges(Call&& call) const
-  {
-    const std::vector<Edge> edges = sorted_edges();
-    for (std::size_t i = 0, j = 0; i < edges.size(); i = j)
-    {
-      while (j < edges.size() and edges[j].ends == edges[i].ends)
-        ++j;
-      call(std::span(edges).subspan(i, j - i));
-    }
   }
 
   [[nodiscard]] std::vector<Edge> sorted_edges() const
@@ -116,23 +85,10 @@ private:
         0.5 * (place(corner(edge.number)) + place(end_of(edge.number))));
   }
 
-  [[nodiscard]] static bool is_sharp(const Vec<D>& n, const Vec<D>& other)
-  {
-    return n.dot(other) < sharp;
-  }
-
-  /// Whether normals differ by less than at a sharp edge, but visibly
-  [[nodiscard]] bool jumps(const Edge& one, const Edge& other) const
-  {
-    const Vec<D> n = middle_of(one).n, m = middle_of(other).n;
-    return (n - m).norm() > (F::node_degree == 1 ? coplanar : bent) and
-           not is_sharp(n, m);
-  }
-
-  [[nodiscard]] bool turns_away(const Edge& one, const Edge& other) const
+  [[nodiscard]] bool is_sharp(const Edge& one, const Edge& other) const
   {
     const Frame<D> here = middle_of(one), there = middle_of(other);
-    if (not is_sharp(here.n, there.n))
+    if (not(here.n.dot(there.n) < sharp))
       return false;
     const Vec<D> centre = _facets.nodes_of<F>(other.facet).rowwise().mean();
     return here.n.dot(centre - here.x) < 0.0;
@@ -150,10 +106,10 @@ private:
 
   const ToolFacets& _facets;
 };
+} // namespace
 
-/// What `call` gives for the rim of facets in D dimensions
-template <int D, class Result, class Call>
-Result with_rim(const ToolFacets& facets, Call&& call)
+template <int D>
+std::vector<Box<D>> rim_boxes(const ToolFacets& facets)
 {
   struct Kind
   {
@@ -161,32 +117,15 @@ Result with_rim(const ToolFacets& facets, Call&& call)
     int node_degree;
   };
   return with_geometry(Kind{facets.shape, facets.degree},
-                       [&]<class F>(F) -> Result
+                       [&]<class F>(F) -> std::vector<Box<D>>
                        {
                          if constexpr (F::gdim == D)
-                           return call(Rim<F>(facets));
+                           return Rim<F>(facets).boxes();
                          else
                            throw Error("facets of another dimension");
                        });
 }
-} // namespace
-
-template <int D>
-std::vector<Box<D>> rim_boxes(const ToolFacets& facets)
-{
-  return with_rim<D, std::vector<Box<D>>>(facets, [](const auto& rim)
-                                          { return rim.boxes(); });
-}
-
-template <int D>
-std::vector<std::int8_t> smooth_facets(const ToolFacets& facets)
-{
-  return with_rim<D, std::vector<std::int8_t>>(facets, [](const auto& rim)
-                                               { return rim.smooth(); });
-}
 
 template std::vector<Box<2>> rim_boxes<2>(const ToolFacets&);
 template std::vector<Box<3>> rim_boxes<3>(const ToolFacets&);
-template std::vector<std::int8_t> smooth_facets<2>(const ToolFacets&);
-template std::vector<std::int8_t> smooth_facets<3>(const ToolFacets&);
 } // namespace raymortar

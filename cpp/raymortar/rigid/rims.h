@@ -12,12 +12,6 @@ namespace raymortar
 template <int D>
 [[nodiscard]] std::vector<Box<D>> rim_boxes(const ToolFacets& facets);
 
-/// @brief Whether each facet is smooth, (facets,): across its edges the normal
-/// goes on, or the edge is sharp. Facets that stand for a curved surface are
-/// not, unless they bend with it.
-template <int D>
-[[nodiscard]] std::vector<std::int8_t> smooth_facets(const ToolFacets& facets);
-
 /// @brief The facets of a tool, free or not; null: it has none.
 [[nodiscard]] inline const FacetedTool* faceted(const Tool& tool)
 {

@@ -220,7 +220,8 @@ private:
       return {};
     const SurfaceAt s = _shape.at(ray.x + *g * ray.n);
     const double sign = _hollow ? -1.0 : 1.0;
-    return {s.normal.allFinite(), *g, sign * s.normal, sign * s.bend};
+    return {s.normal.allFinite(), *g, sign * s.normal, sign * s.bend,
+            std::is_same_v<S, Plane>};
   }
 
   S _shape;

@@ -24,7 +24,7 @@ struct ToolHit
   /// Derivative of the normal along the surface, one over length: positive on
   /// tangents where the tool is convex
   Mat<3, 3> bend = Mat<3, 3>::Zero();
-  bool smooth = true; ///< the normal does not jump but at sharp edges
+  bool flat = false; ///< without end
 };
 
 /// @brief Surface of a rigid body, in the coordinates it was made in.

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 # Degrees by which a force may be turned without a word
 ALLOWED = 2.0
+# Pairs with less of the largest pair's force are not worth a word
+COUNTS = 0.01
 
 
 class TiltedFacets:
@@ -45,11 +47,16 @@ class TiltedFacets:
         stacklevel
             Of `warnings.warn`, seen from the caller.
         """
-        for number, zone in enumerate(self._contact.zones):
-            for k, angle in enumerate(_tilts(zone, self._contact.layout.comm)):
-                if angle > ALLOWED and (number, k) not in self._told:
+        zones = self._contact.zones
+        forces, angles = zip(*(_tilts(z, self._contact.layout.comm) for z in zones))
+        least = COUNTS * max(force.max(initial=0.0) for force in forces)
+        for number, zone in enumerate(zones):
+            for k in np.flatnonzero(
+                (angles[number] > ALLOWED) & (forces[number] > least)
+            ):
+                if (number, k) not in self._told:
                     self._told.add((number, k))
-                    text = _text(zone, k, angle)
+                    text = _text(zone, k, angles[number][k])
                     warnings.warn(text, ContactWarning, stacklevel=stacklevel + 1)
 
 
@@ -58,22 +65,26 @@ def warn_of_tilt(contact: Interaction) -> None:
     TiltedFacets(contact).warn(stacklevel=4)
 
 
-def _tilts(zone: ZoneData, comm: MPI.Comm) -> Array:
-    """Mean angle of the slave's normals against the reversed ones of each master,
-    weighted by forces, (masters,). Degrees. Collective."""
+def _tilts(zone: ZoneData, comm: MPI.Comm) -> tuple[Array, Array]:
+    """Sum of the pressures' forces on each master, and the angle by which the slave's
+    normals turn them against the master's, (masters,). Degrees. Collective."""
     points = zone.points()
     n, n_m = points["normal"], points["master_normal"]
     counts = (points["status"] >= CLOSED) & (points["contact_normal"] == n).all(axis=1)
     counts &= n_m.any(axis=1)  # ties have none
     force = np.abs(points["weight"] * points["pressure"])[counts]
-    lack = force[:, None] * (n + n_m)[counts]
-    sums = np.zeros((zone.master_tags.count, 1 + n.shape[1]))
-    np.add.at(sums, zone.masters_of(points)[counts], np.column_stack([force, lack]))
+    values = force * np.vstack([np.ones_like(force), n[counts].T, -n_m[counts].T])
+    sums = np.zeros((zone.master_tags.count, len(values)))
+    np.add.at(sums, zone.masters_of(points)[counts], values.T)
     comm.Allreduce(MPI.IN_PLACE, sums)
-    mean, force = np.linalg.norm(sums[:, 1:], axis=1), sums[:, 0]
-    mean = np.divide(mean, force, out=np.zeros_like(mean), where=force > 0.0)
-    angles: Array = np.rad2deg(2.0 * np.arcsin(np.minimum(0.5 * mean, 1.0)))
-    return angles
+    size, mine, right = np.split(sums, [1, 1 + n.shape[1]], axis=1)
+    along = np.linalg.norm(right, axis=1, keepdims=True)
+    along = np.divide(right, along, out=np.zeros_like(right), where=along > 0.0)
+    aside = mine - np.einsum("mi,mi->m", mine, along)[:, None] * along
+    share = np.divide(aside, size, out=np.zeros_like(aside), where=size > 0.0)
+    sine = np.minimum(np.linalg.norm(share, axis=1), 1.0)
+    angles: Array = np.rad2deg(np.arcsin(sine))
+    return size[:, 0], angles
 
 
 def _text(zone: ZoneData, k: int, angle: float) -> str:
@@ -82,6 +93,6 @@ def _text(zone: ZoneData, k: int, angle: float) -> str:
     return (
         f"the facets of slave tag {zone.facets.slave_tag} that press on {name} are "
         f"tilted against it by {angle:.2g} degrees in the mean, and the force is turned "
-        "by as much: refine the slave's corner to 3 facets in contact, round it, or make "
-        "the flat or smooth side the slave"
+        "by as much: give Contact(frame='master') where the master is flat or smooth, "
+        "make that side the slave, or round the slave's corner"
     )

@@ -20,8 +20,8 @@ from ..errors import ContactError, together
 from .facets import (
     Facets,
     Global,
+    all_exterior_facets,
     coordinates,
-    exterior_facets,
     facet_ids,
     facet_node_table,
     held_by_several,
@@ -217,10 +217,9 @@ def _touching(
 def _boundary(mesh: Mesh) -> tuple[Global, Array, Global]:
     """Corners of this rank's exterior facets and of those around them, two deep, their
     positions, and the facets' global numbers. Collective."""
-    facets = exterior_facets(mesh)
+    facets, facet_ids = all_exterior_facets(mesh)
     nodes = facet_node_table(mesh, facets)
-    ids = facet_ids(mesh, facets)
-    own = compat.geometry_nodes_global(mesh)[nodes], coordinates(mesh)[nodes], ids
+    own = compat.geometry_nodes_global(mesh)[nodes], coordinates(mesh)[nodes], facet_ids
     shared = held_by_several(mesh.geometry.index_map(), nodes)[nodes].any(axis=1)
     shared = _touching(nodes, nodes[shared])
     parts: list[Any] = mesh.comm.allgather(tuple(array[shared] for array in own))

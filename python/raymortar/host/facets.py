@@ -241,9 +241,10 @@ def _check_exterior(mesh: Mesh, interior: Indices, tag: int, role: str) -> None:
     raise_everywhere(mesh.comm, message)
 
 
-def exterior_facets(mesh: Mesh) -> Facets:
-    """All boundary facets of this rank's cells. Collective."""
-    return _facets_of_mesh(mesh, -1, compat.exterior_facets(mesh))
+def all_exterior_facets(mesh: Mesh) -> tuple[Facets, Global]:
+    """All exterior facets of this rank's cells, and their global numbers. Collective."""
+    facets = _facets_of_mesh(mesh, -1, compat.exterior_facets(mesh))
+    return facets, facet_ids(mesh, facets)
 
 
 def tagged_facets(mesh: Mesh, facet_tags: Any, tag: int, role: str) -> Facets:

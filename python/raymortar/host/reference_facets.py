@@ -33,12 +33,6 @@ FACET_NODES = {
     ),
 }
 N_CORNERS = {"interval": 2, "triangle": 3, "quadrilateral": 4}
-# Corners of each edge; the edges of an interval are its ends
-EDGE_CORNERS: dict[str, list[tuple[int, ...]]] = {
-    "interval": [(0,), (1,)],
-    "triangle": [(0, 1), (1, 2), (0, 2)],
-    "quadrilateral": [(0, 1), (1, 3), (2, 3), (0, 2)],
-}
 
 # Reference coordinates are O(1); nodes are at least 1/2 apart.
 MATCH_TOLERANCE = 1e-10

@@ -26,7 +26,6 @@ from ..options.contact_options import ContactOptions
 from ..rigid.body import Body
 from .interfaces import Interfaces
 from .reference import Reference, references
-from .sharp_edges import boundary_edges
 from .zones import Masters, ZoneData, create_zone
 
 
@@ -139,9 +138,8 @@ def make_surfaces(
     layout = Layout(host, multiplier, _slave_dofs(multiplier, facets), free)
     bodies = find_bodies(u.function_space)
     cells = [Cells(part.function_space.mesh) for part in parts_of(u)]
-    edges = [] if tied else boundary_edges(u, facets)
     zones = [
-        create_zone(zone, layout, options, scalar, cells, bodies, edges, tied)
+        create_zone(zone, layout, options, scalar, cells, bodies, tied)
         for zone in facets
     ]
     return ContactSurfaces(

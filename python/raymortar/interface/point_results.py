@@ -61,8 +61,8 @@ class Resultant:
     in 3D; in 2D per unit thickness, the moment a number.
 
     ``normal`` and ``tangential`` (d,) are the parts of the force that come from
-    tractions along the contact's normal (the slave's, or that of a smooth master) and
-    from those across it, point by point: friction is ``tangential``, and on a curved surface both may have any
+    tractions along the normal of `Contact`'s frame and from those across it, point by
+    point: friction is ``tangential``, and on a curved surface both may have any
     direction. Their sum is ``force``.
 
     For solids of revolution all values are those of a full turn. The force is along the
@@ -187,11 +187,8 @@ def _moments(x: Array, forces: Array) -> Array:
 def moments_on_slave(zone: ZoneData, points: dict[str, Array], forces: Array) -> Array:
     """Moments of contact forces (n, d) on the slave about the origin: with the couple
     of their tangential parts over the gap, as in theory (3)."""
-    moments = _moments(points["x"], forces)
-    if zone.tied:  # its points are between both sides
-        return moments
-    arms = points["distance"][:, None] * points["normal"]
-    return moments + _moments(arms, forces - along_normal(points, forces))
+    friction = forces - along_normal(points, forces)
+    return _moments(points["x"], forces) + _moments(zone.arms(points), friction)
 
 
 def resultant(zone: ZoneData, comm: MPI.Comm) -> Resultant:
@@ -261,7 +258,8 @@ def resultant_on(zones: Sequence[ZoneData], body: Body, comm: MPI.Comm) -> Resul
         width = len(sums) - 2 * dim
         place = np.broadcast_to(body.place[:dim], forces.shape)
         if body.is_free:  # its equations take whole tractions where they hit
-            moments = _moments(zone.places(points) - place, forces)
+            at = points["x"] + points["distance"][:, None] * points["normal"]
+            moments = _moments(at - place, forces)
         else:
             moments = moments_on_slave(zone, points, forces) - _moments(place, forces)
         moments = moments.reshape(len(forces), width)

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..compat import Array
 from ..errors import ContactWarning
-from ..host.reference_facets import EDGE_CORNERS, N_CORNERS, middle_normals
+from ..host.reference_facets import N_CORNERS, middle_normals
 from ..host.surfaces import Surface
 from .contact_surfaces import ContactSurfaces
 from .point_results import OPEN
@@ -28,6 +28,16 @@ ALIKE = 3.0
 MOST_TURNED = np.deg2rad(15.0)
 
 
+def _corner_edges(shape: str) -> list[tuple[int, ...]]:
+    """Corners of each edge of a facet; of an interval its two ends."""
+    edges: dict[str, list[tuple[int, ...]]] = {
+        "interval": [(0,), (1,)],
+        "triangle": [(0, 1), (1, 2), (0, 2)],
+        "quadrilateral": [(0, 1), (1, 3), (2, 3), (0, 2)],
+    }
+    return edges[shape]
+
+
 def sagittas(surface: Surface) -> Array:
     """Distance of a straight facet from the smooth surface that it stands for, at each
     edge that two of this rank's facets share, (edges,). Length.
@@ -42,7 +52,7 @@ def sagittas(surface: Surface) -> Array:
     )
     area = np.linalg.norm(m, axis=-1)
     unit, size = m / area[:, None], area ** (1.0 / (surface.gdim - 1))
-    edges = EDGE_CORNERS[surface.shape]
+    edges = _corner_edges(surface.shape)
     corners = surface.node_ids[surface.facet_nodes]
     keys = np.concatenate([np.sort(corners[:, edge], axis=1) for edge in edges])
     facet = np.tile(np.arange(n), len(edges))

@@ -17,7 +17,6 @@ from ..checked import is_whole_number
 from ..compat import Array, Indices
 from ..errors import ContactError
 from ..host.bodies import Bodies, bodies_of_facets
-from ..host.edges import Edges
 from ..host.facets import facet_dof_table
 from ..host.layout import Layout
 from ..host.surfaces import Surface
@@ -31,7 +30,6 @@ from ..rigid.motions import Motions
 from ..rigid.shapes import Shape
 from .faced import Faced, nothing
 from .pairs import MasterTags
-from .sharp_edges import mark_frames
 
 
 @dataclass
@@ -94,11 +92,12 @@ class ZoneData:
             points.setdefault("closing", np.empty_like(points["gap"]))
         return points
 
-    def places(self, points: dict[str, Array]) -> Array:
-        """Where tractions act on both sides, (points, d)."""
-        if self.tied:  # its points are there
-            return points["x"]
-        return points["x"] + points["distance"][:, None] * points["normal"]
+    def arms(self, points: dict[str, Array]) -> Array:
+        """Distances over which friction makes a couple, theory (3), (points, d)."""
+        arm = points["distance"][:, None] * points["normal"]
+        if len(self.multiplier_nodes):  # it closes gaps in the mean, but for offsets
+            arm[points["gap"] == points["distance"]] = 0.0
+        return arm if self.frictional and not self.tied else np.zeros_like(arm)
 
     def masters_of(self, points: dict[str, Array]) -> Indices:
         """Index among the slave's masters of the one that each point hits; -1 for
@@ -237,7 +236,6 @@ def create_zone(
     result_space: Any,
     cells: Sequence[Cells],
     bodies: Bodies,
-    edges: Sequence[Edges],
     tied: str | None = None,
 ) -> ZoneData:
     """C++ zone of some facets. Collective.
@@ -256,8 +254,6 @@ def create_zone(
         Of each mesh.
     bodies
         Parts of the mesh that are connected.
-    edges
-        Of each mesh; none where no master has facets.
     tied
         ``"keep"`` or ``"close"``: a tie, and what becomes of its gaps; None: contact.
     """
@@ -278,7 +274,6 @@ def create_zone(
     master.set_thickness(thickness[1])
     slave.set_bodies(bodies_of_facets(bodies, zone.slave_surface))
     master.set_bodies(bodies_of_facets(bodies, zone.master_surface))
-    mark_frames(zone, slave, master, edges, layout.u.function_space)
     surface = zone.slave_surface
     multipliers, table, nodes = _multipliers(zone, layout.multiplier, layout)
     p = surface.displacement_degree
@@ -297,6 +292,7 @@ def create_zone(
         method=options.method.cpp(),
         friction=None if friction is None else friction.cpp(),
         measure=getattr(_cpp.Measure, options.measure + turn),
+        frame=getattr(_cpp.LawFrame, options.frame),
         moving_segments=options.tangent == "full",
         tie=None if tied is None else getattr(_cpp.TieGap, tied),
         distances=_cpp.SearchDistances(

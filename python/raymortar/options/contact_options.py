@@ -9,7 +9,7 @@ from ..errors import ContactError
 from ..host.curving import Smooth
 from ..host.slave_fields import OFFSET, FieldValue, check_field
 from .friction import LAWS, Law
-from .methods import MEASURES, TANGENTS, AugmentedLagrangian, Penalty, Search
+from .methods import FRAMES, MEASURES, TANGENTS, AugmentedLagrangian, Penalty, Search
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,6 +29,7 @@ class ContactOptions:
     offset: FieldValue | None
     axisymmetric: bool
     smooth: Smooth
+    frame: str
 
     def check(self) -> None:
         """Raise for options that do not exist."""
@@ -50,6 +51,8 @@ class ContactOptions:
             raise ContactError(
                 f"measure must be one of {MEASURES}, not {self.measure!r}"
             )
+        if not is_one_of(self.frame, FRAMES):
+            raise ContactError(f"frame must be one of {FRAMES}, not {self.frame!r}")
         if not is_one_of(self.tangent, TANGENTS):
             raise ContactError(
                 f"tangent must be one of {TANGENTS}, not {self.tangent!r}"

@@ -19,6 +19,7 @@ from ..checked import (
 from ..errors import ContactError
 
 STRATEGIES = ("bvh", "advancing-front", "pang", "brute-force")
+FRAMES = ("automatic", "slave", "master")
 MEASURES = ("reference", "current")
 TANGENTS = ("fixed", "full")
 

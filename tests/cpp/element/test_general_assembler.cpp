@@ -38,11 +38,8 @@ public:
     for (Surface* s : {&state.slave, &state.master})
       for (double& x : s->x)
         x += number(0.01);
-    // Every second slave facet lies at a sharp edge
-    for (Index f = 0; f < state.slave.num_facets(); ++f)
-      state.slave.sharp.push_back(f % 2 == 0);
-    state.master.smooth.assign(
-        static_cast<std::size_t>(state.master.num_facets()), 1);
+    if (kind.degree == kind.node_degree)
+      state.frame = LawFrame::master;
     set_fields(kind);
     pair(kind);
   }

@@ -58,7 +58,7 @@ def test_tension_is_told_once_with_pair_share_and_place(cell, multiplier):
     assert share > 0.05
     apply(0.9)
     with warnings.catch_warnings():
-        warnings.simplefilter("error")
+        warnings.filterwarnings("error", "converged with tension")
         scene.solver.solve()
 
 
