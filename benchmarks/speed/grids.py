@@ -136,6 +136,7 @@ class Pair:
             method=_cpp.Method.augmented_lagrangian,
             friction=None,
             measure=_cpp.Measure.reference,
+            frame=_cpp.LawFrame.automatic,
             moving_segments=False,
             tie=None,
             distances=self._distances,

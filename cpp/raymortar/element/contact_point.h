@@ -202,11 +202,14 @@ private:
     old.across = 0.5 * (n_0 - master.old.n);
     old.closing = closed_part(old.across.dot(old.distance) + offset, gap);
     old.ahead = old.distance;
-    if (of_target) // across it the arm, along the slave's normal, has a part
+    // In the frame of the target the arm has a part across its normal
+    if (of_target and has_couple())
       old.ahead -= g * old.frame.n;
     old.slide = convect<D>(master.old, master.old_dual, master.now,
                            old.ahead - n_0.dot(old.ahead) * n_0);
     old.w = old.spin.turned(old.slide.value) + old.closing.length * n_0;
+    if (of_target and not has_couple())
+      old.w -= g * this->slave.n;
   }
 
   void set_spring(const Data& e) requires is_frictional<Law>

@@ -123,7 +123,9 @@ template <int R, class Slopes, class F, int L, class Law, class Columns>
   {
     by_g += p.old.closing.by_now * (law.by_w * p.old.normal);
     if (at.frame.of_target) // the arm
-      by_g -= law.by_w * (at.slip.by_slide * p.old.frame.n);
+      by_g -=
+          law.by_w * (p.has_couple() ? Vec<D>(at.slip.by_slide * p.old.frame.n)
+                                     : p.slave.n);
   }
   Mat<R, D> by_ends = by_g * at.vary.dual.row(D - 1);
   if constexpr (requires { law.by_w; })
@@ -134,6 +136,9 @@ template <int R, class Slopes, class F, int L, class Law, class Columns>
   Mat<R, D> by_turn = -at.vary.g * by_ends;
   if (not at.frame.of_target)
     by_turn += law.by_n;
+  else if constexpr (requires { law.by_w; })
+    if (not p.has_couple())
+      by_turn -= p.g * law.by_w;
   if constexpr (D == 3 and requires { law.by_w; })
     by_turn += law.by_w * at.slip.spin.by_n;
   auto rows = columns.template ray<R>(by_turn, by_ends);
@@ -280,10 +285,10 @@ public:
     {
       // The slave's old normal, which tells slide and gap apart, turns as well
       const Curvature<D> bend = old_bend();
-      if (_at.frame.of_target)
-        w -= _p.g * _at.slip.by_slide * bend.n;
-      else
+      if (not _at.frame.of_target)
         w += slip_by_turn<F>(was, _at.slip.carry, bend.n);
+      else if (_p.has_couple())
+        w -= _p.g * _at.slip.by_slide * bend.n;
       if constexpr (D == 3)
         w += _at.slip.spin.by_angle *
              angle_along_facet(was.spin, _at.slip.spin, {was.frame, bend},
