@@ -166,6 +166,9 @@ def test_solve_refuses_other_functions_by_name(kind):
             solver.solve(given)
     with pytest.raises(ContactError, match="given another: other"):
         solver.solve(other if COMM.rank == COMM.size - 1 else None)
+    other.name = pressed.u.name = "f"
+    with pytest.raises(ContactError, match="f, a Function of the same name that Con"):
+        solver.solve(other)
 
 
 @pytest.mark.skipif(NewtonSolver not in SOLVERS, reason="DOLFINx has none")
