@@ -90,7 +90,7 @@ class PointResults:
         for present in self._presents:
             present.require_results()
 
-    def _warn_if_unsolved(self) -> None:
+    def warn_if_unsolved(self) -> None:
         """Say once that forces are those of a start which nothing was solved from."""
         unsolved = all(p.updates == p.updates_for_room for p in self._presents)
         if unsolved and self._says_unsolved:
@@ -114,12 +114,10 @@ class PointResults:
         if master is None and not isinstance(slave, str):
             with together(self._comm):
                 zone = self._zone(slave)
-            self._warn_if_unsolved()
-            return resultant(zone, self._comm)
+                return resultant(zone, self._comm)
         with together(self._comm):
             self._require_results()
             found = self.pairs.find(slave, master)
-        self._warn_if_unsolved()
         if master is None:
             surfaces = dict.fromkeys(self.pairs.pairs[k].surface for k in found)
             return added([resultant(self.zones[i], self._comm) for i in surfaces])
@@ -130,7 +128,6 @@ class PointResults:
         """`resultant` of every pair. Collective."""
         with together(self._comm):
             self._require_results()
-        self._warn_if_unsolved()
         found: dict[int, Resultant] = {}
         for i, zone in enumerate(self.zones):
             found |= zip(self._pairs_of(i), resultants(zone, self._comm))
@@ -142,5 +139,4 @@ class PointResults:
             self._require_results()
             if not any(body in zone.facets.bodies for zone in self.zones):
                 raise ContactError(f"{body!r} is the master of no pair")
-        self._warn_if_unsolved()
         return resultant_on(self.zones, body, self._comm)
