@@ -244,7 +244,9 @@ class History:
         gap = counts.min_gap if counts.hits else np.nan
         values: list[Any] = [counts.active_points, gap]
         values.append(counts.max_pressure)
-        forces = [(i, contact.results.resultant(i, None)) for i in range(len(contact.zones))]
+        forces = [
+            (i, contact.results.resultant(i, None)) for i in range(len(contact.zones))
+        ]
         pairs = contact.pairs
         if any(map(self._has_columns, pairs)):
             found = zip(pairs, contact.results.resultants())
