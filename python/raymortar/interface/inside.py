@@ -13,7 +13,12 @@ from ..compat import Array, Indices
 from ..host.bodies import Bodies, bodies_of_facets
 from ..host.facets import all_exterior_facets
 from ..host.joined import parts_of
-from ..host.reference_facets import N_CORNERS, middle_normals
+from ..host.reference_facets import (
+    FACET_NODES,
+    N_CORNERS,
+    middle_normals,
+    shape_functions,
+)
 from ..host.surfaces import Surface, build_surface
 from .contact_surfaces import ContactSurfaces
 
@@ -63,9 +68,11 @@ class Skin:
         """
         numbers = [bodies_of_facets(self.bodies, side) for side in sides]
         known = [self._on_all_ranks(number) for number in numbers]
+        # Simplices lie off facets of degree 2
+        bulge = sum(self.comm.allreduce(_bulge(side), op=MPI.MAX) for side in sides)
         found: list[list[float]] = []
         for k, side in enumerate(sides):
-            x = _below(side, depths[k])
+            x = _below(side, depths[k] + bulge)
             for body in sorted(known[k]):
                 others = known[1 - k] - {body}
                 found += self._inside(x[numbers[k] == body], others)
@@ -113,12 +120,26 @@ def skin_of(surfaces: ContactSurfaces) -> Skin:
     )
 
 
+def _middles(side: Surface) -> tuple[Array, Array]:
+    """Middles of facets, and of their corners, (facets, d) each."""
+    centre = FACET_NODES[side.shape][: N_CORNERS[side.shape]].mean(axis=0)
+    N, _ = shape_functions(side.shape, side.node_degree, centre[None])
+    nodes = side.X[side.facet_nodes]
+    corners = nodes[:, : N_CORNERS[side.shape]]
+    return np.einsum("a,fad->fd", N[0], nodes), corners.mean(axis=1)
+
+
+def _bulge(side: Surface) -> float:
+    """Largest distance of a facet's middle from that of its corners. Length."""
+    middle, flat = _middles(side)
+    return float(np.linalg.norm(middle - flat, axis=1).max(initial=0.0))
+
+
 def _below(side: Surface, depth: Array) -> Array:
     """Points below the middles of facets, (facets, d)."""
-    nodes = side.X[side.facet_nodes[:, : N_CORNERS[side.shape]]]
-    m = middle_normals(side.shape, 1, nodes)
+    m = middle_normals(side.shape, side.node_degree, side.X[side.facet_nodes])
     unit = m / np.linalg.norm(m, axis=1, keepdims=True)
-    points: Array = nodes.mean(axis=1) - depth[:, None] * unit
+    points: Array = _middles(side)[0] - depth[:, None] * unit
     return points
 
 

@@ -3,6 +3,7 @@
 import warnings
 
 import pytest
+from press_fits import press_fit, scene_of
 from problems import COMM, build, fix
 
 from meshes.scenes import two_blocks
@@ -88,6 +89,17 @@ def test_the_same_in_space(cell, gap, tells):
 )
 def test_what_is_wanted_or_noise_is_not_told(gap, options):
     assert told(gap, **options) == []
+
+
+@pytest.mark.parametrize("swap", [False, True])
+@pytest.mark.parametrize(
+    "degree, counts", [(1, (5, 8)), (1, (8, 5)), (2, (2, 8)), (2, (8, 2))]
+)
+def test_a_shaft_that_fills_its_hub_is_not_told(degree, counts, swap):
+    """Of coarse and of fine facets: chords, or arcs that lie off the chords."""
+    scene = scene_of(*counts, geometry_degree=degree)
+    case = press_fit(scene, 1.0, 0.3, 0.0, degree, swap=swap)
+    assert overlaps(lambda: SNESSolver(case.problem)) == []
 
 
 def test_ties_are_not_told():
