@@ -329,3 +329,18 @@ def test_times_of_a_step(scene, value):
     pattern = "dt differs between ranks" if value == 0.5 else "dt = .* must be a pos"
     refused_by_all(pattern, set_dt)
     assert found.dt == 1.0
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e9])
+def test_laws_of_friction(scene, scale):
+    """One that differs from some pressure on."""
+
+    def law(most):
+        return Friction(lambda p, v, x: np.minimum(0.3 * p, most))
+
+    contact(scene, friction=law(scale))
+    if COMM.size > 1:
+        refused_by_all(
+            "Friction.bound differs between ranks",
+            lambda: contact(scene, friction=law(scale * (2.0 if ODD else 1.0))),
+        )
