@@ -354,8 +354,8 @@ class Contact(Interaction):
 
         The motion of the slave over the master point it meets now, in the slave's
         tangent plane and in global coordinates, also where the contact is open; 0
-        where no hit. After `advance` it is that of a step that has not begun: read it
-        before. Without friction it is found when this is called.
+        where no hit. After `advance` it stays that of the accepted step until the next
+        `update`. Without friction it is found when this is called.
 
         Raises
         ------
@@ -368,7 +368,8 @@ class Contact(Interaction):
         """Sum of the lengths of the slip of all accepted steps. Length. Collective.
 
         It belongs to the slave's material: `advance` averages the length of the slip of
-        closed points to the slave nodes and adds it there.
+        closed points to the slave nodes and adds it there. `History` and `Output`
+        record a step before that: what they take of it is of the steps before.
 
         Raises
         ------

@@ -181,10 +181,12 @@ class Interaction(CoupledSystem):
         >>> contact.resultant("ring", "plate").force
         >>> contact.resultant("ring").force  # of all its pairs
         """
+        self.results.warn_if_unsolved()
         return self.results.resultant(slave, master)
 
     def resultants(self) -> list[Resultant]:
         """`resultant` of every pair, in the order of `pairs`. Collective."""
+        self.results.warn_if_unsolved()
         return self.results.resultants()
 
     def resultant_on(self, body: Body) -> Resultant:
@@ -198,6 +200,7 @@ class Interaction(CoupledSystem):
         ContactError
             If no slave meets it.
         """
+        self.results.warn_if_unsolved()
         return self.results.resultant_on(body)
 
     @property

@@ -177,7 +177,7 @@ class CoupledProblem:
         if is_first:
             fixed = self.contact.constrained(self.bcs)
             for one in self.contact.contacts:
-                warn_of_finer_rigid_slaves(one.surfaces, fixed)
+                warn_of_finer_rigid_slaves(one.surfaces, one.pairs, fixed)
                 warn_of_overlap(one.surfaces, one.pairs)
         return A
 

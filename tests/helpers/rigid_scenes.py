@@ -95,7 +95,17 @@ def nearest_along(body, x, ways):
     return np.nanmin(found, axis=0)
 
 
-def press(cell, shape, n=3, degree=1, move=None, material="neo-hookean", **options):
+def press(
+    cell,
+    shape,
+    n=3,
+    degree=1,
+    move=None,
+    material="neo-hookean",
+    unit=1.0,
+    stiffer=1.0,
+    **options,
+):
     """A block that is held at its bottom, below a tool.
 
     Parameters
@@ -106,12 +116,14 @@ def press(cell, shape, n=3, degree=1, move=None, material="neo-hookean", **optio
         Of `shapes`, or a Body, or a list of them.
     move
         (rotation vector, shift) of the whole scene, or None.
+    unit, stiffer
+        Length of the block's edges, and factor on its modulus.
     options
         Of Contact.
     """
     gdim = 2 if cell in ("triangle", "quadrilateral") else 3
-    mesh = boxes.box(cell, n)
-    tags = boxes.tag_sides(mesh, (gdim - 1, 1.0), (gdim - 1, 0.0))
+    mesh = boxes.box(cell, n, move=lambda x: unit * x)
+    tags = boxes.tag_sides(mesh, (gdim - 1, unit), (gdim - 1, 0.0))
     if move is not None:
         R, shift = rotation_matrix(np.asarray(move[0], dtype=float)), move[1]
         mesh.geometry.x[:] = mesh.geometry.x @ R.T + shift
@@ -122,7 +134,7 @@ def press(cell, shape, n=3, degree=1, move=None, material="neo-hookean", **optio
     contact = Contact(u, tags, [(TOP, one) for one in given], **options)
     stress, _ = MATERIALS[material]
     dx = ufl.dx(metadata={"quadrature_degree": 2 * degree})
-    P = stress(ufl.grad(u), *lame(E, NU))
+    P = stress(ufl.grad(u), *lame(stiffer * E, NU))
     F = ufl.inner(P, ufl.grad(ufl.TestFunction(V))) * dx
     bottom = fem.locate_dofs_topological(V, gdim - 1, tags.find(BOTTOM))
     base = fem.Constant(mesh, np.zeros(gdim))

@@ -315,3 +315,32 @@ def test_other_exceptions_become_runtime_errors():
 
 def test_agreement_names_the_argument():
     require_agreement(COMM, a=1, b=Coulomb(0.3), c=Penalty(1.0), d=None)
+
+
+@pytest.mark.parametrize("value", [0.5, -1.0, np.nan, "soon"])
+def test_times_of_a_step(scene, value):
+    found = contact(scene, friction=Coulomb(0.3))
+
+    def set_dt():
+        found.dt = value if ODD else 0.25
+
+    if COMM.size == 1 and value == 0.5:
+        return set_dt()
+    pattern = "dt differs between ranks" if value == 0.5 else "dt = .* must be a pos"
+    refused_by_all(pattern, set_dt)
+    assert found.dt == 1.0
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e9])
+def test_laws_of_friction(scene, scale):
+    """One that differs from some pressure on."""
+
+    def law(most):
+        return Friction(lambda p, v, x: np.minimum(0.3 * p, most))
+
+    contact(scene, friction=law(scale))
+    if COMM.size > 1:
+        refused_by_all(
+            "Friction.bound differs between ranks",
+            lambda: contact(scene, friction=law(scale * (2.0 if ODD else 1.0))),
+        )

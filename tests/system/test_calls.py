@@ -1,5 +1,7 @@
 """Bad forms, conditions and options, and calls in a wrong order."""
 
+import warnings
+
 from petsc4py import PETSc
 
 import numpy as np
@@ -7,15 +9,17 @@ import pytest
 import ufl
 from calls import contact, problem, ready_problem, refused, small_blocks
 from dolfinx import fem
-from problems import COMM, fix, residual
+from problems import COMM, build, fix, residual
 
 import raymortar
 from raymortar import (
     AugmentedLagrangian,
+    ContactWarning,
     Coulomb,
     NonlinearProblem,
     Penalty,
     Search,
+    SNESSolver,
     compat,
 )
 
@@ -227,6 +231,36 @@ def test_nothing_is_read_before_there_is_anything(scene, folder):
         with refused("there are no results yet: call update, or solve, first"):
             call()
     assert c.statistics.points == 0
+
+
+@pytest.mark.parametrize(
+    "name, arguments", [("resultant", ()), ("resultant", (3, 4)), ("resultants", ())]
+)
+def test_forces_of_nothing_solved_are_told_once(scene, name, arguments):
+    case = build(scene, bcs=lambda V, s: [fix(V, s, ["bottom", "top"])])
+
+    def told():
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always", ContactWarning)
+            getattr(case.contact, name)(*arguments)
+        return [w for w in caught if "nothing has been solved" in str(w.message)]
+
+    solver = SNESSolver(case.problem)
+    (warning,) = told()
+    assert warning.filename == __file__
+    assert told() == []
+    solver.solve()
+    assert told() == []
+
+
+def test_forces_of_a_state_that_is_given_are_not_told(scene):
+    case = build(scene, bcs=lambda V, s: [fix(V, s, ["bottom", "top"])])
+    state = case.contact.state()
+    SNESSolver(case.problem)
+    case.contact.restore(state)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", ContactWarning)
+        case.contact.resultant()
 
 
 @pytest.mark.parametrize("zone", ["name", 3, -2, 0.0, None, True])

@@ -3,6 +3,8 @@
 The checks of single facets and spaces are tested in test_checks.
 """
 
+import warnings
+
 import numpy as np
 import pytest
 import ufl
@@ -15,7 +17,15 @@ import raymortar
 from meshes.blocks import Block
 from meshes.meshing import assemble_blocks
 from meshes.scenes import two_blocks
-from raymortar import AugmentedLagrangian, ContactError, Penalty, Search, compat
+from raymortar import (
+    AugmentedLagrangian,
+    ContactError,
+    ContactWarning,
+    Penalty,
+    Search,
+    SNESSolver,
+    compat,
+)
 
 pytestmark = [pytest.mark.quick, pytest.mark.mpi]
 PAIR = [(3, 4)]  # slave and master of `two_blocks`
@@ -299,8 +309,11 @@ def test_conditions_that_are_not_finite_are_named(scene, solver, value):
 
 
 @pytest.mark.parametrize("E", [1.0, 2e11])
-@pytest.mark.parametrize("method", [Penalty, AugmentedLagrangian])
-@pytest.mark.parametrize("ratio", [1e-300, 1e-11, 1e11, 1e290])
+@pytest.mark.parametrize(
+    "method, ratio",
+    [(Penalty, ratio) for ratio in (1e-300, 1e-11, 1e11, 1e290)]
+    + [(AugmentedLagrangian, ratio) for ratio in (1e-300, 1e-120, 1e11, 1e290)],
+)
 def test_coefficients_of_another_order_than_the_stiffness_are_refused(
     scene, ratio, method, E
 ):
@@ -309,6 +322,39 @@ def test_coefficients_of_another_order_than_the_stiffness_are_refused(
         build(scene, E=E, method=method(ratio * stiffness))
     for allowed in (1e-9, 1e9):
         build(scene, E=E, method=method(allowed * stiffness))
+
+
+@pytest.mark.parametrize("E", [1.0, 2e11])
+@pytest.mark.parametrize(
+    "ratio, doubtful", [(1e-14, True), (1e-80, True), (1e-3, False)]
+)
+def test_small_augmentations_solve_as_the_automatic_one_does(scene, ratio, doubtful, E):
+    """And are told, as with friction Newton's method fails."""
+
+    def pressed(gamma=None):
+        case = build(
+            scene,
+            E=E,
+            bcs=lambda V, s: [
+                fix(V, s, "bottom"),
+                fix(V, s, "top", value=lambda x: -0.05 * x),
+            ],
+            method=AugmentedLagrangian(gamma),
+        )
+        case.solve(SNESSolver)
+        return case.contact
+
+    automatic = pressed()
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", ContactWarning)
+        found = pressed(ratio * automatic.gamma)
+    told = [str(w.message) for w in caught if "leave gamma out" in str(w.message)]
+    assert len(told) == doubtful
+    assert all(text.endswith("as Newton's method may fail with it") for text in told)
+    force = automatic.resultant().force
+    assert np.linalg.norm(found.resultant().force - force) <= 1e-12 * np.linalg.norm(
+        force
+    )
 
 
 def test_form_without_stiffness_gives_no_coefficient(scene):

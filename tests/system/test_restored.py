@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from problems import COMM, build
 from sheared_blocks import pressed_and_sheared
 
-from raymortar import AugmentedLagrangian, Coulomb, Penalty
+from meshes.scenes import two_blocks
+from raymortar import AugmentedLagrangian, ContactError, Coulomb, Penalty
 
 pytestmark = [pytest.mark.quick, pytest.mark.mpi]
 CELL = "quadrilateral"
@@ -45,6 +47,19 @@ def test_springs_that_advance_after_restore_are_of_the_restored_state():
     contact.advance()
     for one, two in zip(got, contact.state().traction_old):
         np.testing.assert_allclose(one, two, rtol=0.0, atol=1e-13)
+
+
+@pytest.mark.parametrize("smooth", [False, True])
+def test_a_state_of_other_surfaces_is_refused(smooth):
+    """One with curved facets, the other without; arrays are alike."""
+    one, other = (
+        build(two_blocks(COMM, 2, CELL, 4, 4), smooth=s).contact
+        for s in (smooth, not smooth)
+    )
+    one.restore(one.state())
+    said = f"the state is of a contact with smooth={smooth}, .* has smooth={not smooth}"
+    with pytest.raises(ContactError, match=said):
+        other.restore(one.state())
 
 
 def shaken(method):

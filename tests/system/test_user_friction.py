@@ -43,6 +43,25 @@ def test_a_law_of_the_place_is_coulombs_with_a_field(cell):
 
 @pytest.mark.mpi
 @pytest.mark.parametrize("cell", CELLS)
+def test_a_law_may_write_to_its_arguments(cell):
+    """They are copies: Newton's method is as fast."""
+
+    def careful(p, v, x):
+        return coefficient(x) * p * (1.0 - 0.2 * np.tanh(v))
+
+    def careless(p, v, x):
+        v[:] = np.tanh(v)
+        p *= coefficient(x) * (1.0 - 0.2 * v)
+        x[:] = 0.0
+        return p
+
+    wanted, found = (dragged(cell, Friction(law)) for law in (careful, careless))
+    assert worst(found[0] - wanted[0]) <= 1e-12
+    assert found[1] == wanted[1]
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("cell", CELLS)
 def test_a_law_of_a_field_takes_its_present_values(cell):
     fields = []
     law = Friction(lambda p, v, fields: fields[0] * p, fields=fields)

@@ -10,32 +10,39 @@ from problems import DIMENSION
 from rigid_scenes import NU, E, press
 from sheared_blocks import METHODS, WIDTH, Blocks, limit_of, pressure
 
-from raymortar import Coulomb, History, Penalty, SNESSolver, rigid
+from raymortar import Coulomb, History, LoadSteps, Penalty, SNESSolver, rigid
 
 MU = 0.3
 
 
-def plate(dim):
+# Edge of the block, and factor on its modulus: unit-free, and steel in metres
+UNITS = {"unit-free": (1.0, 1.0), "SI": (1e-3, 2e11 / E)}
+
+
+def plate(dim, unit=1.0, **options):
     """A rigid plate that just touches the block."""
     if dim == 2:
-        return rigid.Body(rigid.Line((0.5, 1.0), (0.0, -1.0)), name="plate")
-    return rigid.Body(rigid.Plane((0.5, 0.5, 1.0), (0.0, 0.0, -1.0)), name="plate")
+        shape = rigid.Line((0.5 * unit, unit), (0.0, -1.0))
+    else:
+        shape = rigid.Plane((0.5 * unit, 0.5 * unit, unit), (0.0, 0.0, -1.0))
+    return rigid.Body(shape, name="plate", **options)
 
 
-def recorded(cell, way, n=4, unit=1.0, **options):
-    """A block below a plate that goes a way, (steps, 2) along and down; a `History`."""
-    dim = DIMENSION[cell]
-    scene = press(cell, plate(dim), n, **options)
+def recorded(cell, way, n=4, units="unit-free", **options):
+    """A block below a plate that goes a way, (steps, 2) along and down in edges of the
+    block; a `History`."""
+    dim, (unit, stiffer) = DIMENSION[cell], UNITS[units]
+    scene = press(cell, plate(dim, unit), n, unit=unit, stiffer=stiffer, **options)
     metadata = {"quadrature_degree": 2}
     F = ufl.Identity(dim) + ufl.grad(scene.u)
-    energy = neo_hookean_energy(F, *lame(E, NU)) * ufl.dx(metadata=metadata)
+    energy = neo_hookean_energy(F, *lame(stiffer * E, NU)) * ufl.dx(metadata=metadata)
     history = History(scene.problem, energy=energy)
     solver = SNESSolver(scene.problem)
     history.record(0.0)
     for time, (along, down) in enumerate(way, 1):
         shift = np.zeros(dim)
         shift[0], shift[-1] = along, -down
-        scene.body.move(shift)
+        scene.body.move(unit * shift)
         solver.solve()
         history.record(float(time))
         scene.contact.advance()
@@ -67,16 +74,81 @@ def test_a_slider_works_by_the_bound_times_its_way(cell, steps):
     assert work == pytest.approx(bound * 0.2, rel=1e-9)
 
 
-@pytest.mark.mpi
+@pytest.mark.mpi(where=lambda cell, steps, units: steps == 3)
+@pytest.mark.parametrize("units", UNITS)
 @pytest.mark.parametrize("cell", ["quadrilateral", "hexahedron"])
-def test_work_of_a_cycle_in_partial_slip_is_the_area_of_its_loop(cell, record_property):
+@pytest.mark.parametrize("steps", [1, 3, 10])
+def test_a_plate_that_slides_works_by_its_load_times_its_way(cell, steps, units):
+    """On a block that sticks at its bottom; once all slips, W = mu N s exactly."""
+    dim, (unit, stiffer) = DIMENSION[cell], UNITS[units]
+    load = 0.02 * stiffer * E * unit ** (dim - 1)
+    down = (0.0,) * (dim - 1) + (-load,)
+    free = ("xyz"[dim - 1],)
+    scene = press(
+        cell,
+        plate(dim, unit, free=free, force=down),
+        unit=unit,
+        stiffer=stiffer,
+        material="linear",
+        friction=Coulomb(MU),
+    )
+    solver, body = SNESSolver(scene.problem), scene.body
+    LoadSteps(solver, lambda t: setattr(body, "force", t * np.array(down)), 2).run()
+
+    def to(way):
+        body.move(np.eye(dim)[0] * way * unit)
+
+    # Slip spreads over the whole block first
+    LoadSteps(solver, lambda t: to(0.05 * t), 5).run()
+
+    def slide(way):
+        to(way)
+        for _ in range(2):  # to rounding
+            solver.solve()
+        work = scene.contact.friction_work()
+        scene.contact.advance()
+        return work
+
+    # In space slip turns into the plate's direction, by a factor in each of these steps
+    for far in range(1, 9):
+        slide(float(far))
+    way = far + 0.3 * np.linspace(0.0, 1.0, steps + 1)[1:]
+    total = sum(map(slide, way))
+    assert total == pytest.approx(MU * load * 0.3 * unit, rel=1e-12)
+
+
+@pytest.mark.mpi
+def test_balances_are_the_same_in_any_units():
+    """Forces, energies and works of a cycle in partial slip, over those of the units."""
+    way = pressed_and_cycled(3, 0.004)
+    found = []
+    for units, (unit, stiffer) in UNITS.items():
+        history = recorded("quadrilateral", way, 4, units, friction=Coulomb(MU))
+        force, work = stiffer * unit, stiffer * unit**2
+        columns = {"push_plate_x": force, "push_plate_y": force, "energy": work}
+        columns |= {"work_plate": work, "friction_work": work}
+        found.append({name: history[name] / one for name, one in columns.items()})
+    for name, values in found[0].items():
+        size = np.abs(values).max()
+        np.testing.assert_allclose(found[1][name], values, rtol=0.0, atol=1e-9 * size)
+
+
+@pytest.mark.mpi(where=lambda cell, units: units == "unit-free")
+@pytest.mark.parametrize(
+    "cell, units",
+    [("quadrilateral", "unit-free"), ("quadrilateral", "SI")]
+    + [("hexahedron", "unit-free")],
+)
+def test_work_of_a_cycle_in_partial_slip_is_the_area_of_its_loop(
+    cell, units, record_property
+):
     """Points slip at the rim only. With tractions at the ends of steps the error is of
     first order: what is left of twice as many steps twice is 1 % at most."""
     errors = []
     for n in (5, 10) if cell == "hexahedron" else (10, 20):
         n_cells = 3 if cell == "hexahedron" else 8
         way = pressed_and_cycled(n, 0.004)
-        history = recorded(cell, way, n_cells, friction=Coulomb(MU))
+        history = recorded(cell, way, n_cells, units, friction=Coulomb(MU))
         cycle = slice(2 * n, None)
 
         def change(column):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import gathered
 import numpy as np
 import pytest
@@ -15,6 +17,7 @@ from revolution import half_space, on_axis
 from raymortar import (
     Contact,
     ContactError,
+    ContactWarning,
     History,
     LoadSteps,
     NonlinearProblem,
@@ -107,6 +110,36 @@ def test_what_is_beside_the_axis_may_widen(r, leaves):
         return found.contact.update()
     with pytest.raises(SetUpError, match="rigid Surface has left the axis by 0.001"):
         found.contact.update()
+
+
+def test_a_ring_that_crosses_the_axis_is_refused():
+    ring = rigid.Body(rigid.Circle((3.0, 3.0), 1.0), name="ring")
+    found = on_half_space(0.1, ring, 2)
+    ring.move((-1.5, 0.0))
+    found.contact.update()
+    ring.move((-2.5, 0.0))
+    with pytest.raises(SetUpError, match="rigid ring has crossed the axis by -2.5: "):
+        found.contact.update()
+
+
+@pytest.mark.quick
+@pytest.mark.mpi
+@pytest.mark.parametrize("unit", [1.0, 1e-3])
+@pytest.mark.parametrize("r, is_ball", [(0.0, True), (3.0, False), (-3.0, False)])
+def test_a_circle_across_the_axis_beside_its_centre_is_no_ball(r, is_ball, unit):
+    circle = rigid.Circle((r * unit, 12.0 * unit), 10.0 * unit)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", ContactWarning)
+        on_half_space(0.1, rigid.Body(circle, name="ball"), 2)
+    told = [str(w.message) for w in caught if w.category is ContactWarning]
+    if is_ball:
+        assert not told
+    else:
+        (text,) = told
+        assert (
+            f"rigid ball crosses the axis r = 0 with its centre at r = {r * unit:.4g}: "
+            in text
+        )
 
 
 # A cylinder on a half plane (H4)

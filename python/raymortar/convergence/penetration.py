@@ -11,15 +11,22 @@ from mpi4py import MPI
 import numpy as np
 
 from ..errors import ContactLost, ContactWarning
-from ..options.methods import AugmentedLagrangian
+from ..options.methods import AugmentedLagrangian, Penalty
+from .strange_gamma import automatic_gamma, compared
 
 if TYPE_CHECKING:
-    from ..interaction import Interaction
     from ..interface.zones import ZoneData
+    from ..problem import CoupledProblem
 
 # Of a slave facet's size. Multipliers close gaps in the mean: what is left at a point is
 # a few hundredths where facets resolve the surfaces
 ALLOWED = 0.25
+# The same of a penalty whose coefficient is below the automatic one
+SOFT = 0.1
+UNRESOLVED = (
+    ": the facets do not resolve what touches there (a face beside a sharp corner, a "
+    "step): refine it, or leave it out of the slave's tag"
+)
 # On a path the same is told again where it is so many times as deep
 WORSE = 2.0
 
@@ -39,8 +46,7 @@ def _deepest(zone: ZoneData) -> tuple[float, str]:
     text = (
         f"converged with a point of slave tag {zone.facets.slave_tag} "
         f"{-points['gap'][q]:.3e} deep in the master, {share[worst]:.2g} of its facet, at "
-        f"({place}): the facets do not resolve what touches there (a face beside a sharp "
-        "corner, a step): refine it, or leave it out of the slave's tag"
+        f"({place})"
     )
     return float(share[worst]), text
 
@@ -64,19 +70,25 @@ def _sunk(zone: ZoneData) -> tuple[float, str]:
 class DeepPoints:
     """Warns of the deepest points of converged states, and refuses steps into tools.
 
-    One warning is about points that are too deep for contact, the other about pressed
-    points that the multiplier leaves inside the master. Each comes again where it is
-    much worse.
+    One warning is about points that are too deep for contact, the others about pressed
+    points that the multiplier, or a penalty that is too soft, leaves inside the master.
+    Each comes again where it is much worse.
 
     Parameters
     ----------
-    contact
-        `Contact`, in an accepted state.
+    problem
+        Its contact is in an accepted state.
     """
 
-    def __init__(self, contact: Interaction) -> None:
-        self._contact = contact
+    def __init__(self, problem: CoupledProblem) -> None:
+        self._problem, self._contact = problem, problem.contact
+        contact = self._contact
         self._sunk, self._share = 0.0, ALLOWED / WORSE
+        self._soft = {
+            one: SOFT / WORSE
+            for one in contact.contacts
+            if isinstance(one.method, Penalty) and one.tied is None
+        }
         self._zones = [
             zone
             for one in contact.contacts
@@ -99,7 +111,7 @@ class DeepPoints:
         """
         self._found, text = self._worst(_deepest, self._on_tools)
         if self._found > self._accepted + ALLOWED:
-            raise ContactLost(f"a rigid body jumps into its slave: {text}")
+            raise ContactLost(f"a rigid body jumps into its slave: {text}{UNRESOLVED}")
 
     def warn(self, stacklevel: int) -> None:
         """Warn on every rank of the present state, now accepted. Collective.
@@ -117,7 +129,16 @@ class DeepPoints:
         share, text = self._worst(_deepest, self._zones)
         if share > WORSE * self._share:
             self._share = share
-            warnings.warn(text, ContactWarning, stacklevel=stacklevel + 1)
+            warnings.warn(text + UNRESOLVED, ContactWarning, stacklevel=stacklevel + 1)
+        for one, told in self._soft.items():
+            share, text = self._worst(_deepest, one.zones)
+            if share <= WORSE * told:
+                continue
+            self._soft[one] = share
+            now = automatic_gamma(self._problem, one)
+            if now is not None and one.gamma_scale < now:
+                text = f"{text}: {compared(one, now)}"
+                warnings.warn(text, ContactWarning, stacklevel=stacklevel + 1)
 
     def _worst(
         self, of_zone: Callable[[ZoneData], tuple[float, str]], zones: list[ZoneData]
@@ -131,6 +152,6 @@ class DeepPoints:
         return most, comm.bcast(text, root=rank)
 
 
-def warn_of_penetration(contact: Interaction) -> None:
+def warn_of_penetration(problem: CoupledProblem) -> None:
     """Warn of the deepest points after a solve by itself. Collective."""
-    DeepPoints(contact).warn(stacklevel=4)
+    DeepPoints(problem).warn(stacklevel=4)

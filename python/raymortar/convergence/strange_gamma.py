@@ -8,6 +8,7 @@ from ..errors import ContactError
 from ..interface.stiffness import VolumePattern, contact_stiffness
 
 if TYPE_CHECKING:
+    from ..contact import Contact
     from ..problem import CoupledProblem
 
 # Factor off the automatic coefficient up to which solves hardly suffer. The stiffness of
@@ -15,24 +16,35 @@ if TYPE_CHECKING:
 FAR_OFF = 100.0
 
 
+def automatic_gamma(problem: CoupledProblem, contact: Contact) -> float | None:
+    """Find the automatic coefficient of a form as it is now, with its present
+    constants; None if it has no stiffness. Traction per length. Collective."""
+    try:
+        volume = VolumePattern(problem.a, contact.layout, contact.axisymmetric)
+        tables = contact_stiffness(
+            volume, contact.layout, contact.surfaces.interfaces, problem.bcs
+        )
+    except ContactError:  # on all ranks
+        return None
+    return contact.method.automatic_factor * min(float(t.min()) for t in tables)
+
+
+def compared(contact: Contact, now: float) -> str:
+    """A sentence on the coefficient in use beside the automatic one, `now`."""
+    return (
+        f"gamma = {contact.gamma_scale:.3g} is {contact.gamma_scale / now:.3g} times the "
+        f"automatic gamma of the form's present stiffness, {now:.3g}: "
+        f"contact.set_gamma({now:.3g})"
+    )
+
+
 def strange_gammas(problem: CoupledProblem) -> list[str]:
-    """Sentences on coefficients far off the automatic ones of the form as it is now,
-    with its present constants. Collective."""
+    """Sentences on coefficients far off the automatic ones. Collective."""
     found = []
     for contact in problem.contact.contacts:
-        try:
-            volume = VolumePattern(problem.a, contact.layout, contact.axisymmetric)
-            tables = contact_stiffness(
-                volume, contact.layout, contact.surfaces.interfaces, problem.bcs
-            )
-        except ContactError:  # on all ranks: the present form has no stiffness
+        now = automatic_gamma(problem, contact)
+        if now is None:
             continue
-        now = contact.method.automatic_factor * min(float(t.min()) for t in tables)
-        ratio = contact.gamma_scale / now
-        if not 1.0 / FAR_OFF <= ratio <= FAR_OFF:
-            found.append(
-                f"gamma = {contact.gamma_scale:.3g} is {ratio:.3g} times the automatic "
-                f"gamma of the form's present stiffness, {now:.3g}: "
-                f"contact.set_gamma({now:.3g})"
-            )
+        if not 1.0 / FAR_OFF <= contact.gamma_scale / now <= FAR_OFF:
+            found.append(compared(contact, now))
     return found

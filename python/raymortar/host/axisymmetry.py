@@ -88,8 +88,12 @@ def check_off_axis(mesh: Mesh, facets: Facets) -> None:
     raise_everywhere(mesh.comm, message)
 
 
-def check_free_along_axis(bodies: Sequence[Body]) -> None:
+def check_revolved(bodies: Sequence[Body]) -> None:
     """Refuse rigid bodies that are free to leave the axis, or to tilt.
+
+    The tool is what the part of a section at r >= 0 makes in a full turn, which is a
+    solid wherever the section crosses the axis. A circle with its centre beside the
+    axis is then no ball, which is warned of.
 
     Raises
     ------
@@ -104,17 +108,25 @@ def check_free_along_axis(bodies: Sequence[Body]) -> None:
                 f"{', '.join(others)}: a solid of revolution stays one if it moves "
                 'along the axis only, free = ("y",)'
             )
+        radius, centre = getattr(body.shape, "radius", 0.0), abs(body.shape.place[0])
+        if _ON_AXIS * radius < centre < (1.0 - _ON_AXIS) * radius:
+            warnings.warn(
+                f"axisymmetric=True, and the rigid {body.name} crosses the axis r = 0 "
+                f"with its centre at r = {body.shape.place[0]:.4g}: in a full turn it is "
+                "no ball, but a solid with a tip or a dimple on the axis. A ball has "
+                "its centre at r = 0",
+                ContactWarning,
+                stacklevel=2,
+            )
 
 
 def off_axis_fault(bodies: Sequence[Body]) -> str | None:
-    """Name a rigid body that has left the axis, or has turned."""
+    """Name a rigid body that has left or crossed the axis, or has turned."""
     for body in bodies:
         motion = body.motion()
-        # Beside the axis a motion along r widens a ring or a shaft
-        off = motion[0] if _reaches_axis(body) else 0.0
-        turn = motion[5]
+        off, turn = _off_axis(body, motion[0]), motion[5]
         if off or turn:
-            way = f"left the axis by {off:.4g}" if off else f"turned by {turn:.4g}"
+            way = f"{off} by {motion[0]:.4g}" if off else f"turned by {turn:.4g}"
             return (
                 f"axisymmetric=True, but the rigid {body.name} has {way}: a solid of "
                 "revolution stays one if it moves along the axis only, move((0, z))"
@@ -122,11 +134,15 @@ def off_axis_fault(bodies: Sequence[Body]) -> str | None:
     return None
 
 
-def _reaches_axis(body: Body) -> bool:
-    """Whether the section of a body in its first place has points with r <= 0."""
+def _off_axis(body: Body, moved: float) -> str:
+    """Name the fault of a motion along r, if any: beside the axis it widens a ring."""
     points = getattr(body.shape, "points", body.shape.place[None])
-    nearest = points[:, 0].min() - getattr(body.shape, "radius", 0.0)
-    return bool(nearest <= _ON_AXIS * _size(points))
+    radius = getattr(body.shape, "radius", 0.0)
+    nearest, tolerance = points[:, 0].min() - radius, _ON_AXIS * _size(points)
+    if nearest <= tolerance:
+        return "left the axis" if moved else ""
+    ends = radius > 0.0 or hasattr(body.shape, "points")
+    return "crossed the axis" if ends and nearest + moved < -tolerance else ""
 
 
 def warn_of_plane_form(forces: Array, diagonal: Array, comm: Any) -> None:

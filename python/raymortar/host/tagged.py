@@ -12,7 +12,7 @@ import numpy as np
 
 from ..errors import ContactError, raise_everywhere
 from ..rigid.body import Body
-from .axisymmetry import check_free_along_axis, check_half_plane, check_off_axis
+from .axisymmetry import check_revolved, check_half_plane, check_off_axis
 from .checks import check_areas, check_cells, check_pair
 from .curving import Smooth, curve
 from .facets import Facets, join, tagged_facets
@@ -70,7 +70,7 @@ def find_facets(
             masters = [NO_FACETS]
             check_bodies(bodies, slave_tag, u.function_space.mesh.geometry.dim)
             if axisymmetric:
-                check_free_along_axis(bodies)
+                check_revolved(bodies)
         else:
             masters = [tagged.facets(b, tag, "master") for tag in given]
         for k, facets in ((a, slave), *((b, master) for master in masters)):

@@ -113,6 +113,11 @@ class AcceptedStep:
             [zone.motions.old for zone in self._zones],
             [body.freedom.state() for body in self._bodies],
             None if self._slip is None else self._slip.x.array.copy(),
+            any(
+                side.arcs is not None
+                for zone in self._zones
+                for side in (zone.facets.slave_surface, zone.facets.master_surface)
+            ),
         )
 
     def restore(

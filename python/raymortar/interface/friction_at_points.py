@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from typing import Any
 
@@ -10,7 +11,7 @@ from mpi4py import MPI
 import numpy as np
 
 from ..compat import Array
-from ..errors import together
+from ..errors import SetUpError, raise_everywhere, together
 from ..host.reference_facets import shape_functions
 from ..host.slave_fields import FRICTION_FIELD, check_field, check_function, on_facets
 from ..options.friction import Friction, Law
@@ -19,6 +20,8 @@ from .point_places import accumulated_slip, undeformed
 from .point_results import CLOSED
 from .zones import ZoneData
 
+# Pressures and slip rates at which laws of ranks are compared
+SIZES = 10.0 ** np.arange(-12.0, 15.0, 3.0)
 # Of a difference along a facet, in its reference coordinates
 STEP = 1e-5
 
@@ -29,6 +32,7 @@ def spread_coefficient(law: Law | None, zones: Sequence[ZoneData], mesh: Any) ->
         with together(mesh.comm):
             for one in law.fields:
                 check_function(FRICTION_FIELD, one, mesh)
+        _require_one_law(law, mesh.comm)
     if law is None or law.quantity is None or law.field is None:
         return
     with together(mesh.comm):
@@ -36,6 +40,28 @@ def spread_coefficient(law: Law | None, zones: Sequence[ZoneData], mesh: Any) ->
     for zone in zones:
         values = on_facets(law.quantity, law.field, zone.facets, mesh.comm)
         zone.cpp.set_field("friction_coefficient", values)
+
+
+def _require_one_law(law: Friction, comm: MPI.Comm) -> None:
+    """Raise unless a law has the same bounds on all ranks, over all sizes of pressures
+    and rates, at one place without slip. Collective."""
+    if comm.size == 1:
+        return
+    p, v = (one.ravel() for one in np.meshgrid(SIZES, [0.0, *SIZES]))
+    none = np.zeros(len(p))
+    given = {"x": np.zeros((3, len(p))), "slip": none, "dt": 1.0}
+    with np.errstate(all="ignore"), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            bounds = law.call(
+                "bound", p, v, {**given, "fields": [none] * len(law.fields)}
+            )
+            mine = np.asarray(bounds, dtype=np.float64).tolist()
+        except Exception as error:  # where it has no value, if it has none on all ranks
+            mine = type(error).__name__
+    differs = repr(mine) != repr(comm.bcast(mine, root=0))
+    message = "Friction.bound differs between ranks: all must be given the same law"
+    raise_everywhere(comm, message if differs else None, SetUpError)
 
 
 class PointFriction:

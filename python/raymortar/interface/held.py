@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from typing import Any
 
 from mpi4py import MPI
@@ -14,7 +15,7 @@ from ..compat import Mask
 from ..errors import ContactWarning, SetUpError, raise_everywhere
 from ..host.facet_areas import surface_sizes
 from .contact_surfaces import ContactSurfaces
-from .pairs import global_masters
+from .pairs import Pair, global_masters, spoken
 from .point_results import CLOSED, OPEN
 from .zones import ZoneData
 
@@ -57,7 +58,9 @@ def rigid_slaves(surfaces: ContactSurfaces, marker: Mask) -> list[ZoneData]:
     return [zone for zone, (slave, master) in found if slave and not master]
 
 
-def warn_of_finer_rigid_slaves(surfaces: ContactSurfaces, marker: Mask) -> None:
+def warn_of_finer_rigid_slaves(
+    surfaces: ContactSurfaces, pairs: Sequence[Pair], marker: Mask
+) -> None:
     """Warn of prescribed slaves with more tractions than their masters may balance.
     Collective.
 
@@ -69,10 +72,11 @@ def warn_of_finer_rigid_slaves(surfaces: ContactSurfaces, marker: Mask) -> None:
     for zone in rigid_slaves(surfaces, marker):
         ratio = _distance_ratio(zone, surfaces)
         if ratio > CLOSEST:
-            slave, masters = zone.facets.slave_tag, zone.facets.master_tags
-            swapped = ", ".join(f"({master}, {slave})" for master in masters)
+            own = [pair for pair in pairs if surfaces.zones[pair.surface] is zone]
+            swapped = ", ".join(pair.in_other_order for pair in own)
+            slave = spoken(own[0].slave_name, own[0].slave)
             warnings.warn(
-                f"all of slave tag {slave} is prescribed, and its nodes are {ratio:.3g} "
+                f"all of slave {slave} is prescribed, and its nodes are {ratio:.3g} "
                 "times as close as those of its master, which may not balance so many "
                 f"tractions: give the sides in the other order, pairs=[{swapped}]",
                 ContactWarning,

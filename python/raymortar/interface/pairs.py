@@ -46,13 +46,22 @@ class Pair:
     label: str
 
     def __str__(self) -> str:
-        return f"({_shown(self.slave_name, self.slave)}, " + (
-            f"{_shown(self.master_name, self.master)})"
-        )
+        return "({}, {})".format(*self._shown)
+
+    @property
+    def in_other_order(self) -> str:
+        """The pair with its sides exchanged, as text."""
+        return "({}, {})".format(*reversed(self._shown))
+
+    @property
+    def _shown(self) -> list[str]:
+        sides = (self.slave_name, self.slave), (self.master_name, self.master)
+        return [str(tag) if name is None else repr(name) for name, tag in sides]
 
 
-def _shown(name: str | None, tag: int | Body) -> str:
-    return str(tag) if name is None else repr(name)
+def spoken(name: str | None, tag: int | Body) -> str:
+    """Name of a surface in a message: the user's, else its tag."""
+    return f"tag {tag}" if name is None else repr(name)
 
 
 def known_names(names: Any, facet_dim: int) -> dict[str, Any]:

@@ -11,7 +11,13 @@ from dolfinx.fem import Function
 
 from ..checked import is_real_number
 from ..compat import Array
-from ..errors import ContactError, SetUpError, raise_everywhere, together
+from ..errors import (
+    ContactError,
+    SetUpError,
+    raise_everywhere,
+    require_agreement,
+    together,
+)
 from ..host.axisymmetry import off_axis_fault
 from ..options.contact_options import ContactOptions
 from ..options.friction import Friction
@@ -40,8 +46,8 @@ class PresentState:
 
     Attributes
     ----------
-    updates
-        Calls of `update` so far.
+    updates, updates_for_room
+        Calls of `update` so far, and those that a new matrix has needed.
     revision
         Changes so far of what an assembled residual depends on, displacement and
         multiplier aside: pairing, history, coefficient.
@@ -70,7 +76,7 @@ class PresentState:
         self._paired_at: Array = np.empty(0)
         self._dt = 1.0
         self._watches_arcs = bool(options.smooth)
-        self.updates, self.revision = 0, 0
+        self.updates, self.updates_for_room, self.revision = 0, 0, 0
 
     def note_change(self) -> None:
         """Count a change of what an assembled residual depends on."""
@@ -93,8 +99,10 @@ class PresentState:
 
     @dt.setter
     def dt(self, value: float) -> None:
-        if not (is_real_number(value) and np.isfinite(value) and value > 0.0):
-            raise ContactError(f"dt = {value!r} must be a positive number")
+        with together(self._comm):
+            if not (is_real_number(value) and np.isfinite(value) and value > 0.0):
+                raise ContactError(f"dt = {value!r} must be a positive number")
+        require_agreement(self._comm, dt=float(value))
         self._dt = float(value)
         for body in self._surfaces.layout.bodies:
             body.freedom.dt = self._dt

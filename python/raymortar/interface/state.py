@@ -37,6 +37,8 @@ class ContactState:
     freedoms: Sequence[Array] = ()
     # Length of the slip of all accepted steps at nodes; None without friction
     slip: Array | None = None
+    # Whether straight facets are curved, see `Contact`
+    smooth: bool = False
 
     @property
     def parts(self) -> tuple[ContactState, ...]:
@@ -92,6 +94,11 @@ def state_fault(
     """
     if not isinstance(state, ContactState):
         return f"state must be a ContactState, not {type(state).__name__}"
+    if state.smooth != own.smooth:
+        return (
+            f"the state is of a contact with smooth={state.smooth}, this one has smooth="
+            f"{own.smooth}: their surfaces differ"
+        )
     theirs, here = _shapes(state), _shapes(own)
     allowed = {name: {shape} for name, shape in here.items()}
     for i in range(len(own.traction_old)):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Mapping, Sequence
+from copy import deepcopy
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -189,10 +190,15 @@ class Friction(Law):
         return _cpp.PointBound()
 
     def call(self, name: str, p: Any, v: Any, given: Mapping[str, Any]) -> Any:
-        """Call ``bound`` or ``derivatives`` with the arguments that it has."""
+        """Call ``bound`` or ``derivatives`` with the arguments that it has.
+
+        They are copies, which it may write to.
+        """
         function = getattr(self, name)
         names = {one.name for one in further_arguments(function)} & set(OFFERED)
-        return function(p, v, **{one: given[one] for one in names})
+        return function(
+            p.copy(), v.copy(), **{one: deepcopy(given[one]) for one in names}
+        )
 
     def bounds(self, p: Array, v: Array, given: Mapping[str, Any]) -> Array:
         """Evaluate and check the bound, (n,)."""

@@ -72,7 +72,7 @@ class BodyColumns:
         """
         found: list[float] = []
         for body, label, begin in zip(self._bodies, self._labels, self._begin):
-            on = self._contact.resultant_on(body)
+            on = self._contact.results.resultant_on(body)
             force, moment = on.force, np.atleast_1d(on.moment)
             if on.radial is not None:  # radial tractions do work where a ring is
                 # widened

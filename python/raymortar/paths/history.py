@@ -244,10 +244,12 @@ class History:
         gap = counts.min_gap if counts.hits else np.nan
         values: list[Any] = [counts.active_points, gap]
         values.append(counts.max_pressure)
-        forces = [(i, contact.resultant(i)) for i in range(len(contact.zones))]
+        forces = [
+            (i, contact.results.resultant(i, None)) for i in range(len(contact.zones))
+        ]
         pairs = contact.pairs
         if any(map(self._has_columns, pairs)):
-            found = zip(pairs, contact.resultants())
+            found = zip(pairs, contact.results.resultants())
             forces += [(p.surface, force) for p, force in found if self._has_columns(p)]
         for i, force in forces:
             values.extend(force.force)

@@ -237,7 +237,7 @@ class LoadSteps:
         viscous = self.control is None and self._stabilization is None and one_mesh
         automatic = self.strategy == "auto"
         ways = Strategies(path, self.extrapolate, automatic, viscous, progress.trying)
-        last, tools, deep = None, ToolsOnPath(contact), DeepPoints(contact)
+        last, tools, deep = None, ToolsOnPath(contact), DeepPoints(self.solver.problem)
         snapped = False
         tilted = TiltedFacets(contact)
         tools.look()

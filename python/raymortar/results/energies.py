@@ -9,7 +9,7 @@ from mpi4py import MPI
 import numpy as np
 
 from ..compat import Array
-from ..interface.point_results import along_normal
+from ..interface.point_results import OPEN, along_normal, pressures
 from ..interface.zones import ZoneData
 
 
@@ -32,6 +32,16 @@ def stored_energy(zones: Sequence[ZoneData], comm: MPI.Comm, part: str) -> float
         return np.divide(
             squared, 2.0 * points["gamma"], np.zeros_like(squared), where=squared > 0.0
         )
+
+    return _integral(zones, density, comm)
+
+
+def work_on_gaps(zones: Sequence[ZoneData], comm: MPI.Comm) -> float:
+    """Integrate |t_n g|, which a law at each point leaves zero. Collective."""
+
+    def density(points: dict[str, Array]) -> Array:
+        hit = points["status"] >= OPEN
+        return np.abs(pressures(points) * np.where(hit, points["gap"], 0.0))
 
     return _integral(zones, density, comm)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ from dolfinx.fem import Function
 
 from ..checked import is_whole_number
 from ..compat import Array
-from ..errors import ContactError, as_path, together
+from ..errors import ContactError, ContactWarning, as_path, together
 from ..host.joined import parts_of
 from ..interface.pairs import PairTable
 from ..interface.point_places import places
@@ -59,6 +60,7 @@ class PointResults:
     ) -> None:
         self.zones, self.pairs = list(zones), pairs
         self._presents, self._u, self._comm = presents, u, comm
+        self._says_unsolved = True
 
     def points(self, zone: int) -> dict[str, Array]:
         """Arrays over this rank's integration points of a zone."""
@@ -88,6 +90,18 @@ class PointResults:
         for present in self._presents:
             present.require_results()
 
+    def warn_if_unsolved(self) -> None:
+        """Say once that forces are those of a start which nothing was solved from."""
+        unsolved = all(p.updates == p.updates_for_room for p in self._presents)
+        if unsolved and self._says_unsolved:
+            self._says_unsolved = False
+            warnings.warn(
+                "nothing has been solved yet: contact forces are those of the start, "
+                "zero but for a penalty's in overlaps",
+                ContactWarning,
+                stacklevel=4,
+            )
+
     def write_segments(self, path: str | Path) -> None:
         """Segments and points as VTK files. Collective."""
         with together(self._comm):
@@ -100,7 +114,7 @@ class PointResults:
         if master is None and not isinstance(slave, str):
             with together(self._comm):
                 zone = self._zone(slave)
-            return resultant(zone, self._comm)
+                return resultant(zone, self._comm)
         with together(self._comm):
             self._require_results()
             found = self.pairs.find(slave, master)

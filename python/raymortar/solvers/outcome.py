@@ -27,7 +27,7 @@ def require_convergence(problem: CoupledProblem, converged: bool, reason: str) -
         )
     if not problem.tells_of_doubt:
         return
-    warn_of_penetration(problem.contact)
+    warn_of_penetration(problem)
     warn_of_tension(problem.contact, stacklevel=3)
     warn_of_tilt(problem.contact)
     loss = lost_contact(problem)

@@ -97,10 +97,11 @@ def check_unknowns(problem: CoupledProblem, u: Any) -> None:
         and all(compat.same_values(f, g) for f, g in zip(given, own))
     )
     named = [f.name if isinstance(f, Function) else repr(f) for f in given]
-    raise_everywhere(
-        problem.comm,
-        None
-        if fits
-        else f"solve takes what the problem solves for, {', '.join(f.name for f in own)}"
-        f", or nothing, and was given another: {', '.join(named)}",
+    names = [f.name for f in own]
+    message = (
+        f"solve takes what the problem solves for, {', '.join(names)}, or nothing, and "
+        f"was given another: {', '.join(named)}"
     )
+    if set(names) & set(named):
+        message += ", a Function of the same name that Contact was not given: problem.u"
+    raise_everywhere(problem.comm, None if fits else message)

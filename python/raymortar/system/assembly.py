@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -15,7 +16,7 @@ from dolfinx.fem import Function
 from .. import _cpp
 from ..checked import are_same_objects, is_real_number
 from ..compat import Mask
-from ..errors import ContactError, together
+from ..errors import ContactError, ContactWarning, together
 from ..interface.coefficients import PairCoefficients, one_or_each, spread
 from ..interface.contact_surfaces import ContactSurfaces
 from ..interface.cross_points import crossing
@@ -28,9 +29,15 @@ from ..options.methods import AugmentedLagrangian, Penalty
 
 _numbers = itertools.count()
 
-# Least and largest ratio of gamma to the stiffness: beyond, one of the two is lost in
-# the rounding errors of the other
+# Largest ratio of gamma to the stiffness, and of a penalty the inverse of the least:
+# beyond, one of the two is lost in the rounding errors of the other
 FROM_STIFFNESS = 1e10
+# Least ratio with a multiplier. Without friction 1e-100 solves as 1 does, and 1e-200 has
+# errors of 1e-11, as squares of the unknowns overflow
+LEAST_AUGMENTATION = 1e-100
+# Ratios with a multiplier from which on Newton's method may fail: with friction it does
+# at 1e-6 and 1e3, without at 1e4 to 1e8
+DOUBTFUL = 1e-5, 1e3
 
 # Sets of conditions of which a contact remembers what they prescribe
 MOST_KNOWN = 2
@@ -183,19 +190,31 @@ class ContactAssembly:
             self._check_size(volume, bcs)
 
     def _check_size(self, volume: VolumePattern, bcs: Sequence[Any]) -> None:
-        """Raise for a number gamma of another order than the stiffness. Collective."""
-        interfaces = self.surfaces.interfaces
+        """Raise for a number gamma that no solve can do with, warn of one with which
+        Newton's method may fail. Collective."""
+        surfaces = self.surfaces
         try:
-            tables = contact_stiffness(volume, self.layout, interfaces, bcs)
+            tables = contact_stiffness(volume, self.layout, surfaces.interfaces, bcs)
         except ContactError:  # on all ranks: the form has no stiffness
             return
         stiffness = min(float(table.min()) for table in tables)
-        if not 1.0 / FROM_STIFFNESS < self.gamma_scale / stiffness < FROM_STIFFNESS:
-            raise ContactError(
-                f"gamma = {self.gamma_scale:.3g} is {self.gamma_scale / stiffness:.1e} "
-                "times the stiffness of the bodies over the area of their facets, a "
-                f"traction per length of {stiffness:.3g} here: leave gamma out"
-            )
+        ratio = self.gamma_scale / stiffness
+        has_multiplier = surfaces.multiplier is not None
+        least = LEAST_AUGMENTATION if has_multiplier else 1.0 / FROM_STIFFNESS
+        text = (
+            f"gamma = {self.gamma_scale:.3g} is {ratio:.1e} times the stiffness of the "
+            f"bodies over the area of their facets, a traction per length of "
+            f"{stiffness:.3g} here: leave gamma out"
+        )
+        if not least < ratio < FROM_STIFFNESS:
+            raise ContactError(text)
+        if has_multiplier and not surfaces.tied:
+            if not DOUBTFUL[0] <= ratio <= DOUBTFUL[1]:
+                warnings.warn(
+                    f"{text}, as Newton's method may fail with it",
+                    ContactWarning,
+                    stacklevel=4,
+                )
 
     def belong_to(self, volume: VolumePattern) -> None:
         """Take the volume, from `prepare`, of another problem of this contact."""

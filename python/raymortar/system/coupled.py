@@ -190,6 +190,8 @@ class CoupledSystem(ABC):
             self.prepare(a)
         A = self.layout.create_matrix()
         self.update()
+        for part in self.parts:
+            part.present.updates_for_room += 1
         self._make_room(A)
         return A
 

@@ -47,6 +47,13 @@ def force(case, move):
     return found.force
 
 
+def test_names_are_told():
+    case, _ = pressed("quadrilateral", (4, 8), E=10.0, names={"lid": 3, "bed": 4})
+    with pytest.warns(ContactWarning, match="all of slave 'lid' is prescribed") as told:
+        SNESSolver(case.problem)
+    assert "pairs=[('bed', 'lid')]" in str(told[0].message)
+
+
 LAWS = {"frictionless": None, "friction": Coulomb(0.3)}
 
 

@@ -8,7 +8,7 @@ from problems import COMM, build, fix
 
 from meshes.scenes import two_blocks
 from raymortar import ContactWarning
-from raymortar.interface.straight_facets import sagittas
+from raymortar.interface.straight_facets import largest_sagitta
 
 RADIUS, DIVISIONS = 2.0, 8
 
@@ -41,9 +41,30 @@ def told(scene, **options):
 
 def test_sagitta_is_that_of_the_chord(cell):
     _, case = told(arch(cell, 0.0))
-    found = sagittas(case.contact.zones[0].facets.slave_surface)
+    found = largest_sagitta(case.contact.zones[0].facets.slave_surface, COMM)
     h = 1.0 / DIVISIONS
-    assert found.max() == pytest.approx(h**2 / (8 * RADIUS), rel=0.35)
+    assert found == pytest.approx(h**2 / (8 * RADIUS), rel=0.35)
+
+
+@pytest.mark.quick
+@pytest.mark.mpi
+@pytest.mark.parametrize("node", range(1, DIVISIONS))
+def test_sagittas_are_found_across_ranks_too(node):
+    """At the one bend of a surface, wherever the mesh is divided."""
+    slope, h = 0.1, 1.0 / DIVISIONS
+
+    def height(x):
+        return 1.0 + slope * np.maximum(x[:, 0] - node * h, 0.0)
+
+    divisions = (DIVISIONS, 2)
+    scene = two_blocks(COMM, 2, "quadrilateral", divisions, divisions, interface=height)
+    found, case = told(scene)
+    surface = case.contact.zones[0].facets.slave_surface
+    chord = 0.5 * (h + h * np.hypot(1.0, slope))
+    expected = np.arctan(slope) * chord / 8.0
+    assert largest_sagitta(surface, COMM) == pytest.approx(expected, rel=1e-9)
+    # And said of surfaces that touch but for rounding
+    assert len(found) == 1
 
 
 @pytest.mark.quick

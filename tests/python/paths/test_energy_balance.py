@@ -7,8 +7,16 @@ from problems import SOLVERS
 from rigid_scenes import press
 from snapping import BED, E, on_bed, pressure, top_sinks
 
-from raymortar import ContactWarning, ConvergenceError, Coulomb, LoadSteps, rigid
-from raymortar.paths.energy_balance import MISSING, balance_of_step
+from raymortar import (
+    ContactWarning,
+    ConvergenceError,
+    Coulomb,
+    LoadSteps,
+    Penalty,
+    SNESSolver,
+    rigid,
+)
+from raymortar.paths.energy_balance import MISSING, RIPPLE, balance_of_step
 from raymortar.paths.load_path import PrescribedPath
 from raymortar.paths.step_sizes import StepSizes
 from raymortar.paths.strategies import FULL, VISCOUS, Strategies
@@ -101,8 +109,6 @@ def jumping(monkeypatch, first, last, depth):
 @pytest.mark.mpi
 def test_a_jump_that_needs_energy_is_refused(monkeypatch):
     """Up to the falling branch: no load supplies the energy."""
-    # A small part of the work of this load is missing: less than a rolling wheel lacks
-    monkeypatch.setattr("raymortar.paths.energy_balance.MISSING", 0.02)
     path, steps = [], jumping(monkeypatch, 4.4, 4.5, depths(4.5)[1])
     with pytest.raises(ConvergenceError, match="it cycles"):
         for step in steps:
@@ -142,6 +148,64 @@ def test_a_disc_does_not_move_against_its_loads(x, turn, refused):
     friction = max(found.contact.friction_work(), 0.0)
     assert balance.most == pytest.approx(work - friction, rel=1e-6)
     assert balance.lacks_energy == refused
+
+
+class Watched:
+    """Balances of the steps of a path, all solved as they are."""
+
+    def __init__(self, monkeypatch):
+        self.steps, given = [], Strategies._as_given
+
+        def watched(strategies, now, last, ratio):
+            iterations = given(strategies, now, last, ratio)
+            problem = strategies.solver.problem
+            self.steps.append(balance_of_step(problem, strategies._path, now))
+            return iterations
+
+        monkeypatch.setattr(Strategies, "_as_given", watched)
+
+
+@pytest.mark.mpi(where=lambda n, **_: n == 12)
+@pytest.mark.parametrize("n, steps", [(12, 4), (24, 4), (24, 8)])
+def test_a_wheel_that_rolls_lacks_no_energy_but_for_its_ripple(n, steps, monkeypatch):
+    """Over straight facets: forces ripple, less with finer ones."""
+    wheel = rigid.Body(
+        rigid.Circle((0.35, 1.2), 0.2), free=("x", "y"), force=(0.0, -0.25)
+    )
+    found = press("quadrilateral", wheel, n=n, friction=Coulomb(0.6))
+    solver = SNESSolver(found.problem)
+    LoadSteps(solver, lambda t: None, 1).run()
+    seen = Watched(monkeypatch)
+
+    def roll(t):
+        wheel.move(rotation=-0.5 * t)
+
+    LoadSteps(solver, roll, steps, extrapolate=True).run()
+    assert len(seen.steps) >= steps - 1
+    assert not any(one.lacks_energy or one.released for one in seen.steps)
+    lacking = [max(-one.most, 0.0) / one.ripple for one in seen.steps]
+    assert max(lacking) <= 0.5 * RIPPLE
+
+
+@pytest.mark.mpi
+def test_what_a_penalty_gives_back_is_not_missing(monkeypatch):
+    """A tool that is pulled back: what the penetration has stored works on it."""
+    line = rigid.Body(rigid.Line((0.5, 1.0), (0.0, -1.0)))
+    found = press("quadrilateral", line, n=3, material="linear", method=Penalty(40.0))
+    solver = SNESSolver(found.problem)
+
+    def push(t):
+        line.move((0.0, -0.05 * t))
+
+    LoadSteps(solver, push, 1).run()
+    seen = Watched(monkeypatch)
+    LoadSteps(solver, push, 2, path=(1.0, 0.5)).run()
+    stored = found.contact.stored_energy()
+    for one in seen.steps:
+        assert one.least <= 0.0 <= one.most or abs(one.most) <= 1e-6 * one.size
+        assert not one.lacks_energy and one.ripple == 0.0
+    # A quarter is left of half the way; what was given back is not little
+    assert 3.0 * stored > 0.1 * seen.steps[-1].size
 
 
 @pytest.mark.mpi

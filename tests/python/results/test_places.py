@@ -19,6 +19,7 @@ from raymortar import (
     Contact,
     ContactError,
     Coulomb,
+    History,
     Penalty,
     compat,
     rigid,
@@ -127,6 +128,11 @@ def test_slip_without_friction_is_that_with_none(cell, method):
             along = np.einsum("qi,qi->q", points["slip"], points["normal"])
             assert worst(along) <= 1e-16
             assert worst(points["slip"]) > 1e-3
+        # Of the accepted step until the next one has an iterate
+        contact.advance()
+        np.testing.assert_array_equal(contact.slip().x.array, found[-1])
+        contact.update()
+        assert worst(contact.slip().x.array) <= 1e-15
     np.testing.assert_allclose(*found, atol=1e-15)
 
 
@@ -150,6 +156,11 @@ def largest(vectors):
     return COMM.allreduce(longest, op=MPI.MAX)
 
 
+def slid(contact):
+    """Largest accumulated slip, for the columns of a history."""
+    return lambda: largest(contact.accumulated_slip().x.array[:, None])
+
+
 @pytest.mark.mpi
 @pytest.mark.parametrize("method", METHODS)
 def test_slip_accumulates_over_accepted_steps(cell_2d, method):
@@ -167,7 +178,11 @@ def test_slip_accumulates_over_accepted_steps(cell_2d, method):
             assert block.statuses() == {SLIP}
             total += largest(contact.points()["slip"])
             before = contact.state()
+            recorded = History(block.problem.problem, more={"slid": slid(contact)})
+            recorded.record(0.0, 0, 0)
+            assert recorded["slid"][0] == slid(contact)() < total
             contact.advance()
+            assert slid(contact)() == pytest.approx(total, rel=1e-7)
         contact.update()
         points = contact.points()
         assert worst(points["accumulated_slip"] - total) <= 1e-7 * total
