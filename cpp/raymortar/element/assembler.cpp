@@ -5,7 +5,8 @@ namespace raymortar
 {
 std::unique_ptr<Assembler> make_assembler(const ContactState& s)
 {
-  if (s.has_tools() or s.slave.kind() != s.master.kind())
+  if (s.has_tools() or s.slave.kind() != s.master.kind() or
+      s.frame == LawFrame::master)
     return make_general_assembler(s);
   switch (s.slave.shape)
   {

@@ -109,7 +109,6 @@ private:
     {
       data.master = s.master.template nodes<F>(s.master.x, m);
       data.gamma *= s.pair_factors.of(s.slave.body_of(f), s.master.body_of(m));
-      data.frame_of_target = s.frame == LawFrame::master;
     }
     data.measure = s.measure;
     data.touch = tolerance::touch * diameter<F>(data.slave);

@@ -4,8 +4,7 @@
 
 #include "raymortar/element/carried.h"
 #include "raymortar/element/convected.h"
-#include "raymortar/element/facet_states.h"
-#include "raymortar/element/spin.h"
+#include "raymortar/element/element_states.h"
 
 namespace raymortar
 {
@@ -85,8 +84,10 @@ struct OldPoint<F, true>
 /// @tparam Slopes With the derivatives of friction's response, which residuals
 /// do without
 template <class F, int L, class Law, bool Slopes = true>
-struct HitPoint : SlavePoint<F, L, Law>
+struct HitPoint : SlavePoint<F, L, Law>, TargetFrame<F>
 {
+  using Target = TargetFrame<F>;
+  using Target::of_target;
   using Base = SlavePoint<F, L, Law>;
   using Base::D;
   using Base::M;
@@ -99,7 +100,6 @@ struct HitPoint : SlavePoint<F, L, Law>
   double g;                ///< gap without the offset, length
   Vec<F::dofs> N_m;        ///< master shape functions at eta
   double offset;           ///< added to gaps, length
-  bool of_target;          ///< whether the law's frame is that of the master
   Vec<D> normal;           ///< of that frame: n, or -n_m  [theory (2.14)]
   OldPoint<F, is_frictional<Law>> old;
   Response response;
@@ -117,8 +117,8 @@ struct HitPoint : SlavePoint<F, L, Law>
   {
   }
   HitPoint(const Data& e, const States&, const ElementPoint<F>& q)
-      : Base(e, q), xi(q.xi), g(q.g), N_m(F::Disp::values(q.eta)),
-        offset(this->N_s.dot(e.offset)), of_target(e.frame_of_target),
+      : Base(e, q), Target(e.frame_of_target), xi(q.xi), g(q.g),
+        N_m(F::Disp::values(q.eta)), offset(this->N_s.dot(e.offset)),
         normal(of_target ? Vec<D>(-frame_at<F>(e.master, q.eta).n)
                          : this->slave.n),
         response(respond(e, q))
@@ -170,17 +170,17 @@ private:
            const NodeShapes<F>& shapes,
            const TwoFrames<D>& frames) requires is_frictional<Law>
       : Base(e, q, frames.now, shapes.displacement(q.xi)),
+        Target(e.frame_of_target),
         xi(q.xi),
         g(q.g),
-        offset(this->N_s.dot(e.offset)),
-        of_target(e.frame_of_target)
+        offset(this->N_s.dot(e.offset))
   {
     const NodeShapes<F> at_eta(q.eta);
     N_m = at_eta.displacement(q.eta);
     old.frame = frames.old;
     old.dual = frames.old_dual;
     states.master.set(old.master, at_eta);
-    old.spin.set(frames, old.master);
+    states.set_spin(old.spin, frames, old.master);
     set_normals();
     set_slip(q.g + offset);
     set_spring(e);
@@ -323,10 +323,10 @@ struct SlipSlopes<F, true>
 /// @brief How the normal of the law's frame turns with what is hit; where it is
 /// the slave's, nothing is set  [theory (2.14)].
 template <class F>
-struct FrameSlopes
+struct FrameSlopes : TargetFrame<F>
 {
   static constexpr int D = F::gdim;
-  bool of_target = false;
+  using TargetFrame<F>::of_target;
   Vec<D> n;                 ///< of the master
   Mat<D, F::dofs> by_nodes; ///< by n . du of the master's nodes
   Mat<D, D> by_ends;        ///< by what both ends of the ray do, see chain
@@ -335,7 +335,7 @@ struct FrameSlopes
   FrameSlopes(const typename F::NodeMatrix& master, const ElementPoint<F>& q,
               const Mat<F::dofs, F::tdim>& dN_m, const Mat<F::tdim, D>& rho,
               bool is_of_target)
-      : of_target(is_of_target)
+      : TargetFrame<F>(is_of_target)
   {
     if (not of_target)
       return;

@@ -88,9 +88,12 @@ private:
     if constexpr (is_frictional<Law>)
       if (p.has_couple())
       {
-        const Mat<D, F::dofs> G =
-            dual_tangents<D>(p.slave) * F::Disp::gradients(p.xi).transpose();
-        add_turning<D>(G, p.slave.n, p.weight * p.g * p.turning(t), b);
+        const Vec<F::dofs> turn =
+            F::Disp::gradients(p.xi) *
+            (dual_tangents<D>(p.slave).transpose() * p.turning(t)).eval();
+        for (int a = 0; a < F::dofs; ++a)
+          b.template segment<D>(a * D) +=
+              (p.weight * p.g * turn[a]) * p.slave.n;
       }
   }
 

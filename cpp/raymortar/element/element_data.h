@@ -44,6 +44,22 @@ struct FrictionData<F, true>
   Vec<F::dofs> coefficient;     ///< its nodal values
 };
 
+/// @brief Whether the law's frame is that of what is hit. Only the general
+/// kernel asks: facets of a type know that it is not.
+template <class F>
+struct TargetFrame
+{
+  static constexpr bool of_target = false;
+  explicit TargetFrame(bool) {}
+};
+
+template <class F>
+requires F::is_germ struct TargetFrame<F>
+{
+  bool of_target;
+  explicit TargetFrame(bool is_of_target) : of_target(is_of_target) {}
+};
+
 /// @brief Data of one element besides its points.
 template <class F, int L, class Law>
 struct ElementData

@@ -45,6 +45,12 @@ public:
       set_frames(f, shapes);
   }
 
+  /// @brief Of affine facets: what is the same at all points.
+  [[nodiscard]] const TwoFrames<D>& frames() const requires F::affine
+  {
+    return _frames;
+  }
+
   [[nodiscard]] TwoFrames<D> at(const NodeShapes<F>& shapes) const
   {
     TwoFrames<D> f;
@@ -62,29 +68,5 @@ private:
 
   typename F::NodeMatrix _now, _old;
   std::conditional_t<F::affine, TwoFrames<D>, int> _frames; ///< but for x
-};
-
-/// @brief Both facets of an element in both states; nothing without friction.
-template <class F, bool Frictional>
-struct ElementStates
-{
-  template <class Data>
-  explicit ElementStates(const Data&)
-  {
-  }
-};
-
-template <class F>
-struct ElementStates<F, true>
-{
-  FacetStates<F> slave;
-  FacetStates<F> master;
-
-  template <class Data>
-  explicit ElementStates(const Data& e)
-      : slave(e.slave, e.history.slave_old),
-        master(e.master, e.history.master_old)
-  {
-  }
 };
 } // namespace raymortar

@@ -76,6 +76,7 @@ struct Germ
   static constexpr int dofs = Disp::nodes;
   static constexpr int nodes = Node::nodes;
   static constexpr bool affine = false;
+  static constexpr bool is_germ = true;
   using Point = Vec<D>;
   using RefPoint = Vec<tdim>;
   using NodeMatrix = Mat<D, nodes>; ///< position, tangents, second derivatives

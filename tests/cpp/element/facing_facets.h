@@ -81,7 +81,6 @@ struct FacingFacets
     for (int q = 0; q < 5; ++q)
       points.push_back({0.8 * random_inside<F>(random), F::RefPoint::Zero(),
                         0.1 + 0.05 * q, 0.12 + 0.03 * q, 0});
-    start.frame_of_target = random() % 2 == 0;
     start.offset.setConstant(random() % 2 == 0 ? 0.01 : 0.0);
   }
 

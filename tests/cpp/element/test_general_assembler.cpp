@@ -38,8 +38,6 @@ public:
     for (Surface* s : {&state.slave, &state.master})
       for (double& x : s->x)
         x += number(0.01);
-    if (kind.degree == kind.node_degree)
-      state.frame = LawFrame::master;
     set_fields(kind);
     pair(kind);
   }

@@ -11,8 +11,8 @@ template <class F>
 TwoFrames<3> frames(const typename F::NodeMatrix& old,
                     const typename F::NodeMatrix& now)
 {
-  TwoFrames<3> f{frame_at<F>(now, centre<F>()), frame_at<F>(old, centre<F>()),
-                 {}};
+  TwoFrames<3> f{
+      frame_at<F>(now, centre<F>()), frame_at<F>(old, centre<F>()), {}};
   f.old_dual = dual_tangents<3>(f.old);
   return f;
 }
