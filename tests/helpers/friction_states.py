@@ -102,11 +102,11 @@ def widest(values):
     return (middle[k] + middle[k + 1]) / 2
 
 
-def law_for(case, scene, seed):
+def law_for(case, scene, seed, **options):
     """Friction law that puts a random state in a regime; None: too near q = 0."""
     if case.law == "stick":
         return Stick()
-    sticking = case.contact(scene, Stick())
+    sticking = case.contact(scene, Stick(), **options)
     set_both(sticking, scene, seed)
     q, p = trial_traction(sticking)
     if q.min() < SMALLEST_TRACTION:

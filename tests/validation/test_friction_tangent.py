@@ -68,13 +68,13 @@ def cases(degrees=None):
         )
 
 
-def quiet_contact(case, scene):
+def quiet_contact(case, scene, **options):
     """Contact, tangent and Taylor remainders where no point changes branch."""
     for seed in range(300):
-        friction = law_for(case, scene, seed)
+        friction = law_for(case, scene, seed, **options)
         if friction is None:
             continue
-        contact = case.contact(scene, friction)
+        contact = case.contact(scene, friction, **options)
         set_both(contact, scene, seed)
         form = states.mass_form(contact.u.function_space)
         K = states.tangent(contact, form)
@@ -105,6 +105,23 @@ def test_taylor_remainder_is_quadratic(case, record_property):
         cosine = np.einsum("qi,qi->q", w, t)
         cosine /= np.linalg.norm(w, axis=1) * np.linalg.norm(t, axis=1)
         assert np.median(np.abs(cosine)) < 0.99  # traction and slip not parallel
+
+
+@pytest.mark.mpi(
+    where=lambda cell, tangent, **_: cell == "triangle" or tangent == "full"
+)
+@pytest.mark.parametrize("tangent", ("fixed", "full"))
+@pytest.mark.parametrize("offset", (0.0, -0.02))
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("cell", DEGREES)
+def test_remainder_in_the_frame_of_the_master(cell, method, offset, tangent):
+    """With the couple over an offset, and without."""
+    case = FrictionCase(cell, *DEGREES[cell], method, "current")
+    scene = case.scene("single")
+    options = dict(frame="master", offset=offset, tangent=tangent)
+    *_, steps, remainders = quiet_contact(case, scene, **options)
+    found = slopes(steps, remainders)
+    assert np.all(np.abs(found - 2.0) <= 0.05), found
 
 
 @pytest.mark.mpi(where=lambda case, **_: sampled(case) and case.dim == 2)

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "raymortar/core/types.h"
+#include <algorithm>
 #include <array>
 
 namespace raymortar
@@ -32,22 +33,50 @@ using ElementColumns = std::array<Columns, 3>;
   return sides[0].unknowns() + sides[1].unknowns() + sides[2].unknowns();
 }
 
+/// @brief One row over unknowns: the sum of P rows with the factors of a column
+/// of B. Plain loops: Eigen's products of such sizes take several times as
+/// long.
+template <int P>
+void expand_row(const Columns& side, Eigen::Index column, const double* in,
+                Eigen::Index width, double* __restrict out)
+{
+  std::array<double, static_cast<std::size_t>(P)> b;
+  for (int p = 0; p < P; ++p)
+    b[static_cast<std::size_t>(p)] = side.B(p, column);
+  for (Eigen::Index k = 0; k < width; ++k)
+  {
+    double sum = b[0] * in[k];
+    for (int p = 1; p < P; ++p)
+      sum += b[static_cast<std::size_t>(p)] * in[p * width + k];
+    out[k] = sum;
+  }
+}
+
 /// @brief Rows over unknowns from rows over coefficients.
 /// @param[in] in Row-major, (coefficients, columns)
 /// @param[out] out Row-major, (unknowns, columns)
 inline void expand_rows(const ElementColumns& sides, const double* in,
-                        Eigen::Index columns, double* out)
+                        Eigen::Index columns, double* __restrict out)
 {
-  using Rows =
-      Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   for (const Columns& side : sides)
   {
     const Eigen::Index width = side.components * columns;
-    const Eigen::Map<const Rows> from(in, side.B.rows(), width);
-    Eigen::Map<Rows>(out, side.B.cols(), width).noalias() =
-        side.B.transpose().lazyProduct(from);
-    in += side.B.rows() * width;
-    out += side.B.cols() * width;
+    const Eigen::Index coefficients = side.B.rows();
+    for (Eigen::Index a = 0; a < side.B.cols(); ++a, out += width)
+    {
+      if (coefficients == 2)
+        expand_row<2>(side, a, in, width, out);
+      else if (coefficients == 3)
+        expand_row<3>(side, a, in, width, out);
+      else
+      {
+        std::fill_n(out, width, 0.0);
+        for (Eigen::Index p = 0; p < coefficients; ++p)
+          for (Eigen::Index k = 0; k < width; ++k)
+            out[k] += side.B(p, a) * in[p * width + k];
+      }
+    }
+    in += coefficients * width;
   }
 }
 
