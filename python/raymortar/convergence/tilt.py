@@ -90,9 +90,11 @@ def _tilts(zone: ZoneData, comm: MPI.Comm) -> tuple[Array, Array]:
 def _text(zone: ZoneData, k: int, angle: float) -> str:
     master = zone.facets.master_tags[k]
     name = master.name if isinstance(master, Body) else f"master tag {master}"
+    # Tools have no facets to be a slave by
+    swap = "" if isinstance(master, Body) else "make that side the slave, "
     return (
         f"the facets of slave tag {zone.facets.slave_tag} that press on {name} are "
         f"tilted against it by {angle:.2g} degrees in the mean, and the force is turned "
         "by as much: give Contact(frame='master') where the master is flat or smooth, "
-        "make that side the slave, or round the slave's corner"
+        f"{swap}or round the slave's corner"
     )

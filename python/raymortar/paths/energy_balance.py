@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..compat import Array
-from ..interface.point_results import resultant_on
+from ..interface.point_results import OPEN, pressures, resultant_on
 from ..interface.state import State
 from ..results.energies import work_on_gaps
 
 if TYPE_CHECKING:
+    from ..interface.zones import ZoneData
     from ..problem import CoupledProblem
     from ..rigid.body import Body
 
@@ -26,6 +27,9 @@ MISSING = 0.02
 RIPPLE, MOST_RIPPLE = 0.25, 0.1
 # Energy that is set free in a snap, over all energies. Smooth steps stay below a fiftieth
 FREED = 0.1
+
+# Force on a facet, of that at the step's end, up to which nothing has pressed it before
+UNPRESSED = 1e-6
 
 # Gauss points on the line from one state to the other, and their weights. They are exact
 # for polynomial forces of degree 5
@@ -86,12 +90,30 @@ class _Supplied:
     contact: Array
 
 
+@dataclass(frozen=True)
+class _Facets:
+    """Slave facets of a zone on this rank in one state, (facets,) each.
+
+    Attributes
+    ----------
+    force
+        Of contact along its normal.
+    gap, offset
+        Means over the facet of the gap, with the offset, and of the offset. Length.
+    """
+
+    force: Array
+    gap: Array
+    offset: Array
+
+
 def balance_of_step(problem: CoupledProblem, path: Any, begin: State) -> Balance:
     """Balance of the step from a state to the present one. Collective.
 
     Stored energy grows by the work of the form's forces along the straight line between
-    both states. All other work is bounded by that of the forces at either end: they lie
-    between, where loads and forces grow or fall throughout.
+    both states. All other work, that of interferences which grow among it, is bounded by
+    that of the forces at either end: they lie between, where loads and forces grow or
+    fall throughout.
 
     Parameters
     ----------
@@ -108,14 +130,15 @@ def balance_of_step(problem: CoupledProblem, path: Any, begin: State) -> Balance
     du = (end.u - begin.u)[:n]
     path.set_first_loads()
     contact.restore(begin)
-    first, volume = _supplied(problem), _volume_forces(problem)
-    held, ripple = _stored(problem), _ripple(problem)
+    first, volume = _supplied(problem, of_begin=True), _volume_forces(problem)
+    held, ripple, was = _stored(problem), _ripple(problem), _facets(problem)
     path.begin()
     loads = float((volume - _volume_forces(problem)) @ du)
     potential = _work_of_form(problem, begin, end) @ du
     contact.restore(end)
-    last = _supplied(problem)
+    last, now = _supplied(problem), _facets(problem)
     works = [(float(-potential - loads), float(-potential))]
+    works += _works_on_offsets(was, now) + _works_on_overlaps(problem, was, now)
     for f0, f1, x0, x1 in zip(first.forces, last.forces, first.places, last.places):
         works.append((float(f0 @ (x1 - x0)), float(f1 @ (x1 - x0))))
     through_contact = float(last.contact @ du)
@@ -148,6 +171,54 @@ def _ripple(problem: CoupledProblem) -> float:
     )
 
 
+def _facets(problem: CoupledProblem) -> list[_Facets]:
+    """Present slave facets of all zones, but those of ties."""
+    return [
+        _of_zone(zone)
+        for one in problem.contact.contacts
+        if one.tied is None
+        for zone in one.zones
+    ]
+
+
+def _of_zone(zone: ZoneData) -> _Facets:
+    points, count = zone.points(), len(zone.facets.slave_surface.facet_ids)
+    hit = points["status"] >= OPEN
+    facet, weight = points["slave"][hit], points["weight"][hit]
+    force, gap, area = (
+        np.bincount(facet, weight * values[hit], count).astype(float)
+        for values in (pressures(points), points["gap"], np.ones(len(hit)))
+    )
+    mean = np.divide(gap, area, out=np.zeros(count), where=area > 0.0)
+    offset = zone.whole_offset
+    own = np.zeros(count) if offset is None else offset.mean(axis=1)
+    return _Facets(force, mean, own)
+
+
+def _works_on_offsets(was: list[_Facets], now: list[_Facets]) -> list[Any]:
+    """Works of interferences that have grown, by the forces of both ends."""
+    works = []
+    for a, b in zip(was, now):
+        grown = a.offset - b.offset
+        works.append((float(a.force @ grown), float(b.force @ grown)))
+    return works
+
+
+def _works_on_overlaps(
+    problem: CoupledProblem, was: list[_Facets], now: list[_Facets]
+) -> list[Any]:
+    """Works of surfaces that lay in each other without a force, as meshes and tools may
+    where a path starts. What penalties store there counts by itself."""
+    works, each = [], iter(zip(was, now))
+    for one in problem.contact.contacts:
+        for _, (a, b) in zip(one.zones if one.tied is None else (), each):
+            if one.multiplier is None:
+                continue
+            new = np.abs(a.force) <= UNPRESSED * np.abs(b.force)
+            works.append((0.0, float(b.force[new] @ np.maximum(-a.gap[new], 0.0))))
+    return works
+
+
 def _volume_forces(problem: CoupledProblem) -> Array:
     """Residual of the user's form at owned dofs of u. Collective."""
     forces: Array = problem.volume.forces(problem.bcs)[problem.contact.host.u_owned]
@@ -165,8 +236,9 @@ def _work_of_form(problem: CoupledProblem, begin: State, end: State) -> Array:
     return mean
 
 
-def _supplied(problem: CoupledProblem) -> _Supplied:
-    """Forces from outside in the present state. Collective."""
+def _supplied(problem: CoupledProblem, of_begin: bool = False) -> _Supplied:
+    """Forces from outside in the present state; where a step begins tools are where the
+    accepted step left them, as they may have been moved since. Collective."""
     contact, vector = problem.contact, problem.create_vector()
     contact.assemble_vector(vector)
     vector.assemble()
@@ -174,7 +246,7 @@ def _supplied(problem: CoupledProblem) -> _Supplied:
     vector.destroy()
     held = np.where(problem.constrained, rows + _volume_forces(problem), 0.0)
     bodies = dict.fromkeys(b for zone in contact.zones for b in zone.facets.bodies)
-    tools = [_drive(problem, body) for body in bodies]
+    tools = [_drive(problem, body, of_begin) for body in bodies]
     # Values that all ranks have alike count once
     once = float(problem.comm.rank == 0)
     loads = [_load(body) for body in contact.layout.bodies]
@@ -199,13 +271,18 @@ def _load(body: Body) -> Array:
     return np.where(body.freedom.is_turn, lever * pushed, pushed)
 
 
-def _drive(problem: CoupledProblem, body: Body) -> tuple[Array, Array]:
+def _drive(problem: CoupledProblem, body: Body, of_begin: bool) -> tuple[Array, Array]:
     """Force and moment that hold a tool against contact, (6,), and its prescribed
-    translation and rotation. Collective."""
+    translation and rotation, or those of the accepted step. Collective."""
     found, gdim = resultant_on(problem.contact.zones, body, problem.comm), 3
     force, moment = np.zeros(3), np.zeros(3)
     force[: len(found.force)] = found.force
     moment[gdim - np.size(found.moment) :] = found.moment
     motion = body.motion()
+    if of_begin:
+        zones = problem.contact.zones
+        motion = next(z for z in zones if body in z.facets.bodies).motions.accepted(
+            body
+        )
     moved = motion[:3] - body.freedom.translation
     return -np.concatenate([force, moment]), np.concatenate([moved, motion[3:6]])

@@ -150,6 +150,37 @@ def test_a_disc_does_not_move_against_its_loads(x, turn, refused):
     assert balance.lacks_energy == refused
 
 
+STARTS = ("interference", "moved before", "overlap")
+
+
+@pytest.mark.mpi(where=lambda start, **_: start == "interference")
+@pytest.mark.parametrize("start", STARTS)
+@pytest.mark.parametrize("mu", [0.0, 0.3])
+def test_what_presses_without_a_load_supplies_its_energy(start, mu, monkeypatch):
+    """An interference that grows, a tool that was moved before the path, and one that
+    lies in the slave from the first: all ways may solve these."""
+    depth = 0.05
+    tool = rigid.Body(rigid.Circle((0.5, 1.9 - depth * (start == "overlap")), 0.9))
+    found = press("quadrilateral", tool, n=8, friction=Coulomb(mu) if mu else None)
+    if start == "moved before":
+        found.contact.update()
+        tool.move((0.0, -depth))
+
+    def apply(t):
+        if start == "interference":
+            found.contact.set_offset(-depth * t)
+
+    watched, steps = Watched(monkeypatch), 2 if start == "interference" else 1
+    LoadSteps(SNESSolver(found.problem), apply, steps, progress=False).run()
+    assert len(watched.steps) == steps
+    for balance in watched.steps:
+        assert not balance.lacks_energy and balance.released == 0.0
+    first = watched.steps[0]
+    # Of forces that grow in proportion half of the larger work is stored
+    stored = first.size / 3.0
+    assert stored < 2.0 * first.most < 3.0 * stored
+
+
 class Watched:
     """Balances of the steps of a path, all solved as they are."""
 
