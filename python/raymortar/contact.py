@@ -454,8 +454,8 @@ class Contact(Interaction):
     def stored_energy(self, part: str = "total") -> float:
         """Energy that the penalty stores at the last `update`. Collective.
 
-        The integral of |t|^2 / (2 gamma) over the slave surfaces: force times length,
-        per thickness in 2D, or of a full turn. 0 with a multiplier.
+        The integral of ``|t|^2 / (2 gamma)`` over the slave surfaces: force times
+        length, per thickness in 2D, or of a full turn. 0 with a multiplier.
 
         Parameters
         ----------

@@ -57,7 +57,8 @@ class Skin:
     def place_inside(
         self, sides: Sequence[Surface], depths: Sequence[Array]
     ) -> list[float] | None:
-        """Find a point of either side that is inside a body of the other. Collective.
+        """Find a point of a side, of the first if there is one, that is inside a body of
+        the other side. Collective.
 
         Parameters
         ----------
@@ -70,13 +71,15 @@ class Skin:
         known = [self._on_all_ranks(number) for number in numbers]
         # Simplices lie off facets of degree 2
         bulge = sum(self.comm.allreduce(_bulge(side), op=MPI.MAX) for side in sides)
-        found: list[list[float]] = []
         for k, side in enumerate(sides):
             x = _below(side, depths[k] + bulge)
+            found: list[list[float]] = []
             for body in sorted(known[k]):
                 others = known[1 - k] - {body}
                 found += self._inside(x[numbers[k] == body], others)
-        return max(found, default=None)
+            if found:  # on all ranks alike
+                return max(found)
+        return None
 
     def _on_all_ranks(self, numbers: Indices) -> set[int]:
         """Numbers that occur on some rank. Collective."""
