@@ -113,6 +113,14 @@ def test_impossible_arguments_are_refused(make, pattern):
 
 
 @pytest.mark.mpi
+def test_a_law_of_fields_needs_fields():
+    law = Friction(lambda p, v, fields: fields[0] * p)
+    blocks = Blocks("quadrilateral", METHODS["elastic"](), law)
+    with pytest.raises(ContactError, match="has the argument fields, and there are no"):
+        blocks.press()
+
+
+@pytest.mark.mpi
 def test_fields_of_another_mesh_are_refused():
     mesh = two_blocks(COMM, 2, "quadrilateral").mesh
     law = Friction(np.maximum, fields=[function_of(mesh, coefficient, 1)])

@@ -20,10 +20,7 @@ from raymortar import (
 # Unit-free, and steel in metres
 UNITS = {"unit-free": (1.0, 1.0), "SI": (1e-3, 2e11)}
 
-
 # A cantilever with a sharp nose, drawn over a ramp and a flat top
-
-
 SLAVE, CLAMP, MU, RAMP = 1, 2, 0.2, np.deg2rad(30.0)
 NOSE, HEIGHT, HALF, TOP = 0.875, 0.1, 0.125, 0.06
 EDGE = NOSE - 0.02 - TOP / np.tan(RAMP)  # of the flat top
@@ -55,8 +52,7 @@ def nose(size, E, mu):
     x = [EDGE - 0.8, EDGE, foot, foot + 0.5]
     points = size * np.column_stack([x, [low + TOP, low + TOP, low, low]])
     catch = rigid.Surface(points, np.array([[1, 0], [2, 1], [3, 2]]), closed=False)
-    # Without a law the one multiplier acts along both faces of an edge at once
-    friction = Coulomb(mu)
+    friction = Coulomb(mu) if mu else None
     contact = Contact(u, tags, [(SLAVE, catch)], friction=friction, frame="master")
     bcs = [fem.dirichletbc(clamp, held, V)]
     problem = NonlinearProblem(neo_hookean(u, E), contact, bcs)

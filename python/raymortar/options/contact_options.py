@@ -109,6 +109,8 @@ class ContactOptions:
                 f"multiplier degree {degree} is not stable: at most {default} with a "
                 f"displacement of degree {p} in {dim}D"
             )
-        needed = "vector" if is_tie or self.friction is not None else "normal"
+        # A scalar acts along each point's own normal, where these turn within a facet
+        is_vector = is_tie or self.friction is not None or self.frame == "master"
+        needed = "vector" if is_vector else "normal"
         chosen = needed if is_tie else self.method.multiplier or needed
         return degree, 1 if chosen == "normal" else dim

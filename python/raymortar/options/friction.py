@@ -196,6 +196,11 @@ class Friction(Law):
         """
         function = getattr(self, name)
         names = {one.name for one in further_arguments(function)} & set(OFFERED)
+        if "fields" in names and not self.fields:
+            raise ContactError(
+                f"Friction.{name} has the argument fields, and there are none: give "
+                "Friction(bound, fields=[...])"
+            )
         return function(
             p.copy(), v.copy(), **{one: deepcopy(given[one]) for one in names}
         )

@@ -49,8 +49,9 @@ class AugmentedLagrangian(Options):
         Newton's method, and the answer hardly.
     multiplier
         ``"normal"``: one scalar, the normal traction; ``"vector"``: the traction in
-        global coordinates. None: the vector with friction, which needs it, and the
-        scalar without.
+        global coordinates. None: the vector with friction, which needs it, and with
+        ``frame="master"``, as a scalar has no direction of its own where the master's
+        normals turn within a facet; else the scalar.
     degree
         Degree of the multiplier. None: that of the displacement in 2D, 1 in 3D.
     """

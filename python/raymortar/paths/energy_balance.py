@@ -28,6 +28,8 @@ RIPPLE, MOST_RIPPLE = 0.25, 0.1
 # Energy that is set free in a snap, over all energies. Smooth steps stay below a fiftieth
 FREED = 0.1
 
+# Size of a step, over the energy that the bodies hold, below which all is rounding
+NOTHING = 1e-9
 # Force on a facet, of that at the step's end, up to which nothing has pressed it before
 UNPRESSED = 1e-6
 
@@ -51,12 +53,15 @@ class Balance:
         Sum of the amounts of all energies.
     ripple
         Integral of |t_n g| at both ends, where multipliers leave gaps.
+    held
+        Work that the forces at the step's end would do on all displacements.
     """
 
     most: float
     least: float
     size: float
     ripple: float
+    held: float
 
     @property
     def lacks_energy(self) -> bool:
@@ -64,6 +69,7 @@ class Balance:
         allowed = min(
             MISSING * self.size + RIPPLE * self.ripple, MOST_RIPPLE * self.size
         )
+        allowed = max(allowed, NOTHING * self.held)
         return not self.most >= -allowed  # nor if it is no number
 
     @property
@@ -142,6 +148,7 @@ def balance_of_step(problem: CoupledProblem, path: Any, begin: State) -> Balance
     for f0, f1, x0, x1 in zip(first.forces, last.forces, first.places, last.places):
         works.append((float(f0 @ (x1 - x0)), float(f1 @ (x1 - x0))))
     through_contact = float(last.contact @ du)
+    carried = float(np.abs(last.contact) @ np.abs(end.u[:n]))
     table = problem.comm.allreduce(np.array([*works, (through_contact,) * 2]))
     taken = sum(max(one.friction_work(), 0.0) for one in contact.contacts)
     taken += _stored(problem) - held
@@ -150,6 +157,7 @@ def balance_of_step(problem: CoupledProblem, path: Any, begin: State) -> Balance
         least=float(table[:-1].min(axis=1).sum()) - taken,
         size=float(np.abs(table).max(axis=1).sum()) + abs(taken),
         ripple=ripple + _ripple(problem),
+        held=problem.comm.allreduce(carried),
     )
 
 

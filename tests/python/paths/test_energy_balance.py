@@ -1,5 +1,7 @@
 """Energy balance of steps: ways that are not asked for may not jump."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from load_paths import top_moves
@@ -16,7 +18,7 @@ from raymortar import (
     SNESSolver,
     rigid,
 )
-from raymortar.paths.energy_balance import MISSING, RIPPLE, balance_of_step
+from raymortar.paths.energy_balance import MISSING, RIPPLE, Balance, balance_of_step
 from raymortar.paths.load_path import PrescribedPath
 from raymortar.paths.step_sizes import StepSizes
 from raymortar.paths.strategies import FULL, VISCOUS, Strategies
@@ -114,6 +116,13 @@ def test_a_jump_that_needs_energy_is_refused(monkeypatch):
         for step in steps:
             path.append((step.factor, step.strategy, step.released))
     assert path == [(4.45, FULL, 0.0)]
+
+
+def test_a_step_in_which_nothing_happens_lacks_nothing():
+    """Its energies are rounding of what the bodies hold."""
+    nothing = Balance(most=-3e-18, least=-3e-18, size=3e-18, ripple=0.0, held=1.0)
+    assert not nothing.lacks_energy
+    assert replace(nothing, held=1e-12).lacks_energy
 
 
 @pytest.mark.mpi
