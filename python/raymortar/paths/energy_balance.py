@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..compat import Array
 from ..interface.point_results import resultant_on
 from ..interface.state import State
+from ..problem import CoupledProblem
 from ..results.energies import work_on_gaps
-
-if TYPE_CHECKING:
-    from ..problem import CoupledProblem
-    from ..rigid.body import Body
+from .body_columns import rigid_bodies
+from .load_path import PrescribedPath
 
 # Energy that may be missing, over all energies of the step. Where forces grow with
 # displacements none is
@@ -69,25 +68,10 @@ class Balance:
         return self.least if self.least > clear else 0.0
 
 
-@dataclass(frozen=True)
-class _Supplied:
-    """Forces from outside in one state, and where they act, on this rank.
-
-    Attributes
-    ----------
-    forces, places
-        Of supports, of loads on free rigid bodies and of moved tools, by kind.
-    contact
-        Contact forces at owned dofs of u.
-    """
-
-    forces: tuple[Array, ...]
-    places: tuple[Array, ...]
-    contact: Array
-
-
-def balance_of_step(problem: CoupledProblem, path: Any, begin: State) -> Balance:
-    """Balance of the step from a state to the present one. Collective.
+def balance_of_step(
+    problem: CoupledProblem, path: PrescribedPath, begin: State
+) -> Balance:
+    """Balance the energies of the step from a state to the present one. Collective.
 
     Stored energy grows by the work of the form's forces along the straight line between
     both states. All other work is bounded by that of the forces at either end: they lie
@@ -98,27 +82,29 @@ def balance_of_step(problem: CoupledProblem, path: Any, begin: State) -> Balance
     problem
         Of one displacement.
     path
-        `PrescribedPath`, which sets the loads of both ends.
+        Sets the loads of both ends.
     begin
-        Where the step began.
+        State at the start of the step.
     """
     contact: Any = problem.contact
     end = contact.state()
-    n = contact.layout.n_u
-    du = (end.u - begin.u)[:n]
+    du = (end.u - begin.u)[: contact.layout.n_u]
     path.set_first_loads()
     contact.restore(begin)
-    first, volume = _supplied(problem), _volume_forces(problem)
+    volume = _volume_forces(problem)
+    first = _supplied(problem, _contact_forces(problem) + volume)
     held, ripple = _stored(problem), _ripple(problem)
     path.begin()
     loads = float((volume - _volume_forces(problem)) @ du)
-    potential = _work_of_form(problem, begin, end) @ du
+    potential = float(_work_of_form(problem, begin, end) @ du)
     contact.restore(end)
-    last = _supplied(problem)
-    works = [(float(-potential - loads), float(-potential))]
-    for f0, f1, x0, x1 in zip(first.forces, last.forces, first.places, last.places):
-        works.append((float(f0 @ (x1 - x0)), float(f1 @ (x1 - x0))))
-    through_contact = float(last.contact @ du)
+    tractions = _contact_forces(problem)
+    last = _supplied(problem, tractions + _volume_forces(problem))
+    works = [(-potential - loads, -potential)]
+    for (force, place), (new_force, new_place) in zip(first, last):
+        way = new_place - place
+        works.append((float(force @ way), float(new_force @ way)))
+    through_contact = float(tractions @ du)
     table = problem.comm.allreduce(np.array([*works, (through_contact,) * 2]))
     taken = sum(max(one.friction_work(), 0.0) for one in contact.contacts)
     taken += _stored(problem) - held
@@ -131,8 +117,7 @@ def balance_of_step(problem: CoupledProblem, path: Any, begin: State) -> Balance
 
 
 def _stored(problem: CoupledProblem) -> float:
-    """Energy in penalties. That in friction springs is part of the work of friction.
-    Collective."""
+    """Sum the energy in penalties; springs of friction count as its work. Collective."""
     return sum(
         one.stored_energy("total" if one.friction is None else "normal")
         for one in problem.contact.contacts
@@ -140,7 +125,7 @@ def _stored(problem: CoupledProblem) -> float:
 
 
 def _ripple(problem: CoupledProblem) -> float:
-    """Integral of |t_n g|, of contacts with multipliers. Collective."""
+    """Integrate |t_n g| over contacts with multipliers. Collective."""
     return sum(
         work_on_gaps(one.zones, problem.comm)
         for one in problem.contact.contacts
@@ -149,14 +134,24 @@ def _ripple(problem: CoupledProblem) -> float:
 
 
 def _volume_forces(problem: CoupledProblem) -> Array:
-    """Residual of the user's form at owned dofs of u. Collective."""
+    """Assemble the residual of the user's form at owned dofs of u. Collective."""
     forces: Array = problem.volume.forces(problem.bcs)[problem.contact.host.u_owned]
     return forces
 
 
+def _contact_forces(problem: CoupledProblem) -> Array:
+    """Assemble the contact forces at owned dofs of u. Collective."""
+    contact, vector = problem.contact, problem.create_vector()
+    contact.assemble_vector(vector)
+    vector.assemble()
+    rows = vector.getArray(readonly=True)[: contact.layout.n]
+    forces: Array = rows[contact.host.u_owned].copy()
+    vector.destroy()
+    return forces
+
+
 def _work_of_form(problem: CoupledProblem, begin: State, end: State) -> Array:
-    """Mean of the form's forces on the line between two states. The unknowns are
-    elsewhere afterwards. Collective."""
+    """Average the form's forces between two states; leave u elsewhere. Collective."""
     host, mean = problem.contact.host, np.zeros(problem.contact.layout.n_u)
     a, b = (one.u if one.unknowns is None else one.unknowns for one in (begin, end))
     for place, weight in zip(PLACES, WEIGHTS):
@@ -165,47 +160,30 @@ def _work_of_form(problem: CoupledProblem, begin: State, end: State) -> Array:
     return mean
 
 
-def _supplied(problem: CoupledProblem) -> _Supplied:
-    """Forces from outside in the present state. Collective."""
-    contact, vector = problem.contact, problem.create_vector()
-    contact.assemble_vector(vector)
-    vector.assemble()
-    rows = vector.getArray(readonly=True)[: contact.layout.n][contact.host.u_owned]
-    vector.destroy()
-    held = np.where(problem.constrained, rows + _volume_forces(problem), 0.0)
-    bodies = dict.fromkeys(b for zone in contact.zones for b in zone.facets.bodies)
-    tools = [_drive(problem, body) for body in bodies]
-    # Values that all ranks have alike count once
-    once = float(problem.comm.rank == 0)
-    loads = [_load(body) for body in contact.layout.bodies]
-    totals = [body.freedom.totals for body in contact.layout.bodies]
-    none = np.zeros(0)
-    forces = (
-        held,
-        once * np.concatenate([none, *loads]),
-        once * np.concatenate([none, *(force for force, _ in tools)]),
-    )
-    places = (
-        contact.u.x.array[: contact.layout.n_u].copy(),
-        np.concatenate([none, *totals]),
-        np.concatenate([none, *(place for _, place in tools)]),
-    )
-    return _Supplied(forces, places, rows)
+def _supplied(problem: CoupledProblem, residual: Array) -> list[tuple[Array, Array]]:
+    """Find forces from outside and their places, on this rank. Collective.
 
-
-def _load(body: Body) -> Array:
-    """Forces and moments of loads and springs along the unknowns of a free body."""
-    pushed, lever = body.pushed()[0], body.freedom.lever or 1.0
-    return np.where(body.freedom.is_turn, lever * pushed, pushed)
-
-
-def _drive(problem: CoupledProblem, body: Body) -> tuple[Array, Array]:
-    """Force and moment that hold a tool against contact, (6,), and its prescribed
-    translation and rotation. Collective."""
-    found, gdim = resultant_on(problem.contact.zones, body, problem.comm), 3
-    force, moment = np.zeros(3), np.zeros(3)
-    force[: len(found.force)] = found.force
-    moment[gdim - np.size(found.moment) :] = found.moment
-    motion = body.motion()
-    moved = motion[:3] - body.freedom.translation
-    return -np.concatenate([force, moment]), np.concatenate([moved, motion[3:6]])
+    They are those of supports, of loads on free rigid bodies and of moved tools.
+    """
+    contact = problem.contact
+    held = np.where(problem.constrained, residual, 0.0)
+    loads, tools = [], []
+    for body in contact.layout.bodies:
+        pushed, lever = body.pushed()[0], body.freedom.lever or 1.0
+        load = np.where(body.freedom.is_turn, lever * pushed, pushed)
+        loads.append((load, body.freedom.totals))
+    for body in rigid_bodies(contact.zones):
+        on = resultant_on(contact.zones, body, problem.comm)
+        force, moment = np.zeros(3), np.zeros(3)
+        force[: len(on.force)] = on.force
+        moment[3 - np.size(on.moment) :] = on.moment
+        motion = body.motion()
+        moved = motion[:3] - body.freedom.translation
+        place = np.concatenate([moved, motion[3:6]])
+        tools.append((-np.concatenate([force, moment]), place))
+    found = [(held, contact.u.x.array[: contact.layout.n_u].copy())]
+    for pairs in filter(None, (loads, tools)):
+        forces, places = (np.concatenate(column) for column in zip(*pairs))
+        # Values that all ranks have alike count once
+        found.append((forces if problem.comm.rank == 0 else 0.0 * forces, places))
+    return found
