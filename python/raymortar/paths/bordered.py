@@ -78,8 +78,9 @@ class LedPath(PrescribedPath, ABC):
 
     @property
     def led(self) -> Mask:
-        """Whether an owned dof of u leads the path: an arc's length counts all."""
-        return np.ones(self._n, dtype=bool)
+        """Whether an owned dof of u leads the path; an arc's length counts all."""
+        weights = self.led_weights
+        return np.ones(self._n, dtype=bool) if weights is None else weights != 0.0
 
     @property
     def next(self) -> float:
@@ -149,14 +150,7 @@ class LedPath(PrescribedPath, ABC):
                 return iteration, " (the linear solver failed)"
             iteration += 1
 
-    def _correct(
-        self,
-        x: PETSc.Vec,
-        b: PETSc.Vec,
-        slope: PETSc.Vec,
-        b_step: PETSc.Vec,
-        slope_step: PETSc.Vec,
-    ) -> bool:
+    def _correct(self, x: PETSc.Vec, b: PETSc.Vec, *work: PETSc.Vec) -> bool:
         """Move to the next iterate; return False if there is none. Collective.
 
         The change -X of x has A X = b + dt slope, and g X = c + e dt. A spring s at the
@@ -164,7 +158,7 @@ class LedPath(PrescribedPath, ABC):
         points and where nothing but contact holds what leads: with z = s A^-1 e_k,
         X = A^-1 b + dt A^-1 slope + X_k z.
         """
-        given, n = self._given, self._n
+        given, n, (slope, b_step, slope_step) = self._given, self._n, work
         self._differentiate(slope, b_step)
         g, by_factor, right = self.row()
         spring = self._spring(g)

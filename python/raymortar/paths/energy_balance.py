@@ -93,7 +93,7 @@ def balance_of_step(
     contact.restore(begin)
     volume = _volume_forces(problem)
     first = _supplied(problem, _contact_forces(problem) + volume)
-    held, ripple = _stored(problem), _ripple(problem)
+    held, ripple = _in_contact(problem)
     path.begin()
     loads = float((volume - _volume_forces(problem)) @ du)
     potential = float(_work_of_form(problem, begin, end) @ du)
@@ -107,30 +107,27 @@ def balance_of_step(
     through_contact = float(tractions @ du)
     table = problem.comm.allreduce(np.array([*works, (through_contact,) * 2]))
     taken = sum(max(one.friction_work(), 0.0) for one in contact.contacts)
-    taken += _stored(problem) - held
+    stored, ripple_now = _in_contact(problem)
+    taken += stored - held
     return Balance(
         most=float(table[:-1].max(axis=1).sum()) - taken,
         least=float(table[:-1].min(axis=1).sum()) - taken,
         size=float(np.abs(table).max(axis=1).sum()) + abs(taken),
-        ripple=ripple + _ripple(problem),
+        ripple=ripple + ripple_now,
     )
 
 
-def _stored(problem: CoupledProblem) -> float:
-    """Sum the energy in penalties; springs of friction count as its work. Collective."""
-    return sum(
-        one.stored_energy("total" if one.friction is None else "normal")
-        for one in problem.contact.contacts
-    )
+def _in_contact(problem: CoupledProblem) -> tuple[float, float]:
+    """Sum the energy in penalties, and |t_n g| where multipliers act. Collective.
 
-
-def _ripple(problem: CoupledProblem) -> float:
-    """Integrate |t_n g| over contacts with multipliers. Collective."""
-    return sum(
-        work_on_gaps(one.zones, problem.comm)
-        for one in problem.contact.contacts
-        if one.multiplier is not None and one.tied is None
-    )
+    Energy in springs of friction counts as its work.
+    """
+    stored = ripple = 0.0
+    for one in problem.contact.contacts:
+        stored += one.stored_energy("total" if one.friction is None else "normal")
+        if one.multiplier is not None and one.tied is None:
+            ripple += work_on_gaps(one.zones, problem.comm)
+    return stored, ripple
 
 
 def _volume_forces(problem: CoupledProblem) -> Array:

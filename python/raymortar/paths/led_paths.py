@@ -9,7 +9,7 @@ import ufl
 from dolfinx import fem
 
 from .. import compat
-from ..compat import Array, Mask
+from ..compat import Array
 from ..convergence.balance import EPS
 from ..errors import ConvergenceError
 from ..interface.state import go_back
@@ -30,15 +30,8 @@ Change = tuple[Array, float]
 class DisplacementPath(LedPath):
     """Lead steps by a mean displacement or a functional. Collective."""
 
-    def __init__(
-        self,
-        solver: Any,
-        apply: Any,
-        ends: tuple[float, float],
-        sizes: StepSizes,
-        control: DisplacementControl,
-    ) -> None:
-        super().__init__(solver, apply, ends, sizes)
+    def __init__(self, control: DisplacementControl, *given: Any) -> None:
+        super().__init__(*given)
         self._by, self._functional = float(control.by), None
         if isinstance(control.where, ufl.Form):
             test = ufl.TestFunction(self._u.function_space)
@@ -56,11 +49,6 @@ class DisplacementPath(LedPath):
         else:
             mine = self._weights @ self._u.x.array[: self._n]
         return float(self._comm.allreduce(float(mine)))
-
-    @property
-    def led(self) -> Mask:
-        """Whether an owned dof of u leads the path. Collective."""
-        return self.led_weights != 0.0
 
     @property
     def led_weights(self) -> Array:
@@ -111,19 +99,12 @@ class ArcSizes(StepSizes):
 class ArcPath(LedPath):
     """Take steps of given length until the load factor meets the end. Collective."""
 
-    def __init__(
-        self,
-        solver: Any,
-        apply: Any,
-        ends: tuple[float, float],
-        sizes: ArcSizes,
-        control: ArcLength,
-    ) -> None:
-        super().__init__(solver, apply, ends, sizes)
+    def __init__(self, control: ArcLength, *given: Any) -> None:
+        super().__init__(*given)
         self._psi, self._most = float(control.psi), control.most
         self._nodes = self._u.function_space.dofmap.index_map.size_global
         # First change of the load factor. Its sign says which way the path sets out
-        towards = (ends[1] - ends[0]) * sizes.part
+        towards = (self._ends[1] - self._ends[0]) * self.sizes.part
         self._towards = -towards if control.falling else towards
         # Radius of the first step. None: the first solve finds it
         self._first = control.radius

@@ -35,16 +35,7 @@ from .stabilization import Stabilization
 from .strategies import Strategies
 
 # Arguments that all ranks must be given alike
-_AGREED = (
-    "steps",
-    "max_halvings",
-    "extrapolate",
-    "largest",
-    "easy",
-    "path",
-    "strategy",
-    "stabilize",
-)
+_AGREED = "steps", "max_halvings", "extrapolate", "largest", "easy", "path"
 
 
 class LoadSteps:
@@ -161,6 +152,8 @@ class LoadSteps:
             solver=type(solver).__name__,
             history=history is not None,
             output=output is not None,
+            strategy=strategy,
+            stabilize=stabilize,
             control=type(control).__name__,
             **{name: getattr(self, name) for name in _AGREED},
         )
@@ -211,9 +204,9 @@ class LoadSteps:
         control, given = self.control, (self.solver, self._apply, self.path)
         limits = self.steps, self.max_halvings, self.largest, self.easy
         if isinstance(control, ArcLength):
-            return ArcPath(*given, ArcSizes(*limits), control)
+            return ArcPath(control, *given, ArcSizes(*limits))
         if isinstance(control, DisplacementControl):
-            return DisplacementPath(*given, StepSizes(*limits), control)
+            return DisplacementPath(control, *given, StepSizes(*limits))
         return PrescribedPath(*given, StepSizes(*limits))
 
     def _steps(self, progress: Progress) -> Iterator[LoadStep]:
@@ -221,10 +214,8 @@ class LoadSteps:
         problem = self.solver.problem
         contact, path = problem.contact, self._new_path()
         self._path = path
-        one_mesh = len(contact.host.displacements) == 1
-        viscous = self.control is None and self._stabilization is None and one_mesh
-        automatic = self.strategy == "auto"
-        ways = Strategies(path, self.extrapolate, automatic, viscous, progress.trying)
+        options = self.extrapolate, self.strategy == "auto", self._may_be_viscous
+        ways = Strategies(path, *options, progress.trying)
         tools, deep, tilted = (
             ToolsOnPath(contact),
             DeepPoints(problem),
@@ -270,30 +261,30 @@ class LoadSteps:
             contact.advance()
             path.sizes.accept(iterations)
             last = before
-            problem.steps_accepted += 1
+            count = problem.steps_accepted = problem.steps_accepted + 1
             yield LoadStep(
-                path.factor,
-                iterations,
-                self.halvings,
-                ways.used,
-                problem.steps_accepted,
-                ways.released,
+                path.factor, iterations, self.halvings, ways.used, count, ways.released
             )
         ways.finish()
         tools.warn()
 
+    @property
+    def _may_be_viscous(self) -> bool:
+        """Whether viscous forces are possible and not yet used."""
+        possible = self._problem.in_use.may_be_viscous
+        return possible and self.control is None and self._stabilization is None
+
     def _solve(self, ways: Strategies, now: State, last: State | None) -> int:
         """Solve a step from the present state; return the iterations."""
         problem, path = self.solver.problem, self._path
-        in_use: dict[str, Any] = {
-            "steps": True,
-            "automatic": self.strategy == "auto",
-            "controlled": self.control is not None,
-            "led": path.led_weights,
-        }
-        if self.control is not None or self._stabilization is not None:
-            in_use["may_be_viscous"] = False
-        with problem.silent_about_doubt(), problem.as_part(**in_use):
+        in_use = problem.as_part(
+            steps=True,
+            automatic=self.strategy == "auto",
+            controlled=self.control is not None,
+            led=path.led_weights,
+            may_be_viscous=self._may_be_viscous,
+        )
+        with problem.silent_about_doubt(), in_use:
             if self._stabilization is None:
                 iterations = ways.solve(now, last, path.sizes.ratio)
             else:

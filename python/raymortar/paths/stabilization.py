@@ -203,30 +203,19 @@ class Stabilization:
         ConvergenceError
             If the forces do not fade.
         """
-        work, share = self.work, self.share
-        try:
-            return self._fade(solve)
-        except FAILURES:
-            self.work, self.share = work, share  # the step is taken back
-            raise
-
-    def _fade(self, solve: Callable[[], int]) -> int:
-        """Solve one step under forces that fade."""
-        scale, iterations = SHARE * self._factor, 0
+        scale, iterations, work = SHARE * self._factor, 0, 0.0
         most = MOST if self._most is None else self._most
         for _ in range(most):
             asked = scale
             more, scale = self._under(scale, solve)
             iterations += more
-            work, self.share = self._viscosity.measure()
-            self.work += work
-            if self.share <= NEARLY:
-                last = self._without(solve)
-                if last is not None:
-                    self.share = 0.0
-                    return iterations + last
-            if self.share <= REST:
-                return iterations
+            done, share = self._viscosity.measure()
+            work += done
+            last = self._without(solve) if share <= NEARLY else None
+            if last is not None or share <= REST:
+                self.work += work
+                self.share = share if last is None else 0.0
+                return iterations + (last or 0)
             if self._loose.any() and not self._contact.statistics.active_points:
                 self._contact.advance()  # a flight is no slip
             # Forces that let motions keep to their limit. Where weaker ones have just
@@ -236,7 +225,7 @@ class Stabilization:
             scale *= max(least, min(1.0, loose / (0.8 * self._limit)))
         raise ConvergenceError(
             f"viscous forces have not faded after {most} solves: they are "
-            f"{self.share:.3g} of all forces of a body that nothing holds"
+            f"{share:.3g} of all forces of a body that nothing holds"
         )
 
     def _under(self, scale: float, solve: Callable[[], int]) -> tuple[int, float]:
@@ -247,9 +236,9 @@ class Stabilization:
             try:
                 with self._viscosity.acting(scale):
                     iterations = solve()
-            except SetUpError:
-                raise
-            except FAILURES:
+            except FAILURES as failure:
+                if isinstance(failure, SetUpError):
+                    raise
                 self._contact.restore(before)
                 if attempt == ATTEMPTS - 1:
                     raise

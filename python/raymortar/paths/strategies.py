@@ -283,11 +283,10 @@ class Strategies:
     @cached_property
     def _capped(self) -> CappedSolver | None:
         solver = self.solver
-        plain = isinstance(solver, SNESSolver) or (
-            isinstance(solver, NewtonSolver)
-            and solver.convergence_criterion == "residual"
-        )
-        return CappedSolver(solver) if plain else None
+        if not isinstance(solver, (NewtonSolver, SNESSolver)):
+            return None
+        criterion = getattr(solver, "convergence_criterion", "residual")
+        return CappedSolver(solver) if criterion == "residual" else None
 
     @cached_property
     def _searching(self) -> SNESSolver | None:
