@@ -122,8 +122,7 @@ class ArcLength(Options):
 
 
 def mean_weights(control: DisplacementControl, u: Any) -> Array:
-    """Weights of the owned dofs. Their product with u is the mean displacement of the
-    nodes along a direction. Collective."""
+    """Weigh the owned dofs for a mean displacement along a direction. Collective."""
     V = u.function_space
     comm, dim = V.mesh.comm, V.dofmap.index_map_bs
     with together(comm):
@@ -144,7 +143,7 @@ def mean_weights(control: DisplacementControl, u: Any) -> Array:
 
 
 def _vector(direction: Any, dim: int) -> Array:
-    """A direction as a vector (d,)."""
+    """Take a component or a vector as a vector (d,)."""
     if is_whole_number(direction):
         if not 0 <= direction < dim:
             raise ContactError(f"direction {direction} is none of {dim} components")
@@ -156,7 +155,7 @@ def _vector(direction: Any, dim: int) -> Array:
 
 
 def _dofs(where: Any, V: Any) -> Indices | None:
-    """Block dofs of a place; None for a point."""
+    """Find the block dofs of a place; return None for a point."""
     if callable(where):
         found = fem.locate_dofs_geometrical(V, where)
         return np.asarray(found, dtype=np.int32)
@@ -194,8 +193,7 @@ def _warn_of_facets(dofs: Indices, V: Any) -> None:
 
 
 def _nearest(point: Array, V: Any) -> Indices:
-    """The owned node that is nearest to a point, on the rank that owns it.
-    Collective."""
+    """Find the node nearest to a point, on the rank that owns it. Collective."""
     n, dim = V.dofmap.index_map.size_local, V.mesh.geometry.dim
     x = V.tabulate_dof_coordinates()[:n, :dim]
     distances = np.linalg.norm(x - point[:dim], axis=1)

@@ -146,6 +146,8 @@ class LoadSteps:
         with together(comm):
             check_progress(progress)
             check_arguments(self)
+        # Python's own numbers
+        self.steps, self.max_halvings = int(steps), int(max_halvings)
         self.path = float(path[0]), float(path[1])
         require_agreement(
             comm,
@@ -216,12 +218,8 @@ class LoadSteps:
         self._path = path
         options = self.extrapolate, self.strategy == "auto", self._may_be_viscous
         ways = Strategies(path, *options, progress.trying)
-        tools, deep, tilted = (
-            ToolsOnPath(contact),
-            DeepPoints(problem),
-            TiltedFacets(contact),
-        )
-        last, snapped = None, False
+        tools, tilted = ToolsOnPath(contact), TiltedFacets(contact)
+        deep, last, snapped = DeepPoints(problem), None, False
         tools.look()
         while not path.ended:
             before = contact.state()
@@ -311,7 +309,7 @@ class LoadSteps:
 
 
 def _snap(factor: float, ways: Strategies) -> str:
-    """A warning that a step has passed a snap."""
+    """Say that a step has passed a snap."""
     return (
         f"a snap was passed before load factor {factor:.6g}, by way of "
         f'"{ways.used}": it sets an energy of {ways.released:.3g} free, and without '
