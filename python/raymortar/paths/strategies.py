@@ -59,13 +59,15 @@ def solve_by_small_gamma(solver: Any) -> int:
     return iterations + iterations_of(solver)
 
 
-def solve_with_small_gamma(solver: Any) -> int:
-    """Solve with a tenth of gamma, which stays. Collective.
+def solve_with_small_gamma(solver: Any, kept: list[Any] | None = None) -> int:
+    """Solve with a tenth of gamma, which stays; note the given one. Collective.
 
     With a multiplier, this solution is as good as the one with gamma: both meet the
     contact conditions in the mean.
     """
-    _reduce_gamma(_with_multipliers(solver.problem.contact))
+    given = _reduce_gamma(_with_multipliers(solver.problem.contact))
+    if kept is not None:
+        kept.append(given)
     return iterations_of(solver)
 
 
@@ -251,7 +253,7 @@ class Strategies:
             yield LINE_SEARCH, partial(iterations_of, self._searching)
             yield BOTH, partial(solve_by_small_gamma, self._searching)
         if len(self._given) < MOST_KEPT and _with_multipliers(self._contact):
-            yield KEPT, self._keep_small_gamma
+            yield KEPT, partial(solve_with_small_gamma, solver, self._given)
         if self._viscous is not None and self._viscous.is_of_use():
             plain = partial(iterations_of, solver)
             yield VISCOUS, partial(self._viscous.solve, plain)
@@ -261,12 +263,6 @@ class Strategies:
         self._path.extrapolate(ratio)
         extrapolate(self._contact, now, last, ratio)
         return iterations_of(self.solver)
-
-    def _keep_small_gamma(self) -> int:
-        """Solve with a tenth of gamma, and keep it for the rest of the path."""
-        contacts = _with_multipliers(self._contact)
-        self._given.append([contact.gamma for contact in contacts])
-        return solve_with_small_gamma(self.solver)
 
     def _set_kept(self, gammas: list[Any]) -> None:
         """Give reduced coefficients back. Collective."""
