@@ -18,11 +18,6 @@ from .history import History
 
 STRATEGIES = ("auto", "halve")
 
-_POSITIONAL = (
-    inspect.Parameter.POSITIONAL_ONLY,
-    inspect.Parameter.POSITIONAL_OR_KEYWORD,
-)
-
 
 def check_solver(solver: Any) -> None:
     """Raise unless `solver` is a solver of a problem."""
@@ -116,7 +111,7 @@ def with_size(apply: Any) -> Callable[[float, float], Any]:
         found = list(inspect.signature(apply).parameters.values())
     except (TypeError, ValueError):  # some built-in functions have no signature
         pass
-    asked = [p for p in found if p.default is p.empty and p.kind in _POSITIONAL]
-    if len(asked) == 2:
+    positional = (p for p in found if p.kind <= p.POSITIONAL_OR_KEYWORD)
+    if sum(p.default is p.empty for p in positional) == 2:
         return apply
     return lambda factor, size: apply(factor)
