@@ -269,8 +269,8 @@ class LoadSteps:
     @property
     def _may_be_viscous(self) -> bool:
         """Whether viscous forces are possible and not yet used."""
-        possible = self._problem.in_use.may_be_viscous
-        return possible and self.control is None and self._stabilization is None
+        one_mesh = len(self._problem.contact.host.displacements) == 1
+        return one_mesh and self.control is None and self._stabilization is None
 
     def _solve(self, ways: Strategies, now: State, last: State | None) -> int:
         """Solve a step from the present state; return the iterations."""
