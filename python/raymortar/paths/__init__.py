@@ -1,8 +1,11 @@
-"""Paths of load steps: sizes, strategies, control, history, files.
+"""Paths of load steps: sizes, ways, control, history, files.
 
-- load_steps: `LoadSteps`
-- strategies: what is tried before a step is halved
-- control, constraints, bordered: paths led by a displacement or an arc
-- stabilization, viscosity: viscous forces that fade
-- history, output, progress: what is written of a path
+- load_steps: `LoadSteps`, the one loop over steps; load_step_checks: its arguments
+- load_path, bordered, led_paths: paths that the load factor, a displacement or an arc
+  leads, behind one interface
+- control: what a user chooses to lead a path
+- strategies: ways that are tried before a step is halved
+- stabilization: viscous forces that fade
+- energy_balance: balance that tells a path of equilibria from a jump
+- history, body_columns, output, progress: records of a path
 """

@@ -1,33 +1,24 @@
-"""What a history records of rigid bodies."""
+"""Columns of a history on rigid bodies."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
 from ..compat import Array
 from ..rigid.body import Body
 
-if TYPE_CHECKING:
-    from ..interaction import Interaction
-    from ..interface.zones import ZoneData
 
-
-def rigid_bodies(zones: Sequence[ZoneData]) -> list[Body]:
-    """The rigid bodies that slaves meet, each once."""
+def rigid_bodies(zones: Sequence[Any]) -> list[Body]:
+    """List the rigid bodies that slaves meet, each once."""
     return list(dict.fromkeys(b for zone in zones for b in zone.facets.bodies))
 
 
 class BodyColumns:
-    """Force, moment, motion and work of the rigid bodies of a contact or of several.
-
-    Parameters
-    ----------
-    contact
-        The contact, or `interactions.Interactions` of several.
+    """Record force, moment, motion and work of the rigid bodies of a contact.
 
     Attributes
     ----------
@@ -35,58 +26,47 @@ class BodyColumns:
         Names of the columns, in the order of `values`.
     """
 
-    def __init__(self, contact: Interaction) -> None:
+    def __init__(self, contact: Any) -> None:
         self._contact = contact
         self._bodies = rigid_bodies(contact.zones)
         self._dim = contact.u.function_space.mesh.geometry.dim
         plain = [re.sub(r"[^0-9A-Za-z]", "_", body.name) for body in self._bodies]
-        self._labels = [
+        labels = [
             f"{label}_{k}" if plain.count(label) > 1 else label
             for k, label in enumerate(plain)
         ]
+        self._columns = [self._names(label) for label in labels]
         self._begin = [self._motion(body) for body in self._bodies]
-        self.names = [name for label in self._labels for name in self._columns(label)]
+        self.names = [name for columns in self._columns for name in columns]
 
-    def _columns(self, label: str) -> list[str]:
-        axes = "xyz"[: self._dim]
-        straight = [
-            f"{what}_{label}_{x}" for what in ("push", "translation") for x in axes
-        ]
-        turns = [f"{what}_{label}" for what in ("moment", "rotation")]
-        if self._dim == 3:
-            turns = [f"{turn}_{x}" for turn in turns for x in axes]
-        return [*straight, *turns, f"work_{label}"]
+    def _names(self, label: str) -> list[str]:
+        """Name push, translation, moment, rotation and work of a body."""
+        axes = [f"_{x}" for x in "xyz"[: self._dim]]
+        turns = axes if self._dim == 3 else [""]
+        names = [f"push_{label}", f"translation_{label}"]
+        found = [name + x for name in names for x in axes]
+        names = [f"moment_{label}", f"rotation_{label}"]
+        return [*found, *(name + x for name in names for x in turns), f"work_{label}"]
 
     def _motion(self, body: Body) -> Array:
-        """Translation and rotation, in the order of the columns."""
+        """Join translation and rotation."""
         turn = body.rotation if self._dim == 3 else body.rotation[2:]
         return np.concatenate([body.translation[: self._dim], turn])
 
     def values(self, last: Mapping[str, float] | None) -> list[float]:
-        """The columns at the last update. Collective.
-
-        Parameters
-        ----------
-        last
-            The last record by column. None before the first one.
-        """
+        """Find the columns at the last update, given the last record. Collective."""
         found: list[float] = []
-        for body, label, begin in zip(self._bodies, self._labels, self._begin):
+        for body, names, begin in zip(self._bodies, self._columns, self._begin):
             on = self._contact.results.resultant_on(body)
             force, moment = on.force, np.atleast_1d(on.moment)
-            if on.radial is not None:  # radial tractions do work where a ring is
-                # widened
+            if on.radial is not None:  # work is done where a ring is widened
                 force = np.array([on.radial, force[1]])
             load, motion = np.concatenate([force, moment]), self._motion(body)
-            before, work = np.zeros_like(load), 0.0
+            before, work, d = np.zeros_like(load), 0.0, self._dim
             if last is not None:
-                *columns, known = self._columns(label)
-                row = np.array([last[name] for name in columns])
-                d, t = self._dim, len(moment)
-                before = np.concatenate([row[:d], row[2 * d : 2 * d + t]])
-                begin = np.concatenate([row[d : 2 * d], row[2 * d + t :]])
-                work = last[known]
+                *row, work = (last[name] for name in names)
+                push, way, twist, turn = np.split(row, [d, 2 * d, d + len(load)])
+                before, begin = np.append(push, twist), np.append(way, turn)
             work -= float(0.5 * (load + before) @ (motion - begin))
-            parts = force, motion[: self._dim], moment, motion[self._dim :]
-            found += [*np.concatenate(parts).tolist(), work]
-        return found
+            found += [*force, *motion[:d], *moment, *motion[d:], work]
+        return list(map(float, found))

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from typing import Any
 
+from mpi4py import MPI
+
 import numpy as np
 import ufl
+from dolfinx import fem
 
+from .. import compat
 from ..checked import Options, is_real_number, is_truth_value, is_whole_number
-from ..errors import ContactError
+from ..compat import Array, Indices
+from ..errors import ContactError, ContactWarning, together
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +62,7 @@ class DisplacementControl(Options):
             raise ContactError(
                 "direction must be a component or a vector; of a functional, None"
             )
-        if not functional and not is_component(self.direction):
+        if not functional and not is_whole_number(self.direction):
             vector = np.asarray(self.direction)
             numbers = vector.dtype.kind in "iuf" and vector.ndim == 1
             if not (numbers and np.isfinite(vector).all() and vector.any()):
@@ -115,6 +121,84 @@ class ArcLength(Options):
             raise ContactError(f"falling must be True or False, not {self.falling!r}")
 
 
-def is_component(direction: Any) -> bool:
-    """Whether a direction is the number of a component."""
-    return is_whole_number(direction)
+def mean_weights(control: DisplacementControl, u: Any) -> Array:
+    """Weigh the owned dofs for a mean displacement along a direction. Collective."""
+    V = u.function_space
+    comm, dim = V.mesh.comm, V.dofmap.index_map_bs
+    with together(comm):
+        direction = _vector(control.direction, dim)
+        found = _dofs(control.where, V)
+    if found is None:
+        found = _nearest(np.asarray(control.where, dtype=float), V)
+    dofs: Indices = found
+    dofs = np.unique(dofs[dofs < V.dofmap.index_map.size_local])
+    count = comm.allreduce(len(dofs))
+    if not count:
+        raise ContactError("where names no dof of the displacement")
+    if isinstance(control.where, np.ndarray) and count > 1:
+        _warn_of_facets(dofs, V)
+    weights = np.zeros((V.dofmap.index_map.size_local, dim))
+    weights[dofs] = direction / count
+    return weights.ravel()
+
+
+def _vector(direction: Any, dim: int) -> Array:
+    """Take a component or a vector as a vector (d,)."""
+    if is_whole_number(direction):
+        if not 0 <= direction < dim:
+            raise ContactError(f"direction {direction} is none of {dim} components")
+        return np.eye(dim)[direction]
+    vector = np.asarray(direction, dtype=float)
+    if vector.shape != (dim,):
+        raise ContactError(f"direction must have {dim} entries, not {len(vector)}")
+    return vector
+
+
+def _dofs(where: Any, V: Any) -> Indices | None:
+    """Find the block dofs of a place; return None for a point."""
+    if callable(where):
+        found = fem.locate_dofs_geometrical(V, where)
+        return np.asarray(found, dtype=np.int32)
+    array = np.asarray(where)
+    if isinstance(where, np.ndarray) and array.dtype.kind in "iu" and array.ndim == 1:
+        index_map = V.dofmap.index_map
+        count = index_map.size_local + index_map.num_ghosts
+        if len(array) and not 0 <= array.min() <= array.max() < count:
+            raise ContactError("where has dofs that the displacement's space has not")
+        return array
+    dim = V.mesh.geometry.dim
+    if array.dtype.kind not in "iuf" or array.shape not in ((dim,), (3,)):
+        raise ContactError(
+            "where must be an array of dofs, a function of coordinates, a point "
+            f"({dim},) or a UFL functional, not {where!r}"
+        )
+    return None
+
+
+def _warn_of_facets(dofs: Indices, V: Any) -> None:
+    """Warn of dofs off the boundary with the numbers of facets on it. Collective."""
+    mesh = V.mesh
+    facets = compat.exterior_facets(mesh)
+    ends = fem.locate_dofs_topological(V, mesh.topology.dim - 1, facets)
+    are_facets = mesh.comm.allreduce(bool(np.isin(dofs, facets).all()), op=MPI.LAND)
+    inside = mesh.comm.allreduce(len(np.setdiff1d(dofs, ends)))
+    if are_facets and inside:
+        warnings.warn(
+            f"where has {inside} dof(s) inside the bodies, and all its numbers are those "
+            "of facets on the boundary: for the nodes of facets give "
+            "fem.locate_dofs_topological(V, mesh.topology.dim - 1, facets)",
+            ContactWarning,
+            stacklevel=2,
+        )
+
+
+def _nearest(point: Array, V: Any) -> Indices:
+    """Find the node nearest to a point, on the rank that owns it. Collective."""
+    n, dim = V.dofmap.index_map.size_local, V.mesh.geometry.dim
+    x = V.tabulate_dof_coordinates()[:n, :dim]
+    distances = np.linalg.norm(x - point[:dim], axis=1)
+    mine = float(distances.min(initial=np.inf))
+    _, rank = V.mesh.comm.allreduce((mine, V.mesh.comm.rank), op=MPI.MINLOC)
+    if V.mesh.comm.rank != rank:
+        return np.empty(0, dtype=np.int32)
+    return np.array([np.argmin(distances)], dtype=np.int32)

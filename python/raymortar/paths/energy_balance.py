@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..compat import Array
 from ..interface.point_results import OPEN, pressures, resultant_on
 from ..interface.state import State
+from ..interface.zones import ZoneData
+from ..problem import CoupledProblem
 from ..results.energies import work_on_gaps
-
-if TYPE_CHECKING:
-    from ..interface.zones import ZoneData
-    from ..problem import CoupledProblem
-    from ..rigid.body import Body
+from .body_columns import rigid_bodies
+from .load_path import PrescribedPath
 
 # Energy that may be missing, over all energies of the step. Where forces grow with
 # displacements none is
@@ -80,23 +79,6 @@ class Balance:
 
 
 @dataclass(frozen=True)
-class _Supplied:
-    """Forces from outside in one state, and where they act, on this rank.
-
-    Attributes
-    ----------
-    forces, places
-        Of supports, of loads on free rigid bodies and of moved tools, by kind.
-    contact
-        Contact forces at owned dofs of u.
-    """
-
-    forces: tuple[Array, ...]
-    places: tuple[Array, ...]
-    contact: Array
-
-
-@dataclass(frozen=True)
 class _Facets:
     """Slave facets of a zone on this rank in one state, (facets,) each.
 
@@ -113,8 +95,10 @@ class _Facets:
     offset: Array
 
 
-def balance_of_step(problem: CoupledProblem, path: Any, begin: State) -> Balance:
-    """Balance of the step from a state to the present one. Collective.
+def balance_of_step(
+    problem: CoupledProblem, path: PrescribedPath, begin: State
+) -> Balance:
+    """Balance the energies of the step from a state to the present one. Collective.
 
     Stored energy grows by the work of the form's forces along the straight line between
     both states. All other work, that of interferences which grow among it, is bounded by
@@ -126,57 +110,58 @@ def balance_of_step(problem: CoupledProblem, path: Any, begin: State) -> Balance
     problem
         Of one displacement.
     path
-        `PrescribedPath`, which sets the loads of both ends.
+        Sets the loads of both ends.
     begin
-        Where the step began.
+        State at the start of the step.
     """
     contact: Any = problem.contact
     end = contact.state()
-    n = contact.layout.n_u
-    du = (end.u - begin.u)[:n]
+    du = (end.u - begin.u)[: contact.layout.n_u]
     path.set_first_loads()
     contact.restore(begin)
-    first, volume = _supplied(problem, of_begin=True), _volume_forces(problem)
-    held, ripple, was = _stored(problem), _ripple(problem), _facets(problem)
+    volume = _volume_forces(problem)
+    tractions = _contact_forces(problem)
+    first = _supplied(problem, tractions + volume, of_begin=True)
+    held, ripple = _in_contact(problem)
+    was = _facets(problem)
     path.begin()
     loads = float((volume - _volume_forces(problem)) @ du)
-    potential = _work_of_form(problem, begin, end) @ du
+    potential = float(_work_of_form(problem, begin, end) @ du)
     contact.restore(end)
-    last, now = _supplied(problem), _facets(problem)
-    works = [(float(-potential - loads), float(-potential))]
+    tractions = _contact_forces(problem)
+    last = _supplied(problem, tractions + _volume_forces(problem))
+    now = _facets(problem)
+    works = [(-potential - loads, -potential)]
     works += _works_on_offsets(was, now) + _works_on_overlaps(problem, was, now)
-    for f0, f1, x0, x1 in zip(first.forces, last.forces, first.places, last.places):
-        works.append((float(f0 @ (x1 - x0)), float(f1 @ (x1 - x0))))
-    through_contact = float(last.contact @ du)
-    carried = float(np.abs(last.contact) @ np.abs(end.u[:n]))
+    for (force, place), (new_force, new_place) in zip(first, last):
+        way = new_place - place
+        works.append((float(force @ way), float(new_force @ way)))
+    through_contact = float(tractions @ du)
+    carried = float(np.abs(tractions) @ np.abs(end.u[: len(du)]))
     table = problem.comm.allreduce(np.array([*works, (through_contact,) * 2]))
     taken = sum(max(one.friction_work(), 0.0) for one in contact.contacts)
-    taken += _stored(problem) - held
+    stored, ripple_now = _in_contact(problem)
+    taken += stored - held
     return Balance(
         most=float(table[:-1].max(axis=1).sum()) - taken,
         least=float(table[:-1].min(axis=1).sum()) - taken,
         size=float(np.abs(table).max(axis=1).sum()) + abs(taken),
-        ripple=ripple + _ripple(problem),
+        ripple=ripple + ripple_now,
         held=problem.comm.allreduce(carried),
     )
 
 
-def _stored(problem: CoupledProblem) -> float:
-    """Energy in penalties. That in friction springs is part of the work of friction.
-    Collective."""
-    return sum(
-        one.stored_energy("total" if one.friction is None else "normal")
-        for one in problem.contact.contacts
-    )
+def _in_contact(problem: CoupledProblem) -> tuple[float, float]:
+    """Sum the energy in penalties, and |t_n g| where multipliers act. Collective.
 
-
-def _ripple(problem: CoupledProblem) -> float:
-    """Integral of |t_n g|, of contacts with multipliers. Collective."""
-    return sum(
-        work_on_gaps(one.zones, problem.comm)
-        for one in problem.contact.contacts
-        if one.multiplier is not None and one.tied is None
-    )
+    Energy in springs of friction counts as its work.
+    """
+    stored = ripple = 0.0
+    for one in problem.contact.contacts:
+        stored += one.stored_energy("total" if one.friction is None else "normal")
+        if one.multiplier is not None and one.tied is None:
+            ripple += work_on_gaps(one.zones, problem.comm)
+    return stored, ripple
 
 
 def _facets(problem: CoupledProblem) -> list[_Facets]:
@@ -228,14 +213,24 @@ def _works_on_overlaps(
 
 
 def _volume_forces(problem: CoupledProblem) -> Array:
-    """Residual of the user's form at owned dofs of u. Collective."""
+    """Assemble the residual of the user's form at owned dofs of u. Collective."""
     forces: Array = problem.volume.forces(problem.bcs)[problem.contact.host.u_owned]
     return forces
 
 
+def _contact_forces(problem: CoupledProblem) -> Array:
+    """Assemble the contact forces at owned dofs of u. Collective."""
+    contact, vector = problem.contact, problem.create_vector()
+    contact.assemble_vector(vector)
+    vector.assemble()
+    rows = vector.getArray(readonly=True)[: contact.layout.n]
+    forces: Array = rows[contact.host.u_owned].copy()
+    vector.destroy()
+    return forces
+
+
 def _work_of_form(problem: CoupledProblem, begin: State, end: State) -> Array:
-    """Mean of the form's forces on the line between two states. The unknowns are
-    elsewhere afterwards. Collective."""
+    """Average the form's forces between two states; leave u elsewhere. Collective."""
     host, mean = problem.contact.host, np.zeros(problem.contact.layout.n_u)
     a, b = (one.u if one.unknowns is None else one.unknowns for one in (begin, end))
     for place, weight in zip(PLACES, WEIGHTS):
@@ -244,53 +239,35 @@ def _work_of_form(problem: CoupledProblem, begin: State, end: State) -> Array:
     return mean
 
 
-def _supplied(problem: CoupledProblem, of_begin: bool = False) -> _Supplied:
-    """Forces from outside in the present state; where a step begins tools are where the
-    accepted step left them, as they may have been moved since. Collective."""
-    contact, vector = problem.contact, problem.create_vector()
-    contact.assemble_vector(vector)
-    vector.assemble()
-    rows = vector.getArray(readonly=True)[: contact.layout.n][contact.host.u_owned]
-    vector.destroy()
-    held = np.where(problem.constrained, rows + _volume_forces(problem), 0.0)
-    bodies = dict.fromkeys(b for zone in contact.zones for b in zone.facets.bodies)
-    tools = [_drive(problem, body, of_begin) for body in bodies]
-    # Values that all ranks have alike count once
-    once = float(problem.comm.rank == 0)
-    loads = [_load(body) for body in contact.layout.bodies]
-    totals = [body.freedom.totals for body in contact.layout.bodies]
-    none = np.zeros(0)
-    forces = (
-        held,
-        once * np.concatenate([none, *loads]),
-        once * np.concatenate([none, *(force for force, _ in tools)]),
-    )
-    places = (
-        contact.u.x.array[: contact.layout.n_u].copy(),
-        np.concatenate([none, *totals]),
-        np.concatenate([none, *(place for _, place in tools)]),
-    )
-    return _Supplied(forces, places, rows)
+def _supplied(
+    problem: CoupledProblem, residual: Array, of_begin: bool = False
+) -> list[tuple[Array, Array]]:
+    """Find forces from outside and their places, on this rank. Collective.
 
-
-def _load(body: Body) -> Array:
-    """Forces and moments of loads and springs along the unknowns of a free body."""
-    pushed, lever = body.pushed()[0], body.freedom.lever or 1.0
-    return np.where(body.freedom.is_turn, lever * pushed, pushed)
-
-
-def _drive(problem: CoupledProblem, body: Body, of_begin: bool) -> tuple[Array, Array]:
-    """Force and moment that hold a tool against contact, (6,), and its prescribed
-    translation and rotation, or those of the accepted step. Collective."""
-    found, gdim = resultant_on(problem.contact.zones, body, problem.comm), 3
-    force, moment = np.zeros(3), np.zeros(3)
-    force[: len(found.force)] = found.force
-    moment[gdim - np.size(found.moment) :] = found.moment
-    motion = body.motion()
-    if of_begin:
-        zones = problem.contact.zones
-        motion = next(z for z in zones if body in z.facets.bodies).motions.accepted(
-            body
-        )
-    moved = motion[:3] - body.freedom.translation
-    return -np.concatenate([force, moment]), np.concatenate([moved, motion[3:6]])
+    They are those of supports, of loads on free rigid bodies and of moved tools. Where a
+    step begins, tools are where the accepted step left them: they may have been moved
+    since.
+    """
+    contact = problem.contact
+    held = np.where(problem.constrained, residual, 0.0)
+    loads, tools = [], []
+    for body in contact.layout.bodies:
+        pushed, lever = body.pushed()[0], body.freedom.lever or 1.0
+        load = np.where(body.freedom.is_turn, lever * pushed, pushed)
+        loads.append((load, body.freedom.totals))
+    for body in rigid_bodies(contact.zones):
+        on = resultant_on(contact.zones, body, problem.comm)
+        force, moment = np.zeros(3), np.zeros(3)
+        force[: len(on.force)] = on.force
+        moment[3 - np.size(on.moment) :] = on.moment
+        zone = next(zone for zone in contact.zones if body in zone.facets.bodies)
+        motion = zone.motions.accepted(body) if of_begin else body.motion()
+        moved = motion[:3] - body.freedom.translation
+        place = np.concatenate([moved, motion[3:6]])
+        tools.append((-np.concatenate([force, moment]), place))
+    found = [(held, contact.u.x.array[: contact.layout.n_u].copy())]
+    for pairs in filter(None, (loads, tools)):
+        forces, places = (np.concatenate(column) for column in zip(*pairs))
+        # Values that all ranks have alike count once
+        found.append((forces if problem.comm.rank == 0 else 0.0 * forces, places))
+    return found

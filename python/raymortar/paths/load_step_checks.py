@@ -1,4 +1,4 @@
-"""Checks of what load steps are given."""
+"""Checks of the arguments of load steps."""
 
 from __future__ import annotations
 
@@ -18,11 +18,6 @@ from .history import History
 
 STRATEGIES = ("auto", "halve")
 
-_POSITIONAL = (
-    inspect.Parameter.POSITIONAL_ONLY,
-    inspect.Parameter.POSITIONAL_OR_KEYWORD,
-)
-
 
 def check_solver(solver: Any) -> None:
     """Raise unless `solver` is a solver of a problem."""
@@ -34,104 +29,89 @@ def check_solver(solver: Any) -> None:
         )
 
 
-def check_numbers(steps: Any, max_halvings: Any, largest: Any, easy: Any) -> None:
-    """Raise unless the numbers and sizes of steps are valid."""
+def check_arguments(given: Any) -> None:
+    """Raise unless all arguments, as attributes of `LoadSteps`, can be used."""
+    fault = _fault_of_sizes(given) or _fault_of_options(given)
+    fault = fault or _fault_of_control(given)
+    if fault:
+        raise ContactError(fault)
+
+
+def _fault_of_sizes(given: Any) -> str | None:
+    """Say why numbers and sizes of steps cannot be used, if so."""
+    steps, max_halvings, path = given.steps, given.max_halvings, given.path
     if not (is_whole_number(steps) and is_whole_number(max_halvings)):
-        raise ContactError(
+        return (
             f"steps = {steps!r} and max_halvings = {max_halvings!r} must be whole "
             "numbers"
         )
     if steps < 1 or max_halvings < 0:
-        raise ContactError(
+        return (
             f"steps = {steps} must be positive, max_halvings = {max_halvings} not "
             "negative"
         )
-    if not (is_real_number(largest) and largest >= 1):
-        raise ContactError(f"largest = {largest!r} must be at least 1")
-    if not (is_real_number(easy) and easy >= 0):
-        raise ContactError(f"easy = {easy!r} must be a number of iterations")
-
-
-def check_truth(extrapolate: Any) -> None:
-    if not is_truth_value(extrapolate):
-        raise ContactError(f"extrapolate must be True or False, not {extrapolate!r}")
-
-
-def check_path(path: Any) -> tuple[float, float]:
-    """Both ends of a path as numbers."""
+    if not (is_real_number(given.largest) and given.largest >= 1):
+        return f"largest = {given.largest!r} must be at least 1"
+    if not (is_real_number(given.easy) and given.easy >= 0):
+        return f"easy = {given.easy!r} must be a number of iterations"
     ends = list(path) if isinstance(path, (tuple, list, np.ndarray)) else []
     if len(ends) != 2 or not all(is_real_number(t) and np.isfinite(t) for t in ends):
-        raise ContactError(f"path must be two numbers, its ends, not {path!r}")
-    return float(ends[0]), float(ends[1])
+        return f"path must be two numbers, its ends, not {path!r}"
+    return None
 
 
-def check_calls(solver: Any, apply: Any, history: Any) -> None:
-    """Raise unless `apply` is callable and `history` a `History` of the same
-    problem."""
-    if not callable(apply):
-        raise ContactError(
-            f"apply must be a function of the load factor, not {apply!r}"
-        )
-    if history is None:
-        return
-    if not isinstance(history, History):
-        raise ContactError(f"history must be a History, not {history!r}")
-    if history.problem is not solver.problem:
-        raise ContactError("history is of another problem than the solver")
-
-
-def check_strategy(strategy: Any) -> None:
-    """Raise unless a strategy is known."""
+def _fault_of_options(given: Any) -> str | None:
+    """Say why other arguments cannot be used, if so."""
+    strategy, stabilize, history = given.strategy, given.stabilize, given.history
+    if not is_truth_value(given.extrapolate):
+        return f"extrapolate must be True or False, not {given.extrapolate!r}"
     if strategy is not None and strategy not in STRATEGIES:
-        raise ContactError(f"strategy must be one of {STRATEGIES}, not {strategy!r}")
+        return f"strategy must be one of {STRATEGIES}, not {strategy!r}"
+    scales = is_real_number(stabilize) and 0.0 <= stabilize < np.inf
+    if not (stabilize is None or is_truth_value(stabilize) or scales):
+        return f"stabilize must be True, False, None or a factor, not {stabilize!r}"
+    if not callable(given.apply):
+        return f"apply must be a function of the load factor, not {given.apply!r}"
+    if history is not None and not isinstance(history, History):
+        return f"history must be a History, not {history!r}"
+    if history is not None and history.problem is not given.solver.problem:
+        return "history is of another problem than the solver"
+    return None
 
 
-def check_stabilize(stabilize: Any) -> None:
-    """Raise unless `stabilize` is True, False, None or a number >= 0."""
-    if stabilize is None or is_truth_value(stabilize):
-        return
-    if not (is_real_number(stabilize) and 0.0 <= stabilize < np.inf):
-        raise ContactError(
-            f"stabilize must be True, False, None or a factor, not {stabilize!r}"
-        )
-
-
-def check_control(
-    control: Any, solver: Any, path: tuple[float, float], stabilize: Any
-) -> None:
-    """Raise unless a control can lead the path."""
+def _fault_of_control(given: Any) -> str | None:
+    """Say why a control cannot lead the path, if so."""
+    control, solver = given.control, given.solver
     if control is None:
-        return
+        return None
     if not isinstance(control, (DisplacementControl, ArcLength)):
-        raise ContactError(
+        return (
             f"control must be a DisplacementControl, an ArcLength or None, not "
             f"{control!r}"
         )
     control.check()
     if not isinstance(solver, (NewtonSolver, SNESSolver)):
-        raise ContactError("control needs a NewtonSolver or an SNESSolver")
+        return "control needs a NewtonSolver or an SNESSolver"
     if not solver.problem.contact.host.is_plain:
-        raise ContactError(
-            "control leads paths of one displacement: the problem has other unknowns"
+        return "control leads paths of one displacement: the problem has other unknowns"
+    if given.stabilize:
+        return "control and stabilize exclude each other"
+    if given.path[0] == given.path[1]:
+        return (
+            f"path = {given.path} must have two ends: the load factor, which control "
+            "finds, is measured by them"
         )
-    if stabilize:
-        raise ContactError("control and stabilize exclude each other")
-    if path[0] == path[1]:
-        raise ContactError(
-            f"path = {path} must have two ends: the load factor, which control finds, "
-            "is measured by them"
-        )
+    return None
 
 
 def with_size(apply: Any) -> Callable[[float, float], Any]:
-    """`apply` as a function of load factor and step size. The size is passed on if
-    `apply` has two arguments without default."""
+    """Pass the step size on if `apply` has two arguments without default."""
     found: list[inspect.Parameter] = []
     try:
         found = list(inspect.signature(apply).parameters.values())
     except (TypeError, ValueError):  # some built-in functions have no signature
         pass
-    asked = [p for p in found if p.default is p.empty and p.kind in _POSITIONAL]
-    if len(asked) == 2:
+    positional = (p for p in found if p.kind <= p.POSITIONAL_OR_KEYWORD)
+    if sum(p.default is p.empty for p in positional) == 2:
         return apply
     return lambda factor, size: apply(factor)

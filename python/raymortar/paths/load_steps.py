@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any, TextIO, cast
+from typing import Any, TextIO
 
 from ..convergence.failure import FAILURES
 from ..convergence.lost_contact import lost_contact
@@ -23,27 +23,19 @@ from ..errors import (
     together,
 )
 from ..interface.state import State
-from ..results.summaries import of_load_steps
 from .control import ArcLength, DisplacementControl
 from .history import History
-from .load_path import ArcPath, DisplacementPath, PrescribedPath
+from .led_paths import ArcPath, ArcSizes, DisplacementPath
+from .load_path import PrescribedPath, StepSizes
 from .load_step import LoadStep
-from .load_step_checks import (
-    check_calls,
-    check_control,
-    check_numbers,
-    check_path,
-    check_solver,
-    check_stabilize,
-    check_strategy,
-    check_truth,
-    with_size,
-)
+from .load_step_checks import check_arguments, check_solver, with_size
 from .output import Output, check_output
 from .progress import HALVED, Progress, check_progress, line
 from .stabilization import Stabilization
-from .step_sizes import StepSizes
 from .strategies import Strategies
+
+# Arguments that all ranks must be given alike
+_AGREED = "steps", "max_halvings", "extrapolate", "largest", "easy", "path"
 
 
 class LoadSteps:
@@ -145,58 +137,52 @@ class LoadSteps:
     ) -> None:
         check_solver(solver)
         comm = solver.problem.comm
+        self.solver, self.apply = solver, apply
+        self._problem = solver.problem  # which its own solver does not keep
+        self.steps, self.max_halvings = steps, max_halvings
+        self.extrapolate, self.largest, self.easy = extrapolate, largest, easy
+        self.path, self.progress, self.history = path, progress, history
+        self.strategy, self.stabilize, self.control = strategy, stabilize, control
         with together(comm):
-            check_numbers(steps, max_halvings, largest, easy)
-            check_truth(extrapolate)
-            check_strategy(strategy)
-            check_stabilize(stabilize)
-            path = check_path(path)
             check_progress(progress)
-            check_calls(solver, apply, history)
-            check_control(control, solver, path, stabilize)
+            check_arguments(self)
+        # Python's own numbers
+        self.steps, self.max_halvings = int(steps), int(max_halvings)
+        self.path = float(path[0]), float(path[1])
         require_agreement(
             comm,
             solver=type(solver).__name__,
-            steps=steps,
-            max_halvings=max_halvings,
-            extrapolate=extrapolate,
-            largest=largest,
-            easy=easy,
-            path=path,
             history=history is not None,
             output=output is not None,
             strategy=strategy,
             stabilize=stabilize,
             control=type(control).__name__,
+            **{name: getattr(self, name) for name in _AGREED},
         )
-        self.solver, self.apply = solver, apply
-        self._problem = solver.problem  # which its own solver does not keep
-        # Python's own, which do not overflow
-        self.steps, self.max_halvings = int(steps), int(max_halvings)
-        self.extrapolate, self.largest, self.easy = extrapolate, largest, easy
-        self.path, self.progress, self.history = path, progress, history
-        self.strategy, self.stabilize = strategy, stabilize
         self._apply = with_size(apply)
-        self._stabilization = self._viscous_forces()
-        self.control = control
+        self._stabilization: Stabilization | None = None
+        columns: dict[str, Callable[[], float]] = {}
+        if stabilize:
+            forces = self._stabilization = Stabilization(solver, float(stabilize))
+            columns["viscous_work"] = lambda: forces.work
+            columns["viscous_share"] = lambda: forces.share
         self._path = self._new_path()
-        if control is not None and history is not None:
-            history.include(self._control_columns())
+        if control is not None:
+            columns["load_factor"] = lambda: self._path.factor
+            columns["controlled"] = lambda: self._path.controlled
+        if columns and history is not None:
+            history.include(columns)
         self.output = check_output(output, solver.problem)
         self.halvings = 0
 
     def __repr__(self) -> str:
-        return of_load_steps(self, self._path.factor)
-
-    def _viscous_forces(self) -> Stabilization | None:
-        """Viscous forces, if `stabilize` asks for them. Adds their columns to
-        `history`."""
-        if not self.stabilize:
-            return None
-        forces = Stabilization(self.solver, float(self.stabilize))
-        if self.history is not None:
-            self.history.include(forces.columns())
-        return forces
+        begin, end = self.path
+        led = "" if self.control is None else f" led by {type(self.control).__name__}"
+        return (
+            f"<LoadSteps from {begin:g} to {end:g} in {self.steps} steps{led} with "
+            f"{type(self.solver).__name__}, strategy {self.strategy!r}, at load factor "
+            f"{self._path.factor:.6g}, {self.halvings} halvings>"
+        )
 
     def __iter__(self) -> Iterator[LoadStep]:
         """Solve step by step; each accepted step is yielded as a `LoadStep`."""
@@ -211,35 +197,29 @@ class LoadSteps:
             progress.clear()
         progress.finished()
 
-    def _new_path(self) -> PrescribedPath | DisplacementPath | ArcPath:
-        """A new path, at its start. Collective."""
+    def run(self) -> list[LoadStep]:
+        """Solve all steps."""
+        return list(self)
+
+    def _new_path(self) -> PrescribedPath:
+        """Make a path at its start. Collective."""
         control, given = self.control, (self.solver, self._apply, self.path)
         limits = self.steps, self.max_halvings, self.largest, self.easy
         if isinstance(control, ArcLength):
-            return ArcPath(*given, *limits, control)
+            return ArcPath(control, *given, ArcSizes(*limits))
         if isinstance(control, DisplacementControl):
-            return DisplacementPath(*given, StepSizes(*limits), control)
+            return DisplacementPath(control, *given, StepSizes(*limits))
         return PrescribedPath(*given, StepSizes(*limits))
 
-    def _control_columns(self) -> dict[str, Callable[[], float]]:
-        """What a `History` records of a path whose load factor is an unknown."""
-        return {
-            "load_factor": lambda: self._path.factor,
-            "controlled": lambda: cast(Any, self._path).controlled,
-        }
-
     def _steps(self, progress: Progress) -> Iterator[LoadStep]:
-        """Yield the accepted steps, and report which load factor and way is tried
-        next."""
-        contact = self.solver.problem.contact
-        path = self._path = self._new_path()
-        one_mesh = len(contact.host.displacements) == 1
-        viscous = self.control is None and self._stabilization is None and one_mesh
-        automatic = self.strategy == "auto"
-        ways = Strategies(path, self.extrapolate, automatic, viscous, progress.trying)
-        last, tools, deep = None, ToolsOnPath(contact), DeepPoints(self.solver.problem)
-        snapped = False
-        tilted = TiltedFacets(contact)
+        """Solve and yield the steps, and report each load factor and way."""
+        problem = self.solver.problem
+        contact, path = problem.contact, self._new_path()
+        self._path = path
+        options = self.extrapolate, self.strategy == "auto", self._may_be_viscous
+        ways = Strategies(path, *options, progress.trying)
+        tools, tilted = ToolsOnPath(contact), TiltedFacets(contact)
+        deep, last, snapped = DeepPoints(problem), None, False
         tools.look()
         while not path.ended:
             before = contact.state()
@@ -250,21 +230,17 @@ class LoadSteps:
                     one.dt = abs(path.next - path.factor)
             path.begin()
             try:
-                iterations = self._solve(ways, before, last, path.ratio)
+                iterations = self._solve(ways, before, last)
                 deep.require_gradual()
-            except BodyLeft as failure:
-                contact.restore(before)
-                path.restart()
-                ways.finish()
-                raise ConvergenceError(f"{path.describe()}: {failure}") from failure
-            except SetUpError:
-                raise
             except FAILURES as failure:
+                left = isinstance(failure, BodyLeft)
+                if isinstance(failure, SetUpError) and not left:
+                    raise
                 contact.restore(before)
                 path.restart()
-                if not path.halve():
+                if left or not path.sizes.halve():
                     ways.finish()
-                    raise self._given_up(path, failure) from failure
+                    raise self._given_up(failure) from failure
                 self.halvings += 1
                 progress.trying(HALVED)
                 continue
@@ -281,73 +257,59 @@ class LoadSteps:
             if self.output is not None:
                 self.output.write(path.time)
             contact.advance()
-            path.accept(iterations)
+            path.sizes.accept(iterations)
             last = before
-            self.solver.problem.steps_accepted += 1
-            number = self.solver.problem.steps_accepted
+            count = problem.steps_accepted = problem.steps_accepted + 1
             yield LoadStep(
-                path.factor,
-                iterations,
-                self.halvings,
-                ways.used,
-                number,
-                ways.released,
+                path.factor, iterations, self.halvings, ways.used, count, ways.released
             )
         ways.finish()
         tools.warn()
 
-    def _solve(
-        self,
-        ways: Strategies,
-        now: State,
-        last: State | None,
-        ratio: float,
-    ) -> int:
-        """Iterations of a step from the present state."""
-        problem = self.solver.problem
-        with problem.silent_about_doubt(), problem.as_part(**self._in_use()):
+    @property
+    def _may_be_viscous(self) -> bool:
+        """Whether viscous forces are possible and not yet used."""
+        one_mesh = len(self._problem.contact.host.displacements) == 1
+        return one_mesh and self.control is None and self._stabilization is None
+
+    def _solve(self, ways: Strategies, now: State, last: State | None) -> int:
+        """Solve a step from the present state; return the iterations."""
+        problem, path = self.solver.problem, self._path
+        in_use = problem.as_part(
+            steps=True,
+            automatic=self.strategy == "auto",
+            controlled=self.control is not None,
+            led=path.led_weights,
+            may_be_viscous=self._may_be_viscous,
+        )
+        with problem.silent_about_doubt(), in_use:
             if self._stabilization is None:
-                iterations = ways.solve(now, last, ratio)
+                iterations = ways.solve(now, last, path.sizes.ratio)
             else:
-                contact = problem.contact
                 iterations = self._stabilization.solve(
-                    lambda: ways.solve(contact.state(), None, 1.0)
+                    lambda: ways.solve(problem.contact.state(), None, 1.0)
                 )
-        loss = lost_contact(problem, self._path.led)
+        loss = lost_contact(problem, path.led)
         if loss is not None:
             raise ContactLost(f"contact is lost: {loss}")
         return iterations
 
-    def _in_use(self) -> dict[str, Any]:
-        """What is in use, for the advice that a failure gives. Collective."""
-        found: dict[str, Any] = {
-            "steps": True,
-            "automatic": self.strategy == "auto",
-            "controlled": self.control is not None,
-            "led": self._path.led_weights,
-        }
-        if self.control is not None or self._stabilization is not None:
-            found["may_be_viscous"] = False
-        return found
-
-    def _given_up(self, path: Any, failure: Exception) -> ConvergenceError:
-        """The error, after the accepted state is there again. Collective."""
-        contact, loads = self._problem.contact, []
+    def _given_up(self, failure: Exception) -> ConvergenceError:
+        """Make the error of a failed step, after its start is restored. Collective."""
+        contact, failed, texts = self._problem.contact, self._path.describe(), [failure]
+        if isinstance(failure, BodyLeft):
+            return ConvergenceError(f"{failed}: {failure}")
         if contact.layout.bodies:
             contact.update()
-            loads = contact.free_bodies.rubbed()
+            texts += contact.free_bodies.rubbed()
         return ConvergenceError(
-            f"{path.describe()} after {self.max_halvings} halvings of the step: "
-            f"{'; '.join([str(failure), *loads])}"
+            f"{failed} after {self.max_halvings} halvings of the step: "
+            f"{'; '.join(map(str, texts))}"
         )
-
-    def run(self) -> list[LoadStep]:
-        """Solve all steps."""
-        return list(self)
 
 
 def _snap(factor: float, ways: Strategies) -> str:
-    """A warning that a step has passed a snap."""
+    """Say that a step has passed a snap."""
     return (
         f"a snap was passed before load factor {factor:.6g}, by way of "
         f'"{ways.used}": it sets an energy of {ways.released:.3g} free, and without '

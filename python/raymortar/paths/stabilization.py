@@ -1,24 +1,28 @@
-"""Load steps with viscous forces, which fade until each step ends without them."""
+"""Viscous forces, which fade until each load step ends without them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
 
 from mpi4py import MPI
+from petsc4py import PETSc
 
 import numpy as np
+import ufl
+from dolfinx import fem
 
-from ..compat import Array, Mask
+from .. import compat
+from ..compat import Array
+from ..convergence.balance import largest_by
 from ..convergence.failure import FAILURES
 from ..errors import ConvergenceError, SetUpError
+from ..host.axisymmetry import weight
 from ..host.bodies import bodies_of_facets
 from ..interface.stiffness import mean_facet_size
-from .viscosity import Viscosity
-
-if TYPE_CHECKING:
-    from ..interaction import Interaction
-    from ..interface.zones import ZoneData
+from ..problem import CoupledProblem
+from ..system.volume import Volume
 
 # First size of the forces, as a share of the diagonal of the stiffness
 SHARE = 1e-4
@@ -43,13 +47,101 @@ FARTHEST = 1.0
 # far
 ATTEMPTS = 5
 
-# Largest motion in the last solve, without viscous forces, as a share of that: what
-# moves further is a body that nothing holds
+# Largest motion in the last solve, without viscous forces, as a share of the limit: a
+# body that moves further is held by nothing
 SETTLED = 0.1
 
 
+class Viscosity:
+    """Forces s k (u - u_0) per volume, in which u - u_0 is the velocity. Collective.
+
+    In each body k is the trace of the stiffness over that of the mass (for a density of
+    1). So s is a share of the stiffness, whatever the units, the size or the material
+    [theory (5.12)].
+    """
+
+    def __init__(self, problem: CoupledProblem) -> None:
+        self._problem, self._contact = problem, problem.contact
+        self._part = part = problem.contact.host.only
+        V = part.u.function_space
+        self._start = fem.Function(V)
+        self._scale = fem.Constant(V.mesh, PETSc.ScalarType(0.0))
+        self._k = fem.Function(compat.space(V.mesh, "DG", 0))
+        F, J = problem.form_of_u
+        v, du = (compat.part_of(one, part.component) for one in J.arguments())
+        k = self._scale * self._k
+        of_turn = weight(V.mesh) if problem.contact.axisymmetric else 1.0
+        force = k * ufl.inner(part.u - self._start, v) * of_turn * ufl.dx
+        tangent = J + k * ufl.inner(du, v) * of_turn * ufl.dx
+        self._force = compat.form(force)
+        forms = compat.form(F + force), compat.form(tangent)
+        self._volume = Volume(problem.contact, *problem.volume.with_form_of_u(*forms))
+        whole = problem.contact.host.functions[part.at]
+        self._r = compat.create_la_vector(*compat.unknowns_of(whole))
+        ones = fem.Function(V)
+        ones.x.array[:] = 1.0
+        self._set_stiffness(compat.form(ufl.inner(ones, v) * of_turn * ufl.dx))
+
+    def _set_stiffness(self, mass: Any) -> None:
+        """Set k in every cell, given the form of the mass."""
+        groups, bodies = self._problem.convergence.groups, self._contact.bodies
+        diagonals = self._contact.stiffness_diagonal, self._of_displacement(mass)
+        sums = groups.sum(*(groups.on_rows(diagonal) for diagonal in diagonals))
+        k = np.abs(sums[0, : groups.bodies]) / sums[1, : groups.bodies]
+        of_cell = bodies.dofs[compat.dofmap_array(self._start.function_space)[:, 0]]
+        cells = compat.dofmap_array(self._k.function_space)[:, 0]
+        self._k.x.array[cells] = k[of_cell[: len(cells)]]
+
+    def _of_displacement(self, form: Any) -> Array:
+        """Assemble a linear form at the owned dofs of the displacement."""
+        self._r.array[:] = 0.0
+        compat.assemble_residual(self._r.array, form)
+        compat.scatter_reverse_add(self._r)
+        found: Array = self._r.array[self._part.dofs[: self._part.size_owned]]
+        return found
+
+    def begin(self) -> None:
+        """Take the present displacement as u_0."""
+        self._start.x.array[:] = self._contact.u.x.array
+
+    def motions(self) -> Array:
+        """Find the largest component of u - u_0 in each body. Length. Collective."""
+        bodies, u = self._contact.bodies, self._contact.u
+        change = np.abs(u.x.array - self._start.x.array)
+        by_node = change.reshape(-1, u.function_space.dofmap.index_map_bs)
+        most = largest_by(bodies.dofs, by_node, bodies.count).max(axis=1)
+        self._problem.comm.Allreduce(MPI.IN_PLACE, most, op=MPI.MAX)
+        return most
+
+    @contextmanager
+    def acting(self, scale: float) -> Iterator[None]:
+        """Add the forces, with s as given, to those of the problem."""
+        self._scale.value = scale
+        kept, self._problem.volume = self._problem.volume, self._volume
+        try:
+            yield
+        finally:
+            self._problem.volume = kept
+
+    def measure(self) -> tuple[float, float]:
+        """Find the work since u_0 and the largest share of a body's forces. Collective.
+
+        Call it after a solve. Prescribed dofs have no share.
+        """
+        problem, convergence = self._problem, self._problem.convergence
+        groups = convergence.groups
+        force = self._of_displacement(self._force)
+        change = self._contact.u.x.array - self._start.x.array
+        work = problem.comm.allreduce(float(force @ change[: len(force)]))
+        free = groups.on_rows(np.where(problem.constrained, 0.0, force))
+        viscous = np.sqrt(groups.sum(free**2))[: groups.bodies]
+        # A body in flight has no other forces
+        forces = np.maximum(convergence.now.forces[: groups.bodies], viscous)
+        return work, float((viscous / np.maximum(forces, convergence.floor)).max())
+
+
 class Stabilization:
-    """Solves steps in several solves under fading viscous forces. Collective.
+    """Solve steps in several solves under fading viscous forces. Collective.
 
     Bodies that only contact holds find their place: no solve moves them further than
     contact is found, and the forces fade as they move less. The step ends when a solve
@@ -73,106 +165,89 @@ class Stabilization:
     """
 
     def __init__(self, solver: Any, factor: float, most: int | None = None) -> None:
-        self.solver, self._factor, self._most = solver, factor, most
         problem = solver.problem
-        self.viscosity = Viscosity(problem)
+        self._factor, self._most = factor, most
+        self._viscosity = Viscosity(problem)
         self._contact = contact = problem.contact
         self.work = self.share = 0.0
-        self._limit = FARTHEST * mean_facet_size(contact.layout, contact.zones)
         groups = problem.convergence.groups
         held = groups.on_rows(problem.constrained)
         self._loose = groups.sum(held)[: groups.bodies] == 0.0
-        if not self._loose.any():
-            self._limit = np.inf
-        self._bodies = [_bodies_of_zone(contact, zone) for zone in contact.zones]
+        self._limit = np.inf
+        if self._loose.any():
+            self._limit = FARTHEST * mean_facet_size(contact.layout, contact.zones)
+        # Whether slave or masters of each zone are on each body
+        self._meets = np.zeros((len(contact.zones), contact.bodies.count))
+        for meets, zone in zip(self._meets, contact.zones):
+            for surface in (zone.facets.slave_surface, zone.facets.master_surface):
+                meets[bodies_of_facets(contact.bodies, surface)] = 1.0
+        problem.comm.Allreduce(MPI.IN_PLACE, self._meets, op=MPI.MAX)
 
     def is_of_use(self) -> bool:
-        """Whether viscous forces may help: if supports hold all bodies, or contact is
-        in reach. A body in free flight needs the user's own word. Collective."""
+        """Whether supports hold all bodies or contact is in reach. Collective.
+
+        A body in free flight needs the user's own word.
+        """
         return not self._loose.any() or bool(self._contact.statistics.hits)
 
-    def columns(self) -> dict[str, Callable[[], float]]:
-        """What a `History` records of the forces, by column."""
-        return {
-            "viscous_work": lambda: self.work,
-            "viscous_share": lambda: self.share,
-        }
-
     def solve(self, solve: Callable[[], int]) -> int:
-        """Solve one step. Collective.
+        """Solve one step; return the iterations of all solves. Collective.
 
         Parameters
         ----------
         solve
             One solve from the present state; its iterations.
 
-        Returns
-        -------
-        Iterations of all solves.
-
         Raises
         ------
         ConvergenceError
             If the forces do not fade.
         """
-        work, share = self.work, self.share
-        try:
-            return self._fade(solve)
-        except FAILURES:
-            self.work, self.share = work, share  # the step is taken back
-            raise
-
-    def _fade(self, solve: Callable[[], int]) -> int:
-        """Solve one step. `work` and `share` include solves that a later failure takes
-        back."""
-        scale, iterations = SHARE * self._factor, 0
+        scale, iterations, work = SHARE * self._factor, 0, 0.0
         most = MOST if self._most is None else self._most
         for _ in range(most):
-            found = self._viscous(scale, solve)
-            iterations += found[0]
-            asked, (scale, work, share) = scale, found[1:]
-            self.work, self.share = self.work + work, share
-            if share <= NEARLY:
-                last = self._without(solve)
-                if last is not None:
-                    self.share = 0.0
-                    return iterations + last
-            if share <= REST:
-                return iterations
+            asked = scale
+            more, scale = self._under(scale, solve)
+            iterations += more
+            done, share = self._viscosity.measure()
+            work += done
+            last = self._without(solve) if share <= NEARLY else None
+            if last is not None or share <= REST:
+                self.work += work
+                self.share = share if last is None else 0.0
+                return iterations + (last or 0)
             if self._loose.any() and not self._contact.statistics.active_points:
                 self._contact.advance()  # a flight is no slip
-            # Where weaker forces have just failed, fade slowly
-            scale *= self._fading(FADES if scale <= asked else SLOWLY)
+            # Forces that let motions keep to their limit. Where weaker ones have just
+            # failed, they fade slowly
+            least = FADES if scale <= asked else SLOWLY
+            _, loose = self._motions()
+            scale *= max(least, min(1.0, loose / (0.8 * self._limit)))
         raise ConvergenceError(
             f"viscous forces have not faded after {most} solves: they are "
-            f"{self.share:.3g} of all forces of a body that nothing holds"
+            f"{share:.3g} of all forces of a body that nothing holds"
         )
 
-    def _viscous(
-        self, scale: float, solve: Callable[[], int]
-    ) -> tuple[int, float, float, float]:
-        """One solve under viscous forces: iterations, scale in the end, work and
-        share."""
-        before, viscosity = self._contact.state(), self.viscosity
-        viscosity.begin()
+    def _under(self, scale: float, solve: Callable[[], int]) -> tuple[int, float]:
+        """Solve once under viscous forces; return iterations and their last scale."""
+        before = self._contact.state()
+        self._viscosity.begin()
         for attempt in range(ATTEMPTS):
-            viscosity.scale = scale
             try:
-                with viscosity.acting():
+                with self._viscosity.acting(scale):
                     iterations = solve()
-            except SetUpError:
-                raise
-            except FAILURES:
+            except FAILURES as failure:
+                if isinstance(failure, SetUpError):
+                    raise
                 self._contact.restore(before)
                 if attempt == ATTEMPTS - 1:
                     raise
                 scale /= FADES
                 continue
-            motions = viscosity.motions()
+            motions, loose = self._motions()
             self._require_approach(motions)
-            loose = self._of_loose(motions)
             if loose <= self._limit:
-                return iterations, scale, *viscosity.measure()
+                return iterations, scale
             scale *= 2.0 * loose / self._limit
             self._contact.restore(before)
         raise ConvergenceError(
@@ -180,49 +255,36 @@ class Stabilization:
             f"facets, {self._limit:.3g}, in one solve"
         )
 
-    def _of_loose(self, motions: Array) -> float:
-        """Largest motion of loose bodies, of those of all bodies."""
-        return float(motions[self._loose].max(initial=0.0))
+    def _motions(self) -> tuple[Array, float]:
+        """Find the motions of all bodies and the largest of loose ones. Collective."""
+        motions = self._viscosity.motions()
+        return motions, float(motions[self._loose].max(initial=0.0))
 
     def _require_approach(self, motions: Array) -> None:
-        """Refuse motions of held bodies that may have passed loose ones: by more than
-        the gap before the step and the limit. Collective."""
-        for zone, bodies in zip(self._contact.zones, self._bodies):
-            held = float(motions[bodies & ~self._loose].max(initial=0.0))
+        """Refuse motions of held bodies that may have passed loose ones. Collective.
+
+        They move by more than the gap before the step and the limit.
+        """
+        for zone, meets in zip(self._contact.zones, self._meets > 0.0):
+            held = float(motions[meets & ~self._loose].max(initial=0.0))
             reach = zone.distance("reach").min(initial=np.inf)
             gap = max(zone.faced.gap.min(initial=reach), 0.0)
             gap = self._contact.layout.comm.allreduce(gap, op=MPI.MIN)
-            if self._loose[bodies].any() and held > self._limit + gap:
+            if self._loose[meets].any() and held > self._limit + gap:
                 raise ConvergenceError(
                     f"a held body moves by {held:.3g} in this step, with a gap of "
                     f"{gap:.3g} to what nothing holds: it may have passed it"
                 )
 
-    def _fading(self, least: float) -> float:
-        """Factor on the forces for the next solve, with which motions keep to their
-        limit."""
-        loose = self._of_loose(self.viscosity.motions())
-        return max(least, min(1.0, loose / (0.8 * self._limit)))
-
     def _without(self, solve: Callable[[], int]) -> int | None:
-        """Iterations of a solve without viscous forces. None if it fails or moves too
-        far."""
+        """Solve without viscous forces; return None if it fails or moves too far."""
         before = self._contact.state()
-        self.viscosity.begin()
+        self._viscosity.begin()
         try:
             iterations = solve()
-            if self._of_loose(self.viscosity.motions()) <= SETTLED * self._limit:
+            if self._motions()[1] <= SETTLED * self._limit:
                 return iterations
         except FAILURES:
             pass
         self._contact.restore(before)
         return None
-
-
-def _bodies_of_zone(contact: Interaction, zone: ZoneData) -> Mask:
-    """Whether slave or masters of a zone are on each body, (bodies,). Collective."""
-    found = np.zeros(contact.bodies.count)
-    for surface in (zone.facets.slave_surface, zone.facets.master_surface):
-        found[bodies_of_facets(contact.bodies, surface)] = 1.0
-    contact.layout.comm.Allreduce(MPI.IN_PLACE, found, op=MPI.MAX)
-    return found > 0.0

@@ -2,28 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+import warnings
+from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
+from dolfinx.fem import Function
 
 from ..convergence.failure import FAILURES
 from ..convergence.trouble import is_in_trouble
-from ..errors import ConvergenceError, SetUpError
+from ..errors import ContactWarning, ConvergenceError, SetUpError
 from ..interface.state import State, extrapolate
 from ..solvers.capped import CappedSolver
 from ..solvers.line_search import with_line_search
 from ..solvers.newton import NewtonSolver
 from ..solvers.snes import SNESSolver
 from .energy_balance import balance_of_step
-from .gamma_detour import (
-    set_each,
-    solve_by_small_gamma,
-    solve_with_small_gamma,
-    with_multipliers,
-)
+from .load_path import PrescribedPath
 from .stabilization import Stabilization
 
 FULL, EXTRAPOLATED = "full", "extrapolated"
@@ -33,6 +29,10 @@ BOTH = "small gamma, line search"
 KEPT = "small gamma kept"
 VISCOUS = "viscous forces"
 
+# Smaller coefficient, over the one in use. It hardly changes the solution, but with it
+# fewer points open and close during a solve (docs/robustness_paths.md)
+SMALL = 0.1
+
 # How often a path may reduce gamma to a tenth
 MOST_KEPT = 2
 
@@ -40,18 +40,68 @@ MOST_KEPT = 2
 MOST_VISCOUS = 40
 
 
-def iterations_of(solver: Any) -> Callable[[], int]:
-    """A function that solves once and returns the iterations."""
-    return lambda: int(solver.solve()[0])
+def iterations_of(solver: Any) -> int:
+    """Solve once and return the iterations."""
+    return int(solver.solve()[0])
+
+
+def solve_by_small_gamma(solver: Any) -> int:
+    """Solve with a tenth of gamma, then with gamma from there. Collective."""
+    contacts = solver.problem.contact.contacts
+    given = _reduce_gamma(contacts)
+    try:
+        # Warnings of the first solve are of no interest: its state is not kept
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ContactWarning)
+            iterations = iterations_of(solver)
+    finally:
+        _set_gamma(contacts, given)
+    return iterations + iterations_of(solver)
+
+
+def solve_with_small_gamma(solver: Any, kept: list[Any] | None = None) -> int:
+    """Solve with a tenth of gamma, which stays; note the given one. Collective.
+
+    With a multiplier, this solution is as good as the one with gamma: both meet the
+    contact conditions in the mean.
+    """
+    given = _reduce_gamma(_with_multipliers(solver.problem.contact))
+    if kept is not None:
+        kept.append(given)
+    return iterations_of(solver)
+
+
+def _with_multipliers(contact: Any) -> list[Any]:
+    """List the contacts that have a multiplier."""
+    return [one for one in contact.contacts if one.multiplier is not None]
+
+
+def _set_gamma(contacts: Sequence[Any], gammas: Sequence[Any]) -> None:
+    """Give each contact its coefficient. Collective."""
+    for contact, gamma in zip(contacts, gammas):
+        contact.set_gamma(gamma)
+
+
+def _reduce_gamma(contacts: Sequence[Any]) -> list[Any]:
+    """Reduce coefficients to a tenth; return the given ones. Collective."""
+    given = [contact.gamma for contact in contacts]
+    for contact, gamma in zip(contacts, given):
+        if isinstance(gamma, Function):
+            small = Function(gamma.function_space)
+            small.x.array[:] = SMALL * gamma.x.array
+        else:
+            small = SMALL * gamma
+        contact.set_gamma(small)
+    return given
 
 
 class Strategies:
-    """Solves steps: first by the solver as it was given, after a failure in other ways.
+    """Solve steps: first by the solver as it was given, after a failure in other ways.
 
     Parameters
     ----------
     path
-        A path of `load_path`, whose solver solves a step.
+        Path whose solver solves a step.
     extrapolate
         Whether steps begin with the extrapolated state.
     automatic
@@ -59,7 +109,7 @@ class Strategies:
     viscous
         Whether viscous forces are one of the other ways.
     trying
-        Is called with the name of each other way before it is tried.
+        Called with the name of each other way before it is tried.
 
     Attributes
     ----------
@@ -71,7 +121,7 @@ class Strategies:
 
     def __init__(
         self,
-        path: Any,
+        path: PrescribedPath,
         extrapolate: bool,
         automatic: bool,
         viscous: bool,
@@ -82,11 +132,11 @@ class Strategies:
         self._trying = trying
         self.used, self.released = FULL, 0.0
         # Coefficients before each reduction; the path's end restores the first
-        self._given: list[Any] = []
+        self._given: list[list[Any]] = []
         self._contact = self.solver.problem.contact
 
     def solve(self, now: State, last: State | None, ratio: float) -> int:
-        """Solve from the present state. Collective.
+        """Solve from the present state; return the iterations. Collective.
 
         Parameters
         ----------
@@ -97,33 +147,31 @@ class Strategies:
         ratio
             Size of this step over that of the step before.
 
-        Returns
-        -------
-        Iterations.
-
         Raises
         ------
         ConvergenceError, ContactError, PETSc.Error
             The failure of the solver as it was given, if no other way helps.
         """
         self.released = 0.0
-        with self._attentive():
-            try:
-                return self._as_given(now, last, ratio)
-            except SetUpError:
+        # A solve stops as soon as it is in trouble if another way is left
+        convergence = self.solver.problem.convergence
+        convergence.patient = not self.automatic
+        try:
+            return self._as_given(now, last, ratio)
+        except FAILURES as failure:
+            if not (self.automatic and self._is_curable(failure)):
                 raise
-            except FAILURES as failure:
-                if not (self.automatic and self._is_curable(failure)):
-                    raise
-                # No variable keeps the failure: in a cycle with this frame, ranks would
-                # free the solver, which is collective, at different times
-                iterations = self._otherwise(now, last, ratio)
-                if iterations is None:
-                    raise
-                return iterations
+            # No variable keeps the failure: in a cycle with this frame, ranks would
+            # free the solver, which is collective, at different times
+            iterations = self._otherwise(now, last, ratio)
+            if iterations is None:
+                raise
+            return iterations
+        finally:
+            convergence.patient = True
 
     def _otherwise(self, now: State, last: State | None, ratio: float) -> int | None:
-        """Iterations of the first other way that converges. None if none does."""
+        """Solve in the first other way that converges; return None if none does."""
         for name, solve in self._others(now, last, ratio):
             self._restore(now)
             self._trying(name)
@@ -131,19 +179,18 @@ class Strategies:
             try:
                 iterations = solve()
                 self.released = self._released(name, now)
-            except SetUpError:
-                raise
-            except FAILURES:
+            except FAILURES as failure:
                 if len(self._given) > kept:
-                    set_each(with_multipliers(self._contact), self._given.pop())
+                    self._set_kept(self._given.pop())
+                if isinstance(failure, SetUpError):
+                    raise
                 continue
             self.used = name
             return iterations
         return None
 
     def _released(self, name: str, now: State) -> float:
-        """Energy that a snap since a state has set free, 0 where none was passed.
-        Collective.
+        """Find the energy that a snap since a state has set free. Collective.
 
         Raises
         ------
@@ -161,19 +208,10 @@ class Strategies:
             )
         return balance.released
 
-    @contextmanager
-    def _attentive(self) -> Iterator[None]:
-        """Within it, a solve stops as soon as it is in trouble, if another way is
-        left."""
-        convergence = self.solver.problem.convergence
-        convergence.patient = not self.automatic
-        try:
-            yield
-        finally:
-            convergence.patient = True
-
     def _is_curable(self, failure: Exception) -> bool:
         """Whether a solve cycled or diverged, rather than ran out of iterations."""
+        if isinstance(failure, SetUpError):
+            return False
         if not isinstance(failure, ConvergenceError):
             return True
         problem = self.solver.problem
@@ -182,8 +220,7 @@ class Strategies:
         return broken or is_in_trouble(problem.convergence.norms)
 
     def _as_given(self, now: State, last: State | None, ratio: float) -> int:
-        """Solve from the extrapolated state. If that fails, solve from the present
-        one."""
+        """Solve by the solver as it was given, from the extrapolated state first."""
         if self.extrapolate and last is not None:
             try:
                 iterations = self._extrapolated(now, last, ratio)
@@ -191,72 +228,68 @@ class Strategies:
                 return iterations
             except FAILURES:
                 self._restore(now)
-        iterations = self.solver.solve()[0]
         self.used = FULL
-        return iterations
+        return iterations_of(self.solver)
 
     def _restore(self, now: State) -> None:
+        """Go back to a state."""
         self._contact.restore(now)
         self._path.restart()
+
+    def _others(
+        self, now: State, last: State | None, ratio: float
+    ) -> Iterator[tuple[str, Callable[[], int]]]:
+        """Yield the other ways by name, as measurements order them.
+
+        See docs/robustness_paths.md.
+        """
+        solver = self.solver
+        if last is not None and not self.extrapolate:
+            yield EXTRAPOLATED, partial(self._extrapolated, now, last, ratio)
+        yield SMALL_GAMMA, partial(solve_by_small_gamma, solver)
+        if self._capped is not None:
+            yield CAPPED, partial(iterations_of, self._capped)
+        if self._searching is not None:
+            yield LINE_SEARCH, partial(iterations_of, self._searching)
+            yield BOTH, partial(solve_by_small_gamma, self._searching)
+        if len(self._given) < MOST_KEPT and _with_multipliers(self._contact):
+            yield KEPT, partial(solve_with_small_gamma, solver, self._given)
+        if self._viscous is not None and self._viscous.is_of_use():
+            plain = partial(iterations_of, solver)
+            yield VISCOUS, partial(self._viscous.solve, plain)
 
     def _extrapolated(self, now: State, last: State, ratio: float) -> int:
         """Solve from the extrapolated state."""
         self._path.extrapolate(ratio)
         extrapolate(self._contact, now, last, ratio)
-        return self.solver.solve()[0]
+        return iterations_of(self.solver)
 
-    def _others(
-        self, now: State, last: State | None, ratio: float
-    ) -> Iterator[tuple[str, Callable[[], int]]]:
-        """The other ways by name, in the order in which measurements recommend them
-        (docs/robustness_paths.md)."""
-        if last is not None and not self.extrapolate:
-            yield EXTRAPOLATED, partial(self._extrapolated, now, last, ratio)
-        yield SMALL_GAMMA, lambda: solve_by_small_gamma(self.solver)
-        if self._capped is not None:
-            yield CAPPED, iterations_of(self._capped)
-        searching = self._with_line_search
-        if searching is not None:
-            yield LINE_SEARCH, iterations_of(searching)
-            yield BOTH, partial(solve_by_small_gamma, searching)
-        if len(self._given) < MOST_KEPT and with_multipliers(self._contact):
-            yield KEPT, self._keep_small_gamma
-        viscous = self._viscous
-        if viscous is not None and viscous.is_of_use():
-            yield VISCOUS, partial(viscous.solve, iterations_of(self.solver))
-
-    def _keep_small_gamma(self) -> int:
-        """Solve with a tenth of gamma, and keep it for the rest of the path."""
-        given = [contact.gamma for contact in with_multipliers(self._contact)]
-        iterations = solve_with_small_gamma(self.solver)
-        self._given.append(given)
-        return iterations
+    def _set_kept(self, gammas: list[Any]) -> None:
+        """Give reduced coefficients back. Collective."""
+        _set_gamma(_with_multipliers(self._contact), gammas)
 
     def finish(self) -> None:
-        """Give gamma back, at the end of the path. Collective."""
+        """Give gamma back at the end of the path. Collective."""
         if self._given:
-            set_each(with_multipliers(self._contact), self._given[0])
+            self._set_kept(self._given[0])
             self._given.clear()
+
+    # Other solvers with the settings of the given one, made when first needed
 
     @cached_property
     def _capped(self) -> CappedSolver | None:
-        """The same solver with capped steps, made when it is first needed."""
         solver = self.solver
-        plain = isinstance(solver, SNESSolver) or (
-            isinstance(solver, NewtonSolver)
-            and solver.convergence_criterion == "residual"
-        )
-        return CappedSolver(solver) if plain else None
+        if not isinstance(solver, (NewtonSolver, SNESSolver)):
+            return None
+        criterion = getattr(solver, "convergence_criterion", "residual")
+        return CappedSolver(solver) if criterion == "residual" else None
+
+    @cached_property
+    def _searching(self) -> SNESSolver | None:
+        return with_line_search(self.solver)
 
     @cached_property
     def _viscous(self) -> Stabilization | None:
-        """Viscous forces, for steps that have no equilibrium nearby. Made when first
-        needed."""
         if not self._may_be_viscous:
             return None
         return Stabilization(self.solver, 1.0, MOST_VISCOUS)
-
-    @cached_property
-    def _with_line_search(self) -> SNESSolver | None:
-        """The same solver with a line search, made when it is first needed."""
-        return with_line_search(self.solver)

@@ -19,8 +19,7 @@ from raymortar import (
     rigid,
 )
 from raymortar.paths.energy_balance import MISSING, RIPPLE, Balance, balance_of_step
-from raymortar.paths.load_path import PrescribedPath
-from raymortar.paths.step_sizes import StepSizes
+from raymortar.paths.load_path import PrescribedPath, StepSizes
 from raymortar.paths.strategies import FULL, VISCOUS, Strategies
 
 

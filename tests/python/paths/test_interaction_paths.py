@@ -17,8 +17,8 @@ from raymortar import (
     SNESSolver,
     Stick,
 )
-from raymortar.paths.gamma_detour import solve_by_small_gamma, solve_with_small_gamma
 from raymortar.paths.stabilization import Stabilization
+from raymortar.paths.strategies import solve_by_small_gamma, solve_with_small_gamma
 from raymortar.solvers.capped import CappedSolver
 from raymortar.solvers.line_search import with_line_search
 
