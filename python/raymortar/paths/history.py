@@ -21,7 +21,6 @@ from ..host.forms import check_supports
 from ..interface.pairs import Pair
 from ..options.methods import Penalty
 from ..problem import CoupledProblem
-from ..results.summaries import of_history
 from .body_columns import BodyColumns
 
 _COUNTS = ("time", "iterations", "halvings", "active", "min_gap", "max_pressure")
@@ -157,7 +156,9 @@ class History:
         self._begun = False
 
     def __repr__(self) -> str:
-        return of_history(self)
+        file = "no file" if self.path is None else f"file {str(self.path)!r}"
+        columns = ", ".join(self.columns)
+        return f"<History of {len(self)} records, {file}, columns {columns}>"
 
     def _names(self) -> list[str]:
         """Columns, in the order of `_values`."""

@@ -23,7 +23,6 @@ from ..errors import (
     together,
 )
 from ..interface.state import State
-from ..results.summaries import of_load_steps
 from .control import ArcLength, DisplacementControl
 from .history import History
 from .load_path import ArcPath, DisplacementPath, PrescribedPath
@@ -186,7 +185,13 @@ class LoadSteps:
         self.halvings = 0
 
     def __repr__(self) -> str:
-        return of_load_steps(self, self._path.factor)
+        begin, end = self.path
+        led = f" led by {type(self.control).__name__}" if self.control else ""
+        return (
+            f"<LoadSteps from {begin:g} to {end:g} in {self.steps} steps{led} with "
+            f"{type(self.solver).__name__}, strategy {self.strategy!r}, at load "
+            f"factor {self._path.factor:.6g}, {self.halvings} halvings>"
+        )
 
     def _viscous_forces(self) -> Stabilization | None:
         """Viscous forces, if `stabilize` asks for them. Adds their columns to
