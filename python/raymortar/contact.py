@@ -29,8 +29,8 @@ from .interface.state import ContactState
 from .options.contact_options import ContactOptions
 from .options.friction import Law
 from .options.methods import AugmentedLagrangian, Penalty, Search
-from .results.energies import friction_work, stored_energy
 from .results.fields import NodalFields, check_part
+from .results.sums import friction_work, stored_energy
 from .rigid.body import Body
 from .rigid.shapes import Shape
 from .system.assembly import ContactAssembly

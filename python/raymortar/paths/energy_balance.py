@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..compat import Array
-from ..interface.point_results import resultant_on
 from ..interface.state import State
-from ..results.energies import work_on_gaps
+from ..results.sums import resultant_on, work_on_gaps
 
 if TYPE_CHECKING:
     from ..problem import CoupledProblem

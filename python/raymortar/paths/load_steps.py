@@ -26,7 +26,6 @@ from ..interface.state import State
 from .control import ArcLength, DisplacementControl
 from .history import History
 from .load_path import ArcPath, DisplacementPath, PrescribedPath
-from .load_step import LoadStep
 from .load_step_checks import (
     check_calls,
     check_control,
@@ -39,7 +38,7 @@ from .load_step_checks import (
     with_size,
 )
 from .output import Output, check_output
-from .progress import HALVED, Progress, check_progress, line
+from .progress import HALVED, LoadStep, Progress, check_progress, line
 from .stabilization import Stabilization
 from .step_sizes import StepSizes
 from .strategies import Strategies
