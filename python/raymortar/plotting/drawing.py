@@ -152,8 +152,7 @@ def draw_surface(
         axes.computed_zorder = False
         style = {"colors": COLOUR, "lw": 0.6, "alpha": 0.7, "zorder": 3}
         # Newer matplotlib takes lines of one length only
-        pieces = [np.stack([curve[:-1], curve[1:]], axis=1) for curve in curves]
-        axes.add_collection3d(Line3DCollection(np.concatenate(pieces), **style))
+        axes.add_collection3d(Line3DCollection(pieces_of(curves), **style))
     drawn = np.concatenate([polygons.reshape(-1, 3), *curves])
     limits = np.column_stack([drawn.min(axis=0), drawn.max(axis=0)])
     axes.set(xlim=limits[0], ylim=limits[1])
@@ -163,6 +162,11 @@ def draw_surface(
     axes.set_proj_type("persp", focal_length=0.4)
     axes.set_axis_off()
     return mpl.cm.ScalarMappable(scale, STRESS_MAP)
+
+
+def pieces_of(curves: Sequence[Array]) -> Array:
+    """Split curves (n, 3) into their straight pieces, (m, 2, 3)."""
+    return np.concatenate([np.stack([x[:-1], x[1:]], axis=1) for x in curves])
 
 
 def direction(azimuth: float, elevation: float) -> Array:

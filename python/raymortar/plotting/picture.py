@@ -25,16 +25,7 @@ from ..errors import (
 )
 from ..host.gathering import gather, gather_boundary, gather_cells, nodal_field
 from ..interface.point_results import OPEN
-from . import rendering
-from .drawing import (
-    LOOK,
-    PRESSURE,
-    AxisOptions,
-    draw_field,
-    draw_pressure,
-    draw_surface,
-    draw_tractions,
-)
+from . import drawing, rendering
 from .tools import COLOUR, curves
 
 if TYPE_CHECKING:
@@ -123,7 +114,9 @@ def plot(
     mesh = u.function_space.mesh
     with together(mesh.comm):
         _check_input(contact, file, field)
-        options = AxisOptions(x, centre, units, "rz" if contact.axisymmetric else "xy")
+        options = drawing.AxisOptions(
+            x, centre, units, "rz" if contact.axisymmetric else "xy"
+        )
     require_agreement(mesh.comm, backend=backend)
     dim, draws = mesh.geometry.dim, mesh.comm.rank == 0
     raise_everywhere(mesh.comm, _lacking(backend, dim) if draws else None)
@@ -143,7 +136,7 @@ def plot(
         tools = dict.fromkeys(b for zone in contact.zones for b in zone.facets.bodies)
         lines = [curve for tool in tools for curve in curves(tool, *_box(bodies))]
         if backend == "pyvista":
-            labels = label, options.stress(PRESSURE)
+            labels = label, options.stress(drawing.PRESSURE)
             figure = rendering.render(bodies, slaves, lines, labels, view, file is None)
         else:
             parts = bodies, slaves, points, lines
@@ -211,7 +204,7 @@ def _draw(
     parts: tuple[Any, ...],
     label: str,
     view: tuple[float, float],
-    options: AxisOptions,
+    options: drawing.AxisOptions,
     interactive: bool,
 ) -> Any:
     """Draw bodies and tools on the left, tractions on the right, by matplotlib.
@@ -224,7 +217,7 @@ def _draw(
     bodies, slaves, points, lines = parts
     x, u, values = bodies
     in_plane = u.shape[-1] == 2
-    with rc_context(LOOK):
+    with rc_context(drawing.LOOK):
         make = pyplot.figure if interactive else Figure
         figure = make(figsize=(10, 4.2), layout="constrained")
         left = figure.add_subplot(1, 2, 1, projection=None if in_plane else "3d")
@@ -233,25 +226,29 @@ def _draw(
             colours = _draw_plane(left, bodies, lines, options)
             names = [str(pair) for pair in contact.pairs]
             frictional = contact.friction is not None
-            draw_tractions(right, slaves, points, options, names, frictional)
+            drawing.draw_tractions(right, slaves, points, options, names, frictional)
         else:
-            colours = draw_surface(left, x + u, values.mean(axis=(1, 2)), *view, lines)
-            bar = draw_pressure(right, slaves, points, options)
-            figure.colorbar(bar, ax=right, label=options.stress(PRESSURE), shrink=0.85)
+            colours = drawing.draw_surface(
+                left, x + u, values.mean(axis=(1, 2)), *view, lines
+            )
+            bar = drawing.draw_pressure(right, slaves, points, options)
+            figure.colorbar(
+                bar, ax=right, label=options.stress(drawing.PRESSURE), shrink=0.85
+            )
         shrink = 0.85 if in_plane else 0.7
         figure.colorbar(colours, ax=left, label=label, shrink=shrink)
     return figure
 
 
 def _draw_plane(
-    axes: Any, bodies: Any, lines: Sequence[Array], options: AxisOptions
+    axes: Any, bodies: Any, lines: Sequence[Array], options: drawing.AxisOptions
 ) -> Any:
     """Draw bodies and outlines of tools in 2D; give what a colour bar needs."""
     from matplotlib.colors import Normalize
 
     x, u, values = bodies
     norm = None if values.min() >= 0.0 else Normalize(values.min(), values.max())
-    colours = draw_field(axes, x[..., :2] + u, values, norm=norm)
+    colours = drawing.draw_field(axes, x[..., :2] + u, values, norm=norm)
     for curve in lines:
         axes.plot(*curve.T, color=COLOUR, lw=1.2, zorder=3)
     if lines:
@@ -269,7 +266,7 @@ def _save(figure: Any, path: Path, backend: str) -> None:
         return
     from matplotlib import rc_context
 
-    with rc_context(LOOK):
+    with rc_context(drawing.LOOK):
         figure.savefig(path)
 
 

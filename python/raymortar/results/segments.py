@@ -8,7 +8,6 @@ https://docs.vtk.org/en/latest/design_documents/VTKFileFormats.html
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import Element, ElementTree, SubElement
@@ -30,17 +29,8 @@ POINT_DATA = ("gap", "pressure", "traction", "status", "weight", "slip")
 VERTEX, LINE, POLYGON = 1, 3, 7
 
 
-@dataclass
-class Cells:
-    """Cells of one rank, and arrays over them by name.
-
-    Cell i has the next sizes[i] points, (points, d).
-    """
-
-    kind: int
-    points: Array
-    sizes: Any
-    data: dict[str, Any]
+# Points of the cells one after the other, how many each cell has, arrays over cells
+Cells = tuple[Array, Any, dict[str, Any]]
 
 
 def write_segments(
@@ -49,12 +39,10 @@ def write_segments(
     """Write the segments to a file and the points beside it. Collective."""
     if path.suffix != ".vtu":
         raise ContactError(f"{path} must end in .vtu")
-    points = path.with_name(f"{path.stem}_points{path.suffix}")
-    for file, parts in (
-        (path, [_segments(zone, u) for zone in zones]),
-        (points, [_points(zone) for zone in zones]),
-    ):
-        _write(file, _joined(parts), comm)
+    kind = LINE if zones[0].facets.slave_surface.gdim == 2 else POLYGON
+    _write(path, kind, [_segments(zone, u) for zone in zones], comm)
+    beside = path.with_name(f"{path.stem}_points{path.suffix}")
+    _write(beside, VERTEX, [_points(zone) for zone in zones], comm)
 
 
 def _segments(zone: ZoneData, u: Function) -> Cells:
@@ -64,12 +52,11 @@ def _segments(zone: ZoneData, u: Function) -> Cells:
     facet = np.repeat(slave, sizes)
     N, _ = shape_functions(surface.shape, surface.displacement_degree, xi)
     values = u.x.array.reshape(-1, surface.gdim)[surface.dofs]
-    x = undeformed(surface, facet, xi)
-    x = x + np.einsum("qa,qad->qd", N, values[surface.facet_dofs[facet]])
+    moved = np.einsum("qa,qad->qd", N, values[surface.facet_dofs[facet]])
     ids = np.asarray(surface.facet_ids[slave], dtype=np.int64)
     data: dict[str, Any] = {"slave_facet": ids}
     data |= _averages(zone.points(), segments)
-    return Cells(LINE if surface.gdim == 2 else POLYGON, x, sizes, data)
+    return undeformed(surface, facet, xi) + moved, sizes, data
 
 
 def _averages(points: dict[str, Array], segments: dict[str, Array]) -> dict[str, Array]:
@@ -98,33 +85,31 @@ def _points(zone: ZoneData) -> Cells:
     points = zone.points()
     data = {name: points[name] for name in POINT_DATA if name in points}
     data["status"] = data["status"].astype(np.int64)
-    return Cells(VERTEX, points["x"], np.ones(len(points["x"]), dtype=int), data)
+    return points["x"], np.ones(len(points["x"]), dtype=int), data
 
 
-def _joined(parts: list[Cells]) -> Cells:
-    """Join the cells of several zones; data that a zone lacks is NaN there."""
-    data: dict[str, Any] = {}
-    for name, like in {n: a for part in parts for n, a in part.data.items()}.items():
-        values = [
-            part.data.get(name, np.full((len(part.sizes), *like.shape[1:]), np.nan))
-            for part in parts
+def _joined(parts: Sequence[Cells], name: str) -> Any:
+    """Join the data of one name; a zone that lacks it, as slip, has NaN."""
+    like = next(data[name] for *_, data in parts if name in data)
+    return np.concatenate(
+        [
+            data.get(name, np.full((len(sizes), *like.shape[1:]), np.nan))
+            for _, sizes, data in parts
         ]
-        data[name] = np.concatenate(values)
-    points, sizes = (
-        np.concatenate([getattr(part, name) for part in parts])
-        for name in ("points", "sizes")
     )
-    return Cells(parts[0].kind, points, sizes, data)
 
 
-def _write(path: Path, cells: Cells, comm: MPI.Comm) -> None:
+def _write(path: Path, kind: int, parts: Sequence[Cells], comm: MPI.Comm) -> None:
     """Write this rank's cells and, with several ranks, what joins them. Collective."""
-    count, size = len(cells.sizes), len(cells.points)
-    arrays = {"Points": {"Points": cells.points}, "CellData": cells.data}
+    points, sizes = (np.concatenate([part[k] for part in parts]) for k in (0, 1))
+    size, count = len(points), len(sizes)
+    names = dict.fromkeys(name for *_, data in parts for name in data)
+    cell_data = {name: _joined(parts, name) for name in names}
+    arrays = {"Points": {"Points": points}, "CellData": cell_data}
     topology = {
         "connectivity": np.arange(size),
-        "offsets": np.cumsum(cells.sizes),
-        "types": np.full(count, cells.kind),
+        "offsets": np.cumsum(sizes),
+        "types": np.full(count, kind),
     }
     files = [f"{path.stem}_{rank}.vtu" for rank in range(comm.size)]
     own = path if comm.size == 1 else path.with_name(files[comm.rank])
