@@ -105,33 +105,33 @@ def _write(path: Path, kind: int, parts: Sequence[Cells], comm: MPI.Comm) -> Non
     size, count = len(points), len(sizes)
     names = dict.fromkeys(name for *_, data in parts for name in data)
     cell_data = {name: _joined(parts, name) for name in names}
-    arrays = {"Points": {"Points": points}, "CellData": cell_data}
     topology = {
         "connectivity": np.arange(size),
         "offsets": np.cumsum(sizes),
         "types": np.full(count, kind),
     }
+    positions = {"Points": points}
     files = [f"{path.stem}_{rank}.vtu" for rank in range(comm.size)]
     own = path if comm.size == 1 else path.with_name(files[comm.rank])
     with writing(comm, path, OSError):
         root, grid = _document("UnstructuredGrid")
         counts = {"NumberOfPoints": str(size), "NumberOfCells": str(count)}
         piece = SubElement(grid, "Piece", counts)
-        _add(piece, arrays | {"Cells": topology})
+        _add(piece, {"Points": positions, "Cells": topology, "CellData": cell_data})
         ElementTree(root).write(own, encoding="utf-8", xml_declaration=True)
         if comm.size > 1 and comm.rank == 0:
-            root, grid = _document("PUnstructuredGrid")
-            _add(grid, arrays, "P")
+            root, grid = _document("PUnstructuredGrid", GhostLevel="0")
+            _add(grid, {"Points": positions, "CellData": cell_data}, "P")
             for file in files:
                 SubElement(grid, "Piece", Source=file)
             joining = path.with_suffix(".pvtu")
             ElementTree(root).write(joining, encoding="utf-8", xml_declaration=True)
 
 
-def _document(kind: str) -> tuple[Element, Element]:
+def _document(kind: str, **attributes: str) -> tuple[Element, Element]:
     """Begin a document: its root, and the grid in it."""
     root = Element("VTKFile", type=kind, version="1.0", byte_order="LittleEndian")
-    return root, SubElement(root, kind)
+    return root, SubElement(root, kind, attributes)
 
 
 def _add(
