@@ -16,9 +16,9 @@ from .options.friction import Coulomb, Friction, Stick, Tresca
 from .options.methods import AugmentedLagrangian, Penalty, Search
 from .paths.control import ArcLength, DisplacementControl
 from .paths.history import History
-from .paths.load_step import LoadStep
 from .paths.load_steps import LoadSteps
 from .paths.output import Output
+from .paths.progress import LoadStep
 from .plotting.picture import plot
 from .solvers.fixed_point import FixedPointSolver
 from .solvers.newton import NewtonSolver

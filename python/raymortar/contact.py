@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import fields, is_dataclass
 from typing import Any
 
 from petsc4py import PETSc
@@ -22,14 +23,14 @@ from .interface.friction_at_points import spread_coefficient
 from .interface.given import check_given
 from .interface.interfaces import Interfaces
 from .interface.offsets import Offsets
+from .interface.point_results import CLOSED, OPEN
 from .interface.present import PresentState
 from .interface.state import ContactState
 from .options.contact_options import ContactOptions
 from .options.friction import Law
 from .options.methods import AugmentedLagrangian, Penalty, Search
-from .results.energies import friction_work, stored_energy
 from .results.fields import NodalFields, check_part
-from .results.summaries import of_contact
+from .results.sums import friction_work, stored_energy
 from .rigid.body import Body
 from .rigid.shapes import Shape
 from .system.assembly import ContactAssembly
@@ -170,7 +171,25 @@ class Contact(Interaction):
         return PresentState(self.surfaces, options)
 
     def __repr__(self) -> str:
-        return of_contact(self)
+        facets = sum(len(z.facets.slave_surface.facet_ids) for z in self.zones)
+        law, gamma = "no friction", "gamma not yet set"
+        if self.tied is not None:
+            law = f"gaps {'kept' if self.tied == 'keep' else 'closed'}"
+        elif self.friction is not None:
+            law = _shown(self.friction)
+        if self.gamma is not None:
+            gamma = f"gamma {_shown(self.gamma)}"
+        counts = "not yet paired"
+        if self.updates:  # no rank waits for another: one alone may print this
+            status = np.concatenate([zone.points()["status"] for zone in self.zones])
+            hits, closed = (np.count_nonzero(status >= one) for one in (OPEN, CLOSED))
+            counts = f"{hits} of {len(status)} points hit, {closed} closed"
+        rank, size = self.layout.comm.rank, self.layout.comm.size
+        return (
+            f"<{type(self).__name__} of {', '.join(map(str, self.pairs))}; "
+            f"{_shown(self.method)}, {law}, {gamma}; {facets} slave facets, {counts}"
+            f"{f' on rank {rank} of {size}' if size > 1 else ''}>"
+        )
 
     @property
     def contacts(self) -> tuple[Contact, ...]:
@@ -472,3 +491,19 @@ class Contact(Interaction):
                 return 0.0
             part = "normal"
         return stored_energy(self.zones, self._comm, part)
+
+
+def _shown(value: Any) -> str:
+    """Describe an option as a user would write it, without what is default."""
+    if is_dataclass(value):
+        changed = [
+            f"{field.name}={_shown(getattr(value, field.name))}"
+            for field in fields(value)
+            if getattr(value, field.name) is not field.default
+        ]
+        return f"{type(value).__name__}({', '.join(changed)})"
+    if isinstance(value, Function):
+        return f"Function {value.name!r}"
+    if callable(value):
+        return str(getattr(value, "__name__", type(value).__name__))
+    return f"{value:.6g}" if isinstance(value, float) else repr(value)

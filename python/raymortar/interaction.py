@@ -11,8 +11,8 @@ from .compat import Array
 from .host.bodies import Bodies
 from .host.host import Host
 from .interface.pairs import Pair, PairTable
-from .interface.point_results import Resultant, Statistics, statistics
 from .results.points import PointResults
+from .results.sums import Resultant, Statistics, statistics
 from .rigid.body import Body
 from .system.assembly import ContactAssembly
 from .system.coupled import CoupledSystem

@@ -18,7 +18,6 @@ from .host.layout import JointLayout
 from .interaction import Interaction
 from .interface.pairs import PairTable
 from .interface.state import JointState, joint_fault
-from .results.summaries import of_contacts
 
 
 class Interactions(Interaction):
@@ -55,7 +54,8 @@ class Interactions(Interaction):
         )
 
     def __repr__(self) -> str:
-        return of_contacts(self.contacts)
+        contacts = ", ".join(map(repr, self.contacts))
+        return f"<Interactions of {len(self.contacts)}: {contacts}>"
 
     @property
     def contacts(self) -> tuple[Contact, ...]:

@@ -36,7 +36,6 @@ from .interactions import one_or_several
 from .interface.held import rigid_slaves, warn_of_finer_rigid_slaves
 from .interface.overlap import warn_of_overlap
 from .interface.sides import swaps
-from .results.summaries import of_problem
 from .rigid.motions import loads_of_tools
 from .system.volume import Volume
 
@@ -146,7 +145,12 @@ class CoupledProblem:
         self.convergence = Convergence(self.contact)
 
     def __repr__(self) -> str:
-        return of_problem(self)
+        solved_for = ", ".join(repr(f.name) for f in self.contact.host.functions)
+        unknowns, n = self.contact.layout.ranges[-1], len(self.bcs)
+        return (
+            f"<{type(self).__name__} for {solved_for}, {unknowns} unknowns, "
+            f"{n} Dirichlet condition{'' if n == 1 else 's'}, {self.contact!r}>"
+        )
 
     @property
     def comm(self) -> MPI.Comm:

@@ -3,6 +3,6 @@
 - contact_surfaces, zones: from tagged facets to C++ zones
 - coefficients, shear_modulus: the automatic gamma
 - present, state, accepted: the present state, and the one that a step starts from
-- point_results: sums and averages over integration points
+- point_results, point_places: statuses, and values at points from nodes and back
 - pairs: names of pairs
 """

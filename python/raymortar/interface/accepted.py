@@ -11,7 +11,8 @@ from ..compat import Array
 from ..host.host import Host
 from ..rigid.body import Body
 from .faced import nearest_hits
-from .point_results import CLOSED, nodal_average
+from .point_places import nodal_average
+from .point_results import CLOSED
 from .state import ContactState
 from .zones import ZoneData, on_sides
 

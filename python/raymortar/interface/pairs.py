@@ -65,47 +65,24 @@ def spoken(name: str | None, tag: int | Body) -> str:
 
 
 def known_names(names: Any, facet_dim: int) -> dict[str, Any]:
-    """Facet tag by name.
-
-    Parameters
-    ----------
-    names
-        Tag or (dimension, tag) by name; None: no names.
-    facet_dim
-        Groups of other dimensions are left out.
-    """
+    """Look up the facet tag of each name of a tag or (dimension, tag)."""
     if names is not None and not isinstance(names, Mapping):
         raise ContactError(f"names must map names to facet tags, not {names!r}")
     known = {}
     for name, group in (names or {}).items():
-        dim, tag = _dimension_and_tag(name, group, facet_dim)
-        if dim == facet_dim:
-            known[name] = tag
+        parts = tuple(group) if isinstance(group, (tuple, list)) else (facet_dim, group)
+        if len(parts) != 2 or not all(map(is_whole_number, parts)):
+            raise ContactError(
+                f"names has {group!r} for {name!r}: it must be a tag, a whole number, "
+                "or (dimension, tag)"
+            )
+        if parts[0] == facet_dim:
+            known[name] = parts[1]
     return known
 
 
-def _dimension_and_tag(name: Any, group: Any, facet_dim: int) -> tuple[Any, Any]:
-    """Dimension and tag of a named group."""
-    parts = tuple(group) if isinstance(group, (tuple, list)) else (facet_dim, group)
-    if len(parts) != 2 or not all(map(is_whole_number, parts)):
-        raise ContactError(
-            f"names has {group!r} for {name!r}: it must be a tag, a whole number, or "
-            "(dimension, tag)"
-        )
-    dim, tag = parts
-    return dim, tag
-
-
 def numbered(pairs: Any, known: Mapping[str, Any]) -> Any:
-    """Pairs with every name replaced by its tag, and rigid shapes as bodies.
-
-    Parameters
-    ----------
-    pairs
-        [(slave, master), ...], numbers or names.
-    known
-        Of `known_names`.
-    """
+    """Replace names in pairs by their tags, and rigid shapes by bodies."""
 
     def number(tag: Any) -> Any:
         if not isinstance(tag, str):
@@ -120,38 +97,27 @@ def numbered(pairs: Any, known: Mapping[str, Any]) -> Any:
     except (TypeError, ValueError):
         return pairs  # `group_pairs` says what it should be
     return [
-        (number(slave), as_body(master) or number(master)) for slave, master in two_each
+        (number(slave), as_body(other) or number(other)) for slave, other in two_each
     ]
 
 
 def table(
     tags: Sequence[tuple[int, int | Body]], known: Mapping[str, int]
 ) -> list[Pair]:
-    """The pairs in the order in which they were given, each once."""
+    """Make the pairs in the order in which they were given, each once."""
     name_of = {int(tag): name for name, tag in reversed(list(known.items()))}
-    each = list(dict.fromkeys((int(slave), _master(master)) for slave, master in tags))
-    surfaces = list(dict.fromkeys(slave for slave, _ in each))
-    pairs = [
-        Pair(
-            a,
-            b,
-            name_of.get(a),
-            b.name if isinstance(b, Body) else name_of.get(b),
-            surfaces.index(a),
-            "",
-        )
-        for a, b in each
-    ]
-    return labelled(pairs)
-
-
-def _master(master: Any) -> int | Body:
-    """A tag as an int, a rigid body as it is."""
-    return master if isinstance(master, Body) else int(master)
+    surfaces = list(dict.fromkeys(int(slave) for slave, _ in tags))
+    pairs: dict[Any, Pair] = {}
+    for slave, master in tags:
+        a = int(slave)
+        b: int | Body = master if isinstance(master, Body) else int(master)
+        known_as = b.name if isinstance(b, Body) else name_of.get(b)
+        pairs[a, b] = Pair(a, b, name_of.get(a), known_as, surfaces.index(a), "")
+    return labelled(list(pairs.values()))
 
 
 def labelled(pairs: Sequence[Pair]) -> list[Pair]:
-    """The same pairs, each with its own label."""
+    """Give each pair a label of its own."""
 
     def plain(name: str | None, tag: int | Body) -> str:
         return str(tag) if name is None else re.sub(r"[^0-9A-Za-z]", "_", name)
@@ -198,26 +164,22 @@ class PairTable:
         return [known[master] for master in masters]
 
     def find(self, slave: int | str, master: int | str | Body | None) -> list[int]:
-        """Numbers of the pairs with a slave and, if one is given, a master."""
-        both: list[int | str | Body] = [slave]
-        if master is not None:
-            both.append(master)
+        """Find the pairs with a slave and, if one is given, a master."""
         found = []
         for k, (pair, names) in enumerate(zip(self.pairs, self._names)):
-            tags: list[int | Body | None]
-            tags = [names.get(s) if isinstance(s, str) else s for s in both]
-            if master is not None and master == pair.master_name:
-                tags[1] = pair.master  # a rigid body has a name of its own
-            if [pair.slave, pair.master][: len(tags)] == tags:
+            a, b = (names.get(s) if isinstance(s, str) else s for s in (slave, master))
+            # A rigid body has a name of its own
+            if a == pair.slave and (
+                master in (None, pair.master_name) or b == pair.master
+            ):
                 found.append(k)
         if not found and master is None:
             raise self.no_surface(slave)
         if not found:
             known = ", ".join(map(str, self.pairs))
-            asked = ", ".join(map(repr, both))
             raise ContactError(
-                f"there is no contact of ({asked}): pairs of (slave, master) are "
-                f"{known}, and their forces those on the slave"
+                f"there is no contact of ({slave!r}, {master!r}): pairs of (slave, "
+                f"master) are {known}, and their forces those on the slave"
             )
         return found
 
@@ -233,16 +195,10 @@ class PairTable:
 
 
 class MasterTags:
-    """Tells which master of a slave a facet belongs to. Collective. Points may hit
-    facets of other ranks. So with several masters, each rank knows the facets of all of
-    them by number.
+    """Tells which master of a slave a facet belongs to. Collective.
 
-    Parameters
-    ----------
-    zone
-        Its facets on this rank.
-    comm
-        Communicator of the mesh.
+    Points may hit facets of other ranks. So with several masters, each rank knows the
+    facets of all of them by number.
 
     Attributes
     ----------
@@ -251,10 +207,7 @@ class MasterTags:
     """
 
     def __init__(self, zone: ZoneFacets, comm: MPI.Comm) -> None:
-        self.count = len(zone.bodies or zone.masters)
-        self._rigid = bool(zone.bodies)
-        self._ids = np.empty(0, dtype=np.int64)
-        self._master = np.empty(0, dtype=np.int32)
+        self.count, self._rigid = len(zone.master_tags), bool(zone.bodies)
         if self.count > 1 and not self._rigid:
             surface = zone.master_surface
             found = comm.allgather((surface.facet_ids, surface.zone))
@@ -263,15 +216,10 @@ class MasterTags:
             self._master = masters[first]
 
     def of_points(self, points: Mapping[str, Any], met: Global) -> Indices:
-        """Number of the master that each point hits; -1 for none, (n,).
+        """Number the master that each point hits; -1 for none, (n,).
 
-        Parameters
-        ----------
-        points
-            Arrays over the points of a zone.
-        met
-            Global numbers of slave and master facets that have met, as the zone's
-            ``pairs`` has them.
+        `met` has the global numbers of slave and master facets that have met, as the
+        zone's ``pairs`` has them.
         """
         hit = points["status"] >= OPEN
         number = np.where(hit, 0, -1).astype(np.int32)

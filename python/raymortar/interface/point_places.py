@@ -1,10 +1,12 @@
-"""Places of integration points on the undeformed slave and in its mesh's cells."""
+"""From nodes of a slave surface to its integration points, and back."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
+from dolfinx.fem import Function
 from dolfinx.mesh import Mesh
 
 from .. import compat
@@ -12,6 +14,7 @@ from ..compat import Array
 from ..host.facets import reference_corners
 from ..host.reference_facets import shape_functions
 from ..host.surfaces import Surface
+from .point_results import OPEN
 from .zones import ZoneData
 
 
@@ -45,3 +48,38 @@ def places(zone: ZoneData, points: dict[str, Array], mesh: Mesh) -> dict[str, Ar
     if zone.slip is not None:
         found["accumulated_slip"] = accumulated_slip(zone, facet, xi)
     return found
+
+
+def nodal_average(
+    zones: Sequence[ZoneData],
+    quantity: Callable[[dict[str, Array]], Any],
+    field: Function,
+    hits_only: bool = True,
+) -> None:
+    """Average a point quantity around each slave node; NaN elsewhere. Collective.
+
+    Points weigh by their area times the square of the node's shape function, which
+    is positive and largest next to the node. `quantity` gives values (n,) or (n, d)
+    from the points of a zone; those without a hit are left out, if asked.
+    """
+    V = field.function_space
+    index_map, bs = V.dofmap.index_map, V.dofmap.index_map_bs
+    sums = compat.create_la_vector(index_map, bs)
+    weights = compat.create_la_vector(index_map, 1)
+    degree = compat.element_info(V).degree
+    for zone in zones:
+        points = zone.points()
+        hit = points["status"] >= (OPEN if hits_only else 0)
+        values = quantity(points)[hit].astype(np.float64).reshape(-1, 1, bs)
+        shape = zone.facets.slave_surface.shape
+        N, _ = shape_functions(shape, degree, points["xi"][hit])
+        w = points["weight"][hit, None] * N**2
+        dofs = zone.result_table[points["slave"][hit]]
+        np.add.at(weights.array, dofs, w)
+        np.add.at(sums.array.reshape(-1, bs), dofs, w[:, :, None] * values)
+    for vector in (sums, weights):
+        compat.scatter_reverse_add(vector)
+        compat.scatter_forward(vector)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        average = sums.array.reshape(-1, bs) / weights.array[:, None]
+    field.x.array[:] = average.ravel()

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from ..compat import Array
-from ..interface.point_results import OPEN, pressures, resultant_on
+from ..interface.point_results import OPEN, pressures
 from ..interface.state import State
 from ..interface.zones import ZoneData
 from ..problem import CoupledProblem
-from ..results.energies import work_on_gaps
+from ..results.sums import resultant_on, work_on_gaps
 from .body_columns import rigid_bodies
 from .load_path import PrescribedPath
 

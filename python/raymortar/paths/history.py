@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import csv
 from collections import namedtuple
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from keyword import iskeyword
 from pathlib import Path
 from typing import Any
@@ -18,64 +19,43 @@ from ..checked import is_real_number
 from ..compat import Array
 from ..errors import ContactError, as_path, raise_everywhere, together, writing
 from ..host.forms import check_supports
-from ..interface.pairs import Pair
 from ..options.methods import Penalty
 from ..problem import CoupledProblem
-from ..results.summaries import of_history
+from ..results.sums import Resultant
 from .body_columns import BodyColumns
 
-_COUNTS = ("time", "iterations", "halvings", "active", "min_gap", "max_pressure")
+_GIVEN = ("time", "iterations", "halvings")
 
 
-def _check_more(more: Any) -> dict[str, Callable[[], float]]:
-    """Functions by name, or an error."""
-    more = {} if more is None else more
-    if not (isinstance(more, Mapping) and all(map(callable, more.values()))):
-        raise ContactError(
-            f"more must be functions by name of the column, not {more!r}"
-        )
-    return dict(more)
-
-
-def _check_energy(energy: Any) -> None:
-    """Raise unless the energy is a functional or None."""
-    if energy is not None and not (
-        isinstance(energy, ufl.Form) and not energy.arguments()
-    ):
-        raise ContactError(
-            "energy must be a UFL functional: a form without test function"
-        )
-
-
-def _number_fault(values: Mapping[str, Any]) -> str | None:
-    """A message on a value that is no number, if there is one."""
-    for name, value in values.items():
-        try:
-            float(value)
-        except (TypeError, ValueError):
-            return f"{name} of a record must be a number, not {value!r}"
-    return None
-
-
-def _column_fault(columns: Sequence[Any]) -> str | None:
-    """A message on names of columns that cannot be used, if there are any."""
+def _check_columns(columns: Sequence[Any]) -> None:
+    """Raise unless the names can be those of attributes, each once."""
     for i, name in enumerate(columns):
         text = isinstance(name, str) and name.isidentifier() and not iskeyword(name)
         if not text or name.startswith("_"):
-            return f"column {name!r} of a history is no name that an attribute may have"
+            raise ContactError(
+                f"column {name!r} of a history is no name that an attribute may have"
+            )
         if name in columns[:i]:
-            return f"column {name!r} of a history is there twice"
-    return None
+            raise ContactError(f"column {name!r} of a history is there twice")
 
 
-def _listed(rows: Any) -> list[list[float]]:
-    """Records as lists of numbers."""
-    try:
-        return [[float(value) for value in row] for row in rows]
-    except (TypeError, ValueError):
-        raise ContactError(
-            f"rows must be records, as of History.rows, not {rows!r}"
-        ) from None
+def _numbers(row: Mapping[str, Any]) -> dict[str, float]:
+    """Convert the values of a record."""
+    found = {}
+    for name, value in row.items():
+        try:
+            found[name] = float(value)
+        except (TypeError, ValueError):
+            raise ContactError(
+                f"{name} of a record must be a number, not {value!r}"
+            ) from None
+    return found
+
+
+def _parts_of(find: Callable[[], Resultant], parts: Sequence[str]) -> Array:
+    """Join some parts of a resultant. Collective."""
+    found = find()
+    return np.hstack([getattr(found, part) for part in parts])
 
 
 class History:
@@ -143,60 +123,86 @@ class History:
                 f"problem must be a NonlinearProblem, not {type(problem).__name__}"
             )
         self.problem, self._comm = problem, problem.comm
+        more = {} if more is None else more
         with together(self._comm):
             self.path = None if file is None else as_path(file)
-            self._reactions = check_supports("reactions", reactions)
-            self._more = _check_more(more)
-            _check_energy(energy)
-        self._energy = None if energy is None else compat.form(energy)
-        self._of_bodies = BodyColumns(problem.contact)
-        self.columns: tuple[str, ...] = tuple(self._names())
-        raise_everywhere(self._comm, _column_fault(self.columns))
-        self._row: Any = namedtuple("Row", self.columns)  # type: ignore[misc]
+            supports = check_supports("reactions", reactions)
+            if not (isinstance(more, Mapping) and all(map(callable, more.values()))):
+                raise ContactError(
+                    f"more must be functions by name of the column, not {more!r}"
+                )
+            is_form = isinstance(energy, ufl.Form)
+            if energy is not None and (not is_form or energy.arguments()):
+                raise ContactError(
+                    "energy must be a UFL functional: a form without test function"
+                )
+        self._more = dict(more)
+        self._dim: int = problem.contact.u.function_space.mesh.geometry.dim
+        self._sources = list(self._own_columns(supports, energy))
+        own = [name for names, _ in self._sources for name in names]
+        self._set_columns([*_GIVEN, *own, *self._more])
         self.rows: list[Any] = []
         self._begun = False
 
     def __repr__(self) -> str:
-        return of_history(self)
+        file = "no file" if self.path is None else f"file {str(self.path)!r}"
+        columns = ", ".join(self.columns)
+        return f"<History of {len(self)} records, {file}, columns {columns}>"
 
-    def _names(self) -> list[str]:
-        """Columns, in the order of `_values`."""
-        axes = "xyz"[: self.problem.contact.u.function_space.mesh.geometry.dim]
-        vectors = []
-        for i, zone in enumerate(self.problem.contact.zones):
-            parts = ["force"] + ["normal", "tangential"] * zone.frictional
-            vectors += [f"{part}_{i}" for part in parts]
-        for pair in filter(self._has_columns, self.problem.contact.pairs):
-            frictional = self.problem.contact.zones[pair.surface].frictional
-            parts = ["force"] + ["normal", "tangential"] * frictional
-            vectors += [f"{part}_{pair.label}" for part in parts]
-        vectors += [f"reaction_{name}" for name in self._reactions]
-        names = [*_COUNTS, *(f"{v}_{x}" for v in vectors for x in axes)]
-        if self.problem.contact.axisymmetric:
-            names += [f"radial_{i}" for i in range(len(self.problem.contact.zones))]
-        names += self._of_bodies.names
-        names += ["energy"] * (self._energy is not None)
-        names += ["friction_work"] * self._frictional
-        return names + [f"stored_{part}" for part in self._stored] + list(self._more)
+    def _set_columns(self, columns: Sequence[str]) -> None:
+        """Make rows of these columns from now on. Collective."""
+        with together(self._comm):
+            _check_columns(columns)
+        self.columns: tuple[str, ...] = tuple(columns)
+        self._row: Any = namedtuple("Row", columns)  # type: ignore[misc]
 
-    def _has_columns(self, pair: Pair) -> bool:
-        """Whether a pair has a name, or is not the only one of its surface."""
-        if pair.slave_name is not None or pair.master_name is not None:
-            return True
-        surfaces = [p.surface for p in self.problem.contact.pairs]
-        return surfaces.count(pair.surface) > 1
+    def _own_columns(
+        self, supports: Mapping[str, Any], energy: ufl.Form | None
+    ) -> Iterator[tuple[list[str], Callable[[], Any]]]:
+        """Yield names of columns with the function that finds their values."""
+        contact, axes = self.problem.contact, "xyz"[: self._dim]
+        yield ["active", "min_gap", "max_pressure"], self._counts
+        surfaces = [
+            (str(i), i, partial(contact.results.resultant, i, None))
+            for i in range(len(contact.zones))
+        ]
+        numbers = [pair.surface for pair in contact.pairs]
+        pairs = [
+            (pair.label, pair.surface, partial(contact.results.of_pair, k))
+            for k, pair in enumerate(contact.pairs)
+            if pair.slave_name or pair.master_name or numbers.count(pair.surface) > 1
+        ]
+        for label, i, find in surfaces + pairs:
+            parts = ["force"] + ["normal", "tangential"] * contact.zones[i].frictional
+            names = [f"{part}_{label}_{x}" for part in parts for x in axes]
+            yield names, partial(_parts_of, find, parts)
+        if supports:
+            names = [f"reaction_{name}_{x}" for name in supports for x in axes]
+            yield names, lambda: np.hstack([*self.problem.reactions(supports).values()])
+        for label, _, find in surfaces if contact.axisymmetric else []:
+            yield [f"radial_{label}"], partial(_parts_of, find, ["radial"])
+        bodies = BodyColumns(contact)
+        yield bodies.names, lambda: bodies.values(
+            self.rows[-1]._asdict() if self.rows else None
+        )
+        if energy is not None:
+            form = compat.form(energy)
+            yield ["energy"], lambda: self._comm.allreduce(fem.assemble_scalar(form))
+        frictional = any(zone.frictional for zone in contact.zones)
+        if frictional:
+            yield ["friction_work"], self._friction_work
+        if any(isinstance(one.method, Penalty) for one in contact.contacts):
+            for part in ["normal"] + ["tangential"] * frictional:
+                yield [f"stored_{part}"], partial(contact.stored_energy, part)
 
-    @property
-    def _frictional(self) -> bool:
-        return any(zone.frictional for zone in self.problem.contact.zones)
+    def _counts(self) -> list[float]:
+        counts = self.problem.contact.statistics
+        gap = counts.min_gap if counts.hits else np.nan
+        return [counts.active_points, gap, counts.max_pressure]
 
-    @property
-    def _stored(self) -> list[str]:
-        """Parts of the energy that penalties store."""
-        contacts = self.problem.contact.contacts
-        if not any(isinstance(one.method, Penalty) for one in contacts):
-            return []
-        return ["normal"] + ["tangential"] * self._frictional
+    def _friction_work(self) -> float:
+        before = self.rows[-1].friction_work if self.rows else 0.0
+        return float(before + self.problem.contact.friction_work())
 
     def include(self, more: Mapping[str, Callable[[], float]]) -> None:
         """Add functions to `more`, or replace those of their names. Collective.
@@ -206,14 +212,11 @@ class History:
         ContactError
             If columns would be added to a history that has records.
         """
-        columns = (*self.columns, *(name for name in more if name not in self._more))
-        fault = _column_fault(columns)
-        if self.rows and len(columns) > len(self.columns):
-            fault = f"a history that has records takes no more columns: {list(more)}"
-        raise_everywhere(self._comm, fault)
+        new = [name for name in more if name not in self._more]
+        fault = f"a history that has records takes no more columns: {list(more)}"
+        raise_everywhere(self._comm, fault if self.rows and new else None)
+        self._set_columns([*self.columns, *new])
         self._more.update(more)
-        self.columns = columns
-        self._row = namedtuple("Row", columns)  # type: ignore[misc]
 
     def record(self, time: float, iterations: int = 0, halvings: int = 0) -> None:
         """Add the present state, after a solve and before `Contact.advance`.
@@ -225,48 +228,16 @@ class History:
         ContactError
             If the file cannot be written.
         """
-        given = {"time": time, "iterations": iterations, "halvings": halvings}
-        raise_everywhere(self._comm, _number_fault(given))
-        values = [*given.values(), *self._values()]
+        with together(self._comm):
+            row = _numbers(dict(zip(_GIVEN, (time, iterations, halvings))))
+        for names, values in self._sources:
+            row |= zip(names, np.atleast_1d(values()).tolist())
         more = {name: number() for name, number in self._more.items()}
-        # Only rank 0 evaluates and writes them
-        problem = _number_fault(more) if self._comm.rank == 0 else None
-        raise_everywhere(self._comm, problem)
-        values = self._comm.bcast([*values, *more.values()], root=0)
-        values = [float(value) for value in values]
-        self.rows.append(self._row(*values))
+        with together(self._comm):
+            if self._comm.rank == 0:  # it alone evaluates and writes them
+                row |= _numbers(more)
+        self.rows.append(self._row(**self._comm.bcast(row, root=0)))
         self._write(self.rows[-1:] if self._begun else self.rows)
-
-    def _values(self) -> list[float]:
-        """Values of all columns but the user's. Collective."""
-        contact = self.problem.contact
-        counts = contact.statistics
-        gap = counts.min_gap if counts.hits else np.nan
-        values: list[Any] = [counts.active_points, gap]
-        values.append(counts.max_pressure)
-        forces = [
-            (i, contact.results.resultant(i, None)) for i in range(len(contact.zones))
-        ]
-        pairs = contact.pairs
-        if any(map(self._has_columns, pairs)):
-            found = zip(pairs, contact.results.resultants())
-            forces += [(p.surface, force) for p, force in found if self._has_columns(p)]
-        for i, force in forces:
-            values.extend(force.force)
-            if contact.zones[i].frictional:
-                values.extend((*force.normal, *force.tangential))
-        if self._reactions:
-            for reaction in self.problem.reactions(self._reactions).values():
-                values.extend(reaction)
-        if contact.axisymmetric:
-            values.extend(force.radial for _, force in forces[: len(contact.zones)])
-        values += self._of_bodies.values(self.rows[-1]._asdict() if self.rows else None)
-        if self._energy is not None:
-            values.append(self._comm.allreduce(fem.assemble_scalar(self._energy)))
-        if self._frictional:
-            before = self.rows[-1].friction_work if self.rows else 0.0
-            values.append(before + contact.friction_work())
-        return values + [contact.stored_energy(part) for part in self._stored]
 
     def _write(self, rows: Sequence[Sequence[float]]) -> None:
         """Append rows to the file. The first rows begin a new file. Collective."""
@@ -290,8 +261,7 @@ class History:
 
     def vectors(self, name: str) -> Array:
         """Columns of a vector over all records, such as ``"force_0"``, (n, d)."""
-        dim = self.problem.contact.u.function_space.mesh.geometry.dim
-        return np.column_stack([self[f"{name}_{x}"] for x in "xyz"[:dim]])
+        return np.column_stack([self[f"{name}_{x}"] for x in "xyz"[: self._dim]])
 
     def __len__(self) -> int:
         return len(self.rows)
@@ -316,40 +286,46 @@ class History:
         ContactError
             If the file is none of this problem's, or there is none.
         """
-        found, problem = [], None
+        found: list[list[float]] = []
         with together(self._comm):
-            if rows is not None:
-                found = _listed(rows)
             if not is_real_number(until):
                 raise ContactError(f"until must be a load factor, not {until!r}")
-        if rows is None and self._comm.rank == 0:
-            found, problem = self._read()
-        raise_everywhere(self._comm, problem)
-        found = self._comm.bcast(found, root=0)
-        raise_everywhere(self._comm, self._row_fault(found))
-        kept = [self._row(*values) for values in found]
+            if rows is not None:
+                found = self._checked(rows)
+            elif self._comm.rank == 0:
+                found = self._checked(self._read())
+        kept = [self._row(*values) for values in self._comm.bcast(found, root=0)]
         self.rows = [row for row in kept if row.time <= until * (1.0 + 1e-12)]
         self._begun = False
         self._write(self.rows)
 
-    def _row_fault(self, rows: Sequence[Sequence[float]]) -> str | None:
-        """A message on records that do not fit the columns, if there are any."""
+    def _checked(self, rows: Any) -> list[list[float]]:
+        """Check that records are numbers, one for each column."""
+        try:
+            found = [[float(value) for value in row] for row in rows]
+        except (TypeError, ValueError):
+            raise ContactError(
+                f"rows must be records, as of History.rows, not {rows!r}"
+            ) from None
         n = len(self.columns)
-        for i, values in enumerate(rows):
-            if len(values) != n:
-                return f"record {i} has {len(values)} values, this history {n} columns"
-        return None
+        for i, row in enumerate(found):
+            if len(row) != n:
+                raise ContactError(
+                    f"record {i} has {len(row)} values, this history {n} columns"
+                )
+        return found
 
-    def _read(self) -> tuple[list[list[float]], str | None]:
-        """Complete records of the file, or a message on what is wrong with it."""
+    def _read(self) -> list[list[float]]:
+        """Read the complete records of the file."""
         if self.path is None:
-            return [], "a history without a file has none to go on from"
+            raise ContactError("a history without a file has none to go on from")
         try:
             text = self.path.read_text(encoding="utf-8")
             # The line that a killed run was writing has no end
             head, *lines = csv.reader(text.split("\n")[:-1])
-            if tuple(head) != self.columns:
-                return [], f"{self.path} has other columns than this history"
-            return [[float(x) for x in values] for values in lines], None
+            rows = [[float(x) for x in values] for values in lines]
         except (OSError, ValueError) as error:
-            return [], f"{self.path} cannot be read: {error}"
+            raise ContactError(f"{self.path} cannot be read: {error}") from None
+        if tuple(head) != self.columns:
+            raise ContactError(f"{self.path} has other columns than this history")
+        return rows

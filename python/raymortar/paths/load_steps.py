@@ -27,10 +27,9 @@ from .control import ArcLength, DisplacementControl
 from .history import History
 from .led_paths import ArcPath, ArcSizes, DisplacementPath
 from .load_path import PrescribedPath, StepSizes
-from .load_step import LoadStep
 from .load_step_checks import check_arguments, check_solver, with_size
 from .output import Output, check_output
-from .progress import HALVED, Progress, check_progress, line
+from .progress import HALVED, LoadStep, Progress, check_progress, line
 from .stabilization import Stabilization
 from .strategies import Strategies
 

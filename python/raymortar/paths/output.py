@@ -76,7 +76,11 @@ class Output:
         self.problem, self._comm = problem, problem.comm
         self._parts = parts_of(problem.contact.u)
         with together(self._comm):
-            self.path = _checked_path(file)
+            self.path = path = as_path(file)
+            if path.suffix not in ENDINGS:
+                raise ContactError(f"{path} must end in .pvd or .xdmf")
+            if not path.parent.is_dir():
+                raise ContactError(f"{path} cannot be written: there is no such folder")
             self._more = self._by_mesh(more)
             if not is_truth_value(segments):
                 raise ContactError(f"segments must be True or False, not {segments!r}")
@@ -90,19 +94,15 @@ class Output:
         """Further Functions by mesh."""
         if not isinstance(more, (list, tuple)):
             raise ContactError(f"more must be a list of Functions, not {more!r}")
-        found: list[list[Function]] = [[] for _ in self._parts]
+        meshes = [part.function_space.mesh for part in self._parts]
+        found: list[list[Function]] = [[] for _ in meshes]
         for f in more:
-            here = [
-                k
-                for k, part in enumerate(self._parts)
-                if isinstance(f, Function)
-                and compat.on_mesh(f, part.function_space.mesh)
-            ]
-            if not here:
+            here = [isinstance(f, Function) and compat.on_mesh(f, m) for m in meshes]
+            if not any(here):
                 raise ContactError(
                     f"more has {f!r}, which is no Function on the mesh of a displacement"
                 )
-            found[here[0]].append(f)
+            found[here.index(True)].append(f)
         return found
 
     def write(self, time: float) -> None:
@@ -145,28 +145,17 @@ class Output:
 
     def _write_segments(self, time: float) -> None:
         """Write segments and points of this step, and add them to their series."""
-        stem = f"{self.path.stem}_segments"
-        file = self.path.with_name(f"{stem}_{self.steps:04d}.vtu")
+        series = [f"{self.path.stem}_{what}" for what in ("segments", "points")]
+        file = self.path.with_name(f"{series[0]}_{self.steps:04d}.vtu")
         self.problem.contact.write_segments(file)
         ending = ".vtu" if self._comm.size == 1 else ".pvtu"
-        for series, name in ((stem, file.stem), (None, f"{file.stem}_points")):
-            series = series or f"{self.path.stem}_points"
-            path = self.path.with_name(f"{series}.pvd")
+        for stem, name in zip(series, (file.stem, f"{file.stem}_points")):
+            path = self.path.with_name(f"{stem}.pvd")
             with writing(self._comm, path, OSError):
                 if self._comm.rank == 0:
                     before = pvd.read(path) if self.steps else []
                     entry = pvd.Entry(repr(float(time)), 0, name + ending)
                     pvd.write(path, [*before, entry])
-
-
-def _checked_path(file: Any) -> Path:
-    """A path that a series may be written to."""
-    path = as_path(file)
-    if path.suffix not in ENDINGS:
-        raise ContactError(f"{path} must end in .pvd or .xdmf")
-    if not path.parent.is_dir():
-        raise ContactError(f"{path} cannot be written: there is no such folder")
-    return path
 
 
 def check_output(output: Any, problem: CoupledProblem) -> Output | None:

@@ -1,19 +1,45 @@
-"""One line for each load step: rewritten in place on a terminal, plain in a log."""
+"""An accepted load step and its line: rewritten on a terminal, plain in a log."""
 
 from __future__ import annotations
 
 import shutil
 import sys
+from dataclasses import dataclass, field
 from typing import Any, TextIO
 
 from mpi4py import MPI
 
 from ..errors import ContactError
-from ..interface.point_results import Statistics
-from .load_step import LoadStep
+from ..results.sums import Statistics
 
 # The last resort, as it is reported
 HALVED = "half the step"
+
+
+@dataclass(eq=False)
+class LoadStep:
+    """An accepted step: load factor, Newton iterations, halvings so far, strategy.
+
+    Attributes
+    ----------
+    strategy
+        What solved the step: ``"full"``, the solver as it was given;
+        ``"extrapolated"``, ``"small gamma"``, ``"capped"``, ``"line search"``, ``"small
+        gamma, line search"`` or ``"viscous forces"``: see `LoadSteps`. With `stabilize`
+        that of the step's last solve.
+    released
+        Energy that a snap has set free at least, which another way than ``"full"`` has
+        passed; 0 where there was none.
+    number
+        Counts the accepted steps of the problem from 1, over all of its `LoadSteps`.
+    """
+
+    factor: float
+    iterations: int
+    halvings: int
+    strategy: str = "full"
+    number: int = field(default=1, repr=False)
+    released: float = field(default=0.0, repr=False)
 
 
 def check_progress(progress: Any) -> None:
@@ -68,16 +94,13 @@ class Progress:
         self._accepted, self._factor = accepted, 0.0
 
     def solving(self, factor: float) -> None:
-        """Report that a step begins. A terminal shows the last line, or the load
-        factor."""
+        """Report that a step begins: on a terminal by the last line or the factor."""
         self._factor = factor
-        if self._stream is not None and self._in_place:
+        if self._in_place:
             self._draw(self._last or f"load {factor:.6g} ...")
 
     def trying(self, what: str) -> None:
         """Report that a solve has failed and another way is tried."""
-        if self._stream is None:
-            return
         text = f"step {self._accepted + 1:3}  load {self._factor:<8.6g}  trying {what}"
         if self._in_place:
             self._draw(text)
@@ -85,12 +108,9 @@ class Progress:
             self._put(f"{text}\n")
 
     def accepted(self, text: str) -> None:
-        """Report an accepted step. The terminal's line is cleared, as the caller may
-        print."""
+        """Report an accepted step, and leave a terminal's line to the caller."""
         self._last = text
         self._accepted += 1
-        if self._stream is None:
-            return
         if self._in_place:
             self.clear()
         else:
@@ -98,24 +118,23 @@ class Progress:
 
     def clear(self) -> None:
         """Clear the terminal's line."""
-        if self._stream is not None and self._drawn:
+        if self._drawn:
             self._put("\r" + " " * self._drawn + "\r")
             self._drawn = 0
 
     def finished(self) -> None:
         """Report the end of the path: the last line stays."""
-        if self._stream is not None and self._in_place and self._last:
+        if self._in_place and self._last:
             self._put(f"{self._last}\n")
 
     def _draw(self, text: str) -> None:
-        """Show a text in one line of the terminal, cut to its width: only one line can
-        be rewritten."""
+        """Show a text, cut to one line of the terminal: only one can be rewritten."""
         self.clear()
         text = text[: shutil.get_terminal_size().columns - 1]
         self._put(f"\r{text}")
         self._drawn = len(text)
 
     def _put(self, text: str) -> None:
-        assert self._stream is not None
-        self._stream.write(text)
-        self._stream.flush()
+        if self._stream is not None:
+            self._stream.write(text)
+            self._stream.flush()

@@ -1,24 +1,24 @@
-"""Fields in the plane, surfaces in space and the pressure on them, by matplotlib."""
+"""Pictures by matplotlib: fields, surfaces in space, pressures and tractions."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..compat import Array
-from ..interface.point_results import CLOSED
+from ..errors import ContactError
+from ..interface.point_results import CLOSED, along_normal, pressures
 from ..rigid.turning import directions_across
-from .slave_points import gather_points, gather_slave_facets
 from .tools import COLOUR
-from .traction_curves import AxisOptions, say_no_contact
-
-if TYPE_CHECKING:
-    from ..contact import Contact
 
 STRESS_MAP, PRESSURE_MAP = "viridis", "magma_r"
+NORMAL, TANGENTIAL = "#c0392b", "#2c3e50"
+PRESSURE = "contact pressure"
+# What tractions may be drawn over
+ABSCISSAS = ("x", "y", "arc", "angle")
 # Fewest parts into which the polygons of a picture are split
 SHADED = 8_000
 # Margin around the points in contact, as a share of the larger side
@@ -67,7 +67,7 @@ def draw_field(
     norm: Any = None,
     cmap: str = STRESS_MAP,
 ) -> Any:
-    """A field on polygons in the plane, with their edges.
+    """Draw a field on polygons in the plane, with their edges.
 
     Parameters
     ----------
@@ -87,9 +87,9 @@ def draw_field(
     -------
     What a colour bar needs.
     """
-    scale = {"vmin": 0.0, "vmax": top} if norm is None else {"norm": norm}
     from matplotlib.collections import PolyCollection
 
+    scale = {"vmin": 0.0, "vmax": top} if norm is None else {"norm": norm}
     # matplotlib blends colours between vertices. Where these are far apart, blends are
     # no colours of the scale: polygons are split
     for signs in images:
@@ -114,7 +114,7 @@ def draw_surface(
     elevation: float = 20,
     curves: Sequence[Array] = (),
 ) -> Any:
-    """Facets in 3D, each in the colour of its value, shaded by a light.
+    """Draw facets in 3D, each in the colour of its value, shaded by a light.
 
     Parameters
     ----------
@@ -152,8 +152,7 @@ def draw_surface(
         axes.computed_zorder = False
         style = {"colors": COLOUR, "lw": 0.6, "alpha": 0.7, "zorder": 3}
         # Newer matplotlib takes lines of one length only
-        pieces = [np.stack([curve[:-1], curve[1:]], axis=1) for curve in curves]
-        axes.add_collection3d(Line3DCollection(np.concatenate(pieces), **style))
+        axes.add_collection3d(Line3DCollection(pieces_of(curves), **style))
     drawn = np.concatenate([polygons.reshape(-1, 3), *curves])
     limits = np.column_stack([drawn.min(axis=0), drawn.max(axis=0)])
     axes.set(xlim=limits[0], ylim=limits[1])
@@ -165,6 +164,11 @@ def draw_surface(
     return mpl.cm.ScalarMappable(scale, STRESS_MAP)
 
 
+def pieces_of(curves: Sequence[Array]) -> Array:
+    """Split curves (n, 3) into their straight pieces, (m, 2, 3)."""
+    return np.concatenate([np.stack([x[:-1], x[1:]], axis=1) for x in curves])
+
+
 def direction(azimuth: float, elevation: float) -> Array:
     """Unit vector towards the eye. Degrees."""
     a, e = np.radians([azimuth, elevation])
@@ -172,65 +176,70 @@ def direction(azimuth: float, elevation: float) -> Array:
 
 
 @dataclass(frozen=True)
-class PressureMap:
-    """Slave facets, and the points in contact. On rank 0.
+class AxisOptions:
+    """What the axes show, as `plot` documents it. Checked."""
 
-    Attributes
-    ----------
-    surface
-        Vertices (n, k, 3), displacement and normal traction there.
-    active
-        Deformed positions of the points in contact, (m, 3).
-    normal
-        Their mean normal, (3,): unit, or zero if there is none.
-    """
+    x: str | None = None
+    centre: Sequence[float] | None = None
+    units: tuple[str, str] | None = None
+    axes: str = "xy"
 
-    surface: list[Any]
-    active: Array
-    normal: Array
+    def __post_init__(self) -> None:
+        if self.x is not None and self.x not in ABSCISSAS:
+            raise ContactError(f"x must be one of {ABSCISSAS} or None, not {self.x!r}")
+        if self.centre is not None:
+            if self.x != "angle":
+                raise ContactError('centre is that of angles: give x="angle" too')
+            if np.shape(self.centre) != (2,) or not np.isfinite(self.centre).all():
+                raise ContactError(f"centre must be (x, y), not {self.centre!r}")
+        units = self.units
+        if units is not None and not (
+            isinstance(units, (tuple, list))
+            and len(units) == 2
+            and all(isinstance(unit, str) for unit in units)
+        ):
+            raise ContactError(f"units must be (length, stress), not {units!r}")
 
+    def length(self, name: str) -> str:
+        """Label of a length."""
+        return name if self.units is None else f"{name} ({self.units[0]})"
 
-def gather_pressure(contact: Contact) -> PressureMap | None:
-    """What is drawn, on rank 0; None elsewhere. Collective."""
-    surface = gather_slave_facets(contact, contact.traction("normal"))
-
-    def quantities(points: dict[str, Array], _: int) -> list[Array]:
-        return [points["x"], points["normal"] * points["weight"][:, None]]
-
-    gathered = gather_points(contact, CLOSED, quantities)
-    if gathered is None:
-        return None
-    x, normals = gathered
-    mean = normals.sum(axis=0)
-    size, most = np.linalg.norm(mean), np.linalg.norm(normals, axis=1).sum()
-    normal = mean / size if size > NOTHING * most else np.zeros(3)
-    return PressureMap(surface, x, normal)
+    def stress(self, name: str) -> str:
+        """Label of a stress."""
+        return name if self.units is None else f"{name} ({self.units[1]})"
 
 
-def draw_pressure(axes: Any, pressures: PressureMap, options: AxisOptions) -> Any:
-    """The pressure, seen along the mean normal and as near as contact is; what a colour
-    bar needs."""
-    X, displacement, traction = pressures.surface
-    at = X + displacement
-    across = pressures.normal if pressures.normal.any() else _most_normal(at)
+def draw_pressure(
+    axes: Any, slaves: Sequence[Array], points: dict[str, Array], options: AxisOptions
+) -> Any:
+    """Draw the pressure on slave facets, seen along the mean normal of the contact."""
+    X, displacement, traction = slaves
+    at, closed = X + displacement, points["status"] >= CLOSED
+    normals = (points["normal"] * points["weight"][:, None])[closed]
+    across, most = normals.sum(axis=0), np.linalg.norm(normals, axis=1).sum()
+    if np.linalg.norm(across) > NOTHING * most:
+        across = across / np.linalg.norm(across)
+    else:  # normals cancel: the axis that is most normal to the facets
+        areas = np.cross(at[:, 1] - at[:, 0], at[:, -1] - at[:, 0])
+        across = np.eye(3)[np.argmax(np.abs(areas).sum(axis=0))]
     frame = plane_of(across)
     # Facets that are nearer to the eye hide others
     order = np.argsort(at.mean(axis=1) @ across)
     pressure = np.linalg.norm(traction, axis=2, keepdims=True)
     colours = draw_field(axes, at[order] @ frame.T, pressure[order], cmap=PRESSURE_MAP)
-    axes.set(xlabel=options.length(name_of(frame[0])))
-    axes.set(ylabel=options.length(name_of(frame[1])))
-    if len(pressures.active):
-        _zoom(axes, pressures.active @ frame.T)
-    else:
-        say_no_contact(axes)
+    xlabel, ylabel = (options.length(name_of(one)) for one in frame)
+    axes.set(xlabel=xlabel, ylabel=ylabel)
+    if not closed.any():
+        _say_no_contact(axes)
+        return colours
+    # Zoom to the points in contact, but not wider than what is drawn
+    active = points["x"][closed] @ frame.T
+    margin = MARGIN * np.ptp(active, axis=0).max()
+    lower, upper = np.transpose([axes.get_xlim(), axes.get_ylim()])
+    lower = np.maximum(lower, active.min(axis=0) - margin)
+    upper = np.minimum(upper, active.max(axis=0) + margin)
+    axes.set(xlim=(lower[0], upper[0]), ylim=(lower[1], upper[1]))
     return colours
-
-
-def _most_normal(at: Array) -> Array:
-    """The axis that is most normal to facets (n, k, 3)."""
-    areas = np.cross(at[:, 1] - at[:, 0], at[:, -1] - at[:, 0])
-    return np.eye(3)[int(np.argmax(np.abs(areas).sum(axis=0)))]
 
 
 def plane_of(normal: Array) -> Array:
@@ -249,11 +258,120 @@ def name_of(direction: Array) -> str:
     return "along ({:.2f}, {:.2f}, {:.2f})".format(*(np.round(direction, 2) + 0.0))
 
 
-def _zoom(axes: Any, at: Array) -> None:
-    """Limits around points (n, 2), but not wider than what is drawn."""
-    margin = MARGIN * np.ptp(at, axis=0).max()
-    lower, upper = at.min(axis=0) - margin, at.max(axis=0) + margin
-    left, right = axes.get_xlim()
-    axes.set_xlim(max(left, lower[0]), min(right, upper[0]))
-    below, above = axes.get_ylim()
-    axes.set_ylim(max(below, lower[1]), min(above, upper[1]))
+def arc_lengths(ends: Array, deformed_ends: Array) -> Array:
+    """Lengths along chains of deformed facets up to both ends of each facet, (m, 2).
+
+    A chain begins at its end with the smaller x, a closed one at its point with the
+    smallest x. Where one ends the next begins.
+    """
+    _, vertices = np.unique(ends.reshape(-1, 2), axis=0, return_inverse=True)
+    of_facet = vertices.reshape(-1, 2)
+    sizes = np.linalg.norm(deformed_ends[:, 1] - deformed_ends[:, 0], axis=1)
+    found, length = np.full(of_facet.shape, np.nan), 0.0
+    # `unique` has sorted vertices by x and then by y; ends of chains come first
+    for vertex in np.argsort(np.bincount(vertices.ravel()) != 1, kind="stable"):
+        while True:
+            touches = (of_facet == vertex) & np.isnan(found[:, :1])
+            if not touches.any():
+                break
+            facet, first = np.argwhere(touches)[0]
+            found[facet, first] = length
+            length += sizes[facet]
+            found[facet, 1 - first] = length
+            vertex = of_facet[facet, 1 - first]
+    return found
+
+
+def over_angle(x: Array, centre: Sequence[float] | None) -> Array:
+    """Angle of points (n, 2) around a centre, (n,). Degrees, without a jump in the
+    largest gap between points. Without a centre, around that of the circle that fits
+    the points best."""
+    if not len(x):
+        return np.zeros(0)
+    around = x - (_centre_of(x) if centre is None else np.asarray(centre, dtype=float))
+    angles = np.degrees(np.arctan2(around[:, 1], around[:, 0]))
+    ordered = np.sort(angles)
+    gaps = np.diff(ordered)
+    if len(gaps) and gaps.max() > ordered[0] + 360.0 - ordered[-1]:
+        angles[angles > ordered[gaps.argmax()]] -= 360.0
+    return angles
+
+
+def _centre_of(x: Array) -> Array:
+    """Centre c of the circle |x|^2 = 2 c x + k that fits points best."""
+    middle = x.mean(axis=0)
+    near = x - middle
+    table = np.column_stack([2.0 * near, np.ones(len(x))])
+    (cx, cy, _), *_ = np.linalg.lstsq(table, (near**2).sum(axis=1), rcond=None)
+    return middle + np.array([cx, cy])
+
+
+def _over_arc(ends: Array, points: dict[str, Array]) -> Array:
+    """Find the length along the slave surfaces up to each point, (n,).
+
+    `ends` are those of all deformed slave facets, (2, m, 2, 2): undeformed, deformed.
+    """
+    lengths = arc_lengths(*ends)[points["facet"]]
+    begin, end = np.moveaxis(ends[1][points["facet"]], 1, 0)
+    along = end - begin
+    share = np.einsum("qi,qi->q", points["x"] - begin, along)
+    share = np.clip(share / np.einsum("qi,qi->q", along, along), 0.0, 1.0)
+    return (1.0 - share) * lengths[:, 0] + share * lengths[:, 1]
+
+
+def draw_tractions(
+    axes: Any,
+    slaves: Sequence[Array],
+    points: dict[str, Array],
+    options: AxisOptions,
+    names: Sequence[str],
+    frictional: bool,
+) -> None:
+    """Draw pressure and friction, in one colour a pair where there are several."""
+    values, label = _abscissa(slaves, points, options)
+    axes.set(xlabel=label, ylabel=options.stress(PRESSURE))
+    across = points["traction"] - along_normal(points, points["traction"])
+    curves = {"pressure": pressures(points)}
+    if frictional:
+        curves["friction"] = np.linalg.norm(across, axis=1)
+    met = np.unique(points["pair"])
+    for k, pair in enumerate(met):
+        if len(met) == 1:
+            colours, markers, name = (NORMAL, TANGENTIAL), "..", ""
+        else:
+            colours, markers, name = (f"C{k % 10}",) * 2, ".x", f"{names[pair]} "
+        on = points["pair"] == pair
+        for (kind, y), colour, marker in zip(curves.items(), colours, markers):
+            style = {"ms": 3, "color": colour, "label": name + kind}
+            axes.plot(values[on], y[on], marker, **style)
+    if len(axes.lines) > 1:
+        axes.legend()
+    # Limits that have zero, and cut no dot
+    drawn = np.concatenate([[0.0], *curves.values()])
+    if np.ptp(drawn) > 0.0:
+        room = 0.04 * np.ptp(drawn)
+        axes.set_ylim(drawn.min() - room, drawn.max() + room)
+    if not np.any(curves["pressure"]):
+        _say_no_contact(axes)
+
+
+def _abscissa(
+    slaves: Sequence[Array], points: dict[str, Array], options: AxisOptions
+) -> tuple[Array, str]:
+    """Find what tractions are drawn over, and its label."""
+    x, over = points["x"], options.x
+    if over == "arc":
+        ends = slaves[0][..., :2]
+        lengths = _over_arc(np.stack([ends, ends + slaves[1]]), points)
+        return lengths, options.length("length along the surface")
+    if over == "angle":
+        return over_angle(x, options.centre), "angle (degrees)"
+    widest = int(np.argmax(np.ptp(x, axis=0))) if len(x) else 0
+    k = widest if over is None else "xy".index(over)
+    return x[:, k], options.length(options.axes[k])
+
+
+def _say_no_contact(axes: Any) -> None:
+    axes.text(
+        0.5, 0.5, "no contact", ha="center", va="center", transform=axes.transAxes
+    )

@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from mpi4py import MPI
+
 import numpy as np
 import ufl
 from dolfinx.fem import Function
@@ -21,11 +23,10 @@ from ..errors import (
     together,
     writing,
 )
-from ..host.gathering import gather_boundary, gather_cells, nodal_field
-from . import rendering
-from .drawing import LOOK, draw_field, draw_pressure, draw_surface, gather_pressure
+from ..host.gathering import gather, gather_boundary, gather_cells, nodal_field
+from ..interface.point_results import OPEN
+from . import drawing, rendering
 from .tools import COLOUR, curves
-from .traction_curves import PRESSURE, AxisOptions, draw_tractions, gather_tractions
 
 if TYPE_CHECKING:
     from ..contact import Contact
@@ -34,6 +35,10 @@ BACKENDS = ("matplotlib", "pyvista")
 # Margin around bodies in which tools are drawn, as a share of the larger side, in 2D
 # and in 3D. Wires need a larger one to show the tool's shape
 MARGIN = {2: 0.15, 3: 0.4}
+# Arrays of points that pictures need; `facet` is a place among all slave facets
+_NAMES = (
+    *("x", "normal", "contact_normal", "traction", "weight", "status", "pair", "facet"),
+)
 
 
 def plot(
@@ -109,32 +114,33 @@ def plot(
     mesh = u.function_space.mesh
     with together(mesh.comm):
         _check_input(contact, file, field)
-        axes = "rz" if contact.axisymmetric else "xy"
-        options = AxisOptions(x, centre, units, axes)
+        options = drawing.AxisOptions(
+            x, centre, units, "rz" if contact.axisymmetric else "xy"
+        )
     require_agreement(mesh.comm, backend=backend)
     dim, draws = mesh.geometry.dim, mesh.comm.rank == 0
     raise_everywhere(mesh.comm, _lacking(backend, dim) if draws else None)
     shown = _nodal(u if field is None else field, u)
     if label is None:
-        label = "displacement" if field is None and _is_unnamed(u) else shown.name
+        is_unnamed = field is None and re.fullmatch(r"f(_\d+)?", u.name)
+        label = "displacement" if is_unnamed else shown.name
         label = options.length(label) if field is None else label
-    if dim == 2:
-        parts = gather_cells(mesh, u, shown)
-        pressure: Any = gather_tractions(contact)
-    else:
-        parts, pressure = gather_boundary(mesh, u, shown), gather_pressure(contact)
-    tools = list(dict.fromkeys(b for zone in contact.zones for b in zone.facets.bodies))
+    gather_bodies: Any = gather_cells if dim == 2 else gather_boundary
+    bodies = gather_bodies(mesh, u, shown)
+    facets = np.concatenate([zone.facets.slave.facets for zone in contact.zones])
+    functions = [u] if dim == 2 else [u, contact.traction("normal")]
+    slaves = gather_boundary(mesh, *functions, facets=facets)
+    points = _gather_points(contact, mesh.comm)
     figure = None
     if draws:
-        lines = [curve for tool in tools for curve in curves(tool, *_box(parts))]
+        tools = dict.fromkeys(b for zone in contact.zones for b in zone.facets.bodies)
+        lines = [curve for tool in tools for curve in curves(tool, *_box(bodies))]
         if backend == "pyvista":
-            labels = label, options.stress(PRESSURE)
-            figure = rendering.render(
-                parts, pressure.surface, lines, labels, view, file is None
-            )
+            labels = label, options.stress(drawing.PRESSURE)
+            figure = rendering.render(bodies, slaves, lines, labels, view, file is None)
         else:
-            pairs, show = [str(pair) for pair in contact.pairs], file is None
-            figure = _draw(parts, pressure, lines, label, view, options, pairs, show)
+            parts = bodies, slaves, points, lines
+            figure = _draw(contact, parts, label, view, options, file is None)
     with writing(mesh.comm, file, OSError, ValueError):
         if draws and file is not None:
             _save(figure, Path(file), backend)
@@ -156,11 +162,6 @@ def _check_input(contact: Contact, file: Any, field: Any) -> None:
         raise ContactError("field is a Function on another mesh than the displacement")
 
 
-def _is_unnamed(function: Function) -> bool:
-    """Whether a function still has the name that DOLFINx gave it."""
-    return re.fullmatch(r"f(_\d+)?", function.name) is not None
-
-
 def _lacking(backend: str, dim: int) -> str | None:
     """Why a backend cannot draw; None if it can."""
     if backend not in BACKENDS:
@@ -179,14 +180,31 @@ def _lacking(backend: str, dim: int) -> str | None:
     return None
 
 
+def _gather_points(contact: Contact, comm: MPI.Intracomm) -> dict[str, Any]:
+    """Gather the points that meet a master, rank by rank and zone by zone. Collective.
+
+    On rank 0; None in place of arrays elsewhere.
+    """
+    counts = [len(zone.facets.slave.facets) for zone in contact.zones]
+    first, parts = comm.exscan(sum(counts)) or 0, []
+    for i, count in enumerate(counts):
+        points = contact.points(i)
+        points["facet"] = first + points["slave"]
+        hit = points["status"] >= OPEN
+        parts.append({name: points[name][hit] for name in _NAMES})
+        first += count
+    return {
+        name: gather(comm, np.concatenate([part[name] for part in parts]))
+        for name in _NAMES
+    }
+
+
 def _draw(
-    bodies: Any,
-    pressure: Any,
-    lines: Sequence[Array],
+    contact: Contact,
+    parts: tuple[Any, ...],
     label: str,
     view: tuple[float, float],
-    options: AxisOptions,
-    pairs: Sequence[str],
+    options: drawing.AxisOptions,
     interactive: bool,
 ) -> Any:
     """Draw bodies and tools on the left, tractions on the right, by matplotlib.
@@ -196,34 +214,41 @@ def _draw(
     from matplotlib import pyplot, rc_context
     from matplotlib.figure import Figure
 
-    make = pyplot.figure if interactive else Figure
-    in_plane = bodies[1].shape[-1] == 2
-    with rc_context(LOOK):
+    bodies, slaves, points, lines = parts
+    x, u, values = bodies
+    in_plane = u.shape[-1] == 2
+    with rc_context(drawing.LOOK):
+        make = pyplot.figure if interactive else Figure
         figure = make(figsize=(10, 4.2), layout="constrained")
         left = figure.add_subplot(1, 2, 1, projection=None if in_plane else "3d")
         right = figure.add_subplot(1, 2, 2)
         if in_plane:
             colours = _draw_plane(left, bodies, lines, options)
-            draw_tractions(right, pressure, options, pairs)
+            names = [str(pair) for pair in contact.pairs]
+            frictional = contact.friction is not None
+            drawing.draw_tractions(right, slaves, points, options, names, frictional)
         else:
-            x, u, values = bodies
-            colours = draw_surface(left, x + u, values.mean(axis=(1, 2)), *view, lines)
-            bar = draw_pressure(right, pressure, options)
-            figure.colorbar(bar, ax=right, label=options.stress(PRESSURE), shrink=0.85)
+            colours = drawing.draw_surface(
+                left, x + u, values.mean(axis=(1, 2)), *view, lines
+            )
+            bar = drawing.draw_pressure(right, slaves, points, options)
+            figure.colorbar(
+                bar, ax=right, label=options.stress(drawing.PRESSURE), shrink=0.85
+            )
         shrink = 0.85 if in_plane else 0.7
         figure.colorbar(colours, ax=left, label=label, shrink=shrink)
     return figure
 
 
 def _draw_plane(
-    axes: Any, bodies: Any, lines: Sequence[Array], options: AxisOptions
+    axes: Any, bodies: Any, lines: Sequence[Array], options: drawing.AxisOptions
 ) -> Any:
     """Draw bodies and outlines of tools in 2D; give what a colour bar needs."""
     from matplotlib.colors import Normalize
 
     x, u, values = bodies
     norm = None if values.min() >= 0.0 else Normalize(values.min(), values.max())
-    colours = draw_field(axes, x[..., :2] + u, values, norm=norm)
+    colours = drawing.draw_field(axes, x[..., :2] + u, values, norm=norm)
     for curve in lines:
         axes.plot(*curve.T, color=COLOUR, lw=1.2, zorder=3)
     if lines:
@@ -241,7 +266,7 @@ def _save(figure: Any, path: Path, backend: str) -> None:
         return
     from matplotlib import rc_context
 
-    with rc_context(LOOK):
+    with rc_context(drawing.LOOK):
         figure.savefig(path)
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..compat import Array
-from .drawing import PRESSURE_MAP, STRESS_MAP, direction
+from .drawing import PRESSURE_MAP, STRESS_MAP, direction, pieces_of
 from .tools import COLOUR
 
 SIZE = (1600, 670)  # size of the picture, in pixels
@@ -56,7 +56,7 @@ def render(
     view: tuple[float, float],
     interactive: bool,
 ) -> Any:
-    """Bodies in the colours of a field, and slave surfaces in those of their pressure.
+    """Draw bodies in the colours of a field, and slaves in those of their pressure.
 
     Parameters
     ----------
@@ -84,48 +84,39 @@ def render(
     )
     plotter.set_background("white")
     plotter.enable_anti_aliasing("fxaa")
-    plotter.subplot(0, 0)
     if curves:
-        ends = np.cumsum([len(curve) for curve in curves])
-        lines = [
-            np.append(len(curve), np.arange(end - len(curve), end))
-            for curve, end in zip(curves, ends)
-        ]
-        wires = pyvista.PolyData(np.concatenate(curves), lines=np.concatenate(lines))
+        wires = pieces_of(curves)
+        wires = pyvista.PolyData(wires.reshape(-1, 3), lines=_cells(wires))
+        plotter.subplot(0, 0)
         plotter.add_mesh(wires, color=COLOUR, line_width=1.5)
-    x, u, values = bodies
-    _add(plotter, x, u, values, labels[0], STRESS_MAP, view)
-    plotter.subplot(0, 1)
-    x, u, traction = surface
+    *facets, traction = surface
     pressure = np.linalg.norm(traction, axis=2, keepdims=True)
-    _add(plotter, x, u, pressure, labels[1], PRESSURE_MAP, view)
+    drawn = (bodies, STRESS_MAP), ([*facets, pressure], PRESSURE_MAP)
+    for k, (((x, u, values), colours), label) in enumerate(zip(drawn, labels)):
+        plotter.subplot(0, k)
+        mesh = pyvista.PolyData((x + u).reshape(-1, 3), _cells(x))
+        mesh.point_data[label] = values.ravel()
+        lower = values.min(initial=0.0)
+        plotter.add_mesh(
+            mesh,
+            scalars=label,
+            cmap=colours,
+            clim=(lower, values.max(initial=lower)),
+            show_edges=True,
+            edge_color="#555555",
+            scalar_bar_args=BAR,
+            **LIGHT,
+        )
+        plotter.scalar_bars[label].SetVerticalTitleSeparation(12)
+        plotter.view_vector(direction(*view), viewup=(0, 0, 1))
+        plotter.add_axes(color="black")
+        # Moved away from the colour bar
+        plotter.camera.SetWindowCenter(0.16, 0.0)
+        plotter.camera.zoom(0.9)
     return plotter
 
 
-def _add(
-    plotter: Any, x: Array, u: Array, values: Array, label: str, colours: str, view: Any
-) -> None:
-    """Add deformed facets (n, k, 3) with a value (n, k, 1) at each vertex."""
-    import pyvista
-
-    n, k = x.shape[:2]
-    faces = np.column_stack([np.full(n, k), np.arange(n * k).reshape(n, k)])
-    mesh = pyvista.PolyData((x + u).reshape(-1, 3), faces.ravel())
-    mesh.point_data[label] = values.ravel()
-    lower = min(0.0, values.min(initial=0.0))
-    plotter.add_mesh(
-        mesh,
-        scalars=label,
-        cmap=colours,
-        clim=(lower, values.max(initial=lower)),
-        show_edges=True,
-        edge_color="#555555",
-        **LIGHT,
-        scalar_bar_args=BAR,
-    )
-    plotter.scalar_bars[label].SetVerticalTitleSeparation(12)
-    plotter.view_vector(direction(*view), viewup=(0, 0, 1))
-    plotter.add_axes(color="black")
-    # Moved away from the colour bar
-    plotter.camera.SetWindowCenter(0.16, 0.0)
-    plotter.camera.zoom(0.9)
+def _cells(polygons: Array) -> Array:
+    """Number the points of polygons (n, k, 3) as VTK does, each after its k."""
+    n, k = polygons.shape[:2]
+    return np.insert(np.arange(n * k).reshape(n, k), 0, k, axis=1).ravel()

@@ -24,6 +24,8 @@ _EDGES, _SHARP = 3000, np.radians(25.0)
 # Step of differences, as a share of the box
 _STEP = 1e-6
 
+Level = Callable[[Array], Array]
+
 
 def curves(body: Body, lower: Array, upper: Array) -> list[Array]:
     """Find curves on a tool at its present place, inside a box.
@@ -41,13 +43,17 @@ def curves(body: Body, lower: Array, upper: Array) -> list[Array]:
     facets, or sections across the axes.
     """
     R, shift = body.pose_of(body.motion())
-    shape, dim = body.shape, len(lower)
+    shape, dim, found = body.shape, len(lower), []
     if isinstance(shape, Surface):
         edges = np.pad(_edges(shape), ((0, 0), (0, 0), (0, 3 - shape.points.shape[1])))
-        found = iter(edges @ R.T + shift)
+        lines = iter(edges @ R.T + shift)
     else:
-        found = _sections(lambda x: _level(shape, (x - shift) @ R), lower, upper)
-    return [p for curve in found for p in _within(curve[:, :dim], lower, upper)]
+        lines = _sections(lambda x: _level(shape, (x - shift) @ R), lower, upper)
+    for x in (line[:, :dim] for line in lines):
+        inside = np.all((x >= lower) & (x <= upper), axis=1)
+        parts = np.split(x, np.flatnonzero(np.diff(inside)) + 1)
+        found += [one for one in parts[not inside[0] :: 2] if len(one) > 1]
+    return found
 
 
 def _level(shape: Any, x: Array) -> Array:
@@ -69,67 +75,42 @@ def _level(shape: Any, x: Array) -> Array:
     return across * np.cos(shape.half_angle) - along * np.sin(shape.half_angle)
 
 
-def _sections(
-    level: Callable[[Array], Array], lower: Array, upper: Array
-) -> Iterator[Array]:
+def _sections(level: Level, lower: Array, upper: Array) -> Iterator[Array]:
     """Find curves (n, 3) where a function is zero: its sections by planes in a box."""
     from contourpy import contour_generator
 
-    dim, step = len(lower), _STEP * float(np.linalg.norm(upper - lower))
-    if dim == 3:
-        lower, upper = _extent(level, lower, upper)
-    sides = np.zeros((3, 2))
-    sides[:dim] = np.column_stack([lower, upper])
-    axes, slices = ((0, 1, 2), _SLICES) if dim == 3 else ((2,), 1)
-    for axis in axes:
+    step = _STEP * np.linalg.norm(upper - lower)
+    sides: Any = np.zeros((3, 2))
+    sides[: len(lower)] = np.column_stack([lower, upper])
+    if len(lower) == 3:  # the part of the box that holds the tool
+        grid = np.meshgrid(*(np.linspace(a, b, _COARSE) for a, b in sides))
+        x = np.stack(grid, axis=-1).reshape(-1, 3)
+        inside = x[level(x) <= 0.0]
+        if len(inside):
+            cell = (upper - lower) / (_COARSE - 1)
+            sides[:, 0] = np.maximum(lower, inside.min(axis=0) - cell)
+            sides[:, 1] = np.minimum(upper, inside.max(axis=0) + cell)
+    for axis in range(3) if len(lower) == 3 else [2]:
         one, other = (np.linspace(a, b, _GRID) for a, b in np.delete(sides, axis, 0))
-        for at in np.linspace(sides[axis, 0], sides[axis, 1], slices):
-            grid = np.stack(np.meshgrid(one, other), axis=-1).reshape(-1, 2)
-            values = level(np.insert(grid, axis, at, axis=1)).reshape(_GRID, _GRID)
+        plane = np.stack(np.meshgrid(one, other), axis=-1).reshape(-1, 2)
+        for at in np.unique(np.linspace(sides[axis, 0], sides[axis, 1], _SLICES)):
+            values = level(np.insert(plane, axis, at, axis=1)).reshape(_GRID, _GRID)
             for line in contour_generator(one, other, values).lines(0.0):
-                yield _onto(level, np.insert(line, axis, at, axis=1), dim, step)
+                x = np.insert(line, axis, at, axis=1)
+                yield _onto(level, x, step * np.eye(3)[: len(lower)])
 
 
-def _extent(
-    level: Callable[[Array], Array], lower: Array, upper: Array
-) -> tuple[Array, Array]:
-    """Find the part of a box that holds what is inside a tool."""
-    sides = [np.linspace(a, b, _COARSE) for a, b in zip(lower, upper)]
-    x = np.stack(np.meshgrid(*sides), axis=-1).reshape(-1, 3)
-    inside = x[level(x) <= 0.0]
-    if not len(inside):
-        return lower, upper
-    cell = (upper - lower) / (_COARSE - 1)
-    return (
-        np.maximum(lower, inside.min(axis=0) - cell),
-        np.minimum(upper, inside.max(axis=0) + cell),
-    )
-
-
-def _onto(level: Callable[[Array], Array], x: Array, dim: int, step: float) -> Array:
-    """Move points (n, 3) that are near a surface onto it, by Newton's method."""
+def _onto(level: Level, x: Array, steps: Array) -> Array:
+    """Move points (n, 3) near a surface onto it, by Newton's method with differences."""
     for _ in range(3):
-        sides = step * np.eye(3)[:dim]
-        slopes = [(level(x + s) - level(x - s)) / (2.0 * step) for s in sides]
-        gradient = np.column_stack(slopes)
-        x = x.copy()
-        size = np.maximum((gradient**2).sum(axis=1), 1e-300)
-        x[:, :dim] -= (level(x) / size)[:, None] * gradient
+        slopes = np.stack([level(x + s) - level(x - s) for s in steps], axis=1)
+        size = np.maximum((slopes**2).sum(axis=1), 1e-300)
+        x = x - (2.0 * level(x) / size)[:, None] * (slopes @ steps)
     return x
 
 
-def _within(curve: Array, lower: Array, upper: Array) -> Iterator[Array]:
-    """Cut a curve to the parts that are inside a box."""
-    inside = np.all((curve >= lower) & (curve <= upper), axis=1)
-    ends = np.flatnonzero(np.diff(np.concatenate([[0], inside.astype(int), [0]])))
-    for begin, end in ends.reshape(-1, 2):
-        if end - begin > 1:
-            yield curve[begin:end]
-
-
 def _edges(shape: Surface) -> Array:
-    """Points (n, points, d) along the edges of facets; of many facets along sharp edges
-    and rims only."""
+    """Points (n, points, d) along edges of facets, of many along sharp ones and rims."""
     nodes = shape.facets if shape.points.shape[1] == 2 else _edges_in_space(shape)
     t = np.linspace(0.0, 1.0, int(np.clip(20 * _EDGES // max(len(nodes), 1), 8, 240)))
     if nodes.shape[1] == 2:
@@ -144,8 +125,7 @@ def _edges_in_space(shape: Surface) -> Any:
     facets, count = shape.facets, 3 if shape.facets.shape[1] in (3, 6) else 4
     corners = facets[:, :count]
     parts = [corners, np.roll(corners, -1, axis=1), facets[:, count : 2 * count]]
-    of_facets = np.stack([p for p in parts if p.size], axis=-1)
-    edges = of_facets.reshape(-1, of_facets.shape[-1])
+    edges = np.stack([p.ravel() for p in parts if p.size], axis=1)
     ends = np.sort(edges[:, :2], axis=1)
     _, first, number = np.unique(ends, axis=0, return_index=True, return_inverse=True)
     if len(first) <= _EDGES:

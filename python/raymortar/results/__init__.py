@@ -1,5 +1,6 @@
 """What a user reads off a contact: fields, forces, counts, segments.
 
-- fields: the results of `Contact`
-- segments, vtu: files of segments and points
+- fields: averages at nodes
+- points, sums: arrays over points, and forces, energies and counts summed over them
+- segments: files of segments and points
 """

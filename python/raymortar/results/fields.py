@@ -13,7 +13,8 @@ from dolfinx.fem import Function
 from ..compat import Array
 from ..errors import ContactError, raise_everywhere, together
 from ..interface.contact_surfaces import ContactSurfaces
-from ..interface.point_results import OPEN, along_normal, nodal_average, pressures
+from ..interface.point_places import nodal_average
+from ..interface.point_results import OPEN, pressures, traction_part
 from ..interface.present import PresentState
 from ..options.friction import Law
 
@@ -50,9 +51,9 @@ class NodalFields:
     def _average(
         self,
         name: str,
-        quantity: Callable[[dict[str, Array]], Array],
+        quantity: Callable[[dict[str, Array]], Any],
         vector: bool = False,
-        elsewhere: float | None = 0.0,
+        elsewhere: float = 0.0,
         hits_only: bool = True,
     ) -> Function:
         """Nodal averages of a point quantity, and a value off the contact."""
@@ -60,13 +61,12 @@ class NodalFields:
         made = self._surfaces
         f = Function(made.vector if vector else made.scalar, name=name)
         nodal_average(made.zones, quantity, f, hits_only)
-        if elsewhere is not None:
-            f.x.array[np.isnan(f.x.array)] = elsewhere
+        f.x.array[np.isnan(f.x.array)] = elsewhere
         return f
 
-    def gap(self) -> Function:
+    def gap(self, elsewhere: float = np.nan) -> Function:
         """Gap of the law; NaN where no hit."""
-        return self._average("gap", lambda points: points["gap"], elsewhere=None)
+        return self._average("gap", lambda points: points["gap"], elsewhere=elsewhere)
 
     def pressure(self) -> Function:
         """Contact pressure, positive in compression."""
@@ -88,34 +88,24 @@ class NodalFields:
                     f"vector of {dim}"
                 )
         each = iter(given)
-        return self._average(
-            name, lambda points: next(each), given[0].ndim == 2, elsewhere=None
-        )
+        return self._average(name, lambda _: next(each), given[0].ndim == 2, np.nan)
 
     def traction(self, part: str) -> Function:
         """Contact traction, or a part of it."""
         check_part(part, self._surfaces.comm)
-
-        def quantity(points: dict[str, Array]) -> Array:
-            total = points["traction"]
-            if part == "total":
-                return total
-            normal = along_normal(points, total)
-            return normal if part == "normal" else total - normal
-
         name = "traction" if part == "total" else f"{part}_traction"
-        return self._average(name, quantity, vector=True)
+        return self._average(name, lambda points: traction_part(points, part), True)
 
     def slip(self) -> Function:
         """Slip since the accepted step."""
         if self._surfaces.tied is not None:
             raise ContactError("a Tie does not slip")
-        if self._friction is None:
-            self._present.require_results()
-            zones = self._surfaces.zones
-            each = iter([zone.cpp.slips_without_friction() for zone in zones])
-            return self._average("slip", lambda points: next(each), vector=True)
-        return self._average("slip", lambda points: points["slip"], vector=True)
+        if self._friction is not None:
+            return self._average("slip", lambda points: points["slip"], True)
+        self._present.require_results()
+        zones = self._surfaces.zones
+        each = iter([zone.cpp.slips_without_friction() for zone in zones])
+        return self._average("slip", lambda _: next(each), True)
 
     def accumulated_slip(self) -> Function:
         """Length of the slip of all accepted steps."""
@@ -137,18 +127,14 @@ class NodalFields:
 
     def coverage(self) -> Function:
         """Share of the slave surface around each node that has a hit."""
-
-        def quantity(points: dict[str, Array]) -> Array:
-            return (points["status"] >= OPEN).astype(np.float64)
-
-        return self._average("coverage", quantity, hits_only=False)
+        return self._average(
+            "coverage", lambda points: points["status"] >= OPEN, hits_only=False
+        )
 
     def all(self) -> list[Function]:
         """All of them, without NaN, and the multiplier."""
-        gap = self.gap()
         # DOLFINx 0.5 interpolates for XDMF, and a NaN then takes its whole cell
-        gap.x.array[np.isnan(gap.x.array)] = 0.0
-        found = [gap, self.traction("normal"), self.traction("tangential")]
+        found = [self.gap(0.0), self.traction("normal"), self.traction("tangential")]
         found += [self.status(), self.coverage()]
         if self._friction is not None:
             found.append(self.slip())

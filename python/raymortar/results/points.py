@@ -18,17 +18,11 @@ from ..errors import ContactError, ContactWarning, as_path, together
 from ..host.joined import parts_of
 from ..interface.pairs import PairTable
 from ..interface.point_places import places
-from ..interface.point_results import (
-    Resultant,
-    added,
-    resultant,
-    resultant_on,
-    resultants,
-)
 from ..interface.present import PresentState
 from ..interface.zones import ZoneData
 from ..rigid.body import Body
 from .segments import write_segments
+from .sums import Resultant, added, resultant, resultant_on
 
 
 class PointResults:
@@ -64,27 +58,22 @@ class PointResults:
 
     def points(self, zone: int) -> dict[str, Array]:
         """Arrays over this rank's integration points of a zone."""
-        data = self._zone(zone)
+        self._require_results()
+        surface = self._surface(zone)
+        data = self.zones[surface]
         points: dict[str, Any] = data.points()
-        # What comes after the last stands for no master
-        number = np.array([*self._pairs_of(zone), -1], dtype=np.int32)
-        points["pair"] = number[data.masters_of(points)]
+        numbers = self.pairs.of_surface(surface, data.facets.master_tags)
+        # The last one is for points that hit no master
+        points["pair"] = np.array([*numbers, -1], np.int32)[data.masters_of(points)]
         mesh = parts_of(self._u)[data.facets.slave_part].function_space.mesh
         return points | places(data, points, mesh)
 
-    def _pairs_of(self, zone: int) -> list[int]:
-        """Number of the pair that each master of a slave surface makes with it."""
-        surface = range(len(self.zones))[zone]
-        masters = self.zones[surface].facets.master_tags
-        return self.pairs.of_surface(surface, masters)
-
-    def _zone(self, i: int) -> ZoneData:
-        """Zone of a number, with results."""
-        self._require_results()
+    def _surface(self, i: Any) -> int:
+        """Check the number of a slave surface; a negative one counts from the end."""
         n = len(self.zones)
         if not (is_whole_number(i) and -n <= i < n):
             raise self.pairs.no_surface(i)
-        return self.zones[i]
+        return int(i) % n
 
     def _require_results(self) -> None:
         for present in self._presents:
@@ -111,27 +100,29 @@ class PointResults:
 
     def resultant(self, slave: int | str, master: int | str | Body | None) -> Resultant:
         """Contact force on a slave surface, or of a pair. Collective."""
-        if master is None and not isinstance(slave, str):
-            with together(self._comm):
-                zone = self._zone(slave)
-                return resultant(zone, self._comm)
         with together(self._comm):
             self._require_results()
-            found = self.pairs.find(slave, master)
+            if master is None and not isinstance(slave, str):
+                surfaces = [self._surface(slave)]
+            else:
+                found = self.pairs.find(slave, master)
+                surfaces = sorted({self.pairs.pairs[k].surface for k in found})
         if master is None:
-            surfaces = dict.fromkeys(self.pairs.pairs[k].surface for k in found)
             return added([resultant(self.zones[i], self._comm) for i in surfaces])
-        of_pairs = self.resultants()
-        return added([of_pairs[k] for k in found])
+        return added([self.of_pair(k) for k in found])
+
+    def of_pair(self, k: int) -> Resultant:
+        """Sum up the forces of the pair with a number. Collective."""
+        pair = self.pairs.pairs[k]
+        zone = self.zones[pair.surface]
+        master = zone.facets.master_tags.index(pair.master)
+        return resultant(zone, self._comm, master)
 
     def resultants(self) -> list[Resultant]:
         """`resultant` of every pair. Collective."""
         with together(self._comm):
             self._require_results()
-        found: dict[int, Resultant] = {}
-        for i, zone in enumerate(self.zones):
-            found |= zip(self._pairs_of(i), resultants(zone, self._comm))
-        return [found[k] for k in range(len(self.pairs.pairs))]
+        return [self.of_pair(k) for k in range(len(self.pairs.pairs))]
 
     def resultant_on(self, body: Body) -> Resultant:
         """Contact force on a rigid body. Collective."""

@@ -1,9 +1,16 @@
-"""Segments and integration points as VTK files."""
+"""Segments and integration points as VTK files, one piece per rank.
+
+Segments are polygons of no mesh, which DOLFINx cannot write. docs/developers.md says why
+neither meshio nor VTK does it here. The format is ascii XML:
+https://docs.vtk.org/en/latest/design_documents/VTKFileFormats.html
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
+from xml.etree.ElementTree import Element, ElementTree, SubElement
 
 from mpi4py import MPI
 
@@ -11,122 +18,140 @@ import numpy as np
 from dolfinx.fem import Function
 
 from ..compat import Array
+from ..errors import ContactError, writing
 from ..host.reference_facets import shape_functions
+from ..interface.point_places import undeformed
 from ..interface.point_results import OPEN
 from ..interface.zones import ZoneData
-from . import vtu
 
 POINT_DATA = ("gap", "pressure", "traction", "status", "weight", "slip")
+# VTK's numbers of cell types
+VERTEX, LINE, POLYGON = 1, 3, 7
 
 
-def deformed(zone: ZoneData, u: Function, slave: Array, xi: Array) -> Array:
-    """Deformed positions of points on slave facets.
-
-    Parameters
-    ----------
-    zone
-        Zone.
-    u
-        Displacement.
-    slave
-        Facet of each point, (n,).
-    xi
-        Reference coordinates on it, (n, d - 1).
-
-    Returns
-    -------
-    Positions (n, d). Length.
-    """
-    s = zone.facets.slave_surface
-    values = u.x.array.reshape(-1, s.gdim)[s.dofs]
-    N, _ = shape_functions(s.shape, s.node_degree, xi)
-    M, _ = shape_functions(s.shape, s.displacement_degree, xi)
-    X = np.einsum("qa,qad->qd", N, s.X[s.facet_nodes[slave]])
-    return X + np.einsum("qa,qad->qd", M, values[s.facet_dofs[slave]])
-
-
-def _averages(points: dict[str, Array], segments: dict[str, Array]) -> dict[str, Array]:
-    """Gap, pressure and traction of each segment: means over the points of its pair."""
-    hit = points["status"] >= OPEN
-    keys = np.stack([points["slave"][hit], points["master"][hit]], axis=1)
-    pairs, pair = np.unique(keys, axis=0, return_inverse=True)
-    pair = pair.ravel()
-    total = np.zeros(len(pairs))
-    np.add.at(total, pair, points["weight"][hit])
-    own = {tuple(p): k for k, p in enumerate(pairs.tolist())}
-    index = [
-        own.get(key, -1)
-        for key in zip(segments["slave"].tolist(), segments["master"].tolist())
-    ]
-    found = {}
-    for name in ("gap", "pressure", "traction"):
-        values = points[name][hit]
-        shape = (len(pairs) + 1, *values.shape[1:])
-        mean = np.full(shape, np.nan)  # the last for segments without a hit
-        mean[:-1] = 0.0
-        weight = points["weight"][hit].reshape(-1, *[1] * (values.ndim - 1))
-        np.add.at(mean, pair, weight * values)
-        mean[:-1] /= total.reshape(-1, *[1] * (values.ndim - 1))
-        found[name] = mean[index]
-    return found
-
-
-def _polygons(zone: ZoneData, u: Function) -> vtu.Piece:
-    s = zone.cpp.segments()
-    sizes = np.diff(s["offsets"])
-    facet = np.repeat(s["slave"], sizes)
-    ids = zone.facets.slave_surface.facet_ids
-    data: dict[str, Any] = {
-        "slave_facet": np.asarray(ids[s["slave"]], dtype=np.int64),
-        **_averages(zone.points(), s),
-    }
-    kind = vtu.LINE if zone.facets.slave_surface.gdim == 2 else vtu.POLYGON
-    return vtu.Piece(deformed(zone, u, facet, s["xi"]), s["offsets"], kind, data)
-
-
-def _points(zone: ZoneData) -> vtu.Piece:
-    points = zone.points()
-    data = {name: points[name] for name in POINT_DATA if name in points}
-    data["status"] = data["status"].astype(np.int64)
-    offsets = np.arange(len(points["x"]) + 1)
-    return vtu.Piece(points["x"], offsets, vtu.VERTEX, data)
-
-
-def _joined(pieces: list[vtu.Piece]) -> vtu.Piece:
-    """Join several zones' pieces; data that a zone lacks is NaN there."""
-    sizes = np.concatenate([np.diff(p.offsets) for p in pieces])
-    names = dict.fromkeys(name for p in pieces for name in p.cell_data)
-    return vtu.Piece(
-        np.concatenate([p.points for p in pieces]),
-        np.concatenate([[0], np.cumsum(sizes)]),
-        pieces[0].cell_type,
-        {name: _values(pieces, name) for name in names},
-    )
-
-
-def _values(pieces: list[vtu.Piece], name: str) -> Array:
-    """Concatenate the data of one name. Slip, say, is known with friction only."""
-    shape = next(p.cell_data[name].shape[1:] for p in pieces if name in p.cell_data)
-    missing = [np.full((len(p.offsets) - 1, *shape), np.nan) for p in pieces]
-    return np.concatenate([p.cell_data.get(name, m) for p, m in zip(pieces, missing)])
+# Points of the cells one after the other, how many each cell has, arrays over cells
+Cells = tuple[Array, Any, dict[str, Any]]
 
 
 def write_segments(
-    zones: list[ZoneData], u: Function, comm: MPI.Comm, path: Path
+    zones: Sequence[ZoneData], u: Function, comm: MPI.Comm, path: Path
 ) -> None:
-    """Write the segments to a file and the points beside it. Collective.
+    """Write the segments to a file and the points beside it. Collective."""
+    if path.suffix != ".vtu":
+        raise ContactError(f"{path} must end in .vtu")
+    kind = LINE if zones[0].facets.slave_surface.gdim == 2 else POLYGON
+    _write(path, kind, [_segments(zone, u) for zone in zones], comm)
+    beside = path.with_name(f"{path.stem}_points{path.suffix}")
+    _write(beside, VERTEX, [_points(zone) for zone in zones], comm)
 
-    Parameters
-    ----------
-    zones
-        Zones.
-    u
-        Displacement.
-    comm
-        Communicator of the mesh.
-    path
-        Of the segments, ending in ``.vtu``.
-    """
-    vtu.write(path, _joined([_polygons(zone, u) for zone in zones]), comm)
-    points = path.with_name(f"{path.stem}_points{path.suffix}")
-    vtu.write(points, _joined([_points(zone) for zone in zones]), comm)
+
+def _segments(zone: ZoneData, u: Function) -> Cells:
+    """Make polygons of a zone's segments, in 2D lines."""
+    segments, surface = zone.cpp.segments(), zone.facets.slave_surface
+    sizes, slave, xi = np.diff(segments["offsets"]), segments["slave"], segments["xi"]
+    facet = np.repeat(slave, sizes)
+    N, _ = shape_functions(surface.shape, surface.displacement_degree, xi)
+    values = u.x.array.reshape(-1, surface.gdim)[surface.dofs]
+    moved = np.einsum("qa,qad->qd", N, values[surface.facet_dofs[facet]])
+    ids = np.asarray(surface.facet_ids[slave], dtype=np.int64)
+    data: dict[str, Any] = {"slave_facet": ids}
+    data |= _averages(zone.points(), segments)
+    return undeformed(surface, facet, xi) + moved, sizes, data
+
+
+def _averages(points: dict[str, Array], segments: dict[str, Array]) -> dict[str, Array]:
+    """Average over the points of each segment's pair of facets; NaN without a hit."""
+    hit, n = points["status"] >= OPEN, len(segments["slave"])
+    keys = [
+        np.concatenate([segments[side], points[side][hit]])
+        for side in ("slave", "master")
+    ]
+    _, pair = np.unique(np.stack(keys, axis=1), axis=0, return_inverse=True)
+    segment, pair = np.split(pair.reshape(-1), [n])
+    weight = points["weight"][hit]
+    total = np.bincount(pair, weight, minlength=n + len(pair))
+    found = {}
+    for name in ("gap", "pressure", "traction"):
+        values = points[name][hit]
+        sums = np.zeros((len(total), *values.shape[1:]))
+        np.add.at(sums.T, (..., pair), weight * values.T)
+        with np.errstate(invalid="ignore"):
+            found[name] = (sums.T / total).T[segment]
+    return found
+
+
+def _points(zone: ZoneData) -> Cells:
+    """Make vertices of a zone's integration points."""
+    points = zone.points()
+    data = {name: points[name] for name in POINT_DATA if name in points}
+    data["status"] = data["status"].astype(np.int64)
+    return points["x"], np.ones(len(points["x"]), dtype=int), data
+
+
+def _joined(parts: Sequence[Cells], name: str) -> Any:
+    """Join the data of one name; a zone that lacks it, as slip, has NaN."""
+    like = next(data[name] for *_, data in parts if name in data)
+    return np.concatenate(
+        [
+            data.get(name, np.full((len(sizes), *like.shape[1:]), np.nan))
+            for _, sizes, data in parts
+        ]
+    )
+
+
+def _write(path: Path, kind: int, parts: Sequence[Cells], comm: MPI.Comm) -> None:
+    """Write this rank's cells and, with several ranks, what joins them. Collective."""
+    points, sizes = (np.concatenate([part[k] for part in parts]) for k in (0, 1))
+    size, count = len(points), len(sizes)
+    names = dict.fromkeys(name for *_, data in parts for name in data)
+    cell_data = {name: _joined(parts, name) for name in names}
+    topology = {
+        "connectivity": np.arange(size),
+        "offsets": np.cumsum(sizes),
+        "types": np.full(count, kind),
+    }
+    positions = {"Points": points}
+    files = [f"{path.stem}_{rank}.vtu" for rank in range(comm.size)]
+    own = path if comm.size == 1 else path.with_name(files[comm.rank])
+    with writing(comm, path, OSError):
+        root, grid = _document("UnstructuredGrid")
+        counts = {"NumberOfPoints": str(size), "NumberOfCells": str(count)}
+        piece = SubElement(grid, "Piece", counts)
+        _add(piece, {"Points": positions, "Cells": topology, "CellData": cell_data})
+        ElementTree(root).write(own, encoding="utf-8", xml_declaration=True)
+        if comm.size > 1 and comm.rank == 0:
+            root, grid = _document("PUnstructuredGrid", GhostLevel="0")
+            _add(grid, {"Points": positions, "CellData": cell_data}, "P")
+            for file in files:
+                SubElement(grid, "Piece", Source=file)
+            joining = path.with_suffix(".pvtu")
+            ElementTree(root).write(joining, encoding="utf-8", xml_declaration=True)
+
+
+def _document(kind: str, **attributes: str) -> tuple[Element, Element]:
+    """Begin a document: its root, and the grid in it."""
+    root = Element("VTKFile", type=kind, version="1.0", byte_order="LittleEndian")
+    return root, SubElement(root, kind, attributes)
+
+
+def _add(
+    parent: Element, groups: Mapping[str, Mapping[str, Any]], prefix: str = ""
+) -> None:
+    """Add arrays by group and name; with the prefix of joining files no values."""
+    for group, arrays in groups.items():
+        inside = SubElement(parent, prefix + group)
+        for name, values in arrays.items():
+            array = SubElement(
+                inside,
+                f"{prefix}DataArray",
+                type="Int64" if values.dtype.kind in "iu" else "Float64",
+                Name=name,
+                NumberOfComponents="1" if values.ndim == 1 else "3",
+            )
+            if prefix:
+                continue
+            rows = values[:, None]
+            if values.ndim == 2:  # VTK wants vectors of three components
+                rows = np.pad(values, ((0, 0), (0, 3 - values.shape[1])))
+            array.set("format", "ascii")
+            array.text = "\n".join(" ".join(map(repr, row)) for row in rows.tolist())

@@ -24,7 +24,7 @@ from raymortar.convergence.failure import (
     reason_in_words,
 )
 from raymortar.convergence.strange_gamma import strange_gammas
-from raymortar.interface.point_results import Statistics
+from raymortar.results.sums import Statistics
 from raymortar.interface.sides import swaps
 from raymortar.interface.stiffness import stiffness_ratios
 

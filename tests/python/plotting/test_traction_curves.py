@@ -11,7 +11,7 @@ from squeezing import squeeze
 import raymortar
 from meshes.scenes import two_blocks
 from raymortar import ContactError
-from raymortar.plotting.traction_curves import arc_lengths, over_angle
+from raymortar.plotting.drawing import arc_lengths, over_angle
 
 pytest.importorskip("matplotlib")
 

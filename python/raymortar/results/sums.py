@@ -1,0 +1,255 @@
+"""Forces, energies and counts summed over integration points and ranks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, fields
+from typing import Any
+
+from mpi4py import MPI
+
+import numpy as np
+
+from ..compat import Array
+from ..host.communication import Communication, communication
+from ..host.layout import CoupledRows
+from ..interface.point_results import (
+    CLOSED,
+    OPEN,
+    along_normal,
+    pressures,
+    traction_part,
+)
+from ..interface.zones import ZoneData
+from ..rigid.body import Body
+
+
+@dataclass(frozen=True)
+class Resultant:
+    """Force and moment about the origin of contact on a slave surface, (d,) and (3,)
+    in 3D; in 2D per unit thickness, the moment a number.
+
+    ``normal`` and ``tangential`` (d,) are the parts of the force that come from
+    tractions along the normal of `Contact`'s frame and from those across it, point by
+    point: friction is ``tangential``, and on a curved surface both may have any
+    direction. Their sum is ``force``.
+
+    For solids of revolution all values are those of a full turn. The force is along the
+    axis, (0, F_z), and the moment is 0, as radial tractions cancel. ``radial`` is the
+    integral of radial tractions over the surface, 2 pi r times their line load. For
+    other bodies it is None.
+    """
+
+    force: Array
+    moment: Array | float
+    normal: Array
+    tangential: Array
+    radial: float | None = None
+
+
+@dataclass
+class Statistics:
+    """Counts over all ranks, CPU seconds of the slowest rank.
+
+    Of the last `Contact.update`, but for these sums since the start:
+    ``candidate_builds``, ``halo_builds``, ``pairings``, ``pairings_skipped`` (nothing
+    had moved), ``preallocations`` of matrices, ``residual_blocks``, ``tangent_blocks``,
+    ``lifted_blocks`` (tangent blocks for Dirichlet increments), ``skipped_blocks`` (left
+    out of tangents because they are zero), ``lookups`` (blocks whose place in the
+    matrix had to be found) and ``bytes_sent``. Zones add up.
+
+    ``hits`` of ``points`` met the master within the search distances; with none, the
+    bodies are out of reach of each other. ``slip_points`` of them needed their slip.
+    Seconds are CPU seconds of the last time each stage ran.
+    """
+
+    slave_facets: int = 0
+    master_facets: int = 0
+    candidates: int = 0
+    clipped: int = 0
+    culled: int = 0
+    pairs: int = 0
+    segments: int = 0
+    points: int = 0
+    hits: int = 0
+    slip_points: int = 0
+    active_points: int = 0
+    degenerate: int = 0
+    candidate_builds: int = 0
+    halo_builds: int = 0
+    pairings: int = 0
+    pairings_skipped: int = 0
+    preallocations: int = 0
+    residual_blocks: int = 0
+    tangent_blocks: int = 0
+    lifted_blocks: int = 0
+    skipped_blocks: int = 0
+    lookups: int = 0
+    bytes_sent: int = 0
+    min_gap: float = np.inf
+    max_gap: float = -np.inf
+    max_pressure: float = 0.0
+    seconds_halo: float = 0.0
+    seconds_candidates: float = 0.0
+    seconds_segments: float = 0.0
+    seconds_rays: float = 0.0
+    seconds_residual: float = 0.0
+    seconds_tangent: float = 0.0
+    communication: Communication = field(default_factory=Communication)
+
+    def __str__(self) -> str:
+        gap = f"gap {self.min_gap:.3e} to {self.max_gap:.3e}"
+        return (
+            f"{self.pairs} pairs, {self.segments} segments, {self.hits} of "
+            f"{self.points} points hit, {self.active_points} active, "
+            + (gap if self.hits else "bodies out of reach of each other")
+        )
+
+
+def statistics(zones: Sequence[ZoneData], layout: CoupledRows) -> Statistics:
+    """Count over all zones and ranks. Collective."""
+    found = [_counts(zone) for zone in zones]
+    total = Statistics(communication=communication(zones, layout))
+    names = [one.name for one in fields(Statistics) if one.name != "communication"]
+    most = [n for n in names if n.startswith(("max_", "seconds_"))]
+    counts = [n for n in names if n not in ("min_gap", *most)]
+    reductions: list[tuple[MPI.Op, Any, list[str]]] = [
+        (MPI.MIN, np.min, ["min_gap"]),
+        (MPI.MAX, np.max, most),
+        (MPI.SUM, np.sum, counts),
+    ]
+    for op, reduce, chosen in reductions:
+        values = reduce([[getattr(one, n) for n in chosen] for one in found], axis=0)
+        layout.comm.Allreduce(MPI.IN_PLACE, values, op=op)
+        vars(total).update(zip(chosen, values.tolist()))
+    return total
+
+
+def _counts(zone: ZoneData) -> Statistics:
+    """Count over the points of one zone on this rank."""
+    found, points = Statistics(**zone.statistics()), zone.points()
+    hit = points["status"] >= OPEN
+    # Boxes overlap, but the facets do not face each other within reach
+    found.culled = max(found.candidates - found.clipped, 0)
+    found.active_points = int(np.count_nonzero(points["status"] >= CLOSED))
+    found.slip_points = found.hits if "slip" in points else 0
+    found.min_gap = points["gap"][hit].min(initial=np.inf)
+    found.max_gap = points["gap"][hit].max(initial=-np.inf)
+    found.max_pressure = (-points["pressure"][hit]).max(initial=0.0)
+    return found
+
+
+def _moments(x: Array, forces: Array) -> Array:
+    """Multiply x cross force, (..., 3), or (..., 1) in 2D, which NumPy 2 lacks."""
+    if x.shape[-1] == 3:
+        return np.cross(x, forces)
+    return x[..., :1] * forces[..., 1:] - x[..., 1:] * forces[..., :1]
+
+
+def _plain(moment: Array) -> Array | float:
+    """Give a moment as a number in 2D."""
+    return moment if len(moment) == 3 else float(moment[0])
+
+
+def resultant(
+    zone: ZoneData, comm: MPI.Comm, master: int | None = None, at_hits: bool = False
+) -> Resultant:
+    """Sum up force and moment on the slave side of a zone. Collective.
+
+    Parameters
+    ----------
+    zone, comm
+        Zone and communicator of the mesh.
+    master
+        Index of the only master that counts; None: all, and points without a hit.
+    at_hits
+        Whether whole tractions have the arms of the points that rays hit. Else they
+        have those of the slave, with the couple of friction over the gap, theory (3).
+    """
+    points, dim = zone.points(), zone.facets.slave_surface.gdim
+    if master is not None:
+        mine = zone.masters_of(points) == master
+        points = {name: values[mine] for name, values in points.items()}
+    forces = points["weight"][:, None] * points["traction"]
+    normal = along_normal(points, forces)
+    if at_hits:
+        hits = points["x"] + points["distance"][:, None] * points["normal"]
+        moments = _moments(hits, forces)
+    else:
+        couples = _moments(zone.arms(points), forces - normal)
+        moments = _moments(points["x"], forces) + couples
+    sums = np.concatenate([one.sum(axis=0) for one in (forces, normal, moments)])
+    comm.Allreduce(MPI.IN_PLACE, sums)
+    force, normal, moment = np.split(sums, [dim, 2 * dim])
+    if zone.facets.slave_surface.axisymmetric:  # radial parts cancel in a full turn
+        radial, force[0], normal[0] = float(force[0]), 0.0, 0.0
+        return Resultant(force, 0.0, normal, force - normal, radial)
+    return Resultant(force, _plain(moment), normal, force - normal)
+
+
+def resultant_on(zones: Sequence[ZoneData], body: Body, comm: MPI.Comm) -> Resultant:
+    """Sum up force and moment about its centre on a rigid body. Collective."""
+    # The equations of a free body take whole tractions where they hit
+    found = added(
+        [
+            resultant(zone, comm, zone.facets.bodies.index(body), body.is_free)
+            for zone in zones
+            if body in zone.facets.bodies
+        ]
+    )
+    force, normal, tangential = -found.force, -found.normal, -found.tangential
+    if found.radial is not None:
+        return Resultant(force, 0.0, normal, tangential, -found.radial)
+    to_centre = _plain(_moments(body.place[: len(force)], force))
+    return Resultant(force, -found.moment - to_centre, normal, tangential)
+
+
+def added(parts: Sequence[Resultant]) -> Resultant:
+    """Add several resultants."""
+    names = [f.name for f in fields(Resultant) if getattr(parts[0], f.name) is not None]
+    return Resultant(
+        **{name: sum(getattr(part, name) for part in parts) for name in names}
+    )
+
+
+def friction_work(zones: Sequence[ZoneData], comm: MPI.Comm) -> float:
+    """Integrate what tractions take over the step's slip. Collective."""
+    return _integral(
+        zones, lambda p: -np.einsum("qi,qi->q", p["traction"], p["slip"]), comm
+    )
+
+
+def stored_energy(zones: Sequence[ZoneData], comm: MPI.Comm, part: str) -> float:
+    """Integrate |t|^2 / (2 gamma), or that of a part of t. Collective."""
+
+    def density(points: dict[str, Array]) -> Array:
+        t = traction_part(points, part)
+        squared = np.einsum("qi,qi->q", t, t)
+        # Points of a tie that meet no master have no coefficient
+        return np.divide(
+            squared, 2.0 * points["gamma"], np.zeros_like(squared), where=squared > 0.0
+        )
+
+    return _integral(zones, density, comm)
+
+
+def work_on_gaps(zones: Sequence[ZoneData], comm: MPI.Comm) -> float:
+    """Integrate |t_n g|, which a law at each point leaves zero. Collective."""
+
+    def density(points: dict[str, Array]) -> Array:
+        hit = points["status"] >= OPEN
+        return np.abs(pressures(points) * np.where(hit, points["gap"], 0.0))
+
+    return _integral(zones, density, comm)
+
+
+def _integral(
+    zones: Sequence[ZoneData],
+    density: Callable[[dict[str, Array]], Array],
+    comm: MPI.Comm,
+) -> float:
+    """Integrate over the slave surfaces of all ranks. Collective."""
+    total = 0.0
+    for points in (zone.points() for zone in zones):
+        total += float(points["weight"] @ density(points))
+    return float(comm.allreduce(total))
