@@ -9,8 +9,6 @@
 - elimination, springs: a preconditioner that eliminates multipliers
 - bodies, levels, interpolation, near_contact: a preconditioner with the levels of the
   bodies
-- kept_factors, surface_system, compliance, coupling, supports, small_systems: a direct
-  solver that keeps the factors of linear bodies
 - lagged_factors: GMRES with the factors of an earlier tangent
 """
 
@@ -18,12 +16,12 @@ from .automatic import (
     MOST_DIRECT,
     SolverWithFallback,
     direct,
+    kept_factors,
     linear_options,
     with_fallback,
 )
 from .bodies import BodiesPreconditioner
 from .elimination import SPRINGS, ContactPreconditioner, attach
-from .kept_factors import KeptFactorsSolver, kept_factors
 from .lagged_factors import LaggedFactorsSolver, lagged_factors
 from .linear import MULTIGRIDS, iterative
 from .rigid_motions import near_nullspace, rigid_motions
@@ -32,7 +30,6 @@ from .springs import lumped_mass, surface_stiffness
 __all__ = [
     "BodiesPreconditioner",
     "ContactPreconditioner",
-    "KeptFactorsSolver",
     "LaggedFactorsSolver",
     "MOST_DIRECT",
     "MULTIGRIDS",

@@ -12,7 +12,6 @@ from petsc4py import PETSc
 from .. import compat
 from ..errors import ContactWarning
 from .elimination import KnowsProblem, attach
-from .kept_factors import kept_factors
 from .lagged_factors import lagged_factors
 from .linear import iterative
 from .petsc_objects import DIRECT
@@ -27,13 +26,8 @@ log = logging.getLogger("raymortar")
 # faster at all sizes that were measured.
 MOST_DIRECT = {1: 40_000, 2: 20_000}
 
-# Unknowns in 3D from which linear bodies keep their factors, in place of the direct
-# solver's, and the share of its operations that they may take (measured:
-# docs/linear_bodies.md)
-LEAST_KEPT, MOST_KEPT = 2_000, 0.7
-
 # Least and most unknowns, by dimension, for which lagged factors are faster than the
-# direct solver. The solvers above come first (measured: docs/solving.md)
+# direct solver. Multigrid comes first (measured: docs/solving.md)
 LAGGED = {2: (1_500, 5_000), 3: (2_000, float("inf"))}
 
 # A Krylov solver that does well needs less than a third of this
@@ -54,6 +48,24 @@ _ITS_OPTIONS = ("ksp_", "pc_", "mat_", "displacement_", "near_")
 def direct() -> dict[str, Any]:
     """PETSc options of the direct solver, MUMPS, for problems of any size."""
     return dict(DIRECT)
+
+
+def kept_factors(most: float | None = None) -> dict[str, Any]:
+    """PETSc options of `direct`. Deprecated: use `direct` or `lagged_factors`.
+
+    Parameters
+    ----------
+    most
+        Without effect.
+    """
+    warnings.warn(
+        "solvers.kept_factors is deprecated and returns solvers.direct(), as factors of "
+        "linear bodies are no longer kept: use solvers.direct() or "
+        "solvers.lagged_factors()",
+        DeprecationWarning,
+        stacklevel=2,
+    )
+    return direct()
 
 
 def linear_options(
@@ -92,22 +104,11 @@ def linear_options(
     if _suits_multigrid(problem):
         options = {**(INEXACT if snes else {}), **with_fallback()}
         name = "multigrid for the bodies"
-    elif _suits_kept_factors(problem):
-        options, name = kept_factors(MOST_KEPT), "a direct one that keeps factors"
     elif _suits_lagged_factors(problem):
         options, name = lagged_factors(_package(problem)), "GMRES with lagged factors"
     if layout.comm.rank == 0:
         log.info("linear solver of %d unknowns: %s", unknowns, name)
     return options
-
-
-def _suits_kept_factors(problem: CoupledProblem) -> bool:
-    """Whether bodies are linear, and large enough to keep their factors."""
-    layout = problem.contact.layout
-    if layout.comm.size > 1 or not problem.volume.is_linear:
-        return False
-    dim: int = problem.contact.u.function_space.mesh.geometry.dim
-    return dim == 3 and layout.size >= LEAST_KEPT
 
 
 def _suits_lagged_factors(problem: CoupledProblem) -> bool:
