@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import weakref
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from mpi4py import MPI
@@ -31,10 +31,13 @@ class CoupledSolver(ABC):
     options
         `PetscOptions`. To use the KSP by itself, write ``with solver.options:``, which
         puts them into PETSc's table.
+    tolerances
+        rtol and atol.
     """
 
     krylov_solver: PETSc.KSP
     options: PetscOptions
+    tolerances: tuple[float, float]
     # Factors of the rows, where the solver weighs them
     _scale: PETSc.Vec | None = None
 
@@ -70,16 +73,6 @@ class CoupledSolver(ABC):
         """The problem that is solved."""
         found: CoupledProblem = self._problem()
         return found
-
-    @property
-    @abstractmethod
-    def tolerances(self) -> tuple[float, float]:
-        """rtol and atol."""
-
-    @tolerances.setter
-    @abstractmethod
-    def tolerances(self, values: tuple[float, float]) -> None:
-        ...
 
     @property
     def force_tolerance(self) -> float | None:
