@@ -14,8 +14,7 @@ from ..convergence.failure import FAILURES
 from ..convergence.trouble import is_in_trouble
 from ..errors import ContactWarning, ConvergenceError, SetUpError
 from ..interface.state import State, extrapolate
-from ..solvers.capped import CappedSolver
-from ..solvers.line_search import with_line_search
+from ..solvers.capped import CappedSolver, with_line_search
 from ..solvers.newton import NewtonSolver
 from ..solvers.snes import SNESSolver
 from .energy_balance import balance_of_step

@@ -1,24 +1,21 @@
-"""The linear solver of a problem whose user chooses none."""
+"""PETSc options of linear solvers, and the choice where the user makes none."""
 
 from __future__ import annotations
 
 import logging
 import warnings
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from petsc4py import PETSc
 
 from .. import compat
 from ..errors import ContactWarning
-from .elimination import KnowsProblem, attach
-from .kept_factors import kept_factors
+from ..problem import CoupledProblem
+from .bodies import BodiesPreconditioner
+from .elimination import ContactPreconditioner
 from .lagged_factors import lagged_factors
-from .linear import iterative
-from .petsc_objects import DIRECT
-
-if TYPE_CHECKING:
-    from ..problem import CoupledProblem
+from .petsc_objects import DIRECT, InnerSolvers, attach
 
 log = logging.getLogger("raymortar")
 
@@ -27,13 +24,8 @@ log = logging.getLogger("raymortar")
 # faster at all sizes that were measured.
 MOST_DIRECT = {1: 40_000, 2: 20_000}
 
-# Unknowns in 3D from which linear bodies keep their factors, in place of the direct
-# solver's, and the share of its operations that they may take (measured:
-# docs/linear_bodies.md)
-LEAST_KEPT, MOST_KEPT = 2_000, 0.7
-
 # Least and most unknowns, by dimension, for which lagged factors are faster than the
-# direct solver. The solvers above come first (measured: docs/solving.md)
+# direct solver. Multigrid comes first (measured: docs/solving.md)
 LAGGED = {2: (1_500, 5_000), 3: (2_000, float("inf"))}
 
 # A Krylov solver that does well needs less than a third of this
@@ -50,10 +42,142 @@ MOST_STALLS = 2
 # Prefixes of options with which the user chooses the linear solver
 _ITS_OPTIONS = ("ksp_", "pc_", "mat_", "displacement_", "near_")
 
+_KRYLOV = {"ksp_type": "gmres", "ksp_gmres_restart": 200, "ksp_rtol": 1e-8}
+
+_GAMG = {
+    "pc_type": "gamg",
+    # All entries: those that vanish in slip leave nodes without a neighbour
+    "pc_gamg_threshold": -1.0,
+    # A node without neighbours has fewer unknowns than there are rigid motions, so that
+    # diagonals of coarse levels vanish: PETSc's Jacobi accepts that, its SOR does not
+    "mg_levels_ksp_type": "chebyshev",
+    "mg_levels_ksp_max_it": 3,
+    "mg_levels_pc_type": "jacobi",
+}
+
+_MULTIGRID = {
+    "gamg": _GAMG,
+    # Aggregates of direct neighbours on the finest level too: twice the set-up, and
+    # iterations that do not grow (measured: docs/parallel.md)
+    "gamg-bounded": {
+        **_GAMG,
+        "pc_gamg_aggressive_coarsening": 0,
+        # The order of PETSc up to 3.18, which ignores the option: without, iterations
+        # grow
+        "pc_gamg_mis_k_minimum_degree_ordering": 1,
+        "pc_mg_cycle_type": "w",
+    },
+    "hypre": {
+        "pc_type": "hypre",
+        "pc_hypre_type": "boomeramg",
+        "pc_hypre_boomeramg_strong_threshold": 0.5,
+        "pc_hypre_boomeramg_nodal_coarsen": 6,
+        "pc_hypre_boomeramg_relax_type_all": "SOR/Jacobi",
+    },
+}
+
+# For `BodiesPreconditioner`, whose relaxation depends on the number of ranks
+_BODIES = {
+    "displacement_pc_type": "mg",
+    # On several ranks: smaller eigenvalues than a tenth of the largest matter here
+    "displacement_mg_levels_ksp_chebyshev_esteig": "0,0.05,0,1.05",
+    "displacement_mg_coarse_ksp_type": "preonly",
+    "displacement_mg_coarse_pc_type": "lu",
+    "displacement_mg_coarse_pc_factor_mat_solver_type": "mumps",
+    "displacement_levels_ksp_type": "preonly",
+    "displacement_levels_pc_type": "gamg",
+    # Not the zeros in rows of prescribed dofs
+    "displacement_levels_pc_gamg_threshold": 0.01,
+    # The order of PETSc up to 3.18, as above
+    "displacement_levels_pc_gamg_mis_k_minimum_degree_ordering": 1,
+    "displacement_levels_pc_gamg_coarse_eq_limit": 1000,
+    # Only the interpolations are used
+    "displacement_levels_mg_levels_ksp_type": "richardson",
+    "displacement_levels_mg_levels_pc_type": "none",
+    "displacement_levels_mg_coarse_pc_type": "none",
+    "near_pc_type": "lu",
+    "near_pc_factor_mat_solver_type": "mumps",
+    "near_mat_mumps_icntl_14": 60,
+}
+
+MULTIGRIDS = (*_MULTIGRID, "bodies")
+
 
 def direct() -> dict[str, Any]:
     """PETSc options of the direct solver, MUMPS, for problems of any size."""
     return dict(DIRECT)
+
+
+def kept_factors(most: float | None = None) -> dict[str, Any]:
+    """PETSc options of `direct`. Deprecated: use `direct` or `lagged_factors`.
+
+    Parameters
+    ----------
+    most
+        Without effect.
+    """
+    warnings.warn(
+        "solvers.kept_factors is deprecated and returns solvers.direct(), as factors of "
+        "linear bodies are no longer kept: use solvers.direct() or "
+        "solvers.lagged_factors()",
+        DeprecationWarning,
+        stacklevel=2,
+    )
+    return direct()
+
+
+def iterative(multigrid: str = "gamg", **options: Any) -> dict[str, Any]:
+    """PETSc options of an iterative linear solver, for `NewtonSolver` or `SNESSolver`.
+
+    The tangent is [[K, B], [C, D]] over [u, multiplier / gamma]: unsymmetric, and D is
+    zero where contact is closed. Multigrid works for neither property. With a penalty
+    there is K alone, whose coarse levels must represent the rigid motions of the
+    bodies.
+
+    Parameters
+    ----------
+    multigrid
+        ``"gamg"`` (PETSc's own, smoothed aggregation), ``"gamg-bounded"`` (the same
+        with finer coarse levels, for iterations that refinement does not change),
+        ``"hypre"`` (BoomerAMG) or ``"bodies"`` (levels of the bodies without contact,
+        and a direct solver for the unknowns near contact; the best for degree 2).
+    options
+        Options to add or to replace, such as ``ksp_rtol=1e-6``.
+
+    Returns
+    -------
+    GMRES with `ContactPreconditioner`, whose multigrid has the prefix
+    ``displacement_``, or with `BodiesPreconditioner`.
+    """
+    if multigrid not in MULTIGRIDS:
+        raise ValueError(f"multigrid must be one of {MULTIGRIDS}, not {multigrid!r}")
+    context: type[ContactPreconditioner] = BodiesPreconditioner
+    inner: Mapping[str, Any] = _BODIES
+    if multigrid != "bodies":
+        context = ContactPreconditioner
+        inner = {f"displacement_{k}": v for k, v in _MULTIGRID[multigrid].items()}
+    python_type = f"{context.__module__}.{context.__name__}"
+    outer = {"pc_type": "python", "pc_python_type": python_type}
+    return {**_KRYLOV, **outer, **inner, **options}
+
+
+def with_fallback(**options: Any) -> dict[str, Any]:
+    """PETSc options of an iterative solver that falls back to the direct one.
+
+    Parameters
+    ----------
+    options
+        Further options, as for `iterative`, without prefix.
+    """
+    first = iterative("bodies", **{"ksp_max_it": MOST_ITERATIONS, **options})
+    return {
+        "ksp_type": "python",
+        "ksp_python_type": f"{__name__}.{SolverWithFallback.__name__}",
+        "ksp_rtol": first["ksp_rtol"],
+        "pc_type": "none",
+        **{f"iterative_{name}": value for name, value in first.items()},
+        **{f"direct_{name}": value for name, value in DIRECT.items()},
+    }
 
 
 def linear_options(
@@ -85,84 +209,35 @@ def linear_options(
     table = PETSc.Options(prefix)
     told = any(name.startswith(_ITS_OPTIONS) for name in given or ())
     told = told or any(table.hasName(name) for name in ("ksp_type", "pc_type"))
-    layout = problem.contact.layout
-    if layout.comm.allreduce(int(told)):
+    contact = problem.contact
+    comm, unknowns = contact.layout.comm, contact.layout.size_global
+    if comm.allreduce(int(told)):
         return direct()
-    unknowns, options, name = layout.size_global, direct(), "a direct one"
-    if _suits_multigrid(problem):
+    V = contact.u.function_space
+    dim, degree = V.mesh.topology.dim, compat.element_info(V).degree
+    most_direct = MOST_DIRECT.get(degree, MOST_DIRECT[2])
+    least, most = LAGGED[dim]
+    options, name = direct(), "a direct one"
+    if contact.host.is_plain and dim == 3 and unknowns > most_direct:
         options = {**(INEXACT if snes else {}), **with_fallback()}
         name = "multigrid for the bodies"
-    elif _suits_kept_factors(problem):
-        options, name = kept_factors(MOST_KEPT), "a direct one that keeps factors"
-    elif _suits_lagged_factors(problem):
-        options, name = lagged_factors(_package(problem)), "GMRES with lagged factors"
-    if layout.comm.rank == 0:
+    elif least <= unknowns <= most:
+        # In small problems of 2D a solve with UMFPACK's factors takes a third of the
+        # time of MUMPS', which works on several ranks
+        alone = comm.size == 1 and PETSc.Sys.hasExternalPackage("suitesparse")
+        options = lagged_factors("umfpack" if dim == 2 and alone else "mumps")
+        name = "GMRES with lagged factors"
+    if comm.rank == 0:
         log.info("linear solver of %d unknowns: %s", unknowns, name)
     return options
 
 
-def _suits_kept_factors(problem: CoupledProblem) -> bool:
-    """Whether bodies are linear, and large enough to keep their factors."""
-    layout = problem.contact.layout
-    if layout.comm.size > 1 or not problem.volume.is_linear:
-        return False
-    dim: int = problem.contact.u.function_space.mesh.geometry.dim
-    return dim == 3 and layout.size >= LEAST_KEPT
-
-
-def _suits_lagged_factors(problem: CoupledProblem) -> bool:
-    """Whether the problem has a size at which lagged factors pay."""
-    dim: int = problem.contact.u.function_space.mesh.topology.dim
-    least, most = LAGGED[dim]
-    return least <= problem.contact.layout.size_global <= most
-
-
-def _package(problem: CoupledProblem) -> str:
-    """The quicker direct solver for lagged factors: in small problems of 2D a solve with
-    UMFPACK's takes a third of the time of MUMPS', which works on several ranks."""
-    dim: int = problem.contact.u.function_space.mesh.topology.dim
-    alone = problem.contact.layout.comm.size == 1
-    has_umfpack = PETSc.Sys.hasExternalPackage("suitesparse")
-    return "umfpack" if dim == 2 and alone and has_umfpack else "mumps"
-
-
-def _suits_multigrid(problem: CoupledProblem) -> bool:
-    """Whether the iterative solver is the better choice. Collective."""
-    contact = problem.contact
-    unknowns = contact.layout.size_global
-    if not contact.host.is_plain:
-        return False
-    if contact.u.function_space.mesh.topology.dim < 3:
-        return False
-    degree = compat.element_info(contact.u.function_space).degree
-    return bool(unknowns > MOST_DIRECT.get(degree, MOST_DIRECT[2]))
-
-
-def with_fallback(**options: Any) -> dict[str, Any]:
-    """PETSc options of an iterative solver that falls back to the direct one.
-
-    Parameters
-    ----------
-    options
-        Further options, as for `iterative`, without prefix.
-    """
-    first = iterative("bodies", **{"ksp_max_it": MOST_ITERATIONS, **options})
-    return {
-        "ksp_type": "python",
-        "ksp_python_type": f"{__name__}.{SolverWithFallback.__name__}",
-        "ksp_rtol": first["ksp_rtol"],
-        "pc_type": "none",
-        **{f"iterative_{name}": value for name, value in first.items()},
-        **{f"direct_{name}": value for name, value in DIRECT.items()},
-    }
-
-
-class SolverWithFallback(KnowsProblem):
+class SolverWithFallback(InnerSolvers):
     """An iterative solver, and a direct one where it stalls. A PETSc python KSP.
 
     Attributes
     ----------
-    iterative, direct
+    krylov, direct
         Inner solvers, whose prefixes add ``iterative_`` and ``direct_`` to that of the
         outer one. The direct solver is made at the first stall.
     stalls
@@ -171,67 +246,31 @@ class SolverWithFallback(KnowsProblem):
 
     def __init__(self) -> None:
         super().__init__()
-        self.iterative: Any = None
-        self.direct: Any = None
         self.stalls = 0
 
     def solve(self, ksp: PETSc.KSP, b: PETSc.Vec, x: PETSc.Vec) -> None:
-        """x = A^-1 b. Collective."""
+        """Solve A x = b. Collective."""
         if self.stalls < MOST_STALLS:
-            if self.iterative is None:
-                self.iterative = self._made(ksp, "iterative_")
-                attach(self.iterative, self.problem, self.row_scale)
-            reason = self._try(ksp, b, x)
-            if reason > 0:
+            if self.krylov is None:
+                self.krylov = self._made(ksp, "iterative_")
+                attach(self.krylov, self.problem, self.row_scale)
+            if self._solve_by(self.krylov, ksp, b, x):
                 return
             self.stalls += 1
-            self._tell(ksp, reason)
-            self.iterative.reset()
+            self._tell()
+            self.krylov.reset()
         if self.direct is None:
             self.direct = self._made(ksp, "direct_")
-        self.direct.setOperators(*ksp.getOperators())
-        self.direct.solve(b, x)
-        ksp.setConvergedReason(self.direct.getConvergedReason())
+        self._solve_by(self.direct, ksp, b, x)
 
-    def _try(self, ksp: PETSc.KSP, b: PETSc.Vec, x: PETSc.Vec) -> int:
-        """Solve with the iterative solver; PETSc's reason for its end. Collective."""
-        self.iterative.setOperators(*ksp.getOperators())
-        # SNES may change it from one system to the next
-        self.iterative.setTolerances(rtol=ksp.getTolerances()[0])
-        self.iterative.solve(b, x)
-        reason = int(self.iterative.getConvergedReason())
-        ksp.setConvergedReason(reason)
-        ksp.setIterationNumber(self.iterative.getIterationNumber())
-        return reason
-
-    def _made(self, ksp: PETSc.KSP, name: str) -> PETSc.KSP:
-        """An inner solver with options of its own. Collective."""
-        one = PETSc.KSP().create(ksp.comm)
-        one.setOptionsPrefix(f"{ksp.getOptionsPrefix() or ''}{name}")
-        one.setFromOptions()
-        return one
-
-    def _tell(self, ksp: PETSc.KSP, reason: int) -> None:
+    def _tell(self) -> None:
         """Warn, on every rank, that the direct solver takes over."""
         more = self.stalls == MOST_STALLS
         warnings.warn(
             f"the iterative linear solver has stalled after "
-            f"{self.iterative.getIterationNumber()} iterations (PETSc's reason "
-            f"{reason}): the direct one takes over"
+            f"{self.krylov.getIterationNumber()} iterations (PETSc's reason "
+            f"{self.krylov.getConvergedReason()}): the direct one takes over"
             + (" from here on" if more else " for this system"),
             ContactWarning,
             stacklevel=2,
         )
-
-    def reset(self, ksp: PETSc.KSP) -> None:
-        """Forget the operators. Collective."""
-        for one in (self.iterative, self.direct):
-            if one is not None:
-                one.reset()
-
-    def destroy(self, ksp: PETSc.KSP) -> None:
-        """The end, called by PETSc. Collective."""
-        for one in (self.iterative, self.direct):
-            if one is not None:
-                one.destroy()
-        self.iterative = self.direct = None

@@ -8,13 +8,20 @@ from petsc4py import PETSc
 
 import numpy as np
 
+from .. import compat
+from ..compat import Indices
+from ..host.marks import marked_everywhere
 from .elimination import ContactPreconditioner
 from .levels import BodiesLevels, set_levels
-from .near_contact import NearContact, rows_near_contact
+from .petsc_objects import inner_solver
 
 # New levels are made when a solve needs WORN times the cycles of the first one, and
 # SPARE more: the bodies have changed then
 WORN, SPARE = 1.5, 5
+
+# Layers of cells at the surfaces whose nodes are near contact (measured:
+# docs/parallel.md)
+LAYERS = 1
 
 
 class BodiesPreconditioner(ContactPreconditioner):
@@ -40,8 +47,9 @@ class BodiesPreconditioner(ContactPreconditioner):
     def __init__(self) -> None:
         super().__init__()
         self.levels: Any = None
+        # The solver near contact, and its owned rows
         self._near_contact: Any = None
-        self._rows: Any = None
+        self._near_rows: Indices | None = None
         self._coarse: list[PETSc.Mat] = []
         # Cycles since the last set-up, and those after the levels were made
         self._cycles = self._first = 0
@@ -49,10 +57,18 @@ class BodiesPreconditioner(ContactPreconditioner):
     def setUp(self, pc: PETSc.PC) -> None:
         """Take the blocks of the tangent anew. Collective."""
         super().setUp(pc)
-        prefix = f"{pc.getOptionsPrefix() or ''}near_"
-        if self._rows is None:
-            self._rows = rows_near_contact(self.contact)
-        self._near_contact = NearContact(pc.getOperators()[0], self._rows, prefix)
+        A, _ = pc.getOperators()
+        if self._near_rows is None:
+            self._near_rows = _rows_near_contact(self.contact)
+        at = (self._near_rows + A.getOwnershipRange()[0]).astype(PETSc.IntType)
+        rows = PETSc.IS().createGeneral(at, comm=A.comm)
+        part = A.createSubMatrix(rows, rows)
+        self._near_contact = inner_solver(pc, "near_")
+        self._near_contact.setType("preonly")
+        self._near_contact.setOperators(part)
+        self._near_contact.setFromOptions()
+        self._near_contact.setUp()
+        part.destroy()  # the solver has it
         self._cycles = 0
 
     def _renew(self, prefix: str) -> None:
@@ -79,20 +95,25 @@ class BodiesPreconditioner(ContactPreconditioner):
         return bool(self.contact.layout.comm.allreduce(int(not same)))
 
     def apply(self, pc: PETSc.PC, x: PETSc.Vec, y: PETSc.Vec) -> None:
-        """y = P^-1 x: near contact first, then everywhere. Collective."""
+        """Solve near contact first, then everywhere. Collective."""
         A, _ = pc.getOperators()
+        part, _ = self._near_contact.getOperators()
         self._cycles += 1
         rest, further = x.duplicate(), x.duplicate()
-        self._near_contact.solve(x, y)
+        near, right = part.createVecs()
+        right.array[:] = x.array_r[self._near_rows]
+        self._near_contact.solve(right, near)
+        y.set(0.0)
+        y.array[self._near_rows] = near.array_r
         A.mult(y, rest)
         rest.aypx(-1.0, x)
         super().apply(pc, rest, further)
         y.axpy(1.0, further)
-        rest.destroy()
-        further.destroy()
+        for vector in (rest, further, near, right):
+            vector.destroy()
 
     def reset(self, pc: PETSc.PC) -> None:
-        """Forget the operators: the next ones may have another pattern. Collective."""
+        """Forget the operators, as the next ones may have another pattern. Collective."""
         super().reset(pc)
         self._destroy("_near_contact")
         for matrix in self._coarse:
@@ -100,6 +121,26 @@ class BodiesPreconditioner(ContactPreconditioner):
         self._coarse = []
 
     def destroy(self, pc: PETSc.PC) -> None:
-        """The end, called by PETSc. Collective."""
+        """Free all, as PETSc asks at the end. Collective."""
         super().destroy(pc)
-        self._destroy("levels", "_rows")
+        self._destroy("levels")
+
+
+def _rows_near_contact(contact: Any) -> Indices:
+    """Owned rows near contact: the displacement on its surfaces and in some layers of
+    cells behind them, all multipliers and free bodies. Collective."""
+    V, layout = contact.u.function_space, contact.layout
+    bs, owned = V.dofmap.index_map_bs, V.dofmap.index_map.size_local
+    sides = [
+        side.dofs
+        for zone in contact.zones
+        for side in (zone.facets.slave_surface, zone.facets.master_surface)
+    ]
+    near = marked_everywhere(V, np.concatenate(sides))
+    table = compat.dofmap_array(V)
+    for _ in range(LAYERS):
+        near[table[near[table].any(axis=1)]] = True
+        near = marked_everywhere(V, np.flatnonzero(near))
+    nodes = np.flatnonzero(near[:owned])
+    u = (bs * nodes[:, None] + np.arange(bs)).ravel()
+    return np.concatenate([u, np.arange(layout.n, layout.size)])

@@ -1,23 +1,21 @@
-"""Newton's method with steps that end where two surfaces first cross."""
+"""Newton's method with shortened steps: up to a crossing, or by a line search."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import Any
 
 from mpi4py import MPI
 from petsc4py import PETSc
 
 import numpy as np
 
-from ..interface.faced import Faced, nearest_hits, path
+from ..interface.faced import nearest_hits, path
 from ..interface.stiffness import mean_facet_size
 from .newton import NewtonSolver
 from .outcome import require_convergence
 from .petsc_objects import renew
 from .snes import SNESSolver
-
-if TYPE_CHECKING:
-    from ..interface.zones import ZoneData
+from .solver import CoupledSolver
 
 # Overlap at which a step ends, in sizes of slave facets. Without overlap no gap would
 # ever close
@@ -29,25 +27,22 @@ LEAST = 0.05
 # Factor for the number of iterations, as shorter steps need more
 MORE_ITERATIONS = 2
 
+_LINE_SEARCH = "snes_linesearch_type"
+
 
 class CappedSolver:
     """Newton's method with steps so short that no facet passes its master. Collective.
 
     A step may take an open facet below its master by a small overlap only. Facets that
-    are closed already do not limit the step.
-
-    Parameters
-    ----------
-    solver
-        Gives its tangent, linear solver and tolerances. Twice its most iterations are
-        allowed.
+    are closed already do not limit the step. Tangent, linear solver and tolerances are
+    those of another solver, and twice its most iterations are allowed.
     """
 
-    def __init__(self, solver: NewtonSolver | SNESSolver) -> None:
-        self.solver, self.problem = solver, solver.problem
+    def __init__(self, solver: CoupledSolver) -> None:
+        self.solver: Any = solver
+        self.problem = solver.problem
         contact = self.problem.contact
-        size = mean_facet_size(contact.layout, contact.zones)
-        self._overlap = OVERLAP * size
+        self._overlap = OVERLAP * mean_facet_size(contact.layout, contact.zones)
 
     def solve(self) -> tuple[int, bool]:
         """Solve from the present u and multiplier, as `SNESSolver.solve`."""
@@ -68,9 +63,9 @@ class CappedSolver:
     def _iterate(
         self, x: PETSc.Vec, b: PETSc.Vec, dx: PETSc.Vec, trial: PETSc.Vec
     ) -> tuple[int, bool]:
-        """Number of iterations, and whether they have converged."""
+        """Iterate from x; the number of iterations, and whether they have converged."""
         solver, problem = self.solver, self.problem
-        convergence, comm = problem.convergence, problem.comm
+        convergence = problem.convergence
         rtol, atol = solver.tolerances[0], solver.force_tolerance
         for iteration in range(MORE_ITERATIONS * solver.max_it + 1):
             problem.F(x, b)
@@ -81,8 +76,7 @@ class CappedSolver:
                 break
             solver.linearise(x, {})
             solver.correct(b, dx)
-            finite = bool(np.isfinite(dx.getArray(readonly=True)).all())
-            if not comm.allreduce(finite, op=MPI.LAND):
+            if not np.isfinite(dx.norm()):
                 break
             x.copy(trial)
             trial.axpy(-1.0, dx)
@@ -91,19 +85,40 @@ class CappedSolver:
 
     def _share(self, x: PETSc.Vec, trial: PETSc.Vec) -> float:
         """Share of the step from x to the trial that is taken. Collective."""
-        contact = self.problem.contact
-        faced = [nearest_hits(zone) for zone in contact.zones]
+        contact, comm = self.problem.contact, self.problem.comm
+        before = [nearest_hits(zone) for zone in contact.zones]
         contact.from_vector(trial)
-        shares = [self._of_zone(*part) for part in zip(contact.zones, faced)]
+        at = contact.u.x.array.reshape(-1, contact.u.function_space.dofmap.index_map_bs)
+        share = 1.0
+        for zone, hits in zip(contact.zones, before):
+            gap = path(zone, hits, at, comm).gap
+            crosses = (hits.gap > 0.0) & ~hits.closed & (gap < -self._overlap)
+            room = (hits.gap + self._overlap)[crosses]
+            shares = room / (hits.gap - gap)[crosses]
+            share = float(np.min(shares, initial=share))
         contact.from_vector(x)
-        share = float(self.problem.comm.allreduce(min(shares), op=MPI.MIN))
-        return max(share, LEAST)
+        return max(float(comm.allreduce(share, op=MPI.MIN)), LEAST)
 
-    def _of_zone(self, zone: ZoneData, faced: Faced) -> float:
-        """Share of the step that one zone allows on this rank. Collective."""
-        u = self.problem.contact.u
-        at = u.x.array.reshape(-1, u.function_space.dofmap.index_map_bs)
-        gap = path(zone, faced, at, self.problem.comm).gap
-        crosses = (faced.gap > 0.0) & ~faced.closed & (gap < -self._overlap)
-        room = faced.gap[crosses] + self._overlap
-        return float(np.min(room / (faced.gap - gap)[crosses], initial=1.0))
+
+def with_line_search(solver: Any) -> SNESSolver | None:
+    """SNES with line search, on the matrix and with the linear solver of another one.
+
+    None if the given solver already has a line search, or is of another kind.
+    Collective.
+    """
+    options = dict(solver.options.given) if hasattr(solver, "options") else {}
+    # A tolerance of the user's is among the settings that are taken. The default was
+    # the rounding error of all bodies when the solver was made: asked for as a
+    # tolerance, it would be one that the softest body is not solved to
+    options.pop("snes_atol", None)
+    if isinstance(solver, SNESSolver):
+        if options.get(_LINE_SEARCH) != "basic" or solver.snes.getType() != "newtonls":
+            return None
+    elif not (
+        isinstance(solver, NewtonSolver) and solver.convergence_criterion == "residual"
+    ):
+        return None
+    other = SNESSolver(solver.problem, {**options, _LINE_SEARCH: "l2"}, matrix=solver.A)
+    rtol, most = solver.tolerances[0], MORE_ITERATIONS * solver.max_it
+    other.snes.setTolerances(rtol=rtol, max_it=most, atol=solver.force_tolerance)
+    return other

@@ -2,65 +2,26 @@
 
 from __future__ import annotations
 
-import weakref
 from typing import Any
 
+from mpi4py import MPI
 from petsc4py import PETSc
 
 import numpy as np
+from scipy import sparse
 
+from .. import compat
+from ..compat import Array
 from ..errors import ContactError
-from .blocks import block_diagonal, index_sets, node_blocks, with_blocks
-from .rigid_motions import near_nullspace
-from .springs import lumped_mass, surface_stiffness
+from ..host.reference_facets import shape_functions
+from ..interface.stiffness import owned_nodes_on
+from .levels import near_nullspace
+from .petsc_objects import KnowsProblem, inner_solver
 
 # Stiffness of the springs that stand for closed contact, over that of the volume at its
 # surface. With softer springs GMRES needs more iterations, with stiffer ones multigrid
 # does (measured: docs/parallel.md)
 SPRINGS = 10.0
-
-
-class KnowsProblem:
-    """A Python context of PETSc's that `attach` tells about the problem.
-
-    Attributes
-    ----------
-    contact, row_scale
-        The problem's contact, and the factors of the rows of its matrices.
-    """
-
-    def __init__(self) -> None:
-        self.contact: Any = None
-        self.row_scale: PETSc.Vec | None = None
-        # Weak: C would keep the problem alive in a cycle
-        self._problem: Any = None
-
-    @property
-    def problem(self) -> Any:
-        """What is solved."""
-        return self._problem()
-
-    def know(self, problem: Any, row_scale: PETSc.Vec | None) -> None:
-        """Take what `attach` tells."""
-        self._problem, self.contact = weakref.ref(problem), problem.contact
-        self.row_scale = row_scale
-
-
-def attach(ksp: PETSc.KSP, problem: Any, row_scale: PETSc.Vec | None = None) -> None:
-    """Give the problem, and the factors of its rows, to a solver whose options have
-    been read.
-
-    Raises
-    ------
-    ContactError
-        If the solver is iterative, and there are unknowns beside the displacement, or a
-        free rigid body.
-    """
-    for thing in (ksp, ksp.getPC()):
-        if thing.getType() == "python":
-            context = thing.getPythonContext()
-            if isinstance(context, KnowsProblem):
-                context.know(problem, row_scale)
 
 
 class ContactPreconditioner(KnowsProblem):
@@ -73,7 +34,7 @@ class ContactPreconditioner(KnowsProblem):
     contact. It couples the bodies and has no zeros on its diagonal. If the springs are
     about as stiff as the volume's surface (the modulus over the mesh size), multigrid
     solves S as well as K. The error of E costs a number of iterations that does not
-    depend on the mesh size.
+    depend on the mesh size. Rows of free bodies are left to others.
 
     Attributes
     ----------
@@ -91,16 +52,16 @@ class ContactPreconditioner(KnowsProblem):
         self.solver: Any = None  # PETSc.KSP from `setUp` on
         self._near: PETSc.NullSpace | None = None
         # Factor of the lumped mass of each contact, from the first elimination on
-        self._springs: list[float] | None = None
-        # Index sets of both unknowns, and what the elimination needs
-        self._u: Any = None
-        self._lam: Any = None
+        self._factors: list[float] = []
+        # B, C and E^-1, and vectors for displacement and multipliers
         self._B: Any = None
         self._C: Any = None
         self._inverse: Any = None
+        self._right: Any = None
+        self._solution: Any = None
 
     def know(self, problem: Any, row_scale: PETSc.Vec | None) -> None:
-        """Take what `attach` tells, before the first use."""
+        """Take what `attach` gives, before the first use."""
         if not problem.contact.host.is_plain:
             raise ContactError(
                 "the iterative solver is for a displacement alone: with further "
@@ -119,23 +80,22 @@ class ContactPreconditioner(KnowsProblem):
         A, _ = pc.getOperators()
         # A new solver each time: GAMG cannot change the sizes of its levels
         self.reset(pc)
-        prefix = f"{pc.getOptionsPrefix() or ''}displacement_"
-        self._renew(prefix)
-        S = A if self._takes_all else self._eliminate(A)
-        self.solver = PETSc.KSP().create(pc.comm)
+        self.solver = inner_solver(pc, "displacement_")
         self.solver.setType("preonly")
-        self.solver.setOptionsPrefix(prefix)
+        self._renew(self.solver.getOptionsPrefix())
+        S = self._eliminate(A)
         self.solver.setOperators(S)
         self._prepare(S)
         self.solver.setFromOptions()
         self.solver.setUp()
+        self._right, self._solution = S.createVecs()
         S.destroy()  # the solver has it
 
     def _renew(self, prefix: str) -> None:
         """Make what needs no S, while there is none in memory. Collective."""
 
     def _prepare(self, S: PETSc.Mat) -> None:
-        """Tell multigrid what it needs to know. Collective."""
+        """Give multigrid the rigid motions. Collective."""
         if self._near is None:
             self._near = near_nullspace(self.contact)
         # S may be the tangent itself, with one of the user's
@@ -148,123 +108,124 @@ class ContactPreconditioner(KnowsProblem):
         contacts = self.contact.contacts
         return [contact for contact in contacts if contact.multiplier is not None]
 
-    @property
-    def _takes_all(self) -> bool:
-        """Whether the tangent has rows of displacements alone."""
-        return not self._with_multiplier and not self.contact.layout.bodies
+    def _rows(self, first: int, last: int, block: int = 1) -> PETSc.IS:
+        """Owned rows of the tangent, with a block size."""
+        begin, comm = self.contact.layout.begin, self.contact.layout.comm
+        rows = PETSc.IS().createStride(last - first, begin + first, 1, comm)
+        rows.setBlockSize(block)
+        return rows
 
     def _eliminate(self, A: PETSc.Mat) -> PETSc.Mat:
-        """S, and keep the blocks that the elimination needs."""
-        if self._springs is None:
+        """Make S, and keep the blocks that the elimination needs."""
+        layout, contacts = self.contact.layout, self._with_multiplier
+        if not contacts and not layout.bodies:
+            return A
+        u = self._rows(0, layout.n, self.contact.u.function_space.dofmap.index_map_bs)
+        K = A.createSubMatrix(u, u)
+        if not contacts:
+            return K
+        if not self._factors:
             # The multiplier is divided by gamma, and so its equation is multiplied
-            self._springs = [
+            self._factors = [
                 contact.gamma_scale**2 / (self.springs * surface_stiffness(contact))
-                for contact in self._with_multiplier
+                for contact in contacts
             ]
-            self._u, self._lam = index_sets(self.contact.layout)
-        if not self._with_multiplier:
-            return self._unscaled(A.createSubMatrix(self._u, self._u), self._u)
-        K, self._B, self._C, D = (
-            self._unscaled(A.createSubMatrix(rows, columns), rows)
-            for rows in (self._u, self._lam)
-            for columns in (self._u, self._lam)
-        )
-        self._inverse = self._inverse_blocks(D)
+        of_bodies = sum(len(body.freedom) for body in layout.own_bodies)
+        lam = self._rows(layout.n, layout.size - of_bodies)
+        self._B, self._C = A.createSubMatrix(u, lam), A.createSubMatrix(lam, u)
+        self._inverse = self._inverse_blocks(A.createSubMatrix(lam, lam))
         EC = self._inverse.matMult(self._C)
         BEC = self._B.matMult(EC)
-        bs = K.getBlockSize()
         # In place of K, which is as large as the tangent
         K.axpy(-1.0, BEC, PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
-        for matrix in (D, EC, BEC):
+        for matrix in (EC, BEC):
             matrix.destroy()
-        return with_blocks(K, bs)
-
-    def _unscaled(self, block: PETSc.Mat, rows: PETSc.IS) -> PETSc.Mat:
-        """A block with the rows as assembled, without factors: springs belong to
-        these."""
-        if self.row_scale is not None:
-            factors = self.row_scale.getSubVector(rows)
-            inverse = factors.copy()
-            inverse.reciprocal()
-            block.diagonalScale(inverse)
-            inverse.destroy()
-            self.row_scale.restoreSubVector(rows, factors)
-        return block
+        return K
 
     def _inverse_blocks(self, D: PETSc.Mat) -> PETSc.Mat:
-        """E^-1 from the nodes' blocks of D and the lumped masses."""
-        assert self._springs is not None
-        begin, first, parts = D.getOwnershipRange()[0], 0, []
-        csr = D.getValuesCSR()
-        for contact, springs in zip(self._with_multiplier, self._springs):
-            c, mass = contact.layout.components, springs * lumped_mass(contact)
-            blocks = node_blocks(csr, first, len(mass), c, begin)
-            blocks -= mass[:, None, None] * np.eye(c)
-            parts.append((begin + first, np.linalg.inv(blocks)))
-            first += c * len(mass)
-        E = PETSc.Mat().createAIJ(
-            ((first, None), (first, None)), csr=block_diagonal(parts), comm=D.comm
-        )
-        E.assemble()
-        return E
+        """E^-1 from the nodes' blocks of D, which is destroyed, and the masses."""
+        offsets, columns, values = D.getDiagonalBlock().getValuesCSR()
+        size, begin = D.getSizes()[0], D.getOwnershipRange()[0]
+        own = sparse.csr_matrix((values, columns, offsets), 2 * size[:1])
+        scale = np.ones(self.contact.layout.size)
+        if self.row_scale is not None:  # the factors of the rows, springs included
+            scale = self.row_scale.array_r
+        first, parts = 0, []
+        for contact, factor in zip(self._with_multiplier, self._factors):
+            c, mass = contact.layout.components, factor * lumped_mass(contact)
+            n, last = len(mass), first + c * len(mass)
+            D_c = own[first:last, first:last].tobsr((c, c))
+            node = np.repeat(np.arange(n), np.diff(D_c.indptr))
+            here = D_c.indices == node
+            blocks = np.zeros((n, c, c))
+            blocks[node[here]] = D_c.data[here]
+            rows = scale[self.contact.layout.n :][first:last].reshape(n, c)
+            blocks -= (rows * mass[:, None])[:, :, None] * np.eye(c)
+            diagonal = np.linalg.inv(blocks), np.arange(n), np.arange(n + 1)
+            parts.append(sparse.bsr_matrix(diagonal, (c * n, c * n)))
+            first = last
+        E = sparse.block_diag(parts, "csr")
+        csr = tuple(a.astype(PETSc.IntType) for a in (E.indptr, E.indices + begin))
+        inverse = PETSc.Mat().createAIJ((size, size), csr=(*csr, E.data), comm=D.comm)
+        inverse.assemble()
+        D.destroy()
+        return inverse
 
     def apply(self, pc: PETSc.PC, x: PETSc.Vec, y: PETSc.Vec) -> None:
-        """y = P^-1 x: eliminate, solve, substitute; 0 for free bodies. Collective."""
-        if self._takes_all:
-            self.solver.solve(x, y)
-            return
+        """Eliminate, solve and substitute; 0 for free bodies. Collective."""
+        n, right, u = self.contact.layout.n, self._right, self._solution
+        right.array[:] = x.array_r[:n]
         y.set(0.0)
-        right = self._unscaled_part(x, self._u)
-        u = right.duplicate()
         if self._with_multiplier:
-            self._substitute(self._unscaled_part(x, self._lam), right, u, y)
+            lam, rest = self._inverse.createVecs()
+            rest.array[:] = x.array_r[n : n + rest.local_size]
+            self._inverse.mult(rest, lam)
+            self._B.mult(lam, u)
+            right.axpy(-1.0, u)
+            self.solver.solve(right, u)
+            self._C.mult(u, lam)
+            rest.axpy(-1.0, lam)
+            self._inverse.mult(rest, lam)
+            y.array[n : n + lam.local_size] = lam.array_r
+            rest.destroy()
+            lam.destroy()
         else:
             self.solver.solve(right, u)
-        y.array[: self.contact.layout.n] = u.array_r
-        right.destroy()
-        u.destroy()
-
-    def _unscaled_part(self, x: PETSc.Vec, rows: PETSc.IS) -> PETSc.Vec:
-        """Copy of some rows of a residual, as they were assembled."""
-        of_x = x.getSubVector(rows)
-        part = of_x.copy()
-        x.restoreSubVector(rows, of_x)
-        if self.row_scale is not None:
-            factors = self.row_scale.getSubVector(rows)
-            part.pointwiseDivide(part, factors)
-            self.row_scale.restoreSubVector(rows, factors)
-        return part
-
-    def _substitute(
-        self, rest: PETSc.Vec, right: PETSc.Vec, u: PETSc.Vec, y: PETSc.Vec
-    ) -> None:
-        """Displacement into u, and multipliers into y. Collective."""
-        lam = rest.duplicate()
-        self._inverse.mult(rest, lam)
-        self._B.mult(lam, u)
-        right.axpy(-1.0, u)
-        self.solver.solve(right, u)
-        self._C.mult(u, lam)
-        rest.axpy(-1.0, lam)
-        self._inverse.mult(rest, lam)
-        n = self.contact.layout.n
-        y.array[n : n + lam.local_size] = lam.array_r
-        rest.destroy()
-        lam.destroy()
+        y.array[:n] = u.array_r
 
     def reset(self, pc: PETSc.PC) -> None:
-        """Forget the operators: the next ones may have another pattern. Collective."""
-        self._destroy("solver", "_B", "_C", "_inverse")
+        """Forget the operators, as the next ones may have another pattern. Collective."""
+        self._destroy("solver", "_B", "_C", "_inverse", "_right", "_solution")
 
     def destroy(self, pc: PETSc.PC) -> None:
-        """The end, called by PETSc. Collective."""
+        """Free all, as PETSc asks at the end. Collective."""
         self.reset(pc)
-        self._destroy("_near", "_u", "_lam")
+        self._destroy("_near")
 
-    def _destroy(self, *names: str) -> None:
-        """Free PETSc objects at once: what Python drops is kept for a while."""
-        for name in names:
-            thing = getattr(self, name)
-            if thing is not None:
-                thing.destroy()
-            setattr(self, name, None)
+
+def lumped_mass(contact: Any) -> Array:
+    """int N_a dG at the owned unknowns of the multiplier, (nodes,). Collective."""
+    W = contact.multiplier.function_space
+    mass = compat.create_la_vector(W.dofmap.index_map, 1)
+    degree = compat.element_info(W).degree
+    for zone in contact.zones:
+        points = zone.cpp.points()
+        shape = zone.facets.slave_surface.shape
+        N, _ = shape_functions(shape, degree, points["xi"])
+        if contact.axisymmetric:  # of degree 2 they have no mean at a node on the axis
+            N = np.abs(N)
+        dofs = zone.multiplier_table[points["slave"]]
+        np.add.at(mass.array, dofs, points["weight"][:, None] * N)
+    compat.scatter_reverse_add(mass)
+    return mass.array[contact.layout.owned_multipliers]
+
+
+def surface_stiffness(contact: Any) -> float:
+    """Diagonal of the volume's stiffness per area of the slave surface. Collective."""
+    V, comm = contact.u.function_space, contact.layout.comm
+    bs = V.dofmap.index_map_bs
+    slave = owned_nodes_on(V, [zone.facets.slave_surface for zone in contact.zones])
+    diagonal = contact.stiffness_diagonal.reshape(-1, bs)[slave].sum() / bs
+    sums = np.array([diagonal, lumped_mass(contact).sum()])
+    comm.Allreduce(MPI.IN_PLACE, sums)
+    return float(sums[0] / sums[1])

@@ -5,10 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from ..checked import is_whole_number
-from ..errors import ContactError, ConvergenceError, raise_everywhere, require_agreement
-from .newton import NewtonSolver
-from .petsc_options import check_unknowns
-from .snes import SNESSolver
+from ..errors import ContactError, ConvergenceError, require_agreement, together
+from .solver import CoupledSolver, check_unknowns
 
 
 class FixedPointSolver:
@@ -36,20 +34,17 @@ class FixedPointSolver:
         Force.
     """
 
-    def __init__(self, solver: NewtonSolver | SNESSolver, max_outer: int = 20) -> None:
-        if not isinstance(solver, (NewtonSolver, SNESSolver)):
+    def __init__(self, solver: CoupledSolver, max_outer: int = 20) -> None:
+        if not isinstance(solver, CoupledSolver):
             raise ContactError(
                 f"solver must be a NewtonSolver or an SNESSolver, not {solver!r}"
             )
-        positive = is_whole_number(max_outer) and max_outer >= 1
-        comm = solver.problem.comm
-        raise_everywhere(
-            comm,
-            None
-            if positive
-            else f"max_outer = {max_outer!r} must be positive and a whole number",
-        )
-        require_agreement(comm, max_outer=max_outer)
+        with together(solver.problem.comm):
+            if not (is_whole_number(max_outer) and max_outer >= 1):
+                raise ContactError(
+                    f"max_outer = {max_outer!r} must be positive and a whole number"
+                )
+        require_agreement(solver.problem.comm, max_outer=max_outer)
         self.solver, self.max_outer = solver, max_outer
         self.problem = solver.problem
         self.residuals: list[float] = []
@@ -84,14 +79,13 @@ class FixedPointSolver:
         finally:
             convergence.keeps_first = self.problem.rays_only = False
         found = ", ".join(f"{r:.3e}" for r in self.residuals)
-        message = (
+        raise ConvergenceError(
             f"the pairing has not settled after {self.max_outer} pairings: residuals "
             f"{found}; {self.problem.contact.statistics}"
         )
-        raise ConvergenceError(message)
 
     def _residual(self) -> float:
-        """Norm of the residual after a new pairing at the present state."""
+        """Pair anew at the present state, and find the norm of the residual there."""
         x = self.problem.start()
         kept, self.problem.rays_only = self.problem.rays_only, False
         try:

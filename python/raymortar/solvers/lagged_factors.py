@@ -10,8 +10,9 @@ from petsc4py import PETSc
 import numpy as np
 
 from ..checked import is_whole_number
+from ..compat import Array
 from ..errors import ContactError
-from .petsc_objects import DIRECT
+from .petsc_objects import DIRECT, InnerSolvers, inner_solver
 
 # Iterations of GMRES that take the time of a factorisation, about, at the sizes that
 # have lagged factors by default (measured: docs/solving.md)
@@ -69,7 +70,7 @@ def lagged_factors(package: str = "mumps", **options: Any) -> dict[str, Any]:
     }
 
 
-class LaggedFactorsSolver:
+class LaggedFactorsSolver(InnerSolvers):
     """Solves with the factors of an earlier tangent while this is quicker than to
     factorise. A PETSc python KSP.
 
@@ -89,23 +90,21 @@ class LaggedFactorsSolver:
     """
 
     def __init__(self) -> None:
-        self.krylov: Any = None
-        self.direct: Any = None
+        super().__init__()
         self.systems = self.factorisations = 0
         # Iterations with the present factors, and how many there may be
         self._taken = self._most = 0
         self._has_factors = self._has_new_pattern = False
         # The last tangent, and how many systems it was used for
-        self._tangent: tuple[int, int] = (0, 0)
-        # Diagonal of the tangent that was factorised
-        self._diagonal: Any = None
-        self._uses = 0
+        self._tangent, self._uses = (0, 0), 0
+        # Diagonal of the tangent that was factorised, on this rank
+        self._diagonal = np.zeros(0)
         # Systems to factorise before GMRES is tried again, and how often it has failed
         # in a row
         self._wait = self._failures = 0
 
     def solve(self, ksp: PETSc.KSP, b: PETSc.Vec, x: PETSc.Vec) -> None:
-        """x = A^-1 b. Collective."""
+        """Solve A x = b. Collective."""
         if self.direct is None:
             self._make(ksp)
         self.systems += 1
@@ -117,13 +116,10 @@ class LaggedFactorsSolver:
         norms = solver.getConvergenceHistory()
         for iteration, norm in enumerate(norms if len(norms) else [b.norm()]):
             ksp.monitor(iteration, norm)
-        ksp.setConvergedReason(solver.getConvergedReason())
-        ksp.setIterationNumber(solver.getIterationNumber())
 
     def _is_worth_factors(self, ksp: PETSc.KSP) -> bool:
-        """Whether this is a new tangent, and its stiffness is another, or the last one
-        was used for several systems, as on paths whose load factor is led. Collective.
-        """
+        """Whether a new tangent has another stiffness, or the one before was used for
+        several systems, as on paths whose load factor is led. Collective."""
         A, _ = ksp.getOperators()
         before, self._tangent = self._tangent, (A.handle, A.stateGet())
         if self._tangent == before:
@@ -134,11 +130,9 @@ class LaggedFactorsSolver:
 
     def _has_other_stiffness(self, A: PETSc.Mat) -> bool:
         """Whether most rows are stiffer or softer than in the factors. Collective."""
-        if self._diagonal is None:
+        if not self.factorisations:
             return False
-        now = A.getDiagonal()
-        a, b = np.abs(now.array), np.abs(self._diagonal.array)
-        now.destroy()
+        a, b = _diagonal(A), self._diagonal
         others = (a > OTHER * b) | (b > OTHER * a)
         counts = np.array([np.count_nonzero(others), len(others)])
         A.comm.tompi4py().Allreduce(MPI.IN_PLACE, counts)
@@ -162,13 +156,10 @@ class LaggedFactorsSolver:
         if not self.may_try():
             return False
         self.direct.getPC().setReusePreconditioner(True)
-        self.krylov.setOperators(*ksp.getOperators())
-        # SNES and paths may change it from one system to the next
-        self.krylov.setTolerances(rtol=ksp.getTolerances()[0], max_it=self._most)
-        self.krylov.solve(b, x)
+        converged = self._solve_by(self.krylov, ksp, b, x)
         self._taken += self.krylov.getIterationNumber()
-        self.learn(self.krylov.getConvergedReason() > 0)
-        return self._failures == 0
+        self.learn(converged)
+        return converged
 
     def _factorise(self, ksp: PETSc.KSP, b: PETSc.Vec, x: PETSc.Vec) -> None:
         """Factorise the tangent and solve with it."""
@@ -176,36 +167,30 @@ class LaggedFactorsSolver:
             self.direct.reset()
             self._has_new_pattern = False
         self.direct.getPC().setReusePreconditioner(False)
-        self.direct.setOperators(*ksp.getOperators())
-        self.direct.solve(b, x)
+        self._has_factors = self._solve_by(self.direct, ksp, b, x)
         self.factorisations += 1
-        if self._diagonal is not None:
-            self._diagonal.destroy()
-        self._diagonal = ksp.getOperators()[0].getDiagonal()
-        self._taken = 0
-        self._has_factors = self.direct.getConvergedReason() > 0
+        self._diagonal, self._taken = _diagonal(ksp.getOperators()[0]), 0
 
     def _make(self, ksp: PETSc.KSP) -> None:
-        """Inner solvers. Collective."""
-        prefix = ksp.getOptionsPrefix() or ""
-        most = PETSc.Options(prefix).getInt("lagged_most", A_FACTORISATION)
-        direct, krylov = (PETSc.KSP().create(ksp.comm) for _ in range(2))
-        direct.setOptionsPrefix(f"{prefix}direct_")
-        direct.setFromOptions()
-        krylov.setOptionsPrefix(f"{prefix}lagged_")
-        krylov.setPC(direct.getPC())
-        krylov.setFromOptions()
-        krylov.setConvergenceHistory(reset=True)
-        self._most, self.direct, self.krylov = most, direct, krylov
+        """Make the inner solvers. Collective."""
+        table = PETSc.Options(ksp.getOptionsPrefix() or "")
+        self._most = table.getInt("lagged_most", A_FACTORISATION)
+        self.direct = self._made(ksp, "direct_")
+        self.krylov = inner_solver(ksp, "lagged_")
+        self.krylov.setPC(self.direct.getPC())
+        self.krylov.setFromOptions()
+        self.krylov.setTolerances(max_it=self._most)
+        self.krylov.setConvergenceHistory(reset=True)
 
     def reset(self, ksp: PETSc.KSP) -> None:
-        """The next tangent may have another pattern: its factors are made from scratch.
-        Those that there are still serve GMRES. Collective."""
+        """Make the next factors from scratch, as the next tangent may have another
+        pattern. The present ones still serve GMRES. Collective."""
         self._has_new_pattern = True
 
-    def destroy(self, ksp: PETSc.KSP) -> None:
-        """The end, called by PETSc. Collective."""
-        for kept in (self.krylov, self.direct, self._diagonal):
-            if kept is not None:
-                kept.destroy()
-        self.krylov = self.direct = self._diagonal = None
+
+def _diagonal(A: PETSc.Mat) -> Array:
+    """Sizes of the diagonal's entries on this rank."""
+    diagonal = A.getDiagonal()
+    sizes = np.abs(diagonal.array)
+    diagonal.destroy()
+    return sizes

@@ -2,24 +2,25 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from petsc4py import PETSc
 
 import numpy as np
 from dolfinx.fem.petsc import assemble_matrix
+from scipy import sparse
 
 from .. import compat
-from ..compat import Mask
-from .interpolation import LinearInterpolation
-from .petsc_options import PetscOptions
-from .rigid_motions import nullspace_of
-
-if TYPE_CHECKING:
-    from ..problem import CoupledProblem
+from ..compat import Array, Mask
+from ..host.marks import Marks, marked_everywhere
+from ..problem import CoupledProblem
+from .petsc_objects import PetscOptions
 
 # Degree of the polynomial that takes, on several ranks, as many iterations as SOR
 CHEBYSHEV_STEPS = 3
+
+# Share of a motion that is rounding error once the other motions are taken off
+NOTHING = 1e-8
 
 
 class BodiesLevels:
@@ -28,21 +29,15 @@ class BodiesLevels:
     Aggregates of a tangent with contact would reach across the interface, and an
     aggregate cannot slide on itself. So aggregates are made from the volume's tangent
     alone, in degree 1, and serve any contact. Between a higher degree and degree 1
-    there is interpolation.
-
-    Parameters
-    ----------
-    problem
-        Gives its form at the present displacement, and its conditions.
-    prefix
-        Prefix of the options of PETSc's GAMG, which makes the aggregates.
+    there is interpolation. PETSc's GAMG makes the aggregates, with options under the
+    prefix.
 
     Attributes
     ----------
     fixed
         Dofs that were prescribed, (n,), of this rank.
     interpolations
-        From each level to the next finer one.
+        From each level to the next finer one, finest first.
     """
 
     def __init__(self, problem: CoupledProblem, prefix: str) -> None:
@@ -50,23 +45,18 @@ class BodiesLevels:
         K = assemble_matrix(problem.a, bcs=problem.bcs)
         K.assemble()
         self._step: LinearInterpolation | None = None
-        fixed = self.fixed
+        fixed, self.interpolations = self.fixed, []
         if compat.element_info(V).degree > 1:
             self._step = LinearInterpolation(V, fixed)
+            self.interpolations.append(self._step.matrix)
             finest, K = K, self._step.product(K)
             finest.destroy()
             V, fixed = self._step.W, self._step.fixed
         name = "pc_gamg_aggressive_coarsening"
         # Above degree 1, levels of that degree are small already: finer ones pay
         with PetscOptions(prefix, {name: int(self._step is None)}):
-            self._aggregated = _aggregate(K, V, fixed, prefix)
+            self.interpolations += _aggregate(K, V, fixed, prefix)
         K.destroy()
-
-    @property
-    def interpolations(self) -> list[PETSc.Mat]:
-        """From each level to the next finer one, finest first."""
-        first = [] if self._step is None else [self._step.matrix]
-        return first + self._aggregated
 
     def operators(self, S: PETSc.Mat) -> list[PETSc.Mat]:
         """S and its products with the interpolations, finest first. Collective."""
@@ -91,25 +81,25 @@ def _aggregate(K: PETSc.Mat, V: Any, fixed: Mask, prefix: str) -> list[PETSc.Mat
     ksp = PETSc.KSP().create(K.comm)
     ksp.setOptionsPrefix(prefix)
     ksp.setOperators(K)
-    ksp.getPC().setType("gamg")
+    pc = ksp.getPC()
+    pc.setType("gamg")
     ksp.setFromOptions()
     ksp.setUp()
-    pc = ksp.getPC()
     found = [pc.getMGInterpolation(k) for k in range(pc.getMGLevels() - 1, 0, -1)]
     ksp.destroy()
     near.destroy()
     return found
 
 
-def _product(S: PETSc.Mat, P: PETSc.Mat) -> PETSc.Mat:
-    """P^T S P, with a diagonal where it is zero: aggregates of few dofs cannot have all
-    rigid motions."""
+def _product(S: PETSc.Mat, P: PETSc.Mat, rows: Mask | None = None) -> PETSc.Mat:
+    """P^T S P, with its largest diagonal entry in some rows; by default where it has
+    none, as aggregates of few dofs cannot have all rigid motions."""
     T = S.PtAP(P)
     diagonal = T.getDiagonal()
     size = diagonal.norm(PETSc.NormType.NORM_INFINITY)
-    empty = diagonal.array_r == 0.0
-    if T.comm.tompi4py().allreduce(int(np.count_nonzero(empty))):
-        diagonal.array[empty] = size
+    rows = diagonal.array_r == 0.0 if rows is None else rows
+    diagonal.array[rows] = size
+    if T.comm.tompi4py().allreduce(int(np.count_nonzero(rows))):
         T.setDiagonal(diagonal)
     diagonal.destroy()
     return T
@@ -119,25 +109,12 @@ def set_levels(
     ksp: PETSc.KSP, levels: BodiesLevels, S: PETSc.Mat, stiff: bool = False
 ) -> list[PETSc.Mat]:
     """Make the preconditioner of S multigrid on these levels, before its options are
-    read. Collective.
+    read; returns the operators of the coarser levels, to be freed after use. Collective.
 
-    Parameters
-    ----------
-    ksp
-        Solver of S.
-    levels
-        The levels.
-    S
-        Matrix of the finest level.
-    stiff
-        Whether S has springs much stiffer than the surfaces that they join. On each
-        coarser level they are stiffer still, relative to what one node of it has: one
-        visit does not reduce the error there, but a W-cycle's two do (measured:
-        docs/parallel.md).
-
-    Returns
-    -------
-    Operators of the coarser levels, to be freed after use.
+    Springs are `stiff` where they are much stiffer than the surfaces that they join. On
+    each coarser level they are stiffer still, relative to what one node of it has: one
+    visit does not reduce the error there, but a W-cycle's two do (measured:
+    docs/parallel.md).
     """
     operators = levels.operators(S)
     n = len(operators)
@@ -148,20 +125,118 @@ def set_levels(
         pc.setMGCycleType(PETSc.PC.MGCycleType.W)
     for k, P in enumerate(levels.interpolations):
         pc.setMGInterpolation(n - 1 - k, P)
-    for k, A in enumerate(operators[:-1]):
         smoother = pc.getMGSmoother(n - 1 - k)
-        smoother.setOperators(A)
-        _relax(smoother)
+        smoother.setOperators(operators[k])
+        # SOR on one rank. Across ranks PETSc's SOR is Jacobi's, and diverges on thin
+        # parts; Chebyshev's polynomial of the nodes' blocks does not depend on the
+        # ranks, and costs a tenth more (measured: docs/parallel.md)
+        alone = ksp.comm.size == 1
+        smoother.setType("richardson" if alone else "chebyshev")
+        smoother.setTolerances(max_it=1 if alone else CHEBYSHEV_STEPS)
+        smoother.getPC().setType("sor" if alone else "pbjacobi")
     pc.getMGCoarseSolve().setOperators(operators[-1])
     return operators[1:]
 
 
-def _relax(smoother: PETSc.KSP) -> None:
-    """Choose the relaxation of a level: SOR on one rank. Across ranks PETSc's SOR is
-    Jacobi's, and diverges on thin parts; Chebyshev's polynomial of the nodes' blocks
-    does not depend on the ranks, and costs a tenth more (measured: docs/parallel.md).
+class LinearInterpolation:
+    """Values of continuous functions of degree 1 at the nodes of a higher degree.
+
+    Collective. Nodes are those of Lagrange elements: a node of the higher degree takes
+    the shape functions of degree 1 at its place in a cell that has it. Prescribed dofs
+    take nothing, and prescribed dofs of vertices give nothing. So the product P^T S P
+    is the tangent with the conditions, except for its diagonal.
+
+    Attributes
+    ----------
+    W
+        Space of degree 1.
+    matrix
+        P, from the owned dofs of W to those of V.
+    fixed
+        Whether an owned dof of W is prescribed.
     """
-    alone = smoother.comm.size == 1
-    smoother.setType("richardson" if alone else "chebyshev")
-    smoother.setTolerances(max_it=1 if alone else CHEBYSHEV_STEPS)
-    smoother.getPC().setType("sor" if alone else "pbjacobi")
+
+    def __init__(self, V: Any, fixed: Marks) -> None:
+        self.W = W = compat.vector_space(V.mesh, 1)
+        bs, n = V.dofmap.index_map_bs, V.dofmap.index_map.size_local
+        fine, coarse, values = _weights_by_cell(V, W)
+        on_fine = fixed.reshape(n, bs)
+        vertices = values == 1.0
+        on_coarse = marked_everywhere(W, coarse[vertices], on_fine[fine[vertices]])
+        index_map = W.dofmap.index_map
+        self.fixed = on_coarse[: index_map.size_local].ravel()
+        # Entries of prescribed dofs are kept as zeros: all rows of a node have the same
+        # columns, as relaxation by nodes and the product's diagonal need
+        entries = values[:, None] * (~on_fine[fine] & ~on_coarse[coarse])
+        rows = bs * fine[:, None] + np.arange(bs)
+        columns = bs * compat.local_to_global(index_map)[coarse, None] + np.arange(bs)
+        P = sparse.csr_matrix(
+            (entries.ravel(), (rows.ravel(), columns.ravel())),
+            (bs * n, bs * index_map.size_global),
+        )
+        csr = tuple(a.astype(PETSc.IntType) for a in (P.indptr, P.indices))
+        sizes = (P.shape[0], None), (bs * index_map.size_local, None)
+        self.matrix = PETSc.Mat().createAIJ(
+            sizes, bsize=bs, csr=(*csr, P.data), comm=V.mesh.comm
+        )
+        self.matrix.assemble()
+
+    def product(self, S: PETSc.Mat) -> PETSc.Mat:
+        """P^T S P over the owned dofs of W, regular at prescribed dofs. Collective."""
+        return _product(S, self.matrix, self.fixed)
+
+
+def _weights_by_cell(V: Any, W: Any) -> tuple[Any, Any, Array]:
+    """Owned block dofs of V in order, local block dofs of W, and shape functions.
+
+    Each dof of V takes one of its cells; shape functions that vanish are left out."""
+    points = compat.element_points(V)
+    N = compat.tabulate(compat.cell_name(V.mesh), 1, points)[0]
+    N[np.isclose(N, 0.0)], N[np.isclose(N, 1.0)] = 0.0, 1.0
+    table, coarse = compat.dofmap_array(V), compat.dofmap_array(W)
+    dofs, first = np.unique(table, return_index=True)
+    owned = dofs < V.dofmap.index_map.size_local
+    cells, nodes = np.divmod(first[owned], table.shape[1])
+    row, b = np.nonzero(N[nodes])
+    return dofs[owned][row], coarse[cells[row], b], N[nodes[row], b]
+
+
+def rigid_motions(V: Any) -> list[Array]:
+    """Translations and rotations at the owned dofs of a vector space, unrolled.
+
+    Rotations are about the mean of all ranks' dofs. Collective.
+    """
+    dim, index_map = V.mesh.geometry.dim, V.dofmap.index_map
+    n = index_map.size_local
+    x = V.tabulate_dof_coordinates()[:n, :dim]
+    x = x - V.mesh.comm.allreduce(x.sum(axis=0)) / index_map.size_global
+    motions = [np.tile(e, (n, 1)) for e in np.eye(dim)]
+    for i, j in ((0, 1), (1, 2), (2, 0))[: 1 if dim == 2 else 3]:
+        turn = np.zeros((n, dim))
+        turn[:, i], turn[:, j] = -x[:, j], x[:, i]
+        motions.append(turn)
+    return [motion.ravel() for motion in motions]
+
+
+def near_nullspace(contact: Any) -> PETSc.NullSpace:
+    """Rigid motions as vectors over the owned displacement dofs. Collective."""
+    return nullspace_of(contact.u.function_space)
+
+
+def nullspace_of(V: Any, fixed: Mask | None = None) -> PETSc.NullSpace:
+    """Rigid motions of a vector space, orthonormal, with 0 at fixed dofs. Collective.
+
+    A motion that depends on the others without these dofs is left out.
+    """
+    comm = V.mesh.comm
+    vectors: list[PETSc.Vec] = []
+    for motion in rigid_motions(V):
+        vector = PETSc.Vec().createMPI((len(motion), None), comm=comm)
+        vector.array[:] = motion if fixed is None else np.where(fixed, 0.0, motion)
+        size = vector.norm()
+        for other in vectors:
+            vector.axpy(-other.dot(vector), other)
+        if vector.norm() > NOTHING * size:
+            vector.normalize()
+            vectors.append(vector)
+    return PETSc.NullSpace().create(vectors=vectors, comm=comm)

@@ -10,38 +10,23 @@ from typing import Any, cast
 from petsc4py import PETSc
 
 from .. import compat
-from ..errors import ContactError, require_agreement
+from ..errors import ContactError
 from ..host.dropped import agreed_name, put_aside
 from ..problem import CoupledProblem
 from .automatic import linear_options
-from .elimination import attach
-from .outcome import require_convergence
-from .petsc_objects import (
-    new_prefix,
-    release,
-    renew,
-    solve_closely,
-    take_tangent,
-    tangent_with,
-)
-from .petsc_options import PetscOptions, check_solver_input, check_unknowns
+from .petsc_objects import new_prefix, take_tangent
+from .solver import CoupledSolver
 
 
 class _Ended(Exception):
-    """Ends a solve of DOLFINx's Newton solver, which offers no other way.
-
-    Attributes
-    ----------
-    converged
-        Whether the solve has converged.
-    """
+    """Ends a solve of DOLFINx's Newton solver, which offers no other way."""
 
     def __init__(self, converged: bool) -> None:
         self.converged = converged
 
 
 def _setting(name: str, meaning: str) -> Any:
-    """Attribute of a `NewtonSolver` that DOLFINx's solver has."""
+    """Make an attribute of a `NewtonSolver` from one of DOLFINx's solver."""
 
     def read(solver: NewtonSolver) -> Any:
         return getattr(solver.newton, name)
@@ -52,7 +37,7 @@ def _setting(name: str, meaning: str) -> Any:
     return property(read, write, doc=meaning)
 
 
-class NewtonSolver:
+class NewtonSolver(CoupledSolver):
     """DOLFINx's Newton solver on [u, multiplier]. Collective.
 
     Parameters
@@ -97,13 +82,12 @@ class NewtonSolver:
     def __init__(
         self, problem: CoupledProblem, options: Mapping[str, Any] | None = None
     ) -> None:
-        check_solver_input(self, problem, options)
+        super().__init__(problem, options)
         try:
             self.newton = compat.make_newton_solver(problem.comm)
         except NotImplementedError as error:
             raise ContactError(f"{error} (raymortar.SNESSolver)") from None
-        self.problem = problem
-        self.A, self.b = problem.create_matrix(), problem.create_vector()
+        self.krylov_solver = self.newton.krylov_solver
         # Weak, or C++ would keep the solver alive in a cycle that nothing finds
         this = cast("Callable[[], NewtonSolver]", weakref.ref(self))
 
@@ -117,7 +101,6 @@ class NewtonSolver:
         self.newton.setF(residual, self.b)
         self.newton.setJ(tangent, self.A)
         self.newton.set_form(problem.form)
-        self._floor = problem.residual_floor()
         self.rtol, self.atol = 1e-10, self._floor
         self.max_it = 25
         self.report = self.error_on_nonconvergence = False
@@ -125,48 +108,14 @@ class NewtonSolver:
         prefix = new_prefix("newton")
         if options is None:
             options = linear_options(problem, None, prefix)
-        self.options = PetscOptions(prefix, options)
-        self.options.configure(self.krylov_solver)
-        attach(self.krylov_solver, problem)
-
-    @property
-    def krylov_solver(self) -> PETSc.KSP:
-        """The PETSc KSP."""
-        return self.newton.krylov_solver
+        self._configure(self.krylov_solver, prefix, options)
 
     def __del__(self) -> None:
-        kept = self.__dict__
-        comm = kept["problem"].comm if "problem" in kept else None
-        if "_name" in kept and comm.size > 1 and not sys.is_finalizing():
-            put_aside(kept["_name"], comm, kept["newton"])
-        release(self, comm, "newton", "A", "b")
-
-    def solve(self, u: Any = None) -> tuple[int, bool]:
-        """Solve from the present u and multiplier, as `SNESSolver.solve`. A failure has
-        no reason of PETSc's."""
-        check_unknowns(self.problem, u)
-        require_agreement(self.problem.comm, **self._settings())
-        x = self.problem.start()
-        self.newton.rtol, self.newton.atol = self._tolerances_of_dolfinx
-        converged, reason = False, ""
-        try:
-            with self.options:
-                iterations, converged = self.newton.solve(x)
-            reason = f"after {iterations} iterations"
-        except ContactError as error:
-            # An iterate is not finite. A start that is not finite is the user's fault
-            if not self.problem.history:
-                raise
-            reason = f"({error})"
-        except _Ended as end:
-            converged, iterations = end.converged, len(self.problem.history) - 1
-            reason = f"after {iterations} iterations, and was stopped"
-        finally:
-            x.destroy()
-            if not converged:
-                renew(self.krylov_solver, self.A)
-        require_convergence(self.problem, converged, reason)
-        return iterations, converged
+        if "_name" in self.__dict__ and not sys.is_finalizing():
+            comm = self._contact.layout.comm
+            if comm.size > 1:
+                put_aside(self._name, comm, self.newton)
+        super().__del__()
 
     @property
     def tolerances(self) -> tuple[float, float]:
@@ -177,45 +126,41 @@ class NewtonSolver:
     def tolerances(self, values: tuple[float, float]) -> None:
         self.rtol, self.atol = values
 
-    @property
-    def force_tolerance(self) -> float | None:
-        """`atol` where the user has given one."""
-        return None if self.atol == self._floor else self.atol
-
-    def linearise(self, x: PETSc.Vec, springs: Mapping[int, float]) -> None:
-        """Take the tangent at x, and springs by row, for `correct`. Collective."""
-        tangent_with(self, x, springs)
-        self.krylov_solver.setOperators(self.A)
-
-    def correct(self, b: PETSc.Vec, dx: PETSc.Vec) -> None:
-        """Solve tangent dx = b, within ``with solver.options:``. Collective."""
-        ksp = self.krylov_solver
-        solve_closely(ksp, b, dx, ksp.getTolerances()[0])
-
     def _settings(self) -> dict[str, Any]:
-        """Settings that must be the same on all ranks, or one would stop before the
-        others."""
         names = "max_it", "convergence_criterion", "relaxation_parameter"
-        settings = {name: getattr(self, name) for name in names}
-        return {
-            "solver": type(self).__name__,
-            "tolerances": self.tolerances,
-            **settings,
-        }
+        return {name: getattr(self, name) for name in names}
 
     @property
-    def _tolerances_of_dolfinx(self) -> tuple[float, float]:
-        """rtol and atol that DOLFINx takes. It compares lengths, for which a force is
-        no tolerance. `_judge` judges residuals, where DOLFINx's norm mixes lengths and
-        forces."""
-        if self.convergence_criterion == "residual":
-            return 0.0, 0.0
-        return self.rtol, self.force_tolerance or 0.0
+    def _judges_residuals(self) -> bool:
+        """Whether `_judge` ends solves, as DOLFINx's norm mixes lengths and forces."""
+        return bool(self.convergence_criterion == "residual")
+
+    def _iterate(self) -> tuple[int, bool, str]:
+        newton, history = self.newton, self.problem.history
+        x = self.problem.start()
+        # DOLFINx compares lengths, for which a force is no tolerance
+        newton.rtol, newton.atol = self.rtol, self.force_tolerance or 0.0
+        if self._judges_residuals:
+            newton.rtol = newton.atol = 0.0
+        try:
+            with self.options:
+                iterations, converged = newton.solve(x)
+            return iterations, converged, f"after {iterations} iterations"
+        except ContactError as error:
+            # An iterate is not finite. A start that is not finite is the user's fault
+            if not history:
+                raise
+            return len(history), False, f"({error})"
+        except _Ended as end:
+            iterations = len(history) - 1
+            text = f"after {iterations} iterations, and was stopped"
+            return iterations, end.converged, text
+        finally:
+            x.destroy()
 
     def _judge(self) -> None:
-        """End the solve if the last residual is small enough, or if the solve is
-        stuck."""
-        if self.convergence_criterion == "residual":
+        """End the solve if the last residual is small enough, or if it is stuck."""
+        if self._judges_residuals:
             convergence = self.problem.convergence
             convergence.accept()
             if convergence.reached(self.rtol, self.force_tolerance):

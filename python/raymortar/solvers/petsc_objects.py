@@ -1,9 +1,10 @@
-"""Matrices, factors and option prefixes of PETSc that solvers share."""
+"""PETSc options, solvers within solvers, and factors, which all solvers share."""
 
 from __future__ import annotations
 
 import itertools
 import sys
+import weakref
 from collections.abc import Mapping
 from typing import Any
 
@@ -11,6 +12,7 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from .. import compat
+from ..errors import ContactError
 from ..system.coupled import ROOM
 
 _counter = itertools.count()
@@ -29,16 +31,163 @@ DIRECT = {
 CLOSE = 1e-8
 
 
+class PetscOptions:
+    """Options under a prefix, which are in PETSc's table only within a ``with`` block.
+
+    The table has room for 512 options of all solvers, and at the end of the program
+    PETSc lists those that nothing has read. The options must be there when a solver is
+    made and while it works: MUMPS reads its options at each factorisation, and solvers
+    inside a preconditioner read theirs when it is set up.
+
+    Parameters
+    ----------
+    prefix
+        Prefix of the names.
+    options
+        Value by name. Options from the command line, or set by the program, win.
+
+    Attributes
+    ----------
+    given
+        Value by name.
+    """
+
+    def __init__(self, prefix: str, options: Mapping[str, Any]) -> None:
+        self.prefix, self.given = prefix, dict(options)
+        self._added: list[list[str]] = []  # of each `with` within another
+
+    def __enter__(self) -> PetscOptions:
+        table = PETSc.Options(self.prefix)
+        added = [key for key in self.given if not table.hasName(key)]
+        for key in added:
+            table[key] = self.given[key]
+        self._added.append(added)
+        return self
+
+    def __exit__(self, *_: Any) -> None:
+        table = PETSc.Options(self.prefix)
+        for key in self._added.pop():
+            table.delValue(key)
+
+    def configure(self, thing: Any) -> None:
+        """Let a SNES or KSP read the options, PETSc's command line included."""
+        thing.setOptionsPrefix(self.prefix)
+        try:
+            with self:
+                thing.setFromOptions()
+        except PETSc.Error as error:
+            # The text of newer petsc4py's errors has no more than a number
+            reason = getattr(error, "_traceback_", None) or [str(error)]
+            raise ContactError(
+                f"PETSc does not take the options {self.given}: {reason[-1]}"
+            ) from None
+
+
+class KnowsProblem:
+    """A Python context of PETSc's that `attach` gives the problem.
+
+    Attributes
+    ----------
+    contact, row_scale
+        The problem's contact, and the factors of the rows of its matrices.
+    """
+
+    def __init__(self) -> None:
+        self.contact: Any = None
+        self.row_scale: PETSc.Vec | None = None
+        # Weak: C would keep the problem alive in a cycle
+        self._problem: Any = None
+
+    @property
+    def problem(self) -> Any:
+        """The problem that is solved."""
+        return self._problem()
+
+    def know(self, problem: Any, row_scale: PETSc.Vec | None) -> None:
+        """Take the problem and the factors of its rows."""
+        self._problem, self.contact = weakref.ref(problem), problem.contact
+        self.row_scale = row_scale
+
+    def _destroy(self, *names: str) -> None:
+        """Free PETSc objects at once, as petsc4py keeps dropped ones for a while."""
+        for name in names:
+            thing = getattr(self, name)
+            if thing is not None:
+                thing.destroy()
+            setattr(self, name, None)
+
+
+def attach(ksp: PETSc.KSP, problem: Any, row_scale: PETSc.Vec | None = None) -> None:
+    """Give the problem, and the factors of its rows, to a solver whose options have
+    been read.
+
+    Raises
+    ------
+    ContactError
+        If the solver is iterative, and there are unknowns beside the displacement, or a
+        free rigid body.
+    """
+    for thing in (ksp, ksp.getPC()):
+        if thing.getType() == "python":
+            context = thing.getPythonContext()
+            if isinstance(context, KnowsProblem):
+                context.know(problem, row_scale)
+
+
+class InnerSolvers(KnowsProblem):
+    """A PETSc python KSP that leaves systems to an iterative and a direct solver."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.krylov: Any = None  # PETSc.KSP from the first use on, as `direct`
+        self.direct: Any = None
+
+    def _made(self, ksp: PETSc.KSP, name: str) -> PETSc.KSP:
+        """Make an inner solver with a prefix of its own. Collective."""
+        one = inner_solver(ksp, name)
+        one.setFromOptions()
+        return one
+
+    def _solve_by(
+        self, one: PETSc.KSP, ksp: PETSc.KSP, b: PETSc.Vec, x: PETSc.Vec
+    ) -> bool:
+        """Solve by an inner solver; whether it has converged. Collective."""
+        one.setOperators(*ksp.getOperators())
+        # SNES and paths may change it from one system to the next
+        one.setTolerances(rtol=ksp.getTolerances()[0])
+        one.solve(b, x)
+        ksp.setConvergedReason(one.getConvergedReason())
+        ksp.setIterationNumber(one.getIterationNumber())
+        return bool(one.getConvergedReason() > 0)
+
+    def reset(self, ksp: PETSc.KSP) -> None:
+        """Forget the operators. Collective."""
+        for one in (self.krylov, self.direct):
+            if one is not None:
+                one.reset()
+
+    def destroy(self, ksp: PETSc.KSP) -> None:
+        """Free the inner solvers, as PETSc asks at the end. Collective."""
+        self._destroy("krylov", "direct")
+
+
+def inner_solver(outer: PETSc.KSP | PETSc.PC, name: str) -> PETSc.KSP:
+    """Make a solver whose prefix adds a name to the outer one's. Collective."""
+    ksp = PETSc.KSP().create(outer.comm)
+    ksp.setOptionsPrefix(f"{outer.getOptionsPrefix() or ''}{name}")
+    return ksp
+
+
 def new_prefix(kind: str) -> str:
-    """Prefix of PETSc options that no other solver has, or one would set the other's."""
+    """Make a prefix that no other solver has, or one would set the other's options."""
     return f"raymortar_{kind}_{next(_counter)}_"
 
 
 def release(solver: Any, comm: MPI.Comm | None, *names: str) -> None:
-    """Drop PETSc objects of a solver that ends, and free them.
+    """Drop PETSc objects of a solver that ends, and free them on one rank.
 
-    Ranks may do so at different times. On several ranks, the next solver on the mesh
-    frees the objects that all ranks have dropped.
+    Several ranks may do so at different times: there the next solver on the mesh frees
+    the objects that all ranks have dropped.
     """
     if sys.is_finalizing():
         return
@@ -57,29 +206,13 @@ def renew(ksp: PETSc.KSP, A: PETSc.Mat) -> None:
     ksp.setOperators(A)
 
 
-def solve_closely(ksp: PETSc.KSP, b: PETSc.Vec, x: PETSc.Vec, rtol: float) -> None:
-    """x = A^-1 b to `CLOSE`, or to a smaller tolerance, with that of the solver as
-    before. Collective."""
-    before = ksp.getTolerances()[0]
-    ksp.setTolerances(rtol=min(rtol, CLOSE))
-    ksp.solve(b, x)
-    ksp.setTolerances(rtol=before)
-
-
 def take_tangent(problem: Any, x: PETSc.Vec, A: PETSc.Mat, ksp: PETSc.KSP) -> None:
-    """Tangent at x into A, for a KSP that then knows A's pattern, whichever solver of
-    the same matrix has changed it. Collective."""
+    """Assemble the tangent at x, and tell the KSP where A's pattern is new. Collective.
+
+    Another solver of the same matrix may have changed the pattern.
+    """
     problem.J(x, A)
     room = A.getAttr(ROOM)
     if ksp.getAttr(ROOM) != room:
         renew(ksp, A)
         ksp.setAttr(ROOM, room)
-
-
-def tangent_with(solver: Any, x: PETSc.Vec, springs: Mapping[int, float]) -> None:
-    """Tangent at x with springs on its diagonal, those of this rank. Collective."""
-    A = solver.A
-    take_tangent(solver.problem, x, A, solver.krylov_solver)
-    for row, stiffness in springs.items():
-        A.setValue(row, row, stiffness, addv=PETSc.InsertMode.ADD_VALUES)
-    A.assemble()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import weakref
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -11,28 +10,46 @@ from petsc4py import PETSc
 import numpy as np
 
 from ..convergence.failure import NOT_A_NUMBER, reason_in_words
-from ..errors import ContactError, require_agreement
+from ..errors import ContactError
 from ..options.methods import Penalty
 from ..problem import CoupledProblem
 from .automatic import linear_options
-from .elimination import attach
-from .forcing import Forcing
-from .newton import NewtonSolver
-from .outcome import require_convergence
-from .petsc_objects import (
-    new_prefix,
-    release,
-    renew,
-    solve_closely,
-    take_tangent,
-    tangent_with,
-)
-from .petsc_options import PetscOptions, check_solver_input, check_unknowns
+from .petsc_objects import new_prefix, take_tangent
+from .solver import CoupledSolver
 
 STUCK = PETSc.SNES.ConvergedReason.DIVERGED_LOCAL_MIN
 # Name by which a SNES has the factors of its rows
 SCALE = "raymortar_row_scale"
 NO_DESCENT = PETSc.SNES.ConvergedReason.DIVERGED_LINE_SEARCH
+
+# Residual of a linear system, over the one that the Newton iteration leaves in any case
+SHARE = 0.1
+
+
+class Forcing:
+    """Relative tolerances of linear systems that add no Newton iteration.
+
+    Let e be the residual over the one that ends the solve. Where Newton's method is
+    quadratic, an iteration that took it from e_last to e is followed by one that leaves
+    e (e / e_last)^2; and less than 1 is never needed. A linear system may leave a tenth
+    of the larger one. Where Newton's method is not quadratic, because the active set
+    changes, it leaves more, and the tolerance is on the safe side.
+
+    `first` is the tolerance of the first system and the largest one, `least` the
+    smallest one.
+    """
+
+    def __init__(self, first: float, least: float) -> None:
+        self.first, self.least = first, least
+        self._last = 0.0
+
+    def tolerance(self, iteration: int, excess: float) -> float:
+        """Find the tolerance of the next system from e after a Newton iteration."""
+        last, self._last = self._last, excess
+        if iteration == 0 or not 0.0 < excess < last:
+            return self.first
+        left = max((excess / last) ** 2, 1.0 / excess)
+        return max(self.least, min(self.first, SHARE * left))
 
 
 def _line_search(problem: CoupledProblem) -> str:
@@ -103,7 +120,7 @@ def _convergence_test(
     return test
 
 
-class SNESSolver:
+class SNESSolver(CoupledSolver):
     """PETSc SNES on [u, multiplier], with line search. Collective.
 
     Parameters
@@ -144,34 +161,24 @@ class SNESSolver:
         prefix: str | None = None,
         owned: bool = False,
     ) -> None:
-        check_solver_input(self, problem, options)
-        # The communicator ends with the mesh, which has to outlive PETSc's objects
-        self._contact = problem.contact
-        self._problem: Any = weakref.ref(problem) if owned else lambda: problem
-        self.A = problem.create_matrix() if matrix is None else matrix
-        self.b, self.x = problem.create_vector(), problem.create_vector()
+        super().__init__(problem, options, matrix, owned)
+        self.x, self._scale = problem.create_vector(), problem.create_vector()
+        self._scale.set(1.0)
         self.snes = PETSc.SNES().create(problem.comm)
+        self.krylov_solver = self.snes.ksp
         # Errors of callbacks: newer petsc4py raises an error of its own instead
         self._raised: list[ContactError] = []
-        self._floor = problem.residual_floor()
-        self._scale = problem.create_vector()
-        self._scale.set(1.0)
         self._set_callbacks()
         if prefix is None:
             prefix = new_prefix("snes")
         linear = linear_options(problem, options, prefix, snes=True)
-        self.options = PetscOptions(
-            prefix, {**_defaults(problem, self._floor), **linear, **(options or {})}
-        )
-        self.options.configure(self.snes)
+        given = {**_defaults(problem, self._floor), **linear, **(options or {})}
+        self._configure(self.snes, prefix, given)
         # A failure is raised with a message that says more than PETSc's
         self.snes.setErrorIfNotConverged(False)
         with self.options:
             test = _convergence_test(self._problem, self.snes, self._floor)
         self.snes.setConvergenceTest(test)
-        attach(self.krylov_solver, problem, self._scale)
-        # It changes where SNES solves its systems inexactly
-        self._linear_rtol = self.krylov_solver.getTolerances()[0]
 
     def _set_callbacks(self) -> None:
         """Tell PETSc how to find residual and tangent."""
@@ -195,22 +202,6 @@ class SNESSolver:
         self.snes.setFunction(residual, self.b)
         self.snes.setJacobian(tangent, self.A)
 
-    def __del__(self) -> None:
-        contact = self.__dict__.get("_contact")
-        comm = None if contact is None else contact.layout.comm
-        release(self, comm, "snes", "A", "b", "x", "_scale")
-
-    @property
-    def problem(self) -> CoupledProblem:
-        """What is solved."""
-        found: CoupledProblem = self._problem()
-        return found
-
-    @property
-    def krylov_solver(self) -> PETSc.KSP:
-        """The PETSc KSP."""
-        return self.snes.ksp
-
     @property
     def tolerances(self) -> tuple[float, float]:
         """rtol and atol."""
@@ -221,98 +212,38 @@ class SNESSolver:
     def tolerances(self, values: tuple[float, float]) -> None:
         self.snes.setTolerances(rtol=values[0], atol=values[1])
 
-    def take_settings(self, other: NewtonSolver | SNESSolver, times: int) -> None:
-        """Take another solver's tolerances and a multiple of its most iterations."""
-        self.snes.setTolerances(rtol=other.tolerances[0], max_it=times * other.max_it)
-        if other.force_tolerance is not None:
-            self.snes.setTolerances(atol=other.force_tolerance)
-
     @property
     def max_it(self) -> int:
         """Most iterations."""
         most: int = self.snes.getTolerances()[3]
         return most
 
-    def linearise(self, x: PETSc.Vec, springs: Mapping[int, float]) -> None:
-        """Take the tangent at x, and springs by row, for `correct`. Collective."""
-        self._scale.array[:] = self.problem.row_scale()
-        tangent_with(self, x, springs)
-        self.A.diagonalScale(self._scale)
-        self.krylov_solver.setOperators(self.A)
-
-    def correct(self, b: PETSc.Vec, dx: PETSc.Vec) -> None:
-        """Solve tangent dx = b, within ``with solver.options:``. Collective."""
-        scaled = b.duplicate()
-        scaled.pointwiseMult(b, self._scale)
-        solve_closely(self.krylov_solver, scaled, dx, self._linear_rtol)
-        scaled.destroy()
-
     def _settings(self) -> dict[str, Any]:
-        """Settings that must be the same on all ranks, or one would stop before the
-        others."""
-        _, _, _, max_it = self.snes.getTolerances()
-        name = type(self).__name__
-        return {"solver": name, "tolerances": self.tolerances, "max_it": max_it}
+        return {"max_it": self.max_it}
 
-    def solve(self, u: Any = None) -> tuple[int, bool]:
-        """Solve from the present u and multiplier.
-
-        Parameters
-        ----------
-        u
-            The Function that the problem solves for, of several unknowns the list of
-            them, as programs for DOLFINx name it; None is the same.
-
-        Returns
-        -------
-        iterations, converged
-
-        Raises
-        ------
-        ConvergenceError
-            With PETSc's reason, pairs, active points, gaps and residual history.
-        ContactError
-            If u is something else.
-        """
-        check_unknowns(self.problem, u)
-        require_agreement(self.problem.comm, **self._settings())
-        x = self.problem.start(self.x)
+    def _iterate(self) -> tuple[int, bool, str]:
+        snes, x = self.snes, self.problem.start(self.x)
         self._raised.clear()
-        self._scale.array[:] = self.problem.row_scale()
+        self._weigh_rows()
         try:
             with self.options:
-                self.snes.solve(None, x)
+                snes.solve(None, x)
         except PETSc.Error:
-            renew(self.krylov_solver, self.A)
             if not self._raised:
                 raise
             raise self._raised[0] from None
         # The last residual may be of a rejected trial step
         self.problem.form(x)
-        reason = self.snes.getConvergedReason()
-        iterations = self.snes.getIterationNumber()
+        reason = snes.getConvergedReason()
         if reason == NO_DESCENT and self._is_rounding_error(x):
             reason = PETSc.SNES.ConvergedReason.CONVERGED_FNORM_ABS
-            self.snes.setConvergedReason(reason)
-        converged = reason > 0
-        if not converged:
-            renew(self.krylov_solver, self.A)
-        require_convergence(
-            self.problem,
-            converged,
-            f"after {iterations} iterations ({reason_in_words(reason)})",
-        )
-        return iterations, True
-
-    @property
-    def force_tolerance(self) -> float | None:
-        """`snes_atol` where the user has given one."""
-        atol = self.tolerances[1]
-        return None if atol == self._floor else atol
+            snes.setConvergedReason(reason)
+        iterations = snes.getIterationNumber()
+        end = f"after {iterations} iterations ({reason_in_words(reason)})"
+        return iterations, reason > 0, end
 
     def _is_rounding_error(self, x: PETSc.Vec) -> bool:
-        """Whether the residual at x is rounding error, so that no line search finds a
-        smaller one. Collective."""
+        """Whether no line search can find a smaller residual than at x. Collective."""
         self.problem.F(x, self.b)
         rtol = self.tolerances[0]
         return self.problem.convergence.reached(rtol, self.force_tolerance, True)

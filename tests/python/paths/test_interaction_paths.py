@@ -19,8 +19,7 @@ from raymortar import (
 )
 from raymortar.paths.stabilization import Stabilization
 from raymortar.paths.strategies import solve_by_small_gamma, solve_with_small_gamma
-from raymortar.solvers.capped import CappedSolver
-from raymortar.solvers.line_search import with_line_search
+from raymortar.solvers.capped import CappedSolver, with_line_search
 
 pytestmark = pytest.mark.mpi
 

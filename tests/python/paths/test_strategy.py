@@ -21,8 +21,7 @@ from raymortar.paths.strategies import (
     VISCOUS,
 )
 from raymortar.solvers import iterative
-from raymortar.solvers.capped import OVERLAP, CappedSolver
-from raymortar.solvers.line_search import with_line_search
+from raymortar.solvers.capped import OVERLAP, CappedSolver, with_line_search
 
 CYCLE = [2.371e-2, 1.1e-2]
 FALLING = [10.0**-k for k in range(9)]

@@ -25,9 +25,8 @@ from raymortar import (
     solvers,
 )
 from raymortar.solvers import automatic
-from raymortar.solvers.interpolation import LinearInterpolation
-from raymortar.solvers.levels import BodiesLevels, set_levels
-from raymortar.solvers.petsc_options import PetscOptions
+from raymortar.solvers.levels import BodiesLevels, LinearInterpolation, set_levels
+from raymortar.solvers.petsc_objects import PetscOptions
 
 METHODS = {"augmented": AugmentedLagrangian, "penalty": lambda: Penalty(200.0)}
 FRICTIONS = {"frictionless": None, "friction": Coulomb(0.3)}

@@ -15,7 +15,7 @@ from raymortar import (
     solvers,
 )
 from raymortar.solvers.automatic import INEXACT
-from raymortar.solvers.forcing import SHARE, Forcing
+from raymortar.solvers.snes import SHARE, Forcing
 
 
 def test_the_first_system_has_the_largest_tolerance():

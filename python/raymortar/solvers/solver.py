@@ -1,0 +1,190 @@
+"""Checks, linear systems and failures that both Newton solvers share."""
+
+from __future__ import annotations
+
+import weakref
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from typing import Any
+
+from mpi4py import MPI
+from petsc4py import PETSc
+
+from dolfinx.fem import Function
+
+from .. import compat
+from ..errors import ContactError, raise_everywhere, require_agreement, together
+from ..problem import CoupledProblem
+from .outcome import require_convergence
+from .petsc_objects import CLOSE, PetscOptions, attach, release, renew, take_tangent
+
+
+class CoupledSolver(ABC):
+    """Newton's method on [u, multiplier], whatever object iterates. Collective.
+
+    Attributes
+    ----------
+    A, b
+        Tangent and residual.
+    krylov_solver
+        The PETSc KSP.
+    options
+        `PetscOptions`. To use the KSP by itself, write ``with solver.options:``, which
+        puts them into PETSc's table.
+    tolerances
+        rtol and atol.
+    """
+
+    krylov_solver: PETSc.KSP
+    options: PetscOptions
+    tolerances: tuple[float, float]
+    # Factors of the rows, where the solver weighs them
+    _scale: PETSc.Vec | None = None
+
+    def __init__(
+        self,
+        problem: CoupledProblem,
+        options: Mapping[str, Any] | None,
+        matrix: PETSc.Mat | None = None,
+        owned: bool = False,
+    ) -> None:
+        _check_input(type(self).__name__, problem, options)
+        # The communicator ends with the mesh, which has to outlive PETSc's objects
+        self._contact = problem.contact
+        self._problem: Any = weakref.ref(problem) if owned else lambda: problem
+        self.A = problem.create_matrix() if matrix is None else matrix
+        self.b = problem.create_vector()
+        self._floor = problem.residual_floor()
+
+    def _configure(self, thing: Any, prefix: str, options: Mapping[str, Any]) -> None:
+        """Let DOLFINx's or PETSc's object read its options. Collective."""
+        self.options = PetscOptions(prefix, options)
+        self.options.configure(thing)
+        attach(self.krylov_solver, self.problem, self._scale)
+
+    def __del__(self) -> None:
+        contact = self.__dict__.get("_contact")
+        comm = None if contact is None else contact.layout.comm
+        names = "newton", "snes", "krylov_solver", "A", "b", "x", "_scale"
+        release(self, comm, *names)
+
+    @property
+    def problem(self) -> CoupledProblem:
+        """The problem that is solved."""
+        found: CoupledProblem = self._problem()
+        return found
+
+    @property
+    def force_tolerance(self) -> float | None:
+        """The absolute tolerance where the user has given one. Force."""
+        atol = self.tolerances[1]
+        return None if atol == self._floor else atol
+
+    @abstractmethod
+    def _settings(self) -> dict[str, Any]:
+        """Settings without which one rank would stop before the others."""
+
+    @abstractmethod
+    def _iterate(self) -> tuple[int, bool, str]:
+        """Iterations, whether they have converged, and how they ended. Collective."""
+
+    def solve(self, u: Any = None) -> tuple[int, bool]:
+        """Solve from the present u and multiplier.
+
+        Parameters
+        ----------
+        u
+            The Function that the problem solves for, of several unknowns the list of
+            them, as programs for DOLFINx name it; None is the same.
+
+        Returns
+        -------
+        iterations, converged
+
+        Raises
+        ------
+        ConvergenceError
+            With PETSc's reason, pairs, active points, gaps and residual history.
+        ContactError
+            If u is something else.
+        """
+        check_unknowns(self.problem, u)
+        settings = {"tolerances": self.tolerances, **self._settings()}
+        name = type(self).__name__
+        require_agreement(self.problem.comm, solver=name, **settings)
+        converged = False
+        try:
+            iterations, converged, end = self._iterate()
+        finally:
+            if not converged:
+                renew(self.krylov_solver, self.A)
+        require_convergence(self.problem, converged, end)
+        return iterations, converged
+
+    def _weigh_rows(self) -> None:
+        """Take the present factors of the rows. Collective."""
+        if self._scale is not None:
+            self._scale.array[:] = self.problem.row_scale()
+
+    def linearise(self, x: PETSc.Vec, springs: Mapping[int, float]) -> None:
+        """Take the tangent at x, and springs by row of this rank, for `correct`.
+        Collective."""
+        A = self.A
+        take_tangent(self.problem, x, A, self.krylov_solver)
+        for row, stiffness in springs.items():
+            A.setValue(row, row, stiffness, addv=PETSc.InsertMode.ADD_VALUES)
+        A.assemble()
+        if self._scale is not None:
+            self._weigh_rows()
+            A.diagonalScale(self._scale)
+        self.krylov_solver.setOperators(A)
+
+    def correct(self, b: PETSc.Vec, dx: PETSc.Vec) -> None:
+        """Solve tangent dx = b to `CLOSE`, within ``with solver.options:``.
+        Collective."""
+        ksp, right = self.krylov_solver, b.copy()
+        if self._scale is not None:
+            right.pointwiseMult(b, self._scale)
+        before = ksp.getTolerances()[0]
+        ksp.setTolerances(rtol=min(before, CLOSE))
+        ksp.solve(right, dx)
+        ksp.setTolerances(rtol=before)
+        right.destroy()
+
+
+def _check_input(name: str, problem: Any, options: Any) -> None:
+    """Raise unless problem and options suit a solver, on all ranks. Collective."""
+    if not isinstance(problem, CoupledProblem):
+        remedy = f": {name}(problem)" if isinstance(problem, MPI.Comm) else ""
+        raise ContactError(
+            f"problem must be a NonlinearProblem, not {type(problem).__name__}{remedy}"
+        )
+    with together(problem.comm):
+        if options is not None and not (
+            isinstance(options, Mapping) and all(isinstance(k, str) for k in options)
+        ):
+            raise ContactError(
+                f"options must be PETSc options by name, not {options!r}"
+            )
+    options = None if options is None else dict(sorted(options.items()))
+    require_agreement(problem.comm, solver=name, options=options)
+
+
+def check_unknowns(problem: CoupledProblem, u: Any) -> None:
+    """Raise unless u is None or the problem's unknowns. Collective."""
+    own = problem.contact.host.functions
+    given = u if isinstance(u, (list, tuple)) else [u]
+    fits = u is None or (
+        len(given) == len(own)
+        and all(isinstance(f, Function) for f in given)
+        and all(compat.same_values(f, g) for f, g in zip(given, own))
+    )
+    named = [f.name if isinstance(f, Function) else repr(f) for f in given]
+    names = [f.name for f in own]
+    message = (
+        f"solve takes what the problem solves for, {', '.join(names)}, or nothing, and "
+        f"was given another: {', '.join(named)}"
+    )
+    if set(names) & set(named):
+        message += ", a Function of the same name that Contact was not given: problem.u"
+    raise_everywhere(problem.comm, None if fits else message)
