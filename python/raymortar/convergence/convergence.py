@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from ..compat import Array
+from ..compat import Array, Mask
 from .balance import EPS, Groups
 from .trouble import is_hopeless, is_in_trouble
-
-if TYPE_CHECKING:
-    from ..interaction import Interaction
 
 # Weight of a prescribed displacement in line searches, in stiffnesses of the softest
 # body: with 1, a first touch may end the search (measured: docs/robustness_units.md)
@@ -86,13 +82,11 @@ class Convergence:
 
     Parameters
     ----------
-    contact
-        After `Contact.prepare`.
+    groups
+        Rows that are judged together.
 
     Attributes
     ----------
-    groups
-        Rows that are judged together.
     now
         The last residual.
     keeps_first
@@ -106,8 +100,8 @@ class Convergence:
         trouble, as `LoadSteps` has remedies; see `trouble`.
     """
 
-    def __init__(self, contact: Interaction) -> None:
-        self.groups, self._host = Groups(contact), contact.host
+    def __init__(self, groups: Groups) -> None:
+        self.groups = groups
         self.keeps_first, self.patient = False, True
         self.norms: list[float] = []
         self.now: Imbalance = UNKNOWN
@@ -134,9 +128,10 @@ class Convergence:
     def measure(
         self,
         residual: Array,
-        volume: Array,
-        fixed: npt.NDArray[np.bool_],
+        forces: Array,
+        fixed: Mask,
         increment: Array,
+        values: Array,
     ) -> Imbalance:
         """Measure a residual. Collective.
 
@@ -144,20 +139,19 @@ class Convergence:
         ----------
         residual
             Values of the owned rows.
-        volume
-            Residual of the user's form for the owned unknowns of the host, with
-            constrained rows.
+        forces
+            Forces in balance at the owned rows: residual of the user's form, with
+            constrained rows, and forces of contact.
         fixed
-            Whether each of these unknowns is constrained.
-        increment
-            Prescribed minus present values, for the local unknowns.
+            Whether each owned unknown of the user is constrained.
+        increment, values
+            Prescribed minus present values, and present values, for the local unknowns.
         """
         groups = self.groups
         free = residual.copy()
         free[: len(fixed)][fixed] = 0.0
-        forces = np.concatenate([volume, groups.contact_forces()])
         norms = np.sqrt(groups.sum(free**2, forces**2))
-        lacking, sizes = groups.largest(increment, self._host.values())
+        lacking, sizes = groups.largest_of_fields(increment, values)
         scales = np.maximum(norms[1], groups.field_scales(sizes))
         self._field_floors = groups.field_floors(sizes)
         self.now = Imbalance(norms[0], scales, lacking, sizes, groups.forces)
@@ -221,9 +215,7 @@ class Convergence:
         rounding = 256.0 * EPS * self.now.sizes
         return bool((self.now.lacking > np.maximum(step, rounding)).any())
 
-    def _balanced(
-        self, rtol: float, atol: float | None, at_once: bool
-    ) -> npt.NDArray[np.bool_]:
+    def _balanced(self, rtol: float, atol: float | None, at_once: bool) -> Mask:
         """Whether each group is in balance."""
         now = self.now
         balanced = now.residual <= rtol * np.maximum(now.forces, self._first.residual)
@@ -259,11 +251,11 @@ class Convergence:
             text = f"; out of balance: {', '.join(listed)}"
         if self._pending(rtol):
             text += f"; prescribed displacements lack up to {now.pending:.3e}"
-            for field, value in zip(self.groups.fields, now.lacking[1:]):
+            for field, value in zip(self.groups.fields[1:], now.lacking[1:]):
                 text += f", prescribed values of {field.name} up to {value:.3e}"
         return text
 
-    def row_scale(self, fixed: npt.NDArray[np.bool_]) -> Array:
+    def row_scale(self, fixed: Mask, values: Array) -> Array:
         """Factors for the owned rows that make them comparable in a line search.
 
         The rows of a body, divided by its stiffness, are lengths, as prescribed
@@ -274,7 +266,9 @@ class Convergence:
         Parameters
         ----------
         fixed
-            Whether each owned unknown of the host is constrained.
+            Whether each owned unknown of the user is constrained.
+        values
+            Present values of the local unknowns.
         """
         free = np.ones(len(self.groups.of_row))
         free[: len(fixed)][fixed] = 0.0
@@ -290,7 +284,7 @@ class Convergence:
         # springs of contact
         heavy = one * max(PRESCRIBED, springs)
         rows[: len(fixed)][fixed] = heavy
-        (sizes,) = self.groups.largest(self._host.values())
+        (sizes,) = self.groups.largest_of_fields(values)
         for of, per_length, unit in self.groups.field_rows(sizes):
             rows[of] = np.where(fixed[of], heavy * unit, one / per_length)
         return rows

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
-from itertools import compress
 
 from mpi4py import MPI
 
@@ -13,12 +12,20 @@ import numpy as np
 from .. import compat
 from ..compat import Array
 from ..errors import ContactWarning
+from ..host.bodies import bodies_of_facets
 from ..host.facet_areas import surface_sizes
 from ..host.facets import format_point
-from ..host.joined import parts_of
+from ..host.joined import parts_of, places_of
+from ..host.reference_facets import (
+    FACET_NODES,
+    N_CORNERS,
+    middle_normals,
+    shape_functions,
+)
+from ..host.surfaces import Surface
+from ..host.thickness import Cells
 from .adjustment import gap_without_offset
 from .contact_surfaces import ContactSurfaces
-from .inside import Skin, skin_of
 from .pairs import Pair, global_masters, spoken
 from .point_results import OPEN
 from .straight_facets import largest_sagitta
@@ -53,70 +60,49 @@ def warn_of_overlap(surfaces: ContactSurfaces, pairs: Sequence[Pair]) -> None:
     comm = surfaces.comm
     if surfaces.tied is not None or comm.allreduce(bool(surfaces.u.x.array.any())):
         return
-    skin: Skin | None = None
     for k, zone in enumerate(surfaces.zones):
-        if zone.facets.bodies:
-            continue
-        own = [pair for pair in pairs if pair.surface == k]
-        noise, chords = _noise(zone, comm), _chords(zone, surfaces)
-        messages = _of_points(zone, own, noise, chords, comm)
-        if not messages:
-            skin = skin_of(surfaces) if skin is None else skin
-            messages = _beyond_search(zone, own, skin, noise, chords)
-        for message in messages:
-            warnings.warn(f"{message}, {REMEDY}", ContactWarning, stacklevel=4)
+        if not zone.facets.bodies:
+            own, allowed = [pair for pair in pairs if pair.surface == k], []
+            for side, thickness in zip(_sides(zone), zone.thickness):
+                allowed.append(_noise(zone, side, thickness, comm))
+            chords = sum(
+                largest_sagitta(s, comm) for s in _sides(zone) if s.is_straight
+            )
+            allowed = [noise + chords for noise in allowed]
+            messages = _of_points(zone, own, allowed, comm)
+            for text in messages or _beyond_search(zone, own, allowed, surfaces):
+                warnings.warn(f"{text}, {REMEDY}", ContactWarning, stacklevel=4)
 
 
-def _noise(zone: ZoneData, comm: MPI.Comm) -> list[Array]:
-    """Overlap of each slave and each master facet that noise explains. Length.
-    Collective."""
-    facets, depth = zone.facets, zone.distances["depth"].max(initial=0.0)
+def _sides(zone: ZoneData) -> tuple[Surface, Surface]:
+    return zone.facets.slave_surface, zone.facets.master_surface
+
+
+def _noise(zone: ZoneData, side: Surface, thickness: Array, comm: MPI.Comm) -> Array:
+    """Overlap of each facet of a side that noise explains. Length. Collective."""
+    depth = zone.distances["depth"].max(initial=0.0)
     # From here on the thickness is unknown
     most = 2.0 * comm.allreduce(depth, op=MPI.MAX)
-    sides = facets.slave_surface, facets.master_surface
-    found = []
-    for side, thickness in zip(sides, zone.thickness):
-        size = surface_sizes(side) ** (1.0 / (side.gdim - 1))
-        thin = np.where(thickness < most, thickness, np.inf)
-        found.append(NOISE * np.minimum(size, thin))
-    return found
-
-
-def _chords(zone: ZoneData, surfaces: ContactSurfaces) -> float:
-    """Overlap that chords of curved surfaces explain. Length. Collective."""
-    facets = zone.facets
-    meshes = [part.function_space.mesh for part in parts_of(surfaces.u)]
-    sides = (
-        (facets.slave_part, facets.slave_surface),
-        (facets.master_part, facets.master_surface),
-    )
-    straight = [compat.geometry_degree(meshes[part]) == 1 for part, _ in sides]
-    return sum(
-        largest_sagitta(side, surfaces.comm) for _, side in compress(sides, straight)
-    )
+    size = surface_sizes(side) ** (1.0 / (side.gdim - 1))
+    return NOISE * np.minimum(size, np.where(thickness < most, thickness, np.inf))
 
 
 def _of_points(
-    zone: ZoneData,
-    pairs: Sequence[Pair],
-    noise: Sequence[Array],
-    chords: float,
-    comm: MPI.Comm,
+    zone: ZoneData, pairs: Sequence[Pair], allowed: Sequence[Array], comm: MPI.Comm
 ) -> list[str]:
-    """Messages on pairs with points deeper than chords and noise explain. Collective."""
+    """Messages on pairs with points deeper than is allowed on both sides. Collective."""
     points = zone.points()
     gap = np.maximum(points["gap"], gap_without_offset(zone, points))
-    deep = (points["status"] >= OPEN) & (gap < 0.0)
-    if not comm.allreduce(bool(deep.any())):
+    depth = np.where((points["status"] >= OPEN) & (gap < 0.0), -gap, 0.0)
+    if not comm.allreduce(bool(depth.any())):
         return []
-    depth = np.where(deep, -gap, 0.0)
-    allowed = noise[0][points["slave"]]
-    allowed[deep] = np.minimum(allowed, _of_hit(zone, points, noise[1], comm))[deep]
-    master = zone.masters_of(points)
-    messages = []
+    least = np.minimum(
+        allowed[0][points["slave"]], of_hit_masters(zone, points, allowed[1], comm)
+    )
+    master, messages = zone.masters_of(points), []
     for pair in pairs:
         mine = master == zone.facets.master_tags.index(pair.master)
-        mine &= depth > allowed + chords
+        mine &= depth > least
         most = float(comm.allreduce(depth[mine].max(initial=0.0), op=MPI.MAX))
         if most > 0.0:
             # The same one of several on any number of ranks
@@ -129,11 +115,11 @@ def _of_points(
     return messages
 
 
-def _of_hit(
+def of_hit_masters(
     zone: ZoneData, points: dict[str, Array], values: Array, comm: MPI.Comm
 ) -> Array:
-    """Values of the master facets that points hit, which may be other ranks';
-    inf where none is hit. Collective."""
+    """Values of the master facets that points hit, which may be other ranks'; inf where
+    none is hit. Collective."""
     known = comm.allgather((zone.facets.master_surface.facet_ids, values))
     ids, each = (np.concatenate(parts) for parts in zip(*known))
     met = global_masters(points, zone.cpp.pairs())
@@ -147,16 +133,23 @@ def _of_hit(
 def _beyond_search(
     zone: ZoneData,
     pairs: Sequence[Pair],
-    skin: Skin,
-    noise: Sequence[Array],
-    chords: float,
+    allowed: Sequence[Array],
+    surfaces: ContactSurfaces,
 ) -> list[str]:
     """Message on facets inside a body that their rays do not see. Collective."""
-    offset = zone.whole_offset
+    comm, offset, sides = surfaces.comm, zone.whole_offset, _sides(zone)
     wanted = 0.0 if offset is None else float(np.abs(offset).max(initial=0.0))
-    wanted = skin.comm.allreduce(wanted, op=MPI.MAX)
-    sides = zone.facets.slave_surface, zone.facets.master_surface
-    place = skin.place_inside(sides, [each + chords + wanted for each in noise])
+    # Straight cells lie off facets of degree 2
+    more = comm.allreduce(wanted, op=MPI.MAX)
+    more += sum(comm.allreduce(_bulge(side), op=MPI.MAX) for side in sides)
+    numbers = [bodies_of_facets(surfaces.bodies, side) for side in sides]
+    known = [set(np.concatenate(comm.allgather(each)).tolist()) for each in numbers]
+    found: list[list[float]] = []
+    for side, depth, number, others in zip(sides, allowed, numbers, reversed(known)):
+        points = np.column_stack([number, _below(side, depth + more)])
+        everywhere = np.concatenate(comm.allgather(points))
+        found += _inside(surfaces, np.unique(everywhere, axis=0), others)
+    place = max(sum(comm.allgather(found), []), default=None)
     if place is None:
         return []
     slave = spoken(pairs[0].slave_name, pairs[0].slave)
@@ -165,3 +158,49 @@ def _beyond_search(
         f"slave {slave} starts inside {masters}, or behind it, deeper than rays are "
         f"followed, at {format_point(np.array(place))}"
     ]
+
+
+def _inside(
+    surfaces: ContactSurfaces, points: Array, bodies: set[int]
+) -> list[list[float]]:
+    """Points that are in a cell of this rank, of one of some bodies but their own.
+
+    Each row of `points` is the number of a body and a position.
+    """
+    own, x, found = points[:, 0], points[:, 1:], []
+    for k, part in enumerate(parts_of(surfaces.u)):
+        V, places = part.function_space, places_of(surfaces.u, k)
+        cells, dofs = Cells(V.mesh), compat.dofmap_array(V)[:, 0]
+        body = surfaces.bodies.dofs[dofs if places is None else places[dofs]]
+        nodes = cells.x[cells.corners]
+        low, high = x.min(axis=0, initial=np.inf), x.max(axis=0, initial=-np.inf)
+        near = (nodes.max(axis=1) > low) & (nodes.min(axis=1) < high)
+        cell = np.flatnonzero(near.all(axis=1) & np.isin(body, list(bodies)))
+        if len(cell):
+            at, cell = compat.points_in_boxes(V.mesh, cell.astype(np.int32), x)
+            at = at[cells.contain(cell, x[at]) & (own[at] != body[cell])]
+            found += x[at].tolist()
+    return found
+
+
+def _middles(side: Surface) -> tuple[Array, Array]:
+    """Middles of facets, and of their corners, (facets, d) each."""
+    n = N_CORNERS[side.shape]
+    centre = FACET_NODES[side.shape][:n].mean(axis=0)
+    N, _ = shape_functions(side.shape, side.node_degree, centre[None])
+    nodes = side.X[side.facet_nodes]
+    return np.einsum("a,fad->fd", N[0], nodes), nodes[:, :n].mean(axis=1)
+
+
+def _bulge(side: Surface) -> float:
+    """Largest distance of a facet's middle from that of its corners. Length."""
+    middle, flat = _middles(side)
+    return float(np.linalg.norm(middle - flat, axis=1).max(initial=0.0))
+
+
+def _below(side: Surface, depth: Array) -> Array:
+    """Points below the middles of facets, (facets, d)."""
+    m = middle_normals(side.shape, side.node_degree, side.X[side.facet_nodes])
+    unit = m / np.linalg.norm(m, axis=1, keepdims=True)
+    points: Array = _middles(side)[0] - depth[:, None] * unit
+    return points

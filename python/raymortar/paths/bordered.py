@@ -11,11 +11,11 @@ from petsc4py import PETSc
 import numpy as np
 
 from ..compat import Array
-from ..convergence.failure import one_of, ways_to_hold
-from ..convergence.loose import loose_bodies
+from ..diagnose.failure import in_use_of, one_of, ways_to_hold
+from ..diagnose.outcome import require_convergence
+from ..diagnose.unheld import loose_bodies
 from ..errors import ConvergenceError, raise_everywhere, require_agreement
 from ..solvers.newton import NewtonSolver
-from ..solvers.outcome import require_convergence
 from ..solvers.petsc_objects import renew
 from ..solvers.snes import SNESSolver
 from .constraints import largest
@@ -176,7 +176,7 @@ class BorderedSolver:
                 "the loads do not move what leads the path: is what was chosen of a "
                 "loaded body, or touched by one, and free to move?"
             )
-        ways = one_of(ways_to_hold(self.problem.in_use))
+        ways = one_of(ways_to_hold(in_use_of(self.problem)))
         # What leads belongs to another body, so it holds none of these
         if leads and free == loose_bodies(self.problem):
             return (

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from dolfinx.fem import Function
 
-from ..convergence.failure import FAILURES
+from ..diagnose.failure import FAILURES
 from ..errors import ContactWarning
 
 if TYPE_CHECKING:

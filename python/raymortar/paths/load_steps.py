@@ -7,12 +7,10 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, TextIO, cast
 
-from ..convergence.failure import FAILURES
-from ..convergence.lost_contact import lost_contact
-from ..convergence.missed_tools import ToolsOnPath
-from ..convergence.penetration import DeepPoints
-from ..convergence.tension import warn_of_tension
-from ..convergence.tilt import TiltedFacets
+from ..diagnose.doubts import Doubts
+from ..diagnose.failure import FAILURES
+from ..diagnose.lost_contact import lost_contact
+from ..diagnose.missed_tools import ToolsOnPath
 from ..errors import (
     BodyLeft,
     ContactLost,
@@ -237,9 +235,8 @@ class LoadSteps:
         viscous = self.control is None and self._stabilization is None and one_mesh
         automatic = self.strategy == "auto"
         ways = Strategies(path, self.extrapolate, automatic, viscous, progress.trying)
-        last, tools, deep = None, ToolsOnPath(contact), DeepPoints(self.solver.problem)
+        last, tools, doubts = None, ToolsOnPath(contact), Doubts(self.solver.problem)
         snapped = False
-        tilted = TiltedFacets(contact)
         tools.look()
         while not path.ended:
             before = contact.state()
@@ -251,7 +248,7 @@ class LoadSteps:
             path.begin()
             try:
                 iterations = self._solve(ways, before, last, path.ratio)
-                deep.require_gradual()
+                doubts.require_gradual()
             except BodyLeft as failure:
                 contact.restore(before)
                 path.restart()
@@ -270,12 +267,10 @@ class LoadSteps:
                 continue
             path.reached()
             tools.look()
-            deep.warn(stacklevel=3)
+            doubts.warn(stacklevel=3)
             if ways.released and not snapped:
                 snapped = True
                 warnings.warn(_snap(path.factor, ways), ContactWarning, stacklevel=3)
-            warn_of_tension(contact, stacklevel=3)
-            tilted.warn(stacklevel=3)
             if self.history is not None:
                 self.history.record(path.time, iterations, self.halvings)
             if self.output is not None:
@@ -305,7 +300,7 @@ class LoadSteps:
     ) -> int:
         """Iterations of a step from the present state."""
         problem = self.solver.problem
-        with problem.silent_about_doubt(), problem.as_part(**self._in_use()):
+        with problem.as_part(**self._in_use()):
             if self._stabilization is None:
                 iterations = ways.solve(now, last, ratio)
             else:

@@ -10,7 +10,7 @@ from mpi4py import MPI
 import numpy as np
 
 from ..compat import Array, Mask
-from ..convergence.failure import FAILURES
+from ..diagnose.failure import FAILURES
 from ..errors import ConvergenceError, SetUpError
 from ..host.bodies import bodies_of_facets
 from ..interface.stiffness import mean_facet_size

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..convergence.failure import FAILURES
+from ..diagnose.failure import FAILURES
 from ..convergence.trouble import is_in_trouble
 from ..errors import ConvergenceError, SetUpError
 from ..interface.state import State, extrapolate

@@ -1,7 +1,6 @@
 """Solvers of the coupled system: Newton's method, and iterative linear solvers.
 
 - newton, snes: `NewtonSolver`, `SNESSolver`
-- outcome: the error of a failed solve, and warnings
 - fixed_point: Newton's method at fixed segments, and a loop that pairs anew
 - line_search, capped: shortened Newton steps
 - linear: PETSc options of iterative solvers, which this module offers

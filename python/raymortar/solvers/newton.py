@@ -10,12 +10,12 @@ from typing import Any, cast
 from petsc4py import PETSc
 
 from .. import compat
+from ..diagnose.outcome import require_convergence
 from ..errors import ContactError, require_agreement
 from ..host.dropped import agreed_name, put_aside
 from ..problem import CoupledProblem
 from .automatic import linear_options
 from .elimination import attach
-from .outcome import require_convergence
 from .petsc_objects import (
     new_prefix,
     release,

@@ -10,7 +10,8 @@ from petsc4py import PETSc
 
 import numpy as np
 
-from ..convergence.failure import NOT_A_NUMBER, reason_in_words
+from ..diagnose.failure import NOT_A_NUMBER, reason_in_words
+from ..diagnose.outcome import require_convergence
 from ..errors import ContactError, require_agreement
 from ..options.methods import Penalty
 from ..problem import CoupledProblem
@@ -18,7 +19,6 @@ from .automatic import linear_options
 from .elimination import attach
 from .forcing import Forcing
 from .newton import NewtonSolver
-from .outcome import require_convergence
 from .petsc_objects import (
     new_prefix,
     release,

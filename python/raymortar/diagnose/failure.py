@@ -10,8 +10,10 @@ from petsc4py import PETSc
 
 import numpy as np
 
+from .. import compat
+from ..convergence.trouble import cycle_length
 from ..errors import ContactError, ConvergenceError
-from .trouble import cycle_length
+from ..problem import CoupledProblem
 
 # What another way, or a smaller step, may cure
 FAILURES = (ConvergenceError, ContactError, PETSc.Error)
@@ -63,6 +65,21 @@ class InUse:
     may_be_viscous: bool = True
     degree: int = 2
     led: Any = None
+
+
+def in_use_of(problem: CoupledProblem) -> InUse:
+    """How solves of a problem are used at present."""
+    multipliers = [one.multiplier for one in problem.contact.contacts]
+    degrees = [
+        compat.element_info(multiplier.function_space).degree
+        for multiplier in multipliers
+        if multiplier is not None
+    ]
+    alone: dict[str, Any] = {
+        "may_be_viscous": len(problem.contact.host.displacements) == 1,
+        "degree": max(degrees, default=0),
+    }
+    return InUse(**{**alone, **problem.part_of})
 
 
 def reason_in_words(reason: int) -> str:
