@@ -10,7 +10,7 @@ from typing import Any
 from petsc4py import PETSc
 
 from .contact import Contact
-from .diagnose.outcome import describe
+from .diagnose.failure import describe
 from .errors import (
     ContactError,
     ContactWarning,

@@ -1,6 +1,5 @@
 """The end of a solve, judged from arrays: when is an iterate a solution?
 
-- convergence: the test of forces
+- convergence: the test of forces, and signs that a solve will not converge
 - balance: groups of rows that are judged separately
-- trouble: signs in a history of residuals that a solve will not converge
 """

@@ -8,7 +8,7 @@ from ..errors import ContactWarning, require_agreement, together
 from ..host.slave_fields import OFFSET, FieldValue, check_field, on_facets
 from .adjustment import Adjustment, adjustment, require_start, summed
 from .contact_surfaces import ContactSurfaces
-from .interference import excess_of_interference
+from .overlap import excess_of_interference
 from .present import PresentState
 
 

@@ -1,4 +1,4 @@
-"""Meshes that lie in each other at the start, before anything has moved."""
+"""Meshes that lie in each other at the start, and interferences beyond the bodies."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from mpi4py import MPI
 import numpy as np
 
 from .. import compat
-from ..compat import Array
+from ..compat import Array, Mask
 from ..errors import ContactWarning
 from ..host.bodies import bodies_of_facets
 from ..host.facet_areas import surface_sizes
 from ..host.facets import format_point
 from ..host.joined import parts_of, places_of
 from ..host.reference_facets import (
-    FACET_NODES,
     N_CORNERS,
+    facet_nodes,
     middle_normals,
     shape_functions,
 )
 from ..host.surfaces import Surface
-from ..host.thickness import Cells
+from ..host.thickness import Cells, thickness_behind
 from .adjustment import gap_without_offset
 from .contact_surfaces import ContactSurfaces
 from .pairs import Pair, global_masters, spoken
@@ -36,6 +36,8 @@ from .zones import ZoneData
 NOISE = 0.01
 # Depths that differ by less than this share are the same, but for rounding
 ALIKE = 1e-9
+# Share of an interference that counts as rounding error
+_ROUNDING = 1e-6
 REMEDY = (
     "before anything has moved: mesh the bodies so that they touch, give an "
     "interference that is wanted as the argument offset, or close overlaps up to a "
@@ -138,17 +140,19 @@ def _beyond_search(
 ) -> list[str]:
     """Message on facets inside a body that their rays do not see. Collective."""
     comm, offset, sides = surfaces.comm, zone.whole_offset, _sides(zone)
-    wanted = 0.0 if offset is None else float(np.abs(offset).max(initial=0.0))
+    more = 0.0 if offset is None else float(np.abs(offset).max(initial=0.0))
+    more = comm.allreduce(more, op=MPI.MAX)
     # Straight cells lie off facets of degree 2
-    more = comm.allreduce(wanted, op=MPI.MAX)
     more += sum(comm.allreduce(_bulge(side), op=MPI.MAX) for side in sides)
-    numbers = [bodies_of_facets(surfaces.bodies, side) for side in sides]
-    known = [set(np.concatenate(comm.allgather(each)).tolist()) for each in numbers]
-    found: list[list[float]] = []
-    for side, depth, number, others in zip(sides, allowed, numbers, reversed(known)):
-        points = np.column_stack([number, _below(side, depth + more)])
-        everywhere = np.concatenate(comm.allgather(points))
-        found += _inside(surfaces, np.unique(everywhere, axis=0), others)
+    of_sides, rows = np.zeros((2, surfaces.bodies.count), dtype=bool), []
+    for k, (side, depth) in enumerate(zip(sides, allowed)):
+        body = bodies_of_facets(surfaces.bodies, side)
+        of_sides[k, body] = True
+        points = _below(side, depth + more)
+        rows.append(np.column_stack([np.full(len(body), k), body, points]))
+    comm.Allreduce(MPI.IN_PLACE, of_sides, op=MPI.LOR)
+    everywhere = np.unique(np.concatenate(comm.allgather(np.vstack(rows))), axis=0)
+    found = _inside(surfaces, everywhere, of_sides[::-1])
     place = max(sum(comm.allgather(found), []), default=None)
     if place is None:
         return []
@@ -160,14 +164,18 @@ def _beyond_search(
     ]
 
 
-def _inside(
-    surfaces: ContactSurfaces, points: Array, bodies: set[int]
-) -> list[list[float]]:
-    """Points that are in a cell of this rank, of one of some bodies but their own.
+def _inside(surfaces: ContactSurfaces, rows: Array, others: Mask) -> list[list[float]]:
+    """Points that are in a cell of this rank, of another body on the other side.
 
-    Each row of `points` is the number of a body and a position.
+    Parameters
+    ----------
+    rows
+        Number of a point's side, number of its body, and the point, (n, 2 + d).
+    others
+        Whether each body is on the other side of a side, (2, bodies).
     """
-    own, x, found = points[:, 0], points[:, 1:], []
+    x, found = rows[:, 2:], []
+    side, own = rows[:, :2].astype(np.int64).T
     for k, part in enumerate(parts_of(surfaces.u)):
         V, places = part.function_space, places_of(surfaces.u, k)
         cells, dofs = Cells(V.mesh), compat.dofmap_array(V)[:, 0]
@@ -175,32 +183,67 @@ def _inside(
         nodes = cells.x[cells.corners]
         low, high = x.min(axis=0, initial=np.inf), x.max(axis=0, initial=-np.inf)
         near = (nodes.max(axis=1) > low) & (nodes.min(axis=1) < high)
-        cell = np.flatnonzero(near.all(axis=1) & np.isin(body, list(bodies)))
+        cell = np.flatnonzero(near.all(axis=1) & others.any(axis=0)[body])
         if len(cell):
             at, cell = compat.points_in_boxes(V.mesh, cell.astype(np.int32), x)
-            at = at[cells.contain(cell, x[at]) & (own[at] != body[cell])]
-            found += x[at].tolist()
+            inside = cells.contain(cell, x[at]) & (own[at] != body[cell])
+            found += x[at[inside & others[side[at], body[cell]]]].tolist()
     return found
-
-
-def _middles(side: Surface) -> tuple[Array, Array]:
-    """Middles of facets, and of their corners, (facets, d) each."""
-    n = N_CORNERS[side.shape]
-    centre = FACET_NODES[side.shape][:n].mean(axis=0)
-    N, _ = shape_functions(side.shape, side.node_degree, centre[None])
-    nodes = side.X[side.facet_nodes]
-    return np.einsum("a,fad->fd", N[0], nodes), nodes[:, :n].mean(axis=1)
 
 
 def _bulge(side: Surface) -> float:
     """Largest distance of a facet's middle from that of its corners. Length."""
-    middle, flat = _middles(side)
-    return float(np.linalg.norm(middle - flat, axis=1).max(initial=0.0))
+    nodes, centre = side.X[side.facet_nodes], facet_nodes(side.shape, 1).mean(axis=0)
+    N, _ = shape_functions(side.shape, side.node_degree, centre[None])
+    flat = nodes[:, : N_CORNERS[side.shape]].mean(axis=1)
+    return float(np.linalg.norm(N[0] @ nodes - flat, axis=1).max(initial=0.0))
 
 
 def _below(side: Surface, depth: Array) -> Array:
-    """Points below the middles of facets, (facets, d)."""
-    m = middle_normals(side.shape, side.node_degree, side.X[side.facet_nodes])
+    """Points below the middles of facets' corners, (facets, d)."""
+    nodes = side.X[side.facet_nodes]
+    m = middle_normals(side.shape, side.node_degree, nodes)
     unit = m / np.linalg.norm(m, axis=1, keepdims=True)
-    points: Array = _middles(side)[0] - depth[:, None] * unit
-    return points
+    flat: Array = nodes[:, : N_CORNERS[side.shape]].mean(axis=1)
+    return flat - depth[:, None] * unit
+
+
+def excess_of_interference(surfaces: ContactSurfaces) -> str | None:
+    """Message on present offsets for which no body is thick enough. Collective."""
+    found = []
+    for zone in surfaces.zones:
+        mine = 0.0 if zone.offset is None else float((-zone.offset).max(initial=0.0))
+        overlap = float(surfaces.comm.allreduce(mine, op=MPI.MAX))
+        there = _thickness(zone, surfaces, overlap)
+        if overlap > there * (1.0 + _ROUNDING):
+            found.append(
+                f"the argument offset makes an interference of {overlap:.4g} on slave "
+                f"tag {zone.facets.slave_tag}, more than the {there:.4g} of body that "
+                "lies behind the thinner side: it is a length in the unit of the mesh, "
+                "negative where bodies overlap"
+            )
+    return "; ".join(found) or None
+
+
+def _thickness(zone: ZoneData, surfaces: ContactSurfaces, length: float) -> float:
+    """Thickness of the body behind the thinner side of a zone if it is below a length,
+    else a larger number. Collective."""
+    facets, comm = zone.facets, surfaces.comm
+    # A rigid tool has no thickness that counts
+    count = 1 if facets.bodies else 2
+
+    def thinner(sides: Sequence[Array]) -> float:
+        most = [comm.allreduce(s.max(initial=0.0), op=MPI.MAX) for s in sides[:count]]
+        return float(min(most))
+
+    known = thinner(zone.thickness)
+    if known >= length:
+        return known
+    parts = parts_of(surfaces.u)
+    sides = (facets.slave_part, facets.slave), (facets.master_part, facets.master)
+    return thinner(
+        [
+            thickness_behind(Cells(parts[k].function_space.mesh), side, 2.0 * length)
+            for k, side in sides
+        ]
+    )

@@ -12,8 +12,8 @@ import numpy as np
 
 from ..compat import Array
 from ..diagnose.failure import in_use_of, one_of, ways_to_hold
+from ..diagnose.lost_contact import loose_bodies
 from ..diagnose.outcome import require_convergence
-from ..diagnose.unheld import loose_bodies
 from ..errors import ConvergenceError, raise_everywhere, require_agreement
 from ..solvers.newton import NewtonSolver
 from ..solvers.petsc_objects import renew

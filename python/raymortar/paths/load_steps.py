@@ -7,10 +7,10 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, TextIO, cast
 
-from ..diagnose.doubts import Doubts
 from ..diagnose.failure import FAILURES
 from ..diagnose.lost_contact import lost_contact
-from ..diagnose.missed_tools import ToolsOnPath
+from ..diagnose.outcome import Doubts
+from ..diagnose.tools import ToolsOnPath
 from ..errors import (
     BodyLeft,
     ContactLost,

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from ..convergence.convergence import is_in_trouble
 from ..diagnose.failure import FAILURES
-from ..convergence.trouble import is_in_trouble
 from ..errors import ConvergenceError, SetUpError
 from ..interface.state import State, extrapolate
 from ..solvers.capped import CappedSolver

@@ -23,7 +23,7 @@ from raymortar.diagnose.failure import (
     list_of_residuals,
     reason_in_words,
 )
-from raymortar.diagnose.stiffness import strange_gammas, swaps
+from raymortar.diagnose.failure import strange_gammas, swaps
 from raymortar.interface.point_results import Statistics
 from raymortar.interface.stiffness import stiffness_ratios
 
