@@ -21,29 +21,6 @@ EPS = float(np.finfo(float).eps)
 
 
 @dataclass(frozen=True)
-class Interface:
-    """Groups on the two sides of slave surfaces, by slave surface.
-
-    Attributes
-    ----------
-    contact
-        Number of the contact of each surface, (surfaces,).
-    has_multiplier
-        Whether the contact has a multiplier, (surfaces,).
-    area, nodes
-        Area and number of nodes of each surface, (surfaces,).
-    met
-        Whether a group is on one of the sides, (surfaces, groups).
-    """
-
-    contact: Indices
-    has_multiplier: Mask
-    area: Array
-    nodes: Array
-    met: Mask
-
-
-@dataclass(frozen=True)
 class Groups:
     """Rows of the coupled system by body, patch of slave surface and field.
 
@@ -64,8 +41,6 @@ class Groups:
         Group of each owned row, (rows,).
     count, forces, bodies, free
         Number of groups, of those that are forces, of bodies, and of free rigid bodies.
-    contact
-        Number of each patch's contact, -1 for other groups, (groups,).
     fields
         Displacement and further fields.
     mass
@@ -79,10 +54,12 @@ class Groups:
     coupling, mean_coupling
         Norm and mean of what a unit of each field does to the rows of each group,
         (fields, groups).
-    interface
-        Groups that slave surfaces bring together.
+    area, nodes
+        Area and number of nodes of each slave surface, (surfaces,).
+    met
+        Whether a group is on one of the sides of each slave surface, (surfaces, groups).
     gammas
-        Gives the present coefficient of each contact.
+        Gives the present coefficient of each slave surface, (surfaces,).
     names
         Gives the name of each group. Collective.
     """
@@ -93,7 +70,6 @@ class Groups:
     forces: int
     bodies: int
     free: int
-    contact: Indices
     fields: Sequence[Field]
     mass: Array
     size: Array
@@ -102,7 +78,9 @@ class Groups:
     norm: Array
     coupling: Array
     mean_coupling: Array
-    interface: Interface
+    area: Array
+    nodes: Array
+    met: Mask
     gammas: Callable[[], Array]
     names: Callable[[], list[str]]
 
@@ -158,14 +136,16 @@ class Groups:
 
     def floors(self) -> Array:
         """Rounding error of the residual of each group [theory (5.4)]."""
-        of_contact, on = self.gammas(), self.interface
-        gamma = np.where(self.contact < 0, 1.0, of_contact[self.contact])
+        gammas, first_free = self.gammas(), self.forces - self.free
+        patches, gamma = slice(self.bodies, first_free), np.ones(self.count)
+        on_patches = self.met[:, patches]
+        gamma[patches] = (gammas[:, None] * on_patches).max(axis=0)
         floors: Array = EPS * gamma * self.norm * self.size
-        forces = self.largest * of_contact[on.contact] * on.area / on.nodes**0.5
-        forces[on.has_multiplier] = 0.0
-        floors[: self.bodies] += EPS * (forces @ on.met[:, : self.bodies])
-        first = self.forces - self.free
-        floors[first : self.forces] = np.linalg.norm(floors[:first])
+        # Without a multiplier contact acts on bodies
+        forces = self.largest * gammas * self.area / self.nodes**0.5
+        forces[on_patches.any(axis=1)] = 0.0
+        floors[: self.bodies] += EPS * (forces @ self.met[:, : self.bodies])
+        floors[first_free : self.forces] = np.linalg.norm(floors[:first_free])
         return floors
 
     def softest(self, free: Array) -> tuple[Array, float]:
@@ -184,13 +164,13 @@ class Groups:
             `springs` is the largest stiffness of closed contact at a node, over that of
             the softest body there.
         """
-        on, is_body = self.interface, np.arange(self.count) < self.bodies
+        is_body = np.arange(self.count) < self.bodies
         moves = is_body & (self.sum(free) > 0.0) & (self.mean > 0.0)
         stiffness = np.where(moves, self.mean, np.inf)
-        softest = np.where(on.met & is_body, stiffness, np.inf).min(axis=1)
-        of_patches = np.where(on.met & ~is_body, softest[:, None], np.inf).min(axis=0)
-        springs = self.gammas()[on.contact] * on.area / on.nodes / softest
-        return np.minimum(stiffness, of_patches), float(springs.max(initial=0.0))
+        softest = np.where(self.met & is_body, stiffness, np.inf).min(axis=1)
+        near = np.where(self.met & ~is_body, softest[:, None], np.inf).min(axis=0)
+        springs = self.gammas() * self.area / self.nodes / softest
+        return np.minimum(stiffness, near), float(springs.max(initial=0.0))
 
 
 def sum_by_group(comm: MPI.Comm, of_row: Indices, count: int, *rows: Array) -> Array:

@@ -149,10 +149,10 @@ def _beyond_search(
         body = bodies_of_facets(surfaces.bodies, side)
         of_sides[k, body] = True
         points = _below(side, depth + more)
-        rows.append(np.column_stack([np.full(len(body), k), body, points]))
+        rows.append(np.column_stack([np.full(len(body), 1 - k), body, points]))
     comm.Allreduce(MPI.IN_PLACE, of_sides, op=MPI.LOR)
     everywhere = np.unique(np.concatenate(comm.allgather(np.vstack(rows))), axis=0)
-    found = _inside(surfaces, everywhere, of_sides[::-1])
+    found = _inside(surfaces, everywhere, of_sides)
     place = max(sum(comm.allgather(found), []), default=None)
     if place is None:
         return []
@@ -160,22 +160,25 @@ def _beyond_search(
     masters = ", ".join(spoken(pair.master_name, pair.master) for pair in pairs)
     return [
         f"slave {slave} starts inside {masters}, or behind it, deeper than rays are "
-        f"followed, at {format_point(np.array(place))}"
+        f"followed, at {format_point(np.array(place[1:]))}"
     ]
 
 
-def _inside(surfaces: ContactSurfaces, rows: Array, others: Mask) -> list[list[float]]:
-    """Points that are in a cell of this rank, of another body on the other side.
+def _inside(
+    surfaces: ContactSurfaces, rows: Array, of_sides: Mask
+) -> list[list[float]]:
+    """Points, with the number of their other side, that are in a cell of this rank of
+    another body there.
 
     Parameters
     ----------
     rows
-        Number of a point's side, number of its body, and the point, (n, 2 + d).
-    others
-        Whether each body is on the other side of a side, (2, bodies).
+        Number of the other side, of the point's own body, and the point, (n, 2 + d).
+    of_sides
+        Whether each body is on a side, (2, bodies).
     """
     x, found = rows[:, 2:], []
-    side, own = rows[:, :2].astype(np.int64).T
+    other, own = rows[:, :2].astype(np.int64).T
     for k, part in enumerate(parts_of(surfaces.u)):
         V, places = part.function_space, places_of(surfaces.u, k)
         cells, dofs = Cells(V.mesh), compat.dofmap_array(V)[:, 0]
@@ -183,11 +186,12 @@ def _inside(surfaces: ContactSurfaces, rows: Array, others: Mask) -> list[list[f
         nodes = cells.x[cells.corners]
         low, high = x.min(axis=0, initial=np.inf), x.max(axis=0, initial=-np.inf)
         near = (nodes.max(axis=1) > low) & (nodes.min(axis=1) < high)
-        cell = np.flatnonzero(near.all(axis=1) & others.any(axis=0)[body])
+        cell = np.flatnonzero(near.all(axis=1) & of_sides.any(axis=0)[body])
         if len(cell):
             at, cell = compat.points_in_boxes(V.mesh, cell.astype(np.int32), x)
             inside = cells.contain(cell, x[at]) & (own[at] != body[cell])
-            found += x[at[inside & others[side[at], body[cell]]]].tolist()
+            at = at[inside & of_sides[other[at], body[cell]]]
+            found += np.column_stack([other, x])[at].tolist()
     return found
 
 

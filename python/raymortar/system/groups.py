@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from typing import Any
 
 from mpi4py import MPI
 
@@ -10,7 +11,7 @@ import numpy as np
 
 from .. import compat
 from ..compat import Array, Indices
-from ..convergence.balance import Groups, Interface, largest_by, sum_by_group
+from ..convergence.balance import Groups, largest_by, sum_by_group
 from ..host.bodies import find_parts
 from ..host.facet_areas import surface_areas, surface_normals
 from ..host.marks import marked_everywhere
@@ -27,52 +28,64 @@ def groups_of(system: CoupledSystem) -> Groups:
     system
         After `CoupledSystem.prepare`.
     """
-    layout, host, parts = system.layout, system.host, system.parts
-    comm, n, bodies = layout.comm, layout.n, parts[0].surfaces.bodies
-    of_contacts, contact = [], np.full(bodies.count, -1)
-    for k, part in enumerate(parts):
-        of_node, found = _patches(part, len(contact))
-        of_contacts.append(of_node)
-        contact = np.append(contact, np.full(found, k))
-    free = len(contact) + np.arange(len(layout.bodies))
-    fields, forces = host.fields(), len(contact) + len(free)
-    count = forces + len(fields) - 1
-    contact = np.append(contact, np.full(count - len(contact), -1))
-
-    of_row = np.empty(layout.size, dtype=np.int32)
-    of_u = np.repeat(bodies.dofs, system.u.function_space.dofmap.index_map_bs)
-    of_row[fields[0].rows] = of_u[: layout.n_u]
+    layout, V, fields = system.layout, system.u.function_space, system.host.fields()
+    comm, bodies = layout.comm, system.parts[0].surfaces.bodies
+    # Owned nodes of spaces, and their groups
+    mine: Any = slice(layout.n_u // V.dofmap.index_map_bs)
+    nodes = [(V, mine, bodies.dofs[mine])]
+    of_row, mass = np.empty(layout.size, dtype=np.int32), [np.empty(0)]
+    of_row[fields[0].rows] = np.repeat(bodies.dofs[mine], V.dofmap.index_map_bs)
+    sides, count, begin = [], bodies.count, layout.n
+    for part in system.parts:
+        own, c = part.layout.owned_multipliers, part.layout.components
+        of_node, area, found = _patches(part, count)
+        if part.surfaces.multiplier is not None:
+            W = part.surfaces.multiplier.function_space
+            nodes.append((W, own, of_node[own]))
+        mass.append(np.repeat(area[own], c))
+        of_row[begin : begin + len(mass[-1])] = np.repeat(of_node[own], c)
+        begin, count = begin + len(mass[-1]), count + found
+        sides += [(zone, of_node[zone.multiplier_nodes]) for zone in part.zones]
+    free = count + np.arange(len(layout.bodies))
+    of_bodies = [len(body.freedom) for body in layout.own_bodies]
+    of_row[begin:] = np.repeat(free[: len(of_bodies)], of_bodies)
+    forces = count + len(free)
     for group, field in enumerate(fields[1:], forces):
         of_row[field.rows] = group
-    of_bodies = [len(body.freedom) for body in layout.own_bodies]
-    of_row[n:] = np.concatenate(
-        [
-            *map(_on_rows, parts, of_contacts),
-            np.repeat(free[: len(of_bodies)], of_bodies),
-        ]
-    )
-    add = partial(sum_by_group, comm, of_row, count)
+    count = forces + len(fields) - 1
 
-    mass = np.concatenate([_on_rows(part, _lumped_area(part)) for part in parts])
     stiffness = np.zeros(layout.size)
     stiffness[fields[0].rows] = system.stiffness_diagonal
-    stiffness[n : n + len(mass)] = mass
-    rows, sums, squares = add(np.ones(layout.size), stiffness, stiffness**2)
+    stiffness[layout.n : begin] = np.concatenate(mass)
     couplings = np.zeros((len(fields), layout.size))
     if len(fields) > 1:
-        couplings[:, :n] = system.couplings
+        couplings[:, : layout.n] = system.couplings
+    add = partial(sum_by_group, comm, of_row, count)
+    rows, sums, squares = add(np.ones(layout.size), stiffness, stiffness**2)
+    met = np.zeros((len(sides), 2 + count))
+    for row, (zone, patches) in zip(met, sides):
+        slave, master = zone.facets.slave_surface, zone.facets.master_surface
+        row[:2] = surface_areas(slave).sum(), len(slave.dofs)
+        row[2 + bodies.dofs[np.append(slave.dofs, master.dofs)]] = 1.0
+        row[2 + patches] = 1.0
+        row[2 + free] = [body in zone.facets.bodies for body in layout.bodies]
+    met = comm.allreduce(met)
     size, largest = _sizes(system, count)
 
     def names() -> list[str]:
-        dim = system.u.function_space.mesh.geometry.dim
+        sums = np.zeros((forces - len(free), 4))
+        for space, mine, groups in nodes:
+            X = space.tabulate_dof_coordinates()[mine]
+            np.add.at(sums, groups, np.column_stack([X, np.ones(len(X))]))
         found = []
-        for group, centre in enumerate((add(*_places(system)[:dim]) / rows).T):
-            place = ", ".join(f"{value:.3g}" for value in centre)
-            kind = "the body" if group < bodies.count else "the contact"
+        for k, (*centre, number) in enumerate(comm.allreduce(sums)):
+            place = ", ".join(
+                f"{x / number:.3g}" for x in centre[: V.mesh.geometry.dim]
+            )
+            kind = "the body" if k < bodies.count else "the contact"
             found.append(f"{kind} around ({place})")
-        for group, body in zip(free, layout.bodies):
-            found[group] = f"the rigid {body.name}"
-        return found[:forces] + [f"the unknown {field.name}" for field in fields[1:]]
+        found += [f"the rigid {body.name}" for body in layout.bodies]
+        return found + [f"the unknown {field.name}" for field in fields[1:]]
 
     return Groups(
         comm=comm,
@@ -81,17 +94,18 @@ def groups_of(system: CoupledSystem) -> Groups:
         forces=forces,
         bodies=bodies.count,
         free=len(free),
-        contact=contact,
         fields=fields,
-        mass=mass,
+        mass=stiffness[layout.n : begin].copy(),
         size=size,
         largest=largest,
         mean=sums / rows,
         norm=np.sqrt(squares),
         coupling=np.sqrt(add(*couplings**2)).reshape(-1, count),
         mean_coupling=(add(*couplings) / rows).reshape(-1, count),
-        interface=_interface(system, of_contacts, free, count),
-        gammas=lambda: np.array([part.gamma_scale for part in parts]),
+        area=met[:, 0],
+        nodes=met[:, 1],
+        met=met[:, 2:] > 0.0,
+        gammas=lambda: np.array([p.gamma_scale for p in system.parts for _ in p.zones]),
         names=names,
     )
 
@@ -109,68 +123,39 @@ def contact_forces(system: CoupledSystem, mass: Array) -> Array:
     return rows[layout.n :]
 
 
-def _patches(part: ContactAssembly, first: int) -> tuple[Indices, int]:
-    """Number the connected patches of a contact by the multiplier's block dofs, -1 for
-    none, and count them. Collective."""
-    multiplier = part.surfaces.multiplier
-    if multiplier is None:
-        return np.empty(0, dtype=np.int32), 0
-    W = multiplier.function_space
-    table = np.concatenate([zone.multiplier_table for zone in part.zones])
-    used = marked_everywhere(W, np.unique(table))
-    found, count = find_parts(part.layout.comm, W.dofmap.index_map, table, used)
-    return np.where(found < 0, found, found + first), count
+def _patches(part: ContactAssembly, first: int) -> tuple[Indices, Array, int]:
+    """Connected patches of a contact. Collective.
 
-
-def _on_rows(part: ContactAssembly, nodal: Array | Indices) -> Array:
-    """Values at the multiplier's block dofs for each of its owned rows."""
-    return np.repeat(
-        nodal[part.layout.owned_multipliers], part.layout.components, axis=0
-    )
-
-
-def _lumped_area(part: ContactAssembly) -> Array:
-    """int N_a dG at the multiplier's block dofs, over the undeformed facets, whether or
-    not rays hit. Collective."""
-    multiplier = part.surfaces.multiplier
-    if multiplier is None:
-        return np.empty(0)
-    W = multiplier.function_space
-    degree = compat.element_info(W).degree
-    lumped = compat.create_la_vector(W.dofmap.index_map, 1)
+    Returns
+    -------
+    of_node, area, count
+        By the multiplier's block dofs: number of the patch, from `first` on, and int
+        N_a dG over the undeformed facets, whether or not rays hit. The number of
+        patches.
+    """
+    if part.surfaces.multiplier is None:
+        return np.empty(0, dtype=np.int32), np.empty(0), 0
+    W = part.surfaces.multiplier.function_space
+    degree, index_map = compat.element_info(W).degree, W.dofmap.index_map
+    area = compat.create_la_vector(index_map, 1)
     for zone in part.zones:
         surface = zone.facets.slave_surface
         points, weights, m = surface_normals(surface)
-        areas = np.linalg.norm(m, axis=-1) * weights
         N, _ = shape_functions(surface.shape, degree, points)
-        np.add.at(lumped.array, zone.multiplier_table, areas @ N)
-    compat.scatter_reverse_add(lumped)
-    return lumped.array.copy()
-
-
-def _places(system: CoupledSystem) -> Array:
-    """Undeformed positions of the nodes of the owned rows, 0 for rows without nodes,
-    (3, rows)."""
-    layout, V = system.layout, system.u.function_space
-    X = np.repeat(V.tabulate_dof_coordinates(), V.dofmap.index_map_bs, axis=0)
-    found, begin = np.zeros((layout.size, 3)), layout.n
-    found[system.host.fields()[0].rows] = X[: layout.n_u]
-    for part in system.parts:
-        if part.surfaces.multiplier is not None:
-            W = part.surfaces.multiplier.function_space
-            rows = _on_rows(part, W.tabulate_dof_coordinates())
-            found[begin : begin + len(rows)] = rows
-            begin += len(rows)
-    return found.T
+        areas = np.linalg.norm(m, axis=-1) * weights
+        np.add.at(area.array, zone.multiplier_table, areas @ N)
+    compat.scatter_reverse_add(area)
+    table = np.concatenate([zone.multiplier_table for zone in part.zones])
+    used = marked_everywhere(W, np.unique(table))
+    of_node, count = find_parts(part.layout.comm, index_map, table, used)
+    return of_node + first, area.array.copy(), count
 
 
 def _sizes(system: CoupledSystem, count: int) -> tuple[Array, float]:
     """Size of each group and of all together: the diagonal of the box, or its distance
     from the origin if that is larger. Length. Collective."""
-    X, bodies = (
-        system.u.function_space.tabulate_dof_coordinates(),
-        system.parts[0].surfaces.bodies,
-    )
+    bodies = system.parts[0].surfaces.bodies
+    X = system.u.function_space.tabulate_dof_coordinates()
     ends = np.stack([largest_by(bodies.dofs, x, bodies.count) for x in (X, -X)])
     system.layout.comm.Allreduce(MPI.IN_PLACE, ends, op=MPI.MAX)
     boxes = np.append(ends, ends.max(axis=1)[:, None], axis=1)
@@ -178,28 +163,3 @@ def _sizes(system: CoupledSystem, count: int) -> tuple[Array, float]:
     *sizes, largest = np.linalg.norm(corners, axis=1)
     # Gaps are differences of positions of any two bodies
     return np.append(sizes, np.full(count - bodies.count, largest)), float(largest)
-
-
-def _interface(
-    system: CoupledSystem, of_contacts: list[Indices], free: Indices, count: int
-) -> Interface:
-    """Find the groups on both sides of each slave surface. Collective."""
-    layout, bodies = system.layout, system.parts[0].surfaces.bodies
-    zones = [(k, zone) for k, part in enumerate(system.parts) for zone in part.zones]
-    sums = np.zeros((len(zones), 2 + count))
-    for (k, zone), row in zip(zones, sums):
-        sides = zone.facets.slave_surface, zone.facets.master_surface
-        row[:2] = surface_areas(sides[0]).sum(), len(sides[0].dofs)
-        for side in sides:
-            row[2 + bodies.dofs[side.dofs]] = 1.0
-        row[2 + of_contacts[k][zone.multiplier_nodes]] = 1.0
-        row[2 + free] = [body in zone.facets.bodies for body in layout.bodies]
-    layout.comm.Allreduce(MPI.IN_PLACE, sums)
-    parts = [system.parts[k] for k, _ in zones]
-    return Interface(
-        np.array([k for k, _ in zones]),
-        np.array([part.surfaces.multiplier is not None for part in parts]),
-        area=sums[:, 0],
-        nodes=sums[:, 1],
-        met=sums[:, 2:] > 0.0,
-    )
