@@ -37,7 +37,7 @@ WANDERS = 8
 
 @dataclass(frozen=True)
 class Imbalance:
-    """How far one iterate is from a solution, by group of rows.
+    """Distance of one iterate from a solution, by group of rows.
 
     Attributes
     ----------
@@ -246,7 +246,7 @@ class Convergence:
         return balanced | (rounding & (fields if atol is not None else True))
 
     def describe(self) -> str:
-        """Which groups are out of balance, for messages; "" for none. Collective."""
+        """Name the groups that are out of balance, for messages; "" for none. Collective."""
         if self.now is UNKNOWN or self._asked is None:
             return ""
         now, (rtol, atol) = self.now, self._asked

@@ -20,7 +20,7 @@ from ..interface.stiffness import VolumePattern, contact_stiffness, stiffness_ra
 from ..problem import CoupledProblem
 from .lost_contact import loose_bodies, unheld
 
-# What another way, or a smaller step, may cure
+# Errors that another way, or a smaller step, may cure
 FAILURES = (ConvergenceError, ContactError, PETSc.Error)
 
 # Residuals at either end of a history that a message lists
@@ -51,7 +51,7 @@ STIFFER = 10.0
 
 @dataclass(frozen=True)
 class InUse:
-    """How a solve is used, so that messages give advice that fits.
+    """Use of a solve, so that messages give advice that fits.
 
     Attributes
     ----------
@@ -78,7 +78,7 @@ class InUse:
 
 
 def in_use_of(problem: CoupledProblem) -> InUse:
-    """How solves of a problem are used at present."""
+    """Describe the present use of a problem's solves."""
     multipliers = [one.multiplier for one in problem.contact.contacts]
     spaces = [m.function_space for m in multipliers if m is not None]
     degree = max((compat.element_info(W).degree for W in spaces), default=0)
@@ -146,7 +146,7 @@ def describe_failure(
     gammas
         Of `strange_gammas`.
     in_use
-        How the solve is used.
+        Use of the solve.
     """
     text = f"{statistics}; residual history: {list_of_residuals(history)}"
     period, norms = cycle_length(history, _ALIKE), np.array(history)
@@ -202,13 +202,13 @@ def one_of(proposals: Sequence[str]) -> str:
 
 
 def ways_to_hold(in_use: InUse) -> list[str]:
-    """What to try where nothing holds a body."""
+    """Proposals where nothing holds a body."""
     viscous = ["LoadSteps(stabilize=True)"] * in_use.may_be_viscous
     return ["a condition that holds it", "a start where it touches", *viscous]
 
 
 def _against_cycles(in_use: InUse) -> list[str]:
-    """What to try where residuals repeat."""
+    """Proposals where residuals repeat."""
     found = []
     if not in_use.automatic:
         steps = 'LoadSteps(strategy="auto")' if in_use.steps else "LoadSteps"

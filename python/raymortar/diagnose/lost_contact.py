@@ -24,7 +24,7 @@ from ..interface.zones import ZoneData
 from ..problem import CoupledProblem
 from .tools import have_gone_through
 
-# Of a ray, see Contact.points
+# Value of a point's ``ray`` where the master is too deep, see `Contact.points`
 TOO_DEEP = 6
 AXES = "xyz"
 # Stiffness of conditions that counts as none, over the largest against a rigid motion
@@ -38,7 +38,7 @@ _AT_REST = 1e-9
 
 
 def lost_contact(problem: CoupledProblem, led: Mask | None = None) -> str | None:
-    """How a converged solve has lost contact since the accepted step. Collective.
+    """Tell how a converged solve has lost contact since the accepted step. Collective.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def _lost(zone: ZoneData, contact: Interaction) -> str:
 
 
 def _distances(zone: ZoneData, way: Path, comm: MPI.Comm) -> tuple[Array, Array]:
-    """How far points are out of contact's reach: the depth behind the master that they
+    """Distances of points out of contact's reach: the depth behind the master that they
     hit at the accepted step, and the distance across. Zero where contact is not lost.
     Collective."""
     last, points = zone.faced, zone.points()
@@ -93,12 +93,14 @@ def _distances(zone: ZoneData, way: Path, comm: MPI.Comm) -> tuple[Array, Array]
     depth = zone.distance("depth")[last.facet]
     if zone.depth_is_default:
         depth = np.minimum(depth, np.minimum(way.thickness, behind))
-    # Facets that are in contact again count by what they have sunk in this step
-    sunk = np.where(sees, np.minimum(last.gap, 0.0) - way.gap, -way.gap)
+    # Facets that are in contact again count by how much deeper they are than before the step
+    penetration = np.where(sees, np.minimum(last.gap, 0.0) - way.gap, -way.gap)
     # While something is in contact, facets may hang beside a master's edge, below it,
     # and a slide may leave some behind
     lost = sees | is_inside | is_apart
-    through = np.where(lost & (sunk > np.maximum(depth, way.slide)), sunk, 0.0)
+    through = np.where(
+        lost & (penetration > np.maximum(depth, way.slide)), penetration, 0.0
+    )
     reach = np.maximum(zone.distance("reach")[last.facet], depth)
     lifted = way.gap >= way.slide
     torn = is_apart & last.closed & ~sees & ~lifted & (way.slide > reach)
@@ -234,7 +236,7 @@ def _free_motions(grip: Array, dim: int) -> tuple[Mask, bool]:
 
 def _has_no_springs(problem: CoupledProblem) -> Mask:
     """Whether a body is on no springs, and has no masses, (bodies,). Collective."""
-    # What resists a growth of the radius may be hoops
+    # Hoops may resist a growth of the radius
     axes = slice(int(problem.contact.axisymmetric), None)
     return ~_springs(problem)[axes].any(axis=0)
 

@@ -1,4 +1,4 @@
-"""What follows a solve: an error if it failed, warnings if its result is doubtful."""
+"""Judge the end of a solve: an error if it failed, warnings if it is doubtful."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from .lost_contact import lost_contact
 # Depth of a pressed point, of its slave facet's size. Multipliers close gaps in the
 # mean: what is left at a point is a few hundredths where facets resolve the surfaces
 DEEP = 0.25
-# The same of a penalty whose coefficient is below the automatic one
+# Depth allowed to a penalty whose coefficient is below the automatic one
 SOFT = 0.1
 UNRESOLVED = (
     ": the facets do not resolve what touches there (a face beside a sharp corner, a "
@@ -47,7 +47,7 @@ NO_PRESSURE = 1e-10
 TILT = 2.0
 # Force of a pair that is not worth a word, of the largest pair's
 SMALL_FORCE = 0.01
-# A doubt is told again where it is so many times as bad
+# Factor by which a doubt must be worse to be told again
 WORSE = 2.0
 
 
@@ -217,11 +217,11 @@ def _pressed(zone: ZoneData) -> tuple[float, str]:
 
 def _unseen(zone: ZoneData) -> tuple[float, str]:
     """Depth of the deepest point that is too deep for contact, and a sentence."""
-    sunk = zone.cpp.sunk_points()
-    if not len(sunk):
+    penetrating = zone.cpp.sunk_points()
+    if not len(penetrating):
         return 0.0, ""
     points = zone.points()
-    q = sunk[np.argmin(points["gap"][sunk])]
+    q = penetrating[np.argmin(points["gap"][penetrating])]
     return float(-points["gap"][q]), (
         f"{_depth(zone, points, q)}, where it is not seen: take smaller steps, or a "
         "larger depth in Search"

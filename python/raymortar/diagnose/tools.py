@@ -37,13 +37,13 @@ FORWARDS = 0.5
 # Seen from a tool that turns, ways are bent: distance from the straight lines that stand
 # for them, of the depth that counts as contact, and the most lines of a step
 BEND, MOST_LINES = 0.02, 128
-# Where depths are measured on the part of a line that is inside, of its length
+# Places on the inner part of a line where depths are measured, of its length
 PLACES = (0.1, 0.3, 0.5, 0.7, 0.9)
 # Directions around a point in the plane, and around a line in 3D: along no edge, as
 # users draw them
 _ANGLES = 0.3 + np.arange(8) * np.pi / 4.0
 AROUND = np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES), np.zeros(8)])
-# Those in space: to faces, edges and corners of a cube
+# Directions in space: to faces, edges and corners of a cube
 _CUBE = np.array([n for n in product((-1.0, 0.0, 1.0), repeat=3) if any(n)])
 _TURNED = _CUBE @ rotation_matrix(np.array([0.3, 0.2, 0.1]))
 EVERYWHERE = _TURNED / np.linalg.norm(_TURNED, axis=1)[:, None]
@@ -186,7 +186,7 @@ def _crosses(
     forwards = np.einsum("nd,nd->n", along, n) > FORWARDS
     ahead, behind = _cast(body, a, along), _cast(body, b, -along)
     met = (np.minimum(ahead, behind) < way) & (forwards | (not touches))
-    # Where no entry is ahead the end is inside, or outside as its depth tells
+    # Without an entry ahead the end is inside, or outside as its depth tells
     first, last = (
         np.where(np.isfinite(one), np.clip(one, 0.0, way), 0.0)[met]
         for one in (ahead, behind)
@@ -206,7 +206,7 @@ def _crosses(
 
 
 def _cast(body: Body, x: Array, n: Array) -> Array:
-    """Where rays enter a body, (n,): negative from inside, infinite for none. Length."""
+    """Distances at which rays enter a body, (n,): negative from inside, infinite for none. Length."""
     found: Array = body.tool.distances_along(
         np.ascontiguousarray(x), np.ascontiguousarray(n)
     )
@@ -214,7 +214,7 @@ def _cast(body: Body, x: Array, n: Array) -> Array:
 
 
 def _depths(body: Body, x: Array, along: Array, whole: Mask, gdim: int) -> Array:
-    """How deep points on lines are inside a body, (n,): 0 outside, infinite where it has
+    """Depths of points on lines inside a body, (n,): 0 outside, infinite where it has
     no end. Depths on lines that cross the whole body are measured across the lines, as
     the body may be a thin plate. Length."""
     directions = _across(along, gdim)

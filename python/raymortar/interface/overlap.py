@@ -107,7 +107,7 @@ def _of_points(
         mine &= depth > least
         most = float(comm.allreduce(depth[mine].max(initial=0.0), op=MPI.MAX))
         if most > 0.0:
-            # The same one of several on any number of ranks
+            # Choose alike on any number of ranks
             at = points["x"][mine & (depth >= (1.0 - ALIKE) * most)].tolist()
             place = format_point(np.array(max(sum(comm.allgather(at), []))))
             messages.append(
