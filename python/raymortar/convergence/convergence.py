@@ -110,7 +110,7 @@ class Convergence:
         left out, and iterates that had not reached a prescribed displacement. Force.
     patient
         Whether a solve goes on until it is hopeless. Otherwise it ends at the first
-        trouble, as `LoadSteps` has remedies; see `trouble`.
+        trouble, as `LoadSteps` has remedies; see `is_in_trouble`.
     """
 
     def __init__(self, groups: Groups) -> None:
@@ -215,11 +215,16 @@ class Convergence:
         """Last residual over the one that `reached` asks for, the largest of all
         groups; or distance from prescribed values over the one that it asks for, if
         that is larger."""
-        scales = np.maximum(self.now.forces, self._first.residual)
-        forces = _largest_ratio(self.now.residual, rtol * scales)
+        forces = _largest_ratio(self.now.residual, rtol * self._forces)
         if atol is not None and atol > 0.0:
             forces = min(forces, self.now.norm / atol)
         return max(forces, _largest_ratio(self.now.lacking, rtol * self._first.lacking))
+
+    @property
+    def _forces(self) -> Array:
+        """Forces that the residual of each group is compared with."""
+        forces: Array = np.maximum(self.now.forces, self._first.residual)
+        return forces
 
     def _pending(self, rtol: float) -> bool:
         """Whether displacements have not yet reached their prescribed values."""
@@ -231,7 +236,7 @@ class Convergence:
     def _balanced(self, rtol: float, atol: float | None, at_once: bool) -> Mask:
         """Whether each group is in balance."""
         now = self.now
-        balanced = now.residual <= rtol * np.maximum(now.forces, self._first.residual)
+        balanced = now.residual <= rtol * self._forces
         fields = np.arange(len(balanced)) >= now.count
         if atol is not None and not fields.any():
             return balanced
@@ -253,8 +258,7 @@ class Convergence:
         lacking = np.flatnonzero(~self._balanced(rtol, atol, True))
         text = ""
         if len(lacking):
-            names = self.groups.names()
-            forces = np.maximum(now.forces, self._first.residual)
+            names, forces = self.groups.names(), self._forces
             listed = [
                 f"{names[g]} by {now.residual[g]:.3e} of {forces[g]:.3e}"
                 for g in lacking[:MOST_NAMED]
