@@ -37,7 +37,10 @@ def on_mesh(thing: Any, mesh: dolfinx.mesh.Mesh) -> bool:
 def points_in_boxes(
     mesh: dolfinx.mesh.Mesh, cells: Indices, x: npt.NDArray[np.float64]
 ) -> tuple[Indices, Indices]:
-    """Points, by row of x, and local cells of some whose boxes they are in."""
+    """Points, by row of x, and local cells of some whose boxes they are in.
+
+    Candidates: DOLFINx does not look at the box of a cell that is alone.
+    """
     make = getattr(geometry, "bb_tree", None) or geometry.BoundingBoxTree
     name = "compute_collisions_points"  # since 0.7
     find = getattr(geometry, name, None) or geometry.compute_collisions
