@@ -10,6 +10,7 @@ from typing import Any
 from petsc4py import PETSc
 
 from .contact import Contact
+from .diagnose.failure import describe
 from .errors import (
     ContactError,
     ContactWarning,
@@ -144,6 +145,10 @@ class NonlinearProblem(CoupledProblem):
                 raise
             warnings.warn(str(failure), ContactWarning, stacklevel=2)
         return self.u
+
+    def describe(self) -> str:
+        """State of contact and residual history, for messages. Collective."""
+        return describe(self)
 
     @property
     def solver(self) -> PETSc.SNES:

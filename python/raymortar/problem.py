@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -19,10 +18,6 @@ from . import compat
 from .compat import Array
 from .contact import Contact
 from .convergence.convergence import Convergence
-from .convergence.failure import InUse, describe_failure
-from .convergence.loose import loose_bodies
-from .convergence.lost_contact import unheld
-from .convergence.strange_gamma import strange_gammas
 from .errors import (
     ContactError,
     SetUpError,
@@ -33,10 +28,10 @@ from .errors import (
 from .host.forms import check_supports, list_of_conditions
 from .host.unknowns import find_unknowns, jacobians
 from .interactions import one_or_several
-from .interface.held import rigid_slaves, warn_of_finer_rigid_slaves
+from .interface.held import warn_of_finer_rigid_slaves
 from .interface.overlap import warn_of_overlap
-from .interface.sides import swaps
 from .rigid.motions import loads_of_tools
+from .system.groups import contact_forces, groups_of
 from .system.volume import Volume
 
 
@@ -81,10 +76,9 @@ class CoupledProblem:
     rays_only
         Whether iterates keep the segments and integration points of the last pairing and
         only cast their rays anew, as `FixedPointSolver` asks for.
-    tells_of_doubt
-        Whether a converged solve warns of lost contact and deep points.
-    in_use
-        What advice after a failure has to go with.
+    part_of
+        What solves are a part of, such as load steps: members of
+        `diagnose.failure.InUse`.
     steps_accepted
         Load steps so far, of all `LoadSteps` of the problem.
 
@@ -132,7 +126,8 @@ class CoupledProblem:
         )
         L, a = compiled(F), compiled(J)
         self.history: list[float] = []
-        self.rays_only, self.tells_of_doubt = False, True
+        self.rays_only = False
+        self.part_of: dict[str, Any] = {}
         self.steps_accepted = 0
         # Where `form` was last, and which revision of the contact that was
         self._at: Array | None = None
@@ -141,8 +136,7 @@ class CoupledProblem:
         self._pattern = self.contact.prepare(a, self.bcs)
         known = F if is_derivative else None
         self.volume = Volume(self.contact, L, a, known, self._pattern, compiled)
-        self.in_use = self._alone()
-        self.convergence = Convergence(self.contact)
+        self.convergence = Convergence(groups_of(self.contact))
 
     def __repr__(self) -> str:
         solved_for = ", ".join(repr(f.name) for f in self.contact.host.functions)
@@ -260,8 +254,13 @@ class CoupledProblem:
         """Residual at x into b. Collective."""
         self.form(x)
         volume, increment = self._assemble(b, True)
+        mass = self.convergence.groups.mass
         imbalance = self.convergence.measure(
-            b.getArray(readonly=True), volume, self.prescribed, increment
+            b.getArray(readonly=True),
+            np.concatenate([volume, contact_forces(self.contact, mass)]),
+            self.prescribed,
+            increment,
+            self.contact.host.values(),
         )
         self.history.append(imbalance.norm)
 
@@ -293,34 +292,13 @@ class CoupledProblem:
         return (F[at], J[at][at]) if self.volume.has_several else (F, J)
 
     @contextmanager
-    def silent_about_doubt(self) -> Iterator[None]:
-        """Leave it to the caller to ask whether a state is doubtful, as `LoadSteps`
-        does of accepted steps."""
-        before, self.tells_of_doubt = self.tells_of_doubt, False
-        try:
-            yield
-        finally:
-            self.tells_of_doubt = before
-
-    def _alone(self) -> InUse:
-        """What is in use where solves are no part of anything."""
-        spaces = [
-            one.multiplier.function_space
-            for one in self.contact.contacts
-            if one.multiplier is not None
-        ]
-        degrees = [compat.element_info(W).degree for W in spaces]
-        one_mesh = len(self.contact.host.displacements) == 1
-        return InUse(may_be_viscous=one_mesh, degree=max(degrees, default=0))
-
-    @contextmanager
     def as_part(self, **of_what: Any) -> Iterator[None]:
-        """Solves are a part of what `failure.InUse` tells of."""
-        before, self.in_use = self.in_use, replace(self.in_use, **of_what)
+        """Solves are a part of something: members of `diagnose.failure.InUse`."""
+        before, self.part_of = self.part_of, {**self.part_of, **of_what}
         try:
             yield
         finally:
-            self.in_use = before
+            self.part_of = before
 
     @property
     def constrained(self) -> npt.NDArray[np.bool_]:
@@ -338,7 +316,8 @@ class CoupledProblem:
     def row_scale(self) -> Array:
         """Factors of the owned rows for solvers that add up their squares, as line
         searches do; see `convergence.Convergence.row_scale`. Collective."""
-        return self.convergence.row_scale(self.prescribed)
+        values = self.contact.host.values()
+        return self.convergence.row_scale(self.prescribed, values)
 
     def J(self, x: PETSc.Vec, A: PETSc.Mat) -> bool:
         """Tangent at x into A. Collective.
@@ -390,35 +369,3 @@ class CoupledProblem:
             local.append(np.where(on, forces, 0.0).reshape(-1, dim).sum(0))
         total = self.comm.allreduce(np.array(local).reshape(-1, dim))
         return dict(zip(supports, total))
-
-    def describe(self) -> str:
-        """State of contact and residual history, for messages. Collective."""
-        in_use, contacts = self.in_use, self.contact.contacts
-        fixed = self.contact.constrained(self.bcs)
-        free = loose_bodies(self, in_use.led) if in_use.controlled else unheld(self)
-        if self.contact.layout.bodies:
-            free += self.contact.free_bodies.unheld()
-        return describe_failure(
-            self.history,
-            self.contact.statistics,
-            free,
-            self.convergence.describe(),
-            [
-                zone.facets.slave_tag
-                for one in contacts
-                for zone in rigid_slaves(one.surfaces, fixed)
-            ],
-            [
-                text
-                for one in contacts
-                for text in swaps(one.surfaces, self._pattern, self.bcs)
-            ],
-            [one.excess for one in contacts if one.excess is not None],
-            strange_gammas(self),
-            in_use,
-        )
-
-    def free_body_left(self) -> bool:
-        """Whether a free body has flown away, and would in a smaller step. Collective."""
-        bodies = self.contact.free_bodies if self.contact.layout.bodies else None
-        return bodies is not None and bodies.any_left()

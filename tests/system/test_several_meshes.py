@@ -202,7 +202,7 @@ def test_bodies_that_nothing_holds_are_named():
     found.problem.bcs[:] = found.problem.bcs[::2]  # of the lower one
     found.functions[1].x.array[1::2] = -0.05
     found.contact.update()
-    sentences = raymortar.convergence.lost_contact.unheld(found.problem)
+    sentences = raymortar.diagnose.lost_contact.unheld(found.problem)
     assert gathered.everywhere(len(sentences) == 1)
     assert "is held by nothing along x, y" in sentences[0]
 

@@ -50,6 +50,7 @@ from .meshes import (
     local_to_global,
     meshtags,
     on_mesh,
+    points_in_boxes,
 )
 from .new_meshes import _mesh_domain, _partitioner, _ranks_across_facets, create_mesh
 from .solver import destroy_garbage, make_newton_solver, newton_solver_class
@@ -132,6 +133,7 @@ __all__ = [
     "of_one_degree",
     "on_mesh",
     "part_of",
+    "points_in_boxes",
     "prescribed_values",
     "quadrature",
     "read_gmsh",

@@ -7,6 +7,7 @@ from typing import Any
 import dolfinx
 import numpy as np
 import numpy.typing as npt
+from dolfinx import geometry
 
 from .elements import basix_element
 from .generation import Indices, table, unwrap
@@ -31,6 +32,21 @@ def on_mesh(thing: Any, mesh: dolfinx.mesh.Mesh) -> bool:
     owner = thing.function_space.mesh if hasattr(thing, "function_space") else thing
     owner = owner if hasattr(owner, "topology") else owner.mesh  # MeshTags before 0.7
     return unwrap(owner.topology) is unwrap(mesh.topology)
+
+
+def points_in_boxes(
+    mesh: dolfinx.mesh.Mesh, cells: Indices, x: npt.NDArray[np.float64]
+) -> tuple[Indices, Indices]:
+    """Points, by row of x, and local cells of some whose boxes they are in.
+
+    Candidates: DOLFINx does not look at the box of a cell that is alone.
+    """
+    make = getattr(geometry, "bb_tree", None) or geometry.BoundingBoxTree
+    name = "compute_collisions_points"  # since 0.7
+    find = getattr(geometry, name, None) or geometry.compute_collisions
+    padded = np.pad(x, ((0, 0), (0, 3 - x.shape[1])))
+    links = find(make(mesh, mesh.topology.dim, entities=cells), padded)
+    return np.repeat(np.arange(len(x)), np.diff(links.offsets)), links.array
 
 
 def geometry_degree(mesh: dolfinx.mesh.Mesh) -> int:

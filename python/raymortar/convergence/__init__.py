@@ -1,7 +1,5 @@
-"""The end of a solve: when an iterate is a solution, and messages where none is found.
+"""The end of a solve, judged from arrays: when is an iterate a solution?
 
-- convergence: the test of forces
-- balance, patches: groups of rows that are judged separately
-- lost_contact, passed_tools, loose, penetration: faults of a state that has converged
-- failure, trouble: what residuals show, and messages
+- convergence: the test of forces, and signs that a solve will not converge
+- balance: groups of rows that are judged separately
 """

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from ..compat import Array
+from ..compat import Array, Mask
 from .balance import EPS, Groups
-from .trouble import is_hopeless, is_in_trouble
-
-if TYPE_CHECKING:
-    from ..interaction import Interaction
 
 # Weight of a prescribed displacement in line searches, in stiffnesses of the softest
 # body: with 1, a first touch may end the search (measured: docs/robustness_units.md)
@@ -25,10 +21,23 @@ ALIKE = 100.0
 # Bodies and surfaces that a message names
 MOST_NAMED = 3
 
+# Periods of cycles that are looked for, in iterations
+PERIODS = range(2, 9)
+
+# Relative difference of residuals that count as the same where there is something else
+# to try
+REPEATS = 0.03
+
+# Growth of the residual over all before it that no solve comes back from
+GROWTH = 1e4
+
+# Iterations without a new least residual, after which a solve wanders
+WANDERS = 8
+
 
 @dataclass(frozen=True)
 class Imbalance:
-    """How far one iterate is from a solution, by group of rows.
+    """Distance of one iterate from a solution, by group of rows.
 
     Attributes
     ----------
@@ -86,13 +95,11 @@ class Convergence:
 
     Parameters
     ----------
-    contact
-        After `Contact.prepare`.
+    groups
+        Rows that are judged together.
 
     Attributes
     ----------
-    groups
-        Rows that are judged together.
     now
         The last residual.
     keeps_first
@@ -103,11 +110,11 @@ class Convergence:
         left out, and iterates that had not reached a prescribed displacement. Force.
     patient
         Whether a solve goes on until it is hopeless. Otherwise it ends at the first
-        trouble, as `LoadSteps` has remedies; see `trouble`.
+        trouble, as `LoadSteps` has remedies; see `is_in_trouble`.
     """
 
-    def __init__(self, contact: Interaction) -> None:
-        self.groups, self._host = Groups(contact), contact.host
+    def __init__(self, groups: Groups) -> None:
+        self.groups = groups
         self.keeps_first, self.patient = False, True
         self.norms: list[float] = []
         self.now: Imbalance = UNKNOWN
@@ -134,9 +141,10 @@ class Convergence:
     def measure(
         self,
         residual: Array,
-        volume: Array,
-        fixed: npt.NDArray[np.bool_],
+        forces: Array,
+        fixed: Mask,
         increment: Array,
+        values: Array,
     ) -> Imbalance:
         """Measure a residual. Collective.
 
@@ -144,20 +152,19 @@ class Convergence:
         ----------
         residual
             Values of the owned rows.
-        volume
-            Residual of the user's form for the owned unknowns of the host, with
-            constrained rows.
+        forces
+            Forces in balance at the owned rows: residual of the user's form, with
+            constrained rows, and forces of contact.
         fixed
-            Whether each of these unknowns is constrained.
-        increment
-            Prescribed minus present values, for the local unknowns.
+            Whether each owned unknown of the user is constrained.
+        increment, values
+            Prescribed minus present values, and present values, for the local unknowns.
         """
         groups = self.groups
         free = residual.copy()
         free[: len(fixed)][fixed] = 0.0
-        forces = np.concatenate([volume, groups.contact_forces()])
         norms = np.sqrt(groups.sum(free**2, forces**2))
-        lacking, sizes = groups.largest(increment, self._host.values())
+        lacking, sizes = groups.largest_of_fields(increment, values)
         scales = np.maximum(norms[1], groups.field_scales(sizes))
         self._field_floors = groups.field_floors(sizes)
         self.now = Imbalance(norms[0], scales, lacking, sizes, groups.forces)
@@ -208,11 +215,16 @@ class Convergence:
         """Last residual over the one that `reached` asks for, the largest of all
         groups; or distance from prescribed values over the one that it asks for, if
         that is larger."""
-        scales = np.maximum(self.now.forces, self._first.residual)
-        forces = _largest_ratio(self.now.residual, rtol * scales)
+        forces = _largest_ratio(self.now.residual, rtol * self._forces)
         if atol is not None and atol > 0.0:
             forces = min(forces, self.now.norm / atol)
         return max(forces, _largest_ratio(self.now.lacking, rtol * self._first.lacking))
+
+    @property
+    def _forces(self) -> Array:
+        """Forces that the residual of each group is compared with."""
+        forces: Array = np.maximum(self.now.forces, self._first.residual)
+        return forces
 
     def _pending(self, rtol: float) -> bool:
         """Whether displacements have not yet reached their prescribed values."""
@@ -221,12 +233,10 @@ class Convergence:
         rounding = 256.0 * EPS * self.now.sizes
         return bool((self.now.lacking > np.maximum(step, rounding)).any())
 
-    def _balanced(
-        self, rtol: float, atol: float | None, at_once: bool
-    ) -> npt.NDArray[np.bool_]:
+    def _balanced(self, rtol: float, atol: float | None, at_once: bool) -> Mask:
         """Whether each group is in balance."""
         now = self.now
-        balanced = now.residual <= rtol * np.maximum(now.forces, self._first.residual)
+        balanced = now.residual <= rtol * self._forces
         fields = np.arange(len(balanced)) >= now.count
         if atol is not None and not fields.any():
             return balanced
@@ -241,15 +251,14 @@ class Convergence:
         return balanced | (rounding & (fields if atol is not None else True))
 
     def describe(self) -> str:
-        """Which groups are out of balance, for messages; "" for none. Collective."""
+        """Name the groups that are out of balance, for messages; "" for none. Collective."""
         if self.now is UNKNOWN or self._asked is None:
             return ""
         now, (rtol, atol) = self.now, self._asked
         lacking = np.flatnonzero(~self._balanced(rtol, atol, True))
         text = ""
         if len(lacking):
-            names = self.groups.names()
-            forces = np.maximum(now.forces, self._first.residual)
+            names, forces = self.groups.names(), self._forces
             listed = [
                 f"{names[g]} by {now.residual[g]:.3e} of {forces[g]:.3e}"
                 for g in lacking[:MOST_NAMED]
@@ -259,11 +268,11 @@ class Convergence:
             text = f"; out of balance: {', '.join(listed)}"
         if self._pending(rtol):
             text += f"; prescribed displacements lack up to {now.pending:.3e}"
-            for field, value in zip(self.groups.fields, now.lacking[1:]):
+            for field, value in zip(self.groups.fields[1:], now.lacking[1:]):
                 text += f", prescribed values of {field.name} up to {value:.3e}"
         return text
 
-    def row_scale(self, fixed: npt.NDArray[np.bool_]) -> Array:
+    def row_scale(self, fixed: Mask, values: Array) -> Array:
         """Factors for the owned rows that make them comparable in a line search.
 
         The rows of a body, divided by its stiffness, are lengths, as prescribed
@@ -274,7 +283,9 @@ class Convergence:
         Parameters
         ----------
         fixed
-            Whether each owned unknown of the host is constrained.
+            Whether each owned unknown of the user is constrained.
+        values
+            Present values of the local unknowns.
         """
         free = np.ones(len(self.groups.of_row))
         free[: len(fixed)][fixed] = 0.0
@@ -290,7 +301,7 @@ class Convergence:
         # springs of contact
         heavy = one * max(PRESCRIBED, springs)
         rows[: len(fixed)][fixed] = heavy
-        (sizes,) = self.groups.largest(self._host.values())
+        (sizes,) = self.groups.largest_of_fields(values)
         for of, per_length, unit in self.groups.field_rows(sizes):
             rows[of] = np.where(fixed[of], heavy * unit, one / per_length)
         return rows
@@ -300,3 +311,60 @@ def _largest_ratio(values: Array, sizes: Array) -> float:
     """Largest of all values over their sizes; those without a size do not count."""
     counts = sizes > 0.0
     return float((values[counts] / sizes[counts]).max(initial=0.0))
+
+
+def cycle_length(history: Sequence[float], tolerance: float = 1e-2) -> int:
+    """Number of residuals after which the last ones repeat, 0 if they do not.
+
+    Three times over, to a tolerance; residuals that stay the same are no cycle.
+    """
+    for period in PERIODS:
+        last = np.array(history[-3 * period :])
+        if len(last) < 3 * period or not np.isfinite(last).all():
+            continue
+        change = np.abs(last[period:] - last[:-period])
+        same = change <= tolerance * last[period:]
+        if same.all() and np.ptp(last[:period]) > 0.03 * last.max():
+            return period
+    return 0
+
+
+def stays(history: Sequence[float], tolerance: float, count: int) -> bool:
+    """Whether the last residuals are all the same, and not zero."""
+    last = np.array(history[-count:])
+    if len(last) < count or not np.isfinite(last).all():
+        return False
+    return bool(last.max() > 0.0 and np.ptp(last) <= tolerance * last.max())
+
+
+def is_hopeless(norms: Sequence[float]) -> bool:
+    """Whether residuals repeat so often that a solve should end. For a solve outside of
+    `LoadSteps`, which has nothing else to try."""
+    return cycle_length(norms, 1e-3) > 0 or stays(norms, 1e-3, 7)
+
+
+def is_in_trouble(norms: Sequence[float]) -> bool:
+    """Whether `LoadSteps` should try another way: residuals repeat, grow by orders of
+    magnitude, or reach no new minimum."""
+    r = np.asarray(norms)
+    if not np.isfinite(r).all():
+        return True
+    if len(r) < 2:
+        return False
+    if is_hopeless(norms) or _repeats(r):
+        return True
+    if len(r) > 3 and r[-1] > GROWTH * r[:3].max():
+        return True
+    return len(r) - 1 - int(np.argmin(r)) >= WANDERS
+
+
+def _repeats(r: Array) -> bool:
+    """Whether the last residuals have repeated twice, to a few percent."""
+    for period in PERIODS:
+        n = max(2 * period, 5)
+        last = r[-n - period + 1 :]
+        if len(last) == n + period - 1 and last.min() > 0.0:
+            change = np.abs(last[period:] / last[:-period] - 1.0)
+            if change.max() <= REPEATS:
+                return True
+    return False

@@ -77,18 +77,28 @@ class Cells:
         self.is_exterior = np.zeros(len(sizes), dtype=bool)
         self.is_exterior[compat.exterior_facets(mesh)] = True
 
+    def _planes(self, cell: Indices) -> tuple[Array, Array]:
+        """Middles and outward normals of the facets of cells, (n, facets, d) each."""
+        nodes = self.x[self.corners[cell]]
+        points = nodes[:, self.of_facet]
+        middle, m = points.mean(axis=2), _normals(points)
+        outward = np.einsum("rfd,rfd->rf", m, middle - nodes.mean(axis=1)[:, None])
+        return middle, np.where(outward[..., None] < 0.0, -m, m)
+
+    def contain(self, cell: Indices, x: Array) -> Mask:
+        """Whether each cell, taken as straight, has its point inside, (n,)."""
+        middle, m = self._planes(cell)
+        height = np.einsum("rfd,rfd->rf", m, x[:, None] - middle)
+        inside: Mask = (height < 0.0).all(axis=1)
+        return inside
+
     def cross(self, rays: _Rays) -> tuple[Indices, Array]:
         """Facet by which each ray leaves its cell, and its length up to there.
 
         In a convex cell it is the first plane, among those that face along the ray,
         that the ray meets.
         """
-        nodes = self.x[self.corners[rays.cell]]
-        points = nodes[:, self.of_facet]
-        middle = points.mean(axis=2)
-        m = _normals(points)
-        outward = np.einsum("rfd,rfd->rf", m, middle - nodes.mean(axis=1)[:, None])
-        m = np.where(outward[..., None] < 0.0, -m, m)
+        middle, m = self._planes(rays.cell)
         slope = np.einsum("rfd,rd->rf", m, rays.direction)
         height = np.einsum("rfd,rfd->rf", m, middle - rays.start[:, None])
         facets = self.facets[rays.cell]

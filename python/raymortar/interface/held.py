@@ -15,7 +15,8 @@ from ..compat import Mask
 from ..errors import ContactWarning, SetUpError, raise_everywhere
 from ..host.facet_areas import surface_sizes
 from .contact_surfaces import ContactSurfaces
-from .pairs import Pair, global_masters, spoken
+from .overlap import of_hit_masters
+from .pairs import Pair, spoken
 from .point_results import CLOSED, OPEN
 from .zones import ZoneData
 
@@ -93,20 +94,16 @@ def _distance_ratio(zone: ZoneData, surfaces: ContactSurfaces) -> float:
     sides = zone.facets.slave_surface, zone.facets.master_surface
     slave, master = (surface_sizes(s) ** (1.0 / (s.gdim - 1)) for s in sides)
     slave, master = slave / q, master / sides[1].displacement_degree
-    known = comm.allgather((sides[1].facet_ids, master))
-    ids, sizes = (np.concatenate(parts) for parts in zip(*known))
     points = zone.points()
-    met = global_masters(points, zone.cpp.pairs())
-    hit = np.flatnonzero((points["status"] >= OPEN) & (met >= 0))
-    order = np.argsort(ids)
-    at = order[np.searchsorted(ids, met[hit], sorter=order)]
+    met = of_hit_masters(zone, points, master, comm)
+    hit = (points["status"] >= OPEN) & np.isfinite(met)
     area = points["area"][hit]
-    sums = np.array([area @ sizes[at], area @ slave[points["slave"][hit]]])
+    sums = np.array([area @ met[hit], area @ slave[points["slave"][hit]]])
     comm.Allreduce(MPI.IN_PLACE, sums)
     if sums[1] > 0.0:
         return float(sums[0] / sums[1])
     largest = comm.allreduce(slave.max(initial=0.0), op=MPI.MAX)
-    return float(sizes.min() / largest)
+    return float(comm.allreduce(master.min(initial=np.inf), op=MPI.MIN) / largest)
 
 
 def refuse_held_on_tools(surfaces: ContactSurfaces, marker: Mask) -> None:

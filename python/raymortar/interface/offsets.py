@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from ..errors import require_agreement, together
+import warnings
+
+from ..errors import ContactWarning, require_agreement, together
 from ..host.slave_fields import OFFSET, FieldValue, check_field, on_facets
 from .adjustment import Adjustment, adjustment, require_start, summed
 from .contact_surfaces import ContactSurfaces
-from .interference import Interferences
+from .overlap import excess_of_interference
 from .present import PresentState
 
 
@@ -24,17 +26,14 @@ class Offsets:
     ----------
     value
         The offset as it was given; None: nothing.
+    excess
+        A message on an interference for which no body is thick enough; else None.
     """
 
     def __init__(self, surfaces: ContactSurfaces, present: PresentState) -> None:
         self._surfaces, self._present = surfaces, present
-        self._interferences = Interferences(surfaces)
         self.value: FieldValue | None = None
-
-    @property
-    def excess(self) -> str | None:
-        """A message on an interference for which no body is thick enough; else None."""
-        return self._interferences.excess
+        self.excess: str | None = None
 
     def set(self, offset: FieldValue) -> None:
         """Set what is added to the gap; see `Contact.set_offset`."""
@@ -46,7 +45,9 @@ class Offsets:
         for zone, values in zip(zones, nodal):
             zone.offset = values
         self.value = offset
-        self._interferences.look()
+        before, self.excess = self.excess, excess_of_interference(self._surfaces)
+        if self.excess is not None and before is None:
+            warnings.warn(self.excess, ContactWarning, stacklevel=3)
         self._send()
 
     def adjust(self, within: float) -> Adjustment:

@@ -8,15 +8,20 @@ from mpi4py import MPI
 
 import numpy as np
 
-from ..compat import Array, Mask
+from ..compat import Array
 from ..errors import ContactWarning
-from ..host.facets import Global
 from ..host.reference_facets import N_CORNERS, middle_normals
 from ..host.surfaces import Surface
 from .contact_surfaces import ContactSurfaces
 from .point_results import OPEN
 from .zones import ZoneData, on_sides
 
+# Corners of each edge of a facet; of an interval its two ends
+EDGES = {
+    "interval": [[0], [1]],
+    "triangle": [[0, 1], [1, 2], [0, 2]],
+    "quadrilateral": [[0, 1], [1, 3], [2, 3], [0, 2]],
+}
 # Angles between neighbouring facets of a surface that is meant to be smooth
 SMOOTH = np.deg2rad(0.5), np.deg2rad(40.0)
 # Largest error of straight facets, as a share of the overlap or clearance. It is about
@@ -31,60 +36,30 @@ ROUNDING = 1e-6
 MOST_TURNED = np.deg2rad(15.0)
 
 
-def _corner_edges(shape: str) -> list[tuple[int, ...]]:
-    """Corners of each edge of a facet; of an interval its two ends."""
-    edges: dict[str, list[tuple[int, ...]]] = {
-        "interval": [(0,), (1,)],
-        "triangle": [(0, 1), (1, 2), (0, 2)],
-        "quadrilateral": [(0, 1), (1, 3), (2, 3), (0, 2)],
-    }
-    return edges[shape]
-
-
 def largest_sagitta(surface: Surface, comm: MPI.Comm) -> float:
     """Find the largest distance of straight facets from the smooth surface that they
     stand for, at the edges that two facets share. Length. Collective.
 
     For a chord h on a radius R it is h^2 / (8 R); neighbours meet at an angle h / R.
     """
-    n = len(surface.facet_ids)
     m = middle_normals(
         surface.shape, surface.node_degree, surface.X[surface.facet_nodes]
     )
-    area = np.linalg.norm(m, axis=-1)
-    unit, size = m / area[:, None], area ** (1.0 / (surface.gdim - 1))
-    edges = _corner_edges(surface.shape)
-    corners = surface.node_ids[surface.facet_nodes]
-    keys = np.concatenate([np.sort(corners[:, edge], axis=1) for edge in edges])
-    facet = np.tile(np.arange(n), len(edges))
-    most, is_lone = _of_edges(keys, unit[facet], size[facet])
+    area = np.linalg.norm(m, axis=1, keepdims=True)
+    data = np.hstack([m / area, area ** (1.0 / (surface.gdim - 1))])
+    edges = np.array(EDGES[surface.shape])
+    keys = np.sort(surface.node_ids[surface.facet_nodes[:, edges]], axis=2)
+    mine = keys.reshape(-1, edges.shape[1]), np.repeat(data, len(edges), axis=0)
     # Facets beside each other may be on two ranks
-    alone = facet[is_lone]
-    parts = zip(*comm.allgather((keys[is_lone], unit[alone], size[alone])))
-    across, _ = _of_edges(*(np.concatenate(part) for part in parts))
-    return float(max(across, comm.allreduce(most, op=MPI.MAX)))
-
-
-def _of_edges(keys: Global, unit: Array, size: Array) -> tuple[float, Mask]:
-    """Largest sagitta of edges, and which edges are of one facet only.
-
-    Parameters
-    ----------
-    keys
-        Global corners of the edges of facets, (n, corners).
-    unit, size
-        Normals and sizes of these facets, (n, d) and (n,).
-    """
+    keys, data = (np.concatenate(parts) for parts in zip(*comm.allgather(mine)))
     order = np.lexsort(keys.T)
     same = np.flatnonzero((keys[order[1:]] == keys[order[:-1]]).all(axis=1))
-    one, two = order[same], order[same + 1]
-    is_lone = np.ones(len(keys), dtype=bool)
-    is_lone[one] = is_lone[two] = False
-    cosine = np.einsum("ed,ed->e", unit[one], unit[two])
+    one, two = data[order[same]], data[order[same + 1]]
+    cosine = np.einsum("ed,ed->e", one[:, :-1], two[:, :-1])
     angle = np.arccos(np.clip(cosine, -1.0, 1.0))
     smooth = (angle > SMOOTH[0]) & (angle < SMOOTH[1])
-    found = (angle * 0.5 * (size[one] + size[two]) / 8.0)[smooth]
-    return float(found.max(initial=0.0)), is_lone
+    found = (angle * 0.5 * (one[:, -1] + two[:, -1]) / 8.0)[smooth]
+    return float(found.max(initial=0.0))
 
 
 def _distance(gaps: Array) -> float:
@@ -96,14 +71,6 @@ def _distance(gaps: Array) -> float:
         return float(np.median(overlap))
     low, middle, high = np.quantile(np.abs(gaps), [0.1, 0.5, 0.9])
     return float(middle) if high <= ALIKE * low else np.inf
-
-
-def _wanted(zone: ZoneData, comm: MPI.Comm) -> float:
-    """Smallest clearance or interference that the offset sets; inf if there is none.
-    Collective."""
-    offset = np.abs(np.zeros(1) if zone.offset is None else zone.offset)
-    least = float(offset[offset > 0.0].min(initial=np.inf))
-    return float(comm.allreduce(least, op=MPI.MIN))
 
 
 def warn_of_straight_facets(surfaces: ContactSurfaces) -> None:
@@ -122,7 +89,9 @@ def warn_of_straight_facets(surfaces: ContactSurfaces) -> None:
         most = max(largest_sagitta(side, comm) for side in sides)
         # Gaps of surfaces that touch are rounding, which differs between partitions
         gaps[np.abs(gaps) < ROUNDING * most] = 0.0
-        distance = min(_distance(gaps), _wanted(zone, comm))
+        offset = np.abs(np.zeros(1) if zone.offset is None else zone.offset)
+        least = offset[offset > 0.0].min(initial=np.inf)
+        distance = min(_distance(gaps), comm.allreduce(least, op=MPI.MIN))
         if most > ALLOWED * distance:
             warnings.warn(
                 f"the straight facets of slave tag {zone.facets.slave_tag} and its "
@@ -134,32 +103,6 @@ def warn_of_straight_facets(surfaces: ContactSurfaces) -> None:
                 ContactWarning,
                 stacklevel=4,
             )
-
-
-def _turned(surface: Surface, u: Array) -> tuple[float, float]:
-    """Largest angle by which this rank's facets with arcs have turned, and the distance
-    that their arcs are off by then.
-
-    Parameters
-    ----------
-    surface
-        Undeformed.
-    u
-        Displacement of its dofs, (dofs, d). Length.
-    """
-    if surface.arcs is None or not len(surface.arcs):
-        return 0.0, 0.0
-    corners = N_CORNERS[surface.shape]
-    before = surface.X[surface.facet_nodes[:, :corners]]
-    after = before + u[surface.facet_dofs[:, :corners]]
-    m, n = (middle_normals(surface.shape, 1, x) for x in (before, after))
-    sizes = np.linalg.norm(m, axis=1) * np.linalg.norm(n, axis=1)
-    cosine = np.einsum("fd,fd->f", m, n) / sizes
-    angle = np.arccos(np.clip(cosine, -1.0, 1.0))
-    off = 2.0 * np.sin(0.5 * angle) * surface.arcs
-    # Flat facets have no arcs
-    bent = surface.arcs > 1e-9 * np.abs(before).max()
-    return float(angle[bent].max(initial=0.0)), float(off.max())
 
 
 def warn_of_turned_arcs(surfaces: ContactSurfaces) -> bool:
@@ -182,3 +125,21 @@ def warn_of_turned_arcs(surfaces: ContactSurfaces) -> bool:
             )
             return True
     return False
+
+
+def _turned(surface: Surface, u: Array) -> tuple[float, float]:
+    """Largest angle by which this rank's facets with arcs have turned, and the distance
+    that their arcs are off by then, for displacements of the dofs (dofs, d)."""
+    if surface.arcs is None or not len(surface.arcs):
+        return 0.0, 0.0
+    corners = N_CORNERS[surface.shape]
+    before = surface.X[surface.facet_nodes[:, :corners]]
+    after = before + u[surface.facet_dofs[:, :corners]]
+    m, n = (middle_normals(surface.shape, 1, x) for x in (before, after))
+    sizes = np.linalg.norm(m, axis=1) * np.linalg.norm(n, axis=1)
+    cosine = np.einsum("fd,fd->f", m, n) / sizes
+    angle = np.arccos(np.clip(cosine, -1.0, 1.0))
+    off = 2.0 * np.sin(0.5 * angle) * surface.arcs
+    # Flat facets have no arcs
+    bent = surface.arcs > 1e-9 * np.abs(before).max()
+    return float(angle[bent].max(initial=0.0)), float(off.max())

@@ -12,10 +12,10 @@ from petsc4py import PETSc
 import numpy as np
 
 from ..compat import Array, Mask
-from ..convergence.failure import one_of, ways_to_hold
-from ..convergence.loose import loose_bodies
+from ..diagnose.failure import in_use_of, one_of, ways_to_hold
+from ..diagnose.lost_contact import loose_bodies
+from ..diagnose.outcome import require_convergence
 from ..errors import ConvergenceError, raise_everywhere, require_agreement
-from ..solvers.outcome import require_convergence
 from ..solvers.petsc_objects import renew
 from .load_path import PrescribedPath, StepSizes
 
@@ -199,7 +199,7 @@ class LedPath(PrescribedPath, ABC):
                 "the loads do not move what leads the path: is what was chosen of a "
                 "loaded body, or touched by one, and free to move?"
             )
-        ways = one_of(ways_to_hold(self.problem.in_use))
+        ways = one_of(ways_to_hold(in_use_of(self.problem)))
         # The displacement that leads belongs to another body, so it holds none of these
         if leads and free == loose_bodies(self.problem):
             return (

@@ -7,12 +7,10 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, TextIO
 
-from ..convergence.failure import FAILURES
-from ..convergence.lost_contact import lost_contact
-from ..convergence.missed_tools import ToolsOnPath
-from ..convergence.penetration import DeepPoints
-from ..convergence.tension import warn_of_tension
-from ..convergence.tilt import TiltedFacets
+from ..diagnose.failure import FAILURES
+from ..diagnose.lost_contact import lost_contact
+from ..diagnose.outcome import Doubts
+from ..diagnose.tools import ToolsOnPath
 from ..errors import (
     BodyLeft,
     ContactLost,
@@ -217,8 +215,8 @@ class LoadSteps:
         self._path = path
         options = self.extrapolate, self.strategy == "auto", self._may_be_viscous
         ways = Strategies(path, *options, progress.trying)
-        tools, tilted = ToolsOnPath(contact), TiltedFacets(contact)
-        deep, last, snapped = DeepPoints(problem), None, False
+        tools, doubts = ToolsOnPath(contact), Doubts(problem)
+        last, snapped = None, False
         tools.look()
         while not path.ended:
             before = contact.state()
@@ -230,7 +228,7 @@ class LoadSteps:
             path.begin()
             try:
                 iterations = self._solve(ways, before, last)
-                deep.require_gradual()
+                doubts.require_gradual()
             except FAILURES as failure:
                 left = isinstance(failure, BodyLeft)
                 if isinstance(failure, SetUpError) and not left:
@@ -245,12 +243,10 @@ class LoadSteps:
                 continue
             path.reached()
             tools.look()
-            deep.warn(stacklevel=3)
+            doubts.warn(stacklevel=3)
             if ways.released and not snapped:
                 snapped = True
                 warnings.warn(_snap(path.factor, ways), ContactWarning, stacklevel=3)
-            warn_of_tension(contact, stacklevel=3)
-            tilted.warn(stacklevel=3)
             if self.history is not None:
                 self.history.record(path.time, iterations, self.halvings)
             if self.output is not None:
@@ -281,7 +277,7 @@ class LoadSteps:
             led=path.led_weights,
             may_be_viscous=self._may_be_viscous,
         )
-        with problem.silent_about_doubt(), in_use:
+        with in_use:
             if self._stabilization is None:
                 iterations = ways.solve(now, last, path.sizes.ratio)
             else:

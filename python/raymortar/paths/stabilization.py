@@ -16,7 +16,7 @@ from dolfinx import fem
 from .. import compat
 from ..compat import Array
 from ..convergence.balance import largest_by
-from ..convergence.failure import FAILURES
+from ..diagnose.failure import FAILURES
 from ..errors import ConvergenceError, SetUpError
 from ..host.axisymmetry import weight
 from ..host.bodies import bodies_of_facets

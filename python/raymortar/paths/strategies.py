@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from dolfinx.fem import Function
 
-from ..convergence.failure import FAILURES
-from ..convergence.trouble import is_in_trouble
+from ..convergence.convergence import is_in_trouble
+from ..diagnose.failure import FAILURES
 from ..errors import ContactWarning, ConvergenceError, SetUpError
 from ..interface.state import State, extrapolate
 from ..solvers.capped import CappedSolver, with_line_search

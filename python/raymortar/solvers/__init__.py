@@ -2,7 +2,6 @@
 
 - solver: linear systems, checks and failures of both Newton solvers
 - newton, snes: `NewtonSolver`, `SNESSolver`
-- outcome: the error of a failed solve, and warnings
 - fixed_point: Newton's method at fixed segments, and a loop that pairs anew
 - capped: shortened Newton steps
 - automatic: PETSc options of linear solvers, and the default

@@ -9,10 +9,10 @@ from petsc4py import PETSc
 
 import numpy as np
 
+from ..diagnose.outcome import require_convergence
 from ..interface.faced import nearest_hits, path
 from ..interface.stiffness import mean_facet_size
 from .newton import NewtonSolver
-from .outcome import require_convergence
 from .petsc_objects import renew
 from .snes import SNESSolver
 from .solver import CoupledSolver

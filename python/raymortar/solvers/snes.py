@@ -9,7 +9,7 @@ from petsc4py import PETSc
 
 import numpy as np
 
-from ..convergence.failure import NOT_A_NUMBER, reason_in_words
+from ..diagnose.failure import NOT_A_NUMBER, reason_in_words
 from ..errors import ContactError
 from ..options.methods import Penalty
 from ..problem import CoupledProblem

@@ -15,7 +15,7 @@ from dolfinx.fem import Function
 from .. import compat
 from ..errors import ContactError, raise_everywhere, require_agreement, together
 from ..problem import CoupledProblem
-from .outcome import require_convergence
+from ..diagnose.outcome import require_convergence
 from .petsc_objects import CLOSE, PetscOptions, attach, release, renew, take_tangent
 
 

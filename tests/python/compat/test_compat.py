@@ -168,6 +168,18 @@ def test_exterior_facets_are_owned_by_one_rank(ghosts):
     assert np.all(cells < mesh.topology.index_map(2).size_local)
 
 
+def test_points_are_in_the_boxes_of_their_cells():
+    """Of the cells that are asked about, on the rank that has them."""
+    mesh = square()
+    cells = np.arange(mesh.topology.index_map(2).size_local, dtype=np.int32)[1:]
+    x = mesh.geometry.x[compat.geometry_dofmap(mesh)].mean(axis=1)[:, :2]
+    outside = np.array([[9.0, 9.0]])
+    at, found = compat.points_in_boxes(mesh, cells, np.concatenate([x, outside]))
+    pairs = set(zip(at.tolist(), found.tolist()))
+    own = set(zip(cells.tolist(), cells.tolist()))
+    assert pairs == own if len(cells) > 1 else pairs >= own
+
+
 def test_meshtags_take_any_order():
     mesh = square()
     facets = compat.exterior_facets(mesh)

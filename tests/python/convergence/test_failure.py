@@ -17,15 +17,14 @@ from raymortar import (
     NonlinearProblem,
     SNESSolver,
 )
-from raymortar.convergence.failure import (
+from raymortar.diagnose.failure import (
     InUse,
     describe_failure,
     list_of_residuals,
     reason_in_words,
 )
-from raymortar.convergence.strange_gamma import strange_gammas
+from raymortar.diagnose.failure import strange_gammas, swaps
 from raymortar.results.sums import Statistics
-from raymortar.interface.sides import swaps
 from raymortar.interface.stiffness import stiffness_ratios
 
 pytestmark = pytest.mark.quick

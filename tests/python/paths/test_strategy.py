@@ -8,7 +8,7 @@ from load_paths import cycling, sticking, top_moves
 from problems import SOLVERS, worst
 
 from raymortar import ContactError, ConvergenceError, SNESSolver
-from raymortar.convergence.trouble import is_hopeless, is_in_trouble
+from raymortar.convergence.convergence import is_hopeless, is_in_trouble
 from raymortar.errors import SetUpError
 from raymortar.paths.strategies import (
     BOTH,

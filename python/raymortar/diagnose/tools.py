@@ -1,4 +1,4 @@
-"""Rigid tools that have passed through a slave within one step.
+"""Rigid tools that have passed through a slave in one step, or met none on a path.
 
 Seen from a tool, each slave point moves along a line. A point has passed if its line
 crosses the tool's solid and leaves it forwards, the way in which the slave's normal
@@ -9,24 +9,24 @@ along its normal.
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from itertools import product
-from typing import TYPE_CHECKING
 
 from mpi4py import MPI
 
 import numpy as np
 
 from ..compat import Array, Mask
+from ..errors import ContactWarning
+from ..host.extents import ends_of
 from ..host.reference_facets import N_CORNERS, facet_nodes
+from ..interaction import Interaction
 from ..interface.faced import positions, unit_normals
-from ..interface.point_results import CLOSED
+from ..interface.point_results import CLOSED, OPEN
+from ..interface.zones import ZoneData
+from ..rigid.body import Body
 from ..rigid.turning import directions_across, rotation_matrix, rotation_vector
-
-if TYPE_CHECKING:
-    from ..interaction import Interaction
-    from ..interface.zones import ZoneData
-    from ..rigid.body import Body
 
 # Depth inside a tool that contact does not leave, of the depth that counts as contact: a
 # tenth and a quarter of a facet by default. The first is for lines from outside to
@@ -37,16 +37,19 @@ FORWARDS = 0.5
 # Seen from a tool that turns, ways are bent: distance from the straight lines that stand
 # for them, of the depth that counts as contact, and the most lines of a step
 BEND, MOST_LINES = 0.02, 128
-# Where depths are measured on the part of a line that is inside, of its length
+# Places on the inner part of a line where depths are measured, of its length
 PLACES = (0.1, 0.3, 0.5, 0.7, 0.9)
 # Directions around a point in the plane, and around a line in 3D: along no edge, as
 # users draw them
 _ANGLES = 0.3 + np.arange(8) * np.pi / 4.0
 AROUND = np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES), np.zeros(8)])
-# Those in space: to faces, edges and corners of a cube
+# Directions in space: to faces, edges and corners of a cube
 _CUBE = np.array([n for n in product((-1.0, 0.0, 1.0), repeat=3) if any(n)])
 _TURNED = _CUBE @ rotation_matrix(np.array([0.3, 0.2, 0.1]))
 EVERYWHERE = _TURNED / np.linalg.norm(_TURNED, axis=1)[:, None]
+# Distance, in sizes of the mesh, beyond which a tool at rest does not merely wait for a
+# later path
+FAR = 10.0
 
 
 @dataclass(frozen=True)
@@ -76,76 +79,46 @@ def have_gone_through(zone: ZoneData, contact: Interaction) -> bool:
     """Whether a tool has passed through the slave since the accepted step. Collective.
 
     Motions are straight, turns uniform. The contact is the same afterwards.
-
-    Parameters
-    ----------
-    zone
-        A zone of the contact.
-    contact
-        `Contact`.
     """
-    comm, bodies = contact.layout.comm, zone.motions.bodies
-    state = np.array([_is_far(zone, contact), _is_deep(zone)], dtype=np.int32)
-    comm.Allreduce(MPI.IN_PLACE, state, op=MPI.MAX)
-    if not state.any():
-        return False
-    closed, slave = _touched(zone, len(bodies), comm), _slave(zone, contact)
+    comm, bodies, points = contact.layout.comm, zone.motions.bodies, zone.points()
     was, now = zone.motions.old, zone.motions.present()
-    found = any(
-        _passed(body, start, end, slave, bool(touches))
-        for body, touches, start, end in zip(bodies, closed, was, now)
-    )
-    return bool(comm.allreduce(int(found), op=MPI.MAX))
-
-
-def _is_deep(zone: ZoneData) -> bool:
-    """Whether a point of this rank is deep inside a tool that it touches."""
-    points = zone.points()
-    gap = np.where(points["status"] >= CLOSED, points["gap"], 0.0)
-    return bool(np.any(-gap > DEEP * zone.distance("depth")[points["slave"]]))
-
-
-def _is_far(zone: ZoneData, contact: Interaction) -> bool:
-    """Whether a tool may have gone into this rank's slave facets and out again."""
-    surface = zone.facets.slave_surface
-    u = (contact.u.x.array - contact.u_old).reshape(-1, surface.gdim)[surface.dofs]
-    way = zone.motions.present() - zone.motions.old
-    drift = np.linalg.norm(way[:, :3], axis=1).max()
-    far = drift + np.linalg.norm(u, axis=1).max(initial=0.0)
+    closed, slave = points["status"] >= CLOSED, _slave(zone, contact)
+    # Tools may have gone in and out again, or are deep inside
+    drift = np.linalg.norm((now - was)[:, :3], axis=1).max()
+    far = drift + np.linalg.norm(slave.now - slave.old, axis=1).max(initial=0.0)
     least = np.minimum(DEEP * zone.distance("depth"), 0.5 * zone.thickness[0])
-    return bool(np.any(way[:, 3:]) or far > least.min(initial=np.inf))
-
-
-def _touched(zone: ZoneData, count: int, comm: MPI.Comm) -> Array:
-    """Whether each tool touches the slave now, (count,). Collective."""
-    points = zone.points()
-    touched = np.zeros(count)
-    touched[points["master"][points["status"] >= CLOSED]] = 1.0
-    comm.Allreduce(MPI.IN_PLACE, touched, op=MPI.MAX)
-    return touched
+    gap, depth = points["gap"][closed], zone.distance("depth")[points["slave"][closed]]
+    state = np.zeros(1 + len(bodies), dtype=bool)
+    state[0] = np.any(now[:, 3:] != was[:, 3:]) or far > least.min(initial=np.inf)
+    state[0] |= np.any(-gap > DEEP * depth)
+    state[1 + points["master"][closed]] = True
+    comm.Allreduce(MPI.IN_PLACE, state, op=MPI.LOR)
+    found = bool(state[0]) and any(
+        _passed(body, start, end, slave, bool(touches))
+        for body, touches, start, end in zip(bodies, state[1:], was, now)
+    )
+    return bool(comm.allreduce(found, op=MPI.LOR))
 
 
 def _slave(zone: ZoneData, contact: Interaction) -> Slave:
-    """Integration points and corners of the slave's facets. Collective."""
+    """Integration points and corners of the slave's facets."""
     surface, points = zone.facets.slave_surface, zone.points()
-    count = len(surface.facet_ids)
-    corners = facet_nodes(surface.shape, 1)
-    at = np.concatenate([points["xi"], np.tile(corners, (count, 1))])
+    count, gdim = len(surface.facet_ids), surface.gdim
+    at = np.concatenate(
+        [points["xi"], np.tile(facet_nodes(surface.shape, 1), (count, 1))]
+    )
     numbers = np.repeat(np.arange(count), N_CORNERS[surface.shape])
     facet = np.concatenate([points["slave"], numbers]).astype(np.int32)
-    pad = ((0, 0), (0, 3 - surface.gdim))
-    u_old, u_now = (
-        u.reshape(-1, surface.gdim) for u in (contact.u_old, contact.u.x.array)
-    )
+    old, now = (u.reshape(-1, gdim) for u in (contact.u_old, contact.u.x.array))
     old, now, normals = (
-        np.pad(values, pad)
+        np.pad(values, ((0, 0), (0, 3 - gdim)))
         for values in (
-            positions(surface, facet, at, u_old),
-            positions(surface, facet, at, u_now),
-            unit_normals(surface, facet, at, u_now),
+            positions(surface, facet, at, old),
+            positions(surface, facet, at, now),
+            unit_normals(surface, facet, at, now),
         )
     )
-    return Slave(surface.gdim, old, now, normals, zone.distance("depth")[facet])
+    return Slave(gdim, old, now, normals, zone.distance("depth")[facet])
 
 
 def _passed(body: Body, start: Array, end: Array, slave: Slave, touches: bool) -> bool:
@@ -178,8 +151,19 @@ def _ways(
     Q, last = (motion[6:].reshape(3, 3) for motion in (start, end))
     spin = rotation_vector(last @ Q.T)
     angle = float(np.linalg.norm(spin) + np.linalg.norm(end[3:6] - start[3:6]))
+    count = 1
+    if angle > 0.0 and len(slave.old):
+        first, last = (
+            x - body.centre - motion[:3]
+            for x, motion in ((slave.old, start), (slave.now, end))
+        )
+        away = np.linalg.norm([first, last], axis=-1).max()
+        way = np.linalg.norm(last - first, axis=1).max()
+        # A line of the share s is off by s^2 / 8 times the acceleration
+        acceleration = angle * (angle * away + 2.0 * way)
+        lines = np.sqrt(acceleration / (8.0 * BEND * slave.depth.min()))
+        count = int(np.clip(np.ceil(lines), 1, MOST_LINES))
     places = []
-    count = _lines(angle, start, end, body.centre, slave)
     for share in np.linspace(0.0, 1.0, count + 1):
         motion = start + share * (end - start)
         motion[6:] = (rotation_matrix(share * spin) @ Q).ravel()
@@ -187,20 +171,6 @@ def _ways(
         R, shift = body.pose_of(motion)
         places.append(((x - shift) @ R, slave.normals @ R))
     return places
-
-
-def _lines(angle: float, start: Array, end: Array, centre: Array, slave: Slave) -> int:
-    """Number of straight lines that stand for the way of points seen from a body that
-    turns by an angle."""
-    if angle == 0.0 or not len(slave.old):
-        return 1
-    first, last = slave.old - centre - start[:3], slave.now - centre - end[:3]
-    away = max(np.linalg.norm(one, axis=1).max() for one in (first, last))
-    way = np.linalg.norm(last - first, axis=1).max()
-    # A line of the share s is off by s^2 / 8 times the acceleration
-    acceleration = angle * (angle * away + 2.0 * way)
-    count = np.sqrt(acceleration / (8.0 * BEND * slave.depth.min()))
-    return int(np.clip(np.ceil(count), 1, MOST_LINES))
 
 
 def _crosses(
@@ -216,7 +186,7 @@ def _crosses(
     forwards = np.einsum("nd,nd->n", along, n) > FORWARDS
     ahead, behind = _cast(body, a, along), _cast(body, b, -along)
     met = (np.minimum(ahead, behind) < way) & (forwards | (not touches))
-    # Where no entry is ahead the end is inside, or outside as its depth tells
+    # Without an entry ahead the end is inside, or outside as its depth tells
     first, last = (
         np.where(np.isfinite(one), np.clip(one, 0.0, way), 0.0)[met]
         for one in (ahead, behind)
@@ -236,7 +206,7 @@ def _crosses(
 
 
 def _cast(body: Body, x: Array, n: Array) -> Array:
-    """Where rays enter a body, (n,): negative from inside, infinite for none. Length."""
+    """Distances at which rays enter a body, (n,): negative from inside, infinite for none. Length."""
     found: Array = body.tool.distances_along(
         np.ascontiguousarray(x), np.ascontiguousarray(n)
     )
@@ -244,7 +214,7 @@ def _cast(body: Body, x: Array, n: Array) -> Array:
 
 
 def _depths(body: Body, x: Array, along: Array, whole: Mask, gdim: int) -> Array:
-    """How deep points on lines are inside a body, (n,): 0 outside, infinite where it has
+    """Depths of points on lines inside a body, (n,): 0 outside, infinite where it has
     no end. Depths on lines that cross the whole body are measured across the lines, as
     the body may be a thin plate. Length."""
     directions = _across(along, gdim)
@@ -260,8 +230,80 @@ def _depths(body: Body, x: Array, along: Array, whole: Mask, gdim: int) -> Array
 
 def _across(along: Array, gdim: int) -> list[Array]:
     """Directions across others, (n, 3) each; in 2D those in the plane."""
-    flat = np.column_stack([-along[:, 1], along[:, 0], np.zeros(len(along))])
     if gdim == 2:
+        flat = np.cross([0.0, 0.0, 1.0], along)
         return [flat, -flat]
     one, other = directions_across(along)
     return [c * one + s * other for c, s, _ in AROUND]
+
+
+class ToolsOnPath:
+    """The rigid bodies of a problem that its slaves have met on no path so far.
+
+    A body is met where the ray of an integration point hits it within reach. Bodies that
+    are free are not looked at: where nothing is ahead of them, a solve fails.
+
+    Parameters
+    ----------
+    contact
+        `Contact`, at the start of a path.
+    """
+
+    def __init__(self, contact: Interaction) -> None:
+        self._contact, self._comm = contact, contact.layout.comm
+        self._start = [zone.motions.present() for zone in contact.zones]
+
+    def look(self) -> None:
+        """See which bodies are met at present. Collective."""
+        for zone in self._contact.zones:
+            bodies = zone.facets.bodies
+            if not all(body.is_free or k in zone.met for k, body in enumerate(bodies)):
+                points, met = zone.points(), np.zeros(len(bodies), dtype=bool)
+                met[points["master"][points["status"] >= OPEN]] = True
+                self._comm.Allreduce(MPI.IN_PLACE, met, op=MPI.LOR)
+                zone.met.update(np.flatnonzero(met).tolist())
+
+    def warn(self) -> None:
+        """Warn of bodies that have moved on this path, or are far away, and were met on
+        none. Collective."""
+        for start, zone in zip(self._start, self._contact.zones):
+            for k, body in enumerate(zone.facets.bodies):
+                if body.is_free or k in zone.met:
+                    continue
+                slave = zone.facets.slave_surface
+                box = ends_of(slave.X[np.unique(slave.facet_nodes)], self._comm)
+                box = np.pad(box, ((0, 0), (0, 3 - slave.gdim)))
+                moved = bool(np.any(body.motion() != start[k]))
+                if moved or _distance(body, box) > FAR * self._size():
+                    warnings.warn(_text(zone, body, box), ContactWarning, stacklevel=4)
+
+    def _size(self) -> float:
+        """Diagonal of the box around the mesh. Length. Collective."""
+        x = self._contact.u.function_space.mesh.geometry.x
+        return float(np.linalg.norm(np.ptp(ends_of(x, self._comm), axis=0)))
+
+
+def _distance(body: Body, box: Array) -> float:
+    """About the distance of a body from the middle of a box (2, 3): along some
+    directions, or of its centre where that is less. Length."""
+    R, shift = body.pose_of(body.motion())
+    middle = box.mean(axis=0)
+    ways = np.ascontiguousarray(AROUND if body.shape.gdim == 2 else EVERYWHERE)
+    starts = np.tile((middle - shift) @ R, (len(ways), 1))
+    along = np.abs(body.tool.distances_along(starts, ways))
+    return float(min(along.min(), np.linalg.norm(middle - body.place)))
+
+
+def _text(zone: ZoneData, body: Body, box: Array) -> str:
+    """Tell where a body is, and where the slave is that has not met it."""
+    gdim, rounding = zone.facets.slave_surface.gdim, 1e-9 * np.abs(box).max()
+    places = [
+        ", ".join(f"{x if abs(x) > rounding else 0.0:.4g}" for x in point[:gdim])
+        for point in (body.place, *box)
+    ]
+    return (
+        f"the rigid {body.name} has met no facet of slave tag {zone.facets.slave_tag} on "
+        f"the whole path: its centre is at ({places[0]}), and the undeformed slave "
+        f"between ({places[1]}) and ({places[2]}). Is its place, its size or its motion "
+        "in another unit than the mesh?"
+    )

@@ -1,0 +1,6 @@
+"""Diagnosis of a problem's state: faults of a solution, and messages of a failed solve.
+
+- outcome: what follows a solve, an error or warnings
+- lost_contact, tools: surfaces, bodies and rigid tools that have lost each other
+- failure: messages of solves that did not converge
+"""

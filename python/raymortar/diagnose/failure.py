@@ -1,0 +1,281 @@
+"""Messages for a solve that did not converge: what was seen, and what to try."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from petsc4py import PETSc
+
+import numpy as np
+
+from .. import compat
+from ..contact import Contact
+from ..convergence.convergence import cycle_length
+from ..errors import ContactError, ConvergenceError
+from ..interface.contact_surfaces import ContactSurfaces
+from ..interface.held import rigid_slaves
+from ..interface.stiffness import VolumePattern, contact_stiffness, stiffness_ratios
+from ..problem import CoupledProblem
+from .lost_contact import loose_bodies, unheld
+
+# Errors that another way, or a smaller step, may cure
+FAILURES = (ConvergenceError, ContactError, PETSc.Error)
+
+# Residuals at either end of a history that a message lists
+_ENDS = 5
+
+_REASONS = {
+    "DIVERGED_FUNCTION_DOMAIN": "the residual has no value there",
+    "DIVERGED_FUNCTION_COUNT": "too many residuals were asked for",
+    "DIVERGED_LINEAR_SOLVE": "the linear solver failed",
+    "DIVERGED_MAX_IT": "the largest number of iterations was reached",
+    "DIVERGED_LINE_SEARCH": "the line search found no smaller residual",
+    "DIVERGED_INNER": "an inner solve failed",
+    "DIVERGED_LOCAL_MIN": "the same residuals come again and again",
+    "DIVERGED_DTOL": "the residual grew beyond the divergence tolerance",
+    "DIVERGED_JACOBIAN_DOMAIN": "the tangent has no value there",
+    "DIVERGED_TR_DELTA": "the trust region became too small",
+}
+# Relative difference of residuals that a message calls the same
+_ALIKE = 0.02
+# Its name in petsc4py has changed
+NOT_A_NUMBER = -4
+# Factor off the automatic coefficient up to which solves hardly suffer. The stiffness of
+# a state that has not converged is no better known
+FAR_OFF = 100.0
+# Ratio of moduli from which the softer side is the better slave (docs/choosing_sides)
+STIFFER = 10.0
+
+
+@dataclass(frozen=True)
+class InUse:
+    """Use of a solve, so that messages give advice that fits.
+
+    Attributes
+    ----------
+    steps
+        Whether the solve is a step of `LoadSteps`.
+    automatic
+        Whether `LoadSteps` tries other ways.
+    controlled
+        Whether the load factor is an unknown.
+    may_be_viscous
+        Whether viscous forces are possible and not yet used.
+    degree
+        Largest degree of a multiplier.
+    led
+        Weights of the owned dofs of u in the controlled displacement, or None.
+    """
+
+    steps: bool = False
+    automatic: bool = False
+    controlled: bool = False
+    may_be_viscous: bool = True
+    degree: int = 2
+    led: Any = None
+
+
+def in_use_of(problem: CoupledProblem) -> InUse:
+    """Describe the present use of a problem's solves."""
+    multipliers = [one.multiplier for one in problem.contact.contacts]
+    spaces = [m.function_space for m in multipliers if m is not None]
+    degree = max((compat.element_info(W).degree for W in spaces), default=0)
+    one_mesh = len(problem.contact.host.displacements) == 1
+    alone: dict[str, Any] = {"may_be_viscous": one_mesh, "degree": degree}
+    return InUse(**(alone | problem.part_of))
+
+
+def describe(problem: CoupledProblem) -> str:
+    """State of contact and residual history, for messages. Collective."""
+    contact, in_use = problem.contact, in_use_of(problem)
+    controlled = in_use.controlled
+    free = loose_bodies(problem, in_use.led) if controlled else unheld(problem)
+    if contact.layout.bodies:
+        free += contact.free_bodies.unheld()
+    fixed, rigid, softer = contact.constrained(problem.bcs), list[int](), list[str]()
+    for part in contact.parts:
+        held = rigid_slaves(part.surfaces, fixed)
+        rigid += [zone.facets.slave_tag for zone in held]
+        assert part.volume is not None
+        softer += swaps(part.surfaces, part.volume, problem.bcs)
+    return describe_failure(
+        problem.history,
+        contact.statistics,
+        free,
+        problem.convergence.describe(),
+        rigid,
+        softer,
+        [one.excess for one in contact.contacts if one.excess is not None],
+        strange_gammas(problem),
+        in_use,
+    )
+
+
+def describe_failure(
+    history: Sequence[float],
+    statistics: Any,
+    unheld: Sequence[str],
+    imbalance: str,
+    rigid: Sequence[int] = (),
+    swaps: Sequence[str] = (),
+    excess: Sequence[str] = (),
+    gammas: Sequence[str] = (),
+    in_use: InUse = InUse(),
+) -> str:
+    """State of contact, residuals, and what to try.
+
+    Parameters
+    ----------
+    history
+        Norms of the residuals. Force.
+    statistics
+        Of the contact.
+    unheld
+        Sentences on bodies that nothing holds.
+    imbalance
+        Of `Convergence.describe`.
+    rigid
+        Tags of slaves whose displacement is prescribed throughout, on masters that
+        move.
+    swaps
+        Proposals for slaves that are too fine for their masters.
+    excess
+        Sentences on interferences that are larger than the bodies are thick.
+    gammas
+        Of `strange_gammas`.
+    in_use
+        Use of the solve.
+    """
+    text = f"{statistics}; residual history: {list_of_residuals(history)}"
+    period, norms = cycle_length(history, _ALIKE), np.array(history)
+    if period:
+        text += (
+            f"; it repeats every {period} residuals: points open and close, or stick and "
+            "slip, in turn"
+        )
+    diverged = len(norms) > 0 and bool(
+        not np.isfinite(norms).all() or norms[-1] > 10.0 * max(norms[0], norms.min())
+    )
+    if unheld:
+        proposals = ways_to_hold(in_use)
+    elif rigid:
+        tags = ", ".join(map(str, rigid))
+        proposals = [
+            f"the other body as the slave: all of slave tag {tags} is prescribed"
+        ]
+    elif excess:
+        proposals = ["a smaller interference"]
+    elif not statistics.hits and not diverged:
+        proposals = ["a larger reach in Search, if the bodies should touch"]
+    else:
+        against = _against_cycles(in_use) if period else ["smaller steps"] * diverged
+        proposals = [*swaps, *against]
+    text = "; ".join([text + imbalance, *unheld, *excess, *gammas])
+    return text + (f". Try {one_of(proposals)}" if proposals else "")
+
+
+def reason_in_words(reason: int) -> str:
+    """PETSc's reason for the end of a nonlinear solve."""
+    known = {
+        getattr(PETSc.SNES.ConvergedReason, name, None): text
+        for name, text in _REASONS.items()
+    }
+    known[NOT_A_NUMBER] = "the residual is no number"
+    return f"SNES reason {reason}" + (f": {known[reason]}" if reason in known else "")
+
+
+def list_of_residuals(history: Sequence[float]) -> str:
+    """Norms as text; of a long history the first and the last ones."""
+    texts = [f"{r:.3e}" for r in history]
+    left_out = len(texts) - 2 * _ENDS
+    if left_out > 0:
+        texts[_ENDS:-_ENDS] = [f"({left_out} more)"]
+    return ", ".join(texts)
+
+
+def one_of(proposals: Sequence[str]) -> str:
+    """Proposals as a list in words."""
+    *others, last = proposals
+    return f"{', '.join(others)}, or {last}" if others else last
+
+
+def ways_to_hold(in_use: InUse) -> list[str]:
+    """Proposals where nothing holds a body."""
+    viscous = ["LoadSteps(stabilize=True)"] * in_use.may_be_viscous
+    return ["a condition that holds it", "a start where it touches", *viscous]
+
+
+def _against_cycles(in_use: InUse) -> list[str]:
+    """Proposals where residuals repeat."""
+    found = []
+    if not in_use.automatic:
+        steps = 'LoadSteps(strategy="auto")' if in_use.steps else "LoadSteps"
+        found.append(f"{steps}, which tries other ways")
+    found.append("a tenth of gamma (contact.set_gamma(0.1 * contact.gamma))")
+    if in_use.degree > 1:
+        found.append("AugmentedLagrangian(degree=1) where degree 2 meets friction")
+    if not in_use.controlled:
+        found.append('snes_linesearch_type "bt" in SNESSolver')
+    return found
+
+
+def automatic_gamma(problem: CoupledProblem, contact: Contact) -> float | None:
+    """Find the automatic coefficient of a form as it is now, with its present
+    constants; None if it has no stiffness. Traction per length. Collective."""
+    try:
+        volume = VolumePattern(problem.a, contact.layout, contact.axisymmetric)
+        tables = contact_stiffness(
+            volume, contact.layout, contact.surfaces.interfaces, problem.bcs
+        )
+    except ContactError:  # on all ranks
+        return None
+    return contact.method.automatic_factor * min(float(t.min()) for t in tables)
+
+
+def compared(contact: Contact, now: float) -> str:
+    """A sentence on the coefficient in use beside the automatic one, `now`."""
+    return (
+        f"gamma = {contact.gamma_scale:.3g} is {contact.gamma_scale / now:.3g} times the "
+        f"automatic gamma of the form's present stiffness, {now:.3g}: "
+        f"contact.set_gamma({now:.3g})"
+    )
+
+
+def strange_gammas(problem: CoupledProblem) -> list[str]:
+    """Sentences on coefficients far off the automatic ones. Collective."""
+    found = []
+    for contact in problem.contact.contacts:
+        now = automatic_gamma(problem, contact)
+        if now and not 1.0 / FAR_OFF <= contact.gamma_scale / now <= FAR_OFF:
+            found.append(compared(contact, now))
+    return found
+
+
+def swaps(
+    surfaces: ContactSurfaces, volume: VolumePattern, bcs: Sequence[Any]
+) -> list[str]:
+    """Advice on slaves of one contact that are much stiffer than their masters, or of a
+    higher degree. Collective."""
+    if surfaces.multiplier is None:
+        return []
+    degree = compat.element_info(surfaces.multiplier.function_space).degree
+    lower = "AugmentedLagrangian(degree=1), or " * (degree > 1)
+    ratios = stiffness_ratios(volume, surfaces.layout, surfaces.interfaces, bcs)
+    found = []
+    for zone, ratio in zip(surfaces.zones, ratios):
+        if zone.facets.bodies:
+            continue  # a rigid tool cannot be the slave
+        both = zone.facets.slave_surface, zone.facets.master_surface
+        p, q = (side.displacement_degree for side in both)
+        most = float(ratio.max(initial=0.0))
+        reasons = [f"has degree {p} and its master degree {q}"] * (p > q)
+        if most >= STIFFER:
+            reasons.append(f"is {most:.2g} times as stiff as its master")
+        if reasons:
+            found.append(
+                f"{lower}the other side as the slave (slave tag "
+                f"{zone.facets.slave_tag} {' and '.join(reasons)})"
+            )
+    return found

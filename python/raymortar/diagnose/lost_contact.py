@@ -1,0 +1,277 @@
+"""Contact that a solve has lost: surfaces that passed each other, bodies set free.
+
+A body that lifts off has not lost contact: its gap is open, or was open when the body
+left.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from mpi4py import MPI
+
+import numpy as np
+
+from ..compat import Array, Mask
+from ..convergence.balance import EPS, largest_by
+from ..host.bodies import bodies_of_facets
+from ..host.extents import ends_of
+from ..host.facets import format_point
+from ..interaction import Interaction
+from ..interface.faced import Path, path
+from ..interface.point_results import CLOSED, OPEN
+from ..interface.zones import ZoneData
+from ..problem import CoupledProblem
+from .tools import have_gone_through
+
+# Value of a point's ``ray`` where the master is too deep, see `Contact.points`
+TOO_DEEP = 6
+AXES = "xyz"
+# Stiffness of conditions that counts as none, over the largest against a rigid motion
+_NO_STIFFNESS = 1e-9
+# Part of a unit motion that counts as none
+_NO_PART = 1e-6
+# Force of a unit translation that is rounding error, over the body's stiffness
+_NO_SPRING = 1e6 * EPS
+# Displacement of a body that has not moved, over its size
+_AT_REST = 1e-9
+
+
+def lost_contact(problem: CoupledProblem, led: Mask | None = None) -> str | None:
+    """Tell how a converged solve has lost contact since the accepted step. Collective.
+
+    Parameters
+    ----------
+    led
+        As of `unheld`.
+
+    Returns
+    -------
+    A sentence, the same on all ranks; None if contact is not lost.
+    """
+    contact = problem.contact
+    found = [
+        _passed_by_tools(zone, contact) if zone.facets.bodies else _lost(zone, contact)
+        for zone in contact.zones
+    ]
+    return "; ".join([*filter(None, found), *unheld(problem, led)]) or None
+
+
+def _lost(zone: ZoneData, contact: Interaction) -> str:
+    """Tell how many facets have lost the master that they hit at the accepted step, and
+    which is the farthest; "" for none. Collective."""
+    comm, dim = contact.layout.comm, zone.facets.slave_surface.gdim
+    way = path(zone, zone.faced, contact.u.x.array.reshape(-1, dim), comm)
+    through, across = _distances(zone, way, comm)
+    facets = comm.allreduce(int(np.count_nonzero(through + across)))
+    if not facets:
+        return ""
+    ends = [(0.0, "")]
+    for distances, verb in (
+        (through, "passed into or through what they faced"),
+        (across, "slid past the end of what they faced"),
+    ):
+        if distances.any():
+            k = int(np.argmax(distances))
+            text = f"{verb}, by up to {distances[k]:.3e}, at {format_point(way.x[k])}"
+            ends.append((float(distances[k]), text))
+    _, text = max(comm.allgather(max(ends)))
+    return f"{facets} facets of slave tag {zone.facets.slave_tag} have {text}"
+
+
+def _distances(zone: ZoneData, way: Path, comm: MPI.Comm) -> tuple[Array, Array]:
+    """Distances of points out of contact's reach: the depth behind the master that they
+    hit at the accepted step, and the distance across. Zero where contact is not lost.
+    Collective."""
+    last, points = zone.faced, zone.points()
+    hit = points["status"] >= OPEN
+    sees = np.isin(last.facet, points["slave"][hit])
+    is_inside = np.isin(last.facet, points["slave"][points["ray"] == TOO_DEEP])
+    closed = bool(np.any(points["status"] >= CLOSED))
+    is_apart = not comm.allreduce(closed, op=MPI.LOR)
+    behind = 0.5 * (way.thickness + zone.thickness[0][last.facet])
+    depth = zone.distance("depth")[last.facet]
+    if zone.depth_is_default:
+        depth = np.minimum(depth, np.minimum(way.thickness, behind))
+    # Facets that are in contact again count by how much deeper they are than before the step
+    penetration = np.where(sees, np.minimum(last.gap, 0.0) - way.gap, -way.gap)
+    # While something is in contact, facets may hang beside a master's edge, below it,
+    # and a slide may leave some behind
+    lost = sees | is_inside | is_apart
+    through = np.where(
+        lost & (penetration > np.maximum(depth, way.slide)), penetration, 0.0
+    )
+    reach = np.maximum(zone.distance("reach")[last.facet], depth)
+    lifted = way.gap >= way.slide
+    torn = is_apart & last.closed & ~sees & ~lifted & (way.slide > reach)
+    return through, np.where(torn, way.slide, 0.0)
+
+
+def _passed_by_tools(zone: ZoneData, contact: Interaction) -> str:
+    """Tell of slave facets that a rigid body has passed; "" for none. Collective."""
+    facets = np.unique(zone.points()["slave"][zone.cpp.sunk_points()])
+    count = contact.layout.comm.allreduce(len(facets))
+    names = ", ".join(body.name for body in zone.facets.bodies)
+    if count:
+        return (
+            f"{count} facets of slave tag {zone.facets.slave_tag} are on the wrong side "
+            f"of a rigid body ({names}): it has passed through them, or its solid is not "
+            "where it should be (the way of its normal or axis, hollow)"
+        )
+    if have_gone_through(zone, contact):
+        return (
+            f"a rigid body ({names}) has gone through slave tag {zone.facets.slave_tag}, "
+            "or half through it: the slave's facets are too coarse for it or cannot give "
+            "way any more, or its motion in this step is larger than the slave, or in "
+            "another unit than the mesh"
+        )
+    return ""
+
+
+def unheld(problem: CoupledProblem, led: Mask | None = None) -> list[str]:
+    """Name bodies that have moved and that nothing holds, with their directions.
+    Collective.
+
+    Parameters
+    ----------
+    led
+        Whether each owned dof of u is part of the controlled displacement, which counts
+        as prescribed.
+    """
+    held = problem.constrained if led is None else problem.constrained | led
+    dim = problem.contact.u.function_space.dofmap.index_map_bs
+    translations = np.tile(np.eye(dim), len(held) // dim)
+    return _sentences(problem, _grip(problem, translations, held), _moved)
+
+
+def loose_bodies(problem: CoupledProblem, led: Array | None = None) -> list[str]:
+    """Name bodies that can move or turn as a whole without any force. Collective.
+
+    Parameters
+    ----------
+    problem
+        After an evaluation of its residual.
+    led
+        Weights of the owned dofs of u in a controlled displacement, which counts as
+        prescribed.
+    """
+    modes = _rigid_motions(problem.contact)
+    grip = _grip(problem, modes, problem.constrained)
+    if problem.contact.axisymmetric:  # hoops hold all but the way along the axis
+        grip += np.diag([1.0, 0.0, 1.0])[:, :, None]
+    if led is not None:
+        lead = problem.comm.allreduce(_by_body(problem, led * modes))
+        size = np.abs(lead).max(initial=0.0) or 1.0
+        grip += lead[:, None] * lead[None] / size**2
+    return _sentences(problem, grip, _has_no_springs)
+
+
+def _sentences(
+    problem: CoupledProblem, grip: Array, counts: Callable[[CoupledProblem], Mask]
+) -> list[str]:
+    """Name bodies that count and that neither `grip`, springs nor contact hold."""
+    dim = problem.contact.u.function_space.dofmap.index_map_bs
+    motions = [_free_motions(of_body, dim) for of_body in np.moveaxis(grip, 2, 0)]
+    if not any(axes.any() or turns for axes, turns in motions):
+        return []
+    free = counts(problem) & ~_touched(problem.contact, grip.shape[2])
+    if not free.any():
+        return []
+    springs, names, found = _springs(problem), problem.convergence.groups.names(), []
+    for body in np.flatnonzero(free):
+        axes, turns = motions[body]
+        along = [AXES[i] for i in np.flatnonzero(axes & ~springs[:, body])]
+        texts = [f"is held by nothing along {', '.join(along)}"] * bool(along)
+        if texts or turns:
+            text = " and ".join(texts + ["may turn"] * turns)
+            found.append(f"{names[body]} {text}")
+    return found
+
+
+def _by_body(problem: CoupledProblem, values: Array) -> Array:
+    """Sums of values at the owned dofs of u over this rank's part of each body, (values,
+    bodies)."""
+    contact, n = problem.contact, problem.convergence.groups.bodies
+    nodes = np.repeat(contact.bodies.dofs, contact.u.function_space.dofmap.index_map_bs)
+    sums = [np.bincount(nodes[: values.shape[1]], each, n) for each in values]
+    return np.array(sums, dtype=float)
+
+
+def _rigid_motions(contact: Interaction) -> Array:
+    """Translations and turns at the owned dofs of u, (motions, dofs). Turns are about
+    the middle of the meshes, over their size. Collective."""
+    V = contact.u.function_space
+    dim, owned = V.mesh.geometry.dim, V.dofmap.index_map.size_local
+    x = V.tabulate_dof_coordinates()[:owned, :dim]
+    ends = ends_of(x, contact.layout.comm)
+    x = (x - ends.mean(axis=0)) / np.linalg.norm(np.ptp(ends, axis=0))
+    modes = np.zeros((3 if dim == 2 else 6, owned, dim))
+    modes[:dim] = np.eye(dim)[:, None]
+    for turn, (i, j) in zip(modes[dim:], ((0, 1), (1, 2), (2, 0))):
+        turn[:, i], turn[:, j] = -x[:, j], x[:, i]
+    return modes.reshape(len(modes), -1)
+
+
+def _grip(problem: CoupledProblem, motions: Array, held: Mask) -> Array:
+    """Stiffness against rigid motions of each body by holding owned dofs, (motions,
+    motions, bodies). Collective."""
+    mine = np.array([_by_body(problem, held * row * motions) for row in motions])
+    grip: Array = problem.comm.allreduce(mine)
+    return grip
+
+
+def _free_motions(grip: Array, dim: int) -> tuple[Mask, bool]:
+    """Along which axes a body can move, and whether it can turn, from the stiffness
+    against its rigid motions, (motions, motions)."""
+    values, motions = np.linalg.eigh(grip)
+    none = motions[:, values <= _NO_STIFFNESS * max(values.max(), _NO_PART)]
+    if len(grip) == dim or not none.shape[1]:
+        mixed, count = np.eye(none.shape[1]), 0
+    else:
+        _, turns, mixed = np.linalg.svd(none[dim:])
+        count = int(np.count_nonzero(turns > _NO_PART))
+    straight = np.linalg.norm(none[:dim] @ mixed[count:].T, axis=1)
+    return straight > _NO_PART, count > 0
+
+
+def _has_no_springs(problem: CoupledProblem) -> Mask:
+    """Whether a body is on no springs, and has no masses, (bodies,). Collective."""
+    # Hoops may resist a growth of the radius
+    axes = slice(int(problem.contact.axisymmetric), None)
+    return ~_springs(problem)[axes].any(axis=0)
+
+
+def _springs(problem: CoupledProblem) -> Mask:
+    """Whether masses, springs or hoops resist a body's translation along each axis, (d,
+    bodies). Collective."""
+    groups, contact = problem.convergence.groups, problem.contact
+    parts = contact.stiffness_diagonal, *contact.translation_forces
+    sums = groups.sum(*(groups.on_rows(part**2) for part in parts))
+    sizes = np.sqrt(sums[:, : groups.bodies])
+    found: Mask = sizes[1:] > _NO_SPRING * sizes[0]
+    return found
+
+
+def _touched(contact: Interaction, count: int) -> Mask:
+    """Whether each body has a point in contact. Collective."""
+    found = np.zeros(count, dtype=bool)
+    for zone in contact.zones:
+        points = zone.points()
+        closed = points["status"] >= CLOSED
+        slaves = bodies_of_facets(contact.bodies, zone.facets.slave_surface)
+        found[slaves[points["slave"][closed]]] = True
+        if not zone.facets.bodies:
+            found[zone.cpp.master_bodies()[points["master"][closed]]] = True
+    contact.layout.comm.Allreduce(MPI.IN_PLACE, found, op=MPI.LOR)
+    return found
+
+
+def _moved(problem: CoupledProblem) -> Mask:
+    """Whether each body has moved since the accepted step. Collective."""
+    contact, groups = problem.contact, problem.convergence.groups
+    change = np.abs(contact.u.x.array - contact.u_old)
+    by_node = change.reshape(-1, contact.u.function_space.dofmap.index_map_bs)
+    most = largest_by(contact.bodies.dofs, by_node, groups.bodies).max(axis=1)
+    problem.comm.Allreduce(MPI.IN_PLACE, most, op=MPI.MAX)
+    moved: Mask = most > _AT_REST * groups.size[: groups.bodies]
+    return moved

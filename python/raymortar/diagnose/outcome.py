@@ -1,0 +1,335 @@
+"""Judge the end of a solve: an error if it failed, warnings if it is doubtful."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..compat import Array
+from ..contact import Contact
+from ..errors import (
+    BodyLeft,
+    ContactLost,
+    ContactWarning,
+    ConvergenceError,
+    raise_everywhere,
+)
+from ..host.facets import format_point
+from ..interaction import Interaction
+from ..interface.point_results import CLOSED
+from ..interface.stiffness import mean_facet_size
+from ..interface.zones import ZoneData
+from ..options.methods import AugmentedLagrangian, Penalty
+from ..problem import CoupledProblem
+from ..rigid.body import Body
+from ..rigid.motions import LARGEST_TURN
+from .failure import automatic_gamma, compared, describe
+from .lost_contact import lost_contact
+
+# Depth of a pressed point, of its slave facet's size. Multipliers close gaps in the
+# mean: what is left at a point is a few hundredths where facets resolve the surfaces
+DEEP = 0.25
+# Depth allowed to a penalty whose coefficient is below the automatic one
+SOFT = 0.1
+UNRESOLVED = (
+    ": the facets do not resolve what touches there (a face beside a sharp corner, a "
+    "step): refine it, or leave it out of the slave's tag"
+)
+# Tension of a node, of the largest pressure
+TENSION = 0.05
+# Pressure that is rounding error, of gamma times the size of a facet
+NO_PRESSURE = 1e-10
+# Degrees by which a force may be turned without a word
+TILT = 2.0
+# Force of a pair that is not worth a word, of the largest pair's
+SMALL_FORCE = 0.01
+# Factor by which a doubt must be worse to be told again
+WORSE = 2.0
+
+
+def require_convergence(problem: CoupledProblem, converged: bool, reason: str) -> None:
+    """Raise on every rank if a solve has failed; warn if its result is doubtful, but
+    for load steps, which look at accepted steps themselves. Collective."""
+    if not converged:
+        message = f"Newton did not converge {reason}: {describe(problem)}"
+        left = problem.contact.layout.bodies and problem.contact.free_bodies.any_left()
+        kind = BodyLeft if left else ConvergenceError
+        raise_everywhere(problem.comm, message, kind)
+    turned = _turned_too_far(problem.contact)
+    if turned is not None:
+        message = f"Newton converged, but {turned}"
+        raise_everywhere(problem.comm, message, ConvergenceError)
+    if problem.part_of.get("steps"):
+        return
+    Doubts(problem).warn(stacklevel=3)
+    loss = lost_contact(problem)
+    if loss is not None:
+        text = f"converged, but contact is lost: {loss}. Take smaller steps"
+        warnings.warn(text, ContactWarning, stacklevel=3)
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A doubt about a state, the same on all ranks.
+
+    Attributes
+    ----------
+    about
+        The same for the same doubt about another state.
+    size
+        How bad it is.
+    text
+        Pair or body, place and value.
+    remedy
+        Gives the end of the text, once it is to be told; None: there is no doubt.
+        Collective.
+    """
+
+    about: tuple[Any, ...]
+    size: float
+    text: str
+    remedy: Callable[[], str | None] = str
+
+
+class Doubts:
+    """Warns of doubtful states of a problem, and refuses steps into tools. Collective.
+
+    Parameters
+    ----------
+    problem
+        Its contact is in an accepted state.
+    """
+
+    def __init__(self, problem: CoupledProblem) -> None:
+        self._problem, self._told = problem, dict[tuple[Any, ...], float]()
+        self._accepted = self._found = self._on_tools()[0]
+
+    def _on_tools(self) -> tuple[float, str]:
+        """The deepest pressed point of slaves with multipliers on rigid tools."""
+        return _worst(
+            self._problem.contact,
+            (
+                _pressed(zone)
+                for zone in _zones(self._problem.contact)
+                if zone.facets.bodies
+            ),
+        )
+
+    def require_gradual(self) -> None:
+        """Refuse a step that takes points much deeper into a tool.
+
+        The state may be an equilibrium, but one that the path jumps to: half through
+        the tool, with a part of the force.
+
+        Raises
+        ------
+        ContactLost
+            If they are deeper by more than `DEEP` than in the accepted state.
+        """
+        self._found, text = self._on_tools()
+        if self._found > self._accepted + DEEP:
+            raise ContactLost(f"a rigid body jumps into its slave: {text}{UNRESOLVED}")
+
+    def warn(self, stacklevel: int) -> None:
+        """Warn on every rank of the present state, now accepted.
+
+        Parameters
+        ----------
+        stacklevel
+            Of `warnings.warn`, seen from the caller.
+        """
+        self._accepted = self._found
+        for found in findings(self._problem):
+            if found.size > WORSE * self._told.get(found.about, 0.0):
+                self._told[found.about] = found.size
+                remedy = found.remedy()
+                if remedy is not None:
+                    text = found.text + remedy
+                    warnings.warn(text, ContactWarning, stacklevel=stacklevel + 1)
+
+
+def findings(problem: CoupledProblem) -> Iterator[Finding]:
+    """All doubts about a converged state. Collective."""
+    contact = problem.contact
+    depth, text = _worst(contact, map(_unseen, contact.zones))
+    if depth > 0.0:
+        yield Finding(("unseen",), depth, text)
+    share, text = _worst(contact, map(_pressed, _zones(contact)))
+    if share > DEEP:
+        yield Finding(("deep",), share, text, lambda: UNRESOLVED)
+    for k, one in enumerate(contact.contacts):
+        if isinstance(one.method, Penalty) and one.tied is None:
+            share, text = _worst(contact, map(_pressed, one.zones))
+            if share > SOFT:
+                remedy = _stiffer(problem, one)
+                yield Finding(("soft", k), share, text, remedy)
+    for one in contact.contacts:
+        if one.friction is None and one.tied is None and one.multiplier is not None:
+            for number, zone in enumerate(one.zones):
+                if not zone.is_pulled:
+                    yield from _tension(one, number, zone)
+    yield from _tilts(contact)
+
+
+def _worst(
+    contact: Interaction, found: Iterable[tuple[float, str]]
+) -> tuple[float, str]:
+    """The largest number over zones and ranks, and its sentence. Collective."""
+    mine = max(found, default=(0.0, ""))
+    return max(contact.layout.comm.allgather(mine))
+
+
+def _zones(contact: Interaction) -> list[ZoneData]:
+    """Slave surfaces with the augmented Lagrangian method."""
+    return [
+        zone
+        for one in contact.contacts
+        if isinstance(one.method, AugmentedLagrangian)
+        for zone in one.zones
+    ]
+
+
+def _depth(zone: ZoneData, points: dict[str, Array], q: int, share: str = "") -> str:
+    """Say how deep a point is in the master, and where."""
+    return (
+        f"converged with a point of slave tag {zone.facets.slave_tag} "
+        f"{-points['gap'][q]:.3e} deep in the master, {share}at "
+        f"{format_point(points['x'][q])}"
+    )
+
+
+def _pressed(zone: ZoneData) -> tuple[float, str]:
+    """Largest penetration of a pressed point over its facet's size, and a sentence."""
+    points, surface = zone.points(), zone.facets.slave_surface
+    pressed = np.flatnonzero((points["pressure"] < 0.0) & (points["gap"] < 0.0))
+    if not len(pressed):
+        return 0.0, ""
+    nodes = surface.X[surface.facet_nodes[points["slave"][pressed]]]
+    share = -points["gap"][pressed] / np.linalg.norm(np.ptp(nodes, axis=1), axis=1)
+    worst = int(np.argmax(share))
+    text = f"{share[worst]:.2g} of its facet, "
+    return float(share[worst]), _depth(zone, points, pressed[worst], text)
+
+
+def _unseen(zone: ZoneData) -> tuple[float, str]:
+    """Depth of the deepest point that is too deep for contact, and a sentence."""
+    penetrating = zone.cpp.sunk_points()
+    if not len(penetrating):
+        return 0.0, ""
+    points = zone.points()
+    q = penetrating[np.argmin(points["gap"][penetrating])]
+    return float(-points["gap"][q]), (
+        f"{_depth(zone, points, q)}, where it is not seen: take smaller steps, or a "
+        "larger depth in Search"
+    )
+
+
+def _stiffer(problem: CoupledProblem, one: Contact) -> Callable[[], str | None]:
+    """Compare a penalty with the automatic one, once that is asked for."""
+
+    def remedy() -> str | None:
+        now = automatic_gamma(problem, one)
+        is_soft = now is not None and one.gamma_scale < now
+        return f": {compared(one, now)}" if now is not None and is_soft else None
+
+    return remedy
+
+
+def _tension(contact: Contact, number: int, zone: ZoneData) -> Iterator[Finding]:
+    """Compare the largest tension of a surface's nodes with its pressure. Collective."""
+    comm, nodes = contact.layout.comm, zone.multiplier_nodes
+    assert contact.multiplier is not None
+    normal = contact.multiplier.x.array
+    if contact.layout.components > 1:
+        normal = -contact.pressure().x.array
+    own = normal[nodes]
+    ends = comm.allgather((own.max(initial=0.0), -own.min(initial=0.0)))
+    tension, pressure = np.max(ends, axis=0)
+    if tension <= TENSION * pressure:
+        return
+    modulus = contact.gamma_scale * mean_facet_size(contact.layout, [zone])
+    if pressure <= NO_PRESSURE * modulus:
+        return
+    place, rank = "", int(np.argmax([most for most, _ in ends]))
+    if comm.rank == rank:
+        X = contact.surfaces.scalar.tabulate_dof_coordinates()[nodes[np.argmax(own)]]
+        place = format_point(X[: zone.facets.slave_surface.gdim])
+    place = comm.bcast(place, root=rank)
+    zone.is_pulled = True
+    pairs = [str(pair) for pair in contact.pairs if pair.surface == number]
+    yield Finding(
+        ("tension", id(zone)),
+        tension / pressure,
+        f"converged with tension of {tension / pressure:.2g} of the largest pressure "
+        f"between {', '.join(pairs)}, at the undeformed {place}: the multiplier swings "
+        "about zero beside contact that few facets carry. Forces are right to the "
+        "square of the facets' size; refine the slave there if tractions count",
+    )
+
+
+def _tilts(contact: Interaction) -> Iterator[Finding]:
+    """Find pairs whose slave facets are tilted against the master, and turn the force,
+    where the slave's normal is that of the law [theory (2.14)]. Collective."""
+    found = [_tilt(zone, contact) for zone in contact.zones]
+    least = SMALL_FORCE * max(force.max(initial=0.0) for force, _ in found)
+    for number, (zone, (force, angle)) in enumerate(zip(contact.zones, found)):
+        for k in np.flatnonzero((angle > TILT) & (force > least)):
+            master = zone.facets.master_tags[k]
+            is_tool = isinstance(master, Body)
+            name = master.name if is_tool else f"master tag {master}"
+            # Tools have no facets to be a slave by
+            swap = "" if is_tool else "make that side the slave, "
+            yield Finding(
+                ("tilt", number, k),
+                1.0,
+                f"the facets of slave tag {zone.facets.slave_tag} that press on {name} "
+                f"are tilted against it by {angle[k]:.2g} degrees in the mean, and the "
+                "force is turned by as much: give Contact(frame='master') where the "
+                f"master is flat or smooth, {swap}or round the slave's corner",
+            )
+
+
+def _tilt(zone: ZoneData, contact: Interaction) -> tuple[Array, Array]:
+    """Sum of the pressures' forces on each master, and the angle by which the slave's
+    normals turn them against the master's, (masters,). Degrees. Collective."""
+    points = zone.points()
+    n, n_m = points["normal"], points["master_normal"]
+    counts = (points["status"] >= CLOSED) & (points["contact_normal"] == n).all(axis=1)
+    counts &= n_m.any(axis=1)  # ties have none
+    force = np.abs(points["weight"] * points["pressure"])[counts]
+    values = force * np.vstack([np.ones_like(force), n[counts].T, -n_m[counts].T])
+    sums = np.zeros((zone.master_tags.count, len(values)))
+    np.add.at(sums, zone.masters_of(points)[counts], values.T)
+    sums = contact.layout.comm.allreduce(sums)
+    size, mine, right = np.split(sums, [1, 1 + n.shape[1]], axis=1)
+    tiny = np.finfo(float).tiny
+    along = right / np.maximum(np.linalg.norm(right, axis=1, keepdims=True), tiny)
+    aside = mine - np.einsum("mi,mi->m", mine, along)[:, None] * along
+    sine = np.linalg.norm(aside / np.maximum(size, tiny), axis=1)
+    return size[:, 0], np.rad2deg(np.arcsin(np.minimum(sine, 1.0)))
+
+
+def _turned_too_far(contact: Interaction) -> str | None:
+    """Message on a free body that friction acts on and that has turned too far in this
+    step, else None. Collective.
+
+    After half a turn the slip, which is a vector from a place to a place, points
+    backwards, and friction would drive the body. Where a position is prescribed, it is
+    refused before the solve; that of a free body is known after it.
+    """
+    for body in contact.layout.bodies:
+        angle = float(np.linalg.norm(body.freedom.theta))
+        if angle >= LARGEST_TURN and any(
+            one.friction is not None and one.resultant_on(body).force.any()
+            for one in contact.contacts
+            if any(body in zone.facets.bodies for zone in one.zones)
+        ):
+            return (
+                f"{body!r} has turned by {angle:.3g} rad in this step: with friction it "
+                f"has to be less than {LARGEST_TURN:.3g}. Take smaller steps"
+            )
+    return None

@@ -1,0 +1,165 @@
+"""Sort the rows of a coupled system into groups that are judged separately."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+from mpi4py import MPI
+
+import numpy as np
+
+from .. import compat
+from ..compat import Array, Indices
+from ..convergence.balance import Groups, largest_by, sum_by_group
+from ..host.bodies import find_parts
+from ..host.facet_areas import surface_areas, surface_normals
+from ..host.marks import marked_everywhere
+from ..host.reference_facets import shape_functions
+from .assembly import ContactAssembly
+from .coupled import CoupledSystem
+
+
+def groups_of(system: CoupledSystem) -> Groups:
+    """Sort the rows of a system by body, patch of contact and field. Collective.
+
+    Parameters
+    ----------
+    system
+        After `CoupledSystem.prepare`.
+    """
+    layout, V, fields = system.layout, system.u.function_space, system.host.fields()
+    comm, bodies = layout.comm, system.parts[0].surfaces.bodies
+    # Owned nodes of spaces, and their groups
+    mine: Any = slice(layout.n_u // V.dofmap.index_map_bs)
+    nodes = [(V, mine, bodies.dofs[mine])]
+    of_row, mass = np.empty(layout.size, dtype=np.int32), [np.empty(0)]
+    of_row[fields[0].rows] = np.repeat(bodies.dofs[mine], V.dofmap.index_map_bs)
+    sides, count, begin = [], bodies.count, layout.n
+    for part in system.parts:
+        own, c = part.layout.owned_multipliers, part.layout.components
+        of_node, area, found = _patches(part, count)
+        if part.surfaces.multiplier is not None:
+            W = part.surfaces.multiplier.function_space
+            nodes.append((W, own, of_node[own]))
+        mass.append(np.repeat(area[own], c))
+        of_row[begin : begin + len(mass[-1])] = np.repeat(of_node[own], c)
+        begin, count = begin + len(mass[-1]), count + found
+        sides += [(zone, of_node[zone.multiplier_nodes]) for zone in part.zones]
+    free = count + np.arange(len(layout.bodies))
+    of_bodies = [len(body.freedom) for body in layout.own_bodies]
+    of_row[begin:] = np.repeat(free[: len(of_bodies)], of_bodies)
+    forces = count + len(free)
+    for group, field in enumerate(fields[1:], forces):
+        of_row[field.rows] = group
+    count = forces + len(fields) - 1
+
+    stiffness = np.zeros(layout.size)
+    stiffness[fields[0].rows] = system.stiffness_diagonal
+    stiffness[layout.n : begin] = np.concatenate(mass)
+    couplings = np.zeros((len(fields), layout.size))
+    if len(fields) > 1:
+        couplings[:, : layout.n] = system.couplings
+    add = partial(sum_by_group, comm, of_row, count)
+    rows, sums, squares = add(np.ones(layout.size), stiffness, stiffness**2)
+    met = np.zeros((len(sides), 2 + count))
+    for row, (zone, patches) in zip(met, sides):
+        slave, master = zone.facets.slave_surface, zone.facets.master_surface
+        row[:2] = surface_areas(slave).sum(), len(slave.dofs)
+        row[2 + bodies.dofs[np.append(slave.dofs, master.dofs)]] = 1.0
+        row[2 + patches] = 1.0
+        row[2 + free] = [body in zone.facets.bodies for body in layout.bodies]
+    met = comm.allreduce(met)
+    size, largest = _sizes(system, count)
+
+    def names() -> list[str]:
+        sums = np.zeros((forces - len(free), 4))
+        for space, mine, groups in nodes:
+            X = space.tabulate_dof_coordinates()[mine]
+            np.add.at(sums, groups, np.column_stack([X, np.ones(len(X))]))
+        found = []
+        for k, (*centre, number) in enumerate(comm.allreduce(sums)):
+            place = ", ".join(
+                f"{x / number:.3g}" for x in centre[: V.mesh.geometry.dim]
+            )
+            kind = "the body" if k < bodies.count else "the contact"
+            found.append(f"{kind} around ({place})")
+        found += [f"the rigid {body.name}" for body in layout.bodies]
+        return found + [f"the unknown {field.name}" for field in fields[1:]]
+
+    return Groups(
+        comm=comm,
+        of_row=of_row,
+        count=count,
+        forces=forces,
+        bodies=bodies.count,
+        free=len(free),
+        fields=fields,
+        mass=stiffness[layout.n : begin].copy(),
+        size=size,
+        largest=largest,
+        mean=sums / rows,
+        norm=np.sqrt(squares),
+        coupling=np.sqrt(add(*couplings**2)).reshape(-1, count),
+        mean_coupling=(add(*couplings) / rows).reshape(-1, count),
+        area=met[:, 0],
+        nodes=met[:, 1],
+        met=met[:, 2:] > 0.0,
+        gammas=lambda: np.array([p.gamma_scale for p in system.parts for _ in p.zones]),
+        names=names,
+    )
+
+
+def contact_forces(system: CoupledSystem, mass: Array) -> Array:
+    """Traction times area at each owned multiplier row, and the forces other than
+    contact at the rows of free rigid bodies. Force."""
+    layout = system.layout
+    rows = np.zeros(layout.size)
+    for part in system.parts:
+        part.layout.multiplier_to(rows, 1.0)
+    rows[layout.n : layout.n + len(mass)] *= mass
+    for body in layout.own_bodies:
+        rows[layout.body_rows[body] - layout.begin] = body.pushed()[0]
+    return rows[layout.n :]
+
+
+def _patches(part: ContactAssembly, first: int) -> tuple[Indices, Array, int]:
+    """Connected patches of a contact. Collective.
+
+    Returns
+    -------
+    of_node, area, count
+        By the multiplier's block dofs: number of the patch, from `first` on, and int
+        N_a dG over the undeformed facets, whether or not rays hit. The number of
+        patches.
+    """
+    if part.surfaces.multiplier is None:
+        return np.empty(0, dtype=np.int32), np.empty(0), 0
+    W = part.surfaces.multiplier.function_space
+    degree, index_map = compat.element_info(W).degree, W.dofmap.index_map
+    area = compat.create_la_vector(index_map, 1)
+    for zone in part.zones:
+        surface = zone.facets.slave_surface
+        points, weights, m = surface_normals(surface)
+        N, _ = shape_functions(surface.shape, degree, points)
+        areas = np.linalg.norm(m, axis=-1) * weights
+        np.add.at(area.array, zone.multiplier_table, areas @ N)
+    compat.scatter_reverse_add(area)
+    table = np.concatenate([zone.multiplier_table for zone in part.zones])
+    used = marked_everywhere(W, np.unique(table))
+    of_node, count = find_parts(part.layout.comm, index_map, table, used)
+    return of_node + first, area.array.copy(), count
+
+
+def _sizes(system: CoupledSystem, count: int) -> tuple[Array, float]:
+    """Size of each group and of all together: the diagonal of the box, or its distance
+    from the origin if that is larger. Length. Collective."""
+    bodies = system.parts[0].surfaces.bodies
+    X = system.u.function_space.tabulate_dof_coordinates()
+    ends = np.stack([largest_by(bodies.dofs, x, bodies.count) for x in (X, -X)])
+    system.layout.comm.Allreduce(MPI.IN_PLACE, ends, op=MPI.MAX)
+    boxes = np.append(ends, ends.max(axis=1)[:, None], axis=1)
+    corners = np.max([boxes.sum(axis=0), *abs(boxes)], axis=0)
+    *sizes, largest = np.linalg.norm(corners, axis=1)
+    # Gaps are differences of positions of any two bodies
+    return np.append(sizes, np.full(count - bodies.count, largest)), float(largest)
