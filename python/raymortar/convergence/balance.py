@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..compat import Array, Indices
-from ..host.facet_areas import surface_areas
+from ..host.surfaces import surface_areas
 from ..options.methods import Penalty
 from .patches import Patches
 

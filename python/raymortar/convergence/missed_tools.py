@@ -11,7 +11,7 @@ import numpy as np
 
 from ..compat import Array
 from ..errors import ContactWarning
-from ..host.extents import ends_of
+from ..host.ranks import ends_of
 from ..interface.point_results import OPEN
 from .passed_tools import AROUND, EVERYWHERE
 

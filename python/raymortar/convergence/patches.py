@@ -9,9 +9,9 @@ import numpy as np
 from .. import compat
 from ..compat import Array
 from ..host.bodies import find_parts
-from ..host.facet_areas import surface_normals
-from ..host.marks import marked_everywhere
+from ..host.ranks import marked_everywhere
 from ..host.reference_facets import shape_functions
+from ..host.surfaces import surface_normals
 
 if TYPE_CHECKING:
     from ..contact import Contact

@@ -14,8 +14,8 @@ from ..host.bodies import Bodies, bodies_of_facets
 from ..host.facets import all_exterior_facets
 from ..host.joined import parts_of
 from ..host.reference_facets import (
-    FACET_NODES,
     N_CORNERS,
+    facet_nodes,
     middle_normals,
     shape_functions,
 )
@@ -122,7 +122,7 @@ def skin_of(surfaces: ContactSurfaces) -> Skin:
 
 def _middles(side: Surface) -> tuple[Array, Array]:
     """Middles of facets, and of their corners, (facets, d) each."""
-    centre = FACET_NODES[side.shape][: N_CORNERS[side.shape]].mean(axis=0)
+    centre = facet_nodes(side.shape, 1).mean(axis=0)
     N, _ = shape_functions(side.shape, side.node_degree, centre[None])
     nodes = side.X[side.facet_nodes]
     corners = nodes[:, : N_CORNERS[side.shape]]

@@ -13,9 +13,9 @@ import numpy as np
 from .. import compat
 from ..compat import Array
 from ..errors import ContactWarning
-from ..host.facet_areas import surface_sizes
 from ..host.facets import format_point
 from ..host.joined import parts_of
+from ..host.surfaces import surface_sizes
 from .adjustment import gap_without_offset
 from .contact_surfaces import ContactSurfaces
 from .inside import Skin, skin_of

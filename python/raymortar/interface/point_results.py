@@ -15,8 +15,8 @@ from dolfinx.fem import Function
 
 from .. import compat
 from ..compat import Array
-from ..host.communication import Communication, communication
 from ..host.layout import CoupledRows
+from ..host.ranks import Communication, communication
 from ..host.reference_facets import shape_functions
 
 if TYPE_CHECKING:
@@ -152,7 +152,8 @@ def _reductions() -> list[tuple[MPI.Op, Callable[[Any, Any], Any], list[str]]]:
 def statistics(zones: Sequence[ZoneData], layout: CoupledRows) -> Statistics:
     """Counts of all zones and ranks. Collective."""
     reductions = _reductions()
-    total = Statistics(communication=communication(zones, layout))
+    traffic = [zone.cpp.traffic(layout.ranges, layout.comm.rank) for zone in zones]
+    total = Statistics(communication=communication(traffic, layout.comm))
     for zone in zones:
         local = Statistics(**zone.statistics())
         points = zone.points()

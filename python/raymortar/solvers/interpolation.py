@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import compat
-from ..compat import Array
-from ..host.marks import Marks, marked_everywhere
+from ..compat import Array, Mask
+from ..host.ranks import marked_everywhere
 
 
 class LinearInterpolation:
@@ -39,7 +39,7 @@ class LinearInterpolation:
         Whether an owned dof of W is prescribed.
     """
 
-    def __init__(self, V: Any, fixed: Marks) -> None:
+    def __init__(self, V: Any, fixed: Mask) -> None:
         self.W = compat.vector_space(V.mesh, 1)
         self._bs = V.dofmap.index_map_bs
         fine, coarse, values = _weights_by_cell(V, self.W)

@@ -9,7 +9,7 @@ from petsc4py import PETSc
 import numpy as np
 
 from .. import compat
-from ..host.marks import marked_everywhere
+from ..host.ranks import marked_everywhere
 
 if TYPE_CHECKING:
     from ..interaction import Interaction
