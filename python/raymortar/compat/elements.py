@@ -76,6 +76,7 @@ def tabulate(cell: str, degree: int, points: Array) -> Array:
     ndarray
         Shape (1 + tdim, n_points, n): values, then derivatives along each axis.
     """
+    points = np.ascontiguousarray(points, dtype=np.float64)
     return np.array(_lagrange(cell, degree).tabulate(1, points)[:, :, :, 0])
 
 
