@@ -28,6 +28,7 @@ from raymortar.partitions import strips
 
 from .blocks import Block, Grid, mirrored, perturbed
 from .cells import cells_of, centre_mid_nodes, check_orientation, side_tags
+from .from_arrays import create_mesh
 from .glue import check_glue, global_keys, glue
 
 __all__ = ["Block", "Scene", "assemble_blocks", "mirrored"]
@@ -183,7 +184,7 @@ def _distribute(
     root = slice(None) if comm.rank == 0 else slice(0)
     cell_body, facet_table = tables
     ranks = None if ranks is None else np.asarray(ranks)[root]
-    mesh = compat.create_mesh(
+    mesh = create_mesh(
         comm, cells[root], points[root], cell, degree, destinations=ranks
     )
     original, tdim = mesh.topology.original_cell_index, mesh.topology.dim

@@ -1,4 +1,4 @@
-"""Classes of options, checked where every rank can be told."""
+"""Checks of arguments, and classes of options that make them."""
 
 from __future__ import annotations
 
@@ -9,6 +9,11 @@ from typing import Any
 from mpi4py import MPI
 
 import numpy as np
+import numpy.typing as npt
+
+from .errors import ContactError
+
+Vector = npt.NDArray[np.float64]
 
 
 def is_real_number(value: Any) -> bool:
@@ -35,6 +40,50 @@ def is_one_of(value: Any, names: tuple[str, ...]) -> bool:
 def are_same_objects(some: Sequence[Any], others: Sequence[Any]) -> bool:
     """Whether two sequences have the same objects in the same order."""
     return len(some) == len(others) and all(map(operator.is_, some, others))
+
+
+def vector(name: str, value: Any, gdim: int | None = None) -> Vector:
+    """Check a finite vector of 2 or 3 components, and pad it with zeros to 3."""
+    try:
+        given = np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        given = np.empty(0)
+    lengths = (2, 3) if gdim is None else (gdim,)
+    if given.ndim != 1 or len(given) not in lengths or not np.isfinite(given).all():
+        wanted = " or ".join(map(str, lengths))
+        raise ContactError(f"{name} = {value!r} must be {wanted} finite numbers")
+    return np.pad(given, (0, 3 - len(given)))
+
+
+def direction(name: str, value: Any) -> Vector:
+    """Check a vector that is not zero, and scale it to length 1."""
+    given = vector(name, value)
+    largest = float(np.abs(given).max())
+    if largest == 0.0:
+        raise ContactError(f"{name} is zero: it must have a direction")
+    given = given / largest  # squares of components may overflow, or vanish
+    return given / np.linalg.norm(given)
+
+
+def positive(name: str, value: Any) -> float:
+    """Check a positive number."""
+    if not (is_real_number(value) and np.isfinite(value) and value > 0.0):
+        raise ContactError(f"{name} = {value!r} must be a positive number")
+    return float(value)
+
+
+def truth(name: str, value: Any) -> bool:
+    """Check that a value is True or False."""
+    if not is_truth_value(value):
+        raise ContactError(f"{name} = {value!r} must be True or False")
+    return bool(value)
+
+
+def choice(name: str, value: Any, names: tuple[str, ...]) -> str:
+    """Check that a value is one of some texts."""
+    if not is_one_of(value, names):
+        raise ContactError(f"{name} must be one of {names}, not {value!r}")
+    return str(value)
 
 
 class Options:

@@ -38,81 +38,20 @@ class ContactWarning(UserWarning):
     """A converged solve whose contact is not to be trusted everywhere."""
 
 
-def raise_everywhere(
-    comm: MPI.Comm, message: str | None, exception: type[Exception] = ContactError
-) -> None:
-    """Raise on all ranks if any rank has something to complain about. Collective.
-
-    An exception on one rank alone leaves the others waiting in the next collective
-    call for ever, so every check of the input ends here.
-
-    Parameters
-    ----------
-    comm
-        Communicator of the mesh.
-    message
-        What is wrong on this rank; ``None`` if nothing is.
-    exception
-        Type to raise.
-
-    Raises
-    ------
-    exception
-        With the message of the lowest rank that has one, naming that rank if there
-        are several.
-    """
-    if comm.size == 1:
-        if message is not None:
-            raise exception(message)
-        return
-    complains = message is not None
-    rank = comm.allreduce(comm.rank if complains else comm.size, op=MPI.MIN)
-    if rank == comm.size:
-        return
-    text = comm.bcast(message, root=rank)
-    raise exception(f"{text} (rank {rank})")
-
-
-def as_path(name: Any) -> Path:
-    """A path that a file may be written to or read from."""
-    if not isinstance(name, (str, os.PathLike)):
-        raise ContactError(f"the name of a file must be a path, not {name!r}")
-    return Path(name)
-
-
-@contextmanager
-def writing(comm: MPI.Comm, path: Any, *kinds: type[Exception]) -> Iterator[None]:
-    """Raise on all ranks what keeps any of them from writing a file. Collective.
-
-    Parameters
-    ----------
-    comm
-        Communicator of the mesh.
-    path
-        For the message.
-    kinds
-        What the block raises where a file cannot be written.
-
-    Raises
-    ------
-    ContactError
-        That it cannot be written, and why.
-    """
-    problem = None
-    try:
-        yield
-    except kinds as error:
-        problem = f"{path} cannot be written: {error}"
-    raise_everywhere(comm, problem)
+# Types that are raised on all ranks as they are
+_OURS = (ContactError, SetUpError, ConvergenceError, ContactLost, BodyLeft)
+_SENT = (*_OURS, ValueError, TypeError, IndexError, MemoryError)
 
 
 @contextmanager
 def together(comm: MPI.Comm) -> Iterator[None]:
-    """What one rank raises in the block, all raise at its end. Collective.
+    """Raise at the end of the block, on all ranks, what any rank raises in it.
 
-    The block itself must not communicate after the point where a rank may fail. All
-    ranks raise the type of the lowest that failed, if it is one of raymortar's or a
-    plain one of Python's, else ``RuntimeError``.
+    Collective. An exception on one rank alone leaves the others waiting in the next
+    collective call for ever. The block itself must not communicate after the point
+    where a rank may fail. All ranks raise the message of the lowest that failed, and
+    its type, if that is one of raymortar's or a plain one of Python's, else
+    ``RuntimeError``.
     """
     if comm.size == 1:
         yield
@@ -130,11 +69,34 @@ def together(comm: MPI.Comm) -> Iterator[None]:
     raise kind(f"{text} (rank {rank})") from failure
 
 
-_SENT = (ContactError, SetUpError, ConvergenceError, ValueError, TypeError, IndexError)
+def raise_everywhere(
+    comm: MPI.Comm, message: str | None, exception: type[Exception] = ContactError
+) -> None:
+    """Raise on all ranks if any rank has a message, as `together` does. Collective."""
+    with together(comm):
+        if message is not None:
+            raise exception(message)
+
+
+def as_path(name: Any) -> Path:
+    """Check the path of a file."""
+    if not isinstance(name, (str, os.PathLike)):
+        raise ContactError(f"the name of a file must be a path, not {name!r}")
+    return Path(name)
+
+
+@contextmanager
+def writing(comm: MPI.Comm, path: Any, *kinds: type[Exception]) -> Iterator[None]:
+    """Raise on all ranks errors of some kinds that keep one from writing. Collective."""
+    with together(comm):
+        try:
+            yield
+        except kinds as error:
+            raise ContactError(f"{path} cannot be written: {error}") from None
 
 
 def _signature(value: Any) -> Any:
-    """Text that two ranks have alike if they were given the same."""
+    """Describe a value by a text that two ranks have alike if they were given it."""
     if is_dataclass(value) and not isinstance(value, type):
         parts = [
             f"{f.name}={_signature(getattr(value, f.name))}" for f in fields(value)
@@ -152,30 +114,18 @@ def _signature(value: Any) -> Any:
 
 
 def require_agreement(comm: MPI.Comm, **arguments: Any) -> None:
-    """Raise on all ranks unless all were given the same arguments. Collective.
+    """Raise `SetUpError` on all ranks unless all were given the same. Collective.
 
-    Parameters
-    ----------
-    comm
-        Communicator of the mesh.
-    arguments
-        By name. Functions need only be functions on all ranks, callables have a name.
-
-    Raises
-    ------
-    SetUpError
-        Naming the first argument that differs, with two of its values.
+    Functions need only be Functions on all ranks, callables have the same name. The
+    message names the first argument that differs, with two of its values.
     """
     if comm.size == 1:
         return
     mine = {name: _signature(value) for name, value in arguments.items()}
     first = comm.bcast(mine, root=0)
-    message = next(
-        (
-            f"{name} differs between ranks: {text} and, on rank 0, {first[name]}"
-            for name, text in mine.items()
-            if text != first[name]
-        ),
-        None,
-    )
-    raise_everywhere(comm, message, SetUpError)
+    with together(comm):
+        for name, text in mine.items():
+            if text != first[name]:
+                raise SetUpError(
+                    f"{name} differs between ranks: {text} and, on rank 0, {first[name]}"
+                )

@@ -5,6 +5,6 @@
 """
 
 from .compat.files import of_one_degree, write_vtk, write_xdmf
-from .compat.gmsh_files import GmshMesh, read_gmsh
+from .compat.gmsh import GmshMesh, read_gmsh
 
 __all__ = ["GmshMesh", "of_one_degree", "read_gmsh", "write_vtk", "write_xdmf"]

@@ -25,8 +25,7 @@ from .errors import (
     require_agreement,
     together,
 )
-from .host.forms import check_supports, list_of_conditions
-from .host.unknowns import find_unknowns, jacobians
+from .host.forms import check_supports, find_unknowns, jacobians, list_of_conditions
 from .interactions import one_or_several
 from .interface.held import warn_of_finer_rigid_slaves
 from .interface.overlap import warn_of_overlap
@@ -226,7 +225,8 @@ class CoupledProblem:
         same = (
             self._at is not None
             and self._revision == self.contact.revision
-            and self._tools == loads_of_tools(self.contact.zones)
+            and self._tools
+            == loads_of_tools(zone.motions for zone in self.contact.zones)
             and np.array_equal(array, self._at)
             and np.array_equal(array[:n], self.contact.host.owned_values())
         )
@@ -239,7 +239,7 @@ class CoupledProblem:
         if is_first:
             self._hold_segments()
         self._revision = self.contact.revision
-        self._tools = loads_of_tools(self.contact.zones)
+        self._tools = loads_of_tools(zone.motions for zone in self.contact.zones)
 
     def _hold_segments(self) -> None:
         """Leave the motion of segments out of the tangent below rigid bodies that have

@@ -1,4 +1,4 @@
-"""What programs with contact often need beside it: spaces, supports, materials, stresses.
+"""Helpers for programs with contact: spaces, supports, materials, stresses.
 
 Nothing here knows of contact. All of it works in every supported version of DOLFINx.
 """
@@ -134,20 +134,20 @@ def by_body(
     >>> values = {"upper": 5.0, "lower": 210e3}
     >>> E = by_body(bodies.mesh, bodies.cell_tags, values, bodies.names)
     """
+    field = fem.Function(compat.space(mesh, "DG", 0))
+    places = compat.dofmap_array(field.function_space).ravel()
     with together(mesh.comm):
         table = {_tag(key, names): float(value) for key, value in values.items()}
-        cells = np.full(_cell_count(mesh), np.nan)
+        field.x.array[:] = np.nan
         for tag, value in table.items():
-            cells[cell_tags.find(tag)] = value
-        bare = np.flatnonzero(np.isnan(cells))
-        if len(bare):
+            field.x.array[places[cell_tags.find(tag)]] = value
+        bare = int(np.isnan(field.x.array).sum())
+        if bare:
             tags = sorted(set(cell_tags.values) - set(table))
             raise ContactError(
-                f"values has none for {len(bare)} cell(s) of the mesh: tags without a "
+                f"values has none for {bare} cell(s) of the mesh: tags without a "
                 f"value are {list(map(int, tags))}"
             )
-    field = fem.Function(compat.space(mesh, "DG", 0))
-    field.x.array[compat.dofmap_array(field.function_space).ravel()] = cells
     return field
 
 
@@ -161,12 +161,6 @@ def _tag(key: int | str, names: Mapping[str, Any] | None) -> int:
         raise ContactError(f"no cells are named {key!r}; known names: {listed}")
     tag = known[key]
     return int(tag[1] if isinstance(tag, tuple) else tag)
-
-
-def _cell_count(mesh: Mesh) -> int:
-    """Cells of this rank, with ghosts."""
-    cells = mesh.topology.index_map(mesh.topology.dim)
-    return int(cells.size_local + cells.num_ghosts)
 
 
 def von_mises(sigma: Any) -> Any:

@@ -8,6 +8,7 @@ import numpy as np
 from dolfinx import fem
 from dolfinx import mesh as dmesh
 
+from meshes.from_arrays import create_mesh
 from raymortar import compat
 from raymortar.host.facets import tagged_facets
 from raymortar.host.reference_facets import normals, shape_functions
@@ -63,7 +64,7 @@ def build(cell, arrays, degree=1, ghosts=False):
     cells, x = arrays
     if COMM.rank > 0:
         cells, x = cells[:0], x[:0]
-    return compat.create_mesh(COMM, cells, x, cell, degree, ghosts)
+    return create_mesh(COMM, cells, x, cell, degree, ghosts)
 
 
 def box(cell, n=2, degree=1, ghosts=False, **options):

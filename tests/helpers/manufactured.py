@@ -8,6 +8,7 @@ from __future__ import annotations
 import gathered
 import numpy as np
 import ufl
+from conditions import dirichlet_dofs
 from dolfinx import fem
 from manufactured_fields import Fields, Motion
 from manufactured_scenes import TAGS, on_elastic, on_rigid
@@ -365,7 +366,7 @@ def flux_error(m):
         V, m.scene, "slave", value=lambda x: m.fields.upper.values(x, m.motion.s1)
     )
     bcs, n = [*m.bcs, exact], len(m.u.x.array)
-    marker, _ = compat.dirichlet_dofs(bcs, V)
+    marker, _ = dirichlet_dofs(bcs, V)
     A = m.problem.create_matrix()
     for _ in range(4):
         A.zeroEntries()

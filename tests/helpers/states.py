@@ -14,10 +14,12 @@ from mpi4py import MPI
 import gathered
 import numpy as np
 import ufl
+from conditions import dirichlet_dofs
 from dolfinx import fem
 from mesh_measures import lagrange
 from problems import COMM
 
+from meshes.from_arrays import create_mesh
 from meshes.scenes import two_blocks
 from raymortar import AugmentedLagrangian, Contact, Penalty, compat
 
@@ -269,7 +271,7 @@ def tangent(contact, form, bcs=()):
 def constraints(contact, bcs):
     """Whether each of the unknowns is constrained, and the increment to where."""
     V, n = contact.u.function_space, gathered.size_u(contact)
-    marker, g = compat.dirichlet_dofs(bcs, V)
+    marker, g = dirichlet_dofs(bcs, V)
     change = np.where(marker == 1, g - contact.u.x.array, 0.0)
     dim = V.mesh.geometry.dim
     fixed = np.zeros(COMM.allreduce(contact.layout.size), dtype=bool)
@@ -332,7 +334,7 @@ def renumbered(scene, seed):
     degree = compat.geometry_degree(mesh)
     symmetry = rng.choice(node_symmetries(cell, degree), len(cells))
     shuffled = node[np.take_along_axis(cells, symmetry, axis=1)[order]]
-    new = compat.create_mesh(MPI.COMM_SELF, shuffled, points, cell, degree)
+    new = create_mesh(MPI.COMM_SELF, shuffled, points, cell, degree)
     old_cell = order[np.asarray(new.topology.original_cell_index)]
     numbers = np.arange(len(cells), dtype=np.int32)
     bodies = np.empty(len(cells), dtype=np.int32)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass
+from typing import Any
 
 import basix
 import numpy as np
@@ -38,6 +39,13 @@ class ReferenceElement:
 
 
 @functools.lru_cache(maxsize=None)
+def _lagrange(cell: str, degree: int) -> Any:
+    """Make the Lagrange element of Basix, equispaced."""
+    cell_type, variant = getattr(basix.CellType, cell), basix.LagrangeVariant.equispaced
+    return basix.create_element(basix.ElementFamily.P, cell_type, degree, variant)
+
+
+@functools.lru_cache(maxsize=None)
 def basix_element(cell: str, degree: int) -> ReferenceElement:
     """Plain Lagrange element of Basix.
 
@@ -48,10 +56,7 @@ def basix_element(cell: str, degree: int) -> ReferenceElement:
     degree
         Polynomial degree, 1 or more.
     """
-    cell_type = getattr(basix.CellType, cell)
-    element = basix.create_element(
-        basix.ElementFamily.P, cell_type, degree, basix.LagrangeVariant.equispaced
-    )
+    element, cell_type = _lagrange(cell, degree), getattr(basix.CellType, cell)
     topology = basix.topology(cell_type)
     facet_dim = len(topology) - 2
     return ReferenceElement(
@@ -59,7 +64,7 @@ def basix_element(cell: str, degree: int) -> ReferenceElement:
         facet_dofs=tuple(map(tuple, element.entity_closure_dofs[facet_dim])),
         facet_vertices=tuple(map(tuple, topology[facet_dim])),
         vertices=np.array(basix.geometry(cell_type)),
-        gradients=np.array(element.tabulate(1, element.points)[1:, :, :, 0]),
+        gradients=tabulate(cell, degree, element.points)[1:],
     )
 
 
@@ -71,13 +76,8 @@ def tabulate(cell: str, degree: int, points: Array) -> Array:
     ndarray
         Shape (1 + tdim, n_points, n): values, then derivatives along each axis.
     """
-    element = basix.create_element(
-        basix.ElementFamily.P,
-        getattr(basix.CellType, cell),
-        degree,
-        basix.LagrangeVariant.equispaced,
-    )
-    return np.array(element.tabulate(1, points)[:, :, :, 0])
+    points = np.ascontiguousarray(points, dtype=np.float64)
+    return np.array(_lagrange(cell, degree).tabulate(1, points)[:, :, :, 0])
 
 
 @functools.lru_cache(maxsize=None)

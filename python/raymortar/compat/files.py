@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import xml.etree.ElementTree as ElementTree
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
+
+from mpi4py import MPI
 
 import dolfinx
 import dolfinx.io
 from dolfinx import fem
 
-from ..errors import raise_everywhere, together, writing
-from . import pvd
+from ..errors import ContactError, together, writing
 from .meshes import geometry_degree
 from .spaces import element_info, space
 
@@ -40,18 +42,20 @@ def of_one_degree(functions: Sequence[fem.Function]) -> list[fem.Function]:
     return [of_degree(f, degree) for f in functions]
 
 
-def _functions_fault(functions: Any, least: int = 0) -> str | None:
-    """Why these cannot be written, if so."""
-    listed = isinstance(functions, (list, tuple)) and len(functions) >= least
-    if not listed or not all(isinstance(f, fem.Function) for f in functions):
-        return f"functions must be a list of Functions, not {functions!r}"
-    return None
+def _check(comm: MPI.Comm, path: Path, functions: Any, least: int = 0) -> None:
+    """Raise for functions that cannot be written, or a folder that does not exist.
 
-
-def _folder_fault(path: Path) -> str | None:
-    """Why a file cannot be written there, if so: DOLFINx says nothing, or makes it."""
-    found = path.parent.is_dir()
-    return None if found else f"{path} cannot be written: there is no such folder"
+    Collective.
+    """
+    with together(comm):
+        listed = isinstance(functions, (list, tuple)) and len(functions) >= least
+        if not listed or not all(isinstance(f, fem.Function) for f in functions):
+            raise ContactError(
+                f"functions must be a list of Functions, not {functions!r}"
+            )
+        # DOLFINx says nothing, or makes it
+        if not path.parent.is_dir():
+            raise ContactError(f"{path} cannot be written: there is no such folder")
 
 
 def write_xdmf(
@@ -84,8 +88,7 @@ def write_xdmf(
     ContactError
         If the file cannot be written.
     """
-    raise_everywhere(mesh.comm, _functions_fault(functions))
-    raise_everywhere(mesh.comm, _folder_fault(Path(filename)))
+    _check(mesh.comm, Path(filename), functions)
     mode = "a" if append else "w"
     with writing(mesh.comm, filename, RuntimeError):
         with dolfinx.io.XDMFFile(mesh.comm, str(filename), mode) as file:
@@ -131,29 +134,78 @@ def write_vtk(
     ContactError
         If the file cannot be written, or read where it is added to.
     """
-    raise_everywhere(mesh.comm, _functions_fault(functions, 1))
     path = Path(filename)
-    raise_everywhere(mesh.comm, _folder_fault(path))
-    before: list[pvd.Entry] = []
+    _check(mesh.comm, path, functions, 1)
+    before: list[Entry] = []
     with together(mesh.comm):
         if append and mesh.comm.rank == 0:
-            before = pvd.read(path)
+            before = read_collection(path)
     # DOLFINx begins each file anew, with files of the same names beside it
     step = mesh.comm.bcast(len(before), root=0)
     own = path.with_name(f"{path.stem}_{step:04d}_.pvd") if step else path
     with writing(mesh.comm, path, RuntimeError, OSError):
-        _write_one_step(own, mesh, of_one_degree(functions), t)
+        written = of_one_degree(functions)
+        # It writes once more when it ends
+        with dolfinx.io.VTKFile(mesh.comm, str(own), "w") as file:
+            file.write_function(written, t)
         if mesh.comm.rank == 0 and (step or part):
-            (entry,) = pvd.read(own)
+            (entry,) = read_collection(own)
             if own != path:
                 own.unlink()
-            pvd.write(path, [*before, replace(entry, part=part)])
+            write_collection(path, [*before, replace(entry, part=part)])
 
 
-def _write_one_step(
-    path: Path, mesh: dolfinx.mesh.Mesh, functions: Sequence[fem.Function], t: float
-) -> None:
-    """DOLFINx's files of one step; its object writes once more when it ends, which is
-    on return. Collective."""
-    with dolfinx.io.VTKFile(mesh.comm, str(path), "w") as file:
-        file.write_function(functions, t)
+# ParaView's collections of files by time, which end in .pvd
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A file of a collection.
+
+    Attributes
+    ----------
+    time
+        As text, to the digit.
+    part
+        Number among the files of one time.
+    file
+        Name, in the folder of the collection.
+    """
+
+    time: str
+    part: int
+    file: str
+
+
+def read_collection(path: Path) -> list[Entry]:
+    """Files of a collection; none where there is no such file.
+
+    Raises
+    ------
+    ContactError
+        If it cannot be read.
+    """
+    if not path.exists():
+        return []
+    try:
+        sets = ElementTree.parse(path).getroot().iter("DataSet")
+        return [
+            Entry(one.attrib["timestep"], int(one.get("part", 0)), one.attrib["file"])
+            for one in sets
+        ]
+    except (OSError, ElementTree.ParseError, KeyError, ValueError) as error:
+        raise ContactError(f"{path} cannot be read: {error}") from None
+
+
+def write_collection(path: Path, entries: Sequence[Entry]) -> None:
+    """Write a collection in place of an older one, which is there until then."""
+    root = ElementTree.Element("VTKFile", type="Collection", version="1.0")
+    collection = ElementTree.SubElement(root, "Collection")
+    for one in entries:
+        ElementTree.SubElement(
+            collection, "DataSet", timestep=one.time, part=str(one.part), file=one.file
+        )
+    ElementTree.indent(root)
+    new = path.with_name(path.name + ".new")
+    ElementTree.ElementTree(root).write(new, encoding="utf-8", xml_declaration=True)
+    new.replace(path)

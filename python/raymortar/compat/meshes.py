@@ -1,4 +1,4 @@
-"""Meshes: cells, geometry, connectivity, tags."""
+"""Meshes: cells, geometry, connectivity, tags, and where their cells go."""
 
 from __future__ import annotations
 
@@ -7,10 +7,12 @@ from typing import Any
 import dolfinx
 import numpy as np
 import numpy.typing as npt
+from dolfinx import cpp as _cpp
 from dolfinx import geometry
 
+from ..errors import ContactError
 from .elements import basix_element
-from .generation import Indices, table, unwrap
+from .generation import HAS_UFL_ELEMENTS, Indices, table, unwrap
 
 
 def cell_name(mesh: dolfinx.mesh.Mesh) -> str:
@@ -19,12 +21,6 @@ def cell_name(mesh: dolfinx.mesh.Mesh) -> str:
     if types is not None and len(types[mesh.topology.dim]) > 1:
         return "mixed"
     return mesh.topology.cell_type.name
-
-
-def _coordinate_map(mesh: dolfinx.mesh.Mesh) -> Any:
-    """Coordinate element of a mesh with one cell type."""
-    maps = getattr(mesh.geometry, "cmaps", None)
-    return mesh.geometry.cmap if maps is None else maps[0]
 
 
 def on_mesh(thing: Any, mesh: dolfinx.mesh.Mesh) -> bool:
@@ -51,7 +47,8 @@ def points_in_boxes(
 
 def geometry_degree(mesh: dolfinx.mesh.Mesh) -> int:
     """Polynomial degree of the cells' geometry."""
-    return _coordinate_map(mesh).degree
+    maps = getattr(mesh.geometry, "cmaps", None)
+    return (mesh.geometry.cmap if maps is None else maps[0]).degree
 
 
 def geometry_dofmap(mesh: dolfinx.mesh.Mesh) -> Indices:
@@ -124,3 +121,53 @@ def meshtags(
     values = np.broadcast_to(np.asarray(values, dtype=np.int32), entities.shape)
     order = np.argsort(entities)
     return dolfinx.mesh.meshtags(mesh, dim, entities[order], values[order])
+
+
+def _ranks_across_facets(
+    cells: npt.NDArray[np.int64], cell: str, ranks: Indices
+) -> list[set[int]]:
+    """Other ranks that have a cell across a facet, for each of the cells."""
+    columns = np.array(basix_element(cell, 1).facet_vertices)
+    facets = np.sort(cells[:, columns], axis=2).reshape(-1, columns.shape[1])
+    of_cell = np.repeat(np.arange(len(cells)), len(columns))
+    order = np.lexsort(facets.T)
+    same = np.all(facets[order][1:] == facets[order][:-1], axis=1)
+    pairs = np.column_stack([of_cell[order][:-1][same], of_cell[order][1:][same]])
+    others: list[set[int]] = [set() for _ in cells]
+    for a, b in pairs[ranks[pairs[:, 0]] != ranks[pairs[:, 1]]]:
+        others[a].add(int(ranks[b]))
+        others[b].add(int(ranks[a]))
+    return others
+
+
+def as_destinations(ranks: npt.ArrayLike, count: int, size: int) -> Indices:
+    """Check the ranks of so many cells: whole numbers from 0 to ``size - 1``."""
+    found = np.asarray(ranks)
+    if found.shape != (count,) or not np.issubdtype(found.dtype, np.integer):
+        raise ContactError(
+            f"partition must give the rank of each of the {count} cells, whole numbers "
+            f"of shape ({count},), not {found.dtype} of shape {found.shape}"
+        )
+    wrong = np.flatnonzero((found < 0) | (found >= size))
+    if len(wrong):
+        raise ContactError(
+            f"partition gives cell {wrong[0]} to rank {found[wrong[0]]}, of {size} ranks"
+        )
+    return found.astype(np.int32)
+
+
+def given_partition(cells: npt.NDArray[np.int64], cell: str, ranks: Indices) -> Any:
+    """Partitioner that sends each of this rank's cells to a given rank.
+
+    Cells have their nodes in Basix order, (n_cells, n). The name of the cell type may be
+    anything where there are no cells.
+    """
+    rows = [[rank] for rank in ranks.tolist()]
+    if HAS_UFL_ELEMENTS and rows:
+        # It knows the vertices that ranks share from ghosts alone, which it drops later
+        others = _ranks_across_facets(cells, cell, ranks)
+        rows = [row + sorted(more) for row, more in zip(rows, others)]
+    offsets = np.cumsum([0] + [len(row) for row in rows], dtype=np.int32)
+    data = np.array([rank for row in rows for rank in row], dtype=np.int32)
+    # Its arguments differ between versions, and none of them is needed
+    return lambda *_: _cpp.graph.AdjacencyList_int32(data, offsets)

@@ -44,7 +44,7 @@ def vector_space(mesh: dolfinx.mesh.Mesh, degree: int) -> fem.FunctionSpace:
 
 @dataclass(frozen=True)
 class ElementInfo:
-    """What raymortar asks of the element of a function space.
+    """Properties of the element of a function space.
 
     Attributes
     ----------
@@ -71,12 +71,6 @@ class ElementInfo:
     is_discontinuous: bool
 
 
-def _value_shape(V: fem.FunctionSpace) -> tuple[int, ...]:
-    """Shape of the values of a space's functions."""
-    owner = V if hasattr(V, "value_shape") else V.element
-    return tuple(int(n) for n in owner.value_shape)
-
-
 def element_info(V: fem.FunctionSpace) -> ElementInfo:
     """Describe the element of a function space."""
     try:
@@ -84,15 +78,15 @@ def element_info(V: fem.FunctionSpace) -> ElementInfo:
         element = V.element.basix_element
     except RuntimeError:  # mixed and quadrature elements have none
         element = None
-    block_size = V.dofmap.index_map_bs
     is_mixed = element is None
+    owner = V if hasattr(V, "value_shape") else V.element
     return ElementInfo(
         is_lagrange=not is_mixed
         and element.family.name == "P"
         and element.interpolation_is_identity,
         degree=-1 if is_mixed else element.degree,
-        block_size=block_size,
-        value_shape=_value_shape(V),
+        block_size=V.dofmap.index_map_bs,
+        value_shape=tuple(int(n) for n in owner.value_shape),
         is_mixed=is_mixed,
         is_sub_space=len(V.component()) > 0,
         is_discontinuous=not is_mixed and element.discontinuous,
@@ -134,13 +128,7 @@ def mixed_space(
 
 
 def component(V: fem.FunctionSpace) -> int:
-    """Which part of a larger space a view into it is.
-
-    Raises
-    ------
-    ContactError
-        If it is a part of a part.
-    """
+    """Number of the part of a larger space that a view into it is."""
     parts = list(V.component())
     if len(parts) != 1:
         raise ContactError(
@@ -151,8 +139,10 @@ def component(V: fem.FunctionSpace) -> int:
 
 
 def collapsed(V: fem.FunctionSpace) -> tuple[fem.FunctionSpace, npt.NDArray[np.int64]]:
-    """A view into a larger space as a space of its own, and the place of each of its
-    local dofs in the larger one's ghosted arrays, unrolled. Collective."""
+    """Make a space of a view into a larger one, and find its dofs there. Collective.
+
+    They are the indices of its local dofs in the larger one's ghosted arrays, unrolled.
+    """
     own, dofs = V.collapse()
     # DOLFINx 0.11 has a list of one array
     return own, np.asarray(dofs, dtype=np.int64).ravel()

@@ -15,8 +15,8 @@ import numpy as np
 from ..compat import Array, Mask
 from ..convergence.balance import EPS, largest_by
 from ..host.bodies import bodies_of_facets
-from ..host.extents import ends_of
 from ..host.facets import format_point
+from ..host.ranks import ends_of
 from ..interaction import Interaction
 from ..interface.faced import Path, path
 from ..interface.point_results import CLOSED, OPEN

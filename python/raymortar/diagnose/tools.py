@@ -19,7 +19,7 @@ import numpy as np
 
 from ..compat import Array, Mask
 from ..errors import ContactWarning
-from ..host.extents import ends_of
+from ..host.ranks import ends_of
 from ..host.reference_facets import N_CORNERS, facet_nodes
 from ..interaction import Interaction
 from ..interface.faced import positions, unit_normals

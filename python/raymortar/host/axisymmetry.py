@@ -11,7 +11,7 @@ import ufl
 from dolfinx.mesh import Mesh
 
 from ..compat import Array
-from ..errors import ContactError, ContactWarning, raise_everywhere
+from ..errors import ContactError, ContactWarning, together
 from ..rigid.body import Body
 from .facets import Facets, coordinates, format_point, node_table
 from .joined import parts_of
@@ -22,70 +22,47 @@ _ON_AXIS = 1e-12
 _NO_HOOPS = 1e6 * float(np.finfo(float).eps)
 
 
-def circumference(points: Array) -> Array:
-    """2 pi r at points (..., d) [theory (2.12)]. Length."""
-    found: Array = 2.0 * np.pi * points[..., 0]
-    return found
-
-
 def weight(mesh: Mesh) -> Any:
     """2 pi r of the undeformed mesh, for UFL forms. Length."""
     return 2.0 * np.pi * ufl.SpatialCoordinate(mesh)[0]
 
 
 def check_half_plane(u: Any) -> None:
-    """Refuse meshes that are not 2D, or that cross the axis. Collective.
-
-    Raises
-    ------
-    ContactError
-        Naming the first node with r < 0.
-    """
+    """Refuse meshes that are not 2D, or that have nodes with r < 0. Collective."""
     for mesh in (part.function_space.mesh for part in parts_of(u)):
-        raise_everywhere(mesh.comm, _half_plane_fault(mesh))
-
-
-def _half_plane_fault(mesh: Mesh) -> str | None:
-    if mesh.geometry.dim != 2:
-        return (
-            "axisymmetric=True is for meshes in the (r, z) half plane, in 2D; this one "
-            f"is in {mesh.geometry.dim}D"
-        )
-    X = coordinates(mesh)
-    behind = np.flatnonzero(X[:, 0] < -_ON_AXIS * _size(X))
-    if not len(behind):
-        return None
-    return (
-        f"axisymmetric=True, but {len(behind)} node(s) have r = x[0] < 0, for example "
-        f"at {format_point(X[behind[0]])}: the axis is r = 0, the mesh the half plane "
-        "r >= 0"
-    )
+        with together(mesh.comm):
+            if mesh.geometry.dim != 2:
+                raise ContactError(
+                    "axisymmetric=True is for meshes in the (r, z) half plane, in 2D; "
+                    f"this one is in {mesh.geometry.dim}D"
+                )
+            X = coordinates(mesh)
+            behind = np.flatnonzero(X[:, 0] < -_ON_AXIS * _size(X))
+            if len(behind):
+                raise ContactError(
+                    f"axisymmetric=True, but {len(behind)} node(s) have r = x[0] < 0, "
+                    f"for example at {format_point(X[behind[0]])}: the axis is r = 0, "
+                    "the mesh the half plane r >= 0"
+                )
 
 
 def _size(X: Array) -> float:
-    """Largest magnitude of a coordinate on any rank. Collective."""
+    """Largest magnitude of a coordinate on this rank."""
     return float(np.abs(X).max(initial=0.0))
 
 
 def check_off_axis(mesh: Mesh, facets: Facets) -> None:
-    """Refuse facets on the axis, where the solid has no surface. Collective.
-
-    Raises
-    ------
-    ContactError
-        Naming the tag, and the first such facet.
-    """
+    """Refuse facets on the axis, where the solid has no surface. Collective."""
     X = coordinates(mesh)
     nodes = X[node_table(mesh, facets)]
     on = (nodes[:, :, 0] <= _ON_AXIS * _size(X)).all(axis=1)
-    message = None
-    if on.any():
-        middle = nodes[on][0].mean(axis=0)
-        message = (
-            f"{int(on.sum())} facet(s) with tag {facets.tag} lie on the axis r = 0, the "
-            f"first at {format_point(middle)}: in a full turn they are no surface"
-        )
-    raise_everywhere(mesh.comm, message)
+    with together(mesh.comm):
+        if on.any():
+            middle = nodes[on][0].mean(axis=0)
+            raise ContactError(
+                f"{int(on.sum())} facet(s) with tag {facets.tag} lie on the axis r = 0, "
+                f"the first at {format_point(middle)}: in a full turn they are no surface"
+            )
 
 
 def check_revolved(bodies: Sequence[Body]) -> None:
@@ -94,11 +71,6 @@ def check_revolved(bodies: Sequence[Body]) -> None:
     The tool is what the part of a section at r >= 0 makes in a full turn, which is a
     solid wherever the section crosses the axis. A circle with its centre beside the
     axis is then no ball, which is warned of.
-
-    Raises
-    ------
-    ContactError
-        Naming the body.
     """
     for body in bodies:
         others = [name for name in body.freedom.names if name != "y"]
@@ -148,12 +120,8 @@ def _off_axis(body: Body, moved: float) -> str:
 def warn_of_plane_form(forces: Array, diagonal: Array, comm: Any) -> None:
     """Warn if the form does not resist a growth of the radius, as hoops do. Collective.
 
-    Parameters
-    ----------
-    forces
-        Forces when all radii grow by 1, at this rank's dofs.
-    diagonal
-        Diagonal of the stiffness at the same dofs. Force per length.
+    The forces are those when all radii grow by 1, the diagonal that of the stiffness,
+    both at this rank's dofs.
     """
     sums = np.array([forces @ forces, diagonal @ diagonal])
     hoops, stiffness = np.sqrt(comm.allreduce(sums))

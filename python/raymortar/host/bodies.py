@@ -8,11 +8,13 @@ from typing import Any
 from mpi4py import MPI
 
 import numpy as np
-import numpy.typing as npt
 from dolfinx.fem import FunctionSpace
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from .. import compat
-from ..compat import Array, Indices
+from ..compat import Indices, Mask
+from .facets import Global
 from .joined import JoinedSpace
 
 
@@ -38,57 +40,25 @@ def bodies_of_facets(bodies: Bodies, surface: Any) -> Indices:
     return bodies.dofs[surface.dofs[surface.facet_dofs[:, 0]]]
 
 
-def connected(rows: Indices, n: int) -> Indices:
-    """For each of n entities, the smallest one that it is connected to.
-
-    Parameters
-    ----------
-    rows
-        Entities that each row ties to each other, (rows, entities per row).
-    n
-        Number of entities.
-    """
-    lowest = np.arange(n, dtype=rows.dtype)
-    while len(rows):
-        roots = lowest[rows]
-        low = roots.min(axis=1)
-        apart = (roots > low[:, None]).any(axis=1)
-        rows, roots, low = rows[apart], roots[apart], low[apart]
-        # Several rows may move one root: one of them is enough, as the others come
-        # again
-        for column in roots.T:
-            lowest[column] = np.minimum(lowest[column], low)
-        while (lowest != lowest[lowest]).any():
-            lowest = lowest[lowest]
-    return lowest
-
-
-def _owners(values: Array, index_map: object) -> Array:
-    """The owners' values, at owned entries and ghosts. Collective."""
-    vector = compat.create_la_vector(index_map)
-    vector.array[:] = values
-    compat.scatter_forward(vector)
-    return vector.array.copy()
+def connected(rows: Indices, n: int) -> Global:
+    """For each of n entities, the smallest one that rows of entities tie it to."""
+    one, other = np.repeat(rows[:, 0], rows.shape[1] - 1), rows[:, 1:].ravel()
+    graph = coo_array((np.ones(len(one), dtype=bool), (one, other)), shape=(n, n))
+    _, part = connected_components(graph, directed=False)
+    _, first = np.unique(part, return_index=True)
+    return first[part]
 
 
 def find_parts(
     comm: MPI.Comm,
     index_map: Any,
     rows: Indices,
-    used: npt.NDArray[np.bool_] | None = None,
+    used: Mask | None = None,
 ) -> tuple[Indices, int]:
     """Connected part of each local dof, and their number on all ranks. Collective.
 
-    Parameters
-    ----------
-    comm
-        Communicator of the mesh.
-    index_map
-        Index map of the dofs. rows
-        Block dofs that each of this rank's rows ties to each other, (rows, n).
-    used
-        Marks the dofs that count, on every rank that has them. Others get -1. None: all
-        count.
+    Rows (rows, n) have the block dofs that they tie to each other. Dofs that are not
+    used, on every rank that has them, get -1.
     """
     n = index_map.size_local + index_map.num_ghosts
     used = np.ones(n, dtype=bool) if used is None else used
@@ -97,8 +67,11 @@ def find_parts(
     counts = np.array(comm.allgather(len(parts)))
     mine = np.full(n, -1)
     mine[used] = counts[: comm.rank].sum() + part
-    theirs = _owners(mine, index_map).astype(np.int64)
-    ties = np.unique(np.column_stack([mine, theirs])[used], axis=0)
+    owners = compat.create_la_vector(index_map)
+    owners.array[:] = mine
+    compat.scatter_forward(owners)
+    ties = np.column_stack([mine, owners.array.astype(np.int64)])[used]
+    ties = np.unique(ties, axis=0)
     lowest = connected(np.concatenate(comm.allgather(ties)), int(counts.sum()))
     roots, joined = np.unique(lowest, return_inverse=True)
     found = np.full(n, -1, dtype=np.int32)
@@ -109,16 +82,13 @@ def find_parts(
 def find_bodies(V: FunctionSpace | JoinedSpace) -> Bodies:
     """Connected parts of the mesh, or meshes, of a space of continuous functions.
     Collective."""
-    if isinstance(V, JoinedSpace):
-        return _joined([find_bodies(part) for part in V.parts], V)
-    dofmap = V.dofmap
-    dofs, count = find_parts(V.mesh.comm, dofmap.index_map, compat.dofmap_array(V))
-    return Bodies(count, dofs)
-
-
-def _joined(parts: list[Bodies], V: JoinedSpace) -> Bodies:
-    """Bodies of several meshes, one after the other."""
-    dofs, count = np.empty(sum(len(one.dofs) for one in parts), dtype=np.int32), 0
+    if not isinstance(V, JoinedSpace):
+        dofmap = V.dofmap
+        dofs, count = find_parts(V.mesh.comm, dofmap.index_map, compat.dofmap_array(V))
+        return Bodies(count, dofs)
+    # Bodies of several meshes, one after the other
+    parts, count = [find_bodies(part) for part in V.parts], 0
+    dofs = np.empty(sum(len(one.dofs) for one in parts), dtype=np.int32)
     for one, places in zip(parts, V.index_map.places):
         dofs[places] = one.dofs + count
         count += one.count

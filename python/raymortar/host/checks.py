@@ -8,8 +8,7 @@ from dolfinx.mesh import Mesh
 
 from .. import compat
 from ..compat import Array, Indices
-from ..errors import raise_everywhere
-from .facet_areas import facet_areas
+from ..errors import ContactError, raise_everywhere, together
 from .facets import (
     FACETS_PER_CELL,
     Facets,
@@ -18,11 +17,12 @@ from .facets import (
     facet_corners,
     facet_ids,
     format_point,
-    marked_anywhere,
     midpoints,
     node_table,
 )
+from .ranks import count_marks
 from .reference_facets import FACET_SHAPE, normals
+from .surfaces import facet_areas
 
 # A facet narrower than this fraction of its cell has no usable normal.
 MIN_RELATIVE_WIDTH = 1e-12
@@ -94,15 +94,7 @@ def _value_fault(u: Function) -> str | None:
 
 
 def check_space(u: Function) -> None:
-    """Refuse displacements that raymortar cannot handle. Collective.
-
-    Raises
-    ------
-    ContactError
-        If the mesh is not of triangles, quadrilaterals, tetrahedra or hexahedra of
-        degree 1 or 2, the space not of continuous Lagrange vectors of degree 1 or 2,
-        the numbers not doubles, or some values not finite.
-    """
+    """Refuse displacements that raymortar cannot handle. Collective."""
     V = u.function_space
     message = _mesh_fault(V.mesh) or _element_fault(V) or _value_fault(u)
     raise_everywhere(V.mesh.comm, message)
@@ -117,45 +109,23 @@ def _facet_vertices(mesh: Mesh, facets: Facets) -> Indices:
 
 
 def check_pair(mesh: Mesh, slave: Facets, master: Facets) -> None:
-    """Refuse a slave and a master surface that touch in the mesh. Collective.
-
-    Raises
-    ------
-    ContactError
-        If they share vertices (hence also if they share facets).
-    """
+    """Refuse a slave and a master surface that share vertices in the mesh. Collective."""
     vertices, vertex_map = _facet_vertices(mesh, slave), mesh.topology.index_map(0)
     # The two surfaces may sit on different ranks
-    shared = marked_anywhere(vertex_map, vertices)
-    shared &= marked_anywhere(vertex_map, _facet_vertices(mesh, master))
+    shared = count_marks(vertex_map, vertices) > 0
+    shared &= count_marks(vertex_map, _facet_vertices(mesh, master)) > 0
     count = mesh.comm.allreduce(int(shared[: vertex_map.size_local].sum()))
-    message = None
-    if np.any(shared[vertices]):
-        # Both follow Basix's order of the facet's vertices.
-        corners = _vertex_coordinates(mesh, slave)
-        message = (
-            f"the slave surface (tag {slave.tag}) and the master surface (tag "
-            f"{master.tag}) share {count} vertex(es), for example at "
-            f"{format_point(corners[shared[vertices]][0])}: they must be apart in the "
-            "mesh. Give bodies nodes of their own; on one body leave out of a tag the "
-            "facets between the surfaces"
-        )
-    raise_everywhere(mesh.comm, message)
-
-
-def _vertex_coordinates(mesh: Mesh, facets: Facets) -> Array:
-    """Positions of :func:`_facet_vertices`, shape (n_facets, n, gdim)."""
-    element = compat.basix_element(compat.cell_name(mesh), 1)
-    columns = np.array(element.facet_vertices)[facets.local_facets]
-    corners = cell_corners(mesh, facets)
-    return np.take_along_axis(corners, columns[:, :, None], axis=1)
-
-
-def _areas(mesh: Mesh, facets: Facets) -> Array:
-    """Reference area (length in 2D) of each facet, shape (n_facets,)."""
-    degree, shape = compat.geometry_degree(mesh), FACET_SHAPE[compat.cell_name(mesh)]
-    nodes = coordinates(mesh)[node_table(mesh, facets)]
-    return facet_areas(shape, degree, nodes)
+    with together(mesh.comm):
+        if np.any(shared[vertices]):
+            # In Basix's order of the facet's vertices too
+            example = facet_corners(mesh, slave)[shared[vertices]][0]
+            raise ContactError(
+                f"the slave surface (tag {slave.tag}) and the master surface (tag "
+                f"{master.tag}) share {count} vertex(es), for example at "
+                f"{format_point(example)}: they must be apart in the mesh. Give bodies "
+                "nodes of their own; on one body leave out of a tag the facets between "
+                "the surfaces"
+            )
 
 
 def _extent(points: Array) -> Array:
@@ -168,39 +138,35 @@ def check_areas(mesh: Mesh, facets: Facets) -> None:
 
     The width of a facet (its length in 2D, else its area over its diameter) is
     compared with the diameter of its cell: an edge is never short against itself.
-
-    Raises
-    ------
-    ContactError
-        Naming the tag, and the cell and midpoint of the first such facet.
     """
-    area = _areas(mesh, facets)
+    degree, shape = compat.geometry_degree(mesh), FACET_SHAPE[compat.cell_name(mesh)]
+    area = facet_areas(shape, degree, coordinates(mesh)[node_table(mesh, facets)])
     smallest = MIN_RELATIVE_WIDTH * _extent(cell_corners(mesh, facets))
     if mesh.geometry.dim == 3:
         smallest = smallest * _extent(facet_corners(mesh, facets))
-    message = None
+    finite = np.isfinite(area) & np.isfinite(smallest)
     # Written so that NaN is bad.
     bad = np.flatnonzero(~((area > smallest) & np.isfinite(area)))
-    if len(bad) > 0:
-        first = bad[0]
-        cell = facet_ids(mesh, facets)[first] // FACETS_PER_CELL
-        finite = np.isfinite(area[first]) and np.isfinite(smallest[first])
-        fault = "no area" if finite else "coordinates not finite"
-        message = (
-            f"{len(bad)} facet(s) with tag {facets.tag} have {fault}, the first on "
-            f"cell {cell} at {format_point(midpoints(mesh, facets)[first])}"
-        )
-    raise_everywhere(mesh.comm, message)
+    with together(mesh.comm):
+        if len(bad) > 0:
+            fault = "no area" if finite[bad[0]] else "coordinates not finite"
+            raise ContactError(
+                f"{len(bad)} facet(s) with tag {facets.tag} have {fault}, the first on "
+                f"{_where(mesh, facets, bad[0])}"
+            )
+
+
+def _where(mesh: Mesh, facets: Facets, k: int) -> str:
+    """Name the cell and the midpoint of a facet."""
+    cell = facet_ids(mesh, facets)[k] // FACETS_PER_CELL
+    return f"cell {cell} at {format_point(midpoints(mesh, facets)[k])}"
 
 
 def _cell_jacobians(mesh: Mesh, cells: Indices) -> tuple[Array, Array]:
-    """Volume elements at the nodes of cells, and their bounds.
+    """Determinants of the Jacobian at the nodes of cells, (n_cells, n), and bounds.
 
-    Returns
-    -------
-    determinant, bound
-        Determinant of the Jacobian, and the product of its columns' lengths, which it
-        has if they are orthogonal, shape (n_cells, n).
+    The bound is the product of the columns' lengths: the determinant has it if they are
+    orthogonal.
     """
     element = compat.basix_element(compat.cell_name(mesh), compat.geometry_degree(mesh))
     X = coordinates(mesh)[compat.geometry_dofmap(mesh)[cells]]
@@ -218,11 +184,6 @@ def check_cells(mesh: Mesh, facets: Facets) -> None:
     cell's vertices, but one sign within a cell. It is checked at the nodes. It may
     vanish at some of them: at a vertex with an angle of 180 degrees, or at a node moved
     to the quarter of an edge.
-
-    Raises
-    ------
-    ContactError
-        Naming the tag, and the cell and the facet's midpoint of the first such facet.
     """
     determinant, bound = _cell_jacobians(mesh, facets.cells)
     size = np.abs(determinant).max(axis=1)
@@ -232,14 +193,11 @@ def check_cells(mesh: Mesh, facets: Facets) -> None:
         "no volume": size <= MIN_RELATIVE_VOLUME * bound.max(axis=1),
         "a fold: their Jacobian changes sign": fold > MAX_FOLD * size,
     }
-    message = None
-    for fault, bad in faults.items():
-        first = np.flatnonzero(bad)[:1]
-        if message is None and len(first) > 0:
-            cell = facet_ids(mesh, facets)[first[0]] // FACETS_PER_CELL
-            message = (
-                f"{int(bad.sum())} facet(s) with tag {facets.tag} are on cells with "
-                f"{fault}, the first on cell {cell} at "
-                f"{format_point(midpoints(mesh, facets)[first[0]])}"
-            )
-    raise_everywhere(mesh.comm, message)
+    with together(mesh.comm):
+        for fault, bad in faults.items():
+            if bad.any():
+                raise ContactError(
+                    f"{int(bad.sum())} facet(s) with tag {facets.tag} are on cells with "
+                    f"{fault}, the first on "
+                    f"{_where(mesh, facets, int(bad.argmax()))}"
+                )

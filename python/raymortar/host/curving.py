@@ -13,10 +13,12 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 from dolfinx.mesh import Mesh
+from scipy.sparse import csr_array
 
 from .. import compat
 from ..compat import Array, Indices
 from ..errors import ContactError, together
+from .bodies import connected
 from .facets import (
     Facets,
     Global,
@@ -24,15 +26,10 @@ from .facets import (
     coordinates,
     facet_ids,
     facet_node_table,
-    held_by_several,
 )
 from .joined import NUMBERS_OF_PART
-from .reference_facets import (
-    FACET_NODES,
-    N_CORNERS,
-    middle_normals,
-    shape_functions,
-)
+from .ranks import count_marks
+from .reference_facets import N_CORNERS, facet_nodes, middle_normals, shape_functions
 from .surfaces import Surface
 
 # Undeformed positions (3, n) to points of the true surface (3, n), or whether normals
@@ -79,7 +76,7 @@ class _Shape:
 
 
 def _shape(name: str) -> _Shape:
-    chord, _ = shape_functions(name, 1, FACET_NODES[name].astype(np.float64))
+    chord, _ = shape_functions(name, 1, facet_nodes(name, 2))
     edges = np.isclose(chord, 0.5)
     ends = np.nonzero(edges)[1].reshape(-1, 2)
     arms = [
@@ -90,22 +87,7 @@ def _shape(name: str) -> _Shape:
 
 
 def curve(surface: Surface, mesh: Mesh, facets: Facets, smooth: Smooth) -> Surface:
-    """Curve the straight facets of a surface. Collective.
-
-    Parameters
-    ----------
-    surface, mesh
-        Arrays of the facets, and their mesh, of degree 1.
-    facets
-        The same facets in the mesh.
-    smooth
-        See `Contact`.
-
-    Raises
-    ------
-    ContactError
-        If a user's function gives no points, or points far from the facets.
-    """
+    """Curve the straight facets of a surface, given in the mesh too. Collective."""
     shape = _shape(surface.shape)
     n, d = len(shape.arms), surface.gdim
     corners = surface.X[surface.facet_nodes[:, :n]]
@@ -131,7 +113,7 @@ def _with_mids(surface: Surface, mids: Array) -> Surface:
         X = surface.X.copy()
         X[surface.facet_nodes[:, corners:].ravel()] = mids
         return replace(surface, X=X)
-    facets, each = len(surface.facet_ids), len(FACET_NODES[surface.shape]) - corners
+    facets, each = len(surface.facet_ids), len(facet_nodes(surface.shape, 2)) - corners
     # Nodes of one facet: nothing but corners tells neighbours
     places = len(surface.X) + np.arange(len(mids), dtype=np.int32)
     ids = surface.facet_ids[:, None] * MIDS_OF_FACET + np.arange(each)
@@ -198,19 +180,17 @@ class _Neighbourhood:
 
     def corner_pairs(self) -> tuple[Indices, Indices]:
         """Corners of facets at the same node, each with each, by number."""
-        _, node, count = np.unique(self.ids, return_inverse=True, return_counts=True)
-        node = node.ravel()
-        order, first = np.argsort(node, kind="stable"), np.cumsum(count) - count
-        sizes = count[node]
-        one = np.repeat(np.arange(node.size), sizes)
-        rank = np.arange(len(one)) - np.repeat(np.cumsum(sizes) - sizes, sizes)
-        return one, order[first[node[one]] + rank]
+        nodes, node = np.unique(self.ids, return_inverse=True)
+        n = self.ids.size
+        places = np.arange(n), node.ravel()
+        at = csr_array((np.ones(n), places), shape=(n, len(nodes)))
+        return (at @ at.T).nonzero()
 
 
 def _touching(
     facets: Global | Indices, nodes: Global | Indices
 ) -> npt.NDArray[np.bool_]:
-    """Which facets, given by their corners, have a corner at one of some nodes."""
+    """Mark facets, given by their corners, that have one of some nodes."""
     return np.isin(facets, nodes).any(axis=1)
 
 
@@ -220,7 +200,8 @@ def _boundary(mesh: Mesh) -> tuple[Global, Array, Global]:
     facets, facet_ids = all_exterior_facets(mesh)
     nodes = facet_node_table(mesh, facets)
     own = compat.geometry_nodes_global(mesh)[nodes], coordinates(mesh)[nodes], facet_ids
-    shared = held_by_several(mesh.geometry.index_map(), nodes)[nodes].any(axis=1)
+    several = count_marks(mesh.geometry.index_map(), nodes) > 1
+    shared = several[nodes].any(axis=1)
     shared = _touching(nodes, nodes[shared])
     parts: list[Any] = mesh.comm.allgather(tuple(array[shared] for array in own))
     parts[mesh.comm.rank] = own
@@ -249,24 +230,23 @@ def _corner_normals(
     directions = flat / np.linalg.norm(flat, axis=-1, keepdims=True)
     one, other = around.corner_pairs()
     cosine = np.einsum("pd,pd->p", unit[one], unit[other])
-    patch = _patches(n, one, other, cosine > np.cos(SHARPEST))
+    # Facets whose normals differ little, or which others lead to in small steps
+    near = cosine > np.cos(SHARPEST)
+    patch = connected(np.column_stack([one, other])[near], n)
     smooth = (patch[one] == patch[other]) & (cosine > np.cos(MOST_CURVED))
     goes_on = np.ones(n, dtype=bool)
     np.logical_and.at(goes_on, one, smooth)
     one, other = one[smooth], other[smooth]
-    normal = np.zeros((n, d))
-    np.add.at(normal, one, weight[other])
+    alike = csr_array((np.ones(len(one)), (one, other)), shape=(n, n))
+    normal = alike @ weight
     turn = np.ones((n, d - 1))
     cosines = np.einsum("pid,pjd->pij", directions[one], directions[other])
     np.minimum.at(turn, one, cosines.min(axis=2))
     reached = goes_on[:, None] | (turn < -np.cos(ONWARD))
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    normal, reached = (
-        normal.reshape(around.X.shape),
-        reached.reshape(*around.ids.shape, d - 1),
-    )
-    better = np.zeros((n, d))
-    np.add.at(better, one, _from_inside(around, arms, normal, reached)[other])
+    normal = normal.reshape(around.X.shape)
+    reached = reached.reshape(*around.ids.shape, d - 1)
+    better = alike @ _from_inside(around, arms, normal, reached)
     size = np.linalg.norm(better, axis=1, keepdims=True)
     better /= np.where(size > 0.0, size, 1.0)
     found = (size > 0.0).reshape(*around.ids.shape, 1)
@@ -286,19 +266,6 @@ def _from_inside(
     mirrored = _mirrored(normal[:, shape.arms], arms) * theirs[..., None]
     total: Array = mirrored.sum(axis=2).reshape(-1, arms.shape[-1])
     return total
-
-
-def _patches(
-    count: int, one: Indices, other: Indices, alike: npt.NDArray[np.bool_]
-) -> Indices:
-    """Number of the smooth surface that each corner is on, (count,): facets at a node
-    whose normals differ little, or which others lead to in small steps."""
-    patch, last = np.arange(count), np.empty(0, dtype=np.int64)
-    one, other = one[alike], other[alike]
-    while not np.array_equal(patch, last):
-        last = patch.copy()
-        np.minimum.at(patch, one, last[other])
-    return patch
 
 
 def _sags(around: _Neighbourhood) -> Array:
@@ -339,18 +306,17 @@ def _mirrored(n: Array, d: Array) -> Array:
 
 
 def _agreed(around: _Neighbourhood, direction: Array, height: Array) -> Array:
-    """The same sag for both facets of each edge, (facets, edges, d).
+    """Find one sag for both facets of each edge, (facets, edges, d).
 
     On a smooth surface their mean; at a sharp edge what has the height of each in its
     direction, so that a straight edge stays straight, and a circular rim is round.
     """
     edges = len(around.shape.ends)
     keys = np.sort(around.ids[:, around.shape.ends].reshape(-1, 2), axis=1)
-    order = np.lexsort(keys.T)
-    keys = keys[order]
-    first = np.flatnonzero(np.r_[True, (keys[1:] != keys[:-1]).any(axis=1)])
-    pairs = first[np.diff(np.r_[first, len(keys)]) == 2]
-    one, two = order[pairs], order[pairs + 1]
+    _, edge, count = np.unique(keys, axis=0, return_inverse=True, return_counts=True)
+    order = np.argsort(edge.ravel(), kind="stable")
+    paired = order[count[edge.ravel()[order]] == 2]
+    one, two = paired[::2], paired[1::2]
     n, h = direction.reshape(-1, 3), height.ravel()
     unit = around.unit
     flat = np.einsum("ed,ed->e", unit[one // edges], unit[two // edges])

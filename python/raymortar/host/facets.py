@@ -10,8 +10,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from mpi4py import MPI
-
 import numpy as np
 import numpy.typing as npt
 from dolfinx.fem import FunctionSpace
@@ -19,7 +17,8 @@ from dolfinx.mesh import Mesh
 
 from .. import compat
 from ..compat import Array, Indices
-from ..errors import raise_everywhere
+from ..errors import ContactError, raise_everywhere, together
+from .ranks import count_marks
 from .reference_facets import (
     FACET_SHAPE,
     N_CORNERS,
@@ -99,7 +98,7 @@ def format_point(point: Array) -> str:
     return "(" + ", ".join(f"{x:.6g}" for x in point) + ")"
 
 
-def _points_inward(mesh: Mesh, facets: Facets) -> npt.NDArray[np.bool_]:
+def points_inward(mesh: Mesh, facets: Facets) -> npt.NDArray[np.bool_]:
     """Whether the normal at each facet's centre points into its cell, before facets are
     turned."""
     shape = FACET_SHAPE[compat.cell_name(mesh)]
@@ -109,39 +108,31 @@ def _points_inward(mesh: Mesh, facets: Facets) -> npt.NDArray[np.bool_]:
     return np.einsum("fd,fd->f", m, outward) < 0
 
 
-def _turn_outward(
-    table: Indices, inward: npt.NDArray[np.bool_], shape: str, degree: int
-) -> Indices:
-    """Reflect the rows of a facet table whose normal points inward."""
-    turned = table[:, reflection(shape, degree)]
-    return np.where(inward[:, None], turned, table).astype(np.int32)
+def _outward(mesh: Mesh, facets: Facets, degree: int) -> Indices:
+    """Nodes of facets in elements of their cells, turned outward, (n_facets, n)."""
+    cell = compat.cell_name(mesh)
+    table = cell_facet_nodes(cell, degree)[facets.local_facets]
+    turned = table[:, reflection(FACET_SHAPE[cell], degree)]
+    return np.where(points_inward(mesh, facets)[:, None], turned, table)
 
 
 def facet_dof_table(V: FunctionSpace, facets: Facets) -> Indices:
     """Local block dofs of facets, turned outward, shape (n_facets, n)."""
-    mesh, degree = V.mesh, compat.element_info(V).degree
-    cell = compat.cell_name(mesh)
-    columns = cell_facet_nodes(cell, degree)[facets.local_facets]
-    table = compat.dofmap_array(V)[facets.cells[:, None], columns]
-    inward = _points_inward(mesh, facets)
-    return _turn_outward(table, inward, FACET_SHAPE[cell], degree)
+    nodes = _outward(V.mesh, facets, compat.element_info(V).degree)
+    return compat.dofmap_array(V)[facets.cells[:, None], nodes]
 
 
 def facet_node_table(mesh: Mesh, facets: Facets) -> Indices:
     """Local geometry nodes of facets, turned outward, shape (n_facets, n)."""
-    shape = FACET_SHAPE[compat.cell_name(mesh)]
-    table, inward = node_table(mesh, facets), _points_inward(mesh, facets)
-    return _turn_outward(table, inward, shape, compat.geometry_degree(mesh))
+    nodes = _outward(mesh, facets, compat.geometry_degree(mesh))
+    return compat.geometry_dofmap(mesh)[facets.cells[:, None], nodes]
 
 
 def reference_corners(mesh: Mesh, facets: Facets) -> Array:
     """Corners of facets, turned outward, in the reference coordinates of their cells,
     (n_facets, n, tdim)."""
-    cell = compat.cell_name(mesh)
-    table = cell_facet_nodes(cell, 1)[facets.local_facets]
-    turned = _turn_outward(table, _points_inward(mesh, facets), FACET_SHAPE[cell], 1)
-    points: Array = compat.basix_element(cell, 1).points
-    return points[turned]
+    points: Array = compat.basix_element(compat.cell_name(mesh), 1).points
+    return points[_outward(mesh, facets, 1)]
 
 
 def facet_ids(mesh: Mesh, facets: Facets) -> Global:
@@ -154,7 +145,7 @@ def facet_ids(mesh: Mesh, facets: Facets) -> Global:
 # Looking them up
 
 
-def _facets_of_mesh(mesh: Mesh, tag: int, facets: Indices) -> Facets:
+def facets_of_mesh(mesh: Mesh, tag: int, facets: Indices) -> Facets:
     """Look up cell and local number of facets with one local cell. Collective."""
     tdim = mesh.topology.dim
     to_cells = compat.connectivity(mesh, tdim - 1, tdim)
@@ -164,32 +155,29 @@ def _facets_of_mesh(mesh: Mesh, tag: int, facets: Indices) -> Facets:
     return Facets(tag, facets, cells.astype(np.int32), local_facets.astype(np.int32))
 
 
-def _existing_tags(comm: MPI.Comm, facet_tags: Any) -> list[int]:
-    """All tags that occur on any rank. Collective."""
-    values = comm.allgather(np.unique(facet_tags.values).tolist())
-    return sorted(set().union(*values))
-
-
 def _check_tags(mesh: Mesh, facet_tags: Any, tag: int, role: str) -> None:
     """Refuse tags of the wrong dimension, and unknown tags. Collective."""
     comm, tdim = mesh.comm, mesh.topology.dim
+    with together(comm):
+        if not all(hasattr(facet_tags, name) for name in ("dim", "indices", "values")):
+            raise ContactError(
+                f"facet_tags must be MeshTags, not {type(facet_tags).__name__}"
+            )
+        if facet_tags.dim != tdim - 1:
+            raise ContactError(
+                f"facet_tags are tags of entities of dimension {facet_tags.dim}; facets "
+                f"of this mesh have dimension {tdim - 1}"
+            )
+        if not compat.on_mesh(facet_tags, mesh):
+            raise ContactError("facet_tags are of another mesh than the displacement")
+    existing = set().union(*comm.allgather(np.unique(facet_tags.values).tolist()))
     message = None
-    if not all(hasattr(facet_tags, name) for name in ("dim", "indices", "values")):
-        message = f"facet_tags must be MeshTags, not {type(facet_tags).__name__}"
-    elif facet_tags.dim != tdim - 1:
+    if tag not in existing:
         message = (
-            f"facet_tags are tags of entities of dimension {facet_tags.dim}; facets "
-            f"of this mesh have dimension {tdim - 1}"
-        )
-    elif not compat.on_mesh(facet_tags, mesh):
-        message = "facet_tags are of another mesh than the displacement"
-    raise_everywhere(comm, message)
-    if comm.allreduce(int(np.sum(facet_tags.values == tag))) == 0:
-        raise_everywhere(
-            comm,
             f"no facet has the {role} tag {tag}; the tags that exist are "
-            f"{_existing_tags(comm, facet_tags)}",
+            f"{sorted(existing)}"
         )
+    raise_everywhere(comm, message)
 
 
 def _with_owned_cell(mesh: Mesh, facets: Indices) -> Indices:
@@ -202,70 +190,34 @@ def _with_owned_cell(mesh: Mesh, facets: Indices) -> Indices:
     return facets[counts[last] > counts[first]]
 
 
-def marked_anywhere(index_map: Any, entities: Indices) -> npt.NDArray[np.bool_]:
-    """Which local entities any rank has marked. Collective."""
-    return _count_marks(index_map, entities) > 0
-
-
-def held_by_several(index_map: Any, entities: Indices) -> npt.NDArray[np.bool_]:
-    """Which local entities several ranks have marked. Collective."""
-    return _count_marks(index_map, entities) > 1
-
-
-def _count_marks(index_map: Any, entities: Indices) -> Array:
-    """Count the ranks that have marked each local entity. Collective."""
-    marker = compat.create_la_vector(index_map)
-    marker.array[entities.ravel()] = 1
-    # Marks go to the owner, which may have marked none itself, and from there to all
-    compat.scatter_reverse_add(marker)
-    compat.scatter_forward(marker)
-    counts: Array = marker.array.copy()
-    return counts
-
-
 def _check_exterior(mesh: Mesh, interior: Indices, tag: int, role: str) -> None:
     """Refuse the interior facets that carry the tag. Collective."""
     tdim = mesh.topology.dim
-    found = midpoints(mesh, _facets_of_mesh(mesh, tag, interior[:1]))
+    found = midpoints(mesh, facets_of_mesh(mesh, tag, interior[:1]))
     # A facet between two ranks is found by both
     facet_map = mesh.topology.index_map(tdim - 1)
-    marked = marked_anywhere(facet_map, interior)[: facet_map.size_local]
+    marked = count_marks(facet_map, interior)[: facet_map.size_local] > 0
     count = mesh.comm.allreduce(int(marked.sum()))
-    message = None
-    if len(found) > 0:
-        message = (
-            f"{count} facet(s) with the {role} tag {tag} lie inside the body, "
-            f"between two cells, for example at {format_point(found[0])}: contact needs "
-            "boundary facets, so the bodies must not share nodes"
-        )
-    raise_everywhere(mesh.comm, message)
+    with together(mesh.comm):
+        if len(found) > 0:
+            raise ContactError(
+                f"{count} facet(s) with the {role} tag {tag} lie inside the body, "
+                f"between two cells, for example at {format_point(found[0])}: contact "
+                "needs boundary facets, so the bodies must not share nodes"
+            )
 
 
 def all_exterior_facets(mesh: Mesh) -> tuple[Facets, Global]:
     """All exterior facets of this rank's cells, and their global numbers. Collective."""
-    facets = _facets_of_mesh(mesh, -1, compat.exterior_facets(mesh))
+    facets = facets_of_mesh(mesh, -1, compat.exterior_facets(mesh))
     return facets, facet_ids(mesh, facets)
 
 
 def tagged_facets(mesh: Mesh, facet_tags: Any, tag: int, role: str) -> Facets:
-    """Boundary facets with a tag, each on the rank that owns its cell. Collective.
+    """Find the boundary facets with a tag, each on the rank that owns its cell.
 
-    Parameters
-    ----------
-    mesh
-        Mesh.
-    facet_tags
-        MeshTags of its facets.
-    tag
-        Tag of the surface.
-    role
-        ``"slave"`` or ``"master"``, for messages.
-
-    Raises
-    ------
-    ContactError
-        If the tags are not of facets, the tag does not occur, or facets inside the
-        body carry it.
+    Collective. The role, slave or master, is for messages: about tags of other
+    entities, a tag that does not occur, or facets inside the body.
     """
     _check_tags(mesh, facet_tags, tag, role)
     exterior = compat.exterior_facets(mesh)
@@ -274,4 +226,4 @@ def tagged_facets(mesh: Mesh, facet_tags: Any, tag: int, role: str) -> Facets:
     # the number of local cells does not tell inside from outside.
     others = np.setdiff1d(tagged, exterior)
     _check_exterior(mesh, _with_owned_cell(mesh, others), tag, role)
-    return _facets_of_mesh(mesh, tag, np.intersect1d(tagged, exterior))
+    return facets_of_mesh(mesh, tag, np.intersect1d(tagged, exterior))

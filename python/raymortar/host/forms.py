@@ -1,15 +1,17 @@
-"""Checks of the forms and conditions that a user gives. All are collective."""
+"""The forms and conditions of a problem, after checks, and what it solves for."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from itertools import product
 from typing import Any
 
 import ufl
-from dolfinx.fem import FunctionSpace
+from dolfinx.fem import Function, FunctionSpace
 
 from .. import compat
 from ..errors import ContactError
+from .host import Host
 
 _RESIDUAL = (
     "a linear form in the test function of contact.u.function_space; where the "
@@ -32,9 +34,7 @@ def check_form(
         raise ContactError(
             f"{name} is a form of rank {len(arguments)}: it must be {wanted}"
         )
-    if len(spaces) == 1:
-        spaces = spaces * len(arguments)
-    for argument, V in zip(arguments, spaces):
+    for argument, V in zip(arguments, spaces * rank if len(spaces) == 1 else spaces):
         if not compat.is_same_space(argument.ufl_function_space(), V):
             raise ContactError(
                 f"{name} has a test or trial function in another space: it must be "
@@ -43,14 +43,7 @@ def check_form(
 
 
 def check_forms(F: Any, J: Any, u: Any) -> None:
-    """Raise unless F is a residual of u and J, if there is one, a Jacobian of it.
-
-    Raises
-    ------
-    ContactError
-        If F or J is no form, of another rank, in another space, or if F does not depend
-        on u and there is no J: its derivative would be zero.
-    """
+    """Raise unless F is a residual of u and J, if there is one, a Jacobian of it."""
     V = u.function_space
     check_form("F", F, 1, _RESIDUAL, V)
     if J is not None:
@@ -74,16 +67,17 @@ def list_of_conditions(bcs: Any) -> list[Any]:
 
 def check_supports(name: str, supports: Any) -> dict[str, list[Any]]:
     """Conditions as a list by name of the support, or an error."""
-    supports = {} if supports is None else supports
-    if not isinstance(supports, Mapping):
+    if not isinstance(supports or {}, Mapping):
         raise ContactError(
             f"{name} must be Dirichlet conditions by name of the support, not "
             f"{type(supports).__name__}"
         )
-    found = {}
-    for support, bcs in supports.items():
-        found[support] = list(bcs) if isinstance(bcs, (list, tuple)) else [bcs]
-        for bc in found[support]:
+    found = {
+        support: list(bcs) if isinstance(bcs, (list, tuple)) else [bcs]
+        for support, bcs in (supports or {}).items()
+    }
+    for support, bcs in found.items():
+        for bc in bcs:
             if not hasattr(bc, "dof_indices"):
                 raise ContactError(
                     f"{name} has {bc!r} for {support!r}, which is no Dirichlet "
@@ -95,16 +89,156 @@ def check_supports(name: str, supports: Any) -> dict[str, list[Any]]:
 def check_compiled(a: Any, count: int = 1) -> None:
     """Raise unless `a` is a compiled bilinear form, or for several unknowns a table of
     them."""
+    rows = [[a]]
     if count > 1:
         rows = a if isinstance(a, list) else []
         if len(rows) != count or any(len(row) != count for row in rows):
             raise ContactError(f"a must be {count} lists of {count} forms each")
-        for one in (one for row in rows for one in row if one is not None):
-            check_compiled(one)
-        return
-    rank = compat.compiled_rank(a)
-    if rank != 2:
-        found = type(a).__name__ if rank is None else f"a form of rank {rank}"
+    for one in (one for row in rows for one in row if one is not None or count == 1):
+        rank = compat.compiled_rank(one)
+        if rank != 2:
+            found = type(one).__name__ if rank is None else f"a form of rank {rank}"
+            raise ContactError(
+                f"a must be a compiled bilinear form (dolfinx.fem.form), not {found}"
+            )
+
+
+# Unknowns
+
+
+def find_unknowns(F: Any, J: Any, u: Any, host: Host) -> list[Function]:
+    """The Functions that a problem solves for, after checks of its forms.
+
+    F and J are a UFL residual and its Jacobian or None, or lists of them by unknown; u
+    is None, a Function or a list.
+    """
+    if isinstance(F, (list, tuple)):
+        return _several(F, J, u, host)
+    if len(host.displacements) > 1:
         raise ContactError(
-            f"a must be a compiled bilinear form (dolfinx.fem.form), not {found}"
+            f"the displacements {host.name} are on meshes of their own: F must be a "
+            "list of residuals, with u= a list of what they are solved for"
         )
+    only = host.displacements[0]
+    if only.component is None:
+        check_forms(F, J, only.given)
+        _check_named(u, only.given)
+        return [only.given]
+    whole = _whole(F, J, host)
+    _check_named(u, whole)
+    return [whole]
+
+
+def _check_named(u: Any, found: Function) -> None:
+    """Raise if u is given and names other unknowns than were found."""
+    named = list(u) if isinstance(u, (list, tuple)) else [u]
+    if u is not None and (len(named) != 1 or named[0] is not found):
+        raise ContactError(
+            f"u must be the one Function that F is a residual of, {found.name}: of "
+            "several unknowns F is a list too, by unknown"
+        )
+
+
+def _whole(F: Any, J: Any, host: Host) -> Function:
+    """The mixed Function that has the displacement as a part."""
+    check_form("F", F, 1, "a linear form in the test functions of the mixed space")
+    W = F.arguments()[0].ufl_function_space()
+    given = host.displacements[0].given
+    part = given.function_space
+    if not compat.contains(W, part):
+        raise ContactError(
+            "F has a test function in another space than the mixed one that the "
+            f"displacement {given.name} is a part of"
+        )
+    if J is not None:
+        wanted = "a bilinear form in test and trial functions of the mixed space"
+        check_form("J", J, 2, wanted, W)
+    for f in F.coefficients():
+        if isinstance(f, Function) and compat.same_values(f, given):
+            return f
+    if J is None:
+        raise ContactError(
+            f"F does not depend on the mixed Function that {given.name} is a part "
+            f"of, but on {[str(c) for c in F.coefficients()]}: write it in that one "
+            "(ufl.split), or give J"
+        )
+    return Function(W, given.x)
+
+
+def _several(F: Sequence[Any], J: Any, u: Any, host: Host) -> list[Function]:
+    """Unknowns of a list of residuals."""
+    if not isinstance(u, (list, tuple)):
+        raise ContactError(
+            "F must be one UFL form, or a list of them by unknown with these in a list "
+            f"u=, not list with u={u!r}"
+        )
+    for f in u:
+        if not isinstance(f, Function):
+            raise ContactError(f"u must be a list of Functions, not of {f!r}")
+    if len(F) != len(u):
+        raise ContactError(
+            f"{len(F)} forms for {len(u)} unknowns: F must have one for each"
+        )
+    _check_spaces(u)
+    for i, (form, f) in enumerate(zip(F, u)):
+        wanted = f"a linear form in the test function of {f.name}'s space"
+        check_form(f"F[{i}]", form, 1, wanted, f.function_space)
+    givens = [d.given for d in host.displacements]
+    if not all(any(compat.same_values(f, given) for f in u) for given in givens):
+        raise ContactError(host.absence(u))
+    if J is not None:
+        _check_table(J, u)
+    return list(u)
+
+
+def _check_spaces(u: Sequence[Function]) -> None:
+    """Raise if two unknowns have one space: conditions on one could not be told from
+    those on the other."""
+    for i, f in enumerate(u):
+        if compat.element_info(f.function_space).is_sub_space:
+            raise ContactError(
+                f"u has {f.name}, a part of a mixed Function: name the whole"
+            )
+        for g in u[:i]:
+            if compat.is_same_space(f.function_space, g.function_space):
+                raise ContactError(
+                    f"the unknowns {g.name} and {f.name} are on one space: make the "
+                    "second on V.clone(), or conditions on one would hold the other"
+                )
+
+
+def _check_table(J: Any, u: Sequence[Function]) -> None:
+    """Raise unless J is a table of Jacobians by test and trial space."""
+    n = len(u)
+    rows = list(J) if isinstance(J, (list, tuple)) else []
+    if len(rows) != n or any(
+        not isinstance(row, (list, tuple)) or len(row) != n for row in rows
+    ):
+        raise ContactError(
+            f"J must be {n} lists of {n} forms, by test and trial space, None for zero"
+        )
+    for (i, f), (j, g) in product(enumerate(u), repeat=2):
+        if rows[i][j] is not None:
+            wanted = f"bilinear, in {f.name}'s test and {g.name}'s trial space"
+            spaces = f.function_space, g.function_space
+            check_form(f"J[{i}][{j}]", rows[i][j], 2, wanted, *spaces)
+
+
+def jacobians(F: Sequence[Any], u: Sequence[Function], host: Host) -> list[list[Any]]:
+    """Derivatives of residuals by unknowns, None for zero, or an error."""
+    table = [[derivative(form, f) for f in u] for form in F]
+    for d in host.displacements:
+        if table[d.at][d.at] is None:
+            raise ContactError(
+                f"F[{d.at}] does not depend on the displacement {d.given.name}: write "
+                "it in that Function, or give J"
+            )
+    return table
+
+
+def derivative(form: Any, f: Function) -> Any:
+    """Derivative of a form by a Function, None for zero."""
+    if not any(coefficient is f for coefficient in form.coefficients()):
+        return None
+    J = ufl.derivative(form, f, ufl.TrialFunction(f.function_space))
+    return None if ufl.algorithms.expand_derivatives(J).empty() else J

@@ -13,15 +13,19 @@ from dolfinx.mesh import Mesh
 
 from .. import compat
 from ..compat import Array, Indices
+from .facets import facets_of_mesh
 from .reference_facets import FACET_SHAPE, cell_facet_nodes
 
-# Nodes of a facet of degree 2 in the order around it
-_AROUND = {"triangle": [0, 5, 1, 3, 2, 4], "quadrilateral": [0, 4, 1, 6, 3, 7, 2, 5]}
+# Nodes of a facet of degree 2 in the order around it; every other one is a corner
+_AROUND = {
+    "interval": [0, 2, 1],
+    "triangle": [0, 5, 1, 3, 2, 4],
+    "quadrilateral": [0, 4, 1, 6, 3, 7, 2, 5],
+}
 
 
 def gather(comm: MPI.Comm, array: Array) -> Array | None:
-    """Rows of all ranks, one after the other, on rank 0; None on other ranks.
-    Collective."""
+    """Join the rows of all ranks on rank 0; None on other ranks. Collective."""
     parts = comm.gather(array, root=0)
     return None if parts is None else np.concatenate(parts)
 
@@ -55,36 +59,29 @@ def nodal_field(
     return field
 
 
-def _corner_values(function: Function, cells: Indices, corners: Indices) -> Array:
-    """Values at some vertices of cells: (n, corners, components)."""
-    V = function.function_space
-    dofs = compat.dofmap_array(V)[cells[:, None], corners]
-    return function.x.array.reshape(-1, V.dofmap.index_map_bs)[dofs]
-
-
-def _gather_corners(
-    mesh: Mesh, cells: Indices, corners: Indices, functions: tuple[Function, ...]
+def _gather_nodes(
+    mesh: Mesh, x: Array, cells: Indices, nodes: Indices, functions: tuple[Any, ...]
 ) -> list[Any]:
-    """Vertices (n, k, 3) of pieces of cells, and functions there, on rank 0."""
-    nodes = compat.geometry_dofmap(mesh)[cells[:, None], corners]
-    arrays = [mesh.geometry.x[nodes]]
-    arrays += [_corner_values(f, cells, corners) for f in functions]
+    """Positions (n, k, 3) of some nodes of cells and values of functions on rank 0."""
+    arrays = [x]
+    for f in functions:
+        V = f.function_space
+        dofs = compat.dofmap_array(V)[cells[:, None], nodes]
+        arrays.append(f.x.array.reshape(-1, V.dofmap.index_map_bs)[dofs])
     return [gather(mesh.comm, array) for array in arrays]
 
 
 def gather_cells(mesh: Mesh, *functions: Function) -> list[Any]:
     """Cells of a 2D mesh as polygons, with functions at their vertices. Collective.
 
-    Returns
-    -------
     On rank 0 vertices (n, k, 3) in order around the cell, and an array
     (n, k, components) for each continuous Lagrange function; None elsewhere.
     """
     cells = np.arange(mesh.topology.index_map(2).size_local, dtype=np.int32)
     quadrilateral = compat.cell_name(mesh) == "quadrilateral"
-    order = [0, 1, 3, 2] if quadrilateral else [0, 1, 2]
-    corners = np.tile(np.array(order, dtype=np.int32), (len(cells), 1))
-    return _gather_corners(mesh, cells, corners, functions)
+    corners = np.tile([0, 1, 3, 2] if quadrilateral else [0, 1, 2], (len(cells), 1))
+    x = mesh.geometry.x[compat.geometry_dofmap(mesh)[cells[:, None], corners]]
+    return _gather_nodes(mesh, x, cells, corners, functions)
 
 
 def gather_boundary(
@@ -93,48 +90,23 @@ def gather_boundary(
     facets: Indices | None = None,
     is_curved: bool = False,
 ) -> list[Any]:
-    """Exterior facets of a mesh, or given ones, as polygons, in 2D their ends; see
-    `gather_cells`.
+    """Exterior facets of a mesh, or given ones of this rank, as `gather_cells`.
 
-    Collective.
-
-    Parameters
-    ----------
-    mesh
-        The mesh.
-    functions
-        Functions on it. All are of degree 2 if facets are curved.
-    facets
-        Facets of this rank. None: all exterior ones.
-    is_curved
-        Whether polygons, in 3D, also have the nodes amid the edges, so that edges of degree 2
-        look curved.
+    Collective. In 2D polygons are ends. Curved ones, in 3D, also have the nodes amid the
+    edges, so that edges of degree 2 look curved; all functions are then of degree 2.
     """
-    dim = mesh.topology.dim
-    owned = mesh.topology.index_map(dim).size_local
     chosen = compat.exterior_facets(mesh) if facets is None else facets
-    f_to_c = compat.connectivity(mesh, dim - 1, dim)
-    cells = np.array([f_to_c.links(f)[0] for f in chosen], dtype=np.int32)
+    found = facets_of_mesh(mesh, -1, chosen)
     # The owner of a facet's cell sends the facet: each facet comes once
-    chosen, cells = chosen[cells < owned], cells[cells < owned]
-    c_to_f = compat.connectivity_table(mesh, dim, dim - 1)
-    local = np.argmax(c_to_f[cells] == chosen[:, None], axis=1)
+    own = found.cells < mesh.topology.index_map(mesh.topology.dim).size_local
+    cells, local = found.cells[own], found.local_facets[own]
     cell = compat.cell_name(mesh)
+    around = _AROUND[FACET_SHAPE[cell]][:: 1 if is_curved else 2]
+    nodes = cell_facet_nodes(cell, 2 if is_curved else 1)[:, around][local]
     if is_curved:
-        around = _AROUND[FACET_SHAPE[cell]]
-        nodes = cell_facet_nodes(cell, 2)[:, around][local].reshape(-1, len(around))
-        x = _node_positions(functions[0], cells, nodes)
-        values = [_corner_values(f, cells, nodes) for f in functions]
-        return [gather(mesh.comm, array) for array in (x, *values)]
-    table = compat.basix_element(cell, 1).facet_vertices
-    order = [0, 1, 3, 2] if len(table[0]) == 4 else list(range(len(table[0])))
-    corners = np.array(table, dtype=np.int32)[:, order][local]
-    return _gather_corners(mesh, cells, corners.reshape(-1, len(order)), functions)
-
-
-def _node_positions(function: Function, cells: Indices, nodes: Indices) -> Array:
-    """Undeformed positions of some nodes of cells, (n, nodes, 3)."""
-    V = function.function_space
-    dofs = compat.dofmap_array(V)[cells[:, None], nodes]
-    positions: Array = V.tabulate_dof_coordinates()[dofs]
-    return positions
+        V = functions[0].function_space
+        dofs = compat.dofmap_array(V)[cells[:, None], nodes]
+        x = V.tabulate_dof_coordinates()[dofs]
+    else:
+        x = mesh.geometry.x[compat.geometry_dofmap(mesh)[cells[:, None], nodes]]
+    return _gather_nodes(mesh, x, cells, nodes, functions)

@@ -17,69 +17,14 @@ from .host import Field
 from .layout import CoupledRows
 
 
-class PartOfMatrix:
-    """Some rows and columns of a matrix, as a matrix.
-
-    Parameters
-    ----------
-    parts
-        Square matrices, for each the owned rows to take and their new places. They are
-        the diagonal blocks.
-    """
-
-    def __init__(self, parts: Sequence[tuple[PETSc.Mat, Places, Places]]) -> None:
-        self._parts = [(K, rows, at, *K.createVecs()) for K, rows, at in parts]
-        self._comm = parts[0][0].comm
-        self._size = sum(len(rows) for _, rows, _ in parts)
-
-    def createVecs(self) -> tuple[PETSc.Vec, PETSc.Vec]:
-        """A vector to multiply, and one for the product."""
-        x, y = (
-            PETSc.Vec().createMPI((self._size, None), comm=self._comm) for _ in range(2)
-        )
-        return x, y
-
-    def mult(self, x: PETSc.Vec, y: PETSc.Vec) -> None:
-        """y = K x. Collective."""
-        for K, rows, at, from_x, to_y in self._parts:
-            from_x.set(0.0)
-            from_x.array[rows] = x.array_r[at]
-            K.mult(from_x, to_y)
-            y.array[at] = to_y.array_r[rows]
-
-    def getDiagonal(self) -> PETSc.Vec:
-        """Diagonal entries."""
-        diagonal, other = self.createVecs()
-        other.destroy()
-        for K, rows, at, *_ in self._parts:
-            whole = K.getDiagonal()
-            diagonal.array[at] = whole.array_r[rows]
-            whole.destroy()
-        return diagonal
-
-    def destroy(self) -> None:
-        """Free what belongs to it."""
-        for *_, x, y in self._parts:
-            x.destroy()
-            y.destroy()
-
-
 class HostBlocks:
-    """Assembled blocks of a table of compiled forms. Collective.
-
-    Parameters
-    ----------
-    form
-        Compiled bilinear form, or a table of them by test and trial space.
-    layout
-        Rows of the coupled system.
-    """
+    """Assembled blocks of a compiled form, or of a table of them. Collective."""
 
     def __init__(self, form: Any, layout: CoupledRows) -> None:
         self.layout, self.host = layout, layout.host
         table = form if isinstance(form, list) else [[form]]
         self.table = [[self._assembled(one) for one in row] for row in table]
-        self._part: PartOfMatrix | None = None
+        self._part: PETSc.Mat | None = None
 
     @staticmethod
     def _assembled(form: Any) -> PETSc.Mat | None:
@@ -108,16 +53,24 @@ class HostBlocks:
         offsets = np.concatenate([[0], np.cumsum(counts)])
         return offsets.astype(np.int32), column
 
-    def of_displacement(self) -> Any:
+    def of_displacement(self) -> PETSc.Mat:
         """Rows and columns of the displacement, in the order of its own space."""
         if self.host.is_plain:
             return self.table[0][0]
-        parts = []
-        for k, d in enumerate(self.host.displacements):
-            n = d.size_owned
-            K = self.table[d.at][d.at]
-            parts.append((K, d.dofs[:n], self.host.u_places(k)[:n]))
-        self._part = PartOfMatrix(parts)
+        blocks = []
+        for d in self.host.displacements:
+            K: PETSc.Mat = self.table[d.at][d.at]
+            rows = K.getOwnershipRange()[0] + d.dofs[: d.size_owned]
+            places = PETSc.IS().createGeneral(rows.astype(PETSc.IntType), K.comm)
+            blocks.append(K.createSubMatrix(places, places))
+            places.destroy()
+        # Owned dofs of several meshes follow each other, as rows of a nest do
+        n = len(blocks)
+        nest = [[K if i == j else None for j in range(n)] for i, K in enumerate(blocks)]
+        whole = PETSc.Mat().createNest(nest, comm=blocks[0].comm)
+        self._part = whole.convert("aij")
+        for K in blocks:
+            K.destroy()
         return self._part
 
     def couplings(self) -> Array:

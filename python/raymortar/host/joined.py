@@ -40,16 +40,11 @@ class JoinedMap:
         ghosts = [one.num_ghosts for one in maps]
         self.size_local, self.num_ghosts = sum(owned), sum(ghosts)
         self.size_global = sum(one.size_global for one in maps)
-        first = np.cumsum([0, *owned])
-        beyond = self.size_local + np.cumsum([0, *ghosts])
+        starts = np.cumsum([0, *owned, *ghosts], dtype=np.int32)
+        runs = [np.arange(*ends) for ends in zip(starts, starts[1:])]
+        count = len(self.maps)
         self.places: list[Indices] = [
-            np.concatenate(
-                [
-                    np.arange(first[k], first[k + 1], dtype=np.int32),
-                    np.arange(beyond[k], beyond[k + 1], dtype=np.int32),
-                ]
-            )
-            for k in range(len(self.maps))
+            np.concatenate([runs[k], runs[k + count]]) for k in range(count)
         ]
 
     def local_to_global(self, local: Indices) -> Global:

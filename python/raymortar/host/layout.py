@@ -21,7 +21,7 @@ from .. import compat
 from ..compat import Array, Indices
 from ..rigid.body import Body
 from .host import Host
-from .marks import marked_everywhere
+from .ranks import marked_everywhere
 
 Global = npt.NDArray[np.int64]
 

@@ -26,7 +26,7 @@ FieldValue: TypeAlias = "float | Function | Callable[[Array], Array]"
 
 @dataclass(frozen=True)
 class Quantity:
-    """What a field stands for.
+    """Meaning of a field.
 
     Attributes
     ----------
@@ -102,29 +102,16 @@ def node_positions(zone: ZoneFacets) -> Array:
     nodes = facet_nodes(surface.shape, surface.displacement_degree)
     N, _ = shape_functions(surface.shape, surface.node_degree, nodes)
     points = np.einsum("qk,fkd->fqd", N, surface.X[surface.facet_nodes])
-    padded = np.zeros((*points.shape[:2], 3))
-    padded[:, :, : surface.gdim] = points
-    return padded
+    return np.pad(points, ((0, 0), (0, 0), (0, 3 - surface.gdim)))
 
 
 def on_facets(
     quantity: Quantity, value: FieldValue, zone: ZoneFacets, comm: MPI.Comm
 ) -> Array:
-    """Values of a field at the slave facets' displacement nodes. Collective.
+    """Values of a field at the slave facets' displacement nodes, (facets, nodes per facet).
 
-    Parameters
-    ----------
-    quantity
-        What it stands for.
-    value
-        A Function is evaluated cell by cell, so that a discontinuous one keeps its own
-        value on each facet; a callable at all nodes at once, (3, n) to (n,).
-    zone
-        Facets of a slave tag, `zones.ZoneFacets`.
-
-    Returns
-    -------
-    (facets, nodes per facet).
+    Collective. A Function is evaluated cell by cell, so that a discontinuous one keeps
+    its own value on each facet; a callable at all nodes at once, (3, n) to (n,).
     """
     with together(comm):
         values = _values(quantity, value, zone)

@@ -1,4 +1,4 @@
-"""The facets of a surface as plain arrays."""
+"""The facets of a surface as plain arrays, and their undeformed areas."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from .facets import (
     join,
 )
 from .joined import NUMBERS_OF_PART, parts_of, places_of
-from .reference_facets import FACET_SHAPE
+from .reference_facets import FACET_SHAPE, normals, shape_functions
 
 
 @dataclass(frozen=True)
@@ -94,18 +94,9 @@ def _compress(table: Indices) -> tuple[Indices, Indices]:
 def build_surface(
     u: Any, facets_list: Sequence[Facets], part: int = 0, axisymmetric: bool = False
 ) -> Surface:
-    """Arrays of a union of facets with different tags.
+    """Make the arrays of at least one set of facets, on the mesh of a given number.
 
-    Parameters
-    ----------
-    u
-        Displacement, of a space accepted by :func:`check_space`, or of several.
-    facets_list
-        At least one set of facets; no facet may be in two of them.
-    part
-        Number of the mesh that they are on.
-    axisymmetric
-        See :class:`Surface`.
+    The space of u must have passed `check_space`; no facet may be in two sets.
     """
     surface, places = _of_one(parts_of(u)[part], facets_list), places_of(u, part)
     surface = replace(surface, axisymmetric=axisymmetric)
@@ -150,3 +141,60 @@ def _of_one(u: Function, facets_list: Sequence[Facets]) -> Surface:
         zone=np.repeat(np.arange(len(counts), dtype=np.int32), counts),
         is_straight=compat.geometry_degree(mesh) == 1,
     )
+
+
+# Areas
+
+
+def rule_normals(
+    shape: str, degree: int, nodes: Array, axisymmetric: bool = False
+) -> tuple[Array, Array, Array]:
+    """Points and weights of a quadrature rule, and normals m of the facets there.
+
+    Nodes are (facets, nodes per facet, d), normals (facets, points, d). The length of m
+    is the Jacobian, times the circumference where areas are those of a full turn.
+    """
+    points, weights = compat.quadrature(shape, 2 * degree + axisymmetric)
+    N, gradients = shape_functions(shape, degree, points)
+    m = normals(np.einsum("iqa,fad->ifqd", gradients, nodes))
+    if axisymmetric:
+        # The circumference, 2 pi r [theory (2.12)]
+        m = m * 2.0 * np.pi * np.einsum("qa,fa->fq", N, nodes[..., 0])[..., None]
+    return points, weights, m
+
+
+def facet_areas(shape: str, degree: int, nodes: Array) -> Array:
+    """Area (length in 2D) of facets given by their nodes, (facets,)."""
+    _, weights, m = rule_normals(shape, degree, nodes)
+    return np.linalg.norm(m, axis=-1) @ weights
+
+
+def surface_normals(surface: Surface) -> tuple[Array, Array, Array]:
+    """`rule_normals` of the undeformed facets of a surface."""
+    nodes = surface.X[surface.facet_nodes]
+    return rule_normals(surface.shape, surface.node_degree, nodes, surface.axisymmetric)
+
+
+def surface_areas(surface: Surface) -> Array:
+    """Area of undeformed facets: in 2D a length, or the area of a full turn."""
+    _, weights, m = surface_normals(surface)
+    return np.linalg.norm(m, axis=-1) @ weights
+
+
+def surface_sizes(surface: Surface) -> Array:
+    """Area of the facets themselves, in 2D their length, (facets,)."""
+    return surface_areas(replace(surface, axisymmetric=False))
+
+
+def vector_areas(surface: Surface, index_map: Any, degree: int, table: Indices) -> Any:
+    """Vector of int N n dG over this rank's facets, added up at the owners. Collective.
+
+    N has the given degree, and the block dofs of a table (facets, n) of the index map.
+    """
+    points, weights, m = surface_normals(surface)
+    N, _ = shape_functions(surface.shape, degree, points)
+    areas = compat.create_la_vector(index_map, surface.gdim)
+    shares = np.einsum("q,qa,fqd->fad", weights, N, m)
+    np.add.at(areas.array.reshape(-1, surface.gdim), table, shares)
+    compat.scatter_reverse_add(areas)
+    return areas

@@ -10,7 +10,7 @@ from mpi4py import MPI
 
 import numpy as np
 
-from ..errors import ContactError, raise_everywhere
+from ..errors import ContactError, together
 from ..rigid.body import Body
 from .axisymmetry import check_revolved, check_half_plane, check_off_axis
 from .checks import check_areas, check_cells, check_pair
@@ -65,9 +65,8 @@ def find_facets(
         bodies = tuple(master for master in given if isinstance(master, Body))
         a = tagged.mesh_of((slave_tag,))
         b = a if bodies else tagged.mesh_of(given)
-        slave = tagged.facets(a, slave_tag, "slave")
+        slave, masters = tagged.facets(a, slave_tag, "slave"), [NO_FACETS]
         if bodies:
-            masters = [NO_FACETS]
             check_bodies(bodies, slave_tag, u.function_space.mesh.geometry.dim)
             if axisymmetric:
                 check_revolved(bodies)
@@ -80,62 +79,48 @@ def find_facets(
                 check_off_axis(tagged.meshes[k], facets)
         for master in masters if a == b and not bodies else []:
             check_pair(tagged.meshes[a], slave, master)
-        slave_surface = build_surface(u, [slave], a, axisymmetric)
-        master_surface = build_surface(u, masters, b, axisymmetric)
-        if smooth and slave_surface.is_straight:
-            slave_surface = curve(slave_surface, tagged.meshes[a], slave, smooth)
-        if smooth and master_surface.is_straight and not bodies:
-            master_surface = curve(
-                master_surface, tagged.meshes[b], join(masters), smooth
-            )
+        surface, other = (
+            _surface(u, tagged.meshes[k], parts, k, axisymmetric, smooth)
+            for k, parts in ((a, [slave]), (b, masters))
+        )
+        joined = join(masters)
         zones.append(
             ZoneFacets(
-                slave_tag,
-                given,
-                slave,
-                masters,
-                slave_surface,
-                master_surface,
-                join(masters),
-                a,
-                b,
-                bodies,
+                slave_tag, given, slave, masters, surface, other, joined, a, b, bodies
             )
         )
-    message = None
-    if len({zone.slave_part for zone in zones}) > 1:
-        message = (
-            f"the slave tags {[zone.slave_tag for zone in zones]} are on different "
-            "meshes: the multiplier has one, so swap slave and master of some pairs"
-        )
-    raise_everywhere(tagged.comm, message)
+    with together(tagged.comm):
+        if len({zone.slave_part for zone in zones}) > 1:
+            raise ContactError(
+                f"the slave tags {[zone.slave_tag for zone in zones]} are on different "
+                "meshes: the multiplier has one, so swap slave and master of some pairs"
+            )
     return zones
 
 
-class Tagged:
-    """Facets by tag, on one mesh or on several. Collective.
+def _surface(
+    u: Any, mesh: Any, parts: list[Facets], k: int, axisymmetric: bool, smooth: Smooth
+) -> Surface:
+    """Arrays of the facets of one side, on the k-th mesh. Collective."""
+    surface = build_surface(u, parts, k, axisymmetric)
+    if smooth and surface.is_straight and parts[0] is not NO_FACETS:
+        return curve(surface, mesh, join(parts), smooth)
+    return surface
 
-    Parameters
-    ----------
-    u
-        Displacement.
-    facet_tags
-        MeshTags, of several meshes a list of them.
-    """
+
+class Tagged:
+    """Facets by tag, of MeshTags on one mesh or of a list on several. Collective."""
 
     def __init__(self, u: Any, facet_tags: Any) -> None:
         self.meshes = [part.function_space.mesh for part in parts_of(u)]
         self.comm: MPI.Comm = self.meshes[0].comm
-        self._tags = [facet_tags]
-        if len(self.meshes) == 1:
-            return
-        count = len(facet_tags) if isinstance(facet_tags, (list, tuple)) else 1
-        message = None
-        if count != len(self.meshes):
-            n = len(self.meshes)
-            message = f"facet_tags must be a list of {n}, one for each mesh"
-        raise_everywhere(self.comm, message)
-        self._tags = list(facet_tags)
+        n, is_list = len(self.meshes), isinstance(facet_tags, (list, tuple))
+        with together(self.comm):
+            if n > 1 and not (is_list and len(facet_tags) == n):
+                raise ContactError(
+                    f"facet_tags must be a list of {n}, one for each mesh"
+                )
+        self._tags = list(facet_tags) if n > 1 else [facet_tags]
 
     def facets(self, k: int, tag: int, role: str) -> Facets:
         """Facets with a tag on the k-th mesh, after checks."""
@@ -151,13 +136,12 @@ class Tagged:
         ]
         have = [set().union(*self.comm.allgather(found)) for found in here]
         found = [k for k, some in enumerate(have) if some]
-        message = None
-        if len(found) > 1:
-            message = (
-                f"facets with the tags {list(tags)} are on several meshes: a tag has "
-                "to be on one, and so have the masters of one slave. For masters on "
-                "several meshes make a Contact for each of these, and give "
-                "NonlinearProblem the list of contacts"
-            )
-        raise_everywhere(self.comm, message)
+        with together(self.comm):
+            if len(found) > 1:
+                raise ContactError(
+                    f"facets with the tags {list(tags)} are on several meshes: a tag has "
+                    "to be on one, and so have the masters of one slave. For masters on "
+                    "several meshes make a Contact for each of these, and give "
+                    "NonlinearProblem the list of contacts"
+                )
         return found[0] if found else 0

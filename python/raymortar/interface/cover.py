@@ -11,8 +11,8 @@ import numpy.typing as npt
 from dolfinx.fem import FunctionSpace
 
 from .. import compat
-from ..host.marks import marked_everywhere
-from ..host.vector_areas import vector_areas
+from ..host.ranks import marked_everywhere
+from ..host.surfaces import vector_areas
 from .zones import ZoneData
 
 # A node is a corner if the mean of the zones' unit normals is shorter. The mean of two

@@ -14,7 +14,7 @@ from .. import compat
 from ..compat import Array
 from ..errors import ContactWarning
 from ..host.facets import format_point
-from ..host.marks import marked_everywhere
+from ..host.ranks import marked_everywhere
 from ..host.reference_facets import facet_nodes, normals, shape_functions
 from ..host.surfaces import Surface
 from .contact_surfaces import ContactSurfaces

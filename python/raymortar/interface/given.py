@@ -11,7 +11,7 @@ from dolfinx.fem import Function
 from ..errors import ContactError, require_agreement, together
 from ..host.checks import check_space
 from ..host.host import Host
-from ..host.kept_communicator import keep_communicator
+from ..host.ranks import keep_communicator
 from ..options.contact_options import ContactOptions
 from .pairs import PairTable, known_names, numbered, table
 from .zones import Masters, described, group_pairs

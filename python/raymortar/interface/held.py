@@ -13,7 +13,7 @@ import numpy as np
 from .. import compat
 from ..compat import Mask
 from ..errors import ContactWarning, SetUpError, raise_everywhere
-from ..host.facet_areas import surface_sizes
+from ..host.surfaces import surface_sizes
 from .contact_surfaces import ContactSurfaces
 from .overlap import of_hit_masters
 from .pairs import Pair, spoken

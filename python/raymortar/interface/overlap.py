@@ -13,7 +13,6 @@ from .. import compat
 from ..compat import Array, Mask
 from ..errors import ContactWarning
 from ..host.bodies import bodies_of_facets
-from ..host.facet_areas import surface_sizes
 from ..host.facets import format_point
 from ..host.joined import parts_of, places_of
 from ..host.reference_facets import (
@@ -22,7 +21,7 @@ from ..host.reference_facets import (
     middle_normals,
     shape_functions,
 )
-from ..host.surfaces import Surface
+from ..host.surfaces import Surface, surface_sizes
 from ..host.thickness import Cells, thickness_behind
 from .adjustment import gap_without_offset
 from .contact_surfaces import ContactSurfaces

@@ -15,9 +15,8 @@ from .. import compat
 from ..compat import Array
 from ..host.facets import Facets
 from ..host.joined import parts_of, places_of
-from ..host.marks import marked_everywhere
-from ..host.surfaces import Surface
-from ..host.vector_areas import vector_areas
+from ..host.ranks import marked_everywhere
+from ..host.surfaces import Surface, vector_areas
 from .contact_surfaces import ContactSurfaces
 from .stiffness import VolumePattern
 from .strain_response import deviators

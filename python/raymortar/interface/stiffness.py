@@ -14,11 +14,10 @@ from ..compat import Array, Indices
 from ..errors import ContactError, raise_everywhere
 from ..host.axisymmetry import warn_of_plane_form
 from ..host.displacements import Places
-from ..host.facet_areas import surface_areas, surface_sizes
 from ..host.host_blocks import HostBlocks
 from ..host.layout import CoupledRows
-from ..host.marks import marked_everywhere
-from ..host.surfaces import Surface
+from ..host.ranks import marked_everywhere
+from ..host.surfaces import Surface, surface_areas, surface_sizes
 from .interfaces import Interfaces
 from .strain_response import (
     response_of_revolution,

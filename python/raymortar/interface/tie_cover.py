@@ -7,9 +7,9 @@ import numpy as np
 from .. import compat
 from ..compat import Array
 from ..errors import raise_everywhere
-from ..host.facet_areas import surface_normals
 from ..host.facets import format_point
 from ..host.reference_facets import shape_functions
+from ..host.surfaces import surface_normals
 from .contact_surfaces import ContactSurfaces
 from .point_results import OPEN
 

@@ -1,7 +1,7 @@
-"""What a user chooses: method, friction law, search, quadrature.
+"""Choices of the user: method, friction law, search, quadrature.
 
 - methods: `AugmentedLagrangian`, `Penalty`, `Search`
 - friction: `Coulomb`, `Tresca`, `Stick`, `Friction`
 - quadrature: rules on segments and facets
-- arguments: checks of them all
+- contact_options: all arguments of a `Contact`, and their checks
 """

@@ -1,10 +1,10 @@
-"""What a user chooses for a `Contact` besides its mesh and its pairs."""
+"""Choices of the user for a `Contact` besides its mesh and its pairs."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..checked import is_one_of, is_truth_value, is_whole_number
+from ..checked import choice, is_truth_value, is_whole_number, truth
 from ..errors import ContactError
 from ..host.curving import Smooth
 from ..host.slave_fields import OFFSET, FieldValue, check_field
@@ -47,20 +47,10 @@ class ContactOptions:
             and getattr(self.method, "multiplier", None) == "normal"
         ):
             raise ContactError("friction needs multiplier='vector', not 'normal'")
-        if not is_one_of(self.measure, MEASURES):
-            raise ContactError(
-                f"measure must be one of {MEASURES}, not {self.measure!r}"
-            )
-        if not is_one_of(self.frame, FRAMES):
-            raise ContactError(f"frame must be one of {FRAMES}, not {self.frame!r}")
-        if not is_one_of(self.tangent, TANGENTS):
-            raise ContactError(
-                f"tangent must be one of {TANGENTS}, not {self.tangent!r}"
-            )
-        if not is_truth_value(self.axisymmetric):
-            raise ContactError(
-                f"axisymmetric = {self.axisymmetric!r} must be True or False"
-            )
+        choice("measure", self.measure, MEASURES)
+        choice("frame", self.frame, FRAMES)
+        choice("tangent", self.tangent, TANGENTS)
+        truth("axisymmetric", self.axisymmetric)
         if not (is_truth_value(self.smooth) or callable(self.smooth)):
             raise ContactError(
                 f"smooth = {self.smooth!r} must be True, False, or a function of points "

@@ -35,6 +35,7 @@ class Law(Options):
     """A friction law with a coefficient, or without."""
 
     quantity: ClassVar[Quantity | None] = None
+    _make: ClassVar[Callable[..., Any]]
 
     @property
     def coefficient(self) -> Any:
@@ -47,16 +48,16 @@ class Law(Options):
         return self.coefficient if is_field(self.coefficient) else None
 
     def cpp(self) -> Any:
-        """The law for the C++ library."""
-        raise NotImplementedError
+        """The law for the C++ library; a field replaces its number."""
+        if self.quantity is None:
+            return type(self)._make()
+        return type(self)._make(
+            0.0 if self.field is not None else float(self.coefficient)
+        )
 
     def check(self) -> None:
         if self.quantity is not None and self.field is None:
             check_number(self.quantity, self.coefficient)
-
-    def _number(self) -> float:
-        """The coefficient of all points; of a field, which replaces it, any."""
-        return 0.0 if self.field is not None else float(self.coefficient)
 
 
 @dataclass(frozen=True)
@@ -71,16 +72,12 @@ class Coulomb(Law):
         nodes of the slave facets when `Contact` is made.
     """
 
-    quantity = FRICTION_COEFFICIENT
+    quantity, _make = FRICTION_COEFFICIENT, _cpp.Coulomb
     mu: FieldValue
 
     @property
     def coefficient(self) -> FieldValue:
         return self.mu
-
-    def cpp(self) -> _cpp.Coulomb:
-        """The law for the C++ library."""
-        return _cpp.Coulomb(self._number())
 
 
 @dataclass(frozen=True)
@@ -93,25 +90,19 @@ class Tresca(Law):
         Largest tangential traction while closed, >= 0, given as Coulomb's ``mu``.
     """
 
-    quantity = FRICTION_BOUND
+    quantity, _make = FRICTION_BOUND, _cpp.Tresca
     bound: FieldValue
 
     @property
     def coefficient(self) -> FieldValue:
         return self.bound
 
-    def cpp(self) -> _cpp.Tresca:
-        """The law for the C++ library."""
-        return _cpp.Tresca(self._number())
-
 
 @dataclass(frozen=True)
 class Stick(Law):
     """No slip while the contact is closed."""
 
-    def cpp(self) -> _cpp.Stick:
-        """The law for the C++ library."""
-        return _cpp.Stick()
+    _make = _cpp.Stick
 
 
 @dataclass(frozen=True)
@@ -150,6 +141,7 @@ class Friction(Law):
     >>> law = Friction(bound)
     """
 
+    _make = _cpp.PointBound
     bound: Callable[..., Array]
     derivatives: Callable[..., tuple[Array, Array]] | None = None
     fields: Sequence[Function] = ()
@@ -174,20 +166,14 @@ class Friction(Law):
 
     def _functions(self) -> dict[str, Any]:
         """The functions of the law, by name."""
-        given = {"bound": self.bound, "derivatives": self.derivatives}
-        return {
-            name: f for name, f in given.items() if f is not None or name == "bound"
-        }
+        more = {} if self.derivatives is None else {"derivatives": self.derivatives}
+        return {"bound": self.bound, **more}
 
     @property
     def arguments(self) -> set[str]:
         """Names of the arguments besides p and v."""
         found = map(further_arguments, self._functions().values())
         return {one.name for some in found for one in some} & set(OFFERED)
-
-    def cpp(self) -> _cpp.PointBound:
-        """The law for the C++ library."""
-        return _cpp.PointBound()
 
     def call(self, name: str, p: Any, v: Any, given: Mapping[str, Any]) -> Any:
         """Call ``bound`` or ``derivatives`` with the arguments that it has.
@@ -216,8 +202,8 @@ class Friction(Law):
         self, p: Array, v: Array, given: Mapping[str, Any]
     ) -> tuple[Array, Array]:
         """Evaluate and check the derivatives by p and v, (n,) each."""
-        found = [np.asarray(one) for one in self.call("derivatives", p, v, given)]
-        found = [_real("derivatives", one, p) for one in found]
+        slopes = self.call("derivatives", p, v, given)
+        found = [_real("derivatives", one, p) for one in slopes]
         if len(found) != 2:
             raise ContactError("Friction.derivatives must return (ds/dp, ds/dv)")
         if not np.isfinite(found).all():

@@ -1,4 +1,4 @@
-"""How contact is enforced and searched: plain classes of options."""
+"""Options of the enforcement of contact and of the search for it."""
 
 from __future__ import annotations
 
@@ -9,13 +9,7 @@ import numpy as np
 from dolfinx.fem import Function
 
 from .. import _cpp
-from ..checked import (
-    Options,
-    is_one_of,
-    is_real_number,
-    is_truth_value,
-    is_whole_number,
-)
+from ..checked import Options, is_one_of, is_real_number, is_whole_number, truth
 from ..errors import ContactError
 
 STRATEGIES = ("bvh", "advancing-front", "pang", "brute-force")
@@ -112,7 +106,7 @@ class Penalty(Options):
 
 @dataclass(frozen=True)
 class Search(Options):
-    """Which surfaces are looked for, and how far away. Lengths.
+    """Distances and strategy of the search for surfaces. Lengths.
 
     Attributes
     ----------
@@ -150,10 +144,7 @@ class Search(Options):
             raise ContactError(
                 f"search strategy {self.strategy!r} is not one of {STRATEGIES}"
             )
-        if not is_truth_value(self.subdivide):
-            raise ContactError(
-                f"search subdivide = {self.subdivide!r} must be True or False"
-            )
+        truth("search subdivide", self.subdivide)
         for name in ("reach", "depth", "skin"):
             value = getattr(self, name)
             if value is None:

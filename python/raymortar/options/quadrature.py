@@ -38,18 +38,16 @@ def segment_rules(shape: str, degree: int) -> _cpp.SegmentRules:
     of large segments that open and close.
     """
     if shape == "interval":
-        return _cpp.SegmentRules(_rule("interval", degree))
-    triangle = _rule("triangle", degree)
+        return _cpp.SegmentRules(facet_rule("interval", degree))
+    triangle = facet_rule("triangle", degree)
     fan = _along_rays() if degree == 3 else triangle
-    return _cpp.SegmentRules(triangle, _rule("quadrilateral", max(degree + 1, 5)), fan)
+    return _cpp.SegmentRules(
+        triangle, facet_rule("quadrilateral", max(degree + 1, 5)), fan
+    )
 
 
 def facet_rule(shape: str, degree: int) -> _cpp.QuadratureRule:
     """Rule for whole facets."""
-    return _rule(shape, degree)
-
-
-def _rule(shape: str, degree: int) -> _cpp.QuadratureRule:
     return _cpp.QuadratureRule(*compat.quadrature(shape, degree))
 
 

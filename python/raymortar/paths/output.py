@@ -10,7 +10,7 @@ from dolfinx.fem import Function
 
 from .. import compat
 from ..checked import is_real_number, is_truth_value
-from ..compat import pvd
+from ..compat.files import Entry, read_collection, write_collection
 from ..errors import ContactError, as_path, require_agreement, together, writing
 from ..host.joined import parts_of
 from ..problem import CoupledProblem
@@ -153,9 +153,9 @@ class Output:
             path = self.path.with_name(f"{stem}.pvd")
             with writing(self._comm, path, OSError):
                 if self._comm.rank == 0:
-                    before = pvd.read(path) if self.steps else []
-                    entry = pvd.Entry(repr(float(time)), 0, name + ending)
-                    pvd.write(path, [*before, entry])
+                    before = read_collection(path) if self.steps else []
+                    entry = Entry(repr(float(time)), 0, name + ending)
+                    write_collection(path, [*before, entry])
 
 
 def check_output(output: Any, problem: CoupledProblem) -> Output | None:

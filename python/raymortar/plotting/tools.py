@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from ..checked import direction
 from ..compat import Array
 from ..rigid.body import Body
-from ..rigid.checked import direction
 from ..rigid.implicit import Implicit
 from ..rigid.shapes import Cylinder, Plane, Sphere, Torus
 from ..rigid.surface import Surface

@@ -11,8 +11,8 @@ from mpi4py import MPI
 import numpy as np
 
 from ..compat import Array
-from ..host.communication import Communication, communication
 from ..host.layout import CoupledRows
+from ..host.ranks import Communication, communication
 from ..interface.point_results import (
     CLOSED,
     OPEN,
@@ -109,7 +109,8 @@ class Statistics:
 def statistics(zones: Sequence[ZoneData], layout: CoupledRows) -> Statistics:
     """Count over all zones and ranks. Collective."""
     found = [_counts(zone) for zone in zones]
-    total = Statistics(communication=communication(zones, layout))
+    traffic = [zone.cpp.traffic(layout.ranges, layout.comm.rank) for zone in zones]
+    total = Statistics(communication=communication(traffic, layout.comm))
     names = [one.name for one in fields(Statistics) if one.name != "communication"]
     most = [n for n in names if n.startswith(("max_", "seconds_"))]
     counts = [n for n in names if n not in ("min_gap", *most)]

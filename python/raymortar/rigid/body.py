@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 
 from .. import _cpp
-from ..checked import is_real_number
+from ..checked import is_real_number, vector
 from ..compat import Array
 from ..errors import ContactError
-from .checked import vector
 from .freedom import Freedom, freedoms_of
 from .shapes import Shape, Vector
 from .turning import rotation_matrix
@@ -97,8 +96,7 @@ class Body:
 
     @force.setter
     def force(self, value: Vector | None) -> None:
-        zero = np.zeros(3)
-        self._force = zero if value is None else vector("force", value, self.shape.gdim)
+        self._force = _shift("force", value, self.shape.gdim)
         self._refuse_held("force", self._force, turns=False)
 
     @property
@@ -178,22 +176,15 @@ class Body:
             If the values are not finite, have not the shape's dimension, or prescribe a
             free motion.
         """
-        gdim = self.shape.gdim
-        moved = np.zeros(3)
-        if translation is not None:
-            moved = vector("translation", translation, gdim)
-        turned = _turn("rotation", rotation, gdim)
-        self._refuse_free(moved, turned)
-        self._moved, self._turned = moved, turned
-
-    def _refuse_free(self, moved: Array, turned: Array) -> None:
-        """Raise if a motion prescribes what is free."""
+        moved = _shift("translation", translation, self.shape.gdim)
+        turned = _turn("rotation", rotation, self.shape.gdim)
         freedom = self.freedom
         parts = np.where(freedom.is_turn, turned[freedom.axis], moved[freedom.axis])
         for name in np.array(freedom.names)[parts != 0.0]:
             raise ContactError(
                 f"move prescribes {name} of the {self.name}, which is free"
             )
+        self._moved, self._turned = moved, turned
 
     def motion(self) -> Array:
         """Everything that determines the position, (15,): the translation with its free
@@ -222,6 +213,11 @@ def _read_only(values: Array) -> Array:
     copy = values.copy()
     copy.flags.writeable = False
     return copy
+
+
+def _shift(name: str, value: Any, gdim: int | None) -> Array:
+    """A translation or a force as a vector, (3,)."""
+    return np.zeros(3) if value is None else vector(name, value, gdim)
 
 
 def _turn(name: str, rotation: Any, gdim: int | None) -> Array:

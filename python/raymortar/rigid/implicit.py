@@ -65,17 +65,31 @@ class Implicit(Shape):
 
     def _value(self, x: Array) -> Array:
         """Values at points (n, 3)."""
-        return _checked("phi", self.phi(x.T.copy()), (len(x),))
+        return self._call("phi", x, ())
 
     def _gradient(self, x: Array) -> Array:
         """(n, 3)."""
-        found = _padded("gradient", self.gradient(x.T.copy()), (3, len(x)), 1)
-        return np.ascontiguousarray(found.T)
+        return self._call("gradient", x, (3,))
 
     def _hessian(self, x: Array) -> Array:
         """(n, 3, 3)."""
-        found = _padded("hessian", self.hessian(x.T.copy()), (3, 3, len(x)), 2)
-        return np.ascontiguousarray(np.moveaxis(found, 2, 0))
+        return self._call("hessian", x, (3, 3))
+
+    def _call(self, name: str, x: Array, shape: tuple[int, ...]) -> Array:
+        """Call a function at points (n, 3), check its values and give them, (n, ...)."""
+        found = np.asarray(getattr(self, name)(x.T.copy()), dtype=np.float64)
+        axes, full = len(shape), (*shape, len(x))
+        # Two components in 2D
+        if axes and found.ndim == axes + 1 and found.shape[:axes] == (2,) * axes:
+            found = np.pad(found, [(0, 1)] * axes + [(0, 0)])
+        if found.shape != full:
+            raise ContactError(
+                f"{name} returns an array of shape {found.shape} for {len(x)} points: "
+                f"it must be {full}"
+            )
+        if not np.isfinite(found).all():
+            raise ContactError(f"{name} returns values that are not finite")
+        return np.ascontiguousarray(np.moveaxis(found, -1, 0))
 
     def _distance(self, x: Array) -> float:
         point = x.reshape(1, 3)
@@ -117,30 +131,27 @@ class Implicit(Shape):
                 )
 
     def _cast(self, x: Array, n: Array) -> tuple[Any, Array, Array, Array]:
-        """Where rays enter the solid: see `_cpp.called_tool`."""
+        """Find where rays enter the solid: see `_cpp.called_tool`."""
         self._check_derivatives(x, n)
         g, settled = np.zeros(len(x)), np.zeros(len(x), dtype=bool)
-        start = self._value(x) if len(x) else np.empty(0)
-        open_ones = np.arange(len(x))
-        for _ in range(_STEPS):
-            if not len(open_ones):
-                break
-            at = x[open_ones] + g[open_ones, None] * n[open_ones]
-            value, slope = self._value(at), self._gradient(at)
-            size = np.linalg.norm(slope, axis=1)
-            along = np.einsum("nd,nd->n", slope, n[open_ones])
-            with np.errstate(divide="ignore", invalid="ignore"):
-                step = -value / along
-                most = 4.0 * np.abs(value) / size  # no ray is far more oblique
-            step = np.clip(np.nan_to_num(step), -most, most)
-            g[open_ones] += np.nan_to_num(step)
-            scale = np.maximum(np.abs(g[open_ones]), np.linalg.norm(at, axis=1))
-            done = np.abs(step) <= _SETTLED * scale
-            settled[open_ones[done]] = True
-            open_ones = open_ones[~done]
         normal, bend = np.zeros((len(x), 3)), np.zeros((len(x), 3, 3))
         if not len(x):
             return settled.astype(np.int8), g, normal, bend
+        start = self._value(x)
+        for _ in range(_STEPS):
+            moving = np.flatnonzero(~settled)
+            if not len(moving):
+                break
+            at = x[moving] + g[moving, None] * n[moving]
+            value, slope = self._value(at), self._gradient(at)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                step = -value / np.einsum("nd,nd->n", slope, n[moving])
+                # no ray is far more oblique
+                most = 4.0 * np.abs(value) / np.linalg.norm(slope, axis=1)
+            step = np.clip(np.nan_to_num(step), -most, most)
+            g[moving] += np.nan_to_num(step)
+            scale = np.maximum(np.abs(g[moving]), np.linalg.norm(at, axis=1))
+            settled[moving] = np.abs(step) <= _SETTLED * scale
         at = x + g[:, None] * n
         slope = self._gradient(at)
         size = np.linalg.norm(slope, axis=1)
@@ -159,24 +170,3 @@ def _oblique(n: Array) -> Array:
     across[flat] = np.cross(n[flat], [1.0, 0.0, 0.0])
     way = n + across
     return way / np.linalg.norm(way, axis=1)[:, None]
-
-
-def _checked(name: str, values: Any, shape: tuple[int, ...]) -> Array:
-    """Values of a function, after checks."""
-    found = np.asarray(values, dtype=np.float64)
-    if found.shape == shape and not np.isfinite(found).all():
-        raise ContactError(f"{name} returns values that are not finite")
-    if found.shape != shape:
-        raise ContactError(
-            f"{name} returns an array of shape {found.shape} for {shape[-1]} points: it "
-            f"must be {shape}"
-        )
-    return found
-
-
-def _padded(name: str, values: Any, shape: tuple[int, ...], axes: int) -> Array:
-    """Checked values, padded to three components where 2D has two."""
-    found = np.asarray(values, dtype=np.float64)
-    if found.ndim == len(shape) and found.shape[:axes] == (2,) * axes:
-        found = np.pad(found, [(0, 1)] * axes + [(0, 0)])
-    return _checked(name, found, shape)

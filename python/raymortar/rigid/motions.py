@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 from mpi4py import MPI
 
@@ -13,9 +13,6 @@ from .. import _cpp
 from ..compat import Array, Indices
 from ..errors import raise_everywhere, require_agreement
 from .body import Body
-
-if TYPE_CHECKING:
-    from ..interface.zones import ZoneData
 
 # Largest rotation in one step with friction: after half a turn a slip has no direction.
 # Radians
@@ -53,12 +50,12 @@ def _freedom(body: Body, rows: Mapping[Body, Any]) -> _cpp.Freedom:
     )
 
 
-def loads_of_tools(zones: Sequence[ZoneData]) -> bytes:
+def loads_of_tools(all_motions: Iterable[Motions]) -> bytes:
     """Positions and loads of all rigid bodies, on which a residual depends."""
     parts = []
-    for zone in zones:
-        parts.append(zone.motions.present())
-        for body in zone.motions.bodies:
+    for motions in all_motions:
+        parts.append(motions.present())
+        for body in motions.bodies:
             parts += [body.force, np.atleast_1d(body.moment)]
     return b"".join(part.tobytes() for part in parts)
 

@@ -2,17 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
+from typing import Any, ClassVar
 
 import numpy as np
 
 from .. import _cpp
+from ..checked import direction, positive, truth, vector
 from ..compat import Array
 from ..errors import ContactError
-from .checked import direction, positive, same_dimension, truth, vector
 
 Vector = Sequence[float] | Array
+
+# Checks of the fields of closed forms; places are in `_ClosedForm`
+_CHECKS: dict[str, Callable[[str, Any], Any]] = {
+    "normal": direction,
+    "axis": direction,
+    "radius": positive,
+    "half_angle": positive,
+    "major": positive,
+    "minor": positive,
+    "hollow": truth,
+}
 
 
 class Shape:
@@ -33,8 +45,45 @@ class Shape:
         return np.zeros(3)
 
 
+class _ClosedForm(Shape):
+    """Shape whose fields, a place and then others, are the arguments of C++."""
+
+    _make: ClassVar[Callable[..., _cpp.Tool]]
+    _only_gdim: ClassVar[int | None] = None
+
+    def __post_init__(self) -> None:
+        given = self._arguments()
+        sizes = {
+            len(getattr(self, f.name))
+            for f, value in zip(fields(self), given)
+            if isinstance(value, np.ndarray)
+        }
+        if len(sizes) > 1:
+            raise ContactError(
+                f"{type(self).__name__} has vectors of different lengths"
+            )
+
+    def _arguments(self) -> list[Any]:
+        """Check the fields, and convert them for C++."""
+        (first, *others) = ((f.name, getattr(self, f.name)) for f in fields(self))
+        found = [_CHECKS[name](name, value) for name, value in others]
+        return [vector(*first, self._only_gdim), *found]
+
+    @property
+    def gdim(self) -> int:
+        return len(getattr(self, fields(self)[0].name))
+
+    @property
+    def place(self) -> Array:
+        name = fields(self)[0].name
+        return vector(name, getattr(self, name))
+
+    def cpp(self) -> _cpp.Tool:
+        return type(self)._make(*self._arguments())
+
+
 @dataclass(frozen=True)
-class Plane(Shape):
+class Plane(_ClosedForm):
     """Half-space whose boundary passes through a point. For 2D see `Line`.
 
     Parameters
@@ -45,28 +94,13 @@ class Plane(Shape):
         Out of the solid, of any length.
     """
 
+    _make = staticmethod(_cpp.plane)
     point: Vector
     normal: Vector
 
-    def __post_init__(self) -> None:
-        vector("point", self.point)
-        direction("normal", self.normal)
-        same_dimension("Plane", (self.point, self.normal))
-
-    @property
-    def gdim(self) -> int:
-        return len(self.point)
-
-    @property
-    def place(self) -> Array:
-        return vector("point", self.point)
-
-    def cpp(self) -> _cpp.Tool:
-        return _cpp.plane(self.place, direction("normal", self.normal))
-
 
 @dataclass(frozen=True)
-class Sphere(Shape):
+class Sphere(_ClosedForm):
     """Ball, or with ``hollow=True`` everything around it. For 2D see `Circle`.
 
     Parameters
@@ -77,29 +111,14 @@ class Sphere(Shape):
         Whether the solid is outside of it.
     """
 
+    _make = staticmethod(_cpp.sphere)
     centre: Vector
     radius: float
     hollow: bool = False
 
-    def __post_init__(self) -> None:
-        vector("centre", self.centre)
-        positive("radius", self.radius)
-        truth("hollow", self.hollow)
-
-    @property
-    def gdim(self) -> int:
-        return len(self.centre)
-
-    @property
-    def place(self) -> Array:
-        return vector("centre", self.centre)
-
-    def cpp(self) -> _cpp.Tool:
-        return _cpp.sphere(self.place, float(self.radius), self.hollow)
-
 
 @dataclass(frozen=True)
-class Cylinder(Shape):
+class Cylinder(_ClosedForm):
     """Cylinder without ends.
 
     Parameters
@@ -112,37 +131,15 @@ class Cylinder(Shape):
         Whether the solid is outside of it: a bore.
     """
 
+    _make, _only_gdim = staticmethod(_cpp.cylinder), 3
     point: Vector
     axis: Vector
     radius: float
     hollow: bool = False
 
-    def __post_init__(self) -> None:
-        vector("point", self.point, 3)
-        direction("axis", self.axis)
-        positive("radius", self.radius)
-        truth("hollow", self.hollow)
-        same_dimension("Cylinder", (self.point, self.axis))
-
-    @property
-    def gdim(self) -> int:
-        return 3
-
-    @property
-    def place(self) -> Array:
-        return vector("point", self.point)
-
-    def cpp(self) -> _cpp.Tool:
-        return _cpp.cylinder(
-            self.place,
-            direction("axis", self.axis),
-            float(self.radius),
-            self.hollow,
-        )
-
 
 @dataclass(frozen=True)
-class Cone(Shape):
+class Cone(_ClosedForm):
     """Cone with a tip and without an end. For 2D see `Wedge`.
 
     Rays hit the flanks only: the flanks next to the tip press on a surface that faces
@@ -160,40 +157,22 @@ class Cone(Shape):
         Whether the solid is outside of it: a seat.
     """
 
+    _make = staticmethod(_cpp.cone)
     tip: Vector
     axis: Vector
     half_angle: float
     hollow: bool = False
 
     def __post_init__(self) -> None:
-        vector("tip", self.tip)
-        direction("axis", self.axis)
-        truth("hollow", self.hollow)
-        if not positive("half_angle", self.half_angle) < 0.5 * np.pi:
+        super().__post_init__()
+        if not self.half_angle < 0.5 * np.pi:
             raise ContactError(
                 f"half_angle = {self.half_angle} must be less than pi / 2, in radians"
             )
-        same_dimension(type(self).__name__, (self.tip, self.axis))
-
-    @property
-    def gdim(self) -> int:
-        return len(self.tip)
-
-    @property
-    def place(self) -> Array:
-        return vector("tip", self.tip)
-
-    def cpp(self) -> _cpp.Tool:
-        return _cpp.cone(
-            self.place,
-            direction("axis", self.axis),
-            float(self.half_angle),
-            self.hollow,
-        )
 
 
 @dataclass(frozen=True)
-class Torus(Shape):
+class Torus(_ClosedForm):
     """Tube around a circle.
 
     Parameters
@@ -208,37 +187,17 @@ class Torus(Shape):
 
     centre: Vector
     axis: Vector
+    _make, _only_gdim = staticmethod(_cpp.torus), 3
     major: float
     minor: float
     hollow: bool = False
 
     def __post_init__(self) -> None:
-        vector("centre", self.centre, 3)
-        direction("axis", self.axis)
-        truth("hollow", self.hollow)
-        positive("major", self.major)
-        if not positive("minor", self.minor) < self.major:
+        super().__post_init__()
+        if not self.minor < self.major:
             raise ContactError(
                 f"minor = {self.minor} must be less than major = {self.major}"
             )
-        same_dimension("Torus", (self.centre, self.axis))
-
-    @property
-    def gdim(self) -> int:
-        return 3
-
-    @property
-    def place(self) -> Array:
-        return vector("centre", self.centre)
-
-    def cpp(self) -> _cpp.Tool:
-        return _cpp.torus(
-            self.place,
-            direction("axis", self.axis),
-            float(self.major),
-            float(self.minor),
-            self.hollow,
-        )
 
 
 class Line(Plane):

@@ -2,29 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from .. import _cpp
+from ..checked import truth
 from ..compat import Array, Indices
 from ..errors import ContactError
-from .checked import truth
 from .shapes import Shape
 
-# Nodes per facet, in the order of Gmsh, VTK and meshio: shape, degree, and the places
-# of these nodes in the order of the library
-_PLANE = {
-    2: ("interval", 1, (0, 1)),
-    3: ("interval", 2, (0, 1, 2)),
-}
-_SPACE = {
-    3: ("triangle", 1, (0, 1, 2)),
-    4: ("quadrilateral", 1, (0, 1, 3, 2)),
-    6: ("triangle", 2, (0, 1, 2, 4, 5, 3)),
-    9: ("quadrilateral", 2, (0, 1, 3, 2, 4, 7, 5, 6, 8)),
+# Facets by dimension and number of nodes: shape, degree, and the places of Gmsh's, VTK's
+# and meshio's nodes in the order of the library
+_KINDS = {
+    (2, 2): ("interval", 1, (0, 1)),
+    (2, 3): ("interval", 2, (0, 1, 2)),
+    (3, 3): ("triangle", 1, (0, 1, 2)),
+    (3, 4): ("quadrilateral", 1, (0, 1, 3, 2)),
+    (3, 6): ("triangle", 2, (0, 1, 2, 4, 5, 3)),
+    (3, 9): ("quadrilateral", 2, (0, 1, 3, 2, 4, 7, 5, 6, 8)),
 }
 # The same facet seen from its other side
 _TURNED = {
@@ -78,13 +77,10 @@ class Surface(Shape):
         points, facets = _joined(points, facets)
         if facets.shape[1] == 8:
             points, facets = _with_centres(points, facets)
-        known = _PLANE if points.shape[1] == 2 else _SPACE
-        shape, degree, order = known[facets.shape[1]]
+        shape, _, _ = _KINDS[points.shape[1], facets.shape[1]]
         facets = _with_area(points, facets, shape)
-        facets = self._oriented(points, facets, shape)
         object.__setattr__(self, "points", points)
-        object.__setattr__(self, "facets", facets)
-        object.__setattr__(self, "_kind", (shape, degree, order))
+        object.__setattr__(self, "facets", self._oriented(points, facets, shape))
 
     def _oriented(self, points: Array, facets: Indices, shape: str) -> Indices:
         """The facets with normals out of the solid, or an error."""
@@ -129,7 +125,7 @@ class Surface(Shape):
         return np.pad(middle, (0, 3 - len(middle)))
 
     def cpp(self) -> _cpp.Tool:
-        shape, degree, order = self._kind  # type: ignore[attr-defined]
+        shape, degree, order = _KINDS[self.gdim, self.facets.shape[1]]
         nodes = np.ascontiguousarray(self.facets[:, list(order)], dtype=np.int32)
         return _cpp.facet_tool(getattr(_cpp.Shape, shape), degree, self.points, nodes)
 
@@ -210,13 +206,11 @@ def _edges(corners: Indices) -> tuple[Indices, Indices]:
     """Numbers of each facet's edges (of its points in 2D), (m, k), and 1 if the facet
     runs along the edge from the smaller to the larger point, else -1."""
     if corners.shape[1] == 2:
-        ways = np.broadcast_to(np.array([-1, 1]), corners.shape)
-        return corners, ways
+        return corners, np.broadcast_to(np.array([-1, 1]), corners.shape)
     ends = np.stack([corners, np.roll(corners, -1, axis=1)], axis=-1)
     ways = np.where(ends[..., 0] < ends[..., 1], 1, -1)
-    _, number = np.unique(
-        np.sort(ends, axis=-1).reshape(-1, 2), axis=0, return_inverse=True
-    )
+    keys = np.sort(ends, axis=-1).reshape(-1, 2)
+    _, number = np.unique(keys, axis=0, return_inverse=True)
     return number.reshape(corners.shape), ways
 
 
@@ -224,11 +218,11 @@ def _edge_faults(corners: Indices) -> tuple[Indices, Indices]:
     """A point of each edge with a single facet, and of each edge whose facets have
     opposite orientations."""
     number, ways = _edges(corners)
-    count = np.bincount(number.ravel())
-    balance = np.bincount(number.ravel(), ways.ravel())
-    _, first = np.unique(number.ravel(), return_index=True)
-    point = np.full(len(count), -1)
-    point[number.ravel()[first]] = corners.ravel()[first]
+    _, first, edge, count = np.unique(
+        number, return_index=True, return_inverse=True, return_counts=True
+    )
+    balance = np.bincount(edge.ravel(), ways.ravel())
+    point = corners.ravel()[first]
     return point[count == 1], point[(count > 1) & (balance != 0.0)]
 
 
@@ -240,45 +234,25 @@ def _turns(corners: Indices) -> Any:
     order = np.argsort(number.ravel(), kind="stable")
     edge, facet, way = number.ravel()[order], order // k, ways.ravel()[order]
     same = np.flatnonzero(edge[1:] == edge[:-1])
-    pairs = np.column_stack([facet[same], facet[same + 1]])
-    differ = way[same] == way[same + 1]  # neighbours run along an edge both ways
-    pairs = np.vstack([pairs, pairs[:, ::-1]])
-    differ = np.concatenate([differ, differ])
-    sort = np.argsort(pairs[:, 0], kind="stable")
-    pairs, differ = pairs[sort], differ[sort]
-    begin = np.searchsorted(pairs[:, 0], np.arange(m + 1))
-    turn, known = np.zeros(m, dtype=bool), np.zeros(m, dtype=bool)
-    for start in range(m):
-        if known[start]:
-            continue
-        known[start], front = True, np.array([start])
-        while len(front):
-            counts = begin[front + 1] - begin[front]
-            run = np.arange(counts.sum()) - np.repeat(
-                np.cumsum(counts) - counts, counts
-            )
-            at = np.repeat(begin[front], counts) + run
-            fresh = ~known[pairs[at, 1]]
-            at = at[fresh]
-            found, first = np.unique(pairs[at, 1], return_index=True)
-            at = at[first]
-            turn[found] = turn[pairs[at, 0]] ^ differ[at]
-            known[found] = True
-            front = found
-    return turn
+    one, other = facet[same], facet[same + 1]
+    differ = m * (way[same] == way[same + 1])  # neighbours run along an edge both ways
+    # Each facet as it is, and m places on as it is when turned
+    ends = np.r_[one, one + m], np.r_[other + differ, other + m - differ]
+    graph = coo_array((np.ones(len(ends[0])), ends), shape=(2 * m, 2 * m))
+    _, part = connected_components(graph, directed=False)
+    pair = np.minimum(part[:m], part[m:])
+    _, first, of_pair = np.unique(pair, return_index=True, return_inverse=True)
+    return part[:m] != part[first][of_pair]
 
 
 def _volume(points: Array, corners: Indices) -> float:
     """Enclosed volume, by straight facets; negative if normals point into it."""
     x = points[corners] - points[corners].reshape(-1, points.shape[1]).mean(axis=0)
     if corners.shape[1] == 2:
-        return float(np.sum(x[:, 0, 0] * x[:, 1, 1] - x[:, 0, 1] * x[:, 1, 0]))
-    total = 0.0
-    for i in range(1, corners.shape[1] - 1):
-        total += float(np.einsum("ni,ni->", x[:, 0], np.cross(x[:, i], x[:, i + 1])))
-    return total
+        return float(np.linalg.det(x).sum())
+    fans = [x[:, [0, i, i + 1]] for i in range(1, corners.shape[1] - 1)]
+    return float(np.linalg.det(fans).sum())
 
 
 def _at(points: Array, number: Any) -> str:
-    values: Sequence[float] = points[number].tolist()
-    return f"({', '.join(f'{value:.6g}' for value in values)})"
+    return f"({', '.join(f'{value:.6g}' for value in points[number])})"

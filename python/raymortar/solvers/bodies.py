@@ -10,7 +10,7 @@ import numpy as np
 
 from .. import compat
 from ..compat import Indices
-from ..host.marks import marked_everywhere
+from ..host.ranks import marked_everywhere
 from .elimination import ContactPreconditioner
 from .levels import BodiesLevels, set_levels
 from .petsc_objects import inner_solver

@@ -12,7 +12,7 @@ from scipy import sparse
 
 from .. import compat
 from ..compat import Array, Mask
-from ..host.marks import Marks, marked_everywhere
+from ..host.ranks import marked_everywhere
 from ..problem import CoupledProblem
 from .petsc_objects import PetscOptions
 
@@ -156,7 +156,7 @@ class LinearInterpolation:
         Whether an owned dof of W is prescribed.
     """
 
-    def __init__(self, V: Any, fixed: Marks) -> None:
+    def __init__(self, V: Any, fixed: Mask) -> None:
         self.W = W = compat.vector_space(V.mesh, 1)
         bs, n = V.dofmap.index_map_bs, V.dofmap.index_map.size_local
         fine, coarse, values = _weights_by_cell(V, W)

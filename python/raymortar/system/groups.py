@@ -13,9 +13,9 @@ from .. import compat
 from ..compat import Array, Indices
 from ..convergence.balance import Groups, largest_by, sum_by_group
 from ..host.bodies import find_parts
-from ..host.facet_areas import surface_areas, surface_normals
-from ..host.marks import marked_everywhere
+from ..host.ranks import marked_everywhere
 from ..host.reference_facets import shape_functions
+from ..host.surfaces import surface_areas, surface_normals
 from .assembly import ContactAssembly
 from .coupled import CoupledSystem
 

@@ -11,7 +11,7 @@ import ufl
 from ufl.algorithms import expand_derivatives
 from ufl.corealg.traversal import unique_pre_traversal
 
-from ..host.unknowns import derivative
+from ..host.forms import derivative
 from .linear_volume import Inputs
 
 

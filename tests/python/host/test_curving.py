@@ -15,7 +15,7 @@ from meshes.hertz import two_cylinders, two_spheres
 from meshes.meshing import Scene, assemble_blocks
 from meshes.scenes import two_blocks
 from raymortar import Contact, ContactError, ContactWarning, compat
-from raymortar.host.facet_areas import surface_areas
+from raymortar.host.surfaces import surface_areas
 from raymortar.host.reference_facets import N_CORNERS
 
 RADIUS, CHORD = 2.0, 0.27

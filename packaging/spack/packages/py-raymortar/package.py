@@ -29,5 +29,5 @@ class PyRaymortar(PythonPackage):
     depends_on("py-petsc4py@3.18:", type=("build", "run"))
     depends_on("py-mpi4py@3.1:", type=("build", "run"))
     depends_on("py-numpy@1.24:", type=("build", "run"))
-    depends_on("py-scipy@1.10:", type="run")
+    depends_on("py-scipy@1.8:", type=("build", "run"))
     depends_on("py-fenics-dolfinx@0.9:", type=("build", "run"))

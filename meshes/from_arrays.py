@@ -1,4 +1,4 @@
-"""Meshes made of arrays."""
+"""DOLFINx meshes out of arrays, in every version of DOLFINx."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ import numpy.typing as npt
 import ufl
 from dolfinx import cpp as _cpp
 
-from ..errors import ContactError, together
-from .elements import basix_element
-from .generation import HAS_UFL_ELEMENTS, Indices
+from raymortar.compat.generation import HAS_UFL_ELEMENTS
+from raymortar.compat.meshes import as_destinations, given_partition
+from raymortar.errors import together
 
 
 def _mesh_domain(cell: str, degree: int, gdim: int) -> ufl.Mesh:
@@ -27,68 +27,6 @@ def _mesh_domain(cell: str, degree: int, gdim: int) -> ufl.Mesh:
     # Equispaced, as for the meshes that DOLFINx builds or reads itself.
     variant = basix.LagrangeVariant.equispaced
     return ufl.Mesh(basix.ufl.element("Lagrange", cell, degree, variant, shape=(gdim,)))
-
-
-def _ranks_across_facets(
-    cells: npt.NDArray[np.int64], cell: str, ranks: Indices
-) -> list[set[int]]:
-    """Other ranks that have a cell across a facet, for each of the cells."""
-    columns = np.array(basix_element(cell, 1).facet_vertices)
-    facets = np.sort(cells[:, columns], axis=2).reshape(-1, columns.shape[1])
-    of_cell = np.repeat(np.arange(len(cells)), len(columns))
-    order = np.lexsort(facets.T)
-    same = np.all(facets[order][1:] == facets[order][:-1], axis=1)
-    pairs = np.column_stack([of_cell[order][:-1][same], of_cell[order][1:][same]])
-    others: list[set[int]] = [set() for _ in cells]
-    for a, b in pairs[ranks[pairs[:, 0]] != ranks[pairs[:, 1]]]:
-        others[a].add(int(ranks[b]))
-        others[b].add(int(ranks[a]))
-    return others
-
-
-def as_destinations(ranks: npt.ArrayLike, count: int, size: int) -> Indices:
-    """Rank of each of ``count`` cells, checked.
-
-    Raises
-    ------
-    ContactError
-        If they are not so many whole numbers from 0 to ``size - 1``.
-    """
-    found = np.asarray(ranks)
-    if found.shape != (count,) or not np.issubdtype(found.dtype, np.integer):
-        raise ContactError(
-            f"partition must give the rank of each of the {count} cells, whole numbers "
-            f"of shape ({count},), not {found.dtype} of shape {found.shape}"
-        )
-    wrong = np.flatnonzero((found < 0) | (found >= size))
-    if len(wrong):
-        raise ContactError(
-            f"partition gives cell {wrong[0]} to rank {found[wrong[0]]}, of {size} ranks"
-        )
-    return found.astype(np.int32)
-
-
-def given_partition(cells: npt.NDArray[np.int64], cell: str, ranks: Indices) -> Any:
-    """Partitioner that sends each of this rank's cells where it is told.
-
-    Parameters
-    ----------
-    cells
-        Nodes of each cell in Basix order, shape (n_cells, n).
-    cell
-        Name of the cell type; anything where there are no cells.
-    ranks
-        Rank of each cell, shape (n_cells,).
-    """
-    rows = [[rank] for rank in ranks.tolist()]
-    if HAS_UFL_ELEMENTS and rows:
-        # It knows the vertices that ranks share from ghosts alone, which it drops later
-        others = _ranks_across_facets(cells, cell, ranks)
-        rows = [row + sorted(more) for row, more in zip(rows, others)]
-    offsets = np.cumsum([0] + [len(row) for row in rows], dtype=np.int32)
-    data = np.array([rank for row in rows for rank in row], dtype=np.int32)
-    # Its arguments differ between versions, and none of them is needed
-    return lambda *_: _cpp.graph.AdjacencyList_int32(data, offsets)
 
 
 def _partitioner(ghosts: bool) -> Any:

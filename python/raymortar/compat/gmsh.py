@@ -1,0 +1,236 @@
+"""Meshes and tags from Gmsh."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from types import FunctionType
+from typing import Any
+
+from mpi4py import MPI
+
+import dolfinx
+import numpy as np
+import numpy.typing as npt
+from dolfinx import cpp as _cpp
+
+from ..errors import ContactError, together
+from .generation import HAS_UFL_ELEMENTS, Array, Indices
+from .meshes import as_destinations, connectivity, given_partition, meshtags
+
+Partition = Callable[[Array, int], npt.ArrayLike]
+# Type of the coordinates, which 0.5 does not ask for
+_REAL = () if HAS_UFL_ELEMENTS else (np.float64,)
+
+
+@dataclass(frozen=True)
+class GmshMesh:
+    """Mesh, tags and names that were read from Gmsh.
+
+    Attributes
+    ----------
+    mesh
+        The distributed mesh.
+    cell_tags, facet_tags
+        Tags of physical groups; ``facet_tags`` is empty if there are none.
+    names
+        (dimension, tag) of each named physical group.
+
+    Examples
+    --------
+    >>> bodies = read_gmsh("meshes/two_blocks.msh", MPI.COMM_WORLD)
+    >>> dofs = fem.locate_dofs_topological(V, 2, bodies.find("bottom"))
+    """
+
+    mesh: dolfinx.mesh.Mesh
+    cell_tags: Any
+    facet_tags: Any
+    names: dict[str, tuple[int, int]]
+
+    def find(self, name: str) -> Indices:
+        """Cells or facets of a named physical group, those of this rank.
+
+        Raises
+        ------
+        ContactError
+            If no group of cells or facets has the name.
+        """
+        dim = self.mesh.topology.dim
+        known = {k: group for k, group in self.names.items() if group[0] >= dim - 1}
+        if name not in known:
+            listed = ", ".join(map(repr, known)) or "none"
+            raise ContactError(
+                f"no physical group of cells or facets is named {name!r}; known names: "
+                f"{listed}"
+            )
+        of_dim, tag = known[name]
+        tags = self.cell_tags if of_dim == dim else self.facet_tags
+        return tags.find(tag)
+
+
+def read_gmsh(
+    source: Any,
+    comm: MPI.Comm,
+    gdim: int = 3,
+    rank: int = 0,
+    partition: Partition | None = None,
+) -> GmshMesh:
+    """Mesh and tags from a Gmsh model or file. Collective.
+
+    Parameters
+    ----------
+    source
+        ``gmsh.model``, or the path of a ``.msh`` file; looked at on ``rank`` only.
+    comm
+        Communicator over which to distribute the mesh.
+    gdim
+        Dimension of the space, 2 or 3.
+    rank
+        The rank that holds the model or reads the file.
+    partition
+        Takes midpoints of cells, shape (n, gdim), and the number of ranks to the rank
+        of each cell, shape (n,), such as those of `raymortar.partitions`; looked at on
+        ``rank`` only. The mesh then has no ghost cells. Default: up to DOLFINx's graph
+        partitioner.
+
+    Raises
+    ------
+    ContactError
+        If the file does not exist or is damaged, there are no physical groups, the
+        cells are of several types, or the partition does not give each cell a rank.
+    """
+    here, model = comm.rank == rank, source
+    with ExitStack() as stack:
+        with together(comm):
+            if here and isinstance(source, (str, Path)):
+                model = stack.enter_context(_opened(Path(source)))
+            if here:
+                _check_model(model)
+        names = comm.bcast(_physical_names(model) if here else None, root=rank)
+        convert = _model_to_mesh(model, comm, gdim, rank, partition)
+        # A tuple before 0.10, a named tuple with further tags since.
+        mesh, cell_tags, facet_tags = convert(model, comm, rank, gdim=gdim)[:3]
+    tdim = mesh.topology.dim
+    if facet_tags is None:
+        facet_tags = meshtags(mesh, tdim - 1, [], [])
+    # DOLFINx's locate_dofs_topological asks the user for it, for facets and cells
+    for dim in (tdim - 1, tdim):
+        connectivity(mesh, dim, tdim)
+    return GmshMesh(mesh, cell_tags, facet_tags, names)
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[Any]:
+    """Open a file in Gmsh; the name of DOLFINx 0.5.2's own reader is undefined."""
+    if not path.is_file():
+        raise ContactError(f"there is no Gmsh file {path}")
+    import gmsh
+
+    # Gmsh 4.8 cannot tell, and then a session of the caller's ends here too.
+    ours = not getattr(gmsh, "isInitialized", bool)()
+    if ours:
+        gmsh.initialize(["", "-v", "1"])
+    try:
+        try:
+            gmsh.open(str(path))
+        except Exception as error:  # Gmsh raises nothing narrower
+            raise ContactError(f"{path} is not a whole Gmsh file: {error}") from None
+        yield gmsh.model
+    finally:
+        if ours:
+            gmsh.finalize()
+
+
+def _check_model(model: Any) -> None:
+    """Raise for a Gmsh model that cannot be read."""
+    if not hasattr(model, "getPhysicalGroups"):
+        raise ContactError(
+            f"source must be gmsh.model or the path of a .msh file, not {model!r}"
+        )
+    groups = model.getPhysicalGroups()
+    if not groups:
+        raise ContactError(
+            "the Gmsh model has no physical groups, which is all that is read"
+        )
+    top = max(dim for dim, _ in groups)
+    types = {
+        kind
+        for dim, tag in groups
+        if dim == top
+        for entity in model.getEntitiesForPhysicalGroup(dim, tag)
+        for kind in model.mesh.getElements(dim, entity)[0]
+    }
+    if len(types) != 1:
+        # DOLFINx before 0.10 crashes on these, and contact needs one type anyway.
+        names = sorted(model.mesh.getElementProperties(t)[0] for t in types)
+        raise ContactError(
+            f"the cells of the Gmsh model must be of one type, not of {names}"
+        )
+
+
+def _converter() -> Any:
+    """Import DOLFINx's module for Gmsh, which loads Gmsh."""
+    try:
+        from dolfinx.io import gmsh as converter  # 0.10 and later
+    except ImportError:
+        from dolfinx.io import gmshio as converter
+    return converter
+
+
+def _physical_names(model: Any) -> dict[str, tuple[int, int]]:
+    """Collect the named physical groups of a Gmsh model."""
+    groups = [(int(dim), int(tag)) for dim, tag in model.getPhysicalGroups()]
+    names = {model.getPhysicalName(*group): group for group in groups}
+    return {name: group for name, group in names.items() if name}
+
+
+def _partitioner(model: Any, gdim: int, partition: Partition, size: int) -> Any:
+    """Make DOLFINx's partitioner for the cells of a model, on the rank that has it."""
+    if not callable(partition):
+        raise ContactError(
+            "partition must be a function of midpoints and the number of ranks, not "
+            f"{partition!r}"
+        )
+    converter = _converter()
+    found = converter.extract_topology_and_markers(model)
+    # Names of groups come along since 0.10
+    topologies = found[0] if isinstance(found, tuple) else found
+    properties = model.mesh.getElementProperties
+    kind = max(topologies, key=lambda k: int(properties(k)[1]))
+    nodes = np.asarray(topologies[kind]["topology"], dtype=np.int64)
+    midpoints = converter.extract_geometry(model)[nodes].mean(axis=1)[:, :gdim]
+    ranks = as_destinations(partition(midpoints, size), len(nodes), size)
+    # UFL's cells of a surface in space have names of their own in 0.5
+    cell = str(converter.ufl_mesh(kind, int(properties(kind)[1]), *_REAL).ufl_cell())
+    basix_order = converter.cell_perm_array(_cpp.mesh.to_type(cell), nodes.shape[1])
+    return given_partition(nodes[:, basix_order], cell, ranks)
+
+
+def _model_to_mesh(
+    model: Any, comm: MPI.Comm, gdim: int, rank: int, partition: Partition | None
+) -> Any:
+    """DOLFINx's function of this name, with a partitioner if one is given. Collective."""
+    function, here = _converter().model_to_mesh, comm.rank == rank
+    if not comm.bcast(partition is not None, root=rank):
+        return function
+    no_cells = np.empty((0, 0), np.int64), "", np.empty(0, np.int32)
+    with together(comm):
+        if here and partition is not None:
+            partitioner = _partitioner(model, gdim, partition, comm.size)
+        else:
+            partitioner = given_partition(*no_cells)
+    if comm.size == 1:  # one rank has all cells, in DOLFINx's own order
+        return function
+    if not HAS_UFL_ELEMENTS:
+        return partial(function, partitioner=partitioner)
+    # The function of 0.5 takes no partitioner: a copy makes the mesh in another way
+    create_mesh = partial(
+        dolfinx.mesh.create_mesh,
+        ghost_mode=dolfinx.mesh.GhostMode.none,
+        partitioner=partitioner,
+    )
+    names = {**function.__globals__, "create_mesh": create_mesh}
+    return FunctionType(function.__code__, names, argdefs=function.__defaults__)
