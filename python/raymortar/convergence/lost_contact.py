@@ -23,7 +23,7 @@ from .passed_tools import have_gone_through
 
 if TYPE_CHECKING:
     from ..interaction import Interaction
-    from ..interface.zones import ZoneData
+    from ..interface.zone_data import ZoneData
     from ..problem import CoupledProblem
 
 AXES = "xyz"

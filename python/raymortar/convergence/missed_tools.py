@@ -17,7 +17,7 @@ from .passed_tools import AROUND, EVERYWHERE
 
 if TYPE_CHECKING:
     from ..interaction import Interaction
-    from ..interface.zones import ZoneData
+    from ..interface.zone_data import ZoneData
     from ..rigid.body import Body
 
 # Distance, in sizes of the mesh, beyond which a tool at rest does not merely wait for a

@@ -25,7 +25,7 @@ from ..rigid.turning import directions_across, rotation_matrix, rotation_vector
 
 if TYPE_CHECKING:
     from ..interaction import Interaction
-    from ..interface.zones import ZoneData
+    from ..interface.zone_data import ZoneData
     from ..rigid.body import Body
 
 # Depth inside a tool that contact does not leave, of the depth that counts as contact: a

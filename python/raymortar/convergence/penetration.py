@@ -15,7 +15,7 @@ from ..options.methods import AugmentedLagrangian, Penalty
 from .strange_gamma import automatic_gamma, compared
 
 if TYPE_CHECKING:
-    from ..interface.zones import ZoneData
+    from ..interface.zone_data import ZoneData
     from ..problem import CoupledProblem
 
 # Of a slave facet's size. Multipliers close gaps in the mean: what is left at a point is

@@ -14,7 +14,7 @@ from ..host.facets import format_point
 if TYPE_CHECKING:
     from ..contact import Contact
     from ..interaction import Interaction
-    from ..interface.zones import ZoneData
+    from ..interface.zone_data import ZoneData
 
 # Of the largest pressure
 ALLOWED = 0.05

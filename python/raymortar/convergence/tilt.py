@@ -16,7 +16,7 @@ from ..rigid.body import Body
 
 if TYPE_CHECKING:
     from ..interaction import Interaction
-    from ..interface.zones import ZoneData
+    from ..interface.zone_data import ZoneData
 
 # Degrees by which a force may be turned without a word
 ALLOWED = 2.0

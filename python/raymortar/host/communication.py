@@ -13,7 +13,7 @@ import numpy as np
 from .layout import CoupledRows
 
 if TYPE_CHECKING:
-    from ..interface.zones import ZoneData
+    from ..interface.zone_data import ZoneData
 
 
 @dataclass(frozen=True)

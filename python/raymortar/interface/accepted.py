@@ -13,7 +13,7 @@ from ..rigid.body import Body
 from .faced import nearest_hits
 from .point_results import CLOSED, nodal_average
 from .state import ContactState
-from .zones import ZoneData, on_sides
+from .zone_data import ZoneData, on_sides
 
 
 class AcceptedStep:

@@ -16,7 +16,8 @@ from ..host.slave_fields import GAMMA, check_function, on_facets
 from ..options.methods import check_coefficient
 from .contact_surfaces import ContactSurfaces
 from .interfaces import Interfaces
-from .zones import Masters, ZoneData
+from .zone_data import ZoneData
+from .zones import Masters
 
 # Values that differ by less count as equal: equal bodies differ by rounding errors
 SAME = 1e-9

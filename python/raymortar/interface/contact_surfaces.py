@@ -26,7 +26,8 @@ from ..options.contact_options import ContactOptions
 from ..rigid.body import Body
 from .interfaces import Interfaces
 from .reference import Reference, references
-from .zones import Masters, ZoneData, create_zone
+from .zone_data import ZoneData
+from .zones import Masters, create_zone
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,7 +13,7 @@ from dolfinx.fem import FunctionSpace
 from .. import compat
 from ..host.marks import marked_everywhere
 from ..host.vector_areas import vector_areas
-from .zones import ZoneData
+from .zone_data import ZoneData
 
 # A node is a corner if the mean of the zones' unit normals is shorter. The mean of two
 # normals is, if they are more than 60 degrees apart

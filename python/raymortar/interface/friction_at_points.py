@@ -18,7 +18,7 @@ from ..options.friction import Friction, Law
 from .friction_slopes import Sample, Slopes, chosen_slopes
 from .point_places import accumulated_slip, undeformed
 from .point_results import CLOSED
-from .zones import ZoneData
+from .zone_data import ZoneData
 
 # Pressures and slip rates at which laws of ranks are compared
 SIZES = 10.0 ** np.arange(-12.0, 15.0, 3.0)

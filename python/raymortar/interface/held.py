@@ -15,9 +15,9 @@ from ..compat import Mask
 from ..errors import ContactWarning, SetUpError, raise_everywhere
 from ..host.facet_areas import surface_sizes
 from .contact_surfaces import ContactSurfaces
-from .pairs import Pair, global_masters, spoken
+from .pairs import Pair, spoken
 from .point_results import CLOSED, OPEN
-from .zones import ZoneData
+from .zone_data import ZoneData, global_masters
 
 # Distance of a master's nodes over that of the tractions on a prescribed slave, up to
 # which the master may balance these. At 1.5 Newton's method fails on flat surfaces, at

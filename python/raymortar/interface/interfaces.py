@@ -16,7 +16,7 @@ from ..host.layout import Layout
 from ..host.surfaces import Surface
 
 if TYPE_CHECKING:
-    from .zones import ZoneData
+    from .zone_data import ZoneData
 
 
 def _membership(

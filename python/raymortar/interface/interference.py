@@ -14,7 +14,7 @@ from ..errors import ContactWarning
 from ..host.joined import parts_of
 from ..host.thickness import Cells, thickness_behind
 from .contact_surfaces import ContactSurfaces
-from .zones import ZoneData
+from .zone_data import ZoneData
 
 # Thickness is measured up to this multiple of what is asked for: a growing interference
 # then needs few measurements

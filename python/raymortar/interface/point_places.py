@@ -12,7 +12,7 @@ from ..compat import Array
 from ..host.facets import reference_corners
 from ..host.reference_facets import shape_functions
 from ..host.surfaces import Surface
-from .zones import ZoneData
+from .zone_data import ZoneData
 
 
 def undeformed(surface: Surface, facet: Any, xi: Array) -> Array:

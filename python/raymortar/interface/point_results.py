@@ -21,7 +21,7 @@ from ..host.reference_facets import shape_functions
 
 if TYPE_CHECKING:
     from ..rigid.body import Body
-    from .zones import ZoneData
+    from .zone_data import ZoneData
 
 
 class PointStatus(IntEnum):

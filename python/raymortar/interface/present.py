@@ -30,7 +30,7 @@ from .friction_at_points import PointFriction
 from .state import ContactState, not_finite, state_fault
 from .straight_facets import warn_of_straight_facets, warn_of_turned_arcs
 from .tie_cover import require_masters
-from .zones import on_sides
+from .zone_data import on_sides
 
 
 class PresentState:

@@ -28,7 +28,7 @@ from .strain_response import (
 )
 
 if TYPE_CHECKING:
-    from .zones import ZoneData
+    from .zone_data import ZoneData
 
 _numbers = itertools.count()
 

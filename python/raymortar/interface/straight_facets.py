@@ -15,7 +15,7 @@ from ..host.reference_facets import N_CORNERS, middle_normals
 from ..host.surfaces import Surface
 from .contact_surfaces import ContactSurfaces
 from .point_results import OPEN
-from .zones import ZoneData, on_sides
+from .zone_data import ZoneData, on_sides
 
 # Angles between neighbouring facets of a surface that is meant to be smooth
 SMOOTH = np.deg2rad(0.5), np.deg2rad(40.0)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from itertools import chain
 from typing import Any
 
@@ -28,81 +27,7 @@ from ..options.methods import Search
 from ..rigid.body import Body, as_body
 from ..rigid.motions import Motions
 from ..rigid.shapes import Shape
-from .faced import Faced, nothing
-from .pairs import MasterTags
-
-
-@dataclass
-class ZoneData:
-    """A C++ zone with what Python needs to feed and read it."""
-
-    facets: ZoneFacets
-    cpp: _cpp.Zone
-    multiplier_table: Indices  # (slave facets, n), local block dofs
-    multiplier_nodes: Indices  # sorted block dofs in the zone's own order
-    result_table: Indices  # (slave facets, n), local block dofs of result fields
-    frictional: bool
-    tied: bool
-    distances: dict[str, Array]  # (slave facets,) of reach, depth, skin
-    depth_is_default: bool
-    thickness: tuple[Array, ...]  # behind this rank's slave and master facets
-    faced: Faced  # at the accepted step
-    master_tags: MasterTags
-    motions: Motions  # of the rigid bodies that it meets
-    pattern: _cpp.Pattern = field(default_factory=_cpp.Pattern)
-    positions: _cpp.BlockPositions = field(default_factory=_cpp.BlockPositions)
-    assembly: _cpp.AssemblyStatistics = field(default_factory=_cpp.AssemblyStatistics)
-    # Of friction springs, (slave facets, n, d): their traction; with a multiplier the
-    # traction of the law minus the multiplier, over gamma
-    traction_old: Array | None = None
-    # Length of the slip of all accepted steps; None without friction
-    slip: Function | None = None
-    offset: Array | None = None  # (slave facets, n), added to gaps. Length
-    adjustment: Array | None = None  # the same, of `Contact.adjust`
-    is_pulled: bool = False  # told, see `warn_of_tension`
-    # Numbers of the rigid bodies that it has met on a path, see `missed_tools`
-    met: set[int] = field(default_factory=set)
-
-    @property
-    def whole_offset(self) -> Array | None:
-        """Sum of offset and adjustment, (slave facets, n); None if there is neither.
-        Length."""
-        parts = [part for part in (self.offset, self.adjustment) if part is not None]
-        return sum(parts[1:], parts[0]) if parts else None
-
-    def distance(self, name: str) -> Array:
-        """Reach or depth of the slave facets. A clearance adds to the depth, an
-        interference to the reach. Length."""
-        own = self.distances[name]
-        offset = self.whole_offset
-        if offset is None:
-            return own
-        more = offset if name == "depth" else -offset
-        return own + np.maximum(more, 0.0).max(axis=1)
-
-    def statistics(self) -> dict[str, Any]:
-        """Counts and seconds of this rank, by the names of `results.Statistics`."""
-        return self.cpp.statistics() | self.assembly.as_dict()
-
-    def points(self) -> dict[str, Array]:
-        """Arrays over the integration points, see `Contact.points`."""
-        points = self.cpp.points()
-        if self.frictional:  # a rank without points has the same keys
-            points.setdefault("slip", np.empty_like(points["x"]))
-            points.setdefault("closing", np.empty_like(points["gap"]))
-        return points
-
-    def arms(self, points: dict[str, Array]) -> Array:
-        """Distances over which friction makes a couple, theory (3), (points, d)."""
-        arm = points["distance"][:, None] * points["normal"]
-        if len(self.multiplier_nodes):  # it closes gaps in the mean, but for offsets
-            arm[points["gap"] == points["distance"]] = 0.0
-        return arm if self.frictional and not self.tied else np.zeros_like(arm)
-
-    def masters_of(self, points: dict[str, Array]) -> Indices:
-        """Index among the slave's masters of the one that each point hits; -1 for
-        none."""
-        return self.master_tags.of_points(points, self.cpp.pairs())
+from .zone_data import MasterTags, ZoneData, nothing
 
 
 Masters = tuple[int, ...] | tuple[Body, ...]
@@ -220,13 +145,6 @@ def _multipliers(
         rows=layout.multiplier_rows[nodes],
     )
     return cpp, table, nodes.astype(np.int32)
-
-
-def on_sides(zone: ZoneData, array: Array) -> tuple[Array, Array]:
-    """Values of a ghosted array of u on slave and master surface, (dofs, d) each."""
-    sides = zone.facets.slave_surface, zone.facets.master_surface
-    slave, master = (array.reshape(-1, side.gdim)[side.dofs] for side in sides)
-    return slave, master
 
 
 def create_zone(

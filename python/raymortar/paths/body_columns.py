@@ -13,7 +13,7 @@ from ..rigid.body import Body
 
 if TYPE_CHECKING:
     from ..interaction import Interaction
-    from ..interface.zones import ZoneData
+    from ..interface.zone_data import ZoneData
 
 
 def rigid_bodies(zones: Sequence[ZoneData]) -> list[Body]:

@@ -18,7 +18,7 @@ from .viscosity import Viscosity
 
 if TYPE_CHECKING:
     from ..interaction import Interaction
-    from ..interface.zones import ZoneData
+    from ..interface.zone_data import ZoneData
 
 # First size of the forces, as a share of the diagonal of the stiffness
 SHARE = 1e-4

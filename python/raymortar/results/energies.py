@@ -10,7 +10,7 @@ import numpy as np
 
 from ..compat import Array
 from ..interface.point_results import OPEN, along_normal, pressures
-from ..interface.zones import ZoneData
+from ..interface.zone_data import ZoneData
 
 
 def friction_work(zones: Sequence[ZoneData], comm: MPI.Comm) -> float:

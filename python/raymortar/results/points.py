@@ -26,7 +26,7 @@ from ..interface.point_results import (
     resultants,
 )
 from ..interface.present import PresentState
-from ..interface.zones import ZoneData
+from ..interface.zone_data import ZoneData
 from ..rigid.body import Body
 from .segments import write_segments
 

@@ -13,7 +13,7 @@ from dolfinx.fem import Function
 from ..compat import Array
 from ..host.reference_facets import shape_functions
 from ..interface.point_results import OPEN
-from ..interface.zones import ZoneData
+from ..interface.zone_data import ZoneData
 from . import vtu
 
 POINT_DATA = ("gap", "pressure", "traction", "status", "weight", "slip")

@@ -15,7 +15,7 @@ from ..errors import raise_everywhere, require_agreement
 from .body import Body
 
 if TYPE_CHECKING:
-    from ..interface.zones import ZoneData
+    from ..interface.zone_data import ZoneData
 
 # Largest rotation in one step with friction: after half a turn a slip has no direction.
 # Radians

@@ -9,7 +9,7 @@ from petsc4py import PETSc
 
 import numpy as np
 
-from ..interface.faced import Faced, nearest_hits, path
+from ..interface.faced import nearest_hits, path
 from ..interface.stiffness import mean_facet_size
 from .newton import NewtonSolver
 from .outcome import require_convergence
@@ -17,7 +17,7 @@ from .petsc_objects import renew
 from .snes import SNESSolver
 
 if TYPE_CHECKING:
-    from ..interface.zones import ZoneData
+    from ..interface.zone_data import Faced, ZoneData
 
 # Overlap at which a step ends, in sizes of slave facets. Without overlap no gap would
 # ever close

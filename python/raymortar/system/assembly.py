@@ -24,7 +24,7 @@ from ..interface.held import any_held, any_node_held, refuse_held, refuse_held_o
 from ..interface.present import PresentState
 from ..interface.shear_modulus import shear_moduli
 from ..interface.stiffness import VolumePattern, contact_stiffness, mean_facet_size
-from ..interface.zones import on_sides
+from ..interface.zone_data import on_sides
 from ..options.methods import AugmentedLagrangian, Penalty
 
 _numbers = itertools.count()

@@ -20,7 +20,7 @@ from ..host.forms import check_compiled
 from ..host.host import Host
 from ..host.layout import CoupledRows
 from ..interface.stiffness import VolumePattern
-from ..interface.zones import ZoneData, on_sides
+from ..interface.zone_data import ZoneData, on_sides
 from .assembly import ContactAssembly
 from .free_bodies import FreeBodies
 from .memory import matrix_bytes, require_memory

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..errors import raise_everywhere
 from ..interface.stiffness import VolumePattern
-from ..interface.zones import ZoneData
+from ..interface.zone_data import ZoneData
 from .assembly import ContactAssembly
 
 # Average number of pairs of facets that share an entry: the number of facets around a
