@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ..errors import ContactError
-from ..interface.stiffness import VolumePattern, contact_stiffness
+from ..interface.probing import VolumePattern
+from ..interface.stiffness import contact_stiffness
 
 if TYPE_CHECKING:
     from ..contact import Contact

@@ -7,7 +7,8 @@ from typing import Any
 
 from .. import compat
 from .contact_surfaces import ContactSurfaces
-from .stiffness import VolumePattern, stiffness_ratios
+from .probing import VolumePattern
+from .stiffness import stiffness_ratios
 
 # Ratio of moduli from which the softer side is the better slave (docs/choosing_sides)
 STIFFER = 10.0

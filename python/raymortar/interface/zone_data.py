@@ -16,7 +16,11 @@ from .. import _cpp
 from ..compat import Array, Indices
 from ..host.facets import Global
 from ..host.tagged import ZoneFacets
+from ..rigid.body import Body
 from ..rigid.motions import Motions
+
+
+Masters = tuple[int, ...] | tuple[Body, ...]
 
 
 @dataclass(frozen=True)

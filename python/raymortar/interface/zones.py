@@ -27,10 +27,7 @@ from ..options.methods import Search
 from ..rigid.body import Body, as_body
 from ..rigid.motions import Motions
 from ..rigid.shapes import Shape
-from .zone_data import MasterTags, ZoneData, nothing
-
-
-Masters = tuple[int, ...] | tuple[Body, ...]
+from .zone_data import Masters, MasterTags, ZoneData, nothing
 
 
 def group_pairs(pairs: Any) -> dict[int, Masters]:
