@@ -69,7 +69,7 @@ class Sample:
 Slopes = Callable[[Friction, Sample], tuple[Array, Array]]
 
 
-def by_derivatives(law: Friction, at: Sample) -> tuple[Array, Array]:
+def given_slopes(law: Friction, at: Sample) -> tuple[Array, Array]:
     """Take the derivatives that the user gives."""
     return law.given_slopes(at.p, at.v, at.given)
 
@@ -125,15 +125,9 @@ def fault_of(law: Friction, slopes: Slopes, at: Sample) -> str | None:
 
 
 def chosen_slopes(law: Friction, sample: Sample | None, comm: MPI.Comm) -> Slopes:
-    """Choose how a law is differentiated, after a check. Collective.
-
-    Parameters
-    ----------
-    sample
-        Closed points of this rank; None if it has none.
-    """
+    """Choose how to differentiate a law, after a check at closed points. Collective."""
     given = law.derivatives is not None
-    slopes = by_derivatives if given else by_complex_steps
+    slopes = given_slopes if given else by_complex_steps
     fault = None
     if sample is not None:
         with np.errstate(all="ignore"), warnings.catch_warnings():
@@ -174,8 +168,10 @@ def spread_coefficient(law: Law | None, zones: Sequence[ZoneData], mesh: Any) ->
 
 
 def _require_one_law(law: Friction, comm: MPI.Comm) -> None:
-    """Raise unless a law has the same bounds on all ranks, over all sizes of pressures
-    and rates, at one place without slip. Collective."""
+    """Raise unless a law has the same bounds on all ranks. Collective.
+
+    They are compared over all sizes of pressures and rates, at one place without slip.
+    """
     if comm.size == 1:
         return
     p, v = (one.ravel() for one in np.meshgrid(SIZES, [0.0, *SIZES]))
@@ -196,17 +192,7 @@ def _require_one_law(law: Friction, comm: MPI.Comm) -> None:
 
 
 class PointFriction:
-    """Evaluates a user's law at the closed points of zones, and sends its bounds.
-
-    Parameters
-    ----------
-    law
-        The law.
-    zones
-        Paired at the present state when `send` is called.
-    comm
-        Communicator of the mesh.
-    """
+    """Evaluates a user's law at the closed points of zones, and sends its bounds."""
 
     def __init__(
         self, law: Friction, zones: Sequence[ZoneData], comm: MPI.Comm
@@ -215,43 +201,20 @@ class PointFriction:
         self._slopes: Slopes | None = None
 
     def send(self, dt: float) -> None:
-        """Evaluate the law once for each zone, and send the bounds. Collective.
-
-        Parameters
-        ----------
-        dt
-            Time of the step.
-        """
+        """Evaluate the law once for each paired zone, and send the bounds. Collective."""
         found = [ClosedPoints(self._law, zone, dt, self._comm) for zone in self._zones]
         if self._slopes is None:
-            self._choose(found)
+            samples = [closed.sample() for closed in found if closed.any]
+            if self._comm.allreduce(len(samples)):
+                first = samples[0] if samples else None
+                self._slopes = chosen_slopes(self._law, first, self._comm)
         with together(self._comm):
             for zone, closed in zip(self._zones, found):
                 zone.cpp.set_friction_bounds(*closed.bounds(self._slopes))
 
-    def _choose(self, found: Sequence[ClosedPoints]) -> None:
-        """Choose the derivatives where points are closed for the first time.
-        Collective."""
-        samples = [closed.sample() for closed in found if closed.any]
-        if self._comm.allreduce(len(samples)):
-            sample = samples[0] if samples else None
-            self._slopes = chosen_slopes(self._law, sample, self._comm)
-
 
 class ClosedPoints:
-    """What a law is given at the closed points of a zone. Collective.
-
-    Parameters
-    ----------
-    law
-        The law.
-    zone
-        The zone.
-    dt
-        Time of the step.
-    comm
-        Communicator of the mesh.
-    """
+    """Collects the arguments of a law at the closed points of a zone. Collective."""
 
     def __init__(
         self, law: Friction, zone: ZoneData, dt: float, comm: MPI.Comm
@@ -271,7 +234,7 @@ class ClosedPoints:
         return bool(self._closed.any())
 
     def sample(self) -> Sample:
-        """Pressures, slip rates and what else the law is given."""
+        """Collect pressures, slip rates and further arguments."""
         points, surface = self._points, self._zone.facets.slave_surface
         p = np.maximum(-points["pressure"][self._closed], 0.0)
         v = np.linalg.norm(points["slip"][self._closed], axis=1) / self._dt
@@ -281,8 +244,10 @@ class ClosedPoints:
         return Sample(p, v, self._given(self._xi), scales)
 
     def bounds(self, slopes: Slopes | None) -> tuple[Array, Array, Array, Array]:
-        """Bound of all points, and its derivatives by the normal traction, by the length
-        of the slip and along the facet."""
+        """Evaluate the bound of all points and its derivatives.
+
+        They are by the normal traction, by the length of the slip and along the facet.
+        """
         n, width = self._points["xi"].shape
         values, along = np.zeros((3, n)), np.zeros((n, width))
         if self.any and slopes is not None:
@@ -295,7 +260,7 @@ class ClosedPoints:
         return s, -by_p, by_v / self._dt, along
 
     def _given(self, xi: Array) -> dict[str, Any]:
-        """Arguments of the law besides p and v, at places on the points' facets."""
+        """Further arguments of the law at places on the points' facets."""
         zone, facet = self._zone, self._facet
         surface = zone.facets.slave_surface
         N, _ = shape_functions(surface.shape, surface.displacement_degree, xi)
@@ -308,7 +273,7 @@ class ClosedPoints:
         }
 
     def _along(self, at: Sample) -> Array:
-        """Derivative of the bound along the facet at unchanged p and v, (n, d - 1)."""
+        """Differentiate the bound along the facet at unchanged p and v, (n, d - 1)."""
         along = np.zeros_like(self._xi)
         if not self._law.arguments - {"dt"}:
             return along

@@ -205,7 +205,9 @@ class CoupledSystem(ABC):
             zone.positions.forget()
         # A later matrix takes the memory of the last one
         if not self.preallocations:
-            require_memory(self._comm, self._volume, self.parts)
+            parts = self.parts
+            zones = ((z, part.layout.components) for part in parts for z in part.zones)
+            require_memory(self._comm, self._volume, zones)
         for part in self.parts:
             part.note_room(extended)
         _cpp.preallocate(

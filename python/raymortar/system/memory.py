@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from pathlib import Path
 
 from mpi4py import MPI
@@ -13,7 +13,6 @@ import numpy as np
 from ..errors import raise_everywhere
 from ..interface.probing import VolumePattern
 from ..interface.zone_data import ZoneData
-from .assembly import ContactAssembly
 
 # Average number of pairs of facets that share an entry: the number of facets around a
 # node. This is exact for two regular lattices of any sizes
@@ -43,9 +42,11 @@ def contact_entries(zone: ZoneData, components: int) -> int:
 
 
 def require_memory(
-    comm: MPI.Comm, volume: VolumePattern, parts: Sequence[ContactAssembly]
+    comm: MPI.Comm, volume: VolumePattern, zones: Iterable[tuple[ZoneData, int]]
 ) -> None:
     """Raise if the ranks are about to allocate more than there is. Collective.
+
+    Zones come with the components of their multipliers.
 
     Counted are entries of volume and contact, from below, and columns twice, as the
     pattern is made next to the matrix. The ranks of one machine share its memory.
@@ -55,11 +56,7 @@ def require_memory(
     MemoryError
         On every rank, with the bytes needed and available.
     """
-    entries = len(volume.columns) + sum(
-        contact_entries(zone, part.layout.components)
-        for part in parts
-        for zone in part.zones
-    )
+    entries = len(volume.columns) + sum(contact_entries(*zone) for zone in zones)
     index, value = (np.dtype(t).itemsize for t in (PETSc.IntType, PETSc.ScalarType))
     machine = comm.Split_type(MPI.COMM_TYPE_SHARED)
     together = machine.allreduce(entries * (value + 2 * index))
