@@ -30,33 +30,31 @@ class Forms:
         self._contact, self._host = contact, contact.host
         self.has_several = isinstance(L, list)
         self._a = a
-        self._rows = list(
-            zip(
-                L if self.has_several else [L],
-                a if self.has_several else [[a]],
-                [compat.create_la_vector(*map_bs) for map_bs in self._maps()],
-                np.diff(self._host.owned_starts),
-            )
-        )
-
-    def _maps(self) -> list[tuple[Any, int]]:
-        """Index map and block size of each unknown."""
-        return [compat.unknowns_of(f) for f in self._host.functions]
+        *begins, self._size = starts = self._host.owned_starts
+        vectors = [
+            compat.create_la_vector(*compat.unknowns_of(f))
+            for f in self._host.functions
+        ]
+        forms, table = (L, a) if self.has_several else ([L], [[a]])
+        # By test space
+        self._rows = list(zip(forms, table, vectors, begins, starts[1:]))
 
     def residual(
         self, bcs: Sequence[Any] = (), increment: Array | None = None
     ) -> Array:
         """Assemble the owned rows, with the effect of prescribed increments if given."""
-        found, lifts = [], increment is not None and increment.any()
-        for form, blocks, r, n in self._rows:
-            r.array[:] = 0.0
+        found = np.empty(self._size)
+        lifts = increment is not None and increment.any()
+        for form, blocks, r, begin, end in self._rows:
+            array = r.array
+            array[:] = 0.0
             if form is not None:
-                compat.assemble_residual(r.array, form)
+                compat.assemble_residual(array, form)
             if lifts:
-                self._lift(r.array, blocks, bcs, increment)
+                self._lift(array, blocks, bcs, increment)
             compat.scatter_reverse_add(r)
-            found.append(r.array[:n])
-        return np.concatenate(found)
+            found[begin:end] = array[: end - begin]
+        return found
 
     def _lift(
         self, r: Array, blocks: Sequence[Any], bcs: Sequence[Any], increment: Any
@@ -245,8 +243,11 @@ class Volume:
         self.kept: Kept | None = None
         # What is assembled each time
         self._rest: Forms | None = Forms(contact, L, a)
-        # The last conditions, and which owned unknowns they prescribe
-        self._known: tuple[tuple[Any, ...], Mask] | None = None
+        # The last conditions, the owned unknowns that they prescribe, and the local
+        # indices of these
+        self._bcs: tuple[Any, ...] | None = None
+        self._mask: Mask = np.zeros(0, dtype=bool)
+        self._places: Any = None
         if forms is not None:
             self._keep(forms, pattern, compiled)
 
@@ -290,9 +291,12 @@ class Volume:
 
     def _fixed(self, bcs: Sequence[Any]) -> Mask:
         """Mark the owned unknowns that conditions prescribe."""
-        if self._known is None or not are_same_objects(bcs, self._known[0]):
-            self._known = tuple(bcs), self.contact.host.owned_prescribed(bcs)
-        return self._known[1]
+        if self._bcs is None or not are_same_objects(bcs, self._bcs):
+            host = self.contact.host
+            self._bcs, self._mask = tuple(bcs), host.owned_prescribed(bcs)
+            local = host.owned_part(np.arange(host.starts[-1]))
+            self._places = local[self._mask]
+        return self._mask
 
     def forces(self, bcs: Sequence[Any]) -> Array:
         """Residual at the present state, of the owned unknowns. Collective."""
@@ -301,10 +305,10 @@ class Volume:
     def lifted(self, bcs: Sequence[Any], increment: Array) -> tuple[Array, Array]:
         """Residual with the effect of prescribed increments, of the owned unknowns: as
         it is, and with the conditions in their rows. Collective."""
-        volume, lacking = self._sum(bcs, increment), self.contact.host.owned_part(
-            increment
-        )
-        return volume, np.where(self._fixed(bcs), -lacking, volume)
+        volume = self._sum(bcs, increment)
+        rows, fixed = volume.copy(), self._fixed(bcs)
+        rows[fixed] = -increment[self._places]
+        return volume, rows
 
     def _sum(self, bcs: Sequence[Any], increment: Array | None) -> Array:
         """Add up what is kept and the rest, with increments if they are given."""
