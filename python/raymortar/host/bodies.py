@@ -10,6 +10,8 @@ from mpi4py import MPI
 import numpy as np
 import numpy.typing as npt
 from dolfinx.fem import FunctionSpace
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
 
 from .. import compat
 from ..compat import Array, Indices
@@ -39,28 +41,16 @@ def bodies_of_facets(bodies: Bodies, surface: Any) -> Indices:
 
 
 def connected(rows: Indices, n: int) -> Indices:
-    """For each of n entities, the smallest one that it is connected to.
+    """Find the smallest of n entities that each is connected to.
 
-    Parameters
-    ----------
-    rows
-        Entities that each row ties to each other, (rows, entities per row).
-    n
-        Number of entities.
+    Each of the rows ties its entities to each other, (rows, entities per row).
     """
-    lowest = np.arange(n, dtype=rows.dtype)
-    while len(rows):
-        roots = lowest[rows]
-        low = roots.min(axis=1)
-        apart = (roots > low[:, None]).any(axis=1)
-        rows, roots, low = rows[apart], roots[apart], low[apart]
-        # Several rows may move one root: one of them is enough, as the others come
-        # again
-        for column in roots.T:
-            lowest[column] = np.minimum(lowest[column], low)
-        while (lowest != lowest[lowest]).any():
-            lowest = lowest[lowest]
-    return lowest
+    ties = np.repeat(rows[:, 0], rows.shape[1]), rows.ravel()
+    graph = coo_matrix((np.ones(rows.size), ties), shape=(n, n))
+    part = connected_components(graph, directed=False)[1]
+    _, lowest, which = np.unique(part, return_index=True, return_inverse=True)
+    found: Indices = lowest[which].astype(rows.dtype)
+    return found
 
 
 def _owners(values: Array, index_map: object) -> Array:
@@ -77,18 +67,11 @@ def find_parts(
     rows: Indices,
     used: npt.NDArray[np.bool_] | None = None,
 ) -> tuple[Indices, int]:
-    """Connected part of each local dof, and their number on all ranks. Collective.
+    """Find the connected part of each local dof, and their number on all ranks.
 
-    Parameters
-    ----------
-    comm
-        Communicator of the mesh.
-    index_map
-        Index map of the dofs. rows
-        Block dofs that each of this rank's rows ties to each other, (rows, n).
-    used
-        Marks the dofs that count, on every rank that has them. Others get -1. None: all
-        count.
+    Rows are block dofs that each row of this rank ties to each other, (rows, n). Used
+    marks the dofs that count, on every rank that has them, by default all; others get
+    -1. Collective.
     """
     n = index_map.size_local + index_map.num_ghosts
     used = np.ones(n, dtype=bool) if used is None else used

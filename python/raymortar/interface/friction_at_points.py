@@ -22,11 +22,11 @@ from .zone_data import ZoneData
 
 # Pressures and slip rates at which laws of ranks are compared
 SIZES = 10.0 ** np.arange(-12.0, 15.0, 3.0)
-# Of a difference along a facet, in its reference coordinates
+# Step of a difference along a facet, in its reference coordinates
 STEP = 1e-5
-# Of a complex step: its square is below all rounding, whatever the units
+# Length of a complex step: its square is below all rounding, whatever the units
 TINY = 1e-30
-# Of a difference, of the value and of its scale
+# Step of a difference, as a share of the value and of its scale
 SHARE, FLOOR = 1e-6, 1e-10
 # Pressures and slip rates at which derivatives are checked, of their scales
 LADDER = 10.0 ** np.arange(-6.0, 1.0)

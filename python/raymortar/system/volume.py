@@ -241,7 +241,7 @@ class Volume:
         self.contact, self.L, self.a = contact, L, a
         self.has_several = isinstance(L, list)
         self.kept: Kept | None = None
-        # What is assembled each time
+        # Forms that are assembled each time
         self._rest: Forms | None = Forms(contact, L, a)
         # The last conditions, the owned unknowns that they prescribe, and the local
         # indices of these
