@@ -17,11 +17,10 @@ from .host.layout import Layout
 from .host.slave_fields import FieldValue
 from .interaction import Interaction
 from .interface.adjustment import Adjustment
-from .interface.coefficients import PairCoefficients
+from .interface.coefficients import Interfaces, PairCoefficients
 from .interface.contact_surfaces import make_surfaces
 from .interface.friction_at_points import spread_coefficient
 from .interface.given import check_given
-from .interface.interfaces import Interfaces
 from .interface.offsets import Offsets
 from .interface.point_results import CLOSED, OPEN
 from .interface.present import PresentState

@@ -29,7 +29,7 @@ from raymortar import (
     compat,
     rigid,
 )
-from raymortar.interface.strain_response import (
+from raymortar.interface.probing import (
     response_of_revolution,
     stiffness_without_bulk,
     strain_response,

@@ -16,7 +16,8 @@ from ..convergence.convergence import cycle_length
 from ..errors import ContactError, ConvergenceError
 from ..interface.contact_surfaces import ContactSurfaces
 from ..interface.held import rigid_slaves
-from ..interface.stiffness import VolumePattern, contact_stiffness, stiffness_ratios
+from ..interface.probing import VolumePattern
+from ..interface.stiffness import contact_stiffness, stiffness_ratios
 from ..problem import CoupledProblem
 from .lost_contact import loose_bodies, unheld
 

@@ -20,7 +20,7 @@ from ..host.ranks import ends_of
 from ..interaction import Interaction
 from ..interface.faced import Path, path
 from ..interface.point_results import CLOSED, OPEN
-from ..interface.zones import ZoneData
+from ..interface.zone_data import ZoneData
 from ..problem import CoupledProblem
 from .tools import have_gone_through
 

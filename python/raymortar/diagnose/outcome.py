@@ -22,7 +22,7 @@ from ..host.facets import format_point
 from ..interaction import Interaction
 from ..interface.point_results import CLOSED
 from ..interface.stiffness import mean_facet_size
-from ..interface.zones import ZoneData
+from ..interface.zone_data import ZoneData
 from ..options.methods import AugmentedLagrangian, Penalty
 from ..problem import CoupledProblem
 from ..rigid.body import Body

@@ -24,7 +24,7 @@ from ..host.reference_facets import N_CORNERS, facet_nodes
 from ..interaction import Interaction
 from ..interface.faced import positions, unit_normals
 from ..interface.point_results import CLOSED, OPEN
-from ..interface.zones import ZoneData
+from ..interface.zone_data import ZoneData
 from ..rigid.body import Body
 from ..rigid.turning import directions_across, rotation_matrix, rotation_vector
 

@@ -55,7 +55,7 @@ def find_parts(
     rows: Indices,
     used: Mask | None = None,
 ) -> tuple[Indices, int]:
-    """Connected part of each local dof, and their number on all ranks. Collective.
+    """Find the connected part of each local dof, and their number on all ranks.
 
     Rows (rows, n) have the block dofs that they tie to each other. Dofs that are not
     used, on every rank that has them, get -1.

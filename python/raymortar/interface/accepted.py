@@ -14,7 +14,7 @@ from .faced import nearest_hits
 from .point_places import nodal_average
 from .point_results import CLOSED
 from .state import ContactState
-from .zones import ZoneData, on_sides
+from .zone_data import ZoneData, on_sides
 
 
 class AcceptedStep:

@@ -14,7 +14,7 @@ from ..checked import is_real_number
 from ..compat import Array
 from ..errors import ContactError
 from ..host.reference_facets import shape_functions
-from .zones import ZoneData
+from .zone_data import ZoneData
 
 
 @dataclass(frozen=True)

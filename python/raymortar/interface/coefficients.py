@@ -1,25 +1,120 @@
-"""Augmentation and penalty coefficients: one for all, or one for each pair of bodies."""
+"""Pairs of bodies that meet, and coefficients: one for all pairs, or one for each."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
+
+from mpi4py import MPI
 
 import numpy as np
 from dolfinx.fem import Function
 
 from .. import _cpp
-from ..compat import Array, Indices
+from ..compat import Array, Indices, Mask
 from ..errors import ContactError, require_agreement, together
+from ..host.bodies import Bodies, bodies_of_facets
+from ..host.layout import Layout
 from ..host.slave_fields import GAMMA, check_function, on_facets
+from ..host.surfaces import Surface
 from ..options.methods import check_coefficient
-from .contact_surfaces import ContactSurfaces
-from .interfaces import Interfaces
-from .zones import Masters, ZoneData
+from .zone_data import Masters, ZoneData
 
 # Values that differ by less count as equal: equal bodies differ by rounding errors
 SAME = 1e-9
+
+Measure = Callable[[Sequence[Surface]], Array]
+
+
+class Interfaces:
+    """Pairs of bodies that zones bring together. Collective.
+
+    A side of a pair of bodies is all facets of one body that face the other one, in any
+    zone. Opposite bodies that are in the same zones are of one *kind*, and have the
+    same side. There are about as many kinds as zones, far fewer than pairs.
+
+    Attributes
+    ----------
+    zones, layout, bodies
+        Of a contact.
+    slave, master
+        Sorted bodies of each zone's sides, the rows and columns of its tables.
+    """
+
+    def __init__(
+        self, zones: Sequence[ZoneData], layout: Layout, bodies: Bodies
+    ) -> None:
+        self.zones, self.layout, self.bodies = zones, layout, bodies
+        self._slaves = [zone.facets.slave_surface for zone in zones]
+        self._masters = [zone.facets.master_surface for zone in zones]
+        self._slave_in = self._membership(self._slaves)
+        # All rigid tools together count as one more body
+        rigid = [[bool(zone.facets.bodies)] for zone in zones]
+        self._master_in = np.hstack([self._membership(self._masters), rigid])
+        self.slave = [np.flatnonzero(row) for row in self._slave_in]
+        self.master = [np.flatnonzero(row) for row in self._master_in]
+
+    def of_facets(self, surface: Surface) -> Indices:
+        """Body of each facet of a surface."""
+        return bodies_of_facets(self.bodies, surface)
+
+    def _membership(self, surfaces: Sequence[Surface]) -> Mask:
+        """Mark the bodies of which surfaces have facets on any rank, (zones, bodies)."""
+        here = np.zeros((len(surfaces), self.bodies.count), dtype=np.int32)
+        for row, surface in zip(here, surfaces):
+            row[self.of_facets(surface)] = 1
+        self.layout.comm.Allreduce(MPI.IN_PLACE, here, op=MPI.MAX)
+        return here > 0
+
+    def tables(
+        self, measure: Measure, pair: Callable[[Array, Array], Array]
+    ) -> list[Array]:
+        """A number for each pair of bodies, zone by zone. Collective.
+
+        Parameters
+        ----------
+        measure
+            Quantities of a union of surfaces, body by body: (bodies, quantities).
+            Called on all ranks alike.
+        pair
+            Gives the numbers, (pairs,), from the quantities of the slaves' and the
+            masters' sides, (pairs, quantities) each.
+
+        Returns
+        -------
+        (slave's bodies, master's bodies) of each zone.
+        """
+        # A slave's side depends on the kind of its masters, and a master's on that of
+        # its slaves
+        slaves, master_kind = _by_kind(self._master_in, self._slaves, measure)
+        masters, slave_kind = _by_kind(self._slave_in, self._masters, measure)
+        masters = np.pad(masters, [(0, 0), (0, 1), (0, 0)])
+        tables = []
+        for rows, columns in zip(self.slave, self.master):
+            row, column = np.repeat(rows, len(columns)), np.tile(columns, len(rows))
+            found = pair(
+                slaves[master_kind[column], row], masters[slave_kind[row], column]
+            )
+            tables.append(found.reshape(len(rows), len(columns)))
+        return tables
+
+
+def _by_kind(
+    member: Mask, opposite: Sequence[Surface], measure: Measure
+) -> tuple[Array, Indices]:
+    """Measure what each kind of body meets, (kinds, bodies, quantities).
+
+    Also find the kind of each body, given which zones it is in, (zones, bodies).
+    """
+    kinds, kind = np.unique(member.T, axis=0, return_inverse=True)
+    # Bodies without facets are in no zone, so their entries are not read
+    found = {
+        k: measure([opposite[zone] for zone in np.flatnonzero(zones)])
+        for k, zones in enumerate(kinds)
+        if zones.any()
+    }
+    none = np.zeros_like(next(iter(found.values())))
+    return np.array([found.get(k, none) for k in range(len(kinds))]), kind.reshape(-1)
 
 
 def single(tables: Sequence[Array]) -> float | None:
@@ -44,13 +139,6 @@ class PairCoefficients(Mapping[tuple[int, Masters], tuple[float, ...]]):
             )
             for zone, table in zip(interfaces.zones, tables)
         }
-
-    def check(self, interfaces: Interfaces) -> None:
-        """Raise unless they are positive, and of these pairs of bodies."""
-        if self.interfaces is not interfaces:
-            raise ContactError("gamma has the coefficients of another Contact")
-        for value in np.concatenate([table.ravel() for table in self.tables]):
-            check_coefficient(float(value))
 
     def __getitem__(self, tags: tuple[int, Masters]) -> tuple[float, ...]:
         return self._values[tags]
@@ -85,43 +173,17 @@ def one_or_each(
     return PairCoefficients(interfaces, tables) if one is None else one
 
 
-@dataclass(frozen=True)
-class ZoneCoefficients:
-    """A coefficient as a zone takes it.
-
-    Attributes
-    ----------
-    of_facets
-        Values at the displacement dofs of its slave facets, (facets, dofs per facet).
-    slaves, masters
-        Sorted bodies of its two surfaces, if pairs of bodies have different values.
-    factors
-        Factors on the values of slave facets, by pair of bodies, (slaves, masters).
-    """
-
-    of_facets: Array
-    slaves: Indices | None = None
-    masters: Indices | None = None
-    factors: Array | None = None
-
-    def of_pairs(self) -> _cpp.PairFactors:
-        """Factors by pair of bodies, empty if one value holds for all."""
-        if self.slaves is None or self.masters is None or self.factors is None:
-            return _cpp.PairFactors()
-        return _cpp.PairFactors(
-            slaves=self.slaves, masters=self.masters, factors=self.factors
-        )
-
-
 def spread(
-    gamma: float | Function | PairCoefficients, surfaces: ContactSurfaces
-) -> tuple[list[ZoneCoefficients], float]:
-    """A coefficient as the zones take it, after checks. Collective.
+    gamma: float | Function | PairCoefficients, interfaces: Interfaces, mesh: Any
+) -> tuple[list[tuple[Array, _cpp.PairFactors]], float]:
+    """Convert a coefficient, after checks, into the values that zones take. Collective.
 
     Returns
     -------
     zones
-        Coefficients of each zone. Traction per length.
+        Values at the displacement dofs of slave facets, (facets, dofs per facet), and
+        factors on these by pair of bodies, empty if there is one value for all.
+        Traction per length.
     scale
         Mean over all slave facets. All zones share it, as two zones may share a
         multiplier node.
@@ -131,51 +193,49 @@ def spread(
     ContactError
         If it is not positive, differs between ranks or is of another mesh or contact.
     """
-    zones, comm = surfaces.zones, surfaces.comm
+    zones, comm = interfaces.zones, interfaces.layout.comm
     with together(comm):
-        _check(gamma, surfaces)
+        _check(gamma, interfaces, mesh)
     if isinstance(gamma, PairCoefficients):
-        found = _by_pair(gamma, zones)
+        found = _by_pair(gamma)
     else:
         require_agreement(comm, gamma=gamma)
         found = [
-            ZoneCoefficients(on_facets(GAMMA, gamma, zone.facets, comm))
+            (on_facets(GAMMA, gamma, zone.facets, comm), _cpp.PairFactors())
             for zone in zones
         ]
-    total = comm.allreduce(sum(float(one.of_facets.sum()) for one in found))
-    return found, total / comm.allreduce(sum(one.of_facets.size for one in found))
+    total = comm.allreduce(sum(float(values.sum()) for values, _ in found))
+    return found, total / comm.allreduce(sum(values.size for values, _ in found))
 
 
-def _check(gamma: Any, surfaces: ContactSurfaces) -> None:
+def _check(gamma: Any, interfaces: Interfaces, mesh: Any) -> None:
     """Raise for a coefficient that does not fit this contact."""
     if isinstance(gamma, PairCoefficients):
-        gamma.check(surfaces.interfaces)
+        if gamma.interfaces is not interfaces:
+            raise ContactError("gamma has the coefficients of another Contact")
+        for value in np.concatenate([table.ravel() for table in gamma.tables]):
+            check_coefficient(float(value))
         return
     if gamma is None:
         raise ContactError("set_gamma needs a number or a Function, not None")
     check_coefficient(gamma)
     if isinstance(gamma, Function):
-        check_function(GAMMA, gamma, surfaces.slave_u.function_space.mesh)
+        check_function(GAMMA, gamma, mesh)
 
 
-def _by_pair(
-    gamma: PairCoefficients, zones: Sequence[ZoneData]
-) -> list[ZoneCoefficients]:
-    """Each slave facet gets the largest value of its pairs, and each pair its share of
-    that."""
+def _by_pair(gamma: PairCoefficients) -> list[tuple[Array, _cpp.PairFactors]]:
+    """Give each slave facet the largest value of its pairs, and each pair its share."""
     pairs, found = gamma.interfaces, []
     for zone, slaves, masters, table in zip(
-        zones, pairs.slave, pairs.master, gamma.tables
+        pairs.zones, pairs.slave, pairs.master, gamma.tables
     ):
-        surface = zone.facets.slave_surface
-        largest = table.max(axis=1)
-        of_facets = largest[pairs.rows(surface, slaves)]
-        found.append(
-            ZoneCoefficients(
-                np.repeat(of_facets[:, None], surface.facet_dofs.shape[1], axis=1),
-                slaves.astype(np.int32),
-                masters.astype(np.int32),
-                table / largest[:, None],
-            )
+        surface, largest = zone.facets.slave_surface, table.max(axis=1)
+        of_facets = largest[np.searchsorted(slaves, pairs.of_facets(surface))]
+        factors = _cpp.PairFactors(
+            slaves=slaves.astype(np.int32),
+            masters=masters.astype(np.int32),
+            factors=table / largest[:, None],
         )
+        width = surface.facet_dofs.shape[1]
+        found.append((np.repeat(of_facets[:, None], width, axis=1), factors))
     return found

@@ -24,9 +24,10 @@ from ..host.tagged import ZoneFacets, find_facets
 from ..host.thickness import Cells
 from ..options.contact_options import ContactOptions
 from ..rigid.body import Body
-from .interfaces import Interfaces
+from .coefficients import Interfaces
 from .reference import Reference, references
-from .zones import Masters, ZoneData, create_zone
+from .zone_data import Masters, ZoneData
+from .zones import create_zone
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,46 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from mpi4py import MPI
 
 import numpy as np
-import numpy.typing as npt
 
 from ..compat import Array, Indices
-from ..host.facets import Global
 from ..host.reference_facets import normals, shape_functions
 from ..host.surfaces import Surface
-
-if TYPE_CHECKING:
-    from .zones import ZoneData
-
-
-@dataclass(frozen=True)
-class Faced:
-    """The point nearest to the master, of each slave facet with a hit.
-
-    Attributes
-    ----------
-    facet
-        Local slave facets, ascending, (n,).
-    xi, eta
-        The point and what it hit, reference coordinates, (n, d - 1).
-    master
-        Global facet that was hit, (n,).
-    gap
-        Length, (n,).
-    closed
-        Whether any point of the facet was closed, (n,).
-    """
-
-    facet: Indices
-    xi: Array
-    eta: Array
-    master: Global
-    gap: Array
-    closed: npt.NDArray[np.bool_]
+from .zone_data import Faced, ZoneData
 
 
 @dataclass(frozen=True)
@@ -65,13 +34,6 @@ class Path:
     gap: Array
     slide: Array
     thickness: Array
-
-
-def nothing(gdim: int) -> Faced:
-    """An empty record, for a state that has not been paired."""
-    none, places = np.empty(0, dtype=np.int32), np.empty((0, gdim - 1))
-    masters, closed = none.astype(np.int64), none.astype(bool)
-    return Faced(none, places, places, masters, np.empty(0), closed)
 
 
 def nearest_hits(zone: ZoneData) -> Faced:

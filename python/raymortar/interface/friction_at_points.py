@@ -1,9 +1,10 @@
-"""Friction laws whose bound differs from point to point, as the zones need it."""
+"""Users' friction laws at the closed points of zones: bounds and their derivatives."""
 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from mpi4py import MPI
@@ -11,19 +12,143 @@ from mpi4py import MPI
 import numpy as np
 
 from ..compat import Array
-from ..errors import SetUpError, raise_everywhere, together
+from ..errors import ContactWarning, SetUpError, raise_everywhere, together
 from ..host.reference_facets import shape_functions
 from ..host.slave_fields import FRICTION_FIELD, check_field, check_function, on_facets
 from ..options.friction import Friction, Law
-from .friction_slopes import Sample, Slopes, chosen_slopes
 from .point_places import accumulated_slip, undeformed
 from .point_results import CLOSED
-from .zones import ZoneData
+from .zone_data import ZoneData
 
 # Pressures and slip rates at which laws of ranks are compared
 SIZES = 10.0 ** np.arange(-12.0, 15.0, 3.0)
-# Of a difference along a facet, in its reference coordinates
+# Step of a difference along a facet, in its reference coordinates
 STEP = 1e-5
+# Length of a complex step: its square is below all rounding, whatever the units
+TINY = 1e-30
+# Step of a difference, as a share of the value and of its scale
+SHARE, FLOOR = 1e-6, 1e-10
+# Pressures and slip rates at which derivatives are checked, of their scales
+LADDER = 10.0 ** np.arange(-6.0, 1.0)
+# By which derivatives may differ from differences, relatively
+ALLOWED = 1e-3
+SAMPLES = 8
+
+
+@dataclass
+class Sample:
+    """Points of a law with what it is given there, and scales of p and v.
+
+    A pressure of gamma times the facet's size is about the modulus of the bodies; a
+    slip rate of its size in a step is fast.
+    """
+
+    p: Array
+    v: Array
+    given: Mapping[str, Any]
+    scales: tuple[float, float]
+
+    def ladder(self) -> Sample:
+        """Spread pressures and rates over their scales, at some of the points."""
+        some = np.unique(np.linspace(0, len(self.p) - 1, SAMPLES).astype(int))
+        q, p, v = np.meshgrid(some, LADDER, [0.0, *LADDER], indexing="ij")
+        q = q.ravel()
+        given = dict(self.given)
+        given["x"], given["slip"] = given["x"][:, q], given["slip"][q]
+        given["fields"] = [one[q] for one in given["fields"]]
+        P, V = self.scales
+        return Sample(P * p.ravel(), V * v.ravel(), given, self.scales)
+
+    def sides(self, axis: int) -> tuple[Array, Array]:
+        """Values of p or v below and above, none negative."""
+        z = (self.p, self.v)[axis]
+        h = SHARE * z + SHARE * FLOOR * self.scales[axis]
+        return np.maximum(z - h, 0.0), z + h
+
+
+Slopes = Callable[[Friction, Sample], tuple[Array, Array]]
+
+
+def given_slopes(law: Friction, at: Sample) -> tuple[Array, Array]:
+    """Take the derivatives that the user gives."""
+    return law.given_slopes(at.p, at.v, at.given)
+
+
+def by_complex_steps(law: Friction, at: Sample) -> tuple[Array, Array]:
+    """Differentiate a bound that takes complex numbers, to rounding."""
+    step = 1j * TINY
+    by_p = law.call("bound", at.p + step, at.v.astype(complex), at.given)
+    by_v = law.call("bound", at.p.astype(complex), at.v + step, at.given)
+    return np.imag(by_p) / TINY, np.imag(by_v) / TINY
+
+
+def by_differences(law: Friction, at: Sample) -> tuple[Array, Array]:
+    """Differentiate a bound by central differences; at zero from above."""
+    found = []
+    for axis in range(2):
+        low, high = at.sides(axis)
+        change = _bound(law, at, axis, high) - _bound(law, at, axis, low)
+        found.append(change / (high - low))
+    return found[0], found[1]
+
+
+def _bound(law: Friction, at: Sample, axis: int, values: Array) -> Array:
+    """Evaluate a bound at other values of p or v."""
+    p, v = (values, at.v) if axis == 0 else (at.p, values)
+    found: Array = np.asarray(law.call("bound", p, v, at.given), dtype=np.float64)
+    return found
+
+
+def fault_of(law: Friction, slopes: Slopes, at: Sample) -> str | None:
+    """Name a derivative that lies beyond both one-sided differences, and its place.
+
+    At a kink any value between both is right.
+    """
+    s = _bound(law, at, 0, at.p)
+    for axis, found in enumerate(slopes(law, at)):
+        z, (low, high) = (at.p, at.v)[axis], at.sides(axis)
+        above = (_bound(law, at, axis, high) - s) / (high - z)
+        below = (_bound(law, at, axis, low) - s) / (low - z)
+        below = np.where(low > 0.0, below, above)
+        least, most = np.minimum(below, above), np.maximum(below, above)
+        size = np.maximum(np.maximum(np.abs(least), np.abs(most)), np.abs(found))
+        rounding = 1e2 * np.finfo(float).eps * np.abs(s) / (high - z)
+        beyond = np.maximum(least - found, found - most) - ALLOWED * size - rounding
+        k = int(np.argmax(np.where(np.isfinite(beyond), beyond, -np.inf)))
+        if beyond[k] > 0.0:
+            x = ", ".join(f"{one:.6g}" for one in at.given["x"][:, k])
+            return (
+                f"ds/d{'pv'[axis]} is {found[k]:.6g} at p = {at.p[k]:.6g}, v = "
+                f"{at.v[k]:.6g}, x = ({x}), and differences of bound give {above[k]:.6g}"
+            )
+    return None
+
+
+def chosen_slopes(law: Friction, sample: Sample | None, comm: MPI.Comm) -> Slopes:
+    """Choose how to differentiate a law, after a check at closed points. Collective."""
+    given = law.derivatives is not None
+    slopes = given_slopes if given else by_complex_steps
+    fault = None
+    if sample is not None:
+        with np.errstate(all="ignore"), warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of parts that are lost
+            try:
+                fault = fault_of(law, slopes, sample.ladder())
+            # A law may refuse values that do not occur, and complex ones
+            except Exception as error:
+                fault = None if given else str(error)
+    fault = next((one for one in comm.allgather(fault) if one is not None), None)
+    if fault is None:
+        return slopes
+    if not given:
+        return by_differences
+    warnings.warn(
+        f"Friction.derivatives: {fault}. Newton's method takes more iterations, or fails: "
+        "correct them, or leave them out",
+        ContactWarning,
+        stacklevel=2,
+    )
+    return slopes
 
 
 def spread_coefficient(law: Law | None, zones: Sequence[ZoneData], mesh: Any) -> None:
@@ -43,8 +168,10 @@ def spread_coefficient(law: Law | None, zones: Sequence[ZoneData], mesh: Any) ->
 
 
 def _require_one_law(law: Friction, comm: MPI.Comm) -> None:
-    """Raise unless a law has the same bounds on all ranks, over all sizes of pressures
-    and rates, at one place without slip. Collective."""
+    """Raise unless a law has the same bounds on all ranks. Collective.
+
+    They are compared over all sizes of pressures and rates, at one place without slip.
+    """
     if comm.size == 1:
         return
     p, v = (one.ravel() for one in np.meshgrid(SIZES, [0.0, *SIZES]))
@@ -65,17 +192,7 @@ def _require_one_law(law: Friction, comm: MPI.Comm) -> None:
 
 
 class PointFriction:
-    """Evaluates a user's law at the closed points of zones, and sends its bounds.
-
-    Parameters
-    ----------
-    law
-        The law.
-    zones
-        Paired at the present state when `send` is called.
-    comm
-        Communicator of the mesh.
-    """
+    """Evaluates a user's law at the closed points of zones, and sends its bounds."""
 
     def __init__(
         self, law: Friction, zones: Sequence[ZoneData], comm: MPI.Comm
@@ -84,43 +201,20 @@ class PointFriction:
         self._slopes: Slopes | None = None
 
     def send(self, dt: float) -> None:
-        """Evaluate the law once for each zone, and send the bounds. Collective.
-
-        Parameters
-        ----------
-        dt
-            Time of the step.
-        """
+        """Evaluate the law once for each paired zone, and send the bounds. Collective."""
         found = [ClosedPoints(self._law, zone, dt, self._comm) for zone in self._zones]
         if self._slopes is None:
-            self._choose(found)
+            samples = [closed.sample() for closed in found if closed.any]
+            if self._comm.allreduce(len(samples)):
+                first = samples[0] if samples else None
+                self._slopes = chosen_slopes(self._law, first, self._comm)
         with together(self._comm):
             for zone, closed in zip(self._zones, found):
                 zone.cpp.set_friction_bounds(*closed.bounds(self._slopes))
 
-    def _choose(self, found: Sequence[ClosedPoints]) -> None:
-        """Choose the derivatives where points are closed for the first time.
-        Collective."""
-        samples = [closed.sample() for closed in found if closed.any]
-        if self._comm.allreduce(len(samples)):
-            sample = samples[0] if samples else None
-            self._slopes = chosen_slopes(self._law, sample, self._comm)
-
 
 class ClosedPoints:
-    """What a law is given at the closed points of a zone. Collective.
-
-    Parameters
-    ----------
-    law
-        The law.
-    zone
-        The zone.
-    dt
-        Time of the step.
-    comm
-        Communicator of the mesh.
-    """
+    """Collects the arguments of a law at the closed points of a zone. Collective."""
 
     def __init__(
         self, law: Friction, zone: ZoneData, dt: float, comm: MPI.Comm
@@ -140,7 +234,7 @@ class ClosedPoints:
         return bool(self._closed.any())
 
     def sample(self) -> Sample:
-        """Pressures, slip rates and what else the law is given."""
+        """Collect pressures, slip rates and further arguments."""
         points, surface = self._points, self._zone.facets.slave_surface
         p = np.maximum(-points["pressure"][self._closed], 0.0)
         v = np.linalg.norm(points["slip"][self._closed], axis=1) / self._dt
@@ -150,8 +244,10 @@ class ClosedPoints:
         return Sample(p, v, self._given(self._xi), scales)
 
     def bounds(self, slopes: Slopes | None) -> tuple[Array, Array, Array, Array]:
-        """Bound of all points, and its derivatives by the normal traction, by the length
-        of the slip and along the facet."""
+        """Evaluate the bound of all points and its derivatives.
+
+        They are by the normal traction, by the length of the slip and along the facet.
+        """
         n, width = self._points["xi"].shape
         values, along = np.zeros((3, n)), np.zeros((n, width))
         if self.any and slopes is not None:
@@ -164,7 +260,7 @@ class ClosedPoints:
         return s, -by_p, by_v / self._dt, along
 
     def _given(self, xi: Array) -> dict[str, Any]:
-        """Arguments of the law besides p and v, at places on the points' facets."""
+        """Further arguments of the law at places on the points' facets."""
         zone, facet = self._zone, self._facet
         surface = zone.facets.slave_surface
         N, _ = shape_functions(surface.shape, surface.displacement_degree, xi)
@@ -177,7 +273,7 @@ class ClosedPoints:
         }
 
     def _along(self, at: Sample) -> Array:
-        """Derivative of the bound along the facet at unchanged p and v, (n, d - 1)."""
+        """Differentiate the bound along the facet at unchanged p and v, (n, d - 1)."""
         along = np.zeros_like(self._xi)
         if not self._law.arguments - {"dt"}:
             return along

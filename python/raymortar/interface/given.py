@@ -14,7 +14,8 @@ from ..host.host import Host
 from ..host.ranks import keep_communicator
 from ..options.contact_options import ContactOptions
 from .pairs import PairTable, known_names, numbered, table
-from .zones import Masters, described, group_pairs
+from .zone_data import Masters
+from .zones import described, group_pairs
 
 
 @dataclass(frozen=True)

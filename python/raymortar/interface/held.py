@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
-from typing import Any
-
 from mpi4py import MPI
 
 import numpy as np
@@ -13,12 +11,12 @@ import numpy as np
 from .. import compat
 from ..compat import Mask
 from ..errors import ContactWarning, SetUpError, raise_everywhere
-from ..host.surfaces import surface_sizes
+from ..host.surfaces import Surface, surface_sizes
 from .contact_surfaces import ContactSurfaces
 from .overlap import of_hit_masters
 from .pairs import Pair, spoken
 from .point_results import CLOSED, OPEN
-from .zones import ZoneData
+from .zone_data import ZoneData, global_masters
 
 # Distance of a master's nodes over that of the tractions on a prescribed slave, up to
 # which the master may balance these. At 1.5 Newton's method fails on flat surfaces, at
@@ -26,33 +24,32 @@ from .zones import ZoneData
 CLOSEST = 1.4
 
 
-def any_held(surfaces: ContactSurfaces, marker: Mask) -> bool:
-    """Whether some slave facet, on any rank, is prescribed throughout. Collective."""
-    held = False
+def _fixed(surface: Surface, marker: Mask) -> Mask:
+    """Mark prescribed components of a surface's dofs, (dofs, d)."""
+    return marker.reshape(-1, surface.gdim)[surface.dofs]
+
+
+def held_slaves(surfaces: ContactSurfaces, marker: Mask) -> tuple[bool, bool]:
+    """Tell whether a slave facet is prescribed throughout, and whether any slave node.
+
+    Collective.
+    """
+    held = np.zeros(2, dtype=np.int32)
     for zone in surfaces.zones:
         surface = zone.facets.slave_surface
-        fixed = marker.reshape(-1, surface.gdim)[surface.dofs].all(axis=1)
-        held |= bool(fixed[surface.facet_dofs].all(axis=1).any())
-    return surfaces.comm.allreduce(held, op=MPI.LOR)
-
-
-def any_node_held(surfaces: ContactSurfaces, marker: Mask) -> bool:
-    """Whether any displacement on a slave surface is prescribed. Collective."""
-    held = any(
-        marker.reshape(-1, surface.gdim)[surface.dofs].any()
-        for surface in (zone.facets.slave_surface for zone in surfaces.zones)
-    )
-    return surfaces.comm.allreduce(bool(held), op=MPI.LOR)
+        fixed = _fixed(surface, marker)
+        throughout = fixed.all(axis=1)[surface.facet_dofs].all(axis=1)
+        held |= [throughout.any(), fixed.any()]
+    surfaces.comm.Allreduce(MPI.IN_PLACE, held, op=MPI.MAX)
+    return bool(held[0]), bool(held[1])
 
 
 def rigid_slaves(surfaces: ContactSurfaces, marker: Mask) -> list[ZoneData]:
     """Find slaves that are prescribed throughout, on masters that are not. Collective."""
     if surfaces.multiplier is None or not surfaces.zones:
         return []
-    fixed = []
-    for zone in surfaces.zones:
-        sides = zone.facets.slave_surface, zone.facets.master_surface
-        fixed.append([marker.reshape(-1, s.gdim)[s.dofs].all() for s in sides])
+    sides = [(z.facets.slave_surface, z.facets.master_surface) for z in surfaces.zones]
+    fixed = [[_fixed(side, marker).all() for side in both] for both in sides]
     held = np.array(fixed, dtype=np.int32)
     surfaces.comm.Allreduce(MPI.IN_PLACE, held, op=MPI.MIN)
     found = zip(surfaces.zones, held)
@@ -108,19 +105,14 @@ def _distance_ratio(zone: ZoneData, surfaces: ContactSurfaces) -> float:
 
 def refuse_held_on_tools(surfaces: ContactSurfaces, marker: Mask) -> None:
     """Raise for slaves that are prescribed throughout, on rigid bodies that are not free.
-    Collective.
 
-    Raises
-    ------
-    SetUpError
-        If there are such slaves: nothing could give way.
+    Nothing could give way. Collective.
     """
     for zone in surfaces.zones:
         bodies = zone.facets.bodies
         if not bodies or any(body.is_free for body in bodies):
             continue
-        surface = zone.facets.slave_surface
-        held = bool(marker.reshape(-1, surface.gdim)[surface.dofs].all())
+        held = bool(_fixed(zone.facets.slave_surface, marker).all())
         if surfaces.comm.allreduce(held, op=MPI.LAND):
             names = ", ".join(body.name for body in bodies)
             raise SetUpError(
@@ -133,17 +125,13 @@ def refuse_held_on_tools(surfaces: ContactSurfaces, marker: Mask) -> None:
 def refuse_held(surfaces: ContactSurfaces) -> None:
     """Raise where the multiplier is in no equation. Collective.
 
-    Raises
-    ------
-    ContactError
-        If contact is closed all around a node of the multiplier, between facets whose
-        displacement is prescribed on both sides, and no damped facet ties it to another
-        node: nothing determines its traction.
+    That is where contact is closed all around a node of the multiplier, between facets
+    whose displacement is prescribed on both sides, and no damped facet ties it to
+    another node.
     """
     assert surfaces.multiplier is not None
     W = surfaces.multiplier.function_space
-    known = compat.create_la_vector(W.dofmap.index_map, 1)
-    closed = compat.create_la_vector(W.dofmap.index_map, 1)
+    known, closed = (compat.create_la_vector(W.dofmap.index_map) for _ in range(2))
     for zone in surfaces.zones:
         points = zone.cpp.points()
         shut = points["status"] >= CLOSED
@@ -153,14 +141,21 @@ def refuse_held(surfaces: ContactSurfaces) -> None:
             vector.array[zone.multiplier_table[points["slave"][which]]] = 1.0
     for vector in (known, closed):
         compat.scatter_reverse_add(vector)
-    _spread_by_damping(surfaces, known)
+    compat.scatter_forward(known)
+    for (
+        zone
+    ) in surfaces.zones:  # mark nodes that share a damped facet with a marked one
+        share = zone.cpp.segments()["covered"]
+        partly = np.flatnonzero((share > 0.0) & (share < 1.0))
+        table = zone.multiplier_table[np.union1d(zone.cpp.held_facets(), partly)]
+        known.array[table[(known.array[table] > 0.0).any(axis=1)]] = 1.0
+    compat.scatter_reverse_add(known)
     n = W.dofmap.index_map.size_local
     held = np.flatnonzero((known.array[:n] == 0.0) & (closed.array[:n] > 0.0))
     count = surfaces.comm.allreduce(len(held))
     message = None
     if len(held):
-        dim = W.mesh.geometry.dim
-        x = np.round(W.tabulate_dof_coordinates()[held[0], :dim], 12)
+        x = np.round(W.tabulate_dof_coordinates()[held[0], : W.mesh.geometry.dim], 12)
         place = ", ".join(f"{value:.6g}" for value in x)
         message = (
             f"{count} node(s) of the contact traction, for example the one at ({place}), "
@@ -168,17 +163,3 @@ def refuse_held(surfaces: ContactSurfaces) -> None:
             "these out of the slave's tag, or use a penalty"
         )
     raise_everywhere(surfaces.comm, message)
-
-
-def _spread_by_damping(surfaces: ContactSurfaces, known: Any) -> None:
-    """Mark nodes that share a damped facet with a marked node. Collective."""
-    compat.scatter_forward(known)
-    for zone in surfaces.zones:
-        share = zone.cpp.segments()["covered"]
-        damped = np.union1d(
-            zone.cpp.held_facets(), np.flatnonzero((share > 0.0) & (share < 1.0))
-        )
-        table = zone.multiplier_table[damped]
-        tied = table[(known.array[table] > 0.0).any(axis=1)]
-        known.array[tied] = 1.0
-    compat.scatter_reverse_add(known)

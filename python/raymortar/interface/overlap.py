@@ -25,10 +25,10 @@ from ..host.surfaces import Surface, surface_sizes
 from ..host.thickness import Cells, thickness_behind
 from .adjustment import gap_without_offset
 from .contact_surfaces import ContactSurfaces
-from .pairs import Pair, global_masters, spoken
+from .pairs import Pair, spoken
 from .point_results import OPEN
 from .straight_facets import largest_sagitta
-from .zones import ZoneData
+from .zone_data import ZoneData, global_masters
 
 # Share of a facet's size, and of the thickness behind it, up to which meshes that should
 # touch may overlap by their noise

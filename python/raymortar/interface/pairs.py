@@ -7,17 +7,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from mpi4py import MPI
-
-import numpy as np
-
 from ..checked import is_whole_number
-from ..compat import Indices
 from ..errors import ContactError
-from ..host.facets import Global
-from ..host.tagged import ZoneFacets
 from ..rigid.body import Body, as_body
-from .point_results import OPEN
 
 
 @dataclass(frozen=True)
@@ -192,56 +184,3 @@ class PairTable:
             f"there is no slave surface {slave!r}: they are numbered from 0 to {last}, "
             f"in the order of pairs{named}"
         )
-
-
-class MasterTags:
-    """Tells which master of a slave a facet belongs to. Collective.
-
-    Points may hit facets of other ranks. So with several masters, each rank knows the
-    facets of all of them by number.
-
-    Attributes
-    ----------
-    count
-        Number of masters.
-    """
-
-    def __init__(self, zone: ZoneFacets, comm: MPI.Comm) -> None:
-        self.count, self._rigid = len(zone.master_tags), bool(zone.bodies)
-        if self.count > 1 and not self._rigid:
-            surface = zone.master_surface
-            found = comm.allgather((surface.facet_ids, surface.zone))
-            ids, masters = (np.concatenate(parts) for parts in zip(*found))
-            self._ids, first = np.unique(ids, return_index=True)
-            self._master = masters[first]
-
-    def of_points(self, points: Mapping[str, Any], met: Global) -> Indices:
-        """Number the master that each point hits; -1 for none, (n,).
-
-        `met` has the global numbers of slave and master facets that have met, as the
-        zone's ``pairs`` has them.
-        """
-        hit = points["status"] >= OPEN
-        number = np.where(hit, 0, -1).astype(np.int32)
-        if self._rigid:
-            number[hit] = points["master"][hit]
-        elif self.count > 1 and hit.any():
-            ids = global_masters(points, met)[hit]
-            number[hit] = self._master[np.searchsorted(self._ids, ids)]
-        return number
-
-
-def global_masters(points: Mapping[str, Any], met: Global) -> Global:
-    """Global number of the master facet of each point that has one, else -1.
-
-    Facets that have met are in the order of the points: by slave facet, then by the
-    local number of the master facet.
-    """
-    slave, master = points["slave"], points["master"]
-    has = master >= 0
-    run = np.cumsum(np.diff(slave, prepend=slave[:1]) != 0)
-    keys = np.stack([run[has], master[has]], axis=1)
-    _, element = np.unique(keys, axis=0, return_inverse=True)
-    found = np.full(len(slave), -1, dtype=np.int64)
-    found[has] = met[element.reshape(-1), 1]
-    return found

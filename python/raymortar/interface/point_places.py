@@ -15,7 +15,7 @@ from ..host.facets import reference_corners
 from ..host.reference_facets import shape_functions
 from ..host.surfaces import Surface
 from .point_results import OPEN
-from .zones import ZoneData
+from .zone_data import ZoneData
 
 
 def undeformed(surface: Surface, facet: Any, xi: Array) -> Array:

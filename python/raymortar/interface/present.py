@@ -24,13 +24,11 @@ from ..options.friction import Friction
 from ..rigid.body import Body
 from .accepted import AcceptedStep
 from .contact_surfaces import ContactSurfaces
-from .cover import Cover
-from .cross_points import warn_of_corners
+from .cover import Cover, require_masters, warn_of_corners
 from .friction_at_points import PointFriction
 from .state import ContactState, not_finite, state_fault
 from .straight_facets import warn_of_straight_facets, warn_of_turned_arcs
-from .tie_cover import require_masters
-from .zones import on_sides
+from .zone_data import on_sides
 
 
 class PresentState:

@@ -11,7 +11,7 @@ import numpy as np
 from ..compat import Array
 from ..rigid.body import Body
 from .contact_surfaces import ContactSurfaces
-from .zones import ZoneData
+from .zone_data import ZoneData
 
 if TYPE_CHECKING:
     from ..interaction import Interaction

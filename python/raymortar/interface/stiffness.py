@@ -1,149 +1,88 @@
-"""Pattern and stiffness of the volume, for the matrix and the automatic gamma."""
+"""Stiffness and shear modulus of the bodies at contact surfaces."""
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Sequence
+from typing import Any
 
 from mpi4py import MPI
 
 import numpy as np
+from dolfinx import fem
 
-from ..compat import Array, Indices
+from .. import compat
+from ..compat import Array, Mask
 from ..errors import ContactError, raise_everywhere
-from ..host.axisymmetry import warn_of_plane_form
 from ..host.displacements import Places
-from ..host.host_blocks import HostBlocks
+from ..host.facets import Facets
+from ..host.joined import parts_of, places_of
 from ..host.layout import CoupledRows
 from ..host.ranks import marked_everywhere
-from ..host.surfaces import Surface, surface_areas, surface_sizes
-from .interfaces import Interfaces
-from .strain_response import (
-    response_of_revolution,
-    stiffness_without_bulk,
-    strain_response,
-    translation_forces,
-)
-
-if TYPE_CHECKING:
-    from .zones import ZoneData
-
-_numbers = itertools.count()
-
-
-class VolumePattern:
-    """Sparsity and diagonal of the volume's matrix, in the coupled numbering.
-
-    Read off one assembly, which every version of DOLFINx offers. Collective.
-
-    Attributes
-    ----------
-    offsets, columns
-        Compressed rows of this rank, int32; columns in the coupled numbering.
-    diagonal
-        Diagonal entries of the owned displacement dofs, unrolled. Force per length.
-    translation
-        Forces of the body's translation by 1 along each axis, of the owned displacement
-        dofs, (d, dofs): those of masses and springs. Force per length.
-    response
-        Response of the owned nodes, see `strain_response` and `response_of_revolution`.
-    couplings
-        What a unit of each field but the displacement can do to each owned row of the
-        host, and what the displacement can; see `HostBlocks.couplings`.
-    number
-        Its number, which no other pattern has.
-    """
-
-    def __init__(
-        self, form: Any, layout: CoupledRows, axisymmetric: bool = False
-    ) -> None:
-        self.form, self.number = form, next(_numbers)
-        host = layout.host
-        blocks = HostBlocks(form, layout)
-        self.offsets, self.columns = blocks.pattern()
-        self.couplings = blocks.couplings() if host.is_known else np.empty((0, 0))
-        K = blocks.of_displacement()
-        diagonal = K.getDiagonal()
-        self.diagonal: Array = diagonal.array.copy()
-        self.translation = translation_forces(K, layout.u)
-        if axisymmetric:
-            warn_of_plane_form(self.translation[0], self.diagonal, layout.comm)
-            self.response = response_of_revolution(K, layout.u)
-        else:
-            self.response = strain_response(K, layout.u)
-        diagonal.destroy()
-        blocks.destroy()
+from ..host.surfaces import Surface, surface_areas, surface_sizes, vector_areas
+from .coefficients import Interfaces
+from .contact_surfaces import ContactSurfaces
+from .probing import VolumePattern, deviators, stiffness_without_bulk
+from .zone_data import ZoneData
 
 
 def owned_nodes_on(V: Any, surfaces: Sequence[Surface]) -> Places:
-    """Owned nodes of a space that are on surfaces, whoever owns the facets. Collective."""
+    """Find owned nodes on surfaces, whoever owns the facets. Collective."""
     used = np.unique(np.concatenate([surface.dofs for surface in surfaces]))
     on = marked_everywhere(V, used)[: V.dofmap.index_map.size_local]
     return np.flatnonzero(on)
 
 
-class _Side:
-    """Measures one side of pairs of bodies, for `Interfaces.tables`.
+def _free_nodes(layout: CoupledRows, bcs: Sequence[Any]) -> Mask:
+    """Mark owned nodes that conditions do not prescribe in all directions."""
+    dofmap = layout.u.function_space.dofmap
+    fixed = layout.host.prescribed_u(bcs)[0].reshape(-1, dofmap.index_map_bs)
+    free: Mask = (fixed[: dofmap.index_map.size_local] == 0).any(axis=1)
+    return free
 
-    Parameters
-    ----------
-    volume, layout, interfaces
-        Of the contact.
-    bcs
-        Dirichlet conditions.
+
+def _of_sides(
+    volume: VolumePattern,
+    layout: CoupledRows,
+    interfaces: Interfaces,
+    bcs: Sequence[Any],
+) -> Callable[[Sequence[Surface]], Array]:
+    """Make the measure of one side of pairs of bodies for `Interfaces.tables`.
+
+    By body it gives the stiffness over area, whether the body can move, and the size of
+    facets.
     """
+    V, bodies = layout.u.function_space, interfaces.bodies
+    d = V.dofmap.index_map_bs
+    free = _free_nodes(layout, bcs)
+    nodal = np.column_stack([volume.diagonal.reshape(-1, d).sum(axis=1), free])
+    if volume.response is not None:
+        response = volume.response.reshape(len(free), -1)
+        nodal = np.column_stack([nodal, response])
 
-    def __init__(
-        self,
-        volume: VolumePattern,
-        layout: CoupledRows,
-        interfaces: Interfaces,
-        bcs: Sequence[Any],
-    ) -> None:
-        self.volume, self.layout, self.interfaces = volume, layout, interfaces
-        V = layout.u.function_space
-        self._bs, self._owned = V.dofmap.index_map_bs, V.dofmap.index_map.size_local
-        fixed, _ = layout.host.prescribed_u(bcs)
-        fixed = fixed.reshape(-1, self._bs)[: self._owned]
-        diagonal = volume.diagonal.reshape(-1, self._bs)
-        free = (fixed == 0).any(axis=1)
-        response = volume.response.reshape(self._owned, 2 * volume.response.shape[2])
-        self._nodal = np.column_stack([diagonal.sum(axis=1), free, response])
-
-    def __call__(self, surfaces: Sequence[Surface]) -> Array:
-        """Stiffness over area, whether it can move, and size of facets, by body."""
-        bodies, V = self.interfaces.bodies, self.layout.u.function_space
+    def measure(surfaces: Sequence[Surface]) -> Array:
         nodes = owned_nodes_on(V, surfaces)
         # A facet may be in several zones: count it once
-        ids, first = np.unique(
-            np.concatenate([surface.facet_ids for surface in surfaces]),
-            return_index=True,
-        )
-        area, own = (
+        ids = np.concatenate([surface.facet_ids for surface in surfaces])
+        _, first = np.unique(ids, return_index=True)
+        body, area, own = (
             np.concatenate([of(surface) for surface in surfaces])[first]
-            for of in (surface_areas, surface_sizes)
+            for of in (interfaces.of_facets, surface_areas, surface_sizes)
         )
-        body = np.concatenate(
-            [self.interfaces.of_facets(surface) for surface in surfaces]
-        )[first]
-
-        def by_body(of: Indices, values: Array) -> list[Any]:
-            n = bodies.count
-            return [np.bincount(of, column, minlength=n) for column in values.T]
-
-        sums = by_body(bodies.dofs[nodes], self._nodal[nodes])
-        sums += by_body(body, np.column_stack([area, own, np.ones(len(ids))]))
-        total = np.array(sums, dtype=np.float64)  # empty counts are integers
-        self.layout.comm.Allreduce(MPI.IN_PLACE, total, op=MPI.SUM)
-        diagonal, free, *response, area, own, facets = total
-        sheared, swollen = np.reshape(response, (2, -1, bodies.count))
+        total = np.zeros((bodies.count, 3 + nodal.shape[1]))
+        np.add.at(total[:, :3], body, np.column_stack([area, own, np.ones(len(first))]))
+        np.add.at(total[:, 3:], bodies.dofs[nodes], nodal[nodes])
+        layout.comm.Allreduce(MPI.IN_PLACE, total)
+        area, own, facets, diagonal, moves, *responses = total.T
         with np.errstate(divide="ignore", invalid="ignore"):  # bodies without facets
-            stiffness = diagonal / (self._bs * area)
-            share = stiffness_without_bulk(sheared, swollen, self._bs)
-            stiffness *= share.min(axis=0)
-            size = (own / facets) ** (1.0 / (self._bs - 1))
-        return np.column_stack([stiffness, free > 0, size])
+            stiffness = diagonal / (d * area)
+            size = (own / facets) ** (1.0 / (d - 1))
+            if responses:
+                sheared, swollen = np.reshape(responses, (2, -1, bodies.count))
+                share = stiffness_without_bulk(sheared, swollen, d)
+                stiffness *= share.min(axis=0)
+        return np.column_stack([stiffness, moves > 0, size])
+
+    return measure
 
 
 def _softer(slave: Array, master: Array) -> Array:
@@ -190,7 +129,7 @@ def contact_stiffness(
         sides[:] = slave[0, :1], master[0, :1]
         return _softer(slave, master) * (slave[:, 2] if times_size else 1.0)
 
-    tables = interfaces.tables(_Side(volume, layout, interfaces, bcs), pair)
+    tables = interfaces.tables(_of_sides(volume, layout, interfaces, bcs), pair)
     least = min(float(table.min()) for table in tables)
     message = None
     if not np.isfinite(least):
@@ -223,14 +162,86 @@ def stiffness_ratios(
         moves = (slave[:, 1] > 0.0) & (master[:, 1] > 0.0)
         return np.where(moves & np.isfinite(ratio), ratio, 0.0)
 
-    return interfaces.tables(_Side(volume, layout, interfaces, bcs), pair)
+    return interfaces.tables(_of_sides(volume, layout, interfaces, bcs), pair)
 
 
 def mean_facet_size(layout: CoupledRows, zones: Sequence[ZoneData]) -> float:
     """Mean size of all slave facets. Length. Collective."""
     sides = [zone.facets.slave_surface for zone in zones]
-    area = layout.comm.allreduce(
-        sum(float(surface_sizes(side).sum()) for side in sides)
+    area = sum(float(surface_sizes(side).sum()) for side in sides)
+    facets = sum(len(side.facet_dofs) for side in sides)
+    mean = layout.comm.allreduce(area) / layout.comm.allreduce(facets)
+    return float(mean ** (1.0 / (sides[0].gdim - 1)))
+
+
+def shear_moduli(
+    surfaces: ContactSurfaces, volume: VolumePattern, bcs: Sequence[Any]
+) -> list[float]:
+    """Shear modulus of the softer body of each zone that can move; 0 where the volume's
+    form tells none. Stress. Collective.
+
+    In a uniform shear E the nodal force of a homogeneous body is 2 mu E c, with the
+    node's share c of the boundary's vector area [theory (5.8)]. Neither the mesh within
+    the bodies nor its size enters.
+    """
+    assert volume.response is not None
+    sheared = volume.response[:, 0]
+    nodal = np.column_stack([sheared, _free_nodes(surfaces.layout, bcs)])
+    moduli = []
+    for zone in surfaces.zones:
+        facets = zone.facets
+        sides = (
+            (facets.slave_surface, facets.slave, facets.slave_part),
+            (facets.master_surface, facets.master, facets.master_part),
+        )
+        found = np.array([_moduli(surfaces, nodal, *side) for side in sides])
+        least = found.min(initial=np.inf, where=found > 0.0)
+        moduli.append(float(least) if np.isfinite(least) else 0.0)
+    return moduli
+
+
+def _moduli(
+    surfaces: ContactSurfaces,
+    nodal: Array,
+    surface: Surface,
+    facets: Facets,
+    part: int,
+) -> Array:
+    """Modulus of each body on a side; 0 where it has no facet or cannot move.
+
+    Nodal are squares of the shears' forces, and whether a node is free; the facets are
+    on the mesh of a part. Collective.
+    """
+    V, bodies = surfaces.u.function_space, surfaces.bodies
+    n, d = len(nodal), surface.gdim
+    table = surface.dofs[surface.facet_dofs]
+    areas = vector_areas(
+        surface, V.dofmap.index_map, surface.displacement_degree, table
     )
-    facets = layout.comm.allreduce(sum(len(side.facet_dofs) for side in sides))
-    return float((area / facets) ** (1.0 / (sides[0].gdim - 1)))
+    c = areas.array.reshape(-1, d)[:n]
+    values = np.column_stack([np.einsum("nd,nd->n", c, c), nodal])
+    on = marked_everywhere(V, surface.dofs)[:n]
+    sums = np.zeros((2, bodies.count, values.shape[1]))
+    for total, nodes in zip(sums, (on & ~_on_rim(surfaces.u, facets, part)[:n], on)):
+        np.add.at(total, bodies.dofs[:n][nodes], values[nodes])
+    surfaces.comm.Allreduce(MPI.IN_PLACE, sums)
+    inner, every = sums
+    # Use inner nodes, if there are any: at the rim other facets add to the forces
+    used = np.where(inner[:, :1] > 0.0, inner, every)
+    # Sum of the squares of the deviators, a multiple of the identity
+    kappa = sum((E @ E)[0, 0] for E in deviators(d))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        squares = used[:, 1:-1].min(axis=1) / (4.0 * kappa * used[:, 0])
+    moves = (every[:, -1] > 0.0) & (used[:, 0] > 0.0)
+    return np.where(moves, np.sqrt(squares), 0.0)
+
+
+def _on_rim(u: Any, facets: Facets, part: int) -> Mask:
+    """Mark nodes on exterior facets besides these. Collective."""
+    V = parts_of(u)[part].function_space
+    others = np.setdiff1d(compat.exterior_facets(V.mesh), facets.facets)
+    dofs = fem.locate_dofs_topological(
+        V, V.mesh.topology.dim - 1, others.astype(np.int32)
+    )
+    places = places_of(u, part)
+    return marked_everywhere(u.function_space, dofs if places is None else places[dofs])

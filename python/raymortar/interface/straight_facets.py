@@ -14,7 +14,7 @@ from ..host.reference_facets import N_CORNERS, middle_normals
 from ..host.surfaces import Surface
 from .contact_surfaces import ContactSurfaces
 from .point_results import OPEN
-from .zones import ZoneData, on_sides
+from .zone_data import ZoneData, on_sides
 
 # Corners of each edge of a facet; of an interval its two ends
 EDGES = {

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from itertools import chain
 from typing import Any
 
 from mpi4py import MPI
 
 import numpy as np
-from dolfinx.fem import Function
 
 from .. import _cpp, compat
 from ..checked import is_whole_number
@@ -28,89 +25,11 @@ from ..options.methods import Search
 from ..rigid.body import Body, as_body
 from ..rigid.motions import Motions
 from ..rigid.shapes import Shape
-from .faced import Faced, nothing
-from .pairs import MasterTags
-
-
-@dataclass
-class ZoneData:
-    """A C++ zone with what Python needs to feed and read it."""
-
-    facets: ZoneFacets
-    cpp: _cpp.Zone
-    multiplier_table: Indices  # (slave facets, n), local block dofs
-    multiplier_nodes: Indices  # sorted block dofs in the zone's own order
-    result_table: Indices  # (slave facets, n), local block dofs of result fields
-    frictional: bool
-    tied: bool
-    distances: dict[str, Array]  # (slave facets,) of reach, depth, skin
-    depth_is_default: bool
-    thickness: tuple[Array, ...]  # behind this rank's slave and master facets
-    faced: Faced  # at the accepted step
-    master_tags: MasterTags
-    motions: Motions  # of the rigid bodies that it meets
-    pattern: _cpp.Pattern = field(default_factory=_cpp.Pattern)
-    positions: _cpp.BlockPositions = field(default_factory=_cpp.BlockPositions)
-    assembly: _cpp.AssemblyStatistics = field(default_factory=_cpp.AssemblyStatistics)
-    # Of friction springs, (slave facets, n, d): their traction; with a multiplier the
-    # traction of the law minus the multiplier, over gamma
-    traction_old: Array | None = None
-    # Length of the slip of all accepted steps; None without friction
-    slip: Function | None = None
-    offset: Array | None = None  # (slave facets, n), added to gaps. Length
-    adjustment: Array | None = None  # the same, of `Contact.adjust`
-    is_pulled: bool = False  # told, see `warn_of_tension`
-    # Numbers of the rigid bodies that it has met on a path, see `missed_tools`
-    met: set[int] = field(default_factory=set)
-
-    @property
-    def whole_offset(self) -> Array | None:
-        """Sum of offset and adjustment, (slave facets, n); None if there is neither.
-        Length."""
-        parts = [part for part in (self.offset, self.adjustment) if part is not None]
-        return sum(parts[1:], parts[0]) if parts else None
-
-    def distance(self, name: str) -> Array:
-        """Reach or depth of the slave facets. A clearance adds to the depth, an
-        interference to the reach. Length."""
-        own = self.distances[name]
-        offset = self.whole_offset
-        if offset is None:
-            return own
-        more = offset if name == "depth" else -offset
-        return own + np.maximum(more, 0.0).max(axis=1)
-
-    def statistics(self) -> dict[str, Any]:
-        """Counts and seconds of this rank, by the names of `results.Statistics`."""
-        return self.cpp.statistics() | self.assembly.as_dict()
-
-    def points(self) -> dict[str, Array]:
-        """Arrays over the integration points, see `Contact.points`."""
-        points = self.cpp.points()
-        if self.frictional:  # a rank without points has the same keys
-            points.setdefault("slip", np.empty_like(points["x"]))
-            points.setdefault("closing", np.empty_like(points["gap"]))
-        return points
-
-    def arms(self, points: dict[str, Array]) -> Array:
-        """Distances over which friction makes a couple, theory (3), (points, d)."""
-        arm = points["distance"][:, None] * points["normal"]
-        if len(self.multiplier_nodes):  # it closes gaps in the mean, but for offsets
-            arm[points["gap"] == points["distance"]] = 0.0
-        return arm if self.frictional and not self.tied else np.zeros_like(arm)
-
-    def masters_of(self, points: dict[str, Array]) -> Indices:
-        """Index among the slave's masters of the one that each point hits; -1 for
-        none."""
-        return self.master_tags.of_points(points, self.cpp.pairs())
-
-
-Masters = tuple[int, ...] | tuple[Body, ...]
+from .zone_data import Masters, MasterTags, ZoneData, nothing
 
 
 def group_pairs(pairs: Any) -> dict[int, Masters]:
-    """Master tags, or rigid bodies, of each slave tag, after checking the list of
-    pairs."""
+    """Check pairs, and collect the master tags, or rigid bodies, of each slave tag."""
     try:
         given = [(slave, master) for slave, master in pairs]
     except (TypeError, ValueError):
@@ -119,13 +38,41 @@ def group_pairs(pairs: Any) -> dict[int, Masters]:
         ) from None
     if not given:
         raise ContactError("pairs is empty: give at least one (slave, master)")
-    for slave, _ in given:
-        if as_body(slave) is not None:
+    groups: dict[int, list[Any]] = {}
+    for slave, master in given:
+        _check_tags(slave, master)
+        slave = int(slave)
+        master = master if isinstance(master, Body) else int(master)
+        if slave == master:
             raise ContactError(
-                f"{slave!r} is the slave of a pair: a rigid shape has no facets to "
-                "integrate over, so it can be a master only"
+                f"tag {slave} is slave and master of the same pair: split it into two "
+                "tags that share no vertex. Contact of a surface with itself is not "
+                "offered yet"
             )
-    for tag in chain.from_iterable(given):
+        if slave in groups.get(master, []):
+            raise ContactError(
+                f"pair ({master}, {slave}) is given in both orders: their contact "
+                "would be counted twice"
+            )
+        masters = groups.setdefault(slave, [])
+        if masters and isinstance(masters[0], Body) != isinstance(master, Body):
+            raise ContactError(
+                f"slave tag {slave} has masters with tags and rigid ones: give each kind "
+                "a Contact of its own, NonlinearProblem(F, [one, other])"
+            )
+        if master not in masters:
+            masters.append(master)
+    return {slave: tuple(masters) for slave, masters in groups.items()}
+
+
+def _check_tags(slave: Any, master: Any) -> None:
+    """Raise unless both sides are tags, or the master a rigid body."""
+    if as_body(slave) is not None:
+        raise ContactError(
+            f"{slave!r} is the slave of a pair: a rigid shape has no facets to "
+            "integrate over, so it can be a master only"
+        )
+    for tag in (slave, master):
         if isinstance(tag, type) and issubclass(tag, (Shape, Body)):
             raise ContactError(
                 f"pairs has the class rigid.{tag.__name__}, not a shape made of it, as "
@@ -133,33 +80,6 @@ def group_pairs(pairs: Any) -> dict[int, Masters]:
             )
         if not (is_whole_number(tag) or isinstance(tag, Body)):
             raise ContactError(f"pairs has the tag {tag!r}, which is no whole number")
-    tags = [
-        (int(slave), master if isinstance(master, Body) else int(master))
-        for slave, master in given
-    ]
-    for slave, master in tags:
-        if slave == master:
-            raise ContactError(
-                f"tag {slave} is slave and master of the same pair: split it into two "
-                "tags that share no vertex. Contact of a surface with itself is not "
-                "offered yet"
-            )
-        if (master, slave) in tags:
-            raise ContactError(
-                f"pair ({slave}, {master}) is given in both orders: their contact "
-                "would be counted twice"
-            )
-    groups: dict[int, list[Any]] = {}
-    for slave, master in tags:
-        if master not in groups.setdefault(slave, []):
-            groups[slave].append(master)
-    for slave, masters in groups.items():
-        if len({isinstance(master, Body) for master in masters}) > 1:
-            raise ContactError(
-                f"slave tag {slave} has masters with tags and rigid ones: give each kind "
-                "a Contact of its own, NonlinearProblem(F, [one, other])"
-            )
-    return {slave: tuple(masters) for slave, masters in groups.items()}
 
 
 def described(masters: Masters) -> tuple[Any, ...]:
@@ -167,8 +87,9 @@ def described(masters: Masters) -> tuple[Any, ...]:
     return tuple(repr(m) if isinstance(m, Body) else m for m in masters)
 
 
-def _cpp_surface(surface: Surface, layout: Layout) -> _cpp.Surface:
-    return _cpp.Surface(
+def _cpp_surface(surface: Surface, layout: Layout, bodies: Bodies) -> _cpp.Surface:
+    """Convert a surface for C++."""
+    found = _cpp.Surface(
         shape=getattr(_cpp.Shape, surface.shape),
         degree=surface.displacement_degree,
         node_degree=surface.node_degree,
@@ -179,38 +100,36 @@ def _cpp_surface(surface: Surface, layout: Layout) -> _cpp.Surface:
         rows=layout.u_rows[surface.dofs],
         facet_id=surface.facet_ids,
     )
+    found.set_bodies(bodies_of_facets(bodies, surface))
+    return found
 
 
-def _sizes(surface: _cpp.Surface, comm: MPI.Comm) -> Array:
-    """Unit of the facets' search distances: the diameter, or the mean diameter if that
-    is larger, as steps are no smaller where the mesh is finer. Shape (n_facets,).
-    Length. Collective.
+def _distances(
+    search: Search, surface: _cpp.Surface, comm: MPI.Comm
+) -> dict[str, Array]:
+    """Find the search distances of the slave facets. Lengths. Collective.
+
+    Defaults go by the diameter, or the mean diameter if that is larger, as steps are no
+    smaller where the mesh is finer.
     """
     own = surface.diameters()
-    total = comm.allreduce(own.sum(), op=MPI.SUM)
-    return np.maximum(own, total / comm.allreduce(len(own), op=MPI.SUM))
-
-
-def _distances(search: Search, sizes: Array) -> dict[str, Array]:
-    """Search distances of the slave facets, the defaults from their sizes. Lengths."""
-    defaults = {"reach": 2.0, "depth": 2.0, "skin": 0.5}
-    given = {name: getattr(search, name) for name in defaults}
-    return {
-        name: default * sizes
-        if given[name] is None
-        else np.full(len(sizes), float(given[name]))
-        for name, default in defaults.items()
-    }
+    total, count = comm.allreduce(own.sum()), comm.allreduce(len(own))
+    sizes = np.maximum(own, total / count)
+    found = {}
+    for name, default in {"reach": 2.0, "depth": 2.0, "skin": 0.5}.items():
+        given = getattr(search, name)
+        found[name] = default * sizes if given is None else np.full_like(sizes, given)
+    return found
 
 
 def _multipliers(
-    zone: ZoneFacets, multiplier: Function | None, layout: Layout
+    zone: ZoneFacets, layout: Layout
 ) -> tuple[_cpp.Multipliers, Indices, Indices]:
-    """Multiplier of a zone for C++, its dof table, and its sorted dofs."""
-    if multiplier is None:
+    """Convert the multiplier of a zone for C++, with its dof table and sorted dofs."""
+    if layout.multiplier is None:
         none = np.empty((len(zone.slave.facets), 0), dtype=np.int32)
         return _cpp.Multipliers(), none, np.empty(0, dtype=np.int32)
-    W = multiplier.function_space
+    W = layout.multiplier.function_space
     table = facet_dof_table(W, zone.slave)
     nodes, local = np.unique(table, return_inverse=True)
     cpp = _cpp.Multipliers(
@@ -222,13 +141,6 @@ def _multipliers(
     return cpp, table, nodes.astype(np.int32)
 
 
-def on_sides(zone: ZoneData, array: Array) -> tuple[Array, Array]:
-    """Values of a ghosted array of u on slave and master surface, (dofs, d) each."""
-    sides = zone.facets.slave_surface, zone.facets.master_surface
-    slave, master = (array.reshape(-1, side.gdim)[side.dofs] for side in sides)
-    return slave, master
-
-
 def create_zone(
     zone: ZoneFacets,
     layout: Layout,
@@ -238,44 +150,25 @@ def create_zone(
     bodies: Bodies,
     tied: str | None = None,
 ) -> ZoneData:
-    """C++ zone of some facets. Collective.
+    """Make the C++ zone of some facets. Collective.
 
-    Parameters
-    ----------
-    zone
-        Its facets.
-    layout
-        Rows of the unknowns.
-    options
-        What the user has chosen.
-    result_space
-        Scalar space of the multiplier's degree.
-    cells
-        Of each mesh.
-    bodies
-        Parts of the mesh that are connected.
-    tied
-        ``"keep"`` or ``"close"``: a tie, and what becomes of its gaps; None: contact.
+    Results are in a scalar space of the multiplier's degree. A tie is tied, ``"keep"``
+    or ``"close"``: what becomes of its gaps. Cells are those of each mesh.
     """
     comm, search, friction = layout.comm, options.search, options.friction
-    slave = _cpp_surface(zone.slave_surface, layout)
-    master = _cpp_surface(zone.master_surface, layout)
-    distances = _distances(search, _sizes(slave, comm))
+    surface = zone.slave_surface
+    slave = _cpp_surface(surface, layout, bodies)
+    master = _cpp_surface(zone.master_surface, layout, bodies)
+    distances = _distances(search, slave, comm)
     # With this thickness of both bodies, no depth is limited
     most = 2.0 * comm.allreduce(distances["depth"].max(initial=0.0), op=MPI.MAX)
-    thickness = tuple(
-        thickness_behind(cells[part], side, most)
-        for part, side in (
-            (zone.slave_part, zone.slave),
-            (zone.master_part, zone.master),
-        )
+    thickness = (
+        thickness_behind(cells[zone.slave_part], zone.slave, most),
+        thickness_behind(cells[zone.master_part], zone.master, most),
     )
     slave.set_thickness(thickness[0])
     master.set_thickness(thickness[1])
-    slave.set_bodies(bodies_of_facets(bodies, zone.slave_surface))
-    master.set_bodies(bodies_of_facets(bodies, zone.master_surface))
-    surface = zone.slave_surface
-    multipliers, table, nodes = _multipliers(zone, layout.multiplier, layout)
+    multipliers, table, nodes = _multipliers(zone, layout)
     p = surface.displacement_degree
     q = compat.element_info(result_space).degree if layout.multiplier else p
     degree = options.quadrature_degree
@@ -303,13 +196,12 @@ def create_zone(
         segment_rules=quadrature.segment_rules(surface.shape, degree),
         facet_rule=quadrature.facet_rule(surface.shape, degree),
     )
-    results = facet_dof_table(result_space, zone.slave)
     return ZoneData(
         zone,
         _cpp.Zone(comm.py2f(), made_of),
         table,
         nodes,
-        results,
+        facet_dof_table(result_space, zone.slave),
         friction is not None or tied is not None,
         tied is not None,
         distances,

@@ -10,7 +10,7 @@ import numpy as np
 from ..compat import Array
 from ..interface.point_results import OPEN, pressures
 from ..interface.state import State
-from ..interface.zones import ZoneData
+from ..interface.zone_data import ZoneData
 from ..problem import CoupledProblem
 from ..results.sums import resultant_on, work_on_gaps
 from .body_columns import rigid_bodies

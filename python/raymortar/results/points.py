@@ -19,7 +19,7 @@ from ..host.joined import parts_of
 from ..interface.pairs import PairTable
 from ..interface.point_places import places
 from ..interface.present import PresentState
-from ..interface.zones import ZoneData
+from ..interface.zone_data import ZoneData
 from ..rigid.body import Body
 from .segments import write_segments
 from .sums import Resultant, added, resultant, resultant_on

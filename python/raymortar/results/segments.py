@@ -22,7 +22,7 @@ from ..errors import ContactError, writing
 from ..host.reference_facets import shape_functions
 from ..interface.point_places import undeformed
 from ..interface.point_results import OPEN
-from ..interface.zones import ZoneData
+from ..interface.zone_data import ZoneData
 
 POINT_DATA = ("gap", "pressure", "traction", "status", "weight", "slip")
 # VTK's numbers of cell types

@@ -20,7 +20,7 @@ from ..interface.point_results import (
     pressures,
     traction_part,
 )
-from ..interface.zones import ZoneData
+from ..interface.zone_data import ZoneData
 from ..rigid.body import Body
 
 

@@ -19,12 +19,12 @@ from ..compat import Mask
 from ..errors import ContactError, ContactWarning, together
 from ..interface.coefficients import PairCoefficients, one_or_each, spread
 from ..interface.contact_surfaces import ContactSurfaces
-from ..interface.cross_points import crossing
-from ..interface.held import any_held, any_node_held, refuse_held, refuse_held_on_tools
+from ..interface.cover import crossing
+from ..interface.held import held_slaves, refuse_held, refuse_held_on_tools
 from ..interface.present import PresentState
-from ..interface.shear_modulus import shear_moduli
-from ..interface.stiffness import VolumePattern, contact_stiffness, mean_facet_size
-from ..interface.zones import on_sides
+from ..interface.probing import VolumePattern
+from ..interface.stiffness import contact_stiffness, mean_facet_size, shear_moduli
+from ..interface.zone_data import on_sides
 from ..options.methods import AugmentedLagrangian, Penalty
 
 _numbers = itertools.count()
@@ -121,9 +121,10 @@ class ContactAssembly:
 
     def set_gamma(self, gamma: float | Function | PairCoefficients) -> None:
         """Set the coefficient; see `Contact.set_gamma`. Collective."""
-        nodal, self.gamma_scale = spread(gamma, self.surfaces)
-        for zone, values in zip(self.zones, nodal):
-            zone.cpp.set_gamma(values.of_facets, self.gamma_scale, values.of_pairs())
+        mesh = self.surfaces.slave_u.function_space.mesh
+        found, self.gamma_scale = spread(gamma, self.surfaces.interfaces, mesh)
+        for zone, (values, factors) in zip(self.zones, found):
+            zone.cpp.set_gamma(values, self.gamma_scale, factors)
         self.gamma = gamma
         self._forget_prescribed()  # the modulus may be that of gamma
         self.present.note_change()
@@ -176,6 +177,14 @@ class ContactAssembly:
             )
 
     # Volume
+
+    @property
+    def needs_strains(self) -> bool:
+        """Whether it asks a volume for its response to strains.
+
+        The size of a given penalty is checked without.
+        """
+        return self.surfaces.multiplier is not None or self.gamma is None
 
     def take_over(self, volume: VolumePattern, bcs: Sequence[Any]) -> None:
         """Take a volume, and the automatic gamma from it if none is set. Collective."""
@@ -256,8 +265,8 @@ class ContactAssembly:
         if self.volume is not None:
             found.shear_moduli = shear_moduli(surfaces, self.volume, bcs)
         refuse_held_on_tools(surfaces, found.u)
-        found.some_held = any_held(surfaces, found.u)
-        if any_node_held(surfaces, found.u) or self._crosses:
+        found.some_held, some_nodes = held_slaves(surfaces, found.u)
+        if some_nodes or self._crosses:
             found.moduli = self.moduli(bcs)
         return found
 

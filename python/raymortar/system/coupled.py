@@ -19,11 +19,11 @@ from ..host.dropped import free_dropped
 from ..host.forms import check_compiled
 from ..host.host import Host
 from ..host.layout import CoupledRows
-from ..interface.stiffness import VolumePattern
-from ..interface.zones import ZoneData, on_sides
+from ..interface.probing import VolumePattern
+from ..interface.zone_data import ZoneData, on_sides
 from .assembly import ContactAssembly
 from .free_bodies import FreeBodies
-from .memory import matrix_bytes, require_memory
+from .memory import require_memory
 
 # Attribute of a PETSc matrix that tells what it has room for. PETSc keeps it with the
 # matrix, whichever Python object refers to it
@@ -136,7 +136,8 @@ class CoupledSystem(ABC):
         for part in self.parts:
             if part.host.spaces is None:
                 part.host.spaces = [compat.test_space(a)]
-        volume = VolumePattern(a, self.layout, self.axisymmetric)
+        strains = any(part.needs_strains for part in self.parts)
+        volume = VolumePattern(a, self.layout, self.axisymmetric, strains)
         for part in self.parts:
             part.take_over(volume, bcs)
         return volume
@@ -160,12 +161,12 @@ class CoupledSystem(ABC):
 
     @property
     def couplings(self) -> Array:
-        """How fields are coupled at set-up, see `stiffness.VolumePattern`."""
+        """How fields are coupled at set-up, see `probing.VolumePattern`."""
         return self._volume.couplings
 
     @property
     def translation_forces(self) -> Array:
-        """Forces of translations at set-up, see `stiffness.VolumePattern`."""
+        """Forces of translations at set-up, see `probing.VolumePattern`."""
         return self._volume.translation
 
     # Room
@@ -204,7 +205,9 @@ class CoupledSystem(ABC):
             zone.positions.forget()
         # A later matrix takes the memory of the last one
         if not self.preallocations:
-            require_memory(self._comm, matrix_bytes(self._volume, self.parts))
+            parts = self.parts
+            zones = ((z, part.layout.components) for part in parts for z in part.zones)
+            require_memory(self._comm, self._volume, zones)
         for part in self.parts:
             part.note_room(extended)
         _cpp.preallocate(

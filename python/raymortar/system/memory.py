@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from pathlib import Path
 
 from mpi4py import MPI
@@ -11,15 +11,12 @@ from petsc4py import PETSc
 import numpy as np
 
 from ..errors import raise_everywhere
-from ..interface.stiffness import VolumePattern
-from ..interface.zones import ZoneData
-from .assembly import ContactAssembly
+from ..interface.probing import VolumePattern
+from ..interface.zone_data import ZoneData
 
 # Average number of pairs of facets that share an entry: the number of facets around a
 # node. This is exact for two regular lattices of any sizes
 _AROUND_A_NODE = {"interval": 2, "triangle": 6, "quadrilateral": 4}
-_INDEX = np.dtype(PETSc.IntType).itemsize
-_VALUE = np.dtype(PETSc.ScalarType).itemsize
 
 
 def available_memory() -> int | None:
@@ -33,14 +30,9 @@ def available_memory() -> int | None:
 
 
 def contact_entries(zone: ZoneData, components: int) -> int:
-    """Approximate lower bound of the matrix entries that couple this rank's pairs.
+    """Estimate the matrix entries of this rank's pairs from below.
 
-    Parameters
-    ----------
-    zone
-        Zone whose pattern has its pairs.
-    components
-        Components of the multiplier; 0 without one.
+    The zone's pattern has its pairs; components are those of the multiplier.
     """
     slave, master = zone.facets.slave_surface, zone.facets.master_surface
     rows = slave.facet_dofs.shape[1] * slave.gdim
@@ -49,39 +41,25 @@ def contact_entries(zone: ZoneData, components: int) -> int:
     return 2 * len(zone.pattern) * rows * columns // _AROUND_A_NODE[slave.shape]
 
 
-def matrix_bytes(volume: VolumePattern, parts: Sequence[ContactAssembly]) -> int:
-    """Approximate lower bound of the bytes of this rank's part of the matrix.
-
-    Counted are entries of volume and contact, and columns twice, as the pattern is made
-    next to the matrix.
-    """
-    entries = len(volume.columns) + sum(
-        contact_entries(zone, part.layout.components)
-        for part in parts
-        for zone in part.zones
-    )
-    return entries * (_VALUE + 2 * _INDEX)
-
-
-def require_memory(comm: MPI.Comm, needed: int) -> None:
+def require_memory(
+    comm: MPI.Comm, volume: VolumePattern, zones: Iterable[tuple[ZoneData, int]]
+) -> None:
     """Raise if the ranks are about to allocate more than there is. Collective.
 
-    The ranks of one machine share its memory.
+    Zones come with the components of their multipliers.
 
-    Parameters
-    ----------
-    comm
-        Communicator of the mesh.
-    needed
-        Bytes that this rank needs.
+    Counted are entries of volume and contact, from below, and columns twice, as the
+    pattern is made next to the matrix. The ranks of one machine share its memory.
 
     Raises
     ------
     MemoryError
         On every rank, with the bytes needed and available.
     """
+    entries = len(volume.columns) + sum(contact_entries(*zone) for zone in zones)
+    index, value = (np.dtype(t).itemsize for t in (PETSc.IntType, PETSc.ScalarType))
     machine = comm.Split_type(MPI.COMM_TYPE_SHARED)
-    together = machine.allreduce(needed)
+    together = machine.allreduce(entries * (value + 2 * index))
     ranks = machine.size
     machine.Free()
     available = available_memory()

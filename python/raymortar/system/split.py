@@ -2,128 +2,118 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from mpi4py import MPI
 
+import numpy as np
 import ufl
 from ufl.algorithms import expand_derivatives
 from ufl.corealg.traversal import unique_pre_traversal
 
+from ..compat import Array
 from ..host.forms import derivative
-from .linear_volume import Inputs
 
 
-class Split:
-    """Residuals, and their tangents, in two parts. Collective.
+class Inputs:
+    """Remembers the values that forms depend on, besides the unknowns."""
 
-    An integral is linear where its derivatives do not depend on the unknowns. It stays
-    with the others where one of them is over the same subdomain: they are one kernel,
-    which takes little longer with it than without.
+    def __init__(self, forms: Iterable[Any], functions: Sequence[Any]) -> None:
+        given = [form for form in forms if form is not None]
+        found = _each_once(c for form in given for c in form.coefficients())
+        unknowns = {id(f) for f in functions}
+        self.functions = [c for c in found if id(c) not in unknowns]
+        self.has_unknowns = len(self.functions) < len(found)
+        self._constants = _each_once(c for form in given for c in form.constants())
+        self._meshes = _each_once(f.function_space.mesh for f in functions)
+        self._last: list[Array] = []
 
-    Parameters
-    ----------
-    forms
-        UFL residuals by unknown.
-    functions
-        The unknowns.
+    def have_changed(self) -> bool:
+        """Compare values on this rank with those of the last call."""
+        now = [np.asarray(c.value) for c in self._constants]
+        now += [c.x.array for c in self.functions]
+        now += [mesh.geometry.x for mesh in self._meshes]
+        same = len(self._last) == len(now) and all(map(np.array_equal, self._last, now))
+        if not same:
+            self._last = [values.copy() for values in now]
+        return not same
 
-    Attributes
-    ----------
-    linear, rest
-        UFL residuals of each part by unknown, None where they are zero.
+
+def _each_once(things: Iterable[Any]) -> list[Any]:
+    """Leave out objects that have occurred before."""
+    return list({id(thing): thing for thing in things}.values())
+
+
+def split(
+    forms: Sequence[ufl.Form], functions: Sequence[Any]
+) -> tuple[list[Any], list[Any]]:
+    """Split residuals into their linear integrals and the rest, None for zero.
+
+    Integrals over the same subdomain stay together: they are one kernel, which takes
+    little longer for a linear integral besides. Collective.
     """
-
-    def __init__(self, forms: Sequence[ufl.Form], functions: Sequence[Any]) -> None:
-        self._functions = functions
-        marked = [list(self._marked(form)) for form in forms]
-        self.linear = [_sum(part for part, alone in row if alone) for row in marked]
-        self.rest = [_sum(part for part, alone in row if not alone) for row in marked]
-
-    def _marked(self, form: ufl.Form) -> Iterator[tuple[Any, bool]]:
-        """Integrals, and whether they are linear and no other is over the same
-        subdomain. Collective."""
-        parts = form.integrals()
-        linear = [self._is_linear(ufl.Form([part])) for part in parts]
-        others = {_place(part) for part, one in zip(parts, linear) if not one}
-        return ((part, _place(part) not in others) for part in parts)
-
-    def _is_linear(self, form: ufl.Form) -> bool:
-        """Whether a form is linear. Collective."""
-        inputs = Inputs([form], self._functions)
-        shares = inputs.share_memory_with(self._functions)
-        if self._functions[0].function_space.mesh.comm.allreduce(shares, op=MPI.LOR):
-            return False
-        if has_condition_on([expand_derivatives(form)], self._functions):
-            return False
-        tangents = without_zeros(self.tangents([form])[0])
-        return not Inputs(tangents, self._functions).has_unknowns
-
-    def tangents(self, forms: Sequence[Any]) -> list[list[Any]]:
-        """Derivatives of residuals by the unknowns, expanded, None where they are
-        zero."""
-        return [
-            [None if form is None else _expanded(form, f) for f in self._functions]
-            for form in forms
-        ]
-
-    @property
-    def pays(self) -> bool:
-        """Whether the linear part has a stiffness of cells. A matrix of facets is not
-        worth its addition to the tangent."""
-        return any(
-            part.integral_type() == "cell"
-            for row in self.tangents(self.linear)
-            for one in without_zeros(row)
-            for part in one.integrals()
-        )
+    linear, rest = [], []
+    for form in forms:
+        kernels: dict[Any, list[Any]] = {}
+        for part in form.integrals():
+            place = part.ufl_domain(), part.integral_type(), part.subdomain_id()
+            kernels.setdefault(place, []).append(part)
+        parts: dict[bool, list[Any]] = {True: [], False: []}
+        for kernel in kernels.values():
+            parts[_is_linear(ufl.Form(kernel), functions)] += kernel
+        linear.append(ufl.Form(parts[True]) if parts[True] else None)
+        rest.append(ufl.Form(parts[False]) if parts[False] else None)
+    return linear, rest
 
 
-def _place(part: Any) -> tuple[Any, ...]:
-    """Where an integral is."""
-    return part.ufl_domain(), part.integral_type(), part.subdomain_id()
+def _is_linear(form: ufl.Form, functions: Sequence[Any]) -> bool:
+    """Check that derivatives do not depend on the unknowns. Collective."""
+    shares = any(
+        np.may_share_memory(c.x.array, f.x.array)
+        for c in Inputs([form], functions).functions
+        for f in functions
+    )
+    comm: MPI.Comm = functions[0].function_space.mesh.comm
+    if comm.allreduce(shares, op=MPI.LOR):
+        return False
+    if _has_condition_on(expand_derivatives(form), functions):
+        return False
+    return not Inputs(tangents([form], functions)[0], functions).has_unknowns
 
 
-def without_zeros(forms: Iterable[Any]) -> list[Any]:
-    """Forms but those that are None."""
-    return [form for form in forms if form is not None]
+def tangents(forms: Sequence[Any], functions: Sequence[Any]) -> list[list[Any]]:
+    """Differentiate residuals by the unknowns, expanded, None for zero."""
+    table = [
+        [None if form is None else derivative(form, f) for f in functions]
+        for form in forms
+    ]
+    return [[J and expand_derivatives(J) for J in row] for row in table]
 
 
-def _expanded(form: ufl.Form, f: Any) -> ufl.Form | None:
-    J = derivative(form, f)
-    return None if J is None else expand_derivatives(J)
+def has_cells(table: Iterable[Iterable[Any]]) -> bool:
+    """Check that some form of a table has an integral over cells."""
+    return any(
+        part.integral_type() == "cell"
+        for row in table
+        for form in row
+        if form is not None
+        for part in form.integrals()
+    )
 
 
-def _sum(parts: Iterable[Any]) -> ufl.Form | None:
-    """A form of some integrals, None of none."""
-    found = list(parts)
-    return ufl.Form(found) if found else None
-
-
-def has_condition_on(forms: Sequence[ufl.Form], functions: Sequence[Any]) -> bool:
-    """Whether a `ufl.conditional` in the forms compares a value of the functions.
+def _has_condition_on(form: ufl.Form, functions: Sequence[Any]) -> bool:
+    """Find a `ufl.conditional` that compares a value of the functions.
 
     Such a form may jump, and its derivative is zero where both branches are constant:
-    the derivative alone would let it pass as linear.
-
-    Parameters
-    ----------
-    forms
-        With their derivatives expanded: `abs` and `max_value` have conditions only then.
-    functions
-        The unknowns.
+    the derivative alone would let it pass as linear. In the form derivatives are
+    expanded, as `abs` and `max_value` have conditions only then.
     """
-    known = {id(f) for f in functions}
-    conditions = (
-        node
-        for form in forms
+    unknowns = {id(f) for f in functions}
+    return any(
+        id(operand) in unknowns
         for part in form.integrals()
         for node in unique_pre_traversal(part.integrand())
         if isinstance(node, ufl.classes.Condition)
-    )
-    return any(
-        id(node) in known
-        for condition in conditions
-        for node in unique_pre_traversal(condition)
+        for operand in unique_pre_traversal(node)
     )

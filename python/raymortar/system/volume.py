@@ -2,18 +2,206 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable, Sequence
-from functools import partial
+from itertools import chain
 from typing import Any
 
 from petsc4py import PETSc
 
-from .. import compat
-from ..compat import Array
-from .linear_volume import Inputs, LinearVolume
-from .split import Split, without_zeros
-from .volume_forms import VolumeForms
+import numpy as np
+
+from .. import _cpp, compat
+from ..checked import are_same_objects
+from ..compat import Array, Mask
+from .split import Inputs, has_cells, split, tangents
+
+_SAME = PETSc.Mat.Structure.SAME_NONZERO_PATTERN
+_PART = PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN
+
+
+class Forms:
+    """Assembles compiled forms of all unknowns of a host. Collective.
+
+    Forms of several unknowns are lists, in which None is zero. An only tangent may be
+    None too.
+    """
+
+    def __init__(self, contact: Any, L: Any, a: Any) -> None:
+        self._contact, self._host = contact, contact.host
+        self.has_several = isinstance(L, list)
+        self._a = a
+        *begins, self._size = starts = self._host.owned_starts
+        vectors = [
+            compat.create_la_vector(*compat.unknowns_of(f))
+            for f in self._host.functions
+        ]
+        forms, table = (L, a) if self.has_several else ([L], [[a]])
+        # By test space
+        self._rows = list(zip(forms, table, vectors, begins, starts[1:]))
+
+    def residual(
+        self, bcs: Sequence[Any] = (), increment: Array | None = None
+    ) -> Array:
+        """Assemble the owned rows, with the effect of prescribed increments if given."""
+        found = np.empty(self._size)
+        lifts = increment is not None and increment.any()
+        for form, blocks, r, begin, end in self._rows:
+            array = r.array
+            array[:] = 0.0
+            if form is not None:
+                compat.assemble_residual(array, form)
+            if lifts:
+                self._lift(array, blocks, bcs, increment)
+            compat.scatter_reverse_add(r)
+            found[begin:end] = array[: end - begin]
+        return found
+
+    def _lift(
+        self, r: Array, blocks: Sequence[Any], bcs: Sequence[Any], increment: Any
+    ) -> None:
+        """Add the effect of prescribed increments to the rows of one test space."""
+        host = self._host
+        parts = np.split(increment, host.starts[1:-1])
+        each = zip(parts, blocks, host.functions, host.conditions(bcs))
+        for part, block, f, of_f in each:
+            # Takes the tangents of all cells with constrained dofs
+            if block is not None and part.any():
+                compat.apply_lifting(r, block, of_f, f.x.array, -1.0)
+
+    def add_tangent(self, A: PETSc.Mat, bcs: Sequence[Any], fixed: Mask) -> None:
+        """Add the tangent, and set the diagonal of constrained unknowns to one."""
+        if self.has_several:
+            rows = self._contact.layout.begin + np.flatnonzero(fixed)
+            starts = self._host.starts
+            compat.assemble_blocks(A, self._a, bcs, starts, rows.astype(np.int32))
+        elif self._a is not None:
+            compat.assemble_jacobian(A, self._a, bcs)
+
+
+class Kept:
+    """The residual K u + l of linear forms, and K, made once. Collective.
+
+    K is kept in two parts. The first has the entries between free unknowns, and ones on
+    the diagonal for prescribed unknowns: this part goes into the coupled tangent. The
+    second has the other entries, in rows or columns of prescribed unknowns.
+
+    Parameters
+    ----------
+    contact, forms, pattern
+        Contact or several, the linear forms, and the pattern of the tangent.
+    of_residual, of_tangent
+        Inputs of the forms.
+    is_whole
+        Whether K has about all entries of the pattern, and not those of some bodies.
+
+    Attributes
+    ----------
+    revision
+        Number of tangents so far.
+    tangent
+        K between free unknowns, and ones for the others, after `renew`.
+    """
+
+    def __init__(
+        self,
+        contact: Any,
+        forms: Forms,
+        pattern: Any,
+        of_residual: Inputs,
+        of_tangent: Inputs,
+        is_whole: bool,
+    ) -> None:
+        self._contact, self._comm = contact, contact.layout.comm
+        self._forms, self._pattern, self._is_whole = forms, pattern, is_whole
+        self._of_residual, self._of_tangent = of_residual, of_tangent
+        self._fixed: Mask = np.zeros(0, dtype=bool)
+        self._at: tuple[Any, ...] = ()
+        self._constant: Array = np.zeros(0)
+        self.tangent: PETSc.Mat | None = None
+        self._others: PETSc.Mat | None = None
+        self._x: Any = None
+        self._y: Any = None
+        self.revision = 0
+
+    def renew(self, fixed: Mask) -> None:
+        """Make anew what has changed, given which owned unknowns are prescribed."""
+        layout = self._contact.layout
+        at = layout.n, layout.begin, layout.size
+        anew = self._of_tangent.have_changed() or at != self._at
+        anew = anew or not np.array_equal(fixed, self._fixed)
+        changed = np.array([anew, self._of_residual.have_changed() or anew], dtype=int)
+        anew, forces_too = self._comm.allreduce(changed)
+        if anew:
+            self._fixed, self._at = fixed.copy(), at
+            self._assemble()
+        if forces_too:
+            self._constant = self._at_rest()
+
+    def _assemble(self) -> None:
+        """Assemble K, and divide it into its two parts."""
+        for thing in (self.tangent, self._others, self._x, self._y):
+            if thing is not None:
+                thing.destroy()
+        self.revision += 1
+        K = self._contact.layout.create_matrix()
+        _cpp.preallocate(K.handle, self._pattern.offsets, self._pattern.columns, [], [])
+        self._forms.add_tangent(K, (), np.zeros(0, dtype=bool))
+        K.assemble()
+        free = K.copy()
+        fixed = self._contact.layout.begin + np.flatnonzero(self._fixed)
+        free.zeroRowsColumns(fixed.astype(PETSc.IntType), diag=0.0)
+        K.axpy(-1.0, free, _SAME)
+        self._others = _without_zeros(K)
+        K.destroy()
+        diagonal = free.getDiagonal()
+        diagonal.array[: len(self._fixed)][self._fixed] = 1.0
+        free.setDiagonal(diagonal)
+        diagonal.destroy()
+        self.tangent = free if self._is_whole else _without_zeros(free)
+        if not self._is_whole:
+            free.destroy()
+        self._x, self._y = self.tangent.createVecs()
+
+    def _at_rest(self) -> Array:
+        """Assemble the residual where all unknowns are zero.
+
+        At a present iterate it would depend on the order of calls.
+        """
+        functions = self._contact.host.functions
+        kept = [f.x.array.copy() for f in functions]
+        try:
+            for f in functions:
+                f.x.array[:] = 0.0
+            return self._forms.residual()
+        finally:
+            for f, values in zip(functions, kept):
+                f.x.array[:] = values
+
+    def forces(self, values: Array) -> Array:
+        """Residual of the owned unknowns at their values."""
+        assert self.tangent is not None and self._others is not None
+        x, y, n = self._x, self._y, len(values)
+        x.array[:n] = np.where(self._fixed, 0.0, values)
+        self.tangent.mult(x, y)
+        x.array[:n] = values
+        self._others.multAdd(x, y, y)
+        found: Array = y.array_r[:n] + self._constant
+        return found
+
+    def add_tangent(self, A: PETSc.Mat) -> None:
+        """Add K between free unknowns, and ones for the others."""
+        A.axpy(1.0, self.tangent, _PART)
+
+
+def _without_zeros(K: PETSc.Mat) -> PETSc.Mat:
+    """Copy the entries of a matrix that are not zero."""
+    offsets, columns, values = K.getValuesCSR()
+    found = values != 0.0
+    before = np.concatenate([[0], np.cumsum(found)])
+    rows = before[offsets].astype(PETSc.IntType), columns[found], values[found]
+    A = PETSc.Mat().createAIJ(K.getSizes(), csr=rows, comm=K.comm)
+    A.assemble()
+    return A
 
 
 class Volume:
@@ -33,6 +221,12 @@ class Volume:
         Of the tangent, where it may be kept.
     compiled
         Compiles forms, or lists of them.
+
+    Attributes
+    ----------
+    kept
+        What is kept, of all integrals or of some, as of the last residual or tangent.
+        None: nothing.
     """
 
     def __init__(
@@ -44,78 +238,65 @@ class Volume:
         pattern: Any = None,
         compiled: Callable[[Any], Any] = compat.form,
     ) -> None:
-        self.contact = contact
-        self._whole = VolumeForms(contact, L, a)
-        # What is kept, its forms, and those that are assembled each time
-        self._kept: LinearVolume | None = None
-        self._linear: VolumeForms | None = None
-        self._rest: VolumeForms | None = self._whole
+        self.contact, self.L, self.a = contact, L, a
+        self.has_several = isinstance(L, list)
+        self.kept: Kept | None = None
+        # Forms that are assembled each time
+        self._rest: Forms | None = Forms(contact, L, a)
+        # The last conditions, the owned unknowns that they prescribe, and the local
+        # indices of these
+        self._bcs: tuple[Any, ...] | None = None
+        self._mask: Mask = np.zeros(0, dtype=bool)
+        self._places: Any = None
         if forms is not None:
             self._keep(forms, pattern, compiled)
 
     def _keep(self, forms: Any, pattern: Any, compiled: Callable[[Any], Any]) -> None:
-        """Keep what pays. Collective."""
+        """Keep what pays: a matrix of facets is not worth its addition."""
         functions = self.contact.host.functions
-        split = Split(forms if self.has_several else [forms], functions)
-        is_whole = not without_zeros(split.rest)
-        if not (is_whole or split.pays):
+        linear, rest = split(forms if self.has_several else [forms], functions)
+        is_whole, table = not any(rest), tangents(linear, functions)
+        if not (is_whole or has_cells(table)):
             return
-        tangents = split.tangents(split.linear)
-        if is_whole:
-            self._linear, self._rest = self._whole, None
-        else:
-            self._linear = self._part(split.linear, tangents, compiled)
-            of_rest = split.tangents(split.rest)
-            self._rest = self._part(split.rest, of_rest, compiled)
-        of_residual = Inputs(without_zeros(split.linear), functions)
-        of_tangent = Inputs(without_zeros(itertools.chain(*tangents)), functions)
-        self._kept = LinearVolume(
-            self.contact, pattern, of_residual, of_tangent, is_whole
+        whole, self._rest = self._rest, None
+        if not is_whole:
+            whole = self._part(linear, table, compiled)
+            self._rest = self._part(rest, tangents(rest, functions), compiled)
+        assert whole is not None
+        of_residual = Inputs(linear, functions)
+        of_tangent = Inputs(chain(*table), functions)
+        self.kept = Kept(
+            self.contact, whole, pattern, of_residual, of_tangent, is_whole
         )
 
-    def _part(
-        self, forms: Any, tangents: Any, compiled: Callable[[Any], Any]
-    ) -> VolumeForms:
-        """A part of the forms."""
+    def _part(self, forms: Any, table: Any, compiled: Callable[[Any], Any]) -> Forms:
+        """Compile a part of the forms."""
         if not self.has_several:
-            (forms,), ((tangents,),) = forms, tangents
-        return VolumeForms(self.contact, compiled(forms), compiled(tangents))
-
-    @property
-    def L(self) -> Any:
-        """Compiled residual, as a list where there are several unknowns."""
-        return self._whole.L
-
-    @property
-    def a(self) -> Any:
-        """Compiled tangent, as lists where there are several unknowns."""
-        return self._whole.a
+            (forms,), ((table,),) = forms, table
+        return Forms(self.contact, compiled(forms), compiled(table))
 
     @property
     def is_linear(self) -> bool:
         """Whether all of the tangent is kept."""
         return self._rest is None
 
-    @property
-    def kept(self) -> LinearVolume | None:
-        """What is kept, of all integrals or of some, as of the last residual or
-        tangent. None: nothing."""
-        return self._kept
-
-    @property
-    def has_several(self) -> bool:
-        """Whether there are forms for several unknowns."""
-        return self._whole.has_several
-
     def with_form_of_u(self, L: Any, a: Any) -> tuple[Any, Any]:
-        """L and a, with others in the place of those in the displacement's test
-        function."""
+        """Replace the forms in the displacement's test function by L and a."""
         if not self.has_several:
             return L, a
         at = self.contact.host.only.at
         forms, table = list(self.L), list(map(list, self.a))
         forms[at], table[at][at] = L, a
         return forms, table
+
+    def _fixed(self, bcs: Sequence[Any]) -> Mask:
+        """Mark the owned unknowns that conditions prescribe."""
+        if self._bcs is None or not are_same_objects(bcs, self._bcs):
+            host = self.contact.host
+            self._bcs, self._mask = tuple(bcs), host.owned_prescribed(bcs)
+            local = host.owned_part(np.arange(host.starts[-1]))
+            self._places = local[self._mask]
+        return self._mask
 
     def forces(self, bcs: Sequence[Any]) -> Array:
         """Residual at the present state, of the owned unknowns. Collective."""
@@ -125,36 +306,31 @@ class Volume:
         """Residual with the effect of prescribed increments, of the owned unknowns: as
         it is, and with the conditions in their rows. Collective."""
         volume = self._sum(bcs, increment)
-        return volume, self._whole.with_conditions(volume, bcs)
+        rows, fixed = volume.copy(), self._fixed(bcs)
+        rows[fixed] = -increment[self._places]
+        return volume, rows
 
     def _sum(self, bcs: Sequence[Any], increment: Array | None) -> Array:
-        """Residual of what is kept and of the others, with the effect of prescribed
-        increments if they are given. Collective."""
-        kept, host, parts = self._renewed(bcs), self.contact.host, []
-        if kept is not None:
-            values = host.owned_values()
-            if increment is not None:
-                values += host.owned_part(increment)
-            parts.append(kept.forces(values))
+        """Add up what is kept and the rest, with increments if they are given."""
+        if self.kept is None:
+            assert self._rest is not None
+            return self._rest.residual(bcs, increment)
+        self.kept.renew(self._fixed(bcs))
+        host = self.contact.host
+        values = host.owned_values()
+        if increment is not None:
+            values += host.owned_part(increment)
+        found = self.kept.forces(values)
         if self._rest is not None:
-            parts.append(self._rest.residual(bcs, increment))
-        found: Array = sum(parts[1:], parts[0])
+            found += self._rest.residual(bcs, increment)
         return found
-
-    def _renewed(self, bcs: Sequence[Any]) -> LinearVolume | None:
-        """What is kept, as it is for present conditions. Collective."""
-        if self._kept is None or self._linear is None:
-            return None
-        fixed, linear = self.contact.host.owned_prescribed(bcs), self._linear
-        assemble = partial(linear.add_tangent, bcs=())
-        self._kept.renew(fixed, assemble, linear.residual)
-        return self._kept
 
     def add_tangent(self, A: PETSc.Mat, bcs: Sequence[Any]) -> None:
         """Add the tangent, with ones for constrained unknowns. Collective."""
-        kept = self._renewed(bcs)
-        if kept is not None:
-            kept.add_tangent(A)
+        fixed = self._fixed(bcs)
+        if self.kept is not None:
+            self.kept.renew(fixed)
+            self.kept.add_tangent(A)
         if self._rest is not None:
             # Sets the ones anew: none is there twice
-            self._rest.add_tangent(A, bcs)
+            self._rest.add_tangent(A, bcs, fixed)

@@ -10,7 +10,7 @@ from problems import COMM, DIMENSION, build, cellwise, quadrature_degree
 
 from meshes.scenes import two_blocks
 from raymortar import compat
-from raymortar.interface.strain_response import (
+from raymortar.interface.probing import (
     LARGEST_RATIO,
     deviators,
     stiffness_without_bulk,

@@ -78,3 +78,11 @@ def test_automatic_penalty_is_off_by_some_percent(cell_2d, ratio):
         problem.solve()
         forces.append(problem.contact.resultant().force[-1])
     assert 0.001 < 1.0 - forces[1] / forces[0] < 0.025
+
+
+@pytest.mark.parametrize("given", [True, False])
+def test_a_given_penalty_needs_no_strains(given):
+    method = raymortar.Penalty(1e4 if given else None)
+    problem = build(two_blocks(COMM, 2), method=method, E=SOFT).problem
+    volume = problem.contact.parts[0].volume
+    assert (volume.response is None) == given

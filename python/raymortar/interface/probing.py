@@ -1,0 +1,313 @@
+"""Pattern of the volume's matrix, and its answers to translations and strains."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from typing import Any
+
+from petsc4py import PETSc
+
+import numpy as np
+from dolfinx.fem import Function
+from dolfinx.fem.petsc import assemble_matrix
+
+from ..compat import Array, Indices
+from ..host.axisymmetry import warn_of_plane_form
+from ..host.host import Host
+from ..host.layout import CoupledRows
+
+# The bulk modulus counts up to that of Poisson's ratio 0.3, where Lame's constants have
+# this ratio
+LARGEST_RATIO = 1.5
+# It is that or less, but for rounding
+_ROUNDING = 1e-6
+
+_numbers = itertools.count()
+
+
+class VolumePattern:
+    """Sparsity and diagonal of the volume's matrix, in the coupled numbering.
+
+    Read off one assembly, which every version of DOLFINx offers. Collective.
+
+    Attributes
+    ----------
+    offsets, columns
+        Compressed rows of this rank, int32; columns in the coupled numbering.
+    diagonal
+        Diagonal entries of the owned displacement dofs, unrolled. Force per length.
+    translation
+        Forces of the body's translation by 1 along each axis, of the owned displacement
+        dofs, (d, dofs): those of masses and springs. Force per length.
+    response
+        Response of the owned nodes to strains, see `strain_response` and
+        `response_of_revolution`; None where nothing needs it.
+    couplings
+        Sums of the absolute entries of each owned row over the columns of each field,
+        (fields, rows); see `Host.fields`. Empty where there is one field.
+    number
+        Its number, which no other pattern has.
+    """
+
+    def __init__(
+        self,
+        form: Any,
+        layout: CoupledRows,
+        axisymmetric: bool = False,
+        strains: bool = True,
+    ) -> None:
+        self.form, self.number = form, next(_numbers)
+        host, u = layout.host, layout.u
+        table = form if isinstance(form, list) else [[form]]
+        blocks = [[_assembled(one) for one in row] for row in table]
+        self.offsets, self.columns = _pattern(blocks, layout)
+        self.couplings = _couplings(blocks, host)
+        K = _of_displacement(blocks, host)
+        self.diagonal = _diagonal(K, u)
+        self.translation = translation_forces(K, u)
+        self.response: Array | None = None
+        if axisymmetric:
+            warn_of_plane_form(self.translation[0], self.diagonal, layout.comm)
+        if strains:
+            probe = response_of_revolution if axisymmetric else strain_response
+            self.response = probe(K, u)
+        for block in itertools.chain(*blocks):
+            if block is not None:
+                block.destroy()
+
+
+def _assembled(form: Any) -> PETSc.Mat | None:
+    """Assemble a compiled form; None is zero."""
+    if form is None:
+        return None
+    K = assemble_matrix(form)
+    K.assemble()
+    return K
+
+
+def _pattern(
+    blocks: Sequence[Sequence[Any]], layout: CoupledRows
+) -> tuple[Indices, Indices]:
+    """Compress the rows of the owned unknowns: offsets, and coupled columns."""
+    rows, columns = [], []
+    for start, of_row in zip(layout.host.owned_starts, blocks):
+        for k, K in enumerate(of_row):
+            if K is not None:
+                offsets, found, _ = K.getValuesCSR()
+                columns.append(layout.coupled_columns(found, k))
+                own = np.arange(len(offsets) - 1)
+                rows.append(start + np.repeat(own, np.diff(offsets)))
+    row, column = np.concatenate(rows), np.concatenate(columns)
+    if len(rows) > 1:
+        order = np.argsort(row, kind="stable")
+        row, column = row[order], column[order]
+    counts = np.bincount(row, minlength=layout.n)
+    return np.concatenate([[0], np.cumsum(counts)]).astype(np.int32), column
+
+
+def _couplings(blocks: Sequence[Sequence[Any]], host: Host) -> Array:
+    """Sum absolute entries of owned rows by the fields of their columns. Collective."""
+    fields = host.fields() if host.is_known else []
+    if len(fields) < 2:
+        return np.empty((0, 0))
+    starts = host.owned_starts
+    found = np.zeros((len(fields), starts[-1]))
+    for of_row, begin, end in zip(blocks, starts, starts[1:]):
+        for k, K in enumerate(of_row):
+            if K is None:
+                continue
+            offsets, columns, values = K.getValuesCSR()
+            size = PETSc.Mat().createAIJ(
+                K.getSizes(), csr=(offsets, columns, abs(values)), comm=K.comm
+            )
+            for sums, field in zip(found, fields):
+                here = (field.rows >= starts[k]) & (field.rows < starts[k + 1])
+                marks = np.zeros(starts[k + 1] - starts[k])
+                marks[field.rows[here] - starts[k]] = 1.0
+                sums[begin:end] += _product(size, marks)
+            size.destroy()
+    return found
+
+
+def _of_displacement(blocks: Sequence[Sequence[Any]], host: Host) -> Any:
+    """The displacement's diagonal block, or blocks, as `_forces` takes them."""
+    if host.is_plain:
+        return blocks[0][0]
+    parts = []
+    for k, d in enumerate(host.displacements):
+        n = d.size_owned
+        parts.append((blocks[d.at][d.at], d.dofs[:n], host.u_places(k)[:n]))
+    return parts
+
+
+def _product(K: PETSc.Mat, values: Array) -> Array:
+    """Multiply a matrix with the owned values of a vector. Collective."""
+    x, y = K.createVecs()
+    x.array[:] = values
+    K.mult(x, y)
+    found: Array = y.array.copy()
+    x.destroy()
+    y.destroy()
+    return found
+
+
+def _forces(K: Any, field: Array) -> Array:
+    """Forces of a displacement of the owned nodes, in the shape of the field.
+
+    K is a matrix, or a list of diagonal blocks: a matrix, its rows that belong to the
+    displacement, and the places of these among the displacement's dofs. Collective.
+    """
+    if not isinstance(K, list):
+        return _product(K, field.ravel()).reshape(field.shape)
+    values, found = field.ravel(), np.empty(field.size)
+    for matrix, rows, at in K:
+        all_values = np.zeros(matrix.getLocalSize()[1])
+        all_values[rows] = values[at]
+        found[at] = _product(matrix, all_values)[rows]
+    return found.reshape(field.shape)
+
+
+def _diagonal(K: Any, u: Function) -> Array:
+    """Diagonal entries of the displacement's owned dofs."""
+    dofmap = u.function_space.dofmap
+    found = np.empty(dofmap.index_map.size_local * dofmap.index_map_bs)
+    for matrix, rows, at in K if isinstance(K, list) else [(K, ..., ...)]:
+        diagonal = matrix.getDiagonal()
+        found[at] = diagonal.array_r[rows]
+        diagonal.destroy()
+    return found
+
+
+def translation_forces(K: Any, u: Function) -> Array:
+    """Forces of translations by 1 along each axis, (d, owned dofs).
+
+    A body that is only elastic has none. Collective.
+    """
+    V = u.function_space
+    d, n = V.mesh.geometry.dim, V.dofmap.index_map.size_local
+    return np.array([_forces(K, np.tile(axis, n)) for axis in np.eye(d)])
+
+
+def deviators(d: int) -> list[Array]:
+    """Orthonormal symmetric strains without change of volume, (d, d) each."""
+    found = []
+    for i in range(d):
+        for j in range(i):
+            shear = np.zeros((d, d))
+            shear[i, j] = shear[j, i] = np.sqrt(0.5)
+            found.append(shear)
+    for i in range(1, d):
+        stretch = np.diag([1.0] * i + [-float(i)] + [0.0] * (d - 1 - i))
+        found.append(stretch / np.linalg.norm(stretch))
+    return found
+
+
+def _positions(u: Function, from_axis: bool = False) -> list[Array]:
+    """Positions of the owned nodes from the middle of the mesh, (n, d) each.
+
+    They are the undeformed ones, and the deformed ones where anything is displaced.
+    From the axis, r is not from the middle. Collective.
+    """
+    V = u.function_space
+    mesh, owned = V.mesh, V.dofmap.index_map.size_local
+    d = mesh.geometry.dim
+    X = V.tabulate_dof_coordinates()[:owned, :d]
+    ends = np.stack([X.max(axis=0, initial=-np.inf), (-X).max(axis=0, initial=-np.inf)])
+    moved = u.x.array[: owned * d].reshape(-1, d)
+    parts = mesh.comm.allgather((ends, bool(moved.any())))
+    high, low = np.max([part[0] for part in parts], axis=0)
+    middle = 0.5 * (high - low)
+    middle[:1] *= not from_axis
+    X = X - middle
+    return [X, X + moved] if any(part[1] for part in parts) else [X]
+
+
+def _squares(forces: Array) -> Array:
+    """Square of the force at each node."""
+    return np.einsum("ni,ni->n", forces, forces)
+
+
+def strain_response(K: Any, u: Function) -> Array:
+    """Forces of uniform strains at each owned node, (n, 2, 1 or 2).
+
+    In a uniform strain E the nodal force of a homogeneous isotropic body is sigma c, with
+    the node's share c of the boundary's vector area and sigma = 2 mu E for a deviator,
+    (d lambda + 2 mu) I for E = I [theory (5.2)]. Only the cells around a node take part.
+    Where matrices resist translation also (masses, springs), the strain is taken
+    around each node. Collective.
+
+    Parameters
+    ----------
+    K
+        Assembled stiffness of all cells at u, without conditions.
+    u
+        Displacement.
+
+    Returns
+    -------
+    Squares of the forces, summed over the deviators, and that of E = I; of strains of the
+    undeformed bodies, and of the deformed ones if there is a displacement: only one of
+    these keeps the volume, by whether the form is of small or large strains.
+    """
+    positions = _positions(u)
+    n, d = positions[0].shape
+    pushed = translation_forces(K, u).reshape(d, n, d)
+
+    def squares(x: Array, E: Array) -> Array:
+        field = x @ E
+        return _squares(_forces(K, field) - np.einsum("ni,inj->nj", field, pushed))
+
+    found = [
+        (np.sum([squares(x, E) for E in deviators(d)], axis=0), squares(x, np.eye(d)))
+        for x in positions
+    ]
+    return np.transpose(found, (2, 1, 0))
+
+
+def response_of_revolution(K: Any, u: Function) -> Array:
+    """`strain_response` for solids of revolution about the axis r = 0. Collective.
+
+    A field that grows with r strains hoops as well. Of the strains of a full turn those
+    are taken that a linear field makes, as it has them exactly on any mesh: the uniform
+    one, and the stretch along the axis without change of volume, u = (r, -2 z) / 2
+    [theory (5.15)]. What of this would be that of the plane's strains is returned, so
+    that the relations of `strain_response` hold. Springs and masses that resist a growth
+    of the radius count as hoops.
+    """
+    pushed = translation_forces(K, u)[1].reshape(-1, 2)
+    found = []
+    for x in _positions(u, from_axis=True):
+        # 2 mu (c_r, -2 c_z) / 2 and (3 lambda + 2 mu) c
+        stretched = _forces(K, x * [0.5, -1.0]) + x[:, 1:] * pushed
+        swollen = _forces(K, x) - x[:, 1:] * pushed
+        sheared = stretched * [2.0, -1.0]
+        found.append((_squares(sheared), _squares((2.0 * swollen + sheared) / 3.0)))
+    return np.transpose(found, (2, 1, 0))
+
+
+def stiffness_without_bulk(sheared: Array, swollen: Array, d: int) -> Array:
+    """Share of a diagonal stiffness that does not grow with the bulk modulus.
+
+    The diagonal's sum over the directions is (lambda + (d + 1) mu) times what depends
+    on the mesh only. lambda counts up to 1.5 mu [theory (5.2)].
+
+    Parameters
+    ----------
+    sheared, swollen
+        Sums of `strain_response` over nodes.
+    d
+        Dimension of space.
+
+    Returns
+    -------
+    In (0, 1]. Exactly 1 up to a Poisson's ratio of 0.3, and if the response is not that
+    of an elastic body.
+    """
+    kappa = (d + 1.0) / 2.0 - 1.0 / d  # sum of E E over the deviators
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        bulk = 2.0 / d * np.sqrt(kappa * swollen / sheared)  # over mu
+        ratio = bulk - 2.0 / d  # lambda / mu
+        share = (LARGEST_RATIO + d + 1.0) / (ratio + d + 1.0)
+        bulky = np.isfinite(ratio) & (ratio > LARGEST_RATIO * (1.0 + _ROUNDING))
+    return np.where(bulky, share, 1.0)

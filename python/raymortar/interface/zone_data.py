@@ -1,0 +1,203 @@
+"""The data of a zone: one slave surface, the masters that it meets, and its history."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from mpi4py import MPI
+
+import numpy as np
+import numpy.typing as npt
+from dolfinx.fem import Function
+
+from .. import _cpp
+from ..compat import Array, Indices
+from ..host.facets import Global
+from ..host.tagged import ZoneFacets
+from ..rigid.body import Body
+from ..rigid.motions import Motions
+
+
+Masters = tuple[int, ...] | tuple[Body, ...]
+
+
+@dataclass(frozen=True)
+class Faced:
+    """The point nearest to the master, of each slave facet with a hit.
+
+    Attributes
+    ----------
+    facet
+        Local slave facets, ascending, (n,).
+    xi, eta
+        The point and what it hit, reference coordinates, (n, d - 1).
+    master
+        Global facet that was hit, (n,).
+    gap
+        Length, (n,).
+    closed
+        Whether any point of the facet was closed, (n,).
+    """
+
+    facet: Indices
+    xi: Array
+    eta: Array
+    master: Global
+    gap: Array
+    closed: npt.NDArray[np.bool_]
+
+
+def nothing(gdim: int) -> Faced:
+    """An empty record, for a state that has not been paired."""
+    none, places = np.empty(0, dtype=np.int32), np.empty((0, gdim - 1))
+    masters, closed = none.astype(np.int64), none.astype(bool)
+    return Faced(none, places, places, masters, np.empty(0), closed)
+
+
+class MasterTags:
+    """Tells which master of a slave a facet belongs to. Collective. Points may hit
+    facets of other ranks. So with several masters, each rank knows the facets of all of
+    them by number.
+
+    Parameters
+    ----------
+    zone
+        Its facets on this rank.
+    comm
+        Communicator of the mesh.
+
+    Attributes
+    ----------
+    count
+        Number of masters.
+    """
+
+    def __init__(self, zone: ZoneFacets, comm: MPI.Comm) -> None:
+        self.count = len(zone.bodies or zone.masters)
+        self._rigid = bool(zone.bodies)
+        self._ids = np.empty(0, dtype=np.int64)
+        self._master = np.empty(0, dtype=np.int32)
+        if self.count > 1 and not self._rigid:
+            surface = zone.master_surface
+            found = comm.allgather((surface.facet_ids, surface.zone))
+            ids, masters = (np.concatenate(parts) for parts in zip(*found))
+            self._ids, first = np.unique(ids, return_index=True)
+            self._master = masters[first]
+
+    def of_points(self, points: Mapping[str, Any], met: Global) -> Indices:
+        """Number of the master that each point hits; -1 for none, (n,).
+
+        Parameters
+        ----------
+        points
+            Arrays over the points of a zone.
+        met
+            Global numbers of slave and master facets that have met, as the zone's
+            ``pairs`` has them.
+        """
+        hit = points["status"] > 0  # of `PointStatus`: its ray meets a master
+        number = np.where(hit, 0, -1).astype(np.int32)
+        if self._rigid:
+            number[hit] = points["master"][hit]
+        elif self.count > 1 and hit.any():
+            ids = global_masters(points, met)[hit]
+            number[hit] = self._master[np.searchsorted(self._ids, ids)]
+        return number
+
+
+def global_masters(points: Mapping[str, Any], met: Global) -> Global:
+    """Global number of the master facet of each point that has one, else -1.
+
+    Facets that have met are in the order of the points: by slave facet, then by the
+    local number of the master facet.
+    """
+    slave, master = points["slave"], points["master"]
+    has = master >= 0
+    run = np.cumsum(np.diff(slave, prepend=slave[:1]) != 0)
+    keys = np.stack([run[has], master[has]], axis=1)
+    _, element = np.unique(keys, axis=0, return_inverse=True)
+    found = np.full(len(slave), -1, dtype=np.int64)
+    found[has] = met[element.reshape(-1), 1]
+    return found
+
+
+@dataclass
+class ZoneData:
+    """A C++ zone with what Python needs to feed and read it."""
+
+    facets: ZoneFacets
+    cpp: _cpp.Zone
+    multiplier_table: Indices  # (slave facets, n), local block dofs
+    multiplier_nodes: Indices  # sorted block dofs in the zone's own order
+    result_table: Indices  # (slave facets, n), local block dofs of result fields
+    frictional: bool
+    tied: bool
+    distances: dict[str, Array]  # (slave facets,) of reach, depth, skin
+    depth_is_default: bool
+    thickness: tuple[Array, ...]  # behind this rank's slave and master facets
+    faced: Faced  # at the accepted step
+    master_tags: MasterTags
+    motions: Motions  # of the rigid bodies that it meets
+    pattern: _cpp.Pattern = field(default_factory=_cpp.Pattern)
+    positions: _cpp.BlockPositions = field(default_factory=_cpp.BlockPositions)
+    assembly: _cpp.AssemblyStatistics = field(default_factory=_cpp.AssemblyStatistics)
+    # Of friction springs, (slave facets, n, d): their traction; with a multiplier the
+    # traction of the law minus the multiplier, over gamma
+    traction_old: Array | None = None
+    # Length of the slip of all accepted steps; None without friction
+    slip: Function | None = None
+    offset: Array | None = None  # (slave facets, n), added to gaps. Length
+    adjustment: Array | None = None  # the same, of `Contact.adjust`
+    is_pulled: bool = False  # told, see `warn_of_tension`
+    # Numbers of the rigid bodies that it has met on a path, see `missed_tools`
+    met: set[int] = field(default_factory=set)
+
+    @property
+    def whole_offset(self) -> Array | None:
+        """Sum of offset and adjustment, (slave facets, n); None if there is neither.
+        Length."""
+        parts = [part for part in (self.offset, self.adjustment) if part is not None]
+        return sum(parts[1:], parts[0]) if parts else None
+
+    def distance(self, name: str) -> Array:
+        """Reach or depth of the slave facets. A clearance adds to the depth, an
+        interference to the reach. Length."""
+        own = self.distances[name]
+        offset = self.whole_offset
+        if offset is None:
+            return own
+        more = offset if name == "depth" else -offset
+        return own + np.maximum(more, 0.0).max(axis=1)
+
+    def statistics(self) -> dict[str, Any]:
+        """Counts and seconds of this rank, by the names of `results.Statistics`."""
+        return self.cpp.statistics() | self.assembly.as_dict()
+
+    def points(self) -> dict[str, Array]:
+        """Arrays over the integration points, see `Contact.points`."""
+        points = self.cpp.points()
+        if self.frictional:  # a rank without points has the same keys
+            points.setdefault("slip", np.empty_like(points["x"]))
+            points.setdefault("closing", np.empty_like(points["gap"]))
+        return points
+
+    def arms(self, points: dict[str, Array]) -> Array:
+        """Distances over which friction makes a couple, theory (3), (points, d)."""
+        arm = points["distance"][:, None] * points["normal"]
+        if len(self.multiplier_nodes):  # it closes gaps in the mean, but for offsets
+            arm[points["gap"] == points["distance"]] = 0.0
+        return arm if self.frictional and not self.tied else np.zeros_like(arm)
+
+    def masters_of(self, points: dict[str, Array]) -> Indices:
+        """Index among the slave's masters of the one that each point hits; -1 for
+        none."""
+        return self.master_tags.of_points(points, self.cpp.pairs())
+
+
+def on_sides(zone: ZoneData, array: Array) -> tuple[Array, Array]:
+    """Values of a ghosted array of u on slave and master surface, (dofs, d) each."""
+    sides = zone.facets.slave_surface, zone.facets.master_surface
+    slave, master = (array.reshape(-1, side.gdim)[side.dofs] for side in sides)
+    return slave, master
