@@ -85,8 +85,13 @@ CPP = [
     ("law/a.h", "/// [theory (2.5)-(2.8)]", "cites theory (2.7)"),
     ("law/a.h", "/// theory\n/// (2.5), (3.1)", "cites theory (3.1)"),
 ]
-# An import of a function counts too
+# Imports within functions and those of types count too
 PYTHON = [
+    (
+        "interface/a.py",
+        "if TYPE_CHECKING:\n    from ..contact import Contact",
+        "imports contact, above it",
+    ),
     ("host/a.py", "from ..paths.b import c", "imports paths, above it"),
     ("host/a.py", "from .. import contact", "imports contact, above it"),
     ("compat/a.py", "def f():\n    from ..host import b", "imports host, above it"),
@@ -105,11 +110,11 @@ def test_what_is_not_allowed_is_named(tmp_path, language, name, text, complaint)
     assert path in said and complaint in said
 
 
-def test_rooms_may_import_types_from_above(tmp_path):
-    """As ``if TYPE_CHECKING`` does; and what is in the same room, or below."""
+def test_rooms_may_import_from_the_same_room_and_below(tmp_path):
+    """Types, too."""
     text = (
         "from . import b\nfrom ..host.c import d\n"
-        "if TYPE_CHECKING:\n    from ..contact import Contact"
+        "if TYPE_CHECKING:\n    from ..host.e import F"
     )
     tree = make_tree(tmp_path, {"python/raymortar/interface/a.py": text})
     assert check(tree) == (0, "")
