@@ -20,6 +20,7 @@ from raymortar import (
     History,
     LoadSteps,
     NewtonSolver,
+    SNESSolver,
     Penalty,
     rigid,
 )
@@ -78,7 +79,8 @@ def test_a_flat_tool_is_a_held_flat_body(cell, law):
     found.body.move(way)
     assert NewtonSolver(found.problem).solve()[1]
     meshed = rigid_scenes.press_by_mesh(cell, way, n=2, frame="master", **LAWS[law])
-    assert NewtonSolver(meshed.problem).solve()[1]
+    # Its motion is lifted: full steps from there cycle with the soft penalty
+    assert SNESSolver(meshed.problem).solve()[1]
     force, other = (one.contact.resultant(0).force for one in (found, meshed))
     assert force == pytest.approx(other, rel=1e-9, abs=1e-9 * np.abs(other).max())
 
