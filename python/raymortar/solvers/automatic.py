@@ -214,11 +214,10 @@ def linear_options(
     if comm.allreduce(int(told)):
         return direct()
     V = contact.u.function_space
-    dim, degree = V.mesh.topology.dim, compat.element_info(V).degree
-    most_direct = MOST_DIRECT.get(degree, MOST_DIRECT[2])
+    dim: int = V.mesh.topology.dim
     least, most = LAGGED[dim]
     options, name = direct(), "a direct one"
-    if contact.host.is_plain and dim == 3 and unknowns > most_direct:
+    if contact.host.is_plain and dim == 3 and unknowns > _most_direct(V):
         options = {**(INEXACT if snes else {}), **with_fallback()}
         name = "multigrid for the bodies"
     elif least <= unknowns <= most:
@@ -230,6 +229,11 @@ def linear_options(
     if comm.rank == 0:
         log.info("linear solver of %d unknowns: %s", unknowns, name)
     return options
+
+
+def _most_direct(V: Any) -> int:
+    """Unknowns up to which a direct solver is the better choice in 3D."""
+    return MOST_DIRECT.get(compat.element_info(V).degree, MOST_DIRECT[2])
 
 
 class SolverWithFallback(InnerSolvers):
