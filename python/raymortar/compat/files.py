@@ -144,15 +144,23 @@ def write_vtk(
     step = mesh.comm.bcast(len(before), root=0)
     own = path.with_name(f"{path.stem}_{step:04d}_.pvd") if step else path
     with writing(mesh.comm, path, RuntimeError, OSError):
-        written = of_one_degree(functions)
-        # It writes once more when it ends
-        with dolfinx.io.VTKFile(mesh.comm, str(own), "w") as file:
-            file.write_function(written, t)
+        _write_one_step(own, mesh, of_one_degree(functions), t)
         if mesh.comm.rank == 0 and (step or part):
             (entry,) = read_collection(own)
             if own != path:
                 own.unlink()
             write_collection(path, [*before, replace(entry, part=part)])
+
+
+def _write_one_step(
+    path: Path, mesh: dolfinx.mesh.Mesh, functions: Sequence[fem.Function], t: float
+) -> None:
+    """Write DOLFINx's files of one step. Collective.
+
+    Its object writes once more when it ends, which is on return.
+    """
+    with dolfinx.io.VTKFile(mesh.comm, str(path), "w") as file:
+        file.write_function(functions, t)
 
 
 # ParaView's collections of files by time, which end in .pvd
