@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 from .compat import Array
 from .host.bodies import Bodies
@@ -16,9 +16,6 @@ from .results.sums import Resultant, Statistics, statistics
 from .rigid.body import Body
 from .system.assembly import ContactAssembly
 from .system.coupled import CoupledSystem
-
-if TYPE_CHECKING:
-    from .contact import Contact
 
 
 class Interaction(CoupledSystem):
@@ -56,7 +53,7 @@ class Interaction(CoupledSystem):
 
     @property
     @abstractmethod
-    def contacts(self) -> tuple[Contact, ...]:
+    def contacts(self) -> tuple[Any, ...]:
         """The contacts, in the order of their multipliers' rows."""
 
     @property

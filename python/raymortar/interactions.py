@@ -17,7 +17,8 @@ from .host.host import Host
 from .host.layout import JointLayout
 from .interaction import Interaction
 from .interface.pairs import PairTable
-from .interface.state import JointState, joint_fault
+from .interface.present import PresentState
+from .interface.state import JointState
 
 
 class Interactions(Interaction):
@@ -119,7 +120,7 @@ class Interactions(Interaction):
             is then changed.
         """
         presents = [part.present for part in self.parts]
-        raise_everywhere(self._comm, joint_fault(state, presents))
+        raise_everywhere(self._comm, _state_fault(state, presents))
         for present, part in zip(presents, state.parts):
             present.restore(part)
 
@@ -177,6 +178,22 @@ def _fault(contacts: Sequence[Contact]) -> str | None:
                 f"{contact.axisymmetric}, contact[0] {first.axisymmetric}: one form is "
                 "of a full turn, or of none"
             )
+    return None
+
+
+def _state_fault(state: Any, contacts: Sequence[PresentState]) -> str | None:
+    """Why contacts cannot go back to a state, if so."""
+    if not isinstance(state, JointState):
+        return (
+            f"state must be that of {len(contacts)} contacts, as "
+            f"problem.contact.state() gives it, not {type(state).__name__}"
+        )
+    if len(state.parts) != len(contacts):
+        return f"the state is of {len(state.parts)} contacts, here are {len(contacts)}"
+    for i, (contact, part) in enumerate(zip(contacts, state.parts)):
+        fault = contact.fault_of(part)
+        if fault is not None:
+            return f"contact[{i}]: {fault}"
     return None
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -12,10 +12,6 @@ from ..compat import Array
 from ..rigid.body import Body
 from .contact_surfaces import ContactSurfaces
 from .zone_data import ZoneData
-
-if TYPE_CHECKING:
-    from ..interaction import Interaction
-    from .present import PresentState
 
 
 @dataclass(frozen=True)
@@ -115,22 +111,6 @@ def state_fault(
     return None
 
 
-def joint_fault(state: Any, contacts: Sequence[PresentState]) -> str | None:
-    """Why contacts cannot go back to a state, if so."""
-    if not isinstance(state, JointState):
-        return (
-            f"state must be that of {len(contacts)} contacts, as "
-            f"problem.contact.state() gives it, not {type(state).__name__}"
-        )
-    if len(state.parts) != len(contacts):
-        return f"the state is of {len(state.parts)} contacts, here are {len(contacts)}"
-    for i, (contact, part) in enumerate(zip(contacts, state.parts)):
-        fault = contact.fault_of(part)
-        if fault is not None:
-            return f"contact[{i}]: {fault}"
-    return None
-
-
 def _of_springs(zone: ZoneData) -> tuple[int, ...]:
     """Shape of the tractions of a zone's springs."""
     surface = zone.facets.slave_surface
@@ -155,7 +135,7 @@ def _shapes(state: ContactState) -> dict[str, tuple[int, ...] | None]:
     return shapes | counts
 
 
-def extrapolate(system: Interaction, now: State, last: State, ratio: float) -> None:
+def extrapolate(system: Any, now: State, last: State, ratio: float) -> None:
     """Add a multiple of the change between two states to all unknowns."""
     values = system.host.values()
     if now.unknowns is None or last.unknowns is None:
@@ -175,7 +155,7 @@ def extrapolate(system: Interaction, now: State, last: State, ratio: float) -> N
         body.freedom.values = body.freedom.values + change
 
 
-def go_back(system: Interaction, begin: State, share: float) -> None:
+def go_back(system: Any, begin: State, share: float) -> None:
     """Take back a part of the change of all unknowns since a state: keep a share of
     it."""
     u = system.u.x.array

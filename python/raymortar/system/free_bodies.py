@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from mpi4py import MPI
 from petsc4py import PETSc
@@ -12,14 +12,36 @@ import numpy as np
 
 from ..compat import Array
 from ..errors import SetUpError, raise_everywhere
+from ..host.layout import CoupledRows
 from ..interface.faced import positions
 from ..interface.point_results import OPEN
 from ..interface.stiffness import mean_facet_size
+from ..interface.zone_data import ZoneData
 from ..rigid.body import Body
+from .assembly import ContactAssembly
 from .push import STEEP, Push, across_and_whole, add_points, in_space, parts_of
 
-if TYPE_CHECKING:
-    from .coupled import CoupledSystem
+
+class System(Protocol):
+    """The part of a coupled system that equations of free bodies need."""
+
+    parts: tuple[ContactAssembly, ...]
+
+    @property
+    def layout(self) -> CoupledRows:
+        """Rows of the unknowns."""
+
+    @property
+    def zones(self) -> list[ZoneData]:
+        """Slave surfaces of all contacts."""
+
+    @property
+    def stiffness_diagonal(self) -> Array:
+        """Diagonal of the volume's matrix at set-up, owned dofs of u."""
+
+    def update(self) -> None:
+        """Pair and integrate at the present displacement. Collective."""
+
 
 # Share of a motion along the normals of closed points that counts as zero
 _NOTHING = 1e-10
@@ -41,7 +63,7 @@ class FreeBodies:
         One contact or several, after the first update.
     """
 
-    def __init__(self, system: CoupledSystem) -> None:
+    def __init__(self, system: System) -> None:
         self._system, self.layout = system, system.layout
         self._comm: MPI.Comm = system.layout.comm
         self._size = mean_facet_size(system.layout, system.zones)
