@@ -7,7 +7,7 @@ iterations of a system, and CPU seconds of the path, assembly included; each row
 process of its own, on one rank. Neo-Hookean bodies with friction.
 
 - flat: shallow ironing in 2D, pressed in 10 steps and dragged by 30
-- solid: a stiff half pipe pressed into a slab and dragged along it, in 3D
+- solid: the ironing of `kept`, in 3D
 """
 
 from __future__ import annotations
@@ -20,15 +20,13 @@ from pathlib import Path
 
 from mpi4py import MPI
 
+import kept
 import numpy as np
 import ufl
-from dolfinx import fem
 from rows import measure_rows, write_row
 
 import raymortar
-from meshes.blocks import Block
-from meshes.meshing import Scene, assemble_blocks
-from raymortar import Coulomb, solvers, tools
+from raymortar import solvers
 
 # Behind this folder's modules
 sys.path.append(str(Path(__file__).parents[2] / "demos"))
@@ -59,60 +57,6 @@ def neo_hookean(u, E):
     return ufl.inner(P, ufl.grad(v)) * ufl.dx(metadata={"quadrature_degree": 2})
 
 
-def ironing(n):
-    """A stiff half pipe, pressed by a fiftieth of the slab's height and dragged along
-    a third of its length."""
-    radius, start, height = 3.0, 3.0, 3.0
-
-    def bent(x):
-        r = radius - x[:, 2]
-        along, up = start + r * np.sin(x[:, 0]), radius - r * np.cos(x[:, 0])
-        return np.column_stack([along, x[:, 1], height + up])
-
-    tags = {"bottom": 1, "slave": 2, "master": 3, "symmetry": 4, "grips": 5}
-    slab = Block(
-        (9 * n // 2, n, 3 * n // 2),
-        (0.0, 0.0, 0.0),
-        (9.0, 2.0, height),
-        tags={"bottom": 1, "top": 2, "front": 4},
-    )
-    die = Block(
-        (6 * n, n + 1, 1),
-        (-0.5 * np.pi, 0.0, 0.0),
-        (0.5 * np.pi, 2.6, 0.2),
-        mapping=bent,
-        tags={"bottom": 3, "front": 4, "left": 5, "right": 5},
-    )
-    mesh, cells, facets = assemble_blocks(MPI.COMM_WORLD, [slab, die], "hexahedron")
-    scene = Scene(mesh, cells, facets, tags, {"slab": 1, "die": 2})
-    V = tools.vector_space(mesh, 1)
-    u = fem.Function(V)
-    E = tools.by_body(mesh, cells, {"slab": 1.0, "die": 1000.0}, scene.bodies)
-    down, along = (fem.Constant(mesh, 0.0) for _ in range(2))
-    bcs = [
-        tools.prescribe(V, scene.find("bottom")),
-        tools.prescribe(V, scene.find("symmetry"), component=1),
-        tools.prescribe(V, scene.find("grips"), along, 0),
-        tools.prescribe(V, scene.find("grips"), down, 2),
-    ]
-    contact = raymortar.Contact(
-        u,
-        facets,
-        [(2, 3)],
-        friction=Coulomb(0.3),
-        search=raymortar.Search(reach=0.5, depth=0.5),
-    )
-    problem = raymortar.NonlinearProblem(neo_hookean(u, E), contact, bcs)
-
-    def press(factor):
-        down.value = -0.2 * factor
-
-    def slide(factor):
-        along.value = 2.0 * factor
-
-    return problem, [(press, 4), (slide, 10)]
-
-
 def flat(size, options):
     """Solver, and a function that runs the path and gives steps and iterations."""
     model = shallow_ironing.Ironing(
@@ -128,7 +72,7 @@ def flat(size, options):
 
 def solid(size, options):
     """The same in 3D."""
-    problem, parts = ironing(size)
+    problem, parts = kept.ironing(size, neo_hookean)
     solver = raymortar.SNESSolver(problem, options)
 
     def run():

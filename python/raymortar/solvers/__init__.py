@@ -5,6 +5,8 @@
 - fixed_point: Newton's method at fixed segments, and a loop that pairs anew
 - capped: shortened Newton steps
 - automatic: PETSc options of linear solvers, and the default
+- kept_factors, surface_system, compliance: a direct solver that keeps the factors of
+  linear bodies
 - lagged_factors: GMRES with the factors of an earlier tangent
 - elimination: a preconditioner that eliminates multipliers
 - bodies, levels: a preconditioner with the levels of the bodies
@@ -17,7 +19,6 @@ from .automatic import (
     SolverWithFallback,
     direct,
     iterative,
-    kept_factors,
     linear_options,
     with_fallback,
 )
@@ -28,6 +29,7 @@ from .elimination import (
     lumped_mass,
     surface_stiffness,
 )
+from .kept_factors import KeptFactorsSolver, kept_factors
 from .lagged_factors import LaggedFactorsSolver, lagged_factors
 from .levels import near_nullspace, rigid_motions
 from .petsc_objects import attach
@@ -35,6 +37,7 @@ from .petsc_objects import attach
 __all__ = [
     "BodiesPreconditioner",
     "ContactPreconditioner",
+    "KeptFactorsSolver",
     "LaggedFactorsSolver",
     "MOST_DIRECT",
     "MULTIGRIDS",

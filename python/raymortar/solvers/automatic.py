@@ -14,6 +14,7 @@ from ..errors import ContactWarning
 from ..problem import CoupledProblem
 from .bodies import BodiesPreconditioner
 from .elimination import ContactPreconditioner
+from .kept_factors import kept_factors
 from .lagged_factors import lagged_factors
 from .petsc_objects import DIRECT, InnerSolvers, attach
 
@@ -24,8 +25,13 @@ log = logging.getLogger("raymortar")
 # faster at all sizes that were measured.
 MOST_DIRECT = {1: 40_000, 2: 20_000}
 
+# Unknowns in 3D from which linear bodies keep their factors, in place of the direct
+# solver's, and the share of its operations that they may take (measured:
+# docs/linear_bodies.md)
+LEAST_KEPT, MOST_KEPT = 2_000, 0.7
+
 # Least and most unknowns, by dimension, for which lagged factors are faster than the
-# direct solver. Multigrid comes first (measured: docs/solving.md)
+# direct solver. The solvers above come first (measured: docs/solving.md)
 LAGGED = {2: (1_500, 5_000), 3: (2_000, float("inf"))}
 
 # A Krylov solver that does well needs less than a third of this
@@ -106,24 +112,6 @@ MULTIGRIDS = (*_MULTIGRID, "bodies")
 def direct() -> dict[str, Any]:
     """PETSc options of the direct solver, MUMPS, for problems of any size."""
     return dict(DIRECT)
-
-
-def kept_factors(most: float | None = None) -> dict[str, Any]:
-    """PETSc options of `direct`. Deprecated: use `direct` or `lagged_factors`.
-
-    Parameters
-    ----------
-    most
-        Without effect.
-    """
-    warnings.warn(
-        "solvers.kept_factors is deprecated and returns solvers.direct(), as factors of "
-        "linear bodies are no longer kept: use solvers.direct() or "
-        "solvers.lagged_factors()",
-        DeprecationWarning,
-        stacklevel=2,
-    )
-    return direct()
 
 
 def iterative(multigrid: str = "gamg", **options: Any) -> dict[str, Any]:
@@ -220,6 +208,13 @@ def linear_options(
     if contact.host.is_plain and dim == 3 and unknowns > _most_direct(V):
         options = {**(INEXACT if snes else {}), **with_fallback()}
         name = "multigrid for the bodies"
+    elif (
+        comm.size == 1
+        and V.mesh.geometry.dim == 3
+        and unknowns >= LEAST_KEPT
+        and problem.volume.is_linear
+    ):
+        options, name = kept_factors(MOST_KEPT), "a direct one that keeps factors"
     elif least <= unknowns <= most:
         # In small problems of 2D a solve with UMFPACK's factors takes a third of the
         # time of MUMPS', which works on several ranks

@@ -151,11 +151,6 @@ def test_unknown_multigrid_is_refused():
         solvers.iterative("ml")
 
 
-def test_kept_factors_are_deprecated():
-    with pytest.warns(DeprecationWarning, match=r"use solvers.direct\(\) or"):
-        assert solvers.kept_factors(0.7) == solvers.direct()
-
-
 @pytest.mark.mpi
 def test_rigid_motions_cost_no_energy():
     """The motions of multigrid's coarse levels are those of the volume's kernel."""

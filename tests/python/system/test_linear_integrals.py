@@ -287,3 +287,11 @@ def test_a_given_tangent_is_assembled_each_time():
     F, J = pair.problem.forms
     given = raymortar.NonlinearProblem(F, pair.problem.contact, pair.problem.bcs, J)
     assert given.volume.kept is None
+
+
+@pytest.mark.mpi
+def test_kept_factors_need_all_bodies_linear():
+    solver = SNESSolver(Pair().problem, solvers.kept_factors())
+    iterations, _ = solver.solve()
+    context = solver.krylov_solver.getPythonContext()
+    assert (context.systems, context.exceptions) == (0, iterations)
