@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from petsc4py import PETSc
-
 import numpy as np
 from dolfinx.fem import Function
 
@@ -15,15 +13,12 @@ from .host.curving import Smooth
 from .host.layout import Layout
 from .host.slave_fields import FieldValue
 from .interaction import Interaction
-from .interface.adjustment import Adjustment
 from .interface.coefficients import PairCoefficients
-from .interface.contact_surfaces import make_surfaces
+from .interface.contact_surfaces import check_given, make_surfaces
 from .interface.friction_at_points import spread_coefficient
-from .interface.given import check_given
 from .interface.interfaces import Interfaces
-from .interface.offsets import Offsets
+from .interface.offsets import Adjustment, Offsets
 from .interface.present import PresentState
-from .interface.state import ContactState
 from .options.contact_options import ContactOptions
 from .options.friction import Law
 from .options.methods import AugmentedLagrangian, Penalty, Search
@@ -154,20 +149,16 @@ class Contact(Interaction):
             given.host, facet_tags, given.groups, options, self.tied
         )
         self.slave_u, self.multiplier = made.slave_u, made.multiplier
-        self._present = self._begin(options)
+        self._present = PresentState(made, options)
         self.assembly = ContactAssembly(made, self._present, options.method)
         super().__init__(given.host, [self.assembly], given.pairs)
         self._fields = NodalFields(made, self._present, friction)
-        self._offsets = Offsets(made, self._present)
+        self._offsets = Offsets(made)
         if options.method.gamma is not None:
             self.assembly.set_gamma(options.method.gamma)
         if offset is not None:
             self._offsets.set(offset)
         spread_coefficient(friction, made.zones, made.slave_u.function_space.mesh)
-
-    def _begin(self, options: ContactOptions) -> PresentState:
-        """The state that `update` and `advance` change."""
-        return PresentState(self.surfaces, options)
 
     def __repr__(self) -> str:
         return of_contact(self)
@@ -197,14 +188,6 @@ class Contact(Interaction):
             has other unknowns, or if that problem has several contacts.
         """
         self.assembly.solve_for(functions)
-
-    def to_vector(self, x: PETSc.Vec) -> None:
-        """Copy functions to the solver's unknowns; divide the multiplier by gamma."""
-        self.layout.to_vector(x, self.gamma_scale)
-
-    def from_vector(self, x: PETSc.Vec) -> None:
-        """Copy the solver's unknowns to the functions and their ghosts. Collective."""
-        self.layout.from_vector(x, self.gamma_scale)
 
     # Coefficient, offset, time
 
@@ -258,6 +241,7 @@ class Contact(Interaction):
             If it is not finite, no scalar, of another mesh, or differs between ranks.
         """
         self._offsets.set(offset)
+        self._present.note_change()
 
     @property
     def excess(self) -> str | None:
@@ -288,7 +272,11 @@ class Contact(Interaction):
             If it is not positive, or differs between ranks, or if the displacement is
             not zero.
         """
-        return self._offsets.adjust(within)
+        self._offsets.require_start(within)
+        self.update()
+        found = self._offsets.adjust(within)
+        self._present.note_change()
+        return found
 
     @property
     def dt(self) -> float:
@@ -299,24 +287,6 @@ class Contact(Interaction):
     @dt.setter
     def dt(self, value: float) -> None:
         self._present.dt = value
-
-    # State
-
-    def state(self) -> ContactState:
-        """Copy of all unknowns, multiplier and history, for `restore`."""
-        return self._present.copy()
-
-    def restore(self, state: ContactState) -> None:
-        """Go back to a state of this object, or of one made alike. Collective.
-
-        Where there were results before, those are of this state now.
-
-        Raises
-        ------
-        ContactError
-            If it is of another mesh, partition or method.
-        """
-        self._present.restore(state)
 
     # Results at nodes
 

@@ -37,7 +37,6 @@ from .interface.held import rigid_slaves, warn_of_finer_rigid_slaves
 from .interface.overlap import warn_of_overlap
 from .interface.sides import swaps
 from .results.summaries import of_problem
-from .rigid.motions import loads_of_tools
 from .system.volume import Volume
 
 
@@ -135,10 +134,8 @@ class CoupledProblem:
         self.history: list[float] = []
         self.rays_only, self.tells_of_doubt = False, True
         self.steps_accepted = 0
-        # Where `form` was last, and which revision of the contact that was
-        self._at: Array | None = None
-        self._revision = 0
-        self._tools = b""
+        # Revision of the contact at the last `form`; None: no iterate yet
+        self._revision: int | None = None
         self._pattern = self.contact.prepare(a, self.bcs)
         known = F if is_derivative else None
         self.volume = Volume(self.contact, L, a, known, self._pattern, compiled)
@@ -198,7 +195,8 @@ class CoupledProblem:
         raise_everywhere(self.comm, fault, SetUpError)
         self.history.clear()
         self.convergence.start()
-        self._at = None
+        self.contact.require_mesh()
+        self._revision = None
         if self.contact.layout.bodies:
             self.contact.free_bodies.seat()
         x = self.create_vector() if x is None else x
@@ -223,25 +221,14 @@ class CoupledProblem:
                 "free bodies]. A solver that knows u only, as DOLFINx's own "
                 "NewtonSolver, cannot solve it: take raymortar.NewtonSolver(problem)"
             )
-        self.contact.belong_to(self._pattern)
-        array, n = x.getArray(readonly=True), self.contact.layout.n
-        same = (
-            self._at is not None
-            and self._revision == self.contact.revision
-            and self._tools == loads_of_tools(self.contact.zones)
-            and np.array_equal(array, self._at)
-            and np.array_equal(array[:n], self.contact.host.owned_values())
-        )
-        if self.comm.allreduce(int(same)) == self.comm.size:
+        contact, is_first = self.contact, self._revision is None
+        contact.belong_to(self._pattern)
+        anew = is_first or self._revision != contact.revision
+        if not contact.take(x, anew, self.rays_only):
             return
-        is_first = self._at is None
-        self._at = array.copy()
-        self.contact.from_vector(x)
-        self.contact.update(self.rays_only)
         if is_first:
             self._hold_segments()
-        self._revision = self.contact.revision
-        self._tools = loads_of_tools(self.contact.zones)
+        self._revision = contact.revision
 
     def _hold_segments(self) -> None:
         """Leave the motion of segments out of the tangent below rigid bodies that have
@@ -269,15 +256,14 @@ class CoupledProblem:
     def _assemble(self, b: PETSc.Vec, contact: bool) -> tuple[Array, Array]:
         """Residual, with contact's forces or without; its part of the user's form, and
         what prescribed unknowns lack. Collective."""
-        increment = self.contact.host.increment(self.bcs)
-        volume, rows = self.volume.lifted(self.bcs, increment)
-        b.set(0.0)
-        b.getArray()[: self.contact.layout.n] = rows
-        # Constrained rows are left out by contact, so the values set above stay
-        if contact:
-            self.contact.assemble_vector(b, self.bcs)
-        self.contact.lift(b, increment[self.contact.host.u_local], -1.0)
-        b.assemble()
+        host = self.contact.host
+        lacking, fixed = host.lacking(self.bcs), self.prescribed
+        increment = compat.without_rounding(lacking, host.values())
+        volume = self.volume.residual(self.bcs, increment)
+        # Contact leaves constrained rows out
+        rows = np.where(fixed, -host.owned_part(lacking), volume)
+        of_u = increment[host.u_local]
+        self.contact.assemble_residual(b, self.bcs, rows, of_u, contact)
         return volume, increment
 
     @property
@@ -326,10 +312,7 @@ class CoupledProblem:
     @property
     def prescribed(self) -> npt.NDArray[np.bool_]:
         """Whether conditions prescribe an owned unknown of the host. Collective."""
-        host = self.contact.host
-        if host.is_plain:
-            return self.constrained
-        return host.owned_prescribed(self.bcs)
+        return self.contact.host.owned_prescribed(self.bcs)
 
     def row_scale(self) -> Array:
         """Factors of the owned rows for solvers that add up their squares, as line

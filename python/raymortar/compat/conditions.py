@@ -39,11 +39,11 @@ def set_bc(
     b: Array, bcs: Sequence[Any], x0: Array | None = None, scale: float = 1.0
 ) -> None:
     """b = scale (g - x0) at the constrained dofs; ghosted arrays, x0 0 by default."""
+    if hasattr(fem, "set_bc"):
+        fem.set_bc(b, bcs, x0, scale)
+        return
     for bc in bcs:
-        if hasattr(bc, "set"):
-            bc.set(b, x0, scale)
-        else:
-            fem.set_bc(b, [bc], x0, scale)
+        bc.set(b, x0, scale)
 
 
 def dirichlet_dofs(

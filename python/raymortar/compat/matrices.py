@@ -18,7 +18,9 @@ from .generation import Array, Indices, unwrap
 
 def assemble_residual(b: Array, L: Any) -> None:
     """Add a compiled linear form into a ghosted array; ghosts are not sent home."""
-    fem.assemble_vector(b, L)
+    L = unwrap(L)
+    constants, coefficients = _cpp.fem.pack_constants(L), _cpp.fem.pack_coefficients(L)
+    _cpp.fem.assemble_vector(b, L, constants, coefficients)
 
 
 def assemble_jacobian(A: PETSc.Mat, a: Any, bcs: Sequence[Any]) -> None:

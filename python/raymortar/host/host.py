@@ -18,7 +18,6 @@ import numpy.typing as npt
 from dolfinx.fem import Function, FunctionSpace
 
 from .. import compat
-from ..checked import are_same_objects
 from ..compat import Array
 from ..errors import ContactError
 from .displacements import Displacement, Places, check_given
@@ -42,6 +41,17 @@ class Field:
     name: str
     rows: Places
     local: Places
+
+
+@dataclass(frozen=True)
+class _Sorted:
+    """Dirichlet conditions, their identities, the conditions of each Function, and
+    whether they prescribe each owned unknown."""
+
+    bcs: tuple[Any, ...]
+    ids: tuple[int, ...]
+    by_function: list[list[Any]]
+    owned: npt.NDArray[np.bool_]
 
 
 class Host:
@@ -79,8 +89,8 @@ class Host:
             self.spaces = [f.function_space for f in several]
         # By whether ghosts count
         self._starts = {ghosts: self._starts_now(ghosts) for ghosts in (False, True)}
-        # The last conditions by their Functions, which each iteration asks for
-        self._sorted: tuple[tuple[Any, ...], list[list[Any]]] | None = None
+        # The last conditions, which each iteration asks for
+        self._sorted: _Sorted | None = None
         self.pull()
 
     @property
@@ -294,13 +304,21 @@ class Host:
         ContactError
             If one is on no unknown: DOLFINx would ignore it in silence.
         """
-        if self._sorted is not None:
-            last, found = self._sorted
-            if are_same_objects(last, bcs):
-                return found
-        found = self._sort(bcs)
-        self._sorted = tuple(bcs), found
-        return found
+        return self._conditions(bcs).by_function
+
+    def _conditions(self, bcs: Sequence[Any]) -> _Sorted:
+        """Sort conditions, unless they are the last ones."""
+        if self._sorted is None or self._sorted.ids != tuple(map(id, bcs)):
+            by_function = self._sort(bcs)
+            markers = [
+                compat.prescribed_values(one, *compat.unknowns_of(f))[0]
+                for one, f in zip(by_function, self.functions)
+            ]
+            marker = np.concatenate(markers)
+            owned = self.owned_part(marker) == 1
+            ids = tuple(map(id, bcs))
+            self._sorted = _Sorted(tuple(bcs), ids, by_function, owned)
+        return self._sorted
 
     def _sort(self, bcs: Sequence[Any]) -> list[list[Any]]:
         """Conditions by their Functions."""
@@ -344,22 +362,22 @@ class Host:
         return None
 
     def owned_prescribed(self, bcs: Sequence[Any]) -> npt.NDArray[np.bool_]:
-        """Whether conditions prescribe an owned unknown."""
-        return self.owned_part(self.prescribed(bcs)[0]) == 1
+        """Whether conditions prescribe an owned unknown. Not to be written."""
+        return self._conditions(bcs).owned
 
     def prescribed_u(self, bcs: Sequence[Any]) -> tuple[npt.NDArray[np.int8], Array]:
         """Local displacements that conditions prescribe, and their values."""
         marker, values = self.prescribed(bcs)
         return marker[self.u_local], values[self.u_local]
 
-    def increment(self, bcs: Sequence[Any]) -> Array:
-        """What prescribed local unknowns lack of their values; 0 elsewhere."""
-        return np.concatenate(
-            [
-                compat.dirichlet_increment(one, f.x.array)
-                for one, f in zip(self.conditions(bcs), self.functions)
-            ]
-        )
+    def lacking(self, bcs: Sequence[Any]) -> Array:
+        """Prescribed minus present values of local unknowns; 0 elsewhere."""
+        starts = self.starts
+        found = np.zeros(starts[-1])
+        for k, conditions in enumerate(self._conditions(bcs).by_function):
+            part = found[starts[k] : starts[k + 1]]
+            compat.set_bc(part, conditions, self.functions[k].x.array)
+        return found
 
     def increment_u(self, bcs: Sequence[Any], u: Array) -> Array:
         """What prescribed displacements lack of a ghosted array u, 0 elsewhere."""

@@ -16,7 +16,7 @@ from ..errors import ContactWarning
 from ..host.facet_areas import surface_sizes
 from ..host.facets import format_point
 from ..host.joined import parts_of
-from .adjustment import gap_without_offset
+from .offsets import gap_without_offset
 from .contact_surfaces import ContactSurfaces
 from .inside import Skin, skin_of
 from .pairs import Pair, global_masters, spoken

@@ -9,7 +9,6 @@ import numpy as np
 
 from ..compat import Array, Mask
 from ..errors import ConvergenceError
-from ..interface.state import go_back
 from .bordered import CHANGE, BorderedSolver
 from .constraints import Arc, ChosenDisplacement
 from .control import ArcLength, DisplacementControl
@@ -308,7 +307,7 @@ class ArcPath(_LedPath):
         """Solve the last step, which ends at a share of the arc. Returns the
         iterations."""
         end = self._ends[1]
-        go_back(self._contact, self._state, share)
+        self._contact.go_back(self._state, share)
         self._load(end)
         iterations = int(self._given.solve()[0])
         self._inner.factor = end

@@ -12,7 +12,7 @@ import numpy as np
 from ..convergence.failure import FAILURES
 from ..convergence.trouble import is_in_trouble
 from ..errors import ConvergenceError, SetUpError
-from ..interface.state import State, extrapolate
+from ..interface.state import State
 from ..solvers.capped import CappedSolver
 from ..solvers.line_search import with_line_search
 from ..solvers.newton import NewtonSolver
@@ -202,7 +202,7 @@ class Strategies:
     def _extrapolated(self, now: State, last: State, ratio: float) -> int:
         """Solve from the extrapolated state."""
         self._path.extrapolate(ratio)
-        extrapolate(self._contact, now, last, ratio)
+        self._contact.extrapolate(now, last, ratio)
         return self.solver.solve()[0]
 
     def _others(

@@ -1,9 +1,9 @@
-"""The coupled system: what a problem needs from one contact or several."""
+"""The coupled system of a list of contacts: what a problem needs from them."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from mpi4py import MPI
@@ -14,13 +14,12 @@ from dolfinx.fem import Function
 
 from .. import _cpp, compat
 from ..compat import Array, Mask
-from ..errors import raise_everywhere, together
+from ..errors import SetUpError, raise_everywhere, together
 from ..host.dropped import free_dropped
 from ..host.forms import check_compiled
 from ..host.host import Host
 from ..host.layout import CoupledRows
 from ..interface.stiffness import VolumePattern
-from ..interface.zones import ZoneData, on_sides
 from .assembly import ContactAssembly
 from .free_bodies import FreeBodies
 from .memory import matrix_bytes, require_memory
@@ -31,7 +30,7 @@ ROOM = "raymortar_room"
 
 
 class CoupledSystem(ABC):
-    """Matrices and vectors over [u, multipliers] of one contact, or of several.
+    """Matrices and vectors over [u, multipliers, bodies] of a list of contacts.
 
     Parameters
     ----------
@@ -45,6 +44,9 @@ class CoupledSystem(ABC):
         self.host, self.parts = host, tuple(parts)
         self._comm: MPI.Comm = host.comm
         self._free_bodies: FreeBodies | None = None
+        self._cpp: tuple[_cpp.CoupledValues, _cpp.ContactSystem] | None = None
+        # Slave surfaces of all contacts
+        self.zones = [zone for part in self.parts for zone in part.zones]
 
     @property
     @abstractmethod
@@ -56,11 +58,6 @@ class CoupledSystem(ABC):
         """Displacement on its own space: the user's Function, or a copy that follows a
         part of a mixed Function."""
         return self.host.u
-
-    @property
-    def zones(self) -> list[ZoneData]:
-        """Slave surfaces of all contacts."""
-        return [zone for part in self.parts for zone in part.zones]
 
     @property
     def axisymmetric(self) -> bool:
@@ -77,6 +74,49 @@ class CoupledSystem(ABC):
         """How often a matrix was preallocated."""
         return max(part.preallocations for part in self.parts)
 
+    @property
+    def free_bodies(self) -> FreeBodies:
+        """Equations of the free rigid bodies. Collective."""
+        if self._free_bodies is None or self._free_bodies.layout is not self.layout:
+            self._free_bodies = FreeBodies(self)
+        return self._free_bodies
+
+    @property
+    def cpp(self) -> _cpp.ContactSystem:
+        """The C++ system of the present rows."""
+        values = self.layout.values
+        if self._cpp is None or self._cpp[0] is not values:
+            self._cpp = values, self._cpp_system(values)
+        return self._cpp[1]
+
+    def _cpp_system(self, values: _cpp.CoupledValues) -> _cpp.ContactSystem:
+        """Make the C++ system."""
+        zones = [
+            _cpp.SystemZone(
+                zone=zone.cpp,
+                positions=zone.positions,
+                statistics=zone.assembly,
+                contact=k,
+                slave=zone.facets.slave_surface.dofs,
+                master=zone.facets.master_surface.dofs,
+                nodes=zone.multiplier_nodes,
+                bodies=[body.cpp for body in zone.facets.bodies],
+            )
+            for k, part in enumerate(self.parts)
+            for zone in part.zones
+        ]
+        return _cpp.ContactSystem(zones, self.u.x.array, values)
+
+    # Iterates
+
+    def _call(self, call: Callable[..., None], *arguments: Any) -> None:
+        """Call C++, and raise on all ranks what one rank raises. Collective."""
+        if self._comm.size == 1:
+            call(*arguments)
+            return
+        with together(self._comm):
+            call(*arguments)
+
     def update(self, rays_only: bool = False) -> None:
         """Pair and integrate at the present displacement. Collective.
 
@@ -92,25 +132,89 @@ class CoupledSystem(ABC):
             If the displacement is not finite, or if the mesh has been moved on the
             contact surfaces since `Contact` was made.
         """
+        self.require_mesh()
+        self.host.pull()
+        self._require_finite()
+        self.cpp.loads_changed()
         for part in self.parts:
-            part.present.update(rays_only)
+            part.present.check_loads()
+        self._pair(rays_only)
+
+    def require_mesh(self) -> None:
+        """Raise if the mesh has been moved on the contact surfaces. Collective."""
+        for part in self.parts:
+            for reference in part.surfaces.references:
+                raise_everywhere(self._comm, reference.fault(), SetUpError)
+
+    def take(self, x: PETSc.Vec, anew: bool, rays_only: bool) -> bool:
+        """Take over an iterate: unknowns, pairing, integration. Collective.
+
+        Parameters
+        ----------
+        x
+            Unknowns.
+        anew
+            Also where neither x nor the loads of bodies have changed.
+        rays_only
+            As of `update`.
+
+        Returns
+        -------
+        Whether anything was done.
+        """
+        cpp = self.cpp
+        if cpp.loads_changed():
+            anew = True
+            for part in self.parts:
+                part.present.check_loads()
+        if not cpp.set_unknowns(x.handle, self._scales, anew):
+            return False
+        self.host.pull()
+        self._require_finite()
+        self._pair(rays_only)
+        return True
 
     @property
-    def free_bodies(self) -> FreeBodies:
-        """Equations of the free rigid bodies. Collective."""
-        if self._free_bodies is None or self._free_bodies.layout is not self.layout:
-            self._free_bodies = FreeBodies(self)
-        return self._free_bodies
+    def _scales(self) -> list[float]:
+        """Factors by which multipliers are divided among the unknowns."""
+        return [part.gamma_scale for part in self.parts]
+
+    def _require_finite(self) -> None:
+        """Raise for values that are not finite. Collective."""
+        if self.host.is_plain and self.cpp.is_finite():
+            return
+        functions = [("displacement", self.u)]
+        functions += [
+            ("multiplier", part.surfaces.multiplier)
+            for part in self.parts
+            if part.surfaces.multiplier is not None
+        ]
+        if not self.host.is_plain:
+            functions += [(f.name, f) for f in self.host.functions]
+        counts = {
+            name: np.count_nonzero(~np.isfinite(f.x.array)) for name, f in functions
+        }
+        name = next((name for name, count in counts.items() if count), None)
+        message = f"the {name} has {counts.get(name)} entries that are not finite"
+        raise_everywhere(self._comm, None if name is None else message)
+
+    def _pair(self, rays_only: bool) -> None:
+        """Send the present state to the zones and pair them. Collective."""
+        for part in self.parts:
+            part.present.begin_update()
+        self._call(self.cpp.pair, rays_only)
+        for part in self.parts:
+            part.present.end_update(self.cpp.is_at(part.present.u_old))
 
     # Values
 
-    @abstractmethod
     def to_vector(self, x: PETSc.Vec) -> None:
         """Copy functions to the solver's unknowns; divide multipliers by gamma."""
+        self.layout.to_vector(x, self._scales)
 
-    @abstractmethod
     def from_vector(self, x: PETSc.Vec) -> None:
         """Copy the solver's unknowns to the functions and their ghosts. Collective."""
+        self.layout.from_vector(x, self._scales)
 
     # Volume
 
@@ -204,7 +308,7 @@ class CoupledSystem(ABC):
             zone.positions.forget()
         # A later matrix takes the memory of the last one
         if not self.preallocations:
-            require_memory(self._comm, matrix_bytes(self._volume, self.parts))
+            require_memory(self._comm, self._matrix_bytes())
         for part in self.parts:
             part.note_room(extended)
         _cpp.preallocate(
@@ -215,6 +319,11 @@ class CoupledSystem(ABC):
             [zone.pattern for zone in self.zones],
         )
         A.setAttr(ROOM, self._room)
+
+    def _matrix_bytes(self) -> int:
+        """Approximate least memory of this rank's part of the matrix. Bytes."""
+        zones = [(z, p.layout.components) for p in self.parts for z in p.zones]
+        return matrix_bytes(self._volume, zones)
 
     @property
     def _room(self) -> tuple[int, ...]:
@@ -293,7 +402,8 @@ class CoupledSystem(ABC):
         """
         self._require("assemble_matrix", A, PETSc.Mat)
         for part in self.parts:
-            part.add_tangent(A, bcs)
+            part.refuse_held(bcs)
+        self._call(self.cpp.add_tangent, A.handle)
         if self.layout.bodies:
             self.free_bodies.add_tangent(A)
 
@@ -303,10 +413,35 @@ class CoupledSystem(ABC):
         Constrained rows are left out. The caller assembles b afterwards.
         """
         self._require("assemble_vector", b, PETSc.Vec)
+        self.constrained(bcs)
+        self._call(self.cpp.add_residual, b.handle)
+
+    def assemble_residual(
+        self,
+        b: PETSc.Vec,
+        bcs: Sequence[Any],
+        volume: Array,
+        increment: Array,
+        contact: bool = True,
+    ) -> None:
+        """Set b to the residual of volume and contact, assembled. Collective.
+
+        Parameters
+        ----------
+        b
+            Of `create_vector`.
+        bcs
+            Dirichlet conditions.
+        volume
+            Rows of the user's owned unknowns.
+        increment
+            Prescribed increments of u, ghosted, whose effect is lifted.
+        contact
+            Whether contact adds its forces.
+        """
         for part in self.parts:
-            part.add_residual(b, bcs)
-        if self.layout.bodies:
-            self.free_bodies.add_residual(b)
+            part.prescribed(bcs)
+        self._call(self.cpp.residual, b.handle, volume, increment, contact)
 
     def constrained(self, bcs: Sequence[Any]) -> Mask:
         """Whether Dirichlet conditions prescribe a dof of u; ghosted. Collective."""
@@ -333,16 +468,4 @@ class CoupledSystem(ABC):
         message = f"x0 must be a ghosted array of u, of shape {shape}, not {found}"
         raise_everywhere(self._comm, None if found == shape else message)
         self.constrained(bcs)
-        self.lift(b, self.host.increment_u(bcs, x0), alpha)
-
-    def lift(self, b: PETSc.Vec, increment: Array, alpha: float) -> None:
-        """b <- b - alpha A_c increment. The increment is ghosted, for the conditions of
-        the last call. Collective."""
-        if not self._comm.allreduce(bool(np.any(increment)), op=MPI.LOR):
-            return
-        for zone in self.zones:
-            slave, master = on_sides(zone, increment)
-            with together(self._comm):
-                _cpp.apply_lifting(
-                    zone.cpp, b.handle, slave, master, alpha, zone.assembly
-                )
+        self._call(self.cpp.lift, b.handle, self.host.increment_u(bcs, x0), alpha)

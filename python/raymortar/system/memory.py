@@ -13,7 +13,6 @@ import numpy as np
 from ..errors import raise_everywhere
 from ..interface.stiffness import VolumePattern
 from ..interface.zones import ZoneData
-from .assembly import ContactAssembly
 
 # Average number of pairs of facets that share an entry: the number of facets around a
 # node. This is exact for two regular lattices of any sizes
@@ -49,17 +48,20 @@ def contact_entries(zone: ZoneData, components: int) -> int:
     return 2 * len(zone.pattern) * rows * columns // _AROUND_A_NODE[slave.shape]
 
 
-def matrix_bytes(volume: VolumePattern, parts: Sequence[ContactAssembly]) -> int:
+def matrix_bytes(volume: VolumePattern, zones: Sequence[tuple[ZoneData, int]]) -> int:
     """Approximate lower bound of the bytes of this rank's part of the matrix.
 
     Counted are entries of volume and contact, and columns twice, as the pattern is made
     next to the matrix.
+
+    Parameters
+    ----------
+    volume
+        Pattern of the volume.
+    zones
+        Each zone and the components of its multiplier.
     """
-    entries = len(volume.columns) + sum(
-        contact_entries(zone, part.layout.components)
-        for part in parts
-        for zone in part.zones
-    )
+    entries = len(volume.columns) + sum(contact_entries(*zone) for zone in zones)
     return entries * (_VALUE + 2 * _INDEX)
 
 

@@ -119,17 +119,13 @@ class Volume:
 
     def forces(self, bcs: Sequence[Any]) -> Array:
         """Residual at the present state, of the owned unknowns. Collective."""
-        return self._sum(bcs, None)
+        return self.residual(bcs, None)
 
-    def lifted(self, bcs: Sequence[Any], increment: Array) -> tuple[Array, Array]:
-        """Residual with the effect of prescribed increments, of the owned unknowns: as
-        it is, and with the conditions in their rows. Collective."""
-        volume = self._sum(bcs, increment)
-        return volume, self._whole.with_conditions(volume, bcs)
-
-    def _sum(self, bcs: Sequence[Any], increment: Array | None) -> Array:
-        """Residual of what is kept and of the others, with the effect of prescribed
-        increments if they are given. Collective."""
+    def residual(self, bcs: Sequence[Any], increment: Array | None) -> Array:
+        """Residual of the owned unknowns, with the effect of prescribed increments if
+        they are given. Collective."""
+        if self._kept is None and self._rest is not None:
+            return self._rest.residual(bcs, increment)
         kept, host, parts = self._renewed(bcs), self.contact.host, []
         if kept is not None:
             values = host.owned_values()

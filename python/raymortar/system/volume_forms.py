@@ -27,59 +27,45 @@ class VolumeForms:
 
     def __init__(self, contact: Any, L: Any, a: Any) -> None:
         self._contact, self.L, self.a = contact, L, a
-        functions = contact.host.functions
-        self._r = [compat.create_la_vector(*compat.unknowns_of(f)) for f in functions]
+        maps = [compat.unknowns_of(f) for f in contact.host.functions]
+        self._r = [compat.create_la_vector(*one) for one in maps]
+        # Views of the owned rows
+        sizes = [index_map.size_local * bs for index_map, bs in maps]
+        self._owned = [r.array[:n] for r, n in zip(self._r, sizes)]
+        self._alone = contact.host.comm.size == 1
 
     @property
     def has_several(self) -> bool:
         """Whether there are forms for several unknowns."""
         return isinstance(self.L, list)
 
-    def _table(self) -> tuple[list[Any], list[list[Any]]]:
-        """Forms by unknown, and by test and trial space."""
-        return (self.L, self.a) if self.has_several else ([self.L], [[self.a]])
-
     def residual(
         self, bcs: Sequence[Any] = (), increment: Array | None = None
     ) -> Array:
         """The residual of the owned unknowns, with the effect of prescribed increments
         if they are given. Collective."""
-        host, rows, (L, a) = self._contact.host, [], self._table()
-        conditions = host.conditions(bcs)
-        for r, form, blocks, f in zip(self._r, L, a, host.functions):
+        forms = self.L if self.has_several else (self.L,)
+        for r, form in zip(self._r, forms):
             r.array[:] = 0.0
             if form is not None:
                 compat.assemble_residual(r.array, form)
-            if increment is not None:
-                self._lift(r.array, blocks, conditions, increment)
-            compat.scatter_reverse_add(r)
-            index_map, bs = compat.unknowns_of(f)
-            rows.append(r.array[: index_map.size_local * bs])
-        return np.concatenate(rows)
+        if increment is not None and increment.any():
+            self._lift(bcs, increment)
+        if not self._alone:
+            for r in self._r:
+                compat.scatter_reverse_add(r)
+        return np.concatenate(self._owned)
 
-    def _lift(
-        self, r: Array, blocks: Sequence[Any], conditions: Any, increment: Array
-    ) -> None:
-        """Add the effect of prescribed increments to the residual of one test space,
-        given the tangent's blocks in its rows and the conditions of each Function."""
+    def _lift(self, bcs: Sequence[Any], increment: Array) -> None:
+        """Add the effect of prescribed increments to the residual."""
         host = self._contact.host
-        parts = np.split(increment, host.starts[1:-1])
-        for part, block, g, of_g in zip(parts, blocks, host.functions, conditions):
-            # Takes the tangents of all cells with constrained dofs
-            if block is not None and part.any():
-                compat.apply_lifting(r, block, of_g, g.x.array, -1.0)
-
-    def with_conditions(self, residual: Array, bcs: Sequence[Any]) -> Array:
-        """A residual of the owned unknowns, with what conditions lack in their rows.
-        Collective."""
-        rows, host = [], self._contact.host
         conditions = host.conditions(bcs)
-        parts = np.split(residual, host.owned_starts[1:-1])
-        for r, part, f, of_f in zip(self._r, parts, host.functions, conditions):
-            r.array[: len(part)] = part
-            compat.set_bc(r.array, of_f, f.x.array, -1.0)
-            rows.append(r.array[: len(part)])
-        return np.concatenate(rows)
+        parts = np.split(increment, host.starts[1:-1])
+        for r, blocks in zip(self._r, self.a if self.has_several else [[self.a]]):
+            for part, block, g, of_g in zip(parts, blocks, host.functions, conditions):
+                # Takes the tangents of all cells with constrained dofs
+                if block is not None and part.any():
+                    compat.apply_lifting(r.array, block, of_g, g.x.array, -1.0)
 
     def add_tangent(self, A: PETSc.Mat, bcs: Sequence[Any]) -> None:
         """Add the tangent, and set the diagonal of constrained unknowns to one.
