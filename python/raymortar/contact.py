@@ -19,6 +19,7 @@ from .interface.friction_at_points import spread_coefficient
 from .interface.interfaces import Interfaces
 from .interface.offsets import Adjustment, Offsets
 from .interface.present import PresentState
+from .interface.state import ContactState
 from .options.contact_options import ContactOptions
 from .options.friction import Law
 from .options.methods import AugmentedLagrangian, Penalty, Search
@@ -28,6 +29,8 @@ from .results.summaries import of_contact
 from .rigid.body import Body
 from .rigid.shapes import Shape
 from .system.assembly import ContactAssembly
+
+__all__ = ["Contact", "ContactState"]
 
 
 class Contact(Interaction):
@@ -94,6 +97,8 @@ class Contact(Interaction):
         off the slave surfaces.
     names
         Facet tag by name.
+    layout
+        Rows of the unknowns: [host | multiplier], rank by rank.
     surfaces, results, assembly
         Objects that this one hands over to: zones and the functions on them, results at
         points, and what contact adds to matrices and vectors.
@@ -149,6 +154,7 @@ class Contact(Interaction):
             given.host, facet_tags, given.groups, options, self.tied
         )
         self.slave_u, self.multiplier = made.slave_u, made.multiplier
+        self.layout: Layout = made.layout
         self._present = PresentState(made, options)
         self.assembly = ContactAssembly(made, self._present, options.method)
         super().__init__(given.host, [self.assembly], given.pairs)
@@ -167,11 +173,6 @@ class Contact(Interaction):
     def contacts(self) -> tuple[Contact, ...]:
         """This contact alone; see `Interaction`."""
         return (self,)
-
-    @property
-    def layout(self) -> Layout:
-        """Rows of the unknowns: [host | multiplier], rank by rank."""
-        return self.surfaces.layout
 
     @property
     def interfaces(self) -> Interfaces:

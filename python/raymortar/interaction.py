@@ -78,7 +78,7 @@ class Interaction(CoupledSystem):
     def revision(self) -> int:
         """Changes so far of what an assembled residual depends on, `u` and `multiplier`
         aside: pairing, history, coefficient."""
-        return sum(part.present.revision for part in self.parts)
+        return sum([part.present.revision for part in self.parts])
 
     @property
     def u_old(self) -> Array:
@@ -140,13 +140,13 @@ class Interaction(CoupledSystem):
 
     def extrapolate(self, now: State, last: State, ratio: float) -> None:
         """Add a multiple of the change between two states to all unknowns."""
-        whole = now.unknowns is not None and last.unknowns is not None
-        change = now.unknowns - last.unknowns if whole else now.u - last.u
-        self.host.set_values(self.host.values() + ratio * change)
+        ends = [one.u if one.unknowns is None else one.unknowns for one in (now, last)]
+        self.host.set_values(self.host.values() + ratio * (ends[0] - ends[1]))
         changes: dict[Body, Array] = {}  # several contacts may meet a body
         for part, new, old in zip(self.parts, now.parts, last.parts):
             f = part.surfaces.multiplier
-            if f is not None:
+            if f is not None and new.multiplier is not None:
+                assert old.multiplier is not None
                 f.x.array[:] += ratio * (new.multiplier - old.multiplier)
             for body, end, begin in zip(part.layout.bodies, new.freedoms, old.freedoms):
                 totals = body.freedom.totals_of

@@ -31,6 +31,11 @@ class Interactions(Interaction):
     contacts
         Two or more, of the same displacement.
 
+    Attributes
+    ----------
+    layout
+        Rows of the unknowns: [host | multipliers of each contact], rank by rank.
+
     Raises
     ------
     ContactError
@@ -41,7 +46,6 @@ class Interactions(Interaction):
         raise_everywhere(contacts[0].layout.comm, _fault(contacts))
         _warn_of_shared_pairs(contacts)
         self._contacts = tuple(contacts)
-        self._layout: CoupledRows | None = None
         super().__init__(
             contacts[0].host,
             [contact.assembly for contact in contacts],
@@ -58,12 +62,6 @@ class Interactions(Interaction):
     def contacts(self) -> tuple[Contact, ...]:
         """The contacts, in the order of their multipliers' rows."""
         return self._contacts
-
-    @property
-    def layout(self) -> CoupledRows:
-        """Rows of the unknowns: [host | multipliers of each contact], rank by rank."""
-        assert self._layout is not None, "call solve_for first"
-        return self._layout
 
     @property
     def gamma(self) -> list[Any] | None:
@@ -88,7 +86,7 @@ class Interactions(Interaction):
         partners = tuple(part.number for part in self.parts)
         for part in self.parts:
             part.settle(functions, partners)
-        self._layout = CoupledRows(self.host, [part.layout for part in self.parts])
+        self.layout = CoupledRows(self.host, [part.layout for part in self.parts])
         surfaces = [part.surfaces for part in self.parts]
         for part in self.parts:
             part.send_rows()

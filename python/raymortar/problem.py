@@ -141,6 +141,9 @@ class CoupledProblem:
         self.volume = Volume(self.contact, L, a, known, self._pattern, compiled)
         self.in_use = self._alone()
         self.convergence = Convergence(self.contact)
+        groups = self.convergence.groups
+        fields = self.contact.host.fields()
+        self.contact.set_groups(groups.of_row, groups.count, groups.mass, fields)
 
     def __repr__(self) -> str:
         return of_problem(self)
@@ -222,7 +225,8 @@ class CoupledProblem:
                 "NewtonSolver, cannot solve it: take raymortar.NewtonSolver(problem)"
             )
         contact, is_first = self.contact, self._revision is None
-        contact.belong_to(self._pattern)
+        if contact.parts[0].volume is not self._pattern:
+            contact.belong_to(self._pattern)
         anew = is_first or self._revision != contact.revision
         if not contact.take(x, anew, self.rays_only):
             return
@@ -242,10 +246,8 @@ class CoupledProblem:
     def F(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
         """Residual at x into b. Collective."""
         self.form(x)
-        volume, increment = self._assemble(b, True)
-        imbalance = self.convergence.measure(
-            b.getArray(readonly=True), volume, self.prescribed, increment
-        )
+        norms = self.contact.norms(b, *self._assemble(b, True))
+        imbalance = self.convergence.measure(norms)
         self.history.append(imbalance.norm)
 
     def loads(self, b: PETSc.Vec) -> None:
@@ -253,18 +255,27 @@ class CoupledProblem:
         last x of `form`, into b: all but contact's forces. Collective."""
         self._assemble(b, False)
 
-    def _assemble(self, b: PETSc.Vec, contact: bool) -> tuple[Array, Array]:
-        """Residual, with contact's forces or without; its part of the user's form, and
-        what prescribed unknowns lack. Collective."""
+    def _assemble(
+        self, b: PETSc.Vec, contact: bool
+    ) -> tuple[Array, npt.NDArray[np.bool_], Array, Array]:
+        """Assemble the residual, with contact's forces or without. Collective.
+
+        Returns
+        -------
+        Its part of the user's form, which of its rows are constrained, increments and
+        values of the local unknowns.
+        """
         host = self.contact.host
-        lacking, fixed = host.lacking(self.bcs), self.prescribed
-        increment = compat.without_rounding(lacking, host.values())
+        lacking, fixed = host.lacking(self.bcs)
+        values = host.values()
+        increment = compat.without_rounding(lacking, values)
         volume = self.volume.residual(self.bcs, increment)
+        rows = volume.copy()
         # Contact leaves constrained rows out
-        rows = np.where(fixed, -host.owned_part(lacking), volume)
-        of_u = increment[host.u_local]
+        rows[fixed] = -host.owned_part(lacking)[fixed]
+        of_u = increment if host.is_plain else increment[host.u_local]
         self.contact.assemble_residual(b, self.bcs, rows, of_u, contact)
-        return volume, increment
+        return volume, fixed, increment, values
 
     @property
     def form_of_u(self) -> tuple[ufl.Form, ufl.Form]:
@@ -327,11 +338,11 @@ class CoupledProblem:
         Whether A has a new pattern: see `Contact.make_room`.
         """
         self.form(x)
-        renewed = self.contact.make_room(A)
+        renewed = self.contact.extend_room(A)
         if not renewed:
             A.zeroEntries()
         self.volume.add_tangent(A, self.bcs)
-        self.contact.assemble_matrix(A, self.bcs)
+        self.contact.add_tangent(A, self.bcs)
         A.assemble()
         return renewed
 

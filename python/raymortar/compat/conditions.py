@@ -13,6 +13,9 @@ from ..errors import ContactError
 from .generation import Array
 from .spaces import contains
 
+# Of a value, what ranks that share a dof may differ by
+ROUNDING = 8.0 * float(np.finfo(float).eps)
+
 
 def apply_lifting(
     b: Array, a: Any, bcs: Sequence[Any], x0: Array, scale: float
@@ -108,5 +111,6 @@ def dirichlet_increment(bcs: Sequence[Any], x0: Array) -> Array:
 def without_rounding(increment: Array, x0: Array) -> Array:
     """An increment of x0, 0 where it is rounding: ranks that share a dof may find its
     value in different cells."""
-    rounding = 8.0 * np.finfo(float).eps * np.abs(x0)
-    return np.where(np.abs(increment) <= rounding, 0.0, increment)
+    found = increment.copy()
+    found[np.abs(increment) <= ROUNDING * np.abs(x0)] = 0.0
+    return found

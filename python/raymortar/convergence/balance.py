@@ -251,14 +251,6 @@ class Groups:
             ratios.append(contact.gamma_scale * area / nodes / here)
         return stiffness, max(ratios)
 
-    def contact_forces(self) -> Array:
-        """Traction times area at each owned multiplier row, and the forces other than
-        contact at the rows of free rigid bodies. Force."""
-        found = [patches.forces() for patches in self._patches]
-        for body in self.contact.layout.own_bodies:
-            found.append(body.pushed()[0])
-        return np.concatenate(found)
-
     def names(self) -> list[str]:
         """Name of each group for messages. Collective."""
         V, layout = self.contact.u.function_space, self.contact.layout

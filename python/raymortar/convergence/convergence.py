@@ -58,7 +58,8 @@ class Imbalance:
     @property
     def norm(self) -> float:
         """Norm of all forces of the residual. Force."""
-        return float(np.linalg.norm(self.residual[: self.count]))
+        forces = self.residual[: self.count]
+        return float(np.sqrt(forces @ forces))
 
     @property
     def pending(self) -> float:
@@ -131,36 +132,19 @@ class Convergence:
         if not self.keeps_first:
             self._first = UNKNOWN
 
-    def measure(
-        self,
-        residual: Array,
-        volume: Array,
-        fixed: npt.NDArray[np.bool_],
-        increment: Array,
-    ) -> Imbalance:
-        """Measure a residual. Collective.
+    def measure(self, norms: tuple[Array, Array, Array, Array]) -> Imbalance:
+        """Note the norms of a residual.
 
         Parameters
         ----------
-        residual
-            Values of the owned rows.
-        volume
-            Residual of the user's form for the owned unknowns of the host, with
-            constrained rows.
-        fixed
-            Whether each of these unknowns is constrained.
-        increment
-            Prescribed minus present values, for the local unknowns.
+        norms
+            Of `CoupledSystem.norms`.
         """
-        groups = self.groups
-        free = residual.copy()
-        free[: len(fixed)][fixed] = 0.0
-        forces = np.concatenate([volume, groups.contact_forces()])
-        norms = np.sqrt(groups.sum(free**2, forces**2))
-        lacking, sizes = groups.largest(increment, self._host.values())
-        scales = np.maximum(norms[1], groups.field_scales(sizes))
-        self._field_floors = groups.field_floors(sizes)
-        self.now = Imbalance(norms[0], scales, lacking, sizes, groups.forces)
+        groups, (residual, forces, lacking, sizes) = self.groups, norms
+        if groups.fields:
+            forces = np.maximum(forces, groups.field_scales(sizes))
+            self._field_floors = groups.field_floors(sizes)
+        self.now = Imbalance(residual, forces, lacking, sizes, groups.forces)
         if self._first is UNKNOWN:
             self._first = self.now
         return self.now

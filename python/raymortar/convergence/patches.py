@@ -60,14 +60,6 @@ class Patches:
         """The patches among all groups."""
         return slice(self._first, self._first + self.count)
 
-    def forces(self) -> Array:
-        """Traction times area at each owned row. Force."""
-        if self.contact.multiplier is None:
-            return np.empty(0)
-        layout = self.contact.layout
-        values = self.contact.multiplier.x.array.reshape(-1, layout.components)
-        return self.mass * values[layout.owned_multipliers].ravel()
-
     def places(self) -> Array:
         """Position of each owned row, (rows, 3)."""
         if self.contact.multiplier is None:

@@ -72,6 +72,8 @@ class Host:
         Displacement on a space of its own: the user's, or a copy.
     displacements
         The displacement of each mesh.
+    is_plain
+        Whether the displacement of one Function is the only unknown.
     functions
         What is solved for. Until a problem is made, the displacement as it was given.
     """
@@ -87,8 +89,7 @@ class Host:
         self.spaces: list[FunctionSpace] | None = None
         if all(d.component is None for d in self.displacements):
             self.spaces = [f.function_space for f in several]
-        # By whether ghosts count
-        self._starts = {ghosts: self._starts_now(ghosts) for ghosts in (False, True)}
+        self._settle()
         # The last conditions, which each iteration asks for
         self._sorted: _Sorted | None = None
         self.pull()
@@ -103,11 +104,6 @@ class Host:
     def name(self) -> str:
         """Name of the displacement, for messages."""
         return ", ".join(d.given.name for d in self.displacements)
-
-    @property
-    def is_plain(self) -> bool:
-        """Whether the displacement of one Function is the only unknown."""
-        return len(self.functions) == 1 and self.displacements[0].component is None
 
     @property
     def only(self) -> Displacement:
@@ -163,8 +159,17 @@ class Host:
             d.at = place
         self.functions = list(functions)
         self.spaces = [f.function_space for f in functions]
-        self._starts = {ghosts: self._starts_now(ghosts) for ghosts in (False, True)}
+        self._settle()
         self._sorted = None
+
+    def _settle(self) -> None:
+        """Find what the present functions determine."""
+        # By whether ghosts count
+        self._starts = {ghosts: self._starts_now(ghosts) for ghosts in (False, True)}
+        # Whether the displacement of one Function is the only unknown
+        one = len(self.functions) == 1
+        self.is_plain = one and self.displacements[0].component is None
+        self._arrays = [f.x.array for f in self.functions]
 
     def absence(self, functions: Sequence[Function]) -> str:
         """A message for Functions of which none has the displacement."""
@@ -265,7 +270,9 @@ class Host:
 
     def values(self) -> Array:
         """Copy of all local unknowns."""
-        return np.concatenate([f.x.array for f in self.functions])
+        if len(self._arrays) == 1:
+            return self._arrays[0].copy()
+        return np.concatenate(self._arrays)
 
     def set_values(self, values: Array) -> None:
         """Set all local unknowns, the displacement included."""
@@ -281,6 +288,8 @@ class Host:
 
     def owned_part(self, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
         """The owned entries of an array over the local unknowns."""
+        if len(self.functions) == 1:
+            return values[: self._starts[False][-1]]
         sizes = np.diff(self.owned_starts)
         return np.concatenate(
             [values[start : start + n] for start, n in zip(self.starts, sizes)]
@@ -370,14 +379,15 @@ class Host:
         marker, values = self.prescribed(bcs)
         return marker[self.u_local], values[self.u_local]
 
-    def lacking(self, bcs: Sequence[Any]) -> Array:
-        """Prescribed minus present values of local unknowns; 0 elsewhere."""
-        starts = self.starts
+    def lacking(self, bcs: Sequence[Any]) -> tuple[Array, npt.NDArray[np.bool_]]:
+        """Prescribed minus present values of local unknowns, 0 elsewhere; and whether
+        conditions prescribe each owned one."""
+        known, starts = self._conditions(bcs), self._starts[True]
         found = np.zeros(starts[-1])
-        for k, conditions in enumerate(self._conditions(bcs).by_function):
+        for k, conditions in enumerate(known.by_function):
             part = found[starts[k] : starts[k + 1]]
-            compat.set_bc(part, conditions, self.functions[k].x.array)
-        return found
+            compat.set_bc(part, conditions, self._arrays[k])
+        return found, known.owned
 
     def increment_u(self, bcs: Sequence[Any], u: Array) -> Array:
         """What prescribed displacements lack of a ghosted array u, 0 elsewhere."""

@@ -62,7 +62,11 @@ class CoupledRows:
         Rigid bodies that are free.
     body_rows
         Global rows of the unknowns of each of these, int64.
+    made_values
+        `values` of the present rows, once they have been asked for.
     """
+
+    bodies: tuple[Body, ...]
 
     def __init__(self, host: Host, layouts: Sequence[Layout]) -> None:
         self.host, self.u = host, host.u
@@ -81,7 +85,7 @@ class CoupledRows:
 
     def number(self) -> None:
         """Number all rows, with the host's present unknowns. Collective."""
-        sizes = [layout.owned_size for layout in self.layouts]
+        sizes: list[int] = [layout.owned_size for layout in self.layouts]
         for layout, begin in zip(self.layouts, np.cumsum([0, *sizes])):
             layout.bodies = self.bodies
             layout.place(int(begin), sum(sizes))
@@ -91,7 +95,7 @@ class CoupledRows:
         """Number the host's present unknowns, with room for this rank's multipliers
         behind them. Collective."""
         starts = self.host.owned_starts
-        self._values: _cpp.CoupledValues | None = None
+        self.made_values: _cpp.CoupledValues | None = None
         self.n = int(starts[-1])
         self.size = self.n + multipliers + sum(len(b.freedom) for b in self.own_bodies)
         mine = self.size, self.size - self.n
@@ -148,9 +152,9 @@ class CoupledRows:
     @property
     def values(self) -> _cpp.CoupledValues:
         """Moves values between Functions and vectors of unknowns."""
-        if self._values is None:
+        if self.made_values is None:
             functions = self.host.functions
-            self._values = _cpp.CoupledValues(
+            self.made_values = _cpp.CoupledValues(
                 self.comm.py2f(),
                 [f.x.array for f in functions],
                 np.diff(self.host.owned_starts).tolist(),
@@ -158,7 +162,7 @@ class CoupledRows:
                 [layout.multiplier_values() for layout in self.layouts],
                 [_cpp.BodyValues(b.cpp, self.body_rows[b]) for b in self.bodies],
             )
-        return self._values
+        return self.made_values
 
     def to_vector(self, x: PETSc.Vec, scales: float | Sequence[float]) -> None:
         """Copy Functions to the solver's unknowns; divide each multiplier by its
@@ -226,7 +230,7 @@ class Layout(CoupledRows):
             owned = W.dofmap.index_map.size_local
             self.owned_multipliers = np.flatnonzero(marked[:owned]).astype(np.int32)
             self.components = W.dofmap.index_map_bs
-        self.owned_size = len(self.owned_multipliers) * self.components
+        self.owned_size: int = len(self.owned_multipliers) * self.components
         super().__init__(host, [self])
 
     def number(self) -> None:

@@ -32,11 +32,16 @@ class Cover:
         Of a contact with a multiplier.
     W
         Space of the multiplier.
+
+    Attributes
+    ----------
+    alone
+        Whether no other zone or rank has nodes of the zone.
     """
 
     def __init__(self, zones: Sequence[ZoneData], W: FunctionSpace) -> None:
         self._zones, self._W = zones, W
-        self._alone = len(zones) == 1 and W.mesh.comm.size == 1
+        self.alone = len(zones) == 1 and W.mesh.comm.size == 1
         if len(zones) == 1:
             return
         self._corners = self._find_corners()
@@ -68,7 +73,7 @@ class Cover:
     def share(self) -> None:
         """Send the common marks to the zones, after they have been paired.
         Collective."""
-        if self._alone:
+        if self.alone:
             return
         own = [
             marked_everywhere(

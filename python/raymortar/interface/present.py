@@ -75,6 +75,9 @@ class PresentState:
             self._point_friction = PointFriction(
                 options.friction, self._zones, self._comm
             )
+        # Displacement and multiplier
+        functions = [self._u, self._multiplier]
+        self._unknowns = [f.x.array for f in functions if f is not None]
         self.u_old = self._u.x.array.copy()
         self._is_sent = False
         self._paired_at: list[Array] = []
@@ -125,7 +128,7 @@ class PresentState:
         self.updates += 1
         self.revision += 1
         if self._slip is not None:
-            self._paired_at = [array.copy() for array in self._unknowns()]
+            self._paired_at = [array.copy() for array in self._unknowns]
         if self._is_sent or self._surfaces.tied is not None:
             return
         for zone in self._zones:
@@ -149,7 +152,7 @@ class PresentState:
             return
         if self._point_friction is not None:
             self._point_friction.send(self._dt)
-        if self._cover is not None:
+        if self._cover is not None and not self._cover.alone:
             self._cover.share()
         if is_accepted:
             self._note_faced()
@@ -172,18 +175,13 @@ class PresentState:
             self._cover.share()
             warn_of_corners(self._surfaces)
 
-    def _unknowns(self) -> list[Array]:
-        """Displacement and multiplier of this rank."""
-        lam = [] if self._multiplier is None else [self._multiplier.x.array]
-        return [self._u.x.array, *lam]
-
     def is_stale(self) -> bool:
         """Return whether friction needs another `update` before it accepts a step.
         Collective."""
         if self._slip is None or not self.updates:
             return False
         self._host.pull()
-        same = all(map(np.array_equal, self._paired_at, self._unknowns()))
+        same = all(map(np.array_equal, self._paired_at, self._unknowns))
         return not self._comm.allreduce(same, op=MPI.LAND)
 
     # Steps

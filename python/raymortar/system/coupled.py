@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -13,11 +12,11 @@ import numpy as np
 from dolfinx.fem import Function
 
 from .. import _cpp, compat
-from ..compat import Array, Mask
+from ..compat import Array, Indices, Mask
 from ..errors import SetUpError, raise_everywhere, together
 from ..host.dropped import free_dropped
 from ..host.forms import check_compiled
-from ..host.host import Host
+from ..host.host import Field, Host
 from ..host.layout import CoupledRows
 from ..interface.stiffness import VolumePattern
 from .assembly import ContactAssembly
@@ -29,7 +28,7 @@ from .memory import matrix_bytes, require_memory
 ROOM = "raymortar_room"
 
 
-class CoupledSystem(ABC):
+class CoupledSystem:
     """Matrices and vectors over [u, multipliers, bodies] of a list of contacts.
 
     Parameters
@@ -38,20 +37,24 @@ class CoupledSystem(ABC):
         What is solved for.
     parts
         What each contact adds, in the order of their multipliers' rows.
+
+    Attributes
+    ----------
+    layout
+        Rows of the unknowns.
+    zones
+        Slave surfaces of all contacts.
     """
+
+    layout: CoupledRows
 
     def __init__(self, host: Host, parts: Sequence[ContactAssembly]) -> None:
         self.host, self.parts = host, tuple(parts)
         self._comm: MPI.Comm = host.comm
         self._free_bodies: FreeBodies | None = None
         self._cpp: tuple[_cpp.CoupledValues, _cpp.ContactSystem] | None = None
-        # Slave surfaces of all contacts
+        self._groups: tuple[Any, ...] | None = None
         self.zones = [zone for part in self.parts for zone in part.zones]
-
-    @property
-    @abstractmethod
-    def layout(self) -> CoupledRows:
-        """Rows of the unknowns."""
 
     @property
     def u(self) -> Function:
@@ -84,8 +87,8 @@ class CoupledSystem(ABC):
     @property
     def cpp(self) -> _cpp.ContactSystem:
         """The C++ system of the present rows."""
-        values = self.layout.values
-        if self._cpp is None or self._cpp[0] is not values:
+        if self._cpp is None or self._cpp[0] is not self.layout.made_values:
+            values = self.layout.values
             self._cpp = values, self._cpp_system(values)
         return self._cpp[1]
 
@@ -105,7 +108,10 @@ class CoupledSystem(ABC):
             for k, part in enumerate(self.parts)
             for zone in part.zones
         ]
-        return _cpp.ContactSystem(zones, self.u.x.array, values)
+        made = _cpp.ContactSystem(zones, self.u.x.array, values)
+        if self._groups is not None:
+            made.set_groups(*self._groups)
+        return made
 
     # Iterates
 
@@ -134,11 +140,12 @@ class CoupledSystem(ABC):
         """
         self.require_mesh()
         self.host.pull()
-        self._require_finite()
-        self.cpp.loads_changed()
+        cpp = self.cpp
+        self._require_finite(cpp)
+        cpp.loads_changed()
         for part in self.parts:
             part.present.check_loads()
-        self._pair(rays_only)
+        self._pair(cpp, rays_only)
 
     def require_mesh(self) -> None:
         """Raise if the mesh has been moved on the contact surfaces. Collective."""
@@ -167,11 +174,13 @@ class CoupledSystem(ABC):
             anew = True
             for part in self.parts:
                 part.present.check_loads()
-        if not cpp.set_unknowns(x.handle, self._scales, anew):
+        scales = [part.gamma_scale for part in self.parts]
+        if not cpp.set_unknowns(x.handle, scales, anew):
             return False
-        self.host.pull()
-        self._require_finite()
-        self._pair(rays_only)
+        if not self.host.is_plain:
+            self.host.pull()
+        self._require_finite(cpp)
+        self._pair(cpp, rays_only)
         return True
 
     @property
@@ -179,32 +188,28 @@ class CoupledSystem(ABC):
         """Factors by which multipliers are divided among the unknowns."""
         return [part.gamma_scale for part in self.parts]
 
-    def _require_finite(self) -> None:
+    def _require_finite(self, cpp: _cpp.ContactSystem) -> None:
         """Raise for values that are not finite. Collective."""
-        if self.host.is_plain and self.cpp.is_finite():
+        if self.host.is_plain and cpp.is_finite():
             return
         functions = [("displacement", self.u)]
-        functions += [
-            ("multiplier", part.surfaces.multiplier)
-            for part in self.parts
-            if part.surfaces.multiplier is not None
-        ]
+        functions += [("multiplier", part.surfaces.multiplier) for part in self.parts]
         if not self.host.is_plain:
             functions += [(f.name, f) for f in self.host.functions]
-        counts = {
-            name: np.count_nonzero(~np.isfinite(f.x.array)) for name, f in functions
-        }
-        name = next((name for name, count in counts.items() if count), None)
-        message = f"the {name} has {counts.get(name)} entries that are not finite"
-        raise_everywhere(self._comm, None if name is None else message)
+        message = None
+        for name, f in functions:
+            bad = 0 if f is None else np.count_nonzero(~np.isfinite(f.x.array))
+            if bad and message is None:
+                message = f"the {name} has {bad} entries that are not finite"
+        raise_everywhere(self._comm, message)
 
-    def _pair(self, rays_only: bool) -> None:
+    def _pair(self, cpp: _cpp.ContactSystem, rays_only: bool) -> None:
         """Send the present state to the zones and pair them. Collective."""
         for part in self.parts:
             part.present.begin_update()
-        self._call(self.cpp.pair, rays_only)
+        self._call(cpp.pair, rays_only)
         for part in self.parts:
-            part.present.end_update(self.cpp.is_at(part.present.u_old))
+            part.present.end_update(cpp.is_at(part.present.u_old))
 
     # Values
 
@@ -328,7 +333,7 @@ class CoupledSystem(ABC):
     @property
     def _room(self) -> tuple[int, ...]:
         """Number of the volume, and how often each contact's patterns were extended."""
-        return (self._volume.number, *(part.extensions for part in self.parts))
+        return (self._volume.number, *[part.extensions for part in self.parts])
 
     def _require(self, name: str, thing: Any, kind: type) -> None:
         """Raise unless a method may be called now, and with this object. Collective."""
@@ -362,7 +367,7 @@ class CoupledSystem(ABC):
     def _patterns_cover(self) -> bool:
         """Whether the zones' patterns have all present pairs, on all ranks.
         Collective."""
-        covered = all(zone.pattern.covers(zone.cpp) for zone in self.zones)
+        covered = all([zone.pattern.covers(zone.cpp) for zone in self.zones])
         return bool(self._comm.allreduce(covered, op=MPI.LAND))
 
     def _has_room(self, A: PETSc.Mat) -> bool:
@@ -388,6 +393,10 @@ class CoupledSystem(ABC):
         Whether A was preallocated anew.
         """
         self._require("make_room", A, PETSc.Mat)
+        return self.extend_room(A)
+
+    def extend_room(self, A: PETSc.Mat) -> bool:
+        """`make_room` of a matrix that is one of this system. Collective."""
         if self._has_room(A):
             return False
         self._make_room(A)
@@ -401,6 +410,10 @@ class CoupledSystem(ABC):
         Constrained rows and columns are left out. The caller assembles A afterwards.
         """
         self._require("assemble_matrix", A, PETSc.Mat)
+        self.add_tangent(A, bcs)
+
+    def add_tangent(self, A: PETSc.Mat, bcs: Sequence[Any]) -> None:
+        """`assemble_matrix` of a matrix that is one of this system. Collective."""
         for part in self.parts:
             part.refuse_held(bcs)
         self._call(self.cpp.add_tangent, A.handle)
@@ -469,3 +482,43 @@ class CoupledSystem(ABC):
         raise_everywhere(self._comm, None if found == shape else message)
         self.constrained(bcs)
         self._call(self.cpp.lift, b.handle, self.host.increment_u(bcs, x0), alpha)
+
+    # Norms
+
+    def set_groups(
+        self, of_row: Indices, count: int, mass: Array, fields: Sequence[Field]
+    ) -> None:
+        """Set the groups of rows whose norms are taken.
+
+        Parameters
+        ----------
+        of_row, count
+            Group of each owned row, (rows,), and number of groups.
+        mass
+            Area of each owned multiplier row, (rows,).
+        fields
+            What the user solves for, the displacement first.
+        """
+        places = [field.local for field in fields] if len(fields) > 1 else []
+        self._groups = of_row, count, mass, places
+        self.cpp.set_groups(*self._groups)
+
+    def norms(
+        self, b: PETSc.Vec, volume: Array, fixed: Mask, increment: Array, values: Array
+    ) -> tuple[Array, Array, Array, Array]:
+        """Norms of a residual's free rows and of the forces in balance by group, the
+        largest increment and value by field. Collective.
+
+        Parameters
+        ----------
+        b
+            The residual.
+        volume
+            Its part of the user's form, with constrained rows.
+        fixed
+            Whether each owned unknown of the user is constrained.
+        increment, values
+            Prescribed minus present values, and present values, of local unknowns.
+        """
+        array = b.getArray(readonly=True)
+        return self.cpp.norms(array, volume, fixed, increment, values)

@@ -29,9 +29,10 @@ class VolumeForms:
         self._contact, self.L, self.a = contact, L, a
         maps = [compat.unknowns_of(f) for f in contact.host.functions]
         self._r = [compat.create_la_vector(*one) for one in maps]
-        # Views of the owned rows
         sizes = [index_map.size_local * bs for index_map, bs in maps]
-        self._owned = [r.array[:n] for r, n in zip(self._r, sizes)]
+        self._rows = [r.array for r in self._r]
+        self._owned = [r[:n] for r, n in zip(self._rows, sizes)]
+        self._forms = L if self.has_several else [L]
         self._alone = contact.host.comm.size == 1
 
     @property
@@ -44,16 +45,17 @@ class VolumeForms:
     ) -> Array:
         """The residual of the owned unknowns, with the effect of prescribed increments
         if they are given. Collective."""
-        forms = self.L if self.has_several else (self.L,)
-        for r, form in zip(self._r, forms):
-            r.array[:] = 0.0
+        for r, form in zip(self._rows, self._forms):
+            r[:] = 0.0
             if form is not None:
-                compat.assemble_residual(r.array, form)
+                compat.assemble_residual(r, form)
         if increment is not None and increment.any():
             self._lift(bcs, increment)
         if not self._alone:
             for r in self._r:
                 compat.scatter_reverse_add(r)
+        if len(self._owned) == 1:
+            return self._owned[0].copy()
         return np.concatenate(self._owned)
 
     def _lift(self, bcs: Sequence[Any], increment: Array) -> None:
@@ -61,11 +63,11 @@ class VolumeForms:
         host = self._contact.host
         conditions = host.conditions(bcs)
         parts = np.split(increment, host.starts[1:-1])
-        for r, blocks in zip(self._r, self.a if self.has_several else [[self.a]]):
+        for r, blocks in zip(self._rows, self.a if self.has_several else [[self.a]]):
             for part, block, g, of_g in zip(parts, blocks, host.functions, conditions):
                 # Takes the tangents of all cells with constrained dofs
                 if block is not None and part.any():
-                    compat.apply_lifting(r.array, block, of_g, g.x.array, -1.0)
+                    compat.apply_lifting(r, block, of_g, g.x.array, -1.0)
 
     def add_tangent(self, A: PETSc.Mat, bcs: Sequence[Any]) -> None:
         """Add the tangent, and set the diagonal of constrained unknowns to one.
