@@ -3,7 +3,7 @@
 Writes residual.csv beside it. Six scenes: two blocks, or a block below a rigid ball that
 is held or free; with friction and without; in 2D and 3D. Microseconds are medians of
 CPU time; "overhead" is the residual less DOLFINx's `assemble_vector` of the same
-form, the pairing and the kernels of contact. Frames are calls of Python functions.
+form, moving and pairing the surfaces, and the kernels of contact. Frames are calls of Python functions.
 """
 
 import argparse
@@ -22,6 +22,7 @@ from dolfinx.fem import petsc
 import raymortar
 from meshes.scenes import two_blocks
 from raymortar import _cpp, compat, rigid
+from raymortar.interface.zones import on_sides
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "speed"))
 from scene import neo_hookean  # noqa: E402
@@ -119,8 +120,12 @@ def measure(name, repeats):
     def volume():
         petsc.assemble_vector(problem.L).destroy()
 
+    u = [vector.array_r[: problem.contact.layout.n] for vector in other]
+
     def kernels():
+        now = u[next(turn) % 2]
         for zone in zones:
+            zone.cpp.set_displacement(*on_sides(zone, now))
             zone.cpp.pair()
             _cpp.add_residual(zone.cpp, b.handle, zone.assembly)
         b.assemble()

@@ -11,7 +11,6 @@ import dolfinx.fem.petsc  # noqa: F401 (makes the C++ module)
 import numpy as np
 import numpy.typing as npt
 from dolfinx import cpp as _cpp
-from dolfinx import fem
 
 from .generation import Array, Indices, unwrap
 

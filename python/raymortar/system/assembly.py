@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from petsc4py import PETSc
 
 import numpy as np
 from dolfinx.fem import Function
