@@ -4,7 +4,8 @@ Writes residual.csv beside it; residual_before.csv has the rows of the code in w
 iterations went through Python. Six scenes: two blocks, or a block below a rigid ball that
 is held or free; with friction and without; in 2D and 3D. Microseconds are medians of
 CPU time; "overhead" is the residual less DOLFINx's `assemble_vector` of the same
-form, moving and pairing the surfaces, and the kernels of contact. Frames are calls of Python functions.
+form, moving and pairing the surfaces, and the kernels of contact. Frames are calls of
+Python functions.
 """
 
 import argparse
