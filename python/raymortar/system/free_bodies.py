@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import Any
 
 from mpi4py import MPI
 from petsc4py import PETSc
@@ -17,9 +17,6 @@ from ..interface.point_results import OPEN
 from ..interface.stiffness import mean_facet_size
 from ..rigid.body import Body
 from .push import STEEP, Push, across_and_whole, add_points, in_space, parts_of
-
-if TYPE_CHECKING:
-    from .coupled import CoupledSystem
 
 # Share of a motion along the normals of closed points that counts as zero
 _NOTHING = 1e-10
@@ -41,7 +38,7 @@ class FreeBodies:
         One contact or several, after the first update.
     """
 
-    def __init__(self, system: CoupledSystem) -> None:
+    def __init__(self, system: Any) -> None:
         self._system, self.layout = system, system.layout
         self._comm: MPI.Comm = system.layout.comm
         self._size = mean_facet_size(system.layout, system.zones)
@@ -54,13 +51,6 @@ class FreeBodies:
         """The free bodies."""
         bodies: tuple[Body, ...] = self.layout.bodies
         return bodies
-
-    def add_residual(self, b: PETSc.Vec) -> None:
-        """Add the forces other than contact to the residual."""
-        for body in self.layout.own_bodies:
-            pushed, _ = body.pushed()
-            rows = self.layout.body_rows[body].astype(PETSc.IntType)
-            b.setValues(rows, -pushed, addv=PETSc.InsertMode.ADD_VALUES)
 
     def add_tangent(self, A: PETSc.Mat) -> None:
         """Add the derivative of the forces other than contact. Collective.
