@@ -20,12 +20,10 @@ std::span<double> shared(Shared& a)
   return {a.mutable_data(), static_cast<std::size_t>(a.size())};
 }
 
-std::unique_ptr<CoupledValues>
-make_values(int comm, std::vector<Shared> functions,
-            const std::vector<std::size_t>& owned,
-            const Array<GlobalIndex>& rows,
-            std::vector<MultiplierValues> multipliers,
-            std::vector<BodyValues> bodies)
+std::unique_ptr<CoupledValues> make_values(
+    int comm, std::vector<Shared> functions,
+    const std::vector<std::size_t>& owned, const Array<GlobalIndex>& rows,
+    std::vector<MultiplierValues> multipliers, std::vector<BodyValues> bodies)
 {
   std::vector<FunctionValues> values;
   for (std::size_t k = 0; k < functions.size(); ++k)
@@ -44,8 +42,7 @@ MultiplierValues make_multiplier(Shared local, const Array<Index>& owned,
 SystemZone make_zone(Zone& zone, BlockPositions& positions,
                      AssemblyStatistics& statistics, std::size_t contact,
                      const Array<Index>& slave, const Array<Index>& master,
-                     const Array<Index>& nodes,
-                     std::vector<RigidBody*> bodies)
+                     const Array<Index>& nodes, std::vector<RigidBody*> bodies)
 {
   return {&zone,
           &positions,
@@ -65,21 +62,21 @@ void bind_system(py::module_& m)
       .def(py::init(&make_multiplier), py::keep_alive<1, 2>(), py::arg("local"),
            py::arg("owned"), py::arg("rows"), py::arg("components"));
   py::class_<BodyValues>(m, "BodyValues")
-      .def(py::init([](RigidBody& body, const Array<GlobalIndex>& rows)
-                    { return BodyValues{&body, to_vector(rows)}; }),
+      .def(py::init(
+               [](RigidBody& body, const Array<GlobalIndex>& rows) {
+                 return BodyValues{&body, to_vector(rows)};
+               }),
            py::keep_alive<1, 2>(), py::arg("body"), py::arg("rows"));
   py::class_<CoupledValues>(m, "CoupledValues")
       .def(py::init(&make_values), py::keep_alive<1, 3>(),
            py::keep_alive<1, 6>(), py::keep_alive<1, 7>(), py::arg("comm"),
            py::arg("functions"), py::arg("owned"), py::arg("rows"),
            py::arg("multipliers"), py::arg("bodies"))
-      .def("to_vector",
-           [](const CoupledValues& v, std::uintptr_t x,
-              const std::vector<double>& scales)
+      .def("to_vector", [](const CoupledValues& v, std::uintptr_t x,
+                           const std::vector<double>& scales)
            { v.to_vector(vector_of(x), scales); })
-      .def("from_vector",
-           [](CoupledValues& v, std::uintptr_t x,
-              const std::vector<double>& scales)
+      .def("from_vector", [](CoupledValues& v, std::uintptr_t x,
+                             const std::vector<double>& scales)
            { v.from_vector(vector_of(x), scales); });
   py::class_<SystemZone>(m, "SystemZone")
       .def(py::init(&make_zone), py::keep_alive<1, 2>(), py::keep_alive<1, 3>(),
@@ -88,15 +85,15 @@ void bind_system(py::module_& m)
            py::arg("contact"), py::arg("slave"), py::arg("master"),
            py::arg("nodes"), py::arg("bodies"));
   py::class_<ContactSystem>(m, "ContactSystem")
-      .def(py::init([](std::vector<SystemZone> zones, Shared u,
-                       CoupledValues& values)
-                    { return ContactSystem(std::move(zones), shared(u), values); }),
-           py::keep_alive<1, 2>(), py::keep_alive<1, 3>(),
-           py::keep_alive<1, 4>(), py::arg("zones"), py::arg("u"),
-           py::arg("values"))
-      .def("set_unknowns",
-           [](ContactSystem& s, std::uintptr_t x,
-              const std::vector<double>& scales, bool anew)
+      .def(
+          py::init(
+              [](std::vector<SystemZone> zones, Shared u, CoupledValues& values)
+              { return ContactSystem(std::move(zones), shared(u), values); }),
+          py::keep_alive<1, 2>(), py::keep_alive<1, 3>(),
+          py::keep_alive<1, 4>(), py::arg("zones"), py::arg("u"),
+          py::arg("values"))
+      .def("set_unknowns", [](ContactSystem& s, std::uintptr_t x,
+                              const std::vector<double>& scales, bool anew)
            { return s.set_unknowns(vector_of(x), scales, anew); })
       .def("is_finite", &ContactSystem::is_finite)
       .def("is_at", [](const ContactSystem& s, const Array<double>& u)
@@ -108,14 +105,12 @@ void bind_system(py::module_& m)
       .def("residual",
            [](const ContactSystem& s, std::uintptr_t b,
               const Array<double>& volume, const Array<double>& increment,
-              bool contact)
-           {
+              bool contact) {
              s.residual(vector_of(b), to_span(volume), to_span(increment),
                         contact);
            })
-      .def("lift",
-           [](const ContactSystem& s, std::uintptr_t b,
-              const Array<double>& increment, double alpha)
+      .def("lift", [](const ContactSystem& s, std::uintptr_t b,
+                      const Array<double>& increment, double alpha)
            { s.lift(vector_of(b), to_span(increment), alpha); })
       .def("add_tangent",
            [](const ContactSystem& s, std::uintptr_t A)
@@ -125,7 +120,8 @@ void bind_system(py::module_& m)
            })
       .def("set_groups",
            [](ContactSystem& s, const Array<Index>& of_row, std::size_t count,
-              const Array<double>& mass, const std::vector<Array<Index>>& fields)
+              const Array<double>& mass,
+              const std::vector<Array<Index>>& fields)
            {
              RowGroups groups{to_vector(of_row), count, to_vector(mass), {}};
              for (const Array<Index>& field : fields)

@@ -35,16 +35,16 @@ struct RigidBody
   Vec<3> moved = Vec<3>::Zero();  ///< prescribed translation. Length
   Vec<3> turned = Vec<3>::Zero(); ///< prescribed rotation vector. Radians
   Vec<3> force = Vec<3>::Zero();
-  Vec<3> moment = Vec<3>::Zero();           ///< about the centre
-  std::vector<int> axis;                    ///< of each unknown
-  std::vector<bool> turns;                  ///< whether it is a rotation
-  std::vector<double> stiffness, damping;   ///< of each unknown
-  std::vector<double> values, accepted;     ///< lengths and radians; the sums
-                                            ///< of all accepted rotations
+  Vec<3> moment = Vec<3>::Zero();            ///< about the centre
+  std::vector<int> axis;                     ///< of each unknown
+  std::vector<bool> turns;                   ///< whether it is a rotation
+  std::vector<double> stiffness, damping;    ///< of each unknown
+  std::vector<double> values, accepted;      ///< lengths and radians; the sums
+                                             ///< of all accepted rotations
   Matrix accepted_turn = Matrix::Identity(); ///< Q
-  double lever = 1.0;                       ///< length of a radian
-  double dt = 1.0;                          ///< time of the step, for dampers
-  Motion seen{};                            ///< at the last pairing
+  double lever = 1.0;                        ///< length of a radian
+  double dt = 1.0;                           ///< time of the step, for dampers
+  Motion seen{};                             ///< at the last pairing
 
   [[nodiscard]] std::size_t size() const { return axis.size(); }
 

@@ -38,8 +38,7 @@ Series sine_over_angle(double s)
     return power_series(s, 1);
   const double t = std::sqrt(s), sine = std::sin(t), cosine = std::cos(t);
   return {sine / t, (t * cosine - sine) / (2.0 * std::pow(t, 3)),
-          (3.0 * sine - 3.0 * t * cosine - s * sine) /
-              (4.0 * std::pow(t, 5))};
+          (3.0 * sine - 3.0 * t * cosine - s * sine) / (4.0 * std::pow(t, 5))};
 }
 
 /// (1 - cos t) / t^2
@@ -48,8 +47,7 @@ Series versine_over_square(double s)
   if (s < small)
     return power_series(s, 2);
   const double t = std::sqrt(s), sine = std::sin(t), cosine = std::cos(t);
-  return {(1.0 - cosine) / s,
-          (t * sine - 2.0 * (1.0 - cosine)) / (2.0 * s * s),
+  return {(1.0 - cosine) / s, (t * sine - 2.0 * (1.0 - cosine)) / (2.0 * s * s),
           (8.0 * (1.0 - cosine) - 5.0 * t * sine + s * cosine) /
               (4.0 * s * s * s)};
 }
@@ -64,8 +62,7 @@ Mat<3, 3> cross_matrix(const Vec<3>& v)
 
 Vec<3> axial(const Mat<3, 3>& m)
 {
-  return 0.5 *
-         Vec<3>(m(2, 1) - m(1, 2), m(0, 2) - m(2, 0), m(1, 0) - m(0, 1));
+  return 0.5 * Vec<3>(m(2, 1) - m(1, 2), m(0, 2) - m(2, 0), m(1, 0) - m(0, 1));
 }
 
 Mat<3, 3> rotation_matrix(const Vec<3>& rotation)

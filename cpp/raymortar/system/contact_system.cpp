@@ -98,8 +98,8 @@ bool ContactSystem::set_unknowns(PetscVector x, std::span<const double> scales,
   {
     const ReadArray array(x);
     const auto now = array.values();
-    const bool same = not anew and std::ranges::equal(now, _last) and
-                      _values.match(now);
+    const bool same =
+        not anew and std::ranges::equal(now, _last) and _values.match(now);
     if (everywhere(_comm, same))
       return false;
     _last.assign(now.begin(), now.end());
@@ -184,7 +184,8 @@ void ContactSystem::send_bodies(const SystemZone& zone) const
 
 void ContactSystem::add_residual(PetscVector b) const
 {
-  for_each_zone(_comm, _zones, [&](const SystemZone& zone)
+  for_each_zone(_comm, _zones,
+                [&](const SystemZone& zone)
                 { raymortar::add_residual(*zone.zone, b, *zone.statistics); });
   int rank = 0;
   MPI_Comm_rank(_comm, &rank);
@@ -224,24 +225,22 @@ void ContactSystem::lift(PetscVector b, std::span<const double> increment,
                                 [](double value) { return value == 0.0; });
   if (everywhere(_comm, none))
     return;
-  for_each_zone(
-      _comm, _zones,
-      [&](const SystemZone& zone)
-      {
-        const std::size_t d = dimension(zone);
-        const auto fetched =
-            zone.zone->to_master(gathered(increment, zone.master, d),
-                                 static_cast<int>(d));
-        apply_lifting(*zone.zone, b, gathered(increment, zone.slave, d),
-                      fetched, alpha, *zone.statistics);
-      });
+  for_each_zone(_comm, _zones,
+                [&](const SystemZone& zone)
+                {
+                  const std::size_t d = dimension(zone);
+                  const auto fetched = zone.zone->to_master(
+                      gathered(increment, zone.master, d), static_cast<int>(d));
+                  apply_lifting(*zone.zone, b,
+                                gathered(increment, zone.slave, d), fetched,
+                                alpha, *zone.statistics);
+                });
 }
 
 void ContactSystem::add_tangent(PetscMatrix A) const
 {
   for_each_zone(_comm, _zones,
-                [&](const SystemZone& zone)
-                {
+                [&](const SystemZone& zone) {
                   raymortar::add_tangent(*zone.zone, A, *zone.positions,
                                          *zone.statistics);
                 });

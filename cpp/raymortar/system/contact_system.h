@@ -12,10 +12,10 @@ struct SystemZone
   Zone* zone = nullptr;
   BlockPositions* positions = nullptr;
   AssemblyStatistics* statistics = nullptr;
-  std::size_t contact = 0;           ///< number of its contact
-  std::vector<Index> slave, master;  ///< dofs of the displacement, block-wise
-  std::vector<Index> nodes;          ///< of its contact's multiplier
-  std::vector<RigidBody*> bodies;    ///< that it meets, in their order
+  std::size_t contact = 0;          ///< number of its contact
+  std::vector<Index> slave, master; ///< dofs of the displacement, block-wise
+  std::vector<Index> nodes;         ///< of its contact's multiplier
+  std::vector<RigidBody*> bodies;   ///< that it meets, in their order
 };
 
 /// @brief Rows of the coupled system that are judged together.

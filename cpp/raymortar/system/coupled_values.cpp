@@ -139,8 +139,7 @@ bool CoupledValues::match(std::span<const double> x) const
   bool same = true;
   if (is_first(_comm))
     for_each_body_row(
-        _bodies,
-        [&](const RigidBody& body, std::size_t j, std::size_t row)
+        _bodies, [&](const RigidBody& body, std::size_t j, std::size_t row)
         { same = same and body.values[j] == x[row] * body.unit(j); });
   return same;
 }

@@ -58,10 +58,10 @@ TEST(Turning, DerivativesAreThoseOfTheRotation)
       EXPECT_NEAR((at.first[i] - (up.R - down.R) / (2.0 * step)).norm(), 0.0,
                   1e-9);
       for (std::size_t j = 0; j < 3; ++j)
-        EXPECT_NEAR((at.second[i][j] -
-                     (up.first[j] - down.first[j]) / (2.0 * step))
-                        .norm(),
-                    0.0, 1e-9);
+        EXPECT_NEAR(
+            (at.second[i][j] - (up.first[j] - down.first[j]) / (2.0 * step))
+                .norm(),
+            0.0, 1e-9);
     }
   }
 }
@@ -92,10 +92,10 @@ TEST(RigidBody, SlopesAreThoseOfItsForces)
   {
     const Eigen::VectorXd change =
         changed(j, step).forces().forces - changed(j, -step).forces().forces;
-    EXPECT_NEAR((change / (2.0 * step) +
-                 at.slope.col(static_cast<Eigen::Index>(j)))
-                    .norm(),
-                0.0, 1e-8);
+    EXPECT_NEAR(
+        (change / (2.0 * step) + at.slope.col(static_cast<Eigen::Index>(j)))
+            .norm(),
+        0.0, 1e-8);
   }
 }
 

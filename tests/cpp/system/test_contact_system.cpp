@@ -72,9 +72,9 @@ protected:
         std::vector<MultiplierValues>{{std::span<double>(multiplier), nodes,
                                        zone->input().multipliers.row,
                                        static_cast<int>(d)}},
-        std::vector<BodyValues>{
-            {&body, {static_cast<GlobalIndex>(size - 1)}}});
-    SystemZone one{zone.get(), &positions, &statistics, 0, nodes, {}, nodes, {}};
+        std::vector<BodyValues>{{&body, {static_cast<GlobalIndex>(size - 1)}}});
+    SystemZone one{zone.get(), &positions, &statistics, 0,
+                   nodes,      {},         nodes,       {}};
     one.master.resize(n_master);
     std::iota(one.master.begin(), one.master.end(),
               static_cast<Index>(n_slave));
@@ -143,8 +143,8 @@ TEST_F(ContactSystemTest, ResidualIsThatOfItsZonesVolumeAndBodies)
   OwnedVector x(size), b(size), alone(size);
   x.set(iterate());
   system->set_unknowns(x.get(), std::vector<double>{1.0}, false);
-  zone->set_gamma(std::vector<double>(zone->input().slave.facet_dofs.size(), 1.0),
-                  1.0);
+  zone->set_gamma(
+      std::vector<double>(zone->input().slave.facet_dofs.size(), 1.0), 1.0);
   system->pair(false);
   const std::vector<double> volume(u.size(), 0.5), none(u.size(), 0.0);
   system->residual(b.get(), volume, none, true);
