@@ -56,7 +56,9 @@ def _of_sides(
     free = _free_nodes(layout, bcs)
     nodal = np.column_stack([volume.diagonal.reshape(-1, d).sum(axis=1), free])
     if volume.response is not None:
-        response = volume.response.reshape(len(free), -1)
+        # On a rank without nodes, too
+        width = int(np.prod(volume.response.shape[1:]))
+        response = volume.response.reshape(len(free), width)
         nodal = np.column_stack([nodal, response])
 
     def measure(surfaces: Sequence[Surface]) -> Array:
