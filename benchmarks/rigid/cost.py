@@ -96,16 +96,16 @@ def measure(kind, cell, degree, n, repeats):
         shift *= -1.1
         u.x.array[:] += shift
 
-    contact.assembly.add_tangent(A, bcs)
+    contact.assemble_matrix(A, bcs)
     A.assemble()
 
     def tangent():
-        contact.assembly.add_tangent(A, bcs)
+        contact.assemble_matrix(A, bcs)
         A.assemble()
 
     seconds = [
         least(contact.update, repeats, move),
-        least(lambda: contact.assembly.add_residual(b, bcs), repeats),
+        least(lambda: contact.assemble_vector(b, bcs), repeats),
         least(tangent, repeats, A.zeroEntries),
     ]
     facets = len(scene.find("slave"))

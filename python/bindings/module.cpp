@@ -1,4 +1,5 @@
 #include "bind.h"
+#include "bind_system.h"
 #include "raymortar/core/error.h"
 
 PYBIND11_MODULE(_cpp, m)
@@ -9,6 +10,8 @@ PYBIND11_MODULE(_cpp, m)
   raymortar::bindings::bind_geometry(m);
   raymortar::bindings::bind_surface(m);
   raymortar::bindings::bind_rigid(m);
+  raymortar::bindings::bind_body(m);
   raymortar::bindings::bind_zone(m);
   raymortar::bindings::bind_assembly(m);
+  raymortar::bindings::bind_system(m);
 }

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import operator
-from collections.abc import Sequence
 from typing import Any
 
 from mpi4py import MPI
@@ -35,11 +33,6 @@ def is_truth_value(value: Any) -> bool:
 def is_one_of(value: Any, names: tuple[str, ...]) -> bool:
     """Whether a value is one of some texts; arrays compare entry by entry."""
     return isinstance(value, str) and value in names
-
-
-def are_same_objects(some: Sequence[Any], others: Sequence[Any]) -> bool:
-    """Whether two sequences have the same objects in the same order."""
-    return len(some) == len(others) and all(map(operator.is_, some, others))
 
 
 def vector(name: str, value: Any, gdim: int | None = None) -> Vector:

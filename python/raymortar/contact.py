@@ -6,8 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from typing import Any
 
-from petsc4py import PETSc
-
 import numpy as np
 from dolfinx.fem import Function
 
@@ -16,12 +14,10 @@ from .host.curving import Smooth
 from .host.layout import Layout
 from .host.slave_fields import FieldValue
 from .interaction import Interaction
-from .interface.adjustment import Adjustment
 from .interface.coefficients import Interfaces, PairCoefficients
-from .interface.contact_surfaces import make_surfaces
+from .interface.contact_surfaces import check_given, make_surfaces
 from .interface.friction_at_points import spread_coefficient
-from .interface.given import check_given
-from .interface.offsets import Offsets
+from .interface.offsets import Adjustment, Offsets
 from .interface.point_results import CLOSED, OPEN
 from .interface.present import PresentState
 from .interface.state import ContactState
@@ -33,6 +29,8 @@ from .results.sums import friction_work, stored_energy
 from .rigid.body import Body
 from .rigid.shapes import Shape
 from .system.assembly import ContactAssembly
+
+__all__ = ["Contact", "ContactState"]
 
 
 class Contact(Interaction):
@@ -99,6 +97,8 @@ class Contact(Interaction):
         off the slave surfaces.
     names
         Facet tag by name.
+    layout
+        Rows of the unknowns: [host | multiplier], rank by rank.
     surfaces, results, assembly
         Objects that this one hands over to: zones and the functions on them, results at
         points, and what contact adds to matrices and vectors.
@@ -154,20 +154,17 @@ class Contact(Interaction):
             given.host, facet_tags, given.groups, options, self.tied
         )
         self.slave_u, self.multiplier = made.slave_u, made.multiplier
-        self._present = self._begin(options)
+        self.layout: Layout = made.layout
+        self._present = PresentState(made, options)
         self.assembly = ContactAssembly(made, self._present, options.method)
         super().__init__(given.host, [self.assembly], given.pairs)
         self._fields = NodalFields(made, self._present, friction)
-        self._offsets = Offsets(made, self._present)
+        self._offsets = Offsets(made)
         if options.method.gamma is not None:
             self.assembly.set_gamma(options.method.gamma)
         if offset is not None:
             self._offsets.set(offset)
         spread_coefficient(friction, made.zones, made.slave_u.function_space.mesh)
-
-    def _begin(self, options: ContactOptions) -> PresentState:
-        """The state that `update` and `advance` change."""
-        return PresentState(self.surfaces, options)
 
     def __repr__(self) -> str:
         facets = sum(len(z.facets.slave_surface.facet_ids) for z in self.zones)
@@ -196,11 +193,6 @@ class Contact(Interaction):
         return (self,)
 
     @property
-    def layout(self) -> Layout:
-        """Rows of the unknowns: [host | multiplier], rank by rank."""
-        return self.surfaces.layout
-
-    @property
     def interfaces(self) -> Interfaces:
         """Pairs of bodies that meet. Collective at first."""
         return self.surfaces.interfaces
@@ -215,14 +207,6 @@ class Contact(Interaction):
             has other unknowns, or if that problem has several contacts.
         """
         self.assembly.solve_for(functions)
-
-    def to_vector(self, x: PETSc.Vec) -> None:
-        """Copy functions to the solver's unknowns; divide the multiplier by gamma."""
-        self.layout.to_vector(x, self.gamma_scale)
-
-    def from_vector(self, x: PETSc.Vec) -> None:
-        """Copy the solver's unknowns to the functions and their ghosts. Collective."""
-        self.layout.from_vector(x, self.gamma_scale)
 
     # Coefficient, offset, time
 
@@ -276,6 +260,7 @@ class Contact(Interaction):
             If it is not finite, no scalar, of another mesh, or differs between ranks.
         """
         self._offsets.set(offset)
+        self._present.note_change()
 
     @property
     def excess(self) -> str | None:
@@ -306,7 +291,11 @@ class Contact(Interaction):
             If it is not positive, or differs between ranks, or if the displacement is
             not zero.
         """
-        return self._offsets.adjust(within)
+        self._offsets.require_start(within)
+        self.update()
+        found = self._offsets.adjust(within)
+        self._present.note_change()
+        return found
 
     @property
     def dt(self) -> float:
@@ -317,24 +306,6 @@ class Contact(Interaction):
     @dt.setter
     def dt(self, value: float) -> None:
         self._present.dt = value
-
-    # State
-
-    def state(self) -> ContactState:
-        """Copy of all unknowns, multiplier and history, for `restore`."""
-        return self._present.copy()
-
-    def restore(self, state: ContactState) -> None:
-        """Go back to a state of this object, or of one made alike. Collective.
-
-        Where there were results before, those are of this state now.
-
-        Raises
-        ------
-        ContactError
-            If it is of another mesh, partition or method.
-        """
-        self._present.restore(state)
 
     # Results at nodes
 

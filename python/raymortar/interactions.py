@@ -6,19 +6,15 @@ import warnings
 from collections.abc import Sequence
 from typing import Any
 
-from petsc4py import PETSc
-
 from dolfinx.fem import Function
 
 from . import compat
 from .contact import Contact
 from .errors import ContactError, ContactWarning, raise_everywhere
 from .host.host import Host
-from .host.layout import JointLayout
+from .host.layout import CoupledRows
 from .interaction import Interaction
 from .interface.pairs import PairTable
-from .interface.present import PresentState
-from .interface.state import JointState
 
 
 class Interactions(Interaction):
@@ -34,6 +30,11 @@ class Interactions(Interaction):
     contacts
         Two or more, of the same displacement.
 
+    Attributes
+    ----------
+    layout
+        Rows of the unknowns: [host | multipliers of each contact], rank by rank.
+
     Raises
     ------
     ContactError
@@ -44,7 +45,6 @@ class Interactions(Interaction):
         raise_everywhere(contacts[0].layout.comm, _fault(contacts))
         _warn_of_shared_pairs(contacts)
         self._contacts = tuple(contacts)
-        self._layout: JointLayout | None = None
         super().__init__(
             contacts[0].host,
             [contact.assembly for contact in contacts],
@@ -64,12 +64,6 @@ class Interactions(Interaction):
         return self._contacts
 
     @property
-    def layout(self) -> JointLayout:
-        """Rows of the unknowns: [host | multipliers of each contact], rank by rank."""
-        assert self._layout is not None, "call solve_for first"
-        return self._layout
-
-    @property
     def gamma(self) -> list[Any] | None:
         """Coefficient of each contact; None until all have one."""
         found = [contact.gamma for contact in self.contacts]
@@ -78,15 +72,7 @@ class Interactions(Interaction):
     @property
     def gamma_scale(self) -> list[float]:
         """By what each contact's multiplier is divided among the unknowns."""
-        return [contact.gamma_scale for contact in self.contacts]
-
-    def to_vector(self, x: PETSc.Vec) -> None:
-        """Copy functions to the solver's unknowns; divide multipliers by gamma."""
-        self.layout.to_vector(x, self.gamma_scale)
-
-    def from_vector(self, x: PETSc.Vec) -> None:
-        """Copy the solver's unknowns to the functions and their ghosts. Collective."""
-        self.layout.from_vector(x, self.gamma_scale)
+        return self._scales
 
     def solve_for(self, functions: Sequence[Function]) -> None:
         """Take what a problem solves for, the displacement among it. Collective.
@@ -100,29 +86,11 @@ class Interactions(Interaction):
         partners = tuple(part.number for part in self.parts)
         for part in self.parts:
             part.settle(functions, partners)
-        self._layout = JointLayout([part.layout for part in self.parts])
+        self.layout = CoupledRows(self.host, [part.layout for part in self.parts])
         surfaces = [part.surfaces for part in self.parts]
         for part in self.parts:
             part.send_rows()
             part.meet(surfaces)
-
-    def state(self) -> JointState:
-        """Copy of all unknowns, multipliers and histories, for `restore`."""
-        return JointState(tuple(contact.state() for contact in self.contacts))
-
-    def restore(self, state: JointState) -> None:
-        """Go back to a state of these contacts, or of ones made alike. Collective.
-
-        Raises
-        ------
-        ContactError
-            If it is of other contacts, or of another mesh, partition or method; nothing
-            is then changed.
-        """
-        presents = [part.present for part in self.parts]
-        raise_everywhere(self._comm, _state_fault(state, presents))
-        for present, part in zip(presents, state.parts):
-            present.restore(part)
 
     def friction_work(self) -> float:
         """`Contact.friction_work` of all. Collective."""
@@ -178,22 +146,6 @@ def _fault(contacts: Sequence[Contact]) -> str | None:
                 f"{contact.axisymmetric}, contact[0] {first.axisymmetric}: one form is "
                 "of a full turn, or of none"
             )
-    return None
-
-
-def _state_fault(state: Any, contacts: Sequence[PresentState]) -> str | None:
-    """Why contacts cannot go back to a state, if so."""
-    if not isinstance(state, JointState):
-        return (
-            f"state must be that of {len(contacts)} contacts, as "
-            f"problem.contact.state() gives it, not {type(state).__name__}"
-        )
-    if len(state.parts) != len(contacts):
-        return f"the state is of {len(state.parts)} contacts, here are {len(contacts)}"
-    for i, (contact, part) in enumerate(zip(contacts, state.parts)):
-        fault = contact.fault_of(part)
-        if fault is not None:
-            return f"contact[{i}]: {fault}"
     return None
 
 

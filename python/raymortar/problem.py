@@ -29,8 +29,7 @@ from .host.forms import check_supports, find_unknowns, jacobians, list_of_condit
 from .interactions import one_or_several
 from .interface.held import warn_of_finer_rigid_slaves
 from .interface.overlap import warn_of_overlap
-from .rigid.motions import loads_of_tools
-from .system.groups import contact_forces, groups_of
+from .system.groups import groups_of
 from .system.volume import Volume
 
 
@@ -128,14 +127,14 @@ class CoupledProblem:
         self.rays_only = False
         self.part_of: dict[str, Any] = {}
         self.steps_accepted = 0
-        # Where `form` was last, and which revision of the contact that was
-        self._at: Array | None = None
-        self._revision = 0
-        self._tools = b""
+        # Revision of the contact at the last `form`; None: no iterate yet
+        self._revision: int | None = None
         self._pattern = self.contact.prepare(a, self.bcs)
         known = F if is_derivative else None
         self.volume = Volume(self.contact, L, a, known, self._pattern, compiled)
-        self.convergence = Convergence(groups_of(self.contact))
+        groups = groups_of(self.contact)
+        self.convergence = Convergence(groups)
+        self.contact.set_groups(groups.of_row, groups.count, groups.mass, groups.fields)
 
     def __repr__(self) -> str:
         solved_for = ", ".join(repr(f.name) for f in self.contact.host.functions)
@@ -195,7 +194,8 @@ class CoupledProblem:
         raise_everywhere(self.comm, fault, SetUpError)
         self.history.clear()
         self.convergence.start()
-        self._at = None
+        self.contact.require_mesh()
+        self._revision = None
         if self.contact.layout.bodies:
             self.contact.free_bodies.seat()
         x = self.create_vector() if x is None else x
@@ -220,26 +220,15 @@ class CoupledProblem:
                 "free bodies]. A solver that knows u only, as DOLFINx's own "
                 "NewtonSolver, cannot solve it: take raymortar.NewtonSolver(problem)"
             )
-        self.contact.belong_to(self._pattern)
-        array, n = x.getArray(readonly=True), self.contact.layout.n
-        same = (
-            self._at is not None
-            and self._revision == self.contact.revision
-            and self._tools
-            == loads_of_tools(zone.motions for zone in self.contact.zones)
-            and np.array_equal(array, self._at)
-            and np.array_equal(array[:n], self.contact.host.owned_values())
-        )
-        if self.comm.allreduce(int(same)) == self.comm.size:
+        contact, is_first = self.contact, self._revision is None
+        if contact.parts[0].volume is not self._pattern:
+            contact.belong_to(self._pattern)
+        anew = is_first or self._revision != contact.revision
+        if not contact.take(x, anew, self.rays_only):
             return
-        is_first = self._at is None
-        self._at = array.copy()
-        self.contact.from_vector(x)
-        self.contact.update(self.rays_only)
         if is_first:
             self._hold_segments()
-        self._revision = self.contact.revision
-        self._tools = loads_of_tools(zone.motions for zone in self.contact.zones)
+        self._revision = contact.revision
 
     def _hold_segments(self) -> None:
         """Leave the motion of segments out of the tangent below rigid bodies that have
@@ -253,15 +242,8 @@ class CoupledProblem:
     def F(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
         """Residual at x into b. Collective."""
         self.form(x)
-        volume, increment = self._assemble(b, True)
-        mass = self.convergence.groups.mass
-        imbalance = self.convergence.measure(
-            b.getArray(readonly=True),
-            np.concatenate([volume, contact_forces(self.contact, mass)]),
-            self.prescribed,
-            increment,
-            self.contact.host.values(),
-        )
+        norms = self.contact.norms(b, *self._assemble(b, True))
+        imbalance = self.convergence.measure(norms)
         self.history.append(imbalance.norm)
 
     def loads(self, b: PETSc.Vec) -> None:
@@ -269,19 +251,27 @@ class CoupledProblem:
         last x of `form`, into b: all but contact's forces. Collective."""
         self._assemble(b, False)
 
-    def _assemble(self, b: PETSc.Vec, contact: bool) -> tuple[Array, Array]:
-        """Residual, with contact's forces or without; its part of the user's form, and
-        what prescribed unknowns lack. Collective."""
-        increment = self.contact.host.increment(self.bcs)
-        volume, rows = self.volume.lifted(self.bcs, increment)
-        b.set(0.0)
-        b.getArray()[: self.contact.layout.n] = rows
-        # Constrained rows are left out by contact, so the values set above stay
-        if contact:
-            self.contact.assemble_vector(b, self.bcs)
-        self.contact.lift(b, increment[self.contact.host.u_local], -1.0)
-        b.assemble()
-        return volume, increment
+    def _assemble(
+        self, b: PETSc.Vec, contact: bool
+    ) -> tuple[Array, npt.NDArray[np.bool_], Array, Array]:
+        """Assemble the residual, with contact's forces or without. Collective.
+
+        Returns
+        -------
+        Its part of the user's form, which of its rows are constrained, increments and
+        values of the local unknowns.
+        """
+        host = self.contact.host
+        lacking, fixed = host.lacking(self.bcs)
+        values = host.values()
+        increment = compat.without_rounding(lacking, values)
+        volume = self.volume.residual(self.bcs, increment)
+        rows = volume.copy()
+        # Contact leaves constrained rows out
+        rows[fixed] = -host.owned_part(lacking)[fixed]
+        of_u = increment if host.is_plain else increment[host.u_local]
+        self.contact.assemble_residual(b, self.bcs, rows, of_u, contact)
+        return volume, fixed, increment, values
 
     @property
     def form_of_u(self) -> tuple[ufl.Form, ufl.Form]:
@@ -308,10 +298,7 @@ class CoupledProblem:
     @property
     def prescribed(self) -> npt.NDArray[np.bool_]:
         """Whether conditions prescribe an owned unknown of the host. Collective."""
-        host = self.contact.host
-        if host.is_plain:
-            return self.constrained
-        return host.owned_prescribed(self.bcs)
+        return self.contact.host.owned_prescribed(self.bcs)
 
     def row_scale(self) -> Array:
         """Factors of the owned rows for solvers that add up their squares, as line
@@ -327,11 +314,11 @@ class CoupledProblem:
         Whether A has a new pattern: see `Contact.make_room`.
         """
         self.form(x)
-        renewed = self.contact.make_room(A)
+        renewed = self.contact.extend_room(A)
         if not renewed:
             A.zeroEntries()
         self.volume.add_tangent(A, self.bcs)
-        self.contact.assemble_matrix(A, self.bcs)
+        self.contact.add_tangent(A, self.bcs)
         A.assemble()
         return renewed
 

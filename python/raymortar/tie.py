@@ -10,8 +10,6 @@ from dolfinx.fem import Function
 from .checked import is_one_of, is_truth_value
 from .contact import Contact
 from .errors import ContactError, raise_everywhere, require_agreement
-from .interface.present import TiedState
-from .options.contact_options import ContactOptions
 from .options.methods import AugmentedLagrangian, Penalty, Search
 
 ADJUST = ("keep", "close")
@@ -87,13 +85,9 @@ class Tie(Contact):
         )
         require_agreement(self._comm, adjust=adjust, partial=partial)
         self._refuse_bodies()
-        self._tied_state.pair(partial)
+        self.assembly.present.pair_tie(partial)
         self.assembly.meet([self.surfaces])
         self.update()
-
-    def _begin(self, options: ContactOptions) -> TiedState:
-        self._tied_state = TiedState(self.surfaces, options)
-        return self._tied_state
 
     def _refuse_bodies(self) -> None:
         """Raise for rigid bodies: their surface moves as no displacement does."""

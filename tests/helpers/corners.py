@@ -12,7 +12,7 @@ from dolfinx import fem
 from materials import MATERIALS, lame
 
 from raymortar import Contact, LoadSteps, NewtonSolver, NonlinearProblem, compat, rigid
-from raymortar.rigid.body import rotation_matrix
+from raymortar.rigid.turning import rotation_matrix
 
 BOTTOM, TOP, FLOOR = 1, 2, 3
 # Of the block, in terms of its modulus and size

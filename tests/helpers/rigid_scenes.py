@@ -12,7 +12,7 @@ from dolfinx import fem
 from materials import MATERIALS, lame
 
 from raymortar import Contact, NonlinearProblem, SNESSolver, compat, rigid
-from raymortar.rigid.body import rotation_matrix
+from raymortar.rigid.turning import rotation_matrix
 
 E, NU = 40.0, 0.3
 TOP, BOTTOM = 1, 2

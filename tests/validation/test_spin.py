@@ -14,7 +14,7 @@ import states
 from dolfinx import fem
 
 from raymortar import Contact, Coulomb, Penalty, compat, rigid
-from raymortar.rigid.body import rotation_matrix
+from raymortar.rigid.turning import rotation_matrix
 
 INNER, OUTER, MU, GAMMA, DEPTH = 0.4, 1.0, 0.3, 50.0, 1e-4
 UP = np.array([0.0, 0.0, 1.0])

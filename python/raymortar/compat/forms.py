@@ -25,6 +25,9 @@ _FORM_OPTIONS = {"form_compiler_options": "form_compiler_params"}
 _FORM_OPTIONS["jit_options"] = "jit_params"
 
 
+# Of a value, what ranks that share a dof may differ by
+ROUNDING = 8.0 * float(np.finfo(float).eps)
+
 _SEVERAL = (
     "forms of several unknowns: DOLFINx's own Newton solver takes one form, "
     "raymortar.NewtonSolver(problem) takes them all"
@@ -197,11 +200,11 @@ def set_bc(
     b: Array, bcs: Sequence[Any], x0: Array | None = None, scale: float = 1.0
 ) -> None:
     """b = scale (g - x0) at the constrained dofs; ghosted arrays, x0 0 by default."""
+    if hasattr(fem, "set_bc"):
+        fem.set_bc(b, bcs, x0, scale)
+        return
     for bc in bcs:
-        if hasattr(bc, "set"):
-            bc.set(b, x0, scale)
-        else:
-            fem.set_bc(b, [bc], x0, scale)
+        bc.set(b, x0, scale)
 
 
 def has_condition(V: fem.FunctionSpace, bc: Any) -> bool:
@@ -227,18 +230,12 @@ def prescribed_values(
     return marker, values
 
 
-def dirichlet_increment(bcs: Sequence[Any], x0: Array) -> Array:
-    """g - x0 at the constrained dofs, 0 elsewhere and where it is rounding; ghosted."""
-    increment = np.zeros_like(x0)
-    set_bc(increment, bcs, x0)
-    return without_rounding(increment, x0)
-
-
 def without_rounding(increment: Array, x0: Array) -> Array:
     """An increment of x0, 0 where it is rounding: ranks that share a dof may find its
     value in different cells."""
-    rounding = 8.0 * np.finfo(float).eps * np.abs(x0)
-    return np.where(np.abs(increment) <= rounding, 0.0, increment)
+    found = increment.copy()
+    found[np.abs(increment) <= ROUNDING * np.abs(x0)] = 0.0
+    return found
 
 
 # Solver

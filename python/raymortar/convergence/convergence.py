@@ -67,7 +67,8 @@ class Imbalance:
     @property
     def norm(self) -> float:
         """Norm of all forces of the residual. Force."""
-        return float(np.linalg.norm(self.residual[: self.count]))
+        forces = self.residual[: self.count]
+        return float(np.sqrt(forces @ forces))
 
     @property
     def pending(self) -> float:
@@ -138,36 +139,19 @@ class Convergence:
         if not self.keeps_first:
             self._first = UNKNOWN
 
-    def measure(
-        self,
-        residual: Array,
-        forces: Array,
-        fixed: Mask,
-        increment: Array,
-        values: Array,
-    ) -> Imbalance:
-        """Measure a residual. Collective.
+    def measure(self, norms: tuple[Array, Array, Array, Array]) -> Imbalance:
+        """Note the norms of a residual.
 
         Parameters
         ----------
-        residual
-            Values of the owned rows.
-        forces
-            Forces in balance at the owned rows: residual of the user's form, with
-            constrained rows, and forces of contact.
-        fixed
-            Whether each owned unknown of the user is constrained.
-        increment, values
-            Prescribed minus present values, and present values, for the local unknowns.
+        norms
+            Of `CoupledSystem.norms`.
         """
-        groups = self.groups
-        free = residual.copy()
-        free[: len(fixed)][fixed] = 0.0
-        norms = np.sqrt(groups.sum(free**2, forces**2))
-        lacking, sizes = groups.largest_of_fields(increment, values)
-        scales = np.maximum(norms[1], groups.field_scales(sizes))
-        self._field_floors = groups.field_floors(sizes)
-        self.now = Imbalance(norms[0], scales, lacking, sizes, groups.forces)
+        groups, (residual, forces, lacking, sizes) = self.groups, norms
+        if len(groups.fields) > 1:
+            forces = np.maximum(forces, groups.field_scales(sizes))
+            self._field_floors = groups.field_floors(sizes)
+        self.now = Imbalance(residual, forces, lacking, sizes, groups.forces)
         if self._first is UNKNOWN:
             self._first = self.now
         return self.now

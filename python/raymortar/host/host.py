@@ -18,7 +18,6 @@ import numpy.typing as npt
 from dolfinx.fem import Function, FunctionSpace
 
 from .. import compat
-from ..checked import are_same_objects
 from ..compat import Array
 from ..errors import ContactError
 from .displacements import Displacement, Places, check_given
@@ -44,6 +43,17 @@ class Field:
     local: Places
 
 
+@dataclass(frozen=True)
+class _Sorted:
+    """Dirichlet conditions, their identities, the conditions of each Function, and
+    whether they prescribe each owned unknown."""
+
+    bcs: tuple[Any, ...]
+    ids: tuple[int, ...]
+    by_function: list[list[Any]]
+    owned: npt.NDArray[np.bool_]
+
+
 class Host:
     """The unknowns that a user solves for, one Function or several.
 
@@ -62,6 +72,8 @@ class Host:
         Displacement on a space of its own: the user's, or a copy.
     displacements
         The displacement of each mesh.
+    is_plain
+        Whether the displacement of one Function is the only unknown.
     functions
         What is solved for. Until a problem is made, the displacement as it was given.
     """
@@ -77,10 +89,9 @@ class Host:
         self.spaces: list[FunctionSpace] | None = None
         if all(d.component is None for d in self.displacements):
             self.spaces = [f.function_space for f in several]
-        # By whether ghosts count
-        self._starts = {ghosts: self._starts_now(ghosts) for ghosts in (False, True)}
-        # The last conditions by their Functions, which each iteration asks for
-        self._sorted: tuple[tuple[Any, ...], list[list[Any]]] | None = None
+        self._settle()
+        # The last conditions, which each iteration asks for
+        self._sorted: _Sorted | None = None
         self.pull()
 
     @property
@@ -93,11 +104,6 @@ class Host:
     def name(self) -> str:
         """Name of the displacement, for messages."""
         return ", ".join(d.given.name for d in self.displacements)
-
-    @property
-    def is_plain(self) -> bool:
-        """Whether the displacement of one Function is the only unknown."""
-        return len(self.functions) == 1 and self.displacements[0].component is None
 
     @property
     def only(self) -> Displacement:
@@ -153,8 +159,17 @@ class Host:
             d.at = place
         self.functions = list(functions)
         self.spaces = [f.function_space for f in functions]
-        self._starts = {ghosts: self._starts_now(ghosts) for ghosts in (False, True)}
+        self._settle()
         self._sorted = None
+
+    def _settle(self) -> None:
+        """Find what the present functions determine."""
+        # By whether ghosts count
+        self._starts = {ghosts: self._starts_now(ghosts) for ghosts in (False, True)}
+        # Whether the displacement of one Function is the only unknown
+        one = len(self.functions) == 1
+        self.is_plain = one and self.displacements[0].component is None
+        self._arrays = [f.x.array for f in self.functions]
 
     def absence(self, functions: Sequence[Function]) -> str:
         """A message for Functions of which none has the displacement."""
@@ -255,7 +270,9 @@ class Host:
 
     def values(self) -> Array:
         """Copy of all local unknowns."""
-        return np.concatenate([f.x.array for f in self.functions])
+        if len(self._arrays) == 1:
+            return self._arrays[0].copy()
+        return np.concatenate(self._arrays)
 
     def set_values(self, values: Array) -> None:
         """Set all local unknowns, the displacement included."""
@@ -271,6 +288,8 @@ class Host:
 
     def owned_part(self, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
         """The owned entries of an array over the local unknowns."""
+        if len(self.functions) == 1:
+            return values[: self._starts[False][-1]]
         sizes = np.diff(self.owned_starts)
         return np.concatenate(
             [values[start : start + n] for start, n in zip(self.starts, sizes)]
@@ -294,13 +313,21 @@ class Host:
         ContactError
             If one is on no unknown: DOLFINx would ignore it in silence.
         """
-        if self._sorted is not None:
-            last, found = self._sorted
-            if are_same_objects(last, bcs):
-                return found
-        found = self._sort(bcs)
-        self._sorted = tuple(bcs), found
-        return found
+        return self._conditions(bcs).by_function
+
+    def _conditions(self, bcs: Sequence[Any]) -> _Sorted:
+        """Sort conditions, unless they are the last ones."""
+        if self._sorted is None or self._sorted.ids != tuple(map(id, bcs)):
+            by_function = self._sort(bcs)
+            markers = [
+                compat.prescribed_values(one, *compat.unknowns_of(f))[0]
+                for one, f in zip(by_function, self.functions)
+            ]
+            marker = np.concatenate(markers)
+            owned = self.owned_part(marker) == 1
+            ids = tuple(map(id, bcs))
+            self._sorted = _Sorted(tuple(bcs), ids, by_function, owned)
+        return self._sorted
 
     def _sort(self, bcs: Sequence[Any]) -> list[list[Any]]:
         """Conditions by their Functions."""
@@ -344,22 +371,23 @@ class Host:
         return None
 
     def owned_prescribed(self, bcs: Sequence[Any]) -> npt.NDArray[np.bool_]:
-        """Whether conditions prescribe an owned unknown."""
-        return self.owned_part(self.prescribed(bcs)[0]) == 1
+        """Whether conditions prescribe an owned unknown. Not to be written."""
+        return self._conditions(bcs).owned
 
     def prescribed_u(self, bcs: Sequence[Any]) -> tuple[npt.NDArray[np.int8], Array]:
         """Local displacements that conditions prescribe, and their values."""
         marker, values = self.prescribed(bcs)
         return marker[self.u_local], values[self.u_local]
 
-    def increment(self, bcs: Sequence[Any]) -> Array:
-        """What prescribed local unknowns lack of their values; 0 elsewhere."""
-        return np.concatenate(
-            [
-                compat.dirichlet_increment(one, f.x.array)
-                for one, f in zip(self.conditions(bcs), self.functions)
-            ]
-        )
+    def lacking(self, bcs: Sequence[Any]) -> tuple[Array, npt.NDArray[np.bool_]]:
+        """Prescribed minus present values of local unknowns, 0 elsewhere; and whether
+        conditions prescribe each owned one."""
+        known, starts = self._conditions(bcs), self._starts[True]
+        found = np.zeros(starts[-1])
+        for k, conditions in enumerate(known.by_function):
+            part = found[starts[k] : starts[k + 1]]
+            compat.set_bc(part, conditions, self._arrays[k])
+        return found, known.owned
 
     def increment_u(self, bcs: Sequence[Any], u: Array) -> Array:
         """What prescribed displacements lack of a ghosted array u, 0 elsewhere."""

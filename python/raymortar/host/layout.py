@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 from dolfinx.fem import Function
 
-from .. import compat
+from .. import _cpp, compat
 from ..compat import Array, Indices
 from ..rigid.body import Body
 from .host import Host
@@ -35,12 +35,14 @@ def _spread(index_map: Any, owned: npt.ArrayLike) -> Array:
 
 
 class CoupledRows:
-    """Numbers the rows of the coupled system on every rank: the base of both layouts.
+    """Numbers the rows of the coupled system of some contacts. Collective.
 
     Parameters
     ----------
     host
         What the user solves for.
+    layouts
+        Of the contacts, in the order of their multipliers' rows.
 
     Attributes
     ----------
@@ -60,25 +62,40 @@ class CoupledRows:
         Rigid bodies that are free.
     body_rows
         Global rows of the unknowns of each of these, int64.
+    made_values
+        `values` of the present rows, once they have been asked for.
     """
 
-    def __init__(self, host: Host) -> None:
+    bodies: tuple[Body, ...]
+
+    def __init__(self, host: Host, layouts: Sequence[Layout]) -> None:
         self.host, self.u = host, host.u
         self.comm: MPI.Comm = host.comm
         self._u_map, self._bs = compat.unknowns_of(self.u)
         self.n_u = self._u_map.size_local * self._bs
-        self.bodies: tuple[Body, ...] = ()
+        self.layouts = tuple(layouts)
+        self.bodies = tuple(dict.fromkeys(b for one in layouts for b in one.bodies))
         self.body_rows: dict[Body, Global] = {}
+        self.number()
 
     @property
     def own_bodies(self) -> tuple[Body, ...]:
         """The free bodies whose rows are on this rank."""
         return self.bodies if self.comm.rank == 0 else ()
 
+    def number(self) -> None:
+        """Number all rows, with the host's present unknowns. Collective."""
+        sizes: list[int] = [layout.owned_size for layout in self.layouts]
+        for layout, begin in zip(self.layouts, np.cumsum([0, *sizes])):
+            layout.bodies = self.bodies
+            layout.place(int(begin), sum(sizes))
+        self._number_host(sum(sizes))
+
     def _number_host(self, multipliers: int) -> None:
         """Number the host's present unknowns, with room for this rank's multipliers
         behind them. Collective."""
         starts = self.host.owned_starts
+        self.made_values: _cpp.CoupledValues | None = None
         self.n = int(starts[-1])
         self.size = self.n + multipliers + sum(len(b.freedom) for b in self.own_bodies)
         mine = self.size, self.size - self.n
@@ -132,17 +149,30 @@ class CoupledRows:
         A.setLGMap(lgmap, lgmap)
         return A
 
-    def bodies_to(self, array: Array) -> None:
-        """Write unknowns of free bodies into an array over the owned rows."""
-        for body in self.own_bodies:
-            array[self.body_rows[body] - self.begin] = body.freedom.unknowns
+    @property
+    def values(self) -> _cpp.CoupledValues:
+        """Moves values between Functions and vectors of unknowns."""
+        if self.made_values is None:
+            functions = self.host.functions
+            self.made_values = _cpp.CoupledValues(
+                self.comm.py2f(),
+                [f.x.array for f in functions],
+                np.diff(self.host.owned_starts).tolist(),
+                self.rows,
+                [layout.multiplier_values() for layout in self.layouts],
+                [_cpp.BodyValues(b.cpp, self.body_rows[b]) for b in self.bodies],
+            )
+        return self.made_values
 
-    def bodies_from(self, array: Array) -> None:
-        """Read unknowns of free bodies from an array over the owned rows.
-        Collective."""
-        for body in self.bodies:
-            mine = array[self.body_rows[body]] if self.own_bodies else None
-            body.freedom.unknowns = self.comm.bcast(mine, root=0)
+    def to_vector(self, x: PETSc.Vec, scales: float | Sequence[float]) -> None:
+        """Copy Functions to the solver's unknowns; divide each multiplier by its
+        scale."""
+        self.values.to_vector(x.handle, np.atleast_1d(scales).tolist())
+
+    def from_vector(self, x: PETSc.Vec, scales: float | Sequence[float]) -> None:
+        """Copy the solver's unknowns to the functions, ghosts included. Collective."""
+        self.values.from_vector(x.handle, np.atleast_1d(scales).tolist())
+        self.host.pull()
 
     def coupled_columns(self, columns: npt.ArrayLike, k: int = 0) -> Indices:
         """Coupled columns for global columns of DOLFINx's matrix of the host's k-th
@@ -158,7 +188,7 @@ class CoupledRows:
 
 
 class Layout(CoupledRows):
-    """Rows of the coupled system of one contact, alone or among others.
+    """Rows of the coupled system of one contact, alone or among others. Collective.
 
     Parameters
     ----------
@@ -190,7 +220,6 @@ class Layout(CoupledRows):
         multiplier_dofs: Indices,
         bodies: Sequence[Body] = (),
     ) -> None:
-        super().__init__(host)
         self.bodies = tuple(bodies)
         self.multiplier = multiplier
         self.owned_multipliers = np.empty(0, dtype=np.int32)
@@ -201,7 +230,11 @@ class Layout(CoupledRows):
             owned = W.dofmap.index_map.size_local
             self.owned_multipliers = np.flatnonzero(marked[:owned]).astype(np.int32)
             self.components = W.dofmap.index_map_bs
-        self.owned_size = len(self.owned_multipliers) * self.components
+        self.owned_size: int = len(self.owned_multipliers) * self.components
+        super().__init__(host, [self])
+
+    def number(self) -> None:
+        """Number the rows of a contact alone. Collective."""
         self.place(0, self.owned_size)
 
     def place(self, before: int, multipliers: int) -> None:
@@ -214,7 +247,6 @@ class Layout(CoupledRows):
         multipliers
             This rank's rows of the multipliers of all contacts.
         """
-        self._before = before
         self._number_host(multipliers)
         self.multiplier_rows = np.empty(0, dtype=np.int64)
         if self.multiplier is not None:
@@ -226,82 +258,13 @@ class Layout(CoupledRows):
                 self.begin + self.n + before,
             )
 
-    @property
-    def _own(self) -> slice:
-        """Owned rows of the multiplier."""
-        begin = self.n + self._before
-        return slice(begin, begin + self.owned_size)
-
-    def to_vector(self, x: PETSc.Vec, scale: float) -> None:
-        """Copy Functions to the solver's unknowns; divide the multiplier by `scale`."""
-        array = x.getArray()
-        array[: self.n] = self.host.owned_values()
-        self.multiplier_to(array, scale)
-        self.bodies_to(array)
-
-    def multiplier_to(self, array: Array, scale: float) -> None:
-        """Write the multiplier, divided by `scale`, into an array over the owned
-        rows."""
-        if self.multiplier is not None:
-            values = self.multiplier.x.array.reshape(-1, self.components)
-            array[self._own] = values[self.owned_multipliers].ravel() / scale
-
-    def from_vector(self, x: PETSc.Vec, scale: float) -> None:
-        """Solver's unknowns to the functions, ghosts included. Collective."""
-        array = x.getArray(readonly=True)
-        self.host.set_owned_values(array[: self.n])
-        self.multiplier_from(array, scale)
-        self.bodies_from(array)
-
-    def multiplier_from(self, array: Array, scale: float) -> None:
-        """Read the multiplier, ghosts included, from an array over the owned rows.
-        Collective."""
-        if self.multiplier is not None:
-            values = self.multiplier.x.array.reshape(-1, self.components)
-            values[self.owned_multipliers] = scale * array[self._own].reshape(
-                -1, self.components
-            )
-            compat.scatter_forward(self.multiplier.x)
-
-
-class JointLayout(CoupledRows):
-    """Rows of the coupled system of several contacts on one host. Collective.
-
-    Parameters
-    ----------
-    layouts
-        Of the contacts, in the order of their multipliers' rows.
-    """
-
-    def __init__(self, layouts: Sequence[Layout]) -> None:
-        super().__init__(layouts[0].host)
-        self.layouts = tuple(layouts)
-        self.bodies = tuple(dict.fromkeys(b for one in layouts for b in one.bodies))
-        for layout in layouts:
-            layout.bodies = self.bodies
-        self.number()
-
-    def number(self) -> None:
-        """Number all rows in all layouts, with the host's present unknowns.
-        Collective."""
-        sizes = [layout.owned_size for layout in self.layouts]
-        for layout, begin in zip(self.layouts, np.cumsum([0, *sizes])):
-            layout.place(int(begin), sum(sizes))
-        self._number_host(sum(sizes))
-
-    def to_vector(self, x: PETSc.Vec, scales: Sequence[float]) -> None:
-        """Copy Functions to the solver's unknowns; divide each multiplier by its
-        scale."""
-        array = x.getArray()
-        array[: self.n] = self.host.owned_values()
-        for layout, scale in zip(self.layouts, scales):
-            layout.multiplier_to(array, scale)
-        self.bodies_to(array)
-
-    def from_vector(self, x: PETSc.Vec, scales: Sequence[float]) -> None:
-        """Solver's unknowns to the functions, ghosts included. Collective."""
-        array = x.getArray(readonly=True)
-        self.host.set_owned_values(array[: self.n])
-        for layout, scale in zip(self.layouts, scales):
-            layout.multiplier_from(array, scale)
-        self.bodies_from(array)
+    def multiplier_values(self) -> _cpp.MultiplierValues:
+        """Values and rows of the multiplier; none with a penalty."""
+        if self.multiplier is None:
+            return _cpp.MultiplierValues()
+        return _cpp.MultiplierValues(
+            self.multiplier.x.array,
+            self.owned_multipliers,
+            self.multiplier_rows,
+            self.components,
+        )

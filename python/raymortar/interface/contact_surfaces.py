@@ -1,4 +1,4 @@
-"""What a contact makes once: zones from tagged facets, the multiplier, the rows."""
+"""Surfaces of a contact, made once: zones, multiplier, rows."""
 
 from __future__ import annotations
 
@@ -14,10 +14,13 @@ from dolfinx.fem import Function, FunctionSpace
 
 from .. import compat
 from ..compat import Indices
+from ..errors import ContactError, require_agreement, together
 from ..host.bodies import Bodies, find_bodies
+from ..host.checks import check_space
 from ..host.facets import facet_dof_table
 from ..host.host import Host
 from ..host.joined import parts_of
+from ..host.ranks import keep_communicator
 from ..host.layout import Layout
 from ..host.surfaces import Surface
 from ..host.tagged import ZoneFacets, find_facets
@@ -25,9 +28,10 @@ from ..host.thickness import Cells
 from ..options.contact_options import ContactOptions
 from ..rigid.body import Body
 from .coefficients import Interfaces
+from .pairs import PairTable, known_names, numbered, table
 from .reference import Reference, references
 from .zone_data import Masters, ZoneData
-from .zones import create_zone
+from .zones import create_zone, described, group_pairs
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,3 +181,62 @@ def _extent(surfaces: Sequence[Surface], comm: MPI.Comm) -> float:
             np.maximum(end, values.max(axis=0, initial=-np.inf), out=end)
     comm.Allreduce(MPI.IN_PLACE, ends, op=MPI.MAX)
     return float(np.linalg.norm(ends.sum(axis=0)))
+
+
+@dataclass(frozen=True)
+class Given:
+    """Arguments of a contact that say where it is.
+
+    Attributes
+    ----------
+    host
+        What is solved for.
+    names
+        Facet tag by name.
+    pairs
+        Each pair once.
+    groups
+        Masters of each slave tag.
+    """
+
+    host: Host
+    names: dict[str, int]
+    pairs: PairTable
+    groups: dict[int, Masters]
+
+
+def check_given(
+    u: Function | Sequence[Function],
+    pairs: Any,
+    names: Mapping[str, Any] | None,
+    options: ContactOptions,
+) -> Given:
+    """Arguments of a contact, after checks of all but its facets. Collective.
+
+    Raises
+    ------
+    ContactError
+        For input that cannot work, or that differs between ranks.
+    """
+    first = u[0] if isinstance(u, (list, tuple)) and u else u
+    if not isinstance(first, Function):
+        raise ContactError(f"u must be a Function, not {type(first).__name__}")
+    mesh = first.function_space.mesh
+    with together(mesh.comm):
+        host = Host(u)
+    keep_communicator(mesh)
+    with together(mesh.comm):
+        options.check()
+        known = known_names(names, host.u.function_space.mesh.topology.dim - 1)
+        tags = numbered(pairs, known)
+        groups = group_pairs(tags)
+        each = table(tags, known)
+    require_agreement(
+        mesh.comm,
+        **vars(options),
+        pairs={slave: described(masters) for slave, masters in groups.items()},
+        names=each,
+    )
+    for part in host.displacements:
+        check_space(part.u)
+    return Given(host, known, PairTable(each, [known] * len(each)), groups)

@@ -36,11 +36,16 @@ class Cover:
 
     A surface may be cut into any tags: a node that one zone covers counts as covered in
     all of them. At corners between surfaces, each zone counts by itself.
+
+    Attributes
+    ----------
+    alone
+        Whether no other zone or rank has nodes of the zone.
     """
 
     def __init__(self, zones: Sequence[ZoneData], W: FunctionSpace) -> None:
         self._zones, self._W = zones, W
-        self._alone = len(zones) == 1 and W.mesh.comm.size == 1
+        self.alone = len(zones) == 1 and W.mesh.comm.size == 1
         self._corners: Mask | None = None
         if len(zones) > 1:
             self._corners = self._find_corners()
@@ -71,7 +76,7 @@ class Cover:
 
     def share(self) -> None:
         """Send the common marks to the zones, after they have been paired."""
-        if self._alone:
+        if self.alone:
             return
         own = [
             marked_everywhere(

@@ -23,7 +23,6 @@ from ..host.reference_facets import (
 )
 from ..host.surfaces import Surface, surface_sizes
 from ..host.thickness import Cells, thickness_behind
-from .adjustment import gap_without_offset
 from .contact_surfaces import ContactSurfaces
 from .pairs import Pair, spoken
 from .point_results import OPEN
@@ -250,3 +249,14 @@ def _thickness(zone: ZoneData, surfaces: ContactSurfaces, length: float) -> floa
             for k, side in sides
         ]
     )
+
+
+def gap_without_offset(zone: ZoneData, points: dict[str, Array]) -> Array:
+    """Gap without the user's clearance or interference, which are wanted. Length."""
+    gap = points["gap"]
+    if zone.offset is None:
+        return gap
+    surface = zone.facets.slave_surface
+    degree = surface.displacement_degree
+    N, _ = shape_functions(surface.shape, degree, points["xi"])
+    return np.asarray(gap - np.einsum("qk,qk->q", N, zone.offset[points["slave"]]))

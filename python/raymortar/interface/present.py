@@ -1,4 +1,4 @@
-"""The present state of a contact: what its zones in C++ know, and the accepted step."""
+"""The present state of a contact: its history, and the step that starts from it."""
 
 from __future__ import annotations
 
@@ -22,17 +22,20 @@ from ..host.axisymmetry import off_axis_fault
 from ..options.contact_options import ContactOptions
 from ..options.friction import Friction
 from ..rigid.body import Body
-from .accepted import AcceptedStep
+from ..rigid.motions import require_same_loads
 from .contact_surfaces import ContactSurfaces
 from .cover import Cover, require_masters, warn_of_corners
+from .faced import nearest_hits
 from .friction_at_points import PointFriction
-from .state import ContactState, not_finite, state_fault
+from .point_places import nodal_average
+from .point_results import CLOSED
+from .state import ContactState, state_fault
 from .straight_facets import warn_of_straight_facets, warn_of_turned_arcs
 from .zone_data import on_sides
 
 
 class PresentState:
-    """Pairs the surfaces of a contact at the present displacement, accepts steps and
+    """Keeps the accepted step of a contact, sends it to the zones, accepts steps and
     goes back to them. Collective.
 
     Parameters
@@ -44,6 +47,8 @@ class PresentState:
 
     Attributes
     ----------
+    u_old
+        Displacement of the accepted step, of this rank's dofs.
     updates, updates_for_room
         Calls of `update` so far, and those that a new matrix has needed.
     revision
@@ -59,19 +64,22 @@ class PresentState:
         self._cover: Cover | None = None
         if self._multiplier is not None:
             self._cover = Cover(self._zones, self._multiplier.function_space)
-        has_friction = options.friction is not None
-        self._slip = Function(surfaces.scalar) if has_friction else None
+        self._has_friction = options.friction is not None
+        # Length of the slip of all accepted steps
+        self._slip = Function(surfaces.scalar) if self._has_friction else None
         for zone in self._zones:
             zone.slip = self._slip
-        self._accepted = AcceptedStep(
-            self._u, self._zones, surfaces.layout.bodies, self._slip
-        )
         self._point_friction: PointFriction | None = None
         if isinstance(options.friction, Friction):
             self._point_friction = PointFriction(
                 options.friction, self._zones, self._comm
             )
-        self._paired_at: Array = np.empty(0)
+        # Displacement and multiplier
+        functions = [self._u, self._multiplier]
+        self._unknowns = [f.x.array for f in functions if f is not None]
+        self.u_old = self._u.x.array.copy()
+        self._is_sent = False
+        self._paired_at: list[Array] = []
         self._dt = 1.0
         self._watches_arcs = bool(options.smooth)
         self.updates, self.updates_for_room, self.revision = 0, 0, 0
@@ -86,11 +94,6 @@ class PresentState:
             raise ContactError("there are no results yet: call update, or solve, first")
 
     @property
-    def u_old(self) -> Array:
-        """Displacement of the accepted step, of this rank's dofs."""
-        return self._accepted.u
-
-    @property
     def dt(self) -> float:
         """Time of the present step."""
         return self._dt
@@ -103,111 +106,60 @@ class PresentState:
         require_agreement(self._comm, dt=float(value))
         self._dt = float(value)
         for body in self._surfaces.layout.bodies:
-            body.freedom.dt = self._dt
+            body.cpp.dt = self._dt
         self.note_change()
 
-    def update(self, rays_only: bool = False) -> None:
-        """Pair and integrate at the present displacement. Collective."""
-        self._begin_update()
-        if self._slip is not None:
-            self._paired_at = self._unknowns()
-        self._accepted.send()
-        self._send()
+    # Updates
+
+    def check_loads(self) -> None:
+        """Raise for rigid bodies that differ between ranks or cannot be where they are.
+        Collective."""
         for zone in self._zones:
-            with together(self._comm):
-                if rays_only:
-                    zone.cpp.cast()
-                else:
-                    zone.cpp.pair()
+            bodies = zone.facets.bodies
+            if self._surfaces.axisymmetric and bodies:
+                raise_everywhere(self._comm, off_axis_fault(bodies), SetUpError)
+            require_same_loads(bodies, self._comm)
+            if self._has_friction:
+                raise_everywhere(self._comm, zone.motions.turned_too_far())
+
+    def begin_update(self) -> None:
+        """Send the history to the zones if it has changed."""
+        self.updates += 1
+        self.revision += 1
+        if self._slip is not None:
+            self._paired_at = [array.copy() for array in self._unknowns]
+        if self._is_sent or self._surfaces.tied is not None:
+            return
+        for zone in self._zones:
+            zone.motions.send_old(zone.cpp)
+            zone.cpp.set_old_displacement(*on_sides(zone, self.u_old))
+            traction = zone.traction_old
+            zone.cpp.set_field(
+                "traction_old", np.empty(0) if traction is None else traction
+            )
+        self._is_sent = True
+
+    def end_update(self, is_accepted: bool) -> None:
+        """Find what depends on the new pairs. Collective.
+
+        Parameters
+        ----------
+        is_accepted
+            Whether the displacement of all ranks is that of the accepted step.
+        """
+        if self._surfaces.tied is not None:
+            return
         if self._point_friction is not None:
             self._point_friction.send(self._dt)
-        if self._cover is not None:
+        if self._cover is not None and not self._cover.alone:
             self._cover.share()
-        # The bodies of other ranks may have moved
-        if self._comm.allreduce(self._accepted.is_here, op=MPI.MIN):
-            self._accepted.note_faced()
+        if is_accepted:
+            self._note_faced()
             if self.updates == 1:
                 warn_of_straight_facets(self._surfaces)
 
-    def _begin_update(self) -> None:
-        self.updates += 1
-        self.note_change()
-        self._host.pull()
-
-    def _send(self) -> None:
-        """Displacement and multiplier to the zones. Collective."""
-        layout = self._surfaces.layout
-        for reference in self._surfaces.references:
-            raise_everywhere(self._comm, reference.fault(), SetUpError)
-        raise_everywhere(self._comm, not_finite(self._surfaces))
-        has_friction = self._options.friction is not None
-        for zone in self._zones:
-            if self._surfaces.axisymmetric and zone.facets.bodies:
-                fault = off_axis_fault(zone.facets.bodies)
-                raise_everywhere(self._comm, fault, SetUpError)
-            zone.cpp.set_displacement(*on_sides(zone, self._u.x.array))
-            zone.motions.send(zone.cpp, self._comm, has_friction, layout.body_rows)
-        if self._multiplier is not None:
-            values = self._multiplier.x.array.reshape(-1, layout.components)
-            for zone in self._zones:
-                zone.cpp.set_multiplier(values[zone.multiplier_nodes])
-
-    def _unknowns(self) -> Array:
-        """Displacement and multiplier of this rank, as one array."""
-        lam = [] if self._multiplier is None else [self._multiplier.x.array]
-        values: Array = np.concatenate([self._u.x.array, *lam])
-        return values
-
-    def advance(self) -> None:
-        """Accept the step: the present state becomes the old one. Collective."""
-        if self._slip is not None and self.updates:
-            if self._is_stale():
-                self.update()
-            self._accepted.add_slip()
-            if self._options.has_springs:
-                self._accepted.keep_springs()
-        self._accepted.accept()
-        if self.updates:
-            self._accepted.note_faced()
-        if self._watches_arcs:
-            self._watches_arcs = not warn_of_turned_arcs(self._surfaces)
-        self.note_change()
-
-    def _is_stale(self) -> bool:
-        """Whether the last `update` was at another state. Collective."""
-        self._host.pull()
-        same = np.array_equal(self._paired_at, self._unknowns())
-        return not self._comm.allreduce(same, op=MPI.LAND)
-
-    def forget_flight(self, body: Body) -> None:
-        """Take the present pose of a body as the old one: a flight is no slip."""
-        self._accepted.forget_flight(body)
-        self.note_change()
-
-    def copy(self) -> ContactState:
-        """Copy of all unknowns and of the history, for `restore`."""
-        self._host.pull()
-        return self._accepted.state(self._host, self._multiplier)
-
-    def fault_of(self, state: Any) -> str | None:
-        """Why `restore` cannot go back to a state, if so."""
-        zones = self._zones if self._options.has_springs else []
-        return state_fault(state, self.copy(), zones)
-
-    def restore(self, state: ContactState) -> None:
-        """Go back to a state, and update results if there were any. Collective."""
-        raise_everywhere(self._comm, self.fault_of(state))
-        self._accepted.restore(state, self._host, self._multiplier)
-        self.note_change()
-        if self.updates:
-            self.update()
-
-
-class TiedState(PresentState):
-    """The same of a tie, whose surfaces are paired once, undeformed. Collective."""
-
-    def pair(self, partial: bool) -> None:
-        """Pair the undeformed surfaces.
+    def pair_tie(self, partial: bool) -> None:
+        """Pair the undeformed surfaces of a tie.
 
         Parameters
         ----------
@@ -222,12 +174,103 @@ class TiedState(PresentState):
             self._cover.share()
             warn_of_corners(self._surfaces)
 
-    def update(self, rays_only: bool = False) -> None:
-        """Take the present displacement; pairs and points stay. Collective."""
-        self._begin_update()
-        self._send()
+    def is_stale(self) -> bool:
+        """Return whether friction needs another `update` before it accepts a step.
+        Collective."""
+        if self._slip is None or not self.updates:
+            return False
+        self._host.pull()
+        same = all(map(np.array_equal, self._paired_at, self._unknowns))
+        return not self._comm.allreduce(same, op=MPI.LAND)
 
-    def advance(self) -> None:
-        """Accept the step. A tie has no history but the old displacement."""
-        self._accepted.u[:] = self._u.x.array
+    # Steps
+
+    def accept(self) -> None:
+        """Accept the step: the present state becomes the old one. Collective."""
+        self.u_old[:] = self._u.x.array
         self.note_change()
+        if self._surfaces.tied is not None:  # it has no other history
+            return
+        if self._slip is not None and self.updates:
+            step = Function(self._slip.function_space)
+            nodal_average(self._zones, _slid, step)
+            self._slip.x.array[:] += np.nan_to_num(step.x.array)
+            if self._options.has_springs:
+                for zone in self._zones:
+                    zone.traction_old = zone.cpp.accepted_springs()
+        for zone in self._zones:
+            zone.motions.accept()
+        for body in self._surfaces.layout.bodies:
+            body.cpp.accept()
+        self._is_sent = False
+        if self.updates:
+            self._note_faced()
+        if self._watches_arcs:
+            self._watches_arcs = not warn_of_turned_arcs(self._surfaces)
+
+    def _note_faced(self) -> None:
+        """Note what each slave facet faces at the last update."""
+        for zone in self._zones:
+            zone.faced = nearest_hits(zone)
+
+    def forget_flight(self, body: Body) -> None:
+        """Take the present pose of a body as the old one: a flight is no slip."""
+        for zone in self._zones:
+            zone.motions.begin_at_present(body)
+        self._is_sent = False
+        self.note_change()
+
+    def copy(self) -> ContactState:
+        """Copy all unknowns and the history, for `restore`."""
+        host, multiplier = self._host, self._multiplier
+        host.pull()
+        return ContactState(
+            self._u.x.array.copy(),
+            self.u_old.copy(),
+            None if multiplier is None else multiplier.x.array.copy(),
+            [zone.traction_old for zone in self._zones],
+            None if host.is_plain else host.values(),
+            [zone.motions.old for zone in self._zones],
+            [body.freedom.state() for body in self._surfaces.layout.bodies],
+            None if self._slip is None else self._slip.x.array.copy(),
+            any(
+                side.arcs is not None
+                for zone in self._zones
+                for side in (zone.facets.slave_surface, zone.facets.master_surface)
+            ),
+        )
+
+    def fault_of(self, state: Any) -> str | None:
+        """Return why `restore` cannot go back to a state, if so."""
+        sides = [zone.facets.slave_surface for zone in self._zones]
+        springs = {
+            i: (*side.facet_dofs.shape, side.gdim)
+            for i, side in enumerate(sides)
+            if self._options.has_springs
+        }
+        return state_fault(state, self.copy(), springs)
+
+    def restore(self, state: ContactState) -> None:
+        """Go back to a state that has no fault."""
+        self._u.x.array[:] = state.u
+        if state.unknowns is not None:
+            self._host.set_values(state.unknowns)
+        self.u_old[:] = state.u_old
+        if self._multiplier is not None:
+            self._multiplier.x.array[:] = state.multiplier
+        if self._slip is not None:
+            self._slip.x.array[:] = 0.0 if state.slip is None else state.slip
+        for zone, traction in zip(self._zones, state.traction_old):
+            zone.traction_old = traction
+        for zone, motion in zip(self._zones, state.old_motions):
+            zone.motions.old = motion
+        for body, known in zip(self._surfaces.layout.bodies, state.freedoms):
+            body.freedom.restore(known)
+        self._is_sent = False
+        self.note_change()
+
+
+def _slid(points: dict[str, Array]) -> Array:
+    """Length of the step's slip where points are closed, (n,)."""
+    length: Array = np.linalg.norm(points["slip"], axis=1)
+    return length * (points["status"] >= CLOSED)

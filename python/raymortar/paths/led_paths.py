@@ -12,7 +12,6 @@ from .. import compat
 from ..compat import Array
 from ..convergence.balance import EPS
 from ..errors import ConvergenceError
-from ..interface.state import go_back
 from .bordered import LedPath, largest
 from .control import ArcLength, DisplacementControl, mean_weights
 from .load_path import StepSizes
@@ -208,7 +207,7 @@ class ArcPath(LedPath):
             self.factor - end
         ) <= 0.0 and self.trial != self.factor:
             share = (end - self.factor) / (self.trial - self.factor)
-            go_back(self._contact, self._state, share)
+            self._contact.go_back(self._state, share)
             self._load(end)
             iterations += int(self._given.solve()[0])
             self.trial = end

@@ -13,7 +13,7 @@ from dolfinx.fem import Function
 from ..convergence.convergence import is_in_trouble
 from ..diagnose.failure import FAILURES
 from ..errors import ContactWarning, ConvergenceError, SetUpError
-from ..interface.state import State, extrapolate
+from ..interface.state import State
 from ..solvers.capped import CappedSolver, with_line_search
 from ..solvers.newton import NewtonSolver
 from ..solvers.snes import SNESSolver
@@ -260,7 +260,7 @@ class Strategies:
     def _extrapolated(self, now: State, last: State, ratio: float) -> int:
         """Solve from the extrapolated state."""
         self._path.extrapolate(ratio)
-        extrapolate(self._contact, now, last, ratio)
+        self._contact.extrapolate(now, last, ratio)
         return iterations_of(self.solver)
 
     def _set_kept(self, gammas: list[Any]) -> None:

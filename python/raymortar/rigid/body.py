@@ -14,7 +14,6 @@ from ..compat import Array
 from ..errors import ContactError
 from .freedom import Freedom, freedoms_of
 from .shapes import Shape, Vector
-from .turning import rotation_matrix
 
 
 class Body:
@@ -51,6 +50,8 @@ class Body:
         Before any motion, (3,), 2D padded with 0.
     freedom
         Unknowns of a free body.
+    cpp
+        Position, unknowns and loads in C++.
 
     Raises
     ------
@@ -80,8 +81,9 @@ class Body:
         self.centre: Array = (
             shape.place if centre is None else vector("centre", centre, gdim)
         )
-        self.freedom = Freedom(freedoms_of(free, gdim), gdim, stiffness, damping)
-        self._moved, self._turned = np.zeros(3), np.zeros(3)
+        names = freedoms_of(free, gdim)
+        self.freedom = Freedom(names, gdim, stiffness, damping, self.centre)
+        self.cpp = self.freedom.cpp
         self.force = force  # type: ignore[assignment]
         self.moment = moment  # type: ignore[assignment]
 
@@ -92,23 +94,25 @@ class Body:
 
     @property
     def force(self) -> Array:
-        return _read_only(self._force[: self.shape.gdim])
+        return _read_only(self.cpp.force[: self.shape.gdim])
 
     @force.setter
     def force(self, value: Vector | None) -> None:
-        self._force = _shift("force", value, self.shape.gdim)
-        self._refuse_held("force", self._force, turns=False)
+        force = _shift("force", value, self.shape.gdim)
+        self._refuse_held("force", force, turns=False)
+        self.cpp.force = force
 
     @property
     def moment(self) -> float | Array:
         if self.shape.gdim == 2:
-            return float(self._moment[2])
-        return _read_only(self._moment)
+            return float(self.cpp.moment[2])
+        return _read_only(self.cpp.moment)
 
     @moment.setter
     def moment(self, value: float | Vector | None) -> None:
-        self._moment = _turn("moment", value, self.shape.gdim)
-        self._refuse_held("moment", self._moment, turns=True)
+        moment = _turn("moment", value, self.shape.gdim)
+        self._refuse_held("moment", moment, turns=True)
+        self.cpp.moment = moment
 
     @property
     def free(self) -> tuple[str, ...]:
@@ -123,7 +127,7 @@ class Body:
     def pushed(self) -> tuple[Array, Array]:
         """Forces along its unknowns other than contact, (n,), and minus their
         derivative, (n, n). Force, and force per length."""
-        return self.freedom.forces(self._force, self._moment)
+        return self.cpp.forces()
 
     def _refuse_held(self, what: str, value: Array, turns: bool) -> None:
         """Raise for a component of a load along which the body cannot move."""
@@ -139,13 +143,13 @@ class Body:
     @property
     def translation(self) -> Array:
         """Translation of the centre since the body was made, (3,). Length."""
-        return self._moved + self.freedom.translation
+        return self.cpp.moved + self.cpp.translation()
 
     @property
     def rotation(self) -> Array:
         """Rotation since the body was made, (3,): a vector along the axis whose length
         is the angle in radians. Free rotations about one axis add up over all steps."""
-        return self.freedom.rotation(self._turned)
+        return self.freedom.rotation(self.cpp.turned)
 
     @cached_property
     def tool(self) -> _cpp.Tool:
@@ -184,19 +188,17 @@ class Body:
             raise ContactError(
                 f"move prescribes {name} of the {self.name}, which is free"
             )
-        self._moved, self._turned = moved, turned
+        self.cpp.moved, self.cpp.turned = moved, turned
 
     def motion(self) -> Array:
         """Everything that determines the position, (15,): the translation with its free
         part, the prescribed rotation, and the free rotation."""
-        parts = [self.translation, self._turned, self.freedom.turn.ravel()]
-        return np.concatenate(parts)
+        return self.cpp.motion()
 
     def pose_of(self, motion: Array) -> tuple[Array, Array]:
         """Rotation R (3, 3) and shift b (3,) of its points after a motion:
         x = R X + b."""
-        R = motion[6:].reshape(3, 3) @ rotation_matrix(motion[3:6])
-        return R, self.centre + motion[:3] - R @ self.centre
+        return self.cpp.pose_of(motion)
 
     @property
     def place(self) -> Array:

@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from .. import _cpp
 from ..checked import is_real_number
 from ..compat import Array
 from ..errors import ContactError
-from .turning import axial, rotation_matrix, rotation_vector, turning
+from .turning import rotation_matrix, rotation_vector
 
 # Axis of each freedom, and whether it is a rotation
 SPACE = {
@@ -49,13 +50,7 @@ def freedoms_of(free: Any, gdim: int | None) -> tuple[str, ...]:
 
 
 class Freedom:
-    """Unknowns of a free body.
-
-    Translations are relative to the place where the body was made. Rotations are the
-    components of a rotation vector theta about the centre, relative to the last
-    accepted step: R = exp(theta) Q P, with the free rotation Q of all accepted steps
-    and the prescribed rotation P. In the coupled system a rotation is a length, theta
-    times `lever`, and its equation is a force.
+    """Unknowns of a free body; `_cpp.RigidBody` has their values and kinematics.
 
     Parameters
     ----------
@@ -65,113 +60,97 @@ class Freedom:
         Dimension of the shape; None: any.
     stiffness, damping
         Springs and dampers, see `Body`.
+    centre
+        Of the body, before any motion, (3,). Length.
 
     Attributes
     ----------
     names
         Names of the unknowns, in their order.
-    values
-        Translations and turns theta, (n,). Lengths and radians.
-    lever
-        Length that stands for a radian; None until a `Contact` has set it.
-    dt
-        Time of the present step, for dampers.
+    axis, is_turn
+        Axis of each unknown, and whether it is a rotation, (n,).
     """
 
     def __init__(
-        self, names: tuple[str, ...], gdim: int | None, stiffness: Any, damping: Any
+        self,
+        names: tuple[str, ...],
+        gdim: int | None,
+        stiffness: Any,
+        damping: Any,
+        centre: Array,
     ) -> None:
         known = PLANE if gdim == 2 or "r" in names else SPACE
         found = [known[name] for name in names]
         self.names = names
         self.axis = np.array([axis for axis, _ in found], dtype=np.int32)
         self.is_turn = np.array([turns for _, turns in found], dtype=bool)
-        self._turns = any(turns for _, turns in found)
         self.stiffness = _by_name("stiffness", stiffness, names, self.is_turn)
         self.damping = _by_name("damping", damping, names, self.is_turn)
-        self.values = np.zeros(len(names))
-        self.lever: float | None = None
-        self.dt = 1.0
-        # At the accepted step: translations, sums of rotations, and the rotation Q
-        self._accepted = np.zeros(len(names))
-        self._turned = np.eye(3)
+        self.cpp = _cpp.RigidBody(
+            centre,
+            self.axis.tolist(),
+            self.is_turn.tolist(),
+            self.stiffness.tolist(),
+            self.damping.tolist(),
+        )
+        self._lever: float | None = None
 
     def __len__(self) -> int:
         return len(self.names)
 
     @property
-    def _units(self) -> Array:
-        """Unit of each unknown of the coupled system, in lengths or radians."""
-        lever = 1.0 if self.lever is None else self.lever
-        return np.where(self.is_turn, 1.0 / lever, 1.0)
+    def values(self) -> Array:
+        """Translations and rotations theta, (n,). Lengths and radians."""
+        return self.cpp.values
+
+    @values.setter
+    def values(self, values: Array) -> None:
+        self.cpp.values = values
 
     @property
-    def unknowns(self) -> Array:
-        """Unknowns of the coupled system, (n,). Lengths."""
-        return self.values / self._units
+    def lever(self) -> float | None:
+        """Length that stands for a radian; None until a `Contact` has set it."""
+        return self._lever
 
-    @unknowns.setter
-    def unknowns(self, values: Array) -> None:
-        self.values = values * self._units
+    @lever.setter
+    def lever(self, value: float) -> None:
+        self._lever = self.cpp.lever = value
 
     @property
     def theta(self) -> Array:
         """Rotation vector since the accepted step, (3,)."""
-        return self._spread(self.values, True)
-
-    def _spread(self, values: Array, turns: bool) -> Array:
-        """Translations or rotations along all axes; 0 where they are not free."""
-        vector = np.zeros(3)
-        of = self.is_turn == turns
-        vector[self.axis[of]] = values[of]
-        return vector
+        return self.cpp.theta()
 
     @property
     def translation(self) -> Array:
         """Translation since the body was made, (3,)."""
-        return self._spread(self.values, False)
-
-    @property
-    def turn(self) -> Array:
-        """exp(theta) Q, (3, 3)."""
-        if not self._turns:
-            return self._turned
-        turned: Array = rotation_matrix(self.theta) @ self._turned
-        return turned
+        return self.cpp.translation()
 
     @property
     def totals(self) -> Array:
         """Translations, and the sums of rotations over all steps, (n,)."""
-        return np.where(self.is_turn, self._accepted, 0.0) + self.values
+        return np.where(self.is_turn, self.cpp.accepted, 0.0) + self.values
 
     def rotation(self, prescribed: Array) -> Array:
         """Rotation vector of the body, (3,); rotations about one axis add up."""
-        sums = self._spread(self.totals, True)
-        count = int(np.count_nonzero(self.is_turn))
-        if count == 0 or (count == 1 and not np.any(np.delete(prescribed, self._axis))):
+        sums = np.zeros(3)
+        axes = self.axis[self.is_turn]
+        sums[axes] = self.totals[self.is_turn]
+        if len(axes) == 0 or (
+            len(axes) == 1 and not np.any(np.delete(prescribed, axes))
+        ):
             return prescribed + sums
-        return rotation_vector(self.turn @ rotation_matrix(prescribed))
-
-    @property
-    def _axis(self) -> int:
-        """Axis of the only free rotation."""
-        return int(self.axis[self.is_turn][0])
-
-    def accept(self) -> None:
-        """Take the present pose as that of the accepted step."""
-        self._accepted = self.totals
-        self._turned = self.turn
-        self.values = np.where(self.is_turn, 0.0, self.values)
+        return rotation_vector(self.cpp.turn() @ rotation_matrix(prescribed))
 
     def state(self) -> Array:
         """All values that `restore` needs, (2 n + 9,)."""
-        return np.concatenate([self.values, self._accepted, self._turned.ravel()])
+        cpp = self.cpp
+        return np.concatenate([cpp.values, cpp.accepted, cpp.accepted_turn.ravel()])
 
     def restore(self, state: Array) -> None:
         """Go back to a `state`."""
-        n = len(self)
-        self.values, self._accepted = state[:n].copy(), state[n : 2 * n].copy()
-        self._turned = state[2 * n :].reshape(3, 3).copy()
+        n, cpp = len(self), self.cpp
+        cpp.values, cpp.accepted, cpp.accepted_turn = np.split(state, [n, 2 * n])
 
     def totals_of(self, state: Array) -> Array:
         """`totals` of a state."""
@@ -180,41 +159,8 @@ class Freedom:
 
     def rates(self) -> tuple[Array, Array, Array]:
         """Derivatives of points by the unknowns: drift (n, 3), spin (n, 3, 3) and
-        second derivatives (n, n, 3, 3), see `_cpp.Freedom`."""
-        n, units = len(self), self._units
-        drift, spin, bend = (
-            np.zeros((n, 3)),
-            np.zeros((n, 3, 3)),
-            np.zeros((n, n, 3, 3)),
-        )
-        straight = np.flatnonzero(~self.is_turn)
-        drift[straight, self.axis[straight]] = 1.0
-        turns = np.flatnonzero(self.is_turn)
-        if len(turns):
-            R, first, second = turning(self.theta)
-            axes = self.axis[turns]
-            spin[turns] = first[axes] @ R.T
-            bend[np.ix_(turns, turns)] = second[np.ix_(axes, axes)] @ R.T
-        spin *= units[:, None, None]
-        bend *= np.multiply.outer(units, units)[:, :, None, None]
-        return drift, spin, bend
-
-    def forces(self, force: Array, moment: Array) -> tuple[Array, Array]:
-        """Forces along the unknowns other than contact, (n,), and minus their
-        derivative, (n, n): the given force and moment, (3,) each, springs and
-        dampers."""
-        drift, spin, bend = self.rates()
-        units = self._units
-        pushed = drift @ force + axial(spin) @ moment
-        # The direction of a moment is fixed in space: its work depends on the rotation
-        changed = bend + np.einsum("jab,kcb->jkac", spin, spin)
-        slope = -(axial(changed) @ moment)
-        moved = self.values - np.where(self.is_turn, 0.0, self._accepted)
-        pushed -= units * (
-            self.stiffness * self.totals + self.damping / self.dt * moved
-        )
-        slope += np.diag(units**2 * (self.stiffness + self.damping / self.dt))
-        return pushed, slope
+        second derivatives (n, n, 3, 3)."""
+        return self.cpp.rates()
 
 
 def _by_name(what: str, given: Any, names: tuple[str, ...], is_turn: Array) -> Array:

@@ -8,13 +8,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from petsc4py import PETSc
 
 import numpy as np
 from dolfinx.fem import Function
 
-from .. import _cpp
-from ..checked import are_same_objects, is_real_number
+from ..checked import is_real_number
 from ..compat import Mask
 from ..errors import ContactError, ContactWarning, together
 from ..interface.coefficients import PairCoefficients, one_or_each, spread
@@ -65,9 +63,8 @@ class Prescribed:
     shear_moduli: Sequence[float] = ()
     moduli: Sequence[float] = ()
 
-    def is_of(self, bcs: Sequence[Any]) -> bool:
-        """Whether these are the conditions."""
-        return are_same_objects(bcs, self.bcs)
+    def __post_init__(self) -> None:
+        self.ids = tuple(map(id, self.bcs))
 
 
 class ContactAssembly:
@@ -136,7 +133,7 @@ class ContactAssembly:
         was_alone = self.partners == (self.number,)
         self.settle(functions, (self.number,))
         if not (self.host.is_plain and was_alone):
-            self.layout.place(0, self.layout.owned_size)
+            self.layout.number()
             self.send_rows()
         self.meet([self.surfaces])
 
@@ -242,8 +239,9 @@ class ContactAssembly:
         """Whether Dirichlet conditions prescribe a dof of u; ghosted. The zones are told
         if they did not know. Collective."""
         now = self._prescribed
-        if now is None or not now.is_of(bcs):
-            now = next((one for one in self._known if one.is_of(bcs)), None)
+        if now is None or now.ids != tuple(map(id, bcs)):
+            ids = tuple(map(id, bcs))
+            now = next((one for one in self._known if one.ids == ids), None)
             if now is None:
                 now = self._find_prescribed(bcs)
                 # A path asks in turn for those of its steps and, for reactions, none
@@ -299,18 +297,8 @@ class ContactAssembly:
         size = mean_facet_size(self.layout, self.zones)
         return [self.gamma_scale * size] * len(self.zones)
 
-    def add_tangent(self, A: PETSc.Mat, bcs: Sequence[Any]) -> None:
-        """Add this contact's part of `assemble_matrix`. Collective."""
+    def refuse_held(self, bcs: Sequence[Any]) -> None:
+        """Raise where conditions leave a tangent without a solution. Collective."""
         self.prescribed(bcs)
         if self._prescribed is not None and self._prescribed.some_held:
             refuse_held(self.surfaces)
-        with together(self.surfaces.comm):
-            for zone in self.zones:
-                _cpp.add_tangent(zone.cpp, A.handle, zone.positions, zone.assembly)
-
-    def add_residual(self, b: PETSc.Vec, bcs: Sequence[Any]) -> None:
-        """Add this contact's part of `assemble_vector`. Collective."""
-        self.prescribed(bcs)
-        with together(self.surfaces.comm):
-            for zone in self.zones:
-                _cpp.add_residual(zone.cpp, b.handle, zone.assembly)

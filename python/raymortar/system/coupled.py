@@ -1,8 +1,7 @@
-"""The coupled system: what a problem needs from one contact or several."""
+"""The coupled system of a list of contacts: its matrices and vectors."""
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import Any
 
@@ -10,19 +9,17 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 import numpy as np
-from dolfinx.fem import Function
 
 from .. import _cpp, compat
-from ..compat import Array, Mask
+from ..compat import Array
 from ..errors import raise_everywhere, together
 from ..host.dropped import free_dropped
 from ..host.forms import check_compiled
 from ..host.host import Host
-from ..host.layout import CoupledRows
 from ..interface.probing import VolumePattern
-from ..interface.zone_data import ZoneData, on_sides
 from .assembly import ContactAssembly
 from .free_bodies import FreeBodies
+from .iterates import CoupledIterates
 from .memory import require_memory
 
 # Attribute of a PETSc matrix that tells what it has room for. PETSc keeps it with the
@@ -30,8 +27,8 @@ from .memory import require_memory
 ROOM = "raymortar_room"
 
 
-class CoupledSystem(ABC):
-    """Matrices and vectors over [u, multipliers] of one contact, or of several.
+class CoupledSystem(CoupledIterates):
+    """Matrices and vectors over [u, multipliers, bodies] of a list of contacts.
 
     Parameters
     ----------
@@ -42,58 +39,8 @@ class CoupledSystem(ABC):
     """
 
     def __init__(self, host: Host, parts: Sequence[ContactAssembly]) -> None:
-        self.host, self.parts = host, tuple(parts)
-        self._comm: MPI.Comm = host.comm
+        super().__init__(host, parts)
         self._free_bodies: FreeBodies | None = None
-
-    @property
-    @abstractmethod
-    def layout(self) -> CoupledRows:
-        """Rows of the unknowns."""
-
-    @property
-    def u(self) -> Function:
-        """Displacement on its own space: the user's Function, or a copy that follows a
-        part of a mixed Function."""
-        return self.host.u
-
-    @property
-    def zones(self) -> list[ZoneData]:
-        """Slave surfaces of all contacts."""
-        return [zone for part in self.parts for zone in part.zones]
-
-    @property
-    def axisymmetric(self) -> bool:
-        """Whether integrals go over a full turn."""
-        return self.parts[0].surfaces.axisymmetric
-
-    @property
-    def updates(self) -> int:
-        """Calls of `update` so far."""
-        return min(part.present.updates for part in self.parts)
-
-    @property
-    def preallocations(self) -> int:
-        """How often a matrix was preallocated."""
-        return max(part.preallocations for part in self.parts)
-
-    def update(self, rays_only: bool = False) -> None:
-        """Pair and integrate at the present displacement. Collective.
-
-        Parameters
-        ----------
-        rays_only
-            Keep the integration points on the slave and cast their rays anew. The
-            tangent is then that at fixed points, whatever `tangent` says.
-
-        Raises
-        ------
-        ContactError
-            If the displacement is not finite, or if the mesh has been moved on the
-            contact surfaces since `Contact` was made.
-        """
-        for part in self.parts:
-            part.present.update(rays_only)
 
     @property
     def free_bodies(self) -> FreeBodies:
@@ -101,16 +48,6 @@ class CoupledSystem(ABC):
         if self._free_bodies is None or self._free_bodies.layout is not self.layout:
             self._free_bodies = FreeBodies(self)
         return self._free_bodies
-
-    # Values
-
-    @abstractmethod
-    def to_vector(self, x: PETSc.Vec) -> None:
-        """Copy functions to the solver's unknowns; divide multipliers by gamma."""
-
-    @abstractmethod
-    def from_vector(self, x: PETSc.Vec) -> None:
-        """Copy the solver's unknowns to the functions and their ghosts. Collective."""
 
     # Volume
 
@@ -222,7 +159,7 @@ class CoupledSystem(ABC):
     @property
     def _room(self) -> tuple[int, ...]:
         """Number of the volume, and how often each contact's patterns were extended."""
-        return (self._volume.number, *(part.extensions for part in self.parts))
+        return (self._volume.number, *[part.extensions for part in self.parts])
 
     def _require(self, name: str, thing: Any, kind: type) -> None:
         """Raise unless a method may be called now, and with this object. Collective."""
@@ -256,7 +193,7 @@ class CoupledSystem(ABC):
     def _patterns_cover(self) -> bool:
         """Whether the zones' patterns have all present pairs, on all ranks.
         Collective."""
-        covered = all(zone.pattern.covers(zone.cpp) for zone in self.zones)
+        covered = all([zone.pattern.covers(zone.cpp) for zone in self.zones])
         return bool(self._comm.allreduce(covered, op=MPI.LAND))
 
     def _has_room(self, A: PETSc.Mat) -> bool:
@@ -282,6 +219,10 @@ class CoupledSystem(ABC):
         Whether A was preallocated anew.
         """
         self._require("make_room", A, PETSc.Mat)
+        return self.extend_room(A)
+
+    def extend_room(self, A: PETSc.Mat) -> bool:
+        """`make_room` of a matrix that is one of this system. Collective."""
         if self._has_room(A):
             return False
         self._make_room(A)
@@ -295,8 +236,13 @@ class CoupledSystem(ABC):
         Constrained rows and columns are left out. The caller assembles A afterwards.
         """
         self._require("assemble_matrix", A, PETSc.Mat)
+        self.add_tangent(A, bcs)
+
+    def add_tangent(self, A: PETSc.Mat, bcs: Sequence[Any]) -> None:
+        """`assemble_matrix` of a matrix that is one of this system. Collective."""
         for part in self.parts:
-            part.add_tangent(A, bcs)
+            part.refuse_held(bcs)
+        self._call(self.cpp.add_tangent, A.handle)
         if self.layout.bodies:
             self.free_bodies.add_tangent(A)
 
@@ -306,14 +252,8 @@ class CoupledSystem(ABC):
         Constrained rows are left out. The caller assembles b afterwards.
         """
         self._require("assemble_vector", b, PETSc.Vec)
-        for part in self.parts:
-            part.add_residual(b, bcs)
-        if self.layout.bodies:
-            self.free_bodies.add_residual(b)
-
-    def constrained(self, bcs: Sequence[Any]) -> Mask:
-        """Whether Dirichlet conditions prescribe a dof of u; ghosted. Collective."""
-        return [part.prescribed(bcs) for part in self.parts][0]
+        self.constrained(bcs)
+        self._call(self.cpp.add_residual, b.handle)
 
     def apply_lifting(
         self, b: PETSc.Vec, bcs: Sequence[Any], x0: Array, alpha: float
@@ -336,16 +276,4 @@ class CoupledSystem(ABC):
         message = f"x0 must be a ghosted array of u, of shape {shape}, not {found}"
         raise_everywhere(self._comm, None if found == shape else message)
         self.constrained(bcs)
-        self.lift(b, self.host.increment_u(bcs, x0), alpha)
-
-    def lift(self, b: PETSc.Vec, increment: Array, alpha: float) -> None:
-        """b <- b - alpha A_c increment. The increment is ghosted, for the conditions of
-        the last call. Collective."""
-        if not self._comm.allreduce(bool(np.any(increment)), op=MPI.LOR):
-            return
-        for zone in self.zones:
-            slave, master = on_sides(zone, increment)
-            with together(self._comm):
-                _cpp.apply_lifting(
-                    zone.cpp, b.handle, slave, master, alpha, zone.assembly
-                )
+        self._call(self.cpp.lift, b.handle, self.host.increment_u(bcs, x0), alpha)

@@ -77,13 +77,6 @@ class FreeBodies:
         bodies: tuple[Body, ...] = self.layout.bodies
         return bodies
 
-    def add_residual(self, b: PETSc.Vec) -> None:
-        """Add the forces other than contact to the residual."""
-        for body in self.layout.own_bodies:
-            pushed, _ = body.pushed()
-            rows = self.layout.body_rows[body].astype(PETSc.IntType)
-            b.setValues(rows, -pushed, addv=PETSc.InsertMode.ADD_VALUES)
-
     def add_tangent(self, A: PETSc.Mat) -> None:
         """Add the derivative of the forces other than contact. Collective.
 

@@ -110,19 +110,6 @@ def groups_of(system: CoupledSystem) -> Groups:
     )
 
 
-def contact_forces(system: CoupledSystem, mass: Array) -> Array:
-    """Traction times area at each owned multiplier row, and the forces other than
-    contact at the rows of free rigid bodies. Force."""
-    layout = system.layout
-    rows = np.zeros(layout.size)
-    for part in system.parts:
-        part.layout.multiplier_to(rows, 1.0)
-    rows[layout.n : layout.n + len(mass)] *= mass
-    for body in layout.own_bodies:
-        rows[layout.body_rows[body] - layout.begin] = body.pushed()[0]
-    return rows[layout.n :]
-
-
 def _patches(part: ContactAssembly, first: int) -> tuple[Indices, Array, int]:
     """Connected patches of a contact. Collective.
 

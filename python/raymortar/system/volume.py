@@ -11,7 +11,6 @@ from petsc4py import PETSc
 import numpy as np
 
 from .. import _cpp, compat
-from ..checked import are_same_objects
 from ..compat import Array, Mask
 from .split import Inputs, has_cells, split, tangents
 
@@ -30,31 +29,30 @@ class Forms:
         self._contact, self._host = contact, contact.host
         self.has_several = isinstance(L, list)
         self._a = a
-        *begins, self._size = starts = self._host.owned_starts
-        vectors = [
-            compat.create_la_vector(*compat.unknowns_of(f))
-            for f in self._host.functions
-        ]
+        maps = [compat.unknowns_of(f) for f in self._host.functions]
+        vectors = [compat.create_la_vector(*one) for one in maps]
         forms, table = (L, a) if self.has_several else ([L], [[a]])
-        # By test space
-        self._rows = list(zip(forms, table, vectors, begins, starts[1:]))
+        # By test space, with views of arrays and of their owned parts
+        self._rows = [
+            (form, blocks, r, r.array, r.array[: one.size_local * bs])
+            for form, blocks, r, (one, bs) in zip(forms, table, vectors, maps)
+        ]
+        self._alone = self._host.comm.size == 1
 
     def residual(
         self, bcs: Sequence[Any] = (), increment: Array | None = None
     ) -> Array:
         """Assemble the owned rows, with the effect of prescribed increments if given."""
-        found = np.empty(self._size)
         lifts = increment is not None and increment.any()
-        for form, blocks, r, begin, end in self._rows:
-            array = r.array
+        for form, blocks, r, array, _ in self._rows:
             array[:] = 0.0
             if form is not None:
                 compat.assemble_residual(array, form)
             if lifts:
                 self._lift(array, blocks, bcs, increment)
-            compat.scatter_reverse_add(r)
-            found[begin:end] = array[: end - begin]
-        return found
+            if not self._alone:
+                compat.scatter_reverse_add(r)
+        return np.concatenate([row[-1] for row in self._rows])
 
     def _lift(
         self, r: Array, blocks: Sequence[Any], bcs: Sequence[Any], increment: Any
@@ -243,11 +241,6 @@ class Volume:
         self.kept: Kept | None = None
         # Forms that are assembled each time
         self._rest: Forms | None = Forms(contact, L, a)
-        # The last conditions, the owned unknowns that they prescribe, and the local
-        # indices of these
-        self._bcs: tuple[Any, ...] | None = None
-        self._mask: Mask = np.zeros(0, dtype=bool)
-        self._places: Any = None
         if forms is not None:
             self._keep(forms, pattern, compiled)
 
@@ -289,34 +282,18 @@ class Volume:
         forms[at], table[at][at] = L, a
         return forms, table
 
-    def _fixed(self, bcs: Sequence[Any]) -> Mask:
-        """Mark the owned unknowns that conditions prescribe."""
-        if self._bcs is None or not are_same_objects(bcs, self._bcs):
-            host = self.contact.host
-            self._bcs, self._mask = tuple(bcs), host.owned_prescribed(bcs)
-            local = host.owned_part(np.arange(host.starts[-1]))
-            self._places = local[self._mask]
-        return self._mask
-
     def forces(self, bcs: Sequence[Any]) -> Array:
         """Residual at the present state, of the owned unknowns. Collective."""
-        return self._sum(bcs, None)
+        return self.residual(bcs, None)
 
-    def lifted(self, bcs: Sequence[Any], increment: Array) -> tuple[Array, Array]:
-        """Residual with the effect of prescribed increments, of the owned unknowns: as
-        it is, and with the conditions in their rows. Collective."""
-        volume = self._sum(bcs, increment)
-        rows, fixed = volume.copy(), self._fixed(bcs)
-        rows[fixed] = -increment[self._places]
-        return volume, rows
-
-    def _sum(self, bcs: Sequence[Any], increment: Array | None) -> Array:
-        """Add up what is kept and the rest, with increments if they are given."""
+    def residual(self, bcs: Sequence[Any], increment: Array | None) -> Array:
+        """Residual of the owned unknowns, with the effect of prescribed increments if
+        they are given. Collective."""
         if self.kept is None:
             assert self._rest is not None
             return self._rest.residual(bcs, increment)
-        self.kept.renew(self._fixed(bcs))
         host = self.contact.host
+        self.kept.renew(host.owned_prescribed(bcs))
         values = host.owned_values()
         if increment is not None:
             values += host.owned_part(increment)
@@ -327,7 +304,7 @@ class Volume:
 
     def add_tangent(self, A: PETSc.Mat, bcs: Sequence[Any]) -> None:
         """Add the tangent, with ones for constrained unknowns. Collective."""
-        fixed = self._fixed(bcs)
+        fixed = self.contact.host.owned_prescribed(bcs)
         if self.kept is not None:
             self.kept.renew(fixed)
             self.kept.add_tangent(A)

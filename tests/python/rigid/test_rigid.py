@@ -24,7 +24,7 @@ from raymortar import (
     Penalty,
     rigid,
 )
-from raymortar.rigid.body import rotation_matrix
+from raymortar.rigid.turning import rotation_matrix
 
 LAWS = {
     "normal": {"method": AugmentedLagrangian(40.0)},

@@ -1,0 +1,295 @@
+#include "raymortar/system/contact_system.h"
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <numeric>
+
+namespace raymortar
+{
+namespace
+{
+/// Whether something is so on all ranks
+bool everywhere(MPI_Comm comm, bool here)
+{
+  int size = 1, all = here ? 1 : 0;
+  MPI_Comm_size(comm, &size);
+  if (size > 1)
+    MPI_Allreduce(MPI_IN_PLACE, &all, 1, MPI_INT, MPI_MIN, comm);
+  return all == 1;
+}
+
+/// Values (n, width) of some dofs
+std::vector<double> gathered(std::span<const double> values,
+                             const std::vector<Index>& dofs, std::size_t width)
+{
+  std::vector<double> found(dofs.size() * width);
+  double* out = found.data();
+  for (const Index dof : dofs)
+    out = std::copy_n(values.data() + static_cast<std::size_t>(dof) * width,
+                      width, out);
+  return found;
+}
+
+std::size_t dimension(const SystemZone& zone)
+{
+  return static_cast<std::size_t>(zone.zone->input().slave.gdim);
+}
+
+bool all_finite(std::span<const double> values)
+{
+  return std::all_of(values.begin(), values.end(),
+                     [](double value) { return std::isfinite(value); });
+}
+
+/// Calls one for each zone. What it throws on one rank stops all of them, as
+/// others wait for that rank in the next zone.
+template <class Call>
+void for_each_zone(MPI_Comm comm, const std::vector<SystemZone>& zones,
+                   Call&& call)
+{
+  for (const SystemZone& zone : zones)
+  {
+    std::exception_ptr failure;
+    try
+    {
+      call(zone);
+    }
+    catch (...)
+    {
+      failure = std::current_exception();
+    }
+    const bool fine = everywhere(comm, failure == nullptr);
+    if (failure)
+      std::rethrow_exception(failure);
+    if (not fine)
+      return;
+  }
+}
+
+/// Largest absolute value of each field
+void add_largest(std::span<const double> values,
+                 const std::vector<std::vector<Index>>& fields,
+                 std::vector<double>& largest)
+{
+  const auto larger = [](double most, double value)
+  { return std::abs(value) <= most ? most : std::abs(value); };
+  if (fields.empty())
+    largest.push_back(
+        std::accumulate(values.begin(), values.end(), 0.0, larger));
+  for (const std::vector<Index>& field : fields)
+  {
+    double most = 0.0;
+    for (const Index k : field)
+      most = larger(most, values[static_cast<std::size_t>(k)]);
+    largest.push_back(most);
+  }
+}
+} // namespace
+
+ContactSystem::ContactSystem(std::vector<SystemZone> zones,
+                             std::span<const double> u, CoupledValues& values)
+    : _comm(values.comm()), _zones(std::move(zones)), _u(u), _values(values)
+{
+}
+
+bool ContactSystem::set_unknowns(PetscVector x, std::span<const double> scales,
+                                 bool anew)
+{
+  {
+    const ReadArray array(x);
+    const auto now = array.values();
+    const bool same =
+        not anew and std::ranges::equal(now, _last) and _values.match(now);
+    if (everywhere(_comm, same))
+      return false;
+    _last.assign(now.begin(), now.end());
+  }
+  _values.from_vector(x, scales);
+  return true;
+}
+
+bool ContactSystem::is_finite() const
+{
+  const auto& multipliers = _values.multipliers();
+  return everywhere(_comm,
+                    all_finite(_u) and
+                        std::all_of(multipliers.begin(), multipliers.end(),
+                                    [](const MultiplierValues& one)
+                                    { return all_finite(one.local); }));
+}
+
+bool ContactSystem::is_at(std::span<const double> u) const
+{
+  return everywhere(_comm, std::ranges::equal(u, _u));
+}
+
+bool ContactSystem::loads_changed()
+{
+  std::vector<double> loads;
+  for (const SystemZone& zone : _zones)
+    for (const RigidBody* const body : zone.bodies)
+    {
+      const auto found = body->loads();
+      loads.insert(loads.end(), found.begin(), found.end());
+    }
+  if (loads.empty() or everywhere(_comm, loads == _loads))
+    return false;
+  _loads = std::move(loads);
+  return true;
+}
+
+void ContactSystem::pair(bool rays_only)
+{
+  for_each_zone(_comm, _zones,
+                [&](const SystemZone& zone)
+                {
+                  send(zone);
+                  if (not zone.zone->interface().has_tied())
+                    rays_only ? zone.zone->cast() : zone.zone->pair();
+                });
+}
+
+void ContactSystem::send(const SystemZone& zone) const
+{
+  const std::size_t d = dimension(zone);
+  zone.zone->set_displacement(gathered(_u, zone.slave, d),
+                              gathered(_u, zone.master, d));
+  if (not zone.bodies.empty())
+    send_bodies(zone);
+  const MultiplierValues& one = _values.multipliers()[zone.contact];
+  if (not one.local.empty())
+    zone.zone->set_multiplier(gathered(
+        one.local, zone.nodes, static_cast<std::size_t>(one.components)));
+}
+
+void ContactSystem::send_bodies(const SystemZone& zone) const
+{
+  std::vector<Pose> poses;
+  std::vector<Freedom> freedoms;
+  bool any_free = false;
+  for (RigidBody* const body : zone.bodies)
+  {
+    body->seen = body->motion();
+    poses.push_back(pose_of(body->centre, body->seen));
+    freedoms.push_back(body->size() ? body->freedom() : Freedom());
+    any_free = any_free or body->size() > 0;
+    for (const BodyValues& one : _values.bodies())
+      if (one.body == body)
+        freedoms.back().rows = one.rows;
+  }
+  zone.zone->set_poses(poses);
+  if (any_free)
+    zone.zone->set_freedoms(std::move(freedoms));
+}
+
+void ContactSystem::add_residual(PetscVector b) const
+{
+  for_each_zone(_comm, _zones,
+                [&](const SystemZone& zone)
+                { raymortar::add_residual(*zone.zone, b, *zone.statistics); });
+  int rank = 0;
+  MPI_Comm_rank(_comm, &rank);
+  for (const BodyValues& one : _values.bodies())
+  {
+    if (rank > 0)
+      return;
+    const Eigen::VectorXd forces = -one.body->forces().forces;
+    const std::vector<PetscInt> rows(one.rows.begin(), one.rows.end());
+    check(VecSetValues(b, static_cast<PetscInt>(rows.size()), rows.data(),
+                       forces.data(), ADD_VALUES),
+          "VecSetValues");
+  }
+}
+
+void ContactSystem::residual(PetscVector b, std::span<const double> volume,
+                             std::span<const double> increment,
+                             bool contact) const
+{
+  check(VecSet(b, 0.0), "VecSet");
+  PetscScalar* array = nullptr;
+  check(VecGetArray(b, &array), "VecGetArray");
+  std::copy(volume.begin(), volume.end(), array);
+  check(VecRestoreArray(b, &array), "VecRestoreArray");
+  // Constrained rows are left out by contact, so that the values set stay
+  if (contact)
+    add_residual(b);
+  lift(b, increment, -1.0);
+  check(VecAssemblyBegin(b), "VecAssemblyBegin");
+  check(VecAssemblyEnd(b), "VecAssemblyEnd");
+}
+
+void ContactSystem::lift(PetscVector b, std::span<const double> increment,
+                         double alpha) const
+{
+  const bool none = std::all_of(increment.begin(), increment.end(),
+                                [](double value) { return value == 0.0; });
+  if (everywhere(_comm, none))
+    return;
+  for_each_zone(_comm, _zones,
+                [&](const SystemZone& zone)
+                {
+                  const std::size_t d = dimension(zone);
+                  const auto fetched = zone.zone->to_master(
+                      gathered(increment, zone.master, d), static_cast<int>(d));
+                  apply_lifting(*zone.zone, b,
+                                gathered(increment, zone.slave, d), fetched,
+                                alpha, *zone.statistics);
+                });
+}
+
+void ContactSystem::add_tangent(PetscMatrix A) const
+{
+  for_each_zone(_comm, _zones,
+                [&](const SystemZone& zone) {
+                  raymortar::add_tangent(*zone.zone, A, *zone.positions,
+                                         *zone.statistics);
+                });
+}
+
+Norms ContactSystem::norms(std::span<const double> b,
+                           std::span<const double> volume,
+                           std::span<const std::int8_t> fixed,
+                           std::span<const double> increment,
+                           std::span<const double> values) const
+{
+  const std::size_t count = _groups.count;
+  std::vector<double> sums(2 * count, 0.0);
+  const auto group = [this](std::size_t row)
+  { return static_cast<std::size_t>(_groups.of_row[row]); };
+  for (std::size_t row = 0; row < b.size(); ++row)
+    if (row >= fixed.size() or fixed[row] == 0)
+      sums[group(row)] += b[row] * b[row];
+  std::size_t row = 0;
+  const auto add_force = [&](double force)
+  { sums[count + group(row++)] += force * force; };
+  std::for_each(volume.begin(), volume.end(), add_force);
+  const double* mass = _groups.mass.data();
+  for (const MultiplierValues& one : _values.multipliers())
+    for (const Index node : one.owned)
+      for (int c = 0; c < one.components; ++c)
+        add_force(
+            *mass++ *
+            one.local[static_cast<std::size_t>(node * one.components + c)]);
+  int rank = 0;
+  MPI_Comm_rank(_comm, &rank);
+  for (const BodyValues& one : _values.bodies())
+    if (rank == 0)
+      for (const double force : one.body->forces().forces)
+        add_force(force);
+  std::vector<double> most;
+  add_largest(increment, _groups.fields, most);
+  add_largest(values, _groups.fields, most);
+  MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()),
+                MPI_DOUBLE, MPI_SUM, _comm);
+  MPI_Allreduce(MPI_IN_PLACE, most.data(), static_cast<int>(most.size()),
+                MPI_DOUBLE, MPI_MAX, _comm);
+  for (double& sum : sums)
+    sum = std::sqrt(sum);
+  const auto fields = static_cast<std::ptrdiff_t>(most.size() / 2);
+  const auto groups = static_cast<std::ptrdiff_t>(count);
+  return {{sums.begin(), sums.begin() + groups},
+          {sums.begin() + groups, sums.end()},
+          {most.begin(), most.begin() + fields},
+          {most.begin() + fields, most.end()}};
+}
+} // namespace raymortar

@@ -1,0 +1,276 @@
+"""What iterates of a list of contacts need: values, pairs, residuals, norms."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from mpi4py import MPI
+from petsc4py import PETSc
+
+import numpy as np
+from dolfinx.fem import Function
+
+from .. import _cpp
+from ..compat import Array, Indices, Mask
+from ..errors import SetUpError, raise_everywhere, together
+from ..host.host import Field, Host
+from ..host.layout import CoupledRows
+from .assembly import ContactAssembly
+
+
+class CoupledIterates:
+    """Iterates of [u, multipliers, bodies] of a list of contacts. Collective.
+
+    Parameters
+    ----------
+    host
+        What is solved for.
+    parts
+        What each contact adds, in the order of their multipliers' rows.
+
+    Attributes
+    ----------
+    layout
+        Rows of the unknowns.
+    zones
+        Slave surfaces of all contacts.
+    """
+
+    layout: CoupledRows
+
+    def __init__(self, host: Host, parts: Sequence[ContactAssembly]) -> None:
+        self.host, self.parts = host, tuple(parts)
+        self._comm: MPI.Comm = host.comm
+        self._cpp: tuple[_cpp.CoupledValues, _cpp.ContactSystem] | None = None
+        self._groups: tuple[Any, ...] | None = None
+        self.zones = [zone for part in self.parts for zone in part.zones]
+
+    @property
+    def u(self) -> Function:
+        """Displacement on its own space: the user's Function, or a copy that follows a
+        part of a mixed Function."""
+        return self.host.u
+
+    @property
+    def axisymmetric(self) -> bool:
+        """Whether integrals go over a full turn."""
+        return self.parts[0].surfaces.axisymmetric
+
+    @property
+    def updates(self) -> int:
+        """Calls of `update` so far."""
+        return min(part.present.updates for part in self.parts)
+
+    @property
+    def preallocations(self) -> int:
+        """How often a matrix was preallocated."""
+        return max(part.preallocations for part in self.parts)
+
+    @property
+    def cpp(self) -> _cpp.ContactSystem:
+        """The C++ system of the present rows."""
+        if self._cpp is None or self._cpp[0] is not self.layout.made_values:
+            values = self.layout.values
+            self._cpp = values, self._cpp_system(values)
+        return self._cpp[1]
+
+    def _cpp_system(self, values: _cpp.CoupledValues) -> _cpp.ContactSystem:
+        """Make the C++ system."""
+        zones = [
+            _cpp.SystemZone(
+                zone=zone.cpp,
+                positions=zone.positions,
+                statistics=zone.assembly,
+                contact=k,
+                slave=zone.facets.slave_surface.dofs,
+                master=zone.facets.master_surface.dofs,
+                nodes=zone.multiplier_nodes,
+                bodies=[body.cpp for body in zone.facets.bodies],
+            )
+            for k, part in enumerate(self.parts)
+            for zone in part.zones
+        ]
+        made = _cpp.ContactSystem(zones, self.u.x.array, values)
+        if self._groups is not None:
+            made.set_groups(*self._groups)
+        return made
+
+    # Iterates
+
+    def _call(self, call: Callable[..., None], *arguments: Any) -> None:
+        """Call C++, and raise on all ranks what one rank raises. Collective."""
+        if self._comm.size == 1:
+            call(*arguments)
+            return
+        with together(self._comm):
+            call(*arguments)
+
+    def update(self, rays_only: bool = False) -> None:
+        """Pair and integrate at the present displacement. Collective.
+
+        Parameters
+        ----------
+        rays_only
+            Keep the integration points on the slave and cast their rays anew. The
+            tangent is then that at fixed points, whatever `tangent` says.
+
+        Raises
+        ------
+        ContactError
+            If the displacement is not finite, or if the mesh has been moved on the
+            contact surfaces since `Contact` was made.
+        """
+        self.require_mesh()
+        self.host.pull()
+        cpp = self.cpp
+        self._require_finite(cpp)
+        cpp.loads_changed()
+        for part in self.parts:
+            part.present.check_loads()
+        self._pair(cpp, rays_only)
+
+    def require_mesh(self) -> None:
+        """Raise if the mesh has been moved on the contact surfaces. Collective."""
+        for part in self.parts:
+            for reference in part.surfaces.references:
+                raise_everywhere(self._comm, reference.fault(), SetUpError)
+
+    def take(self, x: PETSc.Vec, anew: bool, rays_only: bool) -> bool:
+        """Take over an iterate: unknowns, pairing, integration. Collective.
+
+        Parameters
+        ----------
+        x
+            Unknowns.
+        anew
+            Also where neither x nor the loads of bodies have changed.
+        rays_only
+            As of `update`.
+
+        Returns
+        -------
+        Whether anything was done.
+        """
+        cpp = self.cpp
+        if cpp.loads_changed():
+            anew = True
+            for part in self.parts:
+                part.present.check_loads()
+        scales = [part.gamma_scale for part in self.parts]
+        if not cpp.set_unknowns(x.handle, scales, anew):
+            return False
+        if not self.host.is_plain:
+            self.host.pull()
+        self._require_finite(cpp)
+        self._pair(cpp, rays_only)
+        return True
+
+    @property
+    def _scales(self) -> list[float]:
+        """Factors by which multipliers are divided among the unknowns."""
+        return [part.gamma_scale for part in self.parts]
+
+    def _require_finite(self, cpp: _cpp.ContactSystem) -> None:
+        """Raise for values that are not finite. Collective."""
+        if self.host.is_plain and cpp.is_finite():
+            return
+        functions = [("displacement", self.u)]
+        functions += [("multiplier", part.surfaces.multiplier) for part in self.parts]
+        if not self.host.is_plain:
+            functions += [(f.name, f) for f in self.host.functions]
+        message = None
+        for name, f in functions:
+            bad = 0 if f is None else np.count_nonzero(~np.isfinite(f.x.array))
+            if bad and message is None:
+                message = f"the {name} has {bad} entries that are not finite"
+        raise_everywhere(self._comm, message)
+
+    def _pair(self, cpp: _cpp.ContactSystem, rays_only: bool) -> None:
+        """Send the present state to the zones and pair them. Collective."""
+        for part in self.parts:
+            part.present.begin_update()
+        self._call(cpp.pair, rays_only)
+        for part in self.parts:
+            part.present.end_update(cpp.is_at(part.present.u_old))
+
+    # Values
+
+    def to_vector(self, x: PETSc.Vec) -> None:
+        """Copy functions to the solver's unknowns; divide multipliers by gamma."""
+        self.layout.to_vector(x, self._scales)
+
+    def from_vector(self, x: PETSc.Vec) -> None:
+        """Copy the solver's unknowns to the functions and their ghosts. Collective."""
+        self.layout.from_vector(x, self._scales)
+
+    # Residual
+
+    def constrained(self, bcs: Sequence[Any]) -> Mask:
+        """Whether Dirichlet conditions prescribe a dof of u; ghosted. Collective."""
+        return [part.prescribed(bcs) for part in self.parts][0]
+
+    def assemble_residual(
+        self,
+        b: PETSc.Vec,
+        bcs: Sequence[Any],
+        volume: Array,
+        increment: Array,
+        contact: bool = True,
+    ) -> None:
+        """Set b to the residual of volume and contact, assembled. Collective.
+
+        Parameters
+        ----------
+        b
+            Of `create_vector`.
+        bcs
+            Dirichlet conditions.
+        volume
+            Rows of the user's owned unknowns.
+        increment
+            Prescribed increments of u, ghosted, whose effect is lifted.
+        contact
+            Whether contact adds its forces.
+        """
+        for part in self.parts:
+            part.prescribed(bcs)
+        self._call(self.cpp.residual, b.handle, volume, increment, contact)
+
+    def set_groups(
+        self, of_row: Indices, count: int, mass: Array, fields: Sequence[Field]
+    ) -> None:
+        """Set the groups of rows whose norms are taken.
+
+        Parameters
+        ----------
+        of_row, count
+            Group of each owned row, (rows,), and number of groups.
+        mass
+            Area of each owned multiplier row, (rows,).
+        fields
+            What the user solves for, the displacement first.
+        """
+        places = [field.local for field in fields] if len(fields) > 1 else []
+        self._groups = of_row, count, mass, places
+        self.cpp.set_groups(*self._groups)
+
+    def norms(
+        self, b: PETSc.Vec, volume: Array, fixed: Mask, increment: Array, values: Array
+    ) -> tuple[Array, Array, Array, Array]:
+        """Norms of a residual's free rows and of the forces in balance by group, the
+        largest increment and value by field. Collective.
+
+        Parameters
+        ----------
+        b
+            The residual.
+        volume
+            Its part of the user's form, with constrained rows.
+        fixed
+            Whether each owned unknown of the user is constrained.
+        increment, values
+            Prescribed minus present values, and present values, of local unknowns.
+        """
+        array = b.getArray(readonly=True)
+        return self.cpp.norms(array, volume, fixed, increment, values)
