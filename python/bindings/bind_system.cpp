@@ -53,6 +53,20 @@ SystemZone make_zone(Zone& zone, BlockPositions& positions,
           to_vector(nodes),
           std::move(bodies)};
 }
+/// Residual into b, and its norms
+auto residual(const ContactSystem& system, std::uintptr_t b,
+              const Array<double>& volume, const Array<std::int8_t>& fixed,
+              const Array<double>& owned, const Array<double>& increment,
+              const Array<double>& of_u, const Array<double>& values,
+              bool contact)
+{
+  const Lacking lacking{to_span(fixed), to_span(owned), to_span(increment),
+                        to_span(of_u), to_span(values)};
+  const Norms found =
+      system.residual(vector_of(b), to_span(volume), lacking, contact);
+  return std::tuple(to_array(found.residual), to_array(found.forces),
+                    to_array(found.lacking), to_array(found.sizes));
+}
 } // namespace
 
 void bind_system(py::module_& m)
@@ -96,19 +110,14 @@ void bind_system(py::module_& m)
                               const std::vector<double>& scales, bool anew)
            { return s.set_unknowns(vector_of(x), scales, anew); })
       .def("is_finite", &ContactSystem::is_finite)
+      .def("has_moved", &ContactSystem::has_moved)
       .def("is_at", [](const ContactSystem& s, const Array<double>& u)
            { return s.is_at(to_span(u)); })
       .def("loads_changed", &ContactSystem::loads_changed)
       .def("pair", &ContactSystem::pair)
       .def("add_residual", [](const ContactSystem& s, std::uintptr_t b)
            { s.add_residual(vector_of(b)); })
-      .def("residual",
-           [](const ContactSystem& s, std::uintptr_t b,
-              const Array<double>& volume, const Array<double>& increment,
-              bool contact) {
-             s.residual(vector_of(b), to_span(volume), to_span(increment),
-                        contact);
-           })
+      .def("residual", &residual)
       .def("lift", [](const ContactSystem& s, std::uintptr_t b,
                       const Array<double>& increment, double alpha)
            { s.lift(vector_of(b), to_span(increment), alpha); })
@@ -127,17 +136,6 @@ void bind_system(py::module_& m)
              for (const Array<Index>& field : fields)
                groups.fields.push_back(to_vector(field));
              s.set_groups(std::move(groups));
-           })
-      .def("norms",
-           [](const ContactSystem& s, const Array<double>& b,
-              const Array<double>& volume, const Array<std::int8_t>& fixed,
-              const Array<double>& increment, const Array<double>& values)
-           {
-             const Norms found =
-                 s.norms(to_span(b), to_span(volume), to_span(fixed),
-                         to_span(increment), to_span(values));
-             return std::tuple(to_array(found.residual), to_array(found.forces),
-                               to_array(found.lacking), to_array(found.sizes));
            });
 }
 } // namespace raymortar::bindings

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Sequence
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,9 @@ from .results.sums import Resultant, Statistics, statistics
 from .rigid.body import Body
 from .system.assembly import ContactAssembly
 from .system.coupled import CoupledSystem
+
+# Without Python frames: each iterate asks
+_REVISION = attrgetter("present.revision")
 
 
 class Interaction(CoupledSystem):
@@ -78,7 +82,7 @@ class Interaction(CoupledSystem):
     def revision(self) -> int:
         """Changes so far of what an assembled residual depends on, `u` and `multiplier`
         aside: pairing, history, coefficient."""
-        return sum([part.present.revision for part in self.parts])
+        return sum(map(_REVISION, self.parts))
 
     @property
     def u_old(self) -> Array:
@@ -93,8 +97,10 @@ class Interaction(CoupledSystem):
         up to date if the state is another than at the last `update`. They stay those of
         the accepted step until the next one.
         """
-        if any([part.present.is_stale() for part in self.parts]):
-            self.update()
+        if self.updates and any(part.present.has_friction for part in self.parts):
+            self.host.pull()
+            if self.cpp.has_moved():
+                self.update()
         for part in self.parts:
             part.present.accept()
 

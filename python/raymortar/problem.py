@@ -242,8 +242,7 @@ class CoupledProblem:
     def F(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
         """Residual at x into b. Collective."""
         self.form(x)
-        norms = self.contact.norms(b, *self._assemble(b, True))
-        imbalance = self.convergence.measure(norms)
+        imbalance = self.convergence.measure(self._assemble(b, True))
         self.history.append(imbalance.norm)
 
     def loads(self, b: PETSc.Vec) -> None:
@@ -253,25 +252,12 @@ class CoupledProblem:
 
     def _assemble(
         self, b: PETSc.Vec, contact: bool
-    ) -> tuple[Array, npt.NDArray[np.bool_], Array, Array]:
-        """Assemble the residual, with contact's forces or without. Collective.
-
-        Returns
-        -------
-        Its part of the user's form, which of its rows are constrained, increments and
-        values of the local unknowns.
-        """
-        host = self.contact.host
-        lacking, fixed = host.lacking(self.bcs)
-        values = host.values()
-        increment = compat.without_rounding(lacking, values)
-        volume = self.volume.residual(self.bcs, increment)
-        rows = volume.copy()
-        # Contact leaves constrained rows out
-        rows[fixed] = -host.owned_part(lacking)[fixed]
-        of_u = increment if host.is_plain else increment[host.u_local]
-        self.contact.assemble_residual(b, self.bcs, rows, of_u, contact)
-        return volume, fixed, increment, values
+    ) -> tuple[Array, Array, Array, Array]:
+        """Assemble the residual, with contact's forces or without, and return its
+        norms. Collective."""
+        lacking = self.contact.host.lacking(self.bcs)
+        volume = self.volume.residual(self.bcs, lacking.increment)
+        return self.contact.assemble_residual(b, self.bcs, volume, lacking, contact)
 
     @property
     def form_of_u(self) -> tuple[ufl.Form, ufl.Form]:

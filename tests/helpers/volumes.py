@@ -26,7 +26,7 @@ def assert_as_assembled(problem):
     """Compare a volume that keeps all or some with one that keeps nothing."""
     kept, plain = problem.volume, without_what_is_kept(problem)
     assert kept.kept is not None and plain.kept is None
-    increment, _ = problem.contact.host.lacking(problem.bcs)
+    increment = problem.contact.host.lacking(problem.bcs).increment
     found, wanted = (one.residual(problem.bcs, increment) for one in (kept, plain))
     largest = COMM.allreduce(np.abs(wanted).max(initial=0.0), op=max)
     assert found == pytest.approx(wanted, abs=1e-13 * largest)

@@ -1,23 +1,13 @@
 #include "raymortar/system/contact_system.h"
+#include "raymortar/system/together.h"
 #include <algorithm>
 #include <cmath>
-#include <exception>
 #include <numeric>
 
 namespace raymortar
 {
 namespace
 {
-/// Whether something is so on all ranks
-bool everywhere(MPI_Comm comm, bool here)
-{
-  int size = 1, all = here ? 1 : 0;
-  MPI_Comm_size(comm, &size);
-  if (size > 1)
-    MPI_Allreduce(MPI_IN_PLACE, &all, 1, MPI_INT, MPI_MIN, comm);
-  return all == 1;
-}
-
 /// Values (n, width) of some dofs
 std::vector<double> gathered(std::span<const double> values,
                              const std::vector<Index>& dofs, std::size_t width)
@@ -41,29 +31,14 @@ bool all_finite(std::span<const double> values)
                      [](double value) { return std::isfinite(value); });
 }
 
-/// Calls one for each zone. What it throws on one rank stops all of them, as
-/// others wait for that rank in the next zone.
+/// Calls one for each zone. Other ranks wait for a rank that fails in the next
+/// zone, so that all stop here.
 template <class Call>
 void for_each_zone(MPI_Comm comm, const std::vector<SystemZone>& zones,
                    Call&& call)
 {
   for (const SystemZone& zone : zones)
-  {
-    std::exception_ptr failure;
-    try
-    {
-      call(zone);
-    }
-    catch (...)
-    {
-      failure = std::current_exception();
-    }
-    const bool fine = everywhere(comm, failure == nullptr);
-    if (failure)
-      std::rethrow_exception(failure);
-    if (not fine)
-      return;
-  }
+    together(comm, [&] { call(zone); });
 }
 
 /// Largest absolute value of each field
@@ -118,6 +93,19 @@ bool ContactSystem::is_finite() const
                                     { return all_finite(one.local); }));
 }
 
+bool ContactSystem::has_moved() const
+{
+  return not everywhere(_comm, present() == _paired_at);
+}
+
+std::vector<double> ContactSystem::present() const
+{
+  std::vector<double> values(_u.begin(), _u.end());
+  for (const MultiplierValues& one : _values.multipliers())
+    values.insert(values.end(), one.local.begin(), one.local.end());
+  return values;
+}
+
 bool ContactSystem::is_at(std::span<const double> u) const
 {
   return everywhere(_comm, std::ranges::equal(u, _u));
@@ -140,6 +128,7 @@ bool ContactSystem::loads_changed()
 
 void ContactSystem::pair(bool rays_only)
 {
+  _paired_at = present();
   for_each_zone(_comm, _zones,
                 [&](const SystemZone& zone)
                 {
@@ -201,21 +190,22 @@ void ContactSystem::add_residual(PetscVector b) const
   }
 }
 
-void ContactSystem::residual(PetscVector b, std::span<const double> volume,
-                             std::span<const double> increment,
-                             bool contact) const
+Norms ContactSystem::residual(PetscVector b, std::span<const double> volume,
+                              const Lacking& lacking, bool contact) const
 {
   check(VecSet(b, 0.0), "VecSet");
   PetscScalar* array = nullptr;
   check(VecGetArray(b, &array), "VecGetArray");
-  std::copy(volume.begin(), volume.end(), array);
+  // Contact leaves constrained rows out, so that the values set here stay
+  for (std::size_t row = 0; row < volume.size(); ++row)
+    array[row] = lacking.fixed[row] == 0 ? volume[row] : -lacking.owned[row];
   check(VecRestoreArray(b, &array), "VecRestoreArray");
-  // Constrained rows are left out by contact, so that the values set stay
   if (contact)
     add_residual(b);
-  lift(b, increment, -1.0);
+  lift(b, lacking.of_u, -1.0);
   check(VecAssemblyBegin(b), "VecAssemblyBegin");
   check(VecAssemblyEnd(b), "VecAssemblyEnd");
+  return norms(ReadArray(b).values(), volume, lacking);
 }
 
 void ContactSystem::lift(PetscVector b, std::span<const double> increment,
@@ -248,16 +238,14 @@ void ContactSystem::add_tangent(PetscMatrix A) const
 
 Norms ContactSystem::norms(std::span<const double> b,
                            std::span<const double> volume,
-                           std::span<const std::int8_t> fixed,
-                           std::span<const double> increment,
-                           std::span<const double> values) const
+                           const Lacking& lacking) const
 {
   const std::size_t count = _groups.count;
   std::vector<double> sums(2 * count, 0.0);
   const auto group = [this](std::size_t row)
   { return static_cast<std::size_t>(_groups.of_row[row]); };
   for (std::size_t row = 0; row < b.size(); ++row)
-    if (row >= fixed.size() or fixed[row] == 0)
+    if (row >= lacking.fixed.size() or lacking.fixed[row] == 0)
       sums[group(row)] += b[row] * b[row];
   std::size_t row = 0;
   const auto add_force = [&](double force)
@@ -277,8 +265,8 @@ Norms ContactSystem::norms(std::span<const double> b,
       for (const double force : one.body->forces().forces)
         add_force(force);
   std::vector<double> most;
-  add_largest(increment, _groups.fields, most);
-  add_largest(values, _groups.fields, most);
+  add_largest(lacking.increment, _groups.fields, most);
+  add_largest(lacking.values, _groups.fields, most);
   MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()),
                 MPI_DOUBLE, MPI_SUM, _comm);
   MPI_Allreduce(MPI_IN_PLACE, most.data(), static_cast<int>(most.size()),

@@ -29,6 +29,17 @@ struct RowGroups
   std::vector<std::vector<Index>> fields;
 };
 
+/// @brief Prescribed minus present values of the user's unknowns, 0 where
+/// nothing is prescribed.
+struct Lacking
+{
+  std::span<const std::int8_t> fixed; ///< nonzero: a condition prescribes it
+  std::span<const double> owned;      ///< of this rank's rows
+  std::span<const double> increment;  ///< of local values, without rounding
+  std::span<const double> of_u;       ///< of the displacement's local dofs
+  std::span<const double> values;     ///< present local values
+};
+
 /// @brief Sums and largest values that tell how far an iterate is from a
 /// solution.
 struct Norms
@@ -61,6 +72,10 @@ public:
   /// @brief Whether displacement and multipliers are finite on all ranks.
   [[nodiscard]] bool is_finite() const;
 
+  /// @brief Whether displacement or multipliers differ, on any rank, from those
+  /// of the last `pair`.
+  [[nodiscard]] bool has_moved() const;
+
   /// @brief Whether the displacement is another one's on all ranks.
   [[nodiscard]] bool is_at(std::span<const double> u) const;
 
@@ -79,10 +94,10 @@ public:
   /// @brief Set b to the volume's rows and what `add_residual` adds, lift the
   /// prescribed increments, and assemble.
   /// @param[in] volume Of this rank's rows of the user's unknowns
-  /// @param[in] increment Of the displacement of this rank's dofs
   /// @param[in] contact Whether contact's forces are added
-  void residual(PetscVector b, std::span<const double> volume,
-                std::span<const double> increment, bool contact) const;
+  /// @return Norms by group of rows
+  Norms residual(PetscVector b, std::span<const double> volume,
+                 const Lacking& lacking, bool contact) const;
 
   /// @brief b <- b - alpha * (constrained columns) * increment.
   void lift(PetscVector b, std::span<const double> increment,
@@ -96,15 +111,12 @@ public:
   /// @brief Norms of a residual by group of rows.
   /// @param[in] b Values of this rank's rows
   /// @param[in] volume Residual of the user's form, with constrained rows
-  /// @param[in] fixed Nonzero where a condition prescribes this row
-  /// @param[in] increment, values Of the local values of the user's unknowns
   [[nodiscard]] Norms norms(std::span<const double> b,
                             std::span<const double> volume,
-                            std::span<const std::int8_t> fixed,
-                            std::span<const double> increment,
-                            std::span<const double> values) const;
+                            const Lacking& lacking) const;
 
 private:
+  [[nodiscard]] std::vector<double> present() const;
   void send(const SystemZone& zone) const;
   void send_bodies(const SystemZone& zone) const;
 
@@ -112,7 +124,8 @@ private:
   std::vector<SystemZone> _zones;
   std::span<const double> _u;
   CoupledValues& _values;
-  std::vector<double> _last;  ///< iterate
+  std::vector<double> _last;      ///< iterate
+  std::vector<double> _paired_at; ///< displacement and multipliers
   std::vector<double> _loads; ///< of all bodies, as `loads_changed` saw them
   RowGroups _groups;
 };

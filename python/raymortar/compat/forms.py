@@ -24,10 +24,6 @@ from .spaces import contains
 _FORM_OPTIONS = {"form_compiler_options": "form_compiler_params"}
 _FORM_OPTIONS["jit_options"] = "jit_params"
 
-
-# Of a value, what ranks that share a dof may differ by
-ROUNDING = 8.0 * float(np.finfo(float).eps)
-
 _SEVERAL = (
     "forms of several unknowns: DOLFINx's own Newton solver takes one form, "
     "raymortar.NewtonSolver(problem) takes them all"
@@ -200,8 +196,8 @@ def set_bc(
     b: Array, bcs: Sequence[Any], x0: Array | None = None, scale: float = 1.0
 ) -> None:
     """b = scale (g - x0) at the constrained dofs; ghosted arrays, x0 0 by default."""
-    if hasattr(fem, "set_bc"):
-        fem.set_bc(b, bcs, x0, scale)
+    if hasattr(_cpp.fem, "set_bc"):
+        _cpp.fem.set_bc(b, bcs, x0, scale)
         return
     for bc in bcs:
         bc.set(b, x0, scale)
@@ -228,14 +224,6 @@ def prescribed_values(
         marker[bc.dof_indices()[0]] = 1
     set_bc(values, bcs)
     return marker, values
-
-
-def without_rounding(increment: Array, x0: Array) -> Array:
-    """An increment of x0, 0 where it is rounding: ranks that share a dof may find its
-    value in different cells."""
-    found = increment.copy()
-    found[np.abs(increment) <= ROUNDING * np.abs(x0)] = 0.0
-    return found
 
 
 # Solver

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from mpi4py import MPI
 
@@ -18,10 +18,13 @@ import numpy.typing as npt
 from dolfinx.fem import Function, FunctionSpace
 
 from .. import compat
-from ..compat import Array
+from ..compat import Array, Mask
 from ..errors import ContactError
 from .displacements import Displacement, Places, check_given
 from .joined import JoinedDisplacement, places_of, unrolled
+
+# Of a value, by which ranks that share a dof may differ
+ROUNDING = 8.0 * float(np.finfo(float).eps)
 
 
 @dataclass(frozen=True)
@@ -52,6 +55,28 @@ class _Sorted:
     ids: tuple[int, ...]
     by_function: list[list[Any]]
     owned: npt.NDArray[np.bool_]
+
+
+class Lacking(NamedTuple):
+    """Prescribed minus present values of the unknowns, 0 where nothing is prescribed.
+
+    Attributes
+    ----------
+    fixed
+        Whether conditions prescribe each owned unknown.
+    owned
+        Of the owned unknowns.
+    increment, of_u
+        Of the local unknowns and of the local displacements, without rounding.
+    values
+        Present values of the local unknowns.
+    """
+
+    fixed: Mask
+    owned: Array
+    increment: Array
+    of_u: Array
+    values: Array
 
 
 class Host:
@@ -379,21 +404,33 @@ class Host:
         marker, values = self.prescribed(bcs)
         return marker[self.u_local], values[self.u_local]
 
-    def lacking(self, bcs: Sequence[Any]) -> tuple[Array, npt.NDArray[np.bool_]]:
-        """Prescribed minus present values of local unknowns, 0 elsewhere; and whether
-        conditions prescribe each owned one."""
+    def lacking(self, bcs: Sequence[Any]) -> Lacking:
+        """What the unknowns lack of prescribed values."""
         known, starts = self._conditions(bcs), self._starts[True]
-        found = np.zeros(starts[-1])
+        found, values = np.zeros(starts[-1]), self.values()
         for k, conditions in enumerate(known.by_function):
-            part = found[starts[k] : starts[k + 1]]
-            compat.set_bc(part, conditions, self._arrays[k])
-        return found, known.owned
+            if conditions:
+                part = found[starts[k] : starts[k + 1]]
+                compat.set_bc(part, conditions, self._arrays[k])
+        increment = _without_rounding(found, values)
+        if self.is_plain:
+            owned = found[: self._starts[False][-1]]
+            return Lacking(known.owned, owned, increment, increment, values)
+        of_u = increment[self.u_local]
+        return Lacking(known.owned, self.owned_part(found), increment, of_u, values)
 
     def increment_u(self, bcs: Sequence[Any], u: Array) -> Array:
         """What prescribed displacements lack of a ghosted array u, 0 elsewhere."""
         marker, values = self.prescribed_u(bcs)
         increment = np.where(marker == 1, values - u, 0.0)
-        return compat.without_rounding(increment, u)
+        return _without_rounding(increment, u)
+
+
+def _without_rounding(increment: Array, u: Array) -> Array:
+    """Set an increment of u to 0 where it is rounding: ranks that share a dof may find
+    its value in different cells."""
+    found: Array = increment * (np.abs(increment) > ROUNDING * np.abs(u))
+    return found
 
 
 def _places_among(functions: Sequence[Function], given: Function) -> int | None:

@@ -49,6 +49,8 @@ class PresentState:
     ----------
     u_old
         Displacement of the accepted step, of this rank's dofs.
+    has_friction
+        Whether the contact has friction.
     updates, updates_for_room
         Calls of `update` so far, and those that a new matrix has needed.
     revision
@@ -64,9 +66,9 @@ class PresentState:
         self._cover: Cover | None = None
         if self._multiplier is not None:
             self._cover = Cover(self._zones, self._multiplier.function_space)
-        self._has_friction = options.friction is not None
+        self.has_friction = options.friction is not None
         # Length of the slip of all accepted steps
-        self._slip = Function(surfaces.scalar) if self._has_friction else None
+        self._slip = Function(surfaces.scalar) if self.has_friction else None
         for zone in self._zones:
             zone.slip = self._slip
         self._point_friction: PointFriction | None = None
@@ -74,12 +76,8 @@ class PresentState:
             self._point_friction = PointFriction(
                 options.friction, self._zones, self._comm
             )
-        # Displacement and multiplier
-        functions = [self._u, self._multiplier]
-        self._unknowns = [f.x.array for f in functions if f is not None]
         self.u_old = self._u.x.array.copy()
         self._is_sent = False
-        self._paired_at: list[Array] = []
         self._dt = 1.0
         self._watches_arcs = bool(options.smooth)
         self.updates, self.updates_for_room, self.revision = 0, 0, 0
@@ -119,15 +117,13 @@ class PresentState:
             if self._surfaces.axisymmetric and bodies:
                 raise_everywhere(self._comm, off_axis_fault(bodies), SetUpError)
             require_same_loads(bodies, self._comm)
-            if self._has_friction:
+            if self.has_friction:
                 raise_everywhere(self._comm, zone.motions.turned_too_far())
 
     def begin_update(self) -> None:
         """Send the history to the zones if it has changed."""
         self.updates += 1
         self.revision += 1
-        if self._slip is not None:
-            self._paired_at = [array.copy() for array in self._unknowns]
         if self._is_sent or self._surfaces.tied is not None:
             return
         for zone in self._zones:
@@ -173,15 +169,6 @@ class PresentState:
         if self._cover is not None:
             self._cover.share()
             warn_of_corners(self._surfaces)
-
-    def is_stale(self) -> bool:
-        """Return whether friction needs another `update` before it accepts a step.
-        Collective."""
-        if self._slip is None or not self.updates:
-            return False
-        self._host.pull()
-        same = all(map(np.array_equal, self._paired_at, self._unknowns))
-        return not self._comm.allreduce(same, op=MPI.LAND)
 
     # Steps
 

@@ -45,10 +45,10 @@ class ContactState:
             "old displacement": self.u_old,
             "multiplier": self.multiplier,
             "all unknowns": self.unknowns,
-            "accumulated slip": self.slip,
         }
         for i, traction in enumerate(self.traction_old):
             parts[f"tractions of springs {i}"] = traction
+        parts["accumulated slip"] = self.slip
         shapes = {name: None if p is None else np.shape(p) for name, p in parts.items()}
         shapes["list of slave surfaces"] = (len(self.traction_old),)
         shapes["free rigid bodies"] = tuple(map(len, self.freedoms))

@@ -242,7 +242,7 @@ class CoupledSystem(CoupledIterates):
         """`assemble_matrix` of a matrix that is one of this system. Collective."""
         for part in self.parts:
             part.refuse_held(bcs)
-        self._call(self.cpp.add_tangent, A.handle)
+        self.cpp.add_tangent(A.handle)
         if self.layout.bodies:
             self.free_bodies.add_tangent(A)
 
@@ -253,7 +253,7 @@ class CoupledSystem(CoupledIterates):
         """
         self._require("assemble_vector", b, PETSc.Vec)
         self.constrained(bcs)
-        self._call(self.cpp.add_residual, b.handle)
+        self.cpp.add_residual(b.handle)
 
     def apply_lifting(
         self, b: PETSc.Vec, bcs: Sequence[Any], x0: Array, alpha: float
@@ -276,4 +276,4 @@ class CoupledSystem(CoupledIterates):
         message = f"x0 must be a ghosted array of u, of shape {shape}, not {found}"
         raise_everywhere(self._comm, None if found == shape else message)
         self.constrained(bcs)
-        self._call(self.cpp.lift, b.handle, self.host.increment_u(bcs, x0), alpha)
+        self.cpp.lift(b.handle, self.host.increment_u(bcs, x0), alpha)

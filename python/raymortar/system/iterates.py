@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from operator import attrgetter
 from typing import Any
 
 from mpi4py import MPI
@@ -13,10 +14,13 @@ from dolfinx.fem import Function
 
 from .. import _cpp
 from ..compat import Array, Indices, Mask
-from ..errors import SetUpError, raise_everywhere, together
-from ..host.host import Field, Host
+from ..errors import SetUpError, raise_everywhere
+from ..host.host import Field, Host, Lacking
 from ..host.layout import CoupledRows
 from .assembly import ContactAssembly
+
+# Without Python frames: each iterate asks
+_SCALE = attrgetter("gamma_scale")
 
 
 class CoupledIterates:
@@ -98,14 +102,6 @@ class CoupledIterates:
 
     # Iterates
 
-    def _call(self, call: Callable[..., None], *arguments: Any) -> None:
-        """Call C++, and raise on all ranks what one rank raises. Collective."""
-        if self._comm.size == 1:
-            call(*arguments)
-            return
-        with together(self._comm):
-            call(*arguments)
-
     def update(self, rays_only: bool = False) -> None:
         """Pair and integrate at the present displacement. Collective.
 
@@ -124,7 +120,7 @@ class CoupledIterates:
         self.require_mesh()
         self.host.pull()
         cpp = self.cpp
-        self._require_finite(cpp)
+        self._require_finite()
         cpp.loads_changed()
         for part in self.parts:
             part.present.check_loads()
@@ -157,24 +153,22 @@ class CoupledIterates:
             anew = True
             for part in self.parts:
                 part.present.check_loads()
-        scales = [part.gamma_scale for part in self.parts]
-        if not cpp.set_unknowns(x.handle, scales, anew):
+        if not cpp.set_unknowns(x.handle, list(map(_SCALE, self.parts)), anew):
             return False
         if not self.host.is_plain:
             self.host.pull()
-        self._require_finite(cpp)
+        if not (self.host.is_plain and cpp.is_finite()):
+            self._require_finite()
         self._pair(cpp, rays_only)
         return True
 
     @property
     def _scales(self) -> list[float]:
         """Factors by which multipliers are divided among the unknowns."""
-        return [part.gamma_scale for part in self.parts]
+        return list(map(_SCALE, self.parts))
 
-    def _require_finite(self, cpp: _cpp.ContactSystem) -> None:
+    def _require_finite(self) -> None:
         """Raise for values that are not finite. Collective."""
-        if self.host.is_plain and cpp.is_finite():
-            return
         functions = [("displacement", self.u)]
         functions += [("multiplier", part.surfaces.multiplier) for part in self.parts]
         if not self.host.is_plain:
@@ -190,7 +184,7 @@ class CoupledIterates:
         """Send the present state to the zones and pair them. Collective."""
         for part in self.parts:
             part.present.begin_update()
-        self._call(cpp.pair, rays_only)
+        cpp.pair(rays_only)
         for part in self.parts:
             part.present.end_update(cpp.is_at(part.present.u_old))
 
@@ -215,9 +209,9 @@ class CoupledIterates:
         b: PETSc.Vec,
         bcs: Sequence[Any],
         volume: Array,
-        increment: Array,
+        lacking: Lacking,
         contact: bool = True,
-    ) -> None:
+    ) -> tuple[Array, Array, Array, Array]:
         """Set b to the residual of volume and contact, assembled. Collective.
 
         Parameters
@@ -227,15 +221,20 @@ class CoupledIterates:
         bcs
             Dirichlet conditions.
         volume
-            Rows of the user's owned unknowns.
-        increment
-            Prescribed increments of u, ghosted, whose effect is lifted.
+            Rows of the user's owned unknowns, of the user's form.
+        lacking
+            What the unknowns lack of prescribed values.
         contact
             Whether contact adds its forces.
+
+        Returns
+        -------
+        Norms of the residual's free rows and of the forces in balance by group, the
+        largest increment and value by field.
         """
         for part in self.parts:
             part.prescribed(bcs)
-        self._call(self.cpp.residual, b.handle, volume, increment, contact)
+        return self.cpp.residual(b.handle, volume, *lacking, contact)
 
     def set_groups(
         self, of_row: Indices, count: int, mass: Array, fields: Sequence[Field]
@@ -254,23 +253,3 @@ class CoupledIterates:
         places = [field.local for field in fields] if len(fields) > 1 else []
         self._groups = of_row, count, mass, places
         self.cpp.set_groups(*self._groups)
-
-    def norms(
-        self, b: PETSc.Vec, volume: Array, fixed: Mask, increment: Array, values: Array
-    ) -> tuple[Array, Array, Array, Array]:
-        """Norms of a residual's free rows and of the forces in balance by group, the
-        largest increment and value by field. Collective.
-
-        Parameters
-        ----------
-        b
-            The residual.
-        volume
-            Its part of the user's form, with constrained rows.
-        fixed
-            Whether each owned unknown of the user is constrained.
-        increment, values
-            Prescribed minus present values, and present values, of local unknowns.
-        """
-        array = b.getArray(readonly=True)
-        return self.cpp.norms(array, volume, fixed, increment, values)

@@ -33,18 +33,24 @@ class Forms:
         vectors = [compat.create_la_vector(*one) for one in maps]
         forms, table = (L, a) if self.has_several else ([L], [[a]])
         # By test space, with views of arrays and of their owned parts
+        starts = self._host.owned_starts
+        self._found = np.zeros(starts[-1])
+        owned = np.split(self._found, starts[1:-1])
         self._rows = [
-            (form, blocks, r, r.array, r.array[: one.size_local * bs])
-            for form, blocks, r, (one, bs) in zip(forms, table, vectors, maps)
+            (form, blocks, r, r.array, part)
+            for form, blocks, r, part in zip(forms, table, vectors, owned)
         ]
         self._alone = self._host.comm.size == 1
 
     def residual(
         self, bcs: Sequence[Any] = (), increment: Array | None = None
     ) -> Array:
-        """Assemble the owned rows, with the effect of prescribed increments if given."""
-        lifts = increment is not None and increment.any()
-        for form, blocks, r, array, _ in self._rows:
+        """Assemble the owned rows, with the effect of prescribed increments if given.
+
+        The array is that of the next call, too.
+        """
+        lifts = increment is not None and len(increment.nonzero()[0]) > 0
+        for form, blocks, r, array, owned in self._rows:
             array[:] = 0.0
             if form is not None:
                 compat.assemble_residual(array, form)
@@ -52,7 +58,8 @@ class Forms:
                 self._lift(array, blocks, bcs, increment)
             if not self._alone:
                 compat.scatter_reverse_add(r)
-        return np.concatenate([row[-1] for row in self._rows])
+            owned[:] = array[: len(owned)]
+        return self._found
 
     def _lift(
         self, r: Array, blocks: Sequence[Any], bcs: Sequence[Any], increment: Any
@@ -170,7 +177,7 @@ class Kept:
         try:
             for f in functions:
                 f.x.array[:] = 0.0
-            return self._forms.residual()
+            return self._forms.residual().copy()
         finally:
             for f, values in zip(functions, kept):
                 f.x.array[:] = values
@@ -284,7 +291,7 @@ class Volume:
 
     def forces(self, bcs: Sequence[Any]) -> Array:
         """Residual at the present state, of the owned unknowns. Collective."""
-        return self.residual(bcs, None)
+        return self.residual(bcs, None).copy()
 
     def residual(self, bcs: Sequence[Any], increment: Array | None) -> Array:
         """Residual of the owned unknowns, with the effect of prescribed increments if

@@ -93,6 +93,15 @@ protected:
     return x;
   }
 
+  [[nodiscard]] RowGroups one_group() const
+  {
+    RowGroups groups;
+    groups.of_row.assign(size, 0);
+    groups.count = 1;
+    groups.mass.assign(multiplier.size(), 1.0);
+    return groups;
+  }
+
   std::unique_ptr<Zone> zone;
   std::size_t d = 0, n_slave = 0, n_master = 0, size = 0;
   std::vector<double> u, multiplier;
@@ -147,7 +156,10 @@ TEST_F(ContactSystemTest, ResidualIsThatOfItsZonesVolumeAndBodies)
       std::vector<double>(zone->input().slave.facet_dofs.size(), 1.0), 1.0);
   system->pair(false);
   const std::vector<double> volume(u.size(), 0.5), none(u.size(), 0.0);
-  system->residual(b.get(), volume, none, true);
+  system->set_groups(one_group());
+  const std::vector<std::int8_t> free(u.size(), 0);
+  const Norms norms =
+      system->residual(b.get(), volume, {free, none, none, none, u}, true);
   VecSet(alone.get(), 0.0);
   add_residual(*zone, alone.get(), statistics);
   VecAssemblyBegin(alone.get());
@@ -158,6 +170,24 @@ TEST_F(ContactSystemTest, ResidualIsThatOfItsZonesVolumeAndBodies)
     expected[k] += 0.5;
   expected.back() -= 5.0 - 2.0 * 0.75;
   EXPECT_EQ(b.values(), expected);
+  double square = 0.0;
+  for (const double value : expected)
+    square += value * value;
+  EXPECT_DOUBLE_EQ(norms.residual[0], std::sqrt(square));
+}
+
+TEST_F(ContactSystemTest, ConstrainedRowsSayWhatIsLacking)
+{
+  OwnedVector b(size);
+  system->set_groups(one_group());
+  const std::vector<double> volume(u.size(), 0.5), none(u.size(), 0.0);
+  std::vector<double> owned(u.size(), 0.0);
+  std::vector<std::int8_t> fixed(u.size(), 0);
+  fixed[1] = 1;
+  owned[1] = 3.0;
+  system->residual(b.get(), volume, {fixed, owned, none, none, u}, false);
+  EXPECT_EQ(b.values()[0], 0.5);
+  EXPECT_EQ(b.values()[1], -3.0);
 }
 
 TEST_F(ContactSystemTest, NormsAreByGroupAndLeaveConstrainedRowsOut)
@@ -176,7 +206,9 @@ TEST_F(ContactSystemTest, NormsAreByGroupAndLeaveConstrainedRowsOut)
   fixed[0] = fixed[1] = 1;
   std::vector<double> increment(u.size(), 0.0), present(u.size(), -7.0);
   increment[2] = -0.5;
-  const Norms found = system->norms(b, volume, fixed, increment, present);
+  const std::vector<double> none(u.size(), 0.0);
+  const Norms found =
+      system->norms(b, volume, {fixed, none, increment, none, present});
   EXPECT_DOUBLE_EQ(found.residual[0],
                    std::sqrt(static_cast<double>(u.size() - 2)));
   EXPECT_DOUBLE_EQ(found.residual[2], 1.0);

@@ -65,13 +65,15 @@ def test_one_pairing_where_no_facet_moves_along_another():
 def test_inner_iterations_keep_the_points():
     case = build(curved_blocks(), material="neo-hookean", bcs=pushed)
     solver = FixedPointSolver(SOLVERS[-1](case.problem))
-    seen, update = [], case.contact.update
+    seen, take = [], case.contact.take
 
-    def watch(rays_only=False):
-        update(rays_only)
-        seen.append((rays_only, case.contact.points()["xi"]))
+    def watch(x, anew, rays_only):
+        is_new = take(x, anew, rays_only)
+        if is_new:
+            seen.append((rays_only, case.contact.points()["xi"]))
+        return is_new
 
-    case.contact.update = watch
+    case.contact.take = watch
     solver.solve()
     kept = [rays_only for rays_only, _ in seen]
     assert kept.count(False) == len(solver.residuals) and True in kept
