@@ -24,7 +24,7 @@ _CLOCKS = {
     "seconds_segments": ("integration", "pairings"),
     "seconds_rays": ("integration", "pairings"),
 }
-_BLOCKS = ("assemble_vector", "assemble_matrix", "lift")
+_BLOCKS = ("assemble_residual", "add_tangent")
 
 
 class Clock:
@@ -38,7 +38,7 @@ class Clock:
     Notes
     -----
     "pairing" finds candidates, "integration" clips segments and casts rays, "assembly"
-    is that of contact's blocks, "volume" the rest: the volume's forms, and Python.
+    is that of contact's blocks and of the residual's norms, "volume" the rest: the volume's forms, and Python.
     """
 
     def __enter__(self):
@@ -46,7 +46,7 @@ class Clock:
             PETSc.Log.begin()
         self._wall = dict.fromkeys(STAGES, 0.0)
         self._patches = contextlib.ExitStack()
-        self._replace("update", self._pairing)
+        self._replace("_pair", self._pairing)
         for name in _BLOCKS:
             self._replace(name, self._assembly)
         self._solve = _factorising()
@@ -59,10 +59,10 @@ class Clock:
         patch = mock.patch.object(raymortar.Contact, name, timed)
         self._patches.enter_context(patch)
 
-    def _pairing(self, update):
-        def timed(contact, *args, **options):
+    def _pairing(self, pair):
+        def timed(contact, *args):
             before = [zone.cpp.statistics() for zone in contact.zones]
-            update(contact, *args, **options)
+            pair(contact, *args)
             for zone, old in zip(contact.zones, before):
                 new = zone.cpp.statistics()
                 for clock, (stage, count) in _CLOCKS.items():
@@ -74,8 +74,9 @@ class Clock:
     def _assembly(self, method):
         def timed(*args, **options):
             start = time.perf_counter()
-            method(*args, **options)
+            found = method(*args, **options)
             self._wall["assembly"] += time.perf_counter() - start
+            return found
 
         return timed
 
