@@ -5,9 +5,10 @@
 // a node of the other's. The pressure between them must be uniform.
 #include "volume.h"
 #include <cmath>
+#include <numeric>
 #include <petscksp.h>
-#include <raymortar/fem/assembly.h>
 #include <raymortar/fem/pattern.h>
+#include <raymortar/system/contact_system.h>
 
 namespace rm = raymortar;
 
@@ -118,35 +119,58 @@ Volume make_volume(const Part& part)
   return volume;
 }
 
-/// Values of some nodes out of the rank's part of the solution
-std::vector<double> at_nodes(std::span<const double> x,
-                             const std::vector<int>& nodes, int begin)
+std::vector<rm::GlobalIndex> numbers(std::size_t count, rm::GlobalIndex first)
 {
-  std::vector<double> values;
-  for (const int node : nodes)
-    for (int i = 0; i < 2; ++i)
-      values.push_back(x[static_cast<std::size_t>(begin + 2 * node + i)]);
-  return values;
+  std::vector<rm::GlobalIndex> all(count);
+  std::iota(all.begin(), all.end(), first);
+  return all;
 }
 
-/// The present unknowns into the zone, and its surfaces paired there
-void update(rm::Zone& zone, const Part& part, std::span<const double> x,
-            double scale)
+/// Contact of the two blocks, and the values of this rank that it depends on
+struct Contact
 {
-  std::vector<double> slave, master, multiplier;
-  if (part.has_lower)
-    master = at_nodes(x, lower_block.top(), 0);
-  if (part.has_upper)
+  rm::Zone zone;
+  std::vector<double> u, multiplier;
+  rm::CoupledValues values;     ///< moves these from and to vectors of unknowns
+  rm::BlockPositions positions; ///< of contact's blocks in the matrix
+  rm::AssemblyStatistics statistics;
+  rm::ContactSystem system;
+
+  Contact(MPI_Comm comm, const Part& part)
+      : zone(make_zone(comm, part)), u(static_cast<std::size_t>(part.bodies())),
+        multiplier(zone.input().multipliers.row.size()),
+        values(comm, {{u, u.size()}}, numbers(u.size(), part.begin()),
+               {multiplier_values()}, {}),
+        system({system_zone(part)}, u, values)
   {
-    slave = at_nodes(x, upper_block.bottom(), part.lower - part.begin());
-    for (const double unknown :
-         x.last(static_cast<std::size_t>(part.multipliers)))
-      multiplier.push_back(scale * unknown);
   }
-  zone.set_displacement(slave, master);
-  zone.set_multiplier(multiplier);
-  zone.pair();
-}
+  Contact(const Contact&) = delete;
+  Contact& operator=(const Contact&) = delete;
+
+private:
+  rm::MultiplierValues multiplier_values()
+  {
+    std::vector<rm::Index> nodes(multiplier.size());
+    std::iota(nodes.begin(), nodes.end(), 0);
+    return {multiplier, nodes, zone.input().multipliers.row, 1};
+  }
+
+  rm::SystemZone system_zone(const Part& part)
+  {
+    rm::SystemZone one;
+    one.zone = &zone;
+    one.positions = &positions;
+    one.statistics = &statistics;
+    const int before = part.has_lower ? lower_block.num_nodes() : 0;
+    if (part.has_lower)
+      one.master = lower_block.top();
+    if (part.has_upper)
+      for (const int node : upper_block.bottom())
+        one.slave.push_back(before + node);
+    one.nodes = multiplier_values().owned;
+    return one;
+  }
+};
 
 /// A direct solver whose matrix has room for the pairs that were found
 struct LinearSystem
@@ -155,9 +179,7 @@ struct LinearSystem
   KSP ksp = nullptr;
   Vec b = nullptr, step = nullptr;
   std::vector<std::int32_t> offsets, columns; ///< of the volume
-  rm::Pattern pattern;
-  rm::BlockPositions positions; ///< of contact's blocks in A
-  rm::AssemblyStatistics statistics;
+  rm::Pattern pattern;                        ///< of contact
 
   LinearSystem(MPI_Comm comm, const Volume& volume, Vec x)
   {
@@ -186,30 +208,29 @@ struct LinearSystem
     VecDestroy(&b);
   }
 
-  void make_room(MPI_Comm comm, const rm::Zone& zone)
+  void make_room(MPI_Comm comm, Contact& contact)
   {
-    const int mine = pattern.covers(zone) ? 0 : 1;
+    const int mine = pattern.covers(contact.zone) ? 0 : 1;
     int any = 0;
     MPI_Allreduce(&mine, &any, 1, MPI_INT, MPI_MAX, comm);
     if (any == 0)
       return;
-    pattern.extend(zone);
-    const rm::Zone* zones[] = {&zone};
+    pattern.extend(contact.zone);
+    const rm::Zone* zones[] = {&contact.zone};
     const rm::Pattern* patterns[] = {&pattern};
     rm::preallocate(A, offsets, columns, zones, patterns);
-    positions.forget();
+    contact.positions.forget();
     check(KSPReset(ksp));
     check(KSPSetOperators(ksp, A, A));
   }
 
-  void assemble(const Volume& volume, const rm::Zone& zone,
-                std::span<const double> x)
+  void assemble(const Volume& volume, const Contact& contact)
   {
     check(VecZeroEntries(b));
     check(MatZeroEntries(A));
-    volume.assemble(x, A, b);
-    rm::add_residual(zone, b, statistics);
-    rm::add_tangent(zone, A, positions, statistics);
+    volume.assemble(contact.u, A, b);
+    contact.system.add_residual(b);
+    contact.system.add_tangent(A);
     check(VecAssemblyBegin(b));
     check(VecAssemblyEnd(b));
     check(MatAssemblyBegin(A, MAT_FINAL_ASSEMBLY));
@@ -218,26 +239,28 @@ struct LinearSystem
 };
 
 /// Newton's method; returns the number of iterations
-int solve(MPI_Comm comm, rm::Zone& zone, const Part& part, Vec x, double scale)
+int solve(MPI_Comm comm, Contact& contact, const Part& part, double scale)
 {
+  Vec x = nullptr;
+  check(VecCreateMPI(comm, part.rows(), PETSC_DETERMINE, &x));
   const Volume volume = make_volume(part);
   LinearSystem system(comm, volume, x);
+  const std::vector<double> scales{scale};
   for (int iterations = 0;; ++iterations)
   {
-    const PetscScalar* values = nullptr;
-    check(VecGetArrayRead(x, &values));
-    const std::span<const double> here(values,
-                                       static_cast<std::size_t>(part.rows()));
-    update(zone, part, here, scale);
-    system.make_room(comm, zone);
-    system.assemble(volume, zone, here);
-    check(VecRestoreArrayRead(x, &values));
+    contact.system.set_unknowns(x, scales, true);
+    contact.system.pair(false);
+    system.make_room(comm, contact);
+    system.assemble(volume, contact);
     PetscReal norm = 0.0;
     check(VecNorm(system.b, NORM_2, &norm));
     check(PetscPrintf(comm, "iteration %d: residual %.1e N/mm\n", iterations,
                       static_cast<double>(norm)));
     if (norm < 1e-10 * pressure or iterations == 20)
+    {
+      check(VecDestroy(&x));
       return iterations;
+    }
     check(KSPSolve(system.ksp, system.b, system.step));
     check(VecAXPY(x, -1.0, system.step));
   }
@@ -245,24 +268,19 @@ int solve(MPI_Comm comm, rm::Zone& zone, const Part& part, Vec x, double scale)
 
 /// Largest relative error of the contact pressure and of the sinking of the
 /// upper block, on all ranks
-double error(MPI_Comm comm, const Part& part, Vec x, double scale)
+double error(MPI_Comm comm, const Part& part, const Contact& contact)
 {
-  const PetscScalar* values = nullptr;
-  check(VecGetArrayRead(x, &values));
-  const std::span<const double> here(values,
-                                     static_cast<std::size_t>(part.rows()));
   double mine = 0.0, worst = 0.0;
+  for (const double value : contact.multiplier)
+    mine = std::max(mine, std::abs(value / -pressure - 1.0));
+  const double exact = -2.0 * pressure * (1.0 - nu * nu) / E;
+  const int before = part.has_lower ? lower_block.num_nodes() : 0;
   if (part.has_upper)
-  {
-    for (const double v : here.last(static_cast<std::size_t>(part.multipliers)))
-      mine = std::max(mine, std::abs(scale * v / -pressure - 1.0));
-    const double exact = -2.0 * pressure * (1.0 - nu * nu) / E;
-    const auto top =
-        at_nodes(here, upper_block.top(), part.lower - part.begin());
-    for (std::size_t k = 1; k < top.size(); k += 2)
-      mine = std::max(mine, std::abs(top[k] / exact - 1.0));
-  }
-  check(VecRestoreArrayRead(x, &values));
+    for (const int node : upper_block.top())
+    {
+      const auto y = static_cast<std::size_t>(2 * (before + node) + 1);
+      mine = std::max(mine, std::abs(contact.u[y] / exact - 1.0));
+    }
   MPI_Allreduce(&mine, &worst, 1, MPI_DOUBLE, MPI_MAX, comm);
   return worst;
 }
@@ -271,20 +289,17 @@ double error(MPI_Comm comm, const Part& part, Vec x, double scale)
 double run(MPI_Comm comm)
 {
   const Part part(comm);
-  rm::Zone zone = make_zone(comm, part);
+  Contact contact(comm, part);
   // Traction per length, about E / h; it is also the unit of the multiplier's
   // unknowns, which are lengths as the others are
   const double gamma = E * upper_block.cells[0];
-  const std::vector<double> everywhere(zone.input().slave.facet_dofs.size(),
-                                       gamma);
-  zone.set_gamma(everywhere, gamma);
-  Vec x = nullptr;
-  check(VecCreateMPI(comm, part.rows(), PETSC_DETERMINE, &x));
-  const int iterations = solve(comm, zone, part, x, gamma);
-  const double worst = error(comm, part, x, gamma);
+  const std::vector<double> everywhere(
+      contact.zone.input().slave.facet_dofs.size(), gamma);
+  contact.zone.set_gamma(everywhere, gamma);
+  const int iterations = solve(comm, contact, part, gamma);
+  const double worst = error(comm, part, contact);
   check(PetscPrintf(comm, "%d iterations, largest relative error %.1e\n",
                     iterations, worst));
-  check(VecDestroy(&x));
   return worst;
 }
 } // namespace
