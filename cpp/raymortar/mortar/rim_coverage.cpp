@@ -20,7 +20,9 @@ const double sharp = std::cos(std::numbers::pi / 6.0);
 constexpr double oblique = 0.8;
 
 /// So it does, however tilted, where a corner's distance from the first is less
-/// than this share of the segment's largest gap to the other
+/// than this share of the segment's largest gap to the other, and the gap to
+/// the other grows from this corner on. Where it falls the facet comes down on
+/// the other face
 constexpr double near_it = 0.25;
 
 /// Segments are open that are nowhere deeper than this share of their largest
@@ -43,8 +45,9 @@ public:
   {
     for (const Index m : near)
     {
-      const Vec<D> n = normal_of_facet(m);
-      _faces.push_back({n, -_n.dot(n), distance_from_corners(m)});
+      const Frame<D> middle = middle_of_facet(m);
+      _faces.push_back({middle.n, middle.x, -_n.dot(middle.n)});
+      find_nearest_corner(m, _faces.back());
     }
   }
 
@@ -60,15 +63,18 @@ public:
       lowest = std::min(lowest, g);
       highest = std::max(highest, g);
     }
-    const Vec<D> n = normal_of_facet(master);
-    const double facing = -_n.dot(n), slack = open_by_gap * highest;
+    const Frame<D> own = middle_of_facet(master);
+    const double facing = -_n.dot(own.n), slack = open_by_gap * highest;
     const auto lies_along = [&](const Face& other)
     {
-      if (not(n.dot(other.n) < sharp))
+      // In a corner that opens to the slave it faces both
+      const bool is_behind = other.n.dot(own.x - other.x) < 0.0;
+      if (not(is_behind and own.n.dot(other.n) < sharp))
         return false;
       return (facing < oblique * other.facing and
               lowest > -std::max(slack, _slack)) or
-             (near_it * highest > other.distance and lowest > -slack);
+             (near_it * highest > other.distance and lowest > -slack and
+              gap(other.corner, master) < 0.5 * (lowest + highest));
     };
     return std::any_of(_faces.begin(), _faces.end(), lies_along);
   }
@@ -76,9 +82,11 @@ public:
 private:
   struct Face
   {
-    Vec<D> n;
-    double facing;   ///< -n_s . n in the middle of the slave facet
-    double distance; ///< least of the slave facet's corners. Length
+    Vec<D> n, x;   ///< in its middle
+    double facing; ///< -n_s . n in the middle of the slave facet
+    /// Least of the slave facet's corners, and which that is. Length
+    double distance = std::numeric_limits<double>::infinity();
+    typename S::RefPoint corner = S::RefPoint::Zero();
   };
 
   /// Along the ray of a place of the slave, beyond the facet's edges as well;
@@ -95,23 +103,25 @@ private:
     return is_met ? hit.g : std::numeric_limits<double>::infinity();
   }
 
-  [[nodiscard]] double distance_from_corners(Index which) const
+  void find_nearest_corner(Index which, Face& face) const
   {
-    double least = std::numeric_limits<double>::infinity();
     for (int c = 0; c < S::Ref::corners; ++c)
     {
       const typename S::RefPoint xi(
           S::Node::points[static_cast<std::size_t>(c)].data());
-      least = std::min(least, std::abs(gap(xi, which)));
+      const double distance = std::abs(gap(xi, which));
+      if (distance < face.distance)
+      {
+        face.distance = distance;
+        face.corner = xi;
+      }
     }
-    return least;
   }
 
-  [[nodiscard]] Vec<D> normal_of_facet(Index which) const
+  [[nodiscard]] Frame<D> middle_of_facet(Index which) const
   {
     return frame_at<M>(_tools.nodes<M>(_tools.x, which),
-                       middle_of_reference<M>())
-        .n;
+                       middle_of_reference<M>());
   }
 
   typename S::NodeMatrix _nodes;
