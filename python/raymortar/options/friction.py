@@ -119,9 +119,7 @@ class Friction(Law):
         ``dt``, the time of the step; ``fields``, a list of the values of `fields`, (n,)
         each.
     derivatives
-        From the same to (ds/dp, ds/dv), (n,) each. None: by complex steps; where
-        ``bound`` does not take complex numbers, or loses their imaginary part as
-        ``abs`` does, by central differences.
+        From the same to (ds/dp, ds/dv), (n,) each. None: by central differences.
     fields
         Scalar Functions on the slave's mesh. Each `Contact.update` evaluates them at
         the nodes of the slave facets.
