@@ -17,7 +17,7 @@ from .interaction import Interaction
 from .interface.coefficients import Interfaces, PairCoefficients
 from .interface.contact_surfaces import check_given, make_surfaces
 from .interface.friction_at_points import spread_coefficient
-from .interface.offsets import Adjustment, Offsets
+from .interface.overlap import Adjustment, Offsets
 from .interface.point_results import CLOSED, OPEN
 from .interface.present import PresentState
 from .interface.state import ContactState

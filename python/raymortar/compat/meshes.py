@@ -11,8 +11,7 @@ from dolfinx import cpp as _cpp
 from dolfinx import geometry
 
 from ..errors import ContactError
-from .elements import basix_element
-from .generation import HAS_UFL_ELEMENTS, Indices, table, unwrap
+from .generation import HAS_UFL_ELEMENTS, Indices, basix_element, table, unwrap
 
 
 def cell_name(mesh: dolfinx.mesh.Mesh) -> str:

@@ -55,11 +55,9 @@ class Facets:
 
 def join(facets_list: Sequence[Facets]) -> Facets:
     """Several sets of facets as one, in their order. Its tag has no meaning."""
-    columns = [
-        np.concatenate([getattr(facets, name) for facets in facets_list])
-        for name in ("facets", "cells", "local_facets")
-    ]
-    return Facets(-1, *columns)
+    rows = zip(*((one.facets, one.cells, one.local_facets) for one in facets_list))
+    facets, cells, local_facets = (np.concatenate(columns) for columns in rows)
+    return Facets(-1, facets, cells, local_facets)
 
 
 def coordinates(mesh: Mesh) -> Array:

@@ -20,8 +20,8 @@ from dolfinx.fem import Function, FunctionSpace
 from .. import compat
 from ..compat import Array
 from ..errors import ContactError
-from .displacements import Displacement, Places, check_given
-from .joined import JoinedDisplacement, places_of, unrolled
+from .joined import Displacement, JoinedDisplacement, Places, check_given, places_of
+from .joined import unrolled
 
 
 @dataclass(frozen=True)

@@ -48,6 +48,11 @@ class ZoneFacets:
     master_part: int = 0
     bodies: tuple[Body, ...] = ()  # rigid ones in place of masters
 
+    @property
+    def sides(self) -> tuple[Surface, Surface]:
+        """Surfaces of slave and masters."""
+        return self.slave_surface, self.master_surface
+
 
 def find_facets(
     u: Any,

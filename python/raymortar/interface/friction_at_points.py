@@ -18,8 +18,7 @@ from ..host.facets import format_point
 from ..host.reference_facets import shape_functions
 from ..host.slave_fields import FRICTION_FIELD, check_field, check_function, on_facets
 from ..options.friction import Friction, Law
-from .point_places import accumulated_slip, undeformed
-from .point_results import CLOSED
+from .point_results import CLOSED, accumulated_slip, undeformed
 from .zone_data import ZoneData
 
 # Pressures and slip rates at which laws of ranks are compared

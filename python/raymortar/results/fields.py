@@ -13,8 +13,7 @@ from dolfinx.fem import Function
 from ..compat import Array
 from ..errors import ContactError, raise_everywhere, together
 from ..interface.contact_surfaces import ContactSurfaces
-from ..interface.point_places import nodal_average
-from ..interface.point_results import OPEN, pressures, traction_part
+from ..interface.point_results import OPEN, nodal_average, pressures, traction_part
 from ..interface.present import PresentState
 from ..options.friction import Law
 

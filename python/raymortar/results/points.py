@@ -17,7 +17,7 @@ from ..compat import Array
 from ..errors import ContactError, ContactWarning, as_path, together
 from ..host.joined import parts_of
 from ..interface.pairs import PairTable
-from ..interface.point_places import places
+from ..interface.point_results import places
 from ..interface.present import PresentState
 from ..interface.zone_data import ZoneData
 from ..rigid.body import Body

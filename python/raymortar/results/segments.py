@@ -20,8 +20,7 @@ from dolfinx.fem import Function
 from ..compat import Array
 from ..errors import ContactError, writing
 from ..host.reference_facets import shape_functions
-from ..interface.point_places import undeformed
-from ..interface.point_results import OPEN
+from ..interface.point_results import OPEN, undeformed
 from ..interface.zone_data import ZoneData
 
 POINT_DATA = ("gap", "pressure", "traction", "status", "weight", "slip")
