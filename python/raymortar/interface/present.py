@@ -18,7 +18,7 @@ from ..errors import (
     require_agreement,
     together,
 )
-from ..host.axisymmetry import off_axis_fault
+from ..host.checks import off_axis_fault
 from ..options.contact_options import ContactOptions
 from ..options.friction import Friction
 from ..rigid.body import Body

@@ -14,7 +14,7 @@ from dolfinx.fem import Function
 from dolfinx.fem.petsc import assemble_matrix
 
 from ..compat import Array, Indices
-from ..host.axisymmetry import warn_of_plane_form
+from ..host.checks import warn_of_plane_form
 from ..host.host import Host
 from ..host.layout import CoupledRows
 from ..host.ranks import ends_of
