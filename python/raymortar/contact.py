@@ -21,7 +21,7 @@ from .interface.overlap import Adjustment, Offsets
 from .interface.point_results import CLOSED, OPEN
 from .interface.present import PresentState
 from .interface.state import ContactState
-from .options.contact_options import ContactOptions
+from .options.methods import ContactOptions
 from .options.friction import Law
 from .options.methods import AugmentedLagrangian, Penalty, Search
 from .results.fields import NodalFields, check_part

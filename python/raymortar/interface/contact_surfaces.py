@@ -23,7 +23,7 @@ from ..host.layout import Layout
 from ..host.ranks import ends_of, keep_communicator
 from ..host.tagged import ZoneFacets, find_facets
 from ..host.thickness import Cells
-from ..options.contact_options import ContactOptions
+from ..options.methods import ContactOptions
 from ..rigid.body import Body
 from .coefficients import Interfaces
 from .pairs import PairTable, known_names, read_pairs

@@ -19,7 +19,7 @@ from ..errors import (
     together,
 )
 from ..host.checks import off_axis_fault
-from ..options.contact_options import ContactOptions
+from ..options.methods import ContactOptions
 from ..options.friction import Friction
 from ..rigid.body import Body
 from ..rigid.motions import require_same_loads

@@ -19,7 +19,7 @@ from ..host.surfaces import Surface
 from ..host.tagged import ZoneFacets
 from ..host.thickness import Cells, thickness_behind
 from ..options import quadrature
-from ..options.contact_options import ContactOptions
+from ..options.methods import ContactOptions
 from ..options.methods import Search
 from ..rigid.motions import Motions
 from .zone_data import MasterTags, ZoneData, nothing

@@ -51,9 +51,8 @@ class Law(Options):
         """The law for the C++ library; a field replaces its number."""
         if self.quantity is None:
             return type(self)._make()
-        return type(self)._make(
-            0.0 if self.field is not None else float(self.coefficient)
-        )
+        number = 0.0 if self.field is not None else float(self.coefficient)
+        return type(self)._make(number)
 
     def check(self) -> None:
         if self.quantity is not None and self.field is None:
@@ -170,8 +169,7 @@ class Friction(Law):
     @property
     def arguments(self) -> set[str]:
         """Names of the arguments besides p and v."""
-        found = map(further_arguments, self._functions().values())
-        return {one.name for some in found for one in some} & set(OFFERED)
+        return set().union(*map(_offered, self._functions().values()))
 
     def call(self, name: str, p: Any, v: Any, given: Mapping[str, Any]) -> Any:
         """Call ``bound`` or ``derivatives`` with the arguments that it has.
@@ -179,7 +177,7 @@ class Friction(Law):
         They are copies, which it may write to.
         """
         function = getattr(self, name)
-        names = {one.name for one in further_arguments(function)} & set(OFFERED)
+        names = _offered(function)
         if "fields" in names and not self.fields:
             raise ContactError(
                 f"Friction.{name} has the argument fields, and there are none: give "
@@ -206,7 +204,8 @@ class Friction(Law):
             raise ContactError("Friction.derivatives must return (ds/dp, ds/dv)")
         if not np.isfinite(found).all():
             raise _not_finite(p, v)
-        return found[0], found[1]
+        by_p, by_v = found
+        return by_p, by_v
 
 
 def further_arguments(function: Any) -> list[inspect.Parameter]:
@@ -215,6 +214,11 @@ def further_arguments(function: Any) -> list[inspect.Parameter]:
         return list(inspect.signature(function).parameters.values())[2:]
     except (TypeError, ValueError):  # some built-in functions have no signature
         return []
+
+
+def _offered(function: Any) -> set[str]:
+    """Names of the arguments that a law's function is given."""
+    return {one.name for one in further_arguments(function)} & set(OFFERED)
 
 
 def _real(name: str, values: Any, p: Array) -> Array:
