@@ -24,7 +24,7 @@ from .interface.state import ContactState
 from .options.methods import ContactOptions
 from .options.friction import Law
 from .options.methods import AugmentedLagrangian, Penalty, Search
-from .results.fields import NodalFields, check_part
+from .results.points import NodalFields, check_part
 from .results.sums import friction_work, stored_energy
 from .rigid.body import Body
 from .rigid.shapes import Shape

@@ -12,4 +12,3 @@ from .forms import *
 from .generation import *
 from .gmsh import *
 from .meshes import *
-from .spaces import *

@@ -14,8 +14,7 @@ import dolfinx.io
 from dolfinx import fem
 
 from ..errors import ContactError, together, writing
-from .meshes import geometry_degree
-from .spaces import element_info, space
+from .meshes import element_info, geometry_degree, space
 
 
 def of_degree(function: fem.Function, degree: int) -> fem.Function:

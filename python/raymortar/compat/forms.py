@@ -18,7 +18,7 @@ from dolfinx import cpp as _cpp
 from dolfinx import fem
 
 from .generation import Array, Indices, unwrap
-from .spaces import contains
+from .meshes import contains
 
 # Options of the form compiler and of just-in-time compilation, before DOLFINx 0.6
 _FORM_OPTIONS = {"form_compiler_options": "form_compiler_params"}
