@@ -36,11 +36,12 @@ class Law(Options):
 
     quantity: ClassVar[Quantity | None] = None
     _make: ClassVar[Callable[..., Any]]
+    _name = ""  # of the coefficient
 
     @property
     def coefficient(self) -> Any:
         """Its coefficient as it was given."""
-        return None
+        return getattr(self, self._name, None)
 
     @property
     def field(self) -> FieldValue | None:
@@ -71,12 +72,8 @@ class Coulomb(Law):
         nodes of the slave facets when `Contact` is made.
     """
 
-    quantity, _make = FRICTION_COEFFICIENT, _cpp.Coulomb
+    quantity, _make, _name = FRICTION_COEFFICIENT, _cpp.Coulomb, "mu"
     mu: FieldValue
-
-    @property
-    def coefficient(self) -> FieldValue:
-        return self.mu
 
 
 @dataclass(frozen=True)
@@ -89,12 +86,8 @@ class Tresca(Law):
         Largest tangential traction while closed, >= 0, given as Coulomb's ``mu``.
     """
 
-    quantity, _make = FRICTION_BOUND, _cpp.Tresca
+    quantity, _make, _name = FRICTION_BOUND, _cpp.Tresca, "bound"
     bound: FieldValue
-
-    @property
-    def coefficient(self) -> FieldValue:
-        return self.bound
 
 
 @dataclass(frozen=True)

@@ -250,9 +250,8 @@ def plane_of(normal: Array) -> Array:
 
 def name_of(direction: Array) -> str:
     """Name of a direction for an axis of a picture."""
-    largest = int(np.argmax(np.abs(direction)))
-    if abs(direction[largest]) > NEAR:
-        return "xyz"[largest]
+    if np.abs(direction).max() > NEAR:
+        return "xyz"[int(np.argmax(np.abs(direction)))]
     return "along ({:.2f}, {:.2f}, {:.2f})".format(*(np.round(direction, 2) + 0.0))
 
 

@@ -85,8 +85,8 @@ def render(
     plotter.set_background("white")
     plotter.enable_anti_aliasing("fxaa")
     if curves:
-        wires = pieces_of(curves)
-        wires = pyvista.PolyData(wires.reshape(-1, 3), lines=_cells(wires))
+        pieces = pieces_of(curves)
+        wires = pyvista.PolyData(pieces.reshape(-1, 3), lines=_cells(pieces))
         plotter.subplot(0, 0)
         plotter.add_mesh(wires, color=COLOUR, line_width=1.5)
     *facets, traction = surface
