@@ -16,7 +16,7 @@ from dolfinx.fem import Function, FunctionSpace
 from dolfinx.mesh import Mesh
 
 from .. import compat
-from ..compat import Array, Indices
+from ..compat import Array, Indices, Mask
 from ..errors import ContactError, ContactWarning, raise_everywhere, together
 from ..rigid.body import Body
 from . import facets as lookup
@@ -139,20 +139,22 @@ def check_areas(mesh: Mesh, facets: Facets) -> None:
         smallest = smallest * _extent(lookup.facet_corners(mesh, facets))
     finite = np.isfinite(area) & np.isfinite(smallest)
     # Written so that NaN is bad
-    bad = np.flatnonzero(~((area > smallest) & np.isfinite(area)))
+    small = finite & ~(area > smallest)
+    faults = {"have coordinates not finite": ~finite, "have no area": small}
+    _refuse(mesh, facets, faults)
+
+
+def _refuse(mesh: Mesh, facets: Facets, faults: dict[str, Mask]) -> None:
+    """Raise for the first fault that some facets have, with the place of one."""
     with together(mesh.comm):
-        if len(bad) > 0:
-            fault = "no area" if finite[bad[0]] else "coordinates not finite"
-            raise ContactError(
-                f"{len(bad)} facet(s) with tag {facets.tag} have {fault}, the first on "
-                f"{_where(mesh, facets, bad[0])}"
-            )
-
-
-def _where(mesh: Mesh, facets: Facets, k: int) -> str:
-    """Name the cell and the midpoint of a facet."""
-    cell = lookup.facet_ids(mesh, facets)[k] // FACETS_PER_CELL
-    return f"cell {cell} at {format_point(lookup.midpoints(mesh, facets)[k])}"
+        for fault, bad in faults.items():
+            if bad.any():
+                k = int(bad.argmax())
+                cell = lookup.facet_ids(mesh, facets)[k] // FACETS_PER_CELL
+                raise ContactError(
+                    f"{int(bad.sum())} facet(s) with tag {facets.tag} {fault}, the first "
+                    f"on cell {cell} at {format_point(lookup.midpoints(mesh, facets)[k])}"
+                )
 
 
 def _cell_jacobians(mesh: Mesh, cells: Indices) -> tuple[Array, Array]:
@@ -186,13 +188,7 @@ def check_cells(mesh: Mesh, facets: Facets) -> None:
         "no volume": size <= MIN_RELATIVE_VOLUME * bound.max(axis=1),
         "a fold: their Jacobian changes sign": fold > MAX_FOLD * size,
     }
-    with together(mesh.comm):
-        for fault, bad in faults.items():
-            if bad.any():
-                raise ContactError(
-                    f"{int(bad.sum())} facet(s) with tag {facets.tag} are on cells with "
-                    f"{fault}, the first on {_where(mesh, facets, int(bad.argmax()))}"
-                )
+    _refuse(mesh, facets, {f"are on cells with {k}": bad for k, bad in faults.items()})
 
 
 # Solids of revolution

@@ -114,7 +114,7 @@ def create_zone(
         master_dof_ids=zone.master_surface.dof_ids,
         tools=[body.tool for body in zone.bodies],
         multipliers=multipliers,
-        method=options.method.cpp(),
+        method=options.method.cpp,
         friction=None if friction is None else friction.cpp(),
         measure=getattr(_cpp.Measure, options.measure + turn),
         frame=getattr(_cpp.LawFrame, options.frame),

@@ -62,13 +62,10 @@ class AugmentedLagrangian(Options):
 
     # Over the softer side's stiffness (theory (5.2))
     automatic_factor: ClassVar[float] = 1.0
+    cpp: ClassVar[_cpp.Method] = _cpp.Method.augmented_lagrangian
     gamma: float | Function | None = None
     multiplier: str | None = None
     degree: int | None = None
-
-    def cpp(self) -> _cpp.Method:
-        """The method for the C++ library."""
-        return _cpp.Method.augmented_lagrangian
 
     def check(self) -> None:
         check_coefficient(self.gamma)
@@ -99,12 +96,9 @@ class Penalty(Options):
     """
 
     automatic_factor: ClassVar[float] = 10.0
+    cpp: ClassVar[_cpp.Method] = _cpp.Method.penalty
     gamma: float | Function | None = None
     tangential: str = "elastic"
-
-    def cpp(self) -> _cpp.Method:
-        """The method for the C++ library."""
-        return _cpp.Method.penalty
 
     def check(self) -> None:
         check_coefficient(self.gamma)
