@@ -227,20 +227,11 @@ def strain_response(K: Any, u: Function) -> Array:
     the node's share c of the boundary's vector area and sigma = 2 mu E for a deviator,
     (d lambda + 2 mu) I for E = I [theory (5.2)]. Only the cells around a node take part.
     Where matrices resist translation also (masses, springs), the strain is taken
-    around each node. Collective.
+    around each node. K is the stiffness of all cells at u, without conditions.
 
-    Parameters
-    ----------
-    K
-        Assembled stiffness of all cells at u, without conditions.
-    u
-        Displacement.
-
-    Returns
-    -------
     Squares of the forces, summed over the deviators, and that of E = I; of strains of the
     undeformed bodies, and of the deformed ones if there is a displacement: only one of
-    these keeps the volume, by whether the form is of small or large strains.
+    these keeps the volume, by whether the form is of small or large strains. Collective.
     """
     positions = _positions(u)
     n, d = positions[0].shape
@@ -282,19 +273,9 @@ def stiffness_without_bulk(sheared: Array, swollen: Array, d: int) -> Array:
     """Share of a diagonal stiffness that does not grow with the bulk modulus.
 
     The diagonal's sum over the directions is (lambda + (d + 1) mu) times what depends
-    on the mesh only. lambda counts up to 1.5 mu [theory (5.2)].
-
-    Parameters
-    ----------
-    sheared, swollen
-        Sums of `strain_response` over nodes.
-    d
-        Dimension of space.
-
-    Returns
-    -------
-    In (0, 1]. Exactly 1 up to a Poisson's ratio of 0.3, and if the response is not that
-    of an elastic body.
+    on the mesh only. lambda counts up to 1.5 mu [theory (5.2)]. For sums of
+    `strain_response` over nodes in space of dimension d; exactly 1 up to a Poisson's
+    ratio of 0.3, and if the response is not that of an elastic body.
     """
     kappa = (d + 1.0) / 2.0 - 1.0 / d  # sum of E E over the deviators
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):

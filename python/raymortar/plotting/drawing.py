@@ -67,25 +67,11 @@ def draw_field(
     norm: Any = None,
     cmap: str = STRESS_MAP,
 ) -> Any:
-    """Draw a field on polygons in the plane, with their edges.
+    """Draw a field on polygons in the plane, with their edges; give a colour bar's source.
 
-    Parameters
-    ----------
-    axes
-        Axes of matplotlib.
-    at, values
-        Vertices (n, k, 2), deformed, and the field there (n, k, 1).
-    images
-        Factors on x and y of each copy that is drawn. Mirror images complete a
-        symmetric body of which only a part is meshed.
-    top, norm
-        Colours go from 0 to `top`, or follow a norm of matplotlib.
-    cmap
-        Colour map.
-
-    Returns
-    -------
-    What a colour bar needs.
+    The field (n, k, 1) is at deformed vertices (n, k, 2). Images are factors on x and y
+    of each copy that is drawn: mirrored ones complete a symmetric body of which only a
+    part is meshed. Colours go from 0 to `top`, or follow a norm of matplotlib.
     """
     from matplotlib.collections import PolyCollection
 
@@ -114,22 +100,10 @@ def draw_surface(
     elevation: float = 20,
     curves: Sequence[Array] = (),
 ) -> Any:
-    """Draw facets in 3D, each in the colour of its value, shaded by a light.
+    """Draw facets in 3D, each in the colour of its value; give a colour bar's source.
 
-    Parameters
-    ----------
-    axes
-        Axes of matplotlib, with ``projection="3d"``.
-    polygons, values
-        Facets (n, k, 3) and their values (n,).
-    azimuth, elevation
-        Direction of the eye. Degrees.
-    curves
-        Curves (n, 3) on rigid tools.
-
-    Returns
-    -------
-    What a colour bar needs.
+    A light shades facets (n, k, 3) with values (n,), beside curves (n, 3) on rigid tools.
+    Azimuth and elevation of the eye are in degrees.
     """
     import matplotlib as mpl
     from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
