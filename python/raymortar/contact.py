@@ -17,14 +17,14 @@ from .interaction import Interaction
 from .interface.coefficients import Interfaces, PairCoefficients
 from .interface.contact_surfaces import check_given, make_surfaces
 from .interface.friction_at_points import spread_coefficient
-from .interface.offsets import Adjustment, Offsets
+from .interface.overlap import Adjustment, Offsets
 from .interface.point_results import CLOSED, OPEN
 from .interface.present import PresentState
 from .interface.state import ContactState
-from .options.contact_options import ContactOptions
+from .options.methods import ContactOptions
 from .options.friction import Law
 from .options.methods import AugmentedLagrangian, Penalty, Search
-from .results.fields import NodalFields, check_part
+from .results.points import NodalFields, check_part
 from .results.sums import friction_work, stored_energy
 from .rigid.body import Body
 from .rigid.shapes import Shape

@@ -27,8 +27,8 @@ from .errors import (
 )
 from .host.forms import check_supports, find_unknowns, jacobians, list_of_conditions
 from .interactions import one_or_several
-from .interface.held import warn_of_finer_rigid_slaves
 from .interface.overlap import warn_of_overlap
+from .interface.slave_nodes import warn_of_finer_rigid_slaves
 from .system.groups import groups_of
 from .system.volume import Volume
 

@@ -7,10 +7,8 @@ Vectors are handled as *ghosted arrays*: the unrolled dofs of a space on this ra
 owned ones first, then ghosts, shape ``((owned + ghosts) * block size,)``.
 """
 
-from .elements import *
 from .files import *
 from .forms import *
 from .generation import *
 from .gmsh import *
 from .meshes import *
-from .spaces import *

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from mpi4py import MPI
 
@@ -15,8 +14,7 @@ import dolfinx.io
 from dolfinx import fem
 
 from ..errors import ContactError, together, writing
-from .meshes import geometry_degree
-from .spaces import element_info, space
+from .meshes import element_info, geometry_degree, space
 
 
 def of_degree(function: fem.Function, degree: int) -> fem.Function:
@@ -43,10 +41,7 @@ def of_one_degree(functions: Sequence[fem.Function]) -> list[fem.Function]:
 
 
 def _check(comm: MPI.Comm, path: Path, functions: Any, least: int = 0) -> None:
-    """Raise for functions that cannot be written, or a folder that does not exist.
-
-    Collective.
-    """
+    """Raise for functions or a folder that cannot be written to. Collective."""
     with together(comm):
         listed = isinstance(functions, (list, tuple)) and len(functions) >= least
         if not listed or not all(isinstance(f, fem.Function) for f in functions):
@@ -89,16 +84,15 @@ def write_xdmf(
         If the file cannot be written.
     """
     _check(mesh.comm, Path(filename), functions)
-    mode = "a" if append else "w"
-    with writing(mesh.comm, filename, RuntimeError):
-        with dolfinx.io.XDMFFile(mesh.comm, str(filename), mode) as file:
-            if not append:
-                file.write_mesh(mesh)
-            for function in functions:
-                cellwise = element_info(function.function_space).degree == 0
-                degree = geometry_degree(mesh)
-                written = function if cellwise else of_degree(function, degree)
-                file.write_function(written, t)
+    args, degree = (mesh.comm, str(filename), "a" if append else "w"), geometry_degree(
+        mesh
+    )
+    with writing(mesh.comm, filename, RuntimeError), dolfinx.io.XDMFFile(*args) as file:
+        if not append:
+            file.write_mesh(mesh)
+        for f in functions:
+            cellwise = element_info(f.function_space).degree == 0
+            file.write_function(f if cellwise else of_degree(f, degree), t)
 
 
 def write_vtk(
@@ -144,55 +138,30 @@ def write_vtk(
     step = mesh.comm.bcast(len(before), root=0)
     own = path.with_name(f"{path.stem}_{step:04d}_.pvd") if step else path
     with writing(mesh.comm, path, RuntimeError, OSError):
-        _write_one_step(own, mesh, of_one_degree(functions), t)
+        # DOLFINx's object writes once more when it ends
+        with dolfinx.io.VTKFile(mesh.comm, str(own), "w") as file:
+            file.write_function(of_one_degree(functions), t)
+        del file
         if mesh.comm.rank == 0 and (step or part):
             (entry,) = read_collection(own)
             if own != path:
                 own.unlink()
-            write_collection(path, [*before, replace(entry, part=part)])
-
-
-def _write_one_step(
-    path: Path, mesh: dolfinx.mesh.Mesh, functions: Sequence[fem.Function], t: float
-) -> None:
-    """Write DOLFINx's files of one step. Collective.
-
-    Its object writes once more when it ends, which is on return.
-    """
-    with dolfinx.io.VTKFile(mesh.comm, str(path), "w") as file:
-        file.write_function(functions, t)
+            write_collection(path, [*before, entry._replace(part=part)])
 
 
 # ParaView's collections of files by time, which end in .pvd
 
 
-@dataclass(frozen=True)
-class Entry:
-    """A file of a collection.
+class Entry(NamedTuple):
+    """A file of a collection, in its folder."""
 
-    Attributes
-    ----------
-    time
-        As text, to the digit.
-    part
-        Number among the files of one time.
-    file
-        Name, in the folder of the collection.
-    """
-
-    time: str
-    part: int
+    time: str  # to the digit
+    part: int  # number among the files of one time
     file: str
 
 
 def read_collection(path: Path) -> list[Entry]:
-    """Files of a collection; none where there is no such file.
-
-    Raises
-    ------
-    ContactError
-        If it cannot be read.
-    """
+    """Files of a collection; none where there is no such file."""
     if not path.exists():
         return []
     try:
@@ -209,9 +178,9 @@ def write_collection(path: Path, entries: Sequence[Entry]) -> None:
     """Write a collection in place of an older one, which is there until then."""
     root = ElementTree.Element("VTKFile", type="Collection", version="1.0")
     collection = ElementTree.SubElement(root, "Collection")
-    for one in entries:
+    for time, part, file in entries:
         ElementTree.SubElement(
-            collection, "DataSet", timestep=one.time, part=str(one.part), file=one.file
+            collection, "DataSet", timestep=time, part=str(part), file=file
         )
     ElementTree.indent(root)
     new = path.with_name(path.name + ".new")

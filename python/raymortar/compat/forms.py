@@ -18,7 +18,7 @@ from dolfinx import cpp as _cpp
 from dolfinx import fem
 
 from .generation import Array, Indices, unwrap
-from .spaces import contains
+from .meshes import contains
 
 # Options of the form compiler and of just-in-time compilation, before DOLFINx 0.6
 _FORM_OPTIONS = {"form_compiler_options": "form_compiler_params"}
@@ -86,12 +86,16 @@ def test_space(form: Any) -> Any:
 # Vectors and matrices
 
 
+def _packed(form: Any) -> tuple[Any, Any, Any]:
+    """A compiled form in C++ with its constants and coefficients."""
+    form = unwrap(form)
+    return form, _cpp.fem.pack_constants(form), _cpp.fem.pack_coefficients(form)
+
+
 def assemble_residual(b: Array, L: Any) -> None:
     """Add a compiled linear form into a ghosted array; ghosts are not sent home."""
     # Without DOLFINx's layer of Python: a residual is assembled in each iteration
-    L = unwrap(L)
-    constants, coefficients = _cpp.fem.pack_constants(L), _cpp.fem.pack_coefficients(L)
-    _cpp.fem.assemble_vector(b, L, constants, coefficients)
+    _cpp.fem.assemble_vector(b, *_packed(L))
 
 
 def assemble_jacobian(A: PETSc.Mat, a: Any, bcs: Sequence[Any]) -> None:
@@ -111,13 +115,12 @@ def assemble_jacobian(A: PETSc.Mat, a: Any, bcs: Sequence[Any]) -> None:
     bcs
         Dirichlet conditions on that space.
     """
-    a, bcs = unwrap(a), [unwrap(bc) for bc in bcs]
-    constants, coefficients = _cpp.fem.pack_constants(a), _cpp.fem.pack_coefficients(a)
+    bcs = [unwrap(bc) for bc in bcs]
     # Unrolled: the multiplier's rows leave the matrix no common block size.
-    _cpp.fem.petsc.assemble_matrix(A, a, constants, coefficients, bcs, True)
+    _cpp.fem.petsc.assemble_matrix(A, *_packed(a), bcs, True)
     # PETSc refuses to mix adding and inserting without a flush between them.
     A.assemble(PETSc.Mat.AssemblyType.FLUSH)
-    _cpp.fem.petsc.insert_diagonal(A, a.function_spaces[0], bcs, 1.0)
+    _cpp.fem.petsc.insert_diagonal(A, test_space(a), bcs, 1.0)
     A.assemble(PETSc.Mat.AssemblyType.FLUSH)
 
 
@@ -153,12 +156,10 @@ def assemble_blocks(
     ]
     for rows, forms in zip(sets, a):
         for columns, one in zip(sets, forms):
-            if one is None:
-                continue
-            part, one = A.getLocalSubMatrix(rows, columns), unwrap(one)
-            packed = _cpp.fem.pack_constants(one), _cpp.fem.pack_coefficients(one)
-            _cpp.fem.petsc.assemble_matrix(part, one, *packed, bcs, True)
-            A.restoreLocalSubMatrix(rows, columns, part)
+            if one is not None:
+                part = A.getLocalSubMatrix(rows, columns)
+                _cpp.fem.petsc.assemble_matrix(part, *_packed(one), bcs, True)
+                A.restoreLocalSubMatrix(rows, columns, part)
     for one in sets:
         one.destroy()
     # PETSc refuses to mix adding and inserting without a flush between them.

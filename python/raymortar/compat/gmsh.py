@@ -59,7 +59,8 @@ class GmshMesh:
             If no group of cells or facets has the name.
         """
         dim = self.mesh.topology.dim
-        known = {k: group for k, group in self.names.items() if group[0] >= dim - 1}
+        tags = {dim: self.cell_tags, dim - 1: self.facet_tags}
+        known = {k: group for k, group in self.names.items() if group[0] in tags}
         if name not in known:
             listed = ", ".join(map(repr, known)) or "none"
             raise ContactError(
@@ -67,8 +68,7 @@ class GmshMesh:
                 f"{listed}"
             )
         of_dim, tag = known[name]
-        tags = self.cell_tags if of_dim == dim else self.facet_tags
-        return tags.find(tag)
+        return tags[of_dim].find(tag)
 
 
 def read_gmsh(
@@ -156,13 +156,12 @@ def _check_model(model: Any) -> None:
             "the Gmsh model has no physical groups, which is all that is read"
         )
     top = max(dim for dim, _ in groups)
-    types = {
-        kind
+    entities = [
+        (dim, entity)
         for dim, tag in groups
-        if dim == top
         for entity in model.getEntitiesForPhysicalGroup(dim, tag)
-        for kind in model.mesh.getElements(dim, entity)[0]
-    }
+    ]
+    types = {k for e in entities if e[0] == top for k in model.mesh.getElements(*e)[0]}
     if len(types) != 1:
         # DOLFINx before 0.10 crashes on these, and contact needs one type anyway.
         names = sorted(model.mesh.getElementProperties(t)[0] for t in types)
@@ -213,24 +212,19 @@ def _model_to_mesh(
     model: Any, comm: MPI.Comm, gdim: int, rank: int, partition: Partition | None
 ) -> Any:
     """DOLFINx's function of this name, with a partitioner if one is given. Collective."""
-    function, here = _converter().model_to_mesh, comm.rank == rank
+    function = _converter().model_to_mesh
     if not comm.bcast(partition is not None, root=rank):
         return function
-    no_cells = np.empty((0, 0), np.int64), "", np.empty(0, np.int32)
+    partitioner = given_partition(np.empty((0, 0), np.int64), "", np.empty(0, np.int32))
     with together(comm):
-        if here and partition is not None:
+        if comm.rank == rank and partition is not None:
             partitioner = _partitioner(model, gdim, partition, comm.size)
-        else:
-            partitioner = given_partition(*no_cells)
     if comm.size == 1:  # one rank has all cells, in DOLFINx's own order
         return function
     if not HAS_UFL_ELEMENTS:
         return partial(function, partitioner=partitioner)
     # The function of 0.5 takes no partitioner: a copy makes the mesh in another way
-    create_mesh = partial(
-        dolfinx.mesh.create_mesh,
-        ghost_mode=dolfinx.mesh.GhostMode.none,
-        partitioner=partitioner,
-    )
+    mode, make = dolfinx.mesh.GhostMode.none, dolfinx.mesh.create_mesh
+    create_mesh = partial(make, ghost_mode=mode, partitioner=partitioner)
     names = {**function.__globals__, "create_mesh": create_mesh}
     return FunctionType(function.__code__, names, argdefs=function.__defaults__)

@@ -15,8 +15,8 @@ from ..contact import Contact
 from ..convergence.convergence import cycle_length
 from ..errors import ContactError, ConvergenceError
 from ..interface.contact_surfaces import ContactSurfaces
-from ..interface.held import rigid_slaves
 from ..interface.probing import VolumePattern
+from ..interface.slave_nodes import rigid_slaves
 from ..interface.stiffness import contact_stiffness, stiffness_ratios
 from ..problem import CoupledProblem
 from .lost_contact import loose_bodies, unheld

@@ -18,9 +18,8 @@ from ..host.bodies import bodies_of_facets
 from ..host.facets import format_point
 from ..host.ranks import ends_of
 from ..interaction import Interaction
-from ..interface.faced import Path, path
 from ..interface.point_results import CLOSED, OPEN
-from ..interface.zone_data import ZoneData
+from ..interface.zone_data import Path, ZoneData, path
 from ..problem import CoupledProblem
 from .tools import have_gone_through
 

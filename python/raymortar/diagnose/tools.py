@@ -22,9 +22,8 @@ from ..errors import ContactWarning
 from ..host.ranks import ends_of
 from ..host.reference_facets import N_CORNERS, facet_nodes
 from ..interaction import Interaction
-from ..interface.faced import positions, unit_normals
 from ..interface.point_results import CLOSED, OPEN
-from ..interface.zone_data import ZoneData
+from ..interface.zone_data import ZoneData, positions, unit_normals
 from ..rigid.body import Body
 from ..rigid.turning import directions_across, rotation_matrix, rotation_vector
 

@@ -16,22 +16,15 @@ from .. import compat
 from ..compat import Indices, Mask
 from .facets import Global
 from .joined import JoinedSpace
+from .ranks import of_all
 
 
 @dataclass(frozen=True)
 class Bodies:
-    """The body of each node, the same on any number of ranks.
+    """The body of each node, the same on any number of ranks."""
 
-    Attributes
-    ----------
-    count
-        Number of bodies, on all ranks together.
-    dofs
-        Body of each local block dof, ghosts last, (n_dofs,), int32. Bodies are numbered
-        alike on all ranks, in an order without meaning.
-    """
-
-    count: int
+    count: int  # on all ranks together
+    # Of each local block dof, ghosts last; numbered alike on all ranks, in any order
     dofs: Indices
 
 
@@ -50,38 +43,32 @@ def connected(rows: Indices, n: int) -> Global:
 
 
 def find_parts(
-    comm: MPI.Comm,
-    index_map: Any,
-    rows: Indices,
-    used: Mask | None = None,
+    comm: MPI.Comm, index_map: Any, rows: Indices, used: Mask | None = None
 ) -> tuple[Indices, int]:
     """Find the connected part of each local dof, and their number on all ranks.
 
     Rows (rows, n) have the block dofs that they tie to each other. Dofs that are not
-    used, on every rank that has them, get -1.
+    used, on every rank that has them, get -1. Collective.
     """
     n = index_map.size_local + index_map.num_ghosts
     used = np.ones(n, dtype=bool) if used is None else used
     parts, part = np.unique(connected(rows, n)[used], return_inverse=True)
     # Number the parts of all ranks, and find those that share a node
     counts = np.array(comm.allgather(len(parts)))
-    mine = np.full(n, -1)
-    mine[used] = counts[: comm.rank].sum() + part
     owners = compat.create_la_vector(index_map)
-    owners.array[:] = mine
+    owners.array[:] = -1.0
+    owners.array[used] = mine = counts[: comm.rank].sum() + part
     compat.scatter_forward(owners)
-    ties = np.column_stack([mine, owners.array.astype(np.int64)])[used]
-    ties = np.unique(ties, axis=0)
-    lowest = connected(np.concatenate(comm.allgather(ties)), int(counts.sum()))
+    ties = np.column_stack([mine, owners.array[used].astype(np.int64)])
+    lowest = connected(of_all(comm, np.unique(ties, axis=0))[0], int(counts.sum()))
     roots, joined = np.unique(lowest, return_inverse=True)
     found = np.full(n, -1, dtype=np.int32)
-    found[used] = joined[mine[used]]
+    found[used] = joined[mine]
     return found, len(roots)
 
 
 def find_bodies(V: FunctionSpace | JoinedSpace) -> Bodies:
-    """Connected parts of the mesh, or meshes, of a space of continuous functions.
-    Collective."""
+    """Find the connected parts of the mesh, or meshes, of a continuous space. Collective."""
     if not isinstance(V, JoinedSpace):
         dofmap = V.dofmap
         dofs, count = find_parts(V.mesh.comm, dofmap.index_map, compat.dofmap_array(V))

@@ -1,25 +1,27 @@
-"""Checks of meshes, displacements and tagged facets. All are collective."""
+"""Checks of meshes, displacements, tagged facets and solids of revolution.
+
+All are collective. A solid of revolution has coordinates (r, z) of a half plane, about
+the axis r = 0.
+"""
 
 from __future__ import annotations
 
+import warnings
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
+import ufl
 from dolfinx.fem import Function, FunctionSpace
 from dolfinx.mesh import Mesh
 
 from .. import compat
-from ..compat import Array, Indices
-from ..errors import ContactError, raise_everywhere, together
-from .facets import (
-    FACETS_PER_CELL,
-    Facets,
-    cell_corners,
-    coordinates,
-    facet_corners,
-    facet_ids,
-    format_point,
-    midpoints,
-    node_table,
-)
+from ..compat import Array, Indices, Mask
+from ..errors import ContactError, ContactWarning, raise_everywhere, together
+from ..rigid.body import Body
+from . import facets as lookup
+from .facets import FACETS_PER_CELL, Facets, coordinates, format_point
+from .joined import parts_of
 from .ranks import count_marks
 from .reference_facets import FACET_SHAPE, normals
 from .surfaces import facet_areas
@@ -31,6 +33,10 @@ MIN_RELATIVE_VOLUME = 1e-12
 # A volume element of the other sign counts as zero below this share of the largest one:
 # three vertices on a line give a zero with a rounding error.
 MAX_FOLD = 1e-8
+# A radius below this share of the mesh's size counts as zero
+_ON_AXIS = 1e-12
+# A force below this share of the stiffness is rounding error, if all radii grow by one
+_NO_HOOPS = 1e6 * float(np.finfo(float).eps)
 
 
 def _mesh_fault(mesh: Mesh) -> str | None:
@@ -44,43 +50,31 @@ def _mesh_fault(mesh: Mesh) -> str | None:
             "shells, membranes and beams are not supported"
         )
     if cell not in FACET_SHAPE:
-        return (
-            f"the mesh has {cell} cells; supported are meshes of one of "
-            f"{', '.join(FACET_SHAPE)}"
-        )
-    if compat.geometry_degree(mesh) > 2:
-        return (
-            f"the geometry of the mesh has degree {compat.geometry_degree(mesh)}; "
-            "supported are 1 and 2"
-        )
+        known = ", ".join(FACET_SHAPE)
+        return f"the mesh has {cell} cells; supported are meshes of one of {known}"
+    degree = compat.geometry_degree(mesh)
+    if degree > 2:
+        return f"the geometry of the mesh has degree {degree}; supported are 1 and 2"
     return None
 
 
 def _element_fault(V: FunctionSpace) -> str | None:
     """A message on an element that cannot be used; None if it can."""
     info, gdim = compat.element_info(V), V.mesh.geometry.dim
-    if info.is_sub_space:
-        return (
-            "the displacement is a view into a larger space; contact needs a Function "
-            "on a space of its own (collapse the sub-space)"
-        )
-    if info.is_mixed:
-        return (
-            "the displacement's element is mixed or holds values at quadrature points; "
-            "contact needs a plain Lagrange one"
-        )
-    if not info.is_lagrange:
-        return "the displacement's element is not a Lagrange element"
-    if info.is_discontinuous:
-        return "the displacement's element is discontinuous"
-    if info.value_shape != (gdim,) or info.block_size != gdim:
-        return (
-            f"the displacement has values of shape {info.value_shape}; contact needs "
-            f"vectors of shape {(gdim,)}"
-        )
-    if info.degree not in (1, 2):
-        return f"the displacement has degree {info.degree}; supported are 1 and 2"
-    return None
+    faults = {
+        "the displacement is a view into a larger space; contact needs a Function on a "
+        "space of its own (collapse the sub-space)": info.is_sub_space,
+        "the displacement's element is mixed or holds values at quadrature points; "
+        "contact needs a plain Lagrange one": info.is_mixed,
+        "the displacement's element is not a Lagrange element": not info.is_lagrange,
+        "the displacement's element is discontinuous": info.is_discontinuous,
+        f"the displacement has values of shape {info.value_shape}; contact needs "
+        f"vectors of shape {(gdim,)}": (*info.value_shape, info.block_size)
+        != (gdim, gdim),
+        f"the displacement has degree {info.degree}; supported are 1 and 2": info.degree
+        not in (1, 2),
+    }
+    return next((text for text, is_bad in faults.items() if is_bad), None)
 
 
 def _value_fault(u: Function) -> str | None:
@@ -94,31 +88,29 @@ def _value_fault(u: Function) -> str | None:
 
 
 def check_space(u: Function) -> None:
-    """Refuse displacements that raymortar cannot handle. Collective."""
+    """Refuse displacements that raymortar cannot handle."""
     V = u.function_space
     message = _mesh_fault(V.mesh) or _element_fault(V) or _value_fault(u)
     raise_everywhere(V.mesh.comm, message)
 
 
-def _facet_vertices(mesh: Mesh, facets: Facets) -> Indices:
-    """Local topology vertices of facets, shape (n_facets, n). Collective."""
-    element = compat.basix_element(compat.cell_name(mesh), 1)
-    columns = np.array(element.facet_vertices)[facets.local_facets]
-    to_vertices = compat.connectivity_table(mesh, mesh.topology.dim, 0)
-    return to_vertices[facets.cells[:, None], columns]
-
-
 def check_pair(mesh: Mesh, slave: Facets, master: Facets) -> None:
-    """Refuse a slave and a master surface that share vertices in the mesh. Collective."""
-    vertices, vertex_map = _facet_vertices(mesh, slave), mesh.topology.index_map(0)
+    """Refuse a slave and a master surface that share vertices in the mesh."""
+    element = compat.basix_element(compat.cell_name(mesh), 1)
+    to_vertices = compat.connectivity_table(mesh, mesh.topology.dim, 0)
+    of_facets = np.array(element.facet_vertices)
+    vertices, others = (
+        to_vertices[one.cells[:, None], of_facets[one.local_facets]]
+        for one in (slave, master)
+    )
+    vertex_map = mesh.topology.index_map(0)
     # The two surfaces may sit on different ranks
-    shared = count_marks(vertex_map, vertices) > 0
-    shared &= count_marks(vertex_map, _facet_vertices(mesh, master)) > 0
+    shared = count_marks(vertex_map, vertices) * count_marks(vertex_map, others) > 0
     count = mesh.comm.allreduce(int(shared[: vertex_map.size_local].sum()))
     with together(mesh.comm):
         if np.any(shared[vertices]):
             # In Basix's order of the facet's vertices too
-            example = facet_corners(mesh, slave)[shared[vertices]][0]
+            example = lookup.facet_corners(mesh, slave)[shared[vertices]][0]
             raise ContactError(
                 f"the slave surface (tag {slave.tag}) and the master surface (tag "
                 f"{master.tag}) share {count} vertex(es), for example at "
@@ -130,36 +122,39 @@ def check_pair(mesh: Mesh, slave: Facets, master: Facets) -> None:
 
 def _extent(points: Array) -> Array:
     """Diagonal of the bounding box of each set of points (n, n_points, d)."""
-    return np.linalg.norm(points.max(axis=1) - points.min(axis=1), axis=-1)
+    return np.linalg.norm(np.ptp(points, axis=1), axis=-1)
 
 
 def check_areas(mesh: Mesh, facets: Facets) -> None:
-    """Refuse facets without area, or at coordinates that are not finite. Collective.
+    """Refuse facets without area, or at coordinates that are not finite.
 
     The width of a facet (its length in 2D, else its area over its diameter) is
     compared with the diameter of its cell: an edge is never short against itself.
     """
     degree, shape = compat.geometry_degree(mesh), FACET_SHAPE[compat.cell_name(mesh)]
-    area = facet_areas(shape, degree, coordinates(mesh)[node_table(mesh, facets)])
-    smallest = MIN_RELATIVE_WIDTH * _extent(cell_corners(mesh, facets))
+    nodes = coordinates(mesh)[lookup.node_table(mesh, facets)]
+    area = facet_areas(shape, degree, nodes)
+    smallest = MIN_RELATIVE_WIDTH * _extent(lookup.cell_corners(mesh, facets))
     if mesh.geometry.dim == 3:
-        smallest = smallest * _extent(facet_corners(mesh, facets))
+        smallest = smallest * _extent(lookup.facet_corners(mesh, facets))
     finite = np.isfinite(area) & np.isfinite(smallest)
-    # Written so that NaN is bad.
-    bad = np.flatnonzero(~((area > smallest) & np.isfinite(area)))
+    # Written so that NaN is bad
+    small = finite & ~(area > smallest)
+    faults = {"have coordinates not finite": ~finite, "have no area": small}
+    _refuse(mesh, facets, faults)
+
+
+def _refuse(mesh: Mesh, facets: Facets, faults: dict[str, Mask]) -> None:
+    """Raise for the first fault that some facets have, with the place of one."""
     with together(mesh.comm):
-        if len(bad) > 0:
-            fault = "no area" if finite[bad[0]] else "coordinates not finite"
-            raise ContactError(
-                f"{len(bad)} facet(s) with tag {facets.tag} have {fault}, the first on "
-                f"{_where(mesh, facets, bad[0])}"
-            )
-
-
-def _where(mesh: Mesh, facets: Facets, k: int) -> str:
-    """Name the cell and the midpoint of a facet."""
-    cell = facet_ids(mesh, facets)[k] // FACETS_PER_CELL
-    return f"cell {cell} at {format_point(midpoints(mesh, facets)[k])}"
+        for fault, bad in faults.items():
+            if bad.any():
+                k = int(bad.argmax())
+                cell = lookup.facet_ids(mesh, facets)[k] // FACETS_PER_CELL
+                raise ContactError(
+                    f"{int(bad.sum())} facet(s) with tag {facets.tag} {fault}, the first "
+                    f"on cell {cell} at {format_point(lookup.midpoints(mesh, facets)[k])}"
+                )
 
 
 def _cell_jacobians(mesh: Mesh, cells: Indices) -> tuple[Array, Array]:
@@ -178,7 +173,7 @@ def _cell_jacobians(mesh: Mesh, cells: Indices) -> tuple[Array, Array]:
 
 
 def check_cells(mesh: Mesh, facets: Facets) -> None:
-    """Refuse facets of cells that are folded or have no volume. Collective.
+    """Refuse facets of cells that are folded or have no volume.
 
     The volume element may have either sign, which depends on the numbering of the
     cell's vertices, but one sign within a cell. It is checked at the nodes. It may
@@ -193,11 +188,119 @@ def check_cells(mesh: Mesh, facets: Facets) -> None:
         "no volume": size <= MIN_RELATIVE_VOLUME * bound.max(axis=1),
         "a fold: their Jacobian changes sign": fold > MAX_FOLD * size,
     }
-    with together(mesh.comm):
-        for fault, bad in faults.items():
-            if bad.any():
+    _refuse(mesh, facets, {f"are on cells with {k}": bad for k, bad in faults.items()})
+
+
+# Solids of revolution
+
+
+def weight(mesh: Mesh) -> Any:
+    """2 pi r of the undeformed mesh, for UFL forms. Length."""
+    return 2.0 * np.pi * ufl.SpatialCoordinate(mesh)[0]
+
+
+def check_half_plane(u: Any) -> None:
+    """Refuse meshes that are not 2D, or that have nodes with r < 0."""
+    for mesh in (part.function_space.mesh for part in parts_of(u)):
+        with together(mesh.comm):
+            if mesh.geometry.dim != 2:
                 raise ContactError(
-                    f"{int(bad.sum())} facet(s) with tag {facets.tag} are on cells with "
-                    f"{fault}, the first on "
-                    f"{_where(mesh, facets, int(bad.argmax()))}"
+                    "axisymmetric=True is for meshes in the (r, z) half plane, in 2D; "
+                    f"this one is in {mesh.geometry.dim}D"
                 )
+            X = coordinates(mesh)
+            behind = np.flatnonzero(X[:, 0] < -_ON_AXIS * _size(X))
+            if len(behind):
+                raise ContactError(
+                    f"axisymmetric=True, but {len(behind)} node(s) have r = x[0] < 0, "
+                    f"for example at {format_point(X[behind[0]])}: the axis is r = 0, "
+                    "the mesh the half plane r >= 0"
+                )
+
+
+def _size(X: Array) -> float:
+    """Largest magnitude of a coordinate on this rank."""
+    return float(np.abs(X).max(initial=0.0))
+
+
+def check_off_axis(mesh: Mesh, facets: Facets) -> None:
+    """Refuse facets on the axis, where the solid has no surface."""
+    X = coordinates(mesh)
+    nodes = X[lookup.node_table(mesh, facets)]
+    on = (nodes[:, :, 0] <= _ON_AXIS * _size(X)).all(axis=1)
+    with together(mesh.comm):
+        if on.any():
+            middle = nodes[on][0].mean(axis=0)
+            raise ContactError(
+                f"{int(on.sum())} facet(s) with tag {facets.tag} lie on the axis r = 0, "
+                f"the first at {format_point(middle)}: in a full turn they are no surface"
+            )
+
+
+def check_revolved(bodies: Sequence[Body]) -> None:
+    """Refuse rigid bodies that are free to leave the axis, or to tilt.
+
+    The tool is what the part of a section at r >= 0 makes in a full turn, which is a
+    solid wherever the section crosses the axis. A circle with its centre beside the
+    axis is then no ball, which is warned of.
+    """
+    for body in bodies:
+        others = [name for name in body.freedom.names if name != "y"]
+        if others:
+            raise ContactError(
+                f"axisymmetric=True, but the rigid {body.name} is free along "
+                f"{', '.join(others)}: a solid of revolution stays one if it moves "
+                'along the axis only, free = ("y",)'
+            )
+        radius, centre = getattr(body.shape, "radius", 0.0), abs(body.shape.place[0])
+        if _ON_AXIS * radius < centre < (1.0 - _ON_AXIS) * radius:
+            warnings.warn(
+                f"axisymmetric=True, and the rigid {body.name} crosses the axis r = 0 "
+                f"with its centre at r = {body.shape.place[0]:.4g}: in a full turn it is "
+                "no ball, but a solid with a tip or a dimple on the axis. A ball has "
+                "its centre at r = 0",
+                ContactWarning,
+                stacklevel=2,
+            )
+
+
+def off_axis_fault(bodies: Sequence[Body]) -> str | None:
+    """Name a rigid body that has left or crossed the axis, or has turned."""
+    for body in bodies:
+        motion = body.motion()
+        off, turn = _off_axis(body, motion[0]), motion[5]
+        if off or turn:
+            way = f"{off} by {motion[0]:.4g}" if off else f"turned by {turn:.4g}"
+            return (
+                f"axisymmetric=True, but the rigid {body.name} has {way}: a solid of "
+                "revolution stays one if it moves along the axis only, move((0, z))"
+            )
+    return None
+
+
+def _off_axis(body: Body, moved: float) -> str:
+    """Name the fault of a motion along r, if any: beside the axis it widens a ring."""
+    points = getattr(body.shape, "points", body.shape.place[None])
+    radius = getattr(body.shape, "radius", 0.0)
+    nearest, tolerance = points[:, 0].min() - radius, _ON_AXIS * _size(points)
+    if nearest <= tolerance:
+        return "left the axis" if moved else ""
+    ends = radius > 0.0 or hasattr(body.shape, "points")
+    return "crossed the axis" if ends and nearest + moved < -tolerance else ""
+
+
+def warn_of_plane_form(forces: Array, diagonal: Array, comm: Any) -> None:
+    """Warn if the form does not resist a growth of the radius, as hoops do.
+
+    The forces are those when all radii grow by 1, the diagonal that of the stiffness,
+    both at this rank's dofs.
+    """
+    sums = np.array([forces @ forces, diagonal @ diagonal])
+    hoops, stiffness = np.sqrt(comm.allreduce(sums))
+    if stiffness > 0.0 and hoops <= _NO_HOOPS * stiffness:
+        warnings.warn(
+            "axisymmetric=True, but the form resists no growth of the radius: it needs "
+            "the hoop strain u_r / r and the weight 2 pi r in all of its integrals",
+            ContactWarning,
+            stacklevel=2,
+        )

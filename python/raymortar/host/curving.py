@@ -11,22 +11,15 @@ from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 from dolfinx.mesh import Mesh
 from scipy.sparse import csr_array
 
 from .. import compat
-from ..compat import Array, Indices
+from ..compat import Array, Indices, Mask
 from ..errors import ContactError, together
 from .bodies import connected
-from .facets import (
-    Facets,
-    Global,
-    all_exterior_facets,
-    coordinates,
-    facet_ids,
-    facet_node_table,
-)
+from .facets import Facets, Global, all_exterior_facets, coordinates
+from .facets import facet_ids, facet_node_table
 from .joined import NUMBERS_OF_PART
 from .ranks import count_marks
 from .reference_facets import N_CORNERS, facet_nodes, middle_normals, shape_functions
@@ -51,39 +44,28 @@ MIDS_OF_FACET = 8
 
 @dataclass(frozen=True)
 class _Shape:
-    """Edges of a facet shape, in the order of the mid nodes of degree 2.
-
-    Attributes
-    ----------
-    name
-        Of the shape.
-    chord
-        Weights of the corners in the nodes of the straight facet, (nodes, corners).
-    ends
-        Corners of each edge, (edges, 2).
-    arms
-        Of each corner the other ends of its edges, (corners, d - 1).
-    """
+    """Edges of a facet shape, in the order of the mid nodes of degree 2."""
 
     name: str
-    chord: Array
-    ends: Indices
-    arms: Indices
-
-    def arm(self, corner: int, end: int) -> int:
-        """Place among a corner's arms of the one to another corner."""
-        return self.arms[corner].tolist().index(end)
+    chord: Array  # weights of the corners in all nodes, (nodes, corners)
+    ends: Indices  # corners of each edge, (edges, 2)
+    arms: Indices  # of each corner the other ends of its edges, (corners, d - 1)
+    back: Indices  # place of each corner among the arms of its arms' ends
+    places: Indices  # of each edge among the arms of its ends, (edges, 2)
 
 
 def _shape(name: str) -> _Shape:
+    """Find the edges of a facet shape."""
     chord, _ = shape_functions(name, 1, facet_nodes(name, 2))
-    edges = np.isclose(chord, 0.5)
-    ends = np.nonzero(edges)[1].reshape(-1, 2)
+    ends = np.nonzero(np.isclose(chord, 0.5))[1].reshape(-1, 2)
     arms = [
         [int(sum(edge)) - corner for edge in ends if corner in edge]
         for corner in range(N_CORNERS[name])
     ]
-    return _Shape(name, chord, ends.astype(np.int32), np.array(arms, dtype=np.int32))
+    back = [[arms[j].index(i) for j in row] for i, row in enumerate(arms)]
+    places = [[arms[a].index(b), arms[b].index(a)] for a, b in ends.tolist()]
+    tables = (np.array(table, dtype=np.int32) for table in (ends, arms, back, places))
+    return _Shape(name, chord, *tables)
 
 
 def curve(surface: Surface, mesh: Mesh, facets: Facets, smooth: Smooth) -> Surface:
@@ -91,51 +73,46 @@ def curve(surface: Surface, mesh: Mesh, facets: Facets, smooth: Smooth) -> Surfa
     shape = _shape(surface.shape)
     n, d = len(shape.arms), surface.gdim
     corners = surface.X[surface.facet_nodes[:, :n]]
-    nodes = np.einsum("ka,fad->fkd", shape.chord, corners)
+    chords = np.einsum("ka,fad->fkd", shape.chord, corners)
+    nodes = chords.copy()
     if callable(smooth):
         with together(mesh.comm):
             nodes[:, n:] = _on_true_surface(smooth, nodes[:, n:], corners)
     else:
-        sag = _sags(_Neighbourhood(mesh, facets, shape))
+        sag = _sags(shape, *_neighbourhood(mesh, facets))
         nodes[:, n : n + len(shape.ends)] += sag
         if surface.shape == "quadrilateral":
             # The surface that blends four arcs
             nodes[:, -1] += 0.5 * sag.sum(axis=1)
-    off = nodes - np.einsum("ka,fad->fkd", shape.chord, corners)
-    arcs = np.linalg.norm(off, axis=-1).max(axis=1)
-    return replace(_with_mids(surface, nodes[:, n:].reshape(-1, d)), arcs=arcs)
-
-
-def _with_mids(surface: Surface, mids: Array) -> Surface:
-    """A surface with other mid nodes, (facets x mid nodes, d)."""
-    corners = N_CORNERS[surface.shape]
+    arcs = np.linalg.norm(nodes - chords, axis=-1).max(axis=1)
+    mids = nodes[:, n:].reshape(-1, d)
     if surface.node_degree == 2:
         X = surface.X.copy()
-        X[surface.facet_nodes[:, corners:].ravel()] = mids
-        return replace(surface, X=X)
-    facets, each = len(surface.facet_ids), len(facet_nodes(surface.shape, 2)) - corners
+        X[surface.facet_nodes[:, n:].ravel()] = mids
+        return replace(surface, X=X, arcs=arcs)
+    facets_here, each = len(surface.facet_ids), nodes.shape[1] - n
     # Nodes of one facet: nothing but corners tells neighbours
     places = len(surface.X) + np.arange(len(mids), dtype=np.int32)
     ids = surface.facet_ids[:, None] * MIDS_OF_FACET + np.arange(each)
-    table = np.hstack([surface.facet_nodes, places.reshape(facets, each)])
+    table = np.hstack([surface.facet_nodes, places.reshape(facets_here, each)])
     return replace(
         surface,
         node_degree=2,
         X=np.concatenate([surface.X, mids]),
         node_ids=np.concatenate([surface.node_ids, ids.ravel() + NUMBERS_OF_PART // 2]),
         facet_nodes=np.ascontiguousarray(table, dtype=np.int32),
+        arcs=arcs,
     )
 
 
 def _on_true_surface(
     function: Callable[[Array], Array], mids: Array, corners: Array
 ) -> Array:
-    """Points that a user's function gives for mid nodes, (facets, n, d)."""
+    """Ask a user's function for mid nodes, (facets, n, d)."""
     if not len(mids):
         return mids
     d = mids.shape[-1]
-    x = np.zeros((3, mids.size // d))
-    x[:d] = mids.reshape(-1, d).T
+    x = np.pad(mids.reshape(-1, d), ((0, 0), (0, 3 - d))).T
     given = np.asarray(function(x.copy()), dtype=np.float64)
     if given.shape not in ((3, x.shape[1]), (d, x.shape[1])):
         raise ContactError(
@@ -153,83 +130,64 @@ def _on_true_surface(
     return given[:d].T.reshape(mids.shape)
 
 
-class _Neighbourhood:
-    """Facets of a surface and exterior facets around them, two deep. Collective.
+# Arcs from normals
 
-    Attributes
-    ----------
-    ids, X
-        Global nodes and positions of the corners, (facets, corners) and (..., d).
-    unit
-        Normals at centres, (facets, d).
-    mine
-        Places of the facets of the surface.
+
+def _touching(nodes: Global | Indices, some: Global | Indices) -> Mask:
+    """Mark the rows of nodes that have one of some nodes."""
+    return np.isin(nodes, some).any(axis=1)
+
+
+def _neighbourhood(mesh: Mesh, facets: Facets) -> tuple[Global, Array, Indices]:
+    """Find a surface's facets and the exterior ones around them, two deep. Collective.
+
+    Global nodes of the corners (facets, corners), positions (facets, corners, d), and
+    the places of the surface's own facets.
     """
-
-    def __init__(self, mesh: Mesh, facets: Facets, shape: _Shape) -> None:
-        self.shape = shape
-        ids, X, numbers = _boundary(mesh)
-        order = np.argsort(numbers)
-        mine = order[np.searchsorted(numbers[order], facet_ids(mesh, facets))]
-        # Normals of the next facets stand in for those at rims
-        touching = _touching(ids, ids[_touching(ids, ids[mine])])
-        self.ids, self.X = ids[touching], X[touching]
-        self.mine = (np.cumsum(touching) - 1)[mine]
-        m = middle_normals(shape.name, 1, self.X)
-        self.unit = m / np.linalg.norm(m, axis=1, keepdims=True)
-
-    def corner_pairs(self) -> tuple[Indices, Indices]:
-        """Corners of facets at the same node, each with each, by number."""
-        nodes, node = np.unique(self.ids, return_inverse=True)
-        n = self.ids.size
-        places = np.arange(n), node.ravel()
-        at = csr_array((np.ones(n), places), shape=(n, len(nodes)))
-        return (at @ at.T).nonzero()
-
-
-def _touching(
-    facets: Global | Indices, nodes: Global | Indices
-) -> npt.NDArray[np.bool_]:
-    """Mark facets, given by their corners, that have one of some nodes."""
-    return np.isin(facets, nodes).any(axis=1)
-
-
-def _boundary(mesh: Mesh) -> tuple[Global, Array, Global]:
-    """Corners of this rank's exterior facets and of those around them, two deep, their
-    positions, and the facets' global numbers. Collective."""
-    facets, facet_ids = all_exterior_facets(mesh)
-    nodes = facet_node_table(mesh, facets)
-    own = compat.geometry_nodes_global(mesh)[nodes], coordinates(mesh)[nodes], facet_ids
+    exterior, facet_numbers = all_exterior_facets(mesh)
+    nodes = facet_node_table(mesh, exterior)
+    own = compat.geometry_nodes_global(mesh)[nodes], coordinates(mesh)[nodes]
+    # Other ranks may need the facets at nodes of several, and those beside them
     several = count_marks(mesh.geometry.index_map(), nodes) > 1
-    shared = several[nodes].any(axis=1)
-    shared = _touching(nodes, nodes[shared])
-    parts: list[Any] = mesh.comm.allgather(tuple(array[shared] for array in own))
-    parts[mesh.comm.rank] = own
+    shared = _touching(nodes, nodes[several[nodes].any(axis=1)])
+    mine = *own, facet_numbers
+    parts: list[Any] = mesh.comm.allgather(tuple(array[shared] for array in mine))
+    parts[mesh.comm.rank] = mine
     ids, X, numbers = (np.concatenate(arrays) for arrays in zip(*parts))
-    return ids, X, numbers
+    order = np.argsort(numbers)
+    at = order[np.searchsorted(numbers[order], facet_ids(mesh, facets))]
+    # Normals of the next facets stand in for those at rims
+    near = _touching(ids, ids[_touching(ids, ids[at])])
+    return ids[near], X[near], (np.cumsum(near) - 1)[at]
+
+
+def _dot(a: Array, b: Array) -> Array:
+    """Products of vectors in the last axis."""
+    return np.einsum("...d,...d->...", a, b)
 
 
 def _corner_normals(
-    around: _Neighbourhood, arms: Array
-) -> tuple[Array, npt.NDArray[np.bool_]]:
-    """Normals at the corners of facets, of the smooth surface that each is on, and
-    whether that goes on beyond the corner in the direction of each arm.
+    shape: _Shape, ids: Global, unit: Array, arms: Array
+) -> tuple[Array, Mask]:
+    """Find normals at the corners of facets, of the smooth surface that each is on.
 
-    Weights are those of Max (1999), exact for spheres; in 2D for circles.
+    Also whether that goes on beyond the corner in the direction of each arm. Weights
+    are those of Max (1999), exact for spheres; in 2D for circles.
     """
-    n, d = around.ids.size, around.X.shape[-1]
-    squares = np.einsum("fcjd,fcjd->fcj", arms, arms)
-    unit = np.broadcast_to(around.unit[:, None], around.X.shape)
-    if d == 2:
-        m = unit * np.sqrt(squares)
-    else:
-        m = np.cross(arms[:, :, 0], arms[:, :, 1])
-        m *= np.sign(np.einsum("fcd,fcd->fc", m, unit))[..., None]
-    weight = (m / squares.prod(axis=-1)[..., None]).reshape(-1, d)
-    unit, flat = unit.reshape(-1, d), arms.reshape(n, d - 1, d)
-    directions = flat / np.linalg.norm(flat, axis=-1, keepdims=True)
-    one, other = around.corner_pairs()
-    cosine = np.einsum("pd,pd->p", unit[one], unit[other])
+    n, d = ids.size, unit.shape[-1]
+    unit, squares = np.repeat(unit, ids.shape[1], axis=0), _dot(arms, arms)
+    m = unit * np.sqrt(squares).reshape(n, d - 1)[:, :1]
+    if d == 3:
+        m = np.cross(arms[:, :, 0], arms[:, :, 1]).reshape(n, d)
+        m *= np.sign(_dot(m, unit))[:, None]
+    weight = m / squares.prod(axis=-1).reshape(n, 1)
+    directions = (arms / np.sqrt(squares)[..., None]).reshape(n, d - 1, d)
+    # Corners of facets at the same node, each with each
+    nodes, node = np.unique(ids, return_inverse=True)
+    places = np.arange(n), node.ravel()
+    at = csr_array((np.ones(n), places), shape=(n, len(nodes)))
+    one, other = (at @ at.T).nonzero()
+    cosine = _dot(unit[one], unit[other])
     # Facets whose normals differ little, or which others lead to in small steps
     near = cosine > np.cos(SHARPEST)
     patch = connected(np.column_stack([one, other])[near], n)
@@ -239,97 +197,74 @@ def _corner_normals(
     one, other = one[smooth], other[smooth]
     alike = csr_array((np.ones(len(one)), (one, other)), shape=(n, n))
     normal = alike @ weight
+    normal = (normal / np.linalg.norm(normal, axis=1, keepdims=True)).reshape(
+        *ids.shape, d
+    )
     turn = np.ones((n, d - 1))
     cosines = np.einsum("pid,pjd->pij", directions[one], directions[other])
     np.minimum.at(turn, one, cosines.min(axis=2))
     reached = goes_on[:, None] | (turn < -np.cos(ONWARD))
-    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    normal = normal.reshape(around.X.shape)
-    reached = reached.reshape(*around.ids.shape, d - 1)
-    better = alike @ _from_inside(around, arms, normal, reached)
+    reached = reached.reshape(*ids.shape, d - 1)
+    # At a rim the normals of circles through the other ends of arms are better
+    circles, alone = _mirrored(shape, normal, arms, reached)
+    better = alike @ (circles * alone[..., None]).sum(axis=2).reshape(n, d)
     size = np.linalg.norm(better, axis=1, keepdims=True)
-    better /= np.where(size > 0.0, size, 1.0)
-    found = (size > 0.0).reshape(*around.ids.shape, 1)
-    return np.where(found, better.reshape(normal.shape), normal), reached
+    better = (better / np.where(size > 0.0, size, 1.0)).reshape(normal.shape)
+    return np.where((size > 0.0).reshape(*ids.shape, 1), better, normal), reached
 
 
-def _from_inside(
-    around: _Neighbourhood, arms: Array, normal: Array, reached: npt.NDArray[np.bool_]
-) -> Array:
-    """Sums of the normals that circles through the other ends of arms give to corners
-    at rims, (facets x corners, d)."""
-    shape = around.shape
-    back = np.array(
-        [[shape.arm(j, i) for j in row] for i, row in enumerate(shape.arms)]
-    )
-    theirs = reached[:, shape.arms, back] & ~reached
-    mirrored = _mirrored(normal[:, shape.arms], arms) * theirs[..., None]
-    total: Array = mirrored.sum(axis=2).reshape(-1, arms.shape[-1])
-    return total
+def _mirrored(
+    shape: _Shape, normal: Array, arms: Array, reached: Mask
+) -> tuple[Array, Mask]:
+    """Mirror the normals at the far ends of arms, as on circles through both ends.
+
+    Also find where the surface goes on beyond the far end alone.
+    """
+    far = normal[:, shape.arms]
+    share = _dot(far, arms) / _dot(arms, arms)
+    alone = reached[:, shape.arms, shape.back] & ~reached
+    return far - 2.0 * share[..., None] * arms, alone
 
 
-def _sags(around: _Neighbourhood) -> Array:
+def _sags(shape: _Shape, ids: Global, X: Array, mine: Indices) -> Array:
     """From the middle of each edge to the curved one, (facets, edges, d). Length."""
-    shape, X = around.shape, around.X
+    m = middle_normals(shape.name, 1, X)
+    unit = m / np.linalg.norm(m, axis=1, keepdims=True)
     arms = X[:, shape.arms] - X[:, :, None]
-    normal, reached = _corner_normals(around, arms)
-    ends = [shape.ends[:, 0], shape.ends[:, 1]]
-    d = X[:, ends[1]] - X[:, ends[0]]
-    n0, n1 = normal[:, ends[0]], normal[:, ends[1]]
-    known0, known1 = (
-        reached[:, a, [shape.arm(i, j) for i, j in zip(a, b)]]
-        for a, b in (ends, ends[::-1])
-    )
+    normal, reached = _corner_normals(shape, ids, unit, arms)
     # A normal at the rim of a surface is one facet's: there the arc is that of a circle
-    n0, n1 = (
-        np.where((theirs & ~known)[..., None], _mirrored(far, d), near)
-        for near, far, known, theirs in (
-            (n0, n1, known0, known1),
-            (n1, n0, known1, known0),
-        )
-    )
-    total = n0 + n1
-    length = np.linalg.norm(total, axis=-1)
-    direction = total / length[..., None]
-    height = -np.einsum("fed,fed->fe", n0 - n1, d) / (2.0 * (2.0 + length))
+    circles, alone = _mirrored(shape, normal, arms, reached)
+    of_arms = np.where(alone[..., None], circles, normal[:, :, None])
+    n0, n1 = (of_arms[:, shape.ends[:, k], shape.places[:, k]] for k in (0, 1))
+    length = np.linalg.norm(n0 + n1, axis=-1)
+    direction = (n0 + n1) / length[..., None]
+    chord = X[:, shape.ends[:, 1]] - X[:, shape.ends[:, 0]]
+    height = -_dot(n0 - n1, chord) / (2.0 * (2.0 + length))
+    sag = height[..., None] * direction
     if X.shape[-1] == 3:
-        return _agreed(around, direction, height)[around.mine]
-    sag: Array = (height[..., None] * direction)[around.mine]
-    return sag
+        keys = np.sort(ids[:, shape.ends].reshape(-1, 2), axis=1)
+        sag = _agreed(keys, np.repeat(unit, len(shape.ends), axis=0), direction, height)
+    return sag[mine]
 
 
-def _mirrored(n: Array, d: Array) -> Array:
-    """Normals at the other ends of chords d of circles."""
-    share = np.einsum("...d,...d->...", n, d) / np.einsum("...d,...d->...", d, d)
-    mirrored: Array = n - 2.0 * share[..., None] * d
-    return mirrored
-
-
-def _agreed(around: _Neighbourhood, direction: Array, height: Array) -> Array:
+def _agreed(keys: Global, unit: Array, direction: Array, height: Array) -> Array:
     """Find one sag for both facets of each edge, (facets, edges, d).
 
     On a smooth surface their mean; at a sharp edge what has the height of each in its
     direction, so that a straight edge stays straight, and a circular rim is round.
     """
-    edges = len(around.shape.ends)
-    keys = np.sort(around.ids[:, around.shape.ends].reshape(-1, 2), axis=1)
     _, edge, count = np.unique(keys, axis=0, return_inverse=True, return_counts=True)
     order = np.argsort(edge.ravel(), kind="stable")
     paired = order[count[edge.ravel()[order]] == 2]
     one, two = paired[::2], paired[1::2]
-    n, h = direction.reshape(-1, 3), height.ravel()
-    unit = around.unit
-    flat = np.einsum("ed,ed->e", unit[one // edges], unit[two // edges])
-    smooth = (flat > np.cos(SHARPEST))[:, None]
-    mean = 0.5 * (h[one, None] * n[one] + h[two, None] * n[two])
-    k = np.einsum("ed,ed->e", n[one], n[two])
-    apart = 1.0 - k**2
+    n, h = direction.reshape(-1, 3), height.reshape(-1, 1)
+    smooth = _dot(unit[one], unit[two]) > np.cos(SHARPEST)
+    k = _dot(n[one], n[two])[:, None]
     # Two sides of a thin sheet tell nothing of its edge
-    clear = apart > np.sin(SHARPEST) ** 2
-    divisor = np.where(clear, apart, 1.0)
-    shares = (h[one] - k * h[two]) / divisor, (h[two] - k * h[one]) / divisor
-    both = shares[0][:, None] * n[one] + shares[1][:, None] * n[two]
-    both *= clear[:, None]
-    sag = np.zeros((direction.size // 3, 3))
-    sag[one] = sag[two] = np.where(smooth, mean, both)
+    clear = 1.0 - k**2 > np.sin(SHARPEST) ** 2
+    divisor = np.where(clear, 1.0 - k**2, np.inf)
+    both = (h[one] - k * h[two]) * n[one] + (h[two] - k * h[one]) * n[two]
+    mean = 0.5 * (h[one] * n[one] + h[two] * n[two])
+    sag = np.zeros_like(n)
+    sag[one] = sag[two] = np.where(smooth[:, None], mean, both / divisor)
     return sag.reshape(direction.shape)

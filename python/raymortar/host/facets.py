@@ -19,14 +19,8 @@ from .. import compat
 from ..compat import Array, Indices
 from ..errors import ContactError, raise_everywhere, together
 from .ranks import count_marks
-from .reference_facets import (
-    FACET_SHAPE,
-    N_CORNERS,
-    cell_facet_nodes,
-    match_points,
-    middle_normals,
-    reflection,
-)
+from .reference_facets import FACET_SHAPE, N_CORNERS, cell_facet_nodes
+from .reference_facets import match_points, middle_normals, reflection
 
 Global = npt.NDArray[np.int64]
 
@@ -55,11 +49,9 @@ class Facets:
 
 def join(facets_list: Sequence[Facets]) -> Facets:
     """Several sets of facets as one, in their order. Its tag has no meaning."""
-    columns = [
-        np.concatenate([getattr(facets, name) for facets in facets_list])
-        for name in ("facets", "cells", "local_facets")
-    ]
-    return Facets(-1, *columns)
+    rows = zip(*((one.facets, one.cells, one.local_facets) for one in facets_list))
+    facets, cells, local_facets = (np.concatenate(columns) for columns in rows)
+    return Facets(-1, facets, cells, local_facets)
 
 
 def coordinates(mesh: Mesh) -> Array:
@@ -170,24 +162,9 @@ def _check_tags(mesh: Mesh, facet_tags: Any, tag: int, role: str) -> None:
             )
         if not compat.on_mesh(facet_tags, mesh):
             raise ContactError("facet_tags are of another mesh than the displacement")
-    existing = set().union(*comm.allgather(np.unique(facet_tags.values).tolist()))
-    message = None
-    if tag not in existing:
-        message = (
-            f"no facet has the {role} tag {tag}; the tags that exist are "
-            f"{sorted(existing)}"
-        )
-    raise_everywhere(comm, message)
-
-
-def _with_owned_cell(mesh: Mesh, facets: Indices) -> Indices:
-    """The facets among these that bound an owned cell. Collective."""
-    tdim = mesh.topology.dim
-    to_cells = compat.connectivity(mesh, tdim - 1, tdim)
-    owned = to_cells.array < mesh.topology.index_map(tdim).size_local
-    counts = np.concatenate([[0], np.cumsum(owned)])
-    first, last = to_cells.offsets[facets], to_cells.offsets[facets + 1]
-    return facets[counts[last] > counts[first]]
+    known = sorted(set().union(*comm.allgather(np.unique(facet_tags.values).tolist())))
+    message = f"no facet has the {role} tag {tag}; the tags that exist are {known}"
+    raise_everywhere(comm, None if tag in known else message)
 
 
 def _check_exterior(mesh: Mesh, interior: Indices, tag: int, role: str) -> None:
@@ -220,10 +197,14 @@ def tagged_facets(mesh: Mesh, facet_tags: Any, tag: int, role: str) -> Facets:
     entities, a tag that does not occur, or facets inside the body.
     """
     _check_tags(mesh, facet_tags, tag, role)
-    exterior = compat.exterior_facets(mesh)
+    exterior, tdim = compat.exterior_facets(mesh), mesh.topology.dim
     tagged = facet_tags.indices[facet_tags.values == tag]
     # Without ghost cells a facet between two ranks has one local cell on each, so
     # the number of local cells does not tell inside from outside.
     others = np.setdiff1d(tagged, exterior)
-    _check_exterior(mesh, _with_owned_cell(mesh, others), tag, role)
+    links = compat.connectivity(mesh, tdim - 1, tdim)
+    owned = links.array < mesh.topology.index_map(tdim).size_local
+    before = np.concatenate([[0], np.cumsum(owned)])[links.offsets]
+    interior = others[before[others + 1] > before[others]]
+    _check_exterior(mesh, interior, tag, role)
     return facets_of_mesh(mesh, tag, np.intersect1d(tagged, exterior))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import product
+from itertools import chain, combinations, product
 from typing import Any
 
 import ufl
@@ -42,19 +42,6 @@ def check_form(
             )
 
 
-def check_forms(F: Any, J: Any, u: Any) -> None:
-    """Raise unless F is a residual of u and J, if there is one, a Jacobian of it."""
-    V = u.function_space
-    check_form("F", F, 1, _RESIDUAL, V)
-    if J is not None:
-        check_form("J", J, 2, _JACOBIAN, V)
-    elif not any(coefficient is u for coefficient in F.coefficients()):
-        raise ContactError(
-            "F does not depend on the displacement that Contact was given, but on "
-            f"{[str(c) for c in F.coefficients()]}: write it in contact.u, or give J"
-        )
-
-
 def list_of_conditions(bcs: Any) -> list[Any]:
     """Dirichlet conditions as a new list."""
     try:
@@ -76,25 +63,21 @@ def check_supports(name: str, supports: Any) -> dict[str, list[Any]]:
         support: list(bcs) if isinstance(bcs, (list, tuple)) else [bcs]
         for support, bcs in (supports or {}).items()
     }
-    for support, bcs in found.items():
-        for bc in bcs:
-            if not hasattr(bc, "dof_indices"):
-                raise ContactError(
-                    f"{name} has {bc!r} for {support!r}, which is no Dirichlet "
-                    "condition"
-                )
+    for support, bc in ((support, bc) for support, bcs in found.items() for bc in bcs):
+        if not hasattr(bc, "dof_indices"):
+            raise ContactError(
+                f"{name} has {bc!r} for {support!r}, which is no Dirichlet condition"
+            )
     return found
 
 
 def check_compiled(a: Any, count: int = 1) -> None:
     """Raise unless `a` is a compiled bilinear form, or for several unknowns a table of
     them."""
-    rows = [[a]]
-    if count > 1:
-        rows = a if isinstance(a, list) else []
-        if len(rows) != count or any(len(row) != count for row in rows):
-            raise ContactError(f"a must be {count} lists of {count} forms each")
-    for one in (one for row in rows for one in row if one is not None or count == 1):
+    if count > 1 and not _is_table(a, count):
+        raise ContactError(f"a must be {count} lists of {count} forms each")
+    forms = [a] if count == 1 else [one for one in chain(*a) if one is not None]
+    for one in forms:
         rank = compat.compiled_rank(one)
         if rank != 2:
             found = type(one).__name__ if rank is None else f"a form of rank {rank}"
@@ -120,23 +103,27 @@ def find_unknowns(F: Any, J: Any, u: Any, host: Host) -> list[Function]:
             "list of residuals, with u= a list of what they are solved for"
         )
     only = host.displacements[0]
-    if only.component is None:
-        check_forms(F, J, only.given)
-        _check_named(u, only.given)
-        return [only.given]
-    whole = _whole(F, J, host)
-    _check_named(u, whole)
-    return [whole]
-
-
-def _check_named(u: Any, found: Function) -> None:
-    """Raise if u is given and names other unknowns than were found."""
+    found = _alone(F, J, only.given) if only.component is None else _whole(F, J, host)
     named = list(u) if isinstance(u, (list, tuple)) else [u]
     if u is not None and (len(named) != 1 or named[0] is not found):
         raise ContactError(
             f"u must be the one Function that F is a residual of, {found.name}: of "
             "several unknowns F is a list too, by unknown"
         )
+    return [found]
+
+
+def _alone(F: Any, J: Any, u: Function) -> Function:
+    """The displacement as the only unknown."""
+    check_form("F", F, 1, _RESIDUAL, u.function_space)
+    if J is not None:
+        check_form("J", J, 2, _JACOBIAN, u.function_space)
+    elif not any(coefficient is u for coefficient in F.coefficients()):
+        raise ContactError(
+            "F does not depend on the displacement that Contact was given, but on "
+            f"{[str(c) for c in F.coefficients()]}: write it in contact.u, or give J"
+        )
+    return u
 
 
 def _whole(F: Any, J: Any, host: Host) -> Function:
@@ -144,8 +131,7 @@ def _whole(F: Any, J: Any, host: Host) -> Function:
     check_form("F", F, 1, "a linear form in the test functions of the mixed space")
     W = F.arguments()[0].ufl_function_space()
     given = host.displacements[0].given
-    part = given.function_space
-    if not compat.contains(W, part):
+    if not compat.contains(W, given.function_space):
         raise ContactError(
             "F has a test function in another space than the mixed one that the "
             f"displacement {given.name} is a part of"
@@ -166,7 +152,7 @@ def _whole(F: Any, J: Any, host: Host) -> Function:
 
 
 def _several(F: Sequence[Any], J: Any, u: Any, host: Host) -> list[Function]:
-    """Unknowns of a list of residuals."""
+    """Unknowns of a list of residuals; two on one space could share conditions."""
     if not isinstance(u, (list, tuple)):
         raise ContactError(
             "F must be one UFL form, or a list of them by unknown with these in a list "
@@ -179,49 +165,42 @@ def _several(F: Sequence[Any], J: Any, u: Any, host: Host) -> list[Function]:
         raise ContactError(
             f"{len(F)} forms for {len(u)} unknowns: F must have one for each"
         )
-    _check_spaces(u)
+    for f in u:
+        if compat.element_info(f.function_space).is_sub_space:
+            raise ContactError(
+                f"u has {f.name}, a part of a mixed Function: name the whole"
+            )
+    for g, f in combinations(u, 2):
+        if compat.is_same_space(f.function_space, g.function_space):
+            raise ContactError(
+                f"the unknowns {g.name} and {f.name} are on one space: make the "
+                "second on V.clone(), or conditions on one would hold the other"
+            )
     for i, (form, f) in enumerate(zip(F, u)):
         wanted = f"a linear form in the test function of {f.name}'s space"
         check_form(f"F[{i}]", form, 1, wanted, f.function_space)
     givens = [d.given for d in host.displacements]
     if not all(any(compat.same_values(f, given) for f in u) for given in givens):
         raise ContactError(host.absence(u))
-    if J is not None:
-        _check_table(J, u)
+    if J is None:
+        return list(u)
+    if not _is_table(J, len(u)):
+        raise ContactError(
+            f"J must be {len(u)} lists of {len(u)} forms, by test and trial space, None "
+            "for zero"
+        )
+    for (i, f), (j, g) in product(enumerate(u), repeat=2):
+        if J[i][j] is not None:
+            wanted = f"bilinear, in {f.name}'s test and {g.name}'s trial space"
+            spaces = f.function_space, g.function_space
+            check_form(f"J[{i}][{j}]", J[i][j], 2, wanted, *spaces)
     return list(u)
 
 
-def _check_spaces(u: Sequence[Function]) -> None:
-    """Raise if two unknowns have one space: conditions on one could not be told from
-    those on the other."""
-    for i, f in enumerate(u):
-        if compat.element_info(f.function_space).is_sub_space:
-            raise ContactError(
-                f"u has {f.name}, a part of a mixed Function: name the whole"
-            )
-        for g in u[:i]:
-            if compat.is_same_space(f.function_space, g.function_space):
-                raise ContactError(
-                    f"the unknowns {g.name} and {f.name} are on one space: make the "
-                    "second on V.clone(), or conditions on one would hold the other"
-                )
-
-
-def _check_table(J: Any, u: Sequence[Function]) -> None:
-    """Raise unless J is a table of Jacobians by test and trial space."""
-    n = len(u)
-    rows = list(J) if isinstance(J, (list, tuple)) else []
-    if len(rows) != n or any(
-        not isinstance(row, (list, tuple)) or len(row) != n for row in rows
-    ):
-        raise ContactError(
-            f"J must be {n} lists of {n} forms, by test and trial space, None for zero"
-        )
-    for (i, f), (j, g) in product(enumerate(u), repeat=2):
-        if rows[i][j] is not None:
-            wanted = f"bilinear, in {f.name}'s test and {g.name}'s trial space"
-            spaces = f.function_space, g.function_space
-            check_form(f"J[{i}][{j}]", rows[i][j], 2, wanted, *spaces)
+def _is_table(given: Any, n: int) -> bool:
+    """Whether forms are n lists of n."""
+    lists = [given, *given] if isinstance(given, (list, tuple)) else [given]
+    return all(isinstance(row, (list, tuple)) and len(row) == n for row in lists)
 
 
 def jacobians(F: Sequence[Any], u: Sequence[Function], host: Host) -> list[list[Any]]:

@@ -42,20 +42,16 @@ def nodal_field(
     degree if UFL estimates that of f far too high. Collective.
     """
     field = Function(compat.scalar_space(mesh, degree), name=name)
-    V = field.function_space
-    v = ufl.TestFunction(V)
-    sums, weights = (
-        compat.create_la_vector(V.dofmap.index_map, V.dofmap.index_map_bs)
-        for _ in range(2)
-    )
-    rule = quadrature_degree or 2 * degree
-    dx = ufl.dx(mesh, metadata={"quadrature_degree": rule})
-    compat.assemble_residual(sums.array, compat.form(f * v * dx))
-    compat.assemble_residual(weights.array, compat.form(v * dx))
-    for vector in (sums, weights):
+    v = ufl.TestFunction(field.function_space)
+    rule = {"quadrature_degree": quadrature_degree or 2 * degree}
+    dx, found = ufl.dx(mesh, metadata=rule), []
+    for form in (f * v * dx, v * dx):
+        vector = compat.create_la_vector(field.function_space.dofmap.index_map)
+        compat.assemble_residual(vector.array, compat.form(form))
         compat.scatter_reverse_add(vector)
         compat.scatter_forward(vector)
-    field.x.array[:] = sums.array / weights.array
+        found.append(vector.array)
+    field.x.array[:] = found[0] / found[1]
     return field
 
 
@@ -103,10 +99,8 @@ def gather_boundary(
     cell = compat.cell_name(mesh)
     around = _AROUND[FACET_SHAPE[cell]][:: 1 if is_curved else 2]
     nodes = cell_facet_nodes(cell, 2 if is_curved else 1)[:, around][local]
+    x, dofs = mesh.geometry.x, compat.geometry_dofmap(mesh)
     if is_curved:
         V = functions[0].function_space
-        dofs = compat.dofmap_array(V)[cells[:, None], nodes]
-        x = V.tabulate_dof_coordinates()[dofs]
-    else:
-        x = mesh.geometry.x[compat.geometry_dofmap(mesh)[cells[:, None], nodes]]
-    return _gather_nodes(mesh, x, cells, nodes, functions)
+        x, dofs = V.tabulate_dof_coordinates(), compat.dofmap_array(V)
+    return _gather_nodes(mesh, x[dofs[cells[:, None], nodes]], cells, nodes, functions)

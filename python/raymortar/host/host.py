@@ -20,8 +20,8 @@ from dolfinx.fem import Function, FunctionSpace
 from .. import compat
 from ..compat import Array, Mask
 from ..errors import ContactError
-from .displacements import Displacement, Places, check_given
-from .joined import JoinedDisplacement, places_of, unrolled
+from .joined import Displacement, JoinedDisplacement, Places, check_given, places_of
+from .joined import unrolled
 
 # Of a value, by which ranks that share a dof may differ
 ROUNDING = 8.0 * float(np.finfo(float).eps)

@@ -1,7 +1,15 @@
-"""Values that ranks tell each other: boxes, marks at dofs, rows, counts of messages."""
+"""Values that ranks tell each other: boxes, sums at dofs, rows, counts of messages; and
+objects that all ranks must destroy together.
+
+Python frees objects of a reference cycle at any time. A solver is in such a cycle if a
+variable keeps a failure with its traceback. One rank would then destroy its C++ objects
+while another one is in a collective call. So they are kept until every rank has dropped
+them.
+"""
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import astuple, dataclass
 from typing import Any
@@ -31,6 +39,35 @@ def keep_communicator(mesh: Any) -> None:
         setattr(mesh, _NAME, vector)
 
 
+# Name of a dropped object: the process that gave it, and a number
+Name = tuple[int, int]
+_counter = itertools.count()
+# The communicator and the object, by a name that all ranks have agreed on
+_dropped: dict[Name, tuple[MPI.Comm, Any]] = {}
+
+
+def agreed_name(comm: MPI.Comm) -> Name:
+    """Name a new object on a communicator. Collective."""
+    name: Name = comm.bcast((MPI.COMM_WORLD.rank, next(_counter)), root=0)
+    return name
+
+
+def put_aside(name: Name, comm: MPI.Comm, thing: Any) -> None:
+    """Keep an object on a communicator that this rank has dropped."""
+    _dropped[name] = comm, thing
+
+
+def free_dropped(comm: MPI.Comm) -> None:
+    """Destroy what all ranks have dropped. Collective."""
+    same = MPI.IDENT, MPI.CONGRUENT
+    mine = {n for n, (c, _) in _dropped.items() if MPI.Comm.Compare(comm, c) in same}
+    for name in sorted(set.intersection(*comm.allgather(mine))):
+        del _dropped[name]
+
+
+# Values of all ranks
+
+
 def ends_of(x: Array, comm: MPI.Comm) -> Array:
     """Least and largest coordinates of points (n, d) of all ranks, (2, d). Collective."""
     ends = np.stack([x.min(axis=0, initial=np.inf), -x.max(axis=0, initial=-np.inf)])
@@ -38,19 +75,52 @@ def ends_of(x: Array, comm: MPI.Comm) -> Array:
     return np.stack([ends[0], -ends[1]])
 
 
+def largest(comm: MPI.Comm, values: Any) -> float:
+    """Largest of the values of all ranks, 0 at least. Collective."""
+    return float(comm.allreduce(float(np.max(values, initial=0.0)), op=MPI.MAX))
+
+
+def of_all(comm: MPI.Comm, *arrays: Any) -> tuple[Any, ...]:
+    """Join the rows of all ranks, array by array. Collective."""
+    return tuple(np.concatenate(parts) for parts in zip(*comm.allgather(arrays)))
+
+
+def index_among(numbers: Any, wanted: Any) -> Indices:
+    """Index of each wanted number among others in any order; -1: it is not there."""
+    if not len(numbers):
+        return np.full(len(wanted), -1)
+    order = np.argsort(numbers)
+    place = np.searchsorted(numbers, wanted, sorter=order)
+    found = order[np.minimum(place, len(numbers) - 1)]
+    return np.where(numbers[found] == wanted, found, -1)
+
+
+def sums_at(index_map: Any, width: int, *shares: tuple[Any, Any]) -> Array:
+    """Add up rows for block dofs, (dofs, values) each, over all ranks. Collective.
+
+    The sums are at all local dofs, (n, width).
+    """
+    vector = compat.create_la_vector(index_map, width)
+    for dofs, values in shares:
+        np.add.at(vector.array.reshape(-1, width), dofs, values)
+    # They go to the owner, which may have none itself, and from there to all
+    compat.scatter_reverse_add(vector)
+    compat.scatter_forward(vector)
+    sums: Array = vector.array.reshape(-1, width).copy()
+    return sums
+
+
 def count_marks(index_map: Any, entities: Indices, marks: Mask | None = None) -> Array:
     """Count the ranks that have marked each local entity. Collective.
 
     With marks (n, d) for entities (n,), each of d components is counted, (entities, d).
     """
-    d = 1 if marks is None else marks.shape[1]
-    vector = compat.create_la_vector(index_map, d)
-    vector.array.reshape(-1, d)[entities] = 1.0 if marks is None else marks
-    # Marks go to the owner, which may have marked none itself, and from there to all
-    compat.scatter_reverse_add(vector)
-    compat.scatter_forward(vector)
-    counts: Array = vector.array.copy()
-    return counts if marks is None else counts.reshape(-1, d)
+    chosen = np.unique(entities)
+    if marks is None:
+        return sums_at(index_map, 1, (chosen, 1.0))[:, 0]
+    of_chosen = np.zeros((len(chosen), marks.shape[1]))
+    of_chosen[np.searchsorted(chosen, entities)] = marks
+    return sums_at(index_map, marks.shape[1], (chosen, of_chosen))
 
 
 def marked_everywhere(
@@ -96,6 +166,7 @@ def communication(
 ) -> Communication:
     """Add up counts of this rank's zones, and those of all ranks. Collective."""
     counts = np.array([astuple(Sent()), *(astuple(Sent(**one)) for one in traffic)])
-    total = comm.allreduce(counts.sum(axis=0), op=MPI.SUM)
-    largest = np.array(comm.allgather(counts.sum(axis=0))).max(axis=0)
-    return Communication(Sent(*total.tolist()), Sent(*largest.tolist()))
+    ranks = np.array(comm.allgather(counts.sum(axis=0)))
+    return Communication(
+        *(Sent(*found.tolist()) for found in (ranks.sum(axis=0), ranks.max(axis=0)))
+    )

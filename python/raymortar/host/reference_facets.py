@@ -44,6 +44,14 @@ def shape_functions(shape: str, degree: int, points: Array) -> tuple[Array, Arra
     return table[0], table[1:]
 
 
+def interpolate(shape: str, degree: int, nodal: Array, points: Array) -> Array:
+    """Values at one point (n, d - 1) of each facet, by nodal values (n, nodes, ...)."""
+    values: Array = np.einsum(
+        "qa,qa...->q...", shape_functions(shape, degree, points)[0], nodal
+    )
+    return values
+
+
 def normals(tangents: Array) -> Array:
     """Normals m (..., d) of facets, by their tangents dx/dxi_i (d - 1, ..., d).
 
@@ -59,6 +67,11 @@ def middle_normals(shape: str, degree: int, nodes: Array) -> Array:
     middle = facet_nodes(shape, 1).mean(axis=0, keepdims=True)
     _, gradients = shape_functions(shape, degree, middle)
     return normals(np.einsum("ia,...ad->i...d", gradients[:, 0], nodes))
+
+
+def units(vectors: Array) -> Array:
+    """Scale vectors (..., d) to length 1."""
+    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
 
 
 def match_points(points: Array, targets: Array) -> list[int]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from mpi4py import MPI
 
@@ -26,21 +26,11 @@ FieldValue: TypeAlias = "float | Function | Callable[[Array], Array]"
 
 @dataclass(frozen=True)
 class Quantity:
-    """Meaning of a field.
-
-    Attributes
-    ----------
-    name
-        For messages.
-    demand
-        What its values must be, for messages.
-    allowed
-        Whether each finite value is allowed.
-    """
+    """Meaning of a field: its name and what its values must be, for messages."""
 
     name: str
     demand: str
-    allowed: Callable[[Array], Mask]
+    allowed: Callable[[Array], Mask]  # whether each finite value is
 
     def first_fault(self, values: Array) -> float | None:
         """The first value that is not allowed; None if all are."""
@@ -101,7 +91,7 @@ def node_positions(zone: ZoneFacets) -> Array:
     surface = zone.slave_surface
     nodes = facet_nodes(surface.shape, surface.displacement_degree)
     N, _ = shape_functions(surface.shape, surface.node_degree, nodes)
-    points = np.einsum("qk,fkd->fqd", N, surface.X[surface.facet_nodes])
+    points = np.einsum("qk,fkd->fqd", N, surface.nodes)
     return np.pad(points, ((0, 0), (0, 0), (0, 3 - surface.gdim)))
 
 
@@ -124,19 +114,18 @@ def on_facets(
     return values
 
 
-def _values(quantity: Quantity, value: FieldValue, zone: ZoneFacets) -> Array:
+def _values(quantity: Quantity, value: Any, zone: ZoneFacets) -> Array:
     """The values of this rank's facets."""
     points = node_positions(zone)
-    shape = points.shape[:2]
+    shape, flat = points.shape[:2], points.reshape(-1, 3)
     if not is_field(value):
-        return np.full(shape, float(cast(float, value)))
-    flat = points.reshape(-1, 3)
+        return np.full(shape, float(value))
     if not len(flat):
         return np.empty(shape)
     if isinstance(value, Function):
         cells = np.repeat(zone.slave.cells, shape[1])
         return np.asarray(value.eval(flat, cells), dtype=np.float64).reshape(shape)
-    found = np.asarray(cast("Callable[[Array], Array]", value)(flat.T.copy()))
+    found = np.asarray(value(flat.T.copy()))
     if found.shape not in ((len(flat),), (1, len(flat))) or np.iscomplexobj(found):
         raise ContactError(
             f"{quantity.name} returns values of type {found.dtype} and shape "

@@ -11,16 +11,10 @@ from dolfinx.fem import Function
 
 from .. import compat
 from ..compat import Array, Indices
-from .facets import (
-    Facets,
-    Global,
-    coordinates,
-    facet_dof_table,
-    facet_ids,
-    facet_node_table,
-    join,
-)
+from . import facets as lookup
+from .facets import Facets, Global
 from .joined import NUMBERS_OF_PART, parts_of, places_of
+from .ranks import sums_at
 from .reference_facets import FACET_SHAPE, normals, shape_functions
 
 
@@ -84,6 +78,11 @@ class Surface:
     is_straight: bool = False
     arcs: Array | None = None
 
+    @property
+    def nodes(self) -> Array:
+        """Reference positions of the nodes of each facet, (n_facets, n_k, d)."""
+        return self.X[self.facet_nodes]
+
 
 def _compress(table: Indices) -> tuple[Indices, Indices]:
     """Sorted unique entries of a table, and the table as indices into them."""
@@ -98,46 +97,31 @@ def build_surface(
 
     The space of u must have passed `check_space`; no facet may be in two sets.
     """
-    surface, places = _of_one(parts_of(u)[part], facets_list), places_of(u, part)
-    surface = replace(surface, axisymmetric=axisymmetric)
-    if places is None:
-        return surface
-    first = part * NUMBERS_OF_PART
-    return replace(
-        surface,
-        dofs=places[surface.dofs],
-        dof_ids=surface.dof_ids + first,
-        node_ids=surface.node_ids + first,
-        facet_ids=surface.facet_ids + first,
-    )
-
-
-def _of_one(u: Function, facets_list: Sequence[Facets]) -> Surface:
-    """`build_surface` for a displacement on one mesh."""
-    V, mesh = u.function_space, u.function_space.mesh
+    V, places = parts_of(u)[part].function_space, places_of(u, part)
+    mesh, first = V.mesh, part * NUMBERS_OF_PART
     gdim, p = mesh.geometry.dim, compat.element_info(V).degree
-    facets = join(facets_list)
-    dofs, facet_dofs = _compress(facet_dof_table(V, facets))
-    dof_ids = compat.local_to_global(V.dofmap.index_map, dofs)
+    facets = lookup.join(facets_list)
+    dofs, facet_dofs = _compress(lookup.facet_dof_table(V, facets))
+    dof_ids, table = compat.local_to_global(V.dofmap.index_map, dofs), facet_dofs
+    X, node_ids = V.tabulate_dof_coordinates()[dofs, :gdim], dof_ids
     if compat.geometry_degree(mesh) > p:
-        nodes, table = _compress(facet_node_table(mesh, facets))
-        X, node_ids = coordinates(mesh)[nodes], compat.geometry_nodes_global(mesh)
-        node_ids = node_ids[nodes]
-    else:
-        X, node_ids, table = V.tabulate_dof_coordinates()[dofs, :gdim], dof_ids, None
-    counts = [len(part.facets) for part in facets_list]
+        nodes, table = _compress(lookup.facet_node_table(mesh, facets))
+        X = lookup.coordinates(mesh)[nodes]
+        node_ids = compat.geometry_nodes_global(mesh)[nodes]
+    counts = [len(one.facets) for one in facets_list]
     return Surface(
         shape=FACET_SHAPE[compat.cell_name(mesh)],
         gdim=gdim,
         displacement_degree=p,
         node_degree=max(p, compat.geometry_degree(mesh)),
-        dofs=dofs,
-        dof_ids=dof_ids,
+        dofs=dofs if places is None else places[dofs],
+        dof_ids=dof_ids + first,
         facet_dofs=facet_dofs,
         X=np.ascontiguousarray(X),
-        node_ids=node_ids,
-        facet_nodes=facet_dofs if table is None else table,
-        facet_ids=facet_ids(mesh, facets),
+        node_ids=node_ids + first,
+        facet_nodes=table,
+        facet_ids=lookup.facet_ids(mesh, facets) + first,
+        axisymmetric=axisymmetric,
         zone=np.repeat(np.arange(len(counts), dtype=np.int32), counts),
         is_straight=compat.geometry_degree(mesh) == 1,
     )
@@ -171,8 +155,8 @@ def facet_areas(shape: str, degree: int, nodes: Array) -> Array:
 
 def surface_normals(surface: Surface) -> tuple[Array, Array, Array]:
     """`rule_normals` of the undeformed facets of a surface."""
-    nodes = surface.X[surface.facet_nodes]
-    return rule_normals(surface.shape, surface.node_degree, nodes, surface.axisymmetric)
+    degree, turns = surface.node_degree, surface.axisymmetric
+    return rule_normals(surface.shape, degree, surface.nodes, turns)
 
 
 def surface_areas(surface: Surface) -> Array:
@@ -183,18 +167,23 @@ def surface_areas(surface: Surface) -> Array:
 
 def surface_sizes(surface: Surface) -> Array:
     """Area of the facets themselves, in 2D their length, (facets,)."""
-    return surface_areas(replace(surface, axisymmetric=False))
+    return facet_areas(surface.shape, surface.node_degree, surface.nodes)
 
 
-def vector_areas(surface: Surface, index_map: Any, degree: int, table: Indices) -> Any:
-    """Vector of int N n dG over this rank's facets, added up at the owners. Collective.
+def facet_lengths(surface: Surface) -> Array:
+    """Length of the sides of facets, by their area, (facets,)."""
+    lengths: Array = surface_sizes(surface) ** (1.0 / (surface.gdim - 1))
+    return lengths
+
+
+def vector_areas(
+    surface: Surface, index_map: Any, degree: int, table: Indices
+) -> Array:
+    """Sum up int N n dG over the facets of all ranks at local block dofs. Collective.
 
     N has the given degree, and the block dofs of a table (facets, n) of the index map.
     """
     points, weights, m = surface_normals(surface)
     N, _ = shape_functions(surface.shape, degree, points)
-    areas = compat.create_la_vector(index_map, surface.gdim)
     shares = np.einsum("q,qa,fqd->fad", weights, N, m)
-    np.add.at(areas.array.reshape(-1, surface.gdim), table, shares)
-    compat.scatter_reverse_add(areas)
-    return areas
+    return sums_at(index_map, surface.gdim, (table, shares))

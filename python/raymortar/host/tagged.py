@@ -12,8 +12,7 @@ import numpy as np
 
 from ..errors import ContactError, together
 from ..rigid.body import Body
-from .axisymmetry import check_revolved, check_half_plane, check_off_axis
-from .checks import check_areas, check_cells, check_pair
+from . import checks
 from .curving import Smooth, curve
 from .facets import Facets, join, tagged_facets
 from .joined import parts_of
@@ -21,16 +20,6 @@ from .surfaces import Surface, build_surface
 
 _NONE = np.empty(0, dtype=np.int32)
 NO_FACETS = Facets(-1, _NONE, _NONE, _NONE)
-
-
-def check_bodies(bodies: Sequence[Body], slave: int, gdim: int) -> None:
-    """Raise for rigid bodies of another dimension."""
-    for body in bodies:
-        if body.shape.gdim not in (None, gdim):
-            raise ContactError(
-                f"the rigid {type(body.shape).__name__} that slave tag {slave} meets is "
-                f"made for {body.shape.gdim}D, the mesh is in {gdim}D"
-            )
 
 
 @dataclass
@@ -48,6 +37,11 @@ class ZoneFacets:
     master_part: int = 0
     bodies: tuple[Body, ...] = ()  # rigid ones in place of masters
 
+    @property
+    def sides(self) -> tuple[Surface, Surface]:
+        """Surfaces of slave and masters."""
+        return self.slave_surface, self.master_surface
+
 
 def find_facets(
     u: Any,
@@ -56,37 +50,41 @@ def find_facets(
     axisymmetric: bool = False,
     smooth: Smooth = False,
 ) -> list[ZoneFacets]:
-    """Facets of every zone (of `group_pairs`), checked. Collective."""
+    """Facets of every zone, by the masters of its slave tag, checked. Collective."""
     if axisymmetric:
-        check_half_plane(u)
-    tagged = Tagged(u, facet_tags)
+        checks.check_half_plane(u)
+    tagged, gdim = Tagged(u, facet_tags), u.function_space.mesh.geometry.dim
     zones = []
     for slave_tag, given in groups.items():
         bodies = tuple(master for master in given if isinstance(master, Body))
         a = tagged.mesh_of((slave_tag,))
         b = a if bodies else tagged.mesh_of(given)
         slave, masters = tagged.facets(a, slave_tag, "slave"), [NO_FACETS]
-        if bodies:
-            check_bodies(bodies, slave_tag, u.function_space.mesh.geometry.dim)
-            if axisymmetric:
-                check_revolved(bodies)
-        else:
+        for body in bodies:
+            if body.shape.gdim not in (None, gdim):
+                raise ContactError(
+                    f"the rigid {type(body.shape).__name__} that slave tag {slave_tag} "
+                    f"meets is made for {body.shape.gdim}D, the mesh is in {gdim}D"
+                )
+        if axisymmetric:
+            checks.check_revolved(bodies)
+        if not bodies:
             masters = [tagged.facets(b, tag, "master") for tag in given]
         for k, facets in ((a, slave), *((b, master) for master in masters)):
-            check_areas(tagged.meshes[k], facets)
-            check_cells(tagged.meshes[k], facets)
+            checks.check_areas(tagged.meshes[k], facets)
+            checks.check_cells(tagged.meshes[k], facets)
             if axisymmetric:
-                check_off_axis(tagged.meshes[k], facets)
+                checks.check_off_axis(tagged.meshes[k], facets)
         for master in masters if a == b and not bodies else []:
-            check_pair(tagged.meshes[a], slave, master)
+            checks.check_pair(tagged.meshes[a], slave, master)
         surface, other = (
             _surface(u, tagged.meshes[k], parts, k, axisymmetric, smooth)
             for k, parts in ((a, [slave]), (b, masters))
         )
-        joined = join(masters)
+        surfaces, joined = (surface, other), join(masters)
         zones.append(
             ZoneFacets(
-                slave_tag, given, slave, masters, surface, other, joined, a, b, bodies
+                slave_tag, given, slave, masters, *surfaces, joined, a, b, bodies
             )
         )
     with together(tagged.comm):

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from mpi4py import MPI
-
 import numpy as np
 import numpy.typing as npt
 from dolfinx.mesh import Mesh
@@ -13,7 +11,8 @@ from dolfinx.mesh import Mesh
 from .. import compat
 from ..compat import Array, Indices, Mask
 from .facets import Facets, coordinates, facet_corners, points_inward
-from .reference_facets import FACET_SHAPE, match_points, middle_normals
+from .ranks import index_among, of_all
+from .reference_facets import FACET_SHAPE, match_points, middle_normals, units
 
 # A ray stops after this many cells: the body is thicker than its length
 MOST_CELLS = 64
@@ -56,19 +55,19 @@ class Cells:
         self.is_exterior = np.zeros(len(sizes), dtype=bool)
         self.is_exterior[compat.exterior_facets(mesh)] = True
 
-    def _planes(self, cell: Indices) -> tuple[Array, Array]:
-        """Middles and outward normals of the facets of cells, (n, facets, d) each."""
+    def _planes(self, cell: Indices, way: Array, x: Array) -> tuple[Array, Array]:
+        """Slope of a way along the outward normals of the facets of cells, and height
+        of a point above them, (n, facets) each."""
         nodes = self.x[self.corners[cell]]
         points = nodes[:, self.of_facet]
         middle, m = points.mean(axis=2), middle_normals(self.shape, 1, points)
-        outward = np.einsum("rfd,rfd->rf", m, middle - nodes.mean(axis=1)[:, None])
-        return middle, np.where(outward[..., None] < 0.0, -m, m)
+        outward = _dot(m, middle - nodes.mean(axis=1)[:, None])
+        m = np.where(outward[..., None] < 0.0, -m, m)
+        return _dot(m, way[:, None]), _dot(m, x[:, None] - middle)
 
     def contain(self, cell: Indices, x: Array) -> Mask:
         """Whether each cell, taken as straight, has its point inside, (n,)."""
-        middle, m = self._planes(cell)
-        height = np.einsum("rfd,rfd->rf", m, x[:, None] - middle)
-        inside: Mask = (height < 0.0).all(axis=1)
+        inside: Mask = (self._planes(cell, x, x)[1] < 0.0).all(axis=1)
         return inside
 
     def cross(self, rays: Rays) -> tuple[Indices, Array]:
@@ -77,26 +76,28 @@ class Cells:
         In a convex cell it is the first plane, among those that face along the ray,
         that the ray meets.
         """
-        middle, m = self._planes(rays["cell"])
-        slope = np.einsum("rfd,rd->rf", m, rays["direction"])
-        height = np.einsum("rfd,rfd->rf", m, middle - rays["start"][:, None])
+        slope, height = self._planes(rays["cell"], rays["direction"], rays["start"])
         facets = self.facets[rays["cell"]]
         ahead = (slope > 0.0) & (facets != rays["facet"][:, None])
         with np.errstate(divide="ignore", invalid="ignore"):
-            length = np.where(ahead, height / slope, np.inf)
+            length = np.where(ahead, -height / slope, np.inf)
         first, rows = length.argmin(axis=1), np.arange(len(rays))
         return facets[rows, first], np.maximum(length[rows, first], rays["length"])
+
+
+def _dot(m: Array, x: Array) -> Array:
+    """Products of vectors at the facets of cells, (n, facets)."""
+    return np.einsum("rfd,rfd->rf", m, np.broadcast_to(x, m.shape))
 
 
 def _start(mesh: Mesh, facets: Facets) -> Rays:
     """Rays from the middle of some facets, straight into their cells."""
     corners, n = facet_corners(mesh, facets), len(facets.cells)
-    start, inward = corners.mean(axis=1), points_inward(mesh, facets)
-    m = middle_normals(FACET_SHAPE[compat.cell_name(mesh)], 1, corners)
-    m = np.where(inward[:, None], m, -m)
-    kind = _FIELDS + [(name, float, start.shape[1]) for name in ("start", "direction")]
-    rays = np.zeros(n, dtype=kind)
-    rays["start"], rays["direction"] = start, m / np.linalg.norm(m, axis=1)[:, None]
+    m = units(middle_normals(FACET_SHAPE[compat.cell_name(mesh)], 1, corners))
+    d = mesh.geometry.dim
+    rays = np.zeros(n, dtype=[*_FIELDS, ("start", float, d), ("direction", float, d)])
+    rays["start"] = corners.mean(axis=1)
+    rays["direction"] = np.where(points_inward(mesh, facets)[:, None], m, -m)
     rays["cell"], rays["facet"] = facets.cells, facets.facets
     rays["number"], rays["home"] = np.arange(n), mesh.comm.rank
     return rays
@@ -108,10 +109,9 @@ def _walk(cells: Cells, rays: Rays, most: float) -> tuple[list[Rays], list[Rays]
     while len(rays):
         rays["facet"], rays["length"] = cells.cross(rays)
         rays["crossed"] += 1
-        beside = cells.beside[rays["facet"]]
         over = cells.is_exterior[rays["facet"]] | (rays["length"] >= most)
         over |= rays["crossed"] >= MOST_CELLS
-        rays["cell"] = beside.sum(axis=1) - rays["cell"]
+        rays["cell"] = cells.beside[rays["facet"]].sum(axis=1) - rays["cell"]
         gone = ~over & (rays["cell"] < 0)
         ended.append(rays[over])
         leaving.append(rays[gone])
@@ -119,25 +119,20 @@ def _walk(cells: Cells, rays: Rays, most: float) -> tuple[list[Rays], list[Rays]
     return ended, leaving
 
 
-def _arrived(cells: Cells, rays: list[Rays]) -> Rays:
+def _arrived(cells: Cells, mine: Rays) -> Rays:
     """Rays that left cells of other ranks and go on in cells of this rank.
 
     Facets between ranks are told by global numbers. Collective.
     """
-    mesh = cells.mesh
-    comm, facet_map = mesh.comm, mesh.topology.index_map(mesh.topology.dim - 1)
-    known = compat.local_to_global(facet_map)
-    order = np.argsort(known)
-    mine = np.concatenate(rays)
-    sent = comm.allgather((compat.local_to_global(facet_map, mine["facet"]), mine))
-    del sent[comm.rank]
-    if not sent or not len(order):
-        return mine[:0]
-    wanted, arrived = (np.concatenate(parts) for parts in zip(*sent))
-    place = np.minimum(np.searchsorted(known, wanted, sorter=order), len(order) - 1)
-    arrived["facet"] = facet = order[place]
-    arrived["cell"] = cell = cells.beside[facet].max(axis=1, initial=-1)
-    return arrived[(known[facet] == wanted) & (cell >= 0)]
+    comm, topology = cells.mesh.comm, cells.mesh.topology
+    facet_map = topology.index_map(topology.dim - 1)
+    numbers = compat.local_to_global(facet_map, mine["facet"])
+    wanted, rays = of_all(comm, numbers, mine)
+    rank = np.repeat(np.arange(comm.size), comm.allgather(len(mine)))
+    rays["facet"] = index_among(compat.local_to_global(facet_map), wanted)
+    rays = rays[(rank != comm.rank) & (rays["facet"] >= 0)]
+    rays["cell"] = cells.beside[rays["facet"]].max(axis=1, initial=-1)
+    return rays[rays["cell"] >= 0]
 
 
 def thickness_behind(cells: Cells, facets: Facets, most: float) -> Array:
@@ -147,19 +142,19 @@ def thickness_behind(cells: Cells, facets: Facets, most: float) -> Array:
     as straight, to where the ray leaves the body. Where the thickness is more than
     `most` or more than `MOST_CELLS` cells, a length that it exceeds, (n_facets,).
     """
-    mesh, rays = cells.mesh, _start(cells.mesh, facets)
+    comm, rays = cells.mesh.comm, _start(cells.mesh, facets)
     ended = [rays[:0]]
-    while mesh.comm.allreduce(len(rays), op=MPI.SUM):
+    while comm.allreduce(len(rays)):
         leaving = [rays[:0]]
         for k in range(0, len(rays), RAYS_AT_ONCE):
             done, gone = _walk(cells, rays[k : k + RAYS_AT_ONCE], most)
             ended += done
             leaving += gone
-        rays = _arrived(cells, leaving)
-    mine, rank = np.concatenate(ended), mesh.comm.rank
-    away = mesh.comm.allgather(mine[mine["home"] != rank])
-    mine = np.concatenate([mine, *away])
-    mine = mine[mine["home"] == rank]
+        rays = _arrived(cells, np.concatenate(leaving))
+    mine = np.concatenate(ended)
+    (away,) = of_all(comm, mine[mine["home"] != comm.rank])
+    home = np.concatenate([mine, away])
+    home = home[home["home"] == comm.rank]
     result = np.full(len(facets.cells), most)
-    result[mine["number"]] = np.minimum(mine["length"], most)
+    result[home["number"]] = np.minimum(home["length"], most)
     return result

@@ -2,8 +2,10 @@
 
 - contact_surfaces, zones: from tagged facets to C++ zones; zone_data: what they hold
 - probing, stiffness, coefficients: moduli and gamma, read off the volume's matrix
-- cover, held: slave nodes that are covered, shared or prescribed
-- present, state, accepted: the present state, and the one that a step starts from
-- point_results, point_places: statuses, and values at points from nodes and back
+- slave_nodes: slave nodes that are covered, shared or prescribed
+- present, state: the present state, and the one that a step starts from
+- overlap, straight_facets: gaps at the start, and offsets
+- friction_at_points: users' friction laws
+- point_results: statuses, and values at points from nodes and back
 - pairs: names of pairs
 """

@@ -69,20 +69,11 @@ class Interfaces:
     def tables(
         self, measure: Measure, pair: Callable[[Array, Array], Array]
     ) -> list[Array]:
-        """A number for each pair of bodies, zone by zone. Collective.
+        """Make a table of (slave's bodies, master's bodies) for each zone. Collective.
 
-        Parameters
-        ----------
-        measure
-            Quantities of a union of surfaces, body by body: (bodies, quantities).
-            Called on all ranks alike.
-        pair
-            Gives the numbers, (pairs,), from the quantities of the slaves' and the
-            masters' sides, (pairs, quantities) each.
-
-        Returns
-        -------
-        (slave's bodies, master's bodies) of each zone.
+        The measure gives quantities of a union of surfaces, (bodies, quantities), and is
+        called on all ranks alike; `pair` takes those of the slaves' and of the masters'
+        sides, (pairs, quantities) each, to the numbers of pairs.
         """
         # A slave's side depends on the kind of its masters, and a master's on that of
         # its slaves
@@ -178,34 +169,23 @@ def spread(
 ) -> tuple[list[tuple[Array, _cpp.PairFactors]], float]:
     """Convert a coefficient, after checks, into the values that zones take. Collective.
 
-    Returns
-    -------
-    zones
-        Values at the displacement dofs of slave facets, (facets, dofs per facet), and
-        factors on these by pair of bodies, empty if there is one value for all.
-        Traction per length.
-    scale
-        Mean over all slave facets. All zones share it, as two zones may share a
-        multiplier node.
-
-    Raises
-    ------
-    ContactError
-        If it is not positive, differs between ranks or is of another mesh or contact.
+    These are values at the displacement dofs of slave facets, (facets, dofs per facet),
+    and factors on these by pair of bodies, empty if there is one value for all. Also
+    their mean over all slave facets, a scale that all zones share, as two zones may
+    share a multiplier node. Tractions per length.
     """
     zones, comm = interfaces.zones, interfaces.layout.comm
     with together(comm):
         _check(gamma, interfaces, mesh)
     if isinstance(gamma, PairCoefficients):
-        found = _by_pair(gamma)
+        bodies = interfaces.slave, interfaces.master
+        found = [_by_pair(interfaces, *of) for of in zip(zones, *bodies, gamma.tables)]
     else:
         require_agreement(comm, gamma=gamma)
-        found = [
-            (on_facets(GAMMA, gamma, zone.facets, comm), _cpp.PairFactors())
-            for zone in zones
-        ]
-    total = comm.allreduce(sum(float(values.sum()) for values, _ in found))
-    return found, total / comm.allreduce(sum(values.size for values, _ in found))
+        nodal = [on_facets(GAMMA, gamma, zone.facets, comm) for zone in zones]
+        found = [(values, _cpp.PairFactors()) for values in nodal]
+    total, count = np.sum([(values.sum(), values.size) for values, _ in found], axis=0)
+    return found, float(comm.allreduce(total) / comm.allreduce(count))
 
 
 def _check(gamma: Any, interfaces: Interfaces, mesh: Any) -> None:
@@ -223,19 +203,19 @@ def _check(gamma: Any, interfaces: Interfaces, mesh: Any) -> None:
         check_function(GAMMA, gamma, mesh)
 
 
-def _by_pair(gamma: PairCoefficients) -> list[tuple[Array, _cpp.PairFactors]]:
+def _by_pair(
+    interfaces: Interfaces,
+    zone: ZoneData,
+    slaves: Indices,
+    masters: Indices,
+    table: Array,
+) -> tuple[Array, _cpp.PairFactors]:
     """Give each slave facet the largest value of its pairs, and each pair its share."""
-    pairs, found = gamma.interfaces, []
-    for zone, slaves, masters, table in zip(
-        pairs.zones, pairs.slave, pairs.master, gamma.tables
-    ):
-        surface, largest = zone.facets.slave_surface, table.max(axis=1)
-        of_facets = largest[np.searchsorted(slaves, pairs.of_facets(surface))]
-        factors = _cpp.PairFactors(
-            slaves=slaves.astype(np.int32),
-            masters=masters.astype(np.int32),
-            factors=table / largest[:, None],
-        )
-        width = surface.facet_dofs.shape[1]
-        found.append((np.repeat(of_facets[:, None], width, axis=1), factors))
-    return found
+    surface, largest = zone.facets.slave_surface, table.max(axis=1, keepdims=True)
+    row = np.searchsorted(slaves, interfaces.of_facets(surface))
+    factors = _cpp.PairFactors(
+        slaves=slaves.astype(np.int32),
+        masters=masters.astype(np.int32),
+        factors=table / largest,
+    )
+    return np.repeat(largest[row], surface.facet_dofs.shape[1], axis=1), factors

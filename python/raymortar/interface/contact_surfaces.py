@@ -1,4 +1,4 @@
-"""Surfaces of a contact, made once: zones, multiplier, rows."""
+"""Surfaces of a contact, made once: zones, multiplier, rows; whether the mesh moves."""
 
 from __future__ import annotations
 
@@ -13,63 +13,87 @@ import numpy as np
 from dolfinx.fem import Function, FunctionSpace
 
 from .. import compat
-from ..compat import Indices
 from ..errors import ContactError, require_agreement, together
 from ..host.bodies import Bodies, find_bodies
 from ..host.checks import check_space
-from ..host.facets import facet_dof_table
+from ..host.facets import Facets, coordinates, facet_dof_table, format_point, node_table
 from ..host.host import Host
 from ..host.joined import parts_of
-from ..host.ranks import keep_communicator
 from ..host.layout import Layout
-from ..host.surfaces import Surface
+from ..host.ranks import ends_of, keep_communicator
 from ..host.tagged import ZoneFacets, find_facets
 from ..host.thickness import Cells
-from ..options.contact_options import ContactOptions
+from ..options.methods import ContactOptions
 from ..rigid.body import Body
 from .coefficients import Interfaces
-from .pairs import PairTable, known_names, numbered, table
-from .reference import Reference, references
+from .pairs import PairTable, known_names, read_pairs
 from .zone_data import Masters, ZoneData
-from .zones import create_zone, described, group_pairs
+from .zones import create_zone
+
+
+# Of the coordinates and displacements, what adding a displacement to the mesh and taking
+# it off again, a few times, may leave
+MAX_DRIFT = 1e-12
+
+
+class Reference:
+    """Nodes of a displacement's mesh on the contact surfaces, and where they were.
+
+    Reference positions, areas, search distances, the halo and the automatic gamma are
+    taken from them once. Nodes elsewhere are the volume's forms' alone, which read the
+    mesh at each assembly.
+    """
+
+    def __init__(self, u: Function, surfaces: Sequence[Facets]) -> None:
+        self._u, self._mesh = u, u.function_space.mesh
+        tables = [node_table(self._mesh, facets).ravel() for facets in surfaces]
+        self._nodes = np.unique(np.concatenate(tables))
+        self._X = coordinates(self._mesh)[self._nodes]
+
+    def fault(self) -> str | None:
+        """What has moved on this rank, if anything."""
+        x = coordinates(self._mesh)[self._nodes]
+        if np.array_equal(x, self._X):
+            return None
+        moved = np.abs(x - self._X).max(axis=1)
+        size = np.abs(self._X).max() + np.abs(self._u.x.array).max()
+        # Written so that NaN has moved
+        bad = np.flatnonzero(~(moved <= MAX_DRIFT * size))
+        if len(bad) == 0:
+            return None
+        before, now = (format_point(at[bad[0]]) for at in (self._X, x))
+        return (
+            f"{len(bad)} node(s) of the contact surfaces have moved in the mesh since "
+            f"Contact was made, for example the one from {before} to {now}: make "
+            "contact, problem and solver anew; restore(old.state()) takes tractions over"
+        )
+
+
+def references(u: Any, zones: Sequence[ZoneFacets]) -> list[Reference]:
+    """Note the nodes of each mesh that has contact surfaces."""
+    found = []
+    for k, part in enumerate(parts_of(u)):
+        sides = [zone.slave for zone in zones if zone.slave_part == k]
+        sides += [m for zone in zones if zone.master_part == k for m in zone.masters]
+        if sides:
+            found.append(Reference(part, sides))
+    return found
 
 
 @dataclass(frozen=True, eq=False)
 class ContactSurfaces:
-    """Surfaces of a contact, and the functions on them.
-
-    Attributes
-    ----------
-    host
-        What the user solves for.
-    tied
-        ``"keep"`` or ``"close"`` for a tie; None: contact.
-    zones
-        A slave surface each, with all its masters.
-    references
-        Undeformed positions, to see whether the mesh is moved.
-    slave_u
-        Displacement on the mesh that all slave surfaces are on.
-    multiplier
-        Traction on the slave; None with a penalty.
-    scalar, vector
-        Spaces of results, of the multiplier's degree.
-    layout
-        Rows of the unknowns.
-    bodies
-        Parts of the mesh that are connected.
-    """
+    """Surfaces of a contact, and the functions on them."""
 
     host: Host
-    tied: str | None
-    zones: list[ZoneData]
-    references: Sequence[Reference]
-    slave_u: Function
-    multiplier: Function | None
-    scalar: FunctionSpace
+    tied: str | None  # "keep" or "close" for a tie; None: contact
+    zones: list[ZoneData]  # a slave surface each, with all its masters
+    references: Sequence[Reference]  # to see whether the mesh is moved
+    slave_u: Function  # displacement on the mesh that all slave surfaces are on
+    multiplier: Function | None  # traction on the slave; None with a penalty
+    scalar: FunctionSpace  # of results, of the multiplier's degree
     vector: FunctionSpace
-    layout: Layout
-    bodies: Bodies
+    layout: Layout  # rows of the unknowns
+    bodies: Bodies  # parts of the mesh that are connected
 
     @property
     def comm(self) -> MPI.Comm:
@@ -107,102 +131,61 @@ def make_surfaces(
 ) -> ContactSurfaces:
     """Find the facets of a contact, and make its multiplier, rows and zones. Collective.
 
-    Parameters
-    ----------
-    host
-        What the user solves for.
-    facet_tags
-        Tags of exterior facets, for each mesh.
-    groups
-        Masters of each slave tag, from `zones.group_pairs`.
-    options
-        Arguments of the contact.
-    tied
-        ``"keep"`` or ``"close"`` for a tie; None: contact.
+    Facet tags are those of each mesh, groups the masters of each slave tag.
     """
-    u = host.u
-    turns, smooth = bool(options.axisymmetric), options.smooth
-    facets = find_facets(u, facet_tags, groups, turns, smooth)
-    fixed = references(u, facets)
+    u, turns = host.u, bool(options.axisymmetric)
+    facets = find_facets(u, facet_tags, groups, turns, options.smooth)
     # All slaves are on one mesh
     slave_u = parts_of(u)[facets[0].slave_part]
-    p = compat.element_info(slave_u.function_space).degree
-    mesh = slave_u.function_space.mesh
-    degree, components = options.multiplier_kind(
-        p, mesh.geometry.dim, is_tie=tied is not None
+    mesh, p = (
+        slave_u.function_space.mesh,
+        compat.element_info(slave_u.function_space).degree,
     )
-    multiplier = None
+    degree, components = options.multiplier_kind(p, mesh.geometry.dim, tied is not None)
+    multiplier, slave_dofs = None, np.empty(0, dtype=np.int32)
     if components:
         shape = (components,) if components > 1 else ()
         W = compat.space(mesh, "Lagrange", degree, shape)
         multiplier = Function(W, name="multiplier")
-    scalar, vector = compat.scalar_space(mesh, degree), compat.vector_space(
-        mesh, degree
+        tables = [facet_dof_table(W, zone.slave).ravel() for zone in facets]
+        slave_dofs = np.unique(np.concatenate(tables))
+    scalar, vector = (
+        compat.scalar_space(mesh, degree),
+        compat.vector_space(mesh, degree),
     )
-    free = free_bodies(facets, host.comm)
-    layout = Layout(host, multiplier, _slave_dofs(multiplier, facets), free)
+    layout = Layout(host, multiplier, slave_dofs, free_bodies(facets, host.comm))
     bodies = find_bodies(u.function_space)
     cells = [Cells(part.function_space.mesh) for part in parts_of(u)]
     zones = [
         create_zone(zone, layout, options, scalar, cells, bodies, tied)
         for zone in facets
     ]
+    fixed = references(u, facets)
     return ContactSurfaces(
         host, tied, zones, fixed, slave_u, multiplier, scalar, vector, layout, bodies
     )
 
 
-def _slave_dofs(multiplier: Function | None, facets: Sequence[ZoneFacets]) -> Indices:
-    """Block dofs of the multiplier on this rank's slave facets."""
-    if multiplier is None:
-        return np.empty(0, dtype=np.int32)
-    W = multiplier.function_space
-    tables = [facet_dof_table(W, zone.slave) for zone in facets]
-    return np.unique(np.concatenate([table.ravel() for table in tables]))
-
-
 def free_bodies(facets: Sequence[ZoneFacets], comm: MPI.Comm) -> list[Body]:
-    """The free bodies that slaves meet, each once. Gives them a lever. Collective."""
+    """Find the free bodies that slaves meet, each once; give them levers. Collective."""
     found = dict.fromkeys(b for zone in facets for b in zone.bodies if b.is_free)
     for body in found:
         if body.freedom.lever is None:
-            sides = [z.slave_surface for z in facets if body in z.bodies]
-            body.freedom.lever = _extent(sides, comm)
+            sides = [zone.slave_surface.X for zone in facets if body in zone.bodies]
+            # Diagonal of the box around the slaves
+            ends = ends_of(np.concatenate(sides), comm)
+            body.freedom.lever = float(np.linalg.norm(np.ptp(ends, axis=0)))
     return list(found)
-
-
-def _extent(surfaces: Sequence[Surface], comm: MPI.Comm) -> float:
-    """Diagonal of the box around surfaces. Length. Collective."""
-    dim = surfaces[0].gdim
-    ends = np.full((2, dim), -np.inf)
-    for surface in surfaces:
-        X = surface.X.reshape(-1, dim)
-        for end, values in zip(ends, (X, -X)):
-            np.maximum(end, values.max(axis=0, initial=-np.inf), out=end)
-    comm.Allreduce(MPI.IN_PLACE, ends, op=MPI.MAX)
-    return float(np.linalg.norm(ends.sum(axis=0)))
 
 
 @dataclass(frozen=True)
 class Given:
-    """Arguments of a contact that say where it is.
-
-    Attributes
-    ----------
-    host
-        What is solved for.
-    names
-        Facet tag by name.
-    pairs
-        Each pair once.
-    groups
-        Masters of each slave tag.
-    """
+    """Arguments of a contact that say where it is."""
 
     host: Host
-    names: dict[str, int]
-    pairs: PairTable
-    groups: dict[int, Masters]
+    names: dict[str, int]  # facet tag by name
+    pairs: PairTable  # each once
+    groups: dict[int, Masters]  # masters of each slave tag
 
 
 def check_given(
@@ -211,13 +194,7 @@ def check_given(
     names: Mapping[str, Any] | None,
     options: ContactOptions,
 ) -> Given:
-    """Arguments of a contact, after checks of all but its facets. Collective.
-
-    Raises
-    ------
-    ContactError
-        For input that cannot work, or that differs between ranks.
-    """
+    """Arguments of a contact, after checks of all but its facets. Collective."""
     first = u[0] if isinstance(u, (list, tuple)) and u else u
     if not isinstance(first, Function):
         raise ContactError(f"u must be a Function, not {type(first).__name__}")
@@ -228,15 +205,8 @@ def check_given(
     with together(mesh.comm):
         options.check()
         known = known_names(names, host.u.function_space.mesh.topology.dim - 1)
-        tags = numbered(pairs, known)
-        groups = group_pairs(tags)
-        each = table(tags, known)
-    require_agreement(
-        mesh.comm,
-        **vars(options),
-        pairs={slave: described(masters) for slave, masters in groups.items()},
-        names=each,
-    )
+        each, groups = read_pairs(pairs, known)
+    require_agreement(mesh.comm, **vars(options), pairs=groups, names=each)
     for part in host.displacements:
         check_space(part.u)
     return Given(host, known, PairTable(each, [known] * len(each)), groups)

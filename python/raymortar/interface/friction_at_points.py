@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,19 +14,17 @@ import numpy as np
 
 from ..compat import Array
 from ..errors import ContactWarning, SetUpError, raise_everywhere, together
+from ..host.facets import format_point
 from ..host.reference_facets import shape_functions
 from ..host.slave_fields import FRICTION_FIELD, check_field, check_function, on_facets
 from ..options.friction import Friction, Law
-from .point_places import accumulated_slip, undeformed
-from .point_results import CLOSED
+from .point_results import CLOSED, accumulated_slip, undeformed
 from .zone_data import ZoneData
 
 # Pressures and slip rates at which laws of ranks are compared
 SIZES = 10.0 ** np.arange(-12.0, 15.0, 3.0)
 # Step of a difference along a facet, in its reference coordinates
 STEP = 1e-5
-# Length of a complex step: its square is below all rounding, whatever the units
-TINY = 1e-30
 # Step of a difference, as a share of the value and of its scale
 SHARE, FLOOR = 1e-6, 1e-10
 # Pressures and slip rates at which derivatives are checked, of their scales
@@ -51,104 +50,83 @@ class Sample:
     def ladder(self) -> Sample:
         """Spread pressures and rates over their scales, at some of the points."""
         some = np.unique(np.linspace(0, len(self.p) - 1, SAMPLES).astype(int))
-        q, p, v = np.meshgrid(some, LADDER, [0.0, *LADDER], indexing="ij")
-        q = q.ravel()
-        given = dict(self.given)
+        q, p, v = (x.ravel() for x in np.meshgrid(some, LADDER, [0.0, *LADDER]))
+        q, given = q.astype(int), dict(self.given)
         given["x"], given["slip"] = given["x"][:, q], given["slip"][q]
         given["fields"] = [one[q] for one in given["fields"]]
-        P, V = self.scales
-        return Sample(P * p.ravel(), V * v.ravel(), given, self.scales)
+        return Sample(self.scales[0] * p, self.scales[1] * v, given, self.scales)
 
-    def sides(self, axis: int) -> tuple[Array, Array]:
-        """Values of p or v below and above, none negative."""
+    def sides(self, axis: int) -> tuple[Array, Array, Array]:
+        """Values of p or v below, here and above, none negative."""
         z = (self.p, self.v)[axis]
         h = SHARE * z + SHARE * FLOOR * self.scales[axis]
-        return np.maximum(z - h, 0.0), z + h
+        return np.maximum(z - h, 0.0), z, z + h
+
+    def bounds(self, law: Friction, axis: int, *values: Array) -> list[Array]:
+        """Evaluate a law's bound at other values of p or v."""
+        pairs = [(z, self.v) if axis == 0 else (self.p, z) for z in values]
+        found = [law.call("bound", p, v, self.given) for p, v in pairs]
+        return [np.asarray(one, dtype=np.float64) for one in found]
 
 
-Slopes = Callable[[Friction, Sample], tuple[Array, Array]]
+def slopes(law: Friction, at: Sample) -> tuple[Array, Array]:
+    """Differentiate a bound: as the user does, else by central differences."""
+    if law.derivatives is not None:
+        return law.given_slopes(at.p, at.v, at.given)
+
+    def slope(axis: int) -> Array:
+        low, _, high = at.sides(axis)
+        below, above = at.bounds(law, axis, low, high)
+        return (above - below) / (high - low)
+
+    return slope(0), slope(1)
 
 
-def given_slopes(law: Friction, at: Sample) -> tuple[Array, Array]:
-    """Take the derivatives that the user gives."""
-    return law.given_slopes(at.p, at.v, at.given)
-
-
-def by_complex_steps(law: Friction, at: Sample) -> tuple[Array, Array]:
-    """Differentiate a bound that takes complex numbers, to rounding."""
-    step = 1j * TINY
-    by_p = law.call("bound", at.p + step, at.v.astype(complex), at.given)
-    by_v = law.call("bound", at.p.astype(complex), at.v + step, at.given)
-    return np.imag(by_p) / TINY, np.imag(by_v) / TINY
-
-
-def by_differences(law: Friction, at: Sample) -> tuple[Array, Array]:
-    """Differentiate a bound by central differences; at zero from above."""
-    found = []
-    for axis in range(2):
-        low, high = at.sides(axis)
-        change = _bound(law, at, axis, high) - _bound(law, at, axis, low)
-        found.append(change / (high - low))
-    return found[0], found[1]
-
-
-def _bound(law: Friction, at: Sample, axis: int, values: Array) -> Array:
-    """Evaluate a bound at other values of p or v."""
-    p, v = (values, at.v) if axis == 0 else (at.p, values)
-    found: Array = np.asarray(law.call("bound", p, v, at.given), dtype=np.float64)
-    return found
-
-
-def fault_of(law: Friction, slopes: Slopes, at: Sample) -> str | None:
+def fault_of(law: Friction, at: Sample) -> str | None:
     """Name a derivative that lies beyond both one-sided differences, and its place.
 
     At a kink any value between both is right.
     """
-    s = _bound(law, at, 0, at.p)
     for axis, found in enumerate(slopes(law, at)):
-        z, (low, high) = (at.p, at.v)[axis], at.sides(axis)
-        above = (_bound(law, at, axis, high) - s) / (high - z)
-        below = (_bound(law, at, axis, low) - s) / (low - z)
-        below = np.where(low > 0.0, below, above)
+        low, z, high = at.sides(axis)
+        s_low, s, s_high = at.bounds(law, axis, low, z, high)
+        above = (s_high - s) / (high - z)
+        below = np.where(low > 0.0, (s_low - s) / (low - z), above)
         least, most = np.minimum(below, above), np.maximum(below, above)
-        size = np.maximum(np.maximum(np.abs(least), np.abs(most)), np.abs(found))
+        size = np.max(np.abs([least, most, found]), axis=0)
         rounding = 1e2 * np.finfo(float).eps * np.abs(s) / (high - z)
         beyond = np.maximum(least - found, found - most) - ALLOWED * size - rounding
         k = int(np.argmax(np.where(np.isfinite(beyond), beyond, -np.inf)))
         if beyond[k] > 0.0:
-            x = ", ".join(f"{one:.6g}" for one in at.given["x"][:, k])
             return (
                 f"ds/d{'pv'[axis]} is {found[k]:.6g} at p = {at.p[k]:.6g}, v = "
-                f"{at.v[k]:.6g}, x = ({x}), and differences of bound give {above[k]:.6g}"
+                f"{at.v[k]:.6g}, x = {format_point(at.given['x'][:, k])}, and "
+                f"differences of bound give {above[k]:.6g}"
             )
     return None
 
 
-def chosen_slopes(law: Friction, sample: Sample | None, comm: MPI.Comm) -> Slopes:
-    """Choose how to differentiate a law, after a check at closed points. Collective."""
-    given = law.derivatives is not None
-    slopes = given_slopes if given else by_complex_steps
+def warn_of_wrong_slopes(law: Friction, sample: Sample | None, comm: MPI.Comm) -> None:
+    """Compare the user's derivatives with differences at closed points. Collective."""
     fault = None
     if sample is not None:
-        with np.errstate(all="ignore"), warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of parts that are lost
-            try:
-                fault = fault_of(law, slopes, sample.ladder())
-            # A law may refuse values that do not occur, and complex ones
-            except Exception as error:
-                fault = None if given else str(error)
-    fault = next((one for one in comm.allgather(fault) if one is not None), None)
-    if fault is None:
-        return slopes
-    if not given:
-        return by_differences
-    warnings.warn(
-        f"Friction.derivatives: {fault}. Newton's method takes more iterations, or fails: "
-        "correct them, or leave them out",
-        ContactWarning,
-        stacklevel=2,
-    )
-    return slopes
+        with _in_silence(), suppress(Exception):  # a law may refuse what does not occur
+            fault = fault_of(law, sample.ladder())
+    for text in [one for one in comm.allgather(fault) if one is not None][:1]:
+        warnings.warn(
+            f"Friction.derivatives: {text}. Newton's method takes more iterations, or "
+            "fails: correct them, or leave them out",
+            ContactWarning,
+            stacklevel=2,
+        )
+
+
+@contextmanager
+def _in_silence() -> Iterator[None]:
+    """Keep back warnings: a law is tried where it need not have values."""
+    with np.errstate(all="ignore"), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield
 
 
 def spread_coefficient(law: Law | None, zones: Sequence[ZoneData], mesh: Any) -> None:
@@ -176,13 +154,11 @@ def _require_one_law(law: Friction, comm: MPI.Comm) -> None:
         return
     p, v = (one.ravel() for one in np.meshgrid(SIZES, [0.0, *SIZES]))
     none = np.zeros(len(p))
-    given = {"x": np.zeros((3, len(p))), "slip": none, "dt": 1.0}
-    with np.errstate(all="ignore"), warnings.catch_warnings():
-        warnings.simplefilter("ignore")
+    fields = [none] * len(law.fields)
+    given = {"x": np.zeros((3, len(p))), "slip": none, "dt": 1.0, "fields": fields}
+    with _in_silence():
         try:
-            bounds = law.call(
-                "bound", p, v, {**given, "fields": [none] * len(law.fields)}
-            )
+            bounds = law.call("bound", p, v, given)
             mine = np.asarray(bounds, dtype=np.float64).tolist()
         except Exception as error:  # where it has no value, if it has none on all ranks
             mine = type(error).__name__
@@ -198,19 +174,20 @@ class PointFriction:
         self, law: Friction, zones: Sequence[ZoneData], comm: MPI.Comm
     ) -> None:
         self._law, self._zones, self._comm = law, zones, comm
-        self._slopes: Slopes | None = None
+        self._is_checked = law.derivatives is None
 
     def send(self, dt: float) -> None:
         """Evaluate the law once for each paired zone, and send the bounds. Collective."""
         found = [ClosedPoints(self._law, zone, dt, self._comm) for zone in self._zones]
-        if self._slopes is None:
-            samples = [closed.sample() for closed in found if closed.any]
+        if not self._is_checked:
+            samples = [one.sample() for one in found if one.closed.any()]
             if self._comm.allreduce(len(samples)):
                 first = samples[0] if samples else None
-                self._slopes = chosen_slopes(self._law, first, self._comm)
+                warn_of_wrong_slopes(self._law, first, self._comm)
+                self._is_checked = True
         with together(self._comm):
-            for zone, closed in zip(self._zones, found):
-                zone.cpp.set_friction_bounds(*closed.bounds(self._slopes))
+            for zone, one in zip(self._zones, found):
+                zone.cpp.set_friction_bounds(*one.bounds())
 
 
 class ClosedPoints:
@@ -224,37 +201,32 @@ class ClosedPoints:
             on_facets(FRICTION_FIELD, one, zone.facets, comm) for one in law.fields
         ]
         self._points = points = zone.points()
-        self._closed = points["status"] >= CLOSED
-        self._facet = points["slave"][self._closed]
-        self._xi = points["xi"][self._closed]
-
-    @property
-    def any(self) -> bool:
-        """Whether points of this rank are closed."""
-        return bool(self._closed.any())
+        self.closed = points["status"] >= CLOSED
+        self._facet, self._xi = points["slave"][self.closed], points["xi"][self.closed]
 
     def sample(self) -> Sample:
         """Collect pressures, slip rates and further arguments."""
         points, surface = self._points, self._zone.facets.slave_surface
-        p = np.maximum(-points["pressure"][self._closed], 0.0)
-        v = np.linalg.norm(points["slip"][self._closed], axis=1) / self._dt
+        p = np.maximum(-points["pressure"][self.closed], 0.0)
+        v = np.linalg.norm(points["slip"][self.closed], axis=1) / self._dt
         nodes = surface.X[surface.facet_nodes[self._facet[:1]]]
         size = float(np.linalg.norm(np.ptp(nodes, axis=1)))
         scales = float(points["gamma"].max(initial=0.0)) * size, size / self._dt
         return Sample(p, v, self._given(self._xi), scales)
 
-    def bounds(self, slopes: Slopes | None) -> tuple[Array, Array, Array, Array]:
+    def bounds(self) -> tuple[Array, Array, Array, Array]:
         """Evaluate the bound of all points and its derivatives.
 
         They are by the normal traction, by the length of the slip and along the facet.
         """
         n, width = self._points["xi"].shape
         values, along = np.zeros((3, n)), np.zeros((n, width))
-        if self.any and slopes is not None:
+        if self.closed.any():
             at = self.sample()
-            values[0, self._closed] = self._law.bounds(at.p, at.v, at.given)
-            values[1:, self._closed] = slopes(self._law, at)
-            along[self._closed] = self._along(at)
+            values[0, self.closed] = self._law.bounds(at.p, at.v, at.given)
+            values[1:, self.closed] = slopes(self._law, at)
+            if self._law.arguments - {"dt"}:
+                along[self.closed] = self._along(at)
         s, by_p, by_v = values
         # The library's pressure is the normal traction, which is negative
         return s, -by_p, by_v / self._dt, along
@@ -274,14 +246,11 @@ class ClosedPoints:
 
     def _along(self, at: Sample) -> Array:
         """Differentiate the bound along the facet at unchanged p and v, (n, d - 1)."""
-        along = np.zeros_like(self._xi)
-        if not self._law.arguments - {"dt"}:
-            return along
-        for j in range(along.shape[1]):
-            step = STEP * np.eye(along.shape[1])[j]
-            ends = [
+        high, low = (
+            [
                 self._law.bounds(at.p, at.v, self._given(self._xi + sign * step))
-                for sign in (1.0, -1.0)
+                for step in STEP * np.eye(self._xi.shape[1])
             ]
-            along[:, j] = (ends[0] - ends[1]) / (2.0 * STEP)
-        return along
+            for sign in (1.0, -1.0)
+        )
+        return (np.array(high) - np.array(low)).T / (2.0 * STEP)

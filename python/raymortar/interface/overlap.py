@@ -1,27 +1,32 @@
-"""Meshes that lie in each other at the start, and interferences beyond the bodies."""
+"""Gaps at the start: meshes that lie in each other, and lengths that are added to gaps.
+
+These are clearances, interferences, and adjustments that make surfaces touch which their
+meshes hold apart.
+"""
 
 from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
 
 from mpi4py import MPI
 
 import numpy as np
 
 from .. import compat
+from ..checked import positive
 from ..compat import Array, Mask
-from ..errors import ContactWarning
+from ..errors import ContactError, ContactWarning, require_agreement, together
 from ..host.bodies import bodies_of_facets
 from ..host.facets import format_point
 from ..host.joined import parts_of, places_of
-from ..host.reference_facets import (
-    N_CORNERS,
-    facet_nodes,
-    middle_normals,
-    shape_functions,
-)
-from ..host.surfaces import Surface, surface_sizes
+from ..host.ranks import index_among, largest, of_all
+from ..host.reference_facets import N_CORNERS, interpolate, middle_normals, units
+from ..host.reference_facets import facet_nodes, shape_functions
+from ..host.slave_fields import OFFSET, FieldValue, check_field, on_facets
+from ..host.surfaces import Surface, facet_lengths
 from ..host.thickness import Cells, thickness_behind
 from .contact_surfaces import ContactSurfaces
 from .pairs import Pair, spoken
@@ -48,43 +53,25 @@ def warn_of_overlap(surfaces: ContactSurfaces, pairs: Sequence[Pair]) -> None:
 
     An overlap that an offset undoes or `adjust` has closed is none; chords of curved
     surfaces and the noise of nodes overlap by little. Tools are where the user has put
-    them.
-
-    Parameters
-    ----------
-    surfaces
-        Of a contact, paired where nothing has moved yet.
-    pairs
-        Of the same contact.
+    them. The surfaces are paired where nothing has moved yet.
     """
     comm = surfaces.comm
     if surfaces.tied is not None or comm.allreduce(bool(surfaces.u.x.array.any())):
         return
     for k, zone in enumerate(surfaces.zones):
-        if not zone.facets.bodies:
-            own, allowed = [pair for pair in pairs if pair.surface == k], []
-            for side, thickness in zip(_sides(zone), zone.thickness):
-                allowed.append(_noise(zone, side, thickness, comm))
-            chords = sum(
-                largest_sagitta(s, comm) for s in _sides(zone) if s.is_straight
-            )
-            allowed = [noise + chords for noise in allowed]
-            messages = _of_points(zone, own, allowed, comm)
-            for text in messages or _beyond_search(zone, own, allowed, surfaces):
-                warnings.warn(f"{text}, {REMEDY}", ContactWarning, stacklevel=4)
-
-
-def _sides(zone: ZoneData) -> tuple[Surface, Surface]:
-    return zone.facets.slave_surface, zone.facets.master_surface
-
-
-def _noise(zone: ZoneData, side: Surface, thickness: Array, comm: MPI.Comm) -> Array:
-    """Overlap of each facet of a side that noise explains. Length. Collective."""
-    depth = zone.distances["depth"].max(initial=0.0)
-    # From here on the thickness is unknown
-    most = 2.0 * comm.allreduce(depth, op=MPI.MAX)
-    size = surface_sizes(side) ** (1.0 / (side.gdim - 1))
-    return NOISE * np.minimum(size, np.where(thickness < most, thickness, np.inf))
+        if zone.facets.bodies:
+            continue
+        own = [pair for pair in pairs if pair.surface == k]
+        # From here on the thickness is unknown
+        most = 2.0 * largest(comm, zone.distances["depth"])
+        chords = sum(largest_sagitta(s, comm) for s in zone.sides if s.is_straight)
+        allowed = []
+        for side, thickness in zip(zone.sides, zone.thickness):
+            known = np.where(thickness < most, thickness, np.inf)
+            allowed.append(NOISE * np.minimum(facet_lengths(side), known) + chords)
+        messages = _of_points(zone, own, allowed, comm)
+        for text in messages or _beyond_search(zone, own, allowed, surfaces):
+            warnings.warn(f"{text}, {REMEDY}", ContactWarning, stacklevel=4)
 
 
 def _of_points(
@@ -96,14 +83,12 @@ def _of_points(
     depth = np.where((points["status"] >= OPEN) & (gap < 0.0), -gap, 0.0)
     if not comm.allreduce(bool(depth.any())):
         return []
-    least = np.minimum(
-        allowed[0][points["slave"]], of_hit_masters(zone, points, allowed[1], comm)
-    )
+    met = of_hit_masters(zone, points, allowed[1], comm)
+    depth[depth <= np.minimum(allowed[0][points["slave"]], met)] = 0.0
     master, messages = zone.masters_of(points), []
     for pair in pairs:
         mine = master == zone.facets.master_tags.index(pair.master)
-        mine &= depth > least
-        most = float(comm.allreduce(depth[mine].max(initial=0.0), op=MPI.MAX))
+        most = largest(comm, depth[mine])
         if most > 0.0:
             # Choose alike on any number of ranks
             at = points["x"][mine & (depth >= (1.0 - ALIKE) * most)].tolist()
@@ -118,16 +103,11 @@ def _of_points(
 def of_hit_masters(
     zone: ZoneData, points: dict[str, Array], values: Array, comm: MPI.Comm
 ) -> Array:
-    """Values of the master facets that points hit, which may be other ranks'; inf where
-    none is hit. Collective."""
-    known = comm.allgather((zone.facets.master_surface.facet_ids, values))
-    ids, each = (np.concatenate(parts) for parts in zip(*known))
+    """Values of the master facets, of all ranks, that points hit; else inf. Collective."""
+    ids, each = of_all(comm, zone.facets.master_surface.facet_ids, values)
     met = global_masters(points, zone.cpp.pairs())
-    order = np.argsort(ids)
-    found = np.full(len(met), np.inf)
-    hit = met >= 0
-    found[hit] = each[order[np.searchsorted(ids, met[hit], sorter=order)]]
-    return found
+    # The last one is for points that hit no master
+    return np.append(each, np.inf)[index_among(ids, met)]
 
 
 def _beyond_search(
@@ -137,19 +117,26 @@ def _beyond_search(
     surfaces: ContactSurfaces,
 ) -> list[str]:
     """Message on facets inside a body that their rays do not see. Collective."""
-    comm, offset, sides = surfaces.comm, zone.whole_offset, _sides(zone)
-    more = 0.0 if offset is None else float(np.abs(offset).max(initial=0.0))
-    more = comm.allreduce(more, op=MPI.MAX)
-    # Straight cells lie off facets of degree 2
-    more += sum(comm.allreduce(_bulge(side), op=MPI.MAX) for side in sides)
-    of_sides, rows = np.zeros((2, surfaces.bodies.count), dtype=bool), []
-    for k, (side, depth) in enumerate(zip(sides, allowed)):
-        body = bodies_of_facets(surfaces.bodies, side)
+    comm, offset = surfaces.comm, zone.whole_offset
+    more = largest(comm, 0.0 if offset is None else np.abs(offset))
+    rows, of_sides = [], np.zeros((2, surfaces.bodies.count), dtype=bool)
+    for k, (side, depth) in enumerate(zip(zone.sides, allowed)):
+        nodes, body = side.nodes, bodies_of_facets(surfaces.bodies, side)
         of_sides[k, body] = True
-        points = _below(side, depth + more)
-        rows.append(np.column_stack([np.full(len(body), 1 - k), body, points]))
+        flat = nodes[:, : N_CORNERS[side.shape]].mean(axis=1)
+        centre = facet_nodes(side.shape, 1).mean(axis=0, keepdims=True)
+        N, _ = shape_functions(side.shape, side.node_degree, centre)
+        # Straight cells lie off facets of degree 2
+        more += largest(comm, np.linalg.norm(N[0] @ nodes - flat, axis=1))
+        n = units(middle_normals(side.shape, side.node_degree, nodes))
+        rows.append((np.full(len(body), 1 - k), body, flat, depth, n))
     comm.Allreduce(MPI.IN_PLACE, of_sides, op=MPI.LOR)
-    everywhere = np.unique(np.concatenate(comm.allgather(np.vstack(rows))), axis=0)
+    # Number of the other side, own body, and a point below the middle of the facet
+    below = [
+        np.column_stack([other, body, flat - (depth + more)[:, None] * n])
+        for other, body, flat, depth, n in rows
+    ]
+    everywhere = np.unique(of_all(comm, np.vstack(below))[0], axis=0)
     found = _inside(surfaces, everywhere, of_sides)
     place = max(sum(comm.allgather(found), []), default=None)
     if place is None:
@@ -165,15 +152,10 @@ def _beyond_search(
 def _inside(
     surfaces: ContactSurfaces, rows: Array, of_sides: Mask
 ) -> list[list[float]]:
-    """Points, with the number of their other side, that are in a cell of this rank of
-    another body there.
+    """Points, with the number of their other side, in a cell of this rank there.
 
-    Parameters
-    ----------
-    rows
-        Number of the other side, of the point's own body, and the point, (n, 2 + d).
-    of_sides
-        Whether each body is on a side, (2, bodies).
+    Rows have the number of the other side, of the point's own body, and the point; a
+    table says whether each body is on a side, (2, bodies). The cell is of another body.
     """
     x, found = rows[:, 2:], []
     other, own = rows[:, :2].astype(np.int64).T
@@ -193,70 +175,147 @@ def _inside(
     return found
 
 
-def _bulge(side: Surface) -> float:
-    """Largest distance of a facet's middle from that of its corners. Length."""
-    nodes, centre = side.X[side.facet_nodes], facet_nodes(side.shape, 1).mean(axis=0)
-    N, _ = shape_functions(side.shape, side.node_degree, centre[None])
-    flat = nodes[:, : N_CORNERS[side.shape]].mean(axis=1)
-    return float(np.linalg.norm(N[0] @ nodes - flat, axis=1).max(initial=0.0))
-
-
-def _below(side: Surface, depth: Array) -> Array:
-    """Points below the middles of facets' corners, (facets, d)."""
-    nodes = side.X[side.facet_nodes]
-    m = middle_normals(side.shape, side.node_degree, nodes)
-    unit = m / np.linalg.norm(m, axis=1, keepdims=True)
-    flat: Array = nodes[:, : N_CORNERS[side.shape]].mean(axis=1)
-    return flat - depth[:, None] * unit
-
-
-def excess_of_interference(surfaces: ContactSurfaces) -> str | None:
-    """Message on present offsets for which no body is thick enough. Collective."""
-    found = []
-    for zone in surfaces.zones:
-        mine = 0.0 if zone.offset is None else float((-zone.offset).max(initial=0.0))
-        overlap = float(surfaces.comm.allreduce(mine, op=MPI.MAX))
-        there = _thickness(zone, surfaces, overlap)
-        if overlap > there * (1.0 + _ROUNDING):
-            found.append(
-                f"the argument offset makes an interference of {overlap:.4g} on slave "
-                f"tag {zone.facets.slave_tag}, more than the {there:.4g} of body that "
-                "lies behind the thinner side: it is a length in the unit of the mesh, "
-                "negative where bodies overlap"
-            )
-    return "; ".join(found) or None
-
-
-def _thickness(zone: ZoneData, surfaces: ContactSurfaces, length: float) -> float:
-    """Thickness of the body behind the thinner side of a zone if it is below a length,
-    else a larger number. Collective."""
-    facets, comm = zone.facets, surfaces.comm
-    # A rigid tool has no thickness that counts
-    count = 1 if facets.bodies else 2
-
-    def thinner(sides: Sequence[Array]) -> float:
-        most = [comm.allreduce(s.max(initial=0.0), op=MPI.MAX) for s in sides[:count]]
-        return float(min(most))
-
-    known = thinner(zone.thickness)
-    if known >= length:
-        return known
-    parts = parts_of(surfaces.u)
-    sides = (facets.slave_part, facets.slave), (facets.master_part, facets.master)
-    return thinner(
-        [
-            thickness_behind(Cells(parts[k].function_space.mesh), side, 2.0 * length)
-            for k, side in sides
-        ]
-    )
-
-
 def gap_without_offset(zone: ZoneData, points: dict[str, Array]) -> Array:
     """Gap without the user's clearance or interference, which are wanted. Length."""
-    gap = points["gap"]
     if zone.offset is None:
-        return gap
-    surface = zone.facets.slave_surface
+        return points["gap"]
+    surface, nodal = zone.facets.slave_surface, zone.offset[points["slave"]]
     degree = surface.displacement_degree
-    N, _ = shape_functions(surface.shape, degree, points["xi"])
-    return np.asarray(gap - np.einsum("qk,qk->q", N, zone.offset[points["slave"]]))
+    offset = interpolate(surface.shape, degree, nodal, points["xi"])
+    return np.asarray(points["gap"] - offset)
+
+
+# Offsets
+
+
+@dataclass(frozen=True)
+class Adjustment:
+    """What `Contact.adjust` has changed, on all ranks.
+
+    Attributes
+    ----------
+    facets
+        Slave facets that have been adjusted.
+    largest
+        Largest change of a gap at their nodes. Length.
+    """
+
+    facets: int
+    largest: float
+
+
+class Offsets:
+    """Sets offset and adjustments of the zones of a contact. Collective.
+
+    `value` is the offset as it was given, `excess` a message on an interference for
+    which no body is thick enough, else None.
+    """
+
+    def __init__(self, surfaces: ContactSurfaces) -> None:
+        self._surfaces, self._zones = surfaces, surfaces.zones
+        self.value: FieldValue | None = None
+        self.excess: str | None = None
+
+    def set(self, offset: FieldValue) -> None:
+        """Set what is added to the gap; see `Contact.set_offset`."""
+        comm = self._surfaces.comm
+        with together(comm):
+            check_field(OFFSET, offset, self._surfaces.slave_u.function_space.mesh)
+        require_agreement(comm, offset=offset)
+        nodal = [on_facets(OFFSET, offset, zone.facets, comm) for zone in self._zones]
+        for zone, values in zip(self._zones, nodal):
+            zone.offset = values
+        self.value = offset
+        found = [self._excess_on(zone) for zone in self._zones]
+        before, self.excess = self.excess, "; ".join(filter(None, found)) or None
+        if self.excess is not None and before is None:
+            warnings.warn(self.excess, ContactWarning, stacklevel=3)
+        self._send()
+
+    def require_start(self, within: Any) -> None:
+        """Raise unless surfaces can be adjusted by a length. Collective."""
+        with together(self._surfaces.comm):
+            if np.any(self._surfaces.u.x.array):
+                raise ContactError(
+                    "adjust is for the undeformed start, and the displacement is not "
+                    "zero: call it before the first step"
+                )
+            positive("within", within)
+        require_agreement(self._surfaces.comm, within=within)
+
+    def adjust(self, within: float) -> Adjustment:
+        """Make near surfaces just touch, after an update; see `Contact.adjust`."""
+        comm = self._surfaces.comm
+        changes = [adjustment(zone, float(within)) for zone in self._zones]
+        for zone, change in zip(self._zones, changes):
+            known = zone.adjustment
+            zone.adjustment = change if known is None else known + change
+        self._send()
+        facets = sum(int(change.any(axis=1).sum()) for change in changes)
+        most = max(float(np.abs(change).max(initial=0.0)) for change in changes)
+        return Adjustment(comm.allreduce(facets), largest(comm, most))
+
+    def _send(self) -> None:
+        """Send offsets and adjustments to the zones."""
+        for zone in self._zones:
+            if zone.whole_offset is not None:
+                zone.cpp.set_offset(zone.whole_offset)
+
+    def _excess_on(self, zone: ZoneData) -> str | None:
+        """Message on an interference for which no body is thick enough. Collective."""
+        facets, surfaces = zone.facets, self._surfaces
+        assert zone.offset is not None
+        overlap = largest(surfaces.comm, -zone.offset)
+        # A rigid tool has no thickness that counts
+        count, parts = 1 if facets.bodies else 2, parts_of(surfaces.u)
+
+        def thinner(sides: Sequence[Array]) -> float:
+            return min(largest(surfaces.comm, side) for side in sides[:count])
+
+        there = thinner(zone.thickness)
+        if there < overlap:
+            sides = (facets.slave_part, facets.slave), (
+                facets.master_part,
+                facets.master,
+            )
+            there = thinner(
+                [
+                    thickness_behind(
+                        Cells(parts[k].function_space.mesh), side, 2.0 * overlap
+                    )
+                    for k, side in sides
+                ]
+            )
+        if overlap <= there * (1.0 + _ROUNDING):
+            return None
+        return (
+            f"the argument offset makes an interference of {overlap:.4g} on slave "
+            f"tag {facets.slave_tag}, more than the {there:.4g} of body that "
+            "lies behind the thinner side: it is a length in the unit of the mesh, "
+            "negative where bodies overlap"
+        )
+
+
+def adjustment(zone: ZoneData, within: float) -> Array:
+    """Change of a zone's offset with which near surfaces just touch, (facets, nodes).
+
+    On each facet with points whose gap is at most `within`, a polynomial of the
+    displacement's degree is fitted to minus the gap, and raised until no point
+    overlaps. So the start is free of stress. Between points a clearance is left: the
+    part of the gap that such a polynomial cannot represent.
+    """
+    surface, points = zone.facets.slave_surface, zone.points()
+    slave, gap = points["slave"], gap_without_offset(zone, points)
+    N, _ = shape_functions(surface.shape, surface.displacement_degree, points["xi"])
+    near = np.flatnonzero((points["status"] > 0) & (np.abs(gap) <= within))
+    change = np.zeros((len(surface.facet_dofs), N.shape[1]))
+    # Points come in the order of their slave facets
+    facets, first = np.unique(slave[near], return_index=True)
+    for facet, at in zip(facets, np.split(near, first[1:])):
+        # Fit the deviation from the mean: where points do not determine all nodes, the
+        # others get the mean
+        mean = -gap[at].mean()
+        fit, *_ = np.linalg.lstsq(N[at], -gap[at] - mean, rcond=1e-8)
+        above = float(np.max(-gap[at] - N[at] @ (mean + fit)))
+        change[facet] = mean + fit + max(0.0, above)
+    return change

@@ -10,6 +10,7 @@ from typing import Any
 from ..checked import is_whole_number
 from ..errors import ContactError
 from ..rigid.body import Body, as_body
+from ..rigid.shapes import Shape
 
 
 @dataclass(frozen=True)
@@ -73,8 +74,14 @@ def known_names(names: Any, facet_dim: int) -> dict[str, Any]:
     return known
 
 
-def numbered(pairs: Any, known: Mapping[str, Any]) -> Any:
-    """Replace names in pairs by their tags, and rigid shapes by bodies."""
+def read_pairs(
+    pairs: Any, known: Mapping[str, Any]
+) -> tuple[list[Pair], dict[int, tuple[Any, ...]]]:
+    """Check pairs of names, tags and rigid shapes.
+
+    Returns each pair once, in the order in which they were given, and the master tags,
+    or rigid bodies, of each slave tag.
+    """
 
     def number(tag: Any) -> Any:
         if not isinstance(tag, str):
@@ -87,25 +94,65 @@ def numbered(pairs: Any, known: Mapping[str, Any]) -> Any:
     try:
         two_each = [(slave, master) for slave, master in pairs]
     except (TypeError, ValueError):
-        return pairs  # `group_pairs` says what it should be
-    return [
-        (number(slave), as_body(other) or number(other)) for slave, other in two_each
-    ]
-
-
-def table(
-    tags: Sequence[tuple[int, int | Body]], known: Mapping[str, int]
-) -> list[Pair]:
-    """Make the pairs in the order in which they were given, each once."""
+        raise ContactError(
+            f"pairs must be a list of (slave tag, master tag), not {pairs!r}"
+        ) from None
+    if not two_each:
+        raise ContactError("pairs is empty: give at least one (slave, master)")
     name_of = {int(tag): name for name, tag in reversed(list(known.items()))}
-    surfaces = list(dict.fromkeys(int(slave) for slave, _ in tags))
-    pairs: dict[Any, Pair] = {}
-    for slave, master in tags:
-        a = int(slave)
-        b: int | Body = master if isinstance(master, Body) else int(master)
-        known_as = b.name if isinstance(b, Body) else name_of.get(b)
-        pairs[a, b] = Pair(a, b, name_of.get(a), known_as, surfaces.index(a), "")
-    return labelled(list(pairs.values()))
+    groups: dict[int, list[Any]] = {}
+    found = []
+    for one, other in two_each:
+        slave: Any = number(one)
+        given: Any = as_body(other) or number(other)
+        _check_tags(slave, given)
+        is_body = isinstance(given, Body)
+        slave, master = int(slave), given if is_body else int(given)
+        masters = groups.setdefault(slave, [])
+        _check_order(slave, master, groups)
+        if master not in masters:
+            masters.append(master)
+            name = given.name if is_body else name_of.get(master)
+            surface = list(groups).index(slave)
+            found.append(Pair(slave, master, name_of.get(slave), name, surface, ""))
+    return labelled(found), {slave: tuple(each) for slave, each in groups.items()}
+
+
+def _check_tags(slave: Any, master: Any) -> None:
+    """Raise unless both sides are tags, or the master a rigid body."""
+    if as_body(slave) is not None:
+        raise ContactError(
+            f"{slave!r} is the slave of a pair: a rigid shape has no facets to "
+            "integrate over, so it can be a master only"
+        )
+    for tag in (slave, master):
+        if isinstance(tag, type) and issubclass(tag, (Shape, Body)):
+            raise ContactError(
+                f"pairs has the class rigid.{tag.__name__}, not a shape made of it, as "
+                f"rigid.{tag.__name__}(...)"
+            )
+        if not (is_whole_number(tag) or isinstance(tag, Body)):
+            raise ContactError(f"pairs has the tag {tag!r}, which is no whole number")
+
+
+def _check_order(slave: int, master: Any, groups: Mapping[int, list[Any]]) -> None:
+    """Raise for a pair that cannot be beside the earlier ones."""
+    if slave == master:
+        raise ContactError(
+            f"tag {slave} is slave and master of the same pair: split it into two "
+            "tags that share no vertex. Contact of a surface with itself is not "
+            "offered yet"
+        )
+    if slave in groups.get(master, []):
+        raise ContactError(
+            f"pair ({master}, {slave}) is given in both orders: their contact "
+            "would be counted twice"
+        )
+    if any(isinstance(m, Body) != isinstance(master, Body) for m in groups[slave]):
+        raise ContactError(
+            f"slave tag {slave} has masters with tags and rigid ones: give each kind "
+            "a Contact of its own, NonlinearProblem(F, [one, other])"
+        )
 
 
 def labelled(pairs: Sequence[Pair]) -> list[Pair]:

@@ -1,12 +1,22 @@
-"""Statuses of points and nodes, and parts of tractions at points."""
+"""Statuses and tractions at points, their places, and averages of them at nodes."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from enum import IntEnum
+from typing import Any
 
 import numpy as np
+from dolfinx.fem import Function
+from dolfinx.mesh import Mesh
 
+from .. import compat
 from ..compat import Array
+from ..host.facets import reference_corners
+from ..host.ranks import sums_at
+from ..host.reference_facets import interpolate, shape_functions
+from ..host.surfaces import Surface
+from .zone_data import ZoneData
 
 
 class PointStatus(IntEnum):
@@ -58,3 +68,65 @@ def traction_part(points: dict[str, Array], part: str) -> Array:
         return traction
     normal = along_normal(points, traction)
     return normal if part == "normal" else traction - normal
+
+
+# From nodes of a slave surface to its points, and back
+
+
+def undeformed(surface: Surface, facet: Any, xi: Array) -> Array:
+    """Find undeformed positions of points on facets, (n, d). Length."""
+    X = surface.X[surface.facet_nodes[facet]]
+    return interpolate(surface.shape, surface.node_degree, X, xi)
+
+
+def accumulated_slip(zone: ZoneData, facet: Any, xi: Array) -> Array:
+    """Interpolate the slip of all accepted steps at points, (n,). Length."""
+    assert zone.slip is not None
+    degree = compat.element_info(zone.slip.function_space).degree
+    nodal = zone.slip.x.array[zone.result_table[facet]]
+    # Polynomials of degree 2 may fall below zero between their nodes
+    shape = zone.facets.slave_surface.shape
+    return np.maximum(interpolate(shape, degree, nodal, xi), 0.0)
+
+
+def places(zone: ZoneData, points: dict[str, Array], mesh: Mesh) -> dict[str, Array]:
+    """Name the facet, the cell and the places of points, as `Contact.points`."""
+    facet, xi, facets = points["slave"], points["xi"], zone.facets.slave
+    surface, corners = zone.facets.slave_surface, reference_corners(mesh, facets)
+    found = {
+        "X": undeformed(surface, facet, xi),
+        "facet": facets.facets[facet],
+        "cell": facets.cells[facet],
+        "reference": interpolate(surface.shape, 1, corners[facet], xi),
+    }
+    if zone.slip is not None:
+        found["accumulated_slip"] = accumulated_slip(zone, facet, xi)
+    return found
+
+
+def nodal_average(
+    zones: Sequence[ZoneData],
+    quantity: Callable[[dict[str, Array]], Any],
+    field: Function,
+    hits_only: bool = True,
+) -> None:
+    """Average a point quantity around each slave node; NaN elsewhere. Collective.
+
+    Points weigh by their area times the square of the node's shape function, which
+    is positive and largest next to the node. `quantity` gives values (n,) or (n, d)
+    from the points of a zone; those without a hit are left out, if asked.
+    """
+    V, shares = field.function_space, []
+    bs, degree = V.dofmap.index_map_bs, compat.element_info(V).degree
+    for zone in zones:
+        points = zone.points()
+        hit = points["status"] >= (OPEN if hits_only else 0)
+        values = quantity(points)[hit].astype(np.float64).reshape(-1, 1, bs)
+        shape = zone.facets.slave_surface.shape
+        N, _ = shape_functions(shape, degree, points["xi"][hit])
+        w = (points["weight"][hit, None] * N**2)[..., None]
+        dofs = zone.result_table[points["slave"][hit]]
+        shares.append((dofs, np.concatenate([w, w * values], axis=2)))
+    sums = sums_at(V.dofmap.index_map, bs + 1, *shares)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        field.x.array[:] = (sums[:, 1:] / sums[:, :1]).ravel()

@@ -18,20 +18,18 @@ from ..errors import (
     require_agreement,
     together,
 )
-from ..host.axisymmetry import off_axis_fault
-from ..options.contact_options import ContactOptions
+from ..host.checks import off_axis_fault
+from ..options.methods import ContactOptions
 from ..options.friction import Friction
 from ..rigid.body import Body
 from ..rigid.motions import require_same_loads
 from .contact_surfaces import ContactSurfaces
-from .cover import Cover, require_masters, warn_of_corners
-from .faced import nearest_hits
+from .slave_nodes import Cover, require_masters, warn_of_corners
 from .friction_at_points import PointFriction
-from .point_places import nodal_average
-from .point_results import CLOSED
+from .point_results import CLOSED, nodal_average
 from .state import ContactState, state_fault
 from .straight_facets import warn_of_straight_facets, warn_of_turned_arcs
-from .zone_data import on_sides
+from .zone_data import nearest_hits, on_sides
 
 
 class PresentState:
@@ -220,11 +218,7 @@ class PresentState:
             [zone.motions.old for zone in self._zones],
             [body.freedom.state() for body in self._surfaces.layout.bodies],
             None if self._slip is None else self._slip.x.array.copy(),
-            any(
-                side.arcs is not None
-                for zone in self._zones
-                for side in (zone.facets.slave_surface, zone.facets.master_surface)
-            ),
+            any(side.arcs is not None for zone in self._zones for side in zone.sides),
         )
 
     def fault_of(self, state: Any) -> str | None:

@@ -6,6 +6,7 @@ import itertools
 from collections.abc import Sequence
 from typing import Any
 
+from mpi4py import MPI
 from petsc4py import PETSc
 
 import numpy as np
@@ -13,9 +14,10 @@ from dolfinx.fem import Function
 from dolfinx.fem.petsc import assemble_matrix
 
 from ..compat import Array, Indices
-from ..host.axisymmetry import warn_of_plane_form
+from ..host.checks import warn_of_plane_form
 from ..host.host import Host
 from ..host.layout import CoupledRows
+from ..host.ranks import ends_of
 
 # The bulk modulus counts up to that of Poisson's ratio 0.3, where Lame's constants have
 # this ratio
@@ -58,23 +60,22 @@ class VolumePattern:
         strains: bool = True,
     ) -> None:
         self.form, self.number = form, next(_numbers)
-        host, u = layout.host, layout.u
-        table = form if isinstance(form, list) else [[form]]
+        u, table = layout.u, form if isinstance(form, list) else [[form]]
         blocks = [[_assembled(one) for one in row] for row in table]
         self.offsets, self.columns = _pattern(blocks, layout)
-        self.couplings = _couplings(blocks, host)
-        K = _of_displacement(blocks, host)
-        self.diagonal = _diagonal(K, u)
-        self.translation = translation_forces(K, u)
+        self.couplings = _couplings(blocks, layout.host)
+        own = _of_displacement(blocks, layout.host)
+        self.diagonal = _diagonal(own, u)
+        self.translation = translation_forces(own, u)
         self.response: Array | None = None
         if axisymmetric:
             warn_of_plane_form(self.translation[0], self.diagonal, layout.comm)
         if strains:
             probe = response_of_revolution if axisymmetric else strain_response
-            self.response = probe(K, u)
-        for block in itertools.chain(*blocks):
-            if block is not None:
-                block.destroy()
+            self.response = probe(own, u)
+        for K in itertools.chain(*blocks):
+            if K is not None:
+                K.destroy()
 
 
 def _assembled(form: Any) -> PETSc.Mat | None:
@@ -111,34 +112,35 @@ def _couplings(blocks: Sequence[Sequence[Any]], host: Host) -> Array:
     fields = host.fields() if host.is_known else []
     if len(fields) < 2:
         return np.empty((0, 0))
-    starts = host.owned_starts
-    found = np.zeros((len(fields), starts[-1]))
-    for of_row, begin, end in zip(blocks, starts, starts[1:]):
-        for k, K in enumerate(of_row):
-            if K is None:
-                continue
-            offsets, columns, values = K.getValuesCSR()
-            size = PETSc.Mat().createAIJ(
-                K.getSizes(), csr=(offsets, columns, abs(values)), comm=K.comm
-            )
-            for sums, field in zip(found, fields):
-                here = (field.rows >= starts[k]) & (field.rows < starts[k + 1])
-                marks = np.zeros(starts[k + 1] - starts[k])
-                marks[field.rows[here] - starts[k]] = 1.0
-                sums[begin:end] += _product(size, marks)
-            size.destroy()
+    own = [slice(*ends) for ends in zip(host.owned_starts, host.owned_starts[1:])]
+    marks, found = np.zeros((2, len(fields), host.owned_starts[-1]))
+    for mark, field in zip(marks, fields):
+        mark[field.rows] = 1.0
+    for rows, of_row in zip(own, blocks):
+        for columns, K in zip(own, of_row):
+            if K is not None:
+                *pattern, values = K.getValuesCSR()
+                size = PETSc.Mat().createAIJ(
+                    K.getSizes(), csr=(*pattern, abs(values)), comm=K.comm
+                )
+                found[:, rows] += [_product(size, one[columns]) for one in marks]
+                size.destroy()
     return found
 
 
 def _of_displacement(blocks: Sequence[Sequence[Any]], host: Host) -> Any:
-    """The displacement's diagonal block, or blocks, as `_forces` takes them."""
+    """The displacement's diagonal block, or blocks, as `_parts` takes them."""
     if host.is_plain:
         return blocks[0][0]
-    parts = []
-    for k, d in enumerate(host.displacements):
-        n = d.size_owned
-        parts.append((blocks[d.at][d.at], d.dofs[:n], host.u_places(k)[:n]))
-    return parts
+    return [
+        (blocks[d.at][d.at], d.dofs[: d.size_owned], host.u_places(k)[: d.size_owned])
+        for k, d in enumerate(host.displacements)
+    ]
+
+
+def _parts(K: Any) -> Any:
+    """Matrices, their rows of the displacement, and the places of these among its dofs."""
+    return K if isinstance(K, list) else [(K, slice(None), slice(None))]
 
 
 def _product(K: PETSc.Mat, values: Array) -> Array:
@@ -153,18 +155,12 @@ def _product(K: PETSc.Mat, values: Array) -> Array:
 
 
 def _forces(K: Any, field: Array) -> Array:
-    """Forces of a displacement of the owned nodes, in the shape of the field.
-
-    K is a matrix, or a list of diagonal blocks: a matrix, its rows that belong to the
-    displacement, and the places of these among the displacement's dofs. Collective.
-    """
-    if not isinstance(K, list):
-        return _product(K, field.ravel()).reshape(field.shape)
+    """Forces of a displacement of the owned nodes, in its shape. Collective."""
     values, found = field.ravel(), np.empty(field.size)
-    for matrix, rows, at in K:
-        all_values = np.zeros(matrix.getLocalSize()[1])
-        all_values[rows] = values[at]
-        found[at] = _product(matrix, all_values)[rows]
+    for matrix, rows, at in _parts(K):
+        whole = np.zeros(matrix.getLocalSize()[1])
+        whole[rows] = values[at]
+        found[at] = _product(matrix, whole)[rows]
     return found.reshape(field.shape)
 
 
@@ -172,7 +168,7 @@ def _diagonal(K: Any, u: Function) -> Array:
     """Diagonal entries of the displacement's owned dofs."""
     dofmap = u.function_space.dofmap
     found = np.empty(dofmap.index_map.size_local * dofmap.index_map_bs)
-    for matrix, rows, at in K if isinstance(K, list) else [(K, ..., ...)]:
+    for matrix, rows, at in _parts(K):
         diagonal = matrix.getDiagonal()
         found[at] = diagonal.array_r[rows]
         diagonal.destroy()
@@ -210,17 +206,13 @@ def _positions(u: Function, from_axis: bool = False) -> list[Array]:
     From the axis, r is not from the middle. Collective.
     """
     V = u.function_space
-    mesh, owned = V.mesh, V.dofmap.index_map.size_local
-    d = mesh.geometry.dim
+    d, owned = V.mesh.geometry.dim, V.dofmap.index_map.size_local
     X = V.tabulate_dof_coordinates()[:owned, :d]
-    ends = np.stack([X.max(axis=0, initial=-np.inf), (-X).max(axis=0, initial=-np.inf)])
-    moved = u.x.array[: owned * d].reshape(-1, d)
-    parts = mesh.comm.allgather((ends, bool(moved.any())))
-    high, low = np.max([part[0] for part in parts], axis=0)
-    middle = 0.5 * (high - low)
+    middle = ends_of(X, V.mesh.comm).mean(axis=0)
     middle[:1] *= not from_axis
-    X = X - middle
-    return [X, X + moved] if any(part[1] for part in parts) else [X]
+    moved = u.x.array[: owned * d].reshape(-1, d)
+    is_moved = V.mesh.comm.allreduce(bool(moved.any()), op=MPI.LOR)
+    return [X - middle, X - middle + moved] if is_moved else [X - middle]
 
 
 def _squares(forces: Array) -> Array:
@@ -235,20 +227,11 @@ def strain_response(K: Any, u: Function) -> Array:
     the node's share c of the boundary's vector area and sigma = 2 mu E for a deviator,
     (d lambda + 2 mu) I for E = I [theory (5.2)]. Only the cells around a node take part.
     Where matrices resist translation also (masses, springs), the strain is taken
-    around each node. Collective.
+    around each node. K is the stiffness of all cells at u, without conditions.
 
-    Parameters
-    ----------
-    K
-        Assembled stiffness of all cells at u, without conditions.
-    u
-        Displacement.
-
-    Returns
-    -------
     Squares of the forces, summed over the deviators, and that of E = I; of strains of the
     undeformed bodies, and of the deformed ones if there is a displacement: only one of
-    these keeps the volume, by whether the form is of small or large strains.
+    these keeps the volume, by whether the form is of small or large strains. Collective.
     """
     positions = _positions(u)
     n, d = positions[0].shape
@@ -290,19 +273,9 @@ def stiffness_without_bulk(sheared: Array, swollen: Array, d: int) -> Array:
     """Share of a diagonal stiffness that does not grow with the bulk modulus.
 
     The diagonal's sum over the directions is (lambda + (d + 1) mu) times what depends
-    on the mesh only. lambda counts up to 1.5 mu [theory (5.2)].
-
-    Parameters
-    ----------
-    sheared, swollen
-        Sums of `strain_response` over nodes.
-    d
-        Dimension of space.
-
-    Returns
-    -------
-    In (0, 1]. Exactly 1 up to a Poisson's ratio of 0.3, and if the response is not that
-    of an elastic body.
+    on the mesh only. lambda counts up to 1.5 mu [theory (5.2)]. For sums of
+    `strain_response` over nodes in space of dimension d; exactly 1 up to a Poisson's
+    ratio of 0.3, and if the response is not that of an elastic body.
     """
     kappa = (d + 1.0) / 2.0 - 1.0 / d  # sum of E E over the deviators
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):

@@ -13,9 +13,8 @@ from dolfinx import fem
 from .. import compat
 from ..compat import Array, Mask
 from ..errors import ContactError, raise_everywhere
-from ..host.displacements import Places
 from ..host.facets import Facets
-from ..host.joined import parts_of, places_of
+from ..host.joined import Places, parts_of, places_of
 from ..host.layout import CoupledRows
 from ..host.ranks import marked_everywhere
 from ..host.surfaces import Surface, surface_areas, surface_sizes, vector_areas
@@ -54,12 +53,12 @@ def _of_sides(
     V, bodies = layout.u.function_space, interfaces.bodies
     d = V.dofmap.index_map_bs
     free = _free_nodes(layout, bcs)
-    nodal = np.column_stack([volume.diagonal.reshape(-1, d).sum(axis=1), free])
+    columns = [volume.diagonal.reshape(-1, d).sum(axis=1), free]
     if volume.response is not None:
-        # On a rank without nodes, too
+        # By kind of strain; the product gives ranks without nodes their columns, too
         width = int(np.prod(volume.response.shape[1:]))
-        response = volume.response.reshape(len(free), width)
-        nodal = np.column_stack([nodal, response])
+        columns += list(volume.response.reshape(len(free), width).T)
+    nodal = np.column_stack(columns)
 
     def measure(surfaces: Sequence[Surface]) -> Array:
         nodes = owned_nodes_on(V, surfaces)
@@ -78,23 +77,12 @@ def _of_sides(
         with np.errstate(divide="ignore", invalid="ignore"):  # bodies without facets
             stiffness = diagonal / (d * area)
             size = (own / facets) ** (1.0 / (d - 1))
-            if responses:
-                sheared, swollen = np.reshape(responses, (2, -1, bodies.count))
-                share = stiffness_without_bulk(sheared, swollen, d)
-                stiffness *= share.min(axis=0)
+        if responses:
+            sheared, swollen = np.reshape(responses, (2, -1, bodies.count))
+            stiffness *= stiffness_without_bulk(sheared, swollen, d).min(axis=0)
         return np.column_stack([stiffness, moves > 0, size])
 
     return measure
-
-
-def _softer(slave: Array, master: Array) -> Array:
-    """Stiffness of the softer one of the sides that can move; infinite if none can."""
-    found = np.stack([slave[:, 0], master[:, 0]])
-    free = np.stack([slave[:, 1], master[:, 1]]) > 0.0
-    counts = free | ~free.any(axis=0)
-    with np.errstate(invalid="ignore"):
-        counts &= np.isfinite(found) & (found > 0.0)
-    return np.where(counts, found, np.inf).min(axis=0)
 
 
 def contact_stiffness(
@@ -106,30 +94,24 @@ def contact_stiffness(
 ) -> list[Array]:
     """Stiffness over area of the softer side of pairs of bodies [theory (5.2)].
 
-    It is about the shear modulus over the mesh size, a force per length and area, and
-    needs no material parameter. A side that is prescribed throughout counts as rigid.
-    Collective.
-
-    Parameters
-    ----------
-    times_size
-        Multiply by the mean size of the pair's slave facets: a modulus.
-
-    Returns
-    -------
-    (slave's bodies, master's bodies) of each zone, see `Interfaces`. Pairs without
-    a stiffness have the least of the others.
-
-    Raises
-    ------
-    ContactError
-        If the stiffness has no positive diagonal on any side that can move.
+    It is about the shear modulus over the mesh size, a force per length and area; times
+    the mean size of the pair's slave facets a modulus. A side that is prescribed
+    throughout counts as rigid. A table for each zone, see `Interfaces`; pairs without a
+    stiffness have the least of the others. Collective.
     """
     sides: list[Array] = []
 
     def pair(slave: Array, master: Array) -> Array:
         sides[:] = slave[0, :1], master[0, :1]
-        return _softer(slave, master) * (slave[:, 2] if times_size else 1.0)
+        found, moves = np.stack([slave[:, 0], master[:, 0]]), [
+            slave[:, 1],
+            master[:, 1],
+        ]
+        counts = np.array(moves) > 0.0
+        with np.errstate(invalid="ignore"):
+            counts = (counts | ~counts.any(axis=0)) & np.isfinite(found) & (found > 0.0)
+        softer = np.where(counts, found, np.inf).min(axis=0)
+        return softer * (slave[:, 2] if times_size else 1.0)
 
     tables = interfaces.tables(_of_sides(volume, layout, interfaces, bcs), pair)
     least = min(float(table.min()) for table in tables)
@@ -150,12 +132,8 @@ def stiffness_ratios(
     bcs: Sequence[Any] = (),
 ) -> list[Array]:
     """Modulus of the slave's side of pairs of bodies over that of the master's.
-    Collective.
 
-    Returns
-    -------
-    (slave's bodies, master's bodies) of each zone; 0 where one of them cannot move, or
-    has no stiffness.
+    A table for each zone; 0 where one side cannot move or has no stiffness. Collective.
     """
 
     def pair(slave: Array, master: Array) -> Array:
@@ -170,10 +148,9 @@ def stiffness_ratios(
 def mean_facet_size(layout: CoupledRows, zones: Sequence[ZoneData]) -> float:
     """Mean size of all slave facets. Length. Collective."""
     sides = [zone.facets.slave_surface for zone in zones]
-    area = sum(float(surface_sizes(side).sum()) for side in sides)
-    facets = sum(len(side.facet_dofs) for side in sides)
-    mean = layout.comm.allreduce(area) / layout.comm.allreduce(facets)
-    return float(mean ** (1.0 / (sides[0].gdim - 1)))
+    sizes = np.concatenate([surface_sizes(side) for side in sides])
+    area, facets = layout.comm.allreduce(np.array([sizes.sum(), len(sizes)]))
+    return float((area / facets) ** (1.0 / (sides[0].gdim - 1)))
 
 
 def shear_moduli(
@@ -187,27 +164,20 @@ def shear_moduli(
     the bodies nor its size enters.
     """
     assert volume.response is not None
-    sheared = volume.response[:, 0]
-    nodal = np.column_stack([sheared, _free_nodes(surfaces.layout, bcs)])
-    moduli = []
+    free = _free_nodes(surfaces.layout, bcs)
+    nodal, moduli = np.column_stack([volume.response[:, 0], free]), []
     for zone in surfaces.zones:
-        facets = zone.facets
-        sides = (
-            (facets.slave_surface, facets.slave, facets.slave_part),
-            (facets.master_surface, facets.master, facets.master_part),
-        )
+        of = zone.facets
+        facets, parts = (of.slave, of.master), (of.slave_part, of.master_part)
+        sides = zip(of.sides, facets, parts)
         found = np.array([_moduli(surfaces, nodal, *side) for side in sides])
-        least = found.min(initial=np.inf, where=found > 0.0)
-        moduli.append(float(least) if np.isfinite(least) else 0.0)
+        least = float(found.min(initial=np.inf, where=found > 0.0))
+        moduli.append(least if np.isfinite(least) else 0.0)
     return moduli
 
 
 def _moduli(
-    surfaces: ContactSurfaces,
-    nodal: Array,
-    surface: Surface,
-    facets: Facets,
-    part: int,
+    surfaces: ContactSurfaces, nodal: Array, surface: Surface, facets: Facets, part: int
 ) -> Array:
     """Modulus of each body on a side; 0 where it has no facet or cannot move.
 
@@ -217,14 +187,20 @@ def _moduli(
     V, bodies = surfaces.u.function_space, surfaces.bodies
     n, d = len(nodal), surface.gdim
     table = surface.dofs[surface.facet_dofs]
-    areas = vector_areas(
-        surface, V.dofmap.index_map, surface.displacement_degree, table
-    )
-    c = areas.array.reshape(-1, d)[:n]
-    values = np.column_stack([np.einsum("nd,nd->n", c, c), nodal])
+    degree = surface.displacement_degree
+    c = vector_areas(surface, V.dofmap.index_map, degree, table)[:n]
+    values = np.column_stack([(c**2).sum(axis=1), nodal])
     on = marked_everywhere(V, surface.dofs)[:n]
+    # Nodes on exterior facets besides these
+    own = parts_of(surfaces.u)[part].function_space
+    others = np.setdiff1d(compat.exterior_facets(own.mesh), facets.facets)
+    rim = fem.locate_dofs_topological(
+        own, own.mesh.topology.dim - 1, others.astype(np.int32)
+    )
+    places = places_of(surfaces.u, part)
+    on_rim = marked_everywhere(V, rim if places is None else places[rim])[:n]
     sums = np.zeros((2, bodies.count, values.shape[1]))
-    for total, nodes in zip(sums, (on & ~_on_rim(surfaces.u, facets, part)[:n], on)):
+    for total, nodes in zip(sums, (on & ~on_rim, on)):
         np.add.at(total, bodies.dofs[:n][nodes], values[nodes])
     surfaces.comm.Allreduce(MPI.IN_PLACE, sums)
     inner, every = sums
@@ -236,14 +212,3 @@ def _moduli(
         squares = used[:, 1:-1].min(axis=1) / (4.0 * kappa * used[:, 0])
     moves = (every[:, -1] > 0.0) & (used[:, 0] > 0.0)
     return np.where(moves, np.sqrt(squares), 0.0)
-
-
-def _on_rim(u: Any, facets: Facets, part: int) -> Mask:
-    """Mark nodes on exterior facets besides these. Collective."""
-    V = parts_of(u)[part].function_space
-    others = np.setdiff1d(compat.exterior_facets(V.mesh), facets.facets)
-    dofs = fem.locate_dofs_topological(
-        V, V.mesh.topology.dim - 1, others.astype(np.int32)
-    )
-    places = places_of(u, part)
-    return marked_everywhere(u.function_space, dofs if places is None else places[dofs])

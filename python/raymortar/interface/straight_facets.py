@@ -10,11 +10,12 @@ import numpy as np
 
 from ..compat import Array
 from ..errors import ContactWarning
-from ..host.reference_facets import N_CORNERS, middle_normals
+from ..host.ranks import largest, of_all
+from ..host.reference_facets import N_CORNERS, middle_normals, units
 from ..host.surfaces import Surface
 from .contact_surfaces import ContactSurfaces
 from .point_results import OPEN
-from .zone_data import ZoneData, on_sides
+from .zone_data import on_sides
 
 # Corners of each edge of a facet; of an interval its two ends
 EDGES = {
@@ -42,24 +43,25 @@ def largest_sagitta(surface: Surface, comm: MPI.Comm) -> float:
 
     For a chord h on a radius R it is h^2 / (8 R); neighbours meet at an angle h / R.
     """
-    m = middle_normals(
-        surface.shape, surface.node_degree, surface.X[surface.facet_nodes]
-    )
-    area = np.linalg.norm(m, axis=1, keepdims=True)
-    data = np.hstack([m / area, area ** (1.0 / (surface.gdim - 1))])
+    m = middle_normals(surface.shape, surface.node_degree, surface.nodes)
+    size = np.linalg.norm(m, axis=1, keepdims=True) ** (1.0 / (surface.gdim - 1))
     edges = np.array(EDGES[surface.shape])
     keys = np.sort(surface.node_ids[surface.facet_nodes[:, edges]], axis=2)
-    mine = keys.reshape(-1, edges.shape[1]), np.repeat(data, len(edges), axis=0)
+    data = np.hstack([units(m), size]).repeat(len(edges), axis=0)
     # Facets beside each other may be on two ranks
-    keys, data = (np.concatenate(parts) for parts in zip(*comm.allgather(mine)))
+    keys, data = of_all(comm, keys.reshape(-1, edges.shape[1]), data)
     order = np.lexsort(keys.T)
     same = np.flatnonzero((keys[order[1:]] == keys[order[:-1]]).all(axis=1))
     one, two = data[order[same]], data[order[same + 1]]
-    cosine = np.einsum("ed,ed->e", one[:, :-1], two[:, :-1])
-    angle = np.arccos(np.clip(cosine, -1.0, 1.0))
+    angle = _angles(one[:, :-1], two[:, :-1])
     smooth = (angle > SMOOTH[0]) & (angle < SMOOTH[1])
     found = (angle * 0.5 * (one[:, -1] + two[:, -1]) / 8.0)[smooth]
     return float(found.max(initial=0.0))
+
+
+def _angles(m: Array, n: Array) -> Array:
+    """Angles between unit vectors, (n,)."""
+    return np.arccos(np.clip(np.einsum("nd,nd->n", m, n), -1.0, 1.0))
 
 
 def _distance(gaps: Array) -> float:
@@ -74,18 +76,14 @@ def _distance(gaps: Array) -> float:
 
 
 def warn_of_straight_facets(surfaces: ContactSurfaces) -> None:
-    """Warn if the error of straight facets is a large share of the first gap.
-    Collective."""
+    """Warn if straight facets are off by much of the first gap. Collective."""
     comm = surfaces.comm
     for zone in surfaces.zones:
-        facets = zone.facets
-        both = facets.slave_surface, facets.master_surface
-        sides = [side for side in both if side.is_straight and side.arcs is None]
+        sides = [side for side in zone.sides if side.is_straight and side.arcs is None]
         if not sides:
             continue
         points = zone.points()
-        mine = points["gap"][points["status"] >= OPEN]
-        gaps = np.concatenate(comm.allgather(mine))
+        (gaps,) = of_all(comm, points["gap"][points["status"] >= OPEN])
         most = max(largest_sagitta(side, comm) for side in sides)
         # Gaps of surfaces that touch are rounding, which differs between partitions
         gaps[np.abs(gaps) < ROUNDING * most] = 0.0
@@ -108,16 +106,13 @@ def warn_of_straight_facets(surfaces: ContactSurfaces) -> None:
 def warn_of_turned_arcs(surfaces: ContactSurfaces) -> bool:
     """Warn if facets have turned under arcs that stay; whether it did. Collective."""
     for zone in surfaces.zones:
-        facets = zone.facets
-        sides = facets.slave_surface, facets.master_surface
-        found = [
-            _turned(*side) for side in zip(sides, on_sides(zone, surfaces.u.x.array))
-        ]
-        angle, off = (surfaces.comm.allreduce(max(v), op=MPI.MAX) for v in zip(*found))
+        sides = zip(zone.sides, on_sides(zone, surfaces.u.x.array))
+        turned = np.max([_turned(*side) for side in sides], axis=0)
+        angle, off = (largest(surfaces.comm, value) for value in turned)
         if angle > MOST_TURNED:
             warnings.warn(
-                f"facets of slave tag {facets.slave_tag} or its masters have turned by "
-                f"{np.rad2deg(angle):.3g} degrees, and the arcs that smooth gives them "
+                f"facets of slave tag {zone.facets.slave_tag} or its masters have turned "
+                f"by {np.rad2deg(angle):.3g} degrees, and the arcs that smooth gives them "
                 f"have not: they are off by up to {off:.3e}. Bodies that turn need a "
                 "mesh and a displacement of degree 2",
                 ContactWarning,
@@ -133,13 +128,11 @@ def _turned(surface: Surface, u: Array) -> tuple[float, float]:
     if surface.arcs is None or not len(surface.arcs):
         return 0.0, 0.0
     corners = N_CORNERS[surface.shape]
-    before = surface.X[surface.facet_nodes[:, :corners]]
+    before = surface.nodes[:, :corners]
     after = before + u[surface.facet_dofs[:, :corners]]
-    m, n = (middle_normals(surface.shape, 1, x) for x in (before, after))
-    sizes = np.linalg.norm(m, axis=1) * np.linalg.norm(n, axis=1)
-    cosine = np.einsum("fd,fd->f", m, n) / sizes
-    angle = np.arccos(np.clip(cosine, -1.0, 1.0))
-    off = 2.0 * np.sin(0.5 * angle) * surface.arcs
+    m, n = (units(middle_normals(surface.shape, 1, x)) for x in (before, after))
+    angle = _angles(m, n)
     # Flat facets have no arcs
     bent = surface.arcs > 1e-9 * np.abs(before).max()
+    off = 2.0 * np.sin(0.5 * angle) * surface.arcs
     return float(angle[bent].max(initial=0.0)), float(off.max())

@@ -9,12 +9,14 @@ from typing import Any
 from mpi4py import MPI
 
 import numpy as np
-import numpy.typing as npt
 from dolfinx.fem import Function
 
 from .. import _cpp
-from ..compat import Array, Indices
+from ..compat import Array, Indices, Mask
 from ..host.facets import Global
+from ..host.ranks import index_among, of_all
+from ..host.reference_facets import interpolate, normals, shape_functions, units
+from ..host.surfaces import Surface
 from ..host.tagged import ZoneFacets
 from ..rigid.body import Body
 from ..rigid.motions import Motions
@@ -23,79 +25,24 @@ from ..rigid.motions import Motions
 Masters = tuple[int, ...] | tuple[Body, ...]
 
 
-@dataclass(frozen=True)
-class Faced:
-    """The point nearest to the master, of each slave facet with a hit.
-
-    Attributes
-    ----------
-    facet
-        Local slave facets, ascending, (n,).
-    xi, eta
-        The point and what it hit, reference coordinates, (n, d - 1).
-    master
-        Global facet that was hit, (n,).
-    gap
-        Length, (n,).
-    closed
-        Whether any point of the facet was closed, (n,).
-    """
-
-    facet: Indices
-    xi: Array
-    eta: Array
-    master: Global
-    gap: Array
-    closed: npt.NDArray[np.bool_]
-
-
-def nothing(gdim: int) -> Faced:
-    """An empty record, for a state that has not been paired."""
-    none, places = np.empty(0, dtype=np.int32), np.empty((0, gdim - 1))
-    masters, closed = none.astype(np.int64), none.astype(bool)
-    return Faced(none, places, places, masters, np.empty(0), closed)
-
-
 class MasterTags:
-    """Tells which master of a slave a facet belongs to. Collective. Points may hit
-    facets of other ranks. So with several masters, each rank knows the facets of all of
-    them by number.
+    """Tells which master of a slave a facet belongs to. Collective.
 
-    Parameters
-    ----------
-    zone
-        Its facets on this rank.
-    comm
-        Communicator of the mesh.
-
-    Attributes
-    ----------
-    count
-        Number of masters.
+    Points may hit facets of other ranks. So with several masters, each rank knows the
+    facets of all of them by number.
     """
 
     def __init__(self, zone: ZoneFacets, comm: MPI.Comm) -> None:
         self.count = len(zone.bodies or zone.masters)
         self._rigid = bool(zone.bodies)
-        self._ids = np.empty(0, dtype=np.int64)
-        self._master = np.empty(0, dtype=np.int32)
         if self.count > 1 and not self._rigid:
             surface = zone.master_surface
-            found = comm.allgather((surface.facet_ids, surface.zone))
-            ids, masters = (np.concatenate(parts) for parts in zip(*found))
-            self._ids, first = np.unique(ids, return_index=True)
-            self._master = masters[first]
+            self._ids, self._master = of_all(comm, surface.facet_ids, surface.zone)
 
     def of_points(self, points: Mapping[str, Any], met: Global) -> Indices:
-        """Number of the master that each point hits; -1 for none, (n,).
+        """Number of the master that each point of a zone hits; -1 for none, (n,).
 
-        Parameters
-        ----------
-        points
-            Arrays over the points of a zone.
-        met
-            Global numbers of slave and master facets that have met, as the zone's
-            ``pairs`` has them.
+        Slave and master facets that have met are the zone's ``pairs``.
         """
         hit = points["status"] > 0  # of `PointStatus`: its ray meets a master
         number = np.where(hit, 0, -1).astype(np.int32)
@@ -103,7 +50,7 @@ class MasterTags:
             number[hit] = points["master"][hit]
         elif self.count > 1 and hit.any():
             ids = global_masters(points, met)[hit]
-            number[hit] = self._master[np.searchsorted(self._ids, ids)]
+            number[hit] = self._master[index_among(self._ids, ids)]
         return number
 
 
@@ -121,6 +68,32 @@ def global_masters(points: Mapping[str, Any], met: Global) -> Global:
     found = np.full(len(slave), -1, dtype=np.int64)
     found[has] = met[element.reshape(-1), 1]
     return found
+
+
+@dataclass(frozen=True)
+class Faced:
+    """The point nearest to the master, of each slave facet with a hit."""
+
+    facet: Indices  # local slave facets, ascending, (n,)
+    # The point and what it hit, reference coordinates, (n, d - 1)
+    xi: Array
+    eta: Array
+    master: Global  # global facet that was hit, (n,)
+    gap: Array  # (n,). Length
+    closed: Mask  # whether any point of the facet was closed, (n,)
+
+
+def nothing(gdim: int) -> Faced:
+    """Make an empty record, for a state that has not been paired."""
+    none, places = np.empty(0, dtype=np.int32), np.empty((0, gdim - 1))
+    masters, closed = none.astype(np.int64), none.astype(bool)
+    return Faced(none, places, places, masters, np.empty(0), closed)
+
+
+def nearest_hits(zone: ZoneData) -> Faced:
+    """What each slave facet faces at the last update."""
+    found = zone.cpp.faced()
+    return Faced(**{**found, "closed": found["closed"] > 0})
 
 
 @dataclass
@@ -155,17 +128,20 @@ class ZoneData:
     met: set[int] = field(default_factory=set)
 
     @property
+    def sides(self) -> tuple[Surface, Surface]:
+        """Surfaces of slave and masters."""
+        return self.facets.sides
+
+    @property
     def whole_offset(self) -> Array | None:
-        """Sum of offset and adjustment, (slave facets, n); None if there is neither.
-        Length."""
+        """Sum of offset and adjustment, (slave facets, n); None: neither. Length."""
         parts = [part for part in (self.offset, self.adjustment) if part is not None]
         return sum(parts[1:], parts[0]) if parts else None
 
     def distance(self, name: str) -> Array:
         """Reach or depth of the slave facets. A clearance adds to the depth, an
         interference to the reach. Length."""
-        own = self.distances[name]
-        offset = self.whole_offset
+        own, offset = self.distances[name], self.whole_offset
         if offset is None:
             return own
         more = offset if name == "depth" else -offset
@@ -191,13 +167,70 @@ class ZoneData:
         return arm if self.frictional and not self.tied else np.zeros_like(arm)
 
     def masters_of(self, points: dict[str, Array]) -> Indices:
-        """Index among the slave's masters of the one that each point hits; -1 for
-        none."""
+        """Index among the masters of the one that each point hits; -1 for none."""
         return self.master_tags.of_points(points, self.cpp.pairs())
 
 
 def on_sides(zone: ZoneData, array: Array) -> tuple[Array, Array]:
     """Values of a ghosted array of u on slave and master surface, (dofs, d) each."""
-    sides = zone.facets.slave_surface, zone.facets.master_surface
-    slave, master = (array.reshape(-1, side.gdim)[side.dofs] for side in sides)
+    slave, master = (array.reshape(-1, s.gdim)[s.dofs] for s in zone.sides)
     return slave, master
+
+
+# How far slave facets have moved from what they faced at the accepted step
+
+
+@dataclass(frozen=True)
+class Path:
+    """Where the points of `Faced` are now, relative to what they faced. Lengths."""
+
+    x: Array  # present positions of the slave points, (n, d)
+    gap: Array  # of the master's point along the slave's normal, (n,)
+    slide: Array  # across the normal, (n,)
+    thickness: Array  # of the master behind its facet, (n,)
+
+
+def positions(surface: Surface, facets: Indices, at: Array, u: Array) -> Array:
+    """Deformed position of a point of each facet, (n, d). Length.
+
+    Facets are local (n,), points reference coordinates (n, d - 1), the displacement
+    that of this rank's dofs, (dofs, d).
+    """
+    shape, X = surface.shape, surface.X[surface.facet_nodes[facets]]
+    U = u[surface.dofs[surface.facet_dofs[facets]]]
+    moved = interpolate(shape, surface.displacement_degree, U, at)
+    return interpolate(shape, surface.node_degree, X, at) + moved
+
+
+def unit_normals(surface: Surface, facets: Indices, at: Array, u: Array) -> Array:
+    """Deformed outward normals at the same points, (n, d)."""
+    _, dN = shape_functions(surface.shape, surface.node_degree, at)
+    _, dM = shape_functions(surface.shape, surface.displacement_degree, at)
+    X = surface.X[surface.facet_nodes[facets]]
+    U = u[surface.dofs[surface.facet_dofs[facets]]]
+    tangents = np.einsum("ina,nad->ind", dN, X) + np.einsum("ina,nad->ind", dM, U)
+    return units(normals(tangents))
+
+
+def path(zone: ZoneData, faced: Faced, u: Array, comm: MPI.Comm) -> Path:
+    """Present positions of points and of what they faced. Collective.
+
+    The ranks that own the masters' facets give where their points are, and the
+    thickness behind them.
+    """
+    surface, master = zone.sides
+    x = positions(surface, faced.facet, faced.xi, u)
+    n = unit_normals(surface, faced.facet, faced.xi, u)
+    ids, eta = of_all(comm, faced.master, faced.eta)
+    answers = np.zeros((len(ids), master.gdim + 1))
+    local = index_among(master.facet_ids, ids)
+    here = local >= 0
+    answers[here, :-1] = positions(master, local[here], eta[here], u)
+    thickness = np.minimum(zone.thickness[1][local[here]], np.finfo(float).max)
+    answers[here, -1] = thickness
+    comm.Allreduce(MPI.IN_PLACE, answers)
+    start = sum(comm.allgather(len(x))[: comm.rank])
+    mine = answers[start : start + len(x)]
+    way = mine[:, :-1] - x
+    gap = np.einsum("nd,nd->n", way, n)
+    return Path(x, gap, np.linalg.norm(way - gap[:, None] * n, axis=1), mine[:, -1])

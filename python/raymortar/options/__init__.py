@@ -1,7 +1,6 @@
 """Choices of the user: method, friction law, search, quadrature.
 
-- methods: `AugmentedLagrangian`, `Penalty`, `Search`
+- methods: `AugmentedLagrangian`, `Penalty`, `Search`, and all arguments of a `Contact`
 - friction: `Coulomb`, `Tresca`, `Stick`, `Friction`
 - quadrature: rules on segments and facets
-- contact_options: all arguments of a `Contact`, and their checks
 """

@@ -36,11 +36,12 @@ class Law(Options):
 
     quantity: ClassVar[Quantity | None] = None
     _make: ClassVar[Callable[..., Any]]
+    _name = ""  # of the coefficient
 
     @property
     def coefficient(self) -> Any:
         """Its coefficient as it was given."""
-        return None
+        return getattr(self, self._name, None)
 
     @property
     def field(self) -> FieldValue | None:
@@ -51,9 +52,8 @@ class Law(Options):
         """The law for the C++ library; a field replaces its number."""
         if self.quantity is None:
             return type(self)._make()
-        return type(self)._make(
-            0.0 if self.field is not None else float(self.coefficient)
-        )
+        number = 0.0 if self.field is not None else float(self.coefficient)
+        return type(self)._make(number)
 
     def check(self) -> None:
         if self.quantity is not None and self.field is None:
@@ -72,12 +72,8 @@ class Coulomb(Law):
         nodes of the slave facets when `Contact` is made.
     """
 
-    quantity, _make = FRICTION_COEFFICIENT, _cpp.Coulomb
+    quantity, _make, _name = FRICTION_COEFFICIENT, _cpp.Coulomb, "mu"
     mu: FieldValue
-
-    @property
-    def coefficient(self) -> FieldValue:
-        return self.mu
 
 
 @dataclass(frozen=True)
@@ -90,12 +86,8 @@ class Tresca(Law):
         Largest tangential traction while closed, >= 0, given as Coulomb's ``mu``.
     """
 
-    quantity, _make = FRICTION_BOUND, _cpp.Tresca
+    quantity, _make, _name = FRICTION_BOUND, _cpp.Tresca, "bound"
     bound: FieldValue
-
-    @property
-    def coefficient(self) -> FieldValue:
-        return self.bound
 
 
 @dataclass(frozen=True)
@@ -119,9 +111,7 @@ class Friction(Law):
         ``dt``, the time of the step; ``fields``, a list of the values of `fields`, (n,)
         each.
     derivatives
-        From the same to (ds/dp, ds/dv), (n,) each. None: by complex steps; where
-        ``bound`` does not take complex numbers, or loses their imaginary part as
-        ``abs`` does, by central differences.
+        From the same to (ds/dp, ds/dv), (n,) each. None: by central differences.
     fields
         Scalar Functions on the slave's mesh. Each `Contact.update` evaluates them at
         the nodes of the slave facets.
@@ -172,8 +162,7 @@ class Friction(Law):
     @property
     def arguments(self) -> set[str]:
         """Names of the arguments besides p and v."""
-        found = map(further_arguments, self._functions().values())
-        return {one.name for some in found for one in some} & set(OFFERED)
+        return set().union(*map(_offered, self._functions().values()))
 
     def call(self, name: str, p: Any, v: Any, given: Mapping[str, Any]) -> Any:
         """Call ``bound`` or ``derivatives`` with the arguments that it has.
@@ -181,7 +170,7 @@ class Friction(Law):
         They are copies, which it may write to.
         """
         function = getattr(self, name)
-        names = {one.name for one in further_arguments(function)} & set(OFFERED)
+        names = _offered(function)
         if "fields" in names and not self.fields:
             raise ContactError(
                 f"Friction.{name} has the argument fields, and there are none: give "
@@ -208,7 +197,8 @@ class Friction(Law):
             raise ContactError("Friction.derivatives must return (ds/dp, ds/dv)")
         if not np.isfinite(found).all():
             raise _not_finite(p, v)
-        return found[0], found[1]
+        by_p, by_v = found
+        return by_p, by_v
 
 
 def further_arguments(function: Any) -> list[inspect.Parameter]:
@@ -217,6 +207,11 @@ def further_arguments(function: Any) -> list[inspect.Parameter]:
         return list(inspect.signature(function).parameters.values())[2:]
     except (TypeError, ValueError):  # some built-in functions have no signature
         return []
+
+
+def _offered(function: Any) -> set[str]:
+    """Names of the arguments that a law's function is given."""
+    return {one.name for one in further_arguments(function)} & set(OFFERED)
 
 
 def _real(name: str, values: Any, p: Array) -> Array:

@@ -1,4 +1,4 @@
-"""Options of the enforcement of contact and of the search for it."""
+"""Arguments of a `Contact` besides its mesh and its pairs: method, search and the rest."""
 
 from __future__ import annotations
 
@@ -9,8 +9,19 @@ import numpy as np
 from dolfinx.fem import Function
 
 from .. import _cpp
-from ..checked import Options, is_one_of, is_real_number, is_whole_number, truth
+from ..checked import (
+    Options,
+    choice,
+    is_one_of,
+    is_real_number,
+    is_truth_value,
+    is_whole_number,
+    truth,
+)
 from ..errors import ContactError
+from ..host.curving import Smooth
+from ..host.slave_fields import OFFSET, FieldValue, check_field
+from .friction import LAWS, Law
 
 STRATEGIES = ("bvh", "advancing-front", "pang", "brute-force")
 FRAMES = ("automatic", "slave", "master")
@@ -20,13 +31,12 @@ TANGENTS = ("fixed", "full")
 
 def check_coefficient(gamma: Any) -> None:
     """Raise unless gamma is None, a Function or a positive finite number."""
-    if gamma is None or isinstance(gamma, Function):
-        return
-    if not is_real_number(gamma):
+    is_number = is_real_number(gamma)
+    if not (gamma is None or isinstance(gamma, Function) or is_number):
         raise ContactError(
             f"gamma must be a positive number, a Function or None, not {gamma!r}"
         )
-    if not (np.isfinite(gamma) and gamma > 0.0):
+    if is_number and not 0.0 < gamma < np.inf:
         raise ContactError(f"gamma = {gamma} must be positive and finite")
 
 
@@ -52,13 +62,10 @@ class AugmentedLagrangian(Options):
 
     # Over the softer side's stiffness (theory (5.2))
     automatic_factor: ClassVar[float] = 1.0
+    cpp: ClassVar[_cpp.Method] = _cpp.Method.augmented_lagrangian
     gamma: float | Function | None = None
     multiplier: str | None = None
     degree: int | None = None
-
-    def cpp(self) -> _cpp.Method:
-        """The method for the C++ library."""
-        return _cpp.Method.augmented_lagrangian
 
     def check(self) -> None:
         check_coefficient(self.gamma)
@@ -89,12 +96,9 @@ class Penalty(Options):
     """
 
     automatic_factor: ClassVar[float] = 10.0
+    cpp: ClassVar[_cpp.Method] = _cpp.Method.penalty
     gamma: float | Function | None = None
     tangential: str = "elastic"
-
-    def cpp(self) -> _cpp.Method:
-        """The method for the C++ library."""
-        return _cpp.Method.penalty
 
     def check(self) -> None:
         check_coefficient(self.gamma)
@@ -147,9 +151,89 @@ class Search(Options):
         truth("search subdivide", self.subdivide)
         for name in ("reach", "depth", "skin"):
             value = getattr(self, name)
-            if value is None:
-                continue
-            if not is_real_number(value):
+            if not (value is None or is_real_number(value)):
                 raise ContactError(f"search {name} = {value!r} is not a number")
-            if not (np.isfinite(value) and value >= 0.0):
+            if value is not None and not 0.0 <= value < np.inf:
                 raise ContactError(f"search {name} = {value} must not be negative")
+
+
+@dataclass(frozen=True, eq=False)
+class ContactOptions:
+    """Arguments of a `Contact`; see there.
+
+    They are as the user gave them: `check` says whether they can be what their types
+    promise.
+    """
+
+    method: AugmentedLagrangian | Penalty
+    friction: Law | None
+    quadrature_degree: int | None
+    measure: str
+    search: Search
+    tangent: str
+    offset: FieldValue | None
+    axisymmetric: bool
+    smooth: Smooth
+    frame: str
+
+    def check(self) -> None:
+        """Raise for options that do not exist."""
+        friction = self.friction
+        if not isinstance(self.method, (AugmentedLagrangian, Penalty)):
+            raise ContactError(
+                f"method must be AugmentedLagrangian or Penalty, not {self.method!r}"
+            )
+        if not (friction is None or isinstance(friction, LAWS)):
+            raise ContactError(
+                f"friction must be Coulomb, Tresca, Stick, Friction or None, not {friction!r}"
+            )
+        if friction and getattr(self.method, "multiplier", None) == "normal":
+            raise ContactError("friction needs multiplier='vector', not 'normal'")
+        choice("measure", self.measure, MEASURES)
+        choice("frame", self.frame, FRAMES)
+        choice("tangent", self.tangent, TANGENTS)
+        truth("axisymmetric", self.axisymmetric)
+        if not (is_truth_value(self.smooth) or callable(self.smooth)):
+            raise ContactError(
+                f"smooth = {self.smooth!r} must be True, False, or a function of points "
+                "(3, n) to points of the true surface (3, n)"
+            )
+        if not isinstance(self.search, Search):
+            raise ContactError(f"search must be a Search, not {self.search!r}")
+        for part in filter(None, (self.method, friction, self.search)):
+            part.check()
+        if friction is not None and friction.quantity is not None:
+            check_field(friction.quantity, friction.coefficient)
+        if self.offset is not None:
+            check_field(OFFSET, self.offset)
+        degree = self.quadrature_degree
+        if degree is not None and not (is_whole_number(degree) and 1 <= degree <= 30):
+            raise ContactError(
+                f"quadrature_degree = {degree!r} is not a whole number from 1 to 30"
+            )
+
+    @property
+    def has_springs(self) -> bool:
+        """Whether friction springs carry a traction from step to step."""
+        kept = getattr(self.method, "tangential", "elastic") == "elastic"
+        return kept and self.friction is not None
+
+    def multiplier_kind(self, p: int, dim: int, is_tie: bool) -> tuple[int, int]:
+        """Degree and components of the multiplier; 0 components: no multiplier.
+
+        For a displacement of degree p. The multiplier of a tie is a vector.
+        """
+        default = p if dim == 2 else 1
+        if isinstance(self.method, Penalty):
+            return default, 0
+        degree = default if self.method.degree is None else int(self.method.degree)
+        if degree > default:
+            raise ContactError(
+                f"multiplier degree {degree} is not stable: at most {default} with a "
+                f"displacement of degree {p} in {dim}D"
+            )
+        # A scalar acts along each point's own normal, where these turn within a facet
+        is_vector = is_tie or self.friction is not None or self.frame == "master"
+        needed = "vector" if is_vector else "normal"
+        chosen = needed if is_tie else self.method.multiplier or needed
+        return degree, 1 if chosen == "normal" else dim

@@ -18,8 +18,8 @@ from ..compat import Array
 from ..convergence.balance import largest_by
 from ..diagnose.failure import FAILURES
 from ..errors import ConvergenceError, SetUpError
-from ..host.axisymmetry import weight
 from ..host.bodies import bodies_of_facets
+from ..host.checks import weight
 from ..interface.stiffness import mean_facet_size
 from ..problem import CoupledProblem
 from ..system.volume import Volume

@@ -67,25 +67,11 @@ def draw_field(
     norm: Any = None,
     cmap: str = STRESS_MAP,
 ) -> Any:
-    """Draw a field on polygons in the plane, with their edges.
+    """Draw a field on polygons in the plane, with their edges; give a colour bar's source.
 
-    Parameters
-    ----------
-    axes
-        Axes of matplotlib.
-    at, values
-        Vertices (n, k, 2), deformed, and the field there (n, k, 1).
-    images
-        Factors on x and y of each copy that is drawn. Mirror images complete a
-        symmetric body of which only a part is meshed.
-    top, norm
-        Colours go from 0 to `top`, or follow a norm of matplotlib.
-    cmap
-        Colour map.
-
-    Returns
-    -------
-    What a colour bar needs.
+    The field (n, k, 1) is at deformed vertices (n, k, 2). Images are factors on x and y
+    of each copy that is drawn: mirrored ones complete a symmetric body of which only a
+    part is meshed. Colours go from 0 to `top`, or follow a norm of matplotlib.
     """
     from matplotlib.collections import PolyCollection
 
@@ -114,22 +100,10 @@ def draw_surface(
     elevation: float = 20,
     curves: Sequence[Array] = (),
 ) -> Any:
-    """Draw facets in 3D, each in the colour of its value, shaded by a light.
+    """Draw facets in 3D, each in the colour of its value; give a colour bar's source.
 
-    Parameters
-    ----------
-    axes
-        Axes of matplotlib, with ``projection="3d"``.
-    polygons, values
-        Facets (n, k, 3) and their values (n,).
-    azimuth, elevation
-        Direction of the eye. Degrees.
-    curves
-        Curves (n, 3) on rigid tools.
-
-    Returns
-    -------
-    What a colour bar needs.
+    A light shades facets (n, k, 3) with values (n,), beside curves (n, 3) on rigid tools.
+    Azimuth and elevation of the eye are in degrees.
     """
     import matplotlib as mpl
     from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
@@ -185,18 +159,17 @@ class AxisOptions:
     axes: str = "xy"
 
     def __post_init__(self) -> None:
-        if self.x is not None and self.x not in ABSCISSAS:
-            raise ContactError(f"x must be one of {ABSCISSAS} or None, not {self.x!r}")
-        if self.centre is not None:
-            if self.x != "angle":
-                raise ContactError('centre is that of angles: give x="angle" too')
-            if np.shape(self.centre) != (2,) or not np.isfinite(self.centre).all():
-                raise ContactError(f"centre must be (x, y), not {self.centre!r}")
-        units = self.units
+        x, centre, units = self.x, self.centre, self.units
+        if x is not None and x not in ABSCISSAS:
+            raise ContactError(f"x must be one of {ABSCISSAS} or None, not {x!r}")
+        if centre is not None and x != "angle":
+            raise ContactError('centre is that of angles: give x="angle" too')
+        if centre is not None:
+            if np.shape(centre) != (2,) or not np.isfinite(centre).all():
+                raise ContactError(f"centre must be (x, y), not {centre!r}")
+        is_pair = isinstance(units, (tuple, list)) and len(units) == 2
         if units is not None and not (
-            isinstance(units, (tuple, list))
-            and len(units) == 2
-            and all(isinstance(unit, str) for unit in units)
+            is_pair and all(isinstance(unit, str) for unit in units)
         ):
             raise ContactError(f"units must be (length, stress), not {units!r}")
 
@@ -217,12 +190,11 @@ def draw_pressure(
     at, closed = X + displacement, points["status"] >= CLOSED
     normals = (points["normal"] * points["weight"][:, None])[closed]
     across, most = normals.sum(axis=0), np.linalg.norm(normals, axis=1).sum()
-    if np.linalg.norm(across) > NOTHING * most:
-        across = across / np.linalg.norm(across)
-    else:  # normals cancel: the axis that is most normal to the facets
+    if np.linalg.norm(across) <= NOTHING * most:
+        # Normals cancel: the axis that is most normal to the facets
         areas = np.cross(at[:, 1] - at[:, 0], at[:, -1] - at[:, 0])
         across = np.eye(3)[np.argmax(np.abs(areas).sum(axis=0))]
-    frame = plane_of(across)
+    frame = plane_of(across / np.linalg.norm(across))
     # Facets that are nearer to the eye hide others
     order = np.argsort(at.mean(axis=1) @ across)
     pressure = np.linalg.norm(traction, axis=2, keepdims=True)
@@ -252,9 +224,8 @@ def plane_of(normal: Array) -> Array:
 
 def name_of(direction: Array) -> str:
     """Name of a direction for an axis of a picture."""
-    largest = int(np.argmax(np.abs(direction)))
-    if abs(direction[largest]) > NEAR:
-        return "xyz"[largest]
+    if np.abs(direction).max() > NEAR:
+        return "xyz"[int(np.argmax(np.abs(direction)))]
     return "along ({:.2f}, {:.2f}, {:.2f})".format(*(np.round(direction, 2) + 0.0))
 
 
@@ -270,10 +241,7 @@ def arc_lengths(ends: Array, deformed_ends: Array) -> Array:
     found, length = np.full(of_facet.shape, np.nan), 0.0
     # `unique` has sorted vertices by x and then by y; ends of chains come first
     for vertex in np.argsort(np.bincount(vertices.ravel()) != 1, kind="stable"):
-        while True:
-            touches = (of_facet == vertex) & np.isnan(found[:, :1])
-            if not touches.any():
-                break
+        while (touches := (of_facet == vertex) & np.isnan(found[:, :1])).any():
             facet, first = np.argwhere(touches)[0]
             found[facet, first] = length
             length += sizes[facet]
@@ -285,38 +253,19 @@ def arc_lengths(ends: Array, deformed_ends: Array) -> Array:
 def over_angle(x: Array, centre: Sequence[float] | None) -> Array:
     """Angle of points (n, 2) around a centre, (n,). Degrees, without a jump in the
     largest gap between points. Without a centre, around that of the circle that fits
-    the points best."""
+    the points best, |x|^2 = 2 c x + k."""
     if not len(x):
         return np.zeros(0)
-    around = x - (_centre_of(x) if centre is None else np.asarray(centre, dtype=float))
-    angles = np.degrees(np.arctan2(around[:, 1], around[:, 0]))
+    near = x - (x.mean(axis=0) if centre is None else np.asarray(centre, dtype=float))
+    if centre is None:
+        table = np.column_stack([2.0 * near, np.ones(len(x))])
+        near -= np.linalg.lstsq(table, (near**2).sum(axis=1), rcond=None)[0][:2]
+    angles = np.degrees(np.arctan2(near[:, 1], near[:, 0]))
     ordered = np.sort(angles)
     gaps = np.diff(ordered)
     if len(gaps) and gaps.max() > ordered[0] + 360.0 - ordered[-1]:
         angles[angles > ordered[gaps.argmax()]] -= 360.0
     return angles
-
-
-def _centre_of(x: Array) -> Array:
-    """Centre c of the circle |x|^2 = 2 c x + k that fits points best."""
-    middle = x.mean(axis=0)
-    near = x - middle
-    table = np.column_stack([2.0 * near, np.ones(len(x))])
-    (cx, cy, _), *_ = np.linalg.lstsq(table, (near**2).sum(axis=1), rcond=None)
-    return middle + np.array([cx, cy])
-
-
-def _over_arc(ends: Array, points: dict[str, Array]) -> Array:
-    """Find the length along the slave surfaces up to each point, (n,).
-
-    `ends` are those of all deformed slave facets, (2, m, 2, 2): undeformed, deformed.
-    """
-    lengths = arc_lengths(*ends)[points["facet"]]
-    begin, end = np.moveaxis(ends[1][points["facet"]], 1, 0)
-    along = end - begin
-    share = np.einsum("qi,qi->q", points["x"] - begin, along)
-    share = np.clip(share / np.einsum("qi,qi->q", along, along), 0.0, 1.0)
-    return (1.0 - share) * lengths[:, 0] + share * lengths[:, 1]
 
 
 def draw_tractions(
@@ -336,10 +285,9 @@ def draw_tractions(
         curves["friction"] = np.linalg.norm(across, axis=1)
     met = np.unique(points["pair"])
     for k, pair in enumerate(met):
+        colours, markers, name = (f"C{k % 10}",) * 2, ".x", f"{names[pair]} "
         if len(met) == 1:
             colours, markers, name = (NORMAL, TANGENTIAL), "..", ""
-        else:
-            colours, markers, name = (f"C{k % 10}",) * 2, ".x", f"{names[pair]} "
         on = points["pair"] == pair
         for (kind, y), colour, marker in zip(curves.items(), colours, markers):
             style = {"ms": 3, "color": colour, "label": name + kind}
@@ -361,9 +309,13 @@ def _abscissa(
     """Find what tractions are drawn over, and its label."""
     x, over = points["x"], options.x
     if over == "arc":
-        ends = slaves[0][..., :2]
-        lengths = _over_arc(np.stack([ends, ends + slaves[1]]), points)
-        return lengths, options.length("length along the surface")
+        ends, facet = slaves[0][..., :2], points["facet"]
+        lengths = arc_lengths(ends, ends + slaves[1])[facet]
+        begin, end = np.moveaxis((ends + slaves[1])[facet], 1, 0)
+        along = end - begin
+        share = np.einsum("qi,qi->q", x - begin, along) / (along**2).sum(axis=1)
+        length = lengths[:, 0] + np.clip(share, 0.0, 1.0) * np.diff(lengths)[:, 0]
+        return length, options.length("length along the surface")
     if over == "angle":
         return over_angle(x, options.centre), "angle (degrees)"
     widest = int(np.argmax(np.ptp(x, axis=0))) if len(x) else 0

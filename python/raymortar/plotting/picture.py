@@ -12,6 +12,7 @@ from mpi4py import MPI
 import numpy as np
 import ufl
 from dolfinx.fem import Function
+from dolfinx.mesh import Mesh
 
 from .. import compat
 from ..compat import Array
@@ -25,6 +26,7 @@ from ..errors import (
 )
 from ..host.gathering import gather, gather_boundary, gather_cells, nodal_field
 from ..interface.point_results import OPEN
+from ..paths.body_columns import rigid_bodies
 from . import drawing, rendering
 from .tools import COLOUR, curves
 
@@ -36,9 +38,7 @@ BACKENDS = ("matplotlib", "pyvista")
 # and in 3D. Wires need a larger one to show the tool's shape
 MARGIN = {2: 0.15, 3: 0.4}
 # Arrays of points that pictures need; `facet` is a place among all slave facets
-_NAMES = (
-    *("x", "normal", "contact_normal", "traction", "weight", "status", "pair", "facet"),
-)
+_NAMES = "x normal contact_normal traction weight status pair facet".split()
 
 
 def plot(
@@ -112,15 +112,16 @@ def plot(
     with together(contact.layout.comm):
         u = contact.host.only.u
     mesh = u.function_space.mesh
-    with together(mesh.comm):
-        _check_input(contact, file, field)
-        options = drawing.AxisOptions(
-            x, centre, units, "rz" if contact.axisymmetric else "xy"
-        )
-    require_agreement(mesh.comm, backend=backend)
-    dim, draws = mesh.geometry.dim, mesh.comm.rank == 0
-    raise_everywhere(mesh.comm, _lacking(backend, dim) if draws else None)
-    shown = _nodal(u if field is None else field, u)
+    comm, dim = mesh.comm, mesh.geometry.dim
+    with together(comm):
+        contact.points()  # raises before the first update
+        _check_input(mesh, file, field)
+        axes = "rz" if contact.axisymmetric else "xy"
+        options = drawing.AxisOptions(x, centre, units, axes)
+    require_agreement(comm, backend=backend)
+    draws = comm.rank == 0
+    raise_everywhere(comm, _lacking(backend, dim) if draws else None)
+    shown = _nodal(u if field is None else field, mesh)
     if label is None:
         is_unnamed = field is None and re.fullmatch(r"f(_\d+)?", u.name)
         label = "displacement" if is_unnamed else shown.name
@@ -130,10 +131,10 @@ def plot(
     facets = np.concatenate([zone.facets.slave.facets for zone in contact.zones])
     functions = [u] if dim == 2 else [u, contact.traction("normal")]
     slaves = gather_boundary(mesh, *functions, facets=facets)
-    points = _gather_points(contact, mesh.comm)
+    points = _gather_points(contact, comm)
     figure = None
     if draws:
-        tools = dict.fromkeys(b for zone in contact.zones for b in zone.facets.bodies)
+        tools = rigid_bodies(contact.zones)
         lines = [curve for tool in tools for curve in curves(tool, *_box(bodies))]
         if backend == "pyvista":
             labels = label, options.stress(drawing.PRESSURE)
@@ -141,24 +142,19 @@ def plot(
         else:
             parts = bodies, slaves, points, lines
             figure = _draw(contact, parts, label, view, options, file is None)
-    with writing(mesh.comm, file, OSError, ValueError):
+    with writing(comm, file, OSError, ValueError):
         if draws and file is not None:
             _save(figure, Path(file), backend)
     return figure
 
 
-def _check_input(contact: Contact, file: Any, field: Any) -> None:
-    """Raise if there are no results yet, or if file or field cannot be used."""
-    contact.points()  # raises before the first update
+def _check_input(mesh: Mesh, file: Any, field: Any) -> None:
+    """Raise if file or field cannot be used."""
     if file is not None:
         as_path(file)
-    if field is None:
-        return
-    if not hasattr(field, "ufl_shape"):
+    if field is not None and not hasattr(field, "ufl_shape"):
         raise ContactError(f"field must be a Function or UFL expression, not {field!r}")
-    if isinstance(field, Function) and not compat.on_mesh(
-        field, contact.u.function_space.mesh
-    ):
+    if isinstance(field, Function) and not compat.on_mesh(field, mesh):
         raise ContactError("field is a Function on another mesh than the displacement")
 
 
@@ -190,8 +186,7 @@ def _gather_points(contact: Contact, comm: MPI.Intracomm) -> dict[str, Any]:
     for i, count in enumerate(counts):
         points = contact.points(i)
         points["facet"] = first + points["slave"]
-        hit = points["status"] >= OPEN
-        parts.append({name: points[name][hit] for name in _NAMES})
+        parts.append({name: points[name][points["status"] >= OPEN] for name in _NAMES})
         first += count
     return {
         name: gather(comm, np.concatenate([part[name] for part in parts]))
@@ -212,10 +207,10 @@ def _draw(
     pyplot knows the figure only if it is interactive, for ``show``.
     """
     from matplotlib import pyplot, rc_context
+    from matplotlib.colors import Normalize
     from matplotlib.figure import Figure
 
-    bodies, slaves, points, lines = parts
-    x, u, values = bodies
+    (x, u, values), slaves, points, lines = parts
     in_plane = u.shape[-1] == 2
     with rc_context(drawing.LOOK):
         make = pyplot.figure if interactive else Figure
@@ -223,40 +218,28 @@ def _draw(
         left = figure.add_subplot(1, 2, 1, projection=None if in_plane else "3d")
         right = figure.add_subplot(1, 2, 2)
         if in_plane:
-            colours = _draw_plane(left, bodies, lines, options)
+            low, high = values.min(), values.max()
+            norm = None if low >= 0.0 else Normalize(low, high)
+            colours = drawing.draw_field(left, x[..., :2] + u, values, norm=norm)
+            for curve in lines:
+                left.plot(*curve.T, color=COLOUR, lw=1.2, zorder=3)
+            if lines:
+                (before, below), (after, above) = _box(parts[0])
+                left.set(xlim=(before, after), ylim=(below, above))
+            across, up = map(options.length, options.axes)
+            left.set(xlabel=across, ylabel=up)
             names = [str(pair) for pair in contact.pairs]
             frictional = contact.friction is not None
             drawing.draw_tractions(right, slaves, points, options, names, frictional)
         else:
-            colours = drawing.draw_surface(
-                left, x + u, values.mean(axis=(1, 2)), *view, lines
-            )
+            mean = values.mean(axis=(1, 2))
+            colours = drawing.draw_surface(left, x + u, mean, *view, lines)
             bar = drawing.draw_pressure(right, slaves, points, options)
-            figure.colorbar(
-                bar, ax=right, label=options.stress(drawing.PRESSURE), shrink=0.85
-            )
+            pressure = options.stress(drawing.PRESSURE)
+            figure.colorbar(bar, ax=right, label=pressure, shrink=0.85)
         shrink = 0.85 if in_plane else 0.7
         figure.colorbar(colours, ax=left, label=label, shrink=shrink)
     return figure
-
-
-def _draw_plane(
-    axes: Any, bodies: Any, lines: Sequence[Array], options: drawing.AxisOptions
-) -> Any:
-    """Draw bodies and outlines of tools in 2D; give what a colour bar needs."""
-    from matplotlib.colors import Normalize
-
-    x, u, values = bodies
-    norm = None if values.min() >= 0.0 else Normalize(values.min(), values.max())
-    colours = drawing.draw_field(axes, x[..., :2] + u, values, norm=norm)
-    for curve in lines:
-        axes.plot(*curve.T, color=COLOUR, lw=1.2, zorder=3)
-    if lines:
-        (left, below), (right, above) = _box(bodies)
-        axes.set(xlim=(left, right), ylim=(below, above))
-    across, up = map(options.length, options.axes)
-    axes.set(xlabel=across, ylabel=up)
-    return colours
 
 
 def _save(figure: Any, path: Path, backend: str) -> None:
@@ -270,9 +253,8 @@ def _save(figure: Any, path: Path, backend: str) -> None:
         figure.savefig(path)
 
 
-def _nodal(field: Any, u: Function) -> Function:
+def _nodal(field: Any, mesh: Mesh) -> Function:
     """A continuous scalar function, for the colours at the vertices."""
-    mesh = u.function_space.mesh
     if isinstance(field, Function):
         info = compat.element_info(field.function_space)
         if info.is_lagrange and not info.is_discontinuous and info.block_size == 1:

@@ -58,24 +58,11 @@ def render(
 ) -> Any:
     """Draw bodies in the colours of a field, and slaves in those of their pressure.
 
-    Parameters
-    ----------
-    bodies
-        Outer facets' vertices (n, k, 3), displacement (n, k, 3) and field (n, k, 1).
-    surface
-        Slave facets' vertices, displacement and normal traction (n, k, 3).
-    curves
-        Curves (n, 3) on rigid tools, drawn with the bodies.
-    labels
-        Labels of the colour bars of the bodies and of the pressure.
-    view
-        Azimuth and elevation of the eye. Degrees.
-    interactive
-        Whether the plotter is to open a window with ``show``.
-
-    Returns
-    -------
-    The ``pyvista.Plotter``, bodies on the left, pressure on the right.
+    Bodies are vertices (n, k, 3) of outer facets, displacement and field (n, k, 1);
+    slaves the same with the normal traction (n, k, 3). Curves (n, 3) are on rigid tools,
+    labels those of the colour bars, the view azimuth and elevation in degrees. The
+    plotter, which can open a window if it is interactive, has the bodies on the left,
+    the pressure on the right.
     """
     import pyvista
 
@@ -85,8 +72,8 @@ def render(
     plotter.set_background("white")
     plotter.enable_anti_aliasing("fxaa")
     if curves:
-        wires = pieces_of(curves)
-        wires = pyvista.PolyData(wires.reshape(-1, 3), lines=_cells(wires))
+        pieces = pieces_of(curves)
+        wires = pyvista.PolyData(pieces.reshape(-1, 3), lines=_cells(pieces))
         plotter.subplot(0, 0)
         plotter.add_mesh(wires, color=COLOUR, line_width=1.5)
     *facets, traction = surface

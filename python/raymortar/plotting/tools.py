@@ -28,17 +28,8 @@ Level = Callable[[Array], Array]
 
 
 def curves(body: Body, lower: Array, upper: Array) -> list[Array]:
-    """Find curves on a tool at its present place, inside a box.
+    """Find curves on a tool at its present place, inside a box with two corners (d,).
 
-    Parameters
-    ----------
-    body
-        Body of a 2D or 3D problem.
-    lower, upper
-        Corners of the box, (d,). Length.
-
-    Returns
-    -------
     Points (n, d) along each curve, n > 1. In 2D they are the outline; in 3D edges of
     facets, or sections across the axes.
     """

@@ -1,6 +1,6 @@
-"""What a user reads off a contact: fields, forces, counts, segments.
+"""What a user reads off a contact: points, fields, forces, counts, segments.
 
-- fields: averages at nodes
-- points, sums: arrays over points, and forces, energies and counts summed over them
+- points: arrays over points, averages of them at nodes
+- sums: forces, energies and counts summed over points
 - segments: files of segments and points
 """

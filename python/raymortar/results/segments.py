@@ -19,10 +19,8 @@ from dolfinx.fem import Function
 
 from ..compat import Array
 from ..errors import ContactError, writing
-from ..host.reference_facets import shape_functions
-from ..interface.point_places import undeformed
 from ..interface.point_results import OPEN
-from ..interface.zone_data import ZoneData
+from ..interface.zone_data import ZoneData, positions
 
 POINT_DATA = ("gap", "pressure", "traction", "status", "weight", "slip")
 # VTK's numbers of cell types
@@ -49,23 +47,19 @@ def _segments(zone: ZoneData, u: Function) -> Cells:
     """Make polygons of a zone's segments, in 2D lines."""
     segments, surface = zone.cpp.segments(), zone.facets.slave_surface
     sizes, slave, xi = np.diff(segments["offsets"]), segments["slave"], segments["xi"]
-    facet = np.repeat(slave, sizes)
-    N, _ = shape_functions(surface.shape, surface.displacement_degree, xi)
-    values = u.x.array.reshape(-1, surface.gdim)[surface.dofs]
-    moved = np.einsum("qa,qad->qd", N, values[surface.facet_dofs[facet]])
+    x = positions(
+        surface, np.repeat(slave, sizes), xi, u.x.array.reshape(-1, surface.gdim)
+    )
     ids = np.asarray(surface.facet_ids[slave], dtype=np.int64)
-    data: dict[str, Any] = {"slave_facet": ids}
-    data |= _averages(zone.points(), segments)
-    return undeformed(surface, facet, xi) + moved, sizes, data
+    data: dict[str, Any] = {"slave_facet": ids} | _averages(zone.points(), segments)
+    return x, sizes, data
 
 
 def _averages(points: dict[str, Array], segments: dict[str, Array]) -> dict[str, Array]:
     """Average over the points of each segment's pair of facets; NaN without a hit."""
     hit, n = points["status"] >= OPEN, len(segments["slave"])
-    keys = [
-        np.concatenate([segments[side], points[side][hit]])
-        for side in ("slave", "master")
-    ]
+    sides = ("slave", "master")
+    keys = [np.concatenate([segments[side], points[side][hit]]) for side in sides]
     _, pair = np.unique(np.stack(keys, axis=1), axis=0, return_inverse=True)
     segment, pair = np.split(pair.reshape(-1), [n])
     weight = points["weight"][hit]
@@ -90,38 +84,39 @@ def _points(zone: ZoneData) -> Cells:
 
 def _joined(parts: Sequence[Cells], name: str) -> Any:
     """Join the data of one name; a zone that lacks it, as slip, has NaN."""
-    like = next(data[name] for *_, data in parts if name in data)
-    return np.concatenate(
-        [
-            data.get(name, np.full((len(sizes), *like.shape[1:]), np.nan))
-            for _, sizes, data in parts
-        ]
+    width = next(data[name].shape[1:] for *_, data in parts if name in data)
+    lacking = (
+        (data, np.full((len(sizes), *width), np.nan)) for _, sizes, data in parts
     )
+    return np.concatenate([data.get(name, nothing) for data, nothing in lacking])
 
 
 def _write(path: Path, kind: int, parts: Sequence[Cells], comm: MPI.Comm) -> None:
     """Write this rank's cells and, with several ranks, what joins them. Collective."""
     points, sizes = (np.concatenate([part[k] for part in parts]) for k in (0, 1))
-    size, count = len(points), len(sizes)
     names = dict.fromkeys(name for *_, data in parts for name in data)
-    cell_data = {name: _joined(parts, name) for name in names}
     topology = {
-        "connectivity": np.arange(size),
+        "connectivity": np.arange(len(points)),
         "offsets": np.cumsum(sizes),
-        "types": np.full(count, kind),
+        "types": np.full(len(sizes), kind),
     }
-    positions = {"Points": points}
+    groups = {
+        "Points": {"Points": points},
+        "Cells": topology,
+        "CellData": {name: _joined(parts, name) for name in names},
+    }
     files = [f"{path.stem}_{rank}.vtu" for rank in range(comm.size)]
     own = path if comm.size == 1 else path.with_name(files[comm.rank])
     with writing(comm, path, OSError):
         root, grid = _document("UnstructuredGrid")
-        counts = {"NumberOfPoints": str(size), "NumberOfCells": str(count)}
-        piece = SubElement(grid, "Piece", counts)
-        _add(piece, {"Points": positions, "Cells": topology, "CellData": cell_data})
+        counts = {"NumberOfPoints": len(points), "NumberOfCells": len(sizes)}
+        texts = {name: str(count) for name, count in counts.items()}
+        _add(SubElement(grid, "Piece", texts), groups)
         ElementTree(root).write(own, encoding="utf-8", xml_declaration=True)
         if comm.size > 1 and comm.rank == 0:
             root, grid = _document("PUnstructuredGrid", GhostLevel="0")
-            _add(grid, {"Points": positions, "CellData": cell_data}, "P")
+            del groups["Cells"]
+            _add(grid, groups, "P")
             for file in files:
                 SubElement(grid, "Piece", Source=file)
             joining = path.with_suffix(".pvtu")
@@ -141,17 +136,15 @@ def _add(
     for group, arrays in groups.items():
         inside = SubElement(parent, prefix + group)
         for name, values in arrays.items():
-            array = SubElement(
-                inside,
-                f"{prefix}DataArray",
-                type="Int64" if values.dtype.kind in "iu" else "Float64",
-                Name=name,
-                NumberOfComponents="1" if values.ndim == 1 else "3",
-            )
-            if prefix:
-                continue
-            rows = values[:, None]
-            if values.ndim == 2:  # VTK wants vectors of three components
-                rows = np.pad(values, ((0, 0), (0, 3 - values.shape[1])))
-            array.set("format", "ascii")
-            array.text = "\n".join(" ".join(map(repr, row)) for row in rows.tolist())
+            kind = "Int64" if values.dtype.kind in "iu" else "Float64"
+            # VTK wants vectors of three components
+            width = "1" if values.ndim == 1 else "3"
+            told = {"type": kind, "Name": name, "NumberOfComponents": width}
+            array = SubElement(inside, f"{prefix}DataArray", told)
+            if not prefix:
+                rows = values if values.ndim == 2 else values[:, None]
+                rows = np.pad(rows, ((0, 0), (0, int(width) - rows.shape[1])))
+                array.set("format", "ascii")
+                array.text = "\n".join(
+                    " ".join(map(repr, row)) for row in rows.tolist()
+                )

@@ -24,6 +24,9 @@ from ..interface.zone_data import ZoneData
 from ..rigid.body import Body
 
 
+Density = Callable[[dict[str, Array]], Array]
+
+
 @dataclass(frozen=True)
 class Resultant:
     """Force and moment about the origin of contact on a slave surface, (d,) and (3,)
@@ -157,15 +160,9 @@ def resultant(
 ) -> Resultant:
     """Sum up force and moment on the slave side of a zone. Collective.
 
-    Parameters
-    ----------
-    zone, comm
-        Zone and communicator of the mesh.
-    master
-        Index of the only master that counts; None: all, and points without a hit.
-    at_hits
-        Whether whole tractions have the arms of the points that rays hit. Else they
-        have those of the slave, with the couple of friction over the gap, theory (3).
+    Of the master with an index alone, or of all and points without a hit. Tractions have
+    the arms of the slave, with the couple of friction over the gap, theory (3); or, if
+    asked, those of the points that rays hit.
     """
     points, dim = zone.points(), zone.facets.slave_surface.gdim
     if master is not None:
@@ -198,11 +195,11 @@ def resultant_on(zones: Sequence[ZoneData], body: Body, comm: MPI.Comm) -> Resul
             if body in zone.facets.bodies
         ]
     )
-    force, normal, tangential = -found.force, -found.normal, -found.tangential
+    parts = -found.normal, -found.tangential
     if found.radial is not None:
-        return Resultant(force, 0.0, normal, tangential, -found.radial)
-    to_centre = _plain(_moments(body.place[: len(force)], force))
-    return Resultant(force, -found.moment - to_centre, normal, tangential)
+        return Resultant(-found.force, 0.0, *parts, -found.radial)
+    to_centre = _plain(_moments(body.place[: len(found.force)], found.force))
+    return Resultant(-found.force, to_centre - found.moment, *parts)
 
 
 def added(parts: Sequence[Resultant]) -> Resultant:
@@ -215,9 +212,7 @@ def added(parts: Sequence[Resultant]) -> Resultant:
 
 def friction_work(zones: Sequence[ZoneData], comm: MPI.Comm) -> float:
     """Integrate what tractions take over the step's slip. Collective."""
-    return _integral(
-        zones, lambda p: -np.einsum("qi,qi->q", p["traction"], p["slip"]), comm
-    )
+    return _integral(zones, lambda p: -_dot(p["traction"], p["slip"]), comm)
 
 
 def stored_energy(zones: Sequence[ZoneData], comm: MPI.Comm, part: str) -> float:
@@ -225,11 +220,10 @@ def stored_energy(zones: Sequence[ZoneData], comm: MPI.Comm, part: str) -> float
 
     def density(points: dict[str, Array]) -> Array:
         t = traction_part(points, part)
-        squared = np.einsum("qi,qi->q", t, t)
+        found, squared = np.zeros(len(t)), _dot(t, t)
         # Points of a tie that meet no master have no coefficient
-        return np.divide(
-            squared, 2.0 * points["gamma"], np.zeros_like(squared), where=squared > 0.0
-        )
+        np.divide(squared, 2.0 * points["gamma"], found, where=squared > 0.0)
+        return found
 
     return _integral(zones, density, comm)
 
@@ -244,13 +238,13 @@ def work_on_gaps(zones: Sequence[ZoneData], comm: MPI.Comm) -> float:
     return _integral(zones, density, comm)
 
 
-def _integral(
-    zones: Sequence[ZoneData],
-    density: Callable[[dict[str, Array]], Array],
-    comm: MPI.Comm,
-) -> float:
+def _dot(a: Array, b: Array) -> Array:
+    """Products of vectors at points, (n,)."""
+    return np.einsum("qi,qi->q", a, b)
+
+
+def _integral(zones: Sequence[ZoneData], density: Density, comm: MPI.Comm) -> float:
     """Integrate over the slave surfaces of all ranks. Collective."""
-    total = 0.0
-    for points in (zone.points() for zone in zones):
-        total += float(points["weight"] @ density(points))
-    return float(comm.allreduce(total))
+    all_points = [zone.points() for zone in zones]
+    mine = sum(float(points["weight"] @ density(points)) for points in all_points)
+    return float(comm.allreduce(mine))

@@ -10,7 +10,7 @@ from petsc4py import PETSc
 import numpy as np
 
 from ..diagnose.outcome import require_convergence
-from ..interface.faced import nearest_hits, path
+from ..interface.zone_data import nearest_hits, path
 from ..interface.stiffness import mean_facet_size
 from .newton import NewtonSolver
 from .petsc_objects import renew

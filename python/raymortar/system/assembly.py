@@ -17,10 +17,10 @@ from ..compat import Mask
 from ..errors import ContactError, ContactWarning, together
 from ..interface.coefficients import PairCoefficients, one_or_each, spread
 from ..interface.contact_surfaces import ContactSurfaces
-from ..interface.cover import crossing
-from ..interface.held import held_slaves, refuse_held, refuse_held_on_tools
 from ..interface.present import PresentState
 from ..interface.probing import VolumePattern
+from ..interface.slave_nodes import crossing, held_slaves, refuse_held
+from ..interface.slave_nodes import refuse_held_on_tools
 from ..interface.stiffness import contact_stiffness, mean_facet_size, shear_moduli
 from ..interface.zone_data import on_sides
 from ..options.methods import AugmentedLagrangian, Penalty

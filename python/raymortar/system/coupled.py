@@ -13,7 +13,7 @@ import numpy as np
 from .. import _cpp, compat
 from ..compat import Array
 from ..errors import raise_everywhere, together
-from ..host.dropped import free_dropped
+from ..host.ranks import free_dropped
 from ..host.forms import check_compiled
 from ..host.host import Host
 from ..interface.probing import VolumePattern

@@ -13,10 +13,9 @@ import numpy as np
 from ..compat import Array
 from ..errors import SetUpError, raise_everywhere
 from ..host.layout import CoupledRows
-from ..interface.faced import positions
 from ..interface.point_results import OPEN
 from ..interface.stiffness import mean_facet_size
-from ..interface.zone_data import ZoneData
+from ..interface.zone_data import ZoneData, positions
 from ..rigid.body import Body
 from .assembly import ContactAssembly
 from .push import STEEP, Push, across_and_whole, add_points, in_space, parts_of

@@ -1,0 +1,312 @@
+"""Slave nodes: which are covered by masters, at corners, shared, or prescribed."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from dataclasses import replace
+
+from mpi4py import MPI
+
+import numpy as np
+import numpy.typing as npt
+from dolfinx.fem import FunctionSpace
+
+from .. import compat
+from ..compat import Array, Mask
+from ..errors import ContactWarning, SetUpError, raise_everywhere
+from ..host.facets import format_point
+from ..host.ranks import largest, marked_everywhere, sums_at
+from ..host.reference_facets import middle_normals, shape_functions, units
+from ..host.surfaces import Surface, facet_lengths, surface_normals, vector_areas
+from .contact_surfaces import ContactSurfaces
+from .overlap import of_hit_masters
+from .pairs import Pair, spoken
+from .point_results import CLOSED, OPEN
+from .zone_data import ZoneData
+
+# A node is a corner if the mean of the unit normals around it is shorter. The mean of
+# two normals is, if they are more than 60 degrees apart
+STRAIGHT = np.cos(np.pi / 6.0)
+# Share of the area of a tie's node that masters must cover
+ENOUGH = 0.5
+# Largest number of nodes that a message names
+NAMED = 10
+# Distance of a master's nodes over that of the tractions on a prescribed slave, up to
+# which the master may balance these. At 1.5 Newton's method fails on flat surfaces, at
+# 1.25 it may
+CLOSEST = 1.4
+
+
+class Cover:
+    """Tells zones which of their multiplier nodes are covered. Collective.
+
+    A surface may be cut into any tags: a node that one zone covers counts as covered in
+    all of them. At corners between surfaces, each zone counts by itself. A zone is
+    alone if no other zone or rank has nodes of it.
+    """
+
+    def __init__(self, zones: Sequence[ZoneData], W: FunctionSpace) -> None:
+        self._zones, self._W = zones, W
+        self.alone = len(zones) == 1 and W.mesh.comm.size == 1
+        self._corners: Mask | None = None
+        if len(zones) > 1:
+            self._corners = self._find_corners()
+            for zone in zones:
+                corners = self._corners[zone.multiplier_nodes]
+                zone.cpp.set_corner_nodes(corners.astype(np.int8))
+
+    def _find_corners(self) -> Mask:
+        """Mark block dofs at corners, where zones have different normals."""
+        index_map = self._W.dofmap.index_map
+        degree, directions = compat.element_info(self._W).degree, []
+        for zone in self._zones:
+            # Vector areas as directions, on the axis of revolution too
+            surface = replace(zone.facets.slave_surface, axisymmetric=False)
+            areas = vector_areas(surface, index_map, degree, zone.multiplier_table)
+            length = np.linalg.norm(areas, axis=1, keepdims=True)
+            directions.append(areas / np.where(length > 0.0, length, 1.0))
+        total = np.linalg.norm(np.sum(directions, axis=0), axis=1)
+        corners: Mask = total < STRAIGHT * np.any(directions, axis=2).sum(axis=0)
+        return corners
+
+    def share(self) -> None:
+        """Send the common marks to the zones, after they have been paired."""
+        if self.alone:
+            return
+        own = [
+            marked_everywhere(
+                self._W, zone.multiplier_nodes[zone.cpp.covered_nodes() != 0]
+            )
+            for zone in self._zones
+        ]
+        anywhere = np.logical_or.reduce(own)
+        for zone, covered in zip(self._zones, own):
+            if self._corners is not None:
+                covered = np.where(self._corners, covered, anywhere)
+            zone.cpp.set_covered_nodes(covered[zone.multiplier_nodes].astype(np.int8))
+
+
+# Ties
+
+
+def require_masters(tie: ContactSurfaces, partial: bool) -> None:
+    """Raise for slave nodes of a paired tie without a master. Collective.
+
+    If it is partial, one at least must have a master. The area of a node is the
+    integral of the square of its shape function.
+    """
+    comm, V, shares = tie.comm, tie.scalar, []
+    degree = compat.element_info(V).degree
+    for zone in tie.zones:
+        points, surface = zone.cpp.points(), zone.facets.slave_surface
+        hit = points["status"] >= OPEN
+        N, _ = shape_functions(surface.shape, degree, points["xi"][hit])
+        met = points["area"][hit, None] * N**2
+        dofs = zone.result_table[points["slave"][hit]]
+        shares.append((dofs, met[..., None] * [1.0, 0.0]))
+        xi, weights, m = surface_normals(surface)
+        N, _ = shape_functions(surface.shape, degree, xi)
+        areas = np.einsum("q,fq,qa->fa", weights, np.linalg.norm(m, axis=-1), N**2)
+        shares.append((zone.result_table, areas[..., None] * [0.0, 1.0]))
+    n, dim = V.dofmap.index_map.size_local, V.mesh.geometry.dim
+    covered, whole = sums_at(V.dofmap.index_map, 2, *shares)[:n].T
+    on = np.flatnonzero(whole > 0.0)
+    share = covered[on] / whole[on]
+    if partial and comm.allreduce(int((share > 0.0).any())):
+        return
+    x = V.tabulate_dof_coordinates()[on, :dim]
+    bad = [(s, tuple(at)) for s, at in zip(share, x) if s < ENOUGH]
+    # The least covered first
+    found = sorted(sum(comm.allgather(bad), []))
+    total = comm.allreduce(len(share))
+    if not found:
+        return
+    named = ", ".join(f"{format_point(np.array(x))}: {s:.2g}" for s, x in found[:NAMED])
+    more = ", ..." if len(found) > NAMED else ""
+    raise_everywhere(
+        comm,
+        f"{len(found)} of {total} slave nodes of {tie.tags} have no master for most of "
+        f"what they stand for (node: covered share): {named}{more}. Move or enlarge a "
+        "master, take a larger Search(reach=), or leave them free with partial=True",
+    )
+
+
+def crossing(
+    tie: ContactSurfaces, contacts: Sequence[ContactSurfaces]
+) -> list[npt.NDArray[np.int8]]:
+    """Mark slave dofs of a tie that other interactions share, zone by zone.
+
+    Shared are dofs on any master surface, and on slave surfaces of other contacts. The
+    tie is one of the contacts. Collective.
+    """
+    dofs = [
+        surface.dofs
+        for one in contacts
+        for zone in one.zones
+        for surface in (zone.sides[1:] if one is tie else zone.sides)
+    ]
+    shared = marked_everywhere(tie.u.function_space, np.concatenate(dofs))
+    slaves = (zone.facets.slave_surface for zone in tie.zones)
+    return [shared[slave.dofs].astype(np.int8) for slave in slaves]
+
+
+def warn_of_corners(tie: ContactSurfaces) -> None:
+    """Warn of corners of a slave surface: one multiplier cannot be the traction on two
+    faces. Collective."""
+    assert tie.multiplier is not None
+    W, shares = tie.multiplier.function_space, []
+    dim, n = W.mesh.geometry.dim, W.dofmap.index_map.size_local
+    for zone in tie.zones:
+        side = zone.facets.slave_surface
+        normals = units(middle_normals(side.shape, side.node_degree, side.nodes))
+        # The last column counts facets
+        rows = np.pad(normals, ((0, 0), (0, 1)), constant_values=1.0)
+        shares.append((zone.multiplier_table, rows[:, None]))
+    owned = sums_at(W.dofmap.index_map, dim + 1, *shares)[:n]
+    length = np.linalg.norm(owned[:, :dim], axis=1)
+    sharp = np.flatnonzero(length < STRAIGHT * owned[:, dim])
+    found = W.tabulate_dof_coordinates()[sharp, :dim]
+    places = [x for part in tie.comm.allgather(found) for x in part]
+    if places:
+        warnings.warn(
+            f"the slave surface of {tie.tags} turns by more than 60 degrees at "
+            f"{len(places)} node(s), for example at {format_point(places[0])}: one "
+            "multiplier there is not the traction of two faces. Give each face a tag, "
+            "and a Tie of its own",
+            ContactWarning,
+            stacklevel=4,
+        )
+
+
+# Prescribed displacements
+
+
+def _fixed(surface: Surface, marker: Mask) -> Mask:
+    """Mark prescribed components of a surface's dofs, (dofs, d)."""
+    return marker.reshape(-1, surface.gdim)[surface.dofs]
+
+
+def held_slaves(surfaces: ContactSurfaces, marker: Mask) -> tuple[bool, bool]:
+    """Tell whether a slave facet is prescribed throughout, and whether any slave node.
+
+    Collective.
+    """
+    held = np.zeros(2, dtype=np.int32)
+    for zone in surfaces.zones:
+        surface = zone.facets.slave_surface
+        fixed = _fixed(surface, marker)
+        throughout = fixed.all(axis=1)[surface.facet_dofs].all(axis=1)
+        held |= [throughout.any(), fixed.any()]
+    surfaces.comm.Allreduce(MPI.IN_PLACE, held, op=MPI.MAX)
+    return bool(held[0]), bool(held[1])
+
+
+def rigid_slaves(surfaces: ContactSurfaces, marker: Mask) -> list[ZoneData]:
+    """Find slaves that are prescribed throughout, on masters that are not. Collective."""
+    if surfaces.multiplier is None or not surfaces.zones:
+        return []
+    fixed = [[_fixed(s, marker).all() for s in zone.sides] for zone in surfaces.zones]
+    held = np.array(fixed, dtype=np.int32)
+    surfaces.comm.Allreduce(MPI.IN_PLACE, held, op=MPI.MIN)
+    found = zip(surfaces.zones, held)
+    return [zone for zone, (slave, master) in found if slave and not master]
+
+
+def warn_of_finer_rigid_slaves(
+    surfaces: ContactSurfaces, pairs: Sequence[Pair], marker: Mask
+) -> None:
+    """Warn of prescribed slaves with more tractions than their masters may balance.
+
+    A slave of few facets in contact often solves all the same. A `Tie` has no such
+    limit. Collective.
+    """
+    if surfaces.tied is not None:
+        return
+    for zone in rigid_slaves(surfaces, marker):
+        ratio = _distance_ratio(zone, surfaces)
+        if ratio > CLOSEST:
+            own = [pair for pair in pairs if surfaces.zones[pair.surface] is zone]
+            swapped = ", ".join(pair.in_other_order for pair in own)
+            slave = spoken(own[0].slave_name, own[0].slave)
+            warnings.warn(
+                f"all of slave {slave} is prescribed, and its nodes are {ratio:.3g} "
+                "times as close as those of its master, which may not balance so many "
+                f"tractions: give the sides in the other order, pairs=[{swapped}]",
+                ContactWarning,
+                stacklevel=4,
+            )
+
+
+def _distance_ratio(zone: ZoneData, surfaces: ContactSurfaces) -> float:
+    """Distance of a master's nodes over that of the multiplier's, where they face each
+    other; without any hit, of the smallest over that of the largest facets. Collective.
+    """
+    comm, (slave_side, master_side) = surfaces.comm, zone.sides
+    slave = facet_lengths(slave_side) / compat.element_info(surfaces.scalar).degree
+    master = facet_lengths(master_side) / master_side.displacement_degree
+    points = zone.points()
+    met = of_hit_masters(zone, points, master, comm)
+    hit = (points["status"] >= OPEN) & np.isfinite(met)
+    area = points["area"][hit]
+    sums = np.array([area @ met[hit], area @ slave[points["slave"][hit]]])
+    comm.Allreduce(MPI.IN_PLACE, sums)
+    if sums[1] > 0.0:
+        return float(sums[0] / sums[1])
+    smallest = comm.allreduce(master.min(initial=np.inf), op=MPI.MIN)
+    return float(smallest / largest(comm, slave))
+
+
+def refuse_held_on_tools(surfaces: ContactSurfaces, marker: Mask) -> None:
+    """Raise for slaves prescribed throughout on rigid bodies that are not free.
+
+    Nothing could give way. Collective.
+    """
+    for zone in surfaces.zones:
+        bodies = zone.facets.bodies
+        if not bodies or any(body.is_free for body in bodies):
+            continue
+        held = bool(_fixed(zone.facets.slave_surface, marker).all())
+        if surfaces.comm.allreduce(held, op=MPI.LAND):
+            names = ", ".join(body.name for body in bodies)
+            raise SetUpError(
+                f"slave tag {zone.facets.slave_tag} is prescribed throughout, and what it "
+                f"meets is rigid ({names}): nothing can give way. Leave some of its "
+                "displacement free, or free the rigid body"
+            )
+
+
+def refuse_held(surfaces: ContactSurfaces) -> None:
+    """Raise where the multiplier is in no equation. Collective.
+
+    That is where contact is closed all around a node of the multiplier, between facets
+    whose displacement is prescribed on both sides, and no damped facet ties it to
+    another node.
+    """
+    assert surfaces.multiplier is not None
+    W, shares, ties = surfaces.multiplier.function_space, [], []
+    for zone in surfaces.zones:
+        points, table = zone.cpp.points(), zone.multiplier_table
+        shut = points["status"] >= CLOSED
+        # Points on uncovered parts integrate nothing
+        free = ((zone.cpp.free_points() == 1) | ~shut) & (points["seed"] >= 0)
+        for which, columns in ((free, [1.0, 0.0]), (shut, [0.0, 1.0])):
+            shares.append((np.unique(table[points["slave"][which]]), columns))
+        share = zone.cpp.segments()["covered"]
+        partly = np.flatnonzero((share > 0.0) & (share < 1.0))
+        ties.append(table[np.union1d(zone.cpp.held_facets(), partly)])
+    known, closed = sums_at(W.dofmap.index_map, 2, *shares).T
+    for rows in ties:  # mark nodes that share a damped facet with a marked one
+        known[rows[(known[rows] > 0.0).any(axis=1)]] = 1.0
+    every, n = np.arange(len(known)), W.dofmap.index_map.size_local
+    known = sums_at(W.dofmap.index_map, 1, (every, known[:, None]))[:, 0]
+    held = np.flatnonzero((known[:n] == 0.0) & (closed[:n] > 0.0))
+    count, message = surfaces.comm.allreduce(len(held)), None
+    if len(held):
+        x = np.round(W.tabulate_dof_coordinates()[held[0], : W.mesh.geometry.dim], 12)
+        message = (
+            f"{count} node(s) of the contact traction, for example the one at "
+            f"{format_point(x)}, are between facets whose displacement is prescribed on "
+            "both sides: leave these out of the slave's tag, or use a penalty"
+        )
+    raise_everywhere(surfaces.comm, message)
