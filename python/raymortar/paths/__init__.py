@@ -1,8 +1,8 @@
 """Paths of load steps: sizes, ways, control, history, files.
 
 - load_steps: `LoadSteps`, the one loop over steps; load_step_checks: its arguments
-- load_path, bordered, led_paths: paths that the load factor, a displacement or an arc
-  leads, behind one interface
+- load_path, led_paths: paths that the load factor, a displacement or an arc leads,
+  behind one interface
 - control: what a user chooses to lead a path
 - strategies: ways that are tried before a step is halved
 - stabilization: viscous forces that fade

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
 
-from ..checked import is_real_number, is_truth_value, is_whole_number
+from ..checked import is_one_of, is_real_number, is_truth_value, is_whole_number
 from ..errors import ContactError
 from ..problem import CoupledProblem
 from ..solvers.newton import NewtonSolver
 from ..solvers.snes import SNESSolver
 from .control import ArcLength, DisplacementControl
 from .history import History
+from .progress import is_file
 
 STRATEGIES = ("auto", "halve")
 
@@ -31,77 +32,60 @@ def check_solver(solver: Any) -> None:
 
 def check_arguments(given: Any) -> None:
     """Raise unless all arguments, as attributes of `LoadSteps`, can be used."""
-    fault = _fault_of_sizes(given) or _fault_of_options(given)
-    fault = fault or _fault_of_control(given)
+    fault = next((text for is_fine, text in _rules(given) if not is_fine), None)
     if fault:
         raise ContactError(fault)
 
 
-def _fault_of_sizes(given: Any) -> str | None:
-    """Say why numbers and sizes of steps cannot be used, if so."""
-    steps, max_halvings, path = given.steps, given.max_halvings, given.path
-    if not (is_whole_number(steps) and is_whole_number(max_halvings)):
-        return (
-            f"steps = {steps!r} and max_halvings = {max_halvings!r} must be whole "
-            "numbers"
-        )
-    if steps < 1 or max_halvings < 0:
-        return (
-            f"steps = {steps} must be positive, max_halvings = {max_halvings} not "
-            "negative"
-        )
-    if not (is_real_number(given.largest) and given.largest >= 1):
-        return f"largest = {given.largest!r} must be at least 1"
-    if not (is_real_number(given.easy) and given.easy >= 0):
-        return f"easy = {given.easy!r} must be a number of iterations"
+def _rules(given: Any) -> Iterator[tuple[bool, str]]:
+    """Yield whether an argument can be used, and what to say if not."""
+    progress, steps, halvings = given.progress, given.steps, given.max_halvings
+    shown = progress is None or isinstance(progress, bool) or is_file(progress)
+    yield shown, f"progress must be True, False, None or a file, not {progress!r}"
+    numbers = f"steps = {steps!r} and max_halvings = {halvings!r}"
+    yield all(
+        map(is_whole_number, (steps, halvings))
+    ), f"{numbers} must be whole numbers"
+    text = f"steps = {steps} must be positive, max_halvings = {halvings} not negative"
+    yield steps >= 1 and halvings >= 0, text
+    largest, easy, path = given.largest, given.easy, given.path
+    text = f"largest = {largest!r} must be at least 1"
+    yield is_real_number(largest) and largest >= 1, text
+    text = f"easy = {easy!r} must be a number of iterations"
+    yield is_real_number(easy) and easy >= 0, text
     ends = list(path) if isinstance(path, (tuple, list, np.ndarray)) else []
-    if len(ends) != 2 or not all(is_real_number(t) and np.isfinite(t) for t in ends):
-        return f"path must be two numbers, its ends, not {path!r}"
-    return None
-
-
-def _fault_of_options(given: Any) -> str | None:
-    """Say why other arguments cannot be used, if so."""
-    strategy, stabilize, history = given.strategy, given.stabilize, given.history
-    if not is_truth_value(given.extrapolate):
-        return f"extrapolate must be True or False, not {given.extrapolate!r}"
-    if strategy is not None and strategy not in STRATEGIES:
-        return f"strategy must be one of {STRATEGIES}, not {strategy!r}"
-    scales = is_real_number(stabilize) and 0.0 <= stabilize < np.inf
-    if not (stabilize is None or is_truth_value(stabilize) or scales):
-        return f"stabilize must be True, False, None or a factor, not {stabilize!r}"
-    if not callable(given.apply):
-        return f"apply must be a function of the load factor, not {given.apply!r}"
-    if history is not None and not isinstance(history, History):
-        return f"history must be a History, not {history!r}"
-    if history is not None and history.problem is not given.solver.problem:
-        return "history is of another problem than the solver"
-    return None
-
-
-def _fault_of_control(given: Any) -> str | None:
-    """Say why a control cannot lead the path, if so."""
-    control, solver = given.control, given.solver
+    finite = len(ends) == 2 and all(is_real_number(t) and np.isfinite(t) for t in ends)
+    yield finite, f"path must be two numbers, its ends, not {path!r}"
+    extrapolate, strategy, scale = given.extrapolate, given.strategy, given.stabilize
+    text = f"extrapolate must be True or False, not {extrapolate!r}"
+    yield is_truth_value(extrapolate), text
+    text = f"strategy must be one of {STRATEGIES}, not {strategy!r}"
+    yield strategy is None or is_one_of(strategy, STRATEGIES), text
+    scales = is_real_number(scale) and 0.0 <= scale < np.inf
+    text = f"stabilize must be True, False, None or a factor, not {scale!r}"
+    yield scale is None or is_truth_value(scale) or scales, text
+    text = f"apply must be a function of the load factor, not {given.apply!r}"
+    yield callable(given.apply), text
+    history, control, solver = given.history, given.control, given.solver
+    text = f"history must be a History, not {history!r}"
+    yield history is None or isinstance(history, History), text
+    own = history is None or history.problem is solver.problem
+    yield own, "history is of another problem than the solver"
     if control is None:
-        return None
-    if not isinstance(control, (DisplacementControl, ArcLength)):
-        return (
-            f"control must be a DisplacementControl, an ArcLength or None, not "
-            f"{control!r}"
-        )
+        return
+    kinds = "a DisplacementControl, an ArcLength or None"
+    known = isinstance(control, (DisplacementControl, ArcLength))
+    yield known, f"control must be {kinds}, not {control!r}"
     control.check()
-    if not isinstance(solver, (NewtonSolver, SNESSolver)):
-        return "control needs a NewtonSolver or an SNESSolver"
-    if not solver.problem.contact.host.is_plain:
-        return "control leads paths of one displacement: the problem has other unknowns"
-    if given.stabilize:
-        return "control and stabilize exclude each other"
-    if given.path[0] == given.path[1]:
-        return (
-            f"path = {given.path} must have two ends: the load factor, which control "
-            "finds, is measured by them"
-        )
-    return None
+    led = isinstance(solver, (NewtonSolver, SNESSolver))
+    yield led, "control needs a NewtonSolver or an SNESSolver"
+    text = "control leads paths of one displacement: the problem has other unknowns"
+    yield solver.problem.contact.host.is_plain, text
+    yield not scale, "control and stabilize exclude each other"
+    yield path[0] != path[1], (
+        f"path = {path} must have two ends: the load factor, which control finds, is "
+        "measured by them"
+    )
 
 
 def with_size(apply: Any) -> Callable[[float, float], Any]:

@@ -23,16 +23,16 @@ from ..errors import (
 from ..interface.state import State
 from .control import ArcLength, DisplacementControl
 from .history import History
-from .led_paths import ArcPath, ArcSizes, DisplacementPath
-from .load_path import PrescribedPath, StepSizes
+from .led_paths import ArcPath, DisplacementPath
+from .load_path import ArcSizes, PrescribedPath, StepSizes
 from .load_step_checks import check_arguments, check_solver, with_size
 from .output import Output, check_output
-from .progress import HALVED, LoadStep, Progress, check_progress, line
+from .progress import HALVED, LoadStep, Progress, line
 from .stabilization import Stabilization
 from .strategies import Strategies
 
 # Arguments that all ranks must be given alike
-_AGREED = "steps", "max_halvings", "extrapolate", "largest", "easy", "path"
+_AGREED = "steps max_halvings extrapolate largest easy path strategy stabilize".split()
 
 
 class LoadSteps:
@@ -133,26 +133,22 @@ class LoadSteps:
         output: str | Path | Output | None = None,
     ) -> None:
         check_solver(solver)
-        comm = solver.problem.comm
         self.solver, self.apply = solver, apply
         self._problem = solver.problem  # which its own solver does not keep
-        self.steps, self.max_halvings = steps, max_halvings
+        self.steps, self.max_halvings, self.path = steps, max_halvings, path
         self.extrapolate, self.largest, self.easy = extrapolate, largest, easy
-        self.path, self.progress, self.history = path, progress, history
+        self.progress, self.history, self.halvings = progress, history, 0
         self.strategy, self.stabilize, self.control = strategy, stabilize, control
-        with together(comm):
-            check_progress(progress)
+        with together(solver.problem.comm):
             check_arguments(self)
         # Python's own numbers
         self.steps, self.max_halvings = int(steps), int(max_halvings)
         self.path = float(path[0]), float(path[1])
         require_agreement(
-            comm,
+            solver.problem.comm,
             solver=type(solver).__name__,
             history=history is not None,
             output=output is not None,
-            strategy=strategy,
-            stabilize=stabilize,
             control=type(control).__name__,
             **{name: getattr(self, name) for name in _AGREED},
         )
@@ -170,7 +166,6 @@ class LoadSteps:
         if columns and history is not None:
             history.include(columns)
         self.output = check_output(output, solver.problem)
-        self.halvings = 0
 
     def __repr__(self) -> str:
         begin, end = self.path
@@ -214,7 +209,7 @@ class LoadSteps:
         contact, path = problem.contact, self._new_path()
         self._path = path
         options = self.extrapolate, self.strategy == "auto", self._may_be_viscous
-        ways = Strategies(path, *options, progress.trying)
+        ways = Strategies(path, progress.trying, *options)
         tools, doubts = ToolsOnPath(contact), Doubts(problem)
         last, snapped = None, False
         tools.look()
@@ -233,8 +228,7 @@ class LoadSteps:
                 left = isinstance(failure, BodyLeft)
                 if isinstance(failure, SetUpError) and not left:
                     raise
-                contact.restore(before)
-                path.restart()
+                ways.restore(before)
                 if left or not path.sizes.halve():
                     ways.finish()
                     raise self._given_up(failure) from failure
@@ -246,7 +240,13 @@ class LoadSteps:
             doubts.warn(stacklevel=3)
             if ways.released and not snapped:
                 snapped = True
-                warnings.warn(_snap(path.factor, ways), ContactWarning, stacklevel=3)
+                text = (
+                    f"a snap was passed before load factor {path.factor:.6g}, by way of "
+                    f'"{ways.used}": it sets an energy of {ways.released:.3g} free, and '
+                    "without inertia its end is one of several. See LoadStep.released; "
+                    "control= follows the path of equilibria"
+                )
+                warnings.warn(text, ContactWarning, stacklevel=3)
             if self.history is not None:
                 self.history.record(path.time, iterations, self.halvings)
             if self.output is not None:
@@ -270,14 +270,9 @@ class LoadSteps:
     def _solve(self, ways: Strategies, now: State, last: State | None) -> int:
         """Solve a step from the present state; return the iterations."""
         problem, path = self.solver.problem, self._path
-        in_use = problem.as_part(
-            steps=True,
-            automatic=self.strategy == "auto",
-            controlled=self.control is not None,
-            led=path.led_weights,
-            may_be_viscous=self._may_be_viscous,
-        )
-        with in_use:
+        use = {"automatic": self.strategy == "auto", "led": path.led_weights}
+        use |= {"controlled": self.control is not None, "steps": True}
+        with problem.as_part(**use, may_be_viscous=self._may_be_viscous):
             if self._stabilization is None:
                 iterations = ways.solve(now, last, path.sizes.ratio)
             else:
@@ -301,13 +296,3 @@ class LoadSteps:
             f"{failed} after {self.max_halvings} halvings of the step: "
             f"{'; '.join(map(str, texts))}"
         )
-
-
-def _snap(factor: float, ways: Strategies) -> str:
-    """Say that a step has passed a snap."""
-    return (
-        f"a snap was passed before load factor {factor:.6g}, by way of "
-        f'"{ways.used}": it sets an energy of {ways.released:.3g} free, and without '
-        "inertia its end is one of several. See LoadStep.released; control= follows "
-        "the path of equilibria"
-    )

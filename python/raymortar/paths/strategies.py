@@ -21,11 +21,9 @@ from .energy_balance import balance_of_step
 from .load_path import PrescribedPath
 from .stabilization import Stabilization
 
-FULL, EXTRAPOLATED = "full", "extrapolated"
+FULL, EXTRAPOLATED, CAPPED = "full", "extrapolated", "capped"
 LINE_SEARCH, SMALL_GAMMA = "line search", "small gamma"
-CAPPED = "capped"
-BOTH = "small gamma, line search"
-KEPT = "small gamma kept"
+BOTH, KEPT = "small gamma, line search", "small gamma kept"
 VISCOUS = "viscous forces"
 
 # Smaller coefficient, over the one in use. It hardly changes the solution, but with it
@@ -97,38 +95,16 @@ def _reduce_gamma(contacts: Sequence[Any]) -> list[Any]:
 class Strategies:
     """Solve steps: first by the solver as it was given, after a failure in other ways.
 
-    Parameters
-    ----------
-    path
-        Path whose solver solves a step.
-    extrapolate
-        Whether steps begin with the extrapolated state.
-    automatic
-        Whether other ways are tried.
-    viscous
-        Whether viscous forces are one of the other ways.
-    trying
-        Called with the name of each other way before it is tried.
-
-    Attributes
-    ----------
-    used
-        Name of the way that solved the last step.
-    released
-        Energy that the last step has set free in a snap, found by another way.
+    `trying` is called with the name of each other way before it is tried. After a step
+    `used` is the name of the way that solved it, and `released` the energy that it has
+    set free in a snap, found by another way.
     """
 
     def __init__(
-        self,
-        path: PrescribedPath,
-        extrapolate: bool,
-        automatic: bool,
-        viscous: bool,
-        trying: Callable[[str], None],
+        self, path: PrescribedPath, trying: Callable[[str], None], *options: bool
     ) -> None:
-        self._path, self.solver, self.extrapolate = path, path.solver, extrapolate
-        self.automatic, self._may_be_viscous = automatic, viscous
-        self._trying = trying
+        self._path, self.solver, self._trying = path, path.solver, trying
+        self._extrapolates, self._automatic, self._may_be_viscous = options
         self.used, self.released = FULL, 0.0
         # Coefficients before each reduction; the path's end restores the first
         self._given: list[list[Any]] = []
@@ -137,28 +113,18 @@ class Strategies:
     def solve(self, now: State, last: State | None, ratio: float) -> int:
         """Solve from the present state; return the iterations. Collective.
 
-        Parameters
-        ----------
-        now
-            The present state.
-        last
-            State at the start of the last step. None in the first step.
-        ratio
-            Size of this step over that of the step before.
-
-        Raises
-        ------
-        ConvergenceError, ContactError, PETSc.Error
-            The failure of the solver as it was given, if no other way helps.
+        `last` is the state at the start of the last step, None in the first step, and
+        `ratio` the size of this step over that of the step before. If no other way
+        helps, the failure of the solver as it was given is raised.
         """
         self.released = 0.0
         # A solve stops as soon as it is in trouble if another way is left
         convergence = self.solver.problem.convergence
-        convergence.patient = not self.automatic
+        convergence.patient = not self._automatic
         try:
             return self._as_given(now, last, ratio)
         except FAILURES as failure:
-            if not (self.automatic and self._is_curable(failure)):
+            if not (self._automatic and self._is_curable(failure)):
                 raise
             # No variable keeps the failure: in a cycle with this frame, ranks would
             # free the solver, which is collective, at different times
@@ -172,7 +138,7 @@ class Strategies:
     def _otherwise(self, now: State, last: State | None, ratio: float) -> int | None:
         """Solve in the first other way that converges; return None if none does."""
         for name, solve in self._others(now, last, ratio):
-            self._restore(now)
+            self.restore(now)
             self._trying(name)
             kept = len(self._given)
             try:
@@ -191,11 +157,8 @@ class Strategies:
     def _released(self, name: str, now: State) -> float:
         """Find the energy that a snap since a state has set free. Collective.
 
-        Raises
-        ------
-        ConvergenceError
-            If the step needs energy that nothing supplies: another equilibrium was
-            found, and no path of equilibria leads there.
+        A step that needs energy which nothing supplies is refused: another equilibrium
+        was found, and no path of equilibria leads there.
         """
         if not self._may_be_viscous or name == EXTRAPOLATED:
             return 0.0
@@ -220,18 +183,18 @@ class Strategies:
 
     def _as_given(self, now: State, last: State | None, ratio: float) -> int:
         """Solve by the solver as it was given, from the extrapolated state first."""
-        if self.extrapolate and last is not None:
+        if self._extrapolates and last is not None:
             try:
                 iterations = self._extrapolated(now, last, ratio)
                 self.used = EXTRAPOLATED
                 return iterations
             except FAILURES:
-                self._restore(now)
+                self.restore(now)
         self.used = FULL
         return iterations_of(self.solver)
 
-    def _restore(self, now: State) -> None:
-        """Go back to a state."""
+    def restore(self, now: State) -> None:
+        """Go back to a state. Collective."""
         self._contact.restore(now)
         self._path.restart()
 
@@ -243,7 +206,7 @@ class Strategies:
         See docs/robustness_paths.md.
         """
         solver = self.solver
-        if last is not None and not self.extrapolate:
+        if last is not None and not self._extrapolates:
             yield EXTRAPOLATED, partial(self._extrapolated, now, last, ratio)
         yield SMALL_GAMMA, partial(solve_by_small_gamma, solver)
         if self._capped is not None:
@@ -254,8 +217,7 @@ class Strategies:
         if len(self._given) < MOST_KEPT and _with_multipliers(self._contact):
             yield KEPT, partial(solve_with_small_gamma, solver, self._given)
         if self._viscous is not None and self._viscous.is_of_use():
-            plain = partial(iterations_of, solver)
-            yield VISCOUS, partial(self._viscous.solve, plain)
+            yield VISCOUS, partial(self._viscous.solve, partial(iterations_of, solver))
 
     def _extrapolated(self, now: State, last: State, ratio: float) -> int:
         """Solve from the extrapolated state."""
@@ -277,11 +239,9 @@ class Strategies:
 
     @cached_property
     def _capped(self) -> CappedSolver | None:
-        solver = self.solver
-        if not isinstance(solver, (NewtonSolver, SNESSolver)):
-            return None
-        criterion = getattr(solver, "convergence_criterion", "residual")
-        return CappedSolver(solver) if criterion == "residual" else None
+        plain = getattr(self.solver, "convergence_criterion", "residual") == "residual"
+        fits = plain and isinstance(self.solver, (NewtonSolver, SNESSolver))
+        return CappedSolver(self.solver) if fits else None
 
     @cached_property
     def _searching(self) -> SNESSolver | None:

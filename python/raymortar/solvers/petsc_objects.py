@@ -134,6 +134,18 @@ def attach(ksp: PETSc.KSP, problem: Any, row_scale: PETSc.Vec | None = None) -> 
                 context.know(problem, row_scale)
 
 
+def nested(context: type, **inner: Mapping[str, Any]) -> dict[str, Any]:
+    """Make options of a Python KSP, and of its inner solvers by prefix."""
+    found = {
+        "ksp_type": "python",
+        "ksp_python_type": f"{context.__module__}.{context.__name__}",
+        "pc_type": "none",
+    }
+    for prefix, options in inner.items():
+        found |= {f"{prefix}_{name}": value for name, value in options.items()}
+    return found
+
+
 class InnerSolvers(KnowsProblem):
     """A PETSc python KSP that leaves systems to an iterative and a direct solver."""
 
@@ -147,6 +159,12 @@ class InnerSolvers(KnowsProblem):
         one = inner_solver(ksp, name)
         one.setFromOptions()
         return one
+
+    def _solve_directly(self, ksp: PETSc.KSP, b: PETSc.Vec, x: PETSc.Vec) -> None:
+        """Solve by the direct solver, which is made for its first system. Collective."""
+        if self.direct is None:
+            self.direct = self._made(ksp, "direct_")
+        self._solve_by(self.direct, ksp, b, x)
 
     def _solve_by(
         self, one: PETSc.KSP, ksp: PETSc.KSP, b: PETSc.Vec, x: PETSc.Vec
