@@ -17,15 +17,12 @@ from ..compat import Array, Mask
 from ..convergence.balance import EPS
 from ..diagnose.failure import in_use_of, one_of, ways_to_hold
 from ..diagnose.lost_contact import loose_bodies
-from ..diagnose.outcome import require_convergence
 from ..errors import ConvergenceError, raise_everywhere, require_agreement
-from ..solvers.petsc_objects import renew
 from .control import ArcLength, DisplacementControl, mean_weights
 from .load_path import PrescribedPath
 
-# Change of the load factor, as a share of the path, for difference quotients. Only
-# loads and prescribed displacements are differentiated, in which the residual is
-# linear: if `apply` is linear, rounding is the only error
+# Change of the load factor, as a share of the path, for difference quotients. Only loads
+# and prescribed displacements are differentiated, linear in the residual
 CHANGE = 1e-6
 # Share of the largest displacement below which the loads count as not moving the
 # displacement that leads
@@ -111,20 +108,9 @@ class LedPath(PrescribedPath, ABC):
 
     def solve(self) -> tuple[int, bool]:
         """Solve from the present displacement, multiplier and load factor."""
-        given, problem = self._given, self.problem
+        given = self._given
         require_agreement(self._comm, max_it=given.max_it, rtol=given.tolerances)
-        x, vectors = problem.start(), [problem.create_vector() for _ in range(4)]
-        reason: str | None = ""
-        try:
-            with given.options:
-                iterations, reason = self._iterate(x, *vectors)
-        finally:
-            for vector in (x, *vectors):
-                vector.destroy()
-            if reason is not None:
-                renew(given.krylov_solver, given.A)
-        text = f"after {iterations} iterations{reason}"
-        require_convergence(problem, reason is None, text)
+        iterations: int = given.iterate_by(self._iterate, 4)
         self.check()
         return iterations, True
 
@@ -176,9 +162,9 @@ class LedPath(PrescribedPath, ABC):
         # Product with g, and entry at the spring, of each solution
         table = np.array([[g @ v, v[k].sum()] for v in solved])
         self._comm.Allreduce(MPI.IN_PLACE, table)
-        of_b, of_slope, of_spring = table
         if not np.isfinite(table).all():
             return False
+        of_b, of_slope, of_spring = table
         system = np.array([of_slope - [by_factor, 0.0], of_spring - [0.0, 1.0]]).T
         weight, way = _largest(self._comm, g), _largest(self._comm, solved[1])
         scaled = system / np.outer([weight or 1.0, 1.0], [way or 1.0, 1.0])
@@ -258,10 +244,10 @@ class DisplacementPath(LedPath):
     @property
     def controlled(self) -> float:
         """Chosen displacement at present. Length. Collective."""
-        if self._functional is not None:
-            mine = fem.assemble_scalar(self._functional[0])
-        else:
+        if self._functional is None:
             mine = self._weights @ self._u.x.array[: self._n]
+        else:
+            mine = fem.assemble_scalar(self._functional[0])
         return float(self._comm.allreduce(float(mine)))
 
     @property

@@ -7,16 +7,21 @@ from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property, partial
 from typing import Any
 
+from mpi4py import MPI
+from petsc4py import PETSc
+
 import numpy as np
 from dolfinx.fem import Function
 
 from ..convergence.convergence import is_in_trouble
 from ..diagnose.failure import FAILURES
 from ..errors import ContactWarning, ConvergenceError, SetUpError
+from ..interface.faced import nearest_hits, path
 from ..interface.state import State
-from ..solvers.capped import CappedSolver, with_line_search
+from ..interface.stiffness import mean_facet_size
 from ..solvers.newton import NewtonSolver
 from ..solvers.snes import SNESSolver
+from ..solvers.solver import CoupledSolver
 from .energy_balance import balance_of_step
 from .load_path import PrescribedPath
 from .stabilization import Stabilization
@@ -25,6 +30,18 @@ FULL, EXTRAPOLATED, CAPPED = "full", "extrapolated", "capped"
 LINE_SEARCH, SMALL_GAMMA = "line search", "small gamma"
 BOTH, KEPT = "small gamma, line search", "small gamma kept"
 VISCOUS = "viscous forces"
+
+# Overlap at which a step ends, in sizes of slave facets. Without overlap no gap would
+# ever close
+OVERLAP = 0.01
+
+# Share of Newton's step that is always taken
+LEAST = 0.05
+
+# Factor for the number of iterations, as shorter steps need more
+MORE_ITERATIONS = 2
+
+_LINE_SEARCH = "snes_linesearch_type"
 
 # Smaller coefficient, over the one in use. It hardly changes the solution, but with it
 # fewer points open and close during a solve (docs/robustness_paths.md)
@@ -90,6 +107,88 @@ def _reduce_gamma(contacts: Sequence[Any]) -> list[Any]:
             small = SMALL * gamma
         contact.set_gamma(small)
     return given
+
+
+class CappedSolver:
+    """Newton's method with steps so short that no facet passes its master. Collective.
+
+    A step may take an open facet below its master by a small overlap only. Facets that
+    are closed already do not limit the step. Tangent, linear solver and tolerances are
+    those of another solver, and twice its most iterations are allowed.
+    """
+
+    def __init__(self, solver: CoupledSolver) -> None:
+        self.solver: Any = solver
+        self.problem = solver.problem
+        contact = self.problem.contact
+        self._overlap = OVERLAP * mean_facet_size(contact.layout, contact.zones)
+
+    def solve(self) -> tuple[int, bool]:
+        """Solve from the present u and multiplier, as `SNESSolver.solve`."""
+        return self.solver.iterate_by(self._iterate, 3), True
+
+    def _iterate(
+        self, x: PETSc.Vec, b: PETSc.Vec, dx: PETSc.Vec, trial: PETSc.Vec
+    ) -> tuple[int, str | None]:
+        """Iterate from x; return the iterations and why they failed, if so."""
+        solver, problem = self.solver, self.problem
+        convergence = problem.convergence
+        rtol, atol = solver.tolerances[0], solver.force_tolerance
+        for iteration in range(MORE_ITERATIONS * solver.max_it + 1):
+            problem.F(x, b)
+            convergence.accept()
+            if convergence.reached(rtol, atol):
+                return iteration, None
+            if convergence.is_stuck:
+                break
+            solver.linearise(x, {})
+            solver.correct(b, dx)
+            if not np.isfinite(dx.norm()):
+                break
+            x.copy(trial)
+            trial.axpy(-1.0, dx)
+            x.axpy(-self._share(x, trial), dx)
+        return iteration, ""
+
+    def _share(self, x: PETSc.Vec, trial: PETSc.Vec) -> float:
+        """Share of the step from x to the trial that is taken. Collective."""
+        contact, comm = self.problem.contact, self.problem.comm
+        before = [nearest_hits(zone) for zone in contact.zones]
+        contact.from_vector(trial)
+        at = contact.u.x.array.reshape(-1, contact.u.function_space.dofmap.index_map_bs)
+        share = 1.0
+        for zone, hits in zip(contact.zones, before):
+            gap = path(zone, hits, at, comm).gap
+            crosses = (hits.gap > 0.0) & ~hits.closed & (gap < -self._overlap)
+            room = (hits.gap + self._overlap)[crosses]
+            shares = room / (hits.gap - gap)[crosses]
+            share = float(np.min(shares, initial=share))
+        contact.from_vector(x)
+        return max(float(comm.allreduce(share, op=MPI.MIN)), LEAST)
+
+
+def with_line_search(solver: Any) -> SNESSolver | None:
+    """SNES with line search, on the matrix and with the linear solver of another one.
+
+    None if the given solver already has a line search, or is of another kind.
+    Collective.
+    """
+    options = dict(solver.options.given) if hasattr(solver, "options") else {}
+    # A tolerance of the user's is among the settings that are taken. The default was
+    # the rounding error of all bodies when the solver was made: asked for as a
+    # tolerance, it would be one that the softest body is not solved to
+    options.pop("snes_atol", None)
+    if isinstance(solver, SNESSolver):
+        if options.get(_LINE_SEARCH) != "basic" or solver.snes.getType() != "newtonls":
+            return None
+    elif not (
+        isinstance(solver, NewtonSolver) and solver.convergence_criterion == "residual"
+    ):
+        return None
+    other = SNESSolver(solver.problem, {**options, _LINE_SEARCH: "l2"}, matrix=solver.A)
+    rtol, most = solver.tolerances[0], MORE_ITERATIONS * solver.max_it
+    other.snes.setTolerances(rtol=rtol, max_it=most, atol=solver.force_tolerance)
+    return other
 
 
 class Strategies:

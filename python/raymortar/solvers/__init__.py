@@ -3,7 +3,6 @@
 - solver: linear systems, checks and failures of both Newton solvers
 - newton, snes: `NewtonSolver`, `SNESSolver`
 - fixed_point: Newton's method at fixed segments, and a loop that pairs anew
-- capped: shortened Newton steps
 - automatic: PETSc options of linear solvers, and the default
 - kept_factors, compliance: a direct solver that keeps the factors of linear bodies
 - lagged_factors: GMRES with the factors of an earlier tangent

@@ -9,6 +9,8 @@ from typing import Any
 
 from petsc4py import PETSc
 
+import numpy as np
+
 from .. import compat
 from ..errors import ContactWarning
 from ..problem import CoupledProblem
@@ -197,9 +199,11 @@ def linear_options(
     V = contact.u.function_space
     dim: int = V.mesh.topology.dim
     least, most = LAGGED[dim]
-    most_direct = MOST_DIRECT.get(compat.element_info(V).degree, MOST_DIRECT[2])
     options, name = direct(), "a direct one"
-    if contact.host.is_plain and dim == 3 and unknowns > most_direct:
+    most_direct = np.inf
+    if contact.host.is_plain and dim == 3:
+        most_direct = MOST_DIRECT.get(compat.element_info(V).degree, MOST_DIRECT[2])
+    if unknowns > most_direct:
         options = {**(INEXACT if snes else {}), **with_fallback()}
         name = "multigrid for the bodies"
     elif (

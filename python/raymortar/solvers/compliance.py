@@ -3,30 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from inspect import signature
 from typing import Any
 
 from petsc4py import PETSc
 
 import numpy as np
-import numpy.typing as npt
 from scipy import sparse
 from scipy.linalg import lapack
-from scipy.sparse.linalg import splu
+from scipy.sparse.linalg import LinearOperator, gmres, splu
 
 from ..compat import Array, Indices, Mask
 from ..errors import ContactError
 from ..host.bodies import find_bodies
-from .levels import NOTHING, rigid_motions
+from .levels import NOTHING, Places, rigid_motions, unrolled
 
-Places = npt.NDArray[np.int64]
 Solve = Callable[[Array], Array]
 
 # Columns that are solved for at once
 AT_ONCE = 128
 # Share of forces that is rounding error
 ROUNDING = 1e-15
-# Most iterations of GMRES, and its relative tolerance
-MOST_ITERATIONS, TOLERANCE = 40, 1e-15
+# Most iterations of GMRES, its relative tolerance, whose name differs between versions
+# of SciPy, and the residual of a solution
+MOST_ITERATIONS, TOLERANCE, EXACT = 40, 1e-15, 1e-12
+_RTOL = "rtol" if "rtol" in signature(gmres).parameters else "tol"
 
 
 class Compliance:
@@ -167,11 +168,6 @@ def supports(contact: Any, surface: Indices, fixed: Mask) -> Places:
             candidates = surface[of_body.dofs[surface] == body]
             dofs = np.append(dofs, unrolled(_far_apart(candidates, x, dim + 1), dim))
     return dofs[~fixed[dofs]]
-
-
-def unrolled(nodes: Indices, dim: int) -> Places:
-    """List the dofs of the components of some block dofs."""
-    return (dim * nodes.astype(np.int64)[:, None] + np.arange(dim)).ravel()
 
 
 def _rank(motions: Array) -> int:
@@ -343,27 +339,10 @@ def _factors(A: Any) -> Solve:
 def _gmres(operator: Callable[[Array], Array], b: Array) -> Array | None:
     """Solve by GMRES from zero; None if it takes too many iterations, or if a value is
     not finite."""
-    # SciPy's has a tolerance that its versions name differently
-    size = np.linalg.norm(b)
-    if not np.isfinite(size):
+    if not np.isfinite(b).all():
         return None
-    if size == 0.0:
-        return np.zeros_like(b)
-    basis = np.empty((MOST_ITERATIONS + 1, len(b)))
-    basis[0] = b / size
-    H = np.zeros((MOST_ITERATIONS + 1, MOST_ITERATIONS))
-    for k in range(MOST_ITERATIONS):
-        w, known = operator(basis[k]), basis[: k + 1]
-        for _ in range(2):  # once leaves rounding errors
-            part = known @ w
-            w = w - part @ known
-            H[: k + 1, k] += part
-        H[k + 1, k] = np.linalg.norm(w)
-        if not np.isfinite(H[k + 1, k]):
-            return None
-        right = np.append(size, np.zeros(k + 1))
-        y = np.linalg.lstsq(H[: k + 2, : k + 1], right, rcond=None)[0]
-        if np.linalg.norm(H[: k + 2, : k + 1] @ y - right) <= TOLERANCE * size:
-            return y @ known
-        basis[k + 1] = w / max(H[k + 1, k], 1e-300)
-    return None
+    A = LinearOperator(2 * (len(b),), operator)
+    limits = {"restart": MOST_ITERATIONS, "maxiter": 1, "atol": 0.0, _RTOL: TOLERANCE}
+    x, _ = gmres(A, b, **limits)
+    is_solved = np.linalg.norm(operator(x) - b) <= EXACT * np.linalg.norm(b)
+    return np.asarray(x) if is_solved else None

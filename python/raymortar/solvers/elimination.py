@@ -11,12 +11,12 @@ import numpy as np
 from scipy import sparse
 
 from .. import compat
-from ..compat import Array, Indices
+from ..compat import Array
 from ..errors import ContactError
 from ..host.ranks import marked_everywhere
 from ..host.reference_facets import shape_functions
 from ..interface.stiffness import owned_nodes_on
-from .levels import BodiesLevels, near_nullspace, set_levels
+from .levels import BodiesLevels, Places, near_nullspace, set_levels, sides, unrolled
 from .petsc_objects import KnowsProblem, inner_solver
 
 # Stiffness of the springs that stand for closed contact, over that of the volume at its
@@ -114,8 +114,7 @@ class ContactPreconditioner(KnowsProblem):
     @property
     def _with_multiplier(self) -> list[Any]:
         """The contacts that have one, in the order of its rows."""
-        contacts = self.contact.contacts
-        return [contact for contact in contacts if contact.multiplier is not None]
+        return [one for one in self.contact.contacts if one.multiplier is not None]
 
     def _rows(self, first: int, last: int, block: int = 1) -> PETSc.IS:
         """Owned rows of the tangent, with a block size."""
@@ -159,20 +158,17 @@ class ContactPreconditioner(KnowsProblem):
         scale = np.ones(self.contact.layout.size)
         if self.row_scale is not None:  # the factors of the rows, springs included
             scale = self.row_scale.array_r
-        first, parts = 0, []
+        scale, first, parts = scale[self.contact.layout.n :], 0, []
         for contact, factor in zip(self._with_multiplier, self._factors):
             c, mass = contact.layout.components, factor * lumped_mass(contact)
-            n, last = len(mass), first + c * len(mass)
-            D_c = own[first:last, first:last].tobsr((c, c))
-            node = np.repeat(np.arange(n), np.diff(D_c.indptr))
-            here = D_c.indices == node
-            blocks = np.zeros((n, c, c))
-            blocks[node[here]] = D_c.data[here]
-            rows = scale[self.contact.layout.n :][first:last].reshape(n, c)
-            blocks -= (rows * mass[:, None])[:, :, None] * np.eye(c)
+            n = len(mass)
+            at = first + np.arange(c * n).reshape(n, c)
+            rows, others = np.broadcast_arrays(at[:, :, None], at[:, None, :])
+            blocks = np.array(own[rows.ravel(), others.ravel()]).reshape(n, c, c)
+            blocks -= (scale[at] * mass[:, None])[:, :, None] * np.eye(c)
             diagonal = np.linalg.inv(blocks), np.arange(n), np.arange(n + 1)
             parts.append(sparse.bsr_matrix(diagonal, (c * n, c * n)))
-            first = last
+            first += c * n
         E = sparse.block_diag(parts, "csr")
         csr = tuple(a.astype(PETSc.IntType) for a in (E.indptr, E.indices + begin))
         inverse = PETSc.Mat().createAIJ((size, size), csr=(*csr, E.data), comm=D.comm)
@@ -185,7 +181,9 @@ class ContactPreconditioner(KnowsProblem):
         n, right, u = self.contact.layout.n, self._right, self._solution
         right.array[:] = x.array_r[:n]
         y.set(0.0)
-        if self._with_multiplier:
+        if not self._with_multiplier:
+            self.solver.solve(right, u)
+        else:
             lam, rest = self._inverse.createVecs()
             rest.array[:] = x.array_r[n : n + rest.local_size]
             self._inverse.mult(rest, lam)
@@ -198,8 +196,6 @@ class ContactPreconditioner(KnowsProblem):
             y.array[n : n + lam.local_size] = lam.array_r
             rest.destroy()
             lam.destroy()
-        else:
-            self.solver.solve(right, u)
         y.array[:n] = u.array_r
 
     def reset(self, pc: PETSc.PC) -> None:
@@ -237,7 +233,7 @@ class BodiesPreconditioner(ContactPreconditioner):
         self.levels: Any = None
         # The solver near contact, and its owned rows
         self._near_contact: Any = None
-        self._near_rows: Indices | None = None
+        self._near_rows: Places | None = None
         self._coarse: list[PETSc.Mat] = []
         # Cycles since the last set-up, and those after the levels were made
         self._cycles = self._first = 0
@@ -262,8 +258,11 @@ class BodiesPreconditioner(ContactPreconditioner):
     def _renew(self, prefix: str) -> None:
         if self._first == 0:
             self._first = self._cycles
-        if self._cycles > WORN * self._first + SPARE or self._has_other_conditions():
-            self._destroy("levels")
+        worn = self._cycles > WORN * self._first + SPARE
+        if self.levels is not None:
+            same = np.array_equal(self.levels.fixed, self.problem.constrained)
+            if self.contact.layout.comm.allreduce(int(worn or not same)):
+                self._destroy("levels")
         if self.levels is None:
             self.levels = BodiesLevels(self.problem, f"{prefix}levels_")
             self._first = 0
@@ -273,14 +272,6 @@ class BodiesPreconditioner(ContactPreconditioner):
         # penalties ten times as stiff
         stiff = any(one.multiplier is None for one in self.contact.contacts)
         self._coarse = set_levels(self.solver, self.levels, S, stiff)
-
-    def _has_other_conditions(self) -> bool:
-        """Whether other dofs are prescribed than when the levels were made.
-        Collective."""
-        if self.levels is None:
-            return False
-        same = np.array_equal(self.levels.fixed, self.problem.constrained)
-        return bool(self.contact.layout.comm.allreduce(int(not same)))
 
     def apply(self, pc: PETSc.PC, x: PETSc.Vec, y: PETSc.Vec) -> None:
         """Solve near contact first, then everywhere. Collective."""
@@ -342,21 +333,15 @@ def surface_stiffness(contact: Any) -> float:
     return float(sums[0] / sums[1])
 
 
-def _rows_near_contact(contact: Any) -> Indices:
+def _rows_near_contact(contact: Any) -> Places:
     """Owned rows near contact: the displacement on its surfaces and in some layers of
     cells behind them, all multipliers and free bodies. Collective."""
     V, layout = contact.u.function_space, contact.layout
-    bs, owned = V.dofmap.index_map_bs, V.dofmap.index_map.size_local
-    sides = [
-        side.dofs
-        for zone in contact.zones
-        for side in (zone.facets.slave_surface, zone.facets.master_surface)
-    ]
-    near = marked_everywhere(V, np.concatenate(sides))
+    near = marked_everywhere(V, np.concatenate([one.dofs for one in sides(contact)]))
     table = compat.dofmap_array(V)
     for _ in range(LAYERS):
         near[table[near[table].any(axis=1)]] = True
         near = marked_everywhere(V, np.flatnonzero(near))
-    nodes = np.flatnonzero(near[:owned])
-    u = (bs * nodes[:, None] + np.arange(bs)).ravel()
+    nodes = np.flatnonzero(near[: V.dofmap.index_map.size_local])
+    u = unrolled(nodes, V.dofmap.index_map_bs)
     return np.concatenate([u, np.arange(layout.n, layout.size)])

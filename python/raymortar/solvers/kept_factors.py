@@ -9,7 +9,8 @@ from petsc4py import PETSc
 import numpy as np
 from scipy import sparse
 
-from .compliance import Compliance, Coupling, SurfaceSystem, supports, unrolled
+from .compliance import Compliance, Coupling, SurfaceSystem, supports
+from .levels import sides, unrolled
 from .petsc_objects import DIRECT, InnerSolvers, nested
 
 # Largest residual of a system over its right-hand side, unless the residual is rounding
@@ -164,9 +165,7 @@ class KeptFactorsSolver(InnerSolvers):
     def _factorise(self, prefix: str) -> None:
         """Factorise the bodies' stiffness, with springs where they are loose."""
         contact, layout = self.contact, self.contact.layout
-        facets = [zone.facets for zone in contact.zones]
-        sides = [side for f in facets for side in (f.slave_surface, f.master_surface)]
-        nodes = np.unique(np.concatenate([side.dofs for side in sides]))
+        nodes = np.unique(np.concatenate([side.dofs for side in sides(contact)]))
         dofs = unrolled(nodes, contact.u.function_space.dofmap.index_map_bs)
         springs = supports(contact, nodes, self.problem.constrained)
         if self.direct is not None:

@@ -136,7 +136,7 @@ def attach(ksp: PETSc.KSP, problem: Any, row_scale: PETSc.Vec | None = None) -> 
 
 def nested(context: type, **inner: Mapping[str, Any]) -> dict[str, Any]:
     """Make options of a Python KSP, and of its inner solvers by prefix."""
-    found = {
+    found: dict[str, Any] = {
         "ksp_type": "python",
         "ksp_python_type": f"{context.__module__}.{context.__name__}",
         "pc_type": "none",

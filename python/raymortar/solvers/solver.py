@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import weakref
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, cast
 
 from mpi4py import MPI
 from petsc4py import PETSc
@@ -71,8 +71,7 @@ class CoupledSolver(ABC):
     @property
     def problem(self) -> CoupledProblem:
         """The problem that is solved."""
-        found: CoupledProblem = self._problem()
-        return found
+        return cast("CoupledProblem", self._problem())
 
     @property
     def force_tolerance(self) -> float | None:
@@ -121,6 +120,27 @@ class CoupledSolver(ABC):
         require_convergence(self.problem, converged, end)
         return iterations, converged
 
+    def iterate_by(self, iterate: Callable[..., tuple[int, str | None]], n: int) -> int:
+        """Solve from the present unknowns by a loop of its own. Collective.
+
+        The loop takes the vector of unknowns and n others, and returns its iterations
+        and why they failed, None if they converged.
+        """
+        problem = self.problem
+        vectors = [problem.start(), *(problem.create_vector() for _ in range(n))]
+        reason: str | None = ""
+        try:
+            with self.options:
+                iterations, reason = iterate(*vectors)
+        finally:
+            for vector in vectors:
+                vector.destroy()
+            if reason is not None:
+                renew(self.krylov_solver, self.A)
+        end = f"after {iterations} iterations{reason}"
+        require_convergence(problem, reason is None, end)
+        return iterations
+
     def _weigh_rows(self) -> None:
         """Take the present factors of the rows. Collective."""
         if self._scale is not None:
@@ -152,17 +172,20 @@ class CoupledSolver(ABC):
         right.destroy()
 
 
+def require_problem(problem: Any, remedy: str = "") -> None:
+    """Raise unless something is a problem."""
+    if not isinstance(problem, CoupledProblem):
+        name = type(problem).__name__
+        raise ContactError(f"problem must be a NonlinearProblem, not {name}{remedy}")
+
+
 def _check_input(name: str, problem: Any, options: Any) -> None:
     """Raise unless problem and options suit a solver, on all ranks. Collective."""
-    if not isinstance(problem, CoupledProblem):
-        remedy = f": {name}(problem)" if isinstance(problem, MPI.Comm) else ""
-        raise ContactError(
-            f"problem must be a NonlinearProblem, not {type(problem).__name__}{remedy}"
-        )
+    remedy = f": {name}(problem)" if isinstance(problem, MPI.Comm) else ""
+    require_problem(problem, remedy)
+    known = options is None or isinstance(options, Mapping)
     with together(problem.comm):
-        if options is not None and not (
-            isinstance(options, Mapping) and all(isinstance(k, str) for k in options)
-        ):
+        if not (known and all(isinstance(k, str) for k in options or ())):
             raise ContactError(
                 f"options must be PETSc options by name, not {options!r}"
             )
