@@ -52,30 +52,14 @@ STIFFER = 10.0
 
 @dataclass(frozen=True)
 class InUse:
-    """Use of a solve, so that messages give advice that fits.
+    """Use of a solve, so that messages give advice that fits."""
 
-    Attributes
-    ----------
-    steps
-        Whether the solve is a step of `LoadSteps`.
-    automatic
-        Whether `LoadSteps` tries other ways.
-    controlled
-        Whether the load factor is an unknown.
-    may_be_viscous
-        Whether viscous forces are possible and not yet used.
-    degree
-        Largest degree of a multiplier.
-    led
-        Weights of the owned dofs of u in the controlled displacement, or None.
-    """
-
-    steps: bool = False
-    automatic: bool = False
-    controlled: bool = False
-    may_be_viscous: bool = True
-    degree: int = 2
-    led: Any = None
+    steps: bool = False  # of `LoadSteps`
+    automatic: bool = False  # `LoadSteps` tries other ways
+    controlled: bool = False  # the load factor is an unknown
+    may_be_viscous: bool = True  # viscous forces are possible and not yet used
+    degree: int = 2  # the largest one of a multiplier
+    led: Any = None  # weights of the owned dofs of u in the controlled displacement
 
 
 def in_use_of(problem: CoupledProblem) -> InUse:

@@ -66,11 +66,11 @@ def require_convergence(problem: CoupledProblem, converged: bool, reason: str) -
         raise_everywhere(problem.comm, message, ConvergenceError)
     if problem.part_of.get("steps"):
         return
-    Doubts(problem).warn(stacklevel=3)
+    Doubts(problem).warn(stacklevel=4)
     loss = lost_contact(problem)
     if loss is not None:
         text = f"converged, but contact is lost: {loss}. Take smaller steps"
-        warnings.warn(text, ContactWarning, stacklevel=3)
+        warnings.warn(text, ContactWarning, stacklevel=4)
 
 
 @dataclass(frozen=True)

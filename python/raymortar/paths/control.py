@@ -59,9 +59,8 @@ class DisplacementControl(Options):
         if functional and self.where.arguments():
             raise ContactError("where must be a functional: no test function in it")
         if functional == (self.direction is not None):
-            raise ContactError(
-                "direction must be a component or a vector; of a functional, None"
-            )
+            message = "direction must be a component or a vector; of a functional, None"
+            raise ContactError(message)
         if not functional and not is_whole_number(self.direction):
             vector = np.asarray(self.direction)
             numbers = vector.dtype.kind in "iuf" and vector.ndim == 1
@@ -114,9 +113,8 @@ class ArcLength(Options):
         if not (is_real_number(psi) and 0.0 <= psi < np.inf):
             raise ContactError(f"psi = {psi!r} must be a length that is not negative")
         if not (is_whole_number(self.most) and self.most >= 1):
-            raise ContactError(
-                f"most = {self.most!r} must be positive and a whole number"
-            )
+            message = f"most = {self.most!r} must be positive and a whole number"
+            raise ContactError(message)
         if not is_truth_value(self.falling):
             raise ContactError(f"falling must be True or False, not {self.falling!r}")
 

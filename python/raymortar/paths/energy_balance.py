@@ -43,18 +43,12 @@ PLACES, WEIGHTS = (0.5 - _ROOT, 0.5, 0.5 + _ROOT), (5 / 18, 8 / 18, 5 / 18)
 class Balance:
     """Energies of a step.
 
-    Attributes
-    ----------
-    most, least
-        Bounds of the energy that the step sets free: the work of loads, supports and
-        tools, less the growth of stored energy and the work of friction. On a path of
-        equilibria it is 0, which is then between both.
-    size
-        Sum of the amounts of all energies.
-    ripple
-        Integral of |t_n g| at both ends, where multipliers leave gaps.
-    held
-        Work that the forces at the step's end would do on all displacements.
+    `most` and `least` are bounds of the energy that the step sets free: the work of
+    loads, supports and tools, less the growth of stored energy and the work of friction.
+    On a path of equilibria it is 0, which is then between both. `size` is the sum of the
+    amounts of all energies, `ripple` the integral of |t_n g| at both ends, where
+    multipliers leave gaps, and `held` the work that the forces at the step's end would do
+    on all displacements.
     """
 
     most: float
@@ -191,8 +185,7 @@ def _facets(zone: ZoneData, has_multiplier: bool) -> _Facets:
 
 def _volume_forces(problem: CoupledProblem) -> Array:
     """Assemble the residual of the user's form at owned dofs of u. Collective."""
-    forces: Array = problem.volume.forces(problem.bcs)[problem.contact.host.u_owned]
-    return forces
+    return np.asarray(problem.volume.forces(problem.bcs)[problem.contact.host.u_owned])
 
 
 def _work_of_form(problem: CoupledProblem, begin: State, end: State) -> Array:

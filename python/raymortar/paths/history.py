@@ -32,9 +32,8 @@ def _numbers(row: Mapping[str, Any]) -> dict[str, float]:
         try:
             float(value)
         except (TypeError, ValueError):
-            raise ContactError(
-                f"{name} of a record must be a number, not {value!r}"
-            ) from None
+            message = f"{name} of a record must be a number, not {value!r}"
+            raise ContactError(message) from None
     return {name: float(value) for name, value in row.items()}
 
 
@@ -106,21 +105,19 @@ class History:
     ) -> None:
         require_problem(problem)
         self.problem, self._comm = problem, problem.comm
-        self.path: Path | None = None
         more = {} if more is None else more
         with together(self._comm):
-            if file is not None:
-                self.path = as_path(file)
+            self.path = None if file is None else as_path(file)
             supports = check_supports("reactions", reactions)
             if not (isinstance(more, Mapping) and all(map(callable, more.values()))):
-                raise ContactError(
-                    f"more must be functions by name of the column, not {more!r}"
-                )
+                message = f"more must be functions by name of the column, not {more!r}"
+                raise ContactError(message)
             is_form = isinstance(energy, ufl.Form)
             if energy is not None and (not is_form or energy.arguments()):
-                raise ContactError(
+                message = (
                     "energy must be a UFL functional: a form without test function"
                 )
+                raise ContactError(message)
         self._more = dict(more)
         self._dim: int = problem.contact.u.function_space.mesh.geometry.dim
         self._sources = list(self._own_columns(supports, energy))
@@ -298,14 +295,13 @@ class History:
         try:
             found = [[float(value) for value in row] for row in rows]
         except (TypeError, ValueError):
-            raise ContactError(
-                f"rows must be records, as of History.rows, not {rows!r}"
-            ) from None
+            message = f"rows must be records, as of History.rows, not {rows!r}"
+            raise ContactError(message) from None
         n = len(self.columns)
         for i, row in enumerate(found):
             if len(row) != n:
-                text = f"record {i} has {len(row)} values, this history {n} columns"
-                raise ContactError(text)
+                message = f"record {i} has {len(row)} values, this history {n} columns"
+                raise ContactError(message)
         return found
 
     def _read(self) -> list[list[float]]:

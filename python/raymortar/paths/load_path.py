@@ -80,12 +80,7 @@ class ArcSizes(StepSizes):
 class PrescribedPath:
     """Lead steps by the load factor, with which `apply` is called.
 
-    Attributes
-    ----------
-    sizes
-        Sizes of the steps.
-    factor
-        Load factor of the last accepted step.
+    `factor` is the load factor of the last accepted step.
     """
 
     def __init__(

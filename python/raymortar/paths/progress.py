@@ -60,20 +60,8 @@ def line(step: LoadStep, counts: Statistics) -> str:
 class Progress:
     """Writes the lines. Rank 0 decides where, and writes. Collective.
 
-    Parameters
-    ----------
-    comm
-        Communicator of the mesh.
-    to
-        See `LoadSteps`.
-    accepted
-        Number of steps of the problem before this path, from which the lines go on
-        counting.
-
-    Attributes
-    ----------
-    shown
-        Whether anything is shown, the same on all ranks.
+    Lines go on counting from `accepted`, the steps of the problem before this path.
+    `shown` tells whether anything is shown, the same on all ranks.
     """
 
     def __init__(self, comm: MPI.Comm, to: bool | TextIO | None, accepted: int) -> None:

@@ -133,14 +133,8 @@ class LinearInterpolation:
     take nothing, and prescribed dofs of vertices give nothing. So the product P^T S P
     is the tangent with the conditions, except for its diagonal.
 
-    Attributes
-    ----------
-    W
-        Space of degree 1.
-    matrix
-        P, from the owned dofs of W to those of V.
-    fixed
-        Whether an owned dof of W is prescribed.
+    W is the space of degree 1, `matrix` P, from the owned dofs of W to those of V, and
+    `fixed` tells whether an owned dof of W is prescribed.
     """
 
     def __init__(self, V: Any, fixed: Mask) -> None:

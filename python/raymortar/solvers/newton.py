@@ -124,28 +124,22 @@ class NewtonSolver(CoupledSolver):
         names = "max_it", "convergence_criterion", "relaxation_parameter"
         return {name: getattr(self, name) for name in names}
 
-    def _iterate(self) -> tuple[int, bool, str]:
+    def _iterate(self, x: PETSc.Vec) -> tuple[int, str | None]:
         newton, history = self.newton, self.problem.history
-        x = self.problem.start()
         # DOLFINx compares lengths, for which a force is no tolerance
         newton.rtol, newton.atol = self.rtol, self.force_tolerance or 0.0
         if self.convergence_criterion == "residual":
             newton.rtol = newton.atol = 0.0
         try:
-            with self.options:
-                iterations, converged = newton.solve(x)
-            return iterations, converged, f"after {iterations} iterations"
+            iterations, converged = newton.solve(x)
+            return iterations, None if converged else ""
         except ContactError as error:
             # An iterate is not finite. A start that is not finite is the user's fault
             if not history:
                 raise
-            return len(history), False, f"({error})"
+            return len(history), f" ({error})"
         except _Ended as end:
-            iterations = len(history) - 1
-            text = f"after {iterations} iterations, and was stopped"
-            return iterations, end.args[0], text
-        finally:
-            x.destroy()
+            return len(history) - 1, None if end.args[0] else ", and was stopped"
 
     def _judge(self) -> None:
         """End the solve if the last residual is small enough, or if it is stuck.

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import itertools
-import sys
 import weakref
 from collections.abc import Mapping
 from typing import Any
 
-from mpi4py import MPI
 from petsc4py import PETSc
 
-from .. import compat
 from ..errors import ContactError
 from ..system.coupled import ROOM
 
@@ -78,9 +75,8 @@ class PetscOptions:
         except PETSc.Error as error:
             # The text of newer petsc4py's errors has no more than a number
             reason = getattr(error, "_traceback_", None) or [str(error)]
-            raise ContactError(
-                f"PETSc does not take the options {self.given}: {reason[-1]}"
-            ) from None
+            message = f"PETSc does not take the options {self.given}: {reason[-1]}"
+            raise ContactError(message) from None
 
 
 class KnowsProblem:
@@ -199,22 +195,6 @@ def inner_solver(outer: PETSc.KSP | PETSc.PC, name: str) -> PETSc.KSP:
 def new_prefix(kind: str) -> str:
     """Make a prefix that no other solver has, or one would set the other's options."""
     return f"raymortar_{kind}_{next(_counter)}_"
-
-
-def release(solver: Any, comm: MPI.Comm | None, *names: str) -> None:
-    """Drop PETSc objects of a solver that ends, and free them on one rank.
-
-    Several ranks may do so at different times: there the next solver on the mesh frees
-    the objects that all ranks have dropped.
-    """
-    if sys.is_finalizing():
-        return
-    for name in names:
-        solver.__dict__.pop(name, None)
-    if comm is None or PETSc.Sys.isFinalized():
-        return
-    if comm.size == 1:
-        compat.destroy_garbage(comm)
 
 
 def renew(ksp: PETSc.KSP, A: PETSc.Mat) -> None:

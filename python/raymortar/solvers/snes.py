@@ -215,26 +215,25 @@ class SNESSolver(CoupledSolver):
     def _settings(self) -> dict[str, Any]:
         return {"max_it": self.max_it}
 
-    def _iterate(self) -> tuple[int, bool, str]:
-        snes, x = self.snes, self.problem.start(self.x)
+    def _iterate(self, x: PETSc.Vec) -> tuple[int, str | None]:
+        snes = self.snes
+        x.copy(self.x)
         self._raised.clear()
         self._weigh_rows()
         try:
-            with self.options:
-                snes.solve(None, x)
+            snes.solve(None, self.x)
         except PETSc.Error:
             if not self._raised:
                 raise
             raise self._raised[0] from None
         # The last residual may be of a rejected trial step
-        self.problem.form(x)
+        self.problem.form(self.x)
         reason = snes.getConvergedReason()
-        if reason == NO_DESCENT and self._is_rounding_error(x):
+        if reason == NO_DESCENT and self._is_rounding_error(self.x):
             reason = PETSc.SNES.ConvergedReason.CONVERGED_FNORM_ABS
             snes.setConvergedReason(reason)
-        iterations = snes.getIterationNumber()
-        end = f"after {iterations} iterations ({reason_in_words(reason)})"
-        return iterations, reason > 0, end
+        failed = None if reason > 0 else f" ({reason_in_words(reason)})"
+        return snes.getIterationNumber(), failed
 
     def _is_rounding_error(self, x: PETSc.Vec) -> bool:
         """Whether no line search can find a smaller residual than at x. Collective."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import weakref
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
@@ -16,7 +17,7 @@ from .. import compat
 from ..errors import ContactError, raise_everywhere, require_agreement, together
 from ..problem import CoupledProblem
 from ..diagnose.outcome import require_convergence
-from .petsc_objects import CLOSE, PetscOptions, attach, release, renew, take_tangent
+from .petsc_objects import CLOSE, PetscOptions, attach, renew, take_tangent
 
 
 class CoupledSolver(ABC):
@@ -63,10 +64,16 @@ class CoupledSolver(ABC):
         attach(self.krylov_solver, self.problem, self._scale)
 
     def __del__(self) -> None:
+        if sys.is_finalizing():
+            return
         contact = self.__dict__.get("_contact")
-        comm = None if contact is None else contact.layout.comm
-        names = "newton", "snes", "krylov_solver", "A", "b", "x", "_scale"
-        release(self, comm, *names)
+        for name in ("newton", "snes", "krylov_solver", "A", "b", "x", "_scale"):
+            self.__dict__.pop(name, None)
+        # Several ranks may do so at different times: there the next solver on the mesh
+        # frees the objects that all ranks have dropped
+        if contact is not None and not PETSc.Sys.isFinalized():
+            if contact.layout.comm.size == 1:
+                compat.destroy_garbage(contact.layout.comm)
 
     @property
     def problem(self) -> CoupledProblem:
@@ -84,8 +91,9 @@ class CoupledSolver(ABC):
         """Settings without which one rank would stop before the others."""
 
     @abstractmethod
-    def _iterate(self) -> tuple[int, bool, str]:
-        """Iterations, whether they have converged, and how they ended. Collective."""
+    def _iterate(self, x: PETSc.Vec) -> tuple[int, str | None]:
+        """Iterate from x; return the iterations and why they failed, None if they
+        converged. Collective."""
 
     def solve(self, u: Any = None) -> tuple[int, bool]:
         """Solve from the present u and multiplier.
@@ -111,14 +119,7 @@ class CoupledSolver(ABC):
         settings = {"tolerances": self.tolerances, **self._settings()}
         name = type(self).__name__
         require_agreement(self.problem.comm, solver=name, **settings)
-        converged = False
-        try:
-            iterations, converged, end = self._iterate()
-        finally:
-            if not converged:
-                renew(self.krylov_solver, self.A)
-        require_convergence(self.problem, converged, end)
-        return iterations, converged
+        return self.iterate_by(self._iterate, 0), True
 
     def iterate_by(self, iterate: Callable[..., tuple[int, str | None]], n: int) -> int:
         """Solve from the present unknowns by a loop of its own. Collective.
@@ -186,9 +187,8 @@ def _check_input(name: str, problem: Any, options: Any) -> None:
     known = options is None or isinstance(options, Mapping)
     with together(problem.comm):
         if not (known and all(isinstance(k, str) for k in options or ())):
-            raise ContactError(
-                f"options must be PETSc options by name, not {options!r}"
-            )
+            message = f"options must be PETSc options by name, not {options!r}"
+            raise ContactError(message)
     options = None if options is None else dict(sorted(options.items()))
     require_agreement(problem.comm, solver=name, options=options)
 
