@@ -31,58 +31,30 @@ class Groups:
     - Each further field that the user solves for, such as a pressure, is a group: its
       equations are not forces.
 
-    The order is bodies, patches, free rigid bodies, fields.
-
-    Attributes
-    ----------
-    comm
-        Communicator of the mesh.
-    of_row
-        Group of each owned row, (rows,).
-    count, forces, bodies, free
-        Number of groups, of those that are forces, of bodies, and of free rigid bodies.
-    fields
-        Displacement and further fields.
-    mass
-        int N_a dG of each owned multiplier row, (rows,). Area.
-    size
-        Diagonal of each group's box, or its distance from the origin. Length.
-    largest
-        The same of all groups together. Length.
-    mean, norm
-        Mean and norm of the stiffness of each group's rows.
-    coupling, mean_coupling
-        Norm and mean of what a unit of each field does to the rows of each group,
-        (fields, groups).
-    area, nodes
-        Area and number of nodes of each slave surface, (surfaces,).
-    met
-        Whether a group is on one of the sides of each slave surface, (surfaces, groups).
-    gammas
-        Gives the present coefficient of each slave surface, (surfaces,).
-    names
-        Gives the name of each group. Collective.
+    The order is bodies, patches, free rigid bodies, fields. Groups below `forces` are
+    forces; there are `bodies` bodies and `free` free rigid bodies.
     """
 
     comm: MPI.Comm
-    of_row: Indices
+    of_row: Indices  # group of each owned row
     count: int
     forces: int
     bodies: int
     free: int
-    fields: Sequence[Field]
-    mass: Array
-    size: Array
-    largest: float
-    mean: Array
+    fields: Sequence[Field]  # the displacement and further ones
+    mass: Array  # int N_a dG of each owned multiplier row
+    size: Array  # diagonal of each group's box, or its distance from the origin
+    largest: float  # the same of all groups together
+    mean: Array  # mean and norm of the stiffness of each group's rows
     norm: Array
+    # Norm and mean of what a unit of a field does to a group's rows, (fields, groups)
     coupling: Array
     mean_coupling: Array
-    area: Array
+    area: Array  # of each slave surface, as nodes and gammas
     nodes: Array
-    met: Mask
-    gammas: Callable[[], Array]
-    names: Callable[[], list[str]]
+    met: Mask  # whether a group is at a slave surface, (surfaces, groups)
+    gammas: Callable[[], Array]  # present coefficients
+    names: Callable[[], list[str]]  # collective
 
     def sum(self, *rows: Array) -> Array:
         """Sum one or several arrays over the rows of each group. Collective."""
@@ -103,28 +75,17 @@ class Groups:
         self.comm.Allreduce(MPI.IN_PLACE, most, op=MPI.MAX)
         return most
 
-    def field_scales(self, sizes: Array) -> Array:
-        """Upper bound of the terms in each group's rows; 0 for forces
-        [theory (5.13)].
-
-        Parameters
-        ----------
-        sizes
-            Largest value of each field.
-        """
-        scales = sizes @ self.coupling
+    def field_terms(self, sizes: Array) -> tuple[Array, Array]:
+        """Bound the terms in each group's rows, 0 for forces, and their rounding error
+        that comes from further fields [theory (5.13)]."""
+        scales, floors = sizes @ self.coupling, sizes[1:] @ self.coupling[1:]
         scales[: self.forces] = 0.0
-        return scales
-
-    def field_floors(self, sizes: Array) -> Array:
-        """Rounding error of each group that comes from further fields."""
-        floors = sizes[1:] @ self.coupling[1:]
         # Displacements are as exact as positions
         floors[self.forces :] += self.largest * self.coupling[0, self.forces :]
-        return EPS * floors
+        return scales, EPS * floors
 
     def field_rows(self, sizes: Array) -> list[tuple[Any, float, float]]:
-        """For each further field its rows, the divisor that makes them lengths, and the
+        """Find each further field's rows, the divisor that makes them lengths, and the
         length that a unit of the field counts as."""
         found = []
         for k, field in enumerate(self.fields[1:]):
@@ -149,20 +110,11 @@ class Groups:
         return floors
 
     def softest(self, free: Array) -> tuple[Array, float]:
-        """Stiffness of each body and each patch. Force per length. Collective.
+        """Find the stiffness of each body and patch, and the largest stiffness of closed
+        contact at a node over that of the softest body there. Collective.
 
-        A patch has the stiffness of the softest body at it that can move.
-
-        Parameters
-        ----------
-        free
-            1 for each owned row that is not constrained, else 0.
-
-        Returns
-        -------
-        stiffness, springs
-            `springs` is the largest stiffness of closed contact at a node, over that of
-            the softest body there.
+        A patch has the stiffness of the softest body at it that can move. Rows that are
+        not constrained have `free` 1, others 0.
         """
         is_body = np.arange(self.count) < self.bodies
         moves = is_body & (self.sum(free) > 0.0) & (self.mean > 0.0)

@@ -39,23 +39,13 @@ WANDERS = 8
 class Imbalance:
     """Distance of one iterate from a solution, by group of rows.
 
-    Attributes
-    ----------
-    residual
-        Norm of the residual's free rows. Force; for a further field the unit of its
-        equation.
-    forces
-        Norm of the forces that are in balance: stresses, loads and supports of a body,
-        tractions of a surface. For a further field an upper bound of the terms of its
-        equation.
-    lacking
-        Largest difference between the present and the prescribed value, by field, the
-        displacement first. Length, or the field's unit.
-    sizes
-        Largest value of each field. Iterative solvers leave its rounding error in all
-        values.
-    count
-        Number of groups that are forces.
+    `residual` is the norm of the residual's free rows. Force; for a further field the
+    unit of its equation. `forces` is the norm of the forces that are in balance:
+    stresses, loads and supports of a body, tractions of a surface; for a further field
+    an upper bound of the terms of its equation. `lacking` is the largest difference
+    between the present and the prescribed value, by field, the displacement first, and
+    `sizes` the largest value of each field, whose rounding error iterative solvers leave
+    in all values. The first `count` groups are forces.
     """
 
     residual: Array
@@ -94,24 +84,11 @@ class Convergence:
     the rounding error. Lengths are compared with lengths, and the residual of a further
     field with the terms of its own equation.
 
-    Parameters
-    ----------
-    groups
-        Rows that are judged together.
-
-    Attributes
-    ----------
-    now
-        The last residual.
-    keeps_first
-        Whether to keep the first residuals of an earlier solve, as `FixedPointSolver`
-        does for its inner solves.
-    norms
-        Norms of the residuals of the iterates since `start`. Rejected trial steps are
-        left out, and iterates that had not reached a prescribed displacement. Force.
-    patient
-        Whether a solve goes on until it is hopeless. Otherwise it ends at the first
-        trouble, as `LoadSteps` has remedies; see `is_in_trouble`.
+    `now` is the last residual, and `norms` are those of the iterates since `start`, force:
+    rejected trial steps are left out, and iterates that had not reached a prescribed
+    displacement. `keeps_first` keeps the first residuals of an earlier solve, as
+    `FixedPointSolver` does for its inner solves. A solve that is `patient` goes on until
+    it is hopeless. Otherwise it ends at the first trouble, as `LoadSteps` has remedies.
     """
 
     def __init__(self, groups: Groups) -> None:
@@ -140,17 +117,11 @@ class Convergence:
             self._first = UNKNOWN
 
     def measure(self, norms: tuple[Array, Array, Array, Array]) -> Imbalance:
-        """Note the norms of a residual.
-
-        Parameters
-        ----------
-        norms
-            Of `CoupledSystem.norms`.
-        """
+        """Note the norms of a residual, of `CoupledSystem.norms`."""
         groups, (residual, forces, lacking, sizes) = self.groups, norms
         if len(groups.fields) > 1:
-            forces = np.maximum(forces, groups.field_scales(sizes))
-            self._field_floors = groups.field_floors(sizes)
+            scales, self._field_floors = groups.field_terms(sizes)
+            forces = np.maximum(forces, scales)
         self.now = Imbalance(residual, forces, lacking, sizes, groups.forces)
         if self._first is UNKNOWN:
             self._first = self.now
@@ -176,16 +147,10 @@ class Convergence:
     def reached(self, rtol: float, atol: float | None, at_once: bool = False) -> bool:
         """Whether the last residual is small enough.
 
-        Parameters
-        ----------
-        rtol
-            Residual of each group over its forces. Also: distance from prescribed
-            values over the first such distance.
-        atol
-            Norm of all forces of the residual that ends a solve. Force. None: the
-            rounding error of each group, once iterations no longer reduce the residual.
-        at_once
-            Accept the rounding error at once, even if iterations might reduce it.
+        `rtol` is the residual of each group over its forces, and the distance from
+        prescribed values over the first such distance. `atol` is the norm of all forces
+        of the residual that ends a solve. Force. None: the rounding error of each group,
+        once iterations no longer reduce the residual, or `at_once`.
         """
         self._asked = rtol, atol
         if self._pending(rtol):
@@ -207,8 +172,7 @@ class Convergence:
     @property
     def _forces(self) -> Array:
         """Forces that the residual of each group is compared with."""
-        forces: Array = np.maximum(self.now.forces, self._first.residual)
-        return forces
+        return np.maximum(self.now.forces, self._first.residual)
 
     def _pending(self, rtol: float) -> bool:
         """Whether displacements have not yet reached their prescribed values."""
@@ -247,9 +211,8 @@ class Convergence:
                 f"{names[g]} by {now.residual[g]:.3e} of {forces[g]:.3e}"
                 for g in lacking[:MOST_NAMED]
             ]
-            if len(lacking) > MOST_NAMED:
-                listed.append(f"{len(lacking) - MOST_NAMED} more")
-            text = f"; out of balance: {', '.join(listed)}"
+            more = [f"{len(lacking) - MOST_NAMED} more"] * (len(lacking) > MOST_NAMED)
+            text = f"; out of balance: {', '.join(listed + more)}"
         if self._pending(rtol):
             text += f"; prescribed displacements lack up to {now.pending:.3e}"
             for field, value in zip(self.groups.fields[1:], now.lacking[1:]):
@@ -257,19 +220,13 @@ class Convergence:
         return text
 
     def row_scale(self, fixed: Mask, values: Array) -> Array:
-        """Factors for the owned rows that make them comparable in a line search.
+        """Find factors of the owned rows that make them comparable in a line search.
 
         The rows of a body, divided by its stiffness, are lengths, as prescribed
         displacements are. Multiplied by the stiffness of the softest body that can
         move, all rows are forces again. So units do not matter, and a soft body counts
-        as much as a stiff one.
-
-        Parameters
-        ----------
-        fixed
-            Whether each owned unknown of the user is constrained.
-        values
-            Present values of the local unknowns.
+        as much as a stiff one. Owned unknowns of the user are `fixed` where they are
+        constrained; `values` are those of the local unknowns.
         """
         free = np.ones(len(self.groups.of_row))
         free[: len(fixed)][fixed] = 0.0
@@ -335,11 +292,9 @@ def is_in_trouble(norms: Sequence[float]) -> bool:
         return True
     if len(r) < 2:
         return False
-    if is_hopeless(norms) or _repeats(r):
-        return True
-    if len(r) > 3 and r[-1] > GROWTH * r[:3].max():
-        return True
-    return len(r) - 1 - int(np.argmin(r)) >= WANDERS
+    grows = len(r) > 3 and r[-1] > GROWTH * r[:3].max()
+    wanders = len(r) - 1 - int(np.argmin(r)) >= WANDERS
+    return bool(grows or wanders) or is_hopeless(norms) or _repeats(r)
 
 
 def _repeats(r: Array) -> bool:
@@ -348,7 +303,6 @@ def _repeats(r: Array) -> bool:
         n = max(2 * period, 5)
         last = r[-n - period + 1 :]
         if len(last) == n + period - 1 and last.min() > 0.0:
-            change = np.abs(last[period:] / last[:-period] - 1.0)
-            if change.max() <= REPEATS:
+            if np.abs(last[period:] / last[:-period] - 1.0).max() <= REPEATS:
                 return True
     return False

@@ -28,16 +28,16 @@ FAILURES = (ConvergenceError, ContactError, PETSc.Error)
 _ENDS = 5
 
 _REASONS = {
-    "DIVERGED_FUNCTION_DOMAIN": "the residual has no value there",
-    "DIVERGED_FUNCTION_COUNT": "too many residuals were asked for",
-    "DIVERGED_LINEAR_SOLVE": "the linear solver failed",
-    "DIVERGED_MAX_IT": "the largest number of iterations was reached",
-    "DIVERGED_LINE_SEARCH": "the line search found no smaller residual",
-    "DIVERGED_INNER": "an inner solve failed",
-    "DIVERGED_LOCAL_MIN": "the same residuals come again and again",
-    "DIVERGED_DTOL": "the residual grew beyond the divergence tolerance",
-    "DIVERGED_JACOBIAN_DOMAIN": "the tangent has no value there",
-    "DIVERGED_TR_DELTA": "the trust region became too small",
+    "FUNCTION_DOMAIN": "the residual has no value there",
+    "FUNCTION_COUNT": "too many residuals were asked for",
+    "LINEAR_SOLVE": "the linear solver failed",
+    "MAX_IT": "the largest number of iterations was reached",
+    "LINE_SEARCH": "the line search found no smaller residual",
+    "INNER": "an inner solve failed",
+    "LOCAL_MIN": "the same residuals come again and again",
+    "DTOL": "the residual grew beyond the divergence tolerance",
+    "JACOBIAN_DOMAIN": "the tangent has no value there",
+    "TR_DELTA": "the trust region became too small",
 }
 # Relative difference of residuals that a message calls the same
 _ALIKE = 0.02
@@ -52,30 +52,14 @@ STIFFER = 10.0
 
 @dataclass(frozen=True)
 class InUse:
-    """Use of a solve, so that messages give advice that fits.
+    """Use of a solve, so that messages give advice that fits."""
 
-    Attributes
-    ----------
-    steps
-        Whether the solve is a step of `LoadSteps`.
-    automatic
-        Whether `LoadSteps` tries other ways.
-    controlled
-        Whether the load factor is an unknown.
-    may_be_viscous
-        Whether viscous forces are possible and not yet used.
-    degree
-        Largest degree of a multiplier.
-    led
-        Weights of the owned dofs of u in the controlled displacement, or None.
-    """
-
-    steps: bool = False
-    automatic: bool = False
-    controlled: bool = False
-    may_be_viscous: bool = True
-    degree: int = 2
-    led: Any = None
+    steps: bool = False  # of `LoadSteps`
+    automatic: bool = False  # `LoadSteps` tries other ways
+    controlled: bool = False  # the load factor is an unknown
+    may_be_viscous: bool = True  # viscous forces are possible and not yet used
+    degree: int = 2  # the largest one of a multiplier
+    led: Any = None  # weights of the owned dofs of u in the controlled displacement
 
 
 def in_use_of(problem: CoupledProblem) -> InUse:
@@ -91,8 +75,8 @@ def in_use_of(problem: CoupledProblem) -> InUse:
 def describe(problem: CoupledProblem) -> str:
     """State of contact and residual history, for messages. Collective."""
     contact, in_use = problem.contact, in_use_of(problem)
-    controlled = in_use.controlled
-    free = loose_bodies(problem, in_use.led) if controlled else unheld(problem)
+    led = in_use.controlled
+    free = loose_bodies(problem, in_use.led) if led else unheld(problem)
     if contact.layout.bodies:
         free += contact.free_bodies.unheld()
     fixed, rigid, softer = contact.constrained(problem.bcs), list[int](), list[str]()
@@ -101,16 +85,10 @@ def describe(problem: CoupledProblem) -> str:
         rigid += [zone.facets.slave_tag for zone in held]
         assert part.volume is not None
         softer += swaps(part.surfaces, part.volume, problem.bcs)
+    excess = [one.excess for one in contact.contacts if one.excess is not None]
+    seen = problem.history, contact.statistics, free, problem.convergence.describe()
     return describe_failure(
-        problem.history,
-        contact.statistics,
-        free,
-        problem.convergence.describe(),
-        rigid,
-        softer,
-        [one.excess for one in contact.contacts if one.excess is not None],
-        strange_gammas(problem),
-        in_use,
+        *seen, rigid, softer, excess, strange_gammas(problem), in_use
     )
 
 
@@ -125,29 +103,12 @@ def describe_failure(
     gammas: Sequence[str] = (),
     in_use: InUse = InUse(),
 ) -> str:
-    """State of contact, residuals, and what to try.
+    """Describe the state of contact, the residuals, and what to try.
 
-    Parameters
-    ----------
-    history
-        Norms of the residuals. Force.
-    statistics
-        Of the contact.
-    unheld
-        Sentences on bodies that nothing holds.
-    imbalance
-        Of `Convergence.describe`.
-    rigid
-        Tags of slaves whose displacement is prescribed throughout, on masters that
-        move.
-    swaps
-        Proposals for slaves that are too fine for their masters.
-    excess
-        Sentences on interferences that are larger than the bodies are thick.
-    gammas
-        Of `strange_gammas`.
-    in_use
-        Use of the solve.
+    `unheld`, `excess` and `gammas` are sentences, on bodies that nothing holds, on
+    interferences larger than the bodies are thick, and on odd coefficients. `rigid` are
+    tags of slaves that are prescribed throughout, on masters that move, and `swaps`
+    proposals for slaves that are too fine for their masters.
     """
     text = f"{statistics}; residual history: {list_of_residuals(history)}"
     period, norms = cycle_length(history, _ALIKE), np.array(history)
@@ -159,10 +120,10 @@ def describe_failure(
     diverged = len(norms) > 0 and bool(
         not np.isfinite(norms).all() or norms[-1] > 10.0 * max(norms[0], norms.min())
     )
+    tags = ", ".join(map(str, rigid))
     if unheld:
         proposals = ways_to_hold(in_use)
     elif rigid:
-        tags = ", ".join(map(str, rigid))
         proposals = [
             f"the other body as the slave: all of slave tag {tags} is prescribed"
         ]
@@ -178,11 +139,9 @@ def describe_failure(
 
 
 def reason_in_words(reason: int) -> str:
-    """PETSc's reason for the end of a nonlinear solve."""
-    known = {
-        getattr(PETSc.SNES.ConvergedReason, name, None): text
-        for name, text in _REASONS.items()
-    }
+    """Put PETSc's reason for the end of a nonlinear solve in words."""
+    reasons = PETSc.SNES.ConvergedReason
+    known = {getattr(reasons, f"DIVERGED_{k}", None): v for k, v in _REASONS.items()}
     known[NOT_A_NUMBER] = "the residual is no number"
     return f"SNES reason {reason}" + (f": {known[reason]}" if reason in known else "")
 
@@ -225,11 +184,10 @@ def _against_cycles(in_use: InUse) -> list[str]:
 def automatic_gamma(problem: CoupledProblem, contact: Contact) -> float | None:
     """Find the automatic coefficient of a form as it is now, with its present
     constants; None if it has no stiffness. Traction per length. Collective."""
+    layout, interfaces = contact.layout, contact.surfaces.interfaces
     try:
-        volume = VolumePattern(problem.a, contact.layout, contact.axisymmetric)
-        tables = contact_stiffness(
-            volume, contact.layout, contact.surfaces.interfaces, problem.bcs
-        )
+        volume = VolumePattern(problem.a, layout, contact.axisymmetric)
+        tables = contact_stiffness(volume, layout, interfaces, problem.bcs)
     except ContactError:  # on all ranks
         return None
     return contact.method.automatic_factor * min(float(t.min()) for t in tables)

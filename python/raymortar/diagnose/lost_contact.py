@@ -37,17 +37,8 @@ _AT_REST = 1e-9
 
 
 def lost_contact(problem: CoupledProblem, led: Mask | None = None) -> str | None:
-    """Tell how a converged solve has lost contact since the accepted step. Collective.
-
-    Parameters
-    ----------
-    led
-        As of `unheld`.
-
-    Returns
-    -------
-    A sentence, the same on all ranks; None if contact is not lost.
-    """
+    """Tell how a converged solve has lost contact since the accepted step, None if it
+    has not. The sentence is the same on all ranks. Collective."""
     contact = problem.contact
     found = [
         _passed_by_tools(zone, contact) if zone.facets.bodies else _lost(zone, contact)
@@ -62,20 +53,18 @@ def _lost(zone: ZoneData, contact: Interaction) -> str:
     comm, dim = contact.layout.comm, zone.facets.slave_surface.gdim
     way = path(zone, zone.faced, contact.u.x.array.reshape(-1, dim), comm)
     through, across = _distances(zone, way, comm)
-    facets = comm.allreduce(int(np.count_nonzero(through + across)))
-    if not facets:
-        return ""
-    ends = [(0.0, "")]
-    for distances, verb in (
-        (through, "passed into or through what they faced"),
-        (across, "slid past the end of what they faced"),
-    ):
-        if distances.any():
-            k = int(np.argmax(distances))
-            text = f"{verb}, by up to {distances[k]:.3e}, at {format_point(way.x[k])}"
-            ends.append((float(distances[k]), text))
-    _, text = max(comm.allgather(max(ends)))
-    return f"{facets} facets of slave tag {zone.facets.slave_tag} have {text}"
+    most = np.maximum(through, across)
+    facets, farthest = comm.allreduce(int(np.count_nonzero(most))), (0.0, "")
+    if most.any():
+        k = int(np.argmax(most))
+        slid = across[k] > through[k]
+        verb = "slid past the end of" if slid else "passed into or through"
+        place = f"by up to {most[k]:.3e}, at {format_point(way.x[k])}"
+        place = f"{verb} what they faced, {place}"
+        farthest = float(most[k]), place
+    _, text = max(comm.allgather(farthest))
+    tag = zone.facets.slave_tag
+    return f"{facets} facets of slave tag {tag} have {text}" if facets else ""
 
 
 def _distances(zone: ZoneData, way: Path, comm: MPI.Comm) -> tuple[Array, Array]:
@@ -83,8 +72,7 @@ def _distances(zone: ZoneData, way: Path, comm: MPI.Comm) -> tuple[Array, Array]
     hit at the accepted step, and the distance across. Zero where contact is not lost.
     Collective."""
     last, points = zone.faced, zone.points()
-    hit = points["status"] >= OPEN
-    sees = np.isin(last.facet, points["slave"][hit])
+    sees = np.isin(last.facet, points["slave"][points["status"] >= OPEN])
     is_inside = np.isin(last.facet, points["slave"][points["ray"] == TOO_DEEP])
     closed = bool(np.any(points["status"] >= CLOSED))
     is_apart = not comm.allreduce(closed, op=MPI.LOR)
@@ -97,13 +85,11 @@ def _distances(zone: ZoneData, way: Path, comm: MPI.Comm) -> tuple[Array, Array]
     # While something is in contact, facets may hang beside a master's edge, below it,
     # and a slide may leave some behind
     lost = sees | is_inside | is_apart
-    through = np.where(
-        lost & (penetration > np.maximum(depth, way.slide)), penetration, 0.0
-    )
+    lost &= penetration > np.maximum(depth, way.slide)
     reach = np.maximum(zone.distance("reach")[last.facet], depth)
     lifted = way.gap >= way.slide
     torn = is_apart & last.closed & ~sees & ~lifted & (way.slide > reach)
-    return through, np.where(torn, way.slide, 0.0)
+    return np.where(lost, penetration, 0.0), np.where(torn, way.slide, 0.0)
 
 
 def _passed_by_tools(zone: ZoneData, contact: Interaction) -> str:
@@ -131,11 +117,7 @@ def unheld(problem: CoupledProblem, led: Mask | None = None) -> list[str]:
     """Name bodies that have moved and that nothing holds, with their directions.
     Collective.
 
-    Parameters
-    ----------
-    led
-        Whether each owned dof of u is part of the controlled displacement, which counts
-        as prescribed.
+    Owned dofs of u that are `led` count as prescribed.
     """
     held = problem.constrained if led is None else problem.constrained | led
     dim = problem.contact.u.function_space.dofmap.index_map_bs
@@ -146,13 +128,8 @@ def unheld(problem: CoupledProblem, led: Mask | None = None) -> list[str]:
 def loose_bodies(problem: CoupledProblem, led: Array | None = None) -> list[str]:
     """Name bodies that can move or turn as a whole without any force. Collective.
 
-    Parameters
-    ----------
-    problem
-        After an evaluation of its residual.
-    led
-        Weights of the owned dofs of u in a controlled displacement, which counts as
-        prescribed.
+    The residual has been evaluated. A controlled displacement, given by the weights of
+    the owned dofs of u, counts as prescribed.
     """
     modes = _rigid_motions(problem.contact)
     grip = _grip(problem, modes, problem.constrained)
@@ -188,7 +165,7 @@ def _sentences(
 
 
 def _by_body(problem: CoupledProblem, values: Array) -> Array:
-    """Sums of values at the owned dofs of u over this rank's part of each body, (values,
+    """Sum values at the owned dofs of u over this rank's part of each body, (values,
     bodies)."""
     contact, n = problem.contact, problem.convergence.groups.bodies
     nodes = np.repeat(contact.bodies.dofs, contact.u.function_space.dofmap.index_map_bs)
@@ -197,14 +174,20 @@ def _by_body(problem: CoupledProblem, values: Array) -> Array:
 
 
 def _rigid_motions(contact: Interaction) -> Array:
-    """Translations and turns at the owned dofs of u, (motions, dofs). Turns are about
+    """Find translations and turns at the owned dofs of u, (motions, dofs), turns about
     the middle of the meshes, over their size. Collective."""
     V = contact.u.function_space
     dim, owned = V.mesh.geometry.dim, V.dofmap.index_map.size_local
     x = V.tabulate_dof_coordinates()[:owned, :dim]
     ends = ends_of(x, contact.layout.comm)
-    x = (x - ends.mean(axis=0)) / np.linalg.norm(np.ptp(ends, axis=0))
-    modes = np.zeros((3 if dim == 2 else 6, owned, dim))
+    size = np.linalg.norm(np.ptp(ends, axis=0))
+    return rigid_motions((x - ends.mean(axis=0)) / size)
+
+
+def rigid_motions(x: Array) -> Array:
+    """Find translations and turns about the origin at points (n, d), (motions, n d)."""
+    n, dim = x.shape
+    modes = np.zeros((3 if dim == 2 else 6, n, dim))
     modes[:dim] = np.eye(dim)[:, None]
     for turn, (i, j) in zip(modes[dim:], ((0, 1), (1, 2), (2, 0))):
         turn[:, i], turn[:, j] = -x[:, j], x[:, i]
@@ -212,11 +195,10 @@ def _rigid_motions(contact: Interaction) -> Array:
 
 
 def _grip(problem: CoupledProblem, motions: Array, held: Mask) -> Array:
-    """Stiffness against rigid motions of each body by holding owned dofs, (motions,
-    motions, bodies). Collective."""
+    """Find the stiffness against rigid motions of each body by holding owned dofs,
+    (motions, motions, bodies). Collective."""
     mine = np.array([_by_body(problem, held * row * motions) for row in motions])
-    grip: Array = problem.comm.allreduce(mine)
-    return grip
+    return np.asarray(problem.comm.allreduce(mine))
 
 
 def _free_motions(grip: Array, dim: int) -> tuple[Mask, bool]:
@@ -247,8 +229,7 @@ def _springs(problem: CoupledProblem) -> Mask:
     parts = contact.stiffness_diagonal, *contact.translation_forces
     sums = groups.sum(*(groups.on_rows(part**2) for part in parts))
     sizes = np.sqrt(sums[:, : groups.bodies])
-    found: Mask = sizes[1:] > _NO_SPRING * sizes[0]
-    return found
+    return np.asarray(sizes[1:] > _NO_SPRING * sizes[0])
 
 
 def _touched(contact: Interaction, count: int) -> Mask:
@@ -267,10 +248,16 @@ def _touched(contact: Interaction, count: int) -> Mask:
 
 def _moved(problem: CoupledProblem) -> Mask:
     """Whether each body has moved since the accepted step. Collective."""
-    contact, groups = problem.contact, problem.convergence.groups
-    change = np.abs(contact.u.x.array - contact.u_old)
+    sizes = problem.convergence.groups.size[: problem.contact.bodies.count]
+    most = largest_motions(problem.contact, problem.contact.u_old)
+    return np.asarray(most > _AT_REST * sizes)
+
+
+def largest_motions(contact: Interaction, u: Array) -> Array:
+    """Find the largest component of the motion from u to the present of each body.
+    Length. Collective."""
+    change = np.abs(contact.u.x.array - u)
     by_node = change.reshape(-1, contact.u.function_space.dofmap.index_map_bs)
-    most = largest_by(contact.bodies.dofs, by_node, groups.bodies).max(axis=1)
-    problem.comm.Allreduce(MPI.IN_PLACE, most, op=MPI.MAX)
-    moved: Mask = most > _AT_REST * groups.size[: groups.bodies]
-    return moved
+    most = largest_by(contact.bodies.dofs, by_node, contact.bodies.count).max(axis=1)
+    contact.layout.comm.Allreduce(MPI.IN_PLACE, most, op=MPI.MAX)
+    return most

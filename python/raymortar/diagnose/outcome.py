@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -65,28 +66,20 @@ def require_convergence(problem: CoupledProblem, converged: bool, reason: str) -
         raise_everywhere(problem.comm, message, ConvergenceError)
     if problem.part_of.get("steps"):
         return
-    Doubts(problem).warn(stacklevel=3)
+    Doubts(problem).warn(stacklevel=4)
     loss = lost_contact(problem)
     if loss is not None:
         text = f"converged, but contact is lost: {loss}. Take smaller steps"
-        warnings.warn(text, ContactWarning, stacklevel=3)
+        warnings.warn(text, ContactWarning, stacklevel=4)
 
 
 @dataclass(frozen=True)
 class Finding:
     """A doubt about a state, the same on all ranks.
 
-    Attributes
-    ----------
-    about
-        The same for the same doubt about another state.
-    size
-        How bad it is.
-    text
-        Pair or body, place and value.
-    remedy
-        Gives the end of the text, once it is to be told; None: there is no doubt.
-        Collective.
+    `about` is the same for the same doubt about another state, and `size` says how bad
+    it is. `text` names pair or body, place and value. `remedy` gives the end of the text,
+    once it is to be told, or None if there is no doubt. Collective.
     """
 
     about: tuple[Any, ...]
@@ -98,10 +91,7 @@ class Finding:
 class Doubts:
     """Warns of doubtful states of a problem, and refuses steps into tools. Collective.
 
-    Parameters
-    ----------
-    problem
-        Its contact is in an accepted state.
+    The problem's contact is in an accepted state.
     """
 
     def __init__(self, problem: CoupledProblem) -> None:
@@ -109,26 +99,16 @@ class Doubts:
         self._accepted = self._found = self._on_tools()[0]
 
     def _on_tools(self) -> tuple[float, str]:
-        """The deepest pressed point of slaves with multipliers on rigid tools."""
-        return _worst(
-            self._problem.contact,
-            (
-                _pressed(zone)
-                for zone in _zones(self._problem.contact)
-                if zone.facets.bodies
-            ),
-        )
+        """Find the deepest pressed point of slaves with multipliers on rigid tools."""
+        contact = self._problem.contact
+        on_tools = (zone for zone in _zones(contact) if zone.facets.bodies)
+        return _worst(contact, map(_pressed, on_tools))
 
     def require_gradual(self) -> None:
-        """Refuse a step that takes points much deeper into a tool.
+        """Refuse a step that takes points much deeper into a tool, by `DEEP`.
 
         The state may be an equilibrium, but one that the path jumps to: half through
         the tool, with a part of the force.
-
-        Raises
-        ------
-        ContactLost
-            If they are deeper by more than `DEEP` than in the accepted state.
         """
         self._found, text = self._on_tools()
         if self._found > self._accepted + DEEP:
@@ -137,10 +117,7 @@ class Doubts:
     def warn(self, stacklevel: int) -> None:
         """Warn on every rank of the present state, now accepted.
 
-        Parameters
-        ----------
-        stacklevel
-            Of `warnings.warn`, seen from the caller.
+        The level of `warnings.warn` is seen from the caller.
         """
         self._accepted = self._found
         for found in findings(self._problem):
@@ -153,7 +130,7 @@ class Doubts:
 
 
 def findings(problem: CoupledProblem) -> Iterator[Finding]:
-    """All doubts about a converged state. Collective."""
+    """Yield all doubts about a converged state. Collective."""
     contact = problem.contact
     depth, text = _worst(contact, map(_unseen, contact.zones))
     if depth > 0.0:
@@ -162,13 +139,13 @@ def findings(problem: CoupledProblem) -> Iterator[Finding]:
     if share > DEEP:
         yield Finding(("deep",), share, text, lambda: UNRESOLVED)
     for k, one in enumerate(contact.contacts):
-        if isinstance(one.method, Penalty) and one.tied is None:
+        if one.tied is not None:
+            continue
+        if isinstance(one.method, Penalty):
             share, text = _worst(contact, map(_pressed, one.zones))
             if share > SOFT:
-                remedy = _stiffer(problem, one)
-                yield Finding(("soft", k), share, text, remedy)
-    for one in contact.contacts:
-        if one.friction is None and one.tied is None and one.multiplier is not None:
+                yield Finding(("soft", k), share, text, partial(_stiffer, problem, one))
+        if one.friction is None and one.multiplier is not None:
             for number, zone in enumerate(one.zones):
                 if not zone.is_pulled:
                     yield from _tension(one, number, zone)
@@ -185,12 +162,10 @@ def _worst(
 
 def _zones(contact: Interaction) -> list[ZoneData]:
     """Slave surfaces with the augmented Lagrangian method."""
-    return [
-        zone
-        for one in contact.contacts
-        if isinstance(one.method, AugmentedLagrangian)
-        for zone in one.zones
-    ]
+    contacts = (
+        c for c in contact.contacts if isinstance(c.method, AugmentedLagrangian)
+    )
+    return [zone for one in contacts for zone in one.zones]
 
 
 def _depth(zone: ZoneData, points: dict[str, Array], q: int, share: str = "") -> str:
@@ -203,40 +178,33 @@ def _depth(zone: ZoneData, points: dict[str, Array], q: int, share: str = "") ->
 
 
 def _pressed(zone: ZoneData) -> tuple[float, str]:
-    """Largest penetration of a pressed point over its facet's size, and a sentence."""
+    """Find the largest penetration of a pressed point over its facet's size."""
     points, surface = zone.points(), zone.facets.slave_surface
     pressed = np.flatnonzero((points["pressure"] < 0.0) & (points["gap"] < 0.0))
     if not len(pressed):
         return 0.0, ""
     nodes = surface.X[surface.facet_nodes[points["slave"][pressed]]]
     share = -points["gap"][pressed] / np.linalg.norm(np.ptp(nodes, axis=1), axis=1)
-    worst = int(np.argmax(share))
-    text = f"{share[worst]:.2g} of its facet, "
-    return float(share[worst]), _depth(zone, points, pressed[worst], text)
+    k = int(np.argmax(share))
+    text = _depth(zone, points, pressed[k], f"{share[k]:.2g} of its facet, ")
+    return float(share[k]), text
 
 
 def _unseen(zone: ZoneData) -> tuple[float, str]:
-    """Depth of the deepest point that is too deep for contact, and a sentence."""
-    penetrating = zone.cpp.sunk_points()
+    """Find the depth of the deepest point that is too deep for contact."""
+    penetrating, points = zone.cpp.sunk_points(), zone.points()
     if not len(penetrating):
         return 0.0, ""
-    points = zone.points()
     q = penetrating[np.argmin(points["gap"][penetrating])]
-    return float(-points["gap"][q]), (
-        f"{_depth(zone, points, q)}, where it is not seen: take smaller steps, or a "
-        "larger depth in Search"
-    )
+    remedy = "where it is not seen: take smaller steps, or a larger depth in Search"
+    return float(-points["gap"][q]), f"{_depth(zone, points, q)}, {remedy}"
 
 
-def _stiffer(problem: CoupledProblem, one: Contact) -> Callable[[], str | None]:
-    """Compare a penalty with the automatic one, once that is asked for."""
-
-    def remedy() -> str | None:
-        now = automatic_gamma(problem, one)
-        is_soft = now is not None and one.gamma_scale < now
-        return f": {compared(one, now)}" if now is not None and is_soft else None
-
-    return remedy
+def _stiffer(problem: CoupledProblem, one: Contact) -> str | None:
+    """Propose the automatic coefficient of a penalty that is softer. Collective."""
+    now = automatic_gamma(problem, one)
+    is_soft = now is not None and one.gamma_scale < now
+    return f": {compared(one, now)}" if now is not None and is_soft else None
 
 
 def _tension(contact: Contact, number: int, zone: ZoneData) -> Iterator[Finding]:
@@ -246,19 +214,18 @@ def _tension(contact: Contact, number: int, zone: ZoneData) -> Iterator[Finding]
     normal = contact.multiplier.x.array
     if contact.layout.components > 1:
         normal = -contact.pressure().x.array
-    own = normal[nodes]
-    ends = comm.allgather((own.max(initial=0.0), -own.min(initial=0.0)))
-    tension, pressure = np.max(ends, axis=0)
+    own, mine = normal[nodes], (0.0, "")
+    if own.max(initial=0.0) > 0.0:
+        k = int(np.argmax(own))
+        X = contact.surfaces.scalar.tabulate_dof_coordinates()[nodes[k]]
+        mine = float(own[k]), format_point(X[: zone.facets.slave_surface.gdim])
+    tension, place = max(comm.allgather(mine))
+    pressure = max(comm.allgather(-own.min(initial=0.0)))
     if tension <= TENSION * pressure:
         return
     modulus = contact.gamma_scale * mean_facet_size(contact.layout, [zone])
     if pressure <= NO_PRESSURE * modulus:
         return
-    place, rank = "", int(np.argmax([most for most, _ in ends]))
-    if comm.rank == rank:
-        X = contact.surfaces.scalar.tabulate_dof_coordinates()[nodes[np.argmax(own)]]
-        place = format_point(X[: zone.facets.slave_surface.gdim])
-    place = comm.bcast(place, root=rank)
     zone.is_pulled = True
     pairs = [str(pair) for pair in contact.pairs if pair.surface == number]
     yield Finding(

@@ -53,18 +53,10 @@ FAR = 10.0
 
 @dataclass(frozen=True)
 class Slave:
-    """Points of a rank's slave facets, in 2D padded with 0. Lengths.
+    """Points of a rank's slave facets, (n, 3), padded with 0 in 2D. Lengths.
 
-    Attributes
-    ----------
-    gdim
-        Dimension of the space.
-    old, now
-        Their positions at the accepted step and at present, (n, 3).
-    normals
-        Present outward unit normals, (n, 3).
-    depth
-        That counts as contact, (n,).
+    Positions at the accepted step and at present, present outward normals, and the
+    depth that counts as contact, (n,).
     """
 
     gdim: int
@@ -103,20 +95,13 @@ def _slave(zone: ZoneData, contact: Interaction) -> Slave:
     """Integration points and corners of the slave's facets."""
     surface, points = zone.facets.slave_surface, zone.points()
     count, gdim = len(surface.facet_ids), surface.gdim
-    at = np.concatenate(
-        [points["xi"], np.tile(facet_nodes(surface.shape, 1), (count, 1))]
-    )
+    corners = np.tile(facet_nodes(surface.shape, 1), (count, 1))
     numbers = np.repeat(np.arange(count), N_CORNERS[surface.shape])
     facet = np.concatenate([points["slave"], numbers]).astype(np.int32)
+    at = surface, facet, np.concatenate([points["xi"], corners])
     old, now = (u.reshape(-1, gdim) for u in (contact.u_old, contact.u.x.array))
-    old, now, normals = (
-        np.pad(values, ((0, 0), (0, 3 - gdim)))
-        for values in (
-            positions(surface, facet, at, old),
-            positions(surface, facet, at, now),
-            unit_normals(surface, facet, at, now),
-        )
-    )
+    found = positions(*at, old), positions(*at, now), unit_normals(*at, now)
+    old, now, normals = (np.pad(values, ((0, 0), (0, 3 - gdim))) for values in found)
     return Slave(gdim, old, now, normals, zone.distance("depth")[facet])
 
 
@@ -124,22 +109,18 @@ def _passed(body: Body, start: Array, end: Array, slave: Slave, touches: bool) -
     """Whether a body has passed points of this rank between two motions."""
     ways = _ways(body, start, end, slave)
     x, n = ways[-1]
-    if np.any(_is_beyond_middle(body, x, n, DEEP * slave.depth)):
+    into, ahead = _cast(body, x, n), _cast(body, x, -n)
+    # Nearer to the far side than to the side that the normals point away from
+    beyond = np.isfinite(into) & (ahead < 0.0) & (-ahead < -into)
+    beyond &= -into > DEEP * slave.depth
+    if np.any(beyond):
         return True
-    out = (_cast(body, x, n) >= 0.0) | (_cast(body, x, -n) >= 0.0)
+    out = (into >= 0.0) | (ahead >= 0.0)
     depth = slave.depth[out]
     return any(
         _crosses(body, a[out], b[out], n[out], depth, touches, slave.gdim)
         for (a, _), (b, n) in zip(ways[:-1], ways[1:])
     )
-
-
-def _is_beyond_middle(body: Body, x: Array, n: Array, least: Array) -> Mask:
-    """Whether points inside a body by more than a depth are nearer to its far side than
-    to the side that their normals point away from, (n,)."""
-    inside, ahead = -_cast(body, x, n), -_cast(body, x, -n)
-    beyond: Mask = np.isfinite(inside) & (ahead > 0.0) & (ahead < inside)
-    return beyond & (inside > least)
 
 
 def _ways(
@@ -205,47 +186,37 @@ def _crosses(
 
 
 def _cast(body: Body, x: Array, n: Array) -> Array:
-    """Distances at which rays enter a body, (n,): negative from inside, infinite for none. Length."""
-    found: Array = body.tool.distances_along(
-        np.ascontiguousarray(x), np.ascontiguousarray(n)
-    )
-    return found
+    """Find distances at which rays enter a body, (n,): negative from inside, infinite
+    for none. Length."""
+    x, n = np.ascontiguousarray(x), np.ascontiguousarray(n)
+    return np.asarray(body.tool.distances_along(x, n))
 
 
 def _depths(body: Body, x: Array, along: Array, whole: Mask, gdim: int) -> Array:
     """Depths of points on lines inside a body, (n,): 0 outside, infinite where it has
     no end. Depths on lines that cross the whole body are measured across the lines, as
     the body may be a thin plate. Length."""
-    directions = _across(along, gdim)
-    rays, sides = [*directions, along, -along], len(directions)
-    found = np.array([_cast(body, x, n) for n in rays])
+    if gdim == 2:
+        flat = np.cross([0.0, 0.0, 1.0], along)
+        across = [flat, -flat]
+    else:
+        one, other = directions_across(along)
+        across = [c * one + s * other for c, s, _ in AROUND]
+    found = np.array([_cast(body, x, n) for n in (*across, along, -along)])
     behind = np.where(found < 0.0, -found, np.inf)
     ahead = np.isfinite(found) & (found >= 0.0)
     # A ray through an edge may err: the others outvote it
     inside = (found < 0.0).sum(axis=0) > ahead.sum(axis=0)
-    nearest = np.where(whole, behind[:sides].min(axis=0), behind.min(axis=0))
+    nearest = np.where(whole, behind[: len(across)].min(axis=0), behind.min(axis=0))
     return np.where(inside, nearest, 0.0)
-
-
-def _across(along: Array, gdim: int) -> list[Array]:
-    """Directions across others, (n, 3) each; in 2D those in the plane."""
-    if gdim == 2:
-        flat = np.cross([0.0, 0.0, 1.0], along)
-        return [flat, -flat]
-    one, other = directions_across(along)
-    return [c * one + s * other for c, s, _ in AROUND]
 
 
 class ToolsOnPath:
     """The rigid bodies of a problem that its slaves have met on no path so far.
 
     A body is met where the ray of an integration point hits it within reach. Bodies that
-    are free are not looked at: where nothing is ahead of them, a solve fails.
-
-    Parameters
-    ----------
-    contact
-        `Contact`, at the start of a path.
+    are free are not looked at: where nothing is ahead of them, a solve fails. It is made
+    at the start of a path.
     """
 
     def __init__(self, contact: Interaction) -> None:
@@ -272,24 +243,19 @@ class ToolsOnPath:
                 slave = zone.facets.slave_surface
                 box = ends_of(slave.X[np.unique(slave.facet_nodes)], self._comm)
                 box = np.pad(box, ((0, 0), (0, 3 - slave.gdim)))
+                x = self._contact.u.function_space.mesh.geometry.x
+                size = np.linalg.norm(np.ptp(ends_of(x, self._comm), axis=0))
                 moved = bool(np.any(body.motion() != start[k]))
-                if moved or _distance(body, box) > FAR * self._size():
+                if moved or _distance(body, box.mean(axis=0)) > FAR * size:
                     warnings.warn(_text(zone, body, box), ContactWarning, stacklevel=4)
 
-    def _size(self) -> float:
-        """Diagonal of the box around the mesh. Length. Collective."""
-        x = self._contact.u.function_space.mesh.geometry.x
-        return float(np.linalg.norm(np.ptp(ends_of(x, self._comm), axis=0)))
 
-
-def _distance(body: Body, box: Array) -> float:
-    """About the distance of a body from the middle of a box (2, 3): along some
-    directions, or of its centre where that is less. Length."""
+def _distance(body: Body, middle: Array) -> float:
+    """Estimate the distance of a body from a point: along some directions, or of its
+    centre where that is less. Length."""
     R, shift = body.pose_of(body.motion())
-    middle = box.mean(axis=0)
-    ways = np.ascontiguousarray(AROUND if body.shape.gdim == 2 else EVERYWHERE)
-    starts = np.tile((middle - shift) @ R, (len(ways), 1))
-    along = np.abs(body.tool.distances_along(starts, ways))
+    ways = AROUND if body.shape.gdim == 2 else EVERYWHERE
+    along = np.abs(_cast(body, np.tile((middle - shift) @ R, (len(ways), 1)), ways))
     return float(min(along.min(), np.linalg.norm(middle - body.place)))
 
 

@@ -18,13 +18,7 @@ def rigid_bodies(zones: Sequence[Any]) -> list[Body]:
 
 
 class BodyColumns:
-    """Record force, moment, motion and work of the rigid bodies of a contact.
-
-    Attributes
-    ----------
-    names
-        Names of the columns, in the order of `values`.
-    """
+    """Record force, moment, motion and work of the rigid bodies of a contact."""
 
     def __init__(self, contact: Any) -> None:
         self._contact = contact

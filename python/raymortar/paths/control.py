@@ -59,9 +59,8 @@ class DisplacementControl(Options):
         if functional and self.where.arguments():
             raise ContactError("where must be a functional: no test function in it")
         if functional == (self.direction is not None):
-            raise ContactError(
-                "direction must be a component or a vector; of a functional, None"
-            )
+            message = "direction must be a component or a vector; of a functional, None"
+            raise ContactError(message)
         if not functional and not is_whole_number(self.direction):
             vector = np.asarray(self.direction)
             numbers = vector.dtype.kind in "iuf" and vector.ndim == 1
@@ -114,9 +113,8 @@ class ArcLength(Options):
         if not (is_real_number(psi) and 0.0 <= psi < np.inf):
             raise ContactError(f"psi = {psi!r} must be a length that is not negative")
         if not (is_whole_number(self.most) and self.most >= 1):
-            raise ContactError(
-                f"most = {self.most!r} must be positive and a whole number"
-            )
+            message = f"most = {self.most!r} must be positive and a whole number"
+            raise ContactError(message)
         if not is_truth_value(self.falling):
             raise ContactError(f"falling must be True or False, not {self.falling!r}")
 
@@ -124,20 +122,17 @@ class ArcLength(Options):
 def mean_weights(control: DisplacementControl, u: Any) -> Array:
     """Weigh the owned dofs for a mean displacement along a direction. Collective."""
     V = u.function_space
-    comm, dim = V.mesh.comm, V.dofmap.index_map_bs
+    comm, dim, n = V.mesh.comm, V.dofmap.index_map_bs, V.dofmap.index_map.size_local
     with together(comm):
         direction = _vector(control.direction, dim)
         found = _dofs(control.where, V)
-    if found is None:
-        found = _nearest(np.asarray(control.where, dtype=float), V)
-    dofs: Indices = found
-    dofs = np.unique(dofs[dofs < V.dofmap.index_map.size_local])
+    dofs = _nearest(control.where, V) if found is None else np.unique(found[found < n])
     count = comm.allreduce(len(dofs))
     if not count:
         raise ContactError("where names no dof of the displacement")
     if isinstance(control.where, np.ndarray) and count > 1:
         _warn_of_facets(dofs, V)
-    weights = np.zeros((V.dofmap.index_map.size_local, dim))
+    weights = np.zeros((n, dim))
     weights[dofs] = direction / count
     return weights.ravel()
 
@@ -159,14 +154,13 @@ def _dofs(where: Any, V: Any) -> Indices | None:
     if callable(where):
         found = fem.locate_dofs_geometrical(V, where)
         return np.asarray(found, dtype=np.int32)
-    array = np.asarray(where)
+    array, dim = np.asarray(where), V.mesh.geometry.dim
     if isinstance(where, np.ndarray) and array.dtype.kind in "iu" and array.ndim == 1:
         index_map = V.dofmap.index_map
         count = index_map.size_local + index_map.num_ghosts
         if len(array) and not 0 <= array.min() <= array.max() < count:
             raise ContactError("where has dofs that the displacement's space has not")
         return array
-    dim = V.mesh.geometry.dim
     if array.dtype.kind not in "iuf" or array.shape not in ((dim,), (3,)):
         raise ContactError(
             "where must be an array of dofs, a function of coordinates, a point "
@@ -192,13 +186,13 @@ def _warn_of_facets(dofs: Indices, V: Any) -> None:
         )
 
 
-def _nearest(point: Array, V: Any) -> Indices:
+def _nearest(point: Any, V: Any) -> Indices:
     """Find the node nearest to a point, on the rank that owns it. Collective."""
-    n, dim = V.dofmap.index_map.size_local, V.mesh.geometry.dim
-    x = V.tabulate_dof_coordinates()[:n, :dim]
-    distances = np.linalg.norm(x - point[:dim], axis=1)
+    n, dim, comm = V.dofmap.index_map.size_local, V.mesh.geometry.dim, V.mesh.comm
+    away = V.tabulate_dof_coordinates()[:n, :dim] - np.asarray(point, dtype=float)[:dim]
+    distances = np.linalg.norm(away, axis=1)
     mine = float(distances.min(initial=np.inf))
-    _, rank = V.mesh.comm.allreduce((mine, V.mesh.comm.rank), op=MPI.MINLOC)
-    if V.mesh.comm.rank != rank:
+    _, rank = comm.allreduce((mine, comm.rank), op=MPI.MINLOC)
+    if comm.rank != rank:
         return np.empty(0, dtype=np.int32)
     return np.array([np.argmin(distances)], dtype=np.int32)

@@ -43,18 +43,12 @@ PLACES, WEIGHTS = (0.5 - _ROOT, 0.5, 0.5 + _ROOT), (5 / 18, 8 / 18, 5 / 18)
 class Balance:
     """Energies of a step.
 
-    Attributes
-    ----------
-    most, least
-        Bounds of the energy that the step sets free: the work of loads, supports and
-        tools, less the growth of stored energy and the work of friction. On a path of
-        equilibria it is 0, which is then between both.
-    size
-        Sum of the amounts of all energies.
-    ripple
-        Integral of |t_n g| at both ends, where multipliers leave gaps.
-    held
-        Work that the forces at the step's end would do on all displacements.
+    `most` and `least` are bounds of the energy that the step sets free: the work of
+    loads, supports and tools, less the growth of stored energy and the work of friction.
+    On a path of equilibria it is 0, which is then between both. `size` is the sum of the
+    amounts of all energies, `ripple` the integral of |t_n g| at both ends, where
+    multipliers leave gaps, and `held` the work that the forces at the step's end would do
+    on all displacements.
     """
 
     most: float
@@ -83,17 +77,26 @@ class Balance:
 class _Facets:
     """Slave facets of a zone on this rank in one state, (facets,) each.
 
-    Attributes
-    ----------
-    force
-        Of contact along its normal.
-    gap, offset
-        Means over the facet of the gap, with the offset, and of the offset. Length.
+    Force of contact along the normal; means of the gap, with the offset, and of the
+    offset. Length.
     """
 
     force: Array
     gap: Array
     offset: Array
+    has_multiplier: bool
+
+
+@dataclass(frozen=True)
+class _End:
+    """Forces, places and energies at one end of a step."""
+
+    volume: Array
+    tractions: Array
+    supplied: list[tuple[Array, Array]]
+    stored: float
+    ripple: float
+    facets: list[_Facets]
 
 
 def balance_of_step(
@@ -104,78 +107,69 @@ def balance_of_step(
     Stored energy grows by the work of the form's forces along the straight line between
     both states. All other work, that of interferences which grow among it, is bounded by
     that of the forces at either end: they lie between, where loads and forces grow or
-    fall throughout.
-
-    Parameters
-    ----------
-    problem
-        Of one displacement.
-    path
-        Sets the loads of both ends.
-    begin
-        State at the start of the step.
+    fall throughout. The path sets the loads of both ends.
     """
     contact: Any = problem.contact
     end = contact.state()
     du = (end.u - begin.u)[: contact.layout.n_u]
     path.set_first_loads()
     contact.restore(begin)
-    volume = _volume_forces(problem)
-    tractions = _contact_forces(problem)
-    first = _supplied(problem, tractions + volume, of_begin=True)
-    held, ripple = _in_contact(problem)
-    was = _facets(problem)
+    first = _end(problem, of_begin=True)
     path.begin()
-    loads = float((volume - _volume_forces(problem)) @ du)
+    loads = float((first.volume - _volume_forces(problem)) @ du)
     potential = float(_work_of_form(problem, begin, end) @ du)
     contact.restore(end)
-    tractions = _contact_forces(problem)
-    last = _supplied(problem, tractions + _volume_forces(problem))
-    now = _facets(problem)
+    last = _end(problem)
     works = [(-potential - loads, -potential)]
-    works += _works_on_offsets(was, now) + _works_on_overlaps(problem, was, now)
-    for (force, place), (new_force, new_place) in zip(first, last):
+    for a, b in zip(first.facets, last.facets):
+        grown = a.offset - b.offset  # interferences
+        works.append((float(a.force @ grown), float(b.force @ grown)))
+        if a.has_multiplier:
+            # Surfaces that lay in each other without a force, as meshes and tools may
+            # where a path starts. What penalties store there counts by itself
+            new = np.abs(a.force) <= UNPRESSED * np.abs(b.force)
+            works.append((0.0, float(b.force[new] @ np.maximum(-a.gap[new], 0.0))))
+    for (force, place), (new_force, new_place) in zip(first.supplied, last.supplied):
         way = new_place - place
         works.append((float(force @ way), float(new_force @ way)))
-    through_contact = float(tractions @ du)
-    carried = float(np.abs(tractions) @ np.abs(end.u[: len(du)]))
+    through_contact = float(last.tractions @ du)
+    carried = float(np.abs(last.tractions) @ np.abs(end.u[: len(du)]))
     table = problem.comm.allreduce(np.array([*works, (through_contact,) * 2]))
     taken = sum(max(one.friction_work(), 0.0) for one in contact.contacts)
-    stored, ripple_now = _in_contact(problem)
-    taken += stored - held
+    taken += last.stored - first.stored
     return Balance(
         most=float(table[:-1].max(axis=1).sum()) - taken,
         least=float(table[:-1].min(axis=1).sum()) - taken,
         size=float(np.abs(table).max(axis=1).sum()) + abs(taken),
-        ripple=ripple + ripple_now,
+        ripple=first.ripple + last.ripple,
         held=problem.comm.allreduce(carried),
     )
 
 
-def _in_contact(problem: CoupledProblem) -> tuple[float, float]:
-    """Sum the energy in penalties, and |t_n g| where multipliers act. Collective.
-
-    Energy in springs of friction counts as its work.
-    """
-    stored = ripple = 0.0
-    for one in problem.contact.contacts:
+def _end(problem: CoupledProblem, of_begin: bool = False) -> _End:
+    """Look at one end of a step, whose loads and state are set. Collective."""
+    contact, vector = problem.contact, problem.create_vector()
+    volume = _volume_forces(problem)
+    contact.assemble_vector(vector)
+    vector.assemble()
+    rows = vector.getArray(readonly=True)[: contact.layout.n]
+    tractions = rows[contact.host.u_owned].copy()
+    vector.destroy()
+    supplied = _supplied(problem, tractions + volume, of_begin)
+    stored, ripple, facets = 0.0, 0.0, []
+    for one in contact.contacts:
+        # Energy in springs of friction counts as its work
         stored += one.stored_energy("total" if one.friction is None else "normal")
-        if one.multiplier is not None and one.tied is None:
-            ripple += work_on_gaps(one.zones, problem.comm)
-    return stored, ripple
+        if one.tied is None:
+            if one.multiplier is not None:
+                ripple += work_on_gaps(one.zones, problem.comm)
+            for zone in one.zones:
+                facets.append(_facets(zone, one.multiplier is not None))
+    return _End(volume, tractions, supplied, stored, ripple, facets)
 
 
-def _facets(problem: CoupledProblem) -> list[_Facets]:
-    """Present slave facets of all zones, but those of ties."""
-    return [
-        _of_zone(zone)
-        for one in problem.contact.contacts
-        if one.tied is None
-        for zone in one.zones
-    ]
-
-
-def _of_zone(zone: ZoneData) -> _Facets:
+def _facets(zone: ZoneData, has_multiplier: bool) -> _Facets:
+    """Sum points to the present slave facets of a zone."""
     points, count = zone.points(), len(zone.facets.slave_surface.facet_ids)
     hit = points["status"] >= OPEN
     facet, weight = points["slave"][hit], points["weight"][hit]
@@ -186,48 +180,12 @@ def _of_zone(zone: ZoneData) -> _Facets:
     mean = np.divide(gap, area, out=np.zeros(count), where=area > 0.0)
     offset = zone.whole_offset
     own = np.zeros(count) if offset is None else offset.mean(axis=1)
-    return _Facets(force, mean, own)
-
-
-def _works_on_offsets(was: list[_Facets], now: list[_Facets]) -> list[Any]:
-    """Works of interferences that have grown, by the forces of both ends."""
-    works = []
-    for a, b in zip(was, now):
-        grown = a.offset - b.offset
-        works.append((float(a.force @ grown), float(b.force @ grown)))
-    return works
-
-
-def _works_on_overlaps(
-    problem: CoupledProblem, was: list[_Facets], now: list[_Facets]
-) -> list[Any]:
-    """Works of surfaces that lay in each other without a force, as meshes and tools may
-    where a path starts. What penalties store there counts by itself."""
-    works, each = [], iter(zip(was, now))
-    for one in problem.contact.contacts:
-        for _, (a, b) in zip(one.zones if one.tied is None else (), each):
-            if one.multiplier is None:
-                continue
-            new = np.abs(a.force) <= UNPRESSED * np.abs(b.force)
-            works.append((0.0, float(b.force[new] @ np.maximum(-a.gap[new], 0.0))))
-    return works
+    return _Facets(force, mean, own, has_multiplier)
 
 
 def _volume_forces(problem: CoupledProblem) -> Array:
     """Assemble the residual of the user's form at owned dofs of u. Collective."""
-    forces: Array = problem.volume.forces(problem.bcs)[problem.contact.host.u_owned]
-    return forces
-
-
-def _contact_forces(problem: CoupledProblem) -> Array:
-    """Assemble the contact forces at owned dofs of u. Collective."""
-    contact, vector = problem.contact, problem.create_vector()
-    contact.assemble_vector(vector)
-    vector.assemble()
-    rows = vector.getArray(readonly=True)[: contact.layout.n]
-    forces: Array = rows[contact.host.u_owned].copy()
-    vector.destroy()
-    return forces
+    return np.asarray(problem.volume.forces(problem.bcs)[problem.contact.host.u_owned])
 
 
 def _work_of_form(problem: CoupledProblem, begin: State, end: State) -> Array:
@@ -241,7 +199,7 @@ def _work_of_form(problem: CoupledProblem, begin: State, end: State) -> Array:
 
 
 def _supplied(
-    problem: CoupledProblem, residual: Array, of_begin: bool = False
+    problem: CoupledProblem, residual: Array, of_begin: bool
 ) -> list[tuple[Array, Array]]:
     """Find forces from outside and their places, on this rank. Collective.
 
@@ -251,24 +209,23 @@ def _supplied(
     """
     contact = problem.contact
     held = np.where(problem.constrained, residual, 0.0)
+    # Values that all ranks have alike count once
+    once = float(problem.comm.rank == 0)
     loads, tools = [], []
     for body in contact.layout.bodies:
         pushed, lever = body.pushed()[0], body.freedom.lever or 1.0
         load = np.where(body.freedom.is_turn, lever * pushed, pushed)
-        loads.append((load, body.freedom.totals))
+        loads.append((once * load, body.freedom.totals))
     for body in rigid_bodies(contact.zones):
-        on = resultant_on(contact.zones, body, problem.comm)
-        force, moment = np.zeros(3), np.zeros(3)
-        force[: len(on.force)] = on.force
-        moment[3 - np.size(on.moment) :] = on.moment
+        on, load = resultant_on(contact.zones, body, problem.comm), np.zeros(6)
+        load[: len(on.force)] = on.force
+        load[6 - np.size(on.moment) :] = on.moment
         zone = next(zone for zone in contact.zones if body in zone.facets.bodies)
-        motion = zone.motions.accepted(body) if of_begin else body.motion()
-        moved = motion[:3] - body.freedom.translation
-        place = np.concatenate([moved, motion[3:6]])
-        tools.append((-np.concatenate([force, moment]), place))
+        motion = (zone.motions.accepted(body) if of_begin else body.motion())[:6].copy()
+        motion[:3] -= body.freedom.translation
+        tools.append((-once * load, motion))
     found = [(held, contact.u.x.array[: contact.layout.n_u].copy())]
     for pairs in filter(None, (loads, tools)):
         forces, places = (np.concatenate(column) for column in zip(*pairs))
-        # Values that all ranks have alike count once
-        found.append((forces if problem.comm.rank == 0 else 0.0 * forces, places))
+        found.append((forces, places))
     return found

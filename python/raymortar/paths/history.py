@@ -22,34 +22,19 @@ from ..host.forms import check_supports
 from ..options.methods import Penalty
 from ..problem import CoupledProblem
 from ..results.sums import Resultant
+from ..solvers.solver import require_problem
 from .body_columns import BodyColumns
-
-_GIVEN = ("time", "iterations", "halvings")
-
-
-def _check_columns(columns: Sequence[Any]) -> None:
-    """Raise unless the names can be those of attributes, each once."""
-    for i, name in enumerate(columns):
-        text = isinstance(name, str) and name.isidentifier() and not iskeyword(name)
-        if not text or name.startswith("_"):
-            raise ContactError(
-                f"column {name!r} of a history is no name that an attribute may have"
-            )
-        if name in columns[:i]:
-            raise ContactError(f"column {name!r} of a history is there twice")
 
 
 def _numbers(row: Mapping[str, Any]) -> dict[str, float]:
     """Convert the values of a record."""
-    found = {}
     for name, value in row.items():
         try:
-            found[name] = float(value)
+            float(value)
         except (TypeError, ValueError):
-            raise ContactError(
-                f"{name} of a record must be a number, not {value!r}"
-            ) from None
-    return found
+            message = f"{name} of a record must be a number, not {value!r}"
+            raise ContactError(message) from None
+    return {name: float(value) for name, value in row.items()}
 
 
 def _parts_of(find: Callable[[], Resultant], parts: Sequence[str]) -> Array:
@@ -118,29 +103,26 @@ class History:
         energy: ufl.Form | None = None,
         more: Mapping[str, Callable[[], float]] | None = None,
     ) -> None:
-        if not isinstance(problem, CoupledProblem):
-            raise ContactError(
-                f"problem must be a NonlinearProblem, not {type(problem).__name__}"
-            )
+        require_problem(problem)
         self.problem, self._comm = problem, problem.comm
         more = {} if more is None else more
         with together(self._comm):
             self.path = None if file is None else as_path(file)
             supports = check_supports("reactions", reactions)
             if not (isinstance(more, Mapping) and all(map(callable, more.values()))):
-                raise ContactError(
-                    f"more must be functions by name of the column, not {more!r}"
-                )
+                message = f"more must be functions by name of the column, not {more!r}"
+                raise ContactError(message)
             is_form = isinstance(energy, ufl.Form)
             if energy is not None and (not is_form or energy.arguments()):
-                raise ContactError(
+                message = (
                     "energy must be a UFL functional: a form without test function"
                 )
+                raise ContactError(message)
         self._more = dict(more)
         self._dim: int = problem.contact.u.function_space.mesh.geometry.dim
         self._sources = list(self._own_columns(supports, energy))
         own = [name for names, _ in self._sources for name in names]
-        self._set_columns([*_GIVEN, *own, *self._more])
+        self._set_columns(["time", "iterations", "halvings", *own, *self._more])
         self.rows: list[Any] = []
         self._begun = False
 
@@ -149,10 +131,18 @@ class History:
         columns = ", ".join(self.columns)
         return f"<History of {len(self)} records, {file}, columns {columns}>"
 
-    def _set_columns(self, columns: Sequence[str]) -> None:
+    def _set_columns(self, columns: Sequence[Any]) -> None:
         """Make rows of these columns from now on. Collective."""
         with together(self._comm):
-            _check_columns(columns)
+            for i, name in enumerate(columns):
+                text = isinstance(name, str) and name.isidentifier()
+                if not text or iskeyword(name) or name.startswith("_"):
+                    raise ContactError(
+                        f"column {name!r} of a history is no name that an attribute may "
+                        "have"
+                    )
+                if name in columns[:i]:
+                    raise ContactError(f"column {name!r} of a history is there twice")
         self.columns: tuple[str, ...] = tuple(columns)
         self._row: Any = namedtuple("Row", columns)  # type: ignore[misc]
 
@@ -161,25 +151,24 @@ class History:
     ) -> Iterator[tuple[list[str], Callable[[], Any]]]:
         """Yield names of columns with the function that finds their values."""
         contact, axes = self.problem.contact, "xyz"[: self._dim]
+        zones, one = contact.zones, contact.results
         yield ["active", "min_gap", "max_pressure"], self._counts
-        surfaces = [
-            (str(i), i, partial(contact.results.resultant, i, None))
-            for i in range(len(contact.zones))
+        finders = [
+            (str(i), i, partial(one.resultant, i, None)) for i in range(len(zones))
         ]
+        radial = finders[:] if contact.axisymmetric else []
         numbers = [pair.surface for pair in contact.pairs]
-        pairs = [
-            (pair.label, pair.surface, partial(contact.results.of_pair, k))
-            for k, pair in enumerate(contact.pairs)
-            if pair.slave_name or pair.master_name or numbers.count(pair.surface) > 1
-        ]
-        for label, i, find in surfaces + pairs:
-            parts = ["force"] + ["normal", "tangential"] * contact.zones[i].frictional
+        for k, pair in enumerate(contact.pairs):
+            if pair.slave_name or pair.master_name or numbers.count(pair.surface) > 1:
+                finders.append((pair.label, pair.surface, partial(one.of_pair, k)))
+        for label, i, find in finders:
+            parts = ["force"] + ["normal", "tangential"] * zones[i].frictional
             names = [f"{part}_{label}_{x}" for part in parts for x in axes]
             yield names, partial(_parts_of, find, parts)
         if supports:
             names = [f"reaction_{name}_{x}" for name in supports for x in axes]
             yield names, lambda: np.hstack([*self.problem.reactions(supports).values()])
-        for label, _, find in surfaces if contact.axisymmetric else []:
+        for label, _, find in radial:
             yield [f"radial_{label}"], partial(_parts_of, find, ["radial"])
         bodies = BodyColumns(contact)
         yield bodies.names, lambda: bodies.values(
@@ -188,7 +177,7 @@ class History:
         if energy is not None:
             form = compat.form(energy)
             yield ["energy"], lambda: self._comm.allreduce(fem.assemble_scalar(form))
-        frictional = any(zone.frictional for zone in contact.zones)
+        frictional = any(zone.frictional for zone in zones)
         if frictional:
             yield ["friction_work"], self._friction_work
         if any(isinstance(one.method, Penalty) for one in contact.contacts):
@@ -229,7 +218,9 @@ class History:
             If the file cannot be written.
         """
         with together(self._comm):
-            row = _numbers(dict(zip(_GIVEN, (time, iterations, halvings))))
+            row = _numbers(
+                {"time": time, "iterations": iterations, "halvings": halvings}
+            )
         for names, values in self._sources:
             row |= zip(names, np.atleast_1d(values()).tolist())
         more = {name: number() for name, number in self._more.items()}
@@ -304,15 +295,13 @@ class History:
         try:
             found = [[float(value) for value in row] for row in rows]
         except (TypeError, ValueError):
-            raise ContactError(
-                f"rows must be records, as of History.rows, not {rows!r}"
-            ) from None
+            message = f"rows must be records, as of History.rows, not {rows!r}"
+            raise ContactError(message) from None
         n = len(self.columns)
         for i, row in enumerate(found):
             if len(row) != n:
-                raise ContactError(
-                    f"record {i} has {len(row)} values, this history {n} columns"
-                )
+                message = f"record {i} has {len(row)} values, this history {n} columns"
+                raise ContactError(message)
         return found
 
     def _read(self) -> list[list[float]]:

@@ -2,28 +2,229 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from typing import Any
+
+from mpi4py import MPI
+from petsc4py import PETSc
 
 import numpy as np
 import ufl
 from dolfinx import fem
 
 from .. import compat
-from ..compat import Array
+from ..compat import Array, Mask
 from ..convergence.balance import EPS
-from ..errors import ConvergenceError
-from .bordered import LedPath, largest
+from ..diagnose.failure import in_use_of, one_of, ways_to_hold
+from ..diagnose.lost_contact import loose_bodies
+from ..errors import ConvergenceError, raise_everywhere, require_agreement
 from .control import ArcLength, DisplacementControl, mean_weights
-from .load_path import StepSizes
+from .load_path import PrescribedPath
 
+# Change of the load factor, as a share of the path, for difference quotients. Only loads
+# and prescribed displacements are differentiated, linear in the residual
+CHANGE = 1e-6
+# Share of the largest displacement below which the loads count as not moving the
+# displacement that leads
+NO_CHANGE = 1e-12
 # Tolerance of the equation that leads, as a share of the step
 TOLERANCE = 1e-10
-
 # Cosine between one step and the next below which a path has turned back
 TURNED = -0.5
 
-# Change of displacement (owned dofs and ghosts) and load factor
+# Of displacement (owned dofs and ghosts) and load factor
 Change = tuple[Array, float]
+
+
+class LedPath(PrescribedPath, ABC):
+    """Lead steps by one more equation, with the load factor as an unknown. Collective.
+
+    Newton's method goes from u to u - X and from t to t + dt. The equation is
+    g X = c + e dt. Each iteration solves three times with one factorised tangent: for
+    the residual, for its derivative by the load factor, and for a spring that keeps the
+    tangent regular. `trial` is the load factor of the present iterate.
+    """
+
+    def __init__(self, *given: Any) -> None:
+        super().__init__(*given)
+        self.problem = self._given.problem
+        self._contact, self._comm = self.problem.contact, self.problem.comm
+        self._u, self._n = self._contact.u, self._contact.layout.n_u
+        self._change = CHANGE * (self._ends[1] - self._ends[0])
+        self.trial = self._before = self.factor
+
+    @abstractmethod
+    def row(self) -> tuple[Array, float, float]:
+        """Return g (owned dofs), e and c of the equation. Collective."""
+
+    @abstractmethod
+    def is_met(self) -> bool:
+        """Whether the equation is met, to rounding. Collective."""
+
+    def share(self, change: Array, step: float) -> float:
+        """Return the share of a correction that is applied. Collective."""
+        return 1.0
+
+    def check(self) -> None:
+        """Refuse solutions that do not go on along the path. Collective."""
+
+    @property
+    def solver(self) -> Any:
+        return self
+
+    @property
+    def led(self) -> Mask:
+        """Whether an owned dof of u leads; an arc's length counts all."""
+        weights = self.led_weights
+        return np.ones(self._n, dtype=bool) if weights is None else weights != 0.0
+
+    @property
+    def next(self) -> float:
+        """Load factor at the start of the step, as its end is not known."""
+        return self.factor
+
+    def begin(self) -> None:
+        self.trial = self.factor
+
+    def restart(self) -> None:
+        self.trial = self.factor
+        self._load(self.factor)
+
+    def extrapolate(self, ratio: float) -> None:
+        self.trial = self.factor + ratio * (self.factor - self._before)
+
+    def reached(self) -> None:
+        self._before, self.factor = self.factor, self.trial
+
+    def describe(self) -> str:
+        return f"the step after load factor {self.factor:.6g} failed"
+
+    def _load(self, factor: float) -> None:
+        self._apply(factor, factor - self.factor)
+
+    def _rounding(self) -> float:
+        """Find the rounding error of displacements. Length. Collective."""
+        return 256.0 * EPS * _largest(self._comm, self._u.x.array)
+
+    def solve(self) -> tuple[int, bool]:
+        """Solve from the present displacement, multiplier and load factor."""
+        given = self._given
+        require_agreement(self._comm, max_it=given.max_it, rtol=given.tolerances)
+        iterations: int = given.iterate_by(self._iterate, 4)
+        self.check()
+        return iterations, True
+
+    def _iterate(
+        self, x: PETSc.Vec, b: PETSc.Vec, *work: PETSc.Vec
+    ) -> tuple[int, str | None]:
+        """Return the iterations and why they failed, None if they converged."""
+        given, convergence = self._given, self.problem.convergence
+        rtol, atol = given.tolerances[0], given.force_tolerance
+        iteration = 0
+        while True:
+            self._load(self.trial)
+            self.problem.F(x, b)
+            # The first residual is no measure: a step starts from a solution
+            if iteration:
+                convergence.accept()
+            if convergence.reached(rtol, atol) and self.is_met():
+                return iteration, None
+            if convergence.is_stuck:
+                return iteration, ", and was stopped"
+            if iteration == given.max_it:
+                return iteration, ""
+            if not self._correct(x, b, *work):
+                return iteration, " (the linear solver failed)"
+            iteration += 1
+
+    def _correct(self, x: PETSc.Vec, b: PETSc.Vec, *work: PETSc.Vec) -> bool:
+        """Move to the next iterate; return False if there is none. Collective.
+
+        The change -X of x has A X = b + dt slope, and g X = c + e dt. A spring s at the
+        dof k to which g gives most weight keeps A regular where it is not, at limit
+        points and where nothing but contact holds what leads: with z = s A^-1 e_k,
+        X = A^-1 b + dt A^-1 slope + X_k z.
+        """
+        given, n, (slope, b_step, slope_step) = self._given, self._n, work
+        self._differentiate(slope, b_step)
+        g, by_factor, right = self.row()
+        spring = self._spring(g)
+        given.linearise(x, spring)
+        given.correct(b, b_step)
+        given.correct(slope, slope_step)
+        slope.set(0.0)
+        for row, stiffness in spring.items():
+            slope[row] = stiffness
+        slope.assemble()
+        given.correct(slope, b)
+        solved = [v.getArray(readonly=True)[:n] for v in (b_step, slope_step, b)]
+        k = [row - self._contact.layout.begin for row in spring]
+        # Product with g, and entry at the spring, of each solution
+        table = np.array([[g @ v, v[k].sum()] for v in solved])
+        self._comm.Allreduce(MPI.IN_PLACE, table)
+        if not np.isfinite(table).all():
+            return False
+        of_b, of_slope, of_spring = table
+        system = np.array([of_slope - [by_factor, 0.0], of_spring - [0.0, 1.0]]).T
+        weight, way = _largest(self._comm, g), _largest(self._comm, solved[1])
+        scaled = system / np.outer([weight or 1.0, 1.0], [way or 1.0, 1.0])
+        if abs(np.linalg.det(scaled)) <= NO_CHANGE:
+            raise ConvergenceError(self._why_not_led(g, weight > 0.0))
+        step, moved = np.linalg.solve(system, [right, 0.0] - of_b)
+        b_step.axpy(step, slope_step)
+        b_step.axpy(moved, b)
+        share = self.share(b_step.getArray(readonly=True), step)
+        x.axpy(-share, b_step)
+        self.trial += share * step
+        return True
+
+    def _why_not_led(self, g: Array, leads: bool) -> str:
+        """Say why the loads do not move the displacement that leads. Collective."""
+        blames = "the loads do not move what leads the path"
+        loose = loose_bodies(self.problem, g)
+        if not loose:
+            return (
+                f"{blames}: is what was chosen of a loaded body, or touched by one, and "
+                "free to move?"
+            )
+        # The displacement that leads may belong to another body, and hold none of these
+        if leads and loose == loose_bodies(self.problem):
+            text = f"{blames}: {'; '.join(loose)}"
+        else:
+            text = f"{'; '.join(loose)}: what leads the path does not hold that"
+        return f"{text}. Try {one_of(ways_to_hold(in_use_of(self.problem)))}"
+
+    def _spring(self, g: Array) -> dict[int, float]:
+        """Place a spring at the free dof of most weight, on its rank. Collective."""
+        weights = np.where(self.problem.constrained, 0.0, np.abs(g))
+        mine = float(weights.max(initial=0.0))
+        most, rank = self._comm.allreduce((mine, self._comm.rank), op=MPI.MAXLOC)
+        if most == 0.0 or rank != self._comm.rank:
+            return {}
+        k = int(np.argmax(weights))
+        return {self._contact.layout.begin + k: self._contact.stiffness_diagonal[k]}
+
+    def _differentiate(self, slope: PETSc.Vec, loads: PETSc.Vec) -> None:
+        """Differentiate the last residual by the load factor; overwrite `loads`."""
+        motions = [zone.motions for zone in self._contact.zones]
+        self.problem.loads(loads)
+        was = [one.present() for one in motions]
+        self._load(self.trial + self._change)
+        moved = not all(np.array_equal(m.present(), w) for m, w in zip(motions, was))
+        self.problem.loads(slope)
+        self._load(self.trial)
+        message = (
+            "control leads loads and prescribed displacements, and apply moves a rigid "
+            "body: let apply leave bodies where they are, and move what they touch"
+        )
+        raise_everywhere(self._comm, message if moved else None)
+        slope.axpy(-1.0, loads)
+        slope.scale(1.0 / self._change)
+
+
+def _largest(comm: MPI.Comm, values: Array) -> float:
+    """Find the largest magnitude on any rank. Collective."""
+    return float(comm.allreduce(np.abs(values).max(initial=0.0), op=MPI.MAX))
 
 
 class DisplacementPath(LedPath):
@@ -43,10 +244,10 @@ class DisplacementPath(LedPath):
     @property
     def controlled(self) -> float:
         """Chosen displacement at present. Length. Collective."""
-        if self._functional is not None:
-            mine = fem.assemble_scalar(self._functional[0])
-        else:
+        if self._functional is None:
             mine = self._weights @ self._u.x.array[: self._n]
+        else:
+            mine = fem.assemble_scalar(self._functional[0])
         return float(self._comm.allreduce(float(mine)))
 
     @property
@@ -73,30 +274,17 @@ class DisplacementPath(LedPath):
         return self.led_weights, 0.0, self.controlled - self._target
 
     def is_met(self) -> bool:
-        rounding = 256.0 * EPS * largest(self._comm, self._u.x.array)
-        rounding *= float(self._comm.allreduce(np.abs(self.led_weights).sum()))
-        lacks = abs(self.controlled - self._target)
-        return lacks <= TOLERANCE * abs(self.sizes.part * self._by) + rounding
-
-
-class ArcSizes(StepSizes):
-    """Let the iterations of each step decide the next radius, in first radii."""
-
-    def accept(self, iterations: int) -> None:
-        easy = max(self._easy, 1) / max(iterations, 1)
-        # However small a step is, contact needs some iterations. So steps shrink only
-        # above twice the iterations of an easy step, and halved steps grow again
-        if self.size >= 1.0 and easy < 1.0:
-            easy = min(1.0, 2.0 * easy)
-        elif self.size < 1.0:
-            easy *= 2.0
-        grown = self.size * min(max(easy**0.5, 0.5), 2.0)
-        most = 1.0 if self.size < 1.0 else self._largest
-        self._last, self.size = self.size, min(max(grown, self._least), most)
+        weight = float(self._comm.allreduce(np.abs(self.led_weights).sum()))
+        allowed = (
+            TOLERANCE * abs(self.sizes.part * self._by) + weight * self._rounding()
+        )
+        return abs(self.controlled - self._target) <= allowed
 
 
 class ArcPath(LedPath):
     """Take steps of given length until the load factor meets the end. Collective."""
+
+    time = 0.0  # the length of the path so far
 
     def __init__(self, control: ArcLength, *given: Any) -> None:
         super().__init__(*given)
@@ -105,52 +293,33 @@ class ArcPath(LedPath):
         # First change of the load factor. Its sign says which way the path sets out
         towards = (self._ends[1] - self._ends[0]) * self.sizes.part
         self._towards = -towards if control.falling else towards
-        # Radius of the first step. None: the first solve finds it
-        self._first = control.radius
+        self._first = control.radius  # None: the first solve finds it
         self._last: Change | None = None
-        self._count, self._sets_out, self._length = 0, True, 0.0
-
-    @property
-    def time(self) -> float:
-        """Length of the path so far."""
-        return self._length
+        self._count, self._sets_out = 0, True
 
     @property
     def _radius(self) -> float | None:
-        """Length of the step, None before the first solve has found it."""
         return None if self._first is None else self.sizes.size * self._first
 
     @property
     def ended(self) -> bool:
-        """Whether the path is at its end.
-
-        Raises
-        ------
-        ConvergenceError
-            If it has taken too many steps.
-        """
-        if self.factor == self._ends[1] and self._count:
-            return True
-        if self._count >= self._most:
+        """Whether the path is at its end; an error if it has taken too many steps."""
+        at_end = self.factor == self._ends[1] and self._count > 0
+        if not at_end and self._count >= self._most:
             raise ConvergenceError(
                 f"the path is at load factor {self.factor:.6g} after {self._most} "
                 f"steps, and has not met its end at {self._ends[1]:.6g}"
             )
-        return False
+        return at_end
 
     def _product(self, a: Change, b: Change) -> float:
         """Multiply two changes as vectors. Length squared. Collective."""
         mine = float(a[0][: self._n] @ b[0][: self._n]) / self._nodes
-        return self._comm.allreduce(mine) + self._psi**2 * a[1] * b[1]
+        return float(self._comm.allreduce(mine)) + self._psi**2 * a[1] * b[1]
 
     def _since(self) -> Change:
         """Find the change since the step began."""
         return self._u.x.array - self._state.u, self.trial - self.factor
-
-    def _plane(self, normal: Change, right: float) -> tuple[Array, float, float]:
-        """Find the plane across a normal, as g, e and c."""
-        g = normal[0][: self._n] / self._nodes
-        return g, self._psi**2 * normal[1], right
 
     def begin(self) -> None:
         super().begin()
@@ -162,10 +331,13 @@ class ArcPath(LedPath):
         here = self._product(change, change)
         self._sets_out = radius is None or here <= (TOLERANCE * radius) ** 2
         if radius is not None and not self._sets_out:
-            return self._plane(change, 0.5 * (here - radius**2))
-        if self._last is None:
+            normal, right = change, 0.5 * (here - radius**2)
+        elif self._last is not None:
+            normal, right = self._last, -self._product(self._last, self._last)
+        else:
             return np.zeros(self._n), 1.0, -self._towards
-        return self._plane(self._last, -self._product(self._last, self._last))
+        g = normal[0][: self._n] / self._nodes
+        return g, self._psi**2 * normal[1], right
 
     def share(self, change: Array, step: float) -> float:
         if not self._sets_out:
@@ -180,34 +352,29 @@ class ArcPath(LedPath):
         return self.sizes.size * self._first / length
 
     def is_met(self) -> bool:
-        if self._radius is None:
+        radius, change = self._radius, self._since()
+        if radius is None:
             return False
-        change = self._since()
-        rounding = 256.0 * EPS * largest(self._comm, self._u.x.array)
-        lacks = abs(self._product(change, change) ** 0.5 - self._radius)
-        return lacks <= TOLERANCE * self._radius + rounding
+        lacks = abs(self._product(change, change) ** 0.5 - radius)
+        return lacks <= TOLERANCE * radius + self._rounding()
 
     def check(self) -> None:
         change, last = self._since(), self._last
         if last is None:
-            if change[1] * self._towards < 0.0:
-                raise ConvergenceError(
-                    "the path sets out backwards: take a smaller radius"
-                )
-            return
-        sizes = self._product(change, change) * self._product(last, last)
-        if self._product(change, last) < TURNED * sizes**0.5:
-            raise ConvergenceError("the path turns back: take a smaller radius")
+            fault = "sets out backwards" if change[1] * self._towards < 0.0 else ""
+        else:
+            size = (self._product(change, change) * self._product(last, last)) ** 0.5
+            turns = self._product(change, last) < TURNED * size
+            fault = "turns back" if turns else ""
+        if fault:
+            raise ConvergenceError(f"the path {fault}: take a smaller radius")
 
     def solve(self) -> tuple[int, bool]:
         """Solve a step, which is cut if it passes the end of the path."""
         iterations, converged = super().solve()
-        end = self._ends[1]
-        if (self.trial - end) * (
-            self.factor - end
-        ) <= 0.0 and self.trial != self.factor:
-            share = (end - self.factor) / (self.trial - self.factor)
-            self._contact.go_back(self._state, share)
+        end, way = self._ends[1], self.trial - self.factor
+        if (self.trial - end) * (self.factor - end) <= 0.0 and way != 0.0:
+            self._contact.go_back(self._state, (end - self.factor) / way)
             self._load(end)
             iterations += int(self._given.solve()[0])
             self.trial = end
@@ -216,5 +383,5 @@ class ArcPath(LedPath):
     def reached(self) -> None:
         self._last = self._since()
         super().reached()
-        self._length += self._product(self._last, self._last) ** 0.5
+        self.time += self._product(self._last, self._last) ** 0.5
         self._count += 1

@@ -61,15 +61,26 @@ class StepSizes:
             self.size *= 0.5
 
 
+class ArcSizes(StepSizes):
+    """Let the iterations of each step decide the next radius, in first radii."""
+
+    def accept(self, iterations: int) -> None:
+        easy = max(self._easy, 1) / max(iterations, 1)
+        # However small a step is, contact needs some iterations. So steps shrink only
+        # above twice the iterations of an easy step, and halved steps grow again
+        if self.size >= 1.0 and easy < 1.0:
+            easy = min(1.0, 2.0 * easy)
+        elif self.size < 1.0:
+            easy *= 2.0
+        grown = self.size * min(max(easy**0.5, 0.5), 2.0)
+        most = 1.0 if self.size < 1.0 else self._largest
+        self._last, self.size = self.size, min(max(grown, self._least), most)
+
+
 class PrescribedPath:
     """Lead steps by the load factor, with which `apply` is called.
 
-    Attributes
-    ----------
-    sizes
-        Sizes of the steps.
-    factor
-        Load factor of the last accepted step.
+    `factor` is the load factor of the last accepted step.
     """
 
     def __init__(

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import inspect
 import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, TextIO
 
+import numpy as np
+
+from ..checked import is_one_of, is_real_number, is_truth_value, is_whole_number
 from ..diagnose.failure import FAILURES
 from ..diagnose.lost_contact import lost_contact
 from ..diagnose.outcome import Doubts
 from ..diagnose.tools import ToolsOnPath
 from ..errors import (
     BodyLeft,
+    ContactError,
     ContactLost,
     ContactWarning,
     ConvergenceError,
@@ -21,18 +26,21 @@ from ..errors import (
     together,
 )
 from ..interface.state import State
+from ..problem import CoupledProblem
+from ..solvers.newton import NewtonSolver
+from ..solvers.snes import SNESSolver
 from .control import ArcLength, DisplacementControl
 from .history import History
-from .led_paths import ArcPath, ArcSizes, DisplacementPath
-from .load_path import PrescribedPath, StepSizes
-from .load_step_checks import check_arguments, check_solver, with_size
+from .led_paths import ArcPath, DisplacementPath
+from .load_path import ArcSizes, PrescribedPath, StepSizes
 from .output import Output, check_output
-from .progress import HALVED, LoadStep, Progress, check_progress, line
+from .progress import HALVED, LoadStep, Progress, is_file, line
 from .stabilization import Stabilization
 from .strategies import Strategies
 
+STRATEGIES = ("auto", "halve")
 # Arguments that all ranks must be given alike
-_AGREED = "steps", "max_halvings", "extrapolate", "largest", "easy", "path"
+_AGREED = "steps max_halvings extrapolate largest easy path strategy stabilize".split()
 
 
 class LoadSteps:
@@ -132,31 +140,27 @@ class LoadSteps:
         control: DisplacementControl | ArcLength | None = None,
         output: str | Path | Output | None = None,
     ) -> None:
-        check_solver(solver)
-        comm = solver.problem.comm
+        _check_solver(solver)
         self.solver, self.apply = solver, apply
         self._problem = solver.problem  # which its own solver does not keep
-        self.steps, self.max_halvings = steps, max_halvings
+        self.steps, self.max_halvings, self.path = steps, max_halvings, path
         self.extrapolate, self.largest, self.easy = extrapolate, largest, easy
-        self.path, self.progress, self.history = path, progress, history
+        self.progress, self.history, self.halvings = progress, history, 0
         self.strategy, self.stabilize, self.control = strategy, stabilize, control
-        with together(comm):
-            check_progress(progress)
-            check_arguments(self)
+        with together(solver.problem.comm):
+            _check_arguments(self)
         # Python's own numbers
         self.steps, self.max_halvings = int(steps), int(max_halvings)
         self.path = float(path[0]), float(path[1])
         require_agreement(
-            comm,
+            solver.problem.comm,
             solver=type(solver).__name__,
             history=history is not None,
             output=output is not None,
-            strategy=strategy,
-            stabilize=stabilize,
             control=type(control).__name__,
             **{name: getattr(self, name) for name in _AGREED},
         )
-        self._apply = with_size(apply)
+        self._apply = _with_size(apply)
         self._stabilization: Stabilization | None = None
         columns: dict[str, Callable[[], float]] = {}
         if stabilize:
@@ -170,7 +174,6 @@ class LoadSteps:
         if columns and history is not None:
             history.include(columns)
         self.output = check_output(output, solver.problem)
-        self.halvings = 0
 
     def __repr__(self) -> str:
         begin, end = self.path
@@ -214,7 +217,7 @@ class LoadSteps:
         contact, path = problem.contact, self._new_path()
         self._path = path
         options = self.extrapolate, self.strategy == "auto", self._may_be_viscous
-        ways = Strategies(path, *options, progress.trying)
+        ways = Strategies(path, progress.trying, *options)
         tools, doubts = ToolsOnPath(contact), Doubts(problem)
         last, snapped = None, False
         tools.look()
@@ -233,8 +236,7 @@ class LoadSteps:
                 left = isinstance(failure, BodyLeft)
                 if isinstance(failure, SetUpError) and not left:
                     raise
-                contact.restore(before)
-                path.restart()
+                ways.restore(before)
                 if left or not path.sizes.halve():
                     ways.finish()
                     raise self._given_up(failure) from failure
@@ -246,7 +248,13 @@ class LoadSteps:
             doubts.warn(stacklevel=3)
             if ways.released and not snapped:
                 snapped = True
-                warnings.warn(_snap(path.factor, ways), ContactWarning, stacklevel=3)
+                text = (
+                    f"a snap was passed before load factor {path.factor:.6g}, by way of "
+                    f'"{ways.used}": it sets an energy of {ways.released:.3g} free, and '
+                    "without inertia its end is one of several. See LoadStep.released; "
+                    "control= follows the path of equilibria"
+                )
+                warnings.warn(text, ContactWarning, stacklevel=3)
             if self.history is not None:
                 self.history.record(path.time, iterations, self.halvings)
             if self.output is not None:
@@ -270,14 +278,9 @@ class LoadSteps:
     def _solve(self, ways: Strategies, now: State, last: State | None) -> int:
         """Solve a step from the present state; return the iterations."""
         problem, path = self.solver.problem, self._path
-        in_use = problem.as_part(
-            steps=True,
-            automatic=self.strategy == "auto",
-            controlled=self.control is not None,
-            led=path.led_weights,
-            may_be_viscous=self._may_be_viscous,
-        )
-        with in_use:
+        use = {"automatic": self.strategy == "auto", "led": path.led_weights}
+        use |= {"controlled": self.control is not None, "steps": True}
+        with problem.as_part(**use, may_be_viscous=self._may_be_viscous):
             if self._stabilization is None:
                 iterations = ways.solve(now, last, path.sizes.ratio)
             else:
@@ -303,11 +306,82 @@ class LoadSteps:
         )
 
 
-def _snap(factor: float, ways: Strategies) -> str:
-    """Say that a step has passed a snap."""
-    return (
-        f"a snap was passed before load factor {factor:.6g}, by way of "
-        f'"{ways.used}": it sets an energy of {ways.released:.3g} free, and without '
-        "inertia its end is one of several. See LoadStep.released; control= follows "
-        "the path of equilibria"
+def _check_solver(solver: Any) -> None:
+    """Raise unless `solver` is a solver of a problem."""
+    problem = getattr(solver, "problem", None)
+    if not (isinstance(problem, CoupledProblem) and hasattr(solver, "solve")):
+        raise ContactError(
+            "solver must be a NewtonSolver, SNESSolver or FixedPointSolver, not "
+            f"{solver!r}"
+        )
+
+
+def _check_arguments(given: Any) -> None:
+    """Raise unless all arguments, as attributes of `LoadSteps`, can be used."""
+    fault = next((text for is_fine, text in _rules(given) if not is_fine), None)
+    if fault:
+        raise ContactError(fault)
+
+
+def _rules(given: Any) -> Iterator[tuple[bool, str]]:
+    """Yield whether an argument can be used, and what to say if not."""
+    progress, steps, halvings = given.progress, given.steps, given.max_halvings
+    shown = progress is None or isinstance(progress, bool) or is_file(progress)
+    yield shown, f"progress must be True, False, None or a file, not {progress!r}"
+    numbers = f"steps = {steps!r} and max_halvings = {halvings!r}"
+    yield all(
+        map(is_whole_number, (steps, halvings))
+    ), f"{numbers} must be whole numbers"
+    text = f"steps = {steps} must be positive, max_halvings = {halvings} not negative"
+    yield steps >= 1 and halvings >= 0, text
+    largest, easy, path = given.largest, given.easy, given.path
+    text = f"largest = {largest!r} must be at least 1"
+    yield is_real_number(largest) and largest >= 1, text
+    text = f"easy = {easy!r} must be a number of iterations"
+    yield is_real_number(easy) and easy >= 0, text
+    ends = list(path) if isinstance(path, (tuple, list, np.ndarray)) else []
+    finite = len(ends) == 2 and all(is_real_number(t) and np.isfinite(t) for t in ends)
+    yield finite, f"path must be two numbers, its ends, not {path!r}"
+    extrapolate, strategy, scale = given.extrapolate, given.strategy, given.stabilize
+    text = f"extrapolate must be True or False, not {extrapolate!r}"
+    yield is_truth_value(extrapolate), text
+    text = f"strategy must be one of {STRATEGIES}, not {strategy!r}"
+    yield strategy is None or is_one_of(strategy, STRATEGIES), text
+    scales = is_real_number(scale) and 0.0 <= scale < np.inf
+    text = f"stabilize must be True, False, None or a factor, not {scale!r}"
+    yield scale is None or is_truth_value(scale) or scales, text
+    text = f"apply must be a function of the load factor, not {given.apply!r}"
+    yield callable(given.apply), text
+    history, control, solver = given.history, given.control, given.solver
+    text = f"history must be a History, not {history!r}"
+    yield history is None or isinstance(history, History), text
+    own = history is None or history.problem is solver.problem
+    yield own, "history is of another problem than the solver"
+    if control is None:
+        return
+    kinds = "a DisplacementControl, an ArcLength or None"
+    known = isinstance(control, (DisplacementControl, ArcLength))
+    yield known, f"control must be {kinds}, not {control!r}"
+    control.check()
+    led = isinstance(solver, (NewtonSolver, SNESSolver))
+    yield led, "control needs a NewtonSolver or an SNESSolver"
+    text = "control leads paths of one displacement: the problem has other unknowns"
+    yield solver.problem.contact.host.is_plain, text
+    yield not scale, "control and stabilize exclude each other"
+    yield path[0] != path[1], (
+        f"path = {path} must have two ends: the load factor, which control finds, is "
+        "measured by them"
     )
+
+
+def _with_size(apply: Any) -> Callable[[float, float], Any]:
+    """Pass the step size on if `apply` has two arguments without default."""
+    found: list[inspect.Parameter] = []
+    try:
+        found = list(inspect.signature(apply).parameters.values())
+    except (TypeError, ValueError):  # some built-in functions have no signature
+        pass
+    positional = (p for p in found if p.kind <= p.POSITIONAL_OR_KEYWORD)
+    if sum(p.default is p.empty for p in positional) == 2:
+        return apply
+    return lambda factor, size: apply(factor)

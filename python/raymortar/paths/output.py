@@ -14,6 +14,7 @@ from ..compat.files import Entry, read_collection, write_collection
 from ..errors import ContactError, as_path, require_agreement, together, writing
 from ..host.joined import parts_of
 from ..problem import CoupledProblem
+from ..solvers.solver import require_problem
 
 ENDINGS = (".pvd", ".xdmf")
 
@@ -69,10 +70,7 @@ class Output:
         segments: bool = True,
         update: Callable[[], object] | None = None,
     ) -> None:
-        if not isinstance(problem, CoupledProblem):
-            raise ContactError(
-                f"problem must be a NonlinearProblem, not {type(problem).__name__}"
-            )
+        require_problem(problem)
         self.problem, self._comm = problem, problem.comm
         self._parts = parts_of(problem.contact.u)
         with together(self._comm):

@@ -9,7 +9,6 @@ from typing import Any, TextIO
 
 from mpi4py import MPI
 
-from ..errors import ContactError
 from ..results.sums import Statistics
 
 # The last resort, as it is reported
@@ -42,15 +41,8 @@ class LoadStep:
     released: float = field(default=0.0, repr=False)
 
 
-def check_progress(progress: Any) -> None:
-    """Raise unless progress can be shown as it is asked for."""
-    if not (progress is None or isinstance(progress, bool) or _is_file(progress)):
-        raise ContactError(
-            f"progress must be True, False, None or a file, not {progress!r}"
-        )
-
-
-def _is_file(thing: Any) -> bool:
+def is_file(thing: Any) -> bool:
+    """Whether a thing is open for writing."""
     return callable(getattr(thing, "write", None))
 
 
@@ -68,24 +60,12 @@ def line(step: LoadStep, counts: Statistics) -> str:
 class Progress:
     """Writes the lines. Rank 0 decides where, and writes. Collective.
 
-    Parameters
-    ----------
-    comm
-        Communicator of the mesh.
-    to
-        See `LoadSteps`.
-    accepted
-        Number of steps of the problem before this path, from which the lines go on
-        counting.
-
-    Attributes
-    ----------
-    shown
-        Whether anything is shown, the same on all ranks.
+    Lines go on counting from `accepted`, the steps of the problem before this path.
+    `shown` tells whether anything is shown, the same on all ranks.
     """
 
     def __init__(self, comm: MPI.Comm, to: bool | TextIO | None, accepted: int) -> None:
-        stream: Any = to if _is_file(to) else sys.stderr
+        stream: Any = to if is_file(to) else sys.stderr
         self._in_place = bool(getattr(stream, "isatty", bool)())
         shown = self._in_place if to is None else to is not False
         self.shown: bool = comm.bcast(shown, root=0)

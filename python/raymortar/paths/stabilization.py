@@ -15,8 +15,8 @@ from dolfinx import fem
 
 from .. import compat
 from ..compat import Array
-from ..convergence.balance import largest_by
 from ..diagnose.failure import FAILURES
+from ..diagnose.lost_contact import largest_motions
 from ..errors import ConvergenceError, SetUpError
 from ..host.bodies import bodies_of_facets
 from ..host.checks import weight
@@ -86,8 +86,8 @@ class Viscosity:
         """Set k in every cell, given the form of the mass."""
         groups, bodies = self._problem.convergence.groups, self._contact.bodies
         diagonals = self._contact.stiffness_diagonal, self._of_displacement(mass)
-        sums = groups.sum(*(groups.on_rows(diagonal) for diagonal in diagonals))
-        k = np.abs(sums[0, : groups.bodies]) / sums[1, : groups.bodies]
+        sums = groups.sum(*map(groups.on_rows, diagonals))[:, : groups.bodies]
+        k = np.abs(sums[0]) / sums[1]
         of_cell = bodies.dofs[compat.dofmap_array(self._start.function_space)[:, 0]]
         cells = compat.dofmap_array(self._k.function_space)[:, 0]
         self._k.x.array[cells] = k[of_cell[: len(cells)]]
@@ -97,8 +97,7 @@ class Viscosity:
         self._r.array[:] = 0.0
         compat.assemble_residual(self._r.array, form)
         compat.scatter_reverse_add(self._r)
-        found: Array = self._r.array[self._part.dofs[: self._part.size_owned]]
-        return found
+        return np.asarray(self._r.array[self._part.dofs[: self._part.size_owned]])
 
     def begin(self) -> None:
         """Take the present displacement as u_0."""
@@ -106,12 +105,7 @@ class Viscosity:
 
     def motions(self) -> Array:
         """Find the largest component of u - u_0 in each body. Length. Collective."""
-        bodies, u = self._contact.bodies, self._contact.u
-        change = np.abs(u.x.array - self._start.x.array)
-        by_node = change.reshape(-1, u.function_space.dofmap.index_map_bs)
-        most = largest_by(bodies.dofs, by_node, bodies.count).max(axis=1)
-        self._problem.comm.Allreduce(MPI.IN_PLACE, most, op=MPI.MAX)
-        return most
+        return largest_motions(self._contact, self._start.x.array)
 
     @contextmanager
     def acting(self, scale: float) -> Iterator[None]:
@@ -147,21 +141,9 @@ class Stabilization:
     contact is found, and the forces fade as they move less. The step ends when a solve
     without the forces moves hardly anything, or when the forces are negligible.
 
-    Parameters
-    ----------
-    solver
-        As of `LoadSteps`.
-    factor
-        Factor on the forces.
-    most
-        Largest number of solves of one step. None: `MOST`.
-
-    Attributes
-    ----------
-    work
-        Work of the viscous forces so far. Energy.
-    share
-        Largest share of all forces of a body at the end of the last step.
+    `most` is the largest number of solves of one step, `MOST` by default, and `work` the
+    work of the viscous forces so far. Energy. `share` is the largest share of all forces
+    of a body at the end of the last step.
     """
 
     def __init__(self, solver: Any, factor: float, most: int | None = None) -> None:
@@ -191,20 +173,9 @@ class Stabilization:
         return not self._loose.any() or bool(self._contact.statistics.hits)
 
     def solve(self, solve: Callable[[], int]) -> int:
-        """Solve one step; return the iterations of all solves. Collective.
-
-        Parameters
-        ----------
-        solve
-            One solve from the present state; its iterations.
-
-        Raises
-        ------
-        ConvergenceError
-            If the forces do not fade.
-        """
+        """Solve one step, each time by `solve`; return all iterations. Collective."""
         scale, iterations, work = SHARE * self._factor, 0, 0.0
-        most = MOST if self._most is None else self._most
+        most = self._most or MOST
         for _ in range(most):
             asked = scale
             more, scale = self._under(scale, solve)

@@ -7,26 +7,41 @@ from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property, partial
 from typing import Any
 
+from mpi4py import MPI
+from petsc4py import PETSc
+
 import numpy as np
 from dolfinx.fem import Function
 
 from ..convergence.convergence import is_in_trouble
 from ..diagnose.failure import FAILURES
 from ..errors import ContactWarning, ConvergenceError, SetUpError
+from ..interface.faced import nearest_hits, path
 from ..interface.state import State
-from ..solvers.capped import CappedSolver, with_line_search
+from ..interface.stiffness import mean_facet_size
 from ..solvers.newton import NewtonSolver
 from ..solvers.snes import SNESSolver
+from ..solvers.solver import CoupledSolver
 from .energy_balance import balance_of_step
 from .load_path import PrescribedPath
 from .stabilization import Stabilization
 
-FULL, EXTRAPOLATED = "full", "extrapolated"
+FULL, EXTRAPOLATED, CAPPED = "full", "extrapolated", "capped"
 LINE_SEARCH, SMALL_GAMMA = "line search", "small gamma"
-CAPPED = "capped"
-BOTH = "small gamma, line search"
-KEPT = "small gamma kept"
+BOTH, KEPT = "small gamma, line search", "small gamma kept"
 VISCOUS = "viscous forces"
+
+# Overlap at which a step ends, in sizes of slave facets. Without overlap no gap would
+# ever close
+OVERLAP = 0.01
+
+# Share of Newton's step that is always taken
+LEAST = 0.05
+
+# Factor for the number of iterations, as shorter steps need more
+MORE_ITERATIONS = 2
+
+_LINE_SEARCH = "snes_linesearch_type"
 
 # Smaller coefficient, over the one in use. It hardly changes the solution, but with it
 # fewer points open and close during a solve (docs/robustness_paths.md)
@@ -94,41 +109,101 @@ def _reduce_gamma(contacts: Sequence[Any]) -> list[Any]:
     return given
 
 
+class CappedSolver:
+    """Newton's method with steps so short that no facet passes its master. Collective.
+
+    A step may take an open facet below its master by a small overlap only. Facets that
+    are closed already do not limit the step. Tangent, linear solver and tolerances are
+    those of another solver, and twice its most iterations are allowed.
+    """
+
+    def __init__(self, solver: CoupledSolver) -> None:
+        self.solver: Any = solver
+        self.problem = solver.problem
+        contact = self.problem.contact
+        self._overlap = OVERLAP * mean_facet_size(contact.layout, contact.zones)
+
+    def solve(self) -> tuple[int, bool]:
+        """Solve from the present u and multiplier, as `SNESSolver.solve`."""
+        return self.solver.iterate_by(self._iterate, 3), True
+
+    def _iterate(
+        self, x: PETSc.Vec, b: PETSc.Vec, dx: PETSc.Vec, trial: PETSc.Vec
+    ) -> tuple[int, str | None]:
+        """Iterate from x; return the iterations and why they failed, if so."""
+        solver, problem = self.solver, self.problem
+        convergence = problem.convergence
+        rtol, atol = solver.tolerances[0], solver.force_tolerance
+        for iteration in range(MORE_ITERATIONS * solver.max_it + 1):
+            problem.F(x, b)
+            convergence.accept()
+            if convergence.reached(rtol, atol):
+                return iteration, None
+            if convergence.is_stuck:
+                break
+            solver.linearise(x, {})
+            solver.correct(b, dx)
+            if not np.isfinite(dx.norm()):
+                break
+            x.copy(trial)
+            trial.axpy(-1.0, dx)
+            x.axpy(-self._share(x, trial), dx)
+        return iteration, ""
+
+    def _share(self, x: PETSc.Vec, trial: PETSc.Vec) -> float:
+        """Share of the step from x to the trial that is taken. Collective."""
+        contact, comm = self.problem.contact, self.problem.comm
+        before = [nearest_hits(zone) for zone in contact.zones]
+        contact.from_vector(trial)
+        at = contact.u.x.array.reshape(-1, contact.u.function_space.dofmap.index_map_bs)
+        share = 1.0
+        for zone, hits in zip(contact.zones, before):
+            gap = path(zone, hits, at, comm).gap
+            crosses = (hits.gap > 0.0) & ~hits.closed & (gap < -self._overlap)
+            room = (hits.gap + self._overlap)[crosses]
+            shares = room / (hits.gap - gap)[crosses]
+            share = float(np.min(shares, initial=share))
+        contact.from_vector(x)
+        return max(float(comm.allreduce(share, op=MPI.MIN)), LEAST)
+
+
+def with_line_search(solver: Any) -> SNESSolver | None:
+    """SNES with line search, on the matrix and with the linear solver of another one.
+
+    None if the given solver already has a line search, or is of another kind.
+    Collective.
+    """
+    options = dict(solver.options.given) if hasattr(solver, "options") else {}
+    # A tolerance of the user's is among the settings that are taken. The default was
+    # the rounding error of all bodies when the solver was made: asked for as a
+    # tolerance, it would be one that the softest body is not solved to
+    options.pop("snes_atol", None)
+    if isinstance(solver, SNESSolver):
+        if options.get(_LINE_SEARCH) != "basic" or solver.snes.getType() != "newtonls":
+            return None
+    elif not (
+        isinstance(solver, NewtonSolver) and solver.convergence_criterion == "residual"
+    ):
+        return None
+    other = SNESSolver(solver.problem, {**options, _LINE_SEARCH: "l2"}, matrix=solver.A)
+    rtol, most = solver.tolerances[0], MORE_ITERATIONS * solver.max_it
+    other.snes.setTolerances(rtol=rtol, max_it=most, atol=solver.force_tolerance)
+    return other
+
+
 class Strategies:
     """Solve steps: first by the solver as it was given, after a failure in other ways.
 
-    Parameters
-    ----------
-    path
-        Path whose solver solves a step.
-    extrapolate
-        Whether steps begin with the extrapolated state.
-    automatic
-        Whether other ways are tried.
-    viscous
-        Whether viscous forces are one of the other ways.
-    trying
-        Called with the name of each other way before it is tried.
-
-    Attributes
-    ----------
-    used
-        Name of the way that solved the last step.
-    released
-        Energy that the last step has set free in a snap, found by another way.
+    `trying` is called with the name of each other way before it is tried. After a step
+    `used` is the name of the way that solved it, and `released` the energy that it has
+    set free in a snap, found by another way.
     """
 
     def __init__(
-        self,
-        path: PrescribedPath,
-        extrapolate: bool,
-        automatic: bool,
-        viscous: bool,
-        trying: Callable[[str], None],
+        self, path: PrescribedPath, trying: Callable[[str], None], *options: bool
     ) -> None:
-        self._path, self.solver, self.extrapolate = path, path.solver, extrapolate
-        self.automatic, self._may_be_viscous = automatic, viscous
-        self._trying = trying
+        self._path, self.solver, self._trying = path, path.solver, trying
+        self._extrapolates, self._automatic, self._may_be_viscous = options
         self.used, self.released = FULL, 0.0
         # Coefficients before each reduction; the path's end restores the first
         self._given: list[list[Any]] = []
@@ -137,28 +212,18 @@ class Strategies:
     def solve(self, now: State, last: State | None, ratio: float) -> int:
         """Solve from the present state; return the iterations. Collective.
 
-        Parameters
-        ----------
-        now
-            The present state.
-        last
-            State at the start of the last step. None in the first step.
-        ratio
-            Size of this step over that of the step before.
-
-        Raises
-        ------
-        ConvergenceError, ContactError, PETSc.Error
-            The failure of the solver as it was given, if no other way helps.
+        `last` is the state at the start of the last step, None in the first step, and
+        `ratio` the size of this step over that of the step before. If no other way
+        helps, the failure of the solver as it was given is raised.
         """
         self.released = 0.0
         # A solve stops as soon as it is in trouble if another way is left
         convergence = self.solver.problem.convergence
-        convergence.patient = not self.automatic
+        convergence.patient = not self._automatic
         try:
             return self._as_given(now, last, ratio)
         except FAILURES as failure:
-            if not (self.automatic and self._is_curable(failure)):
+            if not (self._automatic and self._is_curable(failure)):
                 raise
             # No variable keeps the failure: in a cycle with this frame, ranks would
             # free the solver, which is collective, at different times
@@ -172,7 +237,7 @@ class Strategies:
     def _otherwise(self, now: State, last: State | None, ratio: float) -> int | None:
         """Solve in the first other way that converges; return None if none does."""
         for name, solve in self._others(now, last, ratio):
-            self._restore(now)
+            self.restore(now)
             self._trying(name)
             kept = len(self._given)
             try:
@@ -191,11 +256,8 @@ class Strategies:
     def _released(self, name: str, now: State) -> float:
         """Find the energy that a snap since a state has set free. Collective.
 
-        Raises
-        ------
-        ConvergenceError
-            If the step needs energy that nothing supplies: another equilibrium was
-            found, and no path of equilibria leads there.
+        A step that needs energy which nothing supplies is refused: another equilibrium
+        was found, and no path of equilibria leads there.
         """
         if not self._may_be_viscous or name == EXTRAPOLATED:
             return 0.0
@@ -220,18 +282,18 @@ class Strategies:
 
     def _as_given(self, now: State, last: State | None, ratio: float) -> int:
         """Solve by the solver as it was given, from the extrapolated state first."""
-        if self.extrapolate and last is not None:
+        if self._extrapolates and last is not None:
             try:
                 iterations = self._extrapolated(now, last, ratio)
                 self.used = EXTRAPOLATED
                 return iterations
             except FAILURES:
-                self._restore(now)
+                self.restore(now)
         self.used = FULL
         return iterations_of(self.solver)
 
-    def _restore(self, now: State) -> None:
-        """Go back to a state."""
+    def restore(self, now: State) -> None:
+        """Go back to a state. Collective."""
         self._contact.restore(now)
         self._path.restart()
 
@@ -243,7 +305,7 @@ class Strategies:
         See docs/robustness_paths.md.
         """
         solver = self.solver
-        if last is not None and not self.extrapolate:
+        if last is not None and not self._extrapolates:
             yield EXTRAPOLATED, partial(self._extrapolated, now, last, ratio)
         yield SMALL_GAMMA, partial(solve_by_small_gamma, solver)
         if self._capped is not None:
@@ -254,8 +316,7 @@ class Strategies:
         if len(self._given) < MOST_KEPT and _with_multipliers(self._contact):
             yield KEPT, partial(solve_with_small_gamma, solver, self._given)
         if self._viscous is not None and self._viscous.is_of_use():
-            plain = partial(iterations_of, solver)
-            yield VISCOUS, partial(self._viscous.solve, plain)
+            yield VISCOUS, partial(self._viscous.solve, partial(iterations_of, solver))
 
     def _extrapolated(self, now: State, last: State, ratio: float) -> int:
         """Solve from the extrapolated state."""
@@ -277,11 +338,9 @@ class Strategies:
 
     @cached_property
     def _capped(self) -> CappedSolver | None:
-        solver = self.solver
-        if not isinstance(solver, (NewtonSolver, SNESSolver)):
-            return None
-        criterion = getattr(solver, "convergence_criterion", "residual")
-        return CappedSolver(solver) if criterion == "residual" else None
+        plain = getattr(self.solver, "convergence_criterion", "residual") == "residual"
+        fits = plain and isinstance(self.solver, (NewtonSolver, SNESSolver))
+        return CappedSolver(self.solver) if fits else None
 
     @cached_property
     def _searching(self) -> SNESSolver | None:

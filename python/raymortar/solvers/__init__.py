@@ -3,13 +3,11 @@
 - solver: linear systems, checks and failures of both Newton solvers
 - newton, snes: `NewtonSolver`, `SNESSolver`
 - fixed_point: Newton's method at fixed segments, and a loop that pairs anew
-- capped: shortened Newton steps
 - automatic: PETSc options of linear solvers, and the default
-- kept_factors, surface_system, compliance: a direct solver that keeps the factors of
-  linear bodies
+- kept_factors, compliance: a direct solver that keeps the factors of linear bodies
 - lagged_factors: GMRES with the factors of an earlier tangent
-- elimination: a preconditioner that eliminates multipliers
-- bodies, levels: a preconditioner with the levels of the bodies
+- elimination, levels: preconditioners that eliminate multipliers, also one with the
+  levels of the bodies
 - petsc_objects: PETSc options, and solvers within solvers
 """
 
@@ -22,9 +20,9 @@ from .automatic import (
     linear_options,
     with_fallback,
 )
-from .bodies import BodiesPreconditioner
 from .elimination import (
     SPRINGS,
+    BodiesPreconditioner,
     ContactPreconditioner,
     lumped_mass,
     surface_stiffness,

@@ -9,14 +9,15 @@ from typing import Any
 
 from petsc4py import PETSc
 
+import numpy as np
+
 from .. import compat
 from ..errors import ContactWarning
 from ..problem import CoupledProblem
-from .bodies import BodiesPreconditioner
-from .elimination import ContactPreconditioner
+from .elimination import BodiesPreconditioner, ContactPreconditioner
 from .kept_factors import kept_factors
 from .lagged_factors import lagged_factors
-from .petsc_objects import DIRECT, InnerSolvers, attach
+from .petsc_objects import DIRECT, InnerSolvers, attach, nested
 
 log = logging.getLogger("raymortar")
 
@@ -158,14 +159,8 @@ def with_fallback(**options: Any) -> dict[str, Any]:
         Further options, as for `iterative`, without prefix.
     """
     first = iterative("bodies", **{"ksp_max_it": MOST_ITERATIONS, **options})
-    return {
-        "ksp_type": "python",
-        "ksp_python_type": f"{__name__}.{SolverWithFallback.__name__}",
-        "ksp_rtol": first["ksp_rtol"],
-        "pc_type": "none",
-        **{f"iterative_{name}": value for name, value in first.items()},
-        **{f"direct_{name}": value for name, value in DIRECT.items()},
-    }
+    inner = nested(SolverWithFallback, iterative=first, direct=DIRECT)
+    return inner | {"ksp_rtol": first["ksp_rtol"]}
 
 
 def linear_options(
@@ -205,7 +200,10 @@ def linear_options(
     dim: int = V.mesh.topology.dim
     least, most = LAGGED[dim]
     options, name = direct(), "a direct one"
-    if contact.host.is_plain and dim == 3 and unknowns > _most_direct(V):
+    most_direct = np.inf
+    if contact.host.is_plain and dim == 3:
+        most_direct = MOST_DIRECT.get(compat.element_info(V).degree, MOST_DIRECT[2])
+    if unknowns > most_direct:
         options = {**(INEXACT if snes else {}), **with_fallback()}
         name = "multigrid for the bodies"
     elif (
@@ -224,11 +222,6 @@ def linear_options(
     if comm.rank == 0:
         log.info("linear solver of %d unknowns: %s", unknowns, name)
     return options
-
-
-def _most_direct(V: Any) -> int:
-    """Unknowns up to which a direct solver is the better choice in 3D."""
-    return MOST_DIRECT.get(compat.element_info(V).degree, MOST_DIRECT[2])
 
 
 class SolverWithFallback(InnerSolvers):
@@ -256,20 +249,15 @@ class SolverWithFallback(InnerSolvers):
             if self._solve_by(self.krylov, ksp, b, x):
                 return
             self.stalls += 1
-            self._tell()
+            last = self.stalls == MOST_STALLS
+            until = "from here on" if last else "for this system"
+            warnings.warn(  # on every rank
+                f"the iterative linear solver has stalled after "
+                f"{self.krylov.getIterationNumber()} iterations (PETSc's reason "
+                f"{self.krylov.getConvergedReason()}): the direct one takes over "
+                f"{until}",
+                ContactWarning,
+                stacklevel=1,
+            )
             self.krylov.reset()
-        if self.direct is None:
-            self.direct = self._made(ksp, "direct_")
-        self._solve_by(self.direct, ksp, b, x)
-
-    def _tell(self) -> None:
-        """Warn, on every rank, that the direct solver takes over."""
-        more = self.stalls == MOST_STALLS
-        warnings.warn(
-            f"the iterative linear solver has stalled after "
-            f"{self.krylov.getIterationNumber()} iterations (PETSc's reason "
-            f"{self.krylov.getConvergedReason()}): the direct one takes over"
-            + (" from here on" if more else " for this system"),
-            ContactWarning,
-            stacklevel=2,
-        )
+        self._solve_directly(ksp, b, x)

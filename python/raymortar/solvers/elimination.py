@@ -1,4 +1,4 @@
-"""Preconditioner that eliminates the multipliers."""
+"""Preconditioners that eliminate the multipliers."""
 
 from __future__ import annotations
 
@@ -13,15 +13,24 @@ from scipy import sparse
 from .. import compat
 from ..compat import Array
 from ..errors import ContactError
+from ..host.ranks import marked_everywhere
 from ..host.reference_facets import shape_functions
 from ..interface.stiffness import owned_nodes_on
-from .levels import near_nullspace
+from .levels import BodiesLevels, Places, near_nullspace, set_levels, sides, unrolled
 from .petsc_objects import KnowsProblem, inner_solver
 
 # Stiffness of the springs that stand for closed contact, over that of the volume at its
 # surface. With softer springs GMRES needs more iterations, with stiffer ones multigrid
 # does (measured: docs/parallel.md)
 SPRINGS = 10.0
+
+# New levels are made when a solve needs WORN times the cycles of the first one, and
+# SPARE more: the bodies have changed then
+WORN, SPARE = 1.5, 5
+
+# Layers of cells at the surfaces whose nodes are near contact (measured:
+# docs/parallel.md)
+LAYERS = 1
 
 
 class ContactPreconditioner(KnowsProblem):
@@ -105,8 +114,7 @@ class ContactPreconditioner(KnowsProblem):
     @property
     def _with_multiplier(self) -> list[Any]:
         """The contacts that have one, in the order of its rows."""
-        contacts = self.contact.contacts
-        return [contact for contact in contacts if contact.multiplier is not None]
+        return [one for one in self.contact.contacts if one.multiplier is not None]
 
     def _rows(self, first: int, last: int, block: int = 1) -> PETSc.IS:
         """Owned rows of the tangent, with a block size."""
@@ -150,20 +158,17 @@ class ContactPreconditioner(KnowsProblem):
         scale = np.ones(self.contact.layout.size)
         if self.row_scale is not None:  # the factors of the rows, springs included
             scale = self.row_scale.array_r
-        first, parts = 0, []
+        scale, first, parts = scale[self.contact.layout.n :], 0, []
         for contact, factor in zip(self._with_multiplier, self._factors):
             c, mass = contact.layout.components, factor * lumped_mass(contact)
-            n, last = len(mass), first + c * len(mass)
-            D_c = own[first:last, first:last].tobsr((c, c))
-            node = np.repeat(np.arange(n), np.diff(D_c.indptr))
-            here = D_c.indices == node
-            blocks = np.zeros((n, c, c))
-            blocks[node[here]] = D_c.data[here]
-            rows = scale[self.contact.layout.n :][first:last].reshape(n, c)
-            blocks -= (rows * mass[:, None])[:, :, None] * np.eye(c)
+            n = len(mass)
+            at = first + np.arange(c * n).reshape(n, c)
+            rows, others = np.broadcast_arrays(at[:, :, None], at[:, None, :])
+            blocks = np.array(own[rows.ravel(), others.ravel()]).reshape(n, c, c)
+            blocks -= (scale[at] * mass[:, None])[:, :, None] * np.eye(c)
             diagonal = np.linalg.inv(blocks), np.arange(n), np.arange(n + 1)
             parts.append(sparse.bsr_matrix(diagonal, (c * n, c * n)))
-            first = last
+            first += c * n
         E = sparse.block_diag(parts, "csr")
         csr = tuple(a.astype(PETSc.IntType) for a in (E.indptr, E.indices + begin))
         inverse = PETSc.Mat().createAIJ((size, size), csr=(*csr, E.data), comm=D.comm)
@@ -176,7 +181,9 @@ class ContactPreconditioner(KnowsProblem):
         n, right, u = self.contact.layout.n, self._right, self._solution
         right.array[:] = x.array_r[:n]
         y.set(0.0)
-        if self._with_multiplier:
+        if not self._with_multiplier:
+            self.solver.solve(right, u)
+        else:
             lam, rest = self._inverse.createVecs()
             rest.array[:] = x.array_r[n : n + rest.local_size]
             self._inverse.mult(rest, lam)
@@ -189,8 +196,6 @@ class ContactPreconditioner(KnowsProblem):
             y.array[n : n + lam.local_size] = lam.array_r
             rest.destroy()
             lam.destroy()
-        else:
-            self.solver.solve(right, u)
         y.array[:n] = u.array_r
 
     def reset(self, pc: PETSc.PC) -> None:
@@ -201,6 +206,103 @@ class ContactPreconditioner(KnowsProblem):
         """Free all, as PETSc asks at the end. Collective."""
         self.reset(pc)
         self._destroy("_near")
+
+
+class BodiesPreconditioner(ContactPreconditioner):
+    """Solves near contact directly, and everywhere by multigrid. A PETSc python PC.
+
+    1. A direct solver finds the displacement near contact, all multipliers, and the
+       motions of free rigid bodies. The rest of the error is smooth.
+    2. `ContactPreconditioner` eliminates the multipliers. Springs as stiff as the
+       volume's surface stand for closed contact, which multigrid solves well.
+
+    The levels are those of the bodies without contact. They are kept until a solve
+    takes many more cycles than the first one, or until other dofs are prescribed.
+
+    Attributes
+    ----------
+    levels
+        `levels.BodiesLevels`, from the first set-up on.
+    """
+
+    springs = 1.0
+    takes_bodies = True
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.levels: Any = None
+        # The solver near contact, and its owned rows
+        self._near_contact: Any = None
+        self._near_rows: Places | None = None
+        self._coarse: list[PETSc.Mat] = []
+        # Cycles since the last set-up, and those after the levels were made
+        self._cycles = self._first = 0
+
+    def setUp(self, pc: PETSc.PC) -> None:
+        """Take the blocks of the tangent anew. Collective."""
+        super().setUp(pc)
+        A, _ = pc.getOperators()
+        if self._near_rows is None:
+            self._near_rows = _rows_near_contact(self.contact)
+        at = (self._near_rows + A.getOwnershipRange()[0]).astype(PETSc.IntType)
+        rows = PETSc.IS().createGeneral(at, comm=A.comm)
+        part = A.createSubMatrix(rows, rows)
+        self._near_contact = inner_solver(pc, "near_")
+        self._near_contact.setType("preonly")
+        self._near_contact.setOperators(part)
+        self._near_contact.setFromOptions()
+        self._near_contact.setUp()
+        part.destroy()  # the solver has it
+        self._cycles = 0
+
+    def _renew(self, prefix: str) -> None:
+        if self._first == 0:
+            self._first = self._cycles
+        worn = self._cycles > WORN * self._first + SPARE
+        if self.levels is not None:
+            same = np.array_equal(self.levels.fixed, self.problem.constrained)
+            if self.contact.layout.comm.allreduce(int(worn or not same)):
+                self._destroy("levels")
+        if self.levels is None:
+            self.levels = BodiesLevels(self.problem, f"{prefix}levels_")
+            self._first = 0
+
+    def _prepare(self, S: PETSc.Mat) -> None:
+        # Springs in place of multipliers are as stiff as the surface of the volume,
+        # penalties ten times as stiff
+        stiff = any(one.multiplier is None for one in self.contact.contacts)
+        self._coarse = set_levels(self.solver, self.levels, S, stiff)
+
+    def apply(self, pc: PETSc.PC, x: PETSc.Vec, y: PETSc.Vec) -> None:
+        """Solve near contact first, then everywhere. Collective."""
+        A, _ = pc.getOperators()
+        part, _ = self._near_contact.getOperators()
+        self._cycles += 1
+        rest, further = x.duplicate(), x.duplicate()
+        near, right = part.createVecs()
+        right.array[:] = x.array_r[self._near_rows]
+        self._near_contact.solve(right, near)
+        y.set(0.0)
+        y.array[self._near_rows] = near.array_r
+        A.mult(y, rest)
+        rest.aypx(-1.0, x)
+        super().apply(pc, rest, further)
+        y.axpy(1.0, further)
+        for vector in (rest, further, near, right):
+            vector.destroy()
+
+    def reset(self, pc: PETSc.PC) -> None:
+        """Forget the operators, as the next ones may have another pattern. Collective."""
+        super().reset(pc)
+        self._destroy("_near_contact")
+        for matrix in self._coarse:
+            matrix.destroy()
+        self._coarse = []
+
+    def destroy(self, pc: PETSc.PC) -> None:
+        """Free all, as PETSc asks at the end. Collective."""
+        super().destroy(pc)
+        self._destroy("levels")
 
 
 def lumped_mass(contact: Any) -> Array:
@@ -229,3 +331,17 @@ def surface_stiffness(contact: Any) -> float:
     sums = np.array([diagonal, lumped_mass(contact).sum()])
     comm.Allreduce(MPI.IN_PLACE, sums)
     return float(sums[0] / sums[1])
+
+
+def _rows_near_contact(contact: Any) -> Places:
+    """Owned rows near contact: the displacement on its surfaces and in some layers of
+    cells behind them, all multipliers and free bodies. Collective."""
+    V, layout = contact.u.function_space, contact.layout
+    near = marked_everywhere(V, np.concatenate([one.dofs for one in sides(contact)]))
+    table = compat.dofmap_array(V)
+    for _ in range(LAYERS):
+        near[table[near[table].any(axis=1)]] = True
+        near = marked_everywhere(V, np.flatnonzero(near))
+    nodes = np.flatnonzero(near[: V.dofmap.index_map.size_local])
+    u = unrolled(nodes, V.dofmap.index_map_bs)
+    return np.concatenate([u, np.arange(layout.n, layout.size)])

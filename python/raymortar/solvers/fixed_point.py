@@ -36,9 +36,8 @@ class FixedPointSolver:
 
     def __init__(self, solver: CoupledSolver, max_outer: int = 20) -> None:
         if not isinstance(solver, CoupledSolver):
-            raise ContactError(
-                f"solver must be a NewtonSolver or an SNESSolver, not {solver!r}"
-            )
+            message = f"solver must be a NewtonSolver or an SNESSolver, not {solver!r}"
+            raise ContactError(message)
         with together(solver.problem.comm):
             if not (is_whole_number(max_outer) and max_outer >= 1):
                 raise ContactError(

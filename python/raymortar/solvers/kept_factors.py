@@ -9,9 +9,9 @@ from petsc4py import PETSc
 import numpy as np
 from scipy import sparse
 
-from .compliance import Compliance, supports, unrolled
-from .petsc_objects import DIRECT, InnerSolvers
-from .surface_system import Coupling, SurfaceSystem
+from .compliance import Compliance, Coupling, SurfaceSystem, supports
+from .levels import sides, unrolled
+from .petsc_objects import DIRECT, InnerSolvers, nested
 
 # Largest residual of a system over its right-hand side, unless the residual is rounding
 # error of the solution; and how often a system is solved for what is left
@@ -56,17 +56,11 @@ def kept_factors(most: float | None = None) -> dict[str, Any]:
     Options for `NewtonSolver` or `SNESSolver`. The prefixes of the factors of the
     bodies and of the tangents add ``kept_`` and ``direct_`` to that of the solver.
     """
+    # The kind of factors follows the symmetry of the stiffness; right-hand sides at once
+    kept = {k: v for k, v in DIRECT.items() if k != "pc_type"}
+    kept["mat_mumps_icntl_27"] = 128
     given = {} if most is None else {"kept_most": most}
-    return {
-        "ksp_type": "python",
-        "ksp_python_type": f"{__name__}.{KeptFactorsSolver.__name__}",
-        "pc_type": "none",
-        **given,
-        # The kind of factors follows the symmetry of the stiffness
-        **{f"kept_{k}": v for k, v in DIRECT.items() if k != "pc_type"},
-        "kept_mat_mumps_icntl_27": 128,  # right-hand sides at once
-        **{f"direct_{k}": v for k, v in DIRECT.items()},
-    }
+    return nested(KeptFactorsSolver, kept=kept, direct=DIRECT) | given
 
 
 class KeptFactorsSolver(InnerSolvers):
@@ -94,14 +88,14 @@ class KeptFactorsSolver(InnerSolvers):
         self._system: Any = None
         self._of: Any = None
         self._size = 0.0
-        self._compliance: Any = None  # from `_factorise` on, with what follows
+        # From `_factorise` on: factors, rows that the tangent may add entries to, and
+        # their stiffness
+        self._compliance: Any = None
         self._near: Any = None
         self._stiffness: Any = None
         self._volume: Any = None
-        self._revision = 0
-        # Systems of this stiffness, and those before it is factorised
-        self._age = self._patience = 0
-        self._inexact = 0
+        # Systems of this stiffness, those before it is factorised, those not solved
+        self._revision = self._age = self._patience = self._inexact = 0
 
     def solve(self, ksp: PETSc.KSP, b: PETSc.Vec, x: PETSc.Vec) -> None:
         """Solve A x = b. Collective."""
@@ -114,26 +108,21 @@ class KeptFactorsSolver(InnerSolvers):
             ksp.setIterationNumber(1)
             return
         self.exceptions += 1
-        if self.direct is None:
-            self.direct = self._made(ksp, "direct_")
-        self._solve_by(self.direct, ksp, b, x)
+        self._solve_directly(ksp, b, x)
 
     def _take(self, ksp: PETSc.KSP, A: PETSc.Mat) -> None:
         """Take a new tangent: its system is None where kept factors do not solve it."""
-        self._drop_system()
-        self._of = A.handle, A.stateGet()
+        self._system, self._of = None, (A.handle, A.stateGet())
         if not self._may_keep(ksp):
             return
         prefix = ksp.getOptionsPrefix() or ""
-        if self._compliance is None:
+        if not self._compliance:
             self._factorise(f"{prefix}kept_")
-        compliance = self._compliance
-        assert compliance is not None
-        if not (compliance.usable and self._follow(A)):
+        if not (self._compliance.usable and self._follow(A)):
             return
         coupling = self._coupling(A)
         if self._pays(coupling, PETSc.Options(prefix).getReal("kept_most", np.inf)):
-            self._system = SurfaceSystem(coupling, compliance)
+            self._system = SurfaceSystem(coupling, self._compliance)
             self._size = A.norm(PETSc.NormType.INFINITY)
 
     def _may_keep(self, ksp: PETSc.KSP) -> bool:
@@ -145,22 +134,14 @@ class KeptFactorsSolver(InnerSolvers):
         if kept is not self._volume or kept.revision != self._revision:
             lasted = self._volume is None or self._age >= LASTING
             self._patience = 0 if lasted else LASTING
-            self._volume, self._revision, self._age = kept, kept.revision, 0
-            self._inexact = 0
-            self._forget_factors()
+            self._volume, self._revision = kept, kept.revision
+            self._age = self._inexact = 0
+            self._destroy("_compliance", "_near")
         self._age += 1
         return self._age > self._patience and self._inexact < MOST_INEXACT
 
     def _is_solved(self, A: PETSc.Mat, b: PETSc.Vec, x: PETSc.Vec) -> bool:
-        """Solve; whether the solution is exact. If not, this tangent is given up."""
-        if self._refined(A, b, x):
-            return True
-        self._inexact += 1
-        self._system = None
-        return False
-
-    def _refined(self, A: PETSc.Mat, b: PETSc.Vec, x: PETSc.Vec) -> bool:
-        """Solve, again for what is left; whether the solution is exact."""
+        """Solve, again for what is left; give the tangent up if that is not exact."""
         n, rest, product = self.contact.layout.n, b.copy(), b.duplicate()
         scale = 1.0 if self.row_scale is None else self.row_scale.array_r
         x.set(0.0)
@@ -176,33 +157,44 @@ class KeptFactorsSolver(InnerSolvers):
         exact = bool(left <= max(EXACT * b.norm(), rounding))
         rest.destroy()
         product.destroy()
+        if not exact:
+            self._inexact += 1
+            self._system = None
         return exact
 
     def _factorise(self, prefix: str) -> None:
-        """Factors of the bodies' stiffness, with springs where they are loose."""
-        layout, contact = self.contact.layout, self.contact
-        facets = [zone.facets for zone in contact.zones]
-        sides = [side for f in facets for side in (f.slave_surface, f.master_surface)]
-        nodes = np.unique(np.concatenate([side.dofs for side in sides]))
+        """Factorise the bodies' stiffness, with springs where they are loose."""
+        contact, layout = self.contact, self.contact.layout
+        nodes = np.unique(np.concatenate([side.dofs for side in sides(contact)]))
         dofs = unrolled(nodes, contact.u.function_space.dofmap.index_map_bs)
         springs = supports(contact, nodes, self.problem.constrained)
-        rows = layout.u_rows.ravel()[dofs]
-        K = self.problem.volume.kept.tangent
         if self.direct is not None:
             self.direct.reset()  # its factors are larger
-        K = _first_block(K, layout.n)
+        host = PETSc.IS().createStride(layout.n, 0, 1, comm=PETSc.COMM_SELF)
+        K = self._tangent.createSubMatrix(host, host)
+        if K.handle == self._tangent.handle:
+            # Of all rows PETSc hands out the matrix itself, which must not get springs
+            K.destroy()
+            K = self._tangent.copy()
+        host.destroy()
+        rows = layout.u_rows.ravel()[dofs]
         self._compliance = Compliance(K, rows, np.searchsorted(dofs, springs), prefix)
         self._select()
         self.factorisations += 1
 
+    @property
+    def _tangent(self) -> PETSc.Mat:
+        """The tangent of the bodies without contact."""
+        return self.problem.volume.kept.tangent
+
     def _select(self) -> None:
-        """The rows that the tangent may add entries to, and their stiffness."""
+        """Select the rows that the tangent may add entries to, and their stiffness."""
         layout = self.contact.layout
         near = np.concatenate([self._compliance.rows, np.arange(layout.n, layout.size)])
-        self._near = PETSc.IS().createGeneral(
-            near.astype(PETSc.IntType), comm=PETSc.COMM_SELF
-        )
-        self._stiffness = self._near_part(self.problem.volume.kept.tangent)
+        self._destroy("_near")
+        near = near.astype(PETSc.IntType)
+        self._near = PETSc.IS().createGeneral(near, comm=PETSc.COMM_SELF)
+        self._stiffness = self._near_part(self._tangent)
 
     def _near_part(self, A: PETSc.Mat) -> Any:
         """Take the entries of a matrix that the tangent may add to, as a SciPy matrix."""
@@ -214,26 +206,21 @@ class KeptFactorsSolver(InnerSolvers):
     def _follow(self, A: PETSc.Mat) -> bool:
         """Follow the dofs off the surfaces that a spring holds, as on paths whose load
         factor is led; whether these are few."""
-        n, compliance = self.contact.layout.n, self._compliance
-        K = self.problem.volume.kept.tangent
-        (held, plain), scale = (one.getDiagonal() for one in (A, K)), self.row_scale
-        if scale is not None:
-            plain.pointwiseMult(plain, scale)
-        added = np.abs(held.array_r - plain.array_r)[:n]
-        rows = np.flatnonzero(added > NOTHING * np.abs(plain.array_r[:n]))
-        rows = np.setdiff1d(rows, compliance.rows)
+        held, plain = A.getDiagonal(), self._tangent.getDiagonal()
+        if self.row_scale is not None:
+            plain.pointwiseMult(plain, self.row_scale)
+        added = np.abs(held.array_r - plain.array_r) > NOTHING * np.abs(plain.array_r)
+        rows = np.flatnonzero(added[: self.contact.layout.n])
+        rows = np.setdiff1d(rows, self._compliance.rows)
         held.destroy()
         plain.destroy()
-        if len(rows) > MOST_FOLLOWED:
-            return False
-        if len(rows):
-            compliance.follow(rows)
-            self._destroy("_near")
+        if 0 < len(rows) <= MOST_FOLLOWED:
+            self._compliance.follow(rows)
             self._select()
-        return True
+        return len(rows) <= MOST_FOLLOWED
 
     def _coupling(self, A: PETSc.Mat) -> Coupling:
-        """What contact adds to the stiffness."""
+        """Find what contact adds to the stiffness."""
         layout, scale = self.contact.layout, 1.0
         if self.row_scale is not None:
             scale = self.row_scale.array_r[self._near.getIndices()][:, None]
@@ -251,46 +238,27 @@ class KeptFactorsSolver(InnerSolvers):
         springs = len(one.springs[0])
         v = len(coupling.touched) + springs
         y = len(coupling.coupled) + springs
-        if 8 * v * one.size > MOST_BYTES:
-            return False
         iterations = ITERATIONS if len(coupling.coupled) else 0
         size = y if iterations else v + y
         each = (
             2 * size**3 / 3 + PRODUCT * iterations * v**2 + 3 * SOLVE * one.entries
         )
         columns = COLUMN * one.entries * (one.missing(coupling.touched) + one.known)
-        budget = FIRST + MORE * self._age
-        return each <= most * one.flops and columns <= budget * most * one.flops
-
-    def _drop_system(self) -> None:
-        self._system = self._of = None
+        budget = (FIRST + MORE * self._age) * most * one.flops
+        fits = 8 * v * one.size <= MOST_BYTES
+        return bool(fits and each <= most * one.flops and columns <= budget)
 
     def _forget(self) -> None:
-        self._drop_system()
-        self._forget_factors()
-
-    def _forget_factors(self) -> None:
+        """Forget tangent and factors."""
+        self._system = self._of = self._stiffness = None
         self._destroy("_compliance", "_near")
-        self._stiffness = None
 
     def reset(self, ksp: PETSc.KSP) -> None:
         """Forget the tangent: the next one may have another pattern. Collective."""
-        self._drop_system()
+        self._system = self._of = None
         super().reset(ksp)
 
     def destroy(self, ksp: PETSc.KSP) -> None:
         """Free all, as PETSc asks at the end. Collective."""
         self._forget()
         super().destroy(ksp)
-
-
-def _first_block(K: PETSc.Mat, n: int) -> PETSc.Mat:
-    """The first n rows and columns of a matrix, as a matrix of their own."""
-    rows = PETSc.IS().createStride(n, 0, 1, comm=PETSc.COMM_SELF)
-    block = K.createSubMatrix(rows, rows)
-    rows.destroy()
-    if block.handle != K.handle:
-        return block
-    # Of all rows PETSc hands out the matrix itself, which must not get the springs
-    block.destroy()
-    return K.copy()

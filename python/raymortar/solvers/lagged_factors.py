@@ -12,7 +12,7 @@ import numpy as np
 from ..checked import is_whole_number
 from ..compat import Array
 from ..errors import ContactError
-from .petsc_objects import DIRECT, InnerSolvers, inner_solver
+from .petsc_objects import DIRECT, InnerSolvers, inner_solver, nested
 
 # Iterations of GMRES that take the time of a factorisation, about, at the sizes that
 # have lagged factors by default (measured: docs/solving.md)
@@ -57,17 +57,9 @@ def lagged_factors(package: str = "mumps", **options: Any) -> dict[str, Any]:
     if not (is_whole_number(most) and most >= 0):
         raise ContactError(f"lagged_most = {most!r} must be a whole number from 0 on")
     direct: dict[str, Any] = {**DIRECT, "pc_factor_mat_solver_type": package}
-    return {
-        "ksp_type": "python",
-        "ksp_python_type": f"{__name__}.{LaggedFactorsSolver.__name__}",
-        "ksp_rtol": RTOL,
-        "pc_type": "none",
-        "lagged_ksp_type": "gmres",
-        "lagged_ksp_gmres_restart": 100,
-        "lagged_most": A_FACTORISATION,
-        **{f"direct_{name}": value for name, value in direct.items()},
-        **options,
-    }
+    gmres = {"ksp_type": "gmres", "ksp_gmres_restart": 100}
+    inner = nested(LaggedFactorsSolver, lagged=gmres, direct=direct)
+    return inner | {"ksp_rtol": RTOL, "lagged_most": A_FACTORISATION} | options
 
 
 class LaggedFactorsSolver(InnerSolvers):
@@ -118,20 +110,17 @@ class LaggedFactorsSolver(InnerSolvers):
             ksp.monitor(iteration, norm)
 
     def _is_worth_factors(self, ksp: PETSc.KSP) -> bool:
-        """Whether a new tangent has another stiffness, or the one before was used for
-        several systems, as on paths whose load factor is led. Collective."""
+        """Whether most rows of a new tangent are stiffer or softer than in the factors,
+        or the one before was used for several systems, as on paths whose load factor is
+        led. Collective."""
         A, _ = ksp.getOperators()
         before, self._tangent = self._tangent, (A.handle, A.stateGet())
         if self._tangent == before:
             self._uses += 1
             return False
         several, self._uses = self._uses > 1, 1
-        return several or self._has_other_stiffness(A)
-
-    def _has_other_stiffness(self, A: PETSc.Mat) -> bool:
-        """Whether most rows are stiffer or softer than in the factors. Collective."""
-        if not self.factorisations:
-            return False
+        if several or not self.factorisations:
+            return several
         a, b = _diagonal(A), self._diagonal
         others = (a > OTHER * b) | (b > OTHER * a)
         counts = np.array([np.count_nonzero(others), len(others)])

@@ -7,14 +7,18 @@ from typing import Any
 from petsc4py import PETSc
 
 import numpy as np
+import numpy.typing as npt
 from dolfinx.fem.petsc import assemble_matrix
 from scipy import sparse
 
 from .. import compat
-from ..compat import Array, Mask
+from ..compat import Array, Indices, Mask
+from ..diagnose.lost_contact import rigid_motions as motions_at
 from ..host.ranks import marked_everywhere
 from ..problem import CoupledProblem
 from .petsc_objects import PetscOptions
+
+Places = npt.NDArray[np.int64]
 
 # Degree of the polynomial that takes, on several ranks, as many iterations as SOR
 CHEBYSHEV_STEPS = 3
@@ -30,14 +34,7 @@ class BodiesLevels:
     aggregate cannot slide on itself. So aggregates are made from the volume's tangent
     alone, in degree 1, and serve any contact. Between a higher degree and degree 1
     there is interpolation. PETSc's GAMG makes the aggregates, with options under the
-    prefix.
-
-    Attributes
-    ----------
-    fixed
-        Dofs that were prescribed, (n,), of this rank.
-    interpolations
-        From each level to the next finer one, finest first.
+    prefix. `fixed` are the dofs of this rank that were prescribed.
     """
 
     def __init__(self, problem: CoupledProblem, prefix: str) -> None:
@@ -52,43 +49,35 @@ class BodiesLevels:
             finest, K = K, self._step.product(K)
             finest.destroy()
             V, fixed = self._step.W, self._step.fixed
+        near = nullspace_of(V, fixed)
+        K.setNearNullSpace(near)
+        ksp = PETSc.KSP().create(K.comm)
+        ksp.setOptionsPrefix(prefix)
+        ksp.setOperators(K)
+        pc = ksp.getPC()
+        pc.setType("gamg")
         name = "pc_gamg_aggressive_coarsening"
         # Above degree 1, levels of that degree are small already: finer ones pay
         with PetscOptions(prefix, {name: int(self._step is None)}):
-            self.interpolations += _aggregate(K, V, fixed, prefix)
-        K.destroy()
+            ksp.setFromOptions()
+            ksp.setUp()
+        levels = range(pc.getMGLevels() - 1, 0, -1)
+        self.interpolations += [pc.getMGInterpolation(k) for k in levels]
+        for thing in (ksp, near, K):
+            thing.destroy()
 
     def operators(self, S: PETSc.Mat) -> list[PETSc.Mat]:
-        """S and its products with the interpolations, finest first. Collective."""
+        """Find S and its products with the interpolations, finest first. Collective."""
         found = [S]
         for P in self.interpolations:
-            if len(found) == 1 and self._step is not None:
-                found.append(self._step.product(S))
-            else:
-                found.append(_product(found[-1], P))
+            rows = None if len(found) > 1 or self._step is None else self._step.fixed
+            found.append(_product(found[-1], P, rows))
         return found
 
     def destroy(self) -> None:
         """Free the matrices. Collective."""
         for P in self.interpolations:
             P.destroy()
-
-
-def _aggregate(K: PETSc.Mat, V: Any, fixed: Mask, prefix: str) -> list[PETSc.Mat]:
-    """Interpolations of smoothed aggregation, finest first. Collective."""
-    near = nullspace_of(V, fixed)
-    K.setNearNullSpace(near)
-    ksp = PETSc.KSP().create(K.comm)
-    ksp.setOptionsPrefix(prefix)
-    ksp.setOperators(K)
-    pc = ksp.getPC()
-    pc.setType("gamg")
-    ksp.setFromOptions()
-    ksp.setUp()
-    found = [pc.getMGInterpolation(k) for k in range(pc.getMGLevels() - 1, 0, -1)]
-    ksp.destroy()
-    near.destroy()
-    return found
 
 
 def _product(S: PETSc.Mat, P: PETSc.Mat, rows: Mask | None = None) -> PETSc.Mat:
@@ -116,21 +105,19 @@ def set_levels(
     visit does not reduce the error there, but a W-cycle's two do (measured:
     docs/parallel.md).
     """
-    operators = levels.operators(S)
-    n = len(operators)
-    pc = ksp.getPC()
+    operators, alone, pc = levels.operators(S), ksp.comm.size == 1, ksp.getPC()
     pc.setType("mg")
-    pc.setMGLevels(n)
+    pc.setMGLevels(len(operators))
     if stiff:
         pc.setMGCycleType(PETSc.PC.MGCycleType.W)
     for k, P in enumerate(levels.interpolations):
-        pc.setMGInterpolation(n - 1 - k, P)
-        smoother = pc.getMGSmoother(n - 1 - k)
+        level = len(operators) - 1 - k
+        pc.setMGInterpolation(level, P)
+        smoother = pc.getMGSmoother(level)
         smoother.setOperators(operators[k])
         # SOR on one rank. Across ranks PETSc's SOR is Jacobi's, and diverges on thin
         # parts; Chebyshev's polynomial of the nodes' blocks does not depend on the
         # ranks, and costs a tenth more (measured: docs/parallel.md)
-        alone = ksp.comm.size == 1
         smoother.setType("richardson" if alone else "chebyshev")
         smoother.setTolerances(max_it=1 if alone else CHEBYSHEV_STEPS)
         smoother.getPC().setType("sor" if alone else "pbjacobi")
@@ -146,36 +133,28 @@ class LinearInterpolation:
     take nothing, and prescribed dofs of vertices give nothing. So the product P^T S P
     is the tangent with the conditions, except for its diagonal.
 
-    Attributes
-    ----------
-    W
-        Space of degree 1.
-    matrix
-        P, from the owned dofs of W to those of V.
-    fixed
-        Whether an owned dof of W is prescribed.
+    W is the space of degree 1, `matrix` P, from the owned dofs of W to those of V, and
+    `fixed` tells whether an owned dof of W is prescribed.
     """
 
     def __init__(self, V: Any, fixed: Mask) -> None:
         self.W = W = compat.vector_space(V.mesh, 1)
         bs, n = V.dofmap.index_map_bs, V.dofmap.index_map.size_local
         fine, coarse, values = _weights_by_cell(V, W)
-        on_fine = fixed.reshape(n, bs)
-        vertices = values == 1.0
+        on_fine, vertices = fixed.reshape(n, bs), values == 1.0
         on_coarse = marked_everywhere(W, coarse[vertices], on_fine[fine[vertices]])
         index_map = W.dofmap.index_map
-        self.fixed = on_coarse[: index_map.size_local].ravel()
+        owned = index_map.size_local
+        self.fixed = on_coarse[:owned].ravel()
         # Entries of prescribed dofs are kept as zeros: all rows of a node have the same
         # columns, as relaxation by nodes and the product's diagonal need
         entries = values[:, None] * (~on_fine[fine] & ~on_coarse[coarse])
-        rows = bs * fine[:, None] + np.arange(bs)
-        columns = bs * compat.local_to_global(index_map)[coarse, None] + np.arange(bs)
+        at = unrolled(fine, bs), unrolled(compat.local_to_global(index_map)[coarse], bs)
         P = sparse.csr_matrix(
-            (entries.ravel(), (rows.ravel(), columns.ravel())),
-            (bs * n, bs * index_map.size_global),
+            (entries.ravel(), at), (bs * n, bs * index_map.size_global)
         )
         csr = tuple(a.astype(PETSc.IntType) for a in (P.indptr, P.indices))
-        sizes = (P.shape[0], None), (bs * index_map.size_local, None)
+        sizes = (bs * n, None), (bs * owned, None)
         self.matrix = PETSc.Mat().createAIJ(
             sizes, bsize=bs, csr=(*csr, P.data), comm=V.mesh.comm
         )
@@ -201,21 +180,26 @@ def _weights_by_cell(V: Any, W: Any) -> tuple[Any, Any, Array]:
     return dofs[owned][row], coarse[cells[row], b], N[nodes[row], b]
 
 
+def unrolled(nodes: Indices | Places, dim: int) -> Places:
+    """List the dofs of the components of some block dofs."""
+    return (dim * nodes.astype(np.int64)[:, None] + np.arange(dim)).ravel()
+
+
+def sides(contact: Any) -> list[Any]:
+    """List the slave and master surfaces of all zones."""
+    facets = [zone.facets for zone in contact.zones]
+    return [side for one in facets for side in (one.slave_surface, one.master_surface)]
+
+
 def rigid_motions(V: Any) -> list[Array]:
     """Translations and rotations at the owned dofs of a vector space, unrolled.
 
     Rotations are about the mean of all ranks' dofs. Collective.
     """
     dim, index_map = V.mesh.geometry.dim, V.dofmap.index_map
-    n = index_map.size_local
-    x = V.tabulate_dof_coordinates()[:n, :dim]
+    x = V.tabulate_dof_coordinates()[: index_map.size_local, :dim]
     x = x - V.mesh.comm.allreduce(x.sum(axis=0)) / index_map.size_global
-    motions = [np.tile(e, (n, 1)) for e in np.eye(dim)]
-    for i, j in ((0, 1), (1, 2), (2, 0))[: 1 if dim == 2 else 3]:
-        turn = np.zeros((n, dim))
-        turn[:, i], turn[:, j] = -x[:, j], x[:, i]
-        motions.append(turn)
-    return [motion.ravel() for motion in motions]
+    return list(motions_at(x))
 
 
 def near_nullspace(contact: Any) -> PETSc.NullSpace:

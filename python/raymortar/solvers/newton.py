@@ -21,20 +21,14 @@ from .solver import CoupledSolver
 class _Ended(Exception):
     """Ends a solve of DOLFINx's Newton solver, which offers no other way."""
 
-    def __init__(self, converged: bool) -> None:
-        self.converged = converged
-
 
 def _setting(name: str, meaning: str) -> Any:
     """Make an attribute of a `NewtonSolver` from one of DOLFINx's solver."""
-
-    def read(solver: NewtonSolver) -> Any:
-        return getattr(solver.newton, name)
-
-    def write(solver: NewtonSolver, value: Any) -> None:
-        setattr(solver.newton, name, value)
-
-    return property(read, write, doc=meaning)
+    return property(
+        lambda solver: getattr(solver.newton, name),
+        lambda solver, value: setattr(solver.newton, name, value),
+        doc=meaning,
+    )
 
 
 class NewtonSolver(CoupledSolver):
@@ -130,40 +124,31 @@ class NewtonSolver(CoupledSolver):
         names = "max_it", "convergence_criterion", "relaxation_parameter"
         return {name: getattr(self, name) for name in names}
 
-    @property
-    def _judges_residuals(self) -> bool:
-        """Whether `_judge` ends solves, as DOLFINx's norm mixes lengths and forces."""
-        return bool(self.convergence_criterion == "residual")
-
-    def _iterate(self) -> tuple[int, bool, str]:
+    def _iterate(self, x: PETSc.Vec) -> tuple[int, str | None]:
         newton, history = self.newton, self.problem.history
-        x = self.problem.start()
         # DOLFINx compares lengths, for which a force is no tolerance
         newton.rtol, newton.atol = self.rtol, self.force_tolerance or 0.0
-        if self._judges_residuals:
+        if self.convergence_criterion == "residual":
             newton.rtol = newton.atol = 0.0
         try:
-            with self.options:
-                iterations, converged = newton.solve(x)
-            return iterations, converged, f"after {iterations} iterations"
+            iterations, converged = newton.solve(x)
+            return iterations, None if converged else ""
         except ContactError as error:
             # An iterate is not finite. A start that is not finite is the user's fault
             if not history:
                 raise
-            return len(history), False, f"({error})"
+            return len(history), f" ({error})"
         except _Ended as end:
-            iterations = len(history) - 1
-            text = f"after {iterations} iterations, and was stopped"
-            return iterations, end.converged, text
-        finally:
-            x.destroy()
+            return len(history) - 1, None if end.args[0] else ", and was stopped"
 
     def _judge(self) -> None:
-        """End the solve if the last residual is small enough, or if it is stuck."""
-        if self._judges_residuals:
+        """End the solve if the last residual is small enough, or if it is stuck.
+
+        DOLFINx's own norm mixes lengths and forces.
+        """
+        if self.convergence_criterion == "residual":
             convergence = self.problem.convergence
             convergence.accept()
-            if convergence.reached(self.rtol, self.force_tolerance):
-                raise _Ended(converged=True)
-            if convergence.is_stuck:
-                raise _Ended(converged=False)
+            has_converged = convergence.reached(self.rtol, self.force_tolerance)
+            if has_converged or convergence.is_stuck:
+                raise _Ended(has_converged)

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import itertools
-import sys
 import weakref
 from collections.abc import Mapping
 from typing import Any
 
-from mpi4py import MPI
 from petsc4py import PETSc
 
-from .. import compat
 from ..errors import ContactError
 from ..system.coupled import ROOM
 
@@ -78,9 +75,8 @@ class PetscOptions:
         except PETSc.Error as error:
             # The text of newer petsc4py's errors has no more than a number
             reason = getattr(error, "_traceback_", None) or [str(error)]
-            raise ContactError(
-                f"PETSc does not take the options {self.given}: {reason[-1]}"
-            ) from None
+            message = f"PETSc does not take the options {self.given}: {reason[-1]}"
+            raise ContactError(message) from None
 
 
 class KnowsProblem:
@@ -134,6 +130,18 @@ def attach(ksp: PETSc.KSP, problem: Any, row_scale: PETSc.Vec | None = None) -> 
                 context.know(problem, row_scale)
 
 
+def nested(context: type, **inner: Mapping[str, Any]) -> dict[str, Any]:
+    """Make options of a Python KSP, and of its inner solvers by prefix."""
+    found: dict[str, Any] = {
+        "ksp_type": "python",
+        "ksp_python_type": f"{context.__module__}.{context.__name__}",
+        "pc_type": "none",
+    }
+    for prefix, options in inner.items():
+        found |= {f"{prefix}_{name}": value for name, value in options.items()}
+    return found
+
+
 class InnerSolvers(KnowsProblem):
     """A PETSc python KSP that leaves systems to an iterative and a direct solver."""
 
@@ -147,6 +155,12 @@ class InnerSolvers(KnowsProblem):
         one = inner_solver(ksp, name)
         one.setFromOptions()
         return one
+
+    def _solve_directly(self, ksp: PETSc.KSP, b: PETSc.Vec, x: PETSc.Vec) -> None:
+        """Solve by the direct solver, which is made for its first system. Collective."""
+        if self.direct is None:
+            self.direct = self._made(ksp, "direct_")
+        self._solve_by(self.direct, ksp, b, x)
 
     def _solve_by(
         self, one: PETSc.KSP, ksp: PETSc.KSP, b: PETSc.Vec, x: PETSc.Vec
@@ -181,22 +195,6 @@ def inner_solver(outer: PETSc.KSP | PETSc.PC, name: str) -> PETSc.KSP:
 def new_prefix(kind: str) -> str:
     """Make a prefix that no other solver has, or one would set the other's options."""
     return f"raymortar_{kind}_{next(_counter)}_"
-
-
-def release(solver: Any, comm: MPI.Comm | None, *names: str) -> None:
-    """Drop PETSc objects of a solver that ends, and free them on one rank.
-
-    Several ranks may do so at different times: there the next solver on the mesh frees
-    the objects that all ranks have dropped.
-    """
-    if sys.is_finalizing():
-        return
-    for name in names:
-        solver.__dict__.pop(name, None)
-    if comm is None or PETSc.Sys.isFinalized():
-        return
-    if comm.size == 1:
-        compat.destroy_garbage(comm)
 
 
 def renew(ksp: PETSc.KSP, A: PETSc.Mat) -> None:

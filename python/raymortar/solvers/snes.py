@@ -52,22 +52,17 @@ class Forcing:
         return max(self.least, min(self.first, SHARE * left))
 
 
-def _line_search(problem: CoupledProblem) -> str:
-    """The default line search. With springs, full steps cycle where points close and
-    slip in the same large step; with multipliers full steps are best
-    (docs/solving.md)."""
+def _defaults(problem: CoupledProblem, floor: float) -> dict[str, Any]:
+    """Make options of SNES, without those of the linear solver."""
+    # With springs, full steps cycle where points close and slip in the same large step;
+    # with multipliers full steps are best (docs/solving.md)
     springs = any(
         isinstance(contact.method, Penalty) and contact.friction is not None
         for contact in problem.contact.contacts
     )
-    return "bt" if springs else "basic"
-
-
-def _defaults(problem: CoupledProblem, floor: float) -> dict[str, Any]:
-    """Options of SNES, without those of the linear solver."""
     return {
         "snes_type": "newtonls",
-        "snes_linesearch_type": _line_search(problem),
+        "snes_linesearch_type": "bt" if springs else "basic",
         # Of PETSc 3.23 and later 1e-15 in "l2": the square of a force, in any unit
         "snes_linesearch_atol": 0.0,
         "snes_rtol": 1e-10,
@@ -96,12 +91,13 @@ def _convergence_test(
 
     def test(snes: PETSc.SNES, iteration: int, norms: tuple[float, ...]) -> int:
         size, step, norm = norms
-        rtol, atol, stol, _ = snes.getTolerances()
+        rtol, given, stol, _ = snes.getTolerances()
+        atol = None if given == floor else given
         convergence, history = problem_of().convergence, problem_of().history
         convergence.accept()
         if not np.isfinite(norm):
             return NOT_A_NUMBER
-        if convergence.reached(rtol, None if atol == floor else atol):
+        if convergence.reached(rtol, atol):
             return reasons.CONVERGED_FNORM_RELATIVE
         first = next((norm for norm in history if norm > convergence.floor), 0.0)
         if 0.0 < divergence * first < history[-1]:
@@ -113,7 +109,7 @@ def _convergence_test(
         if 0 <= snes.getMaxFunctionEvaluations() <= snes.getFunctionEvaluations():
             return reasons.DIVERGED_FUNCTION_COUNT
         if forcing is not None:
-            excess = convergence.excess(rtol, None if atol == floor else atol)
+            excess = convergence.excess(rtol, atol)
             snes.ksp.setTolerances(rtol=forcing.tolerance(iteration, excess))
         return reasons.CONVERGED_ITERATING
 
@@ -169,8 +165,7 @@ class SNESSolver(CoupledSolver):
         # Errors of callbacks: newer petsc4py raises an error of its own instead
         self._raised: list[ContactError] = []
         self._set_callbacks()
-        if prefix is None:
-            prefix = new_prefix("snes")
+        prefix = new_prefix("snes") if prefix is None else prefix
         linear = linear_options(problem, options, prefix, snes=True)
         given = {**_defaults(problem, self._floor), **linear, **(options or {})}
         self._configure(self.snes, prefix, given)
@@ -205,7 +200,7 @@ class SNESSolver(CoupledSolver):
     @property
     def tolerances(self) -> tuple[float, float]:
         """rtol and atol."""
-        rtol, atol, _, _ = self.snes.getTolerances()
+        rtol, atol = self.snes.getTolerances()[:2]
         return rtol, atol
 
     @tolerances.setter
@@ -215,35 +210,33 @@ class SNESSolver(CoupledSolver):
     @property
     def max_it(self) -> int:
         """Most iterations."""
-        most: int = self.snes.getTolerances()[3]
-        return most
+        return int(self.snes.getTolerances()[3])
 
     def _settings(self) -> dict[str, Any]:
         return {"max_it": self.max_it}
 
-    def _iterate(self) -> tuple[int, bool, str]:
-        snes, x = self.snes, self.problem.start(self.x)
+    def _iterate(self, x: PETSc.Vec) -> tuple[int, str | None]:
+        snes = self.snes
+        x.copy(self.x)
         self._raised.clear()
         self._weigh_rows()
         try:
-            with self.options:
-                snes.solve(None, x)
+            snes.solve(None, self.x)
         except PETSc.Error:
             if not self._raised:
                 raise
             raise self._raised[0] from None
         # The last residual may be of a rejected trial step
-        self.problem.form(x)
+        self.problem.form(self.x)
         reason = snes.getConvergedReason()
-        if reason == NO_DESCENT and self._is_rounding_error(x):
+        if reason == NO_DESCENT and self._is_rounding_error(self.x):
             reason = PETSc.SNES.ConvergedReason.CONVERGED_FNORM_ABS
             snes.setConvergedReason(reason)
-        iterations = snes.getIterationNumber()
-        end = f"after {iterations} iterations ({reason_in_words(reason)})"
-        return iterations, reason > 0, end
+        failed = None if reason > 0 else f" ({reason_in_words(reason)})"
+        return snes.getIterationNumber(), failed
 
     def _is_rounding_error(self, x: PETSc.Vec) -> bool:
         """Whether no line search can find a smaller residual than at x. Collective."""
         self.problem.F(x, self.b)
-        rtol = self.tolerances[0]
-        return self.problem.convergence.reached(rtol, self.force_tolerance, True)
+        convergence = self.problem.convergence
+        return convergence.reached(self.tolerances[0], self.force_tolerance, True)

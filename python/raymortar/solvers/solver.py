@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import sys
 import weakref
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, cast
 
 from mpi4py import MPI
 from petsc4py import PETSc
@@ -16,7 +17,7 @@ from .. import compat
 from ..errors import ContactError, raise_everywhere, require_agreement, together
 from ..problem import CoupledProblem
 from ..diagnose.outcome import require_convergence
-from .petsc_objects import CLOSE, PetscOptions, attach, release, renew, take_tangent
+from .petsc_objects import CLOSE, PetscOptions, attach, renew, take_tangent
 
 
 class CoupledSolver(ABC):
@@ -63,16 +64,21 @@ class CoupledSolver(ABC):
         attach(self.krylov_solver, self.problem, self._scale)
 
     def __del__(self) -> None:
+        if sys.is_finalizing():
+            return
         contact = self.__dict__.get("_contact")
-        comm = None if contact is None else contact.layout.comm
-        names = "newton", "snes", "krylov_solver", "A", "b", "x", "_scale"
-        release(self, comm, *names)
+        for name in ("newton", "snes", "krylov_solver", "A", "b", "x", "_scale"):
+            self.__dict__.pop(name, None)
+        # Several ranks may do so at different times: there the next solver on the mesh
+        # frees the objects that all ranks have dropped
+        if contact is not None and not PETSc.Sys.isFinalized():
+            if contact.layout.comm.size == 1:
+                compat.destroy_garbage(contact.layout.comm)
 
     @property
     def problem(self) -> CoupledProblem:
         """The problem that is solved."""
-        found: CoupledProblem = self._problem()
-        return found
+        return cast("CoupledProblem", self._problem())
 
     @property
     def force_tolerance(self) -> float | None:
@@ -85,8 +91,9 @@ class CoupledSolver(ABC):
         """Settings without which one rank would stop before the others."""
 
     @abstractmethod
-    def _iterate(self) -> tuple[int, bool, str]:
-        """Iterations, whether they have converged, and how they ended. Collective."""
+    def _iterate(self, x: PETSc.Vec) -> tuple[int, str | None]:
+        """Iterate from x; return the iterations and why they failed, None if they
+        converged. Collective."""
 
     def solve(self, u: Any = None) -> tuple[int, bool]:
         """Solve from the present u and multiplier.
@@ -112,14 +119,28 @@ class CoupledSolver(ABC):
         settings = {"tolerances": self.tolerances, **self._settings()}
         name = type(self).__name__
         require_agreement(self.problem.comm, solver=name, **settings)
-        converged = False
+        return self.iterate_by(self._iterate, 0), True
+
+    def iterate_by(self, iterate: Callable[..., tuple[int, str | None]], n: int) -> int:
+        """Solve from the present unknowns by a loop of its own. Collective.
+
+        The loop takes the vector of unknowns and n others, and returns its iterations
+        and why they failed, None if they converged.
+        """
+        problem = self.problem
+        vectors = [problem.start(), *(problem.create_vector() for _ in range(n))]
+        reason: str | None = ""
         try:
-            iterations, converged, end = self._iterate()
+            with self.options:
+                iterations, reason = iterate(*vectors)
         finally:
-            if not converged:
+            for vector in vectors:
+                vector.destroy()
+            if reason is not None:
                 renew(self.krylov_solver, self.A)
-        require_convergence(self.problem, converged, end)
-        return iterations, converged
+        end = f"after {iterations} iterations{reason}"
+        require_convergence(problem, reason is None, end)
+        return iterations
 
     def _weigh_rows(self) -> None:
         """Take the present factors of the rows. Collective."""
@@ -152,20 +173,22 @@ class CoupledSolver(ABC):
         right.destroy()
 
 
+def require_problem(problem: Any, remedy: str = "") -> None:
+    """Raise unless something is a problem."""
+    if not isinstance(problem, CoupledProblem):
+        name = type(problem).__name__
+        raise ContactError(f"problem must be a NonlinearProblem, not {name}{remedy}")
+
+
 def _check_input(name: str, problem: Any, options: Any) -> None:
     """Raise unless problem and options suit a solver, on all ranks. Collective."""
-    if not isinstance(problem, CoupledProblem):
-        remedy = f": {name}(problem)" if isinstance(problem, MPI.Comm) else ""
-        raise ContactError(
-            f"problem must be a NonlinearProblem, not {type(problem).__name__}{remedy}"
-        )
+    remedy = f": {name}(problem)" if isinstance(problem, MPI.Comm) else ""
+    require_problem(problem, remedy)
+    known = options is None or isinstance(options, Mapping)
     with together(problem.comm):
-        if options is not None and not (
-            isinstance(options, Mapping) and all(isinstance(k, str) for k in options)
-        ):
-            raise ContactError(
-                f"options must be PETSc options by name, not {options!r}"
-            )
+        if not (known and all(isinstance(k, str) for k in options or ())):
+            message = f"options must be PETSc options by name, not {options!r}"
+            raise ContactError(message)
     options = None if options is None else dict(sorted(options.items()))
     require_agreement(problem.comm, solver=name, options=options)
 

@@ -18,8 +18,12 @@ from raymortar import (
     Stick,
 )
 from raymortar.paths.stabilization import Stabilization
-from raymortar.paths.strategies import solve_by_small_gamma, solve_with_small_gamma
-from raymortar.solvers.capped import CappedSolver, with_line_search
+from raymortar.paths.strategies import (
+    CappedSolver,
+    solve_by_small_gamma,
+    solve_with_small_gamma,
+    with_line_search,
+)
 
 pytestmark = pytest.mark.mpi
 

@@ -17,11 +17,13 @@ from raymortar.paths.strategies import (
     FULL,
     KEPT,
     LINE_SEARCH,
+    OVERLAP,
     SMALL_GAMMA,
     VISCOUS,
+    CappedSolver,
+    with_line_search,
 )
 from raymortar.solvers import iterative
-from raymortar.solvers.capped import OVERLAP, CappedSolver, with_line_search
 
 CYCLE = [2.371e-2, 1.1e-2]
 FALLING = [10.0**-k for k in range(9)]
