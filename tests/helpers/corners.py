@@ -10,6 +10,7 @@ import numpy as np
 import ufl
 from dolfinx import fem
 from materials import MATERIALS, lame
+from strips import tag_where
 
 from raymortar import Contact, LoadSteps, NewtonSolver, NonlinearProblem, compat, rigid
 from raymortar.rigid.turning import rotation_matrix
@@ -128,3 +129,42 @@ def block_on(
         contact = Contact(functions, tags, [(BOTTOM, FLOOR)], **options)
         problem = NonlinearProblem(forms, contact, bcs, u=functions)
     return Corner(functions[0], contact, problem, top, size)
+
+
+def corner_on_flat(turn, n=8, E=1.0, **options):
+    """A stiff block's corner on the flat side, the slave, of a soft block that is held
+    below: contact, problem, and the place that the stiff block is led to."""
+    gdim = len(turn)
+    cell = "quadrilateral" if gdim == 2 else "hexahedron"
+    middle = np.append(np.full(gdim - 1, 0.4), 1.001)
+    soft = boxes.box(cell, n)
+
+    def stand(x):
+        return 0.5 * x @ turn.T + middle
+
+    stiff = boxes.box(cell, 2, move=stand)
+
+    def is_low(x):
+        return np.isclose((x[:gdim].T - middle) @ turn, 0.0).any(axis=1)
+
+    tags = [
+        boxes.tag_sides(soft, (gdim - 1, 1.0)),
+        tag_where(stiff, lambda x: x[0] > 9.0, is_low),
+    ]
+    spaces = [compat.vector_space(each, 1) for each in (soft, stiff)]
+    functions = [fem.Function(V) for V in spaces]
+    place = fem.Constant(stiff, np.zeros(gdim))
+    foot = fem.locate_dofs_geometrical(spaces[0], lambda x: x[gdim - 1] < 1e-9)
+    every = fem.locate_dofs_geometrical(spaces[1], lambda x: x[0] == x[0])
+    bcs = [
+        fem.dirichletbc(np.zeros(gdim), foot, spaces[0]),
+        fem.dirichletbc(place, every, spaces[1]),
+    ]
+    stress, _ = MATERIALS["neo-hookean"]
+    forms = [
+        ufl.inner(stress(ufl.grad(u), *lame(E, 0.3)), ufl.grad(ufl.TestFunction(V)))
+        * ufl.dx
+        for u, V in zip(functions, spaces)
+    ]
+    contact = Contact(functions, tags, [(1, 2)], **options)
+    return contact, NonlinearProblem(forms, contact, bcs, u=functions), place

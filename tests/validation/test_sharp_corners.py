@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import raymortar
-from raymortar import Coulomb, Penalty, rigid
+from raymortar import Coulomb, LoadSteps, NewtonSolver, Penalty, rigid
 
 MU = 0.2
 
@@ -135,3 +135,25 @@ def test_where_the_slave_keeps_its_normal_a_warning_tells_the_tilt():
     with warnings.catch_warnings():
         warnings.filterwarnings("error", "the facets of slave")
         slid("line", 12.0, n=4)
+
+
+@pytest.mark.parametrize("mu", [0.0, MU])
+def test_a_flat_slave_below_a_corner_has_the_right_normal(mu):
+    """No warning: its facets are flat, however the corner stands on them."""
+    friction = Coulomb(mu) if mu else None
+    contact, problem, place = corners.corner_on_flat(
+        corners.turned(2, 5.0), friction=friction
+    )
+    forces = []
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        for way in ([0.0, -0.02], [0.05, -0.02]):
+            start = place.value.copy()
+
+            def apply(t):
+                place.value[:] = start + t * (np.array(way) - start)
+
+            for _ in LoadSteps(NewtonSolver(problem), apply, steps=3):
+                forces.append(contact.resultant().force)
+    assert not any("tilted" in str(one.message) for one in told)
+    assert abs(forces[-1][0] / forces[-1][1]) == pytest.approx(mu, abs=0.02)

@@ -8,9 +8,11 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
+from mpi4py import MPI
+
 import numpy as np
 
-from ..compat import Array
+from ..compat import Array, Mask
 from ..contact import Contact
 from ..errors import (
     BodyLeft,
@@ -22,6 +24,7 @@ from ..errors import (
 from ..host.facets import format_point
 from ..interaction import Interaction
 from ..interface.point_results import CLOSED
+from ..interface.slave_nodes import are_inside_flats
 from ..interface.stiffness import mean_facet_size
 from ..interface.zone_data import ZoneData
 from ..options.methods import AugmentedLagrangian, Penalty
@@ -240,8 +243,15 @@ def _tension(contact: Contact, number: int, zone: ZoneData) -> Iterator[Finding]
 
 def _tilts(contact: Interaction) -> Iterator[Finding]:
     """Find pairs whose slave facets are tilted against the master, and turn the force,
-    where the slave's normal is that of the law [theory (2.14)]. Collective."""
-    found = [_tilt(zone, contact) for zone in contact.zones]
+    where the slave's normal is that of the law [theory (2.14)]. Collective.
+
+    Slave facets inside a flat have the right normal, however the master stands on them.
+    """
+    found = [
+        _tilt(zone, contact.layout.comm, are_inside_flats(zone, part.surfaces.scalar))
+        for part in contact.parts
+        for zone in part.zones
+    ]
     least = SMALL_FORCE * max(force.max(initial=0.0) for force, _ in found)
     for number, (zone, (force, angle)) in enumerate(zip(contact.zones, found)):
         for k in np.flatnonzero((angle > TILT) & (force > least)):
@@ -260,18 +270,19 @@ def _tilts(contact: Interaction) -> Iterator[Finding]:
             )
 
 
-def _tilt(zone: ZoneData, contact: Interaction) -> tuple[Array, Array]:
+def _tilt(zone: ZoneData, comm: MPI.Comm, is_flat: Mask) -> tuple[Array, Array]:
     """Sum of the pressures' forces on each master, and the angle by which the slave's
-    normals turn them against the master's, (masters,). Degrees. Collective."""
+    normals turn them against the master's, (masters,), but for slave facets that are
+    flat. Degrees. Collective."""
     points = zone.points()
     n, n_m = points["normal"], points["master_normal"]
     counts = (points["status"] >= CLOSED) & (points["contact_normal"] == n).all(axis=1)
-    counts &= n_m.any(axis=1)  # ties have none
+    counts &= n_m.any(axis=1) & ~is_flat[points["slave"]]  # ties have none
     force = np.abs(points["weight"] * points["pressure"])[counts]
     values = force * np.vstack([np.ones_like(force), n[counts].T, -n_m[counts].T])
     sums = np.zeros((zone.master_tags.count, len(values)))
     np.add.at(sums, zone.masters_of(points)[counts], values.T)
-    sums = contact.layout.comm.allreduce(sums)
+    sums = comm.allreduce(sums)
     size, mine, right = np.split(sums, [1, 1 + n.shape[1]], axis=1)
     tiny = np.finfo(float).tiny
     along = right / np.maximum(np.linalg.norm(right, axis=1, keepdims=True), tiny)

@@ -17,7 +17,12 @@ from ..compat import Array, Mask
 from ..errors import ContactWarning, SetUpError, raise_everywhere
 from ..host.facets import format_point
 from ..host.ranks import largest, marked_everywhere, sums_at
-from ..host.reference_facets import middle_normals, shape_functions, units
+from ..host.reference_facets import (
+    N_CORNERS,
+    middle_normals,
+    shape_functions,
+    units,
+)
 from ..host.surfaces import Surface, facet_lengths, surface_normals, vector_areas
 from .contact_surfaces import ContactSurfaces
 from .overlap import of_hit_masters
@@ -28,6 +33,8 @@ from .zone_data import ZoneData
 # A node is a corner if the mean of the unit normals around it is shorter. The mean of
 # two normals is, if they are more than 60 degrees apart
 STRAIGHT = np.cos(np.pi / 6.0)
+# Cosine of the angle between facets of a flat surface
+FLAT = np.cos(np.deg2rad(1.0))
 # Share of the area of a tie's node that masters must cover
 ENOUGH = 0.5
 # Largest number of nodes that a message names
@@ -85,6 +92,34 @@ class Cover:
             if self._corners is not None:
                 covered = np.where(self._corners, covered, anywhere)
             zone.cpp.set_covered_nodes(covered[zone.multiplier_nodes].astype(np.int8))
+
+
+# Flat surroundings
+
+
+def are_inside_flats(zone: ZoneData, V: FunctionSpace) -> Mask:
+    """Mark slave facets from which the undeformed surface goes on flat, to all sides.
+    Collective.
+
+    The angles of the facets around a node add up to two right ones twice, and so do
+    the facets' normals by these angles. At an edge, or at the rim of the tag, they fall
+    short.
+    """
+    surface = zone.facets.slave_surface
+    corners = N_CORNERS[surface.shape]
+    cycle = [0, 1, 3, 2] if corners == 4 else list(range(corners))
+    table = zone.result_table[:, cycle]
+    n = units(middle_normals(surface.shape, surface.node_degree, surface.nodes))
+    angles = np.full(table.shape, np.pi)  # in 2D of each end
+    if corners > 2:
+        x = surface.nodes[:, cycle]
+        ahead = units(np.roll(x, -1, axis=1) - x)
+        behind = np.roll(ahead, 1, axis=1)
+        angles = np.pi - np.arccos(np.clip(np.sum(ahead * behind, axis=-1), -1.0, 1.0))
+    shares = angles[..., None] * n[:, None]
+    sums = sums_at(V.dofmap.index_map, surface.gdim, (table, shares))[table]
+    inside: Mask = np.einsum("fai,fi->fa", sums, n).min(axis=1) > 2.0 * np.pi * FLAT
+    return inside
 
 
 # Ties

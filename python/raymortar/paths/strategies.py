@@ -16,7 +16,7 @@ from dolfinx.fem import Function
 from ..convergence.convergence import is_in_trouble
 from ..diagnose.failure import FAILURES
 from ..errors import ContactWarning, ConvergenceError, SetUpError
-from ..interface.faced import nearest_hits, path
+from ..interface.zone_data import nearest_hits, path
 from ..interface.state import State
 from ..interface.stiffness import mean_facet_size
 from ..solvers.newton import NewtonSolver
