@@ -320,9 +320,16 @@ class FreeBodies:
         for body in self.bodies:
             push = self.push(body)
             names = parts_of(body, push.unmet)
+            end = "and nothing stops it"
+            if push.touches and any(
+                part.present.has_friction and body in zone.facets.bodies
+                for part in self._system.parts
+                for zone in part.zones
+            ):
+                end = "where friction alone resists"
             if names:
                 found.append(
-                    f"the rigid {body.name} is pushed along {', '.join(names)}, and "
-                    "nothing stops it" + self._left_behind(push)
+                    f"the rigid {body.name} is pushed along {', '.join(names)}, {end}"
+                    + self._left_behind(push)
                 )
         return found
