@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from raymortar.host.gathering import gather_boundary, gather_cells
+from raymortar.discretization.gathering import gather_boundary, gather_cells
 from raymortar.plotting.drawing import LOOK, PRESSURE_MAP, draw_field, draw_surface
 
 __all__ = [

@@ -197,7 +197,7 @@ class Peer:
             f"GetFEM did not converge: residual {norm:.2e} of {first:.2e}"
         )
 
-    def take_over(self):
+    def set_volume(self):
         """Put GetFEM's solution into the DOLFINx problem."""
         problem, dim = self.problem, self.problem.dim
         u = problem.u.x.array.reshape(-1, dim)

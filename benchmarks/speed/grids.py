@@ -10,7 +10,7 @@ from petsc4py import PETSc
 import numpy as np
 
 from raymortar import _cpp
-from raymortar.host.reference_facets import facet_nodes
+from raymortar.discretization.reference_facets import facet_nodes
 from raymortar.options import quadrature
 
 INDEX, GLOBAL = np.int32, np.int64

@@ -64,5 +64,5 @@ __all__ = [
 
 
 def __dir__() -> list[str]:
-    """What is public; rooms such as ``raymortar.host`` are not."""
+    """What is public; rooms such as ``raymortar.discretization`` are not."""
     return [*__all__, "__version__"]

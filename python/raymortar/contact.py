@@ -10,9 +10,9 @@ import numpy as np
 from dolfinx.fem import Function
 
 from .compat import Array
-from .host.curving import Smooth
-from .host.layout import Layout
-from .host.slave_fields import FieldValue
+from .discretization.curving import Smooth
+from .discretization.layout import Layout
+from .discretization.slave_fields import FieldValue
 from .interaction import Interaction
 from .interface.coefficients import Interfaces, PairCoefficients
 from .interface.contact_surfaces import check_given, make_surfaces
@@ -89,8 +89,8 @@ class Contact(Interaction):
     ----------
     slave_u
         Displacement on the mesh that all slave surfaces are on.
-    host
-        What is solved for, the displacement among it; see `host.Host`.
+    unknowns
+        What is solved for, the displacement among it; see `unknowns.Unknowns`.
     multiplier
         Traction on the slave: a scalar ``Function`` (normal component, negative in
         compression), a vector one in global coordinates, or None with penalty. Zero
@@ -98,7 +98,7 @@ class Contact(Interaction):
     names
         Facet tag by name.
     layout
-        Rows of the unknowns: [host | multiplier], rank by rank.
+        Rows of the unknowns: [unknowns of the forms | multiplier], rank by rank.
     surfaces, results, assembly
         Objects that this one hands over to: zones and the functions on them, results at
         points, and what contact adds to matrices and vectors.
@@ -151,13 +151,13 @@ class Contact(Interaction):
         self.method, self.friction = options.method, friction
         self.measure, self.tangent = measure, tangent
         self.surfaces = made = make_surfaces(
-            given.host, facet_tags, given.groups, options, self.tied
+            given.unknowns, facet_tags, given.groups, options, self.tied
         )
         self.slave_u, self.multiplier = made.slave_u, made.multiplier
         self.layout: Layout = made.layout
         self._present = PresentState(made, options)
         self.assembly = ContactAssembly(made, self._present, options.method)
-        super().__init__(given.host, [self.assembly], given.pairs)
+        super().__init__(given.unknowns, [self.assembly], given.pairs)
         self._fields = NodalFields(made, self._present, friction)
         self._offsets = Offsets(made)
         if options.method.gamma is not None:

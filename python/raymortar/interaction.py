@@ -10,8 +10,8 @@ from typing import Any
 
 from .compat import Array
 from .errors import raise_everywhere
-from .host.bodies import Bodies
-from .host.host import Host
+from .discretization.bodies import Bodies
+from .discretization.unknowns import Unknowns
 from .interface.pairs import Pair, PairTable
 from .interface.state import JointState, State
 from .results.points import PointResults
@@ -32,7 +32,7 @@ class Interaction(CoupledSystem):
 
     Parameters
     ----------
-    host
+    unknowns
         What is solved for.
     parts
         What each contact adds to matrices and vectors.
@@ -46,9 +46,9 @@ class Interaction(CoupledSystem):
     """
 
     def __init__(
-        self, host: Host, parts: Sequence[ContactAssembly], pairs: PairTable
+        self, unknowns: Unknowns, parts: Sequence[ContactAssembly], pairs: PairTable
     ) -> None:
-        super().__init__(host, parts)
+        super().__init__(unknowns, parts)
         self.results = PointResults(
             self.zones,
             pairs,
@@ -98,7 +98,7 @@ class Interaction(CoupledSystem):
         the accepted step until the next one.
         """
         if self.updates and any(part.present.has_friction for part in self.parts):
-            self.host.pull()
+            self.unknowns.pull()
             if self.cpp.has_moved():
                 self.update()
         for part in self.parts:
@@ -147,7 +147,7 @@ class Interaction(CoupledSystem):
     def extrapolate(self, now: State, last: State, ratio: float) -> None:
         """Add a multiple of the change between two states to all unknowns."""
         ends = [one.u if one.unknowns is None else one.unknowns for one in (now, last)]
-        self.host.set_values(self.host.values() + ratio * (ends[0] - ends[1]))
+        self.unknowns.set_values(self.unknowns.values() + ratio * (ends[0] - ends[1]))
         changes: dict[Body, Array] = {}  # several contacts may meet a body
         for part, new, old in zip(self.parts, now.parts, last.parts):
             f = part.surfaces.multiplier

@@ -11,8 +11,8 @@ from dolfinx.fem import Function
 from . import compat
 from .contact import Contact
 from .errors import ContactError, ContactWarning, raise_everywhere
-from .host.host import Host
-from .host.layout import CoupledRows
+from .discretization.unknowns import Unknowns
+from .discretization.layout import CoupledRows
 from .interaction import Interaction
 from .interface.pairs import PairTable
 
@@ -33,7 +33,7 @@ class Interactions(Interaction):
     Attributes
     ----------
     layout
-        Rows of the unknowns: [host | multipliers of each contact], rank by rank.
+        Rows of the unknowns: [unknowns of the forms | multipliers of each contact], rank by rank.
 
     Raises
     ------
@@ -46,7 +46,7 @@ class Interactions(Interaction):
         _warn_of_shared_pairs(contacts)
         self._contacts = tuple(contacts)
         super().__init__(
-            contacts[0].host,
+            contacts[0].unknowns,
             [contact.assembly for contact in contacts],
             PairTable.joined(
                 [contact.results.pairs for contact in contacts],
@@ -85,12 +85,12 @@ class Interactions(Interaction):
         """
         partners = tuple(part.number for part in self.parts)
         for part in self.parts:
-            part.settle(functions, partners)
-        self.layout = CoupledRows(self.host, [part.layout for part in self.parts])
+            part.set_functions(functions, partners)
+        self.layout = CoupledRows(self.unknowns, [part.layout for part in self.parts])
         surfaces = [part.surfaces for part in self.parts]
         for part in self.parts:
             part.send_rows()
-            part.meet(surfaces)
+            part.find_cross_points(surfaces)
 
     def friction_work(self) -> float:
         """`Contact.friction_work` of all. Collective."""
@@ -134,10 +134,10 @@ def _fault(contacts: Sequence[Contact]) -> str | None:
             return (
                 f"contact[{i}], of slave {contact.surfaces.tags}, is in the list twice"
             )
-        if not _same_displacement(first.host, contact.host):
+        if not _same_displacement(first.unknowns, contact.unknowns):
             return (
                 f"contact[{i}], of slave {contact.surfaces.tags}, has the displacement "
-                f"{contact.host.name}, contact[0] another one, {first.host.name}: all "
+                f"{contact.unknowns.name}, contact[0] another one, {first.unknowns.name}: all "
                 "contacts of a problem must be made with the same"
             )
         if contact.axisymmetric != first.axisymmetric:
@@ -169,7 +169,7 @@ def _warn_of_shared_pairs(contacts: Sequence[Contact]) -> None:
             known[sides] = i
 
 
-def _same_displacement(one: Host, other: Host) -> bool:
+def _same_displacement(one: Unknowns, other: Unknowns) -> bool:
     """Whether two hosts have one displacement, on the same meshes in one order."""
     parts = list(zip(one.displacements, other.displacements))
     return len(one.displacements) == len(other.displacements) and all(

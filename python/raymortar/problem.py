@@ -25,7 +25,12 @@ from .errors import (
     require_agreement,
     together,
 )
-from .host.forms import check_supports, find_unknowns, jacobians, list_of_conditions
+from .discretization.forms import (
+    check_supports,
+    find_unknowns,
+    jacobians,
+    list_of_conditions,
+)
 from .interactions import one_or_several
 from .interface.overlap import warn_of_overlap
 from .interface.slave_nodes import warn_of_finer_rigid_slaves
@@ -102,16 +107,16 @@ class CoupledProblem:
         jit_options: Mapping[str, Any] | None = None,
     ) -> None:
         self.contact = one_or_several(contact)
-        host, comm = self.contact.host, self.contact.host.comm
+        unknowns, comm = self.contact.unknowns, self.contact.unknowns.comm
         with together(comm):
-            functions = find_unknowns(F, J, u, host)
+            functions = find_unknowns(F, J, u, unknowns)
             self.bcs = list_of_conditions(bcs)
         self.contact.solve_for(functions)
         with together(comm):
-            host.conditions(self.bcs)  # refuses foreign ones
+            unknowns.conditions(self.bcs)  # refuses foreign ones
             is_derivative = J is None
             if isinstance(F, (list, tuple)):
-                J = jacobians(F, functions, host) if J is None else J
+                J = jacobians(F, functions, unknowns) if J is None else J
             elif J is None:
                 (w,) = functions
                 J = ufl.derivative(F, w, ufl.TrialFunction(w.function_space))
@@ -137,7 +142,7 @@ class CoupledProblem:
         self.contact.set_groups(groups.of_row, groups.count, groups.mass, groups.fields)
 
     def __repr__(self) -> str:
-        solved_for = ", ".join(repr(f.name) for f in self.contact.host.functions)
+        solved_for = ", ".join(repr(f.name) for f in self.contact.unknowns.functions)
         unknowns, n = self.contact.layout.ranges[-1], len(self.bcs)
         return (
             f"<{type(self).__name__} for {solved_for}, {unknowns} unknowns, "
@@ -152,7 +157,7 @@ class CoupledProblem:
     @property
     def u(self) -> Any:
         """What is solved for: a Function, of several unknowns a list."""
-        functions = self.contact.host.functions
+        functions = self.contact.unknowns.functions
         return list(functions) if self.volume.has_several else functions[0]
 
     @property
@@ -167,7 +172,7 @@ class CoupledProblem:
 
     def create_matrix(self) -> PETSc.Mat:
         """Matrix with room for the tangent. Collective."""
-        self.contact.belong_to(self._pattern)
+        self.contact.use_volume(self._pattern)
         is_first = not self.contact.preallocations
         A = self.contact.create_matrix(self.a)
         if is_first:
@@ -190,14 +195,14 @@ class CoupledProblem:
     def start(self, x: PETSc.Vec | None = None) -> PETSc.Vec:
         """Present u and multiplier as a vector of unknowns, x or a new one; clears the
         history."""
-        fault = self.contact.host.fault_of_conditions(self.bcs)
+        fault = self.contact.unknowns.fault_of_conditions(self.bcs)
         raise_everywhere(self.comm, fault, SetUpError)
         self.history.clear()
         self.convergence.start()
         self.contact.require_mesh()
         self._revision = None
         if self.contact.layout.bodies:
-            self.contact.free_bodies.seat()
+            self.contact.free_bodies.close_gaps()
         x = self.create_vector() if x is None else x
         self.contact.to_vector(x)
         return x
@@ -222,7 +227,7 @@ class CoupledProblem:
             )
         contact, is_first = self.contact, self._revision is None
         if contact.parts[0].volume is not self._pattern:
-            contact.belong_to(self._pattern)
+            contact.use_volume(self._pattern)
         anew = is_first or self._revision != contact.revision
         if not contact.take(x, anew, self.rays_only):
             return
@@ -255,7 +260,7 @@ class CoupledProblem:
     ) -> tuple[Array, Array, Array, Array]:
         """Assemble the residual, with contact's forces or without, and return its
         norms. Collective."""
-        lacking = self.contact.host.lacking(self.bcs)
+        lacking = self.contact.unknowns.lacking(self.bcs)
         volume = self.volume.residual(self.bcs, lacking.increment)
         return self.contact.assemble_residual(b, self.bcs, volume, lacking, contact)
 
@@ -264,7 +269,7 @@ class CoupledProblem:
         """UFL residual in the displacement's test function, and its derivative by the
         displacement, or by the mixed Function that has it."""
         F, J = self.forms
-        at = self.contact.host.only.at
+        at = self.contact.unknowns.only.at
         return (F[at], J[at][at]) if self.volume.has_several else (F, J)
 
     @contextmanager
@@ -283,13 +288,13 @@ class CoupledProblem:
 
     @property
     def prescribed(self) -> npt.NDArray[np.bool_]:
-        """Whether conditions prescribe an owned unknown of the host. Collective."""
-        return self.contact.host.owned_prescribed(self.bcs)
+        """Whether conditions prescribe an owned unknown of the unknowns. Collective."""
+        return self.contact.unknowns.owned_prescribed(self.bcs)
 
     def row_scale(self) -> Array:
         """Factors of the owned rows for solvers that add up their squares, as line
         searches do; see `convergence.Convergence.row_scale`. Collective."""
-        values = self.contact.host.values()
+        values = self.contact.unknowns.values()
         return self.convergence.row_scale(self.prescribed, values)
 
     def J(self, x: PETSc.Vec, A: PETSc.Mat) -> bool:
@@ -325,19 +330,19 @@ class CoupledProblem:
         is the force of a full turn along the axis; the first is the integral of radial
         tractions, which cancel.
         """
-        host, layout = self.contact.host, self.contact.layout
+        unknowns, layout = self.contact.unknowns, self.contact.layout
         with together(self.comm):
             supports = check_supports("supports", supports)
         rows = self.volume.forces(self.bcs)
         b = self.create_vector()
         self.contact.assemble_vector(b)
         b.assemble()
-        forces = (rows + b.getArray(readonly=True)[: layout.n])[host.u_owned]
+        forces = (rows + b.getArray(readonly=True)[: layout.n])[unknowns.u_owned]
         b.destroy()
         dim = self.contact.u.function_space.mesh.geometry.dim
         local = []
         for bcs in supports.values():
-            held, _ = host.prescribed_u(bcs)
+            held, _ = unknowns.prescribed_u(bcs)
             on = held[: layout.n_u] == 1
             local.append(np.where(on, forces, 0.0).reshape(-1, dim).sum(0))
         total = self.comm.allreduce(np.array(local).reshape(-1, dim))

@@ -86,7 +86,7 @@ class Tie(Contact):
         require_agreement(self._comm, adjust=adjust, partial=partial)
         self._refuse_bodies()
         self.assembly.present.pair_tie(partial)
-        self.assembly.meet([self.surfaces])
+        self.assembly.find_cross_points([self.surfaces])
         self.update()
 
     def _refuse_bodies(self) -> None:

@@ -20,7 +20,7 @@ from dolfinx.mesh import Mesh
 from . import compat
 from .compat import mixed_space, scalar_space, vector_space
 from .errors import ContactError, together
-from .host.gathering import nodal_field
+from .discretization.gathering import nodal_field
 
 __all__ = [
     "by_body",

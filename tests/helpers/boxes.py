@@ -10,8 +10,8 @@ from dolfinx import mesh as dmesh
 
 from meshes.from_arrays import create_mesh
 from raymortar import compat
-from raymortar.host.facets import tagged_facets
-from raymortar.host.reference_facets import normals, shape_functions
+from raymortar.discretization.facets import tagged_facets
+from raymortar.discretization.reference_facets import normals, shape_functions
 
 COMM = MPI.COMM_WORLD
 CELLS = ["triangle", "quadrilateral", "tetrahedron", "hexahedron"]

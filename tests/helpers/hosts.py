@@ -42,7 +42,7 @@ class Hosted:
 
     def collapsed(self):
         """The parts as Functions of their own."""
-        (given,) = self.contact.host.displacements
+        (given,) = self.contact.unknowns.displacements
         if len(self.functions) > 1 or given.component is None:
             return self.functions
         (w,) = self.functions

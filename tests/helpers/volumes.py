@@ -16,17 +16,17 @@ def without_what_is_kept(problem):
 def disturb(problem, size=1e-2):
     """Any values of the unknowns, the same on all ranks that share them."""
     rng = np.random.default_rng(COMM.rank)
-    for f in problem.contact.host.functions:
+    for f in problem.contact.unknowns.functions:
         f.x.array[:] = size * rng.standard_normal(len(f.x.array))
         compat.scatter_forward(f.x)
-    problem.contact.host.pull()
+    problem.contact.unknowns.pull()
 
 
 def assert_as_assembled(problem):
     """Compare a volume that keeps all or some with one that keeps nothing."""
     kept, plain = problem.volume, without_what_is_kept(problem)
     assert kept.kept is not None and plain.kept is None
-    increment = problem.contact.host.lacking(problem.bcs).increment
+    increment = problem.contact.unknowns.lacking(problem.bcs).increment
     found, wanted = (one.residual(problem.bcs, increment) for one in (kept, plain))
     largest = COMM.allreduce(np.abs(wanted).max(initial=0.0), op=max)
     assert found == pytest.approx(wanted, abs=1e-13 * largest)

@@ -11,7 +11,7 @@ import pytest
 from problems import COMM
 
 from raymortar import ContactError, compat, io
-from raymortar.host.bodies import find_bodies
+from raymortar.discretization.bodies import find_bodies
 
 gmsh = pytest.importorskip("gmsh")
 

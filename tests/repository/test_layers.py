@@ -92,9 +92,13 @@ PYTHON = [
         "if TYPE_CHECKING:\n    from ..contact import Contact",
         "imports contact, above it",
     ),
-    ("host/a.py", "from ..paths.b import c", "imports paths, above it"),
-    ("host/a.py", "from .. import contact", "imports contact, above it"),
-    ("compat/a.py", "def f():\n    from ..host import b", "imports host, above it"),
+    ("discretization/a.py", "from ..paths.b import c", "imports paths, above it"),
+    ("discretization/a.py", "from .. import contact", "imports contact, above it"),
+    (
+        "compat/a.py",
+        "def f():\n    from ..discretization import b",
+        "imports discretization, above it",
+    ),
     ("extra.py", "", "extra is not one of"),
     ("contact.py", "# theory (9.9)", "cites theory (9.9)"),
 ]
@@ -113,8 +117,8 @@ def test_what_is_not_allowed_is_named(tmp_path, language, name, text, complaint)
 def test_rooms_may_import_from_the_same_room_and_below(tmp_path):
     """Types, too."""
     text = (
-        "from . import b\nfrom ..host.c import d\n"
-        "if TYPE_CHECKING:\n    from ..host.e import F"
+        "from . import b\nfrom ..discretization.c import d\n"
+        "if TYPE_CHECKING:\n    from ..discretization.e import F"
     )
     tree = make_tree(tmp_path, {"python/raymortar/interface/a.py": text})
     assert check(tree) == (0, "")

@@ -36,7 +36,7 @@ solve = partial(host_solutions.solve, solver=SOLVERS[-1])
 
 def displacements(found):
     """Of both bodies, by place."""
-    given = [d.given for d in found.contact.host.displacements]
+    given = [d.given for d in found.contact.unknowns.displacements]
     of_parts = [compat.element_info(f.function_space).is_sub_space for f in given]
     own = [f.collapse() if part else f for f, part in zip(given, of_parts)]
     return hosts.by_place(*own)

@@ -67,7 +67,7 @@ def test_bodies_on_meshes_of_their_own(method):
     forces = [case.contact.resultant(0).force for case in (found, one)]
     assert forces[0] == pytest.approx(forces[1], rel=1e-9)
     assert forces[0][1] < 0.0 and forces[0][0] < 0.0
-    u = hosts.by_place(*(d.given for d in found.contact.host.displacements))
+    u = hosts.by_place(*(d.given for d in found.contact.unknowns.displacements))
     assert worst(u - hosts.by_place(*one.functions)) <= 1e-10
 
 

@@ -15,7 +15,7 @@ from mpi4py import MPI
 import numpy as np
 
 from ..compat import Array, Indices, Mask
-from ..host.host import Field
+from ..discretization.unknowns import Field
 
 EPS = float(np.finfo(float).eps)
 

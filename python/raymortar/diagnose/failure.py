@@ -67,7 +67,7 @@ def in_use_of(problem: CoupledProblem) -> InUse:
     multipliers = [one.multiplier for one in problem.contact.contacts]
     spaces = [m.function_space for m in multipliers if m is not None]
     degree = max((compat.element_info(W).degree for W in spaces), default=0)
-    one_mesh = len(problem.contact.host.displacements) == 1
+    one_mesh = len(problem.contact.unknowns.displacements) == 1
     alone: dict[str, Any] = {"may_be_viscous": one_mesh, "degree": degree}
     return InUse(**(alone | problem.part_of))
 

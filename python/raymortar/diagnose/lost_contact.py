@@ -14,9 +14,9 @@ import numpy as np
 
 from ..compat import Array, Mask
 from ..convergence.balance import EPS, largest_by
-from ..host.bodies import bodies_of_facets
-from ..host.facets import format_point
-from ..host.ranks import ends_of
+from ..discretization.bodies import bodies_of_facets
+from ..discretization.facets import format_point
+from ..discretization.ranks import ends_of
 from ..interaction import Interaction
 from ..interface.point_results import CLOSED, OPEN
 from ..interface.zone_data import Path, ZoneData, path
@@ -51,7 +51,7 @@ def _lost(zone: ZoneData, contact: Interaction) -> str:
     """Tell how many facets have lost the master that they hit at the accepted step, and
     which is the farthest; "" for none. Collective."""
     comm, dim = contact.layout.comm, zone.facets.slave_surface.gdim
-    way = path(zone, zone.faced, contact.u.x.array.reshape(-1, dim), comm)
+    way = path(zone, zone.opposite, contact.u.x.array.reshape(-1, dim), comm)
     through, across = _distances(zone, way, comm)
     most = np.maximum(through, across)
     facets, farthest = comm.allreduce(int(np.count_nonzero(most))), (0.0, "")
@@ -71,7 +71,7 @@ def _distances(zone: ZoneData, way: Path, comm: MPI.Comm) -> tuple[Array, Array]
     """Distances of points out of contact's reach: the depth behind the master that they
     hit at the accepted step, and the distance across. Zero where contact is not lost.
     Collective."""
-    last, points = zone.faced, zone.points()
+    last, points = zone.opposite, zone.points()
     sees = np.isin(last.facet, points["slave"][points["status"] >= OPEN])
     is_inside = np.isin(last.facet, points["slave"][points["ray"] == TOO_DEEP])
     closed = bool(np.any(points["status"] >= CLOSED))

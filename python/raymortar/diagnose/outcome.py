@@ -21,7 +21,7 @@ from ..errors import (
     ConvergenceError,
     raise_everywhere,
 )
-from ..host.facets import format_point
+from ..discretization.facets import format_point
 from ..interaction import Interaction
 from ..interface.point_results import CLOSED, PointStatus
 from ..interface.slave_nodes import are_inside_flats
@@ -53,7 +53,7 @@ TILT = 2.0
 TURN = 0.2
 # Force of a pair that is not worth a word, of the largest pair's
 SMALL_FORCE = 0.01
-# Factor by which a doubt must be worse to be told again
+# Factor by which a doubt must be worse to be warned of again
 WORSE = 2.0
 
 
@@ -84,7 +84,7 @@ class Finding:
 
     `about` is the same for the same doubt about another state, and `size` says how bad
     it is. `text` names pair or body, place and value. `remedy` gives the end of the text,
-    once it is to be told, or None if there is no doubt. Collective.
+    once it is to be warned of, or None if there is no doubt. Collective.
     """
 
     about: tuple[Any, ...]
@@ -100,7 +100,7 @@ class Doubts:
     """
 
     def __init__(self, problem: CoupledProblem) -> None:
-        self._problem, self._told = problem, dict[tuple[Any, ...], float]()
+        self._problem, self._warned = problem, dict[tuple[Any, ...], float]()
         self._accepted = self._found = self._on_tools()[0]
 
     def _on_tools(self) -> tuple[float, str]:
@@ -126,8 +126,8 @@ class Doubts:
         """
         self._accepted = self._found
         for found in findings(self._problem):
-            if found.size > WORSE * self._told.get(found.about, 0.0):
-                self._told[found.about] = found.size
+            if found.size > WORSE * self._warned.get(found.about, 0.0):
+                self._warned[found.about] = found.size
                 remedy = found.remedy()
                 if remedy is not None:
                     text = found.text + remedy

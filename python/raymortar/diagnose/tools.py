@@ -19,8 +19,8 @@ import numpy as np
 
 from ..compat import Array, Mask
 from ..errors import ContactWarning
-from ..host.ranks import ends_of
-from ..host.reference_facets import N_CORNERS, facet_nodes
+from ..discretization.ranks import ends_of
+from ..discretization.reference_facets import N_CORNERS, facet_nodes
 from ..interaction import Interaction
 from ..interface.point_results import CLOSED, OPEN
 from ..interface.zone_data import ZoneData, positions, unit_normals

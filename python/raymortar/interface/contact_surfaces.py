@@ -14,15 +14,21 @@ from dolfinx.fem import Function, FunctionSpace
 
 from .. import compat
 from ..errors import ContactError, require_agreement, together
-from ..host.bodies import Bodies, find_bodies
-from ..host.checks import check_space
-from ..host.facets import Facets, coordinates, facet_dof_table, format_point, node_table
-from ..host.host import Host
-from ..host.joined import parts_of
-from ..host.layout import Layout
-from ..host.ranks import ends_of, keep_communicator
-from ..host.tagged import ZoneFacets, find_facets
-from ..host.thickness import Cells
+from ..discretization.bodies import Bodies, find_bodies
+from ..discretization.checks import check_space
+from ..discretization.facets import (
+    Facets,
+    coordinates,
+    facet_dof_table,
+    format_point,
+    node_table,
+)
+from ..discretization.unknowns import Unknowns
+from ..discretization.joined import parts_of
+from ..discretization.layout import Layout
+from ..discretization.ranks import ends_of, keep_communicator
+from ..discretization.tagged import ZoneFacets, find_facets
+from ..discretization.thickness import Cells
 from ..options.methods import ContactOptions
 from ..rigid.body import Body
 from .coefficients import Interfaces
@@ -84,7 +90,7 @@ def references(u: Any, zones: Sequence[ZoneFacets]) -> list[Reference]:
 class ContactSurfaces:
     """Surfaces of a contact, and the functions on them."""
 
-    host: Host
+    unknowns: Unknowns
     tied: str | None  # "keep" or "close" for a tie; None: contact
     zones: list[ZoneData]  # a slave surface each, with all its masters
     references: Sequence[Reference]  # to see whether the mesh is moved
@@ -103,7 +109,7 @@ class ContactSurfaces:
     @property
     def u(self) -> Function:
         """Displacement."""
-        return self.host.u
+        return self.unknowns.u
 
     @property
     def axisymmetric(self) -> bool:
@@ -123,7 +129,7 @@ class ContactSurfaces:
 
 
 def make_surfaces(
-    host: Host,
+    unknowns: Unknowns,
     facet_tags: Any,
     groups: Mapping[int, Masters],
     options: ContactOptions,
@@ -133,7 +139,7 @@ def make_surfaces(
 
     Facet tags are those of each mesh, groups the masters of each slave tag.
     """
-    u, turns = host.u, bool(options.axisymmetric)
+    u, turns = unknowns.u, bool(options.axisymmetric)
     facets = find_facets(u, facet_tags, groups, turns, options.smooth)
     # All slaves are on one mesh
     slave_u = parts_of(u)[facets[0].slave_part]
@@ -153,7 +159,9 @@ def make_surfaces(
         compat.scalar_space(mesh, degree),
         compat.vector_space(mesh, degree),
     )
-    layout = Layout(host, multiplier, slave_dofs, free_bodies(facets, host.comm))
+    layout = Layout(
+        unknowns, multiplier, slave_dofs, free_bodies(facets, unknowns.comm)
+    )
     bodies = find_bodies(u.function_space)
     cells = [Cells(part.function_space.mesh) for part in parts_of(u)]
     zones = [
@@ -162,7 +170,16 @@ def make_surfaces(
     ]
     fixed = references(u, facets)
     return ContactSurfaces(
-        host, tied, zones, fixed, slave_u, multiplier, scalar, vector, layout, bodies
+        unknowns,
+        tied,
+        zones,
+        fixed,
+        slave_u,
+        multiplier,
+        scalar,
+        vector,
+        layout,
+        bodies,
     )
 
 
@@ -182,7 +199,7 @@ def free_bodies(facets: Sequence[ZoneFacets], comm: MPI.Comm) -> list[Body]:
 class Given:
     """Arguments of a contact that say where it is."""
 
-    host: Host
+    unknowns: Unknowns
     names: dict[str, int]  # facet tag by name
     pairs: PairTable  # each once
     groups: dict[int, Masters]  # masters of each slave tag
@@ -200,13 +217,13 @@ def check_given(
         raise ContactError(f"u must be a Function, not {type(first).__name__}")
     mesh = first.function_space.mesh
     with together(mesh.comm):
-        host = Host(u)
+        unknowns = Unknowns(u)
     keep_communicator(mesh)
     with together(mesh.comm):
         options.check()
-        known = known_names(names, host.u.function_space.mesh.topology.dim - 1)
+        known = known_names(names, unknowns.u.function_space.mesh.topology.dim - 1)
         each, groups = read_pairs(pairs, known)
     require_agreement(mesh.comm, **vars(options), pairs=groups, names=each)
-    for part in host.displacements:
+    for part in unknowns.displacements:
         check_space(part.u)
-    return Given(host, known, PairTable(each, [known] * len(each)), groups)
+    return Given(unknowns, known, PairTable(each, [known] * len(each)), groups)

@@ -14,9 +14,14 @@ import numpy as np
 
 from ..compat import Array
 from ..errors import ContactWarning, SetUpError, raise_everywhere, together
-from ..host.facets import format_point
-from ..host.reference_facets import shape_functions
-from ..host.slave_fields import FRICTION_FIELD, check_field, check_function, on_facets
+from ..discretization.facets import format_point
+from ..discretization.reference_facets import shape_functions
+from ..discretization.slave_fields import (
+    FRICTION_FIELD,
+    check_field,
+    check_function,
+    on_facets,
+)
 from ..options.friction import Friction, Law
 from .point_results import CLOSED, accumulated_slip, undeformed
 from .zone_data import ZoneData

@@ -12,10 +12,10 @@ from dolfinx.mesh import Mesh
 
 from .. import compat
 from ..compat import Array
-from ..host.facets import reference_corners
-from ..host.ranks import sums_at
-from ..host.reference_facets import interpolate, shape_functions
-from ..host.surfaces import Surface
+from ..discretization.facets import reference_corners
+from ..discretization.ranks import sums_at
+from ..discretization.reference_facets import interpolate, shape_functions
+from ..discretization.surfaces import Surface
 from .zone_data import ZoneData
 
 

@@ -18,7 +18,7 @@ from ..errors import (
     require_agreement,
     together,
 )
-from ..host.checks import off_axis_fault
+from ..discretization.checks import off_axis_fault
 from ..options.methods import ContactOptions
 from ..options.friction import Friction
 from ..rigid.body import Body
@@ -29,7 +29,7 @@ from .friction_at_points import PointFriction
 from .point_results import CLOSED, nodal_average
 from .state import ContactState, state_fault
 from .straight_facets import warn_of_straight_facets, warn_of_turned_arcs
-from .zone_data import nearest_hits, on_sides
+from .zone_data import opposite_points, on_sides
 
 
 class PresentState:
@@ -58,7 +58,7 @@ class PresentState:
 
     def __init__(self, surfaces: ContactSurfaces, options: ContactOptions) -> None:
         self._surfaces, self._options = surfaces, options
-        self._zones, self._host = surfaces.zones, surfaces.host
+        self._zones, self._unknowns = surfaces.zones, surfaces.unknowns
         self._u, self._multiplier = surfaces.u, surfaces.multiplier
         self._comm = surfaces.comm
         self._cover: Cover | None = None
@@ -148,7 +148,7 @@ class PresentState:
         if self._cover is not None and not self._cover.alone:
             self._cover.share()
         if is_accepted:
-            self._note_faced()
+            self._note_opposite()
             if self.updates == 1:
                 warn_of_straight_facets(self._surfaces)
 
@@ -189,16 +189,16 @@ class PresentState:
             body.cpp.accept()
         self._is_sent = False
         if self.updates:
-            self._note_faced()
+            self._note_opposite()
         if self._watches_arcs:
             self._watches_arcs = not warn_of_turned_arcs(self._surfaces)
 
-    def _note_faced(self) -> None:
+    def _note_opposite(self) -> None:
         """Note what each slave facet faces at the last update."""
         for zone in self._zones:
-            zone.faced = nearest_hits(zone)
+            zone.opposite = opposite_points(zone)
 
-    def forget_flight(self, body: Body) -> None:
+    def begin_slip_here(self, body: Body) -> None:
         """Take the present pose of a body as the old one: a flight is no slip."""
         for zone in self._zones:
             zone.motions.begin_at_present(body)
@@ -207,14 +207,14 @@ class PresentState:
 
     def copy(self) -> ContactState:
         """Copy all unknowns and the history, for `restore`."""
-        host, multiplier = self._host, self._multiplier
-        host.pull()
+        unknowns, multiplier = self._unknowns, self._multiplier
+        unknowns.pull()
         return ContactState(
             self._u.x.array.copy(),
             self.u_old.copy(),
             None if multiplier is None else multiplier.x.array.copy(),
             [zone.traction_old for zone in self._zones],
-            None if host.is_plain else host.values(),
+            None if unknowns.is_plain else unknowns.values(),
             [zone.motions.old for zone in self._zones],
             [body.freedom.state() for body in self._surfaces.layout.bodies],
             None if self._slip is None else self._slip.x.array.copy(),
@@ -235,7 +235,7 @@ class PresentState:
         """Go back to a state that has no fault."""
         self._u.x.array[:] = state.u
         if state.unknowns is not None:
-            self._host.set_values(state.unknowns)
+            self._unknowns.set_values(state.unknowns)
         self.u_old[:] = state.u_old
         if self._multiplier is not None:
             self._multiplier.x.array[:] = state.multiplier

@@ -14,10 +14,10 @@ from dolfinx.fem import Function
 from dolfinx.fem.petsc import assemble_matrix
 
 from ..compat import Array, Indices
-from ..host.checks import warn_of_plane_form
-from ..host.host import Host
-from ..host.layout import CoupledRows
-from ..host.ranks import ends_of
+from ..discretization.checks import warn_of_plane_form
+from ..discretization.unknowns import Unknowns
+from ..discretization.layout import CoupledRows
+from ..discretization.ranks import ends_of
 
 # The bulk modulus counts up to that of Poisson's ratio 0.3, where Lame's constants have
 # this ratio
@@ -47,7 +47,7 @@ class VolumePattern:
         `response_of_revolution`; None where nothing needs it.
     couplings
         Sums of the absolute entries of each owned row over the columns of each field,
-        (fields, rows); see `Host.fields`. Empty where there is one field.
+        (fields, rows); see `Unknowns.fields`. Empty where there is one field.
     number
         Its number, which no other pattern has.
     """
@@ -63,8 +63,8 @@ class VolumePattern:
         u, table = layout.u, form if isinstance(form, list) else [[form]]
         blocks = [[_assembled(one) for one in row] for row in table]
         self.offsets, self.columns = _pattern(blocks, layout)
-        self.couplings = _couplings(blocks, layout.host)
-        own = _of_displacement(blocks, layout.host)
+        self.couplings = _couplings(blocks, layout.unknowns)
+        own = _of_displacement(blocks, layout.unknowns)
         self.diagonal = _diagonal(own, u)
         self.translation = translation_forces(own, u)
         self.response: Array | None = None
@@ -92,7 +92,7 @@ def _pattern(
 ) -> tuple[Indices, Indices]:
     """Compress the rows of the owned unknowns: offsets, and coupled columns."""
     rows, columns = [], []
-    for start, of_row in zip(layout.host.owned_starts, blocks):
+    for start, of_row in zip(layout.unknowns.owned_starts, blocks):
         for k, K in enumerate(of_row):
             if K is not None:
                 offsets, found, _ = K.getValuesCSR()
@@ -107,13 +107,15 @@ def _pattern(
     return np.concatenate([[0], np.cumsum(counts)]).astype(np.int32), column
 
 
-def _couplings(blocks: Sequence[Sequence[Any]], host: Host) -> Array:
+def _couplings(blocks: Sequence[Sequence[Any]], unknowns: Unknowns) -> Array:
     """Sum absolute entries of owned rows by the fields of their columns. Collective."""
-    fields = host.fields() if host.is_known else []
+    fields = unknowns.fields() if unknowns.is_known else []
     if len(fields) < 2:
         return np.empty((0, 0))
-    own = [slice(*ends) for ends in zip(host.owned_starts, host.owned_starts[1:])]
-    marks, found = np.zeros((2, len(fields), host.owned_starts[-1]))
+    own = [
+        slice(*ends) for ends in zip(unknowns.owned_starts, unknowns.owned_starts[1:])
+    ]
+    marks, found = np.zeros((2, len(fields), unknowns.owned_starts[-1]))
     for mark, field in zip(marks, fields):
         mark[field.rows] = 1.0
     for rows, of_row in zip(own, blocks):
@@ -128,13 +130,17 @@ def _couplings(blocks: Sequence[Sequence[Any]], host: Host) -> Array:
     return found
 
 
-def _of_displacement(blocks: Sequence[Sequence[Any]], host: Host) -> Any:
+def _of_displacement(blocks: Sequence[Sequence[Any]], unknowns: Unknowns) -> Any:
     """The displacement's diagonal block, or blocks, as `_parts` takes them."""
-    if host.is_plain:
+    if unknowns.is_plain:
         return blocks[0][0]
     return [
-        (blocks[d.at][d.at], d.dofs[: d.size_owned], host.u_places(k)[: d.size_owned])
-        for k, d in enumerate(host.displacements)
+        (
+            blocks[d.at][d.at],
+            d.dofs[: d.size_owned],
+            unknowns.u_places(k)[: d.size_owned],
+        )
+        for k, d in enumerate(unknowns.displacements)
     ]
 
 

@@ -15,15 +15,20 @@ from dolfinx.fem import FunctionSpace
 from .. import compat
 from ..compat import Array, Mask
 from ..errors import ContactWarning, SetUpError, raise_everywhere
-from ..host.facets import format_point
-from ..host.ranks import largest, marked_everywhere, sums_at
-from ..host.reference_facets import (
+from ..discretization.facets import format_point
+from ..discretization.ranks import largest, marked_everywhere, sums_at
+from ..discretization.reference_facets import (
     N_CORNERS,
     middle_normals,
     shape_functions,
     units,
 )
-from ..host.surfaces import Surface, facet_lengths, surface_normals, vector_areas
+from ..discretization.surfaces import (
+    Surface,
+    facet_lengths,
+    surface_normals,
+    vector_areas,
+)
 from .contact_surfaces import ContactSurfaces
 from .overlap import of_hit_masters
 from .pairs import Pair, spoken

@@ -13,11 +13,16 @@ from dolfinx import fem
 from .. import compat
 from ..compat import Array, Mask
 from ..errors import ContactError, raise_everywhere
-from ..host.facets import Facets
-from ..host.joined import Places, parts_of, places_of
-from ..host.layout import CoupledRows
-from ..host.ranks import marked_everywhere
-from ..host.surfaces import Surface, surface_areas, surface_sizes, vector_areas
+from ..discretization.facets import Facets
+from ..discretization.joined import Places, parts_of, places_of
+from ..discretization.layout import CoupledRows
+from ..discretization.ranks import marked_everywhere
+from ..discretization.surfaces import (
+    Surface,
+    surface_areas,
+    surface_sizes,
+    vector_areas,
+)
 from .coefficients import Interfaces
 from .contact_surfaces import ContactSurfaces
 from .probing import VolumePattern, deviators, stiffness_without_bulk
@@ -34,7 +39,7 @@ def owned_nodes_on(V: Any, surfaces: Sequence[Surface]) -> Places:
 def _free_nodes(layout: CoupledRows, bcs: Sequence[Any]) -> Mask:
     """Mark owned nodes that conditions do not prescribe in all directions."""
     dofmap = layout.u.function_space.dofmap
-    fixed = layout.host.prescribed_u(bcs)[0].reshape(-1, dofmap.index_map_bs)
+    fixed = layout.unknowns.prescribed_u(bcs)[0].reshape(-1, dofmap.index_map_bs)
     free: Mask = (fixed[: dofmap.index_map.size_local] == 0).any(axis=1)
     return free
 

@@ -10,9 +10,9 @@ import numpy as np
 
 from ..compat import Array
 from ..errors import ContactWarning
-from ..host.ranks import largest, of_all
-from ..host.reference_facets import N_CORNERS, middle_normals, units
-from ..host.surfaces import Surface
+from ..discretization.ranks import largest, of_all
+from ..discretization.reference_facets import N_CORNERS, middle_normals, units
+from ..discretization.surfaces import Surface
 from .contact_surfaces import ContactSurfaces
 from .point_results import OPEN
 from .zone_data import on_sides

@@ -13,11 +13,16 @@ from dolfinx.fem import Function
 
 from .. import _cpp
 from ..compat import Array, Indices, Mask
-from ..host.facets import Global
-from ..host.ranks import index_among, of_all
-from ..host.reference_facets import interpolate, normals, shape_functions, units
-from ..host.surfaces import Surface
-from ..host.tagged import ZoneFacets
+from ..discretization.facets import Global
+from ..discretization.ranks import index_among, of_all
+from ..discretization.reference_facets import (
+    interpolate,
+    normals,
+    shape_functions,
+    units,
+)
+from ..discretization.surfaces import Surface
+from ..discretization.tagged import ZoneFacets
 from ..rigid.body import Body
 from ..rigid.motions import Motions
 
@@ -71,7 +76,7 @@ def global_masters(points: Mapping[str, Any], met: Global) -> Global:
 
 
 @dataclass(frozen=True)
-class Faced:
+class OppositePoints:
     """The point nearest to the master, of each slave facet with a hit."""
 
     facet: Indices  # local slave facets, ascending, (n,)
@@ -83,17 +88,17 @@ class Faced:
     closed: Mask  # whether any point of the facet was closed, (n,)
 
 
-def nothing(gdim: int) -> Faced:
+def nothing(gdim: int) -> OppositePoints:
     """Make an empty record, for a state that has not been paired."""
     none, places = np.empty(0, dtype=np.int32), np.empty((0, gdim - 1))
     masters, closed = none.astype(np.int64), none.astype(bool)
-    return Faced(none, places, places, masters, np.empty(0), closed)
+    return OppositePoints(none, places, places, masters, np.empty(0), closed)
 
 
-def nearest_hits(zone: ZoneData) -> Faced:
+def opposite_points(zone: ZoneData) -> OppositePoints:
     """What each slave facet faces at the last update."""
     found = zone.cpp.faced()
-    return Faced(**{**found, "closed": found["closed"] > 0})
+    return OppositePoints(**{**found, "closed": found["closed"] > 0})
 
 
 @dataclass
@@ -110,7 +115,7 @@ class ZoneData:
     distances: dict[str, Array]  # (slave facets,) of reach, depth, skin
     depth_is_default: bool
     thickness: tuple[Array, ...]  # behind this rank's slave and master facets
-    faced: Faced  # at the accepted step
+    opposite: OppositePoints  # at the accepted step
     master_tags: MasterTags
     motions: Motions  # of the rigid bodies that it meets
     pattern: _cpp.Pattern = field(default_factory=_cpp.Pattern)
@@ -123,7 +128,7 @@ class ZoneData:
     slip: Function | None = None
     offset: Array | None = None  # (slave facets, n), added to gaps. Length
     adjustment: Array | None = None  # the same, of `Contact.adjust`
-    is_pulled: bool = False  # told, see `warn_of_tension`
+    is_pulled: bool = False  # warned of, see `warn_of_tension`
     # Numbers of the rigid bodies that it has met on a path, see `missed_tools`
     met: set[int] = field(default_factory=set)
 
@@ -177,12 +182,12 @@ def on_sides(zone: ZoneData, array: Array) -> tuple[Array, Array]:
     return slave, master
 
 
-# How far slave facets have moved from what they faced at the accepted step
+# How far slave facets have moved from the points opposite to them at the accepted step
 
 
 @dataclass(frozen=True)
 class Path:
-    """Where the points of `Faced` are now, relative to what they faced. Lengths."""
+    """Where the slave points are now, relative to those opposite to them. Lengths."""
 
     x: Array  # present positions of the slave points, (n, d)
     gap: Array  # of the master's point along the slave's normal, (n,)
@@ -212,16 +217,16 @@ def unit_normals(surface: Surface, facets: Indices, at: Array, u: Array) -> Arra
     return units(normals(tangents))
 
 
-def path(zone: ZoneData, faced: Faced, u: Array, comm: MPI.Comm) -> Path:
-    """Present positions of points and of what they faced. Collective.
+def path(zone: ZoneData, opposite: OppositePoints, u: Array, comm: MPI.Comm) -> Path:
+    """Present positions of slave points and of those opposite to them. Collective.
 
     The ranks that own the masters' facets give where their points are, and the
     thickness behind them.
     """
     surface, master = zone.sides
-    x = positions(surface, faced.facet, faced.xi, u)
-    n = unit_normals(surface, faced.facet, faced.xi, u)
-    ids, eta = of_all(comm, faced.master, faced.eta)
+    x = positions(surface, opposite.facet, opposite.xi, u)
+    n = unit_normals(surface, opposite.facet, opposite.xi, u)
+    ids, eta = of_all(comm, opposite.master, opposite.eta)
     answers = np.zeros((len(ids), master.gdim + 1))
     local = index_among(master.facet_ids, ids)
     here = local >= 0

@@ -11,13 +11,13 @@ import numpy as np
 
 from .. import _cpp, compat
 from ..compat import Array
-from ..host.bodies import Bodies, bodies_of_facets
-from ..host.facets import facet_dof_table
-from ..host.layout import Layout
-from ..host.ranks import largest
-from ..host.surfaces import Surface
-from ..host.tagged import ZoneFacets
-from ..host.thickness import Cells, thickness_behind
+from ..discretization.bodies import Bodies, bodies_of_facets
+from ..discretization.facets import facet_dof_table
+from ..discretization.layout import Layout
+from ..discretization.ranks import largest
+from ..discretization.surfaces import Surface
+from ..discretization.tagged import ZoneFacets
+from ..discretization.thickness import Cells, thickness_behind
 from ..options import quadrature
 from ..options.methods import ContactOptions
 from ..options.methods import Search

@@ -15,7 +15,7 @@ from .. import _cpp
 from ..checked import Options
 from ..compat import Array
 from ..errors import ContactError
-from ..host.slave_fields import (
+from ..discretization.slave_fields import (
     FRICTION_BOUND,
     FRICTION_COEFFICIENT,
     FRICTION_FIELD,

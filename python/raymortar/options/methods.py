@@ -19,8 +19,8 @@ from ..checked import (
     truth,
 )
 from ..errors import ContactError
-from ..host.curving import Smooth
-from ..host.slave_fields import OFFSET, FieldValue, check_field
+from ..discretization.curving import Smooth
+from ..discretization.slave_fields import OFFSET, FieldValue, check_field
 from .friction import LAWS, Law
 
 STRATEGIES = ("bvh", "advancing-front", "pang", "brute-force")

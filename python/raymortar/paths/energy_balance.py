@@ -153,7 +153,7 @@ def _end(problem: CoupledProblem, of_begin: bool = False) -> _End:
     contact.assemble_vector(vector)
     vector.assemble()
     rows = vector.getArray(readonly=True)[: contact.layout.n]
-    tractions = rows[contact.host.u_owned].copy()
+    tractions = rows[contact.unknowns.u_owned].copy()
     vector.destroy()
     supplied = _supplied(problem, tractions + volume, of_begin)
     stored, ripple, facets = 0.0, 0.0, []
@@ -185,15 +185,17 @@ def _facets(zone: ZoneData, has_multiplier: bool) -> _Facets:
 
 def _volume_forces(problem: CoupledProblem) -> Array:
     """Assemble the residual of the user's form at owned dofs of u. Collective."""
-    return np.asarray(problem.volume.forces(problem.bcs)[problem.contact.host.u_owned])
+    return np.asarray(
+        problem.volume.forces(problem.bcs)[problem.contact.unknowns.u_owned]
+    )
 
 
 def _work_of_form(problem: CoupledProblem, begin: State, end: State) -> Array:
     """Average the form's forces between two states; leave u elsewhere. Collective."""
-    host, mean = problem.contact.host, np.zeros(problem.contact.layout.n_u)
+    unknowns, mean = problem.contact.unknowns, np.zeros(problem.contact.layout.n_u)
     a, b = (one.u if one.unknowns is None else one.unknowns for one in (begin, end))
     for place, weight in zip(PLACES, WEIGHTS):
-        host.set_values(a + place * (b - a))
+        unknowns.set_values(a + place * (b - a))
         mean += weight * _volume_forces(problem)
     return mean
 

@@ -18,7 +18,7 @@ from .. import compat
 from ..checked import is_real_number
 from ..compat import Array
 from ..errors import ContactError, as_path, raise_everywhere, together, writing
-from ..host.forms import check_supports
+from ..discretization.forms import check_supports
 from ..options.methods import Penalty
 from ..problem import CoupledProblem
 from ..results.sums import Resultant

@@ -272,7 +272,7 @@ class LoadSteps:
     @property
     def _may_be_viscous(self) -> bool:
         """Whether viscous forces are possible and not yet used."""
-        one_mesh = len(self._problem.contact.host.displacements) == 1
+        one_mesh = len(self._problem.contact.unknowns.displacements) == 1
         return one_mesh and self.control is None and self._stabilization is None
 
     def _solve(self, ways: Strategies, now: State, last: State | None) -> int:
@@ -366,7 +366,7 @@ def _rules(given: Any) -> Iterator[tuple[bool, str]]:
     led = isinstance(solver, (NewtonSolver, SNESSolver))
     yield led, "control needs a NewtonSolver or an SNESSolver"
     text = "control leads paths of one displacement: the problem has other unknowns"
-    yield solver.problem.contact.host.is_plain, text
+    yield solver.problem.contact.unknowns.is_plain, text
     yield not scale, "control and stabilize exclude each other"
     yield path[0] != path[1], (
         f"path = {path} must have two ends: the load factor, which control finds, is "

@@ -18,8 +18,8 @@ from ..compat import Array
 from ..diagnose.failure import FAILURES
 from ..diagnose.lost_contact import largest_motions
 from ..errors import ConvergenceError, SetUpError
-from ..host.bodies import bodies_of_facets
-from ..host.checks import weight
+from ..discretization.bodies import bodies_of_facets
+from ..discretization.checks import weight
 from ..interface.stiffness import mean_facet_size
 from ..problem import CoupledProblem
 from ..system.volume import Volume
@@ -62,7 +62,7 @@ class Viscosity:
 
     def __init__(self, problem: CoupledProblem) -> None:
         self._problem, self._contact = problem, problem.contact
-        self._part = part = problem.contact.host.only
+        self._part = part = problem.contact.unknowns.only
         V = part.u.function_space
         self._start = fem.Function(V)
         self._scale = fem.Constant(V.mesh, PETSc.ScalarType(0.0))
@@ -76,7 +76,7 @@ class Viscosity:
         self._force = compat.form(force)
         forms = compat.form(F + force), compat.form(tangent)
         self._volume = Volume(problem.contact, *problem.volume.with_form_of_u(*forms))
-        whole = problem.contact.host.functions[part.at]
+        whole = problem.contact.unknowns.functions[part.at]
         self._r = compat.create_la_vector(*compat.unknowns_of(whole))
         ones = fem.Function(V)
         ones.x.array[:] = 1.0
@@ -239,7 +239,7 @@ class Stabilization:
         for zone, meets in zip(self._contact.zones, self._meets > 0.0):
             held = float(motions[meets & ~self._loose].max(initial=0.0))
             reach = zone.distance("reach").min(initial=np.inf)
-            gap = max(zone.faced.gap.min(initial=reach), 0.0)
+            gap = max(zone.opposite.gap.min(initial=reach), 0.0)
             gap = self._contact.layout.comm.allreduce(gap, op=MPI.MIN)
             if self._loose[meets].any() and held > self._limit + gap:
                 raise ConvergenceError(

@@ -16,7 +16,7 @@ from dolfinx.fem import Function
 from ..convergence.convergence import is_in_trouble
 from ..diagnose.failure import FAILURES
 from ..errors import ContactWarning, ConvergenceError, SetUpError
-from ..interface.zone_data import nearest_hits, path
+from ..interface.zone_data import opposite_points, path
 from ..interface.state import State
 from ..interface.stiffness import mean_facet_size
 from ..solvers.newton import NewtonSolver
@@ -153,7 +153,7 @@ class CappedSolver:
     def _share(self, x: PETSc.Vec, trial: PETSc.Vec) -> float:
         """Share of the step from x to the trial that is taken. Collective."""
         contact, comm = self.problem.contact, self.problem.comm
-        before = [nearest_hits(zone) for zone in contact.zones]
+        before = [opposite_points(zone) for zone in contact.zones]
         contact.from_vector(trial)
         at = contact.u.x.array.reshape(-1, contact.u.function_space.dofmap.index_map_bs)
         share = 1.0

@@ -24,7 +24,12 @@ from ..errors import (
     together,
     writing,
 )
-from ..host.gathering import gather, gather_boundary, gather_cells, nodal_field
+from ..discretization.gathering import (
+    gather,
+    gather_boundary,
+    gather_cells,
+    nodal_field,
+)
 from ..interface.point_results import OPEN
 from ..paths.body_columns import rigid_bodies
 from . import drawing, rendering
@@ -110,7 +115,7 @@ def plot(
     if not hasattr(contact, "zones"):
         raise ContactError(f"plot needs a Contact, not {type(contact).__name__}")
     with together(contact.layout.comm):
-        u = contact.host.only.u
+        u = contact.unknowns.only.u
     mesh = u.function_space.mesh
     comm, dim = mesh.comm, mesh.geometry.dim
     with together(comm):

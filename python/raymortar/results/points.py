@@ -15,7 +15,7 @@ from dolfinx.fem import Function
 from ..checked import is_whole_number
 from ..compat import Array
 from ..errors import ContactError, ContactWarning, as_path, raise_everywhere, together
-from ..host.joined import parts_of
+from ..discretization.joined import parts_of
 from ..interface.contact_surfaces import ContactSurfaces
 from ..interface.pairs import PairTable
 from ..interface import point_results as at_points

@@ -139,8 +139,8 @@ def _add(
             kind = "Int64" if values.dtype.kind in "iu" else "Float64"
             # VTK wants vectors of three components
             width = "1" if values.ndim == 1 else "3"
-            told = {"type": kind, "Name": name, "NumberOfComponents": width}
-            array = SubElement(inside, f"{prefix}DataArray", told)
+            attributes = {"type": kind, "Name": name, "NumberOfComponents": width}
+            array = SubElement(inside, f"{prefix}DataArray", attributes)
             if not prefix:
                 rows = values if values.ndim == 2 else values[:, None]
                 rows = np.pad(rows, ((0, 0), (0, int(width) - rows.shape[1])))

@@ -11,8 +11,8 @@ from mpi4py import MPI
 import numpy as np
 
 from ..compat import Array
-from ..host.layout import CoupledRows
-from ..host.ranks import Communication, communication
+from ..discretization.layout import CoupledRows
+from ..discretization.ranks import Communication, communication
 from ..interface.point_results import (
     CLOSED,
     OPEN,

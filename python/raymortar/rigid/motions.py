@@ -25,7 +25,7 @@ def require_same_loads(bodies: Sequence[Body], comm: MPI.Comm) -> None:
     """Raise unless prescribed positions and loads agree on all ranks. Collective."""
     if comm.size == 1 or not bodies:
         return
-    told = [
+    found = [
         {
             f"translation of the rigid {body.name}": body.cpp.moved,
             f"rotation of the rigid {body.name}": body.cpp.turned,
@@ -34,7 +34,7 @@ def require_same_loads(bodies: Sequence[Body], comm: MPI.Comm) -> None:
         }
         for body in bodies
     ]
-    for one in told:
+    for one in found:
         texts = {name: str(tuple(value.tolist())) for name, value in one.items()}
         require_agreement(comm, **texts)
 

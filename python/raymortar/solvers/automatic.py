@@ -190,18 +190,20 @@ def linear_options(
     size.
     """
     table = PETSc.Options(prefix)
-    told = any(name.startswith(_ITS_OPTIONS) for name in given or ())
-    told = told or any(table.hasName(name) for name in ("ksp_type", "pc_type"))
+    given_by_options = any(name.startswith(_ITS_OPTIONS) for name in given or ())
+    given_by_options = given_by_options or any(
+        table.hasName(name) for name in ("ksp_type", "pc_type")
+    )
     contact = problem.contact
     comm, unknowns = contact.layout.comm, contact.layout.size_global
-    if comm.allreduce(int(told)):
+    if comm.allreduce(int(given_by_options)):
         return direct()
     V = contact.u.function_space
     dim: int = V.mesh.topology.dim
     least, most = LAGGED[dim]
     options, name = direct(), "a direct one"
     most_direct = np.inf
-    if contact.host.is_plain and dim == 3:
+    if contact.unknowns.is_plain and dim == 3:
         most_direct = MOST_DIRECT.get(compat.element_info(V).degree, MOST_DIRECT[2])
     if unknowns > most_direct:
         options = {**(INEXACT if snes else {}), **with_fallback()}

@@ -15,7 +15,7 @@ from scipy.sparse.linalg import LinearOperator, gmres, splu
 
 from ..compat import Array, Indices, Mask
 from ..errors import ContactError
-from ..host.bodies import find_bodies
+from ..discretization.bodies import find_bodies
 from .levels import NOTHING, Places, rigid_motions, unrolled
 
 Solve = Callable[[Array], Array]
@@ -33,7 +33,7 @@ _RTOL = "rtol" if "rtol" in signature(gmres).parameters else "tol"
 class Compliance:
     """Factors of K with springs, and columns of the inverse at dofs on surfaces.
 
-    K is the stiffness of all unknowns of the host. It is taken over, and gets springs at
+    K is the stiffness of all unknowns of the unknowns. It is taken over, and gets springs at
     some places among the rows on the surfaces of contact, as stiff as the diagonal.
     `flops` are the operations of a factorisation that knows no symmetry, `entries` the
     numbers in the factors. Columns are found when they are first asked for, and kept.
@@ -82,7 +82,7 @@ class Compliance:
         return sum(place not in self._columns for place in at)
 
     def solve(self, forces: Array, transposed: bool = False) -> Array:
-        """Find displacements by forces on all unknowns of the host, (n,)."""
+        """Find displacements by forces on all unknowns of the unknowns, (n,)."""
         self._b.array[:] = forces
         solve = self._ksp.solveTranspose if transposed else self._ksp.solve
         solve(self._b, self._x)
@@ -194,7 +194,7 @@ def _far_apart(nodes: Indices, x: Array, count: int) -> Indices:
 
 class Coupling:
     """Entries that contact adds, in the rows and columns of its surfaces and of all
-    unknowns that follow the host's.
+    unknowns that follow those of the forms.
 
     `added` is the tangent less the stiffness there, a sparse matrix whose first n rows
     are of surfaces and whose last ones are of free rigid bodies. `touched` are places of
@@ -272,7 +272,7 @@ class SurfaceSystem:
         self._whole: Solve | None = None if len(y) else self._factorised()
 
     def solve(self, f: Array, g: Array) -> tuple[Array, Array]:
-        """Solve for right-hand sides of the host's rows and of those that follow."""
+        """Solve for right-hand sides of the rows of the forms and of those that follow."""
         right, n = np.zeros(len(self._D)), len(self._y)
         right[:n] = g[self._y]
         if self._open is not None:

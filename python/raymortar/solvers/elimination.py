@@ -13,8 +13,8 @@ from scipy import sparse
 from .. import compat
 from ..compat import Array
 from ..errors import ContactError
-from ..host.ranks import marked_everywhere
-from ..host.reference_facets import shape_functions
+from ..discretization.ranks import marked_everywhere
+from ..discretization.reference_facets import shape_functions
 from ..interface.stiffness import owned_nodes_on
 from .levels import BodiesLevels, Places, near_nullspace, set_levels, sides, unrolled
 from .petsc_objects import KnowsProblem, inner_solver
@@ -71,7 +71,7 @@ class ContactPreconditioner(KnowsProblem):
 
     def know(self, problem: Any, row_scale: PETSc.Vec | None) -> None:
         """Take what `attach` gives, before the first use."""
-        if not problem.contact.host.is_plain:
+        if not problem.contact.unknowns.is_plain:
             raise ContactError(
                 "the iterative solver is for a displacement alone: with further "
                 "unknowns leave the direct one, which is the default"

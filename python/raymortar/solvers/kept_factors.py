@@ -170,13 +170,13 @@ class KeptFactorsSolver(InnerSolvers):
         springs = supports(contact, nodes, self.problem.constrained)
         if self.direct is not None:
             self.direct.reset()  # its factors are larger
-        host = PETSc.IS().createStride(layout.n, 0, 1, comm=PETSc.COMM_SELF)
-        K = self._tangent.createSubMatrix(host, host)
+        unknowns = PETSc.IS().createStride(layout.n, 0, 1, comm=PETSc.COMM_SELF)
+        K = self._tangent.createSubMatrix(unknowns, unknowns)
         if K.handle == self._tangent.handle:
             # Of all rows PETSc hands out the matrix itself, which must not get springs
             K.destroy()
             K = self._tangent.copy()
-        host.destroy()
+        unknowns.destroy()
         rows = layout.u_rows.ravel()[dofs]
         self._compliance = Compliance(K, rows, np.searchsorted(dofs, springs), prefix)
         self._select()

@@ -14,7 +14,7 @@ from scipy import sparse
 from .. import compat
 from ..compat import Array, Indices, Mask
 from ..diagnose.lost_contact import rigid_motions as motions_at
-from ..host.ranks import marked_everywhere
+from ..discretization.ranks import marked_everywhere
 from ..problem import CoupledProblem
 from .petsc_objects import PetscOptions
 

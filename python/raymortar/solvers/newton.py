@@ -11,7 +11,7 @@ from petsc4py import PETSc
 
 from .. import compat
 from ..errors import ContactError
-from ..host.ranks import agreed_name, put_aside
+from ..discretization.ranks import agreed_name, put_aside
 from ..problem import CoupledProblem
 from .automatic import linear_options
 from .petsc_objects import new_prefix, take_tangent

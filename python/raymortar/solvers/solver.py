@@ -195,7 +195,7 @@ def _check_input(name: str, problem: Any, options: Any) -> None:
 
 def check_unknowns(problem: CoupledProblem, u: Any) -> None:
     """Raise unless u is None or the problem's unknowns. Collective."""
-    own = problem.contact.host.functions
+    own = problem.contact.unknowns.functions
     given = u if isinstance(u, (list, tuple)) else [u]
     fits = u is None or (
         len(given) == len(own)

@@ -103,14 +103,14 @@ class ContactAssembly:
     ) -> None:
         self.surfaces, self.present, self._method = surfaces, present, method
         self.zones, self.layout = surfaces.zones, surfaces.layout
-        self.host = surfaces.host
+        self.unknowns = surfaces.unknowns
         self.number = next(_numbers)
         self.partners: tuple[int, ...] = (self.number,)
         self.gamma: float | Function | PairCoefficients | None = None
         self.gamma_scale = 1.0
         self.volume: VolumePattern | None = None
         self.preallocations, self.extensions = 0, 0
-        # What the zones know to be prescribed; None: to be told anew
+        # What the zones know to be prescribed; None: to be sent anew
         free = np.zeros(len(surfaces.u.x.array), dtype=bool)
         self._prescribed: Prescribed | None = Prescribed((), free)
         self._known: list[Prescribed] = []
@@ -131,13 +131,15 @@ class ContactAssembly:
     def solve_for(self, functions: Sequence[Function]) -> None:
         """Take what a problem of this contact alone solves for. Collective."""
         was_alone = self.partners == (self.number,)
-        self.settle(functions, (self.number,))
-        if not (self.host.is_plain and was_alone):
+        self.set_functions(functions, (self.number,))
+        if not (self.unknowns.is_plain and was_alone):
             self.layout.number()
             self.send_rows()
-        self.meet([self.surfaces])
+        self.find_cross_points([self.surfaces])
 
-    def settle(self, functions: Sequence[Function], partners: tuple[int, ...]) -> None:
+    def set_functions(
+        self, functions: Sequence[Function], partners: tuple[int, ...]
+    ) -> None:
         """Take the functions of a problem and the numbers of its contacts.
         Collective."""
         with together(self.surfaces.comm):
@@ -149,10 +151,10 @@ class ContactAssembly:
                     "another Contact for this one, or problems of the same contacts in "
                     "the same order"
                 )
-            self.host.solve_for(functions, settled)
+            self.unknowns.solve_for(functions, settled)
         self.partners = partners
 
-    def meet(self, contacts: Sequence[ContactSurfaces]) -> None:
+    def find_cross_points(self, contacts: Sequence[ContactSurfaces]) -> None:
         """Take the surfaces of all contacts of a problem: where a tie shares slave nodes
         with one, its multipliers are damped [theory (4.20)]. Collective."""
         if self.surfaces.tied is None or self.surfaces.multiplier is None:
@@ -183,7 +185,7 @@ class ContactAssembly:
         """
         return self.surfaces.multiplier is not None or self.gamma is None
 
-    def take_over(self, volume: VolumePattern, bcs: Sequence[Any]) -> None:
+    def set_volume(self, volume: VolumePattern, bcs: Sequence[Any]) -> None:
         """Take a volume, and the automatic gamma from it if none is set. Collective."""
         self.volume = volume
         self._forget_prescribed()  # held nodes need its stiffness
@@ -222,7 +224,7 @@ class ContactAssembly:
                     stacklevel=4,
                 )
 
-    def belong_to(self, volume: VolumePattern) -> None:
+    def use_volume(self, volume: VolumePattern) -> None:
         """Take the volume, from `prepare`, of another problem of this contact."""
         if volume is not self.volume:
             self.volume = volume
@@ -236,7 +238,7 @@ class ContactAssembly:
     # Assembly
 
     def prescribed(self, bcs: Sequence[Any]) -> Mask:
-        """Whether Dirichlet conditions prescribe a dof of u; ghosted. The zones are told
+        """Whether Dirichlet conditions prescribe a dof of u; ghosted. Sent to the zones
         if they did not know. Collective."""
         now = self._prescribed
         if now is None or now.ids != tuple(map(id, bcs)):
@@ -246,18 +248,18 @@ class ContactAssembly:
                 now = self._find_prescribed(bcs)
                 # A path asks in turn for those of its steps and, for reactions, none
                 self._known = [now, *self._known][:MOST_KNOWN]
-            self._tell_prescribed(now)
+            self._send_prescribed(now)
             self._prescribed = now
         return now.u
 
     def _forget_prescribed(self) -> None:
-        """What conditions prescribe is to be found and told anew."""
+        """What conditions prescribe is to be found and sent anew."""
         self._prescribed, self._known = None, []
 
     def _find_prescribed(self, bcs: Sequence[Any]) -> Prescribed:
         """What conditions prescribe. Collective."""
         surfaces = self.surfaces
-        found = Prescribed(tuple(bcs), self.host.prescribed_u(bcs)[0] == 1)
+        found = Prescribed(tuple(bcs), self.unknowns.prescribed_u(bcs)[0] == 1)
         if surfaces.multiplier is None:
             return found
         if self.volume is not None:
@@ -268,7 +270,7 @@ class ContactAssembly:
             found.moduli = self.moduli(bcs)
         return found
 
-    def _tell_prescribed(self, found: Prescribed) -> None:
+    def _send_prescribed(self, found: Prescribed) -> None:
         """Tell the zones which displacements are prescribed."""
         marker = found.u.astype(np.float64)
         for zone in self.zones:

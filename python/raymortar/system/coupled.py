@@ -13,9 +13,9 @@ import numpy as np
 from .. import _cpp, compat
 from ..compat import Array
 from ..errors import raise_everywhere, together
-from ..host.ranks import free_dropped
-from ..host.forms import check_compiled
-from ..host.host import Host
+from ..discretization.ranks import free_dropped
+from ..discretization.forms import check_compiled
+from ..discretization.unknowns import Unknowns
 from ..interface.probing import VolumePattern
 from .assembly import ContactAssembly
 from .free_bodies import FreeBodies
@@ -32,14 +32,14 @@ class CoupledSystem(CoupledIterates):
 
     Parameters
     ----------
-    host
+    unknowns
         What is solved for.
     parts
         What each contact adds, in the order of their multipliers' rows.
     """
 
-    def __init__(self, host: Host, parts: Sequence[ContactAssembly]) -> None:
-        super().__init__(host, parts)
+    def __init__(self, unknowns: Unknowns, parts: Sequence[ContactAssembly]) -> None:
+        super().__init__(unknowns, parts)
         self._free_bodies: FreeBodies | None = None
 
     @property
@@ -69,20 +69,20 @@ class CoupledSystem(CoupledIterates):
         The volume, which `belong_to` takes.
         """
         with together(self._comm):
-            check_compiled(a, len(self.host.functions))
+            check_compiled(a, len(self.unknowns.functions))
         for part in self.parts:
-            if part.host.spaces is None:
-                part.host.spaces = [compat.test_space(a)]
+            if part.unknowns.spaces is None:
+                part.unknowns.spaces = [compat.test_space(a)]
         strains = any(part.needs_strains for part in self.parts)
         volume = VolumePattern(a, self.layout, self.axisymmetric, strains)
         for part in self.parts:
-            part.take_over(volume, bcs)
+            part.set_volume(volume, bcs)
         return volume
 
-    def belong_to(self, volume: VolumePattern) -> None:
+    def use_volume(self, volume: VolumePattern) -> None:
         """Go over to the volume, of `prepare`, of another problem of these contacts."""
         for part in self.parts:
-            part.belong_to(volume)
+            part.use_volume(volume)
 
     @property
     def _volume(self) -> VolumePattern:
@@ -276,4 +276,4 @@ class CoupledSystem(CoupledIterates):
         message = f"x0 must be a ghosted array of u, of shape {shape}, not {found}"
         raise_everywhere(self._comm, None if found == shape else message)
         self.constrained(bcs)
-        self.cpp.lift(b.handle, self.host.increment_u(bcs, x0), alpha)
+        self.cpp.lift(b.handle, self.unknowns.increment_u(bcs, x0), alpha)

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..compat import Array
 from ..errors import SetUpError, raise_everywhere
-from ..host.layout import CoupledRows
+from ..discretization.layout import CoupledRows
 from ..interface.point_results import OPEN
 from ..interface.stiffness import mean_facet_size
 from ..interface.zone_data import ZoneData, positions
@@ -68,7 +68,7 @@ class FreeBodies:
         self._size = mean_facet_size(system.layout, system.zones)
         self._stiffness: float | None = None
         # At the start of this solve
-        self._flown: set[Body] = set()
+        self._moved: set[Body] = set()
 
     @property
     def bodies(self) -> tuple[Body, ...]:
@@ -111,7 +111,7 @@ class FreeBodies:
         motion to a facet, and vanishes with the residual, so that Newton's method stays
         quadratic."""
         count = len(push.body.freedom)
-        if push.body not in self._flown:
+        if push.body not in self._moved:
             return np.zeros((count, count))
         return np.linalg.norm(push.forces) / (MOST * self._size) * np.eye(count)
 
@@ -204,7 +204,7 @@ class FreeBodies:
         Collective."""
         return float(self._comm.allreduce(found[0].min(initial=np.inf), op=MPI.MIN))
 
-    def _landing(self, found: tuple[Array, Array], force: float) -> float:
+    def _closing_distance(self, found: tuple[Array, Array], force: float) -> float:
         """How far a body flies until the springs of contact balance a force, with a
         rigid slave. Length. Collective."""
         ahead, springs = found
@@ -219,7 +219,7 @@ class FreeBodies:
                 high = middle
         return low
 
-    def seat(self) -> None:
+    def close_gaps(self) -> None:
         """Move free bodies that touch nothing to the slave ahead. Collective.
 
         Raises
@@ -230,12 +230,12 @@ class FreeBodies:
         if not self.bodies or any(part.gamma is None for part in self._system.parts):
             return
         self._system.update()
-        self._flown.clear()
-        moved = [self._fly(body) for body in self.bodies]
+        self._moved.clear()
+        moved = [self._close_gap(body) for body in self.bodies]
         if any(moved):
             self._system.update()
 
-    def _fly(self, body: Body) -> bool:
+    def _close_gap(self, body: Body) -> bool:
         """Move a body to the slave ahead, if it touches nothing. Whether it was moved.
         Collective."""
         push = self.push(body)
@@ -260,11 +260,11 @@ class FreeBodies:
         if np.isfinite(far):
             force *= 1.0 - nearest / far
         along = np.where(freedom.is_turn, 0.0, way[freedom.axis])
-        freedom.values = freedom.values + self._landing(found, force) * along
-        self._flown.add(body)
+        freedom.values = freedom.values + self._closing_distance(found, force) * along
+        self._moved.add(body)
         # A flight is no slip
         for part in self._system.parts:
-            part.present.forget_flight(body)
+            part.present.begin_slip_here(body)
         return True
 
     def _has_left(self, push: Push) -> bool:

@@ -12,10 +12,10 @@ import numpy as np
 from .. import compat
 from ..compat import Array, Indices
 from ..convergence.balance import Groups, largest_by, sum_by_group
-from ..host.bodies import find_parts
-from ..host.ranks import marked_everywhere
-from ..host.reference_facets import shape_functions
-from ..host.surfaces import surface_areas, surface_normals
+from ..discretization.bodies import find_parts
+from ..discretization.ranks import marked_everywhere
+from ..discretization.reference_facets import shape_functions
+from ..discretization.surfaces import surface_areas, surface_normals
 from .assembly import ContactAssembly
 from .coupled import CoupledSystem
 
@@ -28,7 +28,7 @@ def groups_of(system: CoupledSystem) -> Groups:
     system
         After `CoupledSystem.prepare`.
     """
-    layout, V, fields = system.layout, system.u.function_space, system.host.fields()
+    layout, V, fields = system.layout, system.u.function_space, system.unknowns.fields()
     comm, bodies = layout.comm, system.parts[0].surfaces.bodies
     # Owned nodes of spaces, and their groups
     mine: Any = slice(layout.n_u // V.dofmap.index_map_bs)

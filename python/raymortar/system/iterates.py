@@ -15,8 +15,8 @@ from dolfinx.fem import Function
 from .. import _cpp
 from ..compat import Array, Indices, Mask
 from ..errors import SetUpError, raise_everywhere
-from ..host.host import Field, Host, Lacking
-from ..host.layout import CoupledRows
+from ..discretization.unknowns import Field, Unknowns, Lacking
+from ..discretization.layout import CoupledRows
 from .assembly import ContactAssembly
 
 # Without Python frames: each iterate asks
@@ -28,7 +28,7 @@ class CoupledIterates:
 
     Parameters
     ----------
-    host
+    unknowns
         What is solved for.
     parts
         What each contact adds, in the order of their multipliers' rows.
@@ -43,9 +43,9 @@ class CoupledIterates:
 
     layout: CoupledRows
 
-    def __init__(self, host: Host, parts: Sequence[ContactAssembly]) -> None:
-        self.host, self.parts = host, tuple(parts)
-        self._comm: MPI.Comm = host.comm
+    def __init__(self, unknowns: Unknowns, parts: Sequence[ContactAssembly]) -> None:
+        self.unknowns, self.parts = unknowns, tuple(parts)
+        self._comm: MPI.Comm = unknowns.comm
         self._cpp: tuple[_cpp.CoupledValues, _cpp.ContactSystem] | None = None
         self._groups: tuple[Any, ...] | None = None
         self.zones = [zone for part in self.parts for zone in part.zones]
@@ -54,7 +54,7 @@ class CoupledIterates:
     def u(self) -> Function:
         """Displacement on its own space: the user's Function, or a copy that follows a
         part of a mixed Function."""
-        return self.host.u
+        return self.unknowns.u
 
     @property
     def axisymmetric(self) -> bool:
@@ -118,7 +118,7 @@ class CoupledIterates:
             contact surfaces since `Contact` was made.
         """
         self.require_mesh()
-        self.host.pull()
+        self.unknowns.pull()
         cpp = self.cpp
         self._require_finite()
         cpp.loads_changed()
@@ -155,9 +155,9 @@ class CoupledIterates:
                 part.present.check_loads()
         if not cpp.set_unknowns(x.handle, list(map(_SCALE, self.parts)), anew):
             return False
-        if not self.host.is_plain:
-            self.host.pull()
-        if not (self.host.is_plain and cpp.is_finite()):
+        if not self.unknowns.is_plain:
+            self.unknowns.pull()
+        if not (self.unknowns.is_plain and cpp.is_finite()):
             self._require_finite()
         self._pair(cpp, rays_only)
         return True
@@ -171,8 +171,8 @@ class CoupledIterates:
         """Raise for values that are not finite. Collective."""
         functions = [("displacement", self.u)]
         functions += [("multiplier", part.surfaces.multiplier) for part in self.parts]
-        if not self.host.is_plain:
-            functions += [(f.name, f) for f in self.host.functions]
+        if not self.unknowns.is_plain:
+            functions += [(f.name, f) for f in self.unknowns.functions]
         message = None
         for name, f in functions:
             bad = 0 if f is None else np.count_nonzero(~np.isfinite(f.x.array))

@@ -13,7 +13,7 @@ from ufl.algorithms import expand_derivatives
 from ufl.corealg.traversal import unique_pre_traversal
 
 from ..compat import Array
-from ..host.forms import derivative
+from ..discretization.forms import derivative
 
 
 class Inputs:

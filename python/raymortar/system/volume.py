@@ -19,28 +19,28 @@ _PART = PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN
 
 
 class Forms:
-    """Assembles compiled forms of all unknowns of a host. Collective.
+    """Assembles compiled forms of all unknowns of a unknowns. Collective.
 
     Forms of several unknowns are lists, in which None is zero. An only tangent may be
     None too.
     """
 
     def __init__(self, contact: Any, L: Any, a: Any) -> None:
-        self._contact, self._host = contact, contact.host
+        self._contact, self._unknowns = contact, contact.unknowns
         self.has_several = isinstance(L, list)
         self._a = a
-        maps = [compat.unknowns_of(f) for f in self._host.functions]
+        maps = [compat.unknowns_of(f) for f in self._unknowns.functions]
         vectors = [compat.create_la_vector(*one) for one in maps]
         forms, table = (L, a) if self.has_several else ([L], [[a]])
         # By test space, with views of arrays and of their owned parts
-        starts = self._host.owned_starts
+        starts = self._unknowns.owned_starts
         self._found = np.zeros(starts[-1])
         owned = np.split(self._found, starts[1:-1])
         self._rows = [
             (form, blocks, r, r.array, part)
             for form, blocks, r, part in zip(forms, table, vectors, owned)
         ]
-        self._alone = self._host.comm.size == 1
+        self._alone = self._unknowns.comm.size == 1
 
     def residual(
         self, bcs: Sequence[Any] = (), increment: Array | None = None
@@ -65,9 +65,9 @@ class Forms:
         self, r: Array, blocks: Sequence[Any], bcs: Sequence[Any], increment: Any
     ) -> None:
         """Add the effect of prescribed increments to the rows of one test space."""
-        host = self._host
-        parts = np.split(increment, host.starts[1:-1])
-        each = zip(parts, blocks, host.functions, host.conditions(bcs))
+        unknowns = self._unknowns
+        parts = np.split(increment, unknowns.starts[1:-1])
+        each = zip(parts, blocks, unknowns.functions, unknowns.conditions(bcs))
         for part, block, f, of_f in each:
             # Takes the tangents of all cells with constrained dofs
             if block is not None and part.any():
@@ -77,7 +77,7 @@ class Forms:
         """Add the tangent, and set the diagonal of constrained unknowns to one."""
         if self.has_several:
             rows = self._contact.layout.begin + np.flatnonzero(fixed)
-            starts = self._host.starts
+            starts = self._unknowns.starts
             compat.assemble_blocks(A, self._a, bcs, starts, rows.astype(np.int32))
         elif self._a is not None:
             compat.assemble_jacobian(A, self._a, bcs)
@@ -172,7 +172,7 @@ class Kept:
 
         At a present iterate it would depend on the order of calls.
         """
-        functions = self._contact.host.functions
+        functions = self._contact.unknowns.functions
         kept = [f.x.array.copy() for f in functions]
         try:
             for f in functions:
@@ -210,7 +210,7 @@ def _without_zeros(K: PETSc.Mat) -> PETSc.Mat:
 
 
 class Volume:
-    """Residual and tangent of compiled forms, of all unknowns of a host. Collective.
+    """Residual and tangent of compiled forms, of all unknowns of a unknowns. Collective.
 
     Parameters
     ----------
@@ -253,7 +253,7 @@ class Volume:
 
     def _keep(self, forms: Any, pattern: Any, compiled: Callable[[Any], Any]) -> None:
         """Keep what pays: a matrix of facets is not worth its addition."""
-        functions = self.contact.host.functions
+        functions = self.contact.unknowns.functions
         linear, rest = split(forms if self.has_several else [forms], functions)
         is_whole, table = not any(rest), tangents(linear, functions)
         if not (is_whole or has_cells(table)):
@@ -284,7 +284,7 @@ class Volume:
         """Replace the forms in the displacement's test function by L and a."""
         if not self.has_several:
             return L, a
-        at = self.contact.host.only.at
+        at = self.contact.unknowns.only.at
         forms, table = list(self.L), list(map(list, self.a))
         forms[at], table[at][at] = L, a
         return forms, table
@@ -299,11 +299,11 @@ class Volume:
         if self.kept is None:
             assert self._rest is not None
             return self._rest.residual(bcs, increment)
-        host = self.contact.host
-        self.kept.renew(host.owned_prescribed(bcs))
-        values = host.owned_values()
+        unknowns = self.contact.unknowns
+        self.kept.renew(unknowns.owned_prescribed(bcs))
+        values = unknowns.owned_values()
         if increment is not None:
-            values += host.owned_part(increment)
+            values += unknowns.owned_part(increment)
         found = self.kept.forces(values)
         if self._rest is not None:
             found += self._rest.residual(bcs, increment)
@@ -311,7 +311,7 @@ class Volume:
 
     def add_tangent(self, A: PETSc.Mat, bcs: Sequence[Any]) -> None:
         """Add the tangent, with ones for constrained unknowns. Collective."""
-        fixed = self.contact.host.owned_prescribed(bcs)
+        fixed = self.contact.unknowns.owned_prescribed(bcs)
         if self.kept is not None:
             self.kept.renew(fixed)
             self.kept.add_tangent(A)

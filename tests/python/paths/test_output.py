@@ -260,7 +260,7 @@ def test_bodies_on_meshes_of_their_own_are_all_there(ending, folder):
         steps=2,
         output=path,
     ).run()
-    parts = [d.given for d in found.contact.host.displacements]
+    parts = [d.given for d in found.contact.unknowns.displacements]
     slave = found.contact.slave_u
     if ending == ".xdmf":
         COMM.barrier()

@@ -1,7 +1,7 @@
 """What the user solves for: the displacement alone, or with other unknowns.
 
 Contact works on a displacement with its own space, which is a copy if the user's is a
-part of a mixed Function. The host knows the place of each of its dofs among the
+part of a mixed Function. It knows the index of each of its dofs among the
 unknowns.
 """
 
@@ -79,7 +79,7 @@ class Lacking(NamedTuple):
     values: Array
 
 
-class Host:
+class Unknowns:
     """The unknowns that a user solves for, one Function or several.
 
     *Local unknowns* are the ghosted arrays of all Functions, one after the other;
@@ -110,11 +110,11 @@ class Host:
         self.functions: list[Function] = several
         own = [d.u for d in self.displacements]
         self.u: Any = own[0] if len(own) == 1 else JoinedDisplacement(own)
-        # Spaces of the functions, once a problem has told them
+        # Spaces of the functions, once a problem has set them
         self.spaces: list[FunctionSpace] | None = None
         if all(d.component is None for d in self.displacements):
             self.spaces = [f.function_space for f in several]
-        self._settle()
+        self._update()
         # The last conditions, which each iteration asks for
         self._sorted: _Sorted | None = None
         self.pull()
@@ -184,10 +184,10 @@ class Host:
             d.at = place
         self.functions = list(functions)
         self.spaces = [f.function_space for f in functions]
-        self._settle()
+        self._update()
         self._sorted = None
 
-    def _settle(self) -> None:
+    def _update(self) -> None:
         """Find what the present functions determine."""
         # By whether ghosts count
         self._starts = {ghosts: self._starts_now(ghosts) for ghosts in (False, True)}

@@ -110,7 +110,10 @@ def test_conditions_by_a_function_on_a_part():
     """As DOLFINx has them: dofs of the part, and of the part's own space."""
     first, _ = solved("mixed", "normal")
     found = hosts.taylor_hood("mixed")
-    part, scene = found.contact.host.displacements[0].given.function_space, found.scene
+    part, scene = (
+        found.contact.unknowns.displacements[0].given.function_space,
+        found.scene,
+    )
     own, _ = part.collapse()
     g = fem.Function(own)
     facets = scene.facet_tags.find(scene.tags["top"])
@@ -157,11 +160,11 @@ def test_swelling_bodies_are_one_answer_and_converge_quadratically():
 def test_prescribed_values_of_every_field_are_met(way):
     found = hosts.swelling(way)
     solve(found, pushes=PUSHES[:1])
-    marker, values = found.contact.host.prescribed(found.problem.bcs)
-    present = found.contact.host.values()
+    marker, values = found.contact.unknowns.prescribed(found.problem.bcs)
+    present = found.contact.unknowns.values()
     assert worst((present - values)[marker == 1]) < 1e-14
     count = COMM.allreduce(int(marker.sum()))
-    of_u = found.contact.host.prescribed_u(found.problem.bcs)[0]
+    of_u = found.contact.unknowns.prescribed_u(found.problem.bcs)[0]
     assert count > COMM.allreduce(int(of_u.sum())) > 0
 
 
@@ -182,7 +185,7 @@ def test_a_given_jacobian_is_taken():
 def test_rows_of_the_parts_are_apart():
     """Every owned unknown is of one field, and has a row of its own."""
     found = hosts.taylor_hood("mixed", method=AugmentedLagrangian())
-    host, layout = found.contact.host, found.contact.layout
+    host, layout = found.contact.unknowns, found.contact.layout
     rows = np.concatenate([field.rows for field in host.fields()])
     np.testing.assert_array_equal(np.sort(rows), np.arange(layout.n))
     owned = host.owned_part(layout.rows)

@@ -1,4 +1,4 @@
-"""Values that ranks tell each other: boxes, sums at dofs, rows, counts of messages; and
+"""Values that ranks exchange: boxes, sums at dofs, rows, counts of messages; and
 objects that all ranks must destroy together.
 
 Python frees objects of a reference cycle at any time. A solver is in such a cycle if a

@@ -16,10 +16,14 @@ from boxes import (
     whole_boundary,
 )
 
-from raymortar.host.checks import check_areas, check_cells
-from raymortar.host.facets import Facets, facet_node_table, tagged_facets
-from raymortar.host.reference_facets import facet_nodes, normals, shape_functions
-from raymortar.host.surfaces import build_surface
+from raymortar.discretization.checks import check_areas, check_cells
+from raymortar.discretization.facets import Facets, facet_node_table, tagged_facets
+from raymortar.discretization.reference_facets import (
+    facet_nodes,
+    normals,
+    shape_functions,
+)
+from raymortar.discretization.surfaces import build_surface
 
 pytestmark = pytest.mark.mpi
 

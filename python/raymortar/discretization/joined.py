@@ -38,7 +38,7 @@ class Displacement:
     component
         Number of the part of a mixed Function. None if it is no part.
     at
-        Number of the host's Function that has it.
+        Number of the user's Function that has it.
     """
 
     def __init__(self, given: Function, at: int) -> None:

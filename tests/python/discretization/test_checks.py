@@ -18,8 +18,13 @@ from dolfinx import fem
 from dolfinx import mesh as dmesh
 
 from raymortar import compat, errors
-from raymortar.host.checks import check_areas, check_cells, check_pair, check_space
-from raymortar.host.facets import tagged_facets
+from raymortar.discretization.checks import (
+    check_areas,
+    check_cells,
+    check_pair,
+    check_space,
+)
+from raymortar.discretization.facets import tagged_facets
 
 pytestmark = pytest.mark.mpi
 

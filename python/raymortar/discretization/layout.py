@@ -1,6 +1,6 @@
-"""Numbering of the coupled unknowns, rank by rank: [host | multipliers | rigid bodies].
+"""Numbering of the coupled unknowns, rank by rank: [unknowns of the forms | multipliers | rigid bodies].
 
-The host's are those that the user solves for, the displacement among them. Multipliers
+Those of the forms are what the user solves for, the displacement among them. Multipliers
 of several contacts follow in the order of the contacts. Rigid bodies that are free are
 on the first rank.
 """
@@ -20,7 +20,7 @@ from dolfinx.fem import Function
 from .. import _cpp, compat
 from ..compat import Array, Indices
 from ..rigid.body import Body
-from .host import Host
+from .unknowns import Unknowns
 from .ranks import marked_everywhere
 
 Global = npt.NDArray[np.int64]
@@ -39,7 +39,7 @@ class CoupledRows:
 
     Parameters
     ----------
-    host
+    unknowns
         What the user solves for.
     layouts
         Of the contacts, in the order of their multipliers' rows.
@@ -49,13 +49,13 @@ class CoupledRows:
     size
         Owned rows of this rank.
     n
-        How many of them are the host's, which come first.
+        How many of them are of the forms, which come first.
     n_u
         How many of these are displacements.
     ranges
         First row of each rank, then the number of rows, int64.
     rows
-        Global row of every local unknown of the host, see `Host`, int64.
+        Global row of every local unknown of the unknowns, see `Unknowns`, int64.
     u_rows
         Global rows of the components of every local block dof of u, (dofs, d), int64.
     bodies
@@ -68,9 +68,9 @@ class CoupledRows:
 
     bodies: tuple[Body, ...]
 
-    def __init__(self, host: Host, layouts: Sequence[Layout]) -> None:
-        self.host, self.u = host, host.u
-        self.comm: MPI.Comm = host.comm
+    def __init__(self, unknowns: Unknowns, layouts: Sequence[Layout]) -> None:
+        self.unknowns, self.u = unknowns, unknowns.u
+        self.comm: MPI.Comm = unknowns.comm
         self._u_map, self._bs = compat.unknowns_of(self.u)
         self.n_u = self._u_map.size_local * self._bs
         self.layouts = tuple(layouts)
@@ -84,7 +84,7 @@ class CoupledRows:
         return self.bodies if self.comm.rank == 0 else ()
 
     def number(self) -> None:
-        """Number all rows, with the host's present unknowns. Collective."""
+        """Number all rows, with the present unknowns of the forms. Collective."""
         sizes: list[int] = [layout.owned_size for layout in self.layouts]
         for layout, begin in zip(self.layouts, np.cumsum([0, *sizes])):
             layout.bodies = self.bodies
@@ -92,9 +92,9 @@ class CoupledRows:
         self._number_host(sum(sizes))
 
     def _number_host(self, multipliers: int) -> None:
-        """Number the host's present unknowns, with room for this rank's multipliers
+        """Number the present unknowns of the forms, with room for this rank's multipliers
         behind them. Collective."""
-        starts = self.host.owned_starts
+        starts = self.unknowns.owned_starts
         self.made_values: _cpp.CoupledValues | None = None
         self.n = int(starts[-1])
         self.size = self.n + multipliers + sum(len(b.freedom) for b in self.own_bodies)
@@ -109,13 +109,13 @@ class CoupledRows:
             self.body_rows[body] = np.arange(end - len(body.freedom), end)
             end -= len(body.freedom)
         parts = []
-        for f, start in zip(self.host.functions, starts):
+        for f, start in zip(self.unknowns.functions, starts):
             index_map, bs = compat.unknowns_of(f)
             owned = np.arange(index_map.size_local)
             first = self._number(index_map, owned, bs, self.begin + int(start))
             parts.append((first[:, None] + np.arange(bs)).ravel())
         self.rows = np.concatenate(parts)
-        self.u_rows = self.rows[self.host.u_local].reshape(-1, self._bs)
+        self.u_rows = self.rows[self.unknowns.u_local].reshape(-1, self._bs)
 
     @staticmethod
     def _number(index_map: Any, owned: Indices, width: int, begin: int) -> Global:
@@ -135,13 +135,13 @@ class CoupledRows:
         return PETSc.Vec().createMPI((self.size, None), comm=self.comm)
 
     def create_matrix(self) -> PETSc.Mat:
-        """Empty AIJ matrix whose local-to-global map covers the host's unknowns."""
+        """Empty AIJ matrix whose local-to-global map covers the unknowns of the forms."""
         A = PETSc.Mat().create(self.comm)
         A.setSizes(((self.size, None), (self.size, None)))
         A.setType(PETSc.Mat.Type.AIJ)
         # Multigrid needs to know which rows belong to one node. Rows of multipliers and
         # rigid bodies fit into no block
-        plain = not self._more_than_host and self.host.is_plain
+        plain = not self._more_than_host and self.unknowns.is_plain
         bs = self._bs if plain else 1
         A.setBlockSize(bs)
         blocks = (self.rows[::bs] // bs).astype(PETSc.IntType)
@@ -153,11 +153,11 @@ class CoupledRows:
     def values(self) -> _cpp.CoupledValues:
         """Moves values between Functions and vectors of unknowns."""
         if self.made_values is None:
-            functions = self.host.functions
+            functions = self.unknowns.functions
             self.made_values = _cpp.CoupledValues(
                 self.comm.py2f(),
                 [f.x.array for f in functions],
-                np.diff(self.host.owned_starts).tolist(),
+                np.diff(self.unknowns.owned_starts).tolist(),
                 self.rows,
                 [layout.multiplier_values() for layout in self.layouts],
                 [_cpp.BodyValues(b.cpp, self.body_rows[b]) for b in self.bodies],
@@ -172,13 +172,13 @@ class CoupledRows:
     def from_vector(self, x: PETSc.Vec, scales: float | Sequence[float]) -> None:
         """Copy the solver's unknowns to the functions, ghosts included. Collective."""
         self.values.from_vector(x.handle, np.atleast_1d(scales).tolist())
-        self.host.pull()
+        self.unknowns.pull()
 
     def coupled_columns(self, columns: npt.ArrayLike, k: int = 0) -> Indices:
-        """Coupled columns for global columns of DOLFINx's matrix of the host's k-th
+        """Coupled columns for global columns of DOLFINx's matrix of the k-th
         Function. Collective."""
-        index_map, bs = compat.unknowns_of(self.host.functions[k])
-        first = self.begin + int(self.host.owned_starts[k])
+        index_map, bs = compat.unknowns_of(self.unknowns.functions[k])
+        first = self.begin + int(self.unknowns.owned_starts[k])
         here = np.array([bs * index_map.local_range[0], first])
         starts, firsts = np.array(self.comm.allgather(here)).T
         columns = np.asarray(columns, dtype=np.int64)
@@ -192,7 +192,7 @@ class Layout(CoupledRows):
 
     Parameters
     ----------
-    host
+    unknowns
         What the user solves for.
     multiplier
         Multiplier, or None.
@@ -215,7 +215,7 @@ class Layout(CoupledRows):
 
     def __init__(
         self,
-        host: Host,
+        unknowns: Unknowns,
         multiplier: Function | None,
         multiplier_dofs: Indices,
         bodies: Sequence[Body] = (),
@@ -231,14 +231,14 @@ class Layout(CoupledRows):
             self.owned_multipliers = np.flatnonzero(marked[:owned]).astype(np.int32)
             self.components = W.dofmap.index_map_bs
         self.owned_size: int = len(self.owned_multipliers) * self.components
-        super().__init__(host, [self])
+        super().__init__(unknowns, [self])
 
     def number(self) -> None:
         """Number the rows of a contact alone. Collective."""
         self.place(0, self.owned_size)
 
     def place(self, before: int, multipliers: int) -> None:
-        """Number the rows of all that the host has now. Collective.
+        """Number the rows of all unknowns of the forms. Collective.
 
         Parameters
         ----------

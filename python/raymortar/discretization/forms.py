@@ -11,7 +11,7 @@ from dolfinx.fem import Function, FunctionSpace
 
 from .. import compat
 from ..errors import ContactError
-from .host import Host
+from .unknowns import Unknowns
 
 _RESIDUAL = (
     "a linear form in the test function of contact.u.function_space; where the "
@@ -89,21 +89,23 @@ def check_compiled(a: Any, count: int = 1) -> None:
 # Unknowns
 
 
-def find_unknowns(F: Any, J: Any, u: Any, host: Host) -> list[Function]:
+def find_unknowns(F: Any, J: Any, u: Any, unknowns: Unknowns) -> list[Function]:
     """The Functions that a problem solves for, after checks of its forms.
 
     F and J are a UFL residual and its Jacobian or None, or lists of them by unknown; u
     is None, a Function or a list.
     """
     if isinstance(F, (list, tuple)):
-        return _several(F, J, u, host)
-    if len(host.displacements) > 1:
+        return _several(F, J, u, unknowns)
+    if len(unknowns.displacements) > 1:
         raise ContactError(
-            f"the displacements {host.name} are on meshes of their own: F must be a "
+            f"the displacements {unknowns.name} are on meshes of their own: F must be a "
             "list of residuals, with u= a list of what they are solved for"
         )
-    only = host.displacements[0]
-    found = _alone(F, J, only.given) if only.component is None else _whole(F, J, host)
+    only = unknowns.displacements[0]
+    found = (
+        _alone(F, J, only.given) if only.component is None else _whole(F, J, unknowns)
+    )
     named = list(u) if isinstance(u, (list, tuple)) else [u]
     if u is not None and (len(named) != 1 or named[0] is not found):
         raise ContactError(
@@ -126,11 +128,11 @@ def _alone(F: Any, J: Any, u: Function) -> Function:
     return u
 
 
-def _whole(F: Any, J: Any, host: Host) -> Function:
+def _whole(F: Any, J: Any, unknowns: Unknowns) -> Function:
     """The mixed Function that has the displacement as a part."""
     check_form("F", F, 1, "a linear form in the test functions of the mixed space")
     W = F.arguments()[0].ufl_function_space()
-    given = host.displacements[0].given
+    given = unknowns.displacements[0].given
     if not compat.contains(W, given.function_space):
         raise ContactError(
             "F has a test function in another space than the mixed one that the "
@@ -151,7 +153,7 @@ def _whole(F: Any, J: Any, host: Host) -> Function:
     return Function(W, given.x)
 
 
-def _several(F: Sequence[Any], J: Any, u: Any, host: Host) -> list[Function]:
+def _several(F: Sequence[Any], J: Any, u: Any, unknowns: Unknowns) -> list[Function]:
     """Unknowns of a list of residuals; two on one space could share conditions."""
     if not isinstance(u, (list, tuple)):
         raise ContactError(
@@ -179,9 +181,9 @@ def _several(F: Sequence[Any], J: Any, u: Any, host: Host) -> list[Function]:
     for i, (form, f) in enumerate(zip(F, u)):
         wanted = f"a linear form in the test function of {f.name}'s space"
         check_form(f"F[{i}]", form, 1, wanted, f.function_space)
-    givens = [d.given for d in host.displacements]
+    givens = [d.given for d in unknowns.displacements]
     if not all(any(compat.same_values(f, given) for f in u) for given in givens):
-        raise ContactError(host.absence(u))
+        raise ContactError(unknowns.absence(u))
     if J is None:
         return list(u)
     if not _is_table(J, len(u)):
@@ -203,10 +205,12 @@ def _is_table(given: Any, n: int) -> bool:
     return all(isinstance(row, (list, tuple)) and len(row) == n for row in lists)
 
 
-def jacobians(F: Sequence[Any], u: Sequence[Function], host: Host) -> list[list[Any]]:
+def jacobians(
+    F: Sequence[Any], u: Sequence[Function], unknowns: Unknowns
+) -> list[list[Any]]:
     """Derivatives of residuals by unknowns, None for zero, or an error."""
     table = [[derivative(form, f) for f in u] for form in F]
-    for d in host.displacements:
+    for d in unknowns.displacements:
         if table[d.at][d.at] is None:
             raise ContactError(
                 f"F[{d.at}] does not depend on the displacement {d.given.name}: write "

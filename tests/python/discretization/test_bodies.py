@@ -10,7 +10,7 @@ from meshes.blocks import Block
 from meshes.meshing import assemble_blocks
 from meshes.scenes import two_blocks
 from raymortar import compat
-from raymortar.host.bodies import connected, find_bodies
+from raymortar.discretization.bodies import connected, find_bodies
 
 
 def bodies_of_cells(V, bodies):

@@ -1,9 +1,9 @@
 """Meshes, spaces, dofs, tagged facets and forms of DOLFINx, as contact needs them.
 
-- host: the unknowns: a displacement alone or beside others
+- unknowns: the unknowns: a displacement alone or beside others
 - joined: several meshes as one
 - facets, tagged: tagged facets, turned outward
 - layout: the numbering of all unknowns
 - slave_fields: fields on slave facets, from numbers, Functions or callables
-- ranks: what ranks tell each other: boxes, marks at dofs, counts of messages
+- ranks: what ranks exchange: boxes, marks at dofs, counts of messages
 """
