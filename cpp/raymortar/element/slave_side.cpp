@@ -183,8 +183,11 @@ template <int D>
 void SlaveSide<D>::place_multiplier(const Vec<T>& xi, GermData<D>& e,
                                     PointShapes<D>& shapes) const
 {
+  const std::size_t last = _wanted.along ? D : 1;
   if (_state.multipliers.degree == _state.slave.degree)
-    std::copy_n(shapes.slave.begin(), _multipliers, shapes.multiplier.begin());
+    for (std::size_t k = 0; k < _multipliers; ++k)
+      for (std::size_t p = 0; p < last; ++p)
+        shapes.multiplier[k][p] = shapes.slave[k][p];
   else
     _multiplier->first(xi, shapes.multiplier);
   set(_lam, _multipliers, shapes.multiplier, e.lam);
