@@ -7,7 +7,10 @@
 #include "raymortar/rigid/shapes.h"
 #include "rules.h"
 #include "surfaces.h"
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <ctime>
 #include <string>
 
@@ -249,7 +252,7 @@ void compare_pairs(const Kind& kind, const Law& law, int repeats)
       of_any.take(*any, scene);
     }
     const std::string what =
-        moving ? "pair, full tangent" : "pair, fixed tangent";
+        moving ? "facet with full tangent" : "facet with fixed tangent";
     print(kind, law, what, "one", of_one);
     print(kind, law, what, "any", of_any);
   }
