@@ -42,6 +42,16 @@ struct SlavePoint
     set_multiplier(e, q);
   }
 
+  /// @brief A field there, from its values at the displacement's nodes.
+  [[nodiscard]] double value(const Vec<F::dofs>& nodal) const
+  {
+    return N_s.dot(nodal);
+  }
+  [[nodiscard]] Vec<D> value(const Mat<D, F::dofs>& nodal) const
+  {
+    return nodal * N_s;
+  }
+
 private:
   void set_multiplier(const Data& e, const ElementPoint<F>& q)
   {
@@ -117,10 +127,9 @@ struct HitPoint : SlavePoint<F, L, Law>, TargetFrame<F>
   {
   }
   HitPoint(const Data& e, const States&, const ElementPoint<F>& q)
-      : Base(e, q), Target(e.frame_of_target), xi(q.xi), g(q.g),
-        N_m(F::Disp::values(q.eta)), offset(this->N_s.dot(e.offset)),
-        normal(of_target ? Vec<D>(-frame_at<F>(e.master, q.eta).n)
-                         : this->slave.n),
+      : Base(e, q), Target(frame_of_target(e)), xi(q.xi), g(q.g),
+        N_m(F::Disp::values(q.eta)), offset(this->value(e.offset)),
+        normal(of_target ? Vec<D>(-master_frame(e, q).n) : this->slave.n),
         response(respond(e, q))
   {
   }
@@ -170,10 +179,10 @@ private:
            const NodeShapes<F>& shapes,
            const TwoFrames<D>& frames) requires is_frictional<Law>
       : Base(e, q, frames.now, shapes.displacement(q.xi)),
-        Target(e.frame_of_target),
+        Target(frame_of_target(e)),
         xi(q.xi),
         g(q.g),
-        offset(this->N_s.dot(e.offset))
+        offset(this->value(e.offset))
   {
     const NodeShapes<F> at_eta(q.eta);
     N_m = at_eta.displacement(q.eta);
@@ -216,7 +225,7 @@ private:
   {
     if (not e.history.has_springs)
       return;
-    old.accepted = e.history.traction_old * this->N_s;
+    old.accepted = this->value(e.history.traction_old);
     old.spring = carry_traction<D>(old.frame, old.dual, this->slave,
                                    old.accepted, of_target);
   }
@@ -243,7 +252,7 @@ private:
     const auto& history = e.history;
     if (history.has_coefficient)
       return with_coefficient(history.friction,
-                              this->N_s.dot(history.coefficient));
+                              this->value(history.coefficient));
     if (std::holds_alternative<PointBound>(history.friction))
       return q.bound;
     return history.friction;
@@ -285,9 +294,10 @@ struct SlipSlopes<F, true>
   Mat<D, F::tdim> by_eta;
 
   /// @param[in] of_target Whether the frame is the master's  [theory (2.9)]
+  /// @param[in] bends Whether tangents and normal of the master change along it
   SlipSlopes(const typename F::NodeMatrix& master_nodes,
              const typename F::NodeMatrix& master_old, const ElementPoint<F>& q,
-             const OldPoint<F, true>& was, bool of_target)
+             const OldPoint<F, true>& was, bool of_target, bool bends)
       : dual(dual_tangents<D>(was.master.now)), spin(was.spin, was.slide.value),
         convected(
             convection<D>(was.master.old, was.master.old_dual, was.master.now)),
@@ -300,11 +310,13 @@ struct SlipSlopes<F, true>
     by_eta = by_distance * was.master.old.t;
     if constexpr (not F::affine)
     {
-      const NodeBends<F> bends = node_bends<F>(q.eta);
+      if (not bends)
+        return;
+      const NodeBends<F> second = node_bends<F>(q.eta);
       const Curvature<D> old = curvature_at<F>(
-          master_old, bends, was.master.old, was.master.old_dual);
+          master_old, second, was.master.old, was.master.old_dual);
       const Curvature<D> now =
-          curvature_at<F>(master_nodes, bends, was.master.now, dual);
+          curvature_at<F>(master_nodes, second, was.master.now, dual);
       const auto along = [&](const ConvectedVector<D>& c)
       { return convected_along_master<F>(c, convected, old, now); };
       by_eta += spin.after(along(was.slide));
@@ -320,30 +332,18 @@ struct SlipSlopes<F, true>
   }
 };
 
-/// @brief How the normal of the law's frame turns with what is hit; where it is
-/// the slave's, nothing is set  [theory (2.14)].
+/// @brief How the normal of the law's frame turns with what is hit: of a facet
+/// type it is the slave's, and nothing is set  [theory (2.14)].
 template <class F>
 struct FrameSlopes : TargetFrame<F>
 {
   static constexpr int D = F::gdim;
-  using TargetFrame<F>::of_target;
-  Vec<D> n;                 ///< of the master
-  Mat<D, F::dofs> by_nodes; ///< by n . du of the master's nodes
-  Mat<D, D> by_ends;        ///< by what both ends of the ray do, see chain
+  Mat<D, D> by_ends; ///< by what both ends of the ray do, see chain
 
-  /// @param[in] rho Rows of (2.6)
-  FrameSlopes(const typename F::NodeMatrix& master, const ElementPoint<F>& q,
-              const Mat<F::dofs, F::tdim>& dN_m, const Mat<F::tdim, D>& rho,
-              bool is_of_target)
-      : TargetFrame<F>(is_of_target)
+  template <class Data>
+  FrameSlopes(const Data&, const ElementPoint<F>&, const Mat<F::tdim, D>&)
+      : TargetFrame<F>(false)
   {
-    if (not of_target)
-      return;
-    const Frame<D> frame = frame_at<F>(master, q.eta);
-    const Mat<D, F::tdim> dual = dual_tangents<D>(frame);
-    n = frame.n;
-    by_nodes = dual * dN_m.transpose();
-    by_ends = curvature_at<F>(master, q.eta, frame, dual).n * rho;
   }
 };
 
@@ -362,9 +362,16 @@ struct HitSlopes
             const HitPoint<F, L, Law>& p)
       : geometry(geometry_at(e, q, p)), vary(vary_hit<F>(geometry, q.g)),
         slip(slip_slopes(e, q, p)),
-        frame(e.master, q, geometry.dN_m, vary.dual.template topRows<D - 1>(),
-              e.frame_of_target)
+        frame(e, q, vary.dual.template topRows<D - 1>())
   {
+  }
+
+  /// @brief How fields change along the slave facet, from their values at the
+  /// displacement's nodes.
+  template <int R>
+  [[nodiscard]] Mat<R, F::tdim> along(const Mat<R, F::dofs>& nodal) const
+  {
+    return nodal * geometry.dN_s;
   }
 
 private:
@@ -373,7 +380,8 @@ private:
               const HitPoint<F, L, Law>& p)
   {
     if constexpr (is_frictional<Law>)
-      return {e.master, e.history.master_old, q, p.old, e.frame_of_target};
+      return {e.master, e.history.master_old, q, p.old,
+              false,    bends_at_master(e)};
     else
       return {};
   }

@@ -90,7 +90,7 @@ private:
       {
         const Vec<F::dofs> turn =
             F::Disp::gradients(p.xi) *
-            (dual_tangents<D>(p.slave).transpose() * p.turning(t)).eval();
+            (dual_tangents<D>(p.slave).transpose() * t).eval();
         for (int a = 0; a < F::dofs; ++a)
           b.template segment<D>(a * D) +=
               (p.weight * p.g * turn[a]) * p.slave.n;
@@ -143,21 +143,11 @@ private:
       add_work_tangent<2 * side>(geometry, dt, 0, w);
       if constexpr (is_frictional<Law>)
         if (p.has_couple())
-          add_couple_tangent(e, p, at,
-                             p.of_target ? turning_tangent(p, at) : dt);
+          add_couple_tangent(e, p, at, dt);
     }
     else if constexpr (M == 1)
     {
-      if (at.frame.of_target)
-      {
-        const Rows<D, 2 * side> dt =
-            chain<D>(traction_slopes(p), p, at, Columns(p, at));
-        add_work_tangent<side>(geometry, dt.template leftCols<side>(), 0, w);
-        add_work_tangent<side>(geometry, dt.template rightCols<side>(),
-                               Layout::master, w);
-      }
-      else
-        add_work_tangent<side>(geometry, turn<D>(r.t_n, geometry), 0, w);
+      add_work_tangent<side>(geometry, turn<D>(r.t_n, geometry), 0, w);
       add_work_tangent<Layout::multipliers>(
           geometry, r.t_lam * p.shape.transpose(), side, w);
     }
@@ -174,34 +164,23 @@ private:
         }
       if constexpr (is_frictional<Law>)
       {
-        if (p.has_couple() and p.of_target)
-          add_couple_tangent(e, p, at, turning_tangent(p, at));
-        else if (p.has_couple())
+        if (p.has_couple())
           add_couple_tangent(e, p, at, Rows<D, 0>());
       }
     }
   }
 
-  /// Derivative of p.turning(t), which varies with the frame as well
-  [[nodiscard]] static Rows<D, 2 * Layout::side>
-  turning_tangent(const HitPoint<F, L, Law>& p, const HitSlopes<F, L, Law>& at)
-  {
-    return chain<D>(across_slopes(p), p, at, Columns(p, at));
-  }
-
   /// Derivative of - t . g dn  [theory (4.21)]
-  /// @param[in] dt That of p.turning(t), over [slave | master]; empty where it
-  /// is the multiplier
+  /// @param[in] dt That of t, over [slave | master]; empty where it is the
+  /// multiplier
   template <int C>
   void add_couple_tangent(const Data& e, const HitPoint<F, L, Law>& p,
                           const HitSlopes<F, L, Law>& at, const Rows<D, C>& dt)
   {
-    if (M == 0 and p.response.status == ContactStatus::open)
-      return;
     constexpr int side = Layout::side;
     const PointGeometry<F>& geometry = at.geometry;
     const Vec<D>& n = p.slave.n;
-    const Vec<D> t = p.weight * p.turning(p.response.t);
+    const Vec<D> t = p.weight * p.response.t;
     const double w = p.weight * p.g;
     const Mat<1, D> by_ends = at.vary.dual.row(D - 1);
     Rows<1, 2 * side> dg =
@@ -224,7 +203,7 @@ private:
       if constexpr (M > 0)
         for (int k = 0; k < Layout::multipliers; ++k)
           A.template block<D, D>(a * D, side + k * D) +=
-              (w * p.shape[k]) * n * p.turning(G).transpose();
+              (w * p.shape[k]) * n * G.transpose();
     }
     add_turning_tangent<D>(geometry.G_s, n, p.g * t, A);
   }
