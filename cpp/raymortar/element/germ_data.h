@@ -32,6 +32,16 @@ struct GermData
   TwoFrames<D> slave_frames;  ///< the old ones with friction only
   TwoFrames<D> master_frames; ///< those of the point that is hit
   Spin<D> spin;
+
+  /// Coefficients that are never set are multiplied by zeros
+  GermData()
+  {
+    for (auto* nodes :
+         {&slave, &master, &reference, &history.slave_old, &history.master_old})
+      nodes->setZero();
+    history.traction_old.setZero();
+    history.coefficient.setZero();
+  }
 };
 
 /// @brief Curvature of a facet with constant tangents.
