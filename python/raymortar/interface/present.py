@@ -172,6 +172,7 @@ class PresentState:
 
     def accept(self) -> None:
         """Accept the step: the present state becomes the old one. Collective."""
+        self._unknowns.pull()  # each contact has a displacement of its own
         self.u_old[:] = self._u.x.array
         self.note_change()
         if self._surfaces.tied is not None:  # it has no other history
