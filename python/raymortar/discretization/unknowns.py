@@ -23,7 +23,8 @@ from ..errors import ContactError
 from .joined import Displacement, JoinedDisplacement, Places, check_given, places_of
 from .joined import unrolled
 
-# Of a value, by which ranks that share a dof may differ
+# Of a value, by which ranks that share a dof may differ: they may find it in different
+# cells. Increments of this size are none
 ROUNDING = 8.0 * float(np.finfo(float).eps)
 
 
@@ -412,7 +413,7 @@ class Unknowns:
             if conditions:
                 part = found[starts[k] : starts[k + 1]]
                 compat.set_bc(part, conditions, self._arrays[k])
-        increment = _without_rounding(found, values)
+        increment = found * (np.abs(found) > ROUNDING * np.abs(values))
         if self.is_plain:
             owned = found[: self._starts[False][-1]]
             return Lacking(known.owned, owned, increment, increment, values)
@@ -423,14 +424,8 @@ class Unknowns:
         """What prescribed displacements lack of a ghosted array u, 0 elsewhere."""
         marker, values = self.prescribed_u(bcs)
         increment = np.where(marker == 1, values - u, 0.0)
-        return _without_rounding(increment, u)
-
-
-def _without_rounding(increment: Array, u: Array) -> Array:
-    """Set an increment of u to 0 where it is rounding: ranks that share a dof may find
-    its value in different cells."""
-    found: Array = increment * (np.abs(increment) > ROUNDING * np.abs(u))
-    return found
+        found: Array = increment * (np.abs(increment) > ROUNDING * np.abs(u))
+        return found
 
 
 def _places_among(functions: Sequence[Function], given: Function) -> int | None:
