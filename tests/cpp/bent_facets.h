@@ -3,6 +3,8 @@
 
 #include "differences.h"
 #include "facet_types.h"
+#include "raymortar/element/carried.h"
+#include "raymortar/element/convected.h"
 
 namespace raymortar::test
 {
@@ -26,5 +28,38 @@ template <class F>
 typename F::RefPoint centre()
 {
   return F::RefPoint::Constant(0.3);
+}
+
+/// Derivatives by the dofs of a facet from those by its tangents
+template <class F, int R>
+SideRows<F, R> by_dofs(const TangentSlopes<R, F::gdim>& tangents,
+                       const Mat<F::dofs, F::tdim>& dN)
+{
+  const SideSlopes<R, F::gdim> by{SlopeRows<R, F::gdim>::Zero(), tangents};
+  SideRows<F, R> rows;
+  set_side<F, R>(by, Vec<F::dofs>::Zero(), dN, 0, rows);
+  return rows;
+}
+
+template <class F, int R>
+SideRows<F, R> vary_convected(const ConvectedVector<F::gdim>& c,
+                              const Mat<R, F::gdim>& by_value,
+                              const Frame<F::gdim>& now,
+                              const Mat<F::gdim, F::tdim>& dual,
+                              const Mat<F::dofs, F::tdim>& dN)
+{
+  return by_dofs<F, R>(
+      raymortar::vary_convected<R, F::gdim>(c, by_value, now, dual), dN);
+}
+
+template <class F, int R>
+SideRows<F, R> vary_carried(const CarriedTraction<F::gdim>& c,
+                            const Mat<R, F::gdim>& by_value,
+                            const PointGeometry<F>& p)
+{
+  TangentSlopes<R, F::gdim> tangents;
+  tangents.fill(SlopeRows<R, F::gdim>::Zero());
+  add_carried<R, F::gdim>(c, by_value, p.slave, p.dual, tangents);
+  return by_dofs<F, R>(tangents, p.dN_s);
 }
 } // namespace raymortar::test

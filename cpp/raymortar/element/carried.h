@@ -94,40 +94,33 @@ carry_traction(const Frame<D>& old, const Mat<D, D - 1>& old_dual,
   return c;
 }
 
-/// @brief Derivative of f(value()) by the slave's displacement dofs, for the
+/// @brief Add the derivative of f(value()) by the slave's tangents, for the
 /// derivative of f by the value.
-/// @param[in] by_value (R, gdim)
-template <class F, int R>
-[[nodiscard]] SideRows<F, R> vary_carried(const CarriedTraction<F::gdim>& c,
-                                          const Mat<R, F::gdim>& by_value,
-                                          const PointGeometry<F>& p)
+/// @param[in] by_value (R, D)
+/// @param[in] now, dual Frame of the slave and dual of its tangents
+template <int R, int D>
+void add_carried(const CarriedTraction<D>& c, const Mat<R, D>& by_value,
+                 const Frame<D>& now, const Mat<D, D - 1>& dual,
+                 TangentSlopes<R, D>& by)
 {
-  constexpr int D = F::gdim;
-  SideRows<F, R> rows = SideRows<F, R>::Zero();
   if (c.whole)
-    for (int a = 0; a < F::dofs; ++a)
-      rows.template middleCols<D>(a * D) =
-          -c.outward * (by_value * p.G_s.col(a)) * p.slave.n.transpose();
+    for (int j = 0; j < D - 1; ++j)
+      by[static_cast<std::size_t>(j)] -=
+          c.outward * (by_value * dual.col(j)) * now.n.transpose();
   if (c.squared == 0.0)
-    return rows;
+    return;
   // d direction = dt along - n x (dt across) + (t across) x dn
   const Mat<R, D> by_along = by_value * c.by_direction();
-  for (int a = 0; a < F::dofs; ++a)
-    rows.template middleCols<D>(a * D) += p.dN_s.row(a).dot(c.along) * by_along;
+  for (int j = 0; j < D - 1; ++j)
+    by[static_cast<std::size_t>(j)] += c.along[j] * by_along;
   if constexpr (D == 3)
   {
-    const Mat<R, D> by_across = by_along * cross_matrix(p.slave.n);
-    const Mat<R, D> by_n =
-        by_along * cross_matrix(Vec<D>(p.slave.t * c.across));
-    for (int a = 0; a < F::dofs; ++a)
-    {
-      const Vec<R> turn = by_n * p.G_s.col(a);
-      rows.template middleCols<D>(a * D) -=
-          p.dN_s.row(a).dot(c.across) * by_across +
-          turn * p.slave.n.transpose();
-    }
+    const Mat<R, D> by_across = by_along * cross_matrix(now.n);
+    const Mat<R, D> by_n = by_along * cross_matrix(Vec<D>(now.t * c.across));
+    for (int j = 0; j < D - 1; ++j)
+      by[static_cast<std::size_t>(j)] -=
+          c.across[j] * by_across + (by_n * dual.col(j)) * now.n.transpose();
   }
-  return rows;
 }
 
 /// @brief Frame of a material point with its derivatives along the facet.

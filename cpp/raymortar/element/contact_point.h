@@ -162,7 +162,7 @@ private:
 
   HitPoint(const Data& e, const States& states, const ElementPoint<F>& q,
            const NodeShapes<F>& shapes) requires is_frictional<Law>
-      : HitPoint(e, states, q, shapes, states.slave.at(shapes))
+      : HitPoint(e, states, q, shapes, states.slave.at(q.xi, shapes))
   {
   }
 
@@ -179,7 +179,7 @@ private:
     N_m = at_eta.displacement(q.eta);
     old.frame = frames.old;
     old.dual = frames.old_dual;
-    states.master.set(old.master, at_eta);
+    states.master.set(old.master, q.eta, at_eta);
     states.set_spin(old.spin, frames, old.master);
     set_normals();
     set_slip(q.g + offset);
@@ -247,145 +247,6 @@ private:
     if (std::holds_alternative<PointBound>(history.friction))
       return q.bound;
     return history.friction;
-  }
-};
-
-/// @brief How the slip changes where the old normal of the frame turns.
-/// @param[in] carry Old vectors to present ones
-/// @param[in] turn Change of the normal, along some coordinates
-template <class F>
-[[nodiscard]] Mat<F::gdim, F::tdim>
-slip_by_turn(const OldPoint<F, true>& was, const Mat<F::gdim, F::gdim>& carry,
-             const Mat<F::gdim, F::tdim>& turn)
-{
-  const Mat<1, F::tdim> along = was.ahead.transpose() * turn;
-  const Mat<F::gdim, F::tdim> turned =
-      was.normal.dot(was.ahead) * turn + was.normal * along;
-  return was.closing.length * turn - carry * turned +
-         0.5 * was.closing.by_old * was.normal *
-             (was.distance.transpose() * turn);
-}
-
-/// @brief How the slip changes with the point that is hit, and with its master.
-template <class F, bool Frictional>
-struct SlipSlopes
-{
-};
-
-template <class F>
-struct SlipSlopes<F, true>
-{
-  static constexpr int D = F::gdim;
-  Mat<D, F::tdim> dual; ///< of the master's tangents
-  SpinSlopes<D> spin;
-  Mat<D, D> convected; ///< old vectors to present ones, along the master
-  Mat<D, D> carry;     ///< the same for a slide, with half of the spin
-  Mat<D, D> by_slide;  ///< by `ahead`, but for what has closed
-  Mat<D, D> by_distance;
-  Mat<D, F::tdim> by_eta;
-
-  /// @param[in] of_target Whether the frame is the master's  [theory (2.9)]
-  SlipSlopes(const typename F::NodeMatrix& master_nodes,
-             const typename F::NodeMatrix& master_old, const ElementPoint<F>& q,
-             const OldPoint<F, true>& was, bool of_target)
-      : dual(dual_tangents<D>(was.master.now)), spin(was.spin, was.slide.value),
-        convected(
-            convection<D>(was.master.old, was.master.old_dual, was.master.now)),
-        carry(spin.after(convected)),
-        by_slide(carry - carry * was.normal * was.normal.transpose()),
-        by_distance(by_slide)
-  {
-    if (was.closing.by_old != 0.0)
-      by_distance += was.closing.by_old * was.normal * was.across.transpose();
-    by_eta = by_distance * was.master.old.t;
-    if constexpr (not F::affine)
-    {
-      const NodeBends<F> bends = node_bends<F>(q.eta);
-      const Curvature<D> old = curvature_at<F>(
-          master_old, bends, was.master.old, was.master.old_dual);
-      const Curvature<D> now =
-          curvature_at<F>(master_nodes, bends, was.master.now, dual);
-      const auto along = [&](const ConvectedVector<D>& c)
-      { return convected_along_master<F>(c, convected, old, now); };
-      by_eta += spin.after(along(was.slide));
-      if constexpr (D == 3)
-        by_eta += spin.by_angle *
-                  (spin.by_first.transpose() * along(was.spin.first) +
-                   spin.by_second.transpose() * along(was.spin.second));
-      by_eta -= 0.5 * was.closing.by_old * was.normal *
-                (was.distance.transpose() * old.n);
-      if (of_target)
-        by_eta += slip_by_turn<F>(was, carry, -old.n);
-    }
-  }
-};
-
-/// @brief How the normal of the law's frame turns with what is hit; where it is
-/// the slave's, nothing is set  [theory (2.14)].
-template <class F>
-struct FrameSlopes : TargetFrame<F>
-{
-  static constexpr int D = F::gdim;
-  using TargetFrame<F>::of_target;
-  Vec<D> n;                 ///< of the master
-  Mat<D, F::dofs> by_nodes; ///< by n . du of the master's nodes
-  Mat<D, D> by_ends;        ///< by what both ends of the ray do, see chain
-
-  /// @param[in] rho Rows of (2.6)
-  FrameSlopes(const typename F::NodeMatrix& master, const ElementPoint<F>& q,
-              const Mat<F::dofs, F::tdim>& dN_m, const Mat<F::tdim, D>& rho,
-              bool is_of_target)
-      : TargetFrame<F>(is_of_target)
-  {
-    if (not of_target)
-      return;
-    const Frame<D> frame = frame_at<F>(master, q.eta);
-    const Mat<D, F::tdim> dual = dual_tangents<D>(frame);
-    n = frame.n;
-    by_nodes = dual * dN_m.transpose();
-    by_ends = curvature_at<F>(master, q.eta, frame, dual).n * rho;
-  }
-};
-
-/// @brief Tangents and variations at a point with a hit: what tangents take
-/// besides.
-template <class F, int L, class Law>
-struct HitSlopes
-{
-  static constexpr int D = F::gdim;
-  PointGeometry<F> geometry;
-  Variations<F> vary;
-  SlipSlopes<F, is_frictional<Law>> slip;
-  FrameSlopes<F> frame;
-
-  HitSlopes(const ElementData<F, L, Law>& e, const ElementPoint<F>& q,
-            const HitPoint<F, L, Law>& p)
-      : geometry(geometry_at(e, q, p)), vary(vary_hit<F>(geometry, q.g)),
-        slip(slip_slopes(e, q, p)),
-        frame(e.master, q, geometry.dN_m, vary.dual.template topRows<D - 1>(),
-              e.frame_of_target)
-  {
-  }
-
-private:
-  [[nodiscard]] static SlipSlopes<F, is_frictional<Law>>
-  slip_slopes(const ElementData<F, L, Law>& e, const ElementPoint<F>& q,
-              const HitPoint<F, L, Law>& p)
-  {
-    if constexpr (is_frictional<Law>)
-      return {e.master, e.history.master_old, q, p.old, e.frame_of_target};
-    else
-      return {};
-  }
-
-  [[nodiscard]] static PointGeometry<F>
-  geometry_at(const ElementData<F, L, Law>& e, const ElementPoint<F>& q,
-              const HitPoint<F, L, Law>& p)
-  {
-    PointGeometry<F> geometry =
-        slave_geometry<F>(p.slave, p.N_s, F::Disp::gradients(q.xi));
-    add_master_geometry<F>(geometry, e.master, p.N_m, q.eta);
-    return geometry;
   }
 };
 } // namespace raymortar

@@ -79,29 +79,23 @@ template <class F>
   return rate;
 }
 
-/// @brief Derivative of f(value) by the master's displacement dofs at a point
-/// that stays on it, for the derivative of f by the value.
-/// @param[in] by_value (R, gdim)
+/// @brief Derivative of f(value) by the master's tangents at a point that stays
+/// on it, for the derivative of f by the value.
+/// @param[in] by_value (R, D)
 /// @param[in] now Frame of the master
 /// @param[in] dual Of its tangents
-/// @param[in] dN_m Gradients of its shape functions
-template <class F, int R>
-[[nodiscard]] SideRows<F, R> vary_convected(const ConvectedVector<F::gdim>& c,
-                                            const Mat<R, F::gdim>& by_value,
-                                            const Frame<F::gdim>& now,
-                                            const Mat<F::gdim, F::tdim>& dual,
-                                            const Mat<F::dofs, F::tdim>& dN_m)
+template <int R, int D>
+[[nodiscard]] TangentSlopes<R, D>
+vary_convected(const ConvectedVector<D>& c, const Mat<R, D>& by_value,
+               const Frame<D>& now, const Mat<D, D - 1>& dual)
 {
-  constexpr int D = F::gdim;
-  const Mat<R, D - 1> by_dual = by_value * dual * c.across;
-  SideRows<F, R> rows;
-  for (int a = 0; a < F::dofs; ++a)
+  TangentSlopes<R, D> by;
+  for (int j = 0; j < D - 1; ++j)
   {
-    const double along = dN_m.row(a).dot(c.along);
-    const Vec<R> by_n = by_dual * dN_m.row(a).transpose();
-    rows.template middleCols<D>(a * D) =
-        along * by_value - by_n * now.n.transpose();
+    const Vec<R> by_n = c.across * (by_value * dual.col(j));
+    by[static_cast<std::size_t>(j)] =
+        c.along[j] * by_value - by_n * now.n.transpose();
   }
-  return rows;
+  return by;
 }
 } // namespace raymortar

@@ -1,6 +1,7 @@
 // Variations of gap, normal and master point with respect to element dofs.
 #pragma once
 
+#include "raymortar/element/rows.h"
 #include "raymortar/geometry/frame.h"
 
 namespace raymortar
@@ -29,6 +30,44 @@ struct Variations
 /// as rows of an element's tangent are.
 template <class F, int R>
 using SideRows = Eigen::Matrix<double, R, Variations<F>::side, Eigen::RowMajor>;
+
+/// @brief Derivatives of R numbers by a vector, stored as rows of an element's
+/// tangent are.
+template <int R, int D>
+using SlopeRows = Eigen::Matrix<double, R, D, Eigen::RowMajor>;
+
+/// @brief Those by the tangents of one side.
+template <int R, int D>
+using TangentSlopes = std::array<SlopeRows<R, D>, D - 1>;
+
+/// @brief Derivatives of R numbers by place and tangents of one side, of which
+/// all that dofs do is made.
+template <int R, int D>
+struct SideSlopes
+{
+  SlopeRows<R, D> by_place;
+  TangentSlopes<R, D> by_tangents;
+};
+
+/// @brief Those by the dofs: node a moves the place by N_a du_a and tangent j
+/// by dN_a/dxi_j du_a.
+/// @param[out] rows Row-major, its columns from `first` on
+template <class F, int R, class Rows>
+void set_side(const SideSlopes<R, F::gdim>& by, const Vec<F::dofs>& N,
+              const Mat<F::dofs, F::tdim>& dN, int first, Rows& rows)
+{
+  constexpr int D = F::gdim;
+  for (int r = 0; r < R; ++r)
+    for (int a = 0; a < F::dofs; ++a)
+    {
+      auto out = rows.row(r).template segment<D>(first + a * D);
+      if constexpr (D == 2)
+        out = N[a] * by.by_place.row(r) + dN(a, 0) * by.by_tangents[0].row(r);
+      else
+        out = N[a] * by.by_place.row(r) + dN(a, 0) * by.by_tangents[0].row(r) +
+              dN(a, 1) * by.by_tangents[1].row(r);
+    }
+}
 
 /// @brief What a point needs of shape functions and frames.
 template <class F>
@@ -93,17 +132,18 @@ template <class F>
   Variations<F> v;
   v.g = g;
   v.dual = A.inverse();
-  const auto n = p.slave.n.transpose();
-  const Mat<D - 1, D> rho = v.dual.template topRows<D - 1>();
-  const Mat<D - 1, F::dofs> turn = g * rho * p.G_s;
-  for (int a = 0; a < F::dofs; ++a)
+  for (int j = 0; j < D - 1; ++j)
   {
-    const int s = a * D, m = side + a * D;
-    for (int j = 0; j < D - 1; ++j)
+    double* __restrict out = v.deta.row(j).data();
+    const Vec<D> rho = v.dual.row(j), n = p.slave.n;
+    for (int a = 0; a < F::dofs; ++a)
     {
-      auto row = v.deta.row(j);
-      row.template segment<D>(s) = p.N_s[a] * rho.row(j) - turn(j, a) * n;
-      row.template segment<D>(m) = -p.N_m[a] * rho.row(j);
+      const double turn = g * rho.dot(p.G_s.col(a));
+      for (int i = 0; i < D; ++i)
+      {
+        out[a * D + i] = p.N_s[a] * rho[i] - turn * n[i];
+        out[side + a * D + i] = -p.N_m[a] * rho[i];
+      }
     }
   }
   return v;

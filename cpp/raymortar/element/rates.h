@@ -2,7 +2,7 @@
 // element, and to the coordinates of the slave facet.
 #pragma once
 
-#include "raymortar/element/contact_point.h"
+#include "raymortar/element/hit_slopes.h"
 
 namespace raymortar
 {
@@ -123,9 +123,8 @@ template <int R, class Slopes, class F, int L, class Law, class Columns>
   {
     by_g += p.old.closing.by_now * (law.by_w * p.old.normal);
     if (at.frame.of_target) // the arm
-      by_g -=
-          law.by_w * (p.has_couple() ? Vec<D>(at.slip.by_slide * p.old.frame.n)
-                                     : p.slave.n);
+      by_g -= law.by_w *
+              (p.has_couple() ? at.slip.slid(p.old, p.old.frame.n) : p.slave.n);
   }
   Mat<R, D> by_ends = by_g * at.vary.dual.row(D - 1);
   if constexpr (requires { law.by_w; })
@@ -154,13 +153,21 @@ template <int R, class Slopes, class F, int L, class Law, class Columns>
   return rows;
 }
 
-/// @brief Displacement dofs of an element, [slave | master].
+/// @brief Displacement dofs of an element, by way of place and tangents of its
+/// sides.
 template <class F, int L, class Law>
 class DofColumns
 {
 public:
   static constexpr int D = F::gdim;
   static constexpr int side = Variations<F>::side;
+
+  /// Derivatives by place and tangents of both sides
+  template <int R>
+  struct Slopes
+  {
+    SideSlopes<R, D> slave, master;
+  };
 
   /// Derivatives by C dofs, stored as those of a tangent are
   template <int R, int C>
@@ -172,59 +179,73 @@ public:
   {
   }
 
-  /// The normal's variation has rank one per node  [theory (2.5)]
+  /// The normal's variation has rank one per tangent  [theory (2.5)]
   template <int R>
-  [[nodiscard]] Rows<R, 2 * side> ray(const Mat<R, D>& by_turn,
-                                      const Mat<R, D>& by_ends) const
+  [[nodiscard]] Slopes<R> ray(const Mat<R, D>& by_turn,
+                              const Mat<R, D>& by_ends) const
   {
     const PointGeometry<F>& g = _at.geometry;
-    Rows<R, 2 * side> rows;
-    for (int a = 0; a < F::dofs; ++a)
+    Slopes<R> by;
+    by.slave.by_place = -by_ends;
+    by.master.by_place = by_ends;
+    for (int j = 0; j < D - 1; ++j)
     {
-      const Vec<R> turned = by_turn * g.G_s.col(a);
-      rows.template middleCols<D>(a * D) =
-          -turned * g.slave.n.transpose() - g.N_s[a] * by_ends;
-      rows.template middleCols<D>(side + a * D) = g.N_m[a] * by_ends;
+      const auto k = static_cast<std::size_t>(j);
+      const Vec<R> turned = -(by_turn * g.dual.col(j));
+      by.slave.by_tangents[k] = turned * g.slave.n.transpose();
+      by.master.by_tangents[k].setZero();
     }
-    return rows;
+    return by;
   }
 
-  /// The master's normal turns with its nodes as the slave's does  [theory
+  /// The master's normal turns with its tangents as the slave's does  [theory
   /// (2.14)]
   template <int R>
-  void add_frame(const Mat<R, D>& by_n, Rows<R, 2 * side>& rows) const
+  void add_frame(const Mat<R, D>& by_n, Slopes<R>& by) const
   {
-    for (int a = 0; a < F::dofs; ++a)
-      rows.template middleCols<D>(side + a * D) +=
-          (by_n * _at.frame.by_nodes.col(a)) * _at.frame.n.transpose();
+    for (int j = 0; j < D - 1; ++j)
+      by.master.by_tangents[static_cast<std::size_t>(j)] +=
+          (by_n * _at.frame.dual.col(j)) * _at.frame.n.transpose();
   }
 
   /// The slide turns with the master, and with half of the spin
   template <int R>
-  void add_slip(const Mat<R, D>& by_w, Rows<R, 2 * side>& rows) const
+  void add_slip(const Mat<R, D>& by_w, Slopes<R>& by) const
   {
     const Frame<D>& master = _p.old.master.now;
     const SpinSlopes<D>& spin = _at.slip.spin;
-    rows.template rightCols<side>() +=
-        vary_convected<F, R>(_p.old.slide, spin.before(by_w), master,
-                             _at.slip.dual, _at.geometry.dN_m);
+    auto& tangents = by.master.by_tangents;
+    const auto slide = vary_convected<R, D>(_p.old.slide, spin.before(by_w),
+                                            master, _at.slip.dual);
+    for (std::size_t j = 0; j < D - 1; ++j)
+      tangents[j] += slide[j];
     if constexpr (D == 3)
-      rows +=
-          (by_w * spin.by_angle) *
-          vary_angle<F>(_p.old.spin, spin, _at.geometry, master, _at.slip.dual);
+      add_angle<R>(_p.old.spin, spin, Vec<R>(by_w * spin.by_angle), master,
+                   _at.slip.dual, by.slave.by_tangents, tangents);
   }
 
   template <int R>
-  void add_spring(const Mat<R, D>& by_spring, Rows<R, 2 * side>& rows) const
+  void add_spring(const Mat<R, D>& by_spring, Slopes<R>& by) const
   {
-    rows.template leftCols<side>() +=
-        vary_carried<F, R>(_p.old.spring, by_spring, _at.geometry);
+    add_carried<R, D>(_p.old.spring, by_spring, _p.slave, _at.geometry.dual,
+                      by.slave.by_tangents);
   }
 
   /// Fields and multiplier do not hang on displacements
-  template <int R, class Slopes>
-  void add_fields(const Slopes&, const Vec<R>&, Rows<R, 2 * side>&) const
+  template <int R, class By>
+  void add_fields(const By&, const Vec<R>&, Slopes<R>&) const
   {
+  }
+
+  /// @brief Over the dofs, [slave | master].
+  template <int R>
+  [[nodiscard]] Rows<R, 2 * side> rows(const Slopes<R>& by) const
+  {
+    const PointGeometry<F>& g = _at.geometry;
+    Rows<R, 2 * side> rows;
+    set_side<F, R>(by.slave, g.N_s, g.dN_s, 0, rows);
+    set_side<F, R>(by.master, g.N_m, g.dN_m, side, rows);
+    return rows;
   }
 
 private:
@@ -279,20 +300,23 @@ public:
   void add_slip(const Mat<R, D>& by_w, Mat<R, T>& rows) const
   {
     const OldPoint<F, true>& was = _p.old;
-    Mat<D, T> w = -_at.slip.by_distance * was.frame.t +
+    Mat<D, T> w = -_at.slip.moved(was, was.frame.t) +
                   was.closing.by_old * was.normal * _offset;
     if constexpr (not F::affine)
     {
       // The slave's old normal, which tells slide and gap apart, turns as well
       const Curvature<D> bend = old_bend();
       if (not _at.frame.of_target)
-        w += slip_by_turn<F>(was, _at.slip.carry, bend.n);
+        w += _at.slip.turned(was, bend.n);
       else if (_p.has_couple())
-        w -= _p.g * _at.slip.by_slide * bend.n;
+        w -= _p.g * _at.slip.slid(was, bend.n);
       if constexpr (D == 3)
-        w += _at.slip.spin.by_angle *
-             angle_along_facet(was.spin, _at.slip.spin, {was.frame, bend},
-                               was.dual, {_p.slave, _bend}, _at.slip.convected);
+        w +=
+            _at.slip.spin.by_angle *
+            angle_along_facet(was.spin, _at.slip.spin, {was.frame, bend},
+                              was.dual, {_p.slave, _bend},
+                              convection<D>(was.master.old, was.master.old_dual,
+                                            was.master.now));
     }
     rows += by_w * w;
   }

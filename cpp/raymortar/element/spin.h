@@ -118,27 +118,26 @@ struct SpinSlopes<3>
   }
 };
 
-/// @brief Variation of the angle by the displacement dofs of both sides, the
-/// slave's normal aside.
+/// @brief Add by_angle times the derivative of the angle by the tangents of
+/// both sides, the slave's normal aside.
 /// @param[in] now, dual Frame of the master and dual of its tangents
-template <class F>
-[[nodiscard]] Eigen::Matrix<double, 1, 2 * Variations<F>::side>
-vary_angle(const Spin<3>& spin, const SpinSlopes<3>& by,
-           const PointGeometry<F>& p, const Frame<3>& now,
-           const Mat<3, 2>& dual)
+template <int R>
+void add_angle(const Spin<3>& spin, const SpinSlopes<3>& by,
+               const Vec<R>& by_angle, const Frame<3>& now,
+               const Mat<3, 2>& dual, TangentSlopes<R, 3>& slave,
+               TangentSlopes<R, 3>& master)
 {
-  constexpr int side = Variations<F>::side;
-  Eigen::Matrix<double, 1, 2 * side> rows;
-  for (int a = 0; a < F::dofs; ++a)
-    rows.template segment<3>(a * 3) =
-        p.dN_s(a, 0) * by.by_first_now +
-        p.dN_s.row(a).dot(spin.across) * by.by_second_now;
-  rows.template tail<side>() =
-      vary_convected<F, 1>(spin.first, by.by_first.transpose(), now, dual,
-                           p.dN_m) +
-      vary_convected<F, 1>(spin.second, by.by_second.transpose(), now, dual,
-                           p.dN_m);
-  return rows;
+  const Mat<1, 3> first = by.by_first.transpose();
+  const Mat<1, 3> second = by.by_second.transpose();
+  const auto by_first = vary_convected<1, 3>(spin.first, first, now, dual);
+  const auto by_second = vary_convected<1, 3>(spin.second, second, now, dual);
+  slave[0] += by_angle * by.by_first_now.transpose();
+  for (std::size_t j = 0; j < 2; ++j)
+  {
+    slave[j] += (spin.across[static_cast<Index>(j)] * by_angle) *
+                by.by_second_now.transpose();
+    master[j] += by_angle * (by_first[j] + by_second[j]);
+  }
 }
 
 /// @brief Derivative of the angle along the slave facet, its normal and the
