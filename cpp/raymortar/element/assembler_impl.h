@@ -206,6 +206,9 @@ private:
                {
                  const auto q = element_point<F>(s, number);
                  const HitPoint<F, L, Law> p(data, states, q);
+                 // All that an open point does is what its multiplier does
+                 if (M == 0 and p.response.status == ContactStatus::open)
+                   return;
                  const HitSlopes<F, L, Law> slopes(data, q, p);
                  kernel.add_hit_tangent(data, p, slopes);
                  along(number,

@@ -42,6 +42,16 @@ struct SlavePoint
     set_multiplier(e, q);
   }
 
+  /// @brief A field there, from its values at the displacement's nodes.
+  [[nodiscard]] double value(const Vec<F::dofs>& nodal) const
+  {
+    return N_s.dot(nodal);
+  }
+  [[nodiscard]] Vec<D> value(const Mat<D, F::dofs>& nodal) const
+  {
+    return nodal * N_s;
+  }
+
 private:
   void set_multiplier(const Data& e, const ElementPoint<F>& q)
   {
@@ -117,10 +127,9 @@ struct HitPoint : SlavePoint<F, L, Law>, TargetFrame<F>
   {
   }
   HitPoint(const Data& e, const States&, const ElementPoint<F>& q)
-      : Base(e, q), Target(e.frame_of_target), xi(q.xi), g(q.g),
-        N_m(F::Disp::values(q.eta)), offset(this->N_s.dot(e.offset)),
-        normal(of_target ? Vec<D>(-frame_at<F>(e.master, q.eta).n)
-                         : this->slave.n),
+      : Base(e, q), Target(frame_of_target(e)), xi(q.xi), g(q.g),
+        N_m(F::Disp::values(q.eta)), offset(this->value(e.offset)),
+        normal(of_target ? Vec<D>(-master_frame(e, q).n) : this->slave.n),
         response(respond(e, q))
   {
   }
@@ -170,10 +179,10 @@ private:
            const NodeShapes<F>& shapes,
            const TwoFrames<D>& frames) requires is_frictional<Law>
       : Base(e, q, frames.now, shapes.displacement(q.xi)),
-        Target(e.frame_of_target),
+        Target(frame_of_target(e)),
         xi(q.xi),
         g(q.g),
-        offset(this->N_s.dot(e.offset))
+        offset(this->value(e.offset))
   {
     const NodeShapes<F> at_eta(q.eta);
     N_m = at_eta.displacement(q.eta);
@@ -216,7 +225,7 @@ private:
   {
     if (not e.history.has_springs)
       return;
-    old.accepted = e.history.traction_old * this->N_s;
+    old.accepted = this->value(e.history.traction_old);
     old.spring = carry_traction<D>(old.frame, old.dual, this->slave,
                                    old.accepted, of_target);
   }
@@ -243,7 +252,7 @@ private:
     const auto& history = e.history;
     if (history.has_coefficient)
       return with_coefficient(history.friction,
-                              this->N_s.dot(history.coefficient));
+                              this->value(history.coefficient));
     if (std::holds_alternative<PointBound>(history.friction))
       return q.bound;
     return history.friction;

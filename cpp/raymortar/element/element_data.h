@@ -60,7 +60,19 @@ requires F::is_germ struct TargetFrame<F>
   explicit TargetFrame(bool is_of_target) : of_target(is_of_target) {}
 };
 
-/// @brief Data of one element besides its points.
+/// @brief One integration point of an element.
+template <class F>
+struct ElementPoint
+{
+  typename F::RefPoint xi;
+  typename F::RefPoint eta;
+  double weight; ///< in reference coordinates
+  double area;   ///< times the reference Jacobian
+  double g;
+  PointBound bound{}; ///< of a friction law that is known at points only
+};
+
+/// @brief Data of one element besides its points; of a germ, see germ_data.h.
 template <class F, int L, class Law>
 struct ElementData
 {
@@ -75,19 +87,35 @@ struct ElementData
   double lam_scale = 1; ///< traction per unit of the multiplier unknown
   double touch = 0;     ///< see PointState, length
   Measure measure = Measure::reference;
-  bool frame_of_target = false; ///< see ContactState::has_frame_of_target
   FrictionData<F, is_frictional<Law>> history;
 };
 
-/// @brief One integration point of an element.
-template <class F>
-struct ElementPoint
+/// @brief Frame of what a point has hit.
+template <class F, int L, class Law>
+[[nodiscard]] Frame<F::gdim> master_frame(const ElementData<F, L, Law>& e,
+                                          const ElementPoint<F>& q)
 {
-  typename F::RefPoint xi;
-  typename F::RefPoint eta;
-  double weight; ///< in reference coordinates
-  double area;   ///< times the reference Jacobian
-  double g;
-  PointBound bound{}; ///< of a friction law that is known at points only
-};
+  return frame_at<F>(e.master, q.eta);
+}
+
+/// @brief Whether the law's frame is that of what is hit; of a facet type it is
+/// the slave's.
+template <class F, int L, class Law>
+[[nodiscard]] constexpr bool frame_of_target(const ElementData<F, L, Law>&)
+{
+  return false;
+}
+
+/// @brief Whether tangents and normal of the master change along it.
+template <class F, int L, class Law>
+[[nodiscard]] constexpr bool bends_at_master(const ElementData<F, L, Law>&)
+{
+  return not F::affine;
+}
+/// @brief Whether those of the slave do.
+template <class F, int L, class Law>
+[[nodiscard]] constexpr bool bends_at_slave(const ElementData<F, L, Law>&)
+{
+  return not F::affine;
+}
 } // namespace raymortar

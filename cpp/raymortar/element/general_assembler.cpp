@@ -1,42 +1,93 @@
 #include "raymortar/element/general_assembler.h"
-#include "raymortar/core/error.h"
-#include "raymortar/element/free_tools.h"
+#include "raymortar/element/choose_law.h"
 #include "raymortar/element/law_gaps.h"
-#include "raymortar/element/point_kernel.h"
 #include "raymortar/element/segment_motion.h"
 #include "raymortar/element/slave_side.h"
-#include "raymortar/element/target.h"
+#include "raymortar/element/target_side.h"
 
 namespace raymortar
 {
 namespace
 {
-template <int D>
+template <int D, class Law>
 class GeneralAssembler final : public Assembler
 {
-public:
-  explicit GeneralAssembler(const ContactState& s)
-      : _kernel(make_point_kernel<D>(s))
-  {
-  }
+  using Kernel = AnyElement<D, Law>;
+  using F = typename Kernel::F;
+  static constexpr int L = Kernel::L;
+  static constexpr int M = Kernel::M;
+  using Data = typename Kernel::Data;
+  using Slave = SlavePoint<F, L, Law>;
+  template <bool Slopes>
+  using Hit = HitPoint<F, L, Law, Slopes>;
 
+  /// What is kept from point to point
+  struct Points
+  {
+    const ContactState& state;
+    SlaveSide<D> slave;
+    TargetSide<D> target;
+    Data data;
+    PointShapes<D> shapes;
+    ElementPoint<F> at;
+    bool has_target = false;
+    bool knows_spin = false; ///< of the facets in `data`
+
+    Points(const ContactState& s, Wanted wanted)
+        : state(s), slave(s, wanted), target(s, wanted)
+    {
+      at.xi.setZero();
+      at.eta.setZero();
+    }
+
+    void take(std::size_t element)
+    {
+      slave.take(element, data, shapes);
+      has_target = target.take(element, shapes);
+    }
+
+    void place(std::size_t q)
+    {
+      const bool slave_turned = slave.place(q, data, shapes);
+      at.weight = state.points.weight[q];
+      at.area = state.points.area[q];
+      at.g = state.hits.gap[q];
+      if (not state.friction_bounds.empty())
+        at.bound = state.friction_bounds[q];
+      if (not has_target)
+      {
+        knows_spin = knows_spin and not slave_turned;
+        return;
+      }
+      const bool turned = target.place(q, data, shapes) or slave_turned;
+      if constexpr (is_frictional<Law>)
+        if (turned or not knows_spin)
+          data.spin.set(data.slave_frames, data.master_frames);
+      knows_spin = true;
+    }
+  };
+
+public:
   void residual(const ContactState& s, const BlockSink& sink) const override
   {
-    Eigen::VectorXd sum, point;
-    PointBlocks<D> blocks;
+    const auto kernel = std::make_unique<Kernel>();
+    const auto points =
+        std::make_unique<Points>(s, Wanted{.old = is_frictional<Law>});
     for (std::size_t e = 0; e < s.elements.size(); ++e)
     {
-      sum.setZero(size_of(s, e));
-      for_points(
-          s, e, SlaveSide<D>(s, e),
-          [&](std::size_t, const GermPoint<D>& at, const ElementColumns& sides)
-          {
-            _kernel->residual(at, blocks);
-            point.resize(sum.size());
-            expand_rows(sides, blocks.b.data(), 1, point.data());
-            sum += point;
-          });
-      sink(e, sum.data(), static_cast<int>(sum.size()));
+      points->take(e);
+      kernel->clear_residual(points->shapes.size());
+      for_points(*points, e,
+                 [&](std::size_t)
+                 {
+                   if (points->has_target)
+                     kernel->add_hit(Hit<false>(points->data, points->at),
+                                     points->shapes);
+                   else
+                     kernel->add_miss(Slave(points->data, points->at),
+                                      points->shapes);
+                 });
+      sink(e, kernel->b.data(), points->shapes.size());
     }
   }
 
@@ -44,169 +95,186 @@ public:
                const BlockSink& sink,
                const CouplingSink& couplings) const override
   {
-    BlockExpansion::Block sum;
-    BlockExpansion expansion;
-    PointBlocks<D> blocks;
-    SegmentMotion<D> motion;
-    for (const std::size_t e : elements)
-    {
-      const Eigen::Index n = size_of(s, e);
-      const bool cut = s.moving_segments and has_moving_vertices(s, e);
-      sum.setZero(n, n);
-      const SlaveSide<D> slave(s, e);
-      const typename SegmentMotion<D>::Element element{
-          s,   e,         alone_of(s),
-          sum, couplings, plane_of(s.slave, slave.reference())};
-      for_points(s, e, slave,
-                 [&](std::size_t q, const GermPoint<D>& at,
-                     const ElementColumns& sides)
-                 {
-                   _kernel->tangent(at, cut, blocks);
-                   expansion.add(sides, blocks.A, sum);
-                   if (const Index k = free_tool_of(s, e); k != no_index)
-                     add_turning(freedom_of(s, k), at, sum);
-                   if (cut)
-                     motion.add(element, q, sides, blocks);
-                 });
-      if (cut)
-        motion.finish(element);
-      sink(e, sum.data(), static_cast<int>(n));
-    }
+    if (s.moving_segments)
+      add_tangents<true>(s, elements, sink, couplings);
+    else
+      add_tangents<false>(s, elements, sink, couplings);
   }
 
   [[nodiscard]] PointResults results(const ContactState& s) const override
   {
     PointResults r = results_without_hits(s);
+    const auto points = std::make_unique<Points>(
+        s, Wanted{.old = is_frictional<Law>, .target = true});
     for (std::size_t e = 0; e < s.elements.size(); ++e)
     {
-      const SlaveSide<D> slave(s, e);
+      points->take(e);
       for (const Index q : s.elements.points_of(e))
-        store(s, e, static_cast<std::size_t>(q), slave, r);
+        store(*points, static_cast<std::size_t>(q), r);
     }
     return r;
   }
 
 private:
-  using Plane = typename SegmentMotion<D>::Plane;
-
-  /// The plane that sides of segments are straight in: of quadrilaterals their
-  /// mean plane, of others the reference facet
-  [[nodiscard]] static FlatMap<Plane> plane_of(const Surface& slave,
-                                               const AnyFacet<D>& reference)
+  template <bool Moving>
+  static void add_tangents(const ContactState& s,
+                           std::span<const std::size_t> elements,
+                           const BlockSink& sink, const CouplingSink& couplings)
   {
-    typename Plane::NodeMatrix corners = Plane::NodeMatrix::Zero();
-    for (int c = 0; c < Plane::nodes; ++c)
-      for (int i = 0; i < Plane::tdim; ++i)
-        corners(i, c) = Plane::Node::points[static_cast<std::size_t>(c)]
-                                           [static_cast<std::size_t>(i)];
-    if (slave.shape == Shape::quadrilateral)
-      corners = reference.nodes.template leftCols<Plane::nodes>();
-    return FlatMap<Plane>(corners);
+    const auto kernel = std::make_unique<Kernel>();
+    const auto points =
+        std::make_unique<Points>(s, Wanted{.old = is_frictional<Law>,
+                                           .target = true,
+                                           .bends = true,
+                                           .along = Moving});
+    using Motion = std::conditional_t<Moving, SegmentMotion<D>, int>;
+    std::unique_ptr<Motion> motion;
+    if constexpr (Moving)
+      motion = std::make_unique<Motion>(s);
+    for (const std::size_t e : elements)
+    {
+      points->take(e);
+      const int size = points->shapes.size();
+      kernel->clear_tangent(size);
+      if constexpr (Moving)
+      {
+        if (has_moving_vertices(s, e))
+          add_moving(
+              *points, e,
+              {e, points->shapes.alone(), size, kernel->A.data(), couplings},
+              *kernel, *motion);
+        else
+          add_fixed(*points, e, *kernel);
+      }
+      else
+        add_fixed(*points, e, *kernel);
+      sink(e, kernel->A.data(), size);
+    }
   }
 
-  /// Unknowns of an element without master
-  [[nodiscard]] static Eigen::Index alone_of(const ContactState& s)
+  /// Tangent at fixed points
+  static void add_fixed(Points& points, std::size_t e, Kernel& kernel)
   {
-    const Multipliers& m = s.multipliers;
-    Eigen::Index n = D * s.slave.dofs_per_facet();
-    if (m.components > 0)
-      n += m.components *
-           (static_cast<Eigen::Index>(m.facet.size()) / s.slave.num_facets());
-    return n;
+    for_points(points, e,
+               [&](std::size_t) { add_point(points, kernel, [](auto&&) {}); });
   }
 
-  [[nodiscard]] static Eigen::Index size_of(const ContactState& s,
-                                            std::size_t e)
+  /// The same with segments that move
+  static void add_moving(Points& points, std::size_t e,
+                         const typename SegmentMotion<D>::Element& element,
+                         Kernel& kernel, SegmentMotion<D>& motion)
   {
-    const bool moves = s.master_of(e) != no_index;
-    const Index tool = free_tool_of(s, e);
-    return alone_of(s) + (moves ? D * s.master.dofs_per_facet() : 0) +
-           (tool == no_index ? 0 : freedom_of(s, tool).size());
+    AnyIntegrand<D> integrand;
+    for_points(points, e,
+               [&](std::size_t q)
+               {
+                 add_point(points, kernel,
+                           [&](auto&& set)
+                           {
+                             set(integrand);
+                             motion.add(element, q, integrand);
+                           });
+               });
+    motion.finish(element);
+  }
+
+  /// Add one point. `along` is called with what sets the integrand there, where
+  /// there is one
+  template <class Along>
+  static void add_point(const Points& at, Kernel& kernel, Along&& along)
+  {
+    using Gradient = GermGradient<D, Law>;
+    const Data& e = at.data;
+    if (not at.has_target)
+    {
+      if constexpr (M > 0)
+      {
+        const Slave p(e, at.at);
+        kernel.add_miss_tangent(e, p, at.shapes);
+        along([&](AnyIntegrand<D>& f)
+              { Gradient::miss(e, at.at, p, at.shapes, f); });
+      }
+      return;
+    }
+    const Hit<true> p(e, at.at);
+    // All that an open point does is what its multiplier does
+    if (M == 0 and p.response.status == ContactStatus::open)
+      return;
+    const HitSlopes<F, L, Law> slopes(e, at.at, p);
+    kernel.add_hit_tangent(e, p, slopes, at.shapes);
+    if (const Freedom* freedom = at.target.freedom())
+      add_turning(*freedom, p, at.shapes, kernel);
+    along([&](AnyIntegrand<D>& f)
+          { Gradient::hit(e, at.at, p, slopes, at.shapes, f); });
   }
 
   /// Add that points of a body that turns move in circles: the force at the
   /// point times the second derivatives of its place
-  void add_turning(const Freedom& freedom, const GermPoint<D>& at,
-                   BlockExpansion::Block& block) const
+  static void add_turning(const Freedom& freedom, const Hit<true>& p,
+                          const PointShapes<D>& shapes, Kernel& kernel)
   {
-    PointBlocks<D> blocks;
-    _kernel->residual(at, blocks);
-    const Vec<D> force =
-        blocks.b.template segment<D>(blocks.b.size() - PointBlocks<D>::side);
-    const Vec<D> arm = at.master.col(0) - freedom.centre.template head<D>();
+    const Vec<D> force = p.weight * p.response.t;
+    const Vec<D> arm =
+        p.slave.x + p.g * p.slave.n - freedom.centre.template head<D>();
     const Index n = freedom.size();
+    const int size = shapes.size(), alone = shapes.alone();
     for (Index j = 0; j < n; ++j)
       for (Index k = 0; k < n; ++k)
-        block(block.rows() - n + j, block.cols() - n + k) +=
+        kernel.A[static_cast<std::size_t>((alone + j) * size + alone + k)] +=
             force.dot(freedom.bend(j, k).template topLeftCorner<D, D>() * arm);
   }
 
-  /// Set what is known at a point
-  void place(const ContactState& s, std::size_t e, std::size_t q,
-             const SlaveSide<D>& slave, GermPoint<D>& at,
-             ElementColumns& sides) const
-  {
-    const Index m = s.elements.master[e];
-    slave.place(q, at, sides);
-    at.is_hit = m != no_index;
-    at.gap = s.hits.gap[q];
-    if (not at.is_hit)
-      return;
-    TargetPoint<D> target = target_point<D>(s, q, at.slave);
-    at.master = target.now;
-    at.master_old = target.old;
-    at.frame_of_target = s.has_frame_of_target(q);
-    sides[2] = std::move(target.motion);
-  }
-
-  /// Call visit(point, GermPoint, columns) where there is something to
-  /// integrate
+  /// Call visit(point) where there is something to integrate, with the point's
+  /// data in place
   template <class Visit>
-  void for_points(const ContactState& s, std::size_t e,
-                  const SlaveSide<D>& slave, Visit&& visit) const
+  static void for_points(Points& points, std::size_t e, Visit&& visit)
   {
-    GermPoint<D> at;
-    ElementColumns sides;
+    const ContactState& s = points.state;
     for (const Index i : s.elements.points_of(e))
     {
       const auto q = static_cast<std::size_t>(i);
       if (s.points.seed[q] == no_index)
         continue;
-      place(s, e, q, slave, at, sides);
-      visit(q, at, sides);
+      points.place(q);
+      visit(q);
     }
   }
 
-  void store(const ContactState& s, std::size_t e, std::size_t q,
-             const SlaveSide<D>& slave, PointResults& r) const
+  static void store(Points& points, std::size_t q, PointResults& r)
   {
-    GermPoint<D> at;
-    ElementColumns sides;
-    place(s, e, q, slave, at, sides);
-    const PointResult<D> found = _kernel->result(at);
-    const Frame<D> frame = frame_at<Germ<D>>(at.slave, Vec<D - 1>::Zero());
-    r.weight[q] = found.weight;
-    r.gamma[q] = found.gamma;
-    Eigen::Map<Vec<D>>(r.x.data() + q * D) = frame.x;
-    Eigen::Map<Vec<D>>(r.normal.data() + q * D) = frame.n;
-    Eigen::Map<Vec<D>>(r.contact_normal.data() + q * D) = frame.n;
+    const ContactState& s = points.state;
+    points.place(q);
+    const Slave slave(points.data, points.at);
+    r.weight[q] = slave.weight;
+    r.gamma[q] = slave.gamma;
+    Eigen::Map<Vec<D>>(r.x.data() + q * D) = slave.slave.x;
+    Eigen::Map<Vec<D>>(r.normal.data() + q * D) = slave.slave.n;
+    Eigen::Map<Vec<D>>(r.contact_normal.data() + q * D) = slave.slave.n;
     if (s.hits.status[q] != RayStatus::hit)
       return;
-    Eigen::Map<Vec<D>>(r.contact_normal.data() + q * D) = found.normal;
+    const Hit<false> p(points.data, points.at);
+    Eigen::Map<Vec<D>>(r.contact_normal.data() + q * D) = p.normal;
     Eigen::Map<Vec<D>>(r.master_normal.data() + q * D) =
-        frame_at<Germ<D>>(at.master, Vec<D - 1>::Zero()).n;
-    r.status[q] = found.status;
-    r.pressure[q] = found.pressure;
-    Eigen::Map<Vec<D>>(r.traction.data() + q * D) = found.traction;
-    if (r.slip.empty())
-      return;
-    Eigen::Map<Vec<D>>(r.slip.data() + q * D) = found.slip;
-    r.closing[q] = found.closing;
-    Eigen::Map<Vec<D>>(r.friction.data() + q * D) = found.friction;
+        points.data.master_frames.now.n;
+    r.status[q] = p.response.status;
+    r.pressure[q] = p.response.p;
+    Eigen::Map<Vec<D>>(r.traction.data() + q * D) = p.response.t;
+    if constexpr (is_frictional<Law>)
+    {
+      Eigen::Map<Vec<D>>(r.slip.data() + q * D) = p.slip();
+      r.closing[q] = p.old.closing.length;
+      Eigen::Map<Vec<D>>(r.friction.data() + q * D) = p.friction();
+    }
   }
-
-  std::unique_ptr<PointKernel<D>> _kernel;
 };
+
+template <int D>
+std::unique_ptr<Assembler> assembler_in(const ContactState& s)
+{
+  return with_law(s,
+                  []<class Law>() -> std::unique_ptr<Assembler>
+                  { return std::make_unique<GeneralAssembler<D, Law>>(); });
+}
 } // namespace
 
 std::vector<double> slips_without_friction(ContactState s)
@@ -219,8 +287,6 @@ std::vector<double> slips_without_friction(ContactState s)
 
 std::unique_ptr<Assembler> make_general_assembler(const ContactState& s)
 {
-  if (s.slave.gdim == 2)
-    return std::make_unique<GeneralAssembler<2>>(s);
-  return std::make_unique<GeneralAssembler<3>>(s);
+  return s.slave.gdim == 2 ? assembler_in<2>(s) : assembler_in<3>(s);
 }
 } // namespace raymortar

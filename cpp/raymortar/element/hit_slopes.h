@@ -22,19 +22,22 @@ struct SlipSlopes<F, true>
   Along by_eta;
 
   /// @param[in] of_target Whether the frame is the master's  [theory (2.9)]
+  /// @param[in] bends Whether tangents and normal of the master change along it
   SlipSlopes(const typename F::NodeMatrix& master_nodes,
              const typename F::NodeMatrix& master_old, const ElementPoint<F>& q,
-             const Old& was, bool of_target)
+             const Old& was, bool of_target, bool bends)
       : dual(dual_tangents<D>(was.master.now)), spin(was.spin, was.slide.value),
         by_eta(moved(was, was.master.old.t))
   {
     if constexpr (not F::affine)
     {
-      const NodeBends<F> bends = node_bends<F>(q.eta);
+      if (not bends)
+        return;
+      const NodeBends<F> second = node_bends<F>(q.eta);
       const Curvature<D> old = curvature_at<F>(
-          master_old, bends, was.master.old, was.master.old_dual);
+          master_old, second, was.master.old, was.master.old_dual);
       const Curvature<D> now =
-          curvature_at<F>(master_nodes, bends, was.master.now, dual);
+          curvature_at<F>(master_nodes, second, was.master.now, dual);
       const Mat<D, D> carry =
           convection<D>(was.master.old, was.master.old_dual, was.master.now);
       const auto along = [&](const ConvectedVector<D>& c)
@@ -91,28 +94,18 @@ struct SlipSlopes<F, true>
   }
 };
 
-/// @brief How the normal of the law's frame turns with what is hit; where it is
-/// the slave's, nothing is set  [theory (2.14)].
+/// @brief How the normal of the law's frame turns with what is hit: of a facet
+/// type it is the slave's, and nothing is set  [theory (2.14)].
 template <class F>
 struct FrameSlopes : TargetFrame<F>
 {
   static constexpr int D = F::gdim;
-  using TargetFrame<F>::of_target;
-  Vec<D> n;             ///< of the master
-  Mat<D, F::tdim> dual; ///< of its tangents
-  Mat<D, D> by_ends;    ///< by what both ends of the ray do, see chain
+  Mat<D, D> by_ends; ///< by what both ends of the ray do, see chain
 
-  /// @param[in] rho Rows of (2.6)
-  FrameSlopes(const typename F::NodeMatrix& master, const ElementPoint<F>& q,
-              const Mat<F::tdim, D>& rho, bool is_of_target)
-      : TargetFrame<F>(is_of_target)
+  template <class Data>
+  FrameSlopes(const Data&, const ElementPoint<F>&, const Mat<F::tdim, D>&)
+      : TargetFrame<F>(false)
   {
-    if (not of_target)
-      return;
-    const Frame<D> frame = frame_at<F>(master, q.eta);
-    dual = dual_tangents<D>(frame);
-    n = frame.n;
-    by_ends = curvature_at<F>(master, q.eta, frame, dual).n * rho;
   }
 };
 
@@ -131,9 +124,16 @@ struct HitSlopes
             const HitPoint<F, L, Law>& p)
       : geometry(geometry_at(e, q, p)), vary(vary_hit<F>(geometry, q.g)),
         slip(slip_slopes(e, q, p)),
-        frame(e.master, q, vary.dual.template topRows<D - 1>(),
-              e.frame_of_target)
+        frame(e, q, vary.dual.template topRows<D - 1>())
   {
+  }
+
+  /// @brief How fields change along the slave facet, from their values at the
+  /// displacement's nodes.
+  template <int R>
+  [[nodiscard]] Mat<R, F::tdim> along(const Mat<R, F::dofs>& nodal) const
+  {
+    return nodal * geometry.dN_s;
   }
 
 private:
@@ -142,7 +142,8 @@ private:
               const HitPoint<F, L, Law>& p)
   {
     if constexpr (is_frictional<Law>)
-      return {e.master, e.history.master_old, q, p.old, e.frame_of_target};
+      return {e.master, e.history.master_old, q, p.old,
+              false,    bends_at_master(e)};
     else
       return {};
   }

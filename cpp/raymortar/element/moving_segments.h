@@ -104,7 +104,9 @@ private:
       _coupling.setZero();
       _hit_rows.setZero();
     }
-    _points.share_centre(_by_vertex);
+    _points.share_centre(
+        [this](std::size_t v, double share)
+        { _by_vertex[v] += share * _by_vertex[Points::centre]; });
     for (std::size_t v = 0; v < static_cast<std::size_t>(of.size); ++v)
     {
       const std::size_t at = static_cast<std::size_t>(of.begin) + v;

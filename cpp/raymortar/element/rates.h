@@ -198,14 +198,10 @@ public:
     return by;
   }
 
-  /// The master's normal turns with its tangents as the slave's does  [theory
-  /// (2.14)]
+  /// Of a facet type the frame is the slave's
   template <int R>
-  void add_frame(const Mat<R, D>& by_n, Slopes<R>& by) const
+  void add_frame(const Mat<R, D>&, Slopes<R>&) const
   {
-    for (int j = 0; j < D - 1; ++j)
-      by.master.by_tangents[static_cast<std::size_t>(j)] +=
-          (by_n * _at.frame.dual.col(j)) * _at.frame.n.transpose();
   }
 
   /// The slide turns with the master, and with half of the spin
@@ -272,7 +268,7 @@ public:
                const Curvature<D>& bend, const Mat<1, T>& log_gamma,
                const Mat<M, T>& lam)
       : _e(e), _q(q), _p(p), _at(at), _bend(bend), _log_gamma(log_gamma),
-        _lam(lam), _offset(e.offset.transpose() * at.geometry.dN_s)
+        _lam(lam), _offset(at.template along<1>(e.offset.transpose()))
   {
   }
 
@@ -304,6 +300,11 @@ public:
                   was.closing.by_old * was.normal * _offset;
     if constexpr (not F::affine)
     {
+      if (not bends_at_slave(_e))
+      {
+        rows += by_w * w;
+        return;
+      }
       // The slave's old normal, which tells slide and gap apart, turns as well
       const Curvature<D> bend = old_bend();
       if (not _at.frame.of_target)
@@ -327,7 +328,7 @@ public:
     const OldPoint<F, true>& was = _p.old;
     Mat<D, T> spring = carried_along_facet<D, F::affine>(
         was.spring, {was.frame, old_bend()}, was.dual, {_p.slave, _bend},
-        was.accepted, _e.history.traction_old * _at.geometry.dN_s);
+        was.accepted, _at.template along<D>(_e.history.traction_old));
     if constexpr (M > 0) // held as lengths
       spring += was.spring.value() * _log_gamma;
     rows += by_spring * spring;
@@ -346,7 +347,7 @@ public:
       by_log_gamma += law.by_w * _p.old.w - law.by_rate;
       if (_e.history.has_coefficient)
         rows += law.by_coefficient *
-                (_e.history.coefficient.transpose() * _at.geometry.dN_s);
+                _at.template along<1>(_e.history.coefficient.transpose());
       else
         for (int j = 0; j < T; ++j)
           rows.col(j) +=

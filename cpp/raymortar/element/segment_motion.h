@@ -1,7 +1,8 @@
 // What the motion of segments adds to tangents, of facets of any kind.
 #pragma once
 
-#include "raymortar/element/point_kernel.h"
+#include "raymortar/element/facet_germs.h"
+#include "raymortar/element/germ_gradient.h"
 #include "raymortar/element/segment_points.h"
 #include "raymortar/element/segment_target.h"
 
@@ -14,46 +15,44 @@ class SegmentMotion
 {
 public:
   static constexpr int T = D - 1;
+  static constexpr std::size_t most = PointShapes<D>::most;
   /// Its sides are straight where those of a facet's plane are
   using Plane = std::conditional_t<D == 2, FacetType<Shape::interval, 1, 1>,
                                    FacetType<Shape::quadrilateral, 1, 1>>;
 
+  explicit SegmentMotion(const ContactState& s)
+      : _state(s), _is_map(s.slave.shape == Shape::quadrilateral),
+        _map(corners(no_index))
+  {
+  }
+
   /// @brief An element whose points are being added.
   struct Element
   {
-    const ContactState& state;
     std::size_t number;
-    Eigen::Index alone; ///< unknowns without the target's
-    BlockExpansion::Block& A;
+    int alone; ///< unknowns without the target's
+    int size;
+    double* A; ///< tangent, row-major
     const CouplingSink& couplings;
-    FlatMap<Plane> map;
   };
 
-  /// @param[in] sides Of the point
-  void add(const Element& e, std::size_t q, const ElementColumns& sides,
-           const PointBlocks<D>& at)
+  /// @brief Add point q, in the order of points.
+  void add(const Element& e, std::size_t q, const AnyIntegrand<D>& at)
   {
-    const Index segment = e.state.points.segment[q];
+    const Index segment = _state.points.segment[q];
     if (segment != _segment)
     {
       finish(e);
       take(e, segment);
     }
-    Eigen::Matrix<double, Eigen::Dynamic, 1 + T, Eigen::RowMajor> in(
-        at.f.rows(), 1 + T),
-        out(unknowns_of(sides), 1 + T);
-    in << at.f, at.f_xi;
-    expand_rows(sides, in.data(), 1 + T, out.data());
-    bend_tests(e.state.slave, e.state.points.xi[q], at.f,
-               out.template rightCols<T>());
-    const auto change = change_in_plane<Plane, Eigen::Dynamic>(
-        e.map, e.state.points.xi[q].template head<T>(),
-        e.state.points.weight[q], out.col(0), out.template rightCols<T>());
-    _points.visit(e.state.segment_rules,
-                  static_cast<std::size_t>(e.state.points.place[q]),
-                  [&](std::size_t v, double N, const Mat<1, T>& dJ) {
-                    _by_vertex[v] += N * change.by_y + change.by_measure * dJ;
-                  });
+    set_change(q, at, e.size);
+    _points.visit(
+        _state.segment_rules, static_cast<std::size_t>(_state.points.place[q]),
+        [&](std::size_t v, double N, const Mat<1, T>& dJ)
+        {
+          for (std::size_t t = 0; t < T; ++t)
+            add_vertex(_by_vertex[v][t], t, N, dJ[static_cast<int>(t)], e.size);
+        });
   }
 
   /// @brief Vertices' share, after the last point of an element.
@@ -61,89 +60,188 @@ public:
   {
     if (_segment != no_index)
       flush(e,
-            e.state.segmentation.segments[static_cast<std::size_t>(_segment)]);
+            _state.segmentation.segments[static_cast<std::size_t>(_segment)]);
     _segment = no_index;
   }
 
 private:
   using Points = SegmentPoints<Plane>;
-  using Sum = Mat<Eigen::Dynamic, T>;
+  using Row = std::array<double, most>;
+  using Sum = std::array<Row, static_cast<std::size_t>(T)>;
 
-  /// Add that the gradients of the slave's test functions change along the
-  /// facet
-  /// @param[in] f Integrand over the coefficients, [value, gradients] first
-  template <class Rates>
-  static void bend_tests(const Surface& slave, const Vec<2>& xi,
-                         const typename PointBlocks<D>::Vector& f, Rates&& f_xi)
+  /// The plane that sides of segments are straight in: of quadrilaterals their
+  /// mean plane, of others the reference facet
+  [[nodiscard]] typename Plane::NodeMatrix corners(Index facet) const
   {
-    const Vec<D* T> by_gradients = f.template segment<D * T>(D);
-    if (by_gradients.isZero(0.0))
+    typename Plane::NodeMatrix x = Plane::NodeMatrix::Zero();
+    if (facet == no_index)
+    {
+      for (int c = 0; c < Plane::nodes; ++c)
+        for (int i = 0; i < T; ++i)
+          x(i, c) = Plane::Node::points[static_cast<std::size_t>(c)]
+                                       [static_cast<std::size_t>(i)];
+      return x;
+    }
+    AnyNodes<D> nodes;
+    nodes.take(_state.slave, _state.slave.X, facet,
+               static_cast<std::size_t>(_state.slave.nodes_per_facet()));
+    for (int c = 0; c < Plane::nodes; ++c)
+      x.col(c) = nodes.at[static_cast<std::size_t>(c)];
+    return x;
+  }
+
+  /// What a point changes by its place in the plane, and by the measure of its
+  /// tile, see change_in_plane
+  void set_change(std::size_t q, const AnyIntegrand<D>& at, int size)
+  {
+    const double weight = _state.points.weight[q];
+    _by_measure = at.f.data();
+    if (not _is_map)
+    {
+      for (std::size_t t = 0; t < T; ++t)
+        for (std::size_t r = 0; r < std::size_t(size); ++r)
+          _by_y[t][r] = weight * at.f_xi[t][r];
       return;
-    const auto N = shape_taylor<T>(slave.shape, slave.degree,
-                                   Vec<T>(xi.template head<T>()));
-    for (int j = 0; j < T; ++j)
-      for (int i = 0; i < T; ++i)
-        for (Eigen::Index a = 0; a < N.rows(); ++a)
-          f_xi.col(j).template segment<D>(a * D) +=
-              N(a, 1 + T + i + j) * by_gradients.template segment<D>(i * D);
+    }
+    if constexpr (T == 2)
+      set_mapped(_state.points.xi[q], weight, at, size);
+  }
+
+  void set_mapped(const Vec<2>& xi, double weight, const AnyIntegrand<D>& at,
+                  int size)
+  {
+    const Mat<2, 2> G = _map.gradient(xi);
+    const Mat<2, 2> to_y = weight * G.inverse();
+    const Mat<1, 2> log_det = _map.log_det_gradient(xi).transpose() * to_y;
+    const double scale = 1.0 / G.determinant();
+    for (int t = 0; t < 2; ++t)
+    {
+      const double a = to_y(0, t), b = to_y(1, t), by_f = log_det[t];
+      Row& by_y = _by_y[static_cast<std::size_t>(t)];
+      for (std::size_t r = 0; r < std::size_t(size); ++r)
+        by_y[r] = a * at.f_xi[0][r] + b * at.f_xi[1][r] - by_f * at.f[r];
+    }
+    for (std::size_t r = 0; r < std::size_t(size); ++r)
+      _scaled[r] = scale * at.f[r];
+    _by_measure = _scaled.data();
+  }
+
+  void add_vertex(Row& sum, std::size_t t, double N, double dJ, int size) const
+  {
+    for (std::size_t r = 0; r < std::size_t(size); ++r)
+      sum[r] += N * _by_y[t][r] + dJ * _by_measure[r];
   }
 
   void take(const Element& e, Index number)
   {
     _segment = number;
     const Segment& segment =
-        e.state.segmentation.segments[static_cast<std::size_t>(number)];
-    _points.take(e.state.segmentation, segment, e.map);
+        _state.segmentation.segments[static_cast<std::size_t>(number)];
+    if (_is_map and segment.slave != _facet)
+    {
+      _facet = segment.slave;
+      _map = FlatMap<Plane>(corners(_facet));
+    }
+    _points.take(_state.segmentation, segment, _map);
+    const auto clear = [&e](Sum& sum)
+    {
+      for (Row& row : sum)
+        std::fill_n(row.begin(), e.size, 0.0);
+    };
     for (std::size_t v = 0; v < static_cast<std::size_t>(segment.size); ++v)
-      _by_vertex[v].setZero(e.A.rows(), T);
+      clear(_by_vertex[v]);
     if (_points.has_centre())
-      _by_vertex[Points::centre].setZero(e.A.rows(), T);
+      clear(_by_vertex[Points::centre]);
+  }
+
+  /// The sums of a vertex by the facet's own coordinates
+  void to_facet(std::size_t vertex, Sum& sum, int size) const
+  {
+    if (not _is_map)
+      return;
+    const Mat<T, T> G =
+        _map.gradient(_state.segmentation.vertices[vertex].template head<T>());
+    for (std::size_t r = 0; r < std::size_t(size); ++r)
+    {
+      Mat<1, T> row;
+      for (int t = 0; t < T; ++t)
+        row[t] = sum[std::size_t(t)][r];
+      row = (row * G).eval();
+      for (int t = 0; t < T; ++t)
+        sum[std::size_t(t)][r] = row[t];
+    }
+  }
+
+  /// Add rows [first, last) of the sums times some motion to a block
+  /// @param[in] motion (T, columns), out Where the block's rows begin
+  template <class Motion>
+  static void add_product(const Sum& sum, int first, int last,
+                          const Motion& motion, double* out, int width)
+  {
+    const auto columns = static_cast<int>(motion.cols());
+    for (int r = first; r < last; ++r, out += width)
+      for (int t = 0; t < T; ++t)
+      {
+        const double by = sum[std::size_t(t)][std::size_t(r)];
+        for (int k = 0; k < columns; ++k)
+          out[k] += by * motion(t, k);
+      }
   }
 
   void flush(const Element& e, const Segment& of)
   {
-    const ContactState& s = e.state;
+    const ContactState& s = _state;
     const SegmentTarget<D> target(s, of);
     const Index hit = target_of(s, e.number);
     const bool own = target.number() == hit;
-    const Eigen::Index columns = target.unknowns();
-    const Eigen::Index size = e.alone + columns;
-    const Eigen::Index hit_rows = e.A.rows() - e.alone;
+    const auto columns = static_cast<int>(target.unknowns());
+    const int size = e.alone + columns;
     if (not own)
     {
-      _coupling.setZero(size, size);
-      _hit_rows.setZero(hit_rows, columns);
+      std::fill_n(_coupling.begin(), size * size, 0.0);
+      std::fill_n(_hit_rows.begin(), (e.size - e.alone) * columns, 0.0);
     }
-    _points.share_centre(_by_vertex);
+    _points.share_centre(
+        [&](std::size_t v, double share)
+        {
+          for (std::size_t t = 0; t < T; ++t)
+            for (std::size_t r = 0; r < std::size_t(e.size); ++r)
+              _by_vertex[v][t][r] += share * _by_vertex[Points::centre][t][r];
+        });
     for (std::size_t v = 0; v < static_cast<std::size_t>(of.size); ++v)
     {
       const std::size_t at = static_cast<std::size_t>(of.begin) + v;
       if (s.segmentation.breaks[at].motion == Break::Motion::fixed)
         continue;
-      const auto motion = target.motion(at);
-      const Sum by_xi =
-          _by_vertex[v] *
-          e.map.gradient(s.segmentation.vertices[at].template head<T>());
-      e.A.leftCols(motion.by_slave.cols()) += by_xi * motion.by_slave;
-      const Eigen::MatrixXd by_target = by_xi * target.columns(motion);
+      const AnyVertexMotion<D> motion = target.motion(at);
+      const auto by_target = target.columns(motion);
+      Sum& sum = _by_vertex[v];
+      to_facet(at, sum, e.size);
+      add_product(sum, 0, e.size, motion.by_slave, e.A, e.size);
       if (own)
-        e.A.rightCols(columns) += by_target;
+        add_product(sum, 0, e.size, by_target, e.A + e.alone, e.size);
       else
       {
-        _coupling.topRightCorner(e.alone, columns) +=
-            by_target.topRows(e.alone);
-        _hit_rows += by_target.bottomRows(hit_rows);
+        add_product(sum, 0, e.alone, by_target, _coupling.data() + e.alone,
+                    size);
+        add_product(sum, e.alone, e.size, by_target, _hit_rows.data(), columns);
       }
     }
     if (not own and columns > 0)
-      e.couplings(e.number, target.number(), _coupling.data(),
-                  static_cast<int>(size),
+      e.couplings(e.number, target.number(), _coupling.data(), size,
                   hit == no_index ? nullptr : _hit_rows.data());
   }
 
-  Index _segment = no_index;
+  const ContactState& _state;
+  bool _is_map;
+  FlatMap<Plane> _map;
+  Index _facet = no_index;   ///< that the map is of
+  Index _segment = no_index; ///< that of the points being added
   Points _points;
   std::array<Sum, Points::capacity + 1> _by_vertex;
-  BlockExpansion::Block _coupling, _hit_rows;
+  Sum _by_y;
+  Row _scaled;
+  const double* _by_measure = nullptr;
+  std::array<double, most * most> _coupling, _hit_rows;
 };
 } // namespace raymortar

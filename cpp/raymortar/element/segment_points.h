@@ -43,18 +43,16 @@ public:
     return T == 2 and _tiles.has_centre();
   }
 
-  /// @brief Give the centre's share of a sum over points to the vertices of the
-  /// core, whose mean it is.
-  /// @param[in,out] by_vertex Sums, one for each vertex, and the centre's
-  template <class Sums>
-  void share_centre(Sums& by_vertex) const
+  /// @brief Call give(vertex, share) for the vertices of the core, whose mean
+  /// the centre is: what is summed for the centre is theirs.
+  template <class Give>
+  void share_centre(Give&& give) const
   {
     if (not has_centre())
       return;
     for (int v = 0; v < _tiles.core_size; ++v)
-      by_vertex[static_cast<std::size_t>(
-          _tiles.core[static_cast<std::size_t>(v)])] +=
-          by_vertex[centre] / static_cast<double>(_tiles.core_size);
+      give(static_cast<std::size_t>(_tiles.core[static_cast<std::size_t>(v)]),
+           1.0 / static_cast<double>(_tiles.core_size));
   }
 
   /// @brief Call visit(vertex, N, dJ) for the vertices that a point hangs on:

@@ -43,17 +43,17 @@ public:
   }
 
   /// @brief Motion of a vertex over these unknowns, (gdim - 1, unknowns).
-  [[nodiscard]] Eigen::MatrixXd columns(const AnyVertexMotion<D>& motion) const
+  [[nodiscard]] MotionColumns<D> columns(const AnyVertexMotion<D>& motion) const
   {
     if (not _state.has_tools())
       return master_columns<D>(_state.master, motion.place, motion.by_master);
     const MasterPlace& at = motion.place;
     const Vec<D> x =
         (1.0 - at.share) * _facet.at(at.begin) + at.share * _facet.at(at.end);
-    Eigen::Matrix<double, D, Eigen::Dynamic> moves(D, unknowns());
+    MotionColumns<D> moves(D - 1, unknowns());
     for (Index j = 0; j < moves.cols(); ++j)
-      moves.col(j) = velocity<D>(*_freedom, j, x);
-    return motion.by_master * moves;
+      moves.col(j) = motion.by_master * velocity<D>(*_freedom, j, x);
+    return moves;
   }
 
 private:

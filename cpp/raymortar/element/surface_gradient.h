@@ -49,18 +49,8 @@ public:
     Integrand<F, L, Law> out;
     add_work(p, slopes.geometry, at, t, columns.eta(), out);
     if constexpr (is_frictional<Law>)
-    {
-      if (p.has_couple() and p.of_target)
-      {
-        const Vec<D> across = p.turning(r.t);
-        const Mat<D, T> change =
-            chain<D>(across_slopes(p), p, slopes, columns) +
-            across * at.area.log_jacobian;
-        add_couple(p, slopes, at, across, change, out);
-      }
-      else if (p.has_couple())
+      if (p.has_couple())
         add_couple(p, slopes, at, r.t, t, out);
-    }
     if constexpr (M > 0)
       add_condition(p, at, r.C,
                     chain<M>(condition_slopes(p), p, slopes, columns), out);
@@ -125,8 +115,7 @@ private:
     }
   }
 
-  /// - t . g dn  [theory (4.21)]. How the gradients of a germ's shape functions
-  /// change is not known here, see SegmentMotion
+  /// - t . g dn  [theory (4.21)]
   static void add_couple(const HitPoint<F, L, Law>& p,
                          const HitSlopes<F, L, Law>& slopes, const Place& at,
                          const Vec<D>& t, const Mat<D, T>& t_xi,
@@ -143,13 +132,10 @@ private:
       change.col(j) -= at.bend.t[static_cast<std::size_t>(j)] * along;
     Mat<F::dofs, T> turn_xi = p.g * geometry.G_s.transpose() * change;
     turn_xi += turn * g_xi;
-    if constexpr (requires { F::shape; })
-    {
-      const auto bends = SecondGradients<F::shape, F::degree>::at(p.xi);
-      for (int j = 0; j < T; ++j)
-        for (int i = 0; i < T; ++i)
-          turn_xi.col(j) += p.g * along[i] * bends.col(i + j);
-    }
+    const auto bends = SecondGradients<F::shape, F::degree>::at(p.xi);
+    for (int j = 0; j < T; ++j)
+      for (int i = 0; i < T; ++i)
+        turn_xi.col(j) += p.g * along[i] * bends.col(i + j);
     const double w = at.area.jacobian;
     for (int a = 0; a < F::dofs; ++a)
     {

@@ -1,24 +1,13 @@
-// What a ray hits, as kernels of any target take it.
+// Facets of any kind, where targets were, and how vertices of segments move.
 #pragma once
 
 #include "raymortar/element/assembler.h"
-#include "raymortar/element/columns.h"
 #include "raymortar/element/germ.h"
 #include "raymortar/element/vertex_motion.h"
 #include "raymortar/geometry/taylor.h"
 
 namespace raymortar
 {
-/// @brief A point of a target with the motion of its surroundings.
-template <int D>
-struct TargetPoint
-{
-  /// Position, tangents and second derivatives. Length
-  typename Germ<D>::NodeMatrix now;
-  typename Germ<D>::NodeMatrix old; ///< at the accepted step
-  Columns motion; ///< of position and tangents, by the target's unknowns
-};
-
 /// @brief Facet of a surface whose type is known at run time.
 template <int D>
 struct AnyFacet
@@ -70,30 +59,6 @@ struct AnyFacet
   }
 };
 
-/// @brief Point of a master facet.
-template <int D>
-[[nodiscard]] TargetPoint<D> facet_point(const Surface& master, Index facet,
-                                         const Vec<2>& eta)
-{
-  constexpr int T = D - 1;
-  TargetPoint<D> p;
-  p.now = AnyFacet<D>(master, master.x, facet).taylor(eta);
-  p.old = AnyFacet<D>(master, master.x_old, facet).taylor(eta);
-  p.motion.B = shape_taylor<T>(master.shape, master.degree,
-                               Vec<T>(eta.template head<T>()))
-                   .template leftCols<D>()
-                   .transpose();
-  p.motion.components = D;
-  return p;
-}
-
-/// @brief What the ray of a point has hit.
-/// @param[in] slave Taylor coefficients of the slave there
-template <int D>
-[[nodiscard]] TargetPoint<D>
-target_point(const ContactState& s, std::size_t q,
-             const typename Germ<D>::NodeMatrix& slave);
-
 /// @brief Position and unit normal at the accepted step.
 template <int D>
 struct OldTarget
@@ -108,11 +73,16 @@ template <int D>
 [[nodiscard]] OldTarget<D> old_target(const ContactState& s, std::size_t q,
                                       const Vec<D>& x, const Vec<D>& n);
 
+/// @brief Motion of a vertex along the slave facet by the unknowns of one side.
+template <int D>
+using MotionColumns =
+    Eigen::Matrix<double, D - 1, Eigen::Dynamic, D == 2 ? 1 : 0, D - 1, 9 * D>;
+
 /// @brief Motion of a vertex of a segment, as VertexMotion has it.
 template <int D>
 struct AnyVertexMotion
 {
-  Eigen::Matrix<double, D - 1, Eigen::Dynamic> by_slave; ///< by its dofs
+  MotionColumns<D> by_slave; ///< by its dofs
   Mat<D - 1, D> by_master;
   MasterPlace place;
 };
@@ -126,22 +96,23 @@ any_vertex_motion(const ContactState& s, const Segment& of,
 /// @brief Motion of a vertex over the dofs of a master facet, (gdim - 1, dofs).
 /// @param[in] by_master By the displacement of a place on the facet
 template <int D>
-[[nodiscard]] Eigen::MatrixXd master_columns(const Surface& master,
-                                             const MasterPlace& place,
-                                             const Mat<D - 1, D>& by_master)
+[[nodiscard]] MotionColumns<D> master_columns(const Surface& master,
+                                              const MasterPlace& place,
+                                              const Mat<D - 1, D>& by_master)
 {
-  const auto shares = [&master](const Vec<2>& eta) -> Eigen::VectorXd
+  using Shares = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 9, 1>;
+  const auto shares = [&master](const Vec<2>& eta) -> Shares
   {
     return shape_taylor<D - 1>(master.shape, master.degree,
                                Vec<D - 1>(eta.template head<D - 1>()))
         .col(0);
   };
-  Eigen::VectorXd N = shares(place.begin);
+  Shares N = shares(place.begin);
   if (place.share != 0.0)
     N = (1.0 - place.share) * N + place.share * shares(place.end);
-  Eigen::MatrixXd columns(D - 1, D * N.size());
+  MotionColumns<D> columns(D - 1, D * N.size());
   for (Eigen::Index a = 0; a < N.size(); ++a)
-    columns.middleCols(a * D, D) = N[a] * by_master;
+    columns.template middleCols<D>(a * D) = N[a] * by_master;
   return columns;
 }
 } // namespace raymortar

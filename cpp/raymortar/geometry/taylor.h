@@ -23,4 +23,34 @@ using ShapeTaylor =
 template <int T>
 [[nodiscard]] ShapeTaylor<T> shape_taylor(Shape shape, int degree,
                                           const Vec<T>& xi);
+
+/// @brief The same where kernels take them: the coefficients of one node follow
+/// each other.
+template <int T>
+using ShapeRows = std::array<std::array<double, taylor_size<T>>, 9>;
+
+/// @brief Shape functions of a facet type, which is chosen once for many
+/// points.
+template <int T>
+class ShapeFunctions
+{
+public:
+  /// @throw Error as shape_taylor
+  ShapeFunctions(Shape shape, int degree);
+
+  [[nodiscard]] int nodes() const { return _nodes; }
+  /// @brief Whether gradients are the same everywhere.
+  [[nodiscard]] bool is_affine() const { return _is_affine; }
+
+  /// @brief Set values and first derivatives.
+  void first(const Vec<T>& xi, ShapeRows<T>& rows) const { _first(xi, rows); }
+  /// @brief Set those of second order, too.
+  void second(const Vec<T>& xi, ShapeRows<T>& rows) const { _second(xi, rows); }
+
+private:
+  using Tabulate = void (*)(const Vec<T>&, ShapeRows<T>&);
+  int _nodes;
+  bool _is_affine;
+  Tabulate _first, _second;
+};
 } // namespace raymortar

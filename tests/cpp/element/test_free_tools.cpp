@@ -57,6 +57,7 @@ struct Scene
   Shape shape;
   int degree;
   bool has_friction;
+  bool is_flat = false;
 };
 
 class FreeTools : public testing::TestWithParam<Scene>
@@ -81,7 +82,9 @@ protected:
     turns = s.slave.gdim == 2 ? std::vector{2} : std::vector{0, 1, 2};
     if (s.slave.gdim == 2)
       middle = {centre[0], centre[2], 0.0};
-    tool = make_sphere(middle, 0.95, {});
+    const Vec<3> up = Vec<3>::Unit(s.slave.gdim - 1);
+    tool = GetParam().is_flat ? make_plane(0.03 * up, up)
+                              : make_sphere(middle, 0.95, {});
   }
 
   /// Put the tool where some unknowns say
@@ -182,6 +185,10 @@ INSTANTIATE_TEST_SUITE_P(Scenes, FreeTools,
                          testing::Values(Scene{Shape::interval, 1, false},
                                          Scene{Shape::interval, 2, true},
                                          Scene{Shape::triangle, 1, true},
-                                         Scene{Shape::quadrilateral, 2, true}));
+                                         Scene{Shape::quadrilateral, 2, true},
+                                         Scene{Shape::interval, 1, true, true},
+                                         Scene{Shape::triangle, 1, false, true},
+                                         Scene{Shape::triangle, 2, true,
+                                               true}));
 } // namespace
 } // namespace raymortar::test

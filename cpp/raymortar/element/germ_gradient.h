@@ -1,0 +1,208 @@
+// How the integrand of an element changes along the slave facet, of facets of
+// any kind; see surface_gradient.h.
+#pragma once
+
+#include "raymortar/element/any_element.h"
+
+namespace raymortar
+{
+/// @brief Integrand of one point per unit of its weight, and its derivative by
+/// each coordinate of the slave facet, over the unknowns of the element.
+template <int D>
+struct AnyIntegrand
+{
+  using Row = std::array<double, PointShapes<D>::most>;
+  Row f;
+  std::array<Row, static_cast<std::size_t>(D - 1)> f_xi;
+};
+
+/// @brief Differentiates the integrand along the slave surface.
+template <int D, class Law>
+class GermGradient
+{
+public:
+  using Kernel = AnyElement<D, Law>;
+  using F = typename Kernel::F;
+  using Data = typename Kernel::Data;
+  using Hit = typename Kernel::template Hit<true>;
+  static constexpr int T = D - 1;
+  static constexpr int M = Kernel::M;
+  static constexpr int L = Kernel::L;
+
+  /// @brief Of a point with a hit.
+  static void hit(const Data& e, const ElementPoint<F>& q, const Hit& p,
+                  const HitSlopes<F, L, Law>& slopes, const PointShapes<D>& at,
+                  AnyIntegrand<D>& out)
+  {
+    const Place along(e, q, p, slopes.dual);
+    const Mat<M, T> lam = e.lam.template block<M, T>(0, 1);
+    const FacetColumns<F, L, Law> columns(e, q, p, slopes, along.bend,
+                                          along.log_gamma, lam);
+    const auto& r = p.response;
+    const Mat<D, T> t = chain<D>(traction_slopes(p), p, slopes, columns) +
+                        r.t * along.area.log_jacobian;
+    set_work(r.t, t, columns.eta(), along.area.jacobian, at, out);
+    if constexpr (is_frictional<Law>)
+    {
+      if (p.has_couple() and p.of_target)
+      {
+        const Vec<D> across = p.turning(r.t);
+        add_couple(p, slopes, along, across,
+                   chain<D>(across_slopes(p), p, slopes, columns) +
+                       across * along.area.log_jacobian,
+                   at, out);
+      }
+      else if (p.has_couple())
+        add_couple(p, slopes, along, r.t, t, at, out);
+    }
+    if constexpr (M > 0)
+      set_condition(p, along, r.C,
+                    chain<M>(condition_slopes(p), p, slopes, columns), at, out);
+  }
+
+  /// @brief Of a point without a hit.
+  static void miss(const Data& e, const ElementPoint<F>& q,
+                   const SlavePoint<F, L, Law>& p, const PointShapes<D>& at,
+                   AnyIntegrand<D>& out)
+  {
+    std::fill_n(out.f.begin(), at.size(), 0.0);
+    for (auto& rate : out.f_xi)
+      std::fill_n(rate.begin(), at.size(), 0.0);
+    if constexpr (M > 0)
+      set_condition(p, Place(e, q, p, dual_tangents<D>(p.slave)),
+                    Law::template without_hit<D>(p.lam),
+                    -e.lam.template block<M, T>(0, 1), at, out);
+  }
+
+private:
+  /// How what does not depend on the target changes along the slave
+  struct Place
+  {
+    Curvature<D> bend;
+    AreaAlong<D> area; ///< in the measure of integration
+    Mat<1, T> log_gamma;
+
+    Place(const Data& e, const ElementPoint<F>& q,
+          const SlavePoint<F, L, Law>& p, const Mat<D, T>& dual)
+        : bend(e.slave_bends ? curvature_at<F>(e.slave, q.xi, p.slave, dual)
+                             : no_curvature<D>()),
+          area(area_of(e, q, p)),
+          log_gamma(e.gamma.template tail<T>().transpose() / p.gamma)
+    {
+    }
+
+  private:
+    [[nodiscard]] AreaAlong<D> area_of(const Data& e, const ElementPoint<F>& q,
+                                       const SlavePoint<F, L, Law>& p) const
+    {
+      if (e.slave_bends or moves(e.measure))
+        return area_along<F>(e.measure, e.reference, q.xi, p.slave, bend);
+      return area_along<D>(e.measure, frame_at<F>(e.reference, q.xi), bend);
+    }
+  };
+
+  /// Set the rows of one node
+  static void set(AnyIntegrand<D>& out, int row, const Vec<D>& f,
+                  const Mat<D, T>& f_xi)
+  {
+    for (int i = 0; i < D; ++i)
+    {
+      const auto r = static_cast<std::size_t>(row + i);
+      out.f[r] = f[i];
+      for (int j = 0; j < T; ++j)
+        out.f_xi[static_cast<std::size_t>(j)][r] = f_xi(i, j);
+    }
+  }
+
+  /// - t . (v_s - v_m), with t_xi including the change of area
+  static void set_work(const Vec<D>& t, const Mat<D, T>& t_xi,
+                       const Mat<T, T>& eta_xi, double area,
+                       const PointShapes<D>& at, AnyIntegrand<D>& out)
+  {
+    const Vec<D> force = area * t;
+    const Mat<D, T> change = area * t_xi;
+    for (int a = 0; a < at.slave_nodes; ++a)
+    {
+      const double N = at.slave[static_cast<std::size_t>(a)][0];
+      set(out, D * a, -N * force,
+          -N * change - force * at.slave_gradient(a).transpose());
+    }
+    for (int a = 0; a < at.target_nodes; ++a)
+    {
+      const double N = at.target[static_cast<std::size_t>(a)][0];
+      const Mat<1, T> rate = at.target_gradient(a).transpose() * eta_xi;
+      set(out, at.alone() + D * a, N * force, N * change + force * rate);
+    }
+    for (int k = 0; k < at.body_unknowns; ++k)
+    {
+      const auto moves = at.body.col(k);
+      const auto row = static_cast<std::size_t>(at.alone() + k);
+      Mat<1, T> rate = moves.template head<D>().transpose() * change;
+      for (int i = 0; i < T; ++i)
+        rate +=
+            moves.template segment<D>(D * (1 + i)).dot(force) * eta_xi.row(i);
+      out.f[row] = moves.template head<D>().dot(force);
+      for (int j = 0; j < T; ++j)
+        out.f_xi[static_cast<std::size_t>(j)][row] = rate[j];
+    }
+  }
+
+  /// - t . g dn  [theory (4.21)]
+  static void add_couple(const Hit& p, const HitSlopes<F, L, Law>& slopes,
+                         const Place& along, const Vec<D>& t,
+                         const Mat<D, T>& t_xi, const PointShapes<D>& at,
+                         AnyIntegrand<D>& out)
+  {
+    const Vec<D>& n = p.slave.n;
+    const double w = along.area.jacobian;
+    const Vec<T> by_gradient = slopes.dual.transpose() * t;
+    const Mat<1, T> g_xi =
+        -slopes.vary.dual.row(D - 1) * (p.slave.t + p.g * along.bend.n);
+    Mat<D, T> change = t_xi - n.dot(t) * along.bend.n;
+    for (int j = 0; j < T; ++j)
+      change.col(j) -= along.bend.t[static_cast<std::size_t>(j)] * by_gradient;
+    const Mat<T, T> rates = p.g * slopes.dual.transpose() * change;
+    for (int a = 0; a < at.slave_nodes; ++a)
+    {
+      const auto& N = at.slave[static_cast<std::size_t>(a)];
+      const double turn = at.slave_gradient(a).dot(by_gradient);
+      Mat<1, T> turn_xi =
+          at.slave_gradient(a).transpose() * rates + turn * g_xi;
+      for (int j = 0; j < T; ++j)
+        for (int i = 0; i < T; ++i)
+          turn_xi[j] +=
+              p.g * by_gradient[i] * N[static_cast<std::size_t>(1 + T + i + j)];
+      for (int i = 0; i < D; ++i)
+      {
+        const auto row = static_cast<std::size_t>(D * a + i);
+        out.f[row] += w * p.g * turn * n[i];
+        for (int j = 0; j < T; ++j)
+          out.f_xi[static_cast<std::size_t>(j)][row] +=
+              w * (n[i] * turn_xi[j] + p.g * turn * along.bend.n(i, j));
+      }
+    }
+  }
+
+  /// C . mu / gamma
+  static void set_condition(const SlavePoint<F, L, Law>& p, const Place& along,
+                            const Vec<M>& C, const Mat<M, T>& C_xi,
+                            const PointShapes<D>& at, AnyIntegrand<D>& out)
+  {
+    const double w = along.area.jacobian / p.gamma * at.scale;
+    const Mat<M, T> change =
+        C_xi + C * (along.area.log_jacobian - along.log_gamma);
+    for (int k = 0; k < at.multipliers; ++k)
+    {
+      const auto& N = at.multiplier[static_cast<std::size_t>(k)];
+      for (int i = 0; i < M; ++i)
+      {
+        const auto row = static_cast<std::size_t>(at.side() + k * M + i);
+        out.f[row] = w * N[0] * C[i];
+        for (std::size_t j = 0; j < T; ++j)
+          out.f_xi[j][row] =
+              w * (N[0] * change(i, static_cast<int>(j)) + C[i] * N[1 + j]);
+      }
+    }
+  }
+};
+} // namespace raymortar
