@@ -3,8 +3,8 @@
 
 #include "differences.h"
 #include "facet_types.h"
-#include "raymortar/element/carried.h"
 #include "raymortar/element/convected.h"
+#include "raymortar/element/transported.h"
 
 namespace raymortar::test
 {
@@ -53,13 +53,13 @@ SideRows<F, R> vary_convected(const ConvectedVector<F::gdim>& c,
 }
 
 template <class F, int R>
-SideRows<F, R> vary_carried(const CarriedTraction<F::gdim>& c,
-                            const Mat<R, F::gdim>& by_value,
-                            const PointGeometry<F>& p)
+SideRows<F, R> vary_transported(const TransportedTraction<F::gdim>& c,
+                                const Mat<R, F::gdim>& by_value,
+                                const PointGeometry<F>& p)
 {
   TangentSlopes<R, F::gdim> tangents;
   tangents.fill(SlopeRows<R, F::gdim>::Zero());
-  add_carried<R, F::gdim>(c, by_value, p.slave, p.dual, tangents);
+  add_transported<R, F::gdim>(c, by_value, p.slave, p.dual, tangents);
   return by_dofs<F, R>(tangents, p.dN_s);
 }
 } // namespace raymortar::test

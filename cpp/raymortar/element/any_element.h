@@ -3,7 +3,7 @@
 #pragma once
 
 #include "raymortar/element/any_blocks.h"
-#include "raymortar/element/germ_point.h"
+#include "raymortar/element/taylor_point.h"
 
 namespace raymortar
 {
@@ -12,7 +12,7 @@ template <int D, class Law>
 class AnyElement : public AnyBlocks<D>
 {
 public:
-  using F = Germ<D>;
+  using F = TaylorFacet<D>;
   static constexpr int T = D - 1;
   static constexpr int M = Law::template multiplier_size<D>;
   static constexpr int L = M > 0 ? 1 : 0;
@@ -22,7 +22,7 @@ public:
   template <bool Slopes>
   using Hit = HitPoint<F, L, Law, Slopes>;
   using HitTangent = HitSlopes<F, L, Law>;
-  using Columns = GermColumns<F, L, Law>;
+  using Columns = TaylorColumns<F, L, Law>;
 
   /// @brief Residual of a point with a hit.
   void add_hit(const Hit<false>& p, const Shapes& at)
@@ -69,7 +69,7 @@ public:
   {
     if constexpr (M > 0)
     {
-      GermRows<M, D> dC;
+      TaylorRows<M, D> dC;
       dC.slave.fill(Mat<M, D>::Zero());
       add_area<M>(e, p, dual_tangents<D>(p.slave),
                   Law::template without_hit<D>(p.lam), dC);
@@ -91,7 +91,7 @@ private:
   /// Add that the area varies with the slave, by which f is multiplied
   template <int R>
   static void add_area(const Data& e, const Slave& p, const Mat<D, T>& dual,
-                       const Vec<R>& f, GermRows<R, D>& rows)
+                       const Vec<R>& f, TaylorRows<R, D>& rows)
   {
     if (not moves(e.measure))
       return;
@@ -120,7 +120,7 @@ private:
     }
     else
     {
-      GermRows<D, D> dt;
+      TaylorRows<D, D> dt;
       dt.slave[0].setZero();
       for (int j = 0; j < T; ++j)
       {
@@ -140,7 +140,7 @@ private:
     this->add_multiplier(p.weight, at);
     if (not moves(e.measure) and not p.has_couple())
       return;
-    GermRows<D, D> dt;
+    TaylorRows<D, D> dt;
     dt.slave.fill(Mat<D, D>::Zero());
     dt.target.fill(Mat<D, D>::Zero());
     if constexpr (is_frictional<Law>)
@@ -156,7 +156,7 @@ private:
 
   /// - dt . (v_s - v_m)
   void add_work_tangent(const Data& e, const Hit<true>& p, const HitTangent& by,
-                        GermRows<D, D> dt, TargetPart part, const Shapes& at)
+                        TaylorRows<D, D> dt, TargetPart part, const Shapes& at)
   {
     add_area<D>(e, p, by.dual, p.response.t, dt);
     UnknownRows<D, D> rows;
@@ -177,7 +177,7 @@ private:
   {
     const Mat<T, D> rho = by.vary.dual.template topRows<T>();
     const Mat<T, T> turn = p.g * rho * by.dual;
-    GermRows<T, D> eta;
+    TaylorRows<T, D> eta;
     eta.slave[0] = rho;
     eta.target[0] = -rho;
     for (int j = 0; j < T; ++j)
@@ -190,9 +190,9 @@ private:
   /// @param[in] dt That of t at fixed area
   void add_couple_tangent(const Data& e, const Hit<true>& p,
                           const HitTangent& by, const Columns& columns,
-                          const GermRows<D, D>& dt, const Shapes& at)
+                          const TaylorRows<D, D>& dt, const Shapes& at)
   {
-    GermRows<T, D> couple =
+    TaylorRows<T, D> couple =
         p.of_target ? vary_couple(e, p, by, columns,
                                   chain<D>(across_slopes(p), p, by, columns))
                     : vary_couple(e, p, by, columns, dt);
@@ -209,17 +209,17 @@ private:
   /// Derivative of g t along the slave's dual tangents, by all that varies but
   /// these tangents
   /// @param[in] dt That of the traction that makes a couple
-  [[nodiscard]] static GermRows<T, D>
+  [[nodiscard]] static TaylorRows<T, D>
   vary_couple(const Data& e, const Hit<true>& p, const HitTangent& by,
-              const Columns& columns, const GermRows<D, D>& dt)
+              const Columns& columns, const TaylorRows<D, D>& dt)
   {
     const Mat<1, D> by_ends = by.vary.dual.row(D - 1);
-    GermRows<1, D> dg = columns.template ray<1>(-p.g * by_ends, by_ends);
+    TaylorRows<1, D> dg = columns.template ray<1>(-p.g * by_ends, by_ends);
     add_area<1>(e, p, by.dual, Vec<1>(p.g), dg);
     const Mat<T, D> across = by.dual.transpose();
     const Mat<T, D> across_g = p.g * across;
     const Vec<T> along = across * p.turning(p.response.t);
-    GermRows<T, D> rows;
+    TaylorRows<T, D> rows;
     for (std::size_t k = 0; k < D; ++k)
     {
       rows.slave[k] = along * dg.slave[k] + across_g * dt.slave[k];
@@ -230,7 +230,7 @@ private:
 
   /// Add the second variation of - f . n with f = g t, see add_turning_tangent
   static void add_turned(const HitTangent& by, const Vec<D>& n, const Vec<D>& f,
-                         GermRows<T, D>& rows)
+                         TaylorRows<T, D>& rows)
   {
     const Mat<T, T> metric = by.dual.transpose() * by.dual;
     const Vec<T> along = by.dual.transpose() * f;

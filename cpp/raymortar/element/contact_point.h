@@ -2,9 +2,9 @@
 // the derivative along the facet take it from here.
 #pragma once
 
-#include "raymortar/element/carried.h"
 #include "raymortar/element/convected.h"
 #include "raymortar/element/element_states.h"
+#include "raymortar/element/transported.h"
 
 namespace raymortar
 {
@@ -83,11 +83,12 @@ struct OldPoint<F, true>
   /// so that curvature is not taken for a gap
   Vec<F::gdim> across;
   Closing closing;
-  ConvectedVector<F::gdim> slide;  ///< distance along the slave, carried along
-  Spin<F::gdim> spin;              ///< of the slave against the master
-  Vec<F::gdim> w;                  ///< slip increment (2)
-  Vec<F::gdim> accepted;           ///< of springs, see ContactState
-  CarriedTraction<F::gdim> spring; ///< made of it
+  ConvectedVector<F::gdim>
+      slide;             ///< distance along the slave, transported along
+  Spin<F::gdim> spin;    ///< of the slave against the master
+  Vec<F::gdim> w;        ///< slip increment (2)
+  Vec<F::gdim> accepted; ///< of springs, see ContactState
+  TransportedTraction<F::gdim> spring; ///< made of it
 };
 
 /// @brief A point with a hit, and the law's response there.
@@ -226,8 +227,8 @@ private:
     if (not e.history.has_springs)
       return;
     old.accepted = this->value(e.history.traction_old);
-    old.spring = carry_traction<D>(old.frame, old.dual, this->slave,
-                                   old.accepted, of_target);
+    old.spring = transport_traction<D>(old.frame, old.dual, this->slave,
+                                       old.accepted, of_target);
   }
 
   [[nodiscard]] Response respond(const Data& e, const ElementPoint<F>& q) const

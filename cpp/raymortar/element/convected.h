@@ -1,4 +1,4 @@
-// Slip carried along with the master surface from the accepted step.
+// Slip transported along with the master surface from the accepted step.
 #pragma once
 
 #include "raymortar/element/kinematics.h"

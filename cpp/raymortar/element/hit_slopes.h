@@ -55,9 +55,9 @@ struct SlipSlopes<F, true>
     }
   }
 
-  /// @brief By vectors that are carried along, with half of the spin.
+  /// @brief By vectors that are transported along, with half of the spin.
   template <int C>
-  [[nodiscard]] Mat<D, C> carried(const Old& was, const Mat<D, C>& v) const
+  [[nodiscard]] Mat<D, C> transported(const Old& was, const Mat<D, C>& v) const
   {
     const TwoFrames<D>& m = was.master;
     const Mat<D - 1, C> along = m.old_dual.transpose() * v;
@@ -70,7 +70,7 @@ struct SlipSlopes<F, true>
   [[nodiscard]] Mat<D, C> slid(const Old& was, const Mat<D, C>& v) const
   {
     const Mat<1, C> across = was.normal.transpose() * v;
-    return carried<C>(was, v - was.normal * across);
+    return transported<C>(was, v - was.normal * across);
   }
 
   /// @brief By the distance.
@@ -88,7 +88,7 @@ struct SlipSlopes<F, true>
   {
     const Mat<1, F::tdim> along = was.ahead.transpose() * turn;
     const Along turned = was.normal.dot(was.ahead) * turn + was.normal * along;
-    return was.closing.length * turn - carried<F::tdim>(was, turned) +
+    return was.closing.length * turn - transported<F::tdim>(was, turned) +
            0.5 * was.closing.by_old * was.normal *
                (was.distance.transpose() * turn);
   }

@@ -223,8 +223,8 @@ public:
   template <int R>
   void add_spring(const Mat<R, D>& by_spring, Slopes<R>& by) const
   {
-    add_carried<R, D>(_p.old.spring, by_spring, _p.slave, _at.geometry.dual,
-                      by.slave.by_tangents);
+    add_transported<R, D>(_p.old.spring, by_spring, _p.slave, _at.geometry.dual,
+                          by.slave.by_tangents);
   }
 
   /// Fields and multiplier do not hang on displacements
@@ -326,7 +326,7 @@ public:
   void add_spring(const Mat<R, D>& by_spring, Mat<R, T>& rows) const
   {
     const OldPoint<F, true>& was = _p.old;
-    Mat<D, T> spring = carried_along_facet<D, F::affine>(
+    Mat<D, T> spring = transported_along_facet<D, F::affine>(
         was.spring, {was.frame, old_bend()}, was.dual, {_p.slave, _bend},
         was.accepted, _at.template along<D>(_e.history.traction_old));
     if constexpr (M > 0) // held as lengths

@@ -1,9 +1,9 @@
 // By how much the slave has turned against the master about its normal.
 #pragma once
 
-#include "raymortar/element/carried.h"
 #include "raymortar/element/convected.h"
 #include "raymortar/element/facet_states.h"
+#include "raymortar/element/transported.h"
 
 namespace raymortar
 {
@@ -28,7 +28,7 @@ struct Spin<3>
   Vec<2> across;             ///< n_0 x t_01 on the slave's old tangents t_0
   Vec<3> of_slave;           ///< t_01 turned with the slave, of any length
   Vec<3> of_master;          ///< t_01 turned with the master
-  ConvectedVector<3> first;  ///< t_01 carried along by the master
+  ConvectedVector<3> first;  ///< t_01 transported along by the master
   ConvectedVector<3> second; ///< n_0 x t_01
 
   /// @param[in] slave, master Of the point and of what it hits

@@ -1,8 +1,8 @@
 #include "raymortar/element/springs.h"
-#include "raymortar/element/carried.h"
 #include "raymortar/element/element_point.h"
 #include "raymortar/element/extension.h"
 #include "raymortar/element/target.h"
+#include "raymortar/element/transported.h"
 #include "raymortar/geometry/dispatch.h"
 #include "raymortar/geometry/predicates.h"
 #include "raymortar/law/cone.h"
@@ -84,9 +84,10 @@ private:
         const auto xi = Eigen::Map<const typename F::RefPoint>(
             F::Disp::points[static_cast<std::size_t>(a)].data());
         const Frame<D> before = frame_at<F>(was, xi), now = frame_at<F>(is, xi);
-        field(f).col(a) = carry_traction<D>(before, dual_tangents<D>(before),
-                                            now, old.col(a), true)
-                              .value();
+        field(f).col(a) =
+            transport_traction<D>(before, dual_tangents<D>(before), now,
+                                  old.col(a), true)
+                .value();
       }
     }
   }

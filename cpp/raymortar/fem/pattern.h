@@ -45,8 +45,9 @@ private:
 /// set all entries to zero.
 ///
 /// A may have been used before: it keeps its sizes, maps, prefix and null
-/// spaces, and loses what else the user has attached. All entries are created, because PETSc drops
-/// at the first assembly what was preallocated but not used.
+/// spaces, and loses what else the user has attached. All entries are created,
+/// because PETSc drops at the first assembly what was preallocated but not
+/// used.
 /// @param[in] offsets Compressed rows of the owned volume rows, which are the
 /// first of A's owned rows, (n + 1,)
 /// @param[in] columns Global columns

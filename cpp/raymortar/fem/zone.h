@@ -87,12 +87,9 @@ public:
   void set_old_displacement(std::span<const double> slave,
                             std::span<const double> master);
 
-  /// @brief Where the tools are now; where they were at the accepted step, to be
-  /// set before the old displacement. One each.
-  void set_poses(std::span<const Pose> poses)
-  {
-    _interface.move_tools(poses);
-  }
+  /// @brief Where the tools are now; where they were at the accepted step, to
+  /// be set before the old displacement. One each.
+  void set_poses(std::span<const Pose> poses) { _interface.move_tools(poses); }
   void set_old_poses(std::span<const Pose> poses)
   {
     _interface.set_old_tools(poses);

@@ -301,7 +301,7 @@ private:
                   [this](std::size_t k) { return is_certain(_layers[k]); });
     if (not is_open(kept))
       return kept;
-    // What it has sunk into has come from the side
+    // What it has penetrated has come from the side
     return best(_layers,
                 [&](std::size_t k)
                 {

@@ -75,16 +75,16 @@ struct Segmentation
 };
 
 /// @brief Which of two masters a place of a slave facet is paired with: see
-/// LayerJudge.
-using FacetJudge = std::function<int(Index slave, const Vec<2>& xi, Index first,
-                                     Index second)>;
+/// LayerChoice.
+using FacetChoice = std::function<int(Index slave, const Vec<2>& xi,
+                                      Index first, Index second)>;
 
 /// @brief What the segmentation needs to know besides the surfaces.
 struct SegmentationOptions
 {
   FacetDistances distances; ///< reach and depth that count
   bool subdivide = false;   ///< split quadratic facets at their mid nodes
-  FacetJudge judge;         ///< none: rays on the master
+  FacetChoice choice;       ///< none: rays on the master
 
   SegmentationOptions(FacetDistances range, bool split)
       : distances(std::move(range)), subdivide(split)

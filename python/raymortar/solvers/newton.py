@@ -87,7 +87,7 @@ class NewtonSolver(CoupledSolver):
 
         def residual(x: PETSc.Vec, b: PETSc.Vec) -> None:
             problem.F(x, b)
-            this()._judge()
+            this()._check()
 
         def tangent(x: PETSc.Vec, A: PETSc.Mat) -> None:
             take_tangent(problem, x, A, this().krylov_solver)
@@ -141,7 +141,7 @@ class NewtonSolver(CoupledSolver):
         except _Ended as end:
             return len(history) - 1, None if end.args[0] else ", and was stopped"
 
-    def _judge(self) -> None:
+    def _check(self) -> None:
         """End the solve if the last residual is small enough, or if it is stuck.
 
         DOLFINx's own norm mixes lengths and forces.

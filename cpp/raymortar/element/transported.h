@@ -1,5 +1,5 @@
-// Tangential traction carried along with the slave surface from the accepted
-// step: what the springs of the elastic penalty start from.
+// Tangential traction transported along with the slave surface from the
+// accepted step: what the springs of the elastic penalty start from.
 #pragma once
 
 #include "raymortar/element/kinematics.h"
@@ -27,9 +27,9 @@ namespace raymortar
 /// length: in two dimensions A + cof A is a multiple of it. Neither drilling
 /// nor tilting of the surface is lost, and stretch does not change the length
 /// [theory (4.9)]. What the traction has along the old normal drops out, or
-/// turns to the present normal where it is carried as a whole.
+/// turns to the present normal where it is transported as a whole.
 template <int D>
-struct CarriedTraction
+struct TransportedTraction
 {
   double squared = 0.0; ///< |v|^2; where it is 0, nothing else of v is set
   Vec<D - 1> along;     ///< components of v on the old tangents
@@ -67,11 +67,12 @@ struct CarriedTraction
 /// @param[in] old_dual Of the old tangents
 /// @param[in] whole Whether what there is along the old normal turns as well
 template <int D>
-[[nodiscard]] CarriedTraction<D>
-carry_traction(const Frame<D>& old, const Mat<D, D - 1>& old_dual,
-               const Frame<D>& now, const Vec<D>& traction, bool whole = false)
+[[nodiscard]] TransportedTraction<D>
+transport_traction(const Frame<D>& old, const Mat<D, D - 1>& old_dual,
+                   const Frame<D>& now, const Vec<D>& traction,
+                   bool whole = false)
 {
-  CarriedTraction<D> c;
+  TransportedTraction<D> c;
   const double outward = old.n.dot(traction);
   const Vec<D> v = traction - outward * old.n;
   c.squared = v.squaredNorm();
@@ -99,9 +100,9 @@ carry_traction(const Frame<D>& old, const Mat<D, D - 1>& old_dual,
 /// @param[in] by_value (R, D)
 /// @param[in] now, dual Frame of the slave and dual of its tangents
 template <int R, int D>
-void add_carried(const CarriedTraction<D>& c, const Mat<R, D>& by_value,
-                 const Frame<D>& now, const Mat<D, D - 1>& dual,
-                 TangentSlopes<R, D>& by)
+void add_transported(const TransportedTraction<D>& c, const Mat<R, D>& by_value,
+                     const Frame<D>& now, const Mat<D, D - 1>& dual,
+                     TangentSlopes<R, D>& by)
 {
   if (c.whole)
     for (int j = 0; j < D - 1; ++j)
@@ -131,7 +132,7 @@ struct BentFrame
   Curvature<D> bend;
 };
 
-/// @brief Derivative by xi of what carry_traction makes of a field.
+/// @brief Derivative by xi of what transport_traction makes of a field.
 /// @tparam Flat Of an affine facet, where frames stay what they are
 /// @param[in] c What it makes of it
 /// @param[in] old, now Of the same material point
@@ -139,9 +140,10 @@ struct BentFrame
 /// @param[in] traction, traction_xi The field and its derivative by xi
 template <int D, bool Flat = false>
 [[nodiscard]] Mat<D, D - 1>
-carried_along_facet(const CarriedTraction<D>& c, const BentFrame<D>& old,
-                    const Mat<D, D - 1>& old_dual, const BentFrame<D>& now,
-                    const Vec<D>& traction, const Mat<D, D - 1>& traction_xi)
+transported_along_facet(const TransportedTraction<D>& c,
+                        const BentFrame<D>& old, const Mat<D, D - 1>& old_dual,
+                        const BentFrame<D>& now, const Vec<D>& traction,
+                        const Mat<D, D - 1>& traction_xi)
 {
   Mat<D, D - 1> rate = Mat<D, D - 1>::Zero();
   const Vec<D> n_0 = old.frame.n;
