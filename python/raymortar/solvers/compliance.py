@@ -33,7 +33,7 @@ _RTOL = "rtol" if "rtol" in signature(gmres).parameters else "tol"
 class Compliance:
     """Factors of K with springs, and columns of the inverse at dofs on surfaces.
 
-    K is the stiffness of all unknowns of the unknowns. It is taken over, and gets springs at
+    K is the stiffness of all unknowns of the forms. It is taken over, and gets springs at
     some places among the rows on the surfaces of contact, as stiff as the diagonal.
     `flops` are the operations of a factorisation that knows no symmetry, `entries` the
     numbers in the factors. Columns are found when they are first asked for, and kept.
