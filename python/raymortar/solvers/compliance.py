@@ -82,7 +82,7 @@ class Compliance:
         return sum(place not in self._columns for place in at)
 
     def solve(self, forces: Array, transposed: bool = False) -> Array:
-        """Find displacements by forces on all unknowns of the unknowns, (n,)."""
+        """Find displacements by forces on all unknowns of the forms, (n,)."""
         self._b.array[:] = forces
         solve = self._ksp.solveTranspose if transposed else self._ksp.solve
         solve(self._b, self._x)
