@@ -47,8 +47,8 @@ public:
       Rows<1> by_n = t * dg;
       if (dt)
         for (int i = 0; i < D; ++i)
-          add_rows<2 * side>(by_n.data(),
-                             Term{p.weight * p.g * dual[i], dt + i * 2 * side});
+          add_rows<2 * side>(by_n.data(), ScaledRow{p.weight * p.g * dual[i],
+                                                    dt + i * 2 * side});
       // The second variation of - f . n
       for (int c = 0; c < F::dofs; ++c)
       {
@@ -73,12 +73,12 @@ public:
   template <int C, class... Terms>
   void add(int a, int i, int first, double* row, const Terms&... terms) const
   {
-    const Term by_1{_geometry.dN_s(a, 0), &_rows(i, first)};
+    const ScaledRow by_1{_geometry.dN_s(a, 0), &_rows(i, first)};
     if constexpr (T == 1)
       add_rows<C>(row, terms..., by_1);
     else
       add_rows<C>(row, terms..., by_1,
-                  Term{_geometry.dN_s(a, 1), &_rows(D + i, first)});
+                  ScaledRow{_geometry.dN_s(a, 1), &_rows(D + i, first)});
   }
 
 private:

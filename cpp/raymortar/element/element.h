@@ -218,7 +218,7 @@ private:
       for (int a = 0; a < F::dofs; ++a)
         for (int i = 0; i < D; ++i)
           add_rows<2 * side>(A.row(a * D + i).data(),
-                             Term{-p.weight * p.N_s[a], dt.row(i).data()});
+                             ScaledRow{-p.weight * p.N_s[a], dt.row(i).data()});
     else if (p.of_target)
       add_slave_tangent(p, at, dt, turning_tangent(e, p, at));
     else
@@ -236,7 +236,7 @@ private:
       for (int i = 0; i < D; ++i)
         couple.template add<2 * side>(
             a, i, 0, A.row(a * D + i).data(),
-            Term{-p.weight * p.N_s[a], dt.row(i).data()});
+            ScaledRow{-p.weight * p.N_s[a], dt.row(i).data()});
   }
 
   /// The couple of a multiplier
@@ -300,7 +300,7 @@ private:
       for (int i = 0; i < D; ++i)
         add_slide<2 * side>(p, at, a, i, 0,
                             A.row(Layout::master + a * D + i).data(),
-                            Term{p.weight * p.N_m[a], dt.row(i).data()});
+                            ScaledRow{p.weight * p.N_m[a], dt.row(i).data()});
   }
 
   /// The same of a multiplier, which does not hang on displacements
@@ -324,12 +324,13 @@ private:
                         double* row, const Terms&... terms)
   {
     const double t = p.weight * p.response.t[i];
-    const Term by_1{t * at.geometry.dN_m(a, 0), &at.vary.deta(0, first)};
+    const ScaledRow by_1{t * at.geometry.dN_m(a, 0), &at.vary.deta(0, first)};
     if constexpr (D == 2)
       add_rows<C>(row, terms..., by_1);
     else
-      add_rows<C>(row, terms..., by_1,
-                  Term{t * at.geometry.dN_m(a, 1), &at.vary.deta(1, first)});
+      add_rows<C>(
+          row, terms..., by_1,
+          ScaledRow{t * at.geometry.dN_m(a, 1), &at.vary.deta(1, first)});
   }
 
   /// - dt . (v_s - v_m) over the C columns of dt, the first of which is given
@@ -341,9 +342,10 @@ private:
       for (int i = 0; i < D; ++i)
       {
         const double* row = dt.data() + i * C;
-        add_rows<C>(A.row(a * D + i).data() + column, Term{-w * p.N_s[a], row});
+        add_rows<C>(A.row(a * D + i).data() + column,
+                    ScaledRow{-w * p.N_s[a], row});
         add_rows<C>(A.row(Layout::master + a * D + i).data() + column,
-                    Term{w * p.N_m[a], row});
+                    ScaledRow{w * p.N_m[a], row});
       }
   }
 
@@ -365,9 +367,10 @@ private:
         double* row = A.row(side + k * M + i).data();
         const double test = w * p.shape[k];
         const double* by_u = dC.row(i).data();
-        add_rows<side>(row, Term{test, by_u});
-        add_rows<size>(row + side, Term{test, by_multiplier.row(i).data()});
-        add_rows<side>(row + Layout::master, Term{test, by_u + side});
+        add_rows<side>(row, ScaledRow{test, by_u});
+        add_rows<size>(row + side,
+                       ScaledRow{test, by_multiplier.row(i).data()});
+        add_rows<side>(row + Layout::master, ScaledRow{test, by_u + side});
       }
   }
 };

@@ -1,24 +1,25 @@
-// Sums of rows in plain loops: Eigen's expressions of such sizes are stored and
-// loaded once more than they need be.
+// Sums of rows of an element's tangent.
 #pragma once
 
 #include "raymortar/core/types.h"
-#include <array>
 
 namespace raymortar
 {
 /// @brief A row of numbers and what it is multiplied by.
-struct Term
+struct ScaledRow
 {
   double factor;
   const double* row;
 };
 
 /// @brief Add the terms to a row of C numbers, which is read and written once.
+/// Not by a loop: compilers cannot tell that the rows do not overlap, and fall
+/// back to one number at a time.
 template <int C, class... Terms>
-void add_rows(double* __restrict row, const Terms&... terms)
+void add_rows(double* row, const Terms&... terms)
 {
-  for (int k = 0; k < C; ++k)
-    row[k] += (... + (terms.factor * terms.row[k]));
+  using Row = Eigen::Matrix<double, 1, C>;
+  Eigen::Map<Row>{row} +=
+      (... + (terms.factor * Eigen::Map<const Row>(terms.row)));
 }
 } // namespace raymortar
