@@ -21,9 +21,8 @@ from .interface.overlap import Adjustment, Offsets
 from .interface.point_results import CLOSED, OPEN
 from .interface.present import PresentState
 from .interface.state import ContactState
-from .options.methods import ContactOptions
 from .options.friction import Law
-from .options.methods import AugmentedLagrangian, Penalty, Search
+from .options.methods import AugmentedLagrangian, ContactOptions, Penalty, Search
 from .results.points import NodalFields, check_part
 from .results.sums import friction_work, stored_energy
 from .rigid.body import Body
@@ -98,7 +97,7 @@ class Contact(Interaction):
     names
         Facet tag by name.
     layout
-        Rows of the unknowns: [unknowns of the forms | multiplier], rank by rank.
+        Rows of the unknowns: [forms | multiplier], rank by rank.
     surfaces, results, assembly
         Objects that this one hands over to: zones and the functions on them, results at
         points, and what contact adds to matrices and vectors.

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from .compat import Array
-from .errors import raise_everywhere
 from .discretization.bodies import Bodies
 from .discretization.unknowns import Unknowns
+from .errors import raise_everywhere
 from .interface.pairs import Pair, PairTable
 from .interface.state import JointState, State
 from .results.points import PointResults

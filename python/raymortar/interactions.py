@@ -10,9 +10,9 @@ from dolfinx.fem import Function
 
 from . import compat
 from .contact import Contact
-from .errors import ContactError, ContactWarning, raise_everywhere
-from .discretization.unknowns import Unknowns
 from .discretization.layout import CoupledRows
+from .discretization.unknowns import Unknowns
+from .errors import ContactError, ContactWarning, raise_everywhere
 from .interaction import Interaction
 from .interface.pairs import PairTable
 
@@ -33,7 +33,7 @@ class Interactions(Interaction):
     Attributes
     ----------
     layout
-        Rows of the unknowns: [unknowns of the forms | multipliers of each contact], rank by rank.
+        Rows of the unknowns: [forms | multipliers of each contact], rank by rank.
 
     Raises
     ------

@@ -18,18 +18,18 @@ from . import compat
 from .compat import Array
 from .contact import Contact
 from .convergence.convergence import Convergence
+from .discretization.forms import (
+    check_supports,
+    find_unknowns,
+    jacobians,
+    list_of_conditions,
+)
 from .errors import (
     ContactError,
     SetUpError,
     raise_everywhere,
     require_agreement,
     together,
-)
-from .discretization.forms import (
-    check_supports,
-    find_unknowns,
-    jacobians,
-    list_of_conditions,
 )
 from .interactions import one_or_several
 from .interface.overlap import warn_of_overlap
@@ -288,7 +288,7 @@ class CoupledProblem:
 
     @property
     def prescribed(self) -> npt.NDArray[np.bool_]:
-        """Whether conditions prescribe an owned unknown of the unknowns. Collective."""
+        """Whether conditions prescribe an owned unknown of the forms. Collective."""
         return self.contact.unknowns.owned_prescribed(self.bcs)
 
     def row_scale(self) -> Array:

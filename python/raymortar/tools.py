@@ -19,8 +19,8 @@ from dolfinx.mesh import Mesh
 
 from . import compat
 from .compat import mixed_space, scalar_space, vector_space
-from .errors import ContactError, together
 from .discretization.gathering import nodal_field
+from .errors import ContactError, together
 
 __all__ = [
     "by_body",

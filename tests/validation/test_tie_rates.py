@@ -13,7 +13,6 @@ from meshes.scenes import two_blocks
 from raymortar import NonlinearProblem, SNESSolver, Tie, compat
 from raymortar.discretization.reference_facets import shape_functions
 
-
 # J2: rates
 
 

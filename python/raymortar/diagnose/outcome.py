@@ -14,6 +14,7 @@ import numpy as np
 
 from ..compat import Array, Mask
 from ..contact import Contact
+from ..discretization.facets import format_point
 from ..errors import (
     BodyLeft,
     ContactLost,
@@ -21,7 +22,6 @@ from ..errors import (
     ConvergenceError,
     raise_everywhere,
 )
-from ..discretization.facets import format_point
 from ..interaction import Interaction
 from ..interface.point_results import CLOSED, PointStatus
 from ..interface.slave_nodes import are_inside_flats

@@ -18,9 +18,9 @@ from mpi4py import MPI
 import numpy as np
 
 from ..compat import Array, Mask
-from ..errors import ContactWarning
 from ..discretization.ranks import ends_of
 from ..discretization.reference_facets import N_CORNERS, facet_nodes
+from ..errors import ContactWarning
 from ..interaction import Interaction
 from ..interface.point_results import CLOSED, OPEN
 from ..interface.zone_data import ZoneData, positions, unit_normals

@@ -18,8 +18,14 @@ from .. import compat
 from ..compat import Array, Indices, Mask
 from ..errors import ContactError, together
 from .bodies import connected
-from .facets import Facets, Global, all_exterior_facets, coordinates
-from .facets import facet_ids, facet_node_table
+from .facets import (
+    Facets,
+    Global,
+    all_exterior_facets,
+    coordinates,
+    facet_ids,
+    facet_node_table,
+)
 from .joined import NUMBERS_OF_PART
 from .ranks import count_marks
 from .reference_facets import N_CORNERS, facet_nodes, middle_normals, shape_functions

@@ -19,8 +19,14 @@ from .. import compat
 from ..compat import Array, Indices
 from ..errors import ContactError, raise_everywhere, together
 from .ranks import count_marks
-from .reference_facets import FACET_SHAPE, N_CORNERS, cell_facet_nodes
-from .reference_facets import match_points, middle_normals, reflection
+from .reference_facets import (
+    FACET_SHAPE,
+    N_CORNERS,
+    cell_facet_nodes,
+    match_points,
+    middle_normals,
+    reflection,
+)
 
 Global = npt.NDArray[np.int64]
 

@@ -1,6 +1,6 @@
-"""Numbering of the coupled unknowns, rank by rank: [unknowns of the forms | multipliers | rigid bodies].
+"""Numbering of the coupled unknowns, rank by rank: [forms | multipliers | bodies].
 
-Those of the forms are what the user solves for, the displacement among them. Multipliers
+Unknowns of the forms are what the user solves for, the displacement among them. Multipliers
 of several contacts follow in the order of the contacts. Rigid bodies that are free are
 on the first rank.
 """
@@ -20,8 +20,8 @@ from dolfinx.fem import Function
 from .. import _cpp, compat
 from ..compat import Array, Indices
 from ..rigid.body import Body
-from .unknowns import Unknowns
 from .ranks import marked_everywhere
+from .unknowns import Unknowns
 
 Global = npt.NDArray[np.int64]
 
@@ -55,7 +55,7 @@ class CoupledRows:
     ranges
         First row of each rank, then the number of rows, int64.
     rows
-        Global row of every local unknown of the unknowns, see `Unknowns`, int64.
+        Global row of every local unknown of the forms, see `Unknowns`, int64.
     u_rows
         Global rows of the components of every local block dof of u, (dofs, d), int64.
     bodies
@@ -89,18 +89,18 @@ class CoupledRows:
         for layout, begin in zip(self.layouts, np.cumsum([0, *sizes])):
             layout.bodies = self.bodies
             layout.place(int(begin), sum(sizes))
-        self._number_host(sum(sizes))
+        self._number_forms(sum(sizes))
 
-    def _number_host(self, multipliers: int) -> None:
-        """Number the present unknowns of the forms, with room for this rank's multipliers
-        behind them. Collective."""
+    def _number_forms(self, multipliers: int) -> None:
+        """Number the present unknowns of the forms, and leave room for this rank's
+        multipliers behind them. Collective."""
         starts = self.unknowns.owned_starts
         self.made_values: _cpp.CoupledValues | None = None
         self.n = int(starts[-1])
         self.size = self.n + multipliers + sum(len(b.freedom) for b in self.own_bodies)
         mine = self.size, self.size - self.n
         sizes = np.array(self.comm.allgather(mine), dtype=np.int64)
-        self._more_than_host = bool(sizes[:, 1].any())
+        self._more_than_forms = bool(sizes[:, 1].any())
         ends = np.cumsum(sizes[:, 0])
         self.ranges = np.concatenate([np.zeros(1, dtype=np.int64), ends])
         self.begin = int(self.ranges[self.comm.rank])
@@ -141,7 +141,7 @@ class CoupledRows:
         A.setType(PETSc.Mat.Type.AIJ)
         # Multigrid needs to know which rows belong to one node. Rows of multipliers and
         # rigid bodies fit into no block
-        plain = not self._more_than_host and self.unknowns.is_plain
+        plain = not self._more_than_forms and self.unknowns.is_plain
         bs = self._bs if plain else 1
         A.setBlockSize(bs)
         blocks = (self.rows[::bs] // bs).astype(PETSc.IntType)
@@ -247,7 +247,7 @@ class Layout(CoupledRows):
         multipliers
             This rank's rows of the multipliers of all contacts.
         """
-        self._number_host(multipliers)
+        self._number_forms(multipliers)
         self.multiplier_rows = np.empty(0, dtype=np.int64)
         if self.multiplier is not None:
             W_map = self.multiplier.function_space.dofmap.index_map

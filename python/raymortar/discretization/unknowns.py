@@ -20,8 +20,14 @@ from dolfinx.fem import Function, FunctionSpace
 from .. import compat
 from ..compat import Array, Mask
 from ..errors import ContactError
-from .joined import Displacement, JoinedDisplacement, Places, check_given, places_of
-from .joined import unrolled
+from .joined import (
+    Displacement,
+    JoinedDisplacement,
+    Places,
+    check_given,
+    places_of,
+    unrolled,
+)
 
 # Of a value, by which ranks that share a dof may differ: they may find it in different
 # cells. Increments of this size are none
@@ -320,14 +326,6 @@ class Unknowns:
         return np.concatenate(
             [values[start : start + n] for start, n in zip(self.starts, sizes)]
         )
-
-    def set_owned_values(self, values: Array) -> None:
-        """Set all owned unknowns, and the ghosts from their owners. Collective."""
-        starts = self.owned_starts
-        for f, begin, end in zip(self.functions, starts, starts[1:]):
-            f.x.array[: end - begin] = values[begin:end]
-            compat.scatter_forward(f.x)
-        self.pull()
 
     # Dirichlet conditions
 

@@ -13,7 +13,6 @@ import numpy as np
 from dolfinx.fem import Function, FunctionSpace
 
 from .. import compat
-from ..errors import ContactError, require_agreement, together
 from ..discretization.bodies import Bodies, find_bodies
 from ..discretization.checks import check_space
 from ..discretization.facets import (
@@ -23,19 +22,19 @@ from ..discretization.facets import (
     format_point,
     node_table,
 )
-from ..discretization.unknowns import Unknowns
 from ..discretization.joined import parts_of
 from ..discretization.layout import Layout
 from ..discretization.ranks import ends_of, keep_communicator
 from ..discretization.tagged import ZoneFacets, find_facets
 from ..discretization.thickness import Cells
+from ..discretization.unknowns import Unknowns
+from ..errors import ContactError, require_agreement, together
 from ..options.methods import ContactOptions
 from ..rigid.body import Body
 from .coefficients import Interfaces
 from .pairs import PairTable, known_names, read_pairs
 from .zone_data import Masters, ZoneData
 from .zones import create_zone
-
 
 # Of the coordinates and displacements, what adding a displacement to the mesh and taking
 # it off again, a few times, may leave

@@ -13,7 +13,6 @@ from mpi4py import MPI
 import numpy as np
 
 from ..compat import Array
-from ..errors import ContactWarning, SetUpError, raise_everywhere, together
 from ..discretization.facets import format_point
 from ..discretization.reference_facets import shape_functions
 from ..discretization.slave_fields import (
@@ -22,6 +21,7 @@ from ..discretization.slave_fields import (
     check_function,
     on_facets,
 )
+from ..errors import ContactWarning, SetUpError, raise_everywhere, together
 from ..options.friction import Friction, Law
 from .point_results import CLOSED, accumulated_slip, undeformed
 from .zone_data import ZoneData

@@ -18,21 +18,22 @@ import numpy as np
 from .. import compat
 from ..checked import positive
 from ..compat import Array, Mask
-from ..errors import ContactError, ContactWarning, require_agreement, together
 from ..discretization.bodies import bodies_of_facets
 from ..discretization.facets import format_point
 from ..discretization.joined import parts_of, places_of
 from ..discretization.ranks import index_among, largest, of_all
 from ..discretization.reference_facets import (
     N_CORNERS,
+    facet_nodes,
     interpolate,
     middle_normals,
+    shape_functions,
     units,
 )
-from ..discretization.reference_facets import facet_nodes, shape_functions
 from ..discretization.slave_fields import OFFSET, FieldValue, check_field, on_facets
 from ..discretization.surfaces import Surface, facet_lengths
 from ..discretization.thickness import Cells, thickness_behind
+from ..errors import ContactError, ContactWarning, require_agreement, together
 from .contact_surfaces import ContactSurfaces
 from .pairs import Pair, spoken
 from .point_results import OPEN

@@ -11,6 +11,7 @@ from dolfinx.fem import Function
 
 from ..checked import is_real_number
 from ..compat import Array
+from ..discretization.checks import off_axis_fault
 from ..errors import (
     ContactError,
     SetUpError,
@@ -18,18 +19,17 @@ from ..errors import (
     require_agreement,
     together,
 )
-from ..discretization.checks import off_axis_fault
-from ..options.methods import ContactOptions
 from ..options.friction import Friction
+from ..options.methods import ContactOptions
 from ..rigid.body import Body
 from ..rigid.motions import require_same_loads
 from .contact_surfaces import ContactSurfaces
-from .slave_nodes import Cover, require_masters, warn_of_corners
 from .friction_at_points import PointFriction
 from .point_results import CLOSED, nodal_average
+from .slave_nodes import Cover, require_masters, warn_of_corners
 from .state import ContactState, state_fault
 from .straight_facets import warn_of_straight_facets, warn_of_turned_arcs
-from .zone_data import opposite_points, on_sides
+from .zone_data import on_sides, opposite_points
 
 
 class PresentState:

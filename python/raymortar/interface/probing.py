@@ -15,9 +15,9 @@ from dolfinx.fem.petsc import assemble_matrix
 
 from ..compat import Array, Indices
 from ..discretization.checks import warn_of_plane_form
-from ..discretization.unknowns import Unknowns
 from ..discretization.layout import CoupledRows
 from ..discretization.ranks import ends_of
+from ..discretization.unknowns import Unknowns
 
 # The bulk modulus counts up to that of Poisson's ratio 0.3, where Lame's constants have
 # this ratio

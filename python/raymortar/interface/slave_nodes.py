@@ -14,7 +14,6 @@ from dolfinx.fem import FunctionSpace
 
 from .. import compat
 from ..compat import Array, Mask
-from ..errors import ContactWarning, SetUpError, raise_everywhere
 from ..discretization.facets import format_point
 from ..discretization.ranks import largest, marked_everywhere, sums_at
 from ..discretization.reference_facets import (
@@ -29,6 +28,7 @@ from ..discretization.surfaces import (
     surface_normals,
     vector_areas,
 )
+from ..errors import ContactWarning, SetUpError, raise_everywhere
 from .contact_surfaces import ContactSurfaces
 from .overlap import of_hit_masters
 from .pairs import Pair, spoken

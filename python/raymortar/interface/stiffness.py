@@ -12,7 +12,6 @@ from dolfinx import fem
 
 from .. import compat
 from ..compat import Array, Mask
-from ..errors import ContactError, raise_everywhere
 from ..discretization.facets import Facets
 from ..discretization.joined import Places, parts_of, places_of
 from ..discretization.layout import CoupledRows
@@ -23,6 +22,7 @@ from ..discretization.surfaces import (
     surface_sizes,
     vector_areas,
 )
+from ..errors import ContactError, raise_everywhere
 from .coefficients import Interfaces
 from .contact_surfaces import ContactSurfaces
 from .probing import VolumePattern, deviators, stiffness_without_bulk

@@ -9,10 +9,10 @@ from mpi4py import MPI
 import numpy as np
 
 from ..compat import Array
-from ..errors import ContactWarning
 from ..discretization.ranks import largest, of_all
 from ..discretization.reference_facets import N_CORNERS, middle_normals, units
 from ..discretization.surfaces import Surface
+from ..errors import ContactWarning
 from .contact_surfaces import ContactSurfaces
 from .point_results import OPEN
 from .zone_data import on_sides

@@ -26,7 +26,6 @@ from ..discretization.tagged import ZoneFacets
 from ..rigid.body import Body
 from ..rigid.motions import Motions
 
-
 Masters = tuple[int, ...] | tuple[Body, ...]
 
 

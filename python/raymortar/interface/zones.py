@@ -19,11 +19,9 @@ from ..discretization.surfaces import Surface
 from ..discretization.tagged import ZoneFacets
 from ..discretization.thickness import Cells, thickness_behind
 from ..options import quadrature
-from ..options.methods import ContactOptions
-from ..options.methods import Search
+from ..options.methods import ContactOptions, Search
 from ..rigid.motions import Motions
 from .zone_data import MasterTags, ZoneData, nothing
-
 
 # Search distances, in sizes of facets
 DEFAULTS = {"reach": 2.0, "depth": 2.0, "skin": 0.5}

@@ -14,7 +14,6 @@ from dolfinx.fem import Function
 from .. import _cpp
 from ..checked import Options
 from ..compat import Array
-from ..errors import ContactError
 from ..discretization.slave_fields import (
     FRICTION_BOUND,
     FRICTION_COEFFICIENT,
@@ -25,7 +24,7 @@ from ..discretization.slave_fields import (
     check_number,
     is_field,
 )
-
+from ..errors import ContactError
 
 # Arguments that functions of `Friction` may have besides p and v
 OFFERED = ("x", "slip", "dt", "fields")

@@ -18,9 +18,9 @@ from ..checked import (
     is_whole_number,
     truth,
 )
-from ..errors import ContactError
 from ..discretization.curving import Smooth
 from ..discretization.slave_fields import OFFSET, FieldValue, check_field
+from ..errors import ContactError
 from .friction import LAWS, Law
 
 STRATEGIES = ("bvh", "advancing-front", "pang", "brute-force")

@@ -17,8 +17,8 @@ from dolfinx import fem
 from .. import compat
 from ..checked import is_real_number
 from ..compat import Array
-from ..errors import ContactError, as_path, raise_everywhere, together, writing
 from ..discretization.forms import check_supports
+from ..errors import ContactError, as_path, raise_everywhere, together, writing
 from ..options.methods import Penalty
 from ..problem import CoupledProblem
 from ..results.sums import Resultant

@@ -11,8 +11,8 @@ from dolfinx.fem import Function
 from .. import compat
 from ..checked import is_real_number, is_truth_value
 from ..compat.files import Entry, read_collection, write_collection
-from ..errors import ContactError, as_path, require_agreement, together, writing
 from ..discretization.joined import parts_of
+from ..errors import ContactError, as_path, require_agreement, together, writing
 from ..problem import CoupledProblem
 from ..solvers.solver import require_problem
 

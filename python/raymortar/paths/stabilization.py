@@ -17,9 +17,9 @@ from .. import compat
 from ..compat import Array
 from ..diagnose.failure import FAILURES
 from ..diagnose.lost_contact import largest_motions
-from ..errors import ConvergenceError, SetUpError
 from ..discretization.bodies import bodies_of_facets
 from ..discretization.checks import weight
+from ..errors import ConvergenceError, SetUpError
 from ..interface.stiffness import mean_facet_size
 from ..problem import CoupledProblem
 from ..system.volume import Volume

@@ -16,9 +16,9 @@ from dolfinx.fem import Function
 from ..convergence.convergence import is_in_trouble
 from ..diagnose.failure import FAILURES
 from ..errors import ContactWarning, ConvergenceError, SetUpError
-from ..interface.zone_data import opposite_points, path
 from ..interface.state import State
 from ..interface.stiffness import mean_facet_size
+from ..interface.zone_data import opposite_points, path
 from ..solvers.newton import NewtonSolver
 from ..solvers.snes import SNESSolver
 from ..solvers.solver import CoupledSolver

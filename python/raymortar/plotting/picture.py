@@ -16,6 +16,12 @@ from dolfinx.mesh import Mesh
 
 from .. import compat
 from ..compat import Array
+from ..discretization.gathering import (
+    gather,
+    gather_boundary,
+    gather_cells,
+    nodal_field,
+)
 from ..errors import (
     ContactError,
     as_path,
@@ -23,12 +29,6 @@ from ..errors import (
     require_agreement,
     together,
     writing,
-)
-from ..discretization.gathering import (
-    gather,
-    gather_boundary,
-    gather_cells,
-    nodal_field,
 )
 from ..interface.point_results import OPEN
 from ..paths.body_columns import rigid_bodies

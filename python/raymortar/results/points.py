@@ -14,11 +14,11 @@ from dolfinx.fem import Function
 
 from ..checked import is_whole_number
 from ..compat import Array
-from ..errors import ContactError, ContactWarning, as_path, raise_everywhere, together
 from ..discretization.joined import parts_of
+from ..errors import ContactError, ContactWarning, as_path, raise_everywhere, together
+from ..interface import point_results as at_points
 from ..interface.contact_surfaces import ContactSurfaces
 from ..interface.pairs import PairTable
-from ..interface import point_results as at_points
 from ..interface.point_results import OPEN
 from ..interface.present import PresentState
 from ..interface.zone_data import ZoneData

@@ -23,7 +23,6 @@ from ..interface.point_results import (
 from ..interface.zone_data import ZoneData
 from ..rigid.body import Body
 
-
 Density = Callable[[dict[str, Array]], Array]
 
 

@@ -14,8 +14,8 @@ from scipy.linalg import lapack
 from scipy.sparse.linalg import LinearOperator, gmres, splu
 
 from ..compat import Array, Indices, Mask
-from ..errors import ContactError
 from ..discretization.bodies import find_bodies
+from ..errors import ContactError
 from .levels import NOTHING, Places, rigid_motions, unrolled
 
 Solve = Callable[[Array], Array]

@@ -12,9 +12,9 @@ from scipy import sparse
 
 from .. import compat
 from ..compat import Array
-from ..errors import ContactError
 from ..discretization.ranks import marked_everywhere
 from ..discretization.reference_facets import shape_functions
+from ..errors import ContactError
 from ..interface.stiffness import owned_nodes_on
 from .levels import BodiesLevels, Places, near_nullspace, set_levels, sides, unrolled
 from .petsc_objects import KnowsProblem, inner_solver

@@ -10,8 +10,8 @@ from typing import Any, cast
 from petsc4py import PETSc
 
 from .. import compat
-from ..errors import ContactError
 from ..discretization.ranks import agreed_name, put_aside
+from ..errors import ContactError
 from ..problem import CoupledProblem
 from .automatic import linear_options
 from .petsc_objects import new_prefix, take_tangent

@@ -14,9 +14,9 @@ from petsc4py import PETSc
 from dolfinx.fem import Function
 
 from .. import compat
+from ..diagnose.outcome import require_convergence
 from ..errors import ContactError, raise_everywhere, require_agreement, together
 from ..problem import CoupledProblem
-from ..diagnose.outcome import require_convergence
 from .petsc_objects import CLOSE, PetscOptions, attach, renew, take_tangent
 
 

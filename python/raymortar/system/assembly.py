@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-
 import numpy as np
 from dolfinx.fem import Function
 
@@ -19,8 +18,12 @@ from ..interface.coefficients import PairCoefficients, one_or_each, spread
 from ..interface.contact_surfaces import ContactSurfaces
 from ..interface.present import PresentState
 from ..interface.probing import VolumePattern
-from ..interface.slave_nodes import crossing, held_slaves, refuse_held
-from ..interface.slave_nodes import refuse_held_on_tools
+from ..interface.slave_nodes import (
+    crossing,
+    held_slaves,
+    refuse_held,
+    refuse_held_on_tools,
+)
 from ..interface.stiffness import contact_stiffness, mean_facet_size, shear_moduli
 from ..interface.zone_data import on_sides
 from ..options.methods import AugmentedLagrangian, Penalty

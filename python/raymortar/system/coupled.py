@@ -12,10 +12,10 @@ import numpy as np
 
 from .. import _cpp, compat
 from ..compat import Array
-from ..errors import raise_everywhere, together
-from ..discretization.ranks import free_dropped
 from ..discretization.forms import check_compiled
+from ..discretization.ranks import free_dropped
 from ..discretization.unknowns import Unknowns
+from ..errors import raise_everywhere, together
 from ..interface.probing import VolumePattern
 from .assembly import ContactAssembly
 from .free_bodies import FreeBodies

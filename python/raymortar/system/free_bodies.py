@@ -11,8 +11,8 @@ from petsc4py import PETSc
 import numpy as np
 
 from ..compat import Array
-from ..errors import SetUpError, raise_everywhere
 from ..discretization.layout import CoupledRows
+from ..errors import SetUpError, raise_everywhere
 from ..interface.point_results import OPEN
 from ..interface.stiffness import mean_facet_size
 from ..interface.zone_data import ZoneData, positions

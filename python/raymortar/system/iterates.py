@@ -14,9 +14,9 @@ from dolfinx.fem import Function
 
 from .. import _cpp
 from ..compat import Array, Indices, Mask
-from ..errors import SetUpError, raise_everywhere
-from ..discretization.unknowns import Field, Unknowns, Lacking
 from ..discretization.layout import CoupledRows
+from ..discretization.unknowns import Field, Lacking, Unknowns
+from ..errors import SetUpError, raise_everywhere
 from .assembly import ContactAssembly
 
 # Without Python frames: each iterate asks

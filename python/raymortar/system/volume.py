@@ -19,7 +19,7 @@ _PART = PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN
 
 
 class Forms:
-    """Assembles compiled forms of all unknowns of a unknowns. Collective.
+    """Assembles compiled forms of all unknowns of the forms. Collective.
 
     Forms of several unknowns are lists, in which None is zero. An only tangent may be
     None too.
@@ -210,7 +210,7 @@ def _without_zeros(K: PETSc.Mat) -> PETSc.Mat:
 
 
 class Volume:
-    """Residual and tangent of compiled forms, of all unknowns of a unknowns. Collective.
+    """Residual and tangent of compiled forms, of all unknowns of the forms. Collective.
 
     Parameters
     ----------

@@ -22,10 +22,11 @@ from raymortar.diagnose.failure import (
     describe_failure,
     list_of_residuals,
     reason_in_words,
+    strange_gammas,
+    swaps,
 )
-from raymortar.diagnose.failure import strange_gammas, swaps
-from raymortar.results.sums import Statistics
 from raymortar.interface.stiffness import stiffness_ratios
+from raymortar.results.sums import Statistics
 
 pytestmark = pytest.mark.quick
 TOUCHING = Statistics(hits=3, points=4, min_gap=0.0, max_gap=1.0)

@@ -20,8 +20,8 @@ from raymortar import (
     History,
     LoadSteps,
     NewtonSolver,
-    SNESSolver,
     Penalty,
+    SNESSolver,
     rigid,
 )
 from raymortar.rigid.turning import rotation_matrix
