@@ -1,5 +1,6 @@
 #include "bind.h"
 #include "raymortar/element/general_assembler.h"
+#include "raymortar/element/node_conditions.h"
 #include "raymortar/fem/free_points.h"
 #include "raymortar/fem/nearest_hits.h"
 #include "raymortar/fem/remote_entries.h"
@@ -78,6 +79,23 @@ py::dict points(const Zone& z)
   return out;
 }
 
+/// The law's results at its nodes, as arrays over the zone's nodes
+py::dict nodes(const Zone& z)
+{
+  const ContactState& s = z.state();
+  const NodeResults r = node_results(s);
+  const std::vector<py::ssize_t> vector = {
+      static_cast<py::ssize_t>(r.status.size()), s.slave.gdim};
+  py::dict out;
+  out["status"] = enums_to_array(r.status);
+  out["gap"] = to_array(r.gap);
+  out["gamma"] = to_array(r.gamma);
+  out["pressure"] = to_array(r.pressure);
+  out["normal"] = to_array(r.normal, vector);
+  out["slip"] = to_array(r.slip, vector);
+  return out;
+}
+
 /// What slave facets face
 py::dict faced(const Zone& z)
 {
@@ -153,11 +171,11 @@ py::array_t<Index> held_facets(const Zone& z)
   return to_array(slave);
 }
 
-/// A friction law at the points, (points,) each; its derivative along the facet
-/// (points, gdim - 1)
+/// A friction law at the points or nodes, (n,) each; its derivative along the
+/// facet (n, gdim - 1)
 void set_friction_bounds(Zone& z, const Array<double>& s,
                          const Array<double>& s_p, const Array<double>& s_slip,
-                         const Array<double>& s_xi)
+                         const Array<double>& s_xi, bool at_nodes)
 {
   const int width = z.state().slave.gdim - 1;
   std::vector<PointBound> bounds;
@@ -166,7 +184,8 @@ void set_friction_bounds(Zone& z, const Array<double>& s,
                       s_p.at(q),
                       s_slip.at(q),
                       {s_xi.at(q, 0), width > 1 ? s_xi.at(q, 1) : 0.0}});
-  z.set_friction_bounds(std::move(bounds));
+  at_nodes ? z.set_node_bounds(std::move(bounds))
+           : z.set_friction_bounds(std::move(bounds));
 }
 
 template <void (Zone::*set)(std::span<const double>, std::span<const double>)>
@@ -222,6 +241,9 @@ void bind_zone(py::module_& m)
       .value("automatic", LawFrame::automatic)
       .value("slave", LawFrame::slave)
       .value("master", LawFrame::master);
+  py::enum_<Condition>(m, "Condition")
+      .value("points", Condition::points)
+      .value("nodes", Condition::nodes);
   py::enum_<Method>(m, "Method")
       .value("augmented_lagrangian", Method::augmented_lagrangian)
       .value("penalty", Method::penalty);
@@ -254,6 +276,7 @@ void bind_zone(py::module_& m)
       Field{"master_dof_ids", &ZoneInput::master_dof_ids},
       Field{"multipliers", &ZoneInput::multipliers},
       Field{"method", &ZoneInput::method},
+      Field{"condition", &ZoneInput::condition},
       Field{"friction", &ZoneInput::friction},
       Field{"measure", &ZoneInput::measure}, Field{"frame", &ZoneInput::frame},
       Field{"moving_segments", &ZoneInput::moving_segments},
@@ -305,7 +328,8 @@ void bind_zone(py::module_& m)
            [](Zone& z, const std::string& name, const Array<double>& values)
            { z.set_field(name, to_span(values)); })
       .def("set_friction_bounds", &set_friction_bounds, py::arg("s"),
-           py::arg("s_p"), py::arg("s_slip"), py::arg("s_xi"))
+           py::arg("s_p"), py::arg("s_slip"), py::arg("s_xi"),
+           py::arg("at_nodes"))
       .def("slips_without_friction",
            [](const Zone& z)
            {
@@ -330,6 +354,7 @@ void bind_zone(py::module_& m)
       .def("pair", &Zone::pair)
       .def("cast", &Zone::cast)
       .def("points", &points)
+      .def("nodes", &nodes)
       .def("faced", &faced)
       .def("master_bodies", &master_bodies)
       .def("sunk_points", &sunk_points)

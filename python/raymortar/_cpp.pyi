@@ -29,6 +29,10 @@ class LawFrame(Enum):
     slave: int
     master: int
 
+class Condition(Enum):
+    points: int
+    nodes: int
+
 class Method(Enum):
     augmented_lagrangian: int
     penalty: int
@@ -136,6 +140,7 @@ class ZoneInput:
         master_dof_ids: _Globals,
         multipliers: Multipliers,
         method: Method,
+        condition: Condition,
         friction: Coulomb | Tresca | Stick | PointBound | None,
         measure: Measure,
         frame: LawFrame,
@@ -179,7 +184,12 @@ class Zone:
     def set_offset(self, offset: _Reals) -> None: ...
     def set_field(self, name: str, values: _Reals) -> None: ...
     def set_friction_bounds(
-        self, s: _Reals, s_p: _Reals, s_slip: _Reals, s_xi: _Reals
+        self,
+        s: _Reals,
+        s_p: _Reals,
+        s_slip: _Reals,
+        s_xi: _Reals,
+        at_nodes: bool,
     ) -> None: ...
     def slips_without_friction(self) -> _Reals: ...
     def accepted_springs(self) -> _Reals: ...
@@ -193,6 +203,7 @@ class Zone:
     def pair(self) -> None: ...
     def cast(self) -> None: ...
     def points(self) -> dict[str, npt.NDArray[Any]]: ...
+    def nodes(self) -> dict[str, npt.NDArray[Any]]: ...
     def faced(self) -> dict[str, Any]: ...
     def master_bodies(self) -> _Indices: ...
     def sunk_points(self) -> _Indices: ...

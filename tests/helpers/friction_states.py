@@ -8,6 +8,7 @@ import gathered
 import numpy as np
 import states
 from dolfinx import fem
+from problems import COMM
 from tangents import Pair
 
 from raymortar import (
@@ -26,6 +27,8 @@ METHODS = {
     "elastic": lambda: Penalty(states.GAMMA),
     "rate": lambda: Penalty(states.GAMMA, tangential="rate"),
 }
+# Its springs are none: the law holds at nodes
+AT_NODES = {"nodes": lambda: AugmentedLagrangian(states.GAMMA, condition="nodes")}
 # Slip of the step, next to the random deformation
 DRAG = np.array([0.05, 0.03])
 SMALLEST_TRACTION = 0.5
@@ -44,7 +47,7 @@ class FrictionCase(states.Case):
             fem.Function(compat.vector_space(scene.mesh, self.degree)),
             scene.facet_tags,
             [(scene.tags["slave"], scene.tags["master"])],
-            METHODS[self.method](),
+            (METHODS | AT_NODES)[self.method](),
             friction,
             quadrature_degree=2 if self.dim == 3 else None,
             measure=self.measure,
@@ -85,13 +88,28 @@ def tangential(points, vectors):
 
 
 def trial_traction(contact):
-    """Tangential trial traction at the points of a contact that sticks."""
+    """Tangential trial traction where the law of a contact that sticks holds."""
+    if contact.method.condition == "nodes":
+        return trial_at_nodes(contact)
     p = gathered.points(contact)
     q = tangential(p, p["traction"])
     if contact.multiplier is not None:
         q -= states.GAMMA * tangential(p, p["slip"])
     hit = p["status"] != NONE
     return np.linalg.norm(q[hit], axis=1), p["pressure"][hit]
+
+
+def trial_at_nodes(contact):
+    """The same at the nodes of the first slave surface."""
+    zone = contact.zones[0]
+    nodes = gathered.dictionary(zone.cpp.nodes())
+    n = nodes["normal"]
+    lam = contact.multiplier.x.array.reshape(-1, n.shape[1])[zone.multiplier_nodes]
+    lam = np.concatenate(COMM.allgather(lam))
+    q = lam - states.GAMMA * nodes["slip"]
+    q -= np.einsum("qi,qi->q", q, n)[:, None] * n
+    hit = nodes["status"] != NONE
+    return np.linalg.norm(q[hit], axis=1), nodes["pressure"][hit]
 
 
 def widest(values):

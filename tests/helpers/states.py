@@ -107,14 +107,18 @@ def sampled(case, **others):
     )
 
 
-def make_contact(scene, case, gamma=GAMMA, tangent="fixed", **options):
+def make_contact(
+    scene, case, gamma=GAMMA, tangent="fixed", condition="points", **options
+):
     """Contact between the blocks of a scene, by default with the tangent whose
     identities hold at the integration points of one state: symmetry, balance."""
     u = fem.Function(compat.vector_space(scene.mesh, case.degree))
     if case.method == "penalty":
         method = Penalty(gamma)
     else:
-        method = AugmentedLagrangian(gamma, multiplier=case.method)
+        method = AugmentedLagrangian(
+            gamma, multiplier=case.method, condition=condition
+        )
     pair = (scene.tags["slave"], scene.tags["master"])
     return Contact(
         u,

@@ -31,11 +31,17 @@ class Branch:
     def __init__(self, contact):
         points = gathered.points(contact)
         self.master, self.status = points["master"], points["status"]
+        self.nodes = []
+        if contact.method.condition == "nodes":
+            self.nodes = [zone.cpp.nodes()["status"] for zone in contact.zones]
 
     def holds(self, contact):
         now = type(self)(contact)
-        return np.array_equal(self.master, now.master) and np.array_equal(
-            self.status, now.status
+        nodes = all(map(np.array_equal, self.nodes, now.nodes))
+        return (
+            np.array_equal(self.master, now.master)
+            and np.array_equal(self.status, now.status)
+            and gathered.everywhere(nodes)
         )
 
 

@@ -4,6 +4,7 @@
 
 #include "raymortar/element/any_blocks.h"
 #include "raymortar/element/germ_point.h"
+#include "raymortar/law/nodal.h"
 
 namespace raymortar
 {
@@ -16,6 +17,8 @@ public:
   static constexpr int T = D - 1;
   static constexpr int M = Law::template multiplier_size<D>;
   static constexpr int L = M > 0 ? 1 : 0;
+  /// Whether points have a condition of their own
+  static constexpr bool has_condition = M > 0 and not holds_at_nodes<Law>;
   using Shapes = PointShapes<D>;
   using Data = ElementData<F, L, Law>;
   using Slave = SlavePoint<F, L, Law>;
@@ -33,14 +36,14 @@ public:
         this->add_turn(p.weight * p.g * dual_tangents<D>(p.slave).transpose() *
                            p.turning(p.response.t),
                        p.slave.n, at);
-    if constexpr (M > 0)
+    if constexpr (has_condition)
       this->template add_condition<M>(p.weight / p.gamma * p.response.C, at);
   }
 
   /// @brief Residual of a point without.
   void add_miss(const Slave& p, const Shapes& at)
   {
-    if constexpr (M > 0)
+    if constexpr (has_condition)
       this->template add_condition<M>(
           p.weight / p.gamma * Law::template without_hit<D>(p.lam), at);
   }
@@ -53,7 +56,7 @@ public:
     add_traction_tangent(e, p, by, columns, at);
     if (at.has_target())
       add_slide_tangent(p, by, at);
-    if constexpr (M > 0)
+    if constexpr (has_condition)
     {
       auto dC = chain<M>(condition_slopes(p), p, by, columns);
       add_area<M>(e, p, by.dual, p.response.C, dC);
@@ -67,7 +70,7 @@ public:
   /// @brief Tangent of a point without a hit.
   void add_miss_tangent(const Data& e, const Slave& p, const Shapes& at)
   {
-    if constexpr (M > 0)
+    if constexpr (has_condition)
     {
       GermRows<M, D> dC;
       dC.slave.fill(Mat<M, D>::Zero());
@@ -80,7 +83,7 @@ public:
     }
   }
 
-private:
+protected:
   /// What derivatives by the target are not zero
   [[nodiscard]] static TargetPart target_part(const Hit<true>& p)
   {
@@ -103,6 +106,7 @@ private:
         rows.slave[0].col(0) += f / p.slave.x[0];
   }
 
+private:
   /// Derivative of t in - t . (v_s + g dn - v_m), and of g dn
   void add_traction_tangent(const Data& e, const Hit<true>& p,
                             const HitTangent& by, const Columns& columns,

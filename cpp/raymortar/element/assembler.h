@@ -3,6 +3,7 @@
 
 #include "raymortar/element/facet_field.h"
 #include "raymortar/element/measure.h"
+#include "raymortar/element/node_sums.h"
 #include "raymortar/element/pair_factors.h"
 #include "raymortar/law/friction.h"
 #include "raymortar/law/point_law.h"
@@ -11,6 +12,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 
 namespace raymortar
 {
@@ -22,6 +24,15 @@ enum class Method
   penalty
 };
 
+/// @brief Where a law with a multiplier holds: at integration points in the
+/// weak mean (4), or at the multiplier's nodes for the means around them
+/// (4.22).
+enum class Condition : std::int8_t
+{
+  points,
+  nodes
+};
+
 /// @brief Multiplier unknowns of a zone's slave facets.
 struct Multipliers
 {
@@ -31,6 +42,18 @@ struct Multipliers
   std::vector<GlobalIndex> row; ///< first row of each multiplier node
   std::vector<double> value;    ///< nodal traction, (nodes, components)
   double scale = 1.0;           ///< traction per unit of the solver's unknown
+
+  /// Nodes of each facet, where there are facets
+  [[nodiscard]] std::size_t per_facet(Index facets) const
+  {
+    return facets > 0 ? facet.size() / static_cast<std::size_t>(facets) : 0;
+  }
+  [[nodiscard]] std::span<const Index> nodes_of(Index of,
+                                                std::size_t per_facet) const
+  {
+    return std::span(facet).subspan(static_cast<std::size_t>(of) * per_facet,
+                                    per_facet);
+  }
 };
 
 /// @brief Normal by which the law splits tractions  [theory (2.14)]:
@@ -52,7 +75,8 @@ struct ContactState
   std::vector<PlacedTool> tools;
   Multipliers multipliers;
   Method method = Method::augmented_lagrangian;
-  std::optional<FrictionLaw> friction; ///< none: frictionless
+  Condition condition = Condition::points; ///< with a multiplier only
+  std::optional<FrictionLaw> friction;     ///< none: frictionless
   Measure measure = Measure::reference;
   LawFrame frame = LawFrame::automatic;
   bool moving_segments = false; ///< differentiate through the vertices, too
@@ -63,6 +87,7 @@ struct ContactState
   FacetField friction_coefficient;
   /// Of a law that is known at points only, (points,); empty: none
   std::vector<PointBound> friction_bounds;
+  std::vector<PointBound> node_bounds; ///< the same at nodes; empty: none
   /// Accepted tangential traction of the friction springs: of the elastic
   /// penalty as it is; with a multiplier what the law has more than it, over
   /// gamma. Of width gdim; empty: none
@@ -72,6 +97,14 @@ struct ContactState
   IntegrationPoints points;
   Hits hits;
   ContactElements elements;
+  /// Of all zones and ranks that share nodes; with a law at nodes only
+  NodeSums node_sums;
+
+  /// Whether the law holds at nodes
+  [[nodiscard]] bool has_law_at_nodes() const
+  {
+    return condition == Condition::nodes and multipliers.components > 0;
+  }
 
   /// Whether slaves meet tools, which are no facets and have no unknowns
   [[nodiscard]] bool has_tools() const { return not tools.empty(); }
@@ -143,6 +176,12 @@ public:
                        std::span<const std::size_t> elements,
                        const BlockSink& sink,
                        const CouplingSink& couplings) const = 0;
+
+  /// @brief What points give to the nodes at which the law holds.
+  [[nodiscard]] virtual NodeSums node_sums(const ContactState&) const
+  {
+    return {};
+  }
 
   /// @brief The law's results at every point.
   [[nodiscard]] virtual PointResults results(const ContactState& s) const = 0;

@@ -12,7 +12,9 @@ namespace
 template <int D, class Law>
 class GeneralAssembler final : public Assembler
 {
-  using Kernel = AnyElement<D, Law>;
+  static constexpr bool nodal = holds_at_nodes<Law>;
+  using Kernel =
+      std::conditional_t<nodal, NodalElement<D, Law>, AnyElement<D, Law>>;
   using F = typename Kernel::F;
   static constexpr int L = Kernel::L;
   static constexpr int M = Kernel::M;
@@ -20,6 +22,13 @@ class GeneralAssembler final : public Assembler
   using Slave = SlavePoint<F, L, Law>;
   template <bool Slopes>
   using Hit = HitPoint<F, L, Law, Slopes>;
+
+  /// Nothing where points have conditions of their own
+  struct NoNodes
+  {
+    explicit NoNodes(const ContactState&) {}
+  };
+  using Nodes = std::conditional_t<nodal, FacetConditions<D, Law>, NoNodes>;
 
   /// What is kept from point to point
   struct Points
@@ -31,7 +40,8 @@ class GeneralAssembler final : public Assembler
     PointShapes<D> shapes;
     ElementPoint<F> at;
     bool has_target = false;
-    bool knows_spin = false; ///< of the facets in `data`
+    bool knows_spin = false;    ///< of the facets in `data`
+    std::optional<Nodes> nodes; ///< where conditions are asked for
 
     Points(const ContactState& s, Wanted wanted)
         : state(s), slave(s, wanted), target(s, wanted)
@@ -44,11 +54,17 @@ class GeneralAssembler final : public Assembler
     {
       slave.take(element, data, shapes);
       has_target = target.take(element, shapes);
+      if constexpr (nodal)
+        if (nodes)
+          nodes->take(state.elements.slave[element], shapes.multipliers);
     }
 
     void place(std::size_t q)
     {
       const bool slave_turned = slave.place(q, data, shapes);
+      if constexpr (nodal)
+        if (nodes)
+          nodes->place(shapes);
       at.weight = state.points.weight[q];
       at.area = state.points.area[q];
       at.g = state.hits.gap[q];
@@ -106,6 +122,8 @@ public:
     PointResults r = results_without_hits(s);
     const auto points = std::make_unique<Points>(
         s, Wanted{.old = is_frictional<Law>, .target = true});
+    if constexpr (nodal)
+      points->nodes.emplace(s);
     for (std::size_t e = 0; e < s.elements.size(); ++e)
     {
       points->take(e);
@@ -115,7 +133,54 @@ public:
     return r;
   }
 
+  [[nodiscard]] NodeSums node_sums(const ContactState& s) const override
+  {
+    NodeSums sums;
+    if constexpr (nodal)
+    {
+      sums = NodeSums(s.multipliers.row.size(), D);
+      const auto points =
+          std::make_unique<Points>(s, Wanted{.old = is_frictional<Law>});
+      for (std::size_t e = 0; e < s.elements.size(); ++e)
+      {
+        points->take(e);
+        if (points->has_target)
+          for_points(*points, e,
+                     [&](std::size_t)
+                     { add_to_nodes(*points, s.elements.slave[e], sums); });
+      }
+    }
+    return sums;
+  }
+
 private:
+  /// Add what a point gives to the nodes of its facet
+  static void add_to_nodes(const Points& at, Index facet, NodeSums& sums)
+  {
+    const Data& e = at.data;
+    const Hit<false> p(e, at.at);
+    const Multipliers& m = at.state.multipliers;
+    const int count = at.shapes.multipliers;
+    ShapeRows<D - 1> tests;
+    set_node_tests<D - 1>(at.shapes.multiplier, count, tests);
+    for (int k = 0; k < count; ++k)
+    {
+      const Index node = m.facet[static_cast<std::size_t>(facet * count + k)];
+      const double w = p.weight * tests[static_cast<std::size_t>(k)][0];
+      sums.at(node, NodeSum::area) += w;
+      sums.at(node, NodeSum::gap) += w * (p.g + p.offset);
+      sums.at(node, NodeSum::gamma) += w * p.gamma;
+      sums.at(node, NodeSum::touch) += w * e.touch;
+      sums.template at<D>(node, NodeVector::normal) += w * p.normal;
+      if constexpr (is_frictional<Law>)
+      {
+        sums.at(node, NodeSum::coefficient) +=
+            w * p.value(e.history.coefficient);
+        sums.template at<D>(node, NodeVector::slip) += w * p.old.w;
+      }
+    }
+  }
+
   template <bool Moving>
   static void add_tangents(const ContactState& s,
                            std::span<const std::size_t> elements,
@@ -131,6 +196,8 @@ private:
     std::unique_ptr<Motion> motion;
     if constexpr (Moving)
       motion = std::make_unique<Motion>(s);
+    if constexpr (nodal)
+      points->nodes.emplace(s);
     for (const std::size_t e : elements)
     {
       points->take(e);
@@ -187,7 +254,7 @@ private:
     const Data& e = at.data;
     if (not at.has_target)
     {
-      if constexpr (M > 0)
+      if constexpr (Kernel::has_condition)
       {
         const Slave p(e, at.at);
         kernel.add_miss_tangent(e, p, at.shapes);
@@ -202,10 +269,17 @@ private:
       return;
     const HitSlopes<F, L, Law> slopes(e, at.at, p);
     kernel.add_hit_tangent(e, p, slopes, at.shapes);
+    if constexpr (nodal)
+      kernel.add_node_tangents(e, p, slopes, at.shapes, *at.nodes);
     if (const Freedom* freedom = at.target.freedom())
       add_turning(*freedom, p, at.shapes, kernel);
-    along([&](AnyIntegrand<D>& f)
-          { Gradient::hit(e, at.at, p, slopes, at.shapes, f); });
+    along(
+        [&](AnyIntegrand<D>& f)
+        {
+          Gradient::hit(e, at.at, p, slopes, at.shapes, f);
+          if constexpr (nodal)
+            Gradient::nodes(e, at.at, p, slopes, at.shapes, *at.nodes, f);
+        });
   }
 
   /// Add that points of a body that turns move in circles: the force at the
@@ -257,6 +331,8 @@ private:
     Eigen::Map<Vec<D>>(r.master_normal.data() + q * D) =
         points.data.master_frames.now.n;
     r.status[q] = p.response.status;
+    if constexpr (nodal)
+      r.status[q] = points.nodes->nearest().status;
     r.pressure[q] = p.response.p;
     Eigen::Map<Vec<D>>(r.traction.data() + q * D) = p.response.t;
     if constexpr (is_frictional<Law>)
@@ -271,9 +347,9 @@ private:
 template <int D>
 std::unique_ptr<Assembler> assembler_in(const ContactState& s)
 {
-  return with_law(s,
-                  []<class Law>() -> std::unique_ptr<Assembler>
-                  { return std::make_unique<GeneralAssembler<D, Law>>(); });
+  const auto make = []<class Law>() -> std::unique_ptr<Assembler>
+  { return std::make_unique<GeneralAssembler<D, Law>>(); };
+  return s.has_law_at_nodes() ? with_nodal_law(s, make) : with_law(s, make);
 }
 } // namespace
 
@@ -281,6 +357,7 @@ std::vector<double> slips_without_friction(ContactState s)
 {
   s.friction = Coulomb{};
   s.method = Method::penalty;
+  s.condition = Condition::points;
   s.multipliers = {};
   return make_general_assembler(s)->results(s).slip;
 }

@@ -83,6 +83,7 @@ void Zone::find_extent()
 void Zone::set_displacement(std::span<const double> slave,
                             std::span<const double> master)
 {
+  _has_node_sums = false;
   if (_interface.move_slave(slave))
     _halo_is_checked = false;
   _master_u.assign(master.begin(), master.end());
@@ -97,6 +98,7 @@ void Zone::set_displacement(std::span<const double> slave,
 void Zone::set_old_displacement(std::span<const double> slave,
                                 std::span<const double> master)
 {
+  _has_node_sums = false;
   _interface.set_old_slave(slave);
   _master_old.assign(master.begin(), master.end());
   if (_halo)
@@ -107,6 +109,7 @@ void Zone::set_old_displacement(std::span<const double> slave,
 void Zone::set_fixed(std::span<const double> slave,
                      std::span<const double> master)
 {
+  _has_node_sums = false;
   _fixed_slave.assign(slave.begin(), slave.end());
   _master_fixed.assign(master.begin(), master.end());
   if (_halo)
@@ -168,11 +171,13 @@ void Zone::set_rows(std::span<const GlobalIndex> slave,
 
 void Zone::set_modulus(double modulus)
 {
+  _has_node_sums = false;
   _interface.damping().set_modulus(modulus);
 }
 
 void Zone::set_shear_modulus(double modulus)
 {
+  _has_node_sums = false;
   _interface.cover().set_shear_modulus(modulus);
 }
 
@@ -188,35 +193,51 @@ void Zone::set_corner_nodes(std::span<const std::int8_t> corners)
 
 void Zone::set_crossing(std::span<const std::int8_t> dofs)
 {
+  _has_node_sums = false;
   _interface.set_crossing(dofs);
   begin_step();
 }
 
 void Zone::set_multiplier(std::span<const double> values)
 {
+  _has_node_sums = false;
   _interface.set_multiplier(values);
 }
 
 void Zone::set_gamma(std::span<const double> gamma, double scale,
                      PairFactors factors)
 {
+  _has_node_sums = false;
   _interface.set_gamma(gamma, scale, std::move(factors));
 }
 
 void Zone::set_offset(std::span<const double> offset)
 {
+  _has_node_sums = false;
   if (_interface.set_offset(offset))
     _halo_is_checked = false;
 }
 
 void Zone::set_field(std::string_view name, std::span<const double> values)
 {
+  _has_node_sums = false;
   _interface.set_field(name, values);
 }
 
 void Zone::set_friction_bounds(std::vector<PointBound> bounds)
 {
   _interface.set_friction_bounds(std::move(bounds));
+}
+
+void Zone::set_node_bounds(std::vector<PointBound> bounds)
+{
+  _interface.set_node_bounds(std::move(bounds));
+}
+
+void Zone::set_node_sums(NodeSums sums)
+{
+  _interface.set_node_sums(std::move(sums));
+  _has_node_sums = true;
 }
 
 std::vector<double> Zone::accepted_springs() const
@@ -258,6 +279,7 @@ void Zone::renew_master()
 
 void Zone::pair()
 {
+  _has_node_sums = false;
   if (_interface.has_tied())
     return;
   if (_input.tools.empty() and any_rank(_comm, not _halo_is_checked))
@@ -266,7 +288,11 @@ void Zone::pair()
   _interface.pair();
 }
 
-void Zone::cast() { _interface.cast(); }
+void Zone::cast()
+{
+  _has_node_sums = false;
+  _interface.cast();
+}
 
 ZoneTraffic Zone::traffic() const
 {

@@ -87,14 +87,16 @@ public:
   void set_old_displacement(std::span<const double> slave,
                             std::span<const double> master);
 
-  /// @brief Where the tools are now; where they were at the accepted step, to be
-  /// set before the old displacement. One each.
+  /// @brief Where the tools are now; where they were at the accepted step, to
+  /// be set before the old displacement. One each.
   void set_poses(std::span<const Pose> poses)
   {
+    _has_node_sums = false;
     _interface.move_tools(poses);
   }
   void set_old_poses(std::span<const Pose> poses)
   {
+    _has_node_sums = false;
     _interface.set_old_tools(poses);
   }
 
@@ -159,6 +161,18 @@ public:
 
   /// @brief A friction law that is known at the present points: one each.
   void set_friction_bounds(std::vector<PointBound> bounds);
+
+  /// @brief The same at nodes at which the law holds.
+  void set_node_bounds(std::vector<PointBound> bounds);
+
+  /// @brief Whether the law holds at nodes, and what it is made of is to be
+  /// summed anew: something has changed since `set_node_sums`.
+  [[nodiscard]] bool lacks_node_sums() const
+  {
+    return state().has_law_at_nodes() and not _has_node_sums;
+  }
+  /// @brief Set the sums of all zones and ranks that share nodes.
+  void set_node_sums(NodeSums sums);
 
   /// @brief What the friction springs carry on from the present state, as the
   /// field "traction_old" of the next step, (slave facets, dofs per facet,
@@ -241,6 +255,7 @@ private:
   std::int64_t _halo_builds = 0;
   double _seconds_halo = 0.0;
   bool _halo_is_checked = false; ///< at the present positions
+  bool _has_node_sums = false;   ///< of the present state
   std::vector<double> _master_u, _master_old, _master_fixed; ///< owned
   std::vector<double> _fixed_slave, _fixed_master;
   ZoneTraffic _past;              ///< of halos that have been replaced

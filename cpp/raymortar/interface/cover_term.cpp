@@ -3,6 +3,13 @@
 
 namespace raymortar
 {
+Unknowns columns_of(const ContactState& s, const ShareSlope& slope)
+{
+  Unknowns columns{slope.slave};
+  (s.has_tools() ? columns.tool : columns.master) = slope.target;
+  return columns;
+}
+
 Work CoverTerm::residual(const ContactState& s, VectorSink& sink) const
 {
   add_facet_residuals(s, cover_blocks(s, _data), 1.0, sink);
@@ -17,8 +24,7 @@ Work CoverTerm::tangent(const ContactState& s, MatrixSink& sink) const
   std::vector<double> block;
   for (const ShareSlope& slope : share_slopes(s, _data))
   {
-    Unknowns columns{slope.slave};
-    (s.has_tools() ? columns.tool : columns.master) = slope.target;
+    const Unknowns columns = columns_of(s, slope);
     if (not sink.wants(columns))
       continue;
     block.clear();

@@ -26,6 +26,8 @@ public:
     _data.corners = std::move(corners);
   }
 
+  [[nodiscard]] const CoverData& data() const { return _data; }
+
   Work residual(const ContactState& s, VectorSink& sink) const override;
   /// Its pairs of facets are those of segments: the mortar term needs them
   Work tangent(const ContactState& s, MatrixSink& sink) const override;
@@ -33,4 +35,8 @@ public:
 private:
   CoverData _data;
 };
+
+/// @brief Unknowns that the share of a segment varies with.
+[[nodiscard]] Unknowns columns_of(const ContactState& s,
+                                  const ShareSlope& slope);
 } // namespace raymortar

@@ -131,13 +131,13 @@ void DampingTerm::begin_step(const StepStart& start)
 
 Work DampingTerm::residual(const ContactState& s, VectorSink& sink) const
 {
-  add_facet_residuals(s, _facets, 1.0 / _modulus, sink);
+  add_facet_residuals(s, _facets, compliance(), sink);
   return {};
 }
 
 Work DampingTerm::tangent(const ContactState& s, MatrixSink& sink) const
 {
-  add_facet_tangents(s, _facets, 1.0 / _modulus, sink);
+  add_facet_tangents(s, _facets, compliance(), sink);
   return {};
 }
 } // namespace raymortar

@@ -17,6 +17,8 @@ class DampingTerm final : public Term
 public:
   /// @brief Of the softer body. Stress.
   void set_modulus(double modulus) { _modulus = modulus; }
+  /// @brief By which the blocks of `facets` are multiplied. 1 / stress
+  [[nodiscard]] double compliance() const { return 1.0 / _modulus; }
 
   /// @brief Facets that are damped whatever is held, of modulus 1; from the
   /// next step on.

@@ -2,9 +2,6 @@
 
 namespace raymortar
 {
-namespace
-{
-/// Tractions of a slave facet, node after node
 void facet_tractions(const Multipliers& m, Index facet, std::size_t nodes,
                      std::vector<double>& values)
 {
@@ -19,13 +16,6 @@ void facet_tractions(const Multipliers& m, Index facet, std::size_t nodes,
   }
 }
 
-std::size_t nodes_per_facet(const ContactState& s)
-{
-  return s.multipliers.facet.size() /
-         static_cast<std::size_t>(s.slave.num_facets());
-}
-} // namespace
-
 void add_facet_residuals(const ContactState& s,
                          std::span<const FacetBlock> facets, double factor,
                          VectorSink& sink)
@@ -34,7 +24,7 @@ void add_facet_residuals(const ContactState& s,
   std::vector<double> lam, change;
   for (const FacetBlock& facet : facets)
   {
-    facet_tractions(m, facet.slave, nodes_per_facet(s), lam);
+    facet_tractions(m, facet.slave, m.per_facet(s.slave.num_facets()), lam);
     const std::size_t n = lam.size();
     change.assign(n, 0.0);
     for (std::size_t k = 0; k < n * n; ++k)

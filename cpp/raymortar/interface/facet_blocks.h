@@ -6,6 +6,11 @@
 
 namespace raymortar
 {
+/// @brief Tractions of a slave facet, node after node.
+/// @param[in] nodes How many a facet has
+void facet_tractions(const Multipliers& m, Index facet, std::size_t nodes,
+                     std::vector<double>& values);
+
 /// @brief Add - factor lam . B mu of each facet to a residual.
 void add_facet_residuals(const ContactState& s,
                          std::span<const FacetBlock> facets, double factor,

@@ -71,6 +71,7 @@ ContactState first_state(const InterfaceInput& input)
             static_cast<std::size_t>(s.multipliers.components),
         0.0);
   s.method = input.method;
+  s.condition = input.tie ? Condition::points : input.condition;
   s.friction = input.friction;
   if (input.tie) // it holds all components, as contact that sticks
     s.friction = Stick{};
@@ -95,10 +96,33 @@ T* appended(std::vector<std::unique_ptr<Term>>& terms, std::unique_ptr<T> term)
 Interface::Interface(const InterfaceInput& input)
     : _has_moving_segments(has_moving_segments(input)),
       _state(first_state(input)), _pipeline(input, input.slave.num_facets()),
-      _assembler(add_law(input)),
-      _damping(appended(_terms, std::make_unique<DampingTerm>())),
-      _cover(appended(_terms, std::make_unique<CoverTerm>(_state)))
+      _assembler(add_law(input))
 {
+  add_smoothing();
+}
+
+/// What smooths the multiplier of held and of partly covered facets
+void Interface::add_smoothing()
+{
+  if (_state.has_law_at_nodes())
+  {
+    _nodes = appended(_terms, std::make_unique<NodeTerm>(_state));
+    _damping = &_nodes->damping();
+    _cover = &_nodes->cover();
+    return;
+  }
+  _damping = appended(_terms, std::make_unique<DampingTerm>());
+  _cover = appended(_terms, std::make_unique<CoverTerm>(_state));
+}
+
+NodeSums Interface::own_node_sums() const
+{
+  NodeSums sums;
+  if (_nodes == nullptr)
+    return sums;
+  sums = _assembler->node_sums(_state);
+  _nodes->add_sums(_state, sums);
+  return sums;
 }
 
 /// The first of the terms

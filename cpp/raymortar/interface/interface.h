@@ -1,9 +1,8 @@
 // Contact of one slave surface with a master, on the facets that are here.
 #pragma once
 
-#include "raymortar/interface/cover_term.h"
-#include "raymortar/interface/damping_term.h"
 #include "raymortar/interface/mortar_term.h"
+#include "raymortar/interface/node_term.h"
 #include "raymortar/interface/tie_term.h"
 #include "raymortar/rigid/freedom.h"
 #include <string_view>
@@ -19,6 +18,7 @@ struct InterfaceInput : PairingRules
   std::vector<std::shared_ptr<const Tool>> tools;
   Multipliers multipliers;
   Method method = Method::augmented_lagrangian;
+  Condition condition = Condition::points;
   std::optional<FrictionLaw> friction; ///< none: frictionless
   LawFrame frame = LawFrame::automatic;
   bool moving_segments = true;
@@ -104,6 +104,15 @@ public:
   /// @brief Rays only; the tangent is that at fixed points until `pair`.
   void cast();
 
+  /// @brief What this zone's facets give to the nodes at which the law holds.
+  [[nodiscard]] NodeSums own_node_sums() const;
+  /// @brief The same of all zones and ranks, which the law takes.
+  void set_node_sums(NodeSums sums) { _state.node_sums = std::move(sums); }
+  void set_node_bounds(std::vector<PointBound> bounds)
+  {
+    _state.node_bounds = std::move(bounds);
+  }
+
   /// @brief What the terms' blocks couple at present.
   [[nodiscard]] PatternNeeds needs() const;
 
@@ -122,15 +131,17 @@ public:
 
 private:
   const Assembler* add_law(const InterfaceInput& input);
+  void add_smoothing();
   void forget_what_hangs_on_past();
 
   bool _has_moving_segments;
   ContactState _state;
   Pipeline _pipeline;
   std::vector<std::unique_ptr<Term>> _terms;
-  TieTerm* _tie = nullptr;     ///< one of the terms, none: contact
-  const Assembler* _assembler; ///< of contact, or of a tie
-  DampingTerm* _damping;       ///< one of the terms, as the next
-  CoverTerm* _cover;
+  TieTerm* _tie = nullptr;         ///< one of the terms, none: contact
+  const Assembler* _assembler;     ///< of contact, or of a tie
+  NodeTerm* _nodes = nullptr;      ///< one of the terms, none: no law at nodes
+  DampingTerm* _damping = nullptr; ///< a term, or a part of that of nodes
+  CoverTerm* _cover = nullptr;     ///< likewise
 };
 } // namespace raymortar

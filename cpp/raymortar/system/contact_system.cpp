@@ -20,6 +20,16 @@ std::vector<double> gathered(std::span<const double> values,
   return found;
 }
 
+/// Add rows of a table, (items, width), to those of their numbers in another
+void add_rows(std::span<const double> rows, const std::vector<Index>& numbers,
+              std::size_t width, std::vector<double>& table)
+{
+  for (std::size_t k = 0; k < numbers.size(); ++k)
+    for (std::size_t i = 0; i < width; ++i)
+      table[static_cast<std::size_t>(numbers[k]) * width + i] +=
+          rows[k * width + i];
+}
+
 std::size_t dimension(const SystemZone& zone)
 {
   return static_cast<std::size_t>(zone.zone->input().slave.gdim);
@@ -136,6 +146,61 @@ void ContactSystem::pair(bool rays_only)
                   if (not zone.zone->interface().has_tied())
                     rays_only ? zone.zone->cast() : zone.zone->pair();
                 });
+  refresh_nodes();
+}
+
+/// Sum what facets give to nodes, where that has changed. Zones and ranks
+/// that share a node have one law there
+void ContactSystem::refresh_nodes() const
+{
+  std::vector<int> lacks(_values.multipliers().size(), 0);
+  bool any_nodes = false;
+  for (const SystemZone& zone : _zones)
+  {
+    any_nodes = any_nodes or zone.zone->state().has_law_at_nodes();
+    if (zone.zone->lacks_node_sums())
+      lacks[zone.contact] = 1;
+  }
+  if (not any_nodes)
+    return;
+  MPI_Allreduce(MPI_IN_PLACE, lacks.data(), static_cast<int>(lacks.size()),
+                MPI_INT, MPI_MAX, _comm);
+  for (std::size_t k = 0; k < lacks.size(); ++k)
+    if (lacks[k] > 0)
+      sum_nodes(k);
+}
+
+void ContactSystem::sum_nodes(std::size_t contact) const
+{
+  const MultiplierValues& one = _values.multipliers()[contact];
+  _exchanges.resize(_values.multipliers().size());
+  if (_exchanges[contact] == nullptr)
+    _exchanges[contact] = std::make_unique<NodeExchange>(
+        _comm, one.rows, one.owned, one.components);
+  std::vector<double> sums;
+  std::size_t width = 0;
+  for (const SystemZone& zone : _zones)
+  {
+    if (zone.contact != contact)
+      continue;
+    width = NodeSums::width_in(static_cast<int>(dimension(zone)));
+    sums.resize(one.rows.size() * width, 0.0);
+    together(_comm,
+             [&]
+             {
+               const NodeSums own = zone.zone->interface().own_node_sums();
+               add_rows(own.values(), zone.nodes, width, sums);
+             });
+  }
+  _exchanges[contact]->sum(sums, static_cast<int>(width));
+  for (const SystemZone& zone : _zones)
+    if (zone.contact == contact)
+    {
+      NodeSums all(zone.nodes.size(), static_cast<int>(dimension(zone)));
+      std::ranges::copy(gathered(sums, zone.nodes, width),
+                        all.values().begin());
+      zone.zone->set_node_sums(std::move(all));
+    }
 }
 
 void ContactSystem::send(const SystemZone& zone) const
@@ -173,6 +238,7 @@ void ContactSystem::send_bodies(const SystemZone& zone) const
 
 void ContactSystem::add_residual(PetscVector b) const
 {
+  refresh_nodes();
   for_each_zone(_comm, _zones,
                 [&](const SystemZone& zone)
                 { raymortar::add_residual(*zone.zone, b, *zone.statistics); });
@@ -215,6 +281,7 @@ void ContactSystem::lift(PetscVector b, std::span<const double> increment,
                                 [](double value) { return value == 0.0; });
   if (everywhere(_comm, none))
     return;
+  refresh_nodes();
   for_each_zone(_comm, _zones,
                 [&](const SystemZone& zone)
                 {
@@ -229,6 +296,7 @@ void ContactSystem::lift(PetscVector b, std::span<const double> increment,
 
 void ContactSystem::add_tangent(PetscMatrix A) const
 {
+  refresh_nodes();
   for_each_zone(_comm, _zones,
                 [&](const SystemZone& zone) {
                   raymortar::add_tangent(*zone.zone, A, *zone.positions,

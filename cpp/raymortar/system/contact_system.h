@@ -2,7 +2,9 @@
 #pragma once
 
 #include "raymortar/fem/assembly.h"
+#include "raymortar/fem/node_exchange.h"
 #include "raymortar/system/coupled_values.h"
+#include <memory>
 
 namespace raymortar
 {
@@ -117,6 +119,8 @@ public:
 
 private:
   [[nodiscard]] std::vector<double> present() const;
+  void refresh_nodes() const;
+  void sum_nodes(std::size_t contact) const;
   void send(const SystemZone& zone) const;
   void send_bodies(const SystemZone& zone) const;
 
@@ -128,5 +132,7 @@ private:
   std::vector<double> _paired_at; ///< displacement and multipliers
   std::vector<double> _loads; ///< of all bodies, as `loads_changed` saw them
   RowGroups _groups;
+  /// Of the contacts whose law holds at nodes, made where they are asked for
+  mutable std::vector<std::unique_ptr<NodeExchange>> _exchanges;
 };
 } // namespace raymortar

@@ -23,6 +23,7 @@ from ..discretization.slave_fields import (
 )
 from ..errors import ContactWarning, SetUpError, raise_everywhere, together
 from ..options.friction import Friction, Law
+from .law_nodes import nodes
 from .point_results import CLOSED, accumulated_slip, undeformed
 from .zone_data import ZoneData
 
@@ -192,7 +193,7 @@ class PointFriction:
                 self._is_checked = True
         with together(self._comm):
             for zone, one in zip(self._zones, found):
-                zone.cpp.set_friction_bounds(*one.bounds())
+                zone.cpp.set_friction_bounds(*one.bounds(), zone.has_law_at_nodes)
 
 
 class ClosedPoints:
@@ -205,7 +206,8 @@ class ClosedPoints:
         self._nodal = [
             on_facets(FRICTION_FIELD, one, zone.facets, comm) for one in law.fields
         ]
-        self._points = points = zone.points()
+        self._points = nodes(zone) if zone.has_law_at_nodes else zone.points()
+        points = self._points
         self.closed = points["status"] >= CLOSED
         self._facet, self._xi = points["slave"][self.closed], points["xi"][self.closed]
 
@@ -230,7 +232,7 @@ class ClosedPoints:
             at = self.sample()
             values[0, self.closed] = self._law.bounds(at.p, at.v, at.given)
             values[1:, self.closed] = slopes(self._law, at)
-            if self._law.arguments - {"dt"}:
+            if self._law.arguments - {"dt"} and not self._zone.has_law_at_nodes:
                 along[self.closed] = self._along(at)
         s, by_p, by_v = values
         # The library's pressure is the normal traction, which is negative

@@ -25,6 +25,7 @@ from ..rigid.body import Body
 from ..rigid.motions import require_same_loads
 from .contact_surfaces import ContactSurfaces
 from .friction_at_points import PointFriction
+from .law_nodes import set_at_nodes
 from .point_results import CLOSED, nodal_average
 from .slave_nodes import Cover, require_masters, warn_of_corners
 from .state import ContactState, state_fault
@@ -62,7 +63,8 @@ class PresentState:
         self._u, self._multiplier = surfaces.u, surfaces.multiplier
         self._comm = surfaces.comm
         self._cover: Cover | None = None
-        if self._multiplier is not None:
+        at_nodes = any(zone.has_law_at_nodes for zone in self._zones)
+        if self._multiplier is not None and not at_nodes:
             self._cover = Cover(self._zones, self._multiplier.function_space)
         self.has_friction = options.friction is not None
         # Length of the slip of all accepted steps
@@ -179,7 +181,9 @@ class PresentState:
             return
         if self._slip is not None and self.updates:
             step = Function(self._slip.function_space)
-            nodal_average(self._zones, _slid, step)
+            at_nodes = any(zone.has_law_at_nodes for zone in self._zones)
+            of_points = set_at_nodes if at_nodes else nodal_average
+            of_points(self._zones, _slid, step)
             self._slip.x.array[:] += np.nan_to_num(step.x.array)
             if self._options.has_springs:
                 for zone in self._zones:

@@ -117,6 +117,8 @@ class ZoneData:
     opposite: OppositePoints  # at the accepted step
     master_tags: MasterTags
     motions: Motions  # of the rigid bodies that it meets
+    multiplier_degree: int = 0
+    has_law_at_nodes: bool = False
     pattern: _cpp.Pattern = field(default_factory=_cpp.Pattern)
     positions: _cpp.BlockPositions = field(default_factory=_cpp.BlockPositions)
     assembly: _cpp.AssemblyStatistics = field(default_factory=_cpp.AssemblyStatistics)

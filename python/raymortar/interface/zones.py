@@ -113,6 +113,7 @@ def create_zone(
         tools=[body.tool for body in zone.bodies],
         multipliers=multipliers,
         method=options.method.cpp,
+        condition=getattr(_cpp.Condition, options.method.condition),
         friction=None if friction is None else friction.cpp(),
         measure=getattr(_cpp.Measure, options.measure + turn),
         frame=getattr(_cpp.LawFrame, options.frame),
@@ -140,4 +141,6 @@ def create_zone(
         nothing(surface.gdim),
         MasterTags(zone, comm),
         Motions(zone.bodies),
+        multiplier_degree=q,
+        has_law_at_nodes=tied is None and options.method.condition == "nodes",
     )

@@ -27,6 +27,7 @@ STRATEGIES = ("bvh", "advancing-front", "pang", "brute-force")
 FRAMES = ("automatic", "slave", "master")
 MEASURES = ("reference", "current")
 TANGENTS = ("fixed", "full")
+CONDITIONS = ("points", "nodes")
 
 
 def check_coefficient(gamma: Any) -> None:
@@ -58,6 +59,9 @@ class AugmentedLagrangian(Options):
         normals turn within a facet; else the scalar.
     degree
         Degree of the multiplier. None: that of the displacement in 2D, 1 in 3D.
+    condition
+        Where the law holds: ``"points"``, at integration points in the weak mean; or
+        ``"nodes"``, at the multiplier's nodes for the mean gap and slip around them.
     """
 
     # Over the softer side's stiffness (theory (5.2))
@@ -66,6 +70,7 @@ class AugmentedLagrangian(Options):
     gamma: float | Function | None = None
     multiplier: str | None = None
     degree: int | None = None
+    condition: str = "points"
 
     def check(self) -> None:
         check_coefficient(self.gamma)
@@ -74,6 +79,7 @@ class AugmentedLagrangian(Options):
             raise ContactError(
                 f"multiplier must be 'normal' or 'vector', not {self.multiplier!r}"
             )
+        choice("condition", self.condition, CONDITIONS)
         degree = self.degree
         if degree is not None and not (is_whole_number(degree) and degree in (1, 2)):
             raise ContactError(f"multiplier degree {self.degree!r} is not 1 or 2")
@@ -97,6 +103,7 @@ class Penalty(Options):
 
     automatic_factor: ClassVar[float] = 10.0
     cpp: ClassVar[_cpp.Method] = _cpp.Method.penalty
+    condition: ClassVar[str] = "points"
     gamma: float | Function | None = None
     tangential: str = "elastic"
 
@@ -216,7 +223,8 @@ class ContactOptions:
     def has_springs(self) -> bool:
         """Whether friction springs carry a traction from step to step."""
         kept = getattr(self.method, "tangential", "elastic") == "elastic"
-        return kept and self.friction is not None
+        at_points = self.method.condition == "points"
+        return kept and at_points and self.friction is not None
 
     def multiplier_kind(self, p: int, dim: int, is_tie: bool) -> tuple[int, int]:
         """Degree and components of the multiplier; 0 components: no multiplier.

@@ -18,6 +18,7 @@ from ..discretization.joined import parts_of
 from ..errors import ContactError, ContactWarning, as_path, raise_everywhere, together
 from ..interface import point_results as at_points
 from ..interface.contact_surfaces import ContactSurfaces
+from ..interface.law_nodes import set_at_nodes
 from ..interface.pairs import PairTable
 from ..interface.point_results import OPEN
 from ..interface.present import PresentState
@@ -223,6 +224,13 @@ class NodalFields:
 
     def status(self) -> Function:
         """`NodeStatus` of the slave nodes."""
+        made = self._surfaces
+        if made.zones[0].has_law_at_nodes:
+            self._present.require_results()
+            f = Function(made.scalar, name="status")
+            set_at_nodes(made.zones, lambda nodes: nodes["status"], f)
+            f.x.array[:] = np.maximum(np.nan_to_num(f.x.array) - OPEN, 0.0)
+            return f
         f = self._average("status", lambda points: points["status"] - OPEN)
         f.x.array[:] = np.round(f.x.array)
         return f

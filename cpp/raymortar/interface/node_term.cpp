@@ -1,0 +1,177 @@
+#include "raymortar/interface/node_term.h"
+#include "raymortar/element/node_conditions.h"
+#include "raymortar/interface/facet_blocks.h"
+
+namespace raymortar
+{
+namespace
+{
+Unknowns multipliers_of(Index facet) { return {no_index, facet, no_index}; }
+
+/// Entries [from, from + size) of a table
+std::span<const double> part(const std::vector<double>& table, Index item,
+                             std::size_t size)
+{
+  return std::span(table).subspan(static_cast<std::size_t>(item) * size, size);
+}
+
+/// The unknowns of a facet's nodes times a matrix of each node
+std::vector<double> times(std::span<const Index> nodes, std::size_t M,
+                          const std::vector<double>& by_node,
+                          std::span<const double> values, std::size_t width)
+{
+  std::vector<double> product(values.size(), 0.0);
+  for (std::size_t k = 0; k < nodes.size(); ++k)
+  {
+    const auto matrix = part(by_node, nodes[k], M * M);
+    for (std::size_t i = 0; i < M; ++i)
+      for (std::size_t j = 0; j < M; ++j)
+        for (std::size_t c = 0; c < width; ++c)
+          product[(k * M + i) * width + c] +=
+              matrix[i * M + j] * values[(k * M + j) * width + c];
+  }
+  return product;
+}
+} // namespace
+
+std::vector<FacetBlock> NodeTerm::ties(const ContactState& s) const
+{
+  std::vector<FacetBlock> all = _damping.facets();
+  for (FacetBlock& one : all)
+    for (double& value : one.block)
+      value *= _damping.compliance();
+  for (FacetBlock& one : cover_blocks(s, _cover.data()))
+    if (coverage_of(s, one.slave) == Coverage::partly)
+      all.push_back(std::move(one));
+  return all;
+}
+
+void NodeTerm::add_sums(const ContactState& s, NodeSums& sums) const
+{
+  const std::size_t n = s.multipliers.per_facet(s.slave.num_facets());
+  const auto M = static_cast<std::size_t>(s.multipliers.components);
+  const auto dofs = static_cast<std::size_t>(s.slave.dofs_per_facet());
+  for (Index f = 0; f < s.slave.num_facets(); ++f)
+  {
+    // Test functions of a facet have one mean  [theory (4.22)]
+    const double whole =
+        s.points.whole[static_cast<std::size_t>(f)] / static_cast<double>(n);
+    const auto nodes = s.multipliers.nodes_of(f, n);
+    for (std::size_t k = 0; k < n; ++k)
+    {
+      const double gamma =
+          s.gamma.nodal[static_cast<std::size_t>(f) * dofs + k];
+      sums.at(nodes[k], NodeSum::whole) += whole;
+      sums.at(nodes[k], NodeSum::whole_gamma) += whole * gamma;
+      sums.at(nodes[k], NodeSum::facets) += 1.0;
+    }
+  }
+  std::vector<double> lam;
+  for (const FacetBlock& tie : ties(s))
+  {
+    facet_tractions(s.multipliers, tie.slave, n, lam);
+    const auto nodes = s.multipliers.nodes_of(tie.slave, n);
+    const std::size_t size = n * M;
+    for (std::size_t k = 0; k < size; ++k)
+    {
+      double sum = 0.0;
+      for (std::size_t j = 0; j < size; ++j)
+        sum += tie.block[k * size + j] * lam[j];
+      sums.add(nodes[k / M], NodeVector::tie, k % M, sum);
+    }
+  }
+}
+
+Work NodeTerm::residual(const ContactState& s, VectorSink& sink) const
+{
+  const std::size_t n = s.multipliers.per_facet(s.slave.num_facets());
+  const auto M = static_cast<std::size_t>(s.multipliers.components);
+  const NodeRows rows = node_rows(s);
+  std::vector<double> values;
+  for (Index f = 0; f < s.slave.num_facets(); ++f)
+  {
+    values.clear();
+    for (const Index node : s.multipliers.nodes_of(f, n))
+    {
+      const double share =
+          s.multipliers.scale / s.node_sums.at(node, NodeSum::facets);
+      for (const double value : part(rows.row, node, M))
+        values.push_back(share * value);
+    }
+    sink.add(multipliers_of(f), values);
+  }
+  return {};
+}
+
+Work NodeTerm::tangent(const ContactState& s, MatrixSink& sink) const
+{
+  const std::size_t n = s.multipliers.per_facet(s.slave.num_facets());
+  const auto M = static_cast<std::size_t>(s.multipliers.components);
+  const double scale = s.multipliers.scale;
+  const NodeRows rows = node_rows(s);
+  const std::size_t size = n * M;
+  std::vector<double> block;
+  for (Index f = 0; f < s.slave.num_facets(); ++f)
+  {
+    if (not sink.wants(multipliers_of(f)))
+      continue;
+    block.assign(size * size, 0.0);
+    const auto nodes = s.multipliers.nodes_of(f, n);
+    for (std::size_t k = 0; k < n; ++k)
+    {
+      const double share =
+          scale * scale / s.node_sums.at(nodes[k], NodeSum::facets);
+      const auto own = part(rows.by_lam, nodes[k], M * M);
+      for (std::size_t i = 0; i < M * M; ++i)
+        block[(k * M + i / M) * size + k * M + i % M] = share * own[i];
+    }
+    sink.add(multipliers_of(f), multipliers_of(f), block.data());
+  }
+  add_ties(s, rows.by_tie, sink);
+  if (s.moving_segments)
+    add_shares(s, rows.by_tie, sink);
+  return {};
+}
+
+void NodeTerm::add_ties(const ContactState& s,
+                        const std::vector<double>& by_tie,
+                        MatrixSink& sink) const
+{
+  const std::size_t n = s.multipliers.per_facet(s.slave.num_facets());
+  const auto M = static_cast<std::size_t>(s.multipliers.components);
+  const double scale = s.multipliers.scale;
+  for (const FacetBlock& tie : ties(s))
+  {
+    const Unknowns own = multipliers_of(tie.slave);
+    if (not sink.wants(own))
+      continue;
+    std::vector<double> block = times(s.multipliers.nodes_of(tie.slave, n), M,
+                                      by_tie, tie.block, n * M);
+    for (double& value : block)
+      value *= scale * scale;
+    sink.add(own, own, block.data());
+  }
+}
+
+/// The share that is covered varies with the segments  [theory (5.11)]
+void NodeTerm::add_shares(const ContactState& s,
+                          const std::vector<double>& by_tie,
+                          MatrixSink& sink) const
+{
+  const std::size_t n = s.multipliers.per_facet(s.slave.num_facets());
+  const auto M = static_cast<std::size_t>(s.multipliers.components);
+  std::vector<double> block;
+  for (const ShareSlope& slope : share_slopes(s, _cover.data()))
+  {
+    const Unknowns columns = columns_of(s, slope);
+    if (not sink.wants(columns))
+      continue;
+    block.clear();
+    for (const double change : times(s.multipliers.nodes_of(slope.slave, n), M,
+                                     by_tie, slope.change, 1))
+      for (const double share : slope.share)
+        block.push_back(-s.multipliers.scale * change * share);
+    sink.add(multipliers_of(slope.slave), columns, block.data());
+  }
+}
+} // namespace raymortar

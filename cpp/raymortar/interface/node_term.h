@@ -1,0 +1,42 @@
+// The law at nodes: what each node adds to the rows of its own multiplier.
+#pragma once
+
+#include "raymortar/interface/cover_term.h"
+#include "raymortar/interface/damping_term.h"
+
+namespace raymortar
+{
+/// @brief Rows of nodes whose law holds there  [theory (4.22)-(4.25)]. Elements
+/// give the derivatives by displacements.
+///
+/// What smooths the multiplier of held and of partly covered facets is a length
+/// that the law takes together with gap and slip: its cone and its sign hold.
+class NodeTerm final : public Term
+{
+public:
+  explicit NodeTerm(const ContactState& s) : _cover(s) {}
+
+  [[nodiscard]] DampingTerm& damping() { return _damping; }
+  [[nodiscard]] CoverTerm& cover() { return _cover; }
+
+  /// @brief Add what whole facets and ties give to the sums of points.
+  void add_sums(const ContactState& s, NodeSums& sums) const;
+
+  void begin_step(const StepStart& start) override
+  {
+    _damping.begin_step(start);
+  }
+  Work residual(const ContactState& s, VectorSink& sink) const override;
+  Work tangent(const ContactState& s, MatrixSink& sink) const override;
+
+private:
+  [[nodiscard]] std::vector<FacetBlock> ties(const ContactState& s) const;
+  void add_ties(const ContactState& s, const std::vector<double>& by_tie,
+                MatrixSink& sink) const;
+  void add_shares(const ContactState& s, const std::vector<double>& by_tie,
+                  MatrixSink& sink) const;
+
+  DampingTerm _damping;
+  CoverTerm _cover;
+};
+} // namespace raymortar
