@@ -131,10 +131,10 @@ def law_for(case, scene, seed, **options):
         return None  # strongly curved there
     ratio = q / -p if case.law == "coulomb" else q
     limit = {
-        "stick": 1.5 * ratio.max(),
-        "slip": 0.7 * ratio.min(),
-        "mixed": widest(ratio),
-    }[case.regime]
+        "stick": lambda: 1.5 * ratio.max(),
+        "slip": lambda: 0.7 * ratio.min(),
+        "mixed": lambda: widest(ratio),
+    }[case.regime]()
     return Coulomb(limit) if case.law == "coulomb" else Tresca(limit)
 
 
