@@ -106,7 +106,7 @@ def trial_at_nodes(contact):
     n = nodes["normal"]
     lam = contact.multiplier.x.array.reshape(-1, n.shape[1])[zone.multiplier_nodes]
     lam = np.concatenate(COMM.allgather(lam))
-    q = lam - states.GAMMA * nodes["slip"]
+    q = lam - nodes["gamma"][:, None] * nodes["slip"]
     q -= np.einsum("qi,qi->q", q, n)[:, None] * n
     hit = nodes["status"] != NONE
     return np.linalg.norm(q[hit], axis=1), nodes["pressure"][hit]
@@ -127,8 +127,8 @@ def law_for(case, scene, seed, **options):
     sticking = case.contact(scene, Stick(), **options)
     set_both(sticking, scene, seed)
     q, p = trial_traction(sticking)
-    if q.min() < SMALLEST_TRACTION:
-        return None  # strongly curved there
+    if q.min() < SMALLEST_TRACTION or p.max() >= 0.0:
+        return None  # strongly curved there, or open
     ratio = q / -p if case.law == "coulomb" else q
     limit = {
         "stick": lambda: 1.5 * ratio.max(),

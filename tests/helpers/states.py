@@ -116,9 +116,7 @@ def make_contact(
     if case.method == "penalty":
         method = Penalty(gamma)
     else:
-        method = AugmentedLagrangian(
-            gamma, multiplier=case.method, condition=condition
-        )
+        method = AugmentedLagrangian(gamma, multiplier=case.method, condition=condition)
     pair = (scene.tags["slave"], scene.tags["master"])
     return Contact(
         u,

@@ -16,7 +16,12 @@ MAX_ITERATIONS = 3
 ROUNDING = 1e-13
 NORMAL = AugmentedLagrangian()
 VECTOR = AugmentedLagrangian(multiplier="vector")
-METHODS = {"normal": NORMAL, "vector": VECTOR}
+METHODS = {
+    "normal": NORMAL,
+    "vector": VECTOR,
+    "nodes": AugmentedLagrangian(condition="nodes"),
+    "nodes-vector": AugmentedLagrangian(multiplier="vector", condition="nodes"),
+}
 
 
 def errors(problem, stress, normal):

@@ -11,7 +11,7 @@ from states import Case, name_of
 from tangents import Pair, is_first_order, is_second_order, quiet_slopes
 
 # Larger ones see the curvature of the cone
-FIRST_STEPS = 10.0 ** np.array([-3.0, -3.5, -4.0])
+FIRST_STEPS = 10.0 ** np.array([-3.5, -4.0])
 
 
 def cases():

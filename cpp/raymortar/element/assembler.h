@@ -90,7 +90,8 @@ struct ContactState
   std::vector<PointBound> node_bounds; ///< the same at nodes; empty: none
   /// Accepted tangential traction of the friction springs: of the elastic
   /// penalty as it is; with a multiplier what the law has more than it, over
-  /// gamma. Of width gdim; empty: none
+  /// gamma; of a law at nodes the length that ties took, at the first dofs. Of
+  /// width gdim; empty: none
   FacetField traction_old;
   Segmentation segmentation;
   SegmentRules segment_rules;

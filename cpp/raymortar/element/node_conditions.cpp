@@ -10,8 +10,10 @@ template <int D, int M>
 struct NodeState : FrictionState<D, M>
 {
   double area;
+  double whole;  ///< area around the node, covered or not
   double length; ///< of the sum of normals
   Vec<M> tie;    ///< sum
+  Vec<D> slip;   ///< mean, with what the tie takes
 
   NodeState(const ContactState& s, Index node)
   {
@@ -23,7 +25,10 @@ struct NodeState : FrictionState<D, M>
     tie = sums.at<D>(node, NodeVector::tie).template head<M>();
     this->lam = Eigen::Map<const Vec<M>>(s.multipliers.value.data() +
                                          static_cast<std::size_t>(node) * M);
-    this->gamma = sums.at(node, NodeSum::gamma) / area;
+    // A node with little cover has a small one: its gap counts by its cover
+    // beside the traction, and what it does is continuous where cover ends
+    whole = sums.at(node, NodeSum::whole);
+    this->gamma = sums.at(node, NodeSum::gamma) / whole;
     this->touch = sums.at(node, NodeSum::touch) / area;
     this->spring.setZero();
     Vec<D> slips = sums.at<D>(node, NodeVector::slip);
@@ -34,7 +39,10 @@ struct NodeState : FrictionState<D, M>
       slips += tie;
     }
     this->g = (sums.at(node, NodeSum::gap) - taken) / area;
-    this->w = slips / area;
+    slip = slips / area;
+    // The tie takes up slip as it takes up gap: what it took before is none
+    this->w = slip - sums.at<D>(node, NodeVector::past) /
+                         sums.at(node, NodeSum::facets);
     if (s.friction)
       set_friction(s, node);
   }
@@ -90,12 +98,11 @@ void set_derivatives(const NodeState<D, M>& at, const Response& r,
     c.by_w = r.C_w / gamma;
     c.by_tie += c.by_w;
     c.by_coefficient = r.C_coefficient / gamma;
-    by_size += r.C_w * at.w;
-    by_gamma = by_size - r.C_rate;
-    by_size += coefficient * r.C_coefficient;
+    by_gamma += r.C_w * at.w - r.C_rate;
+    by_size += r.C_w * at.slip + coefficient * r.C_coefficient;
   }
-  c.by_gamma = (by_gamma - r.C) / (gamma * gamma);
-  c.by_area = (2.0 * r.C - by_size - by_gamma) / gamma;
+  c.by_gamma = at.area / at.whole * (by_gamma - r.C) / (gamma * gamma);
+  c.by_area = (r.C - by_size) / gamma;
 }
 } // namespace
 
@@ -154,6 +161,25 @@ void append(const Matrix& m, std::vector<double>& values)
       values.push_back(m(i, j));
 }
 } // namespace
+
+std::vector<double> accepted_ties(const ContactState& s)
+{
+  const std::size_t n = s.multipliers.per_facet(s.slave.num_facets());
+  const auto dofs = static_cast<std::size_t>(s.slave.dofs_per_facet());
+  const auto d = static_cast<std::size_t>(s.slave.gdim);
+  const auto facets = static_cast<std::size_t>(s.slave.num_facets());
+  std::vector<double> field(facets * dofs * d, 0.0);
+  for (std::size_t f = 0; f < facets; ++f)
+    for (std::size_t k = 0; k < n; ++k)
+    {
+      const Index node = s.multipliers.facet[f * n + k];
+      const double area = s.node_sums.at(node, NodeSum::area);
+      for (std::size_t i = 0; area > 0.0 and i < d; ++i)
+        field[(f * dofs + k) * d + i] =
+            s.node_sums.get(node, NodeVector::tie, i) / area;
+    }
+  return field;
+}
 
 NodeRows node_rows(const ContactState& s)
 {

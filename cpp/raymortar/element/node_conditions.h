@@ -73,4 +73,8 @@ struct NodeResults
   std::vector<double> slip;     ///< mean along the surface, (nodes, gdim)
 };
 [[nodiscard]] NodeResults node_results(const ContactState& s);
+
+/// @brief Lengths that ties take at the nodes, as the field `traction_old` of
+/// the next step; with friction only.
+[[nodiscard]] std::vector<double> accepted_ties(const ContactState& s);
 } // namespace raymortar

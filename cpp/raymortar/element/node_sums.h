@@ -28,7 +28,8 @@ enum class NodeVector : std::size_t
 {
   normal, ///< of the law's frame
   slip,
-  tie ///< what ties multipliers of partly covered and of held facets  [theory
+  past, ///< length that the tie had when the step began, once a facet
+  tie   ///< what ties multipliers of partly covered and of held facets  [theory
       ///< (4.23)]; of a scalar multiplier its first component
 };
 
@@ -47,7 +48,7 @@ public:
   [[nodiscard]] static std::size_t width_in(int gdim)
   {
     return static_cast<std::size_t>(NodeSum::vectors) +
-           3 * static_cast<std::size_t>(gdim);
+           4 * static_cast<std::size_t>(gdim);
   }
 
   [[nodiscard]] std::size_t width() const
@@ -77,6 +78,12 @@ public:
   void add(Index node, NodeVector what, std::size_t component, double value)
   {
     _values[place(node, what) + component] += value;
+  }
+
+  [[nodiscard]] double get(Index node, NodeVector what,
+                           std::size_t component) const
+  {
+    return _values[place(node, what) + component];
   }
 
   [[nodiscard]] bool empty() const { return _values.empty(); }

@@ -99,7 +99,7 @@ template <int D>
 void SlaveSide<D>::take_springs(Index facet, GermData<D>& e)
 {
   e.history.has_springs = false;
-  if (_state.traction_old.empty())
+  if (_state.traction_old.empty() or _state.has_law_at_nodes())
     return;
   const double* const values =
       _state.traction_old.nodal.data() +

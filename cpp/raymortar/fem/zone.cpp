@@ -1,5 +1,6 @@
 #include "raymortar/fem/zone.h"
 #include "raymortar/core/stopwatch.h"
+#include "raymortar/element/node_conditions.h"
 #include "raymortar/element/springs.h"
 #include "raymortar/fem/parts.h"
 #include <algorithm>
@@ -242,6 +243,8 @@ void Zone::set_node_sums(NodeSums sums)
 
 std::vector<double> Zone::accepted_springs() const
 {
+  if (state().has_law_at_nodes())
+    return accepted_ties(state());
   return raymortar::accepted_springs(state(), assembler().results(state()));
 }
 

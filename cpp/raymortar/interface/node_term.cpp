@@ -51,6 +51,7 @@ void NodeTerm::add_sums(const ContactState& s, NodeSums& sums) const
   const std::size_t n = s.multipliers.per_facet(s.slave.num_facets());
   const auto M = static_cast<std::size_t>(s.multipliers.components);
   const auto dofs = static_cast<std::size_t>(s.slave.dofs_per_facet());
+  const auto d = static_cast<std::size_t>(s.slave.gdim);
   for (Index f = 0; f < s.slave.num_facets(); ++f)
   {
     // Test functions of a facet have one mean  [theory (4.22)]
@@ -64,6 +65,11 @@ void NodeTerm::add_sums(const ContactState& s, NodeSums& sums) const
       sums.at(nodes[k], NodeSum::whole) += whole;
       sums.at(nodes[k], NodeSum::whole_gamma) += whole * gamma;
       sums.at(nodes[k], NodeSum::facets) += 1.0;
+      if (not s.traction_old.empty())
+        for (std::size_t i = 0; i < d; ++i)
+          sums.add(nodes[k], NodeVector::past, i,
+                   s.traction_old
+                       .nodal[(static_cast<std::size_t>(f) * dofs + k) * d + i]);
     }
   }
   std::vector<double> lam;

@@ -31,7 +31,9 @@ def nodes(zone: ZoneData) -> dict[str, Array]:
 
 
 def set_at_nodes(
-    zones: Sequence[ZoneData], quantity: Callable[[dict[str, Array]], Any], field: Function
+    zones: Sequence[ZoneData],
+    quantity: Callable[[dict[str, Array]], Any],
+    field: Function,
 ) -> None:
     """Set a scalar field of the multiplier's degree at all nodes; NaN elsewhere.
     Collective.

@@ -223,8 +223,7 @@ class ContactOptions:
     def has_springs(self) -> bool:
         """Whether friction springs carry a traction from step to step."""
         kept = getattr(self.method, "tangential", "elastic") == "elastic"
-        at_points = self.method.condition == "points"
-        return kept and at_points and self.friction is not None
+        return kept and self.friction is not None
 
     def multiplier_kind(self, p: int, dim: int, is_tie: bool) -> tuple[int, int]:
         """Degree and components of the multiplier; 0 components: no multiplier.

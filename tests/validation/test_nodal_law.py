@@ -1,0 +1,73 @@
+"""The law at nodes: sign and cone hold at each node, whatever gamma (T1, T2)."""
+
+from __future__ import annotations
+
+import gathered
+import numpy as np
+import pytest
+from dolfinx import fem
+from problems import COMM, DIMENSION, build, fix
+
+from meshes.scenes import two_blocks
+from raymortar import AugmentedLagrangian, Coulomb
+
+MU = 0.3
+PRESSED, SLID = 0.05, 0.02
+
+
+def dragged(cell, degree, factor, **options):
+    """A soft block pressed on a wider stiff one and dragged, so that part of it slips."""
+    dim = DIMENSION[cell]
+    scene = two_blocks(COMM, dim, cell, 3, 4, lower_size=1.3, upper_size=1.0, **options)
+    load = fem.Constant(scene.mesh, np.zeros(dim))
+    problem = build(
+        scene,
+        degree,
+        "neo-hookean",
+        AugmentedLagrangian(factor, condition="nodes"),
+        E={"lower": 50.0, "upper": 1.0},
+        friction=Coulomb(MU),
+        bcs=lambda V, scene: [
+            fix(V, scene, "bottom"),
+            fix(V, scene, "top", None, load),
+        ],
+    )
+    for down, aside in ((0.5, 0.0), (1.0, 0.0), (1.0, 0.5), (1.0, 1.0)):
+        load.value[-1], load.value[0] = -down * PRESSED, aside * SLID
+        problem.solve(rtol=1e-13)
+        problem.contact.advance()
+    return problem
+
+
+def nodes(contact):
+    """Status, normal and tangential traction of all nodes of the first surface."""
+    zone = contact.zones[0]
+    found = zone.cpp.nodes()
+    lam = contact.multiplier.x.array.reshape(-1, found["normal"].shape[1])
+    found = gathered.dictionary(found | {"lam": lam[zone.multiplier_nodes]})
+    normal = np.einsum("qi,qi->q", found["lam"], found["normal"])
+    along = found["lam"] - normal[:, None] * found["normal"]
+    return found["status"], normal, np.linalg.norm(along, axis=1)
+
+
+@pytest.mark.mpi(where=lambda cell: cell == "quadrilateral")
+@pytest.mark.parametrize("cell, degree", [("triangle", 1), ("quadrilateral", 2)])
+def test_sign_and_cone_hold_at_each_node(cell, degree):
+    problem = dragged(cell, degree, 4.0)
+    status, normal, along = nodes(problem.contact)
+    size = np.abs(normal).max()
+    assert {2, 3} <= set(status.tolist())
+    assert normal.max() <= 1e-12 * size
+    assert np.all(along <= -MU * normal + 1e-10 * size)
+    slips = status == 3
+    np.testing.assert_allclose(along[slips], -MU * normal[slips], atol=1e-10 * size)
+
+
+@pytest.mark.parametrize("cell, degree", [("triangle", 1), ("quadrilateral", 2)])
+def test_answers_do_not_depend_on_gamma(cell, degree):
+    forces = [
+        dragged(cell, degree, factor).contact.resultant(0).force
+        for factor in (0.04, 0.4, 4.0)
+    ]
+    for force in forces[1:]:
+        np.testing.assert_allclose(force, forces[0], rtol=1e-9)
