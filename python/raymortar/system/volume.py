@@ -13,6 +13,7 @@ import numpy as np
 from .. import _cpp, compat
 from ..compat import Array, Mask
 from .split import Inputs, has_cells, split, tangents
+from .updated import Updated
 
 _SAME = PETSc.Mat.Structure.SAME_NONZERO_PATTERN
 _PART = PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN
@@ -226,6 +227,9 @@ class Volume:
         Of the tangent, where it may be kept.
     compiled
         Compiles forms, or lists of them.
+    updated
+        What the user's function has set of the forms' coefficients. Then nothing of the
+        forms is kept: their derivatives do not show how coefficients change.
 
     Attributes
     ----------
@@ -242,13 +246,15 @@ class Volume:
         forms: Any = None,
         pattern: Any = None,
         compiled: Callable[[Any], Any] = compat.form,
+        updated: Updated | None = None,
     ) -> None:
         self.contact, self.L, self.a = contact, L, a
+        self.updated = updated
         self.has_several = isinstance(L, list)
         self.kept: Kept | None = None
         # Forms that are assembled each time
         self._rest: Forms | None = Forms(contact, L, a)
-        if forms is not None:
+        if forms is not None and updated is None:
             self._keep(forms, pattern, compiled)
 
     def _keep(self, forms: Any, pattern: Any, compiled: Callable[[Any], Any]) -> None:
@@ -296,6 +302,8 @@ class Volume:
     def residual(self, bcs: Sequence[Any], increment: Array | None) -> Array:
         """Residual of the owned unknowns, with the effect of prescribed increments if
         they are given. Collective."""
+        if self.updated is not None:
+            self.updated.bring()
         if self.kept is None:
             assert self._rest is not None
             return self._rest.residual(bcs, increment)
@@ -311,6 +319,8 @@ class Volume:
 
     def add_tangent(self, A: PETSc.Mat, bcs: Sequence[Any]) -> None:
         """Add the tangent, with ones for constrained unknowns. Collective."""
+        if self.updated is not None:
+            self.updated.bring()
         fixed = self.contact.unknowns.owned_prescribed(bcs)
         if self.kept is not None:
             self.kept.renew(fixed)
