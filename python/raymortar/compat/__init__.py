@@ -8,6 +8,7 @@ owned ones first, then ghosts, shape ``((owned + ghosts) * block size,)``.
 """
 
 from .at_points import *
+from .cells import *
 from .files import *
 from .forms import *
 from .generation import *

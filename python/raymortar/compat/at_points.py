@@ -72,7 +72,9 @@ class AtQuadraturePoints:
         cells = mesh.topology.index_map(mesh.topology.dim)
         # Ghosts too, whose cells some integrals over facets read
         n = cells.size_local + cells.num_ghosts
-        self._shape, self._cells = (n, len(points), -1), np.arange(n, dtype=np.int32)
+        size = int(np.prod(expression.ufl_shape))
+        self._shape = n, len(points), size
+        self._cells = np.arange(n, dtype=np.int32)
         parameters = list(inspect.signature(self._found.eval).parameters)
         self._on = (mesh,) if parameters[0] == "mesh" else ()  # since DOLFINx 0.6
 
