@@ -342,6 +342,17 @@ class CoupledProblem:
         A.assemble()
         return renewed
 
+    def forces(self) -> Array:
+        """Residual at the owned dofs of u, contact included: forces that conditions have
+        to add, (n,). Collective."""
+        rows = self.volume.forces(self.bcs)
+        b = self.create_vector()
+        self.contact.assemble_vector(b)
+        b.assemble()
+        rows += b.getArray(readonly=True)[: self.contact.layout.n]
+        b.destroy()
+        return rows[self.contact.unknowns.u_owned]
+
     def reactions(self, supports: Mapping[str, Any]) -> dict[str, Array]:
         """Forces by which conditions hold the bodies, after a solve. Collective.
 
@@ -362,12 +373,7 @@ class CoupledProblem:
         unknowns, layout = self.contact.unknowns, self.contact.layout
         with together(self.comm):
             supports = check_supports("supports", supports)
-        rows = self.volume.forces(self.bcs)
-        b = self.create_vector()
-        self.contact.assemble_vector(b)
-        b.assemble()
-        forces = (rows + b.getArray(readonly=True)[: layout.n])[unknowns.u_owned]
-        b.destroy()
+        forces = self.forces()
         dim = self.contact.u.function_space.mesh.geometry.dim
         local = []
         for bcs in supports.values():

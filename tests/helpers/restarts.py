@@ -40,7 +40,8 @@ class Model:
     more: list[Any] = field(default_factory=list)
 
     def __post_init__(self):
-        self.history = History(self.problem)
+        works = {"top": self.problem.bcs[1:]}
+        self.history = History(self.problem, patches=True, works=works)
         self.solver = SNESSolver(self.problem)
 
     def checkpoint(self, path, **options):

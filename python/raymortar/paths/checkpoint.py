@@ -90,6 +90,7 @@ class Checkpoint:
         self.problem, self.history = problem, history
         self._comm = cast(MPI.Intracomm, problem.comm)
         self._u = problem.contact.u
+        self._bodies = rigid_bodies(problem.contact.zones)
         displacements = problem.contact.unknowns.displacements
         self._meshes = [one.u.function_space.mesh for one in displacements]
         with together(self._comm):
@@ -106,14 +107,14 @@ class Checkpoint:
         require_agreement(
             self._comm, file=str(file), more=len(more), history=history is not None
         )
-        fault = None
-        for field in self._fields(problem.contact.state()):
-            if compat.turns_with_cells(field.V):
-                fault = f"{field.name} is in a space whose dofs depend on the partition"
-        for k, mesh in enumerate(self._meshes):
-            if np.any(compat.cells_as_given(mesh) < 0):
-                fault = f"mesh {k} does not know in which order its cells were given"
-        raise_everywhere(self._comm, fault)
+        with together(self._comm):
+            for k, mesh in enumerate(self._meshes):
+                if np.any(compat.cells_as_given(mesh) < 0):
+                    raise ContactError(f"mesh {k} does not know the order of its cells")
+            for field in self._fields(problem.contact.state()):
+                if compat.turns_with_cells(field.V):
+                    text = "is in a space whose dofs depend on the partition"
+                    raise ContactError(f"{field.name} {text}")
 
     def __repr__(self) -> str:
         return f"<Checkpoint {str(self.path)!r} of {self.problem!r}>"
@@ -195,10 +196,6 @@ class Checkpoint:
             rows = [list(row) for row in self.history.rows]
             head["history"] = {"columns": list(self.history.columns), "rows": rows}
         write_tables(self._comm, self.path, head, tables)
-
-    @property
-    def _bodies(self) -> list[Any]:
-        return rigid_bodies(self.problem.contact.zones)
 
     def _by_cell(
         self, name: str, numbers: Rows, V: FunctionSpace, array: Array
