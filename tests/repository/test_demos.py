@@ -71,7 +71,7 @@ def test_plastic_strains_of_halved_steps_are_taken_back(monkeypatch):
 
     def press():
         shape = return_mapping.rigid.Circle((1.0, 0.5), 0.5)
-        return return_mapping.Press(COMM, 4, shape, False)
+        return return_mapping.Press(COMM, 8, shape, False)
 
     halved, direct = press(), press()
     halved.move(0.0, 0.03, 1)
