@@ -65,6 +65,8 @@ def test_a_return_mapping_agrees_with_its_closed_form(folder):
     run(return_mapping, folder, "--size", "6")
 
 
+# Few facets carry the contact at first
+@pytest.mark.filterwarnings("ignore:converged with tension")
 @pytest.mark.mpi
 def test_plastic_strains_of_halved_steps_are_taken_back(monkeypatch):
     """A path that has to halve its step, and one of the same steps at once."""
