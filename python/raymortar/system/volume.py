@@ -46,10 +46,7 @@ class Forms:
     def residual(
         self, bcs: Sequence[Any] = (), increment: Array | None = None
     ) -> Array:
-        """Assemble the owned rows, with the effect of prescribed increments if given.
-
-        The array is that of the next call, too.
-        """
+        """Assemble the owned rows, with the effect of prescribed increments if given."""
         lifts = increment is not None and len(increment.nonzero()[0]) > 0
         for form, blocks, r, array, owned in self._rows:
             array[:] = 0.0
@@ -60,7 +57,7 @@ class Forms:
             if not self._alone:
                 compat.scatter_reverse_add(r)
             owned[:] = array[: len(owned)]
-        return self._found
+        return self._found.copy()
 
     def _lift(
         self, r: Array, blocks: Sequence[Any], bcs: Sequence[Any], increment: Any
@@ -178,7 +175,7 @@ class Kept:
         try:
             for f in functions:
                 f.x.array[:] = 0.0
-            return self._forms.residual().copy()
+            return self._forms.residual()
         finally:
             for f, values in zip(functions, kept):
                 f.x.array[:] = values
@@ -297,7 +294,7 @@ class Volume:
 
     def forces(self, bcs: Sequence[Any]) -> Array:
         """Residual at the present state, of the owned unknowns. Collective."""
-        return self.residual(bcs, None).copy()
+        return self.residual(bcs, None)
 
     def residual(self, bcs: Sequence[Any], increment: Array | None) -> Array:
         """Residual of the owned unknowns, with the effect of prescribed increments if
