@@ -86,9 +86,10 @@ class Forming:
         self.scene = Scene(*made, TAGS)
         V = tools.vector_space(self.scene.mesh, 2)
         self.u = fem.Function(V, name="displacement")
-        self.plastic = None
+        self.plastic, self.hooks = None, {}
         if plastic:
             self.plastic = plasticity.ElastoPlastic(self.u, E, NU, YIELD, HARDENING)
+            self.hooks["on_accept"] = self.plastic.accept
             form = self.plastic.residual(4)
         else:
             form = bodies.NeoHookean(E, NU).residual(self.u, 4)
@@ -116,12 +117,9 @@ class Forming:
     def follow(self, apply, steps, **options):
         """Take load steps."""
         path = raymortar.LoadSteps(
-            self.solver, apply, steps, history=self.history, **options
+            self.solver, apply, steps, history=self.history, **self.hooks, **options
         )
-        for step in path:
-            self.iterations.append(step.iterations)
-            if self.plastic is not None:
-                self.plastic.accept()
+        self.iterations += [step.iterations for step in path]
         self.halvings += path.halvings
 
     def mises(self):

@@ -4,7 +4,7 @@ Von Mises plasticity with linear hardening in Green and Lagrange's strain E, whi
 into a sum of an elastic and a plastic part: for small strains and rotations of any size,
 as in sheets that bend. The plastic strain is a field like any other: the form has the
 return to the yield surface in closed form, UFL differentiates it, and after each accepted
-step `accept` stores what was found.
+step `accept` stores what was found (``LoadSteps(on_accept=...)``).
 
 [1] J. C. Simo, T. J. R. Hughes, Computational Inelasticity, Springer 1998, section 3.3.
 """

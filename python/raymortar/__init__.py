@@ -14,6 +14,7 @@ from .interface.point_results import NodeStatus, PointStatus
 from .nonlinear_problem import NonlinearProblem
 from .options.friction import Coulomb, Friction, Stick, Tresca
 from .options.methods import AugmentedLagrangian, Penalty, Search
+from .paths.checkpoint import Checkpoint
 from .paths.control import ArcLength, DisplacementControl
 from .paths.history import History
 from .paths.load_steps import LoadSteps
@@ -30,6 +31,7 @@ __version__ = "0.1.0"
 __all__ = [
     "ArcLength",
     "AugmentedLagrangian",
+    "Checkpoint",
     "Contact",
     "ContactError",
     "ContactLost",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -58,6 +58,13 @@ class NonlinearProblem(CoupledProblem):
         ending in ``_``; None: one that no other solver has.
     form_compiler_options, jit_options
         For the forms of F and J, as of ``dolfinx.fem.form``.
+    update
+        Function without argument that sets coefficients of F and J, such as stresses
+        and tangents at quadrature points, from the present unknowns. Every rank calls
+        it once for each iterate, before residual and tangent are assembled, and when
+        the problem is made. Give J, as UFL does not see how coefficients change. An
+        error in it is raised on all ranks; `ConvergenceError` lets `LoadSteps` take a
+        smaller step. Nothing of F counts as linear then.
 
     Attributes
     ----------
@@ -100,8 +107,11 @@ class NonlinearProblem(CoupledProblem):
         petsc_options_prefix: str | None = None,
         form_compiler_options: Mapping[str, Any] | None = None,
         jit_options: Mapping[str, Any] | None = None,
+        update: Callable[[], object] | None = None,
     ) -> None:
-        super().__init__(F, contact, bcs, J, u, form_compiler_options, jit_options)
+        super().__init__(
+            F, contact, bcs, J, u, form_compiler_options, jit_options, update
+        )
         with together(self.comm):
             _check_prefix(petsc_options_prefix)
             self._petsc_options = _checked(petsc_options)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
 from typing import Any
@@ -35,6 +35,7 @@ from .interactions import one_or_several
 from .interface.overlap import warn_of_overlap
 from .interface.slave_nodes import warn_of_finer_rigid_slaves
 from .system.groups import groups_of
+from .system.updated import Updated
 from .system.volume import Volume
 
 
@@ -62,6 +63,13 @@ class CoupledProblem:
         or a part of one.
     form_compiler_options, jit_options
         For the forms of F and J, as of ``dolfinx.fem.form``.
+    update
+        Function without argument that sets coefficients of F and J, such as stresses
+        and tangents at quadrature points, from the present unknowns. Every rank calls
+        it once for each iterate, before residual and tangent are assembled, and when
+        the problem is made. Give J, as UFL does not see how coefficients change. An
+        error in it is raised on all ranks; `ConvergenceError` lets `LoadSteps` take a
+        smaller step. Nothing of F counts as linear then.
 
     Attributes
     ----------
@@ -105,12 +113,15 @@ class CoupledProblem:
         u: Any = None,
         form_compiler_options: Mapping[str, Any] | None = None,
         jit_options: Mapping[str, Any] | None = None,
+        update: Callable[[], object] | None = None,
     ) -> None:
         self.contact = one_or_several(contact)
         unknowns, comm = self.contact.unknowns, self.contact.unknowns.comm
         with together(comm):
             functions = find_unknowns(F, J, u, unknowns)
             self.bcs = list_of_conditions(bcs)
+            if update is not None and not callable(update):
+                raise ContactError(f"update must be a function, not {update!r}")
         self.contact.solve_for(functions)
         with together(comm):
             unknowns.conditions(self.bcs)  # refuses foreign ones
@@ -120,7 +131,7 @@ class CoupledProblem:
             elif J is None:
                 (w,) = functions
                 J = ufl.derivative(F, w, ufl.TrialFunction(w.function_space))
-        require_agreement(comm, number_of_conditions=len(self.bcs))
+        require_agreement(comm, number_of_conditions=len(self.bcs), update=update)
         self.forms = F, J
         compiled = partial(
             compat.form,
@@ -134,9 +145,14 @@ class CoupledProblem:
         self.steps_accepted = 0
         # Revision of the contact at the last `form`; None: no iterate yet
         self._revision: int | None = None
+        updated = None if update is None else Updated(unknowns, update)
+        if updated is not None:
+            updated.bring()  # the stiffness of the volume is read
         self._pattern = self.contact.prepare(a, self.bcs)
         known = F if is_derivative else None
-        self.volume = Volume(self.contact, L, a, known, self._pattern, compiled)
+        self.volume = Volume(
+            self.contact, L, a, known, self._pattern, compiled, updated
+        )
         groups = groups_of(self.contact)
         self.convergence = Convergence(groups)
         self.contact.set_groups(groups.of_row, groups.count, groups.mass, groups.fields)
@@ -201,6 +217,8 @@ class CoupledProblem:
         self.convergence.start()
         self.contact.require_mesh()
         self._revision = None
+        if self.volume.updated is not None:
+            self.volume.updated.forget()
         if self.contact.layout.bodies:
             self.contact.free_bodies.close_gaps()
         x = self.create_vector() if x is None else x
@@ -229,11 +247,18 @@ class CoupledProblem:
         if contact.parts[0].volume is not self._pattern:
             contact.use_volume(self._pattern)
         anew = is_first or self._revision != contact.revision
-        if not contact.take(x, anew, self.rays_only):
-            return
-        if is_first:
-            self._hold_segments()
-        self._revision = contact.revision
+        if contact.take(x, anew, self.rays_only):
+            if is_first:
+                self._hold_segments()
+            self._revision = contact.revision
+        if self.volume.updated is not None:
+            self.volume.updated.bring()
+
+    def evaluate(self) -> None:
+        """Call `update`, if the problem was given one, where the unknowns have changed
+        since its last call. Collective."""
+        if self.volume.updated is not None:
+            self.volume.updated.bring()
 
     def _hold_segments(self) -> None:
         """Leave the motion of segments out of the tangent below rigid bodies that have
@@ -247,12 +272,16 @@ class CoupledProblem:
     def F(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
         """Residual at x into b. Collective."""
         self.form(x)
+        if self.volume.updated is not None:
+            self.volume.updated.bring_for_residual()
         imbalance = self.convergence.measure(self._assemble(b, True))
         self.history.append(imbalance.norm)
 
     def loads(self, b: PETSc.Vec) -> None:
         """What of the residual depends on loads and prescribed displacements, at the
         last x of `form`, into b: all but contact's forces. Collective."""
+        if self.volume.updated is not None:
+            self.volume.updated.forget()
         self._assemble(b, False)
 
     def _assemble(
@@ -313,6 +342,17 @@ class CoupledProblem:
         A.assemble()
         return renewed
 
+    def forces(self) -> Array:
+        """Residual at the owned dofs of u, contact included: forces that conditions have
+        to add, (n,). Collective."""
+        rows = self.volume.forces(self.bcs)
+        b = self.create_vector()
+        self.contact.assemble_vector(b)
+        b.assemble()
+        rows += b.getArray(readonly=True)[: self.contact.layout.n]
+        b.destroy()
+        return rows[self.contact.unknowns.u_owned]
+
     def reactions(self, supports: Mapping[str, Any]) -> dict[str, Array]:
         """Forces by which conditions hold the bodies, after a solve. Collective.
 
@@ -333,12 +373,7 @@ class CoupledProblem:
         unknowns, layout = self.contact.unknowns, self.contact.layout
         with together(self.comm):
             supports = check_supports("supports", supports)
-        rows = self.volume.forces(self.bcs)
-        b = self.create_vector()
-        self.contact.assemble_vector(b)
-        b.assemble()
-        forces = (rows + b.getArray(readonly=True)[: layout.n])[unknowns.u_owned]
-        b.destroy()
+        forces = self.forces()
         dim = self.contact.u.function_space.mesh.geometry.dim
         local = []
         for bcs in supports.values():

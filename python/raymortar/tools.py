@@ -18,17 +18,27 @@ from dolfinx import fem
 from dolfinx.mesh import Mesh
 
 from . import compat
-from .compat import mixed_space, scalar_space, vector_space
+from .compat import (
+    AtQuadraturePoints,
+    mixed_space,
+    quadrature_space,
+    scalar_space,
+    set_at_quadrature_points,
+    vector_space,
+)
 from .discretization.gathering import nodal_field
 from .errors import ContactError, together
 
 __all__ = [
+    "AtQuadraturePoints",
     "by_body",
     "integral",
     "mixed_space",
     "nodal_field",
     "prescribe",
+    "quadrature_space",
     "scalar_space",
+    "set_at_quadrature_points",
     "vector_space",
     "von_mises",
 ]

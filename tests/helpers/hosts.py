@@ -20,6 +20,7 @@ import raymortar
 from meshes.blocks import Block
 from meshes.meshing import Scene, assemble_blocks
 from raymortar import compat
+from raymortar.partitions import strips
 
 MU = 10.0
 WAYS = ("mixed", "blocked")
@@ -231,6 +232,7 @@ def meshes(
     widths=(1.0, 0.6),
     geometry_degrees=(1, 1),
     mapping=None,
+    partition=strips,
 ):
     """The two blocks of `blocks`, each a scene of its own."""
     scenes = []
@@ -246,7 +248,7 @@ def meshes(
             tags=tags,
         )
         mesh, cell_tags, facet_tags = assemble_blocks(
-            COMM, [block], cell, geometry_degrees[k]
+            COMM, [block], cell, geometry_degrees[k], partition=partition
         )
         scenes.append(Scene(mesh, cell_tags, facet_tags, tags))
     return scenes

@@ -20,6 +20,7 @@ import ironing_3d  # noqa: E402
 import plug  # noqa: E402
 import press_fit  # noqa: E402
 import press_fit_lame  # noqa: E402
+import return_mapping  # noqa: E402
 import rolling  # noqa: E402
 import shells  # noqa: E402
 import snap_through  # noqa: E402
@@ -57,6 +58,34 @@ def test_quadratic_blocks_are_uniform_and_in_equilibrium(folder):
 
 def test_spheres_agree_with_hertz_and_tatara(folder):
     run(hertz_sphere, folder)
+
+
+@pytest.mark.mpi
+def test_a_return_mapping_agrees_with_its_closed_form(folder):
+    run(return_mapping, folder, "--size", "6")
+
+
+# Few facets carry the contact at first
+@pytest.mark.filterwarnings("ignore:converged with tension")
+@pytest.mark.mpi
+def test_plastic_strains_of_halved_steps_are_taken_back(monkeypatch):
+    """A path that has to halve its step, and one of the same steps at once."""
+
+    def press():
+        shape = return_mapping.rigid.Circle((1.0, 0.5), 0.5)
+        return return_mapping.Press(COMM, 8, shape, False)
+
+    halved, direct = press(), press()
+    halved.move(0.0, 0.03, 1)
+    assert halved.material.rejected == halved.halvings > 0
+    monkeypatch.setattr(return_mapping, "MOST", 1.0)
+    begin = 0.0
+    for depth in -halved.history["translation_tool_y"]:
+        direct.move(begin, depth, 1)
+        begin = depth
+    assert direct.halvings == 0
+    forces = [model.history["push_tool_y"] for model in (halved, direct)]
+    assert forces[0] == pytest.approx(forces[1], rel=1e-9)
 
 
 @pytest.mark.mpi

@@ -7,6 +7,8 @@ Vectors are handled as *ghosted arrays*: the unrolled dofs of a space on this ra
 owned ones first, then ghosts, shape ``((owned + ghosts) * block size,)``.
 """
 
+from .at_points import *
+from .cells import *
 from .files import *
 from .forms import *
 from .generation import *

@@ -15,7 +15,7 @@ import ufl
 from dolfinx import fem
 
 from .. import compat
-from ..checked import is_real_number
+from ..checked import is_real_number, is_truth_value
 from ..compat import Array
 from ..discretization.forms import check_supports
 from ..errors import ContactError, as_path, raise_everywhere, together, writing
@@ -24,6 +24,13 @@ from ..problem import CoupledProblem
 from ..results.sums import Resultant
 from ..solvers.solver import require_problem
 from .body_columns import BodyColumns
+from .patch_columns import (
+    Part,
+    SupportWork,
+    checked_axes,
+    patch_columns,
+    torque_columns,
+)
 
 
 def _numbers(row: Mapping[str, Any]) -> dict[str, float]:
@@ -60,6 +67,15 @@ class History:
     more
         Functions without argument that give a number, by the name of their column.
         Every rank calls them, and the number is that of rank 0.
+    patches
+        Whether the area in contact, the centre of pressure and the peak pressure of
+        each slave surface and each named pair are columns.
+    axes
+        Axes by name: in 3D a point and a direction, in 2D a point. Of each, the torque
+        of contact on the slaves is a column.
+    works
+        Dirichlet condition, or a list of them, by the name of the support: its work on
+        the bodies is a column.
 
     Attributes
     ----------
@@ -80,6 +96,10 @@ class History:
           ``rotation_<name>_x``: its motion; ``work_<name>``: what it has done on the
           slaves so far, by the mean of each step's forces. In 2D ``moment_<name>`` and
           ``rotation_<name>`` are numbers;
+        - ``area_0``, ``centre_0_x``, ..., ``peak_0`` (`patches`; NaN where nothing
+          presses), ``torque_<axis>_0`` (`axes`): of surfaces and pairs, as forces are;
+          ``work_<name>`` (`works`): so far, by the mean of each step's forces at each
+          node;
         - ``energy``; with friction ``friction_work``: the work that tangential
           tractions have taken so far; with a penalty ``stored_normal`` and, with
           friction, ``stored_tangential``: `Contact.stored_energy`. The work of the loads
@@ -102,6 +122,9 @@ class History:
         reactions: Mapping[str, Any] | None = None,
         energy: ufl.Form | None = None,
         more: Mapping[str, Callable[[], float]] | None = None,
+        patches: bool = False,
+        axes: Mapping[str, Any] | None = None,
+        works: Mapping[str, Any] | None = None,
     ) -> None:
         require_problem(problem)
         self.problem, self._comm = problem, problem.comm
@@ -112,6 +135,10 @@ class History:
             if not (isinstance(more, Mapping) and all(map(callable, more.values()))):
                 message = f"more must be functions by name of the column, not {more!r}"
                 raise ContactError(message)
+            works = check_supports("works", works)
+            if not is_truth_value(patches):
+                raise ContactError(f"patches must be True or False, not {patches!r}")
+            turns = checked_axes(problem, axes)
             is_form = isinstance(energy, ufl.Form)
             if energy is not None and (not is_form or energy.arguments()):
                 message = (
@@ -120,7 +147,15 @@ class History:
                 raise ContactError(message)
         self._more = dict(more)
         self._dim: int = problem.contact.u.function_space.mesh.geometry.dim
-        self._sources = list(self._own_columns(supports, energy))
+        parts = self._parts()
+        self._works = SupportWork(problem, works)
+        self._sources = list(self._own_columns(supports, energy, parts))
+        if patches:
+            self._sources += patch_columns(problem, parts)
+        self._sources += torque_columns(turns, parts)
+        last = self._works.values
+        if works:
+            self._sources.append((self._works.names, lambda: last(self._last())))
         own = [name for names, _ in self._sources for name in names]
         self._set_columns(["time", "iterations", "halvings", *own, *self._more])
         self.rows: list[Any] = []
@@ -146,34 +181,44 @@ class History:
         self.columns: tuple[str, ...] = tuple(columns)
         self._row: Any = namedtuple("Row", columns)  # type: ignore[misc]
 
+    def _last(self) -> dict[str, float] | None:
+        """Return the last record by name."""
+        return self.rows[-1]._asdict() if self.rows else None
+
+    def _parts(self) -> list[Part]:
+        """List slave surfaces, and pairs that have names or share their slave."""
+        contact = self.problem.contact
+        one, zones = contact.results, contact.zones
+        found: list[Part] = [
+            (str(i), i, None, partial(one.resultant, i, None))
+            for i in range(len(zones))
+        ]
+        numbers = [pair.surface for pair in contact.pairs]
+        for k, pair in enumerate(contact.pairs):
+            i = pair.surface
+            if pair.slave_name or pair.master_name or numbers.count(i) > 1:
+                master = zones[i].facets.master_tags.index(pair.master)
+                found.append((pair.label, i, master, partial(one.of_pair, k)))
+        return found
+
     def _own_columns(
-        self, supports: Mapping[str, Any], energy: ufl.Form | None
+        self, supports: Mapping[str, Any], energy: ufl.Form | None, parts: list[Part]
     ) -> Iterator[tuple[list[str], Callable[[], Any]]]:
         """Yield names of columns with the function that finds their values."""
         contact, axes = self.problem.contact, "xyz"[: self._dim]
-        zones, one = contact.zones, contact.results
+        zones = contact.zones
         yield ["active", "min_gap", "max_pressure"], self._counts
-        finders = [
-            (str(i), i, partial(one.resultant, i, None)) for i in range(len(zones))
-        ]
-        radial = finders[:] if contact.axisymmetric else []
-        numbers = [pair.surface for pair in contact.pairs]
-        for k, pair in enumerate(contact.pairs):
-            if pair.slave_name or pair.master_name or numbers.count(pair.surface) > 1:
-                finders.append((pair.label, pair.surface, partial(one.of_pair, k)))
-        for label, i, find in finders:
-            parts = ["force"] + ["normal", "tangential"] * zones[i].frictional
-            names = [f"{part}_{label}_{x}" for part in parts for x in axes]
-            yield names, partial(_parts_of, find, parts)
+        for label, i, _, find in parts:
+            kinds = ["force"] + ["normal", "tangential"] * zones[i].frictional
+            names = [f"{kind}_{label}_{x}" for kind in kinds for x in axes]
+            yield names, partial(_parts_of, find, kinds)
         if supports:
             names = [f"reaction_{name}_{x}" for name in supports for x in axes]
             yield names, lambda: np.hstack([*self.problem.reactions(supports).values()])
-        for label, _, find in radial:
+        for label, _, _, find in parts[: len(zones) * contact.axisymmetric]:
             yield [f"radial_{label}"], partial(_parts_of, find, ["radial"])
         bodies = BodyColumns(contact)
-        yield bodies.names, lambda: bodies.values(
-            self.rows[-1]._asdict() if self.rows else None
-        )
+        yield bodies.names, lambda: bodies.values(self._last())
         if energy is not None:
             form = compat.form(energy)
             yield ["energy"], lambda: self._comm.allreduce(fem.assemble_scalar(form))
@@ -287,6 +332,7 @@ class History:
                 found = self._checked(self._read())
         kept = [self._row(*values) for values in self._comm.bcast(found, root=0)]
         self.rows = [row for row in kept if row.time <= until * (1.0 + 1e-12)]
+        self._works.begin_here()
         self._begun = False
         self._write(self.rows)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable
 from typing import Any
 
@@ -152,3 +153,16 @@ class PrescribedPath:
     def describe(self) -> str:
         """Name the failed step for a message."""
         return f"load factor {self.next:.6g} failed"
+
+
+def with_size(apply: Any) -> Callable[[float, float], Any]:
+    """Pass the step size on if `apply` has two arguments without default."""
+    found: list[inspect.Parameter] = []
+    try:
+        found = list(inspect.signature(apply).parameters.values())
+    except (TypeError, ValueError):  # some built-in functions have no signature
+        pass
+    positional = (p for p in found if p.kind <= p.POSITIONAL_OR_KEYWORD)
+    if sum(p.default is p.empty for p in positional) == 2:
+        return apply
+    return lambda factor, size: apply(factor)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import inspect
 import warnings
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -32,7 +32,7 @@ from ..solvers.snes import SNESSolver
 from .control import ArcLength, DisplacementControl
 from .history import History
 from .led_paths import ArcPath, DisplacementPath
-from .load_path import ArcSizes, PrescribedPath, StepSizes
+from .load_path import ArcSizes, PrescribedPath, StepSizes, with_size
 from .output import Output, check_output
 from .progress import HALVED, LoadStep, Progress, is_file, line
 from .stabilization import Stabilization
@@ -109,6 +109,11 @@ class LoadSteps:
     output
         Path of a ``.pvd`` or ``.xdmf`` file, to which every accepted step is added with
         all of its fields, segments and points; or an `Output`.
+    on_accept, on_reject
+        Functions without argument that every rank calls, for a state of your own, such
+        as plastic strains: when a step is accepted, recorded and written, and whenever
+        displacement and multiplier have gone back to the last accepted step, before the
+        step is tried in another way, halved or given up.
 
     Attributes
     ----------
@@ -139,6 +144,8 @@ class LoadSteps:
         stabilize: bool | float | None = None,
         control: DisplacementControl | ArcLength | None = None,
         output: str | Path | Output | None = None,
+        on_accept: Callable[[], object] | None = None,
+        on_reject: Callable[[], object] | None = None,
     ) -> None:
         _check_solver(solver)
         self.solver, self.apply = solver, apply
@@ -147,6 +154,7 @@ class LoadSteps:
         self.extrapolate, self.largest, self.easy = extrapolate, largest, easy
         self.progress, self.history, self.halvings = progress, history, 0
         self.strategy, self.stabilize, self.control = strategy, stabilize, control
+        self.on_accept, self.on_reject = on_accept, on_reject
         with together(solver.problem.comm):
             _check_arguments(self)
         # Python's own numbers
@@ -158,9 +166,11 @@ class LoadSteps:
             history=history is not None,
             output=output is not None,
             control=type(control).__name__,
+            on_accept=on_accept,
+            on_reject=on_reject,
             **{name: getattr(self, name) for name in _AGREED},
         )
-        self._apply = _with_size(apply)
+        self._apply = with_size(apply)
         self._stabilization: Stabilization | None = None
         columns: dict[str, Callable[[], float]] = {}
         if stabilize:
@@ -218,6 +228,7 @@ class LoadSteps:
         self._path = path
         options = self.extrapolate, self.strategy == "auto", self._may_be_viscous
         ways = Strategies(path, progress.trying, *options)
+        ways.rejected = partial(self._tell, self.on_reject)
         tools, doubts = ToolsOnPath(contact), Doubts(problem)
         last, snapped = None, False
         tools.look()
@@ -244,6 +255,7 @@ class LoadSteps:
                 progress.trying(HALVED)
                 continue
             path.reached()
+            problem.evaluate()
             tools.look()
             doubts.warn(stacklevel=3)
             if ways.released and not snapped:
@@ -260,6 +272,7 @@ class LoadSteps:
             if self.output is not None:
                 self.output.write(path.time)
             contact.advance()
+            self._tell(self.on_accept)
             path.sizes.accept(iterations)
             last = before
             count = problem.steps_accepted = problem.steps_accepted + 1
@@ -268,6 +281,12 @@ class LoadSteps:
             )
         ways.finish()
         tools.warn()
+
+    def _tell(self, function: Callable[[], object] | None) -> None:
+        """Call a function for the user's own state, if there is one. Collective."""
+        if function is not None:
+            with together(self._problem.comm):
+                function()
 
     @property
     def _may_be_viscous(self) -> bool:
@@ -352,6 +371,10 @@ def _rules(given: Any) -> Iterator[tuple[bool, str]]:
     yield scale is None or is_truth_value(scale) or scales, text
     text = f"apply must be a function of the load factor, not {given.apply!r}"
     yield callable(given.apply), text
+    for name in ("on_accept", "on_reject"):
+        hook = getattr(given, name)
+        text = f"{name} must be a function without argument, not {hook!r}"
+        yield hook is None or callable(hook), text
     history, control, solver = given.history, given.control, given.solver
     text = f"history must be a History, not {history!r}"
     yield history is None or isinstance(history, History), text
@@ -372,16 +395,3 @@ def _rules(given: Any) -> Iterator[tuple[bool, str]]:
         f"path = {path} must have two ends: the load factor, which control finds, is "
         "measured by them"
     )
-
-
-def _with_size(apply: Any) -> Callable[[float, float], Any]:
-    """Pass the step size on if `apply` has two arguments without default."""
-    found: list[inspect.Parameter] = []
-    try:
-        found = list(inspect.signature(apply).parameters.values())
-    except (TypeError, ValueError):  # some built-in functions have no signature
-        pass
-    positional = (p for p in found if p.kind <= p.POSITIONAL_OR_KEYWORD)
-    if sum(p.default is p.empty for p in positional) == 2:
-        return apply
-    return lambda factor, size: apply(factor)

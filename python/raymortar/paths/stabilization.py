@@ -75,7 +75,10 @@ class Viscosity:
         tangent = J + k * ufl.inner(du, v) * of_turn * ufl.dx
         self._force = compat.form(force)
         forms = compat.form(F + force), compat.form(tangent)
-        self._volume = Volume(problem.contact, *problem.volume.with_form_of_u(*forms))
+        given = problem.volume
+        self._volume = Volume(
+            problem.contact, *given.with_form_of_u(*forms), updated=given.updated
+        )
         whole = problem.contact.unknowns.functions[part.at]
         self._r = compat.create_la_vector(*compat.unknowns_of(whole))
         ones = fem.Function(V)

@@ -207,6 +207,8 @@ class Strategies:
         self.used, self.released = FULL, 0.0
         # Coefficients before each reduction; the path's end restores the first
         self._given: list[list[Any]] = []
+        # Takes a user's own state back to the last accepted step
+        self.rejected: Callable[[], None] = lambda: None
         self._contact = self.solver.problem.contact
 
     def solve(self, now: State, last: State | None, ratio: float) -> int:
@@ -296,6 +298,7 @@ class Strategies:
         """Go back to a state. Collective."""
         self._contact.restore(now)
         self._path.restart()
+        self.rejected()
 
     def _others(
         self, now: State, last: State | None, ratio: float

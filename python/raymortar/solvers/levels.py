@@ -39,6 +39,7 @@ class BodiesLevels:
 
     def __init__(self, problem: CoupledProblem, prefix: str) -> None:
         V, self.fixed = problem.contact.u.function_space, problem.constrained
+        problem.evaluate()
         K = assemble_matrix(problem.a, bcs=problem.bcs)
         K.assemble()
         self._step: LinearInterpolation | None = None

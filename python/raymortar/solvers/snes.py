@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
 from petsc4py import PETSc
@@ -10,7 +11,6 @@ from petsc4py import PETSc
 import numpy as np
 
 from ..diagnose.failure import NOT_A_NUMBER, reason_in_words
-from ..errors import ContactError
 from ..options.methods import Penalty
 from ..problem import CoupledProblem
 from .automatic import linear_options
@@ -50,6 +50,16 @@ class Forcing:
             return self.first
         left = max((excess / last) ** 2, 1.0 / excess)
         return max(self.least, min(self.first, SHARE * left))
+
+
+@contextmanager
+def _kept(raised: list[Exception]) -> Iterator[None]:
+    """Keep what a callback raises: some petsc4py raise an error of their own instead."""
+    try:
+        yield
+    except Exception as error:
+        raised.append(error)
+        raise
 
 
 def _defaults(problem: CoupledProblem, floor: float) -> dict[str, Any]:
@@ -162,8 +172,8 @@ class SNESSolver(CoupledSolver):
         self._scale.set(1.0)
         self.snes = PETSc.SNES().create(problem.comm)
         self.krylov_solver = self.snes.ksp
-        # Errors of callbacks: newer petsc4py raises an error of its own instead
-        self._raised: list[ContactError] = []
+        # Errors of callbacks
+        self._raised: list[Exception] = []
         self._set_callbacks()
         prefix = new_prefix("snes") if prefix is None else prefix
         linear = linear_options(problem, options, prefix, snes=True)
@@ -183,15 +193,13 @@ class SNESSolver(CoupledSolver):
         self.snes.compose(SCALE, self._scale)
 
         def residual(snes: PETSc.SNES, x: PETSc.Vec, b: PETSc.Vec) -> None:
-            try:
+            with _kept(raised):
                 problem_of().F(x, b)
-            except ContactError as error:
-                raised.append(error)
-                raise
             b.pointwiseMult(b, snes.query(SCALE))
 
         def tangent(snes: PETSc.SNES, x: PETSc.Vec, A: PETSc.Mat, P: PETSc.Mat) -> None:
-            take_tangent(problem_of(), x, A, snes.ksp)
+            with _kept(raised):
+                take_tangent(problem_of(), x, A, snes.ksp)
             A.diagonalScale(snes.query(SCALE))
 
         self.snes.setFunction(residual, self.b)

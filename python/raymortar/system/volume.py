@@ -13,6 +13,7 @@ import numpy as np
 from .. import _cpp, compat
 from ..compat import Array, Mask
 from .split import Inputs, has_cells, split, tangents
+from .updated import Updated
 
 _SAME = PETSc.Mat.Structure.SAME_NONZERO_PATTERN
 _PART = PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN
@@ -45,10 +46,7 @@ class Forms:
     def residual(
         self, bcs: Sequence[Any] = (), increment: Array | None = None
     ) -> Array:
-        """Assemble the owned rows, with the effect of prescribed increments if given.
-
-        The array is that of the next call, too.
-        """
+        """Assemble the owned rows, with the effect of prescribed increments if given."""
         lifts = increment is not None and len(increment.nonzero()[0]) > 0
         for form, blocks, r, array, owned in self._rows:
             array[:] = 0.0
@@ -59,7 +57,7 @@ class Forms:
             if not self._alone:
                 compat.scatter_reverse_add(r)
             owned[:] = array[: len(owned)]
-        return self._found
+        return self._found.copy()
 
     def _lift(
         self, r: Array, blocks: Sequence[Any], bcs: Sequence[Any], increment: Any
@@ -177,7 +175,7 @@ class Kept:
         try:
             for f in functions:
                 f.x.array[:] = 0.0
-            return self._forms.residual().copy()
+            return self._forms.residual()
         finally:
             for f, values in zip(functions, kept):
                 f.x.array[:] = values
@@ -226,6 +224,9 @@ class Volume:
         Of the tangent, where it may be kept.
     compiled
         Compiles forms, or lists of them.
+    updated
+        What the user's function has set of the forms' coefficients. Then nothing of the
+        forms is kept: their derivatives do not show how coefficients change.
 
     Attributes
     ----------
@@ -242,13 +243,15 @@ class Volume:
         forms: Any = None,
         pattern: Any = None,
         compiled: Callable[[Any], Any] = compat.form,
+        updated: Updated | None = None,
     ) -> None:
         self.contact, self.L, self.a = contact, L, a
+        self.updated = updated
         self.has_several = isinstance(L, list)
         self.kept: Kept | None = None
         # Forms that are assembled each time
         self._rest: Forms | None = Forms(contact, L, a)
-        if forms is not None:
+        if forms is not None and updated is None:
             self._keep(forms, pattern, compiled)
 
     def _keep(self, forms: Any, pattern: Any, compiled: Callable[[Any], Any]) -> None:
@@ -291,11 +294,13 @@ class Volume:
 
     def forces(self, bcs: Sequence[Any]) -> Array:
         """Residual at the present state, of the owned unknowns. Collective."""
-        return self.residual(bcs, None).copy()
+        return self.residual(bcs, None)
 
     def residual(self, bcs: Sequence[Any], increment: Array | None) -> Array:
         """Residual of the owned unknowns, with the effect of prescribed increments if
         they are given. Collective."""
+        if self.updated is not None:
+            self.updated.bring()
         if self.kept is None:
             assert self._rest is not None
             return self._rest.residual(bcs, increment)
@@ -311,6 +316,8 @@ class Volume:
 
     def add_tangent(self, A: PETSc.Mat, bcs: Sequence[Any]) -> None:
         """Add the tangent, with ones for constrained unknowns. Collective."""
+        if self.updated is not None:
+            self.updated.bring()
         fixed = self.contact.unknowns.owned_prescribed(bcs)
         if self.kept is not None:
             self.kept.renew(fixed)

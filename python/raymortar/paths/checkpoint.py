@@ -1,0 +1,400 @@
+"""Checkpoints of a path: files from which any number of ranks go on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, cast
+
+from mpi4py import MPI
+
+import numpy as np
+from dolfinx.fem import Function, FunctionSpace
+
+from .. import compat
+from ..checked import is_real_number
+from ..compat import Array
+from ..discretization.facets import FACETS_PER_CELL
+from ..discretization.joined import places_of
+from ..errors import (
+    ContactError,
+    as_path,
+    raise_everywhere,
+    require_agreement,
+    together,
+)
+from ..interface.coefficients import SAME, PairCoefficients
+from ..interface.state import JointState
+from ..problem import CoupledProblem
+from ..solvers.solver import require_problem
+from .body_columns import rigid_bodies
+from .history import History
+from .tables import Rows, Table, read_head, read_tables, write_tables
+
+# Of nodes of the same mesh, over its size: a mesh may be made anew by arithmetic
+SAME_PLACE = 1e-10
+
+
+@dataclass
+class _Field:
+    """Values of a space, as the array of this rank's dofs, ghosts included."""
+
+    name: str
+    V: FunctionSpace
+    array: Array
+
+
+class Checkpoint:
+    """Writes the state of a path to a file, and goes back to it in another run.
+
+    The file has all unknowns, the multipliers, the accepted step with what friction
+    keeps, rigid bodies, the coefficients of contact, and Functions of yours. Another run
+    makes the same problem on the same mesh, and may have another number of ranks or
+    another partition. Collective.
+
+    Parameters
+    ----------
+    problem
+        Problem that is solved.
+    file
+        Path of the file. `write` replaces an older one once the new one is whole.
+    more
+        Further Functions on the meshes of the displacements, such as plastic strains.
+    history
+        `History` whose records the file has too; `read` lets it go on from these.
+
+    Raises
+    ------
+    ContactError
+        For Functions on another mesh, or in a space whose dofs depend on the partition:
+        edge elements, and continuous ones above degree 2.
+
+    Examples
+    --------
+    >>> checkpoint = Checkpoint(problem, "press.chk", more=[plastic], history=history)
+    >>> begin = checkpoint.read() if checkpoint.exists() else 0.0
+    >>> steps = round(40 * (1.0 - begin))
+    >>> for step in LoadSteps(solver, apply, steps, path=(begin, 1.0), history=history):
+    ...     checkpoint.write(step.factor)
+    """
+
+    def __init__(
+        self,
+        problem: CoupledProblem,
+        file: str | Path,
+        more: Sequence[Function] = (),
+        history: History | None = None,
+    ) -> None:
+        require_problem(problem)
+        self.problem, self.history = problem, history
+        self._comm = cast(MPI.Intracomm, problem.comm)
+        self._u = problem.contact.u
+        self._bodies = rigid_bodies(problem.contact.zones)
+        displacements = problem.contact.unknowns.displacements
+        self._meshes = [one.u.function_space.mesh for one in displacements]
+        with together(self._comm):
+            self.path = as_path(file)
+            if history is not None and not isinstance(history, History):
+                raise ContactError(f"history must be a History, not {history!r}")
+            if not isinstance(more, (list, tuple)):
+                raise ContactError(f"more must be a list of Functions, not {more!r}")
+            self._more = list(more)
+            for f in more:
+                if not (isinstance(f, Function) and self._mesh_of(f) is not None):
+                    text = "is no Function on the mesh of a displacement"
+                    raise ContactError(f"more has {f!r}, which {text}")
+        require_agreement(
+            self._comm, file=str(file), more=len(more), history=history is not None
+        )
+        with together(self._comm):
+            for k, mesh in enumerate(self._meshes):
+                if np.any(compat.cells_as_given(mesh) < 0):
+                    raise ContactError(f"mesh {k} does not know the order of its cells")
+            for field in self._fields(problem.contact.state()):
+                if compat.turns_with_cells(field.V):
+                    text = "is in a space whose dofs depend on the partition"
+                    raise ContactError(f"{field.name} {text}")
+
+    def __repr__(self) -> str:
+        return f"<Checkpoint {str(self.path)!r} of {self.problem!r}>"
+
+    def _mesh_of(self, f: Any) -> int | None:
+        """Number of the mesh that a Function is on; None: of none."""
+        found = [k for k, m in enumerate(self._meshes) if compat.on_mesh(f, m)]
+        return found[0] if found else None
+
+    def exists(self) -> bool:
+        """Whether there is a file. Collective."""
+        found = self.path.is_file() if self._comm.rank == 0 else None
+        return bool(self._comm.bcast(found, root=0))
+
+    def _fields(self, state: Any) -> Iterator[_Field]:
+        """Yield what the file has by cell: the unknowns, a state, Functions."""
+        contact = self.problem.contact
+        unknowns, first = contact.unknowns, state.parts[0]
+        for k, f in enumerate(unknowns.functions):
+            yield _Field(f"unknown[{k}] {f.name}", f.function_space, f.x.array)
+        for k, one in enumerate(unknowns.displacements):
+            own = first.u_old[unknowns.u_places(k)]
+            yield _Field(f"accepted[{k}] {one.given.name}", one.u.function_space, own)
+        for k, (part, of_part) in enumerate(zip(contact.parts, state.parts)):
+            if part.surfaces.multiplier is not None:
+                f = part.surfaces.multiplier
+                yield _Field(f"multiplier {k}", f.function_space, f.x.array)
+            if of_part.slip is not None:
+                yield _Field(f"slip {k}", part.surfaces.scalar, of_part.slip)
+        for k, f in enumerate(self._more):
+            yield _Field(f"more[{k}] {f.name}", f.function_space, f.x.array)
+
+    # Writing
+
+    def write(self, time: float) -> None:
+        """Write the present state, after a step has been accepted. Collective.
+
+        Parameters
+        ----------
+        time
+            Load factor, which `read` returns.
+
+        Raises
+        ------
+        ContactError
+            If the file cannot be written, or if time is no number.
+        """
+        with together(self._comm):
+            if not (is_real_number(time) and np.isfinite(time)):
+                raise ContactError(f"time must be a load factor, not {time!r}")
+        state = self.problem.contact.state()
+        tables = [self._nodes(k) for k in range(len(self._meshes))]
+        for field in self._fields(state):
+            numbers = compat.cells_as_given(field.V.mesh)
+            tables.append(self._by_cell(field.name, numbers, field.V, field.array))
+        tables += self._springs(state)
+        head = {
+            "time": float(time),
+            "steps": self.problem.steps_accepted,
+            "bodies": [
+                {
+                    "name": b.name,
+                    "moved": _list(b.cpp.moved),
+                    "turned": _list(b.cpp.turned),
+                }
+                for b in self._bodies
+            ],
+            "contacts": [
+                {
+                    "gamma": one.gamma if is_real_number(one.gamma) else None,
+                    "scale": one.gamma_scale,
+                    "motions": [_list(motion) for motion in part.old_motions],
+                    "freedoms": [_list(values) for values in part.freedoms],
+                }
+                for one, part in zip(self.problem.contact.contacts, state.parts)
+            ],
+        }
+        if self.history is not None:
+            rows = [list(row) for row in self.history.rows]
+            head["history"] = {"columns": list(self.history.columns), "rows": rows}
+        write_tables(self._comm, self.path, head, tables)
+
+    def _by_cell(
+        self, name: str, numbers: Rows, V: FunctionSpace, array: Array
+    ) -> Table:
+        values = compat.values_by_cell(V, array)
+        return Table(name, self._comm.allreduce(len(numbers)), numbers, values)
+
+    def _nodes(self, k: int) -> Table:
+        """Nodes of the cells of a mesh, by which another mesh is known."""
+        mesh = self._meshes[k]
+        numbers = compat.cells_as_given(mesh)
+        nodes = compat.geometry_dofmap(mesh)[: len(numbers)]
+        x = mesh.geometry.x[nodes].reshape(len(nodes), 3 * nodes.shape[1])
+        return Table(f"mesh {k}", self._comm.allreduce(len(numbers)), numbers, x)
+
+    def _springs(self, state: Any) -> Iterator[Table]:
+        """Yield what friction springs hold, by slave facet: cell, number of the facet
+        within it, and vectors at the dofs of the cell, 0 off the facet."""
+        tractions = [t for part in state.parts for t in part.traction_old]
+        for k, (zone, held) in enumerate(zip(self.problem.contact.zones, tractions)):
+            if self._comm.allreduce(held is not None) == 0:
+                continue
+            number, slots, size = self._slots(zone)
+            values = np.zeros((len(number), size, zone.facets.slave_surface.gdim))
+            if held is not None:
+                values[np.arange(len(number))[:, None], slots] = held
+            count = self._comm.allreduce(len(number))
+            first = sum(self._comm.allgather(len(number))[: self._comm.rank])
+            table = np.column_stack(
+                [number, values.reshape(len(number), size * values.shape[2])]
+            )
+            yield Table(f"springs {k}", count, np.arange(len(number)) + first, table)
+
+    def _slots(self, zone: Any) -> tuple[Rows, Any, int]:
+        """Number of each slave facet that no partition changes, its dofs among those of
+        its cell (facets, n), and how many the cell has."""
+        facets, surface = zone.facets.slave, zone.facets.slave_surface
+        part = zone.facets.slave_part
+        displacement = self.problem.contact.unknowns.displacements[part]
+        V, places = displacement.u.function_space, places_of(self._u, part)
+        dofs = compat.dofmap_array(V)[facets.cells]
+        dofs = dofs if places is None else places[dofs]
+        own = surface.dofs[surface.facet_dofs]
+        slots = (own[:, :, None] == dofs[:, None, :]).argmax(axis=2)
+        cells = compat.cells_as_given(V.mesh)[facets.cells]
+        return cells * FACETS_PER_CELL + facets.local_facets, slots, dofs.shape[1]
+
+    # Reading
+
+    def read(self) -> float:
+        """Go back to the state of the file; return its load factor. Collective.
+
+        Raises
+        ------
+        ContactError
+            If there is no such file, if it is cut short, or if it is of another mesh,
+            other fields, bodies or columns; nothing is then changed.
+        """
+        contact, state = self.problem.contact, self.problem.contact.state()
+        head = read_head(self._comm, self.path)
+        fields = list(self._fields(state))
+        own = [self._nodes(k) for k in range(len(self._meshes))]
+        tables = own + [
+            self._by_cell(f.name, compat.cells_as_given(f.V.mesh), f.V, f.array)
+            for f in fields
+        ]
+        springs = head["tables"][len(tables) :]
+        raise_everywhere(self._comm, self._fault_of(head, tables))
+        numbers = [table.number for table in tables]
+        numbers += [np.arange(table["rows"]) for table in springs]
+        found = read_tables(self._comm, self.path, head, numbers)
+        raise_everywhere(self._comm, self._other_mesh(own, found))
+        held = {
+            one["name"]: values for one, values in zip(springs, found[len(tables) :])
+        }
+        tractions, fault = self._tractions(held)
+        raise_everywhere(self._comm, fault)
+
+        arrays = {}
+        for field, values in zip(fields, found[len(own) :]):
+            f = Function(field.V)
+            compat.set_by_cell(f, values)
+            arrays[field.name] = f.x.array
+        for body, known in zip(self._bodies, head["bodies"]):
+            body.cpp.moved, body.cpp.turned = known["moved"], known["turned"]
+        self._set_gamma(head["contacts"])
+        for k, f in enumerate(contact.unknowns.functions):
+            f.x.array[:] = arrays[f"unknown[{k}] {f.name}"]
+        for k, f in enumerate(self._more):
+            f.x.array[:] = arrays[f"more[{k}] {f.name}"]
+        contact.restore(self._state(state, arrays, tractions, head["contacts"]))
+        if contact.updates == 0:
+            contact.update()
+        self.problem.evaluate()
+        self.problem.steps_accepted = int(head["steps"])
+        if self.history is not None:
+            self.history.resume(head["history"]["rows"])
+        return float(head["time"])
+
+    def _state(
+        self, state: Any, arrays: dict[str, Array], tractions: Any, known: Any
+    ) -> Any:
+        """A state of the contacts with the values of the file."""
+        contact = self.problem.contact
+        unknowns = contact.unknowns
+        unknowns.pull()
+        u_old = np.empty_like(state.parts[0].u_old)
+        for k, one in enumerate(unknowns.displacements):
+            u_old[unknowns.u_places(k)] = arrays[f"accepted[{k}] {one.given.name}"]
+        parts, begin = [], 0
+        for k, (part, of_part) in enumerate(zip(state.parts, known)):
+            end = begin + len(part.traction_old)
+            motions = [np.array(m).reshape(-1, 15) for m in of_part["motions"]]
+            new = replace(
+                part,
+                u=unknowns.u.x.array.copy(),
+                u_old=u_old,
+                multiplier=arrays.get(f"multiplier {k}"),
+                traction_old=tractions[begin:end],
+                unknowns=None if part.unknowns is None else unknowns.values(),
+                old_motions=motions,
+                freedoms=[np.array(values) for values in of_part["freedoms"]],
+                slip=arrays.get(f"slip {k}"),
+            )
+            parts.append(new)
+            begin = end
+        return parts[0] if len(parts) == 1 else JointState(tuple(parts))
+
+    def _set_gamma(self, known: Any) -> None:
+        """Set the coefficients: a path may have changed them, and the automatic ones
+        differ by rounding with the partition. Collective."""
+        for one, saved in zip(self.problem.contact.contacts, known):
+            factor = saved["scale"] / one.gamma_scale
+            if saved["gamma"] is not None:
+                one.set_gamma(saved["gamma"])
+            elif isinstance(one.gamma, PairCoefficients) and abs(factor - 1.0) > SAME:
+                one.set_gamma(factor * one.gamma)
+
+    def _tractions(self, held: dict[str, Array]) -> tuple[list[Any], str | None]:
+        """Tractions of the springs of each zone, and why there are none."""
+        found: list[Any] = []
+        for k, zone in enumerate(self.problem.contact.zones):
+            rows = held.get(f"springs {k}")
+            if rows is None:
+                found.append(None)
+                continue
+            number, slots, size = self._slots(zone)
+            saved = rows[:, 0].astype(np.int64)
+            order = np.argsort(saved)
+            place = np.searchsorted(saved[order], number)
+            at = order[np.minimum(place, len(saved) - 1)] if len(saved) else place
+            gdim = zone.facets.slave_surface.gdim
+            if len(number) and not (len(saved) and np.array_equal(saved[at], number)):
+                return found, self._says(f"slave surface {k} has other facets")
+            values = rows[at, 1:].reshape(len(number), size, gdim)
+            found.append(values[np.arange(len(number))[:, None], slots])
+        return found, None
+
+    def _says(self, text: str) -> str:
+        return f"{self.path} is of another problem: {text} (rank {self._comm.rank})"
+
+    def _fault_of(self, head: Any, tables: Sequence[Table]) -> str | None:
+        """Why the file is none of this problem, if so; rows are not looked at."""
+        saved = [one for one in head["tables"] if not one["name"].startswith("springs")]
+        for k, table in enumerate(tables):
+            name = saved[k]["name"] if k < len(saved) else None
+            if name != table.name:
+                return self._says(f"it has {name or 'nothing'}, here is {table.name}")
+            there = saved[k]["rows"], saved[k]["width"]
+            here = table.rows, table.values.shape[1]
+            if there != here:
+                return self._says(
+                    f"its {name} has {there[0]} cells with {there[1]} values, here are "
+                    f"{here[0]} with {here[1]}"
+                )
+        if len(saved) > len(tables):
+            return self._says(f"it has {saved[len(tables)]['name']}, which is not here")
+        bodies = [body.name for body in self._bodies]
+        theirs = [body["name"] for body in head["bodies"]]
+        if bodies != theirs:
+            return self._says(f"its rigid bodies are {theirs}, here are {bodies}")
+        if self.history is not None:
+            columns = head.get("history", {}).get("columns")
+            if columns != list(self.history.columns):
+                return self._says(f"its history has the columns {columns}")
+        return None
+
+    def _other_mesh(self, own: Sequence[Table], found: Sequence[Array]) -> str | None:
+        """Name the first cell of a mesh that is elsewhere in the file, if any is."""
+        for table, x in zip(own, found):
+            size = np.abs(table.values).max(initial=0.0)
+            off = np.abs(table.values - x).max(axis=1, initial=0.0) > SAME_PLACE * size
+            if off.any():
+                cell = table.number[off].min()
+                return self._says(f"cell {cell} of {table.name} is at another place")
+        return None
+
+
+def _list(values: Any) -> list[Any]:
+    """Numbers as JSON has them, to the last digit."""
+    found: list[Any] = np.asarray(values).tolist()
+    return found

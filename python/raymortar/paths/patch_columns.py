@@ -1,0 +1,129 @@
+"""Columns of a history on where contact is, torques, and the work of supports."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
+from typing import Any
+
+from mpi4py import MPI
+
+import numpy as np
+
+from ..checked import direction, vector
+from ..compat import Array
+from ..errors import ContactError
+from ..interface.point_results import CLOSED
+from ..interface.zone_data import ZoneData
+from ..problem import CoupledProblem
+from ..results.sums import Resultant
+
+# Label, slave surface, index of the master (None: all), and what finds the resultant
+Part = tuple[str, int, int | None, Callable[[], Resultant]]
+Columns = Iterator[tuple[list[str], Callable[[], Any]]]
+
+
+def patch_columns(problem: CoupledProblem, parts: Sequence[Part]) -> Columns:
+    """Yield area, centre of pressure and peak pressure of surfaces and pairs."""
+    zones, axes = (
+        problem.contact.zones,
+        "xyz"[: problem.contact.u.function_space.mesh.geometry.dim],
+    )
+    for label, zone, master, _ in parts:
+        names = [f"area_{label}", *(f"centre_{label}_{x}" for x in axes)]
+        find = partial(_patch, zones[zone], problem.comm, master)
+        yield [*names, f"peak_{label}"], find
+
+
+def _patch(zone: ZoneData, comm: MPI.Comm, master: int | None) -> Array:
+    """Find area, centre and peak of the pressure, NaN where nothing presses.
+    Collective."""
+    points = zone.points()
+    closed = points["status"] >= CLOSED
+    if master is not None:
+        closed &= zone.masters_of(points) == master
+    area, x, p = (points[name][closed] for name in ("weight", "x", "pressure"))
+    sums = np.array([area.sum(), -(area @ p), *(-(area * p) @ x)])
+    comm.Allreduce(MPI.IN_PLACE, sums)
+    peak = comm.allreduce(float((-p).max(initial=0.0)), op=MPI.MAX)
+    centre = sums[2:] / sums[1] if sums[1] > 0.0 else np.full(len(sums) - 2, np.nan)
+    return np.array([sums[0], *centre, peak])
+
+
+def checked_axes(problem: CoupledProblem, axes: Any) -> dict[str, tuple[Array, Array]]:
+    """Point (3,) and unit direction (3,) of each axis by name."""
+    gdim = problem.contact.u.function_space.mesh.geometry.dim
+    if axes is None:
+        return {}
+    if not isinstance(axes, Mapping):
+        raise ContactError(f"axes must be axes by name, not {axes!r}")
+    if axes and problem.contact.axisymmetric:
+        raise ContactError("axes: a solid of revolution has no torque")
+    found = {}
+    for name, axis in axes.items():
+        if gdim == 2:
+            point, along = vector(f"axes[{name!r}]", axis, 2), np.array([0, 0, 1.0])
+        else:
+            if not (isinstance(axis, (list, tuple)) and len(axis) == 2):
+                raise ContactError(
+                    f"axes[{name!r}] must be a point and a direction, not {axis!r}"
+                )
+            point = vector(f"axes[{name!r}]", axis[0], 3)
+            along = direction(f"axes[{name!r}]", axis[1])
+        found[str(name)] = point, along
+    return found
+
+
+def torque_columns(
+    axes: Mapping[str, tuple[Array, Array]], parts: Sequence[Part]
+) -> Columns:
+    """Yield the torque of contact on slaves about each axis."""
+    for name, (point, along) in axes.items():
+        for label, *_, find in parts:
+            yield [f"torque_{name}_{label}"], partial(_torque, find, point, along)
+
+
+def _torque(find: Callable[[], Resultant], point: Array, along: Array) -> float:
+    """Find a torque about an axis. Collective."""
+    found = find()
+    force = np.pad(found.force, (0, 3 - len(found.force)))
+    moment = np.atleast_1d(found.moment)
+    moment = np.pad(moment, (3 - len(moment), 0))
+    return float(along @ (moment - np.cross(point, force)))
+
+
+class SupportWork:
+    """Sums up what supports have done on the bodies, step by step. Collective.
+
+    The mean of the forces at both ends of a step works on the motion of each dof.
+    """
+
+    def __init__(self, problem: CoupledProblem, supports: Mapping[str, Any]) -> None:
+        self._problem, self._supports = problem, supports
+        self.names = [f"work_{name}" for name in supports]
+        unknowns, n = problem.contact.unknowns, problem.contact.layout.n_u
+        # Whether each support holds an owned dof of u
+        held = [unknowns.prescribed_u(bcs)[0][:n] == 1 for bcs in supports.values()]
+        self._held = np.array(held, dtype=float).reshape(-1, n)
+        self.begin_here()
+
+    def _now(self) -> tuple[Array, Array]:
+        """Forces that hold the owned dofs of u, and u."""
+        contact = self._problem.contact
+        n = contact.layout.n_u
+        solved = self.names and contact.updates
+        forces = self._problem.forces() if solved else np.zeros(n)
+        return forces, contact.u.x.array[:n].copy()
+
+    def begin_here(self) -> None:
+        """Take the present state as the beginning of the next step. Collective."""
+        self._forces, self._u = self._now()
+
+    def values(self, last: Mapping[str, float] | None) -> list[float]:
+        """Work so far, given the last record. Collective."""
+        forces, u = self._now()
+        done = self._held @ (0.5 * (forces + self._forces) * (u - self._u))
+        self._forces, self._u = forces, u
+        done = self._problem.comm.allreduce(done)
+        before = [0.0 if last is None else last[name] for name in self.names]
+        return [float(a + b) for a, b in zip(before, done)]
