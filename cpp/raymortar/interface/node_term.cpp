@@ -1,4 +1,5 @@
 #include "raymortar/interface/node_term.h"
+#include "raymortar/core/error.h"
 #include "raymortar/element/node_conditions.h"
 #include "raymortar/interface/facet_blocks.h"
 
@@ -8,7 +9,15 @@ namespace
 {
 Unknowns multipliers_of(Index facet) { return {no_index, facet, no_index}; }
 
-/// Entries [from, from + size) of a table
+/// Sums are gathered over zones and ranks, which one zone alone cannot do
+void require_sums(const ContactState& s)
+{
+  if (s.node_sums.empty() and s.slave.num_facets() > 0)
+    throw Error("a law at nodes needs the sums of all zones: assemble by a "
+                "ContactSystem");
+}
+
+/// Entries of one item of a table
 std::span<const double> part(const std::vector<double>& table, Index item,
                              std::size_t size)
 {
@@ -67,9 +76,10 @@ void NodeTerm::add_sums(const ContactState& s, NodeSums& sums) const
       sums.at(nodes[k], NodeSum::facets) += 1.0;
       if (not s.traction_old.empty())
         for (std::size_t i = 0; i < d; ++i)
-          sums.add(nodes[k], NodeVector::past, i,
-                   s.traction_old
-                       .nodal[(static_cast<std::size_t>(f) * dofs + k) * d + i]);
+          sums.add(
+              nodes[k], NodeVector::past, i,
+              s.traction_old
+                  .nodal[(static_cast<std::size_t>(f) * dofs + k) * d + i]);
     }
   }
   std::vector<double> lam;
@@ -90,6 +100,7 @@ void NodeTerm::add_sums(const ContactState& s, NodeSums& sums) const
 
 Work NodeTerm::residual(const ContactState& s, VectorSink& sink) const
 {
+  require_sums(s);
   const std::size_t n = s.multipliers.per_facet(s.slave.num_facets());
   const auto M = static_cast<std::size_t>(s.multipliers.components);
   const NodeRows rows = node_rows(s);
@@ -111,6 +122,7 @@ Work NodeTerm::residual(const ContactState& s, VectorSink& sink) const
 
 Work NodeTerm::tangent(const ContactState& s, MatrixSink& sink) const
 {
+  require_sums(s);
   const std::size_t n = s.multipliers.per_facet(s.slave.num_facets());
   const auto M = static_cast<std::size_t>(s.multipliers.components);
   const double scale = s.multipliers.scale;
