@@ -137,13 +137,21 @@ void AnyBlocks<D>::add_multiplier(double w, const Shapes& at)
 }
 
 template <int D>
-void AnyBlocks<D>::add_slide(const Vec<D>& f, const GermRows<T, D>& eta,
-                             const Shapes& at)
+UnknownRows<D - 1, D> AnyBlocks<D>::slide_rows(const GermRows<T, D>& eta,
+                                               const Shapes& at)
 {
   UnknownRows<T, D> rows;
   expand<T, D>(at, eta, TargetPart::value, rows);
   for (auto& row : rows)
     std::fill(row.begin() + at.side(), row.begin() + at.alone(), 0.0);
+  return rows;
+}
+
+template <int D>
+void AnyBlocks<D>::add_slide(const Vec<D>& f, const GermRows<T, D>& eta,
+                             const Shapes& at)
+{
+  const UnknownRows<T, D> rows = slide_rows(eta, at);
   const int n = at.size();
   double* out = A.data() + at.alone() * n;
   for (int a = 0; a < at.target_nodes; ++a)
@@ -180,30 +188,85 @@ void AnyBlocks<D>::add_condition_rows(double w, const Mat<M, M>& C_lam,
 }
 
 template <int D>
-void AnyBlocks<D>::add_turn_rows(double w, const Vec<D>& n,
+void AnyBlocks<D>::add_turn_rows(Side side, double w, const Vec<D>& n,
                                  const UnknownRows<T, D>& rows,
                                  const Vec<T>& held, const Mat<D, T>& dual,
                                  const Shapes& at)
 {
+  const bool of_slave = side == Side::slave;
+  const int nodes = of_slave ? at.slave_nodes : at.target_nodes;
+  const int first = of_slave ? 0 : at.alone();
+  const auto gradient = [&](int a)
+  { return of_slave ? at.slave_gradient(a) : at.target_gradient(a); };
   std::array<Vec<D>, 9> G; // surface gradients of shape functions
-  for (int a = 0; a < at.slave_nodes; ++a)
-    G[place(a)] = dual * at.slave_gradient(a);
+  for (int a = 0; a < nodes; ++a)
+    G[place(a)] = dual * gradient(a);
   const int size = at.size();
   std::array<double, most> row;
-  for (int a = 0; a < at.slave_nodes; ++a)
+  for (int a = 0; a < nodes; ++a)
   {
-    const Vec<T> dN = at.slave_gradient(a);
+    const Vec<T> dN = gradient(a);
     std::fill_n(row.begin(), size, 0.0);
     add_sum<T, D>(factors<T>(dN), rows, size, row.data());
     const double by = w * dN.dot(held);
     for (int i = 0; i < D; ++i)
     {
-      double* const out = A.data() + (D * a + i) * size;
+      double* const out = A.data() + (first + D * a + i) * size;
       add_row(w * n[i], row.data(), size, out);
-      for (int c = 0; c < at.slave_nodes; ++c)
+      for (int c = 0; c < nodes; ++c)
         for (int k = 0; k < D; ++k)
-          out[D * c + k] += by * G[place(c)][i] * n[k];
+          out[first + D * c + k] += by * G[place(c)][i] * n[k];
     }
+  }
+  if (not of_slave)
+    add_body_turn_rows(w, n, rows, held, dual, at);
+}
+
+template <int D>
+void AnyBlocks<D>::add_body_turn_rows(double w, const Vec<D>& n,
+                                      const UnknownRows<T, D>& rows,
+                                      const Vec<T>& held, const Mat<D, T>& dual,
+                                      const Shapes& at)
+{
+  const int size = at.size(), first = at.alone();
+  for (int j = 0; j < at.body_unknowns; ++j)
+  {
+    double* const out = A.data() + (first + j) * size;
+    add_sum<T, D>(factors<T>(Vec<T>(w * at.body_rates(j, n))), rows, size, out);
+    Vec<D> moved = Vec<D>::Zero(); // by which the normal's change counts
+    for (int k = 0; k < T; ++k)
+      moved += held[k] * at.body.col(j).template segment<D>(D * (1 + k));
+    const Vec<T> along = w * dual.transpose() * moved;
+    for (int i = 0; i < at.body_unknowns; ++i)
+      out[first + i] += along.dot(at.body_rates(i, n));
+  }
+}
+
+template <int D>
+void AnyBlocks<D>::add_turn_slide(double w, const Vec<T>& f, const Vec<D>& n,
+                                  const Mat<D, T>& bend,
+                                  const UnknownRows<T, D>& eta,
+                                  const Shapes& at)
+{
+  const int size = at.size();
+  double* out = A.data() + at.alone() * size;
+  for (int a = 0; a < at.target_nodes; ++a)
+  {
+    const Vec<T> second = at.target_second(a) * f;
+    const double along = at.target_gradient(a).dot(f);
+    for (int i = 0; i < D; ++i, out += size)
+      add_sum<T, D>(factors<T>(Vec<T>(
+                        w * (n[i] * second + along * bend.row(i).transpose()))),
+                    eta, size, out);
+  }
+  // A tool bends along its normal, whose turn has no part along it
+  for (int j = 0; j < at.body_unknowns; ++j, out += size)
+  {
+    Vec<T> by = Vec<T>::Zero();
+    for (int k = 0; k < T; ++k)
+      by += w * f[k] * bend.transpose() *
+            at.body.col(j).template segment<D>(D * (1 + k));
+    add_sum<T, D>(factors<T>(by), eta, size, out);
   }
 }
 

@@ -23,6 +23,13 @@ enum class TargetPart
   all ///< with the derivatives
 };
 
+/// @brief Whose normal turns.
+enum class Side
+{
+  slave,
+  target
+};
+
 /// @brief R rows over the unknowns of an element.
 template <int R, int D>
 using UnknownRows = std::array<std::array<double, PointShapes<D>::most>,
@@ -64,12 +71,20 @@ public:
         b[place(at.alone() + j)] += at.body(i, j) * t[i];
   }
 
-  /// @brief Add to the residual: work on the turn of the slave's normal.
+  /// @brief Add to the residual: work on the turn of a side's normal n.
   /// @param[in] f Force times arm by the gradients of shape functions
-  void add_turn(const Vec<T>& f, const Vec<D>& n, const Shapes& at)
+  void add_turn(Side side, const Vec<T>& f, const Vec<D>& n, const Shapes& at)
   {
-    for (int a = 0; a < at.slave_nodes; ++a)
-      add_vector(at.slave_gradient(a).dot(f) * n, D * a);
+    if (side == Side::slave)
+    {
+      for (int a = 0; a < at.slave_nodes; ++a)
+        add_vector(at.slave_gradient(a).dot(f) * n, D * a);
+      return;
+    }
+    for (int a = 0; a < at.target_nodes; ++a)
+      add_vector(at.target_gradient(a).dot(f) * n, at.alone() + D * a);
+    for (int j = 0; j < at.body_unknowns; ++j)
+      b[place(at.alone() + j)] += at.body_rates(j, n).dot(f);
   }
 
   /// @brief Add to the residual: the multiplier's equation, for C / gamma times
@@ -100,15 +115,32 @@ protected:
   void add_condition_rows(double w, const Mat<M, M>& C_lam,
                           UnknownRows<M, D>& rows, int count, const Shapes& at);
 
-  /// Add w times, to rows of the slave's displacement along the normal n: how
+  /// Add w times, to rows of a side's displacement along its normal n: how
   /// what multiplies the gradients of shape functions varies
-  /// @param[in] held That itself: the normal turns as well
-  /// @param[in] dual Of the slave's tangents
-  void add_turn_rows(double w, const Vec<D>& n, const UnknownRows<T, D>& rows,
-                     const Vec<T>& held, const Mat<D, T>& dual,
-                     const Shapes& at);
+  /// @param[in] held Minus that itself: the normal turns as well
+  /// @param[in] dual Of the side's tangents
+  void add_turn_rows(Side side, double w, const Vec<D>& n,
+                     const UnknownRows<T, D>& rows, const Vec<T>& held,
+                     const Mat<D, T>& dual, const Shapes& at);
+
+  /// Add w times: what multiplies the gradients of the target's shape functions
+  /// acts at another point of the target, where these and the normal are others
+  /// @param[in] f, n That and the normal
+  /// @param[in] bend Derivative of the normal along the target
+  /// @param[in] eta How the point moves, see slide_rows
+  void add_turn_slide(double w, const Vec<T>& f, const Vec<D>& n,
+                      const Mat<D, T>& bend, const UnknownRows<T, D>& eta,
+                      const Shapes& at);
+
+  /// How the point that is hit moves along the target, over all unknowns
+  [[nodiscard]] static UnknownRows<D - 1, D>
+  slide_rows(const GermRows<T, D>& eta, const Shapes& at);
 
 private:
+  void add_body_turn_rows(double w, const Vec<D>& n,
+                          const UnknownRows<T, D>& rows, const Vec<T>& held,
+                          const Mat<D, T>& dual, const Shapes& at);
+
   [[nodiscard]] static std::size_t place(int k)
   {
     return static_cast<std::size_t>(k);

@@ -4,6 +4,7 @@
 
 #include "raymortar/element/any_blocks.h"
 #include "raymortar/element/germ_point.h"
+#include "raymortar/element/turning.h"
 #include "raymortar/law/nodal.h"
 
 namespace raymortar
@@ -28,14 +29,24 @@ public:
   using Columns = GermColumns<F, L, Law>;
 
   /// @brief Residual of a point with a hit.
-  void add_hit(const Hit<false>& p, const Shapes& at)
+  void add_hit(const Data& e, const Hit<false>& p, const Shapes& at)
   {
+    const double arm = p.weight * p.g;
     this->add_force(p.weight * p.response.t, at);
     if constexpr (is_frictional<Law>)
       if (p.has_couple())
-        this->add_turn(p.weight * p.g * dual_tangents<D>(p.slave).transpose() *
+        this->add_turn(Side::slave,
+                       arm * dual_tangents<D>(p.slave).transpose() *
                            p.turning(p.response.t),
                        p.slave.n, at);
+    if (p.has_foot() and at.has_target())
+    {
+      const Frame<D>& target = e.master_frames.now;
+      this->add_turn(Side::target,
+                     arm * p.pressure() * dual_tangents<D>(target).transpose() *
+                         p.slave.n,
+                     target.n, at);
+    }
     if constexpr (has_condition)
       this->template add_condition<M>(p.weight / p.gamma * p.response.C, at);
   }
@@ -118,9 +129,7 @@ private:
     {
       const auto dt = chain<D>(traction_slopes(p), p, by, columns);
       add_work_tangent(e, p, by, dt, target_part(p), at);
-      if constexpr (is_frictional<Law>)
-        if (p.has_couple())
-          add_couple_tangent(e, p, by, columns, dt, at);
+      add_arm_tangents(e, p, by, columns, dt, at);
     }
     else
     {
@@ -142,14 +151,10 @@ private:
                           const Shapes& at)
   {
     this->add_multiplier(p.weight, at);
-    if (not moves(e.measure) and not p.has_couple())
-      return;
     GermRows<D, D> dt;
     dt.slave.fill(Mat<D, D>::Zero());
     dt.target.fill(Mat<D, D>::Zero());
-    if constexpr (is_frictional<Law>)
-      if (p.has_couple())
-        add_couple_tangent(e, p, by, columns, dt, at);
+    add_arm_tangents(e, p, by, columns, dt, at);
     if (not moves(e.measure))
       return;
     add_area<D>(e, p, by.dual, p.response.t, dt);
@@ -179,35 +184,111 @@ private:
   void add_slide_tangent(const Hit<true>& p, const HitTangent& by,
                          const Shapes& at)
   {
+    this->add_slide(p.weight * p.response.t, vary_eta(p, by), at);
+  }
+
+  /// How the point that is hit moves along the target  [theory (2.8)]
+  [[nodiscard]] static GermRows<T, D> vary_eta(const Hit<true>& p,
+                                               const HitTangent& by)
+  {
     const Mat<T, D> rho = by.vary.dual.template topRows<T>();
     const Mat<T, T> turn = p.g * rho * by.dual;
     GermRows<T, D> eta;
     eta.slave[0] = rho;
     eta.target[0] = -rho;
-    for (int j = 0; j < T; ++j)
-      eta.slave[static_cast<std::size_t>(1 + j)] =
-          -turn.col(j) * p.slave.n.transpose();
-    this->add_slide(p.weight * p.response.t, eta, at);
+    for (std::size_t j = 1; j < D; ++j)
+    {
+      eta.slave[j] = -turn.col(static_cast<int>(j) - 1) * p.slave.n.transpose();
+      eta.target[j].setZero();
+    }
+    return eta;
+  }
+
+  /// Derivatives of what tractions do at the ends of arms
+  /// @param[in] dt Derivative of t by the displacements, at fixed area
+  void add_arm_tangents(const Data& e, const Hit<true>& p, const HitTangent& by,
+                        const Columns& columns, const GermRows<D, D>& dt,
+                        const Shapes& at)
+  {
+    if (not p.of_target)
+    {
+      if constexpr (is_frictional<Law>)
+        if (p.has_couple())
+          add_couple_tangent(e, p, by, columns, dt, at);
+      return;
+    }
+    const bool has_foot = p.has_foot() and at.has_target();
+    if (not p.has_couple() and not has_foot)
+      return;
+    const GermRows<D, D> dnu = vary_normal(p, by, columns);
+    if constexpr (is_frictional<Law>)
+      if (p.has_couple())
+        add_couple_tangent(e, p, by, columns, across_rows(p, dt, dnu), at);
+    if (has_foot)
+      add_foot_tangent(e, p, by, columns, pressure_rows(p, dt, dnu), at);
   }
 
   /// Derivative of - t . g dn  [theory (4.21)]
-  /// @param[in] dt That of t at fixed area
+  /// @param[in] dt That of the traction that makes a couple, at fixed area
   void add_couple_tangent(const Data& e, const Hit<true>& p,
                           const HitTangent& by, const Columns& columns,
                           const GermRows<D, D>& dt, const Shapes& at)
   {
-    GermRows<T, D> couple =
-        p.of_target ? vary_couple(e, p, by, columns,
-                                  chain<D>(across_slopes(p), p, by, columns))
-                    : vary_couple(e, p, by, columns, dt);
+    GermRows<T, D> couple = vary_couple(e, p, by, columns, dt);
     const Vec<D> t = p.turning(p.response.t);
-    add_turned(by, p.slave.n, p.g * t, couple);
+    add_turned(turned_by<D>(by.dual, p.slave.n, p.g * t), couple.slave);
     UnknownRows<T, D> rows;
     expand<T, D>(at, couple, TargetPart::all, rows);
     if constexpr (M > 0)
-      set_multiplier(p, by, at, rows);
-    this->add_turn_rows(p.weight, p.slave.n, rows,
+      for (int j = 0; j < T; ++j)
+        set_multiplier_row(rows, j, p.g * p.turning(by.dual.col(j)), at);
+    this->add_turn_rows(Side::slave, p.weight, p.slave.n, rows,
                         -p.g * by.dual.transpose() * t, by.dual, at);
+  }
+
+  /// Derivative of p g n . d(nu), by which the pressure p acts on the target at
+  /// the foot  [theory (4.22)]
+  /// @param[in] dp That of p, at fixed area
+  void add_foot_tangent(const Data& e, const Hit<true>& p, const HitTangent& by,
+                        const Columns& columns, const GermRows<1, D>& dp,
+                        const Shapes& at)
+  {
+    const Vec<D>&n = p.slave.n, &n_m = by.frame.n;
+    const Mat<D, T>& dual = by.frame.dual;
+    const double pressure = p.pressure(), arm = p.g * pressure;
+    const Vec<T> share = dual.transpose() * n;
+    GermRows<1, D> dg = vary_gap(e, p, by, columns);
+    GermRows<T, D> foot;
+    for (std::size_t k = 0; k < D; ++k)
+    {
+      foot.slave[k] = share * (p.g * dp.slave[k] + pressure * dg.slave[k]);
+      foot.target[k] = share * (p.g * dp.target[k] + pressure * dg.target[k]);
+    }
+    for (int j = 0; j < T; ++j)
+      foot.slave[static_cast<std::size_t>(1 + j)] -=
+          arm * dual.transpose() * by.dual.col(j) * n.transpose();
+    const auto turned = turned_by<D>(dual, n_m, arm * n);
+    add_turned(turned, foot.target);
+    const GermRows<T, D> eta = vary_eta(p, by);
+    if (e.master_bends)
+    {
+      const Mat<T, T> by_eta = along_facet<D>(turned, e.master);
+      for (std::size_t k = 0; k < D; ++k)
+      {
+        foot.slave[k] += by_eta * eta.slave[k];
+        foot.target[k] += by_eta * eta.target[k];
+      }
+    }
+    UnknownRows<T, D> rows;
+    expand<T, D>(at, foot, TargetPart::all, rows);
+    if constexpr (M > 0)
+      for (int j = 0; j < T; ++j)
+        set_multiplier_row(rows, j, (p.g * share[j]) * by_multiplier(p), at);
+    const Vec<T> held = arm * share;
+    this->add_turn_rows(Side::target, p.weight, n_m, rows, -held, dual, at);
+    if (e.master_bends)
+      this->add_turn_slide(p.weight, held, n_m, by.frame.bend,
+                           this->slide_rows(eta, at), at);
   }
 
   /// Derivative of g t along the slave's dual tangents, by all that varies but
@@ -217,9 +298,7 @@ private:
   vary_couple(const Data& e, const Hit<true>& p, const HitTangent& by,
               const Columns& columns, const GermRows<D, D>& dt)
   {
-    const Mat<1, D> by_ends = by.vary.dual.row(D - 1);
-    GermRows<1, D> dg = columns.template ray<1>(-p.g * by_ends, by_ends);
-    add_area<1>(e, p, by.dual, Vec<1>(p.g), dg);
+    const GermRows<1, D> dg = vary_gap(e, p, by, columns);
     const Mat<T, D> across = by.dual.transpose();
     const Mat<T, D> across_g = p.g * across;
     const Vec<T> along = across * p.turning(p.response.t);
@@ -232,31 +311,80 @@ private:
     return rows;
   }
 
-  /// Add the second variation of - f . n with f = g t, see add_turning_tangent
-  static void add_turned(const HitTangent& by, const Vec<D>& n, const Vec<D>& f,
-                         GermRows<T, D>& rows)
+  /// Derivative of the ray's length times the area, per area
+  [[nodiscard]] static GermRows<1, D> vary_gap(const Data& e,
+                                               const Hit<true>& p,
+                                               const HitTangent& by,
+                                               const Columns& columns)
   {
-    const Mat<T, T> metric = by.dual.transpose() * by.dual;
-    const Vec<T> along = by.dual.transpose() * f;
-    for (int j = 0; j < T; ++j)
-      rows.slave[static_cast<std::size_t>(1 + j)] +=
-          f.dot(n) * metric.col(j) * n.transpose() -
-          along[j] * by.dual.transpose();
+    const Mat<1, D> by_ends = by.vary.dual.row(D - 1);
+    GermRows<1, D> dg = columns.template ray<1>(-p.g * by_ends, by_ends);
+    add_area<1>(e, p, by.dual, Vec<1>(p.g), dg);
+    return dg;
   }
 
-  /// Columns of the multiplier in the rows of the couple
-  static void set_multiplier(const Hit<true>& p, const HitTangent& by,
-                             const Shapes& at, UnknownRows<T, D>& rows)
+  /// Derivative of the frame's normal, which is the target's
+  [[nodiscard]] static GermRows<D, D>
+  vary_normal(const Hit<true>& p, const HitTangent& by, const Columns& columns)
   {
-    for (int j = 0; j < T; ++j)
+    auto rows =
+        columns.template ray<D>(-p.g * by.frame.by_ends, by.frame.by_ends);
+    columns.template add_frame<D>(Mat<D, D>::Identity(), rows);
+    return rows;
+  }
+
+  /// Derivatives of the traction's parts across the normal and along it
+  [[nodiscard]] static GermRows<D, D> across_rows(const Hit<true>& p,
+                                                  const GermRows<D, D>& dt,
+                                                  const GermRows<D, D>& dnu)
+  {
+    GermRows<D, D> rows;
+    for (std::size_t k = 0; k < D; ++k)
     {
-      const Vec<D> by_lam = p.g * p.turning(by.dual.col(j));
-      for (int k = 0; k < at.multipliers; ++k)
-        for (int i = 0; i < D; ++i)
-          rows[static_cast<std::size_t>(j)]
-              [static_cast<std::size_t>(at.side() + k * D + i)] =
-                  at.multiplier_value(k) * by_lam[i];
+      rows.slave[k] = p.across_change(dt.slave[k], dnu.slave[k]);
+      rows.target[k] = p.across_change(dt.target[k], dnu.target[k]);
     }
+    return rows;
+  }
+  [[nodiscard]] static GermRows<1, D> pressure_rows(const Hit<true>& p,
+                                                    const GermRows<D, D>& dt,
+                                                    const GermRows<D, D>& dnu)
+  {
+    GermRows<1, D> rows;
+    for (std::size_t k = 0; k < D; ++k)
+    {
+      rows.slave[k] = p.pressure_change(dt.slave[k], dnu.slave[k]);
+      rows.target[k] = p.pressure_change(dt.target[k], dnu.target[k]);
+    }
+    return rows;
+  }
+
+  /// How the pressure changes with the multiplier, per component
+  [[nodiscard]] static Vec<M> by_multiplier(const Hit<true>& p)
+  {
+    if constexpr (M == 1)
+      return Vec<1>(p.normal.dot(p.response.t_lam.col(0)));
+    else
+      return p.normal;
+  }
+
+  /// Add the second variation of - f . n, see turned_by
+  static void add_turned(const std::array<Mat<T, D>, T>& turned,
+                         std::array<Mat<T, D>, D>& rows)
+  {
+    for (std::size_t j = 0; j < T; ++j)
+      rows[1 + j] += turned[j];
+  }
+
+  /// Columns of the multiplier in a row
+  static void set_multiplier_row(UnknownRows<T, D>& rows, int row,
+                                 const Vec<M>& by_lam, const Shapes& at)
+  {
+    for (int k = 0; k < at.multipliers; ++k)
+      for (int i = 0; i < M; ++i)
+        rows[static_cast<std::size_t>(row)]
+            [static_cast<std::size_t>(at.side() + k * M + i)] =
+                at.multiplier_value(k) * by_lam[i];
   }
 };
 } // namespace raymortar

@@ -26,7 +26,7 @@ enum class Method
 
 /// @brief Where a law with a multiplier holds: at integration points in the
 /// weak mean (4), or at the multiplier's nodes for the means around them
-/// (4.22).
+/// (4.23).
 enum class Condition : std::int8_t
 {
   points,

@@ -2,9 +2,7 @@
 // the derivative along the facet take it from here.
 #pragma once
 
-#include "raymortar/element/carried.h"
-#include "raymortar/element/convected.h"
-#include "raymortar/element/element_states.h"
+#include "raymortar/element/old_point.h"
 
 namespace raymortar
 {
@@ -63,33 +61,6 @@ private:
   }
 };
 
-/// @brief The accepted step at a point; nothing without friction.
-template <class F, bool Frictional>
-struct OldPoint
-{
-};
-
-template <class F>
-struct OldPoint<F, true>
-{
-  Frame<F::gdim> frame;       ///< of the slave
-  Mat<F::gdim, F::tdim> dual; ///< of its tangents
-  Vec<F::gdim> normal;        ///< of the law's frame
-  TwoFrames<F::gdim> master;  ///< of the point that is hit now
-  Vec<F::gdim> distance;      ///< from the slave's point to the master's
-  Vec<F::gdim> ahead;         ///< the same from the end of the present arm
-  /// Mean of the frame's normal and the master's reversed one. The distance
-  /// between two points of one circle has no part along that of both surfaces,
-  /// so that curvature is not taken for a gap
-  Vec<F::gdim> across;
-  Closing closing;
-  ConvectedVector<F::gdim> slide;  ///< distance along the slave, carried along
-  Spin<F::gdim> spin;              ///< of the slave against the master
-  Vec<F::gdim> w;                  ///< slip increment (2)
-  Vec<F::gdim> accepted;           ///< of springs, see ContactState
-  CarriedTraction<F::gdim> spring; ///< made of it
-};
-
 /// @brief A point with a hit, and the law's response there.
 /// @tparam Slopes With the derivatives of friction's response, which residuals
 /// do without
@@ -107,10 +78,11 @@ struct HitPoint : SlavePoint<F, L, Law>, TargetFrame<F>
       std::conditional_t<Slopes, FrictionResponse<D, M>, PointValue<D, M>>>;
 
   typename F::RefPoint xi; ///< on the slave
-  double g;                ///< gap without the offset, length
+  double g;                ///< length of the ray from slave to master
   Vec<F::dofs> N_m;        ///< master shape functions at eta
   double offset;           ///< added to gaps, length
-  Vec<D> normal;           ///< of that frame: n, or -n_m  [theory (2.14)]
+  Vec<D> normal;           ///< of the frame: n, or -n_m  [theory (2.14)]
+  double gap;              ///< of the law: along that normal, with the offset
   OldPoint<F, is_frictional<Law>> old;
   Response response;
 
@@ -130,15 +102,35 @@ struct HitPoint : SlavePoint<F, L, Law>, TargetFrame<F>
       : Base(e, q), Target(frame_of_target(e)), xi(q.xi), g(q.g),
         N_m(F::Disp::values(q.eta)), offset(this->value(e.offset)),
         normal(of_target ? Vec<D>(-master_frame(e, q).n) : this->slave.n),
-        response(respond(e, q))
+        gap(law_gap()), response(respond(e, q))
   {
   }
 
-  /// @brief Whether friction makes a couple over the gap  [theory (3)]. A
-  /// multiplier closes gaps in the mean, but for what the offset leaves open.
+  /// @brief Whether friction makes a couple over the gap  [theory (3)].
   [[nodiscard]] bool has_couple() const
   {
-    return is_frictional<Law> and (M == 0 or offset != 0.0);
+    return is_frictional<Law> and has_arm();
+  }
+
+  /// @brief Whether the pressure acts on the target at the slave point's foot,
+  /// and not where the ray hits  [theory (4.22)].
+  [[nodiscard]] bool has_foot() const { return of_target and has_arm(); }
+
+  /// @brief Traction along the normal of the frame.
+  [[nodiscard]] double pressure() const { return normal.dot(response.t); }
+
+  /// @brief How that changes along some columns with traction and normal.
+  template <class Matrix>
+  [[nodiscard]] auto pressure_change(const Matrix& dt, const Matrix& dnu) const
+  {
+    return Mat<1, Matrix::ColsAtCompileTime>(normal.transpose() * dt +
+                                             response.t.transpose() * dnu);
+  }
+  /// @brief The same of the part of the traction across the normal.
+  template <class Matrix>
+  [[nodiscard]] Matrix across_change(const Matrix& dt, const Matrix& dnu) const
+  {
+    return dt - pressure() * dnu - normal * pressure_change(dt, dnu);
   }
 
   /// @brief Part of a traction that makes a couple: in the frame of the target
@@ -164,6 +156,14 @@ struct HitPoint : SlavePoint<F, L, Law>, TargetFrame<F>
   }
 
 private:
+  /// A multiplier closes gaps in the mean, but for what the offset leaves open
+  [[nodiscard]] bool has_arm() const { return M == 0 or offset != 0.0; }
+
+  [[nodiscard]] double law_gap() const
+  {
+    return (of_target ? g * normal.dot(this->slave.n) : g) + offset;
+  }
+
   [[nodiscard]] Vec<D> along_surface(const Vec<D>& v) const
   {
     return v - normal.dot(v) * normal;
@@ -191,7 +191,8 @@ private:
     states.master.set(old.master, at_eta);
     states.set_spin(old.spin, frames, old.master);
     set_normals();
-    set_slip(q.g + offset);
+    gap = law_gap();
+    set_slip();
     set_spring(e);
     response = respond(e, q);
   }
@@ -203,7 +204,7 @@ private:
   }
 
   /// [theory (2)]
-  void set_slip(double gap) requires is_frictional<Law>
+  void set_slip() requires is_frictional<Law>
   {
     const TwoFrames<D>& master = old.master;
     old.distance = master.old.x - old.frame.x;
@@ -232,8 +233,7 @@ private:
 
   [[nodiscard]] Response respond(const Data& e, const ElementPoint<F>& q) const
   {
-    const PointState<D, M> state{normal, q.g + offset, this->lam, this->gamma,
-                                 e.touch};
+    const PointState<D, M> state{normal, gap, this->lam, this->gamma, e.touch};
     if constexpr (not is_frictional<Law>)
       return Law::template evaluate<D>(state);
     else
@@ -256,79 +256,6 @@ private:
     if (std::holds_alternative<PointBound>(history.friction))
       return q.bound;
     return history.friction;
-  }
-};
-
-/// @brief How the slip changes where the old normal of the frame turns.
-/// @param[in] carry Old vectors to present ones
-/// @param[in] turn Change of the normal, along some coordinates
-template <class F>
-[[nodiscard]] Mat<F::gdim, F::tdim>
-slip_by_turn(const OldPoint<F, true>& was, const Mat<F::gdim, F::gdim>& carry,
-             const Mat<F::gdim, F::tdim>& turn)
-{
-  const Mat<1, F::tdim> along = was.ahead.transpose() * turn;
-  const Mat<F::gdim, F::tdim> turned =
-      was.normal.dot(was.ahead) * turn + was.normal * along;
-  return was.closing.length * turn - carry * turned +
-         0.5 * was.closing.by_old * was.normal *
-             (was.distance.transpose() * turn);
-}
-
-/// @brief How the slip changes with the point that is hit, and with its master.
-template <class F, bool Frictional>
-struct SlipSlopes
-{
-};
-
-template <class F>
-struct SlipSlopes<F, true>
-{
-  static constexpr int D = F::gdim;
-  Mat<D, F::tdim> dual; ///< of the master's tangents
-  SpinSlopes<D> spin;
-  Mat<D, D> convected; ///< old vectors to present ones, along the master
-  Mat<D, D> carry;     ///< the same for a slide, with half of the spin
-  Mat<D, D> by_slide;  ///< by `ahead`, but for what has closed
-  Mat<D, D> by_distance;
-  Mat<D, F::tdim> by_eta;
-
-  /// @param[in] of_target Whether the frame is the master's  [theory (2.9)]
-  /// @param[in] bends Whether tangents and normal of the master change along it
-  SlipSlopes(const typename F::NodeMatrix& master_nodes,
-             const typename F::NodeMatrix& master_old, const ElementPoint<F>& q,
-             const OldPoint<F, true>& was, bool of_target, bool bends)
-      : dual(dual_tangents<D>(was.master.now)), spin(was.spin, was.slide.value),
-        convected(
-            convection<D>(was.master.old, was.master.old_dual, was.master.now)),
-        carry(spin.after(convected)),
-        by_slide(carry - carry * was.normal * was.normal.transpose()),
-        by_distance(by_slide)
-  {
-    if (was.closing.by_old != 0.0)
-      by_distance += was.closing.by_old * was.normal * was.across.transpose();
-    by_eta = by_distance * was.master.old.t;
-    if constexpr (not F::affine)
-    {
-      if (not bends)
-        return;
-      const NodeBends<F> second = node_bends<F>(q.eta);
-      const Curvature<D> old = curvature_at<F>(
-          master_old, second, was.master.old, was.master.old_dual);
-      const Curvature<D> now =
-          curvature_at<F>(master_nodes, second, was.master.now, dual);
-      const auto along = [&](const ConvectedVector<D>& c)
-      { return convected_along_master<F>(c, convected, old, now); };
-      by_eta += spin.after(along(was.slide));
-      if constexpr (D == 3)
-        by_eta += spin.by_angle *
-                  (spin.by_first.transpose() * along(was.spin.first) +
-                   spin.by_second.transpose() * along(was.spin.second));
-      by_eta -= 0.5 * was.closing.by_old * was.normal *
-                (was.distance.transpose() * old.n);
-      if (of_target)
-        by_eta += slip_by_turn<F>(was, carry, -old.n);
-    }
   }
 };
 

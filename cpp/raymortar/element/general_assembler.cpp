@@ -97,7 +97,8 @@ public:
                  [&](std::size_t)
                  {
                    if (points->has_target)
-                     kernel->add_hit(Hit<false>(points->data, points->at),
+                     kernel->add_hit(points->data,
+                                     Hit<false>(points->data, points->at),
                                      points->shapes);
                    else
                      kernel->add_miss(Slave(points->data, points->at),
@@ -168,7 +169,7 @@ private:
       const Index node = m.facet[static_cast<std::size_t>(facet * count + k)];
       const double w = p.weight * tests[static_cast<std::size_t>(k)][0];
       sums.at(node, NodeSum::area) += w;
-      sums.at(node, NodeSum::gap) += w * (p.g + p.offset);
+      sums.at(node, NodeSum::gap) += w * p.gap;
       sums.at(node, NodeSum::gamma) += w * p.gamma;
       sums.at(node, NodeSum::touch) += w * e.touch;
       sums.template at<D>(node, NodeVector::normal) += w * p.normal;
@@ -283,19 +284,27 @@ private:
   }
 
   /// Add that points of a body that turns move in circles: the force at the
-  /// point times the second derivatives of its place
+  /// point, and the pressure's arm there, times the second derivatives of the
+  /// place
   static void add_turning(const Freedom& freedom, const Hit<true>& p,
                           const PointShapes<D>& shapes, Kernel& kernel)
   {
     const Vec<D> force = p.weight * p.response.t;
     const Vec<D> arm =
         p.slave.x + p.g * p.slave.n - freedom.centre.template head<D>();
+    const Vec<D> to_foot =
+        p.has_foot() ? Vec<D>(p.weight * p.pressure() * p.g *
+                              (p.normal.dot(p.slave.n) * p.normal - p.slave.n))
+                     : Vec<D>(Vec<D>::Zero());
     const Index n = freedom.size();
     const int size = shapes.size(), alone = shapes.alone();
     for (Index j = 0; j < n; ++j)
       for (Index k = 0; k < n; ++k)
+      {
+        const auto bend = freedom.bend(j, k).template topLeftCorner<D, D>();
         kernel.A[static_cast<std::size_t>((alone + j) * size + alone + k)] +=
-            force.dot(freedom.bend(j, k).template topLeftCorner<D, D>() * arm);
+            force.dot(bend * arm) + p.normal.dot(bend * to_foot);
+      }
   }
 
   /// Call visit(point) where there is something to integrate, with the point's
@@ -333,6 +342,7 @@ private:
     r.status[q] = p.response.status;
     if constexpr (nodal)
       r.status[q] = points.nodes->nearest().status;
+    r.gap[q] = p.gap;
     r.pressure[q] = p.response.p;
     Eigen::Map<Vec<D>>(r.traction.data() + q * D) = p.response.t;
     if constexpr (is_frictional<Law>)

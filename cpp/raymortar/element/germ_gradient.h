@@ -42,17 +42,11 @@ public:
     const Mat<D, T> t = chain<D>(traction_slopes(p), p, slopes, columns) +
                         r.t * along.area.log_jacobian;
     set_work(r.t, t, columns.eta(), along.area.jacobian, at, out);
-    if constexpr (is_frictional<Law>)
+    if (p.of_target)
+      add_arms(e, p, slopes, along, columns, t, at, out);
+    else if constexpr (is_frictional<Law>)
     {
-      if (p.has_couple() and p.of_target)
-      {
-        const Vec<D> across = p.turning(r.t);
-        add_couple(p, slopes, along, across,
-                   chain<D>(across_slopes(p), p, slopes, columns) +
-                       across * along.area.log_jacobian,
-                   at, out);
-      }
-      else if (p.has_couple())
+      if (p.has_couple())
         add_couple(p, slopes, along, r.t, t, at, out);
     }
     if constexpr (Kernel::has_condition)
@@ -145,6 +139,19 @@ private:
     }
   }
 
+  /// Add to the rows of one node
+  static void add(AnyIntegrand<D>& out, int row, const Vec<D>& f,
+                  const Mat<D, T>& f_xi)
+  {
+    for (int i = 0; i < D; ++i)
+    {
+      const auto r = static_cast<std::size_t>(row + i);
+      out.f[r] += f[i];
+      for (int j = 0; j < T; ++j)
+        out.f_xi[static_cast<std::size_t>(j)][r] += f_xi(i, j);
+    }
+  }
+
   /// - t . (v_s - v_m), with t_xi including the change of area
   static void set_work(const Vec<D>& t, const Mat<D, T>& t_xi,
                        const Mat<T, T>& eta_xi, double area,
@@ -178,6 +185,74 @@ private:
     }
   }
 
+  /// What tractions do at the ends of arms in the frame of the target
+  /// @param[in] t_xi With the change of area
+  static void add_arms(const Data& e, const Hit& p,
+                       const HitSlopes<F, L, Law>& slopes, const Place& along,
+                       const FacetColumns<F, L, Law>& columns,
+                       const Mat<D, T>& t_xi, const PointShapes<D>& at,
+                       AnyIntegrand<D>& out)
+  {
+    const Mat<D, D>& by_ends = slopes.frame.by_ends;
+    const Mat<D, T> nu_xi = columns.template ray<D>(-p.g * by_ends, by_ends);
+    if constexpr (is_frictional<Law>)
+      if (p.has_couple())
+        add_couple(p, slopes, along, p.turning(p.response.t),
+                   p.across_change(t_xi, nu_xi), at, out);
+    if (p.has_foot() and at.has_target())
+      add_foot(e, p, slopes, along, columns.eta(),
+               p.pressure_change(t_xi, nu_xi), at, out);
+  }
+
+  /// p g n . d(nu)  [theory (4.22)]
+  static void add_foot(const Data& e, const Hit& p,
+                       const HitSlopes<F, L, Law>& slopes, const Place& along,
+                       const Mat<T, T>& eta_xi, const Mat<1, T>& p_xi,
+                       const PointShapes<D>& at, AnyIntegrand<D>& out)
+  {
+    const Vec<D>&n = p.slave.n, &n_m = slopes.frame.n;
+    const Mat<D, T>& dual = slopes.frame.dual;
+    const double area = along.area.jacobian, arm = area * p.g * p.pressure();
+    const Vec<T> share = dual.transpose() * n;
+    const Vec<T> foot = arm * share;
+    Mat<T, T> foot_xi =
+        area * share *
+            (p.g * p_xi + p.pressure() * ray_along(p, slopes, along)) +
+        arm * dual.transpose() * along.bend.n;
+    if (e.master_bends)
+      foot_xi +=
+          along_facet<D>(turned_by<D>(dual, n_m, arm * n), e.master) * eta_xi;
+    const Mat<D, T> bend_xi = slopes.frame.bend * eta_xi;
+    for (int a = 0; a < at.target_nodes; ++a)
+    {
+      const double turn = at.target_gradient(a).dot(foot);
+      Mat<1, T> turn_xi = at.target_gradient(a).transpose() * foot_xi;
+      if (e.master_bends)
+        turn_xi += (at.target_second(a) * foot).transpose() * eta_xi;
+      add(out, at.alone() + D * a, turn * n_m, n_m * turn_xi + turn * bend_xi);
+    }
+    for (int k = 0; k < at.body_unknowns; ++k)
+    {
+      Vec<D> moved = Vec<D>::Zero();
+      for (int j = 0; j < T; ++j)
+        moved += foot[j] * at.body.col(k).template segment<D>(D * (1 + j));
+      const auto row = static_cast<std::size_t>(at.alone() + k);
+      const Mat<1, T> rate = at.body_rates(k, n_m).transpose() * foot_xi +
+                             moved.transpose() * bend_xi;
+      out.f[row] += n_m.dot(moved);
+      for (int j = 0; j < T; ++j)
+        out.f_xi[static_cast<std::size_t>(j)][row] += rate[j];
+    }
+  }
+
+  /// Derivative of the ray's length
+  [[nodiscard]] static Mat<1, T> ray_along(const Hit& p,
+                                           const HitSlopes<F, L, Law>& slopes,
+                                           const Place& along)
+  {
+    return -slopes.vary.dual.row(D - 1) * (p.slave.t + p.g * along.bend.n);
+  }
+
   /// - t . g dn  [theory (4.21)]
   static void add_couple(const Hit& p, const HitSlopes<F, L, Law>& slopes,
                          const Place& along, const Vec<D>& t,
@@ -187,8 +262,7 @@ private:
     const Vec<D>& n = p.slave.n;
     const double w = along.area.jacobian;
     const Vec<T> by_gradient = slopes.dual.transpose() * t;
-    const Mat<1, T> g_xi =
-        -slopes.vary.dual.row(D - 1) * (p.slave.t + p.g * along.bend.n);
+    const Mat<1, T> g_xi = ray_along(p, slopes, along);
     Mat<D, T> change = t_xi - n.dot(t) * along.bend.n;
     for (int j = 0; j < T; ++j)
       change.col(j) -= along.bend.t[static_cast<std::size_t>(j)] * by_gradient;
@@ -203,14 +277,8 @@ private:
         for (int i = 0; i < T; ++i)
           turn_xi[j] +=
               p.g * by_gradient[i] * N[static_cast<std::size_t>(1 + T + i + j)];
-      for (int i = 0; i < D; ++i)
-      {
-        const auto row = static_cast<std::size_t>(D * a + i);
-        out.f[row] += w * p.g * turn * n[i];
-        for (int j = 0; j < T; ++j)
-          out.f_xi[static_cast<std::size_t>(j)][row] +=
-              w * (n[i] * turn_xi[j] + p.g * turn * along.bend.n(i, j));
-      }
+      add(out, D * a, w * p.g * turn * n,
+          w * (n * turn_xi + p.g * turn * along.bend.n));
     }
   }
 

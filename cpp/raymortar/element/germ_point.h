@@ -49,6 +49,7 @@ requires F::is_germ struct FrameSlopes<F> : TargetFrame<F>
   using TargetFrame<F>::of_target;
   Vec<D> n;             ///< of the master
   Mat<D, F::tdim> dual; ///< of its tangents
+  Mat<D, F::tdim> bend; ///< derivative of that normal along the master
   Mat<D, D> by_ends;    ///< by what both ends of the ray do, see chain
 
   /// @param[in] rho Rows of (2.6)
@@ -61,10 +62,10 @@ requires F::is_germ struct FrameSlopes<F> : TargetFrame<F>
     const Frame<D>& frame = e.master_frames.now;
     n = frame.n;
     dual = dual_tangents<D>(frame);
+    bend.setZero();
     if (e.master_bends)
-      by_ends = curvature_at<F>(e.master, q.eta, frame, dual).n * rho;
-    else
-      by_ends.setZero();
+      bend = curvature_at<F>(e.master, q.eta, frame, dual).n;
+    by_ends = bend * rho;
   }
 };
 

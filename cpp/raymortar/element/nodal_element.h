@@ -1,5 +1,5 @@
-// Elements whose law holds at nodes: what their points give to the nodes' means,
-// and how these vary.
+// Elements whose law holds at nodes: what their points give to the nodes'
+// means, and how these vary.
 #pragma once
 
 #include "raymortar/element/any_element.h"
@@ -30,8 +30,8 @@ public:
     const std::size_t first =
         static_cast<std::size_t>(facet) * static_cast<std::size_t>(nodes);
     for (std::size_t k = 0; k < static_cast<std::size_t>(nodes); ++k)
-      _here[k] = &_all[static_cast<std::size_t>(
-          _state.multipliers.facet[first + k])];
+      _here[k] =
+          &_all[static_cast<std::size_t>(_state.multipliers.facet[first + k])];
   }
 
   void place(const PointShapes<D>& at)
@@ -76,9 +76,8 @@ point_slopes(const NodeCondition<D, Law::template multiplier_size<D>>& c)
   static const Mat<M, M> none = Mat<M, M>::Zero();
   static const Vec<M> no_rate = Vec<M>::Zero();
   if constexpr (is_frictional<Law>)
-    return LawSlopes<M, D, M, true>{c.by_n, c.by_g, none,
-                                    c.by_w, none,   c.by_coefficient,
-                                    no_rate};
+    return LawSlopes<M, D, M, true>{c.by_n, c.by_g,           none,   c.by_w,
+                                    none,   c.by_coefficient, no_rate};
   else
     return LawSlopes<M, D, M, false>{c.by_n, c.by_g, none};
 }
@@ -89,9 +88,9 @@ template <class Data, class Hit, class Condition>
 [[nodiscard]] auto share_of_point(const Data& e, const Hit& p,
                                   const Condition& c)
 {
-  auto share = (c.by_area + c.by_gamma * p.gamma + c.by_n * p.normal +
-                (p.g + p.offset) * c.by_g)
-                   .eval();
+  auto share =
+      (c.by_area + c.by_gamma * p.gamma + c.by_n * p.normal + p.gap * c.by_g)
+          .eval();
   if constexpr (requires { p.slip(); })
   {
     share += c.by_w * p.old.w;
@@ -116,8 +115,7 @@ public:
 
   /// @brief Add how what a point gives to its nodes varies.
   void add_node_tangents(const Data& e, const Hit& p, const HitTangent& by,
-                         const Shapes& at,
-                         const FacetConditions<D, Law>& nodes)
+                         const Shapes& at, const FacetConditions<D, Law>& nodes)
   {
     const Columns columns(p, by, at.has_target());
     const TargetPart part = Base::target_part(p);
@@ -125,7 +123,8 @@ public:
     {
       const auto& c = nodes.at(k);
       auto varied = chain<M>(point_slopes<D, Law>(c), p, by, columns);
-      Base::template add_area<M>(e, p, by.dual, share_of_point(e, p, c), varied);
+      Base::template add_area<M>(e, p, by.dual, share_of_point(e, p, c),
+                                 varied);
       UnknownRows<M, D> rows;
       expand<M, D>(at, varied, part, rows);
       add_rows(p.weight * at.scale * nodes.test(k)[0], k, rows, at);

@@ -7,7 +7,7 @@
 namespace raymortar
 {
 /// @brief The row of a node, A/gamma C, and its derivatives by the sums it is
-/// made of  [theory (4.24)].
+/// made of  [theory (4.25)].
 template <int D, int M>
 struct NodeCondition
 {

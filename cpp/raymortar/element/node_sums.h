@@ -30,7 +30,7 @@ enum class NodeVector : std::size_t
   slip,
   past, ///< length that the tie had when the step began, once a facet
   tie   ///< what ties multipliers of partly covered and of held facets  [theory
-        ///< (4.23)]; of a scalar multiplier its first component
+        ///< (4.24)]; of a scalar multiplier its first component
 };
 
 /// @brief Sums of the multiplier nodes of a zone, (nodes, width); to be added

@@ -7,7 +7,7 @@ namespace raymortar
 {
 /// @brief Set test functions from a multiplier's shape functions at a point:
 /// hats as they are, of degree 2 on intervals the Bernstein polynomials [theory
-/// (4.22)].
+/// (4.23)].
 template <int T>
 void set_node_tests(const ShapeRows<T>& N, int nodes, ShapeRows<T>& tests)
 {

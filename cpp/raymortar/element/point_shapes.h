@@ -59,6 +59,25 @@ struct PointShapes
     return Eigen::Map<const Vec<T>>(
         slave[static_cast<std::size_t>(node)].data() + 1);
   }
+  /// How the body's normal n would see its tangents move by an unknown
+  [[nodiscard]] Vec<T> body_rates(int unknown, const Vec<D>& n) const
+  {
+    Vec<T> rates;
+    for (int j = 0; j < T; ++j)
+      rates[j] = n.dot(body.col(unknown).template segment<D>(D * (1 + j)));
+    return rates;
+  }
+  /// Second derivatives, where they are tabulated
+  [[nodiscard]] Mat<T, T> target_second(int node) const
+  {
+    const double* const N =
+        target[static_cast<std::size_t>(node)].data() + 1 + T;
+    Mat<T, T> second;
+    for (int i = 0; i < T; ++i)
+      for (int j = 0; j < T; ++j)
+        second(i, j) = N[i + j];
+    return second;
+  }
   [[nodiscard]] Eigen::Map<const Vec<T>> target_gradient(int node) const
   {
     return Eigen::Map<const Vec<T>>(

@@ -56,52 +56,6 @@ template <class F, int L, class Law>
     return LawSlopes<M, D, M, false>{r.C_n, r.C_g, r.C_lam};
 }
 
-/// @brief Derivatives of a traction's part across the normal of the frame.
-template <int D, int M, bool Frictional>
-struct AcrossSlopes
-{
-  Mat<D, D> by_n;
-  Vec<D> by_g;
-  Mat<D, M> by_lam;
-};
-
-/// The same with friction
-template <int D, int M>
-struct AcrossSlopes<D, M, true>
-{
-  Mat<D, D> by_n;
-  Vec<D> by_g;
-  Mat<D, M> by_lam;
-  Mat<D, D> by_w;
-  Mat<D, D> by_spring;
-  Vec<D> by_coefficient;
-  Vec<D> by_rate;
-};
-
-template <class F, int L, class Law>
-[[nodiscard]] auto across_slopes(const HitPoint<F, L, Law>& p)
-{
-  constexpr int D = F::gdim, M = ElementLayout<F, L, Law>::components;
-  const auto slopes = traction_slopes(p);
-  const Vec<D>&n = p.normal, &t = p.response.t;
-  const Mat<D, D> one = Mat<D, D>::Identity();
-  const Mat<D, D> across = one - n * n.transpose();
-  const Mat<D, D> by_n =
-      across * slopes.by_n - n.dot(t) * one - n * t.transpose();
-  const Vec<D> by_g = across * slopes.by_g;
-  const Mat<D, M> by_lam = across * slopes.by_lam;
-  if constexpr (requires { slopes.by_w; })
-    return AcrossSlopes<D, M, true>{by_n,
-                                    by_g,
-                                    by_lam,
-                                    across * slopes.by_w,
-                                    across * slopes.by_spring,
-                                    across * slopes.by_coefficient,
-                                    across * slopes.by_rate};
-  else
-    return AcrossSlopes<D, M, false>{by_n, by_g, by_lam};
-}
-
 /// @brief Derivatives of R numbers along some columns, by the chain rule.
 ///
 /// By the gap and by the master's point a law varies with what both ends of the
@@ -118,11 +72,16 @@ template <int R, class Slopes, class F, int L, class Law, class Columns>
                          const HitSlopes<F, L, Law>& at, const Columns& columns)
 {
   constexpr int D = F::gdim;
-  Vec<R> by_g = law.by_g;
+  Vec<R> by_gap = law.by_g;
   if constexpr (requires { law.by_w; })
+    by_gap += p.old.closing.by_now * (law.by_w * p.old.normal);
+  Vec<R> by_g = by_gap; // by the length of the ray
+  Mat<R, D> by_n = law.by_n;
+  if (at.frame.of_target)
   {
-    by_g += p.old.closing.by_now * (law.by_w * p.old.normal);
-    if (at.frame.of_target) // the arm
+    by_g *= p.slave.n.dot(p.normal);
+    by_n += (p.g * by_gap) * p.slave.n.transpose();
+    if constexpr (requires { law.by_w; }) // the arm
       by_g -=
           law.by_w * (p.has_couple() ? Vec<D>(at.slip.by_slide * p.old.frame.n)
                                      : p.slave.n);
@@ -132,25 +91,29 @@ template <int R, class Slopes, class F, int L, class Law, class Columns>
     by_ends -= (law.by_w * at.slip.by_eta).eval() *
                at.vary.dual.template topRows<D - 1>();
   if (at.frame.of_target)
-    by_ends += law.by_n * at.frame.by_ends;
+    by_ends += by_n * at.frame.by_ends;
   Mat<R, D> by_turn = -at.vary.g * by_ends;
   if (not at.frame.of_target)
-    by_turn += law.by_n;
-  else if constexpr (requires { law.by_w; })
-    if (not p.has_couple())
-      by_turn -= p.g * law.by_w;
+    by_turn += by_n;
+  else
+  {
+    by_turn += (p.g * by_gap) * p.normal.transpose();
+    if constexpr (requires { law.by_w; })
+      if (not p.has_couple())
+        by_turn -= p.g * law.by_w;
+  }
   if constexpr (D == 3 and requires { law.by_w; })
     by_turn += law.by_w * at.slip.spin.by_n;
   auto rows = columns.template ray<R>(by_turn, by_ends);
   if (at.frame.of_target)
-    columns.template add_frame<R>(law.by_n, rows);
+    columns.template add_frame<R>(by_n, rows);
   if constexpr (requires { law.by_w; })
   {
     columns.template add_slip<R>(law.by_w, rows);
     if (not p.old.spring.is_zero())
       columns.template add_spring<R>(law.by_spring, rows);
   }
-  columns.template add_fields<R>(law, by_g, rows);
+  columns.template add_fields<R>(law, by_gap, rows);
   return rows;
 }
 
@@ -317,7 +280,7 @@ public:
   void add_fields(const Slopes& law, const Vec<R>& by_g, Mat<R, T>& rows) const
   {
     rows += by_g * _offset;
-    Vec<R> by_log_gamma = (_q.g + _p.offset) * law.by_g;
+    Vec<R> by_log_gamma = _p.gap * law.by_g;
     if constexpr (requires { law.by_w; })
     {
       by_log_gamma += law.by_w * _p.old.w - law.by_rate;

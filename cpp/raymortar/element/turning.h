@@ -2,6 +2,7 @@
 #pragma once
 
 #include "raymortar/core/types.h"
+#include <array>
 
 namespace raymortar
 {
@@ -49,5 +50,36 @@ void add_turning_tangent(const Gradients& G, const Vec<D>& n, const Vec<D>& f,
     for (int i = 0; i < D; ++i)
       A.row(a * D + i).segment(0, size) += n[i] * row - f_a * turn.row(i);
   }
+}
+
+/// @brief Derivative of what multiplies the gradients of shape functions in - f
+/// . dn, with f and n held, by each tangent  [theory (4.19)].
+/// @param[in] dual Of the tangents
+template <int D>
+[[nodiscard]] std::array<Mat<D - 1, D>, static_cast<std::size_t>(D - 1)>
+turned_by(const Mat<D, D - 1>& dual, const Vec<D>& n, const Vec<D>& f)
+{
+  const Mat<D - 1, D - 1> metric = dual.transpose() * dual;
+  const Vec<D - 1> along = dual.transpose() * f;
+  std::array<Mat<D - 1, D>, static_cast<std::size_t>(D - 1)> rows;
+  for (int j = 0; j < D - 1; ++j)
+    rows[static_cast<std::size_t>(j)] =
+        f.dot(n) * metric.col(j) * n.transpose() - along[j] * dual.transpose();
+  return rows;
+}
+
+/// @brief How that changes along a facet.
+/// @param[in] taylor Its Taylor coefficients
+template <int D, class Taylor>
+[[nodiscard]] Mat<D - 1, D - 1> along_facet(
+    const std::array<Mat<D - 1, D>, static_cast<std::size_t>(D - 1)>& turned,
+    const Taylor& taylor)
+{
+  Mat<D - 1, D - 1> rates = Mat<D - 1, D - 1>::Zero();
+  for (int j = 0; j < D - 1; ++j)
+    for (int k = 0; k < D - 1; ++k)
+      rates.col(k) +=
+          turned[static_cast<std::size_t>(j)] * taylor.col(D + j + k);
+  return rates;
 }
 } // namespace raymortar

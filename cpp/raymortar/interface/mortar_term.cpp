@@ -43,8 +43,12 @@ std::vector<std::size_t> working_elements(const ContactState& s)
   const double touch =
       all ? 0.0 : tolerance::touch * largest_diameter(s.slave, s.slave.x);
   const std::vector<double> gaps = all ? std::vector<double>() : law_gaps(s);
+  // In the frame of the target gaps are shorter than rays
   const auto closed = [&](Index q)
-  { return gaps[static_cast<std::size_t>(q)] <= touch; };
+  {
+    const auto i = static_cast<std::size_t>(q);
+    return gaps[i] <= touch or s.has_frame_of_target(i);
+  };
   for (std::size_t e = 0; e < s.elements.size(); ++e)
   {
     const auto points = s.elements.points_of(e);

@@ -63,7 +63,7 @@ void NodeTerm::add_sums(const ContactState& s, NodeSums& sums) const
   const auto d = static_cast<std::size_t>(s.slave.gdim);
   for (Index f = 0; f < s.slave.num_facets(); ++f)
   {
-    // Test functions of a facet have one mean  [theory (4.22)]
+    // Test functions of a facet have one mean  [theory (4.23)]
     const double whole =
         s.points.whole[static_cast<std::size_t>(f)] / static_cast<double>(n);
     const auto nodes = s.multipliers.nodes_of(f, n);

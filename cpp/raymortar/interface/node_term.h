@@ -6,7 +6,7 @@
 
 namespace raymortar
 {
-/// @brief Rows of nodes whose law holds there  [theory (4.22)-(4.25)]. Elements
+/// @brief Rows of nodes whose law holds there  [theory (4.23)-(4.26)]. Elements
 /// give the derivatives by displacements.
 ///
 /// What smooths the multiplier of held and of partly covered facets is a length

@@ -161,7 +161,7 @@ def resultant(
 
     Of the master with an index alone, or of all and points without a hit. Tractions have
     the arms of the slave, with the couple of friction over the gap, theory (3); or, if
-    asked, those of the points that rays hit.
+    asked, those of the master where the two are not the same, theory (4.22).
     """
     points, dim = zone.points(), zone.facets.slave_surface.gdim
     if master is not None:
@@ -169,12 +169,12 @@ def resultant(
         points = {name: values[mine] for name, values in points.items()}
     forces = points["weight"][:, None] * points["traction"]
     normal = along_normal(points, forces)
+    moments = _moments(zone.arms(points), forces - normal)
+    moments += _moments(points["x"], forces)
     if at_hits:
         hits = points["x"] + points["distance"][:, None] * points["normal"]
-        moments = _moments(hits, forces)
-    else:
-        couples = _moments(zone.arms(points), forces - normal)
-        moments = _moments(points["x"], forces) + couples
+        feet = zone.have_feet(points)[:, None]
+        moments = np.where(feet, moments, _moments(hits, forces))
     sums = np.concatenate([one.sum(axis=0) for one in (forces, normal, moments)])
     comm.Allreduce(MPI.IN_PLACE, sums)
     force, normal, moment = np.split(sums, [dim, 2 * dim])
@@ -186,7 +186,7 @@ def resultant(
 
 def resultant_on(zones: Sequence[ZoneData], body: Body, comm: MPI.Comm) -> Resultant:
     """Sum up force and moment about its centre on a rigid body. Collective."""
-    # The equations of a free body take whole tractions where they hit
+    # The equations of a free body take tractions where they act on it
     found = added(
         [
             resultant(zone, comm, zone.facets.bodies.index(body), body.is_free)

@@ -58,6 +58,7 @@ struct Scene
   int degree;
   bool has_friction;
   bool is_flat = false;
+  double coat = 0.0; ///< its frame is the tool's where there is one
 };
 
 class FreeTools : public testing::TestWithParam<Scene>
@@ -73,6 +74,11 @@ protected:
     s.master.gdim = s.slave.gdim;
     s.method = Method::penalty;
     s.gamma.nodal.assign(s.slave.facet_dofs.size(), 7.0);
+    if (GetParam().coat > 0.0)
+    {
+      s.frame = LawFrame::master;
+      s.offset.nodal.assign(s.slave.facet_dofs.size(), -GetParam().coat);
+    }
     if (GetParam().has_friction)
       s.friction = Coulomb{0.3};
     s.segmentation = whole_facets(s.slave);
@@ -181,14 +187,18 @@ TEST_P(FreeTools, AreHeldWithoutUnknowns)
   EXPECT_EQ(freedom_of(PlacedTool{tool, {}, {}}), nullptr);
 }
 
-INSTANTIATE_TEST_SUITE_P(Scenes, FreeTools,
-                         testing::Values(Scene{Shape::interval, 1, false},
-                                         Scene{Shape::interval, 2, true},
-                                         Scene{Shape::triangle, 1, true},
-                                         Scene{Shape::quadrilateral, 2, true},
-                                         Scene{Shape::interval, 1, true, true},
-                                         Scene{Shape::triangle, 1, false, true},
-                                         Scene{Shape::triangle, 2, true,
-                                               true}));
+INSTANTIATE_TEST_SUITE_P(
+    Scenes, FreeTools,
+    testing::Values(Scene{Shape::interval, 1, false},
+                    Scene{Shape::interval, 2, true},
+                    Scene{Shape::triangle, 1, true},
+                    Scene{Shape::quadrilateral, 2, true},
+                    Scene{Shape::interval, 1, true, true},
+                    Scene{Shape::triangle, 1, false, true},
+                    Scene{Shape::triangle, 2, true, true},
+                    Scene{Shape::interval, 1, true, true, 0.05},
+                    Scene{Shape::interval, 2, false, false, 0.05},
+                    Scene{Shape::triangle, 2, true, false, 0.05},
+                    Scene{Shape::quadrilateral, 1, false, true, 0.05}));
 } // namespace
 } // namespace raymortar::test
