@@ -50,7 +50,7 @@ def nodes(contact):
     return found["status"], normal, np.linalg.norm(along, axis=1)
 
 
-@pytest.mark.mpi(where=lambda cell: cell == "quadrilateral")
+@pytest.mark.mpi(where=lambda cell, **_: cell == "quadrilateral")
 @pytest.mark.parametrize("cell, degree", [("triangle", 1), ("quadrilateral", 2)])
 def test_sign_and_cone_hold_at_each_node(cell, degree):
     problem = dragged(cell, degree, 4.0)
