@@ -22,9 +22,9 @@ def one_of_each(zone: ZoneData) -> tuple[Indices, Indices]:
     return facet.astype(np.int32), number.astype(np.int32)
 
 
-def nodes(zone: ZoneData) -> dict[str, Array]:
+def nodes(zone: ZoneData) -> dict[str, Any]:
     """Arrays over the nodes of a zone: the law's results, a facet and place of each."""
-    found: dict[str, Array] = zone.cpp.nodes()
+    found: dict[str, Any] = zone.cpp.nodes()
     facet, number = one_of_each(zone)
     places = facet_nodes(zone.facets.slave_surface.shape, zone.multiplier_degree)
     return found | {"slave": facet, "xi": places[number]}

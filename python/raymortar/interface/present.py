@@ -181,9 +181,10 @@ class PresentState:
             return
         if self._slip is not None and self.updates:
             step = Function(self._slip.function_space)
-            at_nodes = any(zone.has_law_at_nodes for zone in self._zones)
-            of_points = set_at_nodes if at_nodes else nodal_average
-            of_points(self._zones, _slid, step)
+            if any(zone.has_law_at_nodes for zone in self._zones):
+                set_at_nodes(self._zones, _slid, step)
+            else:
+                nodal_average(self._zones, _slid, step)
             self._slip.x.array[:] += np.nan_to_num(step.x.array)
             if self._options.has_springs:
                 for zone in self._zones:
