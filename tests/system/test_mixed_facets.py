@@ -38,6 +38,10 @@ LAWS = {
     "vector": {"method": AugmentedLagrangian(40.0, multiplier="vector")},
     "friction": {"method": AugmentedLagrangian(40.0), "friction": Coulomb(0.3)},
     "penalty": {"method": Penalty(40.0), "friction": Coulomb(0.3)},
+    "nodes": {
+        "method": AugmentedLagrangian(40.0, condition="nodes"),
+        "friction": Coulomb(0.3),
+    },
     "deformed": {"method": AugmentedLagrangian(40.0), "measure": "current"},
 }
 

@@ -236,6 +236,10 @@ LAWS = {
     "normal": {},
     "friction": {"friction": Coulomb(0.3)},
     "penalty": {"method": Penalty(400.0), "friction": Coulomb(0.3)},
+    "nodes": {
+        "method": AugmentedLagrangian(condition="nodes"),
+        "friction": Coulomb(0.3),
+    },
 }
 
 

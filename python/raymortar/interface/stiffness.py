@@ -141,15 +141,16 @@ def automatic_coefficients(
 ) -> list[Array]:
     """Coefficient where the user gives none, a table for each zone. Collective.
 
-    The answer of a penalty, and the scale of a tie, depend on it: it is the stiffness
-    of (5.2) times a factor. With a multiplier it is the geometric mean of that and the
-    inverse of what the surface yields, where that is less [theory (5.16)]: the active
-    set needs gamma g of the size of the pressure for single points as well as for whole
-    arcs of a body that bends. Traction per length.
+    The answer of a penalty, the scale of a tie and, with friction, a law at points
+    depend on it: it is the stiffness of (5.2) times a factor. Of a law at nodes, which
+    does not depend on it, it is the geometric mean of that and the inverse of what the
+    surface yields, where that is less [theory (5.16)]: the active set needs gamma g of
+    the size of the pressure for single nodes as well as for whole arcs of a body that
+    bends. Traction per length.
     """
     layout, interfaces = surfaces.layout, surfaces.interfaces
     tables = contact_stiffness(volume, layout, interfaces, bcs)
-    if surfaces.tied is None and surfaces.multiplier is not None:
+    if surfaces.tied is None and method.condition == "nodes":
         of_side = _of_sides(volume, layout, interfaces, bcs)
         arcs = _of_arcs(of_side, interfaces, compliance)
         tables = [np.minimum(*both) for both in zip(tables, arcs)]

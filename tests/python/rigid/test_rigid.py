@@ -30,6 +30,10 @@ LAWS = {
     "normal": {"method": AugmentedLagrangian(40.0)},
     "friction": {"method": AugmentedLagrangian(40.0), "friction": Coulomb(0.3)},
     "penalty": {"method": Penalty(40.0), "friction": Coulomb(0.3)},
+    "nodes": {
+        "method": AugmentedLagrangian(80.0, condition="nodes"),
+        "friction": Coulomb(0.3),
+    },
     "deformed": {
         "method": AugmentedLagrangian(40.0),
         "friction": Coulomb(0.3),
