@@ -134,6 +134,7 @@ class Pair:
                 rows=rows_u + np.arange(len(nodes), dtype=GLOBAL),
             ),
             method=_cpp.Method.augmented_lagrangian,
+            condition=_cpp.Condition.points,
             friction=None,
             measure=_cpp.Measure.reference,
             frame=_cpp.LawFrame.automatic,
