@@ -9,16 +9,16 @@ from dolfinx import fem
 from problems import COMM, DIMENSION, build, fix
 
 from meshes.scenes import two_blocks
-from raymortar import AugmentedLagrangian, Coulomb
+from raymortar import AugmentedLagrangian, Coulomb, Friction
 
 MU = 0.3
 PRESSED, SLID = 0.05, 0.02
 
 
-def dragged(cell, degree, factor, **options):
+def dragged(cell, degree, factor, law=Coulomb(MU)):
     """A soft block pressed on a wider stiff one and dragged, so that part of it slips."""
     dim = DIMENSION[cell]
-    scene = two_blocks(COMM, dim, cell, 3, 4, lower_size=1.3, upper_size=1.0, **options)
+    scene = two_blocks(COMM, dim, cell, 3, 4, lower_size=1.3, upper_size=1.0)
     load = fem.Constant(scene.mesh, np.zeros(dim))
     problem = build(
         scene,
@@ -26,7 +26,7 @@ def dragged(cell, degree, factor, **options):
         "neo-hookean",
         AugmentedLagrangian(factor, condition="nodes"),
         E={"lower": 50.0, "upper": 1.0},
-        friction=Coulomb(MU),
+        friction=law,
         bcs=lambda V, scene: [
             fix(V, scene, "bottom"),
             fix(V, scene, "top", None, load),
@@ -71,3 +71,14 @@ def test_answers_do_not_depend_on_gamma(cell, degree):
     ]
     for force in forces[1:]:
         np.testing.assert_allclose(force, forces[0], rtol=1e-9)
+
+
+@pytest.mark.mpi
+def test_a_law_of_the_user_is_that_of_the_library():
+    """Evaluated at nodes, with the place and the accumulated slip as arguments."""
+    law = Friction(lambda p, v, x, slip: MU * p + 0.0 * (x[0] + slip))
+    found, known = (dragged("triangle", 1, 0.4, one) for one in (law, Coulomb(MU)))
+    force, other = (one.contact.resultant(0).force for one in (found, known))
+    np.testing.assert_allclose(force, other, rtol=1e-10)
+    work, expected = (one.contact.friction_work() for one in (found, known))
+    assert work == pytest.approx(expected, rel=1e-9) and work > 0.0
