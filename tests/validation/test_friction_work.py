@@ -200,17 +200,17 @@ def test_a_penalty_with_friction_balances(tangential, record_property):
     assert parts[0] == pytest.approx(parts[1] + parts[2], rel=1e-12)
 
 
-@pytest.mark.parametrize("turn", [0.1, 0.5])
-def test_work_around_a_wheel_is_short_and_told(turn):
-    """A wheel that turns by a works by R sin a cos a in place of R a (2.9)."""
+@pytest.mark.parametrize("turn", [0.1, 0.5, 1.2])
+def test_work_around_a_wheel_is_torque_times_angle(turn):
+    """Slip around a wheel that turns by a is R a, whatever the step (2.17)."""
     radius, depth = 1.0, 1e-3
     circle = rigid.Circle((0.5, 1.0 + radius - depth), radius)
     wheel = rigid.Body(circle, name="wheel")
     scene = press("quadrilateral", wheel, 16, friction=Coulomb(0.05))
     solver = SNESSolver(scene.problem)
 
-    with warnings.catch_warnings(record=True) as told:
-        warnings.simplefilter("always")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
         for k in range(1, 4):  # in the first it does not slip throughout
 
             def apply(t):
@@ -219,8 +219,4 @@ def test_work_around_a_wheel_is_short_and_told(turn):
             for _ in LoadSteps(solver, apply, steps=1):
                 work = scene.contact.friction_work()
                 moment = scene.contact.resultant_on(wheel).moment
-    assert any("wheel turns by" in str(one.message) for one in told) == (turn > 0.2)
-    short = np.sin(turn) * np.cos(turn) / turn
-    assert work == pytest.approx(
-        short * turn * abs(float(np.ravel(moment)[-1])), rel=0.01
-    )
+    assert work == pytest.approx(turn * abs(moment), rel=5e-3)

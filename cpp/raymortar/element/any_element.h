@@ -36,7 +36,7 @@ public:
                        arm * dual_tangents<D>(p.slave).transpose() *
                            p.turning(p.response.t),
                        p.slave.n, at);
-    if (p.has_foot() and at.has_target())
+    if (p.of_target and at.has_target())
     {
       const Frame<D>& target = e.master_frames.now;
       this->add_turn(Side::target,
@@ -213,7 +213,7 @@ private:
           add_couple_tangent(e, p, by, columns, dt, at);
       return;
     }
-    const bool has_foot = p.has_foot() and at.has_target();
+    const bool has_foot = p.of_target and at.has_target();
     if (not p.has_couple() and not has_foot)
       return;
     const GermRows<D, D> dnu = vary_normal(p, by, columns);

@@ -106,15 +106,19 @@ struct HitPoint : SlavePoint<F, L, Law>, TargetFrame<F>
   {
   }
 
-  /// @brief Whether friction makes a couple over the gap  [theory (3)].
+  /// @brief Whether friction makes a couple over the gap  [theory (3)]. A
+  /// multiplier closes gaps in the mean, but for what the offset leaves open.
   [[nodiscard]] bool has_couple() const
   {
-    return is_frictional<Law> and has_arm();
+    return is_frictional<Law> and (M == 0 or offset != 0.0);
   }
 
-  /// @brief Whether the pressure acts on the target at the slave point's foot,
-  /// and not where the ray hits  [theory (4.22)].
-  [[nodiscard]] bool has_foot() const { return of_target and has_arm(); }
+  /// @brief Whether what slides is the end of the arm g n, and not the slave's
+  /// point: in the frame of the target the arm has a part across its normal.
+  [[nodiscard]] bool slides_at_end() const
+  {
+    return not of_target or has_couple();
+  }
 
   /// @brief Traction along the normal of the frame.
   [[nodiscard]] double pressure() const { return normal.dot(response.t); }
@@ -156,9 +160,6 @@ struct HitPoint : SlavePoint<F, L, Law>, TargetFrame<F>
   }
 
 private:
-  /// A multiplier closes gaps in the mean, but for what the offset leaves open
-  [[nodiscard]] bool has_arm() const { return M == 0 or offset != 0.0; }
-
   [[nodiscard]] double law_gap() const
   {
     return (of_target ? g * normal.dot(this->slave.n) : g) + offset;
@@ -211,14 +212,12 @@ private:
     const Vec<D>& n_0 = old.normal;
     old.across = 0.5 * (n_0 - master.old.n);
     old.closing = closed_part(old.across.dot(old.distance) + offset, gap);
-    old.ahead = old.distance;
-    // In the frame of the target the arm has a part across its normal
-    if (of_target and has_couple())
+    old.ahead = old.distance - old.closing.length * n_0;
+    if (slides_at_end())
       old.ahead -= g * old.frame.n;
-    old.slide = convect<D>(master.old, master.old_dual, master.now,
-                           old.ahead - n_0.dot(old.ahead) * n_0);
+    old.slide = convect<D>(master.old, master.old_dual, master.now, old.ahead);
     old.w = old.spin.turned(old.slide.value) + old.closing.length * n_0;
-    if (of_target and not has_couple())
+    if (not slides_at_end())
       old.w -= g * this->slave.n;
   }
 

@@ -79,29 +79,22 @@ template <class F>
   return rate;
 }
 
-/// @brief Derivative of f(value) by the master's displacement dofs at a point
+/// @brief Derivatives of R numbers by the tangents of a facet.
+template <int R, int D>
+using TangentRows = std::array<Mat<R, D>, static_cast<std::size_t>(D - 1)>;
+
+/// @brief Add the derivative of f(value) by the master's tangents at a point
 /// that stays on it, for the derivative of f by the value.
 /// @param[in] by_value (R, gdim)
-/// @param[in] now Frame of the master
-/// @param[in] dual Of its tangents
-/// @param[in] dN_m Gradients of its shape functions
-template <class F, int R>
-[[nodiscard]] SideRows<F, R> vary_convected(const ConvectedVector<F::gdim>& c,
-                                            const Mat<R, F::gdim>& by_value,
-                                            const Frame<F::gdim>& now,
-                                            const Mat<F::gdim, F::tdim>& dual,
-                                            const Mat<F::dofs, F::tdim>& dN_m)
+/// @param[in] n, dual Normal of the master and dual of its tangents
+template <int R, int D>
+void vary_convected(const ConvectedVector<D>& c, const Mat<R, D>& by_value,
+                    const Vec<D>& n, const Mat<D, D - 1>& dual,
+                    TangentRows<R, D>& rows)
 {
-  constexpr int D = F::gdim;
-  const Mat<R, D - 1> by_dual = by_value * dual * c.across;
-  SideRows<F, R> rows;
-  for (int a = 0; a < F::dofs; ++a)
-  {
-    const double along = dN_m.row(a).dot(c.along);
-    const Vec<R> by_n = by_dual * dN_m.row(a).transpose();
-    rows.template middleCols<D>(a * D) =
-        along * by_value - by_n * now.n.transpose();
-  }
-  return rows;
+  const Mat<R, D - 1> by_n = by_value * dual * c.across;
+  for (int j = 0; j < D - 1; ++j)
+    rows[static_cast<std::size_t>(j)] +=
+        c.along[j] * by_value - by_n.col(j) * n.transpose();
 }
 } // namespace raymortar

@@ -168,7 +168,7 @@ private:
       if (p.has_couple())
         add_couple(p, slopes, along, p.turning(p.response.t),
                    p.across_change(t_xi, nu_xi), at, out);
-    if (p.has_foot() and at.has_target())
+    if (p.of_target and at.has_target())
       add_foot(e, p, slopes, along, columns.eta(),
                p.pressure_change(t_xi, nu_xi), at, out);
   }

@@ -171,15 +171,18 @@ public:
     }
   }
 
-  /// The slide turns with the target, and with half of the spin
+  /// The slide turns with the target, and with half of tilt and spin
   template <int R>
   void add_slip(const Mat<R, D>& by_w, Rows<R>& rows) const
   {
-    const SpinSlopes<D>& spin = _at.slip.spin;
-    if (_target_moves)
-      add_convected<R>(_p.old.slide, spin.before(by_w), rows);
-    if constexpr (D == 3)
-      add_angle<R>(by_w * spin.by_angle, rows);
+    const SlipTangents<R, D> by(_p.old, _at.slip, by_w);
+    for (std::size_t j = 0; j < T; ++j)
+    {
+      if constexpr (D == 3)
+        rows.slave[1 + j] += by.slave[j];
+      if (_target_moves)
+        rows.target[1 + j] += by.master[j];
+    }
   }
 
   /// See vary_carried
@@ -226,33 +229,6 @@ private:
   [[nodiscard]] static Mat<R, D>& target(Rows<R>& rows, int j)
   {
     return rows.target[static_cast<std::size_t>(1 + j)];
-  }
-
-  /// See vary_convected
-  template <int R>
-  void add_convected(const ConvectedVector<D>& c, const Mat<R, D>& by_value,
-                     Rows<R>& rows) const
-  {
-    const Vec<D>& n = _p.old.master.now.n;
-    const Mat<R, T> by_n = by_value * _at.slip.dual * c.across;
-    for (int j = 0; j < T; ++j)
-      target(rows, j) += c.along[j] * by_value - by_n.col(j) * n.transpose();
-  }
-
-  /// See vary_angle
-  template <int R>
-  void add_angle(const Vec<R>& by_angle, Rows<R>& rows) const
-  {
-    const Spin<3>& spin = _p.old.spin;
-    const SpinSlopes<3>& by = _at.slip.spin;
-    slave(rows, 0) += by_angle * by.by_first_now.transpose();
-    for (int j = 0; j < T; ++j)
-      slave(rows, j) +=
-          (spin.across[j] * by_angle) * by.by_second_now.transpose();
-    if (not _target_moves)
-      return;
-    add_convected<R>(spin.first, by_angle * by.by_first.transpose(), rows);
-    add_convected<R>(spin.second, by_angle * by.by_second.transpose(), rows);
   }
 
   const HitPoint<F, L, Law>& _p;

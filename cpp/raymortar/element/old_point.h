@@ -21,34 +21,18 @@ struct OldPoint<F, true>
   Vec<F::gdim> normal;        ///< of the law's frame
   TwoFrames<F::gdim> master;  ///< of the point that is hit now
   Vec<F::gdim> distance;      ///< from the slave's point to the master's
-  Vec<F::gdim> ahead;         ///< the same from the end of the present arm
+  Vec<F::gdim> ahead;         ///< of it, what has not closed
   /// Mean of the frame's normal and the master's reversed one. The distance
   /// between two points of one circle has no part along that of both surfaces,
   /// so that curvature is not taken for a gap
   Vec<F::gdim> across;
   Closing closing;
-  ConvectedVector<F::gdim> slide;  ///< distance along the slave, carried along
+  ConvectedVector<F::gdim> slide;  ///< `ahead`, carried along
   Spin<F::gdim> spin;              ///< of the slave against the master
   Vec<F::gdim> w;                  ///< slip increment (2)
   Vec<F::gdim> accepted;           ///< of springs, see ContactState
   CarriedTraction<F::gdim> spring; ///< made of it
 };
-
-/// @brief How the slip changes where the old normal of the frame turns.
-/// @param[in] carry Old vectors to present ones
-/// @param[in] turn Change of the normal, along some coordinates
-template <class F>
-[[nodiscard]] Mat<F::gdim, F::tdim>
-slip_by_turn(const OldPoint<F, true>& was, const Mat<F::gdim, F::gdim>& carry,
-             const Mat<F::gdim, F::tdim>& turn)
-{
-  const Mat<1, F::tdim> along = was.ahead.transpose() * turn;
-  const Mat<F::gdim, F::tdim> turned =
-      was.normal.dot(was.ahead) * turn + was.normal * along;
-  return was.closing.length * turn - carry * turned +
-         0.5 * was.closing.by_old * was.normal *
-             (was.distance.transpose() * turn);
-}
 
 /// @brief How the slip changes with the point that is hit, and with its master.
 template <class F, bool Frictional>
@@ -63,8 +47,8 @@ struct SlipSlopes<F, true>
   Mat<D, F::tdim> dual; ///< of the master's tangents
   SpinSlopes<D> spin;
   Mat<D, D> convected; ///< old vectors to present ones, along the master
-  Mat<D, D> carry;     ///< the same for a slide, with half of the spin
-  Mat<D, D> by_slide;  ///< by `ahead`, but for what has closed
+  Mat<D, D> by_ahead;  ///< the same with half of tilt and spin
+  Vec<D> by_closing;   ///< by what has closed
   Mat<D, D> by_distance;
   Mat<D, F::tdim> by_eta;
 
@@ -76,34 +60,50 @@ struct SlipSlopes<F, true>
       : dual(dual_tangents<D>(was.master.now)), spin(was.spin, was.slide.value),
         convected(
             convection<D>(was.master.old, was.master.old_dual, was.master.now)),
-        carry(spin.after(convected)),
-        by_slide(carry - carry * was.normal * was.normal.transpose()),
-        by_distance(by_slide)
+        by_ahead(spin.by_slide * convected),
+        by_closing(was.normal - by_ahead * was.normal), by_distance(by_ahead)
   {
     if (was.closing.by_old != 0.0)
-      by_distance += was.closing.by_old * was.normal * was.across.transpose();
+      by_distance += was.closing.by_old * by_closing * was.across.transpose();
     by_eta = by_distance * was.master.old.t;
     if constexpr (not F::affine)
-    {
-      if (not bends)
-        return;
-      const NodeBends<F> second = node_bends<F>(q.eta);
-      const Curvature<D> old = curvature_at<F>(
-          master_old, second, was.master.old, was.master.old_dual);
-      const Curvature<D> now =
-          curvature_at<F>(master_nodes, second, was.master.now, dual);
-      const auto along = [&](const ConvectedVector<D>& c)
-      { return convected_along_master<F>(c, convected, old, now); };
-      by_eta += spin.after(along(was.slide));
-      if constexpr (D == 3)
-        by_eta += spin.by_angle *
-                  (spin.by_first.transpose() * along(was.spin.first) +
-                   spin.by_second.transpose() * along(was.spin.second));
-      by_eta -= 0.5 * was.closing.by_old * was.normal *
-                (was.distance.transpose() * old.n);
-      if (of_target)
-        by_eta += slip_by_turn<F>(was, carry, -old.n);
-    }
+      if (bends)
+        add_bends(master_nodes, master_old, q, was, of_target);
+  }
+
+  /// @brief How the slip changes where the old normal of the frame turns.
+  /// @param[in] turn Change of the normal, along some coordinates
+  [[nodiscard]] Mat<D, F::tdim> by_turn(const OldPoint<F, true>& was,
+                                        const Mat<D, F::tdim>& turn) const
+  {
+    return was.closing.length * (turn - by_ahead * turn) +
+           0.5 * was.closing.by_old * by_closing *
+               (was.distance.transpose() * turn);
+  }
+
+private:
+  void add_bends(const typename F::NodeMatrix& master_nodes,
+                 const typename F::NodeMatrix& master_old,
+                 const ElementPoint<F>& q, const OldPoint<F, true>& was,
+                 bool of_target)
+  {
+    const NodeBends<F> second = node_bends<F>(q.eta);
+    const Curvature<D> old = curvature_at<F>(master_old, second, was.master.old,
+                                             was.master.old_dual);
+    const Curvature<D> now =
+        curvature_at<F>(master_nodes, second, was.master.now, dual);
+    const auto along = [&](const ConvectedVector<D>& c)
+    { return convected_along_master<F>(c, convected, old, now); };
+    by_eta += spin.by_slide * along(was.slide);
+    by_eta += spin.by_carried * along(was.spin.tilt.carried);
+    if constexpr (D == 3)
+      by_eta +=
+          spin.by_angle * (spin.by_first.transpose() * along(was.spin.first) +
+                           spin.by_second.transpose() * along(was.spin.second));
+    by_eta -= 0.5 * was.closing.by_old * by_closing *
+              (was.distance.transpose() * old.n);
+    if (of_target)
+      by_eta += by_turn(was, -old.n);
   }
 };
 } // namespace raymortar

@@ -74,18 +74,18 @@ template <int R, class Slopes, class F, int L, class Law, class Columns>
   constexpr int D = F::gdim;
   Vec<R> by_gap = law.by_g;
   if constexpr (requires { law.by_w; })
-    by_gap += p.old.closing.by_now * (law.by_w * p.old.normal);
+    by_gap += p.old.closing.by_now * (law.by_w * at.slip.by_closing);
   Vec<R> by_g = by_gap; // by the length of the ray
   Mat<R, D> by_n = law.by_n;
   if (at.frame.of_target)
   {
     by_g *= p.slave.n.dot(p.normal);
     by_n += (p.g * by_gap) * p.slave.n.transpose();
-    if constexpr (requires { law.by_w; }) // the arm
-      by_g -=
-          law.by_w * (p.has_couple() ? Vec<D>(at.slip.by_slide * p.old.frame.n)
-                                     : p.slave.n);
   }
+  if constexpr (requires { law.by_w; }) // the arm
+    by_g -=
+        law.by_w * (p.slides_at_end() ? Vec<D>(at.slip.by_ahead * p.old.frame.n)
+                                      : p.slave.n);
   Mat<R, D> by_ends = by_g * at.vary.dual.row(D - 1);
   if constexpr (requires { law.by_w; })
     by_ends -= (law.by_w * at.slip.by_eta).eval() *
@@ -99,10 +99,10 @@ template <int R, class Slopes, class F, int L, class Law, class Columns>
   {
     by_turn += (p.g * by_gap) * p.normal.transpose();
     if constexpr (requires { law.by_w; })
-      if (not p.has_couple())
+      if (not p.slides_at_end())
         by_turn -= p.g * law.by_w;
   }
-  if constexpr (D == 3 and requires { law.by_w; })
+  if constexpr (requires { law.by_w; })
     by_turn += law.by_w * at.slip.spin.by_n;
   auto rows = columns.template ray<R>(by_turn, by_ends);
   if (at.frame.of_target)
@@ -116,6 +116,37 @@ template <int R, class Slopes, class F, int L, class Law, class Columns>
   columns.template add_fields<R>(law, by_gap, rows);
   return rows;
 }
+
+/// @brief Derivatives of R numbers by both sides' tangents, where both ends of
+/// the ray and the slave's normal stay: what the slip does with them.
+template <int R, int D>
+struct SlipTangents
+{
+  TangentRows<R, D> slave;
+  TangentRows<R, D> master;
+
+  template <class Old, class Slopes>
+  SlipTangents(const Old& was, const Slopes& slip, const Mat<R, D>& by_w)
+  {
+    const auto& spin = slip.spin;
+    const auto add_convected =
+        [&](const ConvectedVector<D>& c, const Mat<R, D>& by_value)
+    { vary_convected<R, D>(c, by_value, was.master.now.n, slip.dual, master); };
+    master.fill(Mat<R, D>::Zero());
+    add_convected(was.slide, by_w * spin.by_slide);
+    add_convected(was.spin.tilt.carried, by_w * spin.by_carried);
+    if constexpr (D == 3)
+    {
+      const Vec<R> by_angle = by_w * spin.by_angle;
+      for (std::size_t j = 0; j < 2; ++j)
+        slave[j] = (was.spin.across[static_cast<int>(j)] * by_angle) *
+                   spin.by_second_now.transpose();
+      slave[0] += by_angle * spin.by_first_now.transpose();
+      add_convected(was.spin.first, by_angle * spin.by_first.transpose());
+      add_convected(was.spin.second, by_angle * spin.by_second.transpose());
+    }
+  }
+};
 
 /// @brief Displacement dofs of an element, [slave | master].
 template <class F, int L, class Law>
@@ -158,19 +189,21 @@ public:
   {
   }
 
-  /// The slide turns with the master, and with half of the spin
+  /// The slide turns with the master, and with half of tilt and spin
   template <int R>
   void add_slip(const Mat<R, D>& by_w, Rows<R, 2 * side>& rows) const
   {
-    const Frame<D>& master = _p.old.master.now;
-    const SpinSlopes<D>& spin = _at.slip.spin;
-    rows.template rightCols<side>() +=
-        vary_convected<F, R>(_p.old.slide, spin.before(by_w), master,
-                             _at.slip.dual, _at.geometry.dN_m);
-    if constexpr (D == 3)
-      rows +=
-          (by_w * spin.by_angle) *
-          vary_angle<F>(_p.old.spin, spin, _at.geometry, master, _at.slip.dual);
+    const PointGeometry<F>& g = _at.geometry;
+    const SlipTangents<R, D> by(_p.old, _at.slip, by_w);
+    for (int a = 0; a < F::dofs; ++a)
+    {
+      if constexpr (D == 3)
+        rows.template middleCols<D>(a * D) +=
+            g.dN_s(a, 0) * by.slave[0] + g.dN_s(a, 1) * by.slave[1];
+      auto master = rows.template middleCols<D>(side + a * D);
+      for (int j = 0; j < D - 1; ++j)
+        master += g.dN_m(a, j) * by.master[static_cast<std::size_t>(j)];
+    }
   }
 
   template <int R>
@@ -238,8 +271,9 @@ public:
   void add_slip(const Mat<R, D>& by_w, Mat<R, T>& rows) const
   {
     const OldPoint<F, true>& was = _p.old;
-    Mat<D, T> w = -_at.slip.by_distance * was.frame.t +
-                  was.closing.by_old * was.normal * _offset;
+    const SlipSlopes<F, true>& slip = _at.slip;
+    Mat<D, T> w = -slip.by_distance * was.frame.t +
+                  was.closing.by_old * slip.by_closing * _offset;
     if constexpr (not F::affine)
     {
       if (not bends_at_slave(_e))
@@ -249,14 +283,15 @@ public:
       }
       // The slave's old normal, which tells slide and gap apart, turns as well
       const Curvature<D> bend = old_bend();
+      w += slip.spin.by_carried * slip.convected * bend.n;
+      if (_p.slides_at_end())
+        w -= _p.g * slip.by_ahead * bend.n;
       if (not _at.frame.of_target)
-        w += slip_by_turn<F>(was, _at.slip.carry, bend.n);
-      else if (_p.has_couple())
-        w -= _p.g * _at.slip.by_slide * bend.n;
+        w += slip.by_turn(was, bend.n);
       if constexpr (D == 3)
-        w += _at.slip.spin.by_angle *
-             angle_along_facet(was.spin, _at.slip.spin, {was.frame, bend},
-                               was.dual, {_p.slave, _bend}, _at.slip.convected);
+        w += slip.spin.by_angle *
+             angle_along_facet(was.spin, slip.spin, {was.frame, bend}, was.dual,
+                               {_p.slave, _bend}, slip.convected);
     }
     rows += by_w * w;
   }

@@ -1,28 +1,34 @@
-// By how much the slave has turned against the master about its normal.
+// By how much the slave has turned against the master: its normal, and about
+// it.
 #pragma once
 
 #include "raymortar/element/carried.h"
-#include "raymortar/element/convected.h"
-#include "raymortar/element/facet_states.h"
+#include "raymortar/element/tilt.h"
 
 namespace raymortar
 {
-/// @brief Turns a slide by half of the spin of a step  [theory (2.15)]: the
-/// slide is a chord, and the path on which a body spins ends in another
-/// direction. In the plane there is no spin.
+/// @brief Turns a slide by half of the tilt and of the spin of a step  [theory
+/// (2.15), (2.17)]: the slide is a chord, and the path on which a body turns
+/// ends in another direction. In the plane there is no spin.
 template <int D>
 struct Spin
 {
-  void set(const TwoFrames<D>&, const TwoFrames<D>&) {}
-  [[nodiscard]] const Vec<D>& turned(const Vec<D>& slide) const
+  Tilt<D> tilt;
+
+  void set(const TwoFrames<D>& slave, const TwoFrames<D>& master)
   {
-    return slide;
+    tilt.set(slave, master);
+  }
+  [[nodiscard]] Vec<D> turned(const Vec<D>& slide) const
+  {
+    return tilt.turn * slide;
   }
 };
 
 template <>
 struct Spin<3>
 {
+  Tilt<3> tilt;
   double cosine, sine;       ///< of half the angle
   Vec<3> n;                  ///< slave's present normal
   Vec<2> across;             ///< n_0 x t_01 on the slave's old tangents t_0
@@ -34,6 +40,7 @@ struct Spin<3>
   /// @param[in] slave, master Of the point and of what it hits
   void set(const TwoFrames<3>& slave, const TwoFrames<3>& master)
   {
+    tilt.set(slave, master);
     n = slave.now.n;
     const Vec<3> t_2 = slave.old.jacobian * slave.old_dual.col(1);
     across = slave.old_dual.transpose() * t_2;
@@ -52,24 +59,23 @@ struct Spin<3>
 
   [[nodiscard]] Vec<3> turned(const Vec<3>& slide) const
   {
-    return cosine * slide + sine * n.cross(slide);
+    const Vec<3> tilted = tilt.turn * slide;
+    return cosine * tilted + sine * n.cross(tilted);
   }
 };
 
-/// @brief How a turned slide changes with the slide and with the spin.
+/// @brief How a turned slide changes with the slide, the tilt and the spin.
 template <int D>
 struct SpinSlopes
 {
-  SpinSlopes(const Spin<D>&, const Vec<D>&) {}
-  template <class Matrix>
-  [[nodiscard]] Matrix before(const Matrix& by_turned) const
+  Mat<D, D> by_slide;
+  Mat<D, D> by_n;       ///< by the slave's normal
+  Mat<D, D> by_carried; ///< by what the master carries of the old one
+
+  SpinSlopes(const Spin<D>& spin, const Vec<D>& slide)
+      : by_slide(spin.tilt.turn), by_n(spin.tilt.by_normal(slide)),
+        by_carried(spin.tilt.by_carried(slide))
   {
-    return by_turned;
-  }
-  template <class Matrix>
-  [[nodiscard]] Matrix after(const Matrix& slides) const
-  {
-    return slides;
   }
 };
 
@@ -78,7 +84,8 @@ struct SpinSlopes<3>
 {
   Mat<3, 3> by_slide;
   Vec<3> by_angle;
-  Mat<3, 3> by_n; ///< by the slave's normal
+  Mat<3, 3> by_n;
+  Mat<3, 3> by_carried;
   // Of the angle
   Vec<3> by_first_now;  ///< by the slave's first tangent
   Vec<3> by_second_now; ///< by what its tangents make of `across`
@@ -88,9 +95,12 @@ struct SpinSlopes<3>
   SpinSlopes(const Spin<3>& spin, const Vec<3>& slide)
   {
     const Vec<3>& n = spin.n;
-    by_slide = spin.sine * cross_matrix(n);
-    by_slide.diagonal().array() += spin.cosine;
-    by_angle = 0.5 * (spin.cosine * n.cross(slide) - spin.sine * slide);
+    const Vec<3> tilted = spin.tilt.turn * slide;
+    Mat<3, 3> by_tilted = spin.sine * cross_matrix(n);
+    by_tilted.diagonal().array() += spin.cosine;
+    by_slide = by_tilted * spin.tilt.turn;
+    by_carried = by_tilted * spin.tilt.by_carried(slide);
+    by_angle = 0.5 * (spin.cosine * n.cross(tilted) - spin.sine * tilted);
     const Vec<3> beside = n.cross(spin.of_master);
     const double own = 1.0 / spin.of_slave.squaredNorm();
     const double other = 1.0 / beside.squaredNorm();
@@ -98,48 +108,13 @@ struct SpinSlopes<3>
     by_second_now = -own * spin.of_slave;
     by_first = -other * beside;
     by_second = other * beside.cross(n);
-    by_n = -spin.sine * cross_matrix(slide);
+    by_n = by_tilted * spin.tilt.by_normal(slide);
+    by_n -= spin.sine * cross_matrix(tilted);
     by_n -= by_angle * (n.dot(spin.first.value) * by_first +
                         n.dot(spin.second.value) * by_second)
                            .transpose();
   }
-
-  /// @brief Derivatives by a slide from those by what it turns to.
-  template <class Matrix>
-  [[nodiscard]] Matrix before(const Matrix& by_turned) const
-  {
-    return by_turned * by_slide;
-  }
-  /// @brief What slides, as columns, turn to.
-  template <class Matrix>
-  [[nodiscard]] Matrix after(const Matrix& slides) const
-  {
-    return by_slide * slides;
-  }
 };
-
-/// @brief Variation of the angle by the displacement dofs of both sides, the
-/// slave's normal aside.
-/// @param[in] now, dual Frame of the master and dual of its tangents
-template <class F>
-[[nodiscard]] Eigen::Matrix<double, 1, 2 * Variations<F>::side>
-vary_angle(const Spin<3>& spin, const SpinSlopes<3>& by,
-           const PointGeometry<F>& p, const Frame<3>& now,
-           const Mat<3, 2>& dual)
-{
-  constexpr int side = Variations<F>::side;
-  Eigen::Matrix<double, 1, 2 * side> rows;
-  for (int a = 0; a < F::dofs; ++a)
-    rows.template segment<3>(a * 3) =
-        p.dN_s(a, 0) * by.by_first_now +
-        p.dN_s.row(a).dot(spin.across) * by.by_second_now;
-  rows.template tail<side>() =
-      vary_convected<F, 1>(spin.first, by.by_first.transpose(), now, dual,
-                           p.dN_m) +
-      vary_convected<F, 1>(spin.second, by.by_second.transpose(), now, dual,
-                           p.dN_m);
-  return rows;
-}
 
 /// @brief Derivative of the angle along the slave facet, its normal and the
 /// point that is hit aside.

@@ -166,22 +166,11 @@ class ZoneData:
     def arms(self, points: dict[str, Array]) -> Array:
         """Distances over which friction makes a couple, theory (3), (points, d)."""
         arm = points["distance"][:, None] * points["normal"]
-        arm[~self._have_arms(points)] = 0.0
+        if len(self.multiplier_nodes):  # it closes gaps in the mean, but for offsets
+            offset = self.whole_offset
+            has = False if offset is None else offset.any(axis=1)[points["slave"]]
+            arm *= np.where(has, 1.0, 0.0)[..., None]
         return arm if self.frictional and not self.tied else np.zeros_like(arm)
-
-    def have_feet(self, points: dict[str, Array]) -> Mask:
-        """Tell at which points the pressure acts at the foot, theory (4.22)."""
-        of_master = points["contact_normal"] == -points["master_normal"]
-        return np.asarray(of_master.all(axis=1) & self._have_arms(points))
-
-    def _have_arms(self, points: dict[str, Array]) -> Mask:
-        """Tell where open gaps count: multipliers close them, but for offsets."""
-        offset, slave = self.whole_offset, points["slave"]
-        if not len(self.multiplier_nodes):
-            return np.full(len(slave), True)
-        if offset is None:
-            return np.full(len(slave), False)
-        return np.asarray(offset.any(axis=1)[slave])
 
     def masters_of(self, points: dict[str, Array]) -> Indices:
         """Index among the masters of the one that each point hits; -1 for none."""

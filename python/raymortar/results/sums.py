@@ -173,8 +173,10 @@ def resultant(
     moments += _moments(points["x"], forces)
     if at_hits:
         hits = points["x"] + points["distance"][:, None] * points["normal"]
-        feet = zone.have_feet(points)[:, None]
-        moments = np.where(feet, moments, _moments(hits, forces))
+        # In the frame of the master pressures act at feet of the slave's points
+        feet = (points["contact_normal"] == -points["master_normal"]).all(axis=1)
+        ends = np.where(feet[:, None], points["x"], hits)
+        moments = _moments(hits, forces - normal) + _moments(ends, normal)
     sums = np.concatenate([one.sum(axis=0) for one in (forces, normal, moments)])
     comm.Allreduce(MPI.IN_PLACE, sums)
     force, normal, moment = np.split(sums, [dim, 2 * dim])

@@ -73,9 +73,16 @@ TYPED_TEST(Convected, VariationIsTheDerivative)
     return convected<F>(x, at, v).value;
   };
   const Frame<D> now = frame_at<F>(y, centre<F>());
-  const SideRows<F, D> rows = vary_convected<F, D>(
-      convected<F>(x, y, v), Mat<D, D>::Identity(), now,
-      dual_tangents<D>(now.t), F::Disp::gradients(centre<F>()));
+  TangentRows<D, D> by_tangents;
+  by_tangents.fill(Mat<D, D>::Zero());
+  vary_convected<D, D>(convected<F>(x, y, v), Mat<D, D>::Identity(), now.n,
+                       dual_tangents<D>(now.t), by_tangents);
+  const auto dN = F::Disp::gradients(centre<F>());
+  SideRows<F, D> rows = SideRows<F, D>::Zero();
+  for (int a = 0; a < F::dofs; ++a)
+    for (int j = 0; j < F::tdim; ++j)
+      rows.template middleCols<D>(a * D) +=
+          dN(a, j) * by_tangents[static_cast<std::size_t>(j)];
   expect_derivative(f, Vector::Zero(F::dofs * D), rows);
 }
 
