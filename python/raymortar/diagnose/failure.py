@@ -17,7 +17,8 @@ from ..errors import ContactError, ConvergenceError
 from ..interface.contact_surfaces import ContactSurfaces
 from ..interface.probing import VolumePattern
 from ..interface.slave_nodes import rigid_slaves
-from ..interface.stiffness import contact_stiffness, stiffness_ratios
+from ..interface.stiffness import automatic_coefficients, stiffness_ratios
+from ..interface.surface_compliance import SurfaceCompliance
 from ..problem import CoupledProblem
 from .lost_contact import loose_bodies, unheld
 
@@ -184,13 +185,20 @@ def _against_cycles(in_use: InUse) -> list[str]:
 def automatic_gamma(problem: CoupledProblem, contact: Contact) -> float | None:
     """Find the automatic coefficient of a form as it is now, with its present
     constants; None if it has no stiffness. Traction per length. Collective."""
-    layout, interfaces = contact.layout, contact.surfaces.interfaces
+    surfaces, turns, bcs = contact.surfaces, contact.axisymmetric, problem.bcs
     try:
-        volume = VolumePattern(problem.a, layout, contact.axisymmetric)
-        tables = contact_stiffness(volume, layout, interfaces, problem.bcs)
+        volume = VolumePattern(problem.a, contact.layout, turns)
+        compliance = SurfaceCompliance(
+            volume, surfaces.unknowns, surfaces.bodies, bcs, turns
+        )
+        tables = automatic_coefficients(
+            surfaces, volume, contact.method, bcs, compliance
+        )
+        compliance.destroy()
+        volume.destroy()
     except ContactError:  # on all ranks
         return None
-    return contact.method.automatic_factor * min(float(t.min()) for t in tables)
+    return min(float(table.min()) for table in tables)
 
 
 def compared(contact: Contact, now: float) -> str:

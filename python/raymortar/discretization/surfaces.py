@@ -177,13 +177,15 @@ def facet_lengths(surface: Surface) -> Array:
 
 
 def vector_areas(
-    surface: Surface, index_map: Any, degree: int, table: Indices
+    surface: Surface, index_map: Any, degree: int, table: Indices, counts: Any = 1.0
 ) -> Array:
     """Sum up int N n dG over the facets of all ranks at local block dofs. Collective.
 
     N has the given degree, and the block dofs of a table (facets, n) of the index map.
+    `counts` is how often each facet counts.
     """
     points, weights, m = surface_normals(surface)
     N, _ = shape_functions(surface.shape, degree, points)
     shares = np.einsum("q,qa,fqd->fad", weights, N, m)
+    shares *= np.reshape(counts, (-1, 1, 1))
     return sums_at(index_map, surface.gdim, (table, shares))

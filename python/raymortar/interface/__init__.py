@@ -1,7 +1,8 @@
 """One slave and its masters: the C++ zones and their input.
 
 - contact_surfaces, zones: from tagged facets to C++ zones; zone_data: what they hold
-- probing, stiffness, coefficients: moduli and gamma, read off the volume's matrix
+- probing, stiffness, surface_compliance, coefficients: moduli and gamma, from the
+  volume's matrix
 - slave_nodes: slave nodes that are covered, shared or prescribed
 - present, state: the present state, and the one that a step starts from
 - overlap, straight_facets: gaps at the start, and offsets

@@ -48,6 +48,9 @@ class VolumePattern:
     couplings
         Sums of the absolute entries of each owned row over the columns of each field,
         (fields, rows); see `Unknowns.fields`. Empty where there is one field.
+    stiffness
+        Until `destroy`: matrices, their rows of the displacement, and the places of
+        these among its dofs.
     number
         Its number, which no other pattern has.
     """
@@ -68,14 +71,20 @@ class VolumePattern:
         self.diagonal = _diagonal(own, u)
         self.translation = translation_forces(own, u)
         self.response: Array | None = None
+        self.stiffness = _parts(own)
+        self._matrices = [K for K in itertools.chain(*blocks) if K is not None]
         if axisymmetric:
             warn_of_plane_form(self.translation[0], self.diagonal, layout.comm)
         if strains:
             probe = response_of_revolution if axisymmetric else strain_response
             self.response = probe(own, u)
-        for K in itertools.chain(*blocks):
-            if K is not None:
-                K.destroy()
+
+    def destroy(self) -> None:
+        """Free the matrices; what was read off them stays. Collective."""
+        self.stiffness = []
+        for K in self._matrices:
+            K.destroy()
+        self._matrices = []
 
 
 def _assembled(form: Any) -> PETSc.Mat | None:
@@ -205,7 +214,7 @@ def deviators(d: int) -> list[Array]:
     return found
 
 
-def _positions(u: Function, from_axis: bool = False) -> list[Array]:
+def positions(u: Function, from_axis: bool = False) -> list[Array]:
     """Positions of the owned nodes from the middle of the mesh, (n, d) each.
 
     They are the undeformed ones, and the deformed ones where anything is displaced.
@@ -239,8 +248,8 @@ def strain_response(K: Any, u: Function) -> Array:
     undeformed bodies, and of the deformed ones if there is a displacement: only one of
     these keeps the volume, by whether the form is of small or large strains. Collective.
     """
-    positions = _positions(u)
-    n, d = positions[0].shape
+    places = positions(u)
+    n, d = places[0].shape
     pushed = translation_forces(K, u).reshape(d, n, d)
 
     def squares(x: Array, E: Array) -> Array:
@@ -249,7 +258,7 @@ def strain_response(K: Any, u: Function) -> Array:
 
     found = [
         (np.sum([squares(x, E) for E in deviators(d)], axis=0), squares(x, np.eye(d)))
-        for x in positions
+        for x in places
     ]
     return np.transpose(found, (2, 1, 0))
 
@@ -266,7 +275,7 @@ def response_of_revolution(K: Any, u: Function) -> Array:
     """
     pushed = translation_forces(K, u)[1].reshape(-1, 2)
     found = []
-    for x in _positions(u, from_axis=True):
+    for x in positions(u, from_axis=True):
         # 2 mu (c_r, -2 c_z) / 2 and (3 lambda + 2 mu) c
         stretched = _forces(K, x * [0.5, -1.0]) + x[:, 1:] * pushed
         swollen = _forces(K, x) - x[:, 1:] * pushed

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from mpi4py import MPI
@@ -23,9 +23,11 @@ from ..discretization.surfaces import (
     vector_areas,
 )
 from ..errors import ContactError, raise_everywhere
-from .coefficients import Interfaces
+from ..options.methods import AugmentedLagrangian, Penalty
+from .coefficients import Interfaces, Measure
 from .contact_surfaces import ContactSurfaces
 from .probing import VolumePattern, deviators, stiffness_without_bulk
+from .surface_compliance import SurfaceCompliance
 from .zone_data import ZoneData
 
 
@@ -49,7 +51,7 @@ def _of_sides(
     layout: CoupledRows,
     interfaces: Interfaces,
     bcs: Sequence[Any],
-) -> Callable[[Sequence[Surface]], Array]:
+) -> Measure:
     """Make the measure of one side of pairs of bodies for `Interfaces.tables`.
 
     By body it gives the stiffness over area, whether the body can move, and the size of
@@ -128,6 +130,49 @@ def contact_stiffness(
         )
     raise_everywhere(layout.comm, message, ContactError)
     return [np.where(np.isfinite(table), table, least) for table in tables]
+
+
+def automatic_coefficients(
+    surfaces: ContactSurfaces,
+    volume: VolumePattern,
+    method: AugmentedLagrangian | Penalty,
+    bcs: Sequence[Any],
+    compliance: SurfaceCompliance,
+) -> list[Array]:
+    """Coefficient where the user gives none, a table for each zone. Collective.
+
+    The answer of a penalty, and the scale of a tie, depend on it: it is the stiffness
+    of (5.2) times a factor. With a multiplier it is the geometric mean of that and the
+    inverse of what the surface yields, where that is less [theory (5.16)]: the active
+    set needs gamma g of the size of the pressure for single points as well as for whole
+    arcs of a body that bends. Traction per length.
+    """
+    layout, interfaces = surfaces.layout, surfaces.interfaces
+    tables = contact_stiffness(volume, layout, interfaces, bcs)
+    if surfaces.tied is None and surfaces.multiplier is not None:
+        of_side = _of_sides(volume, layout, interfaces, bcs)
+        arcs = _of_arcs(of_side, interfaces, compliance)
+        tables = [np.minimum(*both) for both in zip(tables, arcs)]
+    return [method.automatic_factor * table for table in tables]
+
+
+def _of_arcs(
+    of_side: Measure, interfaces: Interfaces, compliance: SurfaceCompliance
+) -> list[Array]:
+    """Geometric means of stiffness and inverse compliance, of both sides in series; inf
+    where neither has both. Collective."""
+
+    def measure(surfaces: Sequence[Surface]) -> Array:
+        stiffness, yields = of_side(surfaces)[:, 0], compliance.of_side(surfaces)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            squared = yields / stiffness
+        return np.where(np.isfinite(squared), squared, 0.0)[:, None]
+
+    def pair(slave: Array, master: Array) -> Array:
+        with np.errstate(divide="ignore"):
+            return 1.0 / np.sqrt(slave[:, 0] + master[:, 0])
+
+    return interfaces.tables(measure, pair)
 
 
 def stiffness_ratios(

@@ -24,7 +24,13 @@ from ..interface.slave_nodes import (
     refuse_held,
     refuse_held_on_tools,
 )
-from ..interface.stiffness import contact_stiffness, mean_facet_size, shear_moduli
+from ..interface.stiffness import (
+    automatic_coefficients,
+    contact_stiffness,
+    mean_facet_size,
+    shear_moduli,
+)
+from ..interface.surface_compliance import SurfaceCompliance
 from ..interface.zone_data import on_sides
 from ..options.methods import AugmentedLagrangian, Penalty
 
@@ -188,15 +194,20 @@ class ContactAssembly:
         """
         return self.surfaces.multiplier is not None or self.gamma is None
 
-    def set_volume(self, volume: VolumePattern, bcs: Sequence[Any]) -> None:
+    def set_volume(
+        self,
+        volume: VolumePattern,
+        bcs: Sequence[Any],
+        compliance: SurfaceCompliance,
+    ) -> None:
         """Take a volume, and the automatic gamma from it if none is set. Collective."""
         self.volume = volume
         self._forget_prescribed()  # held nodes need its stiffness
-        interfaces = self.surfaces.interfaces
         if self.gamma is None:
-            tables = contact_stiffness(volume, self.layout, interfaces, bcs)
-            stiffness = one_or_each(interfaces, tables)
-            self.set_gamma(self._method.automatic_factor * stiffness)
+            tables = automatic_coefficients(
+                self.surfaces, volume, self._method, bcs, compliance
+            )
+            self.set_gamma(one_or_each(self.surfaces.interfaces, tables))
         elif is_real_number(self.gamma):
             self._check_size(volume, bcs)
 

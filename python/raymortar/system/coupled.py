@@ -17,6 +17,7 @@ from ..discretization.ranks import free_dropped
 from ..discretization.unknowns import Unknowns
 from ..errors import raise_everywhere, together
 from ..interface.probing import VolumePattern
+from ..interface.surface_compliance import SurfaceCompliance
 from .assembly import ContactAssembly
 from .free_bodies import FreeBodies
 from .iterates import CoupledIterates
@@ -75,8 +76,14 @@ class CoupledSystem(CoupledIterates):
                 part.unknowns.spaces = [compat.test_space(a)]
         strains = any(part.needs_strains for part in self.parts)
         volume = VolumePattern(a, self.layout, self.axisymmetric, strains)
+        bodies = self.parts[0].surfaces.bodies
+        compliance = SurfaceCompliance(
+            volume, self.unknowns, bodies, bcs, self.axisymmetric
+        )
         for part in self.parts:
-            part.set_volume(volume, bcs)
+            part.set_volume(volume, bcs, compliance)
+        compliance.destroy()
+        volume.destroy()
         return volume
 
     def use_volume(self, volume: VolumePattern) -> None:

@@ -1,4 +1,4 @@
-"""The automatic coefficient: of the softer body that can move."""
+"""The automatic coefficient: of the softer body that can move, by nodes and by arcs."""
 
 import pytest
 from dolfinx import fem
@@ -14,11 +14,16 @@ CELLS = (4, 3)  # of the lower and of the upper block, per direction
 
 
 def gamma_of(cell, ratio=1.0, bcs=None, method=None, **options):
-    """Coefficient of linear elastic unit blocks, the upper one `ratio` times stiffer."""
+    """Coefficient of linear elastic unit blocks, the upper one `ratio` times stiffer.
+
+    By default a tenth of the penalty's: the stiffness of single nodes.
+    """
     scene = two_blocks(COMM, DIMENSION[cell], cell, *CELLS)
     E = {"lower": SOFT, "upper": ratio * SOFT}
+    share = 1.0 if method else 0.1
+    method = method or raymortar.Penalty()
     problem = build(scene, E=E, nu=NU, bcs=bcs, method=method, **options)
-    return problem.contact.gamma
+    return share * problem.contact.gamma
 
 
 def of_a_cube(E, n, dim):
