@@ -139,7 +139,7 @@ def loose_bodies(problem: CoupledProblem, led: Array | None = None) -> list[str]
         lead = problem.comm.allreduce(_by_body(problem, led * modes))
         size = np.abs(lead).max(initial=0.0) or 1.0
         grip += lead[:, None] * lead[None] / size**2
-    return _sentences(problem, grip, _has_no_springs)
+    return _sentences(problem, grip, has_no_springs)
 
 
 def _sentences(
@@ -150,7 +150,7 @@ def _sentences(
     motions = [_free_motions(of_body, dim) for of_body in np.moveaxis(grip, 2, 0)]
     if not any(axes.any() or turns for axes, turns in motions):
         return []
-    free = counts(problem) & ~_touched(problem.contact, grip.shape[2])
+    free = counts(problem) & ~touched_bodies(problem.contact)
     if not free.any():
         return []
     springs, names, found = _springs(problem), problem.convergence.groups.names(), []
@@ -215,7 +215,7 @@ def _free_motions(grip: Array, dim: int) -> tuple[Mask, bool]:
     return straight > _NO_PART, count > 0
 
 
-def _has_no_springs(problem: CoupledProblem) -> Mask:
+def has_no_springs(problem: CoupledProblem) -> Mask:
     """Whether a body is on no springs, and has no masses, (bodies,). Collective."""
     # Hoops may resist a growth of the radius
     axes = slice(int(problem.contact.axisymmetric), None)
@@ -232,9 +232,9 @@ def _springs(problem: CoupledProblem) -> Mask:
     return np.asarray(sizes[1:] > _NO_SPRING * sizes[0])
 
 
-def _touched(contact: Interaction, count: int) -> Mask:
+def touched_bodies(contact: Interaction) -> Mask:
     """Whether each body has a point in contact. Collective."""
-    found = np.zeros(count, dtype=bool)
+    found = np.zeros(contact.bodies.count, dtype=bool)
     for zone in contact.zones:
         points = zone.points()
         closed = points["status"] >= CLOSED

@@ -163,7 +163,9 @@ def _of_arcs(
     where neither has both. Collective."""
 
     def measure(surfaces: Sequence[Surface]) -> Array:
-        stiffness, yields = of_side(surfaces)[:, 0], compliance.of_side(surfaces)
+        # Bodies that buckle may yield by less than nothing
+        yields = np.maximum(compliance.of_side(surfaces), 0.0)
+        stiffness = of_side(surfaces)[:, 0]
         with np.errstate(divide="ignore", invalid="ignore"):
             squared = yields / stiffness
         return np.where(np.isfinite(squared), squared, 0.0)[:, None]

@@ -34,7 +34,7 @@ from .history import History
 from .led_paths import ArcPath, DisplacementPath
 from .load_path import ArcSizes, PrescribedPath, StepSizes
 from .output import Output, check_output
-from .progress import HALVED, LoadStep, Progress, is_file, line
+from .progress import HALVED, Effort, LoadStep, Progress, is_file, line
 from .stabilization import Stabilization
 from .strategies import Strategies
 
@@ -64,11 +64,11 @@ class LoadSteps:
     max_halvings
         How often the first step's size may be halved. After that the failure is raised.
     extrapolate
-        Start each solve where the last step leads: its change of displacement and
-        multiplier, scaled with the steps' sizes. If that fails, start from the last
-        accepted state. This saves one or two iterations of a step on a smooth path, as
-        in sliding, where the first iterate slips the right way. On a rough path it
-        saves nothing.
+        Start each solve where the last step leads: its change of all unknowns, scaled
+        with the steps' sizes. If that fails, start from the last accepted state. None:
+        where fewer forces are out of balance there, so not where a path turns round, and
+        not with `control`. This saves iterations on a smooth path, as in sliding, where
+        the first iterate slips the right way. True: in every step. False: never.
     largest
         A step may grow to this many times the first step's size. The default is 1,
         because with friction the result of a path depends on its steps.
@@ -129,7 +129,7 @@ class LoadSteps:
         apply: Any,
         steps: int = 10,
         max_halvings: int = 6,
-        extrapolate: bool = False,
+        extrapolate: bool | None = None,
         largest: int = 1,
         easy: int = 5,
         path: tuple[float, float] = (0.0, 1.0),
@@ -167,6 +167,9 @@ class LoadSteps:
             forces = self._stabilization = Stabilization(solver, float(stabilize))
             columns["viscous_work"] = lambda: forces.work
             columns["viscous_share"] = lambda: forces.share
+        self._effort = Effort(self._problem)
+        columns["tangents"] = lambda: self._effort.now()[0]
+        columns["solves"] = lambda: self._effort.now()[1]
         self._path = self._new_path()
         if control is not None:
             columns["load_factor"] = lambda: self._path.factor
@@ -219,7 +222,8 @@ class LoadSteps:
         options = self.extrapolate, self.strategy == "auto", self._may_be_viscous
         ways = Strategies(path, progress.trying, *options)
         tools, doubts = ToolsOnPath(contact), Doubts(problem)
-        last, snapped = None, False
+        last, snapped, effort = None, False, self._effort
+        effort.taken()
         tools.look()
         while not path.ended:
             before = contact.state()
@@ -238,7 +242,6 @@ class LoadSteps:
                     raise
                 ways.restore(before)
                 if left or not path.sizes.halve():
-                    ways.finish()
                     raise self._given_up(failure) from failure
                 self.halvings += 1
                 progress.trying(HALVED)
@@ -264,9 +267,14 @@ class LoadSteps:
             last = before
             count = problem.steps_accepted = problem.steps_accepted + 1
             yield LoadStep(
-                path.factor, iterations, self.halvings, ways.used, count, ways.released
+                path.factor,
+                iterations,
+                self.halvings,
+                ways.used,
+                count,
+                ways.released,
+                *effort.taken(),
             )
-        ways.finish()
         tools.warn()
 
     @property
@@ -285,7 +293,8 @@ class LoadSteps:
                 iterations = ways.solve(now, last, path.sizes.ratio)
             else:
                 iterations = self._stabilization.solve(
-                    lambda: ways.solve(problem.contact.state(), None, 1.0)
+                    ways.once,
+                    lambda: ways.solve(now, last, path.sizes.ratio),
                 )
         loss = lost_contact(problem, path.led)
         if loss is not None:
@@ -343,8 +352,8 @@ def _rules(given: Any) -> Iterator[tuple[bool, str]]:
     finite = len(ends) == 2 and all(is_real_number(t) and np.isfinite(t) for t in ends)
     yield finite, f"path must be two numbers, its ends, not {path!r}"
     extrapolate, strategy, scale = given.extrapolate, given.strategy, given.stabilize
-    text = f"extrapolate must be True or False, not {extrapolate!r}"
-    yield is_truth_value(extrapolate), text
+    text = f"extrapolate must be True, False or None, not {extrapolate!r}"
+    yield extrapolate is None or is_truth_value(extrapolate), text
     text = f"strategy must be one of {STRATEGIES}, not {strategy!r}"
     yield strategy is None or is_one_of(strategy, STRATEGIES), text
     scales = is_real_number(scale) and 0.0 <= scale < np.inf

@@ -9,6 +9,7 @@ from typing import Any, TextIO
 
 from mpi4py import MPI
 
+from ..problem import CoupledProblem
 from ..results.sums import Statistics
 
 # The last resort, as it is reported
@@ -29,6 +30,9 @@ class LoadStep:
     released
         Energy that a snap has set free at least, which another way than ``"full"`` has
         passed; 0 where there was none.
+    tangents, solves
+        Tangents assembled and nonlinear solves begun for the step, those of failed tries
+        and of larger steps that were halved among them.
     number
         Counts the accepted steps of the problem from 1, over all of its `LoadSteps`.
     """
@@ -39,6 +43,26 @@ class LoadStep:
     strategy: str = "full"
     number: int = field(default=1, repr=False)
     released: float = field(default=0.0, repr=False)
+    tangents: int = field(default=0, repr=False)
+    solves: int = field(default=0, repr=False)
+
+
+class Effort:
+    """Counts tangents and nonlinear solves of a problem, failed ones too."""
+
+    def __init__(self, problem: CoupledProblem) -> None:
+        self._problem, self._before = problem, (0, 0)
+
+    def now(self) -> tuple[int, int]:
+        """Tangents and solves since the last accepted step."""
+        problem, (tangents, solves) = self._problem, self._before
+        return problem.tangents - tangents, problem.solves - solves
+
+    def taken(self) -> tuple[int, int]:
+        """Those since the last accepted step, which ends now."""
+        found = self.now()
+        self._before = self._problem.tangents, self._problem.solves
+        return found
 
 
 def is_file(thing: Any) -> bool:

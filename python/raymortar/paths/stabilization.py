@@ -14,9 +14,9 @@ import ufl
 from dolfinx import fem
 
 from .. import compat
-from ..compat import Array
+from ..compat import Array, Mask
 from ..diagnose.failure import FAILURES
-from ..diagnose.lost_contact import largest_motions
+from ..diagnose.lost_contact import has_no_springs, largest_motions
 from ..discretization.bodies import bodies_of_facets
 from ..discretization.checks import weight
 from ..errors import ConvergenceError, SetUpError
@@ -134,6 +134,13 @@ class Viscosity:
         return work, float((viscous / np.maximum(forces, convergence.floor)).max())
 
 
+def loose_bodies(problem: CoupledProblem) -> Mask:
+    """Whether neither conditions nor springs hold each body, (bodies,). Collective."""
+    groups = problem.convergence.groups
+    held = groups.sum(groups.on_rows(problem.constrained.astype(np.float64)))
+    return np.asarray((held[: groups.bodies] == 0.0) & has_no_springs(problem))
+
+
 class Stabilization:
     """Solve steps in several solves under fading viscous forces. Collective.
 
@@ -152,9 +159,7 @@ class Stabilization:
         self._viscosity = Viscosity(problem)
         self._contact = contact = problem.contact
         self.work = self.share = 0.0
-        groups = problem.convergence.groups
-        held = groups.on_rows(problem.constrained)
-        self._loose = groups.sum(held)[: groups.bodies] == 0.0
+        self._loose, self._caught = loose_bodies(problem), False
         self._limit = np.inf
         if self._loose.any():
             self._limit = FARTHEST * mean_facet_size(contact.layout, contact.zones)
@@ -172,8 +177,18 @@ class Stabilization:
         """
         return not self._loose.any() or bool(self._contact.statistics.hits)
 
-    def solve(self, solve: Callable[[], int]) -> int:
-        """Solve one step, each time by `solve`; return all iterations. Collective."""
+    def solve(
+        self, solve: Callable[[], int], plain: Callable[[], int] | None = None
+    ) -> int:
+        """Solve one step, each time by `solve`; return all iterations. Collective.
+
+        `plain` solves the step where contact has held all loose bodies at its start.
+        """
+        self._viscosity.begin()
+        if plain is not None and self._caught:
+            last = self._without(plain, 1.0)
+            if last is not None:
+                return last
         scale, iterations, work = SHARE * self._factor, 0, 0.0
         most = self._most or MOST
         for _ in range(most):
@@ -182,8 +197,9 @@ class Stabilization:
             iterations += more
             done, share = self._viscosity.measure()
             work += done
-            last = self._without(solve) if share <= NEARLY else None
+            last = self._without(solve, SETTLED) if share <= NEARLY else None
             if last is not None or share <= REST:
+                self._caught = last is not None and bool(self._loose.any())
                 self.work += work
                 self.share = share if last is None else 0.0
                 return iterations + (last or 0)
@@ -247,15 +263,17 @@ class Stabilization:
                     f"{gap:.3g} to what nothing holds: it may have passed it"
                 )
 
-    def _without(self, solve: Callable[[], int]) -> int | None:
-        """Solve without viscous forces; return None if it fails or moves too far."""
+    def _without(self, solve: Callable[[], int], most: float) -> int | None:
+        """Solve without viscous forces; return None if it fails or loose bodies move by
+        more than a share of their limit."""
         before = self._contact.state()
         self._viscosity.begin()
         try:
             iterations = solve()
-            if self._motions()[1] <= SETTLED * self._limit:
+            if self._motions()[1] <= most * self._limit:
                 return iterations
-        except FAILURES:
-            pass
+        except FAILURES as failure:
+            if isinstance(failure, SetUpError):
+                raise
         self._contact.restore(before)
         return None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property, partial
 from typing import Any
 
@@ -11,10 +11,10 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 import numpy as np
-from dolfinx.fem import Function
 
 from ..convergence.convergence import is_in_trouble
 from ..diagnose.failure import FAILURES
+from ..diagnose.lost_contact import largest_motions, touched_bodies
 from ..errors import ContactWarning, ConvergenceError, SetUpError
 from ..interface.state import State
 from ..interface.stiffness import mean_facet_size
@@ -24,12 +24,13 @@ from ..solvers.snes import SNESSolver
 from ..solvers.solver import CoupledSolver
 from .energy_balance import balance_of_step
 from .load_path import PrescribedPath
-from .stabilization import Stabilization
+from .prediction import Backoff, Prediction
+from .stabilization import Stabilization, loose_bodies
 
-FULL, EXTRAPOLATED, CAPPED = "full", "extrapolated", "capped"
-LINE_SEARCH, SMALL_GAMMA = "line search", "small gamma"
-BOTH, KEPT = "small gamma, line search", "small gamma kept"
-VISCOUS = "viscous forces"
+FULL, CAPPED = "full", "capped"
+LINE_SEARCH, VISCOUS = "line search", "viscous forces"
+# As measurements order them (docs/robustness_paths.md)
+WAYS = LINE_SEARCH, CAPPED, VISCOUS
 
 # Overlap at which a step ends, in sizes of slave facets. Without overlap no gap would
 # ever close
@@ -43,13 +44,6 @@ MORE_ITERATIONS = 2
 
 _LINE_SEARCH = "snes_linesearch_type"
 
-# Smaller coefficient, over the one in use. It hardly changes the solution, but with it
-# fewer points open and close during a solve (docs/robustness_paths.md)
-SMALL = 0.1
-
-# How often a path may reduce gamma to a tenth
-MOST_KEPT = 2
-
 # Solves of one step under viscous forces that the user has not asked for
 MOST_VISCOUS = 40
 
@@ -57,56 +51,6 @@ MOST_VISCOUS = 40
 def iterations_of(solver: Any) -> int:
     """Solve once and return the iterations."""
     return int(solver.solve()[0])
-
-
-def solve_by_small_gamma(solver: Any) -> int:
-    """Solve with a tenth of gamma, then with gamma from there. Collective."""
-    contacts = solver.problem.contact.contacts
-    given = _reduce_gamma(contacts)
-    try:
-        # Warnings of the first solve are of no interest: its state is not kept
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", ContactWarning)
-            iterations = iterations_of(solver)
-    finally:
-        _set_gamma(contacts, given)
-    return iterations + iterations_of(solver)
-
-
-def solve_with_small_gamma(solver: Any, kept: list[Any] | None = None) -> int:
-    """Solve with a tenth of gamma, which stays; note the given one. Collective.
-
-    With a multiplier, this solution is as good as the one with gamma: both meet the
-    contact conditions in the mean.
-    """
-    given = _reduce_gamma(_with_multipliers(solver.problem.contact))
-    if kept is not None:
-        kept.append(given)
-    return iterations_of(solver)
-
-
-def _with_multipliers(contact: Any) -> list[Any]:
-    """List the contacts that have a multiplier."""
-    return [one for one in contact.contacts if one.multiplier is not None]
-
-
-def _set_gamma(contacts: Sequence[Any], gammas: Sequence[Any]) -> None:
-    """Give each contact its coefficient. Collective."""
-    for contact, gamma in zip(contacts, gammas):
-        contact.set_gamma(gamma)
-
-
-def _reduce_gamma(contacts: Sequence[Any]) -> list[Any]:
-    """Reduce coefficients to a tenth; return the given ones. Collective."""
-    given = [contact.gamma for contact in contacts]
-    for contact, gamma in zip(contacts, given):
-        if isinstance(gamma, Function):
-            small = Function(gamma.function_space)
-            small.x.array[:] = SMALL * gamma.x.array
-        else:
-            small = SMALL * gamma
-        contact.set_gamma(small)
-    return given
 
 
 class CappedSolver:
@@ -194,20 +138,30 @@ def with_line_search(solver: Any) -> SNESSolver | None:
 class Strategies:
     """Solve steps: first by the solver as it was given, after a failure in other ways.
 
-    `trying` is called with the name of each other way before it is tried. After a step
-    `used` is the name of the way that solved it, and `released` the energy that it has
-    set free in a snap, found by another way.
+    A way that has solved a step is the first one in the next, and the solver as it was
+    given is tried again after 1, 2, 4, ... steps. `trying` is called with the name of
+    each other way before it is tried. After a step `used` is the name of the way that
+    solved it, and `released` the energy that it has set free in a snap, found by another
+    way.
     """
 
     def __init__(
-        self, path: PrescribedPath, trying: Callable[[str], None], *options: bool
+        self,
+        path: PrescribedPath,
+        trying: Callable[[str], None],
+        extrapolate: bool | None,
+        automatic: bool,
+        may_be_viscous: bool,
     ) -> None:
         self._path, self.solver, self._trying = path, path.solver, trying
-        self._extrapolates, self._automatic, self._may_be_viscous = options
+        self._automatic, self._may_be_viscous = automatic, may_be_viscous
+        predicts = path.led is None if extrapolate is None else extrapolate
+        self._prediction = Prediction(path, bool(extrapolate)) if predicts else None
         self.used, self.released = FULL, 0.0
-        # Coefficients before each reduction; the path's end restores the first
-        self._given: list[list[Any]] = []
+        self._plain, self._favourite = Backoff(), FULL
         self._contact = self.solver.problem.contact
+        self._asks_viscous = automatic and may_be_viscous
+        self._loose, self._falls = loose_bodies(self.solver.problem), False
 
     def solve(self, now: State, last: State | None, ratio: float) -> int:
         """Solve from the present state; return the iterations. Collective.
@@ -216,41 +170,89 @@ class Strategies:
         `ratio` the size of this step over that of the step before. If no other way
         helps, the failure of the solver as it was given is raised.
         """
-        self.released = 0.0
+        self.released, self._falls = 0.0, self._has_untouched()
         # A solve stops as soon as it is in trouble if another way is left
         convergence = self.solver.problem.convergence
         convergence.patient = not self._automatic
         try:
-            return self._as_given(now, last, ratio)
+            iterations = None
+            if self._falls:
+                iterations = self._otherwise(now, [VISCOUS])
+            elif self._plain.rests():
+                iterations = self._otherwise(now, [self._favourite])
+            if iterations is None:
+                iterations = self._as_given(now, last, ratio)
+                self._plain.worked()
+                if self._has_rolled(now):
+                    iterations = self._held_back(now, iterations)
+            return iterations
         except FAILURES as failure:
             if not (self._automatic and self._is_curable(failure)):
                 raise
             # No variable keeps the failure: in a cycle with this frame, ranks would
             # free the solver, which is collective, at different times
-            iterations = self._otherwise(now, last, ratio)
+            iterations = self._otherwise(now, WAYS)
             if iterations is None:
                 raise
+            if self.used != VISCOUS:
+                self._plain.failed()
             return iterations
         finally:
             convergence.patient = True
 
-    def _otherwise(self, now: State, last: State | None, ratio: float) -> int | None:
-        """Solve in the first other way that converges; return None if none does."""
-        for name, solve in self._others(now, last, ratio):
+    def _has_rolled(self, now: State) -> bool:
+        """Whether a body that contact alone holds has moved by more than a slave facet,
+        and nothing that is held has driven it. Collective."""
+        if not (self._asks_viscous and self._loose.any()):
+            return False
+        zones, contact = self._contact.zones, self._contact
+        if any(zone.motions.have_moved() for zone in zones):
+            return False
+        moved = largest_motions(contact, now.u)
+        driven = 2.0 * moved.max(initial=0.0, where=~self._loose)
+        limit = max(mean_facet_size(contact.layout, zones), driven)
+        return bool(moved.max(initial=0.0, where=self._loose) > limit)
+
+    def _held_back(self, now: State, iterations: int) -> int:
+        """Solve under viscous forces in place of a solve that let a body roll; keep that
+        one if they do not fade. Collective."""
+        rolled = self._contact.state()
+        held = self._otherwise(now, [VISCOUS])
+        if held is not None:
+            return held
+        self.restore(rolled)
+        return iterations
+
+    def once(self) -> int:
+        """Solve by the solver as it was given; return the iterations. Collective."""
+        self.used, self.released = FULL, 0.0
+        convergence = self.solver.problem.convergence
+        patient, convergence.patient = convergence.patient, not self._automatic
+        try:
+            return iterations_of(self.solver)
+        finally:
+            convergence.patient = patient
+
+    def _otherwise(self, now: State, names: Sequence[str]) -> int | None:
+        """Solve in the first of some ways that converges; None if none does."""
+        for name in sorted(names, key=lambda name: name != self._favourite):
+            solve = self._way(name)
+            if solve is None:
+                continue
             self.restore(now)
             self._trying(name)
-            kept = len(self._given)
             try:
                 iterations = solve()
                 self.released = self._released(name, now)
             except FAILURES as failure:
-                if len(self._given) > kept:
-                    self._set_kept(self._given.pop())
                 if isinstance(failure, SetUpError):
                     raise
                 continue
             self.used = name
+            if name != VISCOUS:  # whose many solves are the last resort
+                self._favourite = name
             return iterations
+        self.restore(now)
         return None
 
     def _released(self, name: str, now: State) -> float:
@@ -259,7 +261,7 @@ class Strategies:
         A step that needs energy which nothing supplies is refused: another equilibrium
         was found, and no path of equilibria leads there.
         """
-        if not self._may_be_viscous or name == EXTRAPOLATED:
+        if not self._may_be_viscous or self._falls:
             return 0.0
         balance = balance_of_step(self.solver.problem, self._path, now)
         if balance.lacks_energy:
@@ -268,6 +270,12 @@ class Strategies:
                 "that no load supplies"
             )
         return balance.released
+
+    def _has_untouched(self) -> bool:
+        """Whether a body has neither supports nor contact. Collective."""
+        if not (self._asks_viscous and self._loose.any()):
+            return False
+        return bool((self._loose & ~touched_bodies(self._contact)).any())
 
     def _is_curable(self, failure: Exception) -> bool:
         """Whether a solve cycled or diverged, rather than ran out of iterations."""
@@ -281,15 +289,22 @@ class Strategies:
         return broken or is_in_trouble(problem.convergence.norms)
 
     def _as_given(self, now: State, last: State | None, ratio: float) -> int:
-        """Solve by the solver as it was given, from the extrapolated state first."""
-        if self._extrapolates and last is not None:
+        """Solve by the solver as it was given, from where the last step leads first."""
+        self.used, prediction = FULL, self._prediction
+        if prediction and last is not None and prediction.take(now, last, ratio):
+            convergence = self.solver.problem.convergence
+            patient, convergence.patient = convergence.patient, False
             try:
-                iterations = self._extrapolated(now, last, ratio)
-                self.used = EXTRAPOLATED
+                iterations = iterations_of(self.solver)
+                prediction.trust.worked()
                 return iterations
-            except FAILURES:
+            except FAILURES as failure:
+                if isinstance(failure, SetUpError):
+                    raise
+                prediction.trust.failed()
                 self.restore(now)
-        self.used = FULL
+            finally:
+                convergence.patient = patient
         return iterations_of(self.solver)
 
     def restore(self, now: State) -> None:
@@ -297,42 +312,15 @@ class Strategies:
         self._contact.restore(now)
         self._path.restart()
 
-    def _others(
-        self, now: State, last: State | None, ratio: float
-    ) -> Iterator[tuple[str, Callable[[], int]]]:
-        """Yield the other ways by name, as measurements order them.
-
-        See docs/robustness_paths.md.
-        """
-        solver = self.solver
-        if last is not None and not self._extrapolates:
-            yield EXTRAPOLATED, partial(self._extrapolated, now, last, ratio)
-        yield SMALL_GAMMA, partial(solve_by_small_gamma, solver)
-        if self._capped is not None:
-            yield CAPPED, partial(iterations_of, self._capped)
-        if self._searching is not None:
-            yield LINE_SEARCH, partial(iterations_of, self._searching)
-            yield BOTH, partial(solve_by_small_gamma, self._searching)
-        if len(self._given) < MOST_KEPT and _with_multipliers(self._contact):
-            yield KEPT, partial(solve_with_small_gamma, solver, self._given)
-        if self._viscous is not None and self._viscous.is_of_use():
-            yield VISCOUS, partial(self._viscous.solve, partial(iterations_of, solver))
-
-    def _extrapolated(self, now: State, last: State, ratio: float) -> int:
-        """Solve from the extrapolated state."""
-        self._path.extrapolate(ratio)
-        self._contact.extrapolate(now, last, ratio)
-        return iterations_of(self.solver)
-
-    def _set_kept(self, gammas: list[Any]) -> None:
-        """Give reduced coefficients back. Collective."""
-        _set_gamma(_with_multipliers(self._contact), gammas)
-
-    def finish(self) -> None:
-        """Give gamma back at the end of the path. Collective."""
-        if self._given:
-            self._set_kept(self._given[0])
-            self._given.clear()
+    def _way(self, name: str) -> Callable[[], int] | None:
+        """Another way to solve a step; None: it is of no use here."""
+        if name == CAPPED and self._capped is not None:
+            return partial(iterations_of, self._capped)
+        if name == LINE_SEARCH and self._searching is not None:
+            return partial(iterations_of, self._searching)
+        if name == VISCOUS and self._viscous is not None and self._viscous.is_of_use():
+            return partial(self._viscous.solve, self.once)
+        return None
 
     # Other solvers with the settings of the given one, made when first needed
 
