@@ -1,4 +1,4 @@
-"""Paths of bodies that nothing but contact holds: a disc that falls, stacked blocks."""
+"""A path of a body that nothing but contact holds: a disc that falls."""
 
 from __future__ import annotations
 
@@ -10,10 +10,8 @@ import ufl
 from dolfinx import fem
 from materials import lame
 from pathing import Path
-from problems import stack
-from slender import coulomb, held, problem_of
+from slender import problem_of
 
-import raymortar
 from raymortar import rigid
 
 

@@ -89,15 +89,17 @@ class LoadSteps:
         `History` that records every accepted step.
     strategy
         ``"auto"``: a solve stops as soon as it is seen to cycle or diverge. Then the
-        step is tried in other ways: from an extrapolated state, by way of a tenth of
-        gamma, in steps that end where surfaces first cross, with a line search, with
-        that and a tenth of gamma, and under viscous forces that fade. If none helps,
-        the step is halved. All other settings of the solver are kept. ``"halve"`` or
-        None: the step is halved at once.
+        step is tried in other ways: in Newton steps that end where surfaces first cross,
+        and under viscous forces that fade. What has solved a step is the first way in
+        the next, and the solver as it was given is tried again after 1, 2, 4, ... steps.
+        If none helps, the step is halved. All other settings of the solver are kept.
+        Viscous forces are the first way where a body has neither supports nor contact.
+        ``"halve"`` or None: the step is halved at once.
     stabilize
         True: viscous forces slow down free bodies, which nothing but contact keeps in
-        place, and paths that snap. They fade to zero within each step. A number scales
-        them. Their work and share are columns ``viscous_work`` and ``viscous_share`` of
+        place, and paths that snap. They fade to zero within each step, and are left out
+        in steps that begin with all free bodies held by contact. A number scales them.
+        Their work and share are columns ``viscous_work`` and ``viscous_share`` of
         `history`.
     control
         `DisplacementControl` or `ArcLength`, for snap-through. A chosen displacement, or
@@ -167,9 +169,6 @@ class LoadSteps:
             forces = self._stabilization = Stabilization(solver, float(stabilize))
             columns["viscous_work"] = lambda: forces.work
             columns["viscous_share"] = lambda: forces.share
-        self._effort = Effort(self._problem)
-        columns["tangents"] = lambda: self._effort.now()[0]
-        columns["solves"] = lambda: self._effort.now()[1]
         self._path = self._new_path()
         if control is not None:
             columns["load_factor"] = lambda: self._path.factor
@@ -222,8 +221,7 @@ class LoadSteps:
         options = self.extrapolate, self.strategy == "auto", self._may_be_viscous
         ways = Strategies(path, progress.trying, *options)
         tools, doubts = ToolsOnPath(contact), Doubts(problem)
-        last, snapped, effort = None, False, self._effort
-        effort.taken()
+        last, snapped, effort = None, False, Effort(problem)
         tools.look()
         while not path.ended:
             before = contact.state()

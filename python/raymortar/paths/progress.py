@@ -24,9 +24,8 @@ class LoadStep:
     ----------
     strategy
         What solved the step: ``"full"``, the solver as it was given;
-        ``"extrapolated"``, ``"small gamma"``, ``"capped"``, ``"line search"``, ``"small
-        gamma, line search"`` or ``"viscous forces"``: see `LoadSteps`. With `stabilize`
-        that of the step's last solve.
+        ``"capped"`` or ``"viscous forces"``: see `LoadSteps`. With `stabilize` that of
+        the step's last solve.
     released
         Energy that a snap has set free at least, which another way than ``"full"`` has
         passed; 0 where there was none.
@@ -48,21 +47,16 @@ class LoadStep:
 
 
 class Effort:
-    """Counts tangents and nonlinear solves of a problem, failed ones too."""
+    """Counts tangents and nonlinear solves of a problem, failed ones too, by step."""
 
     def __init__(self, problem: CoupledProblem) -> None:
-        self._problem, self._before = problem, (0, 0)
-
-    def now(self) -> tuple[int, int]:
-        """Tangents and solves since the last accepted step."""
-        problem, (tangents, solves) = self._problem, self._before
-        return problem.tangents - tangents, problem.solves - solves
+        self._problem, self._before = problem, (problem.tangents, problem.solves)
 
     def taken(self) -> tuple[int, int]:
-        """Those since the last accepted step, which ends now."""
-        found = self.now()
-        self._before = self._problem.tangents, self._problem.solves
-        return found
+        """Those of the step that ends now: since the last accepted one."""
+        problem, (tangents, solves) = self._problem, self._before
+        self._before = problem.tangents, problem.solves
+        return problem.tangents - tangents, problem.solves - solves
 
 
 def is_file(thing: Any) -> bool:

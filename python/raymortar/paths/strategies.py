@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Sequence
 from functools import cached_property, partial
 from typing import Any
@@ -15,7 +14,7 @@ import numpy as np
 from ..convergence.convergence import is_in_trouble
 from ..diagnose.failure import FAILURES
 from ..diagnose.lost_contact import largest_motions, touched_bodies
-from ..errors import ContactWarning, ConvergenceError, SetUpError
+from ..errors import ConvergenceError, SetUpError
 from ..interface.state import State
 from ..interface.stiffness import mean_facet_size
 from ..interface.zone_data import opposite_points, path
@@ -27,10 +26,9 @@ from .load_path import PrescribedPath
 from .prediction import Backoff, Prediction
 from .stabilization import Stabilization, loose_bodies
 
-FULL, CAPPED = "full", "capped"
-LINE_SEARCH, VISCOUS = "line search", "viscous forces"
+FULL, CAPPED, VISCOUS = "full", "capped", "viscous forces"
 # As measurements order them (docs/robustness_paths.md)
-WAYS = LINE_SEARCH, CAPPED, VISCOUS
+WAYS = CAPPED, VISCOUS
 
 # Overlap at which a step ends, in sizes of slave facets. Without overlap no gap would
 # ever close
@@ -41,8 +39,6 @@ LEAST = 0.05
 
 # Factor for the number of iterations, as shorter steps need more
 MORE_ITERATIONS = 2
-
-_LINE_SEARCH = "snes_linesearch_type"
 
 # Solves of one step under viscous forces that the user has not asked for
 MOST_VISCOUS = 40
@@ -109,30 +105,6 @@ class CappedSolver:
             share = float(np.min(shares, initial=share))
         contact.from_vector(x)
         return max(float(comm.allreduce(share, op=MPI.MIN)), LEAST)
-
-
-def with_line_search(solver: Any) -> SNESSolver | None:
-    """SNES with line search, on the matrix and with the linear solver of another one.
-
-    None if the given solver already has a line search, or is of another kind.
-    Collective.
-    """
-    options = dict(solver.options.given) if hasattr(solver, "options") else {}
-    # A tolerance of the user's is among the settings that are taken. The default was
-    # the rounding error of all bodies when the solver was made: asked for as a
-    # tolerance, it would be one that the softest body is not solved to
-    options.pop("snes_atol", None)
-    if isinstance(solver, SNESSolver):
-        if options.get(_LINE_SEARCH) != "basic" or solver.snes.getType() != "newtonls":
-            return None
-    elif not (
-        isinstance(solver, NewtonSolver) and solver.convergence_criterion == "residual"
-    ):
-        return None
-    other = SNESSolver(solver.problem, {**options, _LINE_SEARCH: "l2"}, matrix=solver.A)
-    rtol, most = solver.tolerances[0], MORE_ITERATIONS * solver.max_it
-    other.snes.setTolerances(rtol=rtol, max_it=most, atol=solver.force_tolerance)
-    return other
 
 
 class Strategies:
@@ -316,8 +288,6 @@ class Strategies:
         """Another way to solve a step; None: it is of no use here."""
         if name == CAPPED and self._capped is not None:
             return partial(iterations_of, self._capped)
-        if name == LINE_SEARCH and self._searching is not None:
-            return partial(iterations_of, self._searching)
         if name == VISCOUS and self._viscous is not None and self._viscous.is_of_use():
             return partial(self._viscous.solve, self.once)
         return None
@@ -329,10 +299,6 @@ class Strategies:
         plain = getattr(self.solver, "convergence_criterion", "residual") == "residual"
         fits = plain and isinstance(self.solver, (NewtonSolver, SNESSolver))
         return CappedSolver(self.solver) if fits else None
-
-    @cached_property
-    def _searching(self) -> SNESSolver | None:
-        return with_line_search(self.solver)
 
     @cached_property
     def _viscous(self) -> Stabilization | None:
