@@ -90,7 +90,7 @@ class LoadSteps:
     strategy
         ``"auto"``: a solve stops as soon as it is seen to cycle or diverge. Then the
         step is tried in other ways: in Newton steps that end where surfaces first cross,
-        and under viscous forces that fade. What has solved a step is the first way in
+        by way of a tenth of gamma, and under viscous forces that fade. What has solved a step is the first way in
         the next, and the solver as it was given is tried again after 1, 2, 4, ... steps.
         If none helps, the step is halved. All other settings of the solver are kept.
         Viscous forces are the first way where a body has neither supports nor contact.
@@ -291,7 +291,7 @@ class LoadSteps:
                 iterations = ways.solve(now, last, path.sizes.ratio)
             else:
                 iterations = self._stabilization.solve(
-                    ways.once,
+                    lambda: ways.solve(problem.contact.state(), None, 1.0),
                     lambda: ways.solve(now, last, path.sizes.ratio),
                 )
         loss = lost_contact(problem, path.led)

@@ -24,7 +24,7 @@ class LoadStep:
     ----------
     strategy
         What solved the step: ``"full"``, the solver as it was given;
-        ``"capped"`` or ``"viscous forces"``: see `LoadSteps`. With `stabilize` that of
+        ``"capped"``, ``"small gamma"`` or ``"viscous forces"``: see `LoadSteps`. With `stabilize` that of
         the step's last solve.
     released
         Energy that a snap has set free at least, which another way than ``"full"`` has

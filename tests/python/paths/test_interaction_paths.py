@@ -18,7 +18,7 @@ from raymortar import (
     Stick,
 )
 from raymortar.paths.stabilization import Stabilization
-from raymortar.paths.strategies import CappedSolver
+from raymortar.paths.strategies import CappedSolver, solve_by_small_gamma
 
 pytestmark = pytest.mark.mpi
 
@@ -80,6 +80,7 @@ def solved(blocks, contacts, solve):
 
 
 WAYS = {
+    "small gamma": solve_by_small_gamma,
     "capped": lambda solver: CappedSolver(solver).solve(),
     "fixed point": lambda solver: FixedPointSolver(solver).solve(),
     "viscous forces": lambda solver: Stabilization(solver, 1.0).solve(
