@@ -10,7 +10,14 @@ from problems import SOLVERS, worst
 from raymortar import ContactError, ConvergenceError, SNESSolver
 from raymortar.convergence.convergence import is_hopeless, is_in_trouble
 from raymortar.errors import SetUpError
-from raymortar.paths.strategies import CAPPED, FULL, OVERLAP, VISCOUS, CappedSolver
+from raymortar.paths.strategies import (
+    CAPPED,
+    FULL,
+    OVERLAP,
+    SMALL_GAMMA,
+    VISCOUS,
+    CappedSolver,
+)
 
 CYCLE = [2.371e-2, 1.1e-2]
 FALLING = [10.0**-k for k in range(9)]
