@@ -17,7 +17,11 @@ from ..errors import ContactError, ConvergenceError
 from ..interface.contact_surfaces import ContactSurfaces
 from ..interface.probing import VolumePattern
 from ..interface.slave_nodes import rigid_slaves
-from ..interface.stiffness import automatic_coefficients, stiffness_ratios
+from ..interface.stiffness import (
+    automatic_coefficients,
+    contact_stiffness,
+    stiffness_ratios,
+)
 from ..interface.surface_compliance import SurfaceCompliance
 from ..problem import CoupledProblem
 from .lost_contact import loose_bodies, unheld
@@ -201,6 +205,20 @@ def automatic_gamma(problem: CoupledProblem, contact: Contact) -> float | None:
     return min(float(table.min()) for table in tables)
 
 
+def stiffness_of_nodes(problem: CoupledProblem, contact: Contact) -> float:
+    """Find the stiffness (5.2) of the form as it is now; 0 if it has none. Collective."""
+    surfaces = contact.surfaces
+    try:
+        volume = VolumePattern(problem.a, contact.layout, contact.axisymmetric)
+        volume.destroy()
+        tables = contact_stiffness(
+            volume, contact.layout, surfaces.interfaces, problem.bcs
+        )
+    except ContactError:  # on all ranks
+        return 0.0
+    return min(float(table.min()) for table in tables)
+
+
 def compared(contact: Contact, now: float) -> str:
     """A sentence on the coefficient in use beside the automatic one, `now`."""
     return (
@@ -215,7 +233,9 @@ def strange_gammas(problem: CoupledProblem) -> list[str]:
     found = []
     for contact in problem.contact.contacts:
         now = automatic_gamma(problem, contact)
-        if now and not 1.0 / FAR_OFF <= contact.gamma_scale / now <= FAR_OFF:
+        # A body that flies off yields without bound: large is what single nodes call so
+        nodes = contact.method.automatic_factor * stiffness_of_nodes(problem, contact)
+        if now and not now / FAR_OFF <= contact.gamma_scale <= FAR_OFF * nodes:
             found.append(compared(contact, now))
     return found
 
