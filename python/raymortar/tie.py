@@ -130,3 +130,5 @@ def _check(adjust: Any, partial: Any, method: Any, others: Mapping[str, Any]) ->
         raise ContactError(f"partial = {partial!r} must be True or False")
     if getattr(method, "multiplier", None) == "normal":
         raise ContactError("the multiplier of a Tie is a vector, not 'normal'")
+    if getattr(method, "condition", None) == "nodes":
+        raise ContactError("a Tie holds at points: it takes no condition='nodes'")

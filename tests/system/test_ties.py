@@ -185,6 +185,7 @@ BAD = {
     "a Tie takes no smooth": {"smooth": True},
     "adjust must be 'keep' or 'close', not 'open'": {"adjust": "open"},
     "partial = 1 must be True or False": {"partial": 1},
+    "a Tie holds at points": {"method": AugmentedLagrangian(condition="nodes")},
     "the multiplier of a Tie is a vector": {
         "method": AugmentedLagrangian(multiplier="normal")
     },

@@ -233,6 +233,9 @@ class SNESSolver(CoupledSolver):
         except PETSc.Error:
             if not self._raised:
                 raise
+            # What the callback read stays locked: PETSc makes its vectors anew
+            snes.reset()
+            self._set_callbacks()
             raise self._raised[0] from None
         # The last residual may be of a rejected trial step
         self.problem.form(self.x)
