@@ -82,7 +82,12 @@ def test_a_solver_that_is_dropped_leaves_nothing(options, in_use):
     vector = 8 * case.problem.create_vector().getSize()
     for _ in range(10):
         SNESSolver(case.problem, options)
-    before = in_use()
-    for _ in range(repeats):
-        SNESSolver(case.problem, options)
-    assert (in_use() - before) / repeats < 0.1 * vector
+
+    def growth():
+        before = in_use()
+        for _ in range(repeats):
+            SNESSolver(case.problem, options)
+        return (in_use() - before) / repeats
+
+    # What is lost is lost each time; Python's own memory grows now and then
+    assert min(growth(), growth()) < 0.1 * vector
