@@ -157,6 +157,20 @@ class Pair:
         return [states.tangent(contact, form) for contact in (self.fixed, self.full)]
 
 
+def contact_pairs(scene, case, **options):
+    """What makes frictionless contacts of both tangents, for `quiet_slopes`."""
+
+    def make(seed):
+        return Pair(
+            *(
+                states.make_contact(scene, case, tangent=t, **options)
+                for t in ("fixed", "full")
+            )
+        )
+
+    return make
+
+
 def quiet_slopes(make, prepare, wanted=all_hit_their_own, first_steps=FIRST_STEPS):
     """Slopes with the fixed and the full tangent, at a state with no kink nearby."""
     for seed in SEEDS:

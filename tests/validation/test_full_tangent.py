@@ -13,8 +13,8 @@ from friction_states import FrictionCase, check_regime, frictional_pairs, set_bo
 from problems import fix
 from states import Case, name_of
 from tangents import (
-    Pair,
     all_hit_their_own,
+    contact_pairs,
     is_first_order,
     is_second_order,
     quiet_slopes,
@@ -54,13 +54,7 @@ def test_repaired_residual_has_the_full_tangent(case, record_property):
     scene = case.scene("overhang")
     degree = 2 if case.dim == 3 else None
 
-    def make(seed):
-        return Pair(
-            *(
-                states.make_contact(scene, case, quadrature_degree=degree, tangent=t)
-                for t in ("fixed", "full")
-            )
-        )
+    make = contact_pairs(scene, case, quadrature_degree=degree)
 
     def prepare(contact, seed):
         states.set_state(contact, scene, "active", seed)
@@ -105,13 +99,7 @@ def test_full_tangent_where_edges_bend(case, kind):
     size, wanted = BENT[kind]
     noise = size * 0.6  # of a slave facet
 
-    def make(seed):
-        return Pair(
-            *(
-                states.make_contact(scene, case, quadrature_degree=2, tangent=t)
-                for t in ("fixed", "full")
-            )
-        )
+    make = contact_pairs(scene, case, quadrature_degree=2)
 
     def prepare(contact, seed):
         states.set_state(contact, scene, "active", seed, noise=noise)

@@ -8,7 +8,7 @@ import pytest
 import states
 from friction_states import FrictionCase, check_regime, frictional_pairs, set_both
 from states import Case, name_of
-from tangents import Pair, is_first_order, is_second_order, quiet_slopes
+from tangents import contact_pairs, is_first_order, is_second_order, quiet_slopes
 
 # Larger ones see the curvature of the cone
 FIRST_STEPS = 10.0 ** np.array([-3.5, -4.0])
@@ -36,15 +36,7 @@ def test_full_tangent_at_nodes(case, record_property):
     scene = case.scene("overhang")
     degree = 2 if case.dim == 3 else None
 
-    def make(seed):
-        return Pair(
-            *(
-                states.make_contact(
-                    scene, case, quadrature_degree=degree, tangent=t, condition="nodes"
-                )
-                for t in ("fixed", "full")
-            )
-        )
+    make = contact_pairs(scene, case, quadrature_degree=degree, condition="nodes")
 
     def prepare(contact, seed):
         states.set_state(contact, scene, "active", seed)

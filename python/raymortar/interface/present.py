@@ -63,8 +63,8 @@ class PresentState:
         self._u, self._multiplier = surfaces.u, surfaces.multiplier
         self._comm = surfaces.comm
         self._cover: Cover | None = None
-        at_nodes = any(zone.has_law_at_nodes for zone in self._zones)
-        if self._multiplier is not None and not at_nodes:
+        self._has_law_at_nodes = any(zone.has_law_at_nodes for zone in self._zones)
+        if self._multiplier is not None and not self._has_law_at_nodes:
             self._cover = Cover(self._zones, self._multiplier.function_space)
         self.has_friction = options.friction is not None
         # Length of the slip of all accepted steps
@@ -181,7 +181,7 @@ class PresentState:
             return
         if self._slip is not None and self.updates:
             step = Function(self._slip.function_space)
-            if any(zone.has_law_at_nodes for zone in self._zones):
+            if self._has_law_at_nodes:
                 set_at_nodes(self._zones, _slid, step)
             else:
                 nodal_average(self._zones, _slid, step)
