@@ -25,8 +25,8 @@ struct NodeState : FrictionState<D, M>
     tie = sums.at<D>(node, NodeVector::tie).template head<M>();
     this->lam = Eigen::Map<const Vec<M>>(s.multipliers.value.data() +
                                          static_cast<std::size_t>(node) * M);
-    // A node with little cover has a small one: its gap counts by its cover
-    // beside the traction, and what it does is continuous where cover ends
+    // Over the whole area, so that gamma falls with the covered share: the
+    // row of an open node is then continuous where its cover ends
     whole = sums.at(node, NodeSum::whole);
     this->gamma = sums.at(node, NodeSum::gamma) / whole;
     this->touch = sums.at(node, NodeSum::touch) / area;
