@@ -92,6 +92,8 @@ class CoupledProblem:
         `diagnose.failure.InUse`.
     steps_accepted
         Load steps so far, of all `LoadSteps` of the problem.
+    tangents, solves
+        Tangents and nonlinear solves so far, those of failed solves included.
 
     Notes
     -----
@@ -142,7 +144,7 @@ class CoupledProblem:
         self.history: list[float] = []
         self.rays_only = False
         self.part_of: dict[str, Any] = {}
-        self.steps_accepted = 0
+        self.steps_accepted = self.tangents = self.solves = 0
         # Revision of the contact at the last `form`; None: no iterate yet
         self._revision: int | None = None
         updated = None if update is None else Updated(unknowns, update)
@@ -334,6 +336,7 @@ class CoupledProblem:
         Whether A has a new pattern: see `Contact.make_room`.
         """
         self.form(x)
+        self.tangents += 1
         renewed = self.contact.extend_room(A)
         if not renewed:
             A.zeroEntries()

@@ -43,21 +43,9 @@ class Taken:
         return dict(Counter(step.strategy for step in self.steps))
 
 
-def counted(problem):
-    """Count tangents, those of solves that failed included."""
-    calls, J = [], problem.J
-
-    def tangent(x, A):
-        calls.append(1)
-        return J(x, A)
-
-    problem.J = tangent
-    return calls
-
-
 def take(path, each=lambda step: None, **options):
     """Solve a path to its end, or as far as it goes."""
-    calls = counted(path.problem)
+    before = path.problem.tangents
     solver = path.solver(path.problem)
     options = {"progress": False, **path.options, **options}
     load = raymortar.LoadSteps(solver, path.apply, path.steps, **options)
@@ -68,4 +56,5 @@ def take(path, each=lambda step: None, **options):
             each(step)
     except raymortar.ContactError as error:
         failure = str(error)
-    return Taken(steps, len(calls), load.halvings, not failure, failure)
+    tangents = path.problem.tangents - before
+    return Taken(steps, tangents, load.halvings, not failure, failure)

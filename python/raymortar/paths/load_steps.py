@@ -34,7 +34,7 @@ from .history import History
 from .led_paths import ArcPath, DisplacementPath
 from .load_path import ArcSizes, PrescribedPath, StepSizes, with_size
 from .output import Output, check_output
-from .progress import HALVED, LoadStep, Progress, is_file, line
+from .progress import HALVED, Effort, LoadStep, Progress, is_file, line
 from .stabilization import Stabilization
 from .strategies import Strategies
 
@@ -92,7 +92,8 @@ class LoadSteps:
         step is tried in other ways: from an extrapolated state, by way of a tenth of
         gamma, in steps that end where surfaces first cross, with a line search, with
         that and a tenth of gamma, and under viscous forces that fade. If none helps,
-        the step is halved. All other settings of the solver are kept. ``"halve"`` or
+        the step is halved. What solved two steps in a row goes first in the next ones,
+        and the solver as it was given is tried again after 2, 4, 8 steps. All other settings of the solver are kept. ``"halve"`` or
         None: the step is halved at once.
     stabilize
         True: viscous forces slow down free bodies, which nothing but contact keeps in
@@ -230,7 +231,7 @@ class LoadSteps:
         ways = Strategies(path, progress.trying, *options)
         ways.rejected = partial(self._tell, self.on_reject)
         tools, doubts = ToolsOnPath(contact), Doubts(problem)
-        last, snapped = None, False
+        last, snapped, effort = None, False, Effort(problem)
         tools.look()
         while not path.ended:
             before = contact.state()
@@ -277,7 +278,13 @@ class LoadSteps:
             last = before
             count = problem.steps_accepted = problem.steps_accepted + 1
             yield LoadStep(
-                path.factor, iterations, self.halvings, ways.used, count, ways.released
+                path.factor,
+                iterations,
+                self.halvings,
+                ways.used,
+                count,
+                ways.released,
+                *effort.taken(),
             )
         ways.finish()
         tools.warn()

@@ -9,6 +9,7 @@ from typing import Any, TextIO
 
 from mpi4py import MPI
 
+from ..problem import CoupledProblem
 from ..results.sums import Statistics
 
 # The last resort, as it is reported
@@ -29,6 +30,9 @@ class LoadStep:
     released
         Energy that a snap has set free at least, which another way than ``"full"`` has
         passed; 0 where there was none.
+    tangents, solves
+        Tangents assembled and nonlinear solves begun for the step, those of failed tries
+        and of larger steps that were halved included.
     number
         Counts the accepted steps of the problem from 1, over all of its `LoadSteps`.
     """
@@ -39,6 +43,21 @@ class LoadStep:
     strategy: str = "full"
     number: int = field(default=1, repr=False)
     released: float = field(default=0.0, repr=False)
+    tangents: int = field(default=0, repr=False)
+    solves: int = field(default=0, repr=False)
+
+
+class Effort:
+    """Counts tangents and nonlinear solves of a problem, failed ones too, by step."""
+
+    def __init__(self, problem: CoupledProblem) -> None:
+        self._problem, self._before = problem, (problem.tangents, problem.solves)
+
+    def taken(self) -> tuple[int, int]:
+        """Return those since the last call."""
+        problem, (tangents, solves) = self._problem, self._before
+        self._before = problem.tangents, problem.solves
+        return problem.tangents - tangents, problem.solves - solves
 
 
 def is_file(thing: Any) -> bool:

@@ -23,6 +23,7 @@ from ..solvers.newton import NewtonSolver
 from ..solvers.snes import SNESSolver
 from ..solvers.solver import CoupledSolver
 from .energy_balance import balance_of_step
+from .lessons import Lessons
 from .load_path import PrescribedPath
 from .stabilization import Stabilization
 
@@ -30,6 +31,10 @@ FULL, EXTRAPOLATED, CAPPED = "full", "extrapolated", "capped"
 LINE_SEARCH, SMALL_GAMMA = "line search", "small gamma"
 BOTH, KEPT = "small gamma, line search", "small gamma kept"
 VISCOUS = "viscous forces"
+
+# Ways that go first once they have solved two steps: those that leave nothing behind
+# and cost little more than the plain solver
+LEARNT = EXTRAPOLATED, SMALL_GAMMA, CAPPED, LINE_SEARCH, BOTH
 
 # Overlap at which a step ends, in sizes of slave facets. Without overlap no gap would
 # ever close
@@ -194,6 +199,7 @@ def with_line_search(solver: Any) -> SNESSolver | None:
 class Strategies:
     """Solve steps: first by the solver as it was given, after a failure in other ways.
 
+    A way that solved the last steps after such failures goes first, see `Lessons`.
     `trying` is called with the name of each other way before it is tried. After a step
     `used` is the name of the way that solved it, and `released` the energy that it has
     set free in a snap, found by another way.
@@ -210,6 +216,7 @@ class Strategies:
         # Takes a user's own state back to the last accepted step
         self.rejected: Callable[[], None] = lambda: None
         self._contact = self.solver.problem.contact
+        self._lessons = Lessons(FULL)
 
     def solve(self, now: State, last: State | None, ratio: float) -> int:
         """Solve from the present state; return the iterations. Collective.
@@ -223,7 +230,11 @@ class Strategies:
         convergence = self.solver.problem.convergence
         convergence.patient = not self._automatic
         try:
-            return self._as_given(now, last, ratio)
+            iterations = self._as_last(now, last, ratio)
+            if iterations is None:
+                iterations = self._as_given(now, last, ratio)
+                self._lessons.solved(FULL, plain_failed=False)
+            return iterations
         except FAILURES as failure:
             if not (self._automatic and self._is_curable(failure)):
                 raise
@@ -232,28 +243,49 @@ class Strategies:
             iterations = self._otherwise(now, last, ratio)
             if iterations is None:
                 raise
+            self._lessons.solved(self.used, plain_failed=True)
             return iterations
         finally:
             convergence.patient = True
+
+    def _as_last(self, now: State, last: State | None, ratio: float) -> int | None:
+        """Solve in the way that solved the last steps; return None if it fails, or if
+        the solver as it was given is to be tried."""
+        learnt = self._lessons.first()
+        if learnt not in LEARNT:
+            return None
+        for name, solve in self._others(now, last, ratio):
+            if name == learnt:
+                iterations = self._attempt(name, solve, now)
+                if iterations is None:
+                    self.restore(now)
+                return iterations
+        return None
 
     def _otherwise(self, now: State, last: State | None, ratio: float) -> int | None:
         """Solve in the first other way that converges; return None if none does."""
         for name, solve in self._others(now, last, ratio):
             self.restore(now)
             self._trying(name)
-            kept = len(self._given)
-            try:
-                iterations = solve()
-                self.released = self._released(name, now)
-            except FAILURES as failure:
-                if len(self._given) > kept:
-                    self._set_kept(self._given.pop())
-                if isinstance(failure, SetUpError):
-                    raise
-                continue
-            self.used = name
-            return iterations
+            iterations = self._attempt(name, solve, now)
+            if iterations is not None:
+                return iterations
         return None
+
+    def _attempt(self, name: str, solve: Callable[[], int], now: State) -> int | None:
+        """Solve in another way from the present state; return None if it fails."""
+        kept = len(self._given)
+        try:
+            iterations = solve()
+            self.released = self._released(name, now)
+        except FAILURES as failure:
+            if len(self._given) > kept:
+                self._set_kept(self._given.pop())
+            if isinstance(failure, SetUpError):
+                raise
+            return None
+        self.used = name
+        return iterations
 
     def _released(self, name: str, now: State) -> float:
         """Find the energy that a snap since a state has set free. Collective.

@@ -128,6 +128,7 @@ class CoupledSolver(ABC):
         and why they failed, None if they converged.
         """
         problem = self.problem
+        problem.solves += 1
         vectors = [problem.start(), *(problem.create_vector() for _ in range(n))]
         reason: str | None = ""
         try:

@@ -163,6 +163,42 @@ def test_strategies_are_tried_in_their_order(failures, strategy, monkeypatch):
 
 
 @pytest.mark.mpi
+def test_what_solved_two_steps_goes_first(monkeypatch):
+    problem, steps = top_moves("triangle", SOLVERS[0], steps=6)
+    failing, path, taken = Failing(monkeypatch, problem), iter(steps), []
+    next(path)
+    for failures in (3, 3, 0, 0, 0):
+        failing.left = failures
+        step = next(path)
+        taken.append((step.strategy, step.solves))
+    # Each failed try before it begins no solve here. Then it goes first for two steps,
+    # and in the third the plain solver works again
+    assert taken == 4 * [(CAPPED, 1)] + [(FULL, 1)]
+    assert steps.halvings == 0
+
+
+@pytest.mark.mpi
+def test_a_way_that_fails_at_once_gives_way_to_the_others(monkeypatch):
+    problem, steps = top_moves("triangle", SOLVERS[0], steps=4)
+    failing, path, taken = Failing(monkeypatch, problem), iter(steps), []
+    next(path)
+    for failures in (3, 3, 1):
+        failing.left = failures
+        taken.append(next(path).strategy)
+    assert taken == [CAPPED, CAPPED, FULL]
+
+
+@pytest.mark.mpi
+def test_steps_count_all_of_their_tangents():
+    problem, steps = top_moves("quadrilateral", SOLVERS[0])
+    path = steps.run()
+    found = problem.problem if hasattr(problem, "problem") else problem
+    assert sum(step.tangents for step in path) == found.tangents > 0
+    assert sum(step.solves for step in path) == found.solves == len(path)
+    assert [step.tangents for step in path] == [step.iterations for step in path]
+
+
+@pytest.mark.mpi
 def test_the_step_is_halved_where_nothing_helps(monkeypatch):
     problem, steps = top_moves("triangle", SOLVERS[0])
     failing, path = Failing(monkeypatch, problem), iter(steps)

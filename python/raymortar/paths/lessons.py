@@ -1,0 +1,37 @@
+"""Which way solves a step first: the one that solved the last steps."""
+
+from __future__ import annotations
+
+# Steps in a row that a way solves after the plain solver failed, until it goes first
+ENOUGH = 2
+# Most steps for which the plain solver is left out
+LONGEST = 8
+
+
+class Lessons:
+    """Remembers what solved the last steps of a path.
+
+    A way that solved two steps in a row, in which the plain solver failed, goes first
+    for 2 steps, then for 4 and 8. Between, the plain solver is tried again, and stays
+    as soon as it works.
+    """
+
+    def __init__(self, plain: str) -> None:
+        self._plain = self._way = plain
+        self._in_row = self._rest = self._left = 0
+
+    def first(self) -> str:
+        """Name the way to begin this step with."""
+        if self._in_row < ENOUGH or self._left == 0:
+            return self._plain
+        self._left -= 1
+        return self._way
+
+    def solved(self, way: str, plain_failed: bool) -> None:
+        """Note which way solved a step, and whether the plain solver failed in it."""
+        if way != self._way:
+            self._way, self._in_row, self._rest = way, 0, 0
+        self._in_row += way != self._plain
+        if plain_failed:
+            self._rest = min(max(1, 2 * self._rest), LONGEST)
+            self._left = self._rest
