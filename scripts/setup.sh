@@ -165,6 +165,17 @@ logged() {
   fail "failed: $*"
 }
 
+# tell_progress LOCK: every 20 s the last line of the build's log, as "[23/76] clip.cpp"
+tell_progress() {
+  local begin=$SECONDS lock=$1
+  # It holds neither the lock nor the user's pipes, which its sleep outlives
+  exec {lock}>&-
+  while sleep 20 >/dev/null 2>&1 && kill -0 $$ 2>/dev/null; do
+    note "$(tail -n 1 "$BUILD/build.log" | sed 's:Building .*/::; s:\.o$::')," \
+      "after $((SECONDS - begin)) s"
+  done
+}
+
 # configure STAMP: STAMP says what the build was configured for
 configure() {
   local python options=()
@@ -195,7 +206,7 @@ remove_stale_modules() {
 # build TARGET: configures, compiles and installs what is out of date, and
 # leaves the interpreter in PYTHON
 build() {
-  local stamp jobs=${RAYMORTAR_JOBS:-$(nproc)} lock
+  local stamp jobs=${RAYMORTAR_JOBS:-$(nproc)} lock progress
   mkdir -p "$BUILD"
   exec {lock}>"$BUILD/lock"
   flock "$lock"
@@ -205,7 +216,13 @@ build() {
     note "Compiling, $jobs at a time, 5 to 12 minutes on two cores" \
       "(output: ${BUILD#"$SOURCE"/}/build.log)"
   fi
-  logged ninja -C "$BUILD" -j "$jobs" "$1"
+  tell_progress "$lock" &
+  progress=$!
+  (logged ninja -C "$BUILD" -j "$jobs" "$1") || {
+    kill "$progress"
+    exit 1
+  }
+  kill "$progress"
   remove_stale_modules
   logged cmake --install "$BUILD"
   exec {lock}>&-

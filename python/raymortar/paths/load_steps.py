@@ -64,11 +64,12 @@ class LoadSteps:
     max_halvings
         How often the first step's size may be halved. After that the failure is raised.
     extrapolate
-        Start each solve where the last step leads: its change of displacement and
-        multiplier, scaled with the steps' sizes. If that fails, start from the last
-        accepted state. This saves one or two iterations of a step on a smooth path, as
-        in sliding, where the first iterate slips the right way. On a rough path it
-        saves nothing.
+        Start each solve where the last step leads: its change of all unknowns, scaled
+        with the steps' sizes. If that fails, start from the last accepted state. None:
+        where fewer forces are out of balance there, so not where a path turns round, and
+        not with `control`. This saves one or two iterations of a step on a smooth path,
+        as in sliding, where the first iterate slips the right way. True: in every step,
+        without asking. False: never.
     largest
         A step may grow to this many times the first step's size. The default is 1,
         because with friction the result of a path depends on its steps.
@@ -135,7 +136,7 @@ class LoadSteps:
         apply: Any,
         steps: int = 10,
         max_halvings: int = 6,
-        extrapolate: bool = False,
+        extrapolate: bool | None = None,
         largest: int = 1,
         easy: int = 5,
         path: tuple[float, float] = (0.0, 1.0),
@@ -369,8 +370,8 @@ def _rules(given: Any) -> Iterator[tuple[bool, str]]:
     finite = len(ends) == 2 and all(is_real_number(t) and np.isfinite(t) for t in ends)
     yield finite, f"path must be two numbers, its ends, not {path!r}"
     extrapolate, strategy, scale = given.extrapolate, given.strategy, given.stabilize
-    text = f"extrapolate must be True or False, not {extrapolate!r}"
-    yield is_truth_value(extrapolate), text
+    text = f"extrapolate must be True or False (or None), not {extrapolate!r}"
+    yield extrapolate is None or is_truth_value(extrapolate), text
     text = f"strategy must be one of {STRATEGIES}, not {strategy!r}"
     yield strategy is None or is_one_of(strategy, STRATEGIES), text
     scales = is_real_number(scale) and 0.0 <= scale < np.inf

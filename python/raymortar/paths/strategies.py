@@ -25,6 +25,7 @@ from ..solvers.solver import CoupledSolver
 from .energy_balance import balance_of_step
 from .lessons import Lessons
 from .load_path import PrescribedPath
+from .prediction import Prediction, extrapolate
 from .stabilization import Stabilization
 
 FULL, EXTRAPOLATED, CAPPED = "full", "extrapolated", "capped"
@@ -206,11 +207,20 @@ class Strategies:
     """
 
     def __init__(
-        self, path: PrescribedPath, trying: Callable[[str], None], *options: bool
+        self,
+        path: PrescribedPath,
+        trying: Callable[[str], None],
+        extrapolates: bool | None,
+        automatic: bool,
+        may_be_viscous: bool,
     ) -> None:
         self._path, self.solver, self._trying = path, path.solver, trying
-        self._extrapolates, self._automatic, self._may_be_viscous = options
+        self._extrapolates, self._automatic = extrapolates, automatic
+        self._may_be_viscous = may_be_viscous
+        predicts = extrapolates is None and path.led is None
+        self._prediction = Prediction(path) if predicts else None
         self.used, self.released = FULL, 0.0
+        self._tried_ahead = False  # in this step, from where the last one leads
         # Coefficients before each reduction; the path's end restores the first
         self._given: list[list[Any]] = []
         # Takes a user's own state back to the last accepted step
@@ -225,7 +235,7 @@ class Strategies:
         `ratio` the size of this step over that of the step before. If no other way
         helps, the failure of the solver as it was given is raised.
         """
-        self.released = 0.0
+        self.released, self._tried_ahead = 0.0, False
         # A solve stops as soon as it is in trouble if another way is left
         convergence = self.solver.problem.convergence
         convergence.patient = not self._automatic
@@ -322,9 +332,35 @@ class Strategies:
                 self.used = EXTRAPOLATED
                 return iterations
             except FAILURES:
+                self._tried_ahead = True
                 self.restore(now)
+        elif self._prediction and last is not None and self.used == FULL:
+            iterations = self._predicted(self._prediction, now, last, ratio)
+            if iterations:
+                return iterations
         self.used = FULL
         return iterations_of(self.solver)
+
+    def _predicted(
+        self, prediction: Prediction, now: State, last: State, ratio: float
+    ) -> int | None:
+        """Solve from where the last step leads, if it leads on; return None if not, or
+        if that fails."""
+        if not prediction.leads_on(now, last, ratio):
+            return None
+        self._tried_ahead = True
+        convergence, iterations = self.solver.problem.convergence, None
+        patient, convergence.patient = convergence.patient, False
+        try:
+            iterations = iterations_of(self.solver)
+        except FAILURES as failure:
+            if isinstance(failure, SetUpError):
+                raise
+            self.restore(now)
+        finally:
+            convergence.patient = patient
+        prediction.note(iterations is not None)
+        return iterations
 
     def restore(self, now: State) -> None:
         """Go back to a state. Collective."""
@@ -340,7 +376,7 @@ class Strategies:
         See docs/robustness_paths.md.
         """
         solver = self.solver
-        if last is not None and not self._extrapolates:
+        if last is not None and not self._tried_ahead:
             yield EXTRAPOLATED, partial(self._extrapolated, now, last, ratio)
         yield SMALL_GAMMA, partial(solve_by_small_gamma, solver)
         if self._capped is not None:
@@ -355,8 +391,7 @@ class Strategies:
 
     def _extrapolated(self, now: State, last: State, ratio: float) -> int:
         """Solve from the extrapolated state."""
-        self._path.extrapolate(ratio)
-        self._contact.extrapolate(now, last, ratio)
+        extrapolate(self._path, now, last, ratio)
         return iterations_of(self.solver)
 
     def _set_kept(self, gammas: list[Any]) -> None:

@@ -99,7 +99,7 @@ def test_forces_of_bent_strips_do_not_depend_on_it(slenderness, mu):
 def test_a_belt_on_a_pulley_slides_in_few_solves():
     """Full steps throughout, on a path that took 2303 tangents by the law at points."""
     path = belt(method=NODES_LAW)
-    found = take(path, extrapolate=True)
+    found = take(path)
     assert found.arrived and found.halvings == 0
     assert found.tangents <= 200
     # exp(mu pi) less what the thickness and bending take

@@ -1,0 +1,60 @@
+"""Where a step starts: at the last accepted state, or where the last step leads."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..interface.state import State
+from .load_path import PrescribedPath
+
+# Most steps for which a start that failed again and again is left out
+LONGEST = 8
+
+
+class Prediction:
+    """Extrapolates a state by the change of the last step, where that leads on.
+
+    The forces tell of a path that turns round, or touches: fewer of them must be out
+    of balance where the last step leads than where it ended. A start that fails is
+    left out for 1, 2, 4, 8 steps.
+    """
+
+    def __init__(self, path: PrescribedPath) -> None:
+        self._path, self._problem = path, path.solver.problem
+        self._rest = self._left = 0
+
+    def leads_on(self, now: State, last: State, ratio: float) -> bool:
+        """Go where the last step leads; False: stay at the present state. Collective."""
+        if self._left > 0:
+            self._left -= 1
+            return False
+        here = self._imbalance()
+        extrapolate(self._path, now, last, ratio)
+        if self._imbalance() < here:
+            return True
+        self._problem.contact.restore(now)
+        self._path.restart()
+        return False
+
+    def note(self, works: bool) -> None:
+        """Note whether a solve from there converged."""
+        self._rest = 0 if works else min(max(1, 2 * self._rest), LONGEST)
+        self._left = self._rest
+
+    def _imbalance(self) -> float:
+        """Sum up what is out of balance at the present state. Force. Collective."""
+        problem: Any = self._problem
+        x, b = problem.start(), problem.create_vector()
+        try:
+            problem.F(x, b)
+            size: float = problem.convergence.now.norm
+        finally:
+            x.destroy()
+            b.destroy()
+        return size
+
+
+def extrapolate(path: PrescribedPath, now: State, last: State, ratio: float) -> None:
+    """Go where the last step leads, by its change times a ratio. Collective."""
+    path.extrapolate(ratio)
+    path.solver.problem.contact.extrapolate(now, last, ratio)
