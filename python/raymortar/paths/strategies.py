@@ -335,9 +335,9 @@ class Strategies:
                 self._tried_ahead = True
                 self.restore(now)
         elif self._prediction and last is not None and self.used == FULL:
-            iterations = self._predicted(self._prediction, now, last, ratio)
-            if iterations:
-                return iterations
+            ahead = self._predicted(self._prediction, now, last, ratio)
+            if ahead is not None:
+                return ahead
         self.used = FULL
         return iterations_of(self.solver)
 
