@@ -65,7 +65,7 @@ def _kept(raised: list[Exception]) -> Iterator[None]:
 def _defaults(problem: CoupledProblem, floor: float) -> dict[str, Any]:
     """Make options of SNES, without those of the linear solver."""
     # With springs, full steps cycle where points close and slip in the same large step;
-    # with multipliers full steps are best (docs/solving.md)
+    # with multipliers full steps are best (docs/measured/solving.md)
     springs = any(
         isinstance(contact.method, Penalty) and contact.friction is not None
         for contact in problem.contact.contacts
