@@ -12,7 +12,7 @@ ROOT = Path(__file__).resolve().parents[1]
 def parts(kind: str) -> re.Pattern[str]:
     """Match a part: its name, and what is between its comments."""
     return re.compile(
-        rf"^<!-- {kind}: (\S+) -->\n(.*?)^<!-- end -->$", re.MULTILINE | re.DOTALL
+        rf"^<!-- {kind}: (.+?) -->\n(.*?)^<!-- end -->$", re.MULTILINE | re.DOTALL
     )
 
 
