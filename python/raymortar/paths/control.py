@@ -1,4 +1,4 @@
-"""What leads a path of load steps in place of the load factor, for snap-through."""
+"""Quantities that lead a load path in place of the load factor, for snap-through."""
 
 from __future__ import annotations
 

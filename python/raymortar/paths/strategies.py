@@ -47,7 +47,7 @@ _LINE_SEARCH = "snes_linesearch_type"
 # fewer points open and close during a solve (docs/measured/robustness_paths.md)
 SMALL = 0.1
 
-# How often a path may reduce gamma to a tenth
+# Largest number of times that a path reduces gamma to a tenth
 MOST_KEPT = 2
 
 # Solves of one step under viscous forces that the user has not asked for

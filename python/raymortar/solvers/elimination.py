@@ -151,7 +151,7 @@ class ContactPreconditioner(KnowsProblem):
         return K
 
     def _inverse_blocks(self, D: PETSc.Mat) -> PETSc.Mat:
-        """E^-1 from the nodes' blocks of D, which is destroyed, and the masses."""
+        """Make E^-1 of the nodes' blocks of D, which is destroyed, and the masses."""
         offsets, columns, values = D.getDiagonalBlock().getValuesCSR()
         size, begin = D.getSizes()[0], D.getOwnershipRange()[0]
         own = sparse.csr_matrix((values, columns, offsets), 2 * size[:1])

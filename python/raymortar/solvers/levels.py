@@ -1,4 +1,4 @@
-"""Multigrid whose levels are those of the bodies without contact."""
+"""Multigrid on the levels of the bodies without contact."""
 
 from __future__ import annotations
 

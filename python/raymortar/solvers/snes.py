@@ -233,7 +233,7 @@ class SNESSolver(CoupledSolver):
         except PETSc.Error:
             if not self._raised:
                 raise
-            # What the callback read stays locked: PETSc makes its vectors anew
+            # The vectors that the callback read stay locked, so PETSc makes them anew
             snes.reset()
             self._set_callbacks()
             raise self._raised[0] from None
