@@ -40,7 +40,10 @@ def extrapolated(rows: list[Row]) -> Table:
         for row in plain
     ]
     lines = [["", *head]]
-    for name, value in (("plain", "False"), ("`extrapolate=True`", "True")):
+    for name, value in (
+        ("`extrapolate=False`", "False"),
+        ("`extrapolate=True`", "True"),
+    ):
         own = [row["iterations"] for row in rows if row["extrapolate"] == value]
         lines.append([name, *(f"{float(count):.1f}" for count in own)])
     return lines
