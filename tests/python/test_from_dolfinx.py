@@ -200,12 +200,12 @@ def test_program_runs_without_contact(generation, tmp_path):
 
 @pytest.mark.skipif(COMM.size > 1, reason="a program of its own")
 def test_a_beam_of_degree_2_arrives_by_load_steps(tmp_path):
-    """The cells of the tutorial across the beam, and the last block of the page."""
+    """With finer cells than the page, as in the tutorial, and the page's last block."""
     _, after = programs("snes")
     program = after[: after.index("for n in range")]
     for old, new in (
         ('("Lagrange", 1', '("Lagrange", 2'),
-        ("[20, 2, 5]", "[20, 5, 10]"),
+        ("[20, 2, 5]", "[20, 3, 10]"),
     ):
         assert old in program
         program = program.replace(old, new)
