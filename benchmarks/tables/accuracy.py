@@ -164,3 +164,68 @@ def peer_times(rows: list[Row]) -> Table:
         cells = ["-" if time is None else f"{time:.3g}" for time in times]
         lines.append([kind[0], f"{kind[1]} {kind[2]:g}", program, *cells])
     return lines
+
+
+@table("accuracy/results/accuracy.csv")
+def closed_forms(rows: list[Row]) -> Table:
+    """Errors of tractions with kinks: Cattaneo and Mindlin, and two spheres."""
+    names = {"D2": "D2, Cattaneo and Mindlin", "D3": "D3, two spheres (peak)"}
+    settings = {"tangent": "default", "quadrature": "default", "mesh": "regular"}
+    shown = [row for row in of(rows, **settings) if row["problem"] in names]
+    heads = ["problem", "cells", "facets across", "error of the normal traction"]
+    lines = [[*heads, "of the tangential one", "seconds"]]
+    for (problem, cell, degree), found in grouped(shown, "problem", "cell", "degree"):
+        errors = [
+            ", ".join(percent(row[name]) for row in found if row[name])
+            for name in ("error_multiplier", "error_tangential")
+        ]
+        seconds = ", ".join(f"{float(row['seconds']):.2g}" for row in found)
+        sizes = ", ".join(row["n"] for row in found)
+        lines.append([names[problem], f"{cell} {degree}", sizes, *errors, seconds])
+    return lines
+
+
+@table("accuracy/results/accuracy.csv")
+def penalties(rows: list[Row]) -> Table:
+    """Errors with penalties beside those with the augmented Lagrangian."""
+    methods = ("augmented", "penalty 10", "penalty 100", "penalty 1000")
+    heads = [method.removeprefix("penalty ") for method in methods]
+    lines = [["", *heads]]
+    kind = {"problem": "B2", "program": "raymortar", "cell": "quadrilateral", "n": "16"}
+    kind |= {"mesh": "regular", "quadrature": "default", "measure": "reference"}
+    for degree in ("2", "1"):
+        found = [
+            next(
+                row
+                for row in of(rows, degree=degree, method=method, **kind)
+                if row["multiplier"] != "vector"
+            )
+            for method in methods
+        ]
+        name = f"degree {degree}: "
+        lines += [
+            [f"{name}error of u", *(_power(row["error_u"]) for row in found)],
+            [
+                f"{name}error of the pressure at points",
+                *(percent(row["error_pressure"]) for row in found),
+            ],
+            [f"{name}iterations", *(row["iterations"] for row in found)],
+        ]
+    return lines
+
+
+@table("accuracy/results/accuracy.csv")
+def quadrature_in_3d(rows: list[Row]) -> Table:
+    """Errors over the degree of the rule on segments, B1 on shaken meshes."""
+    degrees = ("1", "2", "3", "4", "5", "6", "12")
+    lines = [["", f"degree: {degrees[0]}", *degrees[1:]]]
+    kind = {"problem": "B1", "program": "raymortar", "mesh": "shaken"}
+    for cell, degree in product(("tetrahedron", "hexahedron"), ("1", "2")):
+        found = [
+            of(rows, quadrature=rule, cell=cell, degree=degree, **kind)[-1]
+            for rule in degrees
+        ]
+        for column, says in (("error_multiplier", "multiplier"), ("error_u", "u")):
+            values = [_power(row[column], 2) for row in found]
+            lines.append([f"{cell} {degree}, {says}", *values])
+    return lines

@@ -77,8 +77,8 @@ def spaced(number: str | float) -> str:
 
 def percent(value: str | float, signed: bool = False) -> str:
     """A share in per cent, to two digits."""
-    sign = "+" if signed and float(value) > 0 else ""
-    return f"{sign}{100 * float(value):.2g} %"
+    sign, share = "+" if signed and float(value) > 0 else "", 100 * float(value)
+    return f"{sign}{share:.2g} %" if abs(share) < 99.5 else f"{sign}{share:.0f} %"
 
 
 def halved(iterations: str, cuts: str | None) -> str:

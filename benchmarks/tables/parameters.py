@@ -219,3 +219,14 @@ def tangents(rows: list[Row]) -> Table:
             cells.append(", ".join(format(value, form) for value in sums))
         lines.append([name, *cells])
     return lines
+
+
+@table("parameters/cycles.csv")
+def cycles(rows: list[Row]) -> Table:
+    """Work of friction of two loops of shear, over the steps of a loop."""
+    lines = [["", *dict.fromkeys(row["steps"] for row in rows)]]
+    for (method, facets), found in grouped(rows, "method", "facets"):
+        for column, says in (("first_loop", "first loop"), ("second_loop", "second")):
+            values = [f"{float(row[column]):.2e}" for row in found]
+            lines.append([f"{METHODS[method]}, {facets} facets: {says}", *values])
+    return lines
