@@ -5,8 +5,9 @@ from __future__ import annotations
 from itertools import product
 from math import log2
 
-from formats import Row, Table, grouped, percent, table
 from fronts import of, seconds_at
+
+from .formats import Row, Table, grouped, percent, table
 
 CELLS = {"hexahedron": "hexahedra", "tetrahedron": "tetrahedra"}
 RATIOS = {"1": "1", "1000": "1000", "0.001": "1/1000"}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from formats import Row, Table, brief, grouped, once, spaced, table
+from .formats import Row, Table, brief, grouped, once, spaced, table
 
 
 def _millions(count: str, digits: int) -> str:

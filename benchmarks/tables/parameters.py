@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from formats import Row, Table, brief, grouped, halved, percent, table
+from .formats import Row, Table, brief, grouped, halved, percent, table
 
 METHODS = {
     "augmented": "augmented Lagrangian",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from formats import Row, Table, grouped, halved, table
+from .formats import Row, Table, grouped, halved, table
 
 
 @table("parameters/growing_steps.csv")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from formats import KINDS, Row, Table, brief, grouped, once, shaped, table
+from .formats import KINDS, Row, Table, brief, grouped, once, shaped, table
 
 
 def _kind(row: Row, name: str = "shape") -> str:
