@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from math import fsum
 
 from .formats import Row, Table, brief, grouped, once, spaced, table
 
@@ -20,8 +21,8 @@ def _exponent(rows: Sequence[Row], name: str) -> str:
     """Slope of a count over the slave facets, by least squares on log scales."""
     x = [math.log(float(row["slave_facets"])) for row in rows]
     y = [math.log(float(row[name])) for row in rows]
-    x_mean, y_mean = sum(x) / len(x), sum(y) / len(y)
-    slope = sum((a - x_mean) * (b - y_mean) for a, b in zip(x, y)) / sum(
+    x_mean, y_mean = fsum(x) / len(x), fsum(y) / len(y)
+    slope = fsum((a - x_mean) * (b - y_mean) for a, b in zip(x, y)) / fsum(
         (a - x_mean) ** 2 for a in x
     )
     return "0" if abs(slope) < 1e-12 else f"{slope:.2f}"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from math import fsum
 
 from .formats import Row, Table, brief, grouped, halved, percent, table
 
@@ -213,9 +214,13 @@ def tangents(rows: list[Row]) -> Table:
         both = [pair for pair in pairs if all(row["steps"].isdigit() for row in pair)]
         fails = [sum(not pair[k]["steps"].isdigit() for pair in pairs) for k in (0, 1)]
         cells = [str(len(pairs)), "{}, {}".format(*fails)]
-        for column, form in (("halved", "d"), ("iterations", "d"), ("seconds", ".1f")):
-            kind = int if form == "d" else float
-            sums = [sum(kind(pair[k][column]) for pair in both) for k in (0, 1)]
+        # The plain sum rounds in another way from Python 3.12 on
+        for column, form in (
+            ("halved", ".0f"),
+            ("iterations", ".0f"),
+            ("seconds", ".1f"),
+        ):
+            sums = [fsum(float(pair[k][column]) for pair in both) for k in (0, 1)]
             cells.append(", ".join(format(value, form) for value in sums))
         lines.append([name, *cells])
     return lines
