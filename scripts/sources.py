@@ -57,6 +57,10 @@ class Sources:
             raise SystemExit(f"{dotted} is not in the sources")
         return nodes[0]
 
+    def has(self, name: str) -> bool:
+        """Whether a class or a function has this name."""
+        return name in self._defined
+
     def bases(self, node: ast.ClassDef) -> Iterator[ast.ClassDef]:
         """The class and the classes of ours that it derives from, in this order."""
         yield node

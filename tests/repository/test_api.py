@@ -14,6 +14,7 @@ import pytest
 from programs import ROOT
 
 import raymortar
+from raymortar import io, partitions, rigid, solvers, tools
 from raymortar.results.sums import Resultant, Statistics
 
 FOLDER = ROOT / "docs" / "api"
@@ -76,6 +77,19 @@ def test_signatures_are_those_that_python_sees(page, name):
     else:
         call = inspect.signature(eval(f"lambda {shown[1]}: 0", {"nan": 0.0}))
         assert list(call.parameters) == parameters
+
+
+@pytest.mark.quick
+@pytest.mark.parametrize("module", [io, partitions, rigid, solvers, tools])
+def test_every_name_of_a_module_is_on_a_page(page, module):
+    public = [name for name in module.__all__ if callable(getattr(module, name))]
+    assert len(public) > 3
+    missing = [
+        name
+        for name in public
+        if f"## {name}\n" not in page and f"- **`{name}(" not in page
+    ]
+    assert missing == []
 
 
 @pytest.mark.quick
