@@ -11,6 +11,7 @@ SECTION = re.compile(r"^(\w[\w ]*)\n-{3,}$", re.MULTILINE)
 LITERAL = re.compile(r"``([^`]+)``")
 REFERENCE = re.compile(r"(?<![`\w])`([^`\n]+)`(?!`)")
 ROLE = re.compile(r":math:`([^`]+)`")
+OTHER_ROLE = re.compile(r":\w+:(?=`)")
 # Makes Markdown of the name in a reference
 Link = Callable[[str], str]
 
@@ -70,9 +71,9 @@ def paragraphs(text: str) -> list[str]:
 
 
 def formulas(text: str) -> str:
-    """Formulas of reStructuredText as those of Markdown."""
+    """Formulas of reStructuredText as in Markdown; other roles are left out."""
     text = re.sub(r"\.\. math:: (.+)", r"$\1$", text)
-    return ROLE.sub(r"$\1$", text)
+    return OTHER_ROLE.sub("", ROLE.sub(r"$\1$", text))
 
 
 def inline(text: str, link: Link) -> str:

@@ -23,7 +23,7 @@ class FixedPointSolver:
     solver
         `NewtonSolver` or `SNESSolver`, with its tolerances.
     max_outer
-        Most pairings of one solve.
+        Largest number of pairings in one solve.
 
     Attributes
     ----------

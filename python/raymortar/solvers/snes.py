@@ -217,7 +217,7 @@ class SNESSolver(CoupledSolver):
 
     @property
     def max_it(self) -> int:
-        """Most iterations."""
+        """Largest number of iterations."""
         return int(self.snes.getTolerances()[3])
 
     def _settings(self) -> dict[str, Any]:
