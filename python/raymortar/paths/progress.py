@@ -33,8 +33,8 @@ class LoadStep:
         gamma, line search"`` or ``"viscous forces"``: see `LoadSteps`. With `stabilize`
         that of the step's last solve.
     released
-        Least energy that a snap has set free in a step that another way than ``"full"``
-        has solved; 0 without a snap.
+        Energy that a snap has set free at least, which another way than ``"full"`` has
+        passed; 0 where there was none.
     number
         Counts the accepted steps of the problem from 1, over all of its `LoadSteps`.
     """
