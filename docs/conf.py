@@ -11,24 +11,10 @@ release = re.search(
     r'^version = "([\d.]+)"', (ROOT / "pyproject.toml").read_text(), re.MULTILINE
 )[1]
 
-extensions = [
-    "myst_parser",
-    "sphinx.ext.autodoc",
-    "sphinx.ext.napoleon",
-    "sphinx.ext.mathjax",
-    "sphinx.ext.viewcode",
-]
+extensions = ["myst_parser", "sphinx.ext.mathjax"]
 exclude_patterns = ["_build"]
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 4
-
-# Objects of the docstrings are in single backquotes, where there is such an object
-default_role = "py:obj"
-napoleon_google_docstring = False
-# Signatures have the types already, and the descriptions their shapes and units
-autodoc_typehints = "signature"
-autodoc_member_order = "bysource"
-autodoc_default_options = {"members": True, "inherited-members": True}
 
 html_theme = "furo"
 html_title = f"raymortar {release}"

@@ -1,50 +1,19 @@
-"""Plots of error over run time, and the tables that go with them."""
+"""Plots of error over run time. `scripts/measured` makes the tables."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 import drawing
-import numpy as np
 from clock import STAGES
+from fronts import of, pareto, seconds_at
 
-LEVELS = (1e-2, 1e-3, 1e-4)
 TITLES = {
     "B1": "A cube on a rigid surface",
     "B2": "A square on a rigid parabola",
     "B4": "Two squares after a slide along a curved interface",
 }
 LOOK = {1: "o", 2: "s"}
-
-
-def pareto(found, error):
-    """Rows that no other one beats in both time and error, by time."""
-    front, least = [], float("inf")
-    for row in sorted(found, key=lambda r: (r["seconds"], r[error])):
-        if row[error] < least:
-            front.append(row)
-            least = row[error]
-    return front
-
-
-def seconds_at(found, error, level):
-    """Least run time with an error below a level, between sizes on log scales; None if
-    it is not reached."""
-    front = pareto(found, error)
-    e = np.log([row[error] for row in front])
-    t = np.log([row["seconds"] for row in front])
-    if not front or e[-1] > np.log(level):
-        return None
-    below = int(np.argmax(e <= np.log(level)))
-    if below == 0:
-        return float(np.exp(t[0]))
-    share = (e[below - 1] - np.log(level)) / (e[below - 1] - e[below])
-    return float(np.exp(t[below - 1] + share * (t[below] - t[below - 1])))
-
-
-def of(found, **values):
-    """Rows with these settings."""
-    return [r for r in found if all(r[name] == v for name, v in values.items())]
 
 
 def draw(found, output: Path):
@@ -55,9 +24,6 @@ def draw(found, output: Path):
             _fronts(plt, found, problem, output / f"pareto_{problem}.png")
     if of(found, program="GetFEM"):
         _peer(plt, found, output / "getfem.png")
-        print(peer_table(found))
-    print(rate_table(found))
-    print(faceted_table(found))
     _quadrature(plt, found, output / "quadrature.png")
 
 
@@ -136,50 +102,6 @@ def _kinds(found, problem):
     return [{"cell": c, "degree": d} for c, d in pairs]
 
 
-def peer_table(found) -> str:
-    """Seconds at which each program reaches the levels of error, as Markdown."""
-    shown = [r for r in found if "flat" in r["mesh"]]
-    lines = ["| problem | cell, degree | program | 1 % | 0.1 % | 0.01 % |"]
-    lines.append("|---|---|---|---|---|---|")
-    for problem in sorted({r["problem"] for r in shown}):
-        for kind in _kinds(shown, problem):
-            for program in ("raymortar", "GetFEM"):
-                part = of(shown, problem=problem, program=program, **kind)
-                times = [seconds_at(part, "error_u", level) for level in LEVELS]
-                cells = ["-" if t is None else f"{t:.3g}" for t in times]
-                name = f"{kind['cell']} {kind['degree']:g}"
-                lines.append(
-                    f"| {problem} | {name} | {program} | {' | '.join(cells)} |"
-                )
-    return "\n".join(lines)
-
-
-def rate_table(found) -> str:
-    """Mean orders of convergence between the first and the last mesh with defaults,
-    and the errors of the last, as Markdown."""
-    lines = ["| problem | cell, degree | mesh | n | u | grad u | multiplier | errors |"]
-    lines.append("|---|---|---|---|---|---|---|---|")
-    names = ("error_u", "error_H", "error_multiplier")
-    shown = of(found, program="raymortar", quadrature="default", method="augmented")
-    shown = of(shown, measure="reference", multiplier="normal", tangent="default")
-    keys = ("problem", "cell", "degree", "mesh")
-    for key in sorted({tuple(r[k] for k in keys) for r in shown}):
-        part = sorted(of(shown, **dict(zip(keys, key))), key=lambda r: r["n"])
-        if key[0].startswith("D") or len(part) < 2:
-            continue
-        first, last = part[0], part[-1]
-        halvings = np.log2(last["n"] / first["n"])
-        orders = [np.log2(first[e] / last[e]) / halvings for e in names]
-        orders = " | ".join(f"{order:.2f}" for order in orders)
-        errors = ", ".join(f"{last[e]:.1e}" for e in names)
-        sizes = f"{first['n']:g} to {last['n']:g}"
-        name = f"{key[1]} {key[2]:g}"
-        lines.append(
-            f"| {key[0]} | {name} | {key[3]} | {sizes} | {orders} | {errors} |"
-        )
-    return "\n".join(lines)
-
-
 def _quadrature(plt, found, path):
     """Error of the multiplier over the degree of the rule."""
     shown = [r for r in found if r["quadrature"] not in ("default", "")]
@@ -202,22 +124,3 @@ def _quadrature(plt, found, path):
     fig.tight_layout()
     fig.savefig(path, dpi=110)
     plt.close(fig)
-
-
-def faceted_table(found) -> str:
-    """Errors of degree 1 on a rigid master that is exact, and on one of flat facets,
-    as Markdown."""
-    found = of(found, program="raymortar", quadrature="default", method="augmented")
-    found = of(found, degree=1.0, measure="reference", tangent="default")
-    exact = of(found, mesh="regular", multiplier="normal")
-    names = ("error_u", "error_multiplier")
-    heads = ("problem", "cell", "n", "u: exact", "faceted", "multiplier: exact")
-    lines = [f"| {' | '.join(heads)} | faceted |"]
-    lines.append("|---|---|---|---|---|---|---|")
-    for row in of(found, mesh="regular, flat master"):
-        same = {key: row[key] for key in ("problem", "cell", "n")}
-        for twin in of(exact, **same):
-            pairs = [f"{twin[name]:.1e} | {row[name]:.1e}" for name in names]
-            first = " | ".join((row["problem"], row["cell"], f"{row['n']:g}"))
-            lines.append(f"| {first} | {' | '.join(pairs)} |")
-    return "\n".join(lines)

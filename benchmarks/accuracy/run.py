@@ -4,7 +4,7 @@
     scripts/python benchmarks/accuracy/run.py --quick    # some seconds
     scripts/python benchmarks/accuracy/run.py --plot     # plots of the CSV that is there
 
-Writes `accuracy.csv`, row by row, and beside it the plots of `docs/accuracy*.md`.
+Writes `accuracy.csv`, row by row, and beside it plots; `scripts/measured` puts the tables into docs/measured.
 """
 
 import argparse

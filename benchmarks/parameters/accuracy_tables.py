@@ -1,4 +1,4 @@
-"""Tables of docs/accuracy.md that are not sweeps of benchmarks/accuracy."""
+"""Tables of docs/measured/accuracy.md that are not sweeps of benchmarks/accuracy."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The tables of docs/parameters_measured.md, and two of docs/accuracy.md: one CSV file each.
+"""Tables of docs/measured: parameters, load steps, line search and accuracy, as CSV.
 
     scripts/python benchmarks/parameters/run.py [NAME ...] [--quick] [--output DIR]
 

@@ -66,5 +66,5 @@ __all__ = [
 
 
 def __dir__() -> list[str]:
-    """What is public; rooms such as ``raymortar.discretization`` are not."""
+    """List the public names, without rooms such as ``raymortar.discretization``."""
     return [*__all__, "__version__"]

@@ -10,7 +10,7 @@ from dolfinx import fem
 from interacting import difference
 from pressed import GAMMA, Pressed, beside_another_unknown
 from problems import COMM, SOLVERS
-from programs import blocks_of, run
+from programs import ROOT, blocks_of, run
 
 from raymortar import ContactError, NewtonSolver, Penalty, SNESSolver
 from raymortar.solvers.fixed_point import FixedPointSolver
@@ -133,46 +133,84 @@ def patched(text, diff):
 
 
 PAGE = "docs/from_dolfinx.md"
-# DOLFINx 0.5 has other names for it
-SPACE = """
-from dolfinx import fem
-if not hasattr(fem, "functionspace"):
-    fem.functionspace = lambda mesh, element: fem.VectorFunctionSpace(mesh, element[:2])
-"""
+PROGRAMS = ROOT / "examples" / "from_dolfinx"
+GENERATIONS = {"newton": 0, "snes": 1}  # by the diff on the page
 SHOW = """
 force, bottom = contact.resultant().force, problem.reactions({"held": bcs})["held"]
 print("forces", *force, *bottom)
 """
 
 
-def programs():
-    """The page's program, and the same with its diff."""
-    before = blocks_of(PAGE, "python")[1]
-    return before, patched(before, blocks_of(PAGE, "diff")[0])
+def of_this_version(program):
+    """The space as DOLFINx 0.5 has it: the page says how."""
+    new = 'fem.functionspace(domain, ("Lagrange", 1, (3,)))'
+    old = 'fem.VectorFunctionSpace(domain, ("Lagrange", 1))'
+    page = (ROOT / PAGE).read_text(encoding="utf-8")
+    assert new in program and old in page
+    return program if hasattr(fem, "functionspace") else program.replace(new, old)
+
+
+def programs(generation):
+    """A program written for DOLFINx, and the same with the diff of the page."""
+    before = (PROGRAMS / f"beam_{generation}.py").read_text(encoding="utf-8")
+    after = patched(before, blocks_of(PAGE, "diff")[GENERATIONS[generation]])
+    return of_this_version(before), of_this_version(after)
+
+
+def is_of_this_version(generation):
+    """Whether DOLFINx has the classes that a program is written for."""
+    from dolfinx.fem import petsc
+
+    solves = hasattr(petsc.NonlinearProblem, "solve")
+    return solves == (generation == "snes")
+
+
+def check_forces(line, load):
+    """The block carries the tip; supports take the load and nothing else."""
+    force, held = np.array(line.split()[1:], dtype=float).reshape(2, 3)
+    assert force[2] > load
+    np.testing.assert_allclose(held, [0.0, 0.0, load], atol=1e-6)
 
 
 @pytest.mark.skipif(COMM.size > 1, reason="a program of its own")
-def test_program_of_the_page_with_its_diff_prints_what_the_page_says(tmp_path):
-    _, after = programs()
-    *printed, forces = run(SPACE + after + SHOW, tmp_path).splitlines()
+@pytest.mark.parametrize("generation", GENERATIONS)
+def test_program_with_the_diff_of_its_generation_arrives(generation, tmp_path):
+    """Where DOLFINx has no Newton solver, raymortar has none."""
+    if generation == "newton" and NewtonSolver not in SOLVERS:
+        pytest.skip("DOLFINx has no Newton solver")
+    _, after = programs(generation)
+    *printed, forces = run(after + SHOW, tmp_path).splitlines()
     said = blocks_of(PAGE, "text")[0].strip().splitlines()
     assert len(printed) == len(said) == 9
     for ours, theirs in zip(printed, said):
         a, b = ([float(x) for x in re.findall(r"-?[\d.]+", t)] for t in (ours, theirs))
         assert a[0] == b[0] and a[2] == b[2] and abs(a[1] - b[1]) <= 5
-    force, held = np.array(forces.split()[1:], dtype=float).reshape(2, 3)
-    # The block carries the tip; supports take the load and nothing else
-    assert force[2] > 13.5
-    np.testing.assert_allclose(held, [0.0, 0.0, 13.5], atol=1e-6)
+    check_forces(forces, 13.5)
 
 
 @pytest.mark.skipif(COMM.size > 1, reason="a program of its own")
-def test_program_of_the_page_runs_without_contact(tmp_path):
-    """Where DOLFINx has the class that the page begins with."""
-    from dolfinx.fem import petsc
-
-    if not hasattr(petsc.NonlinearProblem, "solve"):
-        pytest.skip("DOLFINx has this class from 0.10 on")
-    before, after = programs()
+@pytest.mark.parametrize("generation", GENERATIONS)
+def test_program_runs_without_contact(generation, tmp_path):
+    if not is_of_this_version(generation):
+        pytest.skip("DOLFINx has other classes")
+    before, after = programs(generation)
     assert "raymortar" not in before and "raymortar" in after
     assert len(run(before, tmp_path).splitlines()) == 9
+
+
+@pytest.mark.skipif(COMM.size > 1, reason="a program of its own")
+def test_a_beam_of_degree_2_arrives_by_load_steps(tmp_path):
+    """With finer cells than the page, as in the tutorial, and the page's last block."""
+    _, after = programs("snes")
+    program = after[: after.index("for n in range")]
+    for old, new in (
+        ('("Lagrange", 1', '("Lagrange", 2'),
+        ("[20, 2, 5]", "[20, 3, 10]"),
+    ):
+        assert old in program
+        program = program.replace(old, new)
+    (steps,) = blocks_of(PAGE, "python")
+    steps = steps.replace("(solver,", "(problem.snes_solver,")
+    *printed, forces = run(program + steps + SHOW, tmp_path).splitlines()
+    assert len(printed) >= 9 and float(printed[-1].split()[-1]) == -13.5
+    check_forces(forces, 13.5)

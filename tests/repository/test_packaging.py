@@ -130,5 +130,6 @@ def test_every_bound_function_has_the_arguments_of_its_type():
 def test_every_public_name_is_documented():
     pages = (ROOT / "docs" / "api").glob("*.md")
     text = "\n".join(page.read_text(encoding="utf-8") for page in pages)
-    named = set(re.findall(r":: raymortar\.(\w+)$", text, re.M))
+    marked = " ".join(re.findall(r"^<!-- api: (.*) -->$", text, re.M))
+    named = set(re.findall(r"raymortar\.(\w+)", marked))
     assert set(raymortar.__all__) <= named

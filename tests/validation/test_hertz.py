@@ -59,7 +59,7 @@ def test_newton_needs_few_iterations_and_ends_quadratically():
 @pytest.mark.parametrize("master_ratio", [0.7, 1.25])
 @pytest.mark.parametrize("degree, multiplier_degree", [(1, 1), (2, 2), (2, 1)])
 def test_equal_order_is_as_good_as_lower_order(degree, multiplier_degree, master_ratio):
-    """0.23 % of the peak's deviation is Hertz's own (see docs/equal_order.md)."""
+    """0.23 % of the peak's deviation is Hertz's own (docs/measured/equal_order.md)."""
     (peak, width, _), _ = cylinder_errors(
         20,
         degree,

@@ -18,7 +18,7 @@ from .meshes import element_info, geometry_degree, space
 
 
 def of_degree(function: fem.Function, degree: int) -> fem.Function:
-    """The function, interpolated to continuous Lagrange of a degree if it is not that."""
+    """Interpolate a function to continuous Lagrange of a degree, unless it is that."""
     V = function.function_space
     info = element_info(V)
     if info.is_lagrange and not info.is_discontinuous and info.degree == degree:

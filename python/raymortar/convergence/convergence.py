@@ -12,7 +12,7 @@ from ..compat import Array, Mask
 from .balance import EPS, Groups
 
 # Weight of a prescribed displacement in line searches, in stiffnesses of the softest
-# body: with 1, a first touch may end the search (measured: docs/robustness_units.md)
+# body: with 1, a first touch may end the search (docs/measured/robustness_units.md)
 PRESCRIBED = 10.0
 
 # Ratio of stiffnesses up to which line searches see both bodies well enough as they are

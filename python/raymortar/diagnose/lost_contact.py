@@ -202,7 +202,7 @@ def _grip(problem: CoupledProblem, motions: Array, held: Mask) -> Array:
 
 
 def _free_motions(grip: Array, dim: int) -> tuple[Mask, bool]:
-    """Along which axes a body can move, and whether it can turn, from the stiffness
+    """Find the axes along which a body can move, and whether it can turn, from the stiffness
     against its rigid motions, (motions, motions)."""
     values, motions = np.linalg.eigh(grip)
     none = motions[:, values <= _NO_STIFFNESS * max(values.max(), _NO_PART)]

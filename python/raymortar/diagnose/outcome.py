@@ -34,8 +34,8 @@ from ..rigid.motions import LARGEST_TURN
 from .failure import automatic_gamma, compared, describe
 from .lost_contact import lost_contact
 
-# Depth of a pressed point, of its slave facet's size. Multipliers close gaps in the
-# mean: what is left at a point is a few hundredths where facets resolve the surfaces
+# Depth of a pressed point, over the size of its slave facet. Multipliers close gaps in
+# the mean: a point keeps a few hundredths where facets resolve the surfaces
 DEEP = 0.25
 # Depth allowed to a penalty whose coefficient is below the automatic one
 SOFT = 0.1

@@ -34,7 +34,7 @@ def bodies_of_facets(bodies: Bodies, surface: Any) -> Indices:
 
 
 def connected(rows: Indices, n: int) -> Global:
-    """For each of n entities, the smallest one that rows of entities tie it to."""
+    """Find the smallest of the entities that each of n entities is connected with."""
     one, other = np.repeat(rows[:, 0], rows.shape[1] - 1), rows[:, 1:].ravel()
     graph = coo_array((np.ones(len(one), dtype=bool), (one, other)), shape=(n, n))
     _, part = connected_components(graph, directed=False)

@@ -233,12 +233,12 @@ def _mirrored(
 
 
 def _sags(shape: _Shape, ids: Global, X: Array, mine: Indices) -> Array:
-    """From the middle of each edge to the curved one, (facets, edges, d). Length."""
+    """Find the vectors from edge middles to curved edges, (facets, edges, d). Length."""
     m = middle_normals(shape.name, 1, X)
     unit = m / np.linalg.norm(m, axis=1, keepdims=True)
     arms = X[:, shape.arms] - X[:, :, None]
     normal, reached = _corner_normals(shape, ids, unit, arms)
-    # A normal at the rim of a surface is one facet's: there the arc is that of a circle
+    # At the rim of a surface the normal is that of one facet, and the arc a circle's
     circles, alone = _mirrored(shape, normal, arms, reached)
     of_arms = np.where(alone[..., None], circles, normal[:, :, None])
     n0, n1 = (of_arms[:, shape.ends[:, k], shape.places[:, k]] for k in (0, 1))

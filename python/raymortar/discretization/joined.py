@@ -116,7 +116,7 @@ class JoinedMap:
 
 
 class JoinedVector:
-    """A vector over joined maps, with the methods of DOLFINx's that are used."""
+    """Vector over joined maps, with the methods of DOLFINx's vectors that are used."""
 
     def __init__(self, index_map: JoinedMap, bs: int) -> None:
         self._map, self._bs = index_map, bs

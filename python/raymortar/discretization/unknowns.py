@@ -1,4 +1,4 @@
-"""What the user solves for: the displacement alone, or with other unknowns.
+"""Unknowns of a problem: the displacement alone, or with further fields.
 
 Contact works on a displacement with its own space, which is a copy if the user's is a
 part of a mixed Function. It knows the index of each of its dofs among the
@@ -29,8 +29,8 @@ from .joined import (
     unrolled,
 )
 
-# Of a value, by which ranks that share a dof may differ: they may find it in different
-# cells. Increments of this size are none
+# Relative difference of a value between ranks that share a dof: they may find it in
+# different cells. Smaller increments count as zero
 ROUNDING = 8.0 * float(np.finfo(float).eps)
 
 
@@ -404,7 +404,7 @@ class Unknowns:
         return marker[self.u_local], values[self.u_local]
 
     def lacking(self, bcs: Sequence[Any]) -> Lacking:
-        """What the unknowns lack of prescribed values."""
+        """Find the increments that prescribed unknowns still need."""
         known, starts = self._conditions(bcs), self._starts[True]
         found, values = np.zeros(starts[-1]), self.values()
         for k, conditions in enumerate(known.by_function):
@@ -419,7 +419,7 @@ class Unknowns:
         return Lacking(known.owned, self.owned_part(found), increment, of_u, values)
 
     def increment_u(self, bcs: Sequence[Any], u: Array) -> Array:
-        """What prescribed displacements lack of a ghosted array u, 0 elsewhere."""
+        """Find the increments from a ghosted array u to prescribed values; else 0."""
         marker, values = self.prescribed_u(bcs)
         increment = np.where(marker == 1, values - u, 0.0)
         found: Array = increment * (np.abs(increment) > ROUNDING * np.abs(u))

@@ -51,7 +51,7 @@ class AugmentedLagrangian(Options):
         Augmentation coefficient, traction per length: a positive number, a scalar
         ``Function``, or None: from the user's own stiffness, for each pair of bodies
         about the softer one's modulus over its mesh size. It changes the path of
-        Newton's method, and the answer hardly.
+        Newton's method, but hardly the answer.
     multiplier
         ``"normal"``: one scalar, the normal traction; ``"vector"``: the traction in
         global coordinates. None: the vector with friction, which needs it, and with
@@ -93,7 +93,7 @@ class Penalty(Options):
     ----------
     gamma
         Traction per length of penetration, given as for `AugmentedLagrangian`. Bodies
-        sink into each other by pressure over gamma. None: ten times as much as there,
+        penetrate each other by pressure over gamma. None: ten times the value there,
         for an error of about 1 %.
     tangential
         ``"elastic"``: friction springs carry on from the traction accepted at the

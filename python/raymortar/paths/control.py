@@ -1,4 +1,4 @@
-"""What leads a path of load steps in place of the load factor, for snap-through."""
+"""Quantities that lead a load path in place of the load factor, for snap-through."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class DisplacementControl(Options):
         Component, or a vector (d,), whose length counts; the mean over the dofs is
         taken. None for a functional.
     by
-        How much the displacement grows from the start of the path to its end. Length.
+        Growth of the displacement from the start of the path to its end. Length.
 
     Examples
     --------
@@ -88,7 +88,7 @@ class ArcLength(Options):
         Length that a unit of the load factor counts as. 0: a cylinder, on which the
         displacement alone is measured.
     most
-        Steps until a path that has not met its end fails.
+        Largest number of steps; a path that has not met its end by then fails.
     falling
         Whether the path sets out away from the end of ``path``. Use it to go on with a
         path that was left while its load factor fell.

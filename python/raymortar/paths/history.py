@@ -239,7 +239,7 @@ class History:
         return float(before + self.problem.contact.friction_work())
 
     def include(self, more: Mapping[str, Callable[[], float]]) -> None:
-        """Add functions to `more`, or replace those of their names. Collective.
+        """Add functions to `more`, or replace those with the same names. Collective.
 
         Raises
         ------

@@ -37,7 +37,7 @@ Change = tuple[Array, float]
 
 
 class LedPath(PrescribedPath, ABC):
-    """Lead steps by one more equation, with the load factor as an unknown. Collective.
+    """Leads steps by a further equation; the load factor is an unknown. Collective.
 
     Newton's method goes from u to u - X and from t to t + dt. The equation is
     g X = c + e dt. Each iteration solves three times with one factorised tangent: for

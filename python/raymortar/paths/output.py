@@ -157,7 +157,7 @@ class Output:
 
 
 def check_output(output: Any, problem: CoupledProblem) -> Output | None:
-    """The `Output` as it was given, or a new one for a path. Collective."""
+    """Return the `Output` as it was given, or make one for a path. Collective."""
     if output is None:
         return None
     if not isinstance(output, Output):

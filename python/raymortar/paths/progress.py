@@ -18,12 +18,18 @@ HALVED = "half the step"
 
 @dataclass(eq=False)
 class LoadStep:
-    """An accepted step: load factor, Newton iterations, halvings so far, strategy.
+    """An accepted step of a load path.
 
     Attributes
     ----------
+    factor
+        Load factor.
+    iterations
+        Newton iterations of the step.
+    halvings
+        Halvings of steps so far on this path.
     strategy
-        What solved the step: ``"full"``, the solver as it was given;
+        Way that solved the step: ``"full"``, the solver as it was given;
         ``"extrapolated"``, ``"small gamma"``, ``"capped"``, ``"line search"``, ``"small
         gamma, line search"`` or ``"viscous forces"``: see `LoadSteps`. With `stabilize`
         that of the step's last solve.

@@ -50,10 +50,10 @@ MORE_ITERATIONS = 2
 _LINE_SEARCH = "snes_linesearch_type"
 
 # Smaller coefficient, over the one in use. It hardly changes the solution, but with it
-# fewer points open and close during a solve (docs/robustness_paths.md)
+# fewer points open and close during a solve (docs/measured/robustness_paths.md)
 SMALL = 0.1
 
-# How often a path may reduce gamma to a tenth
+# Largest number of times that a path reduces gamma to a tenth
 MOST_KEPT = 2
 
 # Solves of one step under viscous forces that the user has not asked for
@@ -373,7 +373,7 @@ class Strategies:
     ) -> Iterator[tuple[str, Callable[[], int]]]:
         """Yield the other ways by name, as measurements order them.
 
-        See docs/robustness_paths.md.
+        See docs/measured/robustness_paths.md.
         """
         solver = self.solver
         if last is not None and not self._tried_ahead:

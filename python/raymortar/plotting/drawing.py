@@ -17,7 +17,7 @@ from .tools import COLOUR
 STRESS_MAP, PRESSURE_MAP = "viridis", "magma_r"
 NORMAL, TANGENTIAL = "#c0392b", "#2c3e50"
 PRESSURE = "contact pressure"
-# What tractions may be drawn over
+# Abscissas of drawn tractions
 ABSCISSAS = ("x", "y", "arc", "angle")
 # Fewest parts into which the polygons of a picture are split
 SHADED = 8_000
@@ -151,7 +151,7 @@ def direction(azimuth: float, elevation: float) -> Array:
 
 @dataclass(frozen=True)
 class AxisOptions:
-    """What the axes show, as `plot` documents it. Checked."""
+    """Options of the axes, as `plot` documents them. Checked."""
 
     x: str | None = None
     centre: Sequence[float] | None = None

@@ -1,4 +1,4 @@
-"""What a user reads off a contact: points, fields, forces, counts, segments.
+"""Results of a contact: points, fields, forces, counts, segments.
 
 - points: arrays over points, averages of them at nodes
 - sums: forces, energies and counts summed over points

@@ -1,4 +1,4 @@
-"""What contacts give a user: arrays at points, fields at nodes, forces, files of segments."""
+"""Results of contacts: arrays at points, fields at nodes, forces, segments."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class PointResults:
             present.require_results()
 
     def warn_if_unsolved(self) -> None:
-        """Say once that forces are those of a start which nothing was solved from."""
+        """Warn once that nothing has been solved yet."""
         unsolved = all(p.updates == p.updates_for_room for p in self._presents)
         if unsolved and self._says_unsolved:
             self._says_unsolved = False

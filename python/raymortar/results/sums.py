@@ -28,18 +28,26 @@ Density = Callable[[dict[str, Array]], Array]
 
 @dataclass(frozen=True)
 class Resultant:
-    """Force and moment about the origin of contact on a slave surface, (d,) and (3,)
-    in 3D; in 2D per unit thickness, the moment a number.
-
-    ``normal`` and ``tangential`` (d,) are the parts of the force that come from
-    tractions along the normal of `Contact`'s frame and from those across it, point by
-    point: friction is ``tangential``, and on a curved surface both may have any
-    direction. Their sum is ``force``.
+    """Force and moment of contact on a slave surface.
 
     For solids of revolution all values are those of a full turn. The force is along the
-    axis, (0, F_z), and the moment is 0, as radial tractions cancel. ``radial`` is the
-    integral of radial tractions over the surface, 2 pi r times their line load. For
-    other bodies it is None.
+    axis, (0, F_z), and the moment is 0, as radial tractions cancel.
+
+    Attributes
+    ----------
+    force
+        (d,). In 2D per unit thickness.
+    moment
+        About the origin: (3,) in 3D, in 2D a number per unit thickness. Force times
+        length.
+    normal, tangential
+        Parts of the force, (d,), that come from tractions along the normal of
+        `Contact`'s frame and from those across it, point by point: friction is
+        ``tangential``, and on a curved surface both may have any direction. Their sum
+        is ``force``.
+    radial
+        For solids of revolution the integral of radial tractions over the surface,
+        2 pi r times their line load; None for other bodies.
     """
 
     force: Array
@@ -51,18 +59,46 @@ class Resultant:
 
 @dataclass
 class Statistics:
-    """Counts over all ranks, CPU seconds of the slowest rank.
+    """Counts over all ranks, and CPU seconds of the slowest rank.
 
-    Of the last `Contact.update`, but for these sums since the start:
-    ``candidate_builds``, ``halo_builds``, ``pairings``, ``pairings_skipped`` (nothing
-    had moved), ``preallocations`` of matrices, ``residual_blocks``, ``tangent_blocks``,
-    ``lifted_blocks`` (tangent blocks for Dirichlet increments), ``skipped_blocks`` (left
-    out of tangents because they are zero), ``lookups`` (blocks whose place in the
-    matrix had to be found) and ``bytes_sent``. Zones add up.
+    Zones add up. Where nothing else is said, a count is that of the last
+    `Contact.update`, and seconds are those of the last time that a stage ran.
 
-    ``hits`` of ``points`` met the master within the search distances; with none, the
-    bodies are out of reach of each other. ``slip_points`` of them needed their slip.
-    Seconds are CPU seconds of the last time each stage ran.
+    Attributes
+    ----------
+    slave_facets, master_facets
+        Facets with the tags of slaves and masters.
+    candidates, culled, clipped
+        Pairs of facets that the search found; those that were out of reach; pairs of
+        their patches that were clipped.
+    pairs, segments
+        Pairs of facets that overlap, and the segments that they are cut into.
+    points, hits, active_points, slip_points
+        Integration points; those whose ray meets a master within the search distances
+        (with none, the bodies are out of reach of each other); those in contact; those
+        that needed their slip.
+    degenerate
+        Slave facets without a usable normal.
+    min_gap, max_gap
+        Over the points that are hit, with the offset. Length.
+    max_pressure
+        Over the points that are hit. Traction, positive in compression.
+    candidate_builds, halo_builds, pairings, pairings_skipped, preallocations
+        Sums since the start: searches, exchanges of facets between ranks, pairings,
+        calls in which nothing had moved, and preallocations of matrices.
+    residual_blocks, tangent_blocks, lifted_blocks, skipped_blocks, lookups
+        Sums since the start: blocks that were computed, tangent blocks for Dirichlet
+        increments, blocks left out because they are zero, and blocks whose place in the
+        matrix had to be found.
+    bytes_sent
+        Sum since the start.
+    seconds_halo, seconds_candidates, seconds_segments, seconds_rays
+        Of the stages of a pairing. CPU seconds.
+    seconds_residual, seconds_tangent
+        Of the last residual and the last tangent. CPU seconds.
+    communication
+        What was sent between ranks: in all (`total`), and by the rank that sends most
+        (`largest`).
     """
 
     slave_facets: int = 0

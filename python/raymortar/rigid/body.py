@@ -211,7 +211,7 @@ class Body:
 
 
 def _read_only(values: Array) -> Array:
-    """A copy that cannot be written to, as writing to it would change nothing."""
+    """Make a read-only copy, as writing to it would change nothing."""
     copy = values.copy()
     copy.flags.writeable = False
     return copy

@@ -53,7 +53,7 @@ class Implicit(Shape):
                 raise ContactError(f"{name} must be a function of points, (3, n)")
 
     def __repr__(self) -> str:
-        # The same on all ranks, unlike the text of a function, which has an address
+        # This text is equal on all ranks; that of a function has an address
         return f"Implicit({getattr(self.phi, '__name__', type(self.phi).__name__)})"
 
     @property

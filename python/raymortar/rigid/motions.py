@@ -1,4 +1,4 @@
-"""How the rigid bodies that a slave meets move from step to step."""
+"""Motions of the rigid bodies that a slave meets, from step to step."""
 
 from __future__ import annotations
 

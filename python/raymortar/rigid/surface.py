@@ -25,7 +25,7 @@ _KINDS = {
     (3, 6): ("triangle", 2, (0, 1, 2, 4, 5, 3)),
     (3, 9): ("quadrilateral", 2, (0, 1, 3, 2, 4, 7, 5, 6, 8)),
 }
-# The same facet seen from its other side
+# Order of the points of a facet that is turned over
 _TURNED = {
     "interval": (1, 0, 2),
     "triangle": (0, 2, 1, 5, 4, 3),

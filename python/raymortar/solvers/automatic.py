@@ -22,17 +22,17 @@ from .petsc_objects import DIRECT, InnerSolvers, attach, nested
 log = logging.getLogger("raymortar")
 
 # Unknowns in 3D, by the degree of the displacement, up to which the direct solver is
-# the faster one or nearly so, on one rank (measured: docs/parallel.md). In 2D it is
-# faster at all sizes that were measured.
+# the faster one or nearly so, on one rank (docs/measured/linear_solvers.md). In 2D it
+# is faster at all sizes that were measured.
 MOST_DIRECT = {1: 40_000, 2: 20_000}
 
 # Unknowns in 3D from which linear bodies keep their factors, in place of the direct
 # solver's, and the share of its operations that they may take (measured:
-# docs/linear_bodies.md)
+# docs/measured/linear_bodies.md)
 LEAST_KEPT, MOST_KEPT = 2_000, 0.7
 
 # Least and most unknowns, by dimension, for which lagged factors are faster than the
-# direct solver. The solvers above come first (measured: docs/solving.md)
+# direct solver. The solvers above come first (docs/measured/solving.md)
 LAGGED = {2: (1_500, 5_000), 3: (2_000, float("inf"))}
 
 # A Krylov solver that does well needs less than a third of this
@@ -40,7 +40,7 @@ MOST_ITERATIONS = 100
 
 # Option of SNES, and tolerance of its first linear system. Those that follow are solved
 # as exactly as Newton's method needs them (`Forcing`): a third to a half of the Krylov
-# iterations go, and Newton iterations stay the same (measured: docs/parallel.md)
+# iterations go, and Newton iterations stay the same (docs/measured/linear_solvers.md)
 INEXACT = {"snes_inexact": 1e-4}
 
 # After so many stalls the iterative solver is not tried again
@@ -65,7 +65,7 @@ _GAMG = {
 _MULTIGRID = {
     "gamg": _GAMG,
     # Aggregates of direct neighbours on the finest level too: twice the set-up, and
-    # iterations that do not grow (measured: docs/parallel.md)
+    # iterations that do not grow (docs/measured/linear_solvers.md)
     "gamg-bounded": {
         **_GAMG,
         "pc_gamg_aggressive_coarsening": 0,

@@ -21,7 +21,7 @@ from .petsc_objects import KnowsProblem, inner_solver
 
 # Stiffness of the springs that stand for closed contact, over that of the volume at its
 # surface. With softer springs GMRES needs more iterations, with stiffer ones multigrid
-# does (measured: docs/parallel.md)
+# does (docs/measured/linear_solvers.md)
 SPRINGS = 10.0
 
 # New levels are made when a solve needs WORN times the cycles of the first one, and
@@ -29,7 +29,7 @@ SPRINGS = 10.0
 WORN, SPARE = 1.5, 5
 
 # Layers of cells at the surfaces whose nodes are near contact (measured:
-# docs/parallel.md)
+# docs/measured/linear_solvers.md)
 LAYERS = 1
 
 
@@ -151,7 +151,7 @@ class ContactPreconditioner(KnowsProblem):
         return K
 
     def _inverse_blocks(self, D: PETSc.Mat) -> PETSc.Mat:
-        """E^-1 from the nodes' blocks of D, which is destroyed, and the masses."""
+        """Make E^-1 of the nodes' blocks of D, which is destroyed, and the masses."""
         offsets, columns, values = D.getDiagonalBlock().getValuesCSR()
         size, begin = D.getSizes()[0], D.getOwnershipRange()[0]
         own = sparse.csr_matrix((values, columns, offsets), 2 * size[:1])

@@ -23,7 +23,7 @@ class FixedPointSolver:
     solver
         `NewtonSolver` or `SNESSolver`, with its tolerances.
     max_outer
-        Most pairings of one solve.
+        Largest number of pairings in one solve.
 
     Attributes
     ----------
@@ -84,7 +84,7 @@ class FixedPointSolver:
         )
 
     def _residual(self) -> float:
-        """Pair anew at the present state, and find the norm of the residual there."""
+        """Pair anew at the present state; find the norm of the residual."""
         x = self.problem.start()
         kept, self.problem.rays_only = self.problem.rays_only, False
         try:

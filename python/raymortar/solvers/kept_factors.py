@@ -14,7 +14,7 @@ from .levels import sides, unrolled
 from .petsc_objects import DIRECT, InnerSolvers, nested
 
 # Largest residual of a system over its right-hand side, unless the residual is rounding
-# error of the solution; and how often a system is solved for what is left
+# error of the solution; and the largest number of solves, each for the residual left
 EXACT, MOST_SOLVES = 1e-12, 3
 EPS = float(np.finfo(float).eps)
 
@@ -141,7 +141,7 @@ class KeptFactorsSolver(InnerSolvers):
         return self._age > self._patience and self._inexact < MOST_INEXACT
 
     def _is_solved(self, A: PETSc.Mat, b: PETSc.Vec, x: PETSc.Vec) -> bool:
-        """Solve, again for what is left; give the tangent up if that is not exact."""
+        """Solve with iterative refinement; give the tangent up if that is not exact."""
         n, rest, product = self.contact.layout.n, b.copy(), b.duplicate()
         scale = 1.0 if self.row_scale is None else self.row_scale.array_r
         x.set(0.0)

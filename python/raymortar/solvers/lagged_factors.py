@@ -15,10 +15,10 @@ from ..errors import ContactError
 from .petsc_objects import DIRECT, InnerSolvers, inner_solver, nested
 
 # Iterations of GMRES that take the time of a factorisation, about, at the sizes that
-# have lagged factors by default (measured: docs/solving.md)
+# have lagged factors by default (docs/measured/solving.md)
 A_FACTORISATION = 32
 
-# Of a system: Newton's method takes as many iterations as with exact ones
+# Tolerance of a system, with which Newton's method takes no more iterations
 RTOL = 1e-8
 
 # Ratio of diagonals beyond which a row has another stiffness, and the share of such rows

@@ -1,4 +1,4 @@
-"""Multigrid whose levels are those of the bodies without contact."""
+"""Multigrid on the levels of the bodies without contact."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ def set_levels(
     Springs are `stiff` where they are much stiffer than the surfaces that they join. On
     each coarser level they are stiffer still, relative to what one node of it has: one
     visit does not reduce the error there, but a W-cycle's two do (measured:
-    docs/parallel.md).
+    docs/measured/linear_solvers.md).
     """
     operators, alone, pc = levels.operators(S), ksp.comm.size == 1, ksp.getPC()
     pc.setType("mg")
@@ -118,7 +118,7 @@ def set_levels(
         smoother.setOperators(operators[k])
         # SOR on one rank. Across ranks PETSc's SOR is Jacobi's, and diverges on thin
         # parts; Chebyshev's polynomial of the nodes' blocks does not depend on the
-        # ranks, and costs a tenth more (measured: docs/parallel.md)
+        # ranks, and costs a tenth more (docs/measured/linear_solvers.md)
         smoother.setType("richardson" if alone else "chebyshev")
         smoother.setTolerances(max_it=1 if alone else CHEBYSHEV_STEPS)
         smoother.getPC().setType("sor" if alone else "pbjacobi")

@@ -151,7 +151,7 @@ class InnerSolvers(KnowsProblem):
         self.direct: Any = None
 
     def _made(self, ksp: PETSc.KSP, name: str) -> PETSc.KSP:
-        """Make an inner solver with a prefix of its own. Collective."""
+        """Make an inner solver with its own prefix. Collective."""
         one = inner_solver(ksp, name)
         one.setFromOptions()
         return one

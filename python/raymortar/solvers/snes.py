@@ -65,7 +65,7 @@ def _kept(raised: list[Exception]) -> Iterator[None]:
 def _defaults(problem: CoupledProblem, floor: float) -> dict[str, Any]:
     """Make options of SNES, without those of the linear solver."""
     # With springs, full steps cycle where points close and slip in the same large step;
-    # with multipliers full steps are best (docs/solving.md)
+    # with multipliers full steps are best (docs/measured/solving.md)
     springs = any(
         isinstance(contact.method, Penalty) and contact.friction is not None
         for contact in problem.contact.contacts
@@ -217,7 +217,7 @@ class SNESSolver(CoupledSolver):
 
     @property
     def max_it(self) -> int:
-        """Most iterations."""
+        """Largest number of iterations."""
         return int(self.snes.getTolerances()[3])
 
     def _settings(self) -> dict[str, Any]:
@@ -233,7 +233,7 @@ class SNESSolver(CoupledSolver):
         except PETSc.Error:
             if not self._raised:
                 raise
-            # What the callback read stays locked: PETSc makes its vectors anew
+            # The vectors that the callback read stay locked, so PETSc makes them anew
             snes.reset()
             self._set_callbacks()
             raise self._raised[0] from None

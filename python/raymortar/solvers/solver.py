@@ -122,7 +122,7 @@ class CoupledSolver(ABC):
         return self.iterate_by(self._iterate, 0), True
 
     def iterate_by(self, iterate: Callable[..., tuple[int, str | None]], n: int) -> int:
-        """Solve from the present unknowns by a loop of its own. Collective.
+        """Solve from the present unknowns by a loop that is given. Collective.
 
         The loop takes the vector of unknowns and n others, and returns its iterations
         and why they failed, None if they converged.

@@ -129,7 +129,7 @@ def test_units_change_no_iteration(cell, law, solver, options):
     for L, E in UNITS:
         other = Tool(cell, law, L, E)
         found = other.follow(solver, options)
-        # Full steps with springs cycle in every unit (docs/parameters_measured)
+        # Full steps with springs cycle in every unit (docs/measured/solving.md)
         assert len(found) == len(iterations)
         if isinstance(iterations[-1], str):
             assert isinstance(found[-1], str) and "reason -9" not in found[-1]

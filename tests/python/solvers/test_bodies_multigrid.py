@@ -210,7 +210,7 @@ def test_stiff_and_soft_penalties(factor):
 @pytest.mark.mpi
 @pytest.mark.parametrize("method, cycle", [("augmented", "v"), ("penalty", "w")])
 def test_coarse_levels_are_visited_twice_with_penalties(method, cycle, folder):
-    """What that saves shows from 80,000 unknowns on: docs/parallel.md."""
+    """What that saves from 80,000 unknowns on: docs/measured/linear_solvers.md."""
     solver, _ = solved(blocks(method=METHODS[method]()), solvers.iterative("bodies"))
     inner = solver.krylov_solver.getPC().getPythonContext().solver
     file = str(folder / "view")

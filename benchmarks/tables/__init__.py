@@ -1,0 +1,1 @@
+"""Tables of docs/measured, made of rows of CSV files; `scripts/measured` writes them."""

@@ -1,0 +1,248 @@
+"""Tables of run times."""
+
+from __future__ import annotations
+
+import math
+
+from .formats import KINDS, Row, Table, brief, grouped, once, shaped, table
+
+
+def _kind(row: Row, name: str = "shape") -> str:
+    kind = KINDS[row[name]]
+    return f"{kind}, {row['degree']}" if kind == "2D" else f"{kind} {row['degree']}"
+
+
+def _cells(row: Row) -> str:
+    """Name of a peer's cells, quadrilaterals being those of the plane."""
+    flat = row["cell"] == "quadrilateral"
+    name = "2D," if flat else KINDS[row["cell"]]
+    return f"{name} {row['degree']}"
+
+
+@table("speed/results/share.csv")
+def share(rows: list[Row]) -> Table:
+    """Microseconds of contact, volume and solver for each slave facet."""
+    lines = [
+        [
+            "cells, degree",
+            "unknowns",
+            "pairing",
+            "residual",
+            "tangent",
+            "volume",
+            "MUMPS",
+            "contact's share",
+            "contact / volume",
+        ]
+    ]
+    for row in rows:
+        each = 1e6 / float(row["facets"])
+        volume = float(row["s_volume_residual"]) + float(row["s_volume_tangent"])
+        stages = ("pairing", "residual", "tangent")
+        own = [_micro(each * float(row[f"s_{stage}"])) for stage in stages]
+        rest = [shaped(each * x, 3) for x in (volume, float(row["s_mumps"]))]
+        lines.append(
+            [
+                _cells(row),
+                f"{int(row['unknowns']):,}",
+                *own,
+                *rest,
+                f"{100 * float(row['share']):.1f} %",
+                f"{float(row['to_volume']):.2f}",
+            ]
+        )
+    return lines
+
+
+@table("speed/results/peer.csv")
+def peer(rows: list[Row]) -> Table:
+    """Contact terms beside those of GetFEM, microseconds for each slave facet."""
+    lines = [
+        [
+            "facets, degree",
+            "points a facet",
+            "pairing",
+            "residual",
+            "tangent",
+            "full",
+            "GetFEM: points",
+            "residual",
+            "tangent",
+            "residual, times faster",
+            "tangent",
+            "full",
+            "tangent, per point",
+        ]
+    ]
+    for row in rows:
+        ours = ("us_pairing", "us_residual", "us_tangent", "us_full_tangent")
+        times = ("x_residual", "x_tangent", "x_full_tangent")
+        lines.append(
+            [
+                _cells(row),
+                f"{float(row['points']):.2g}"
+                if float(row["points"]) >= 10
+                else f"{float(row['points']):.1f}",
+                *(
+                    shaped(float(row[name]), 3 if float(row[name]) >= 100 else 2)
+                    for name in ours
+                ),
+                row["getfem_points"],
+                *(
+                    shaped(float(row[name]), 3 if float(row[name]) >= 100 else 2)
+                    for name in ("getfem_us_residual", "getfem_us_tangent")
+                ),
+                *(shaped(float(row[name]), 2) for name in times),
+                f"{float(row['x_tangent_point']):.0f}",
+            ]
+        )
+    return lines
+
+
+@table("speed/results/ironing.csv")
+def path(rows: list[Row]) -> Table:
+    """A whole path beside GetFEM's."""
+    lines = [
+        [
+            "",
+            "steps",
+            "Newton iterations",
+            "CPU seconds",
+            "of which contact",
+            "vertical, horizontal reaction",
+        ]
+    ]
+    for row in rows:
+        of_contact = row["contact_share"]
+        lines.append(
+            [
+                row["program"],
+                row["steps"],
+                row["iterations"],
+                f"{float(row['seconds']):.1f}",
+                f"{100 * float(of_contact):.0f} %" if of_contact else "",
+                f"{float(row['V']):.1f}, {float(row['H']):.1f}",
+            ]
+        )
+    return lines
+
+
+@table("speed/results/pairing.csv", "speed/results/pairing_growth.csv")
+def search(rows: list[Row], growth: list[Row]) -> Table:
+    """Seconds of the search by the number of slave facets."""
+    sizes = ("1,000", "10,000", "100,000", "1,000,000")
+    lines = [["seconds", *sizes, "exponent", "from 10,000 on"]]
+    slopes = {(row["shape"], row["strategy"]): row["candidates"] for row in growth}
+    for (shape, strategy), found in grouped(rows, "shape", "strategy"):
+        seconds = [brief(row["s_candidates"]) for row in found]
+        slope = f"{float(slopes[shape, strategy]):.2f}"
+        times = [float(row["s_candidates"]) for row in found[1::2]]
+        later = f"{math.log(times[1] / times[0]) / math.log(100):.2f}"
+        lines.append([f"{KINDS[shape]}, `{strategy}`", *seconds, slope, later])
+    return lines
+
+
+@table("speed/results/stages_growth.csv")
+def growth(rows: list[Row]) -> Table:
+    """Exponents of the stages over the number of slave facets."""
+    names = "candidates segments rays residual blocks tangent floor".split()
+    lines = [["exponents", *names]]
+    for row in rows:
+        lines.append([_kind(row), *(f"{float(row[name]):.2f}" for name in names)])
+    return lines
+
+
+@table("speed/results/stages.csv")
+def memory(rows: list[Row]) -> Table:
+    """Kilobytes for each slave facet."""
+    lines = [["facets, degree", "1,000", "10,000", "100,000"]]
+    for _, found in grouped(rows, "shape", "degree"):
+        large = [row for row in found if int(row["facets"]) > 500]
+        sizes = [f"{float(r['bytes']) / 1000 / int(r['facets']):.1f}" for r in large]
+        lines.append([_kind(large[0]), *sizes, *[""] * (3 - len(sizes))])
+    return lines
+
+
+@table("speed/results/stages.csv")
+def stages(rows: list[Row]) -> Table:
+    """Microseconds of each stage for each slave facet, at 10,000 facets."""
+    names = (
+        "candidates segments rays first again unmoved residual blocks insertion"
+        " tangent floor"
+    ).split()
+    lines = [["facets, degree", "pairs", "points", *names, "tangent / floor"]]
+    for row in rows:
+        if 9_000 < int(row["facets"]) < 11_000:
+            facets = int(row["facets"])
+            each = [1e6 * float(row[f"s_{name}"]) / facets for name in names]
+            ratio = float(row["s_tangent"]) / float(row["s_floor"])
+            points = float(row["points"]) / facets
+            lines.append(
+                [
+                    _kind(row),
+                    f"{int(row['pairs']) / facets:.1f}",
+                    f"{points:.1f}" if points < 10 else f"{points:.0f}",
+                    *(_micro(value, name) for name, value in zip(names, each)),
+                    f"{ratio:.2f}",
+                ]
+            )
+    return lines
+
+
+def _micro(value: float, name: str = "") -> str:
+    """Microseconds to two digits, those of no movement to one."""
+    if name == "unmoved":
+        return brief(value, 1)
+    return brief(value, 3 if value >= 100 else 2)
+
+
+@table("speed/results/fixed_point.csv")
+def fixed_point(rows: list[Row]) -> Table:
+    """Newton's method on everything and the fixed point on the pairing."""
+    names = {
+        "hertz": "Hertz, cylinder on a block, 40 facets across",
+        "ironing, 100 slide steps": "shallow ironing, 60 facets, 100 slide steps per"
+        " unit",
+        "ironing, 20 slide steps": "the same, 20 slide steps per unit",
+    }
+    lines = [
+        ["path", "solver", "solves", "failures", "iterations", "pairings", "seconds"]
+    ]
+    for name, row in zip(once(names[row["path"]] for row in rows), rows):
+        held = row["fixed_point"] == "True"
+        counts = [row[n] for n in ("solves", "failures", "iterations", "pairings")]
+        lines.append(
+            [
+                name,
+                "fixed point" if held else "Newton on everything",
+                *counts,
+                f"{float(row['seconds']):.2f}",
+            ]
+        )
+    return lines
+
+
+@table("rigid/cost.csv")
+def rigid_cost(rows: list[Row]) -> Table:
+    """Cost of rigid tools over that of a meshed one that is held."""
+    names = {
+        "quadrilateral": "of quadrilaterals",
+        "tetrahedron": "of tetrahedra",
+        "hexahedron": "of hexahedra",
+    }
+    lines = [["slave facets", "pairing: `Surface`, `Plane`", "residual", "tangent"]]
+    for (cell, degree), (meshed, *tools) in grouped(rows, "cell", "degree"):
+        name = f"{names[cell]}, degree 1" if degree == "1" else f"degree {degree}"
+        ratios = [
+            ", ".join(
+                _ratio(float(tool[stage]) / float(meshed[stage])) for tool in tools
+            )
+            for stage in ("pairing", "residual", "tangent")
+        ]
+        lines.append([name, *ratios])
+    return lines
+
+
+def _ratio(value: float) -> str:
+    """A tenth, below that a hundredth."""
+    return f"{value:.1f}" if value >= 0.095 else f"{value:.2f}"

@@ -1,0 +1,136 @@
+"""Recipes run as they are typed in, after the start of their page."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from problems import COMM
+from programs import ROOT, blocks_of
+
+START, WETTED, FLAT, HALF, POLYLINE = blocks_of("docs/recipes.md", "python")
+PRESS, CHECKPOINT, MATERIAL, NEWTON, DIFFERENCES = blocks_of(
+    "docs/recipes_solving.md", "python"
+)
+# Few facets carry the contact of small programs
+pytestmark = pytest.mark.filterwarnings("ignore:converged with tension")
+
+
+@pytest.fixture
+def run(folder, monkeypatch):
+    """Runs blocks as one program in its own folder; gives its names."""
+    if COMM.rank == 0:
+        (folder / "meshes").symlink_to(ROOT / "meshes")
+    COMM.Barrier()
+    monkeypatch.chdir(folder)
+
+    def run(*blocks):
+        names = {"__name__": "__main__"}
+        exec(compile("\n".join(blocks), "recipe", "exec"), names)
+        return names
+
+    return run
+
+
+def test_a_fluid_presses_on_the_open_part_alone(run):
+    """Its force, that of contact and those of the supports are in balance."""
+    names = run(START, WETTED)
+    fem, ds = names["fem"], names["ds"]
+    wet, fluid, normal = names["wet"], names["fluid"], names["normal"]
+    pressed = [
+        -fem.assemble_scalar(fem.form(fluid * wet * normal[i] * ds)) for i in (0, 1)
+    ]
+    contact, problem = names["contact"], names["problem"]
+    held = problem.reactions({"bottom": names["bcs"][:1]})["bottom"]
+    balance = np.array(pressed) + contact.resultant().force + held
+    np.testing.assert_allclose(balance, 0.0, atol=1e-9 * abs(pressed[1]))
+    # On the left of the lip, up to its contact
+    space, points = wet.function_space, contact.points()
+    facets = names["bodies"].find("lower_top")
+    slave = fem.locate_dofs_topological(space, 1, facets)
+    x, is_wet = space.tabulate_dof_coordinates()[slave, 0], wet.x.array[slave] > 0.5
+    closed = points["X"][points["status"] > 1, 0]
+    assert 0.3 < closed.min() - 0.1 < x[is_wet].max() < closed.min()
+    assert pressed[1] < -0.05
+
+
+@pytest.mark.mpi
+def test_a_face_stays_flat_under_a_force(run):
+    names = run(START, FLAT)
+    fem, V, top = names["fem"], names["V"], names["top"]
+    dofs = fem.locate_dofs_topological(V, 1, top)
+    ways = names["u"].x.array.reshape(-1, 2)[dofs, 1]
+    plate = names["plate"].translation[1]
+    assert plate < -0.1
+    np.testing.assert_allclose(ways, plate, rtol=1e-8)
+    for force in (names["face"].resultant(), names["contact"].resultant()):
+        assert abs(force.force[1]) == pytest.approx(1.5, rel=1e-9)
+
+
+def test_half_of_a_model_has_half_of_the_force(run):
+    half = run(START, HALF)["history"]["whole_force"]
+    program = HALF
+    for old, new in (
+        ("[0.0, -1.0]", "[-1.0, -1.0]"),
+        ("[16, 16]", "[32, 16]"),
+        ("    tools.prescribe(V, side(0, 0.0), component=0),", ""),
+        ("2 * contact", "contact"),
+    ):
+        assert old in program
+        program = program.replace(old, new)
+    whole = run(START, program)["history"]["whole_force"]
+    assert whole[-1] < -0.05
+    np.testing.assert_allclose(half, whole, rtol=1e-8)
+
+
+@pytest.mark.mpi
+def test_an_inner_point_turns_a_polyline(run):
+    names = run(START, POLYLINE)
+    assert "np.vstack([left, right])" in POLYLINE
+    other = POLYLINE.replace(
+        "np.vstack([left, right])", "np.vstack([left, right])[::-1]"
+    )
+    forces = [
+        found["contact"].resultant().force for found in (names, run(START, other))
+    ]
+    assert forces[0][1] < -0.1
+    np.testing.assert_allclose(forces[0], forces[1], atol=1e-12)
+
+
+@pytest.mark.mpi
+def test_a_path_goes_on_where_it_was_left(run):
+    first = run(START, PRESS, CHECKPOINT)
+    assert first["step"].factor == pytest.approx(0.5)
+    second = run(START, PRESS, CHECKPOINT)
+    assert second["begin"] == pytest.approx(0.5) and second["step"].factor == 1.0
+    through = CHECKPOINT.replace("        break", "        pass").replace(
+        "press.c", "through.c"
+    )
+    whole = run(START, PRESS, through)
+    for name in ("reaction_top_y", "time"):
+        found = second["history"][name]
+        assert len(found) == 10
+        np.testing.assert_allclose(found, whole["history"][name], rtol=1e-9)
+
+
+def test_a_material_in_numpy_stays_within_its_yield_surface(run):
+    names = run(START, PRESS, MATERIAL)
+    stress = names["stress"].x.array.reshape(-1, 4) @ names["DEVIATOR"]
+    plastic = names["accepted"].reshape(-1, 4)
+    limit = np.sqrt(2 / 3) * names["YIELD"]
+    size = np.linalg.norm(stress - 2 / 3 * names["HARDENING"] * plastic, axis=1)
+    flows = np.linalg.norm(plastic, axis=1) > 0.0
+    assert 0.1 < flows.mean() and size.max() == pytest.approx(limit, rel=1e-6)
+    # Its tangent is exact
+    last = [r for r in names["problem"].history if r > 1e-13]
+    assert last[-1] < 100.0 * (last[-2] / last[0]) ** 1.5 * last[0]
+
+
+@pytest.mark.mpi
+def test_a_loop_of_ones_own_converges_and_its_tangent_is_exact(run, capsys):
+    names = run(START, PRESS, NEWTON, DIFFERENCES)
+    norms = names["norms"]
+    assert len(norms) <= 8 and norms[-1] < 1e-10
+    lines = capsys.readouterr().out.splitlines()[-3:]
+    errors = [float(line.split()[-1]) for line in lines]
+    slopes = np.log10(errors[:-1]) - np.log10(errors[1:])
+    np.testing.assert_allclose(slopes, 2.0, atol=0.1)
