@@ -120,7 +120,7 @@ class Contact(Interaction):
         self,
         u: Function | Sequence[Function],
         facet_tags: Any,
-        pairs: Sequence[tuple[int | str, int | str | Shape | Body]],
+        pairs: str | Sequence[tuple[int | str, int | str | Shape | Body]],
         method: AugmentedLagrangian | Penalty | None = None,
         friction: Law | None = None,
         quadrature_degree: int | None = None,
@@ -145,7 +145,7 @@ class Contact(Interaction):
             smooth,
             frame,
         )
-        given = check_given(u, pairs, names, options)
+        given = check_given(u, pairs, names, options, self.tied)
         self.names = given.names
         self.method, self.friction = options.method, friction
         self.measure, self.tangent = measure, tangent
@@ -443,7 +443,8 @@ class Contact(Interaction):
         """Energy that the penalty stores at the last `update`. Collective.
 
         The integral of ``|t|^2 / (2 gamma)`` over the slave surfaces: force times
-        length, per thickness in 2D, or of a full turn. 0 with a multiplier.
+        length, per thickness in 2D, or of a full turn. 0 with a multiplier, and with
+        ``Penalty(exact=True)``, which has no penetration.
 
         Parameters
         ----------
@@ -452,7 +453,7 @@ class Contact(Interaction):
             0 with ``tangential="rate"``, which has none; ``"total"``: in both.
         """
         check_part(part, self._comm)
-        if not isinstance(self.method, Penalty):
+        if not isinstance(self.method, Penalty) or self.method.exact:
             return 0.0
         self._present.require_results()
         if self.friction is not None and self.method.tangential == "rate":
