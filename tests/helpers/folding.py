@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
+from dolfinx import mesh as dmesh
 from problems import COMM
 
 from meshes.blocks import Block
@@ -28,30 +29,44 @@ def joined(scene, names=("slave", "master")):
     )
 
 
-def folded(x):
+def folded(x, middle=RADIUS):
     """Points of a straight strip, along and across it, on a U that opens upward."""
     s, across = x[:, 0] - LEG, x[:, -1]
-    angle = np.clip(s / RADIUS, 0.0, np.pi)
+    angle = np.clip(s / middle, 0.0, np.pi)
     # Beyond the ends of the arc the strip is straight
-    rest = s - RADIUS * angle
-    radius = RADIUS - across
+    rest = s - middle * angle
+    radius = middle - across
     y = x.copy()
     y[:, 0] = -radius * np.cos(angle)
     y[:, -1] = -radius * np.sin(angle) + np.abs(rest)
     return y
 
 
-def u_strip(cell, along=24, through=2, geometry_degree=1, wall=WALL, deep=1, share=1.0):
+def u_strip(
+    cell,
+    along=24,
+    through=2,
+    geometry_degree=1,
+    wall=WALL,
+    deep=1,
+    share=1.0,
+    middle=RADIUS,
+):
     """A strip that is folded to a U, or a share of it from the left end on: its inner
-    side is the skin. Collective."""
+    side is the skin. The middle line has the given radius. Collective."""
     dim = 2 if cell in ("triangle", "quadrilateral") else 3
-    whole = share * (2.0 * LEG + np.pi * RADIUS)
-    middle = ((0.0, 0.4),) * (dim - 2)
-    lower, upper = zip((0.0, whole), *middle, (-0.5 * wall, 0.5 * wall))
+    whole = share * (2.0 * LEG + np.pi * middle)
+    depth = ((0.0, 0.4),) * (dim - 2)
+    lower, upper = zip((0.0, whole), *depth, (-0.5 * wall, 0.5 * wall))
     divisions = (along, *(deep,) * (dim - 2), through)
     sides = {"left": 1, "right": 2, "bottom": 3, "top": SKIN}
     block = Block(
-        divisions, lower, upper, mapping=folded, tags=sides, pattern="alternate"
+        divisions,
+        lower,
+        upper,
+        mapping=lambda x: folded(x, middle),
+        tags=sides,
+        pattern="alternate",
     )
     mesh = assemble_blocks(COMM, [block], cell, geometry_degree)
     tags = {"left": 1, "right": 2, "outer": 3, "skin": SKIN}
@@ -65,3 +80,13 @@ def pinched(X, depth):
     share = np.clip(1.4 * X[:, -1] / LEG, 0.0, 1.0) ** 2
     u[:, 0] = -0.5 * np.sign(X[:, 0]) * (gap + depth) * share
     return u
+
+
+def only_legs(scene):
+    """The scene with a skin on the ends of the straight legs alone."""
+    tags, mesh = scene.facet_tags, scene.mesh
+    dim = mesh.topology.dim - 1
+    legs = dmesh.locate_entities_boundary(mesh, dim, lambda x: x[dim] > 0.75 * LEG)
+    keep = (tags.values != SKIN) | np.isin(tags.indices, legs)
+    found = compat.meshtags(mesh, dim, tags.indices[keep], tags.values[keep])
+    return dataclasses.replace(scene, facet_tags=found)
