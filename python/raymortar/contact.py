@@ -42,13 +42,16 @@ class Contact(Interaction):
         mixed Function that is one, such as ``w.sub(0)``. If bodies have meshes of their
         own, a list. Its value now is the old displacement until `advance` is called.
     facet_tags
-        Tags of exterior facets (``MeshTags``), for each mesh.
+        Tags of exterior facets (``MeshTags``), for each mesh. With ``pairs="all"`` they
+        are for names alone and may be None.
     pairs
         ``[(slave, master), ...]``: tags of facets by number or, with `names`, by name.
         Pairs with the same slave are one slave surface that meets all their masters. A
-        master may be a shape of `rigid`, or a `rigid.Body` that moves one.
+        master may be a shape of `rigid`, or a `rigid.Body` that moves one. With
+        `Penalty` a tag may be slave and master; ``"all"``, or ``("all", tool)``: every
+        exterior facet may meet every other, and the tool.
     method
-        `AugmentedLagrangian` or `Penalty`.
+        `AugmentedLagrangian` or `Penalty`; where a surface meets itself the latter.
     friction
         `Coulomb`, `Tresca`, `Stick` or `Friction`; None: frictionless.
     quadrature_degree

@@ -249,10 +249,10 @@ class PairTable:
         if not found and master is None:
             raise self.no_surface(slave)
         if not found:
-            known = ", ".join(map(str, self.pairs))
+            listed = ", ".join(map(str, self.pairs))
             raise ContactError(
                 f"there is no contact of ({slave!r}, {master!r}): pairs of (slave, "
-                f"master) are {known}, and their forces those on the slave"
+                f"master) are {listed}, and their forces those on the slave"
             )
         return found
 
