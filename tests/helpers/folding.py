@@ -51,6 +51,7 @@ def u_strip(
     deep=1,
     share=1.0,
     middle=RADIUS,
+    comm=COMM,
 ):
     """A strip that is folded to a U, or a share of it from the left end on: its inner
     side is the skin. The middle line has the given radius. Collective."""
@@ -68,7 +69,7 @@ def u_strip(
         tags=sides,
         pattern="alternate",
     )
-    mesh = assemble_blocks(COMM, [block], cell, geometry_degree)
+    mesh = assemble_blocks(comm, [block], cell, geometry_degree)
     tags = {"left": 1, "right": 2, "outer": 3, "skin": SKIN}
     return Scene(*mesh, {**tags, "slave": SKIN, "master": SKIN}, {"strip": 1})
 

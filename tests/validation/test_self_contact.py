@@ -12,13 +12,24 @@ import pytest
 import states
 from balances import moments, nodal_forces, nodal_positions
 from dolfinx import fem
-from folding import WALL, joined, only_legs, pinched, u_strip
+from dolfinx import mesh as dmesh
+from folding import RADIUS, SKIN, WALL, joined, only_legs, pinched, u_strip
 from problems import COMM, SOLVERS, fix, residual
 from states import Case, name_of
 from tangents import contact_pairs, is_second_order, quiet_slopes, remainders_of, slopes
 
 from meshes.scenes import two_blocks
-from raymortar import Contact, Coulomb, NonlinearProblem, Penalty, compat, rigid
+from raymortar import (
+    AugmentedLagrangian,
+    Contact,
+    ContactError,
+    ContactWarning,
+    Coulomb,
+    NonlinearProblem,
+    Penalty,
+    compat,
+    rigid,
+)
 
 pytestmark = pytest.mark.mpi
 GAMMA = 50.0
@@ -227,3 +238,102 @@ def test_tangent_of_a_fold_is_exact(cell, friction):
             assert is_second_order(slopes(*found)), slopes(*found)
             return
     raise AssertionError("no direction without a kink nearby")
+
+
+# Ranks, and solids of revolution
+
+
+def forces_at(comm, cell, **options):
+    """Contact forces at all nodes of a fold, in the order of their places."""
+    scene = u_strip(cell, deep=2, comm=comm)
+    V = compat.vector_space(scene.mesh, 1)
+    u, dim = fem.Function(V), scene.mesh.geometry.dim
+    skin = scene.tags["skin"]
+    contact = Contact(u, scene.facet_tags, [(skin, skin)], Penalty(GAMMA), **options)
+    X = states.dof_positions(V)
+    u.x.array[:] = (pinched(X, 0.05) + 0.01 * np.sin(9.0 * X[:, ::-1])).ravel()
+    contact.update()
+    b = contact.create_vector()
+    contact.assemble_vector(b, [])
+    b.assemble()
+    n = V.dofmap.index_map.size_local
+    own = b.getArray(readonly=True)[: n * dim].reshape(-1, dim)
+    rows = np.concatenate(comm.allgather(np.hstack([X[:n], own])))
+    return rows[np.lexsort(np.round(rows[:, :dim], 9).T)]
+
+
+@pytest.mark.many_ranks
+@pytest.mark.parametrize("cell", ["triangle", "hexahedron"])
+def test_ranks_find_the_same_folds(cell):
+    """Halves of a fold are on other ranks, as are facets that share a vertex."""
+    one, all_ranks = (forces_at(comm, cell) for comm in (MPI.COMM_SELF, COMM))
+    assert one.shape == all_ranks.shape
+    assert np.abs(one).max() > 0.1
+    assert np.abs(one - all_ranks).max() < 1e-10 * np.abs(one).max()
+
+
+def test_a_fold_of_revolution_is_in_balance_along_the_axis():
+    """A groove in a shaft: rings meet, whose radii differ. A full turn has no moment."""
+    scene = u_strip("quadrilateral")
+    scene.mesh.geometry.x[:, 0] += 3.0
+    u = fem.Function(compat.vector_space(scene.mesh, 1))
+    skin = scene.tags["skin"]
+    options = {"friction": Coulomb(0.2), "axisymmetric": True}
+    contact = Contact(u, scene.facet_tags, [(skin, skin)], Penalty(GAMMA), **options)
+    X = states.dof_positions(u.function_space) - [3.0, 0.0]
+    moved = pinched(X, 0.03)
+    moved[:, 1] += 0.01 * (X[:, 0] > 0.0)
+    u.x.array[:] = moved.ravel()
+    contact.update()
+    f = nodal_forces(contact)
+    assert np.abs(f).sum() > 0.1
+    assert abs(f[:, 1].sum()) < 1e-12 * np.abs(f).sum()
+    plane = pinched_u("quadrilateral", depth=0.03)
+    # Both legs have the same force, 2 pi r times that of the plane
+    normal = np.abs(f[:, 0]).sum() / np.abs(nodal_forces(plane)[:, 0]).sum()
+    assert normal == pytest.approx(6.0 * np.pi, rel=0.05)
+
+
+# Bad input
+
+
+def test_a_start_that_overlaps_is_told_with_its_depth():
+    scene = u_strip("quadrilateral", middle=RADIUS)
+    x = scene.mesh.geometry.x
+    x[:, :2] += pinched(x[:, :2], 0.08)
+    u = fem.Function(compat.vector_space(scene.mesh, 1))
+    skin = scene.tags["skin"]
+    contact = Contact(u, scene.facet_tags, [(skin, skin)], Penalty(GAMMA))
+    F = residual(scene, u, "neo-hookean", 10.0)[0]
+    problem = NonlinearProblem(F, contact, [fix(u.function_space, scene, "outer")])
+    with pytest.warns(ContactWarning, match=r"tag 77 starts 0.0[78]\d* deep in tag 77 at"):
+        problem.solve()
+
+
+@pytest.mark.parametrize("method", [None, AugmentedLagrangian(1.0)])
+def test_multipliers_are_refused_with_what_to_take(method):
+    scene = u_strip("triangle")
+    u = fem.Function(compat.vector_space(scene.mesh, 1))
+    with pytest.raises(ContactError, match=r"take method=Penalty\(\)"):
+        Contact(u, scene.facet_tags, [(SKIN, SKIN)], method)
+
+
+def test_tags_that_share_vertices_meet_with_a_penalty():
+    """Legs that are tags of their own, with the bottom of the fold in one of them."""
+    whole = u_strip("quadrilateral")
+    tags, mesh = whole.facet_tags, whole.mesh
+    right = dmesh.locate_entities_boundary(mesh, 1, lambda x: x[0] > -1e-9)
+    values = np.where(
+        (tags.values == SKIN) & np.isin(tags.indices, right), 78, tags.values
+    )
+    halves = compat.meshtags(mesh, 1, tags.indices, values.astype(np.int32))
+    u = fem.Function(compat.vector_space(mesh, 1))
+    with pytest.raises(ContactError, match="share 1 vertex.*or take method=Penalty"):
+        Contact(u, halves, [(SKIN, 78)])
+    contact = Contact(u, halves, [(SKIN, 78)], Penalty(GAMMA))
+    u.x.array[:] = pinched(states.dof_positions(u.function_space), 0.03).ravel()
+    contact.update()
+    force, moment = balances(contact)
+    assert force < 1e-13
+    assert moment < 1e-12
+    assert np.abs(contact.resultant().force[0]) > 0.1
