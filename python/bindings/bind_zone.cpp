@@ -125,7 +125,8 @@ py::array_t<Index> sunk_points(const Zone& z)
                       ? find_points_sunk_in_tools(s.slave, s.tools, s.points,
                                                   s.hits, z.distances())
                       : find_sunk_points(s.slave, s.master, s.points, s.hits,
-                                         z.distances()));
+                                         z.distances(),
+                                         z.interface().pipeline().filter()));
 }
 
 /// What the points of a segment hit, but for those near its sides
@@ -269,6 +270,9 @@ void bind_zone(py::module_& m)
            py::arg("depth"), py::arg("skin"))
       .def(py::init(&make_distances), py::kw_only(), py::arg("reach"),
            py::arg("depth"), py::arg("skin"), py::arg("depth_is_default"));
+  bind_options<PairFilter>(m, "PairFilter",
+                           Field{"offsets", &PairFilter::offsets},
+                           Field{"neighbours", &PairFilter::neighbours});
   bind_options<ZoneInput>(
       m, "ZoneInput", Field{"slave", &ZoneInput::slave},
       Field{"master", &ZoneInput::master}, Field{"tools", &ZoneInput::tools},
@@ -284,7 +288,8 @@ void bind_zone(py::module_& m)
       Field{"strategy", &ZoneInput::strategy},
       Field{"subdivide", &ZoneInput::subdivide},
       Field{"segment_rules", &ZoneInput::segment_rules},
-      Field{"facet_rule", &ZoneInput::facet_rule});
+      Field{"facet_rule", &ZoneInput::facet_rule},
+      Field{"filter", &ZoneInput::filter});
   py::class_<Freedom>(m, "Freedom")
       .def(py::init<>())
       .def(py::init(&make_freedom), py::kw_only(), py::arg("centre"),

@@ -151,7 +151,11 @@ class ZoneInput:
         subdivide: bool,
         segment_rules: SegmentRules,
         facet_rule: QuadratureRule,
+        filter: PairFilter | None,
     ) -> None: ...
+
+class PairFilter:
+    def __init__(self, *, offsets: _Globals, neighbours: _Globals) -> None: ...
 
 class Freedom:
     @overload

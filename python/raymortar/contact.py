@@ -42,13 +42,16 @@ class Contact(Interaction):
         mixed Function that is one, such as ``w.sub(0)``. If bodies have meshes of their
         own, a list. Its value now is the old displacement until `advance` is called.
     facet_tags
-        Tags of exterior facets (``MeshTags``), for each mesh.
+        Tags of exterior facets (``MeshTags``), for each mesh. With ``pairs="all"`` they
+        are for names alone and may be None.
     pairs
         ``[(slave, master), ...]``: tags of facets by number or, with `names`, by name.
         Pairs with the same slave are one slave surface that meets all their masters. A
-        master may be a shape of `rigid`, or a `rigid.Body` that moves one.
+        master may be a shape of `rigid`, or a `rigid.Body` that moves one. With
+        `Penalty` a tag may be slave and master; ``"all"``, or ``("all", tool)``: every
+        exterior facet may meet every other, and the tool.
     method
-        `AugmentedLagrangian` or `Penalty`.
+        `AugmentedLagrangian` or `Penalty`; where a surface meets itself the latter.
     friction
         `Coulomb`, `Tresca`, `Stick` or `Friction`; None: frictionless.
     quadrature_degree
@@ -120,7 +123,7 @@ class Contact(Interaction):
         self,
         u: Function | Sequence[Function],
         facet_tags: Any,
-        pairs: Sequence[tuple[int | str, int | str | Shape | Body]],
+        pairs: str | Sequence[tuple[int | str, int | str | Shape | Body]],
         method: AugmentedLagrangian | Penalty | None = None,
         friction: Law | None = None,
         quadrature_degree: int | None = None,
@@ -145,7 +148,7 @@ class Contact(Interaction):
             smooth,
             frame,
         )
-        given = check_given(u, pairs, names, options)
+        given = check_given(u, pairs, names, options, self.tied)
         self.names = given.names
         self.method, self.friction = options.method, friction
         self.measure, self.tangent = measure, tangent
@@ -443,7 +446,8 @@ class Contact(Interaction):
         """Energy that the penalty stores at the last `update`. Collective.
 
         The integral of ``|t|^2 / (2 gamma)`` over the slave surfaces: force times
-        length, per thickness in 2D, or of a full turn. 0 with a multiplier.
+        length, per thickness in 2D, or of a full turn. 0 with a multiplier, and with
+        ``Penalty(exact=True)``, which has no penetration.
 
         Parameters
         ----------
@@ -452,7 +456,7 @@ class Contact(Interaction):
             0 with ``tangential="rate"``, which has none; ``"total"``: in both.
         """
         check_part(part, self._comm)
-        if not isinstance(self.method, Penalty):
+        if not isinstance(self.method, Penalty) or self.method.exact:
             return 0.0
         self._present.require_results()
         if self.friction is not None and self.method.tangential == "rate":

@@ -15,6 +15,7 @@ from .errors import raise_everywhere
 from .interface.pairs import Pair, PairTable
 from .interface.state import JointState, State
 from .results.points import PointResults
+from .results.meetings import Meeting
 from .results.sums import Resultant, Statistics, statistics
 from .rigid.body import Body
 from .system.assembly import ContactAssembly
@@ -246,7 +247,8 @@ class Interaction(CoupledSystem):
         ----------
         slave
             With a master the slave of the pair, its name or tag. Without one its name,
-            or the number of the slave surface, from 0 on in the order of pairs.
+            or the number of the slave surface, from 0 on in the order of pairs. With
+            ``pairs="all"`` any tag, or a body as `meetings` names it.
         master
             Name or tag, or a `rigid.Body`. None: all that the slave meets.
 
@@ -267,6 +269,14 @@ class Interaction(CoupledSystem):
         """`resultant` of every pair, in the order of `pairs`. Collective."""
         self.results.warn_if_unsolved()
         return self.results.resultants()
+
+    def meetings(self) -> list[Meeting]:
+        """Surfaces that are in contact at the last `update`, by name. Collective.
+
+        Of ``pairs="all"`` and of a surface that meets itself, the tags and bodies that
+        have found each other; of other pairs those that are closed.
+        """
+        return self.results.meetings()
 
     def resultant_on(self, body: Body) -> Resultant:
         """Contact force on a rigid body, moment about its centre where that is, and

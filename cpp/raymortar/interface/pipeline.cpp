@@ -48,6 +48,8 @@ void Pipeline::update_candidates(const ContactState& s)
                         [this](std::size_t) { return 0.5 * _smallest_skin; });
   _candidates =
       find_candidates(s.slave, s.master, _rules.distances, _rules.strategy);
+  if (_rules.filter)
+    erase_neighbours(_candidates, s.master, *_rules.filter);
   ++_statistics.candidate_builds;
 }
 
@@ -113,8 +115,9 @@ void Pipeline::make_points_at_rims(ContactState& s)
 void Pipeline::make_points_anew(ContactState& s)
 {
   const Stopwatch watch(_statistics.seconds_segments);
-  s.segmentation = make_segments(s.slave, s.master, _candidates,
-                                 {_rules.distances, _rules.subdivide});
+  s.segmentation =
+      make_segments(s.slave, s.master, _candidates,
+                    {_rules.distances, _rules.subdivide}, filter());
   s.points = make_points(s.slave, s.segmentation, _rules.segment_rules,
                          _rules.facet_rule, s.multipliers.components > 0,
                          revolves(_rules.measure));
@@ -130,9 +133,10 @@ void Pipeline::renew_rays(ContactState& s)
   if (_rays_are_present)
     return;
   const Stopwatch watch(_statistics.seconds_rays);
-  s.hits = s.has_tools()
-               ? cast_on_tools(s.slave, s.tools, s.points, _rules.distances)
-               : cast_rays(s.slave, s.master, s.points, _rules.distances);
+  s.hits =
+      s.has_tools()
+          ? cast_on_tools(s.slave, s.tools, s.points, _rules.distances)
+          : cast_rays(s.slave, s.master, s.points, _rules.distances, filter());
   s.elements = group_points(s.points, s.hits);
   _rays_are_present = true;
 }

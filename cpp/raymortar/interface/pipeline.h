@@ -4,6 +4,7 @@
 
 #include "raymortar/element/assembler.h"
 #include "raymortar/interface/kept_boxes.h"
+#include "raymortar/mortar/filtered.h"
 #include "raymortar/mortar/rim_segments.h"
 
 namespace raymortar
@@ -17,6 +18,7 @@ struct PairingRules
   SegmentRules segment_rules;
   QuadratureRule facet_rule; ///< of whole facets
   Measure measure = Measure::reference;
+  std::optional<PairFilter> filter; ///< none: the sides share no vertex
 };
 
 /// @brief Counts and seconds of the stages on this rank.
@@ -70,6 +72,10 @@ public:
 
   /// @brief With distances as they are widened.
   [[nodiscard]] const PairingRules& rules() const { return _rules; }
+  [[nodiscard]] const PairFilter* filter() const
+  {
+    return _rules.filter ? &*_rules.filter : nullptr;
+  }
   [[nodiscard]] const Candidates& candidates() const { return _candidates; }
   [[nodiscard]] const PipelineStatistics& statistics() const
   {

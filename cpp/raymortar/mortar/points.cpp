@@ -1,6 +1,7 @@
 #include "raymortar/mortar/points.h"
 #include "raymortar/geometry/dispatch.h"
 #include "raymortar/geometry/revolution.h"
+#include "raymortar/mortar/filtered.h"
 #include "raymortar/mortar/flat_map.h"
 #include "raymortar/mortar/ray_caster.h"
 #include <cmath>
@@ -154,14 +155,15 @@ std::span<const Index> rivals_of(const IntegrationPoints& points, std::size_t q)
 
 template <class S, class M>
 Hits cast_all(const Surface& slave, const Surface& master,
-              const IntegrationPoints& points, const FacetDistances& range)
+              const IntegrationPoints& points, const FacetDistances& range,
+              const PairFilter* filter)
 {
   const std::size_t n = points.size();
   Hits hits{std::vector<RayStatus>(n, RayStatus::no_facet),
             std::vector<Index>(n, no_index),
             std::vector<Vec<2>>(n, Vec<2>::Zero()),
             std::vector<double>(n, 0.0)};
-  RayCaster<S, M> caster(slave, master, range);
+  RayCaster<S, M> caster(slave, master, range, filter);
   for (std::size_t q = 0; q < n; ++q)
   {
     if (points.seed[q] == no_index)
@@ -198,9 +200,16 @@ IntegrationPoints make_points(const Surface& slave,
 Hits cast_rays(const Surface& slave, const Surface& master,
                const IntegrationPoints& points, const FacetDistances& range)
 {
-  return with_geometries(slave, master,
-                         [&]<class S, class M>(S, M) {
-                           return cast_all<S, M>(slave, master, points, range);
-                         });
+  return cast_rays(slave, master, points, range, nullptr);
+}
+
+Hits cast_rays(const Surface& slave, const Surface& master,
+               const IntegrationPoints& points, const FacetDistances& range,
+               const PairFilter* filter)
+{
+  return with_geometries(
+      slave, master,
+      [&]<class S, class M>(S, M)
+      { return cast_all<S, M>(slave, master, points, range, filter); });
 }
 } // namespace raymortar

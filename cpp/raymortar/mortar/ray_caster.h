@@ -3,8 +3,7 @@
 #pragma once
 
 #include "raymortar/geometry/ray.h"
-#include "raymortar/pairing/distances.h"
-#include "raymortar/pairing/surface.h"
+#include "raymortar/pairing/pair_filter.h"
 #include <algorithm>
 
 namespace raymortar
@@ -50,9 +49,10 @@ class RayCaster
 public:
   using Point = typename S::Point;
 
+  /// @param[in] filter Of surfaces that meet themselves, nullptr: none
   RayCaster(const Surface& slave, const Surface& master,
-            const FacetDistances& distances)
-      : _slave(slave), _master(master), _distances(distances)
+            const FacetDistances& distances, const PairFilter* filter = nullptr)
+      : _slave(slave), _master(master), _distances(distances), _filter(filter)
   {
   }
 
@@ -202,8 +202,10 @@ private:
   {
     const SearchDistances& range = _distances[_facet];
     landing.facing = facing(_ray, landing, _master.x);
-    if (not(landing.facing > tolerance::facing))
+    if (not(landing.facing > (_filter ? _filter->facing : tolerance::facing)))
       return RayStatus::back_face;
+    if (_filter and not _filter->allows(_facet, id_of(landing)))
+      return RayStatus::no_facet;
     if (landing.hit.g > range.reach)
       return RayStatus::too_far;
     // Obliquely, a point that lies little below the master is deep along its
@@ -223,10 +225,22 @@ private:
   [[nodiscard]] bool is_certain(const Landing<M>& landing) const
   {
     return landing.hit.g >= 0.0 or
-           landing.hit.g >=
-               -certain_depth(_distances, _slave, _facet,
-                              _master.thickness_behind(landing.facet)) *
-                   landing.facing;
+           landing.hit.g >= -depth_at(landing.facet) * landing.facing;
+  }
+
+  /// Penetration of a master's facet that is certain
+  [[nodiscard]] double depth_at(Index master) const
+  {
+    if (_filter and _slave.body_of(_facet) == _master.body_of(master))
+      return std::min(_distances[_facet].depth,
+                      half_thickness(_slave, _facet, _master, master));
+    return certain_depth(_distances, _slave, _facet,
+                         _master.thickness_behind(master));
+  }
+
+  [[nodiscard]] GlobalIndex id_of(const Landing<M>& landing) const
+  {
+    return _master.facet_id[static_cast<std::size_t>(landing.facet)];
   }
 
   /// Whether the slave point is within the body that its ray has come out of
@@ -334,6 +348,7 @@ private:
   const Surface& _slave;
   const Surface& _master;
   const FacetDistances& _distances;
+  const PairFilter* _filter;
   Index _facet = no_index;
   typename S::NodeMatrix _nodes;
   typename S::RefPoint _xi;               ///< of the present point

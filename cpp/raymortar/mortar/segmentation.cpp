@@ -1,6 +1,7 @@
 #include "raymortar/mortar/segmentation.h"
 #include "raymortar/geometry/dispatch.h"
 #include "raymortar/geometry/patch.h"
+#include "raymortar/mortar/filtered.h"
 #include "raymortar/mortar/layers.h"
 #include "raymortar/mortar/ray_caster.h"
 #include "raymortar/mortar/reference_measure.h"
@@ -129,11 +130,11 @@ public:
   using RefPoint = typename S::RefPoint;
 
   Segmenter(const Surface& slave, const Surface& master,
-            const SegmentationOptions& options)
+            const SegmentationOptions& options, const PairFilter* filter)
       : _slave(slave), _master(master), _options(options),
         _patches(patches<S>(options.subdivide)),
         _master_patches(patches<M>(options.subdivide)),
-        _rays(slave, master, _options.distances)
+        _rays(slave, master, _options.distances, filter)
   {
     _out.covered.assign(static_cast<std::size_t>(slave.num_facets()), 0.0);
     _out.subdivided = options.subdivide;
@@ -369,10 +370,19 @@ Segmentation make_segments(const Surface& slave, const Surface& master,
                            const Candidates& candidates,
                            const SegmentationOptions& options)
 {
+  return make_segments(slave, master, candidates, options, nullptr);
+}
+
+Segmentation make_segments(const Surface& slave, const Surface& master,
+                           const Candidates& candidates,
+                           const SegmentationOptions& options,
+                           const PairFilter* filter)
+{
   return with_geometries(slave, master,
                          [&]<class S, class M>(S, M)
                          {
-                           Segmenter<S, M> segmenter(slave, master, options);
+                           Segmenter<S, M> segmenter(slave, master, options,
+                                                     filter);
                            for (Index f = 0; f < slave.num_facets(); ++f)
                              segmenter.add(f, candidates.masters_of(f));
                            return std::move(segmenter).result();

@@ -8,20 +8,23 @@ namespace raymortar
 std::vector<Index> find_sunk_points(const Surface& slave, const Surface& master,
                                     const IntegrationPoints& points,
                                     const Hits& hits,
-                                    const FacetDistances& range)
+                                    const FacetDistances& range,
+                                    const PairFilter* filter)
 {
   const FacetDistances unlimited(0.0, std::numeric_limits<double>::infinity());
   std::vector<Index> sunk;
   const auto find = [&]<class S, class M>(S, M)
   {
-    RayCaster<S, M> caster(slave, master, unlimited);
+    RayCaster<S, M> caster(slave, master, unlimited, filter);
     for (std::size_t q = 0; q < points.size(); ++q)
     {
       if (hits.status[q] != RayStatus::too_deep)
         continue;
       const Landing<M> landing =
           caster.cast(points.slave[q], points.xi[q], points.seed[q]);
-      if (not landing.is_hit())
+      if (not landing.is_hit() or
+          (filter and
+           slave.body_of(points.slave[q]) == master.body_of(landing.facet)))
         continue;
       const double below = -landing.hit.g * landing.facing;
       const double behind = master.thickness_behind(landing.facet);

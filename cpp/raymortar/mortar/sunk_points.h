@@ -2,6 +2,7 @@
 #pragma once
 
 #include "raymortar/mortar/points.h"
+#include "raymortar/pairing/pair_filter.h"
 #include "raymortar/rigid/tool.h"
 
 namespace raymortar
@@ -11,11 +12,14 @@ namespace raymortar
 ///
 /// Depth and thickness are compared with the distance along the master's
 /// normal: points beside a sharp corner are deep along their oblique rays only.
+/// With a filter, points below facets of their own body are left out: that may
+/// be the back of their own wall.
 /// @return Numbers of the points, ascending
 [[nodiscard]] std::vector<Index>
 find_sunk_points(const Surface& slave, const Surface& master,
                  const IntegrationPoints& points, const Hits& hits,
-                 const FacetDistances& range);
+                 const FacetDistances& range,
+                 const PairFilter* filter = nullptr);
 
 /// @brief Points that a tool has passed: those of facets that are inside one
 /// throughout, and that no ray of theirs has led there; and those with a tool

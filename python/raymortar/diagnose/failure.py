@@ -79,7 +79,11 @@ def describe(problem: CoupledProblem) -> str:
     free = loose_bodies(problem, in_use.led) if led else unheld(problem)
     if contact.layout.bodies:
         free += contact.free_bodies.unheld()
-    fixed, rigid, softer = contact.constrained(problem.bcs), list[int](), list[str]()
+    fixed, rigid, softer = (
+        contact.constrained(problem.bcs),
+        list[int | str](),
+        list[str](),
+    )
     for part in contact.parts:
         held = rigid_slaves(part.surfaces, fixed)
         rigid += [zone.facets.slave_tag for zone in held]
@@ -97,7 +101,7 @@ def describe_failure(
     statistics: Any,
     unheld: Sequence[str],
     imbalance: str,
-    rigid: Sequence[int] = (),
+    rigid: Sequence[int | str] = (),
     swaps: Sequence[str] = (),
     excess: Sequence[str] = (),
     gammas: Sequence[str] = (),

@@ -94,8 +94,11 @@ def check_space(u: Function) -> None:
     raise_everywhere(V.mesh.comm, message)
 
 
-def check_pair(mesh: Mesh, slave: Facets, master: Facets) -> None:
-    """Refuse a slave and a master surface that share vertices in the mesh."""
+def shared_vertices(mesh: Mesh, slave: Facets, master: Facets) -> tuple[int, Mask]:
+    """Count the vertices that two surfaces share in the mesh. Collective.
+
+    Also mark those of this rank's slave facets, (facets, vertices), in Basix's order.
+    """
     element = compat.basix_element(compat.cell_name(mesh), 1)
     to_vertices = compat.connectivity_table(mesh, mesh.topology.dim, 0)
     of_facets = np.array(element.facet_vertices)
@@ -107,16 +110,22 @@ def check_pair(mesh: Mesh, slave: Facets, master: Facets) -> None:
     # The two surfaces may sit on different ranks
     shared = count_marks(vertex_map, vertices) * count_marks(vertex_map, others) > 0
     count = mesh.comm.allreduce(int(shared[: vertex_map.size_local].sum()))
+    return count, shared[vertices]
+
+
+def check_pair(mesh: Mesh, slave: Facets, master: Facets) -> None:
+    """Refuse a slave and a master surface that share vertices in the mesh."""
+    count, marks = shared_vertices(mesh, slave, master)
     with together(mesh.comm):
-        if np.any(shared[vertices]):
+        if np.any(marks):
             # In Basix's order of the facet's vertices too
-            example = lookup.facet_corners(mesh, slave)[shared[vertices]][0]
+            example = lookup.facet_corners(mesh, slave)[marks][0]
             raise ContactError(
                 f"the slave surface (tag {slave.tag}) and the master surface (tag "
                 f"{master.tag}) share {count} vertex(es), for example at "
                 f"{format_point(example)}: they must be apart in the mesh. Give bodies "
                 "nodes of their own; on one body leave out of a tag the facets between "
-                "the surfaces"
+                "the surfaces, or take method=Penalty()"
             )
 
 
@@ -223,11 +232,23 @@ def _size(X: Array) -> float:
     return float(np.abs(X).max(initial=0.0))
 
 
-def check_off_axis(mesh: Mesh, facets: Facets) -> None:
-    """Refuse facets on the axis, where the solid has no surface."""
+def _on_axis(mesh: Mesh, facets: Facets) -> tuple[Mask, Array]:
+    """Find the facets on the axis, and the nodes of all."""
     X = coordinates(mesh)
     nodes = X[lookup.node_table(mesh, facets)]
-    on = (nodes[:, :, 0] <= _ON_AXIS * _size(X)).all(axis=1)
+    return (nodes[:, :, 0] <= _ON_AXIS * _size(X)).all(axis=1), nodes
+
+
+def off_axis(mesh: Mesh, facets: Facets) -> Facets:
+    """Leave out facets on the axis."""
+    off = ~_on_axis(mesh, facets)[0]
+    rows = facets.facets, facets.cells, facets.local_facets
+    return Facets(facets.tag, *(values[off] for values in rows))
+
+
+def check_off_axis(mesh: Mesh, facets: Facets) -> None:
+    """Refuse facets on the axis, where the solid has no surface."""
+    on, nodes = _on_axis(mesh, facets)
     with together(mesh.comm):
         if on.any():
             middle = nodes[on][0].mean(axis=0)

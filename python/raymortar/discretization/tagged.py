@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,19 +15,35 @@ from ..rigid.body import Body
 from . import checks
 from .curving import Smooth, curve
 from .facets import Facets, join, tagged_facets
+from .folded import Part, all_facets
 from .joined import parts_of
 from .surfaces import Surface, build_surface
 
 _NONE = np.empty(0, dtype=np.int32)
 NO_FACETS = Facets(-1, _NONE, _NONE, _NONE)
+# In place of a tag: all exterior facets
+ALL = "all"
+
+
+@dataclass(frozen=True)
+class Group:
+    """A slave surface by its tag, or `ALL`, and the masters that it meets."""
+
+    slave: int | str
+    masters: tuple[Any, ...]
+
+    @property
+    def meets_itself(self) -> bool:
+        """Whether slave and master are the same facets."""
+        return self.masters == (self.slave,)
 
 
 @dataclass
 class ZoneFacets:
     """A slave tag, the master tags it meets, and their facets on this rank."""
 
-    slave_tag: int
-    master_tags: tuple[int, ...] | tuple[Body, ...]
+    slave_tag: int | str
+    master_tags: tuple[int | str, ...] | tuple[Body, ...]
     slave: Facets
     masters: list[Facets]
     slave_surface: Surface
@@ -36,6 +52,14 @@ class ZoneFacets:
     slave_part: int = 0  # which of several meshes
     master_part: int = 0
     bodies: tuple[Body, ...] = ()  # rigid ones in place of masters
+    share_vertices: bool = False  # the two sides
+    # Of a surface that meets itself: what its facets are, by number in `Surface.zone`
+    parts: tuple[Part, ...] = ()
+
+    @property
+    def meets_itself(self) -> bool:
+        """Whether slave and master are the same facets."""
+        return self.slave_surface is self.master_surface
 
     @property
     def sides(self) -> tuple[Surface, Surface]:
@@ -46,20 +70,26 @@ class ZoneFacets:
 def find_facets(
     u: Any,
     facet_tags: Any,
-    groups: Mapping[int, tuple[Any, ...]],
+    groups: Sequence[Group],
     axisymmetric: bool = False,
     smooth: Smooth = False,
+    may_share: bool = False,
 ) -> list[ZoneFacets]:
-    """Facets of every zone, by the masters of its slave tag, checked. Collective."""
+    """Facets of every zone, by the masters of its slave tag, checked. Collective.
+
+    The sides of a zone may share vertices or not.
+    """
     if axisymmetric:
         checks.check_half_plane(u)
     tagged, gdim = Tagged(u, facet_tags), u.function_space.mesh.geometry.dim
     zones = []
-    for slave_tag, given in groups.items():
+    for group in groups:
+        slave_tag, given = group.slave, group.masters
         bodies = tuple(master for master in given if isinstance(master, Body))
         a = tagged.mesh_of((slave_tag,))
-        b = a if bodies else tagged.mesh_of(given)
-        slave, masters = tagged.facets(a, slave_tag, "slave"), [NO_FACETS]
+        b = a if bodies or slave_tag == ALL else tagged.mesh_of(given)
+        slaves, labels = tagged.parts(u, a, slave_tag, axisymmetric)
+        slave, masters = join(slaves) if slave_tag == ALL else slaves[0], [NO_FACETS]
         for body in bodies:
             if body.shape.gdim not in (None, gdim):
                 raise ContactError(
@@ -68,23 +98,39 @@ def find_facets(
                 )
         if axisymmetric:
             checks.check_revolved(bodies)
-        if not bodies:
+        if group.meets_itself:
+            masters = slaves
+        elif not bodies:
             masters = [tagged.facets(b, tag, "master") for tag in given]
         for k, facets in ((a, slave), *((b, master) for master in masters)):
             checks.check_areas(tagged.meshes[k], facets)
             checks.check_cells(tagged.meshes[k], facets)
             if axisymmetric:
                 checks.check_off_axis(tagged.meshes[k], facets)
-        for master in masters if a == b and not bodies else []:
-            checks.check_pair(tagged.meshes[a], slave, master)
-        surface, other = (
-            _surface(u, tagged.meshes[k], parts, k, axisymmetric, smooth)
-            for k, parts in ((a, [slave]), (b, masters))
-        )
+        shares = group.meets_itself
+        for master in masters if a == b and not bodies and not shares else []:
+            if not may_share:
+                checks.check_pair(tagged.meshes[a], slave, master)
+            elif checks.shared_vertices(tagged.meshes[a], slave, master)[0]:
+                shares = True
+        surface = _surface(u, tagged.meshes[a], slaves, a, axisymmetric, smooth)
+        other = surface
+        if not group.meets_itself:
+            other = _surface(u, tagged.meshes[b], masters, b, axisymmetric, smooth)
         surfaces, joined = (surface, other), join(masters)
         zones.append(
             ZoneFacets(
-                slave_tag, given, slave, masters, *surfaces, joined, a, b, bodies
+                slave_tag,
+                given,
+                slave,
+                masters,
+                *surfaces,
+                joined,
+                a,
+                b,
+                bodies,
+                shares,
+                labels,
             )
         )
     with together(tagged.comm):
@@ -124,10 +170,30 @@ class Tagged:
         """Facets with a tag on the k-th mesh, after checks."""
         return tagged_facets(self.meshes[k], self._tags[k], tag, role)
 
-    def mesh_of(self, tags: tuple[int, ...]) -> int:
+    def parts(
+        self, u: Any, k: int, tag: int | str, axisymmetric: bool
+    ) -> tuple[list[Facets], tuple[Part, ...]]:
+        """Facets with a tag, or all facets, and what they are. Collective.
+
+        Those on the axis of a solid of revolution are no surface.
+        """
+        if not isinstance(tag, str):
+            return [self.facets(k, tag, "slave")], (Part(tag, None),)
+        sets, parts = all_facets(u, self.meshes[k], self._tags[k])
+        if axisymmetric:
+            sets = [checks.off_axis(self.meshes[k], facets) for facets in sets]
+        return sets, parts
+
+    def mesh_of(self, tags: tuple[int | str, ...]) -> int:
         """Number of the mesh that has facets with given tags; 0 if none has."""
         if len(self.meshes) == 1:
             return 0
+        with together(self.comm):
+            if ALL in tags:
+                raise ContactError(
+                    "pairs='all' is for bodies on one mesh, and the displacement is on "
+                    f"{len(self.meshes)}: name the pairs, or join the meshes"
+                )
         here = [
             {tag for tag in tags if np.any(getattr(one, "values", []) == tag)}
             for one in self._tags

@@ -115,7 +115,7 @@ def single(tables: Sequence[Array]) -> float | None:
     return low if high <= (1.0 + SAME) * low else None
 
 
-class PairCoefficients(Mapping[tuple[int, Masters], tuple[float, ...]]):
+class PairCoefficients(Mapping[tuple[int | str, Masters], tuple[float, ...]]):
     """Coefficients that differ between pairs of bodies.
 
     Maps a slave tag and its master tags to the values of their pairs of bodies,
@@ -131,10 +131,10 @@ class PairCoefficients(Mapping[tuple[int, Masters], tuple[float, ...]]):
             for zone, table in zip(interfaces.zones, tables)
         }
 
-    def __getitem__(self, tags: tuple[int, Masters]) -> tuple[float, ...]:
+    def __getitem__(self, tags: tuple[int | str, Masters]) -> tuple[float, ...]:
         return self._values[tags]
 
-    def __iter__(self) -> Iterator[tuple[int, Masters]]:
+    def __iter__(self) -> Iterator[tuple[int | str, Masters]]:
         return iter(self._values)
 
     def __len__(self) -> int:

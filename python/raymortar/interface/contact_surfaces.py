@@ -25,15 +25,15 @@ from ..discretization.facets import (
 from ..discretization.joined import parts_of
 from ..discretization.layout import Layout
 from ..discretization.ranks import ends_of, keep_communicator
-from ..discretization.tagged import ZoneFacets, find_facets
+from ..discretization.tagged import ALL, Group, ZoneFacets, find_facets
 from ..discretization.thickness import Cells
 from ..discretization.unknowns import Unknowns
 from ..errors import ContactError, require_agreement, together
-from ..options.methods import ContactOptions
+from ..options.methods import ContactOptions, Penalty
 from ..rigid.body import Body
 from .coefficients import Interfaces
 from .pairs import PairTable, known_names, read_pairs
-from .zone_data import Masters, ZoneData
+from .zone_data import ZoneData
 from .zones import create_zone
 
 # Of the coordinates and displacements, what adding a displacement to the mesh and taking
@@ -130,16 +130,18 @@ class ContactSurfaces:
 def make_surfaces(
     unknowns: Unknowns,
     facet_tags: Any,
-    groups: Mapping[int, Masters],
+    groups: Sequence[Group],
     options: ContactOptions,
     tied: str | None,
 ) -> ContactSurfaces:
     """Find the facets of a contact, and make its multiplier, rows and zones. Collective.
 
-    Facet tags are those of each mesh, groups the masters of each slave tag.
+    Facet tags are those of each mesh.
     """
     u, turns = unknowns.u, bool(options.axisymmetric)
-    facets = find_facets(u, facet_tags, groups, turns, options.smooth)
+    # Facets at shared vertices have no partner, which a multiplier needs
+    may_share = isinstance(options.method, Penalty) and tied is None
+    facets = find_facets(u, facet_tags, groups, turns, options.smooth, may_share)
     # All slaves are on one mesh
     slave_u = parts_of(u)[facets[0].slave_part]
     mesh, p = (
@@ -201,7 +203,7 @@ class Given:
     unknowns: Unknowns
     names: dict[str, int]  # facet tag by name
     pairs: PairTable  # each once
-    groups: dict[int, Masters]  # masters of each slave tag
+    groups: list[Group]  # slaves and their masters
 
 
 def check_given(
@@ -209,6 +211,7 @@ def check_given(
     pairs: Any,
     names: Mapping[str, Any] | None,
     options: ContactOptions,
+    tied: str | None = None,
 ) -> Given:
     """Arguments of a contact, after checks of all but its facets. Collective."""
     first = u[0] if isinstance(u, (list, tuple)) and u else u
@@ -222,7 +225,29 @@ def check_given(
         options.check()
         known = known_names(names, unknowns.u.function_space.mesh.topology.dim - 1)
         each, groups = read_pairs(pairs, known)
+        _require_leader(groups, options, tied)
     require_agreement(mesh.comm, **vars(options), pairs=groups, names=each)
     for part in unknowns.displacements:
         check_space(part.u)
     return Given(unknowns, known, PairTable(each, [known] * len(each)), groups)
+
+
+def _require_leader(
+    groups: Sequence[Group], options: ContactOptions, tied: str | None
+) -> None:
+    """Raise for a surface that meets itself if the method needs a slave."""
+    if tied is None and isinstance(options.method, Penalty):
+        return
+    for group in groups:
+        if not group.meets_itself:
+            continue
+        if group.slave == ALL:
+            raise ContactError(
+                "pairs has 'all', where each facet is slave and master: take "
+                "method=Penalty(), as a multiplier needs one side that leads"
+            )
+        raise ContactError(
+            f"tag {group.slave} is slave and master of the same pair: split it into two "
+            "tags that share no vertex, of which the slave leads, or take "
+            "method=Penalty(), which needs no side that leads"
+        )

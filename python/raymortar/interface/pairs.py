@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from ..checked import is_whole_number
+from ..discretization.tagged import ALL, Group
 from ..errors import ContactError
 from ..rigid.body import Body, as_body
 from ..rigid.shapes import Shape
@@ -20,7 +21,8 @@ class Pair:
     Attributes
     ----------
     slave, master
-        Facet tags; of a rigid master its `rigid.Body`.
+        Facet tags; of a rigid master its `rigid.Body`. Of a surface that meets itself
+        both are the same, and ``"all"`` is every facet.
     slave_name, master_name
         Names of these tags, where `Contact` was given names; else None.
     surface
@@ -31,8 +33,8 @@ class Pair:
         pairs would have one label, their numbers are added.
     """
 
-    slave: int
-    master: int | Body
+    slave: int | str
+    master: int | str | Body
     slave_name: str | None
     master_name: str | None
     surface: int
@@ -52,7 +54,7 @@ class Pair:
         return [str(tag) if name is None else repr(name) for name, tag in sides]
 
 
-def spoken(name: str | None, tag: int | Body) -> str:
+def spoken(name: str | None, tag: int | str | Body) -> str:
     """Name of a surface in a message: the user's, else its tag."""
     return f"tag {tag}" if name is None else repr(name)
 
@@ -74,24 +76,25 @@ def known_names(names: Any, facet_dim: int) -> dict[str, Any]:
     return known
 
 
-def read_pairs(
-    pairs: Any, known: Mapping[str, Any]
-) -> tuple[list[Pair], dict[int, tuple[Any, ...]]]:
+def read_pairs(pairs: Any, known: Mapping[str, Any]) -> tuple[list[Pair], list[Group]]:
     """Check pairs of names, tags and rigid shapes.
 
-    Returns each pair once, in the order in which they were given, and the master tags,
-    or rigid bodies, of each slave tag.
+    Returns each pair once, in the order in which they were given, and the slave
+    surfaces with their masters. Facets that are all meet each other, too.
     """
 
     def number(tag: Any) -> Any:
         if not isinstance(tag, str):
             return tag
         if tag not in known:
+            if tag == ALL:
+                return ALL
             listed = ", ".join(map(repr, known)) or "none: pass names="
             raise ContactError(f"no facets are named {tag!r}; known names: {listed}")
         return known[tag]
 
     try:
+        pairs = [(ALL, ALL)] if isinstance(pairs, str) and pairs == ALL else pairs
         two_each = [(slave, master) for slave, master in pairs]
     except (TypeError, ValueError):
         raise ContactError(
@@ -99,23 +102,39 @@ def read_pairs(
         ) from None
     if not two_each:
         raise ContactError("pairs is empty: give at least one (slave, master)")
-    name_of = {int(tag): name for name, tag in reversed(list(known.items()))}
-    groups: dict[int, list[Any]] = {}
+    name_of: dict[Any, str] = {
+        int(tag): name for name, tag in reversed(list(known.items()))
+    }
+    name_of[ALL] = ALL
+    # Masters by slave, and by whether the slave meets itself
+    groups: dict[tuple[Any, bool], list[Any]] = {}
     found = []
-    for one, other in two_each:
-        slave: Any = number(one)
-        given: Any = as_body(other) or number(other)
-        _check_tags(slave, given)
-        is_body = isinstance(given, Body)
-        slave, master = int(slave), given if is_body else int(given)
-        masters = groups.setdefault(slave, [])
+    tagged = [(number(one), as_body(other) or number(other)) for one, other in two_each]
+    for one, other in _with_all(tagged):
+        _check_tags(one, other)
+        slave, master = _plain(one), _plain(other)
+        of_itself = slave == master
+        masters = groups.setdefault((slave, of_itself), [])
         _check_order(slave, master, groups)
         if master not in masters:
             masters.append(master)
-            name = given.name if is_body else name_of.get(master)
-            surface = list(groups).index(slave)
+            name = other.name if isinstance(other, Body) else name_of.get(master)
+            surface = list(groups).index((slave, of_itself))
             found.append(Pair(slave, master, name_of.get(slave), name, surface, ""))
-    return labelled(found), {slave: tuple(each) for slave, each in groups.items()}
+    return labelled(found), [
+        Group(slave, tuple(each)) for (slave, _), each in groups.items()
+    ]
+
+
+def _plain(tag: Any) -> Any:
+    """Python's own number of a tag."""
+    return tag if isinstance(tag, (str, Body)) else int(tag)
+
+
+def _with_all(pairs: Sequence[tuple[Any, Any]]) -> list[tuple[Any, Any]]:
+    """Add that all facets meet each other, if any pair is of all."""
+    own = any(isinstance(one, str) and one == ALL for one, _ in pairs)
+    return [(ALL, ALL)] * own + list(pairs)
 
 
 def _check_tags(slave: Any, master: Any) -> None:
@@ -131,35 +150,44 @@ def _check_tags(slave: Any, master: Any) -> None:
                 f"pairs has the class rigid.{tag.__name__}, not a shape made of it, as "
                 f"rigid.{tag.__name__}(...)"
             )
-        if not (is_whole_number(tag) or isinstance(tag, Body)):
+        if not (is_whole_number(tag) or isinstance(tag, (Body, str))):
             raise ContactError(f"pairs has the tag {tag!r}, which is no whole number")
+    if ALL in [tag for tag in (slave, master) if isinstance(tag, str)]:
+        others = [tag for tag in (slave, master) if is_whole_number(tag)]
+        if others:
+            raise ContactError(
+                f"pairs has 'all' with tag {others[0]}: all facets, that tag's among "
+                "them, meet each other by pairs='all'"
+            )
 
 
-def _check_order(slave: int, master: Any, groups: Mapping[int, list[Any]]) -> None:
+def _check_order(
+    slave: Any, master: Any, groups: Mapping[tuple[Any, bool], list[Any]]
+) -> None:
     """Raise for a pair that cannot be beside the earlier ones."""
-    if slave == master:
-        raise ContactError(
-            f"tag {slave} is slave and master of the same pair: split it into two "
-            "tags that share no vertex. Contact of a surface with itself is not "
-            "offered yet"
-        )
-    if slave in groups.get(master, []):
+    if slave in groups.get((master, False), []):
         raise ContactError(
             f"pair ({master}, {slave}) is given in both orders: their contact "
             "would be counted twice"
         )
-    if any(isinstance(m, Body) != isinstance(master, Body) for m in groups[slave]):
+    others = groups[slave, slave == master]
+    if any(isinstance(m, Body) != isinstance(master, Body) for m in others):
         raise ContactError(
             f"slave tag {slave} has masters with tags and rigid ones: give each kind "
             "a Contact of its own, NonlinearProblem(F, [one, other])"
         )
 
 
+def as_label(name: str) -> str:
+    """Replace all but letters and digits."""
+    return re.sub(r"[^0-9A-Za-z]", "_", name)
+
+
 def labelled(pairs: Sequence[Pair]) -> list[Pair]:
     """Give each pair a label of its own."""
 
-    def plain(name: str | None, tag: int | Body) -> str:
-        return str(tag) if name is None else re.sub(r"[^0-9A-Za-z]", "_", name)
+    def plain(name: str | None, tag: int | str | Body) -> str:
+        return str(tag) if name is None else as_label(name)
 
     labels = [
         f"{plain(p.slave_name, p.slave)}_{plain(p.master_name, p.master)}"
@@ -197,7 +225,12 @@ class PairTable:
             begin += count
         return cls(labelled(pairs), names)
 
-    def of_surface(self, surface: int, masters: Sequence[int | Body]) -> list[int]:
+    def names_at(self, surface: int) -> Mapping[str, int]:
+        """Facet tag by name, of the contact of a slave surface."""
+        found = (n for p, n in zip(self.pairs, self._names) if p.surface == surface)
+        return next(found)
+
+    def of_surface(self, surface: int, masters: Sequence[Any]) -> list[int]:
         """Number of the pair that a slave surface makes with each of its masters."""
         known = {p.master: k for k, p in enumerate(self.pairs) if p.surface == surface}
         return [known[master] for master in masters]
@@ -206,7 +239,8 @@ class PairTable:
         """Find the pairs with a slave and, if one is given, a master."""
         found = []
         for k, (pair, names) in enumerate(zip(self.pairs, self._names)):
-            a, b = (names.get(s) if isinstance(s, str) else s for s in (slave, master))
+            known: dict[str, Any] = {ALL: ALL, **names}
+            a, b = (known.get(s) if isinstance(s, str) else s for s in (slave, master))
             # A rigid body has a name of its own
             if a == pair.slave and (
                 master in (None, pair.master_name) or b == pair.master
@@ -215,10 +249,10 @@ class PairTable:
         if not found and master is None:
             raise self.no_surface(slave)
         if not found:
-            known = ", ".join(map(str, self.pairs))
+            listed = ", ".join(map(str, self.pairs))
             raise ContactError(
                 f"there is no contact of ({slave!r}, {master!r}): pairs of (slave, "
-                f"master) are {known}, and their forces those on the slave"
+                f"master) are {listed}, and their forces those on the slave"
             )
         return found
 

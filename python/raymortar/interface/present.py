@@ -20,9 +20,10 @@ from ..errors import (
     together,
 )
 from ..options.friction import Friction
-from ..options.methods import ContactOptions
+from ..options.methods import ContactOptions, Penalty
 from ..rigid.body import Body
 from ..rigid.motions import require_same_loads
+from .augmentation import Augmentation
 from .contact_surfaces import ContactSurfaces
 from .friction_at_points import PointFriction
 from .law_nodes import set_at_nodes
@@ -75,6 +76,11 @@ class PresentState:
         if isinstance(options.friction, Friction):
             self._point_friction = PointFriction(
                 options.friction, self._zones, self._comm
+            )
+        self._augmentation: Augmentation | None = None
+        if isinstance(options.method, Penalty) and options.method.exact:
+            self._augmentation = Augmentation(
+                self._zones, surfaces.scalar, surfaces.layout
             )
         self.u_old = self._u.x.array.copy()
         self._is_sent = False
@@ -199,6 +205,18 @@ class PresentState:
         if self._watches_arcs:
             self._watches_arcs = not warn_of_turned_arcs(self._surfaces)
 
+    def augment(self) -> float | None:
+        """Carry the tractions of an exact penalty over to the next solve. Collective.
+
+        Returns None where nothing is to be solved again, see `Augmentation.renew`.
+        """
+        if self._augmentation is None:
+            return None
+        change = self._augmentation.renew()
+        if change is not None:
+            self.note_change()
+        return change
+
     def _note_opposite(self) -> None:
         """Note what each slave facet faces at the last update."""
         for zone in self._zones:
@@ -224,6 +242,7 @@ class PresentState:
             [zone.motions.old for zone in self._zones],
             [body.freedom.state() for body in self._surfaces.layout.bodies],
             None if self._slip is None else self._slip.x.array.copy(),
+            None if self._augmentation is None else self._augmentation.array.copy(),
             any(side.arcs is not None for zone in self._zones for side in zone.sides),
         )
 
@@ -247,6 +266,8 @@ class PresentState:
             self._multiplier.x.array[:] = state.multiplier
         if self._slip is not None:
             self._slip.x.array[:] = 0.0 if state.slip is None else state.slip
+        if self._augmentation is not None and state.augmentation is not None:
+            self._augmentation.set(state.augmentation)
         for zone, traction in zip(self._zones, state.traction_old):
             zone.traction_old = traction
         for zone, motion in zip(self._zones, state.old_motions):

@@ -30,6 +30,8 @@ class ContactState:
     freedoms: Sequence[Array] = ()
     # Length of the slip of all accepted steps at nodes; None without friction
     slip: Array | None = None
+    # Tractions of an exact penalty over gamma, at nodes; else None
+    augmentation: Array | None = None
     # Whether straight facets are curved, see `Contact`
     smooth: bool = False
 
@@ -49,6 +51,7 @@ class ContactState:
         for i, traction in enumerate(self.traction_old):
             parts[f"tractions of springs {i}"] = traction
         parts["accumulated slip"] = self.slip
+        parts["augmentation"] = self.augmentation
         shapes = {name: None if p is None else np.shape(p) for name, p in parts.items()}
         shapes["list of slave surfaces"] = (len(self.traction_old),)
         shapes["free rigid bodies"] = tuple(map(len, self.freedoms))

@@ -26,18 +26,20 @@ from ..discretization.tagged import ZoneFacets
 from ..rigid.body import Body
 from ..rigid.motions import Motions
 
-Masters = tuple[int, ...] | tuple[Body, ...]
+Masters = tuple[int | str, ...] | tuple[Body, ...]
 
 
 class MasterTags:
-    """Tells which master of a slave a facet belongs to. Collective.
+    """Tells which master of a slave a facet belongs to, or which part. Collective.
 
     Points may hit facets of other ranks. So with several masters, each rank knows the
     facets of all of them by number.
     """
 
-    def __init__(self, zone: ZoneFacets, comm: MPI.Comm) -> None:
-        self.count = len(zone.bodies or zone.masters)
+    def __init__(
+        self, zone: ZoneFacets, comm: MPI.Comm, of_parts: bool = False
+    ) -> None:
+        self.count = len(zone.parts if of_parts else zone.master_tags)
         self._rigid = bool(zone.bodies)
         if self.count > 1 and not self._rigid:
             surface = zone.master_surface
@@ -116,6 +118,7 @@ class ZoneData:
     thickness: tuple[Array, ...]  # behind this rank's slave and master facets
     opposite: OppositePoints  # at the accepted step
     master_tags: MasterTags
+    hit_parts: MasterTags  # which part of a surface that meets itself is hit
     motions: Motions  # of the rigid bodies that it meets
     multiplier_degree: int = 0
     has_law_at_nodes: bool = False
@@ -129,6 +132,7 @@ class ZoneData:
     slip: Function | None = None
     offset: Array | None = None  # (slave facets, n), added to gaps. Length
     adjustment: Array | None = None  # the same, of `Contact.adjust`
+    augmentation: Array | None = None  # the same, of an exact penalty
     is_pulled: bool = False  # warned of, see `warn_of_tension`
     # Numbers of the rigid bodies that it has met on a path, see `missed_tools`
     met: set[int] = field(default_factory=set)
@@ -139,10 +143,14 @@ class ZoneData:
         return self.facets.sides
 
     @property
-    def whole_offset(self) -> Array | None:
+    def own_offset(self) -> Array | None:
         """Sum of offset and adjustment, (slave facets, n); None: neither. Length."""
-        parts = [part for part in (self.offset, self.adjustment) if part is not None]
-        return sum(parts[1:], parts[0]) if parts else None
+        return _sum_of(self.offset, self.adjustment)
+
+    @property
+    def whole_offset(self) -> Array | None:
+        """Sum of all that is added to gaps, (slave facets, n); None: nothing. Length."""
+        return _sum_of(self.own_offset, self.augmentation)
 
     def distance(self, name: str) -> Array:
         """Reach or depth of the slave facets. A clearance adds to the depth, an
@@ -160,6 +168,14 @@ class ZoneData:
     def points(self) -> dict[str, Array]:
         """Arrays over the integration points, see `Contact.points`."""
         points = self.cpp.points()
+        if self.augmentation is not None:  # a traction, and no gap
+            surface, nodal = self.facets.slave_surface, self.augmentation
+            points["gap"] -= interpolate(
+                surface.shape,
+                surface.displacement_degree,
+                nodal[points["slave"]],
+                points["xi"],
+            )
         if self.frictional:  # a rank without points has the same keys
             points.setdefault("slip", np.empty_like(points["x"]))
             points.setdefault("closing", np.empty_like(points["gap"]))
@@ -188,6 +204,22 @@ class ZoneData:
     def masters_of(self, points: dict[str, Array]) -> Indices:
         """Index among the masters of the one that each point hits; -1 for none."""
         return self.master_tags.of_points(points, self.cpp.pairs())
+
+    def parts_of(self, points: dict[str, Array]) -> tuple[Indices, Indices]:
+        """Index among its parts of what each point is on, and of what it hits.
+
+        What it hits is -1 for none, and for points that do not meet their own surface.
+        """
+        own = self.facets.slave_surface.zone[points["slave"]]
+        if not self.facets.meets_itself:
+            return own, np.full(len(own), -1, dtype=np.int32)
+        return own, self.hit_parts.of_points(points, self.cpp.pairs())
+
+
+def _sum_of(*parts: Array | None) -> Array | None:
+    """Sum of the arrays that there are."""
+    found = [part for part in parts if part is not None]
+    return sum(found[1:], found[0]) if found else None
 
 
 def on_sides(zone: ZoneData, array: Array) -> tuple[Array, Array]:

@@ -13,6 +13,7 @@ from .. import _cpp, compat
 from ..compat import Array
 from ..discretization.bodies import Bodies, bodies_of_facets
 from ..discretization.facets import facet_dof_table
+from ..discretization.folded import facets_that_share_vertices
 from ..discretization.layout import Layout
 from ..discretization.ranks import largest
 from ..discretization.surfaces import Surface
@@ -62,6 +63,14 @@ def _distances(
     }
 
 
+def _filter(zone: ZoneFacets, comm: MPI.Comm) -> _cpp.PairFilter | None:
+    """What keeps facets that share a vertex from pairing, if any do. Collective."""
+    if not zone.share_vertices:
+        return None
+    offsets, neighbours = facets_that_share_vertices(*zone.sides, comm)
+    return _cpp.PairFilter(offsets=offsets, neighbours=neighbours)
+
+
 def create_zone(
     zone: ZoneFacets,
     layout: Layout,
@@ -82,9 +91,12 @@ def create_zone(
     distances = _distances(search, slave, comm)
     # With this thickness of both bodies, no depth is limited
     most = 2.0 * largest(comm, distances["depth"])
+    behind = thickness_behind(cells[zone.slave_part], zone.slave, most)
     thickness = (
-        thickness_behind(cells[zone.slave_part], zone.slave, most),
-        thickness_behind(cells[zone.master_part], zone.master, most),
+        behind,
+        behind
+        if zone.meets_itself
+        else thickness_behind(cells[zone.master_part], zone.master, most),
     )
     for side, length in zip((slave, master), thickness):
         side.set_thickness(length)
@@ -104,6 +116,8 @@ def create_zone(
     degree = options.quadrature_degree
     if degree is None:
         degree = quadrature.default_degree(surface.shape, p, q, surface.axisymmetric)
+    # Each place of a surface that meets itself is integrated from both sides
+    share = 0.5 if zone.meets_itself else 1.0
     turn = "_of_revolution" if surface.axisymmetric else ""
     made_of = _cpp.ZoneInput(
         slave=slave,
@@ -124,8 +138,9 @@ def create_zone(
         ),
         strategy=getattr(_cpp.Strategy, search.strategy.replace("-", "_")),
         subdivide=search.subdivide,
-        segment_rules=quadrature.segment_rules(surface.shape, degree),
-        facet_rule=quadrature.facet_rule(surface.shape, degree),
+        segment_rules=quadrature.segment_rules(surface.shape, degree, share),
+        facet_rule=quadrature.facet_rule(surface.shape, degree, share),
+        filter=_filter(zone, comm),
     )
     return ZoneData(
         zone,
@@ -140,6 +155,7 @@ def create_zone(
         thickness,
         nothing(surface.gdim),
         MasterTags(zone, comm),
+        MasterTags(zone, comm, zone.meets_itself),
         Motions(zone.bodies),
         multiplier_degree=q,
         has_law_at_nodes=tied is None and options.method.condition == "nodes",

@@ -29,29 +29,30 @@ def default_degree(shape: str, p: int, q: int, axisymmetric: bool = False) -> in
     return degree + axisymmetric
 
 
-def segment_rules(shape: str, degree: int) -> _cpp.SegmentRules:
+def segment_rules(shape: str, degree: int, share: float = 1.0) -> _cpp.SegmentRules:
     """Rules for the segments of facets of a shape.
 
     Polynomials of the degree are integrated exactly on any segment. On one with four
     vertices the Jacobian of its bilinear map takes one degree more, and three points
     each way are the least: with two, Newton's method may go to and fro between points
-    of large segments that open and close.
+    of large segments that open and close. Integrals count by their share: where both
+    sides are integrated over, each counts half [theory (3.15)].
     """
     if shape == "interval":
-        return _cpp.SegmentRules(facet_rule("interval", degree))
-    triangle = facet_rule("triangle", degree)
-    fan = _along_rays() if degree == 3 else triangle
-    return _cpp.SegmentRules(
-        triangle, facet_rule("quadrilateral", max(degree + 1, 5)), fan
-    )
+        return _cpp.SegmentRules(facet_rule("interval", degree, share))
+    triangle = facet_rule("triangle", degree, share)
+    fan = _along_rays(share) if degree == 3 else triangle
+    quadrilateral = facet_rule("quadrilateral", max(degree + 1, 5), share)
+    return _cpp.SegmentRules(triangle, quadrilateral, fan)
 
 
-def facet_rule(shape: str, degree: int) -> _cpp.QuadratureRule:
-    """Rule for whole facets."""
-    return _cpp.QuadratureRule(*compat.quadrature(shape, degree))
+def facet_rule(shape: str, degree: int, share: float = 1.0) -> _cpp.QuadratureRule:
+    """Rule for whole facets, with a share of its weights."""
+    points, weights = compat.quadrature(shape, degree)
+    return _cpp.QuadratureRule(points, share * weights)
 
 
-def _along_rays() -> _cpp.QuadratureRule:
+def _along_rays(share: float) -> _cpp.QuadratureRule:
     """Product of Gauss rules along and across the rays from a triangle's first corner.
 
     Four points for degree 3, where rules that favour no corner take six; at other
@@ -62,4 +63,4 @@ def _along_rays() -> _cpp.QuadratureRule:
     by_r = np.array([9 - np.sqrt(6), 9 + np.sqrt(6)]) / 36
     t, by_t = np.array([3 - np.sqrt(3), 3 + np.sqrt(3)]) / 6, 1 / 2
     points = np.stack([np.outer(r, 1 - t).ravel(), np.outer(r, t).ravel()], axis=1)
-    return _cpp.QuadratureRule(points, np.repeat(by_r * by_t, 2))
+    return _cpp.QuadratureRule(points, share * np.repeat(by_r * by_t, 2))

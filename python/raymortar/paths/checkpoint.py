@@ -144,6 +144,9 @@ class Checkpoint:
                 yield _Field(f"multiplier {k}", f.function_space, f.x.array)
             if of_part.slip is not None:
                 yield _Field(f"slip {k}", part.surfaces.scalar, of_part.slip)
+            if of_part.augmentation is not None:
+                own = of_part.augmentation
+                yield _Field(f"augmentation {k}", part.surfaces.scalar, own)
         for k, f in enumerate(self._more):
             yield _Field(f"more[{k}] {f.name}", f.function_space, f.x.array)
 
@@ -319,6 +322,7 @@ class Checkpoint:
                 old_motions=motions,
                 freedoms=[np.array(values) for values in of_part["freedoms"]],
                 slip=arrays.get(f"slip {k}"),
+                augmentation=arrays.get(f"augmentation {k}"),
             )
             parts.append(new)
             begin = end

@@ -11,6 +11,7 @@ from ..compat import Array
 from ..interface.point_results import OPEN, pressures
 from ..interface.state import State
 from ..interface.zone_data import ZoneData
+from ..options.methods import Penalty
 from ..problem import CoupledProblem
 from ..results.sums import resultant_on, work_on_gaps
 from .body_columns import rigid_bodies
@@ -161,10 +162,13 @@ def _end(problem: CoupledProblem, of_begin: bool = False) -> _End:
         # Energy in springs of friction counts as its work
         stored += one.stored_energy("total" if one.friction is None else "normal")
         if one.tied is None:
-            if one.multiplier is not None:
+            # An exact penalty has the tractions of a multiplier
+            is_exact = isinstance(one.method, Penalty) and one.method.exact
+            closes = one.multiplier is not None or is_exact
+            if closes:
                 ripple += work_on_gaps(one.zones, problem.comm)
             for zone in one.zones:
-                facets.append(_facets(zone, one.multiplier is not None))
+                facets.append(_facets(zone, closes))
     return _End(volume, tractions, supplied, stored, ripple, facets)
 
 
@@ -178,7 +182,7 @@ def _facets(zone: ZoneData, has_multiplier: bool) -> _Facets:
         for values in (pressures(points), points["gap"], np.ones(len(hit)))
     )
     mean = np.divide(gap, area, out=np.zeros(count), where=area > 0.0)
-    offset = zone.whole_offset
+    offset = zone.own_offset
     own = np.zeros(count) if offset is None else offset.mean(axis=1)
     return _Facets(force, mean, own, has_multiplier)
 

@@ -90,6 +90,8 @@ class History:
         - ``force_<slave>_<master>_x``, ...: the same of every pair that has names, or
           whose slave has several masters, by the names or else the tags of its
           surfaces (`Pair.label`): ``force_ring_plate_x``, ``force_3_7_x``;
+        - ``force_on_<name>_x``, ...: with ``pairs="all"`` the contact force on every
+          tag and every body without one, named as in `Interaction.meetings`;
         - ``reaction_<name>_x``, ...: `NonlinearProblem.reactions`;
         - of every rigid body by its name ``push_<name>_x``, ``moment_<name>_x``: force of
           contact on it and moment about its centre; ``translation_<name>_x``,
@@ -196,6 +198,8 @@ class History:
         numbers = [pair.surface for pair in contact.pairs]
         for k, pair in enumerate(contact.pairs):
             i = pair.surface
+            if zones[i].facets.meets_itself:  # its forces add up to zero
+                continue
             if pair.slave_name or pair.master_name or numbers.count(i) > 1:
                 master = zones[i].facets.master_tags.index(pair.master)
                 found.append((pair.label, i, master, partial(one.of_pair, k)))
@@ -212,6 +216,9 @@ class History:
             kinds = ["force"] + ["normal", "tangential"] * zones[i].frictional
             names = [f"{kind}_{label}_{x}" for kind in kinds for x in axes]
             yield names, partial(_parts_of, find, kinds)
+        for label, find in contact.results.parts():
+            names = [f"force_on_{label}_{x}" for x in axes]
+            yield names, partial(_parts_of, find, ["force"])
         if supports:
             names = [f"reaction_{name}_{x}" for name in supports for x in axes]
             yield names, lambda: np.hstack([*self.problem.reactions(supports).values()])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -19,14 +20,15 @@ from ..errors import ContactError, ContactWarning, as_path, raise_everywhere, to
 from ..interface import point_results as at_points
 from ..interface.contact_surfaces import ContactSurfaces
 from ..interface.law_nodes import set_at_nodes
-from ..interface.pairs import PairTable
+from ..interface.pairs import PairTable, as_label
 from ..interface.point_results import OPEN
 from ..interface.present import PresentState
 from ..interface.zone_data import ZoneData
 from ..options.friction import Law
 from ..rigid.body import Body
+from .meetings import Meeting, chosen_parts, meetings, names_of
 from .segments import write_segments
-from .sums import Resultant, added, resultant, resultant_on
+from .sums import Resultant, added, mutual, resultant, resultant_on
 
 
 class PointResults:
@@ -94,11 +96,16 @@ class PointResults:
         """Contact force on a slave surface, or of a pair. Collective."""
         with together(self._comm):
             self._require_results()
-            if master is None and not isinstance(slave, str):
+            parts = chosen_parts(self.zones, self.pairs, slave, master)
+            if parts:
+                pass
+            elif master is None and not isinstance(slave, str):
                 surfaces = [self._surface(slave)]
             else:
                 found = self.pairs.find(slave, master)
                 surfaces = sorted({self.pairs.pairs[k].surface for k in found})
+        if parts:
+            return added([mutual(self.zones[i], self._comm, *of) for i, *of in parts])
         if master is None:
             return added([resultant(self.zones[i], self._comm) for i in surfaces])
         return added([self.of_pair(k) for k in found])
@@ -115,6 +122,23 @@ class PointResults:
         with together(self._comm):
             self._require_results()
         return [self.of_pair(k) for k in range(len(self.pairs.pairs))]
+
+    def parts(self) -> list[tuple[str, Callable[[], Resultant]]]:
+        """Name the tags and bodies of all facets, with functions for the force on each."""
+        found: list[tuple[str, Callable[[], Resultant]]] = []
+        for i, zone in enumerate(self.zones):
+            if isinstance(zone.facets.slave_tag, str) and zone.facets.meets_itself:
+                found += [
+                    (as_label(name), partial(self.resultant, name, None))
+                    for name in names_of(self.zones, self.pairs, i)
+                ]
+        return found
+
+    def meetings(self) -> list[Meeting]:
+        """Surfaces that are in contact, by name. Collective."""
+        with together(self._comm):
+            self._require_results()
+        return meetings(self.zones, self.pairs, self._comm)
 
     def resultant_on(self, body: Body) -> Resultant:
         """Contact force on a rigid body. Collective."""

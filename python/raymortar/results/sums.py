@@ -10,7 +10,7 @@ from mpi4py import MPI
 
 import numpy as np
 
-from ..compat import Array
+from ..compat import Array, Indices, Mask
 from ..discretization.layout import CoupledRows
 from ..discretization.ranks import Communication, communication
 from ..interface.point_results import (
@@ -199,10 +199,55 @@ def resultant(
     the arms of the slave, with the couple of friction over the gap, theory (3); or, if
     asked, those of the master where the two are not the same, theory (4.22).
     """
-    points, dim = zone.points(), zone.facets.slave_surface.gdim
+    points = zone.points()
+    if zone.facets.meets_itself:
+        return mutual(zone, comm)
     if master is not None:
-        mine = zone.masters_of(points) == master
-        points = {name: values[mine] for name, values in points.items()}
+        points = _chosen(points, zone.masters_of(points) == master)
+    return _sum_up(zone, points, comm, at_hits)
+
+
+def _chosen(points: dict[str, Array], mine: Mask) -> dict[str, Array]:
+    """Some of the points."""
+    return {name: values[mine] for name, values in points.items()}
+
+
+def mutual(
+    zone: ZoneData,
+    comm: MPI.Comm,
+    one: Sequence[int] | None = None,
+    other: Sequence[int] | None = None,
+) -> Resultant:
+    """Sum up force and moment on some parts of a surface from others. Collective.
+
+    Both are integrated over: what acts on a part is the traction at its own points, and
+    minus that of points that hit it, theory (3.15). None: all parts; of a surface that
+    meets others, all of these.
+    """
+    points = zone.points()
+    own, met = zone.parts_of(points)
+
+    def among(part: Indices, chosen: Sequence[int] | None) -> Mask:
+        return part >= 0 if chosen is None else np.isin(part, chosen)
+
+    if not zone.facets.meets_itself:
+        return _sum_up(zone, _chosen(points, among(own, one)), comm)
+    acts = _sum_up(zone, _chosen(points, among(own, one) & among(met, other)), comm)
+    hits = _chosen(points, among(own, other) & among(met, one))
+    return added([acts, _opposite(_sum_up(zone, hits, comm, True))])
+
+
+def _opposite(of: Resultant) -> Resultant:
+    """What acts on the other side."""
+    radial = None if of.radial is None else -of.radial
+    return Resultant(-of.force, -of.moment, -of.normal, -of.tangential, radial)
+
+
+def _sum_up(
+    zone: ZoneData, points: dict[str, Array], comm: MPI.Comm, at_hits: bool = False
+) -> Resultant:
+    """Sum up forces and moments at points of all ranks. Collective."""
+    dim = zone.facets.slave_surface.gdim
     forces = points["weight"][:, None] * points["traction"]
     normal = along_normal(points, forces)
     moments = _moments(zone.arms(points), forces - normal)

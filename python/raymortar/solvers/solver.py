@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import warnings
 import weakref
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
@@ -15,7 +16,14 @@ from dolfinx.fem import Function
 
 from .. import compat
 from ..diagnose.outcome import require_convergence
-from ..errors import ContactError, raise_everywhere, require_agreement, together
+from ..errors import (
+    ContactError,
+    ContactWarning,
+    raise_everywhere,
+    require_agreement,
+    together,
+)
+from ..interface.augmentation import MOST_AUGMENTATIONS, augmented
 from ..problem import CoupledProblem
 from .petsc_objects import CLOSE, PetscOptions, attach, renew, take_tangent
 
@@ -127,6 +135,25 @@ class CoupledSolver(ABC):
         The loop takes the vector of unknowns and n others, and returns its iterations
         and why they failed, None if they converged.
         """
+        contacts, comm = self.problem.contact, self.problem.comm
+        iterations, change = self._iterate_once(iterate, n), 0.0
+        for _ in range(MOST_AUGMENTATIONS):
+            change = augmented(contacts.parts, comm)
+            if not change:
+                return iterations
+            iterations += self._iterate_once(iterate, n)
+        warnings.warn(
+            f"an exact penalty has changed gaps by {change:.1e} of a facet in the last "
+            f"of {MOST_AUGMENTATIONS} solves: a larger gamma converges faster",
+            ContactWarning,
+            stacklevel=3,
+        )
+        return iterations
+
+    def _iterate_once(
+        self, iterate: Callable[..., tuple[int, str | None]], n: int
+    ) -> int:
+        """Solve with the tractions that an exact penalty has carried over. Collective."""
         problem = self.problem
         problem.solves += 1
         vectors = [problem.start(), *(problem.create_vector() for _ in range(n))]

@@ -115,6 +115,7 @@ def test_coefficients_that_a_path_has_changed_are_kept(folder):
 def test_it_knows_all_that_a_state_has():
     """Who adds to a state adds to the file."""
     known = "u u_old multiplier traction_old unknowns old_motions freedoms slip smooth"
+    known += " augmentation"
     assert {field.name for field in fields(ContactState)} == set(known.split())
 
 

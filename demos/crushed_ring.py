@@ -1,0 +1,121 @@
+"""Self-contact: a ring is crushed between two round jaws until its inner wall meets itself.
+
+Half of the ring; its inner wall is one tag, which is slave and master. By symmetry it is
+a quarter on a rigid line, without self-contact.
+"""
+
+import sys
+from types import SimpleNamespace
+
+from mpi4py import MPI
+
+import bodies
+import common
+import drawing
+import numpy as np
+from dolfinx import fem
+
+import raymortar
+from meshes.blocks import Block
+from meshes.meshing import Scene, assemble_blocks
+from raymortar import io, rigid, tools
+
+# Any consistent units; forces per thickness
+E, NU, RADIUS, WALL, GAMMA = 100.0, 0.3, 1.0, 0.15, 4e4
+JAW, PUSH = 0.6, RADIUS - WALL + 0.05  # radius and way of each jaw
+TAGS = {"inner": 1, "outer": 2, "low": 3, "high": 4}
+
+
+def ring(comm, size, begin):
+    """The ring from an angle to the top, in degrees. Collective."""
+
+    def mapping(x):
+        r, angle = RADIUS - WALL + WALL * x[:, 0], np.radians(x[:, 1])
+        return np.column_stack([r * np.cos(angle), r * np.sin(angle)])
+
+    sides = {"left": 1, "right": 2, "bottom": 3, "top": 4}
+    cells = size, round((90 - begin) * 16 * size / 90)
+    block = Block(cells, (0.0, begin), (1.0, 90.0), mapping=mapping, tags=sides)
+    return Scene(*assemble_blocks(comm, [block], "quadrilateral", 2), TAGS)
+
+
+def crush(comm, size, steps, itself=True):
+    """Press the half ring onto itself, or the quarter onto a rigid line. Collective."""
+    scene = ring(comm, size, -90 if itself else 0)
+    V = tools.vector_space(scene.mesh, 2)
+    u = fem.Function(V, name="displacement")
+    bcs = [tools.prescribe(V, scene.find("high"), component=0)]
+    bcs += [tools.prescribe(V, scene.find("low"), component=0 if itself else 1)]
+    jaws = [rigid.Body(rigid.Circle((0.0, RADIUS + JAW), JAW), name="jaw")]
+    if itself:
+        jaws += [rigid.Body(rigid.Circle((0.0, -RADIUS - JAW), JAW), name="lower")]
+    pairs = [("outer", jaw) for jaw in jaws]
+    outside = raymortar.Contact(u, scene.facet_tags, pairs, names=TAGS)
+    pairs = [("inner", "inner" if itself else rigid.Line((0.0, 0.0), (0.0, 1.0)))]
+    # To the line it is half as far as to the other side
+    law = raymortar.Penalty(GAMMA if itself else 2.0 * GAMMA)
+    inside = raymortar.Contact(u, scene.facet_tags, pairs, law, names=TAGS)
+    F = bodies.NeoHookean(E, NU).residual(u, 4)
+    problem = raymortar.NonlinearProblem(F, [outside, inside], bcs)
+    history = raymortar.History(problem)
+
+    def close(t):
+        for jaw, way in zip(jaws, (-PUSH, PUSH)):
+            jaw.move((0.0, way * (1.0 - (1.0 - t) ** 2)))
+
+    path = raymortar.LoadSteps(problem.snes_solver, close, steps, history=history)
+    return SimpleNamespace(
+        u=u,
+        scene=scene,
+        contact=inside,
+        iterations=[step.iterations for step in path],
+        halvings=path.halvings,
+        way=-2.0 * history["translation_jaw_y"],
+        force=history["push_jaw_y"],
+    )
+
+
+def draw(found, half, path, parts):
+    """The crushed ring with its mirror image, and force over way."""
+    figure, (left, right) = drawing.pyplot().subplots(1, 2, figsize=(10, 4))
+    x, moved, mises = parts
+    for sign in (1.0, -1.0):
+        at = (x[..., :2] + moved) * [sign, 1.0]
+        colours = drawing.draw_field(left, at, mises, [(1, 1)], mises.max())
+    left.axis("equal")
+    left.axis("off")
+    figure.colorbar(colours, ax=left, label="von Mises stress", shrink=0.6)
+    right.semilogy(half.way, half.force, color=drawing.EXACT, label="quarter on a line")
+    right.semilogy(found.way, found.force, "o", color=drawing.COMPUTED, label="half")
+    right.set(xlabel="how much the jaws come closer", ylabel="force on half a jaw")
+    right.legend()
+    figure.savefig(path, bbox_inches="tight")
+
+
+def main(arguments=None):
+    """Run the demo; 0 if both models have the same force."""
+    parser = common.options("crushed_ring", __doc__)
+    parser.add_argument("--size", type=int, default=2, help="cells through the wall")
+    parser.add_argument("--steps", type=int, default=16, help="load steps")
+    args = parser.parse_args(arguments)
+    comm, report = MPI.COMM_WORLD, common.Report(MPI.COMM_WORLD)
+    args.output.mkdir(parents=True, exist_ok=True)
+    size = args.size * (2 if args.fine else 1)
+    found, half = (crush(comm, size, args.steps, itself) for itself in (True, False))
+    report.effort(found.contact, found.iterations, found.halvings)
+    for meeting in found.contact.meetings():
+        report.say(str(meeting))
+    report.add("force at the end", found.force[-1], half.force[-1], 0.01)
+    deepest = -found.contact.statistics.min_gap / WALL
+    report.add("1 + penetration / wall", 1.0 + deepest, 1.0, 0.02)
+    mises = bodies.NeoHookean(E, NU).mises(found.u)
+    fields = [found.u, found.contact.pressure(), mises]
+    io.write_xdmf(args.output / "crushed_ring.xdmf", found.scene.mesh, fields)
+    parts = drawing.gather_cells(found.scene.mesh, found.u, mises)
+    if comm.rank == 0:
+        draw(found, half, args.output / "crushed_ring.png", parts)
+    return report.finish("the quarter")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,129 @@
+"""Surfaces that meet themselves: their facets by tag and body, and their neighbours."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from mpi4py import MPI
+
+import numpy as np
+from dolfinx.mesh import Mesh
+
+from .. import compat
+from ..compat import Array, Indices
+from .bodies import Bodies, find_bodies
+from .facets import Facets, Global, all_exterior_facets
+from .ranks import of_all
+from .reference_facets import N_CORNERS
+from .surfaces import Surface
+
+# Places of bodies that differ by less than this share of the mesh's size are the same
+_SAME_PLACE = 1e-9
+
+
+@dataclass(frozen=True)
+class Part:
+    """Facets of a tag and of a body.
+
+    Attributes
+    ----------
+    tag
+        Their tag; None: they have none.
+    body
+        Number of their body, where facets of the tag are of several or have no tag;
+        else None.
+    """
+
+    tag: int | None
+    body: int | None
+
+
+def all_facets(
+    u: Any, mesh: Mesh, facet_tags: Any
+) -> tuple[list[Facets], tuple[Part, ...]]:
+    """Sort all exterior facets of a mesh by tag and body. Collective.
+
+    Tags may be None. Parts are the same on all ranks, and bodies are numbered by the
+    place of their middle.
+    """
+    facets, _ = all_exterior_facets(mesh)
+    tags = _tags(facets, facet_tags, mesh)
+    bodies = find_bodies(u.function_space)
+    number = _by_place(u, bodies)[
+        bodies.dofs[compat.dofmap_array(u.function_space)[facets.cells, 0]]
+    ]
+    rows = np.column_stack([tags, number])
+    known = np.unique(of_all(mesh.comm, np.unique(rows, axis=0))[0], axis=0)
+    of_tag = known[:, 0].tolist()
+    parts, chosen = [], []
+    for tag, body in known.tolist():
+        alone = tag >= 0 and of_tag.count(tag) == 1
+        parts.append(Part(None if tag < 0 else tag, None if alone else body))
+        mine = (rows == (tag, body)).all(axis=1)
+        fields = facets.facets, facets.cells, facets.local_facets
+        chosen.append(Facets(tag, *(values[mine] for values in fields)))
+    return chosen, tuple(parts)
+
+
+def _tags(facets: Facets, facet_tags: Any, mesh: Mesh) -> Global:
+    """Tag of each facet, -1: none."""
+    tags = np.full(len(facets.facets), -1, dtype=np.int64)
+    if facet_tags is None or facet_tags.dim != mesh.topology.dim - 1:
+        return tags
+    place = np.searchsorted(facet_tags.indices, facets.facets)
+    place = np.minimum(place, max(len(facet_tags.indices) - 1, 0))
+    if len(facet_tags.indices):
+        has = facet_tags.indices[place] == facets.facets
+        tags[has] = facet_tags.values[place[has]]
+    return tags
+
+
+def _by_place(u: Any, bodies: Bodies) -> Indices:
+    """Number of each body in the order of the middles of their nodes. Collective."""
+    V = u.function_space
+    n = V.dofmap.index_map.size_local
+    x, body = V.tabulate_dof_coordinates()[:n], bodies.dofs[:n]
+    sums = np.zeros((bodies.count, 4))
+    np.add.at(sums, body, np.column_stack([x, np.ones(n)]))
+    V.mesh.comm.Allreduce(MPI.IN_PLACE, sums)
+    middle: Array = sums[:, :3] / sums[:, 3:]
+    size = float(np.abs(middle).max(initial=0.0))
+    places: Array = np.round(middle / (_SAME_PLACE * size if size else 1.0))
+    order = np.lexsort(places.T[::-1])
+    number = np.empty(bodies.count, dtype=np.int32)
+    number[order] = np.arange(bodies.count, dtype=np.int32)
+    return number
+
+
+def corner_ids(surface: Surface) -> Global:
+    """Global numbers of the corners of facets, (n_facets, n)."""
+    corners = surface.facet_dofs[:, : N_CORNERS[surface.shape]]
+    return surface.dof_ids[corners]
+
+
+def facets_that_share_vertices(
+    slave: Surface, master: Surface, comm: MPI.Comm
+) -> tuple[Global, Global]:
+    """List the master facets of all ranks that share a vertex with each slave facet.
+
+    Returns offsets (slave facets + 1,) and global numbers, ascending for each slave
+    facet. Collective.
+    """
+    ids, corners = of_all(comm, master.facet_ids, corner_ids(master))
+    known = np.sort(ids)
+    order = np.argsort(corners.ravel(), kind="stable")
+    vertices = corners.ravel()[order]
+    owners = np.searchsorted(known, ids[order // corners.shape[1]])
+    mine = corner_ids(slave)
+    begin = np.searchsorted(vertices, mine.ravel(), "left")
+    counts = np.searchsorted(vertices, mine.ravel(), "right") - begin
+    ends = np.cumsum(counts)
+    rows = np.repeat(np.arange(mine.size) // mine.shape[1], counts)
+    at = np.arange(counts.sum()) - np.repeat(ends - counts, counts)
+    met = owners[at + np.repeat(begin, counts)]
+    # One number for each pair of facets, in the order of the table
+    pairs = np.unique(rows.astype(np.int64) * max(len(known), 1) + met)
+    row, column = np.divmod(pairs, max(len(known), 1))
+    offsets = np.searchsorted(row, np.arange(len(mine) + 1))
+    return offsets.astype(np.int64), known[column].astype(np.int64)
