@@ -102,7 +102,7 @@ def field_rows(case, x):
     return x.array[starts[1] : starts[2]]
 
 
-def remainders(case, seed, first_steps=FIRST_STEPS):
+def remainders(case, seed, first_steps=FIRST_STEPS[2:]):
     """Steps and Taylor remainders of the temperature's rows, with the topology held;
     None where it is not. Displacement, multiplier and temperature vary together."""
     problem, contact = case.problem, case.contact
@@ -119,7 +119,7 @@ def remainders(case, seed, first_steps=FIRST_STEPS):
     slope = field_rows(case, change).copy()
     topology, at = Topology(contact), x.duplicate()
     for first in first_steps:
-        steps = first * 10.0 ** -np.arange(0.0, 3.1, 0.5)
+        steps = first * 10.0 ** -np.arange(0.0, 2.6, 0.5)
         found = []
         for e in steps:
             at.array[:] = x.array + e * direction.array
@@ -134,15 +134,17 @@ def remainders(case, seed, first_steps=FIRST_STEPS):
     return None
 
 
-def field_slopes(make, prepare, wanted=all_hit_their_own):
+def field_slopes(make, prepare, heat=massive, wanted=all_hit_their_own):
     """Slopes of the Taylor remainders of a flux, at a state with no kink nearby.
 
-    `make` takes a seed to a problem or None, `prepare` sets its contact's state.
+    `make` takes a seed to a contact or None, `prepare` sets its state, `heat` makes the
+    problem with a flux.
     """
     for seed in SEEDS:
-        case = make(seed)
-        if case is None or not prepare(case.contact, seed) or not wanted(case.contact):
+        contact = make(seed)
+        if contact is None or not prepare(contact, seed) or not wanted(contact):
             continue
+        case = heat(contact)
         set_temperature(case.T, seed)
         found = remainders(case, seed)
         if found is not None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import pytest
 import states
 from fluxes import field_slopes, massive
@@ -32,16 +34,15 @@ def test_flux_without_friction(case, field, regime, record_property):
 
     def make(seed):
         degree = 2 if case.dim == 3 else None
-        contact = states.make_contact(
+        return states.make_contact(
             scene, case, tangent="full", quadrature_degree=degree
         )
-        return massive(contact, field_degree=field)
 
     def prepare(contact, seed):
         states.set_state(contact, scene, regime, seed)
         return states.in_regime(contact, regime)
 
-    found = field_slopes(make, prepare)
+    found = field_slopes(make, prepare, partial(massive, field_degree=field))
     record_property("slope", found.tolist())
     assert is_second_order(found), found
 
@@ -70,14 +71,15 @@ def test_flux_and_heat_of_friction(case, record_property):
             return None
         contact = case.contact(scene, friction, tangent="full")
         contact.dt = 0.5
-        return massive(contact, field_degree=case.degree, friction_heat=0.3)
+        return contact
 
     def prepare(contact, seed):
         set_both(contact, scene, seed)
         check_regime(contact, case.regime)
         return True
 
-    found = field_slopes(make, prepare)
+    heat = partial(massive, field_degree=case.degree, friction_heat=0.3)
+    found = field_slopes(make, prepare, heat)
     record_property("slope", found.tolist())
     assert is_second_order(found), found
 
@@ -92,7 +94,5 @@ def test_fixed_tangent_is_of_first_order(cell):
         states.set_state(contact, scene, "active", seed)
         return states.in_regime(contact, "active")
 
-    found = field_slopes(
-        lambda seed: massive(states.make_contact(scene, case)), prepare
-    )
+    found = field_slopes(lambda seed: states.make_contact(scene, case), prepare)
     assert is_first_order(found), found
