@@ -115,7 +115,7 @@ LAWS = {
     ),
     "dq/dT_s of the complex step": dict(law=lambda a, b, c, d, e: np.abs(a) - b),
     "does not take a complex T_s": dict(
-        law=lambda a, b, c, d, e: np.array([float(x) for x in a]) - b
+        law=lambda a, b, c, d, e: np.heaviside(a, 0.0) - b
     ),
 }
 
