@@ -285,7 +285,11 @@ class CoupledProblem:
         self.form(x)
         if self.volume.updated is not None:
             self.volume.updated.bring_for_residual()
-        imbalance = self.convergence.measure(self._assemble(b, True))
+        norms = self._assemble(b, True)
+        more = (
+            None if self.fluxes is None else self.fluxes.sizes(self.convergence.groups)
+        )
+        imbalance = self.convergence.measure(norms, more)
         self.history.append(imbalance.norm)
 
     def loads(self, b: PETSc.Vec) -> None:
@@ -353,7 +357,8 @@ class CoupledProblem:
         self.volume.add_tangent(A, self.bcs)
         self.contact.add_tangent(A, self.bcs)
         if self.fluxes is not None:
-            self.fluxes.add_tangent(A, self.bcs)
+            largest = self.convergence.groups.largest
+            self.fluxes.add_tangent(A, self.bcs, largest)
         A.assemble()
         return renewed
 

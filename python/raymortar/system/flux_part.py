@@ -13,6 +13,7 @@ from dolfinx.fem import Function
 
 from .. import compat
 from ..compat import Array
+from ..convergence.balance import EPS
 from ..discretization.joined import Displacement
 from ..discretization.layout import CoupledRows
 from ..discretization.reference_facets import shape_functions
@@ -209,6 +210,29 @@ class FluxPart:
                         fields, q, *self._heat_rates, slopes=slopes, along=along
                     )
                 )
+        return joined(found)
+
+    def sizes(self, largest: float) -> tuple[Any, Any, Any]:
+        """Rows of the field, the sizes of terms there, and their rounding errors where
+        positions are as large as `largest`. Collective."""
+        values, dt, found = (
+            [s.present() for s in self.sides],
+            self.contact.present.dt,
+            [],
+        )
+        with together(self._comm):
+            for side, fields in zip(self.sides, values):
+                points = self._points(side, fields)
+                q = self._law.values(points.at, points.given)
+                slopes = np.abs(self._law.slopes(points.at, points.given))
+                at = np.abs(points.at)
+                at[3], at[4] = largest, largest / dt  # differences of positions
+                heat = points.found["pressure"] * largest / dt
+                terms = np.abs(q) + np.abs(points.found["work"]) / dt
+                errors = EPS * (np.einsum("qk,kq->q", slopes, at) + heat)
+                rows, first = side.residual(fields, terms, 0.0, 0.0)
+                _, second = side.residual(fields, errors, 0.0, 0.0)
+                found.append((rows, np.abs(first), np.abs(second)))
         return joined(found)
 
     def _check(self, values: Sequence[Any]) -> None:

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from .. import _cpp
 from ..compat import Array
+from ..convergence.balance import Groups
 from ..discretization.layout import CoupledRows
 from ..discretization.unknowns import Lacking
 from .flux_part import FluxPart, joined
@@ -34,6 +35,8 @@ class FluxTerms:
         self._system, self._parts = system, list(parts)
         self._layout: CoupledRows = system.layout
         self._sum: PETSc.Vec = self._layout.create_vector()
+        # Terms of the owned rows of the forms, and their rounding errors
+        self._sizes = np.zeros((2, self._layout.n))
         functions = system.unknowns.functions
         for part in self._parts:
             part.solve_for(functions, self._layout)
@@ -68,17 +71,23 @@ class FluxTerms:
 
     def _lifted(self, increment: Array) -> Array:
         """Effect of prescribed increments on the other rows."""
-        rows, columns, values = self._tangent()
+        rows, columns, values = joined([part.tangent() for part in self._parts])
         return self._added_up(rows, values * self._at(increment, columns))
 
-    def _tangent(self) -> tuple[Global, Global, Array]:
-        """Entries of the tangents of all fluxes."""
-        rows, columns, values = joined([part.tangent() for part in self._parts])
-        return rows, columns, values
+    def sizes(self, groups: Groups) -> tuple[Array, Array]:
+        """Add up by group what terms of the fields' rows had at the last tangent, and
+        their rounding errors [theory (5.13)]. Collective."""
+        rows = np.zeros((2, len(groups.of_row)))
+        rows[:, : self._layout.n] = self._sizes
+        terms, errors = np.sqrt(groups.sum(*rows**2))
+        return terms, errors
 
-    def add_tangent(self, A: PETSc.Mat, bcs: Sequence[Any]) -> None:
-        """Add the tangent, without constrained rows and columns. Collective."""
-        rows, columns, values = self._tangent()
+    def add_tangent(self, A: PETSc.Mat, bcs: Sequence[Any], largest: float) -> None:
+        """Add the tangent, without constrained rows and columns. Positions are as large
+        as `largest`. Collective."""
+        rows, columns, values = joined([part.tangent() for part in self._parts])
+        found = joined([part.sizes(largest) for part in self._parts])
+        self._sizes = np.array([self._added_up(found[0], one) for one in found[1:]])
         fixed = self._system.unknowns.owned_prescribed(bcs).astype(np.float64)
         free = (self._at(fixed, rows) == 0.0) & (self._at(fixed, columns) == 0.0)
         *csr, numbers = _compressed(rows[free], columns[free], values[free])
