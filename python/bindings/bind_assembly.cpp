@@ -18,10 +18,11 @@ Handle from_handle(std::uintptr_t handle)
 void preallocate_zones(std::uintptr_t A, const Array<std::int32_t>& offsets,
                        const Array<std::int32_t>& columns,
                        const std::vector<const Zone*>& zones,
-                       const std::vector<const Pattern*>& patterns)
+                       const std::vector<const Pattern*>& patterns,
+                       const std::vector<FieldRows>& fields)
 {
   preallocate(from_handle<PetscMatrix>(A), to_span(offsets), to_span(columns),
-              zones, patterns);
+              zones, patterns, fields);
 }
 } // namespace
 
@@ -57,6 +58,13 @@ void bind_assembly(py::module_& m)
           apply_lifting(z, from_handle<PetscVector>(b), to_span(slave), fetched,
                         alpha, statistics);
         });
-  m.def("preallocate", &preallocate_zones);
+  bind_options<FieldRows>(m, "FieldRows", Field{"zone", &FieldRows::zone},
+                          Field{"slave", &FieldRows::slave},
+                          Field{"master", &FieldRows::master},
+                          Field{"per_slave", &FieldRows::per_slave},
+                          Field{"per_master", &FieldRows::per_master});
+  m.def("preallocate", &preallocate_zones, py::arg("A"), py::arg("offsets"),
+        py::arg("columns"), py::arg("zones"), py::arg("patterns"),
+        py::arg("fields") = std::vector<FieldRows>());
 }
 } // namespace raymortar::bindings

@@ -14,4 +14,5 @@ PYBIND11_MODULE(_cpp, m)
   raymortar::bindings::bind_zone(m);
   raymortar::bindings::bind_assembly(m);
   raymortar::bindings::bind_system(m);
+  raymortar::bindings::bind_flux(m);
 }

@@ -9,6 +9,7 @@ from .errors import (
     ConvergenceError,
     SetUpError,
 )
+from .flux import Flux, FluxRates
 from .interface.pairs import Pair
 from .interface.point_results import NodeStatus, PointStatus
 from .nonlinear_problem import NonlinearProblem
@@ -25,11 +26,13 @@ from .solvers.fixed_point import FixedPointSolver
 from .solvers.newton import NewtonSolver
 from .solvers.snes import SNESSolver
 from .tie import Tie
+from .wear import Archard, Wear
 
 __version__ = "0.1.0"
 
 __all__ = [
     "ArcLength",
+    "Archard",
     "AugmentedLagrangian",
     "Checkpoint",
     "Contact",
@@ -40,6 +43,8 @@ __all__ = [
     "Coulomb",
     "DisplacementControl",
     "FixedPointSolver",
+    "Flux",
+    "FluxRates",
     "Friction",
     "History",
     "LoadStep",
@@ -57,6 +62,7 @@ __all__ = [
     "Stick",
     "Tie",
     "Tresca",
+    "Wear",
     "io",
     "plot",
     "rigid",

@@ -361,4 +361,45 @@ def preallocate(
     columns: _Indices,
     zones: Sequence[Zone],
     patterns: Sequence[Pattern],
+    fields: Sequence[FieldRows] = ...,
 ) -> None: ...
+
+class FieldRows:
+    def __init__(
+        self,
+        *,
+        zone: int,
+        slave: _Globals,
+        master: _Globals,
+        per_slave: int,
+        per_master: int,
+    ) -> None: ...
+
+class FluxFields:
+    def __init__(
+        self,
+        *,
+        slave: _Reals,
+        master: _Reals,
+        slave_rows: _Globals,
+        master_rows: _Globals,
+        slave_degree: int,
+        master_degree: int,
+        tool: float,
+    ) -> None: ...
+
+def flux_points(zone: Zone, fields: FluxFields) -> dict[str, npt.NDArray[Any]]: ...
+def flux_residual(
+    zone: Zone, fields: FluxFields, q: _Reals, slave_heat: float, target_heat: float
+) -> tuple[_Globals, _Reals]: ...
+def flux_tangent(
+    zone: Zone,
+    fields: FluxFields,
+    q: _Reals,
+    slave_heat: float,
+    target_heat: float,
+    slopes: _Reals,
+    along: _Reals,
+) -> tuple[_Globals, _Globals, _Reals]: ...
+def to_master_facets(zone: Zone, owned: _Reals, width: int) -> _Reals: ...
+def rows_of_master_facets(zone: Zone, owned: _Globals, width: int) -> _Globals: ...

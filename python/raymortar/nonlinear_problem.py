@@ -18,6 +18,7 @@ from .errors import (
     require_agreement,
     together,
 )
+from .flux import Flux
 from .problem import CoupledProblem
 from .solvers.snes import SNESSolver
 
@@ -40,7 +41,7 @@ class NonlinearProblem(CoupledProblem):
         unknowns a list, by unknown.
     contact
         Contact terms; of several interactions a list, each with its own method, law and
-        search, all of the same displacement.
+        search, all of the same displacement. Among them may be `Flux`es through them.
     bcs
         Dirichlet conditions on the unknowns, or on parts of them.
     J
@@ -99,7 +100,7 @@ class NonlinearProblem(CoupledProblem):
     def __init__(
         self,
         F: Any,
-        contact: Contact | Sequence[Contact],
+        contact: Contact | Sequence[Contact | Flux],
         bcs: Sequence[Any] = (),
         J: Any = None,
         u: Any = None,

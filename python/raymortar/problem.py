@@ -31,9 +31,11 @@ from .errors import (
     require_agreement,
     together,
 )
+from .flux import Flux, apart
 from .interactions import one_or_several
 from .interface.overlap import warn_of_overlap
 from .interface.slave_nodes import warn_of_finer_rigid_slaves
+from .system.fluxes import FluxTerms
 from .system.groups import groups_of
 from .system.updated import Updated
 from .system.volume import Volume
@@ -52,7 +54,7 @@ class CoupledProblem:
         unknowns a list, by unknown.
     contact
         Contact terms; of several interactions a list, each with its own method, law and
-        search, all of the same displacement.
+        search, all of the same displacement. Among them may be `Flux`es through them.
     bcs
         Dirichlet conditions on the unknowns, or on parts of them.
     J
@@ -82,6 +84,8 @@ class CoupledProblem:
     volume
         Assembles the compiled forms `L` and `a`. ``volume.is_linear``: whether the
         tangent is kept; ``volume.kept``: what of it is, or None.
+    fluxes
+        What fluxes add, or None.
     convergence
         Judges the last residual; see `convergence.Convergence`.
     rays_only
@@ -109,7 +113,7 @@ class CoupledProblem:
     def __init__(
         self,
         F: Any,
-        contact: Contact | Sequence[Contact],
+        contact: Contact | Sequence[Contact | Flux],
         bcs: Sequence[Any] = (),
         J: Any = None,
         u: Any = None,
@@ -117,14 +121,19 @@ class CoupledProblem:
         jit_options: Mapping[str, Any] | None = None,
         update: Callable[[], object] | None = None,
     ) -> None:
-        self.contact = one_or_several(contact)
+        contacts, fluxes = apart(contact)
+        self.contact = one_or_several(contacts)
         unknowns, comm = self.contact.unknowns, self.contact.unknowns.comm
         with together(comm):
             functions = find_unknowns(F, J, u, unknowns)
             self.bcs = list_of_conditions(bcs)
             if update is not None and not callable(update):
                 raise ContactError(f"update must be a function, not {update!r}")
+            for flux in fluxes:
+                flux.require_among(self.contact.contacts)
         self.contact.solve_for(functions)
+        parts = [flux.part for flux in fluxes]
+        self.fluxes = FluxTerms(self.contact, parts) if parts else None
         with together(comm):
             unknowns.conditions(self.bcs)  # refuses foreign ones
             is_derivative = J is None
@@ -151,7 +160,9 @@ class CoupledProblem:
         if updated is not None:
             updated.bring()  # the stiffness of the volume is read
         self._pattern = self.contact.prepare(a, self.bcs)
-        known = F if is_derivative else None
+        self._pattern.fluxes = self.fluxes
+        # With fluxes more than the facets' displacements changes from tangent to tangent
+        known = F if is_derivative and self.fluxes is None else None
         self.volume = Volume(
             self.contact, L, a, known, self._pattern, compiled, updated
         )
@@ -276,7 +287,11 @@ class CoupledProblem:
         self.form(x)
         if self.volume.updated is not None:
             self.volume.updated.bring_for_residual()
-        imbalance = self.convergence.measure(self._assemble(b, True))
+        norms = self._assemble(b, True)
+        more = (
+            None if self.fluxes is None else self.fluxes.sizes(self.convergence.groups)
+        )
+        imbalance = self.convergence.measure(norms, more)
         self.history.append(imbalance.norm)
 
     def loads(self, b: PETSc.Vec) -> None:
@@ -293,6 +308,8 @@ class CoupledProblem:
         norms. Collective."""
         lacking = self.contact.unknowns.lacking(self.bcs)
         volume = self.volume.residual(self.bcs, lacking.increment)
+        if contact and self.fluxes is not None:
+            volume += self.fluxes.residual(lacking)
         return self.contact.assemble_residual(b, self.bcs, volume, lacking, contact)
 
     @property
@@ -342,6 +359,9 @@ class CoupledProblem:
             A.zeroEntries()
         self.volume.add_tangent(A, self.bcs)
         self.contact.add_tangent(A, self.bcs)
+        if self.fluxes is not None:
+            largest = self.convergence.groups.largest
+            self.fluxes.add_tangent(A, self.bcs, largest)
         A.assemble()
         return renewed
 

@@ -117,6 +117,23 @@ protected:
         rows.slave[0].col(0) += f / p.slave.x[0];
   }
 
+  /// How the point that is hit moves along the target  [theory (2.8)]
+  [[nodiscard]] static GermRows<T, D> vary_eta(const Hit<true>& p,
+                                               const HitTangent& by)
+  {
+    const Mat<T, D> rho = by.vary.dual.template topRows<T>();
+    const Mat<T, T> turn = p.g * rho * by.dual;
+    GermRows<T, D> eta;
+    eta.slave[0] = rho;
+    eta.target[0] = -rho;
+    for (std::size_t j = 1; j < D; ++j)
+    {
+      eta.slave[j] = -turn.col(static_cast<int>(j) - 1) * p.slave.n.transpose();
+      eta.target[j].setZero();
+    }
+    return eta;
+  }
+
 private:
   /// Derivative of t in - t . (v_s + g dn - v_m), and of g dn
   void add_traction_tangent(const Data& e, const Hit<true>& p,
@@ -185,23 +202,6 @@ private:
                          const Shapes& at)
   {
     this->add_slide(p.weight * p.response.t, vary_eta(p, by), at);
-  }
-
-  /// How the point that is hit moves along the target  [theory (2.8)]
-  [[nodiscard]] static GermRows<T, D> vary_eta(const Hit<true>& p,
-                                               const HitTangent& by)
-  {
-    const Mat<T, D> rho = by.vary.dual.template topRows<T>();
-    const Mat<T, T> turn = p.g * rho * by.dual;
-    GermRows<T, D> eta;
-    eta.slave[0] = rho;
-    eta.target[0] = -rho;
-    for (std::size_t j = 1; j < D; ++j)
-    {
-      eta.slave[j] = -turn.col(static_cast<int>(j) - 1) * p.slave.n.transpose();
-      eta.target[j].setZero();
-    }
-    return eta;
   }
 
   /// Derivatives of what tractions do at the ends of arms

@@ -1,9 +1,8 @@
 #include "raymortar/element/general_assembler.h"
+#include "raymortar/element/any_points.h"
 #include "raymortar/element/choose_law.h"
 #include "raymortar/element/law_gaps.h"
 #include "raymortar/element/segment_motion.h"
-#include "raymortar/element/slave_side.h"
-#include "raymortar/element/target_side.h"
 
 namespace raymortar
 {
@@ -30,56 +29,29 @@ class GeneralAssembler final : public Assembler
   };
   using Nodes = std::conditional_t<nodal, FacetConditions<D, Law>, NoNodes>;
 
-  /// What is kept from point to point
-  struct Points
+  /// What is kept from point to point, and the conditions at nodes
+  struct Points : AnyPoints<D, Law>
   {
-    const ContactState& state;
-    SlaveSide<D> slave;
-    TargetSide<D> target;
-    Data data;
-    PointShapes<D> shapes;
-    ElementPoint<F> at;
-    bool has_target = false;
-    bool knows_spin = false;    ///< of the facets in `data`
+    using Base = AnyPoints<D, Law>;
     std::optional<Nodes> nodes; ///< where conditions are asked for
 
-    Points(const ContactState& s, Wanted wanted)
-        : state(s), slave(s, wanted), target(s, wanted)
-    {
-      at.xi.setZero();
-      at.eta.setZero();
-    }
+    using Base::Base;
 
     void take(std::size_t element)
     {
-      slave.take(element, data, shapes);
-      has_target = target.take(element, shapes);
+      Base::take(element);
       if constexpr (nodal)
         if (nodes)
-          nodes->take(state.elements.slave[element], shapes.multipliers);
+          nodes->take(this->state.elements.slave[element],
+                      this->shapes.multipliers);
     }
 
     void place(std::size_t q)
     {
-      const bool slave_turned = slave.place(q, data, shapes);
+      Base::place(q);
       if constexpr (nodal)
         if (nodes)
-          nodes->place(shapes);
-      at.weight = state.points.weight[q];
-      at.area = state.points.area[q];
-      at.g = state.hits.gap[q];
-      if (not state.friction_bounds.empty())
-        at.bound = state.friction_bounds[q];
-      if (not has_target)
-      {
-        knows_spin = knows_spin and not slave_turned;
-        return;
-      }
-      const bool turned = target.place(q, data, shapes) or slave_turned;
-      if constexpr (is_frictional<Law>)
-        if (turned or not knows_spin)
-          data.spin.set(data.slave_frames, data.master_frames);
-      knows_spin = true;
+          nodes->place(this->shapes);
     }
   };
 

@@ -29,6 +29,32 @@ public:
   static constexpr int M = Kernel::M;
   static constexpr int L = Kernel::L;
 
+  /// @brief How what does not depend on the target changes along the slave.
+  struct Place
+  {
+    Curvature<D> bend;
+    AreaAlong<D> area; ///< in the measure of integration
+    Mat<1, T> log_gamma;
+
+    Place(const Data& e, const ElementPoint<F>& q,
+          const SlavePoint<F, L, Law>& p, const Mat<D, T>& dual)
+        : bend(e.slave_bends ? curvature_at<F>(e.slave, q.xi, p.slave, dual)
+                             : no_curvature<D>()),
+          area(area_of(e, q, p)),
+          log_gamma(e.gamma.template tail<T>().transpose() / p.gamma)
+    {
+    }
+
+  private:
+    [[nodiscard]] AreaAlong<D> area_of(const Data& e, const ElementPoint<F>& q,
+                                       const SlavePoint<F, L, Law>& p) const
+    {
+      if (e.slave_bends or moves(e.measure))
+        return area_along<F>(e.measure, e.reference, q.xi, p.slave, bend);
+      return area_along<D>(e.measure, frame_at<F>(e.reference, q.xi), bend);
+    }
+  };
+
   /// @brief Of a point with a hit.
   static void hit(const Data& e, const ElementPoint<F>& q, const Hit& p,
                   const HitSlopes<F, L, Law>& slopes, const PointShapes<D>& at,
@@ -100,32 +126,6 @@ public:
   }
 
 private:
-  /// How what does not depend on the target changes along the slave
-  struct Place
-  {
-    Curvature<D> bend;
-    AreaAlong<D> area; ///< in the measure of integration
-    Mat<1, T> log_gamma;
-
-    Place(const Data& e, const ElementPoint<F>& q,
-          const SlavePoint<F, L, Law>& p, const Mat<D, T>& dual)
-        : bend(e.slave_bends ? curvature_at<F>(e.slave, q.xi, p.slave, dual)
-                             : no_curvature<D>()),
-          area(area_of(e, q, p)),
-          log_gamma(e.gamma.template tail<T>().transpose() / p.gamma)
-    {
-    }
-
-  private:
-    [[nodiscard]] AreaAlong<D> area_of(const Data& e, const ElementPoint<F>& q,
-                                       const SlavePoint<F, L, Law>& p) const
-    {
-      if (e.slave_bends or moves(e.measure))
-        return area_along<F>(e.measure, e.reference, q.xi, p.slave, bend);
-      return area_along<D>(e.measure, frame_at<F>(e.reference, q.xi), bend);
-    }
-  };
-
   /// Set the rows of one node
   static void set(AnyIntegrand<D>& out, int row, const Vec<D>& f,
                   const Mat<D, T>& f_xi)

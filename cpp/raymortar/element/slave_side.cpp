@@ -54,7 +54,7 @@ void SlaveSide<D>::take_facet(Index facet, GermData<D>& e)
   e.slave_bends = _facet.bends();
   if (not _wanted.old)
     return;
-  e.history.friction = *s.friction;
+  e.history.friction = s.friction.value_or(Coulomb{});
   e.history.has_coefficient = not s.friction_coefficient.empty();
   take_scalars(s.friction_coefficient, facet, _coefficient,
                e.history.coefficient);

@@ -78,7 +78,7 @@ struct Parcel
   std::vector<std::int64_t> nodes; ///< global node number
   std::vector<double> positions;   ///< X, x, x_old per node
   std::vector<std::int64_t> dofs;  ///< global dof number, rows
-  std::vector<Index> send_dofs;
+  std::vector<Index> send_facets, send_dofs;
 };
 
 /// Sorted, unique entities (nodes or dofs) of some facets
@@ -130,6 +130,7 @@ void pack(const Surface& own, std::span<const std::int64_t> node_ids,
       out.dofs.push_back(own.rows[k * d + i]);
     out.send_dofs.push_back(dof);
   }
+  out.send_facets.insert(out.send_facets.end(), facets.begin(), facets.end());
   out.ranks.push_back(rank);
   for (const std::size_t n :
        {facets.size(), used_nodes.size(), used_dofs.size()})
@@ -201,6 +202,21 @@ Surface unpack(const Surface& own, const Received& r, std::vector<Index>& place)
   s.neighbours = find_neighbours(s);
   return s;
 }
+
+/// Rows of a table in the order in which they are sent
+template <class T>
+std::vector<T> chosen_rows(std::span<const T> table, std::size_t width,
+                           const std::vector<Index>& rows)
+{
+  std::vector<T> items;
+  items.reserve(rows.size() * width);
+  for (const Index row : rows)
+  {
+    const auto values = table.subspan(row * width, width);
+    items.insert(items.end(), values.begin(), values.end());
+  }
+  return items;
+}
 } // namespace
 
 Halo::Halo(MPI_Comm comm, const Surface& own,
@@ -225,6 +241,7 @@ Halo::Halo(MPI_Comm comm, const Surface& own,
   r.nodes = _exchange->send(parcel.nodes, nodes_kind, 1);
   r.positions = _exchange->send(parcel.positions, nodes_kind, 3 * own.gdim);
   r.dofs = _exchange->send(parcel.dofs, dofs_kind, 1 + own.gdim);
+  _send_facets = std::move(parcel.send_facets);
   _send_dofs = std::move(parcel.send_dofs);
   _surface = unpack(own, r, _place);
   _facet_traffic = _exchange->traffic();
@@ -233,19 +250,27 @@ Halo::Halo(MPI_Comm comm, const Surface& own,
 std::vector<double> Halo::fetch(std::span<const double> own, int width) const
 {
   const std::size_t w = width;
-  std::vector<double> items;
-  items.reserve(_send_dofs.size() * w);
-  for (const Index dof : _send_dofs)
-  {
-    const auto values = own.subspan(dof * w, w);
-    items.insert(items.end(), values.begin(), values.end());
-  }
-  const std::vector<double> received = _exchange->send(items, dofs_kind, width);
+  const std::vector<double> received =
+      _exchange->send(chosen_rows(own, w, _send_dofs), dofs_kind, width);
   std::vector<double> values(_surface.num_dofs() * w, 0.0);
   for (std::size_t k = 0; k < _place.size(); ++k)
     std::copy_n(received.begin() + static_cast<std::ptrdiff_t>(k * w), w,
                 values.begin() + static_cast<std::ptrdiff_t>(_place[k] * w));
   return values;
+}
+
+std::vector<double> Halo::fetch_facets(std::span<const double> own,
+                                       int width) const
+{
+  return _exchange->send(chosen_rows(own, width, _send_facets), facets_kind,
+                         width);
+}
+
+std::vector<std::int64_t> Halo::fetch_facets(std::span<const std::int64_t> own,
+                                             int width) const
+{
+  return _exchange->send(chosen_rows(own, width, _send_facets), facets_kind,
+                         width);
 }
 
 Traffic Halo::value_traffic() const

@@ -34,17 +34,26 @@ public:
   [[nodiscard]] std::vector<double> fetch(std::span<const double> own,
                                           int width) const;
 
+  /// @brief Values of owned facets to the facets of surface().
+  /// @param[in] own (own facets, width)
+  /// @return (surface facets, width)
+  [[nodiscard]] std::vector<double> fetch_facets(std::span<const double> own,
+                                                 int width) const;
+  [[nodiscard]] std::vector<std::int64_t>
+  fetch_facets(std::span<const std::int64_t> own, int width) const;
+
   /// What this rank has sent to find its partners and to give them facets
   [[nodiscard]] const Traffic& facet_traffic() const { return _facet_traffic; }
 
-  /// What this rank has sent in calls of fetch so far
+  /// What this rank has sent in other calls so far
   [[nodiscard]] Traffic value_traffic() const;
 
 private:
   Surface _surface;
   std::optional<Exchange> _exchange;
   Traffic _facet_traffic;
-  std::vector<Index> _send_dofs; ///< owned dofs, by destination
-  std::vector<Index> _place;     ///< surface dof of each received value
+  std::vector<Index> _send_facets; ///< owned facets, by destination
+  std::vector<Index> _send_dofs;   ///< owned dofs, by destination
+  std::vector<Index> _place;       ///< surface dof of each received value
 };
 } // namespace raymortar

@@ -74,11 +74,13 @@ using Columns = std::vector<PetscInt>;
 class ContactRows
 {
 public:
-  void add(std::span<const PetscInt> block)
+  void add(std::span<const PetscInt> block) { add(block, block); }
+
+  void add(std::span<const PetscInt> rows, std::span<const PetscInt> block)
   {
     const auto begin = static_cast<std::int64_t>(_columns.size());
     _columns.insert(_columns.end(), block.begin(), block.end());
-    for (const PetscInt row : block)
+    for (const PetscInt row : rows)
       _entries.push_back({row, begin, static_cast<std::int32_t>(block.size())});
   }
 
@@ -121,8 +123,57 @@ private:
   std::vector<Entry> _entries;
 };
 
+/// Append the rows of a field on a facet; no_index: none
+void append_field(const std::vector<GlobalIndex>& rows, int per_facet,
+                  Index facet, std::vector<PetscInt>& out)
+{
+  const auto n = static_cast<std::size_t>(per_facet);
+  for (std::size_t k = 0; facet != no_index and k < n; ++k)
+    out.push_back(static_cast<PetscInt>(rows[facet * n + k]));
+}
+
+/// Rows of a field with what it meets: on the facets of each pair all unknowns
+/// there, and through moving segments a master's displacement on another one
+void add_field(const Zone& zone, const Pattern& pattern, const FieldRows& field,
+               ContactRows& rows)
+{
+  const ContactState& s = zone.state();
+  const MasterNumbers number(s.master);
+  std::vector<PetscInt> own, block;
+  const auto add = [&](Index slave, Index master)
+  {
+    element_rows(zone, slave, master, Constrained::kept, block);
+    for (const PlacedTool& tool : s.tools)
+      if (const Freedom* freedom = freedom_of(tool))
+        for (const GlobalIndex row : freedom->rows)
+          block.push_back(static_cast<PetscInt>(row));
+    own.clear();
+    append_field(field.slave, field.per_slave, slave, own);
+    append_field(field.master, field.per_master, master, own);
+    block.insert(block.end(), own.begin(), own.end());
+    rows.add(own, block);
+  };
+  for (Index f = 0; s.has_tools() and f < s.slave.num_facets(); ++f)
+    add(f, no_index);
+  for (const auto& [slave, id] : pattern.pairs())
+    if (const Index master = number(id); master != no_index)
+      add(slave, master);
+  for (const auto& [slave, first, second] : pattern.couplings())
+    for (const auto& [hit, other] : {std::pair{number(first), number(second)},
+                                     std::pair{number(second), number(first)}})
+    {
+      if (hit == no_index or other == no_index)
+        continue;
+      master_rows(zone, other, Constrained::kept, block);
+      own.clear();
+      append_field(field.master, field.per_master, hit, own);
+      rows.add(own, block);
+    }
+}
+
 ContactRows contact_rows(std::span<const Zone* const> zones,
-                         std::span<const Pattern* const> patterns)
+                         std::span<const Pattern* const> patterns,
+                         std::span<const FieldRows> fields)
 {
   ContactRows rows;
   std::vector<PetscInt> block, other;
@@ -156,6 +207,8 @@ ContactRows contact_rows(std::span<const Zone* const> zones,
       rows.add(block);
     }
   }
+  for (const FieldRows& field : fields)
+    add_field(*zones[field.zone], *patterns[field.zone], field, rows);
   rows.sort();
   return rows;
 }
@@ -362,7 +415,8 @@ void start_anew(PetscMatrix A)
 void preallocate(PetscMatrix A, std::span<const std::int32_t> offsets,
                  std::span<const std::int32_t> columns,
                  std::span<const Zone* const> zones,
-                 std::span<const Pattern* const> patterns)
+                 std::span<const Pattern* const> patterns,
+                 std::span<const FieldRows> fields)
 {
   MPI_Comm comm = MPI_COMM_NULL;
   check(PetscObjectGetComm(reinterpret_cast<PetscObject>(A), &comm),
@@ -374,7 +428,8 @@ void preallocate(PetscMatrix A, std::span<const std::int32_t> offsets,
   check(PetscLayoutGetRanges(layout, &ranges), "PetscLayoutGetRanges");
   int rank = 0;
   MPI_Comm_rank(comm, &rank);
-  const auto extras = owned_extras(comm, contact_rows(zones, patterns), ranges);
+  const auto extras =
+      owned_extras(comm, contact_rows(zones, patterns, fields), ranges);
   const CompressedRows rows =
       merged_rows(offsets, columns, extras, ranges[rank]);
   PetscBool used = PETSC_FALSE;

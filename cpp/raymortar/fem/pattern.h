@@ -41,17 +41,30 @@ private:
   std::vector<Index> _sliding; ///< slave facets that met new masters, sorted
 };
 
-/// @brief Preallocate A for the volume's rows and the zones' patterns, and
-/// set all entries to zero.
+/// @brief Rows of a field on the facets of a zone, which meet all unknowns of
+/// the pairs of facets: those of a flux.
+struct FieldRows
+{
+  std::size_t zone = 0;            ///< index among the zones
+  std::vector<GlobalIndex> slave;  ///< (slave facets, per_slave)
+  std::vector<GlobalIndex> master; ///< (facets of state().master, per_master)
+  int per_slave = 0;
+  int per_master = 0;
+};
+
+/// @brief Preallocate A for the volume's rows, the zones' patterns and fields,
+/// and set all entries to zero.
 ///
 /// A may have been used before: it keeps its sizes, maps, prefix and null
-/// spaces, and loses what else the user has attached. All entries are created, because PETSc drops
-/// at the first assembly what was preallocated but not used.
+/// spaces, and loses what else the user has attached. All entries are created,
+/// because PETSc drops at the first assembly what was preallocated but not
+/// used.
 /// @param[in] offsets Compressed rows of the owned volume rows, which are the
 /// first of A's owned rows, (n + 1,)
 /// @param[in] columns Global columns
 void preallocate(PetscMatrix A, std::span<const std::int32_t> offsets,
                  std::span<const std::int32_t> columns,
                  std::span<const Zone* const> zones,
-                 std::span<const Pattern* const> patterns);
+                 std::span<const Pattern* const> patterns,
+                 std::span<const FieldRows> fields = {});
 } // namespace raymortar

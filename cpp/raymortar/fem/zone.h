@@ -219,6 +219,15 @@ public:
     return _halo ? _halo->fetch(owned, width) : std::vector<double>();
   }
 
+  /// @brief Values of the owned master facets, (facets, width), at the facets
+  /// of state().master. Collective.
+  template <class T>
+  [[nodiscard]] std::vector<T> to_master_facets(std::span<const T> owned,
+                                                int width) const
+  {
+    return _halo ? _halo->fetch_facets(owned, width) : std::vector<T>();
+  }
+
   /// Nonzero where a displacement component is prescribed, (dofs, gdim)
   [[nodiscard]] const std::vector<double>& fixed_slave() const
   {

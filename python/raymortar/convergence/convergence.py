@@ -116,11 +116,18 @@ class Convergence:
         if not self.keeps_first:
             self._first = UNKNOWN
 
-    def measure(self, norms: tuple[Array, Array, Array, Array]) -> Imbalance:
-        """Note the norms of a residual, of `CoupledSystem.norms`."""
+    def measure(
+        self,
+        norms: tuple[Array, Array, Array, Array],
+        more: tuple[Array, Array] | None = None,
+    ) -> Imbalance:
+        """Note the norms of a residual, of `CoupledSystem.norms`, and what further terms
+        of fields and their rounding errors add up to by group."""
         groups, (residual, forces, lacking, sizes) = self.groups, norms
         if len(groups.fields) > 1:
             scales, self._field_floors = groups.field_terms(sizes)
+            if more is not None:
+                scales, self._field_floors = np.add((scales, self._field_floors), more)
             forces = np.maximum(forces, scales)
         self.now = Imbalance(residual, forces, lacking, sizes, groups.forces)
         if self._first is UNKNOWN:

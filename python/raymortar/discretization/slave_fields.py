@@ -44,6 +44,7 @@ FRICTION_COEFFICIENT = Quantity(
     "friction coefficient mu", "must not be negative", lambda v: v >= 0.0
 )
 FRICTION_FIELD = Quantity("a field of Friction", "must be finite", np.isfinite)
+FLUX_FIELD = Quantity("a field of Flux", "must be finite", np.isfinite)
 FRICTION_BOUND = Quantity("friction bound", "must not be negative", lambda v: v >= 0.0)
 
 

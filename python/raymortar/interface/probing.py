@@ -53,7 +53,12 @@ class VolumePattern:
         these among its dofs.
     number
         Its number, which no other pattern has.
+    fluxes
+        The fluxes of its problem, which need room in the matrix too; None: there are
+        none.
     """
+
+    fluxes: Any = None
 
     def __init__(
         self,

@@ -200,10 +200,10 @@ class Friction(Law):
         return by_p, by_v
 
 
-def further_arguments(function: Any) -> list[inspect.Parameter]:
-    """Arguments of a law's function after p and v."""
+def further_arguments(function: Any, first: int = 2) -> list[inspect.Parameter]:
+    """Arguments of a law's function after the first ones: p and v of friction."""
     try:
-        return list(inspect.signature(function).parameters.values())[2:]
+        return list(inspect.signature(function).parameters.values())[first:]
     except (TypeError, ValueError):  # some built-in functions have no signature
         return []
 

@@ -1,0 +1,253 @@
+"""Fluxes through contact: heat, charge or moisture between its two sides."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from dolfinx.fem import Function
+
+from . import compat
+from .checked import is_real_number
+from .compat import Array
+from .contact import Contact
+from .discretization.joined import Displacement, parts_of
+from .errors import ContactError, require_agreement, together
+from .options.flux_law import FluxLaw
+from .system.flux_part import FluxPart
+
+
+class FluxRates(NamedTuple):
+    """Sums over a contact, each per time.
+
+    Attributes
+    ----------
+    through
+        From the slaves to the masters.
+    slave_heat, master_heat
+        Heat of friction that each side takes.
+    """
+
+    through: float
+    slave_heat: float
+    master_heat: float
+
+
+class Flux:
+    """A flux of a scalar field between the sides of contact, and the heat of friction.
+
+    Give it to the problem in a list with its contact: ``NonlinearProblem([F_u, F_T],
+    [contact, flux], bcs, u=[u, T])``. The field is one of the unknowns, and its equation
+    one of the forms. Several fluxes may go through one contact. Collective.
+
+    Parameters
+    ----------
+    contact
+        The contact whose points are used: closed ones, and open ones within reach. Or a
+        `Tie`, through which a flux depends on the field alone: p, g and v are 0 there.
+    T
+        The field: a scalar Lagrange Function of degree 1 or 2, or a part of a mixed
+        Function that is one, such as ``w.sub(1)``. If bodies have meshes of their own, a
+        list.
+    law
+        q(T_s, T_m, p, g, v), from arrays (n,) of the points to (n,): flux per area from
+        the slave to the master. T_s and T_m are the field on slave and master, p >= 0 the
+        pressure that acts, g the gap with the offset, v >= 0 the slip rate: slip of the
+        step over ``Contact.dt``. Further arguments are given by their names, as to
+        `Friction`: ``x``, undeformed positions (3, n); ``slip``, length of the slip of
+        all accepted steps; ``dt``; ``fields``, a list of the values of `fields`.
+    derivatives
+        From the same to the derivatives by T_s, T_m, p, g and v: five arrays (n,), or
+        numbers. None: by complex steps, so `law` must take complex arrays.
+    friction_heat
+        Share of the heat of friction that the slave takes; the master takes the rest.
+        None: friction makes no heat, as for a field that is no temperature.
+    fields
+        Scalar Functions on the slave's mesh, evaluated at the nodes of the slave facets.
+    tool
+        The field on rigid tools. A number.
+
+    Attributes
+    ----------
+    contact, part
+        The contact, and what adds entries to residual and tangent.
+
+    Raises
+    ------
+    ContactError
+        For input that cannot work, on every rank alike.
+
+    Notes
+    -----
+    Area is that of the contact's `measure`. Derivatives are compared with differences
+    once, where points are hit for the first time: a wrong one is an error.
+
+    Examples
+    --------
+    Conductance that grows with the pressure, and radiation over the gap:
+
+    >>> def law(T_s, T_m, p, g, v):
+    ...     return 2.0 * p**0.95 * (T_s - T_m) + 1e-8 * (T_s**4 - T_m**4)
+    >>> flux = raymortar.Flux(contact, T, law)
+    """
+
+    def __init__(
+        self,
+        contact: Contact,
+        T: Function | Sequence[Function],
+        law: Callable[..., Array],
+        derivatives: Callable[..., Sequence[Array]] | None = None,
+        friction_heat: float | None = 0.5,
+        fields: Sequence[Function] = (),
+        tool: float | None = None,
+    ) -> None:
+        if not isinstance(contact, Contact):
+            raise ContactError(
+                f"Flux.contact must be a Contact, not {type(contact).__name__}"
+            )
+        comm = contact.layout.comm
+        several = list(T) if isinstance(T, (list, tuple)) else [T]
+        with together(comm):
+            made = FluxLaw(law, derivatives, fields)
+            heat = _shares(friction_heat)
+            _check_fields(contact, several, made)
+            on_tools = _value_on_tools(contact, tool)
+        require_agreement(comm, friction_heat=friction_heat, tool=on_tools)
+        self.contact = contact
+        parts = [Displacement(f, 0) for f in several]
+        self.part = FluxPart(contact.assembly, parts, made, heat, on_tools)
+
+    def __repr__(self) -> str:
+        return f"<Flux of {self.part.name} through {self.contact!r}>"
+
+    def require_among(self, contacts: Sequence[Contact]) -> None:
+        """Raise unless its contact is among those of a problem."""
+        if not any(self.contact is one for one in contacts):
+            raise ContactError(
+                f"the Flux of {self.part.name} goes through a contact that the problem "
+                "does not have: give the problem a list with both"
+            )
+
+    def rates(self) -> FluxRates:
+        """Sum up the flux and the heat of friction over the contact. Collective.
+
+        At the last `update` of the contact and the present field; each per time. With
+        ``axisymmetric=True`` sums are those of a full turn.
+        """
+        return FluxRates(*self.part.rates())
+
+    def points(self, zone: int = 0) -> dict[str, Array]:
+        """Arrays over this rank's points with a hit of a zone. Collective.
+
+        Returns
+        -------
+        Arrays (n,) by name: ``point``, index into the arrays of ``Contact.points(zone)``;
+        ``T_s``, ``T_m``, ``p``, ``g``, ``v``: what the law is given; ``q``: the flux;
+        ``slave_heat``, ``master_heat``: heat of friction per area and time; ``weight``:
+        area.
+        """
+        count = len(self.part.sides)
+        if zone not in range(count):
+            raise ContactError(f"zone = {zone!r} must be a number below {count}")
+        return self.part.points(zone)
+
+
+def apart(given: Any) -> tuple[Any, list[Flux]]:
+    """Divide what a problem is given into contacts and fluxes.
+
+    Raises
+    ------
+    ContactError
+        If a flux is there twice.
+    """
+    if isinstance(given, Flux):
+        return [], [given]
+    if not isinstance(given, (list, tuple)):
+        return given, []
+    fluxes = [one for one in given if isinstance(one, Flux)]
+    for i, flux in enumerate(fluxes):
+        if any(flux is other for other in fluxes[:i]):
+            raise ContactError(f"the Flux of {flux.part.name} is in the list twice")
+    return [one for one in given if not isinstance(one, Flux)], fluxes
+
+
+def _shares(friction_heat: Any) -> tuple[float, float]:
+    """Shares of the heat of friction that slave and master take."""
+    if friction_heat is None:
+        return 0.0, 0.0
+    if not (is_real_number(friction_heat) and 0.0 <= friction_heat <= 1.0):
+        raise ContactError(
+            f"friction_heat = {friction_heat!r} must be a number from 0 to 1, the "
+            "slave's share, or None"
+        )
+    return float(friction_heat), 1.0 - float(friction_heat)
+
+
+def _value_on_tools(contact: Contact, tool: Any) -> float:
+    """The field on the rigid tools of a contact, 0 where there are none."""
+    has_tools = any(zone.facets.bodies for zone in contact.zones)
+    if tool is None:
+        if has_tools:
+            raise ContactError(
+                "the contact of Flux has rigid tools: give the field on them, tool= a "
+                "number"
+            )
+        return 0.0
+    if not (is_real_number(tool) and np.isfinite(tool)):
+        raise ContactError(f"tool = {tool!r} must be a finite number")
+    return float(tool)
+
+
+def _check_fields(contact: Contact, fields: Sequence[Any], law: FluxLaw) -> None:
+    """Raise unless there is a scalar Lagrange field on each mesh of a contact."""
+    for f in fields:
+        if not isinstance(f, Function):
+            raise ContactError(f"Flux.T must be a Function, not {type(f).__name__}")
+        fault = _element_fault(f)
+        if fault is not None:
+            raise ContactError(f"Flux.T, {f.name}, {fault}")
+        if not compat.scalar_type_is_real() or f.x.array.dtype != np.float64:
+            raise ContactError(f"Flux.T, {f.name}, must be of real numbers")
+    meshes = [u.function_space.mesh for u in parts_of(contact.u)]
+    for f in fields:
+        if not any(compat.on_mesh(f, mesh) for mesh in meshes):
+            raise ContactError(
+                f"Flux.T, {f.name}, is on another mesh than the displacement "
+                f"{contact.unknowns.name}"
+            )
+    for zone in contact.zones:
+        sides = [zone.facets.slave_part]
+        sides += [] if zone.facets.bodies else [zone.facets.master_part]
+        for part in sides:
+            found = sum(compat.on_mesh(f, meshes[part]) for f in fields)
+            if found != 1:
+                raise ContactError(
+                    f"Flux.T has {found} Functions on the mesh of a side of slave tag "
+                    f"{zone.facets.slave_tag}: it must have one for each mesh"
+                )
+    slave_mesh = contact.slave_u.function_space.mesh
+    for f in law.fields:
+        if not compat.on_mesh(f, slave_mesh):
+            raise ContactError(
+                f"Flux.fields has {f.name}, a Function on another mesh than the slave"
+            )
+
+
+def _element_fault(f: Function) -> str | None:
+    """What is wrong with the element of a field, if anything."""
+    V = f.function_space
+    if compat.element_info(V).is_sub_space:
+        V, _ = compat.collapsed(V)
+    info = compat.element_info(V)
+    faults = {
+        "is mixed: give the part that is meant, as w.sub(1)": info.is_mixed,
+        "is not of a Lagrange element": not info.is_lagrange,
+        "is discontinuous": info.is_discontinuous,
+        f"has values of shape {info.value_shape}; a flux is of a scalar": bool(
+            info.value_shape
+        )
+        or info.block_size != 1,
+        f"has degree {info.degree}; supported are 1 and 2": info.degree not in (1, 2),
+    }
+    return next((text for text, is_bad in faults.items() if is_bad), None)

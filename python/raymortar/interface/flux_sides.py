@@ -1,0 +1,149 @@
+"""A scalar field on the facets of a zone: its nodes, values and rows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .. import _cpp, compat
+from ..compat import Array, Indices
+from ..discretization.facets import Facets, Global, facet_dof_table
+from ..discretization.joined import Displacement, parts_of
+from .zone_data import ZoneData
+
+
+@dataclass
+class FieldSide:
+    """The field on the facets of one side, which are this rank's.
+
+    Attributes
+    ----------
+    of
+        The field on the mesh of this side.
+    table
+        Its local dofs on each facet, turned outward, (facets, n).
+    """
+
+    of: Displacement
+    table: Indices
+
+    @property
+    def degree(self) -> int:
+        """Degree of the field."""
+        return int(compat.element_info(self.of.u.function_space).degree)
+
+    @property
+    def width(self) -> int:
+        """Number of nodes of a facet."""
+        return int(self.table.shape[1])
+
+    @property
+    def values(self) -> Array:
+        """Present values, (facets, n)."""
+        found: Array = self.of.given.x.array[self.of.dofs][self.table]
+        return found
+
+
+class FieldOnZone:
+    """A scalar field on both sides of a zone. Collective.
+
+    Parameters
+    ----------
+    zone
+        The zone.
+    u
+        Displacement of the contact.
+    fields
+        The field on each mesh.
+    tool
+        Its value on rigid tools.
+    """
+
+    def __init__(
+        self, zone: ZoneData, u: Any, fields: list[Displacement], tool: float
+    ) -> None:
+        self.zone, self.tool = zone, tool
+        facets = zone.facets
+        self.slave = _side(u, fields, facets.slave_part, facets.slave)
+        self.master = (
+            None
+            if facets.bodies
+            else _side(u, fields, facets.master_part, facets.master)
+        )
+        self._slave_rows: Global = np.empty(0, dtype=np.int64)
+        self._own_rows: Global = self._slave_rows
+        self._master_rows: tuple[int, Global] | None = None
+
+    def set_rows(self, rows: Global, starts: Any) -> None:
+        """Take the coupled rows of all local unknowns, and the first local unknown of
+        each Function."""
+        found = [
+            (
+                np.empty(0, dtype=np.int64)
+                if side is None
+                else rows[side.of.dofs + starts[side.of.at]][side.table].ravel()
+            )
+            for side in (self.slave, self.master)
+        ]
+        self._slave_rows, self._own_rows = found
+        self._master_rows = None
+
+    @property
+    def master_rows(self) -> Global:
+        """Rows on the master facets that are here now. Collective."""
+        builds = int(self.zone.cpp.statistics()["halo_builds"])
+        if self._master_rows is None or self._master_rows[0] != builds:
+            width = 0 if self.master is None else self.master.width
+            fetched = _cpp.rows_of_master_facets(self.zone.cpp, self._own_rows, width)
+            self._master_rows = builds, fetched
+        return self._master_rows[1]
+
+    def present(self) -> Any:
+        """Present values and rows, for the methods below. Collective."""
+        slave, master, values = self.slave, self.master, np.empty(0)
+        if master is not None:
+            own = master.values.ravel()
+            values = _cpp.to_master_facets(self.zone.cpp, own, master.width)
+        return _cpp.FluxFields(
+            slave=slave.values.ravel(),
+            master=values,
+            slave_rows=self._slave_rows,
+            master_rows=self.master_rows,
+            slave_degree=slave.degree,
+            master_degree=slave.degree if master is None else master.degree,
+            tool=self.tool,
+        )
+
+    def points(self, fields: Any) -> dict[str, Array]:
+        """What the law is given at the points with a hit, by name."""
+        return _cpp.flux_points(self.zone.cpp, fields)
+
+    def residual(self, fields: Any, q: Array, *heat: float) -> tuple[Any, ...]:
+        """Rows and values of the residual, given the flux and the shares of the work of
+        friction that both sides take, by the time."""
+        return _cpp.flux_residual(self.zone.cpp, fields, q, *heat)
+
+    def tangent(
+        self, fields: Any, q: Array, *heat: float, slopes: Array, along: Array
+    ) -> tuple[Any, ...]:
+        """Rows, columns and values of the tangent, given the flux's derivatives too."""
+        return _cpp.flux_tangent(self.zone.cpp, fields, q, *heat, slopes, along)
+
+    def pattern(self, number: int) -> _cpp.FieldRows:
+        """The rows, for the room that a matrix needs; number is the zone's. Collective."""
+        return _cpp.FieldRows(
+            zone=number,
+            slave=self._slave_rows,
+            master=self.master_rows,
+            per_slave=self.slave.width,
+            per_master=0 if self.master is None else self.master.width,
+        )
+
+
+def _side(u: Any, fields: list[Displacement], part: int, facets: Facets) -> FieldSide:
+    """Find the field on the mesh of a side, and its dofs."""
+    mesh = parts_of(u)[part].function_space.mesh
+    (of,) = (one for one in fields if compat.on_mesh(one.u, mesh))
+    return FieldSide(of, facet_dof_table(of.u.function_space, facets))

@@ -1,0 +1,291 @@
+"""One flux's share of residual and tangent."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from mpi4py import MPI
+
+import numpy as np
+from dolfinx.fem import Function
+
+from .. import compat
+from ..compat import Array
+from ..convergence.balance import EPS
+from ..discretization.joined import Displacement
+from ..discretization.layout import CoupledRows
+from ..discretization.reference_facets import shape_functions
+from ..discretization.slave_fields import FLUX_FIELD, on_facets
+from ..errors import ContactError, SetUpError, raise_everywhere, together
+from ..interface.flux_sides import FieldOnZone
+from ..interface.friction_at_points import STEP
+from ..interface.point_results import accumulated_slip, undeformed
+from ..interface.tied_flux import TiedField
+from ..interface.zone_data import ZoneData
+from ..options.flux_law import FluxLaw
+from .assembly import ContactAssembly
+
+
+def joined(parts: Sequence[tuple[Any, ...]]) -> Any:
+    """Join the first arrays of all parts, then the second ones, and so on."""
+    return tuple(np.concatenate(arrays) for arrays in zip(*parts))
+
+
+@dataclass
+class FluxPoints:
+    """What the law of a flux is given at the points of a zone with a hit.
+
+    Attributes
+    ----------
+    found
+        Arrays by name, see `_cpp.flux_points`.
+    at
+        Arguments of the law, (5, n).
+    given
+        Further arguments by name.
+    """
+
+    found: dict[str, Array]
+    at: Array
+    given: dict[str, Any]
+
+
+class FluxPart:
+    """Evaluates a law at the points of a contact, and adds up entries. Collective.
+
+    Parameters
+    ----------
+    contact
+        The contact's share of the system, whose zones are used.
+    fields
+        The scalar field on each mesh.
+    law
+        The flux.
+    heat
+        Shares of the work of friction that slave and master take.
+    tool
+        Value of the field on rigid tools.
+    """
+
+    def __init__(
+        self,
+        contact: ContactAssembly,
+        fields: list[Displacement],
+        law: FluxLaw,
+        heat: tuple[float, float],
+        tool: float,
+    ) -> None:
+        self.contact, self.fields = contact, fields
+        self._law, self._heat = law, heat
+        surfaces = contact.surfaces
+        self._comm: MPI.Comm = surfaces.comm
+        kind = FieldOnZone if surfaces.tied is None else TiedField
+        self.sides = [kind(zone, surfaces.u, fields, tool) for zone in contact.zones]
+        self._is_checked = False
+
+    @property
+    def name(self) -> str:
+        """Name of the field, for messages."""
+        return ", ".join(f.given.name for f in self.fields)
+
+    def solve_for(self, functions: Sequence[Function], layout: CoupledRows) -> None:
+        """Find the field among what a problem solves for, and take its rows.
+        Collective."""
+        with together(self._comm):
+            for one in self.fields:
+                found = [
+                    k
+                    for k, f in enumerate(functions)
+                    if compat.same_values(f, one.given)
+                ]
+                if not found:
+                    names = ", ".join(f.name for f in functions)
+                    raise ContactError(
+                        f"the field {one.given.name} that Flux was given is none of "
+                        f"the unknowns [{names}], nor a part of one: give the problem "
+                        "its equation too, F and u as lists"
+                    )
+                one.at = found[0]
+        for side in self.sides:
+            side.set_rows(layout.rows, layout.unknowns.starts)
+
+    # What the law is given
+
+    def _points(self, side: FieldOnZone, fields: Any) -> FluxPoints:
+        """Collect the arguments of the law."""
+        found = side.points(fields)
+        dt = self.contact.present.dt
+        at = np.stack(
+            [found[k] for k in ("slave", "target", "pressure", "gap")]
+            + [found["slip"] / dt]
+        )
+        return FluxPoints(found, at, self._given(side.zone, found, found["xi"]))
+
+    def _given(
+        self, zone: ZoneData, found: dict[str, Array], xi: Array
+    ) -> dict[str, Any]:
+        """Further arguments of the law at places on the points' facets."""
+        surface, facet = zone.facets.slave_surface, found["facet"]
+        more: dict[str, Any] = {
+            "dt": self.contact.present.dt,
+            "x": None,
+            "slip": None,
+            "fields": [],
+        }
+        wanted = self._law.arguments
+        if "x" in wanted or not self._is_checked:
+            X = undeformed(surface, facet, xi)
+            more["x"] = np.pad(X, ((0, 0), (0, 3 - surface.gdim))).T
+        if "slip" in wanted:
+            has_slip = zone.slip is not None
+            more["slip"] = (
+                accumulated_slip(zone, facet, xi) if has_slip else np.zeros(len(facet))
+            )
+        if "fields" in wanted:
+            N, _ = shape_functions(surface.shape, surface.displacement_degree, xi)
+            more["fields"] = [
+                np.einsum("qa,qa->q", N, one[facet]) for one in self._nodal(zone)
+            ]
+        return more
+
+    def _nodal(self, zone: ZoneData) -> list[Array]:
+        """Values of the law's fields on the slave facets."""
+        comm = MPI.COMM_SELF  # errors are gathered by those who ask
+        return [
+            on_facets(FLUX_FIELD, one, zone.facets, comm) for one in self._law.fields
+        ]
+
+    def _along(self, zone: ZoneData, points: FluxPoints) -> Array:
+        """Differentiate the flux along the facets at unchanged arguments, (n, d - 1)."""
+        xi = points.found["xi"]
+        if not self._law.arguments - {"dt"}:
+            return np.empty(0)
+        high, low = (
+            [
+                self._law.values(
+                    points.at, self._given(zone, points.found, xi + sign * step)
+                )
+                for step in STEP * np.eye(xi.shape[1])
+            ]
+            for sign in (1.0, -1.0)
+        )
+        return (np.array(high) - np.array(low)).T / (2.0 * STEP)
+
+    # Entries
+
+    @property
+    def _heat_rates(self) -> tuple[float, float]:
+        """Shares of the work of friction that both sides take, by the time."""
+        dt = self.contact.present.dt
+        return self._heat[0] / dt, self._heat[1] / dt
+
+    def residual(self) -> tuple[Any, Any]:
+        """Rows and values of the residual, of this rank's points. Collective."""
+        values = [side.present() for side in self.sides]
+        found = []
+        self._check(values)
+        with together(self._comm):
+            for side, fields in zip(self.sides, values):
+                points = self._points(side, fields)
+                q = self._law.values(points.at, points.given)
+                found.append(side.residual(fields, q, *self._heat_rates))
+        return joined(found)
+
+    def tangent(self) -> tuple[Any, Any, Any]:
+        """Rows, columns and values of the tangent, of this rank's points. Collective."""
+        values = [side.present() for side in self.sides]
+        self._check(values)
+        found = []
+        with together(self._comm):
+            for side, fields in zip(self.sides, values):
+                points = self._points(side, fields)
+                q = self._law.values(points.at, points.given)
+                slopes = self._law.slopes(points.at, points.given)
+                slopes[:, 4] /= self.contact.present.dt
+                along = self._along(side.zone, points)
+                found.append(
+                    side.tangent(
+                        fields, q, *self._heat_rates, slopes=slopes, along=along
+                    )
+                )
+        return joined(found)
+
+    def sizes(self, largest: float) -> tuple[Any, Any, Any]:
+        """Rows of the field, the sizes of terms there, and their rounding errors where
+        positions are as large as `largest`. Collective."""
+        values, dt, found = (
+            [s.present() for s in self.sides],
+            self.contact.present.dt,
+            [],
+        )
+        with together(self._comm):
+            for side, fields in zip(self.sides, values):
+                points = self._points(side, fields)
+                q = self._law.values(points.at, points.given)
+                slopes = np.abs(self._law.slopes(points.at, points.given))
+                at = np.abs(points.at)
+                at[3], at[4] = largest, largest / dt  # differences of positions
+                heat = points.found["pressure"] * largest / dt
+                terms = np.abs(q) + np.abs(points.found["work"]) / dt
+                errors = EPS * (np.einsum("qk,kq->q", slopes, at) + heat)
+                rows, first = side.residual(fields, terms, 0.0, 0.0)
+                _, second = side.residual(fields, errors, 0.0, 0.0)
+                found.append((rows, np.abs(first), np.abs(second)))
+        return joined(found)
+
+    def _check(self, values: Sequence[Any]) -> None:
+        """Compare the derivatives with differences once, where points are hit.
+        Collective."""
+        if self._is_checked:
+            return
+        fault, count = None, 0
+        with together(self._comm):
+            for side, fields in zip(self.sides, values):
+                points = self._points(side, fields)
+                count += points.at.shape[1]
+                if points.at.shape[1] and fault is None:
+                    self._law.values(points.at, points.given)
+                    self._law.slopes(points.at, points.given)
+                    fault = self._law.fault_of_slopes(points.at, points.given)
+        raise_everywhere(self._comm, fault, SetUpError)
+        self._is_checked = self._comm.allreduce(count) > 0
+
+    # Results
+
+    def rates(self) -> tuple[float, float, float]:
+        """Sum up the flux and the heat that both sides take from friction. Collective."""
+        values = [side.present() for side in self.sides]
+        sums = np.zeros(2)
+        with together(self._comm):
+            for side, fields in zip(self.sides, values):
+                points = self._points(side, fields)
+                q = self._law.values(points.at, points.given)
+                weight = points.found["weight"]
+                sums += [weight @ q, weight @ points.found["work"]]
+        through, work = self._comm.allreduce(sums)
+        slave, master = self._heat_rates
+        return float(through), float(slave * work), float(master * work)
+
+    def points(self, number: int) -> dict[str, Array]:
+        """Arrays over this rank's points with a hit of a zone. Collective."""
+        side = self.sides[number]
+        fields = side.present()
+        with together(self._comm):
+            points = self._points(side, fields)
+            q = self._law.values(points.at, points.given)
+        slave, master = self._heat_rates
+        found = points.found
+        return {
+            "point": found["point"],
+            "T_s": found["slave"],
+            "T_m": found["target"],
+            "p": found["pressure"],
+            "g": found["gap"],
+            "v": points.at[4],
+            "q": q,
+            "slave_heat": slave * found["work"],
+            "master_heat": master * found["work"],
+            "weight": found["weight"],
+        }

@@ -1,0 +1,393 @@
+"""Heat through contact against closed forms: slabs, friction, balances (V1 to V3)."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import ufl
+from dolfinx import fem
+from fluxes import conduction, field_space, heated, prescribe, values_on
+from problems import COMM, DIMENSION, cellwise, fix, stack, worst
+
+from meshes.blocks import Block
+from meshes.meshing import assemble_blocks
+from raymortar import (
+    Contact,
+    Coulomb,
+    Flux,
+    LoadSteps,
+    NonlinearProblem,
+    Penalty,
+    SNESSolver,
+    Tie,
+    compat,
+    rigid,
+)
+
+CONDUCTIVITY = {"0": 4.0, "1": 1.0}
+HOT, DEPTH = 100.0, 0.02
+# Nominal pressure of the pressed slabs: modulus 1, height 2, no lateral strain
+PRESSURE = DEPTH / 2.0
+
+
+def constant(T_s, T_m, p, g, v):
+    return 2.0 * (T_s - T_m)
+
+
+def of_pressure(T_s, T_m, p, g, v):
+    return 3.0 * (p / 0.01) ** 0.95 * (T_s - T_m)
+
+
+def turned(dim, angle):
+    Q = np.eye(dim)
+    c, s = np.cos(angle), np.sin(angle)
+    Q[np.ix_([0, dim - 1], [0, dim - 1])] = [[c, -s], [s, c]]
+    return Q
+
+
+def slab_conditions(depth, Q):
+    """Both ends held, without lateral motion, and at given temperatures."""
+
+    def conditions(V, W, scene):
+        push = -depth * Q[:, -1]
+        return [
+            fix(V, scene, "bottom"),
+            fix(V, scene, "top", None, lambda x: np.tile(push, (len(x), 1))),
+            prescribe(W, scene, "top", HOT),
+            prescribe(W, scene, "bottom", 0.0),
+        ]
+
+    return conditions
+
+
+def slabs(cell, law, depth=DEPTH, angle=0.0, divisions=(3, 4), **options):
+    scene = stack(cell, divisions, rotation=turned(DIMENSION[cell], angle))
+    Q = turned(DIMENSION[cell], angle)
+    bcs = slab_conditions(depth, Q)
+    return heated(scene, law, bcs, conductivity=CONDUCTIVITY, **options)
+
+
+def check_slabs(case, conductance, tolerance=1e-12):
+    """The temperature is linear in both slabs."""
+    q = HOT / (1.0 + 0.25 + 1.0 / conductance)
+    errors = [
+        values_on(case.T, case.scene, "slave") - (HOT - q),
+        values_on(case.T, case.scene, "master") - q / 4.0,
+    ]
+    error = max(worst(one) for one in errors) / HOT
+    assert error <= tolerance, error
+    rate = case.flux.rates().through
+    assert abs(rate / q - 1.0) <= tolerance, rate / q - 1.0
+    return error
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("angle", [0.0, 0.3])
+@pytest.mark.parametrize("law, conductance", [(constant, 2.0), (of_pressure, 3.0)])
+def test_two_slabs(cell, law, conductance, angle, record_property):
+    """57.142857, 42.857143 and 14.285714 with the constant conductance."""
+    case = slabs(cell, law, angle=angle)
+    case.problem.solve()
+    record_property("error", check_slabs(case, conductance))
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize(
+    "degree, field_degree, method",
+    [(1, 2, None), (2, 1, None), (2, 2, None), (1, 1, Penalty(1e3))],
+)
+def test_degrees_and_penalty(degree, field_degree, method):
+    case = slabs(
+        "triangle", constant, degree=degree, field_degree=field_degree, method=method
+    )
+    case.problem.solve()
+    check_slabs(case, 2.0)
+
+
+def test_newton_converges_quadratically():
+    """Conductance by pressure, from a cold and free start: few iterations."""
+    case = slabs("quadrilateral", of_pressure)
+    solver = SNESSolver(case.problem)
+    iterations, _ = solver.solve()
+    check_slabs(case, 3.0)
+    assert iterations <= 5
+    history = case.problem.history
+    assert history[-1] <= 1e-9 * history[0]
+
+
+@pytest.mark.mpi
+def test_open_gap(cell_2d):
+    """Conduction over a gap of 0.02, and radiation."""
+
+    def law(T_s, T_m, p, g, v):
+        return 0.02 / (0.01 + g) * (T_s - T_m) + 1e-8 * (T_s**4 - T_m**4)
+
+    case = slabs(cell_2d, law, depth=-0.02)
+    case.problem.solve()
+    T_s = values_on(case.T, case.scene, "slave")
+    T_m = values_on(case.T, case.scene, "master")
+    q = HOT - T_s[0]
+    assert worst(np.ptp(T_s)) <= 1e-10 * HOT
+    assert abs(q - 4.0 * T_m[0]) <= 1e-10 * HOT
+    expected = 0.02 / 0.03 * (T_s[0] - T_m[0]) + 1e-8 * (T_s[0] ** 4 - T_m[0] ** 4)
+    assert abs(q - expected) <= 1e-9 * HOT
+    assert q > 1.0
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("way", ["mixed", "meshes"])
+def test_mixed_functions_and_several_meshes(way):
+    scene = stack("triangle", (3, 4))
+    if way == "meshes":
+        bodies = [one_body(divisions, low) for divisions, low in ((3, 0.0), (4, 1.0))]
+        u = [fem.Function(compat.vector_space(m, 1), name="u") for m, _ in bodies]
+        T = [fem.Function(field_space(m, 1), name="T") for m, _ in bodies]
+        tags = [facets for _, facets in bodies]
+        contact = Contact(u, tags, [(21, 12)])
+        flux = Flux(contact, T, constant)
+        forms = [elastic(f) for f in u] + [
+            k
+            * ufl.inner(ufl.grad(f), ufl.grad(ufl.TestFunction(f.function_space)))
+            * ufl.dx
+            for k, f in zip((4.0, 1.0), T)
+        ]
+        bcs = [
+            held(u[0], tags[0], 11, (0.0, 0.0)),
+            held(u[1], tags[1], 22, (0.0, -DEPTH)),
+            held(T[0], tags[0], 11, 0.0),
+            held(T[1], tags[1], 22, HOT),
+        ]
+        problem = NonlinearProblem(forms, [contact, flux], bcs, u=[*u, *T])
+        problem.solve()
+        assert abs(flux.rates().through - HOT / 1.75) <= 1e-10
+        return
+    mesh = scene.mesh
+    W = compat.mixed_space(mesh, ("Lagrange", 1, (2,)), ("Lagrange", 1, ()))
+    w = fem.Function(W, name="w")
+    u, T = w.sub(0), w.sub(1)
+    contact = Contact(
+        u, scene.facet_tags, [(scene.tags["slave"], scene.tags["master"])]
+    )
+    flux = Flux(contact, T, constant)
+    a, b = ufl.split(w)
+    v, s = ufl.TestFunctions(W)
+    k = cellwise(scene, CONDUCTIVITY)
+    F = (ufl.inner(ufl.sym(ufl.grad(a)), ufl.grad(v)) * ufl.dx) + (
+        ufl.inner(k * ufl.grad(b), ufl.grad(s)) * ufl.dx
+    )
+    fields, ends = ("bottom", "top"), (0.0, HOT)
+    bcs = [fix(W.sub(0), scene, "bottom", i) for i in range(2)]
+    bcs += [fix(W.sub(0), scene, "top", i, -DEPTH * i) for i in range(2)]
+    for name, value in zip(fields, ends):
+        facets = scene.facet_tags.find(scene.tags[name])
+        dofs = fem.locate_dofs_topological(W.sub(1), 1, facets)
+        bcs.append(fem.dirichletbc(fem.Constant(mesh, value), dofs, W.sub(1)))
+    problem = NonlinearProblem(F, [contact, flux], bcs)
+    problem.solve()
+    assert abs(flux.rates().through - HOT / 1.75) <= 1e-10
+
+
+def elastic(u):
+    """Hooke's law with modulus 1 and without lateral strain."""
+    v = ufl.TestFunction(u.function_space)
+    return ufl.inner(ufl.sym(ufl.grad(u)), ufl.grad(v)) * ufl.dx
+
+
+def one_body(divisions, low):
+    """A unit square with its tags, on a mesh of its own."""
+    first = 10 if low == 0.0 else 20
+    sides = {"bottom": first + 1, "top": first + 2, "left": 3, "right": 4}
+    block = Block((divisions, 2), (0.0, low), (1.0, low + 1.0), tags=sides)
+    mesh, _, facets = assemble_blocks(COMM, [block], "triangle", 1)
+    return mesh, facets
+
+
+def held(f, tags, tag, value):
+    V = f.function_space
+    dofs = fem.locate_dofs_topological(V, 1, tags.find(tag))
+    constant = fem.Constant(V.mesh, np.array(value, dtype=np.float64))
+    return fem.dirichletbc(constant, dofs, V)
+
+
+@pytest.mark.mpi
+def test_solids_of_revolution():
+    scene = stack("quadrilateral", (3, 4))
+    mesh = scene.mesh
+    V, W = compat.vector_space(mesh, 1), field_space(mesh, 1)
+    u, T = fem.Function(V, name="u"), fem.Function(W, name="T")
+    r = ufl.SpatialCoordinate(mesh)[0]
+    v, turn = ufl.TestFunction(V), 2.0 * np.pi * r
+    strain = ufl.inner(ufl.sym(ufl.grad(u)), ufl.grad(v)) + u[0] * v[0] / r**2
+    pair = (scene.tags["slave"], scene.tags["master"])
+    contact = Contact(u, scene.facet_tags, [pair], axisymmetric=True)
+    flux = Flux(contact, T, of_pressure)
+    forms = [turn * strain * ufl.dx, conduction(scene, T, CONDUCTIVITY, weight=turn)]
+    bcs = slab_conditions(DEPTH, np.eye(2))(V, W, scene)
+    NonlinearProblem(forms, [contact, flux], bcs, u=[u, T]).solve()
+    q = HOT / (1.25 + 1.0 / 3.0)
+    assert worst(values_on(T, scene, "slave") - (HOT - q)) <= 1e-10 * HOT
+    assert abs(flux.rates().through / (np.pi * q) - 1.0) <= 1e-10
+
+
+# Friction
+
+MU, SPEED = 0.3, 2.0
+
+
+STIFFNESS, OVERLAP, SLIDE = 1e8, 1e-8, 1e-7  # pressure 1
+
+
+class Slider:
+    """Bodies whose displacement is prescribed: the pressure is that of a penalty.
+
+    The upper body, or a tool below the lower one, slides by next to nothing, so that it
+    stays above the other throughout, in a time that makes the speed what it is.
+    """
+
+    def __init__(self, law, on_tool, share):
+        self.scene = scene = stack("triangle", (3, 4))
+        V, W = compat.vector_space(scene.mesh, 1), field_space(scene.mesh, 1)
+        self.u, self.T = fem.Function(V, name="u"), fem.Function(W, name="T")
+        self.place = fem.Function(V)
+        self.tool = rigid.Body(rigid.Line((0.0, 0.0), (0.0, 1.0)))
+        tags = scene.tags
+        pair = (
+            (tags["bottom"], self.tool) if on_tool else (tags["slave"], tags["master"])
+        )
+        self.contact = Contact(
+            self.u, scene.facet_tags, [pair], Penalty(STIFFNESS), Coulomb(MU)
+        )
+        self.flux = Flux(
+            self.contact,
+            self.T,
+            law,
+            friction_heat=share,
+            tool=0.0 if on_tool else None,
+        )
+        ends = {"top": 0.0, "master": 0.0} if on_tool else {"top": 0.0, "bottom": 0.0}
+        everywhere = np.arange(len(self.u.x.array) // 2, dtype=np.int32)
+        bcs = [fem.dirichletbc(self.place, everywhere)]
+        bcs += [prescribe(W, scene, name, value) for name, value in ends.items()]
+        forms = [elastic(self.u), conduction(scene, self.T, 1.0)]
+        unknowns = [self.u, self.T]
+        self.problem = NonlinearProblem(
+            forms, [self.contact, self.flux], bcs, u=unknowns
+        )
+
+    def slide(self, on_tool):
+        x = self.place.function_space.tabulate_dof_coordinates()
+        u = self.place.x.array.reshape(-1, 2)
+        moved = np.ones(len(x), dtype=bool) if on_tool else self.upper()
+        u[moved, 1] = -OVERLAP
+        # Nothing but the temperature is free, and it is in balance until the slide
+        # begins: a line search would take any heat for a step that is too long
+        solver = SNESSolver(self.problem, {"snes_linesearch_type": "basic"})
+        solver.solve()
+        self.contact.advance()
+        self.contact.dt = SLIDE / SPEED
+        if on_tool:
+            self.tool.move((SLIDE, 0.0))
+        else:
+            u[moved, 0] = SLIDE
+        solver.solve()
+
+    def upper(self):
+        V, found = self.place.function_space, np.zeros(
+            len(self.place.x.array) // 2, bool
+        )
+        cells = self.scene.cell_tags.find(self.scene.bodies["1"])
+        found[compat.dofmap_array(V)[cells]] = True
+        return found
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("share", [0.5, 0.2, 1.0])
+def test_heat_of_friction_on_a_moving_tool(share):
+    """A slab on a line that moves: 2 T + k T / L = share mu p v."""
+    case = Slider(constant, True, share)
+    case.slide(True)
+    heat = MU * STIFFNESS * OVERLAP * SPEED
+    rates = case.flux.rates()
+    assert abs(rates.slave_heat / (share * heat) - 1.0) <= 1e-8
+    assert abs(case.contact.friction_work() / case.contact.dt / heat - 1.0) <= 1e-8
+    T = values_on(case.T, case.scene, "bottom")
+    assert worst(T / (share * heat / 3.0) - 1.0) <= 1e-8
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("share", [0.5, 1.0])
+def test_heat_of_friction_between_equal_slabs(share, record_property):
+    """T = mu p v L / (2 k) on both sides, but for the jump of unequal shares."""
+    h = 1e4
+    case = Slider(lambda T_s, T_m, p, g, v: h * (T_s - T_m), False, share)
+    case.slide(False)
+    heat = MU * STIFFNESS * OVERLAP * SPEED
+    jump = (2.0 * share - 1.0) * heat / (1.0 + 2.0 * h)
+    sides = {"slave": 0.5 * (heat + jump), "master": 0.5 * (heat - jump)}
+    error = max(
+        worst(values_on(case.T, case.scene, name) / T - 1.0)
+        for name, T in sides.items()
+    )
+    record_property("error", error)
+    assert error <= 1e-6
+
+
+@pytest.mark.mpi
+def test_balance_of_transient_heat(record_property):
+    """Insulated bodies that slide: what friction does is stored, step by step."""
+    scene = stack("quadrilateral", (5, 3), widths=[1.0, 0.5])
+    V, W = compat.vector_space(scene.mesh, 1), field_space(scene.mesh, 1)
+    u, T, old = (fem.Function(S) for S in (V, W, W))
+    pair = (scene.tags["slave"], scene.tags["master"])
+    contact = Contact(u, scene.facet_tags, [pair], friction=Coulomb(MU))
+    flux = Flux(contact, T, of_pressure, friction_heat=0.3)
+    v, s = ufl.TestFunction(V), ufl.TestFunction(W)
+    dt, capacity = 0.1, 2.0
+    forms = [
+        ufl.inner(ufl.sym(ufl.grad(u)), ufl.grad(v)) * ufl.dx,
+        conduction(scene, T, CONDUCTIVITY) + capacity / dt * (T - old) * s * ufl.dx,
+    ]
+    move = fem.Constant(scene.mesh, np.zeros(2))
+    top = scene.facet_tags.find(scene.tags["top"])
+    dofs = fem.locate_dofs_topological(V, 1, top)
+    bcs = [fem.dirichletbc(move, dofs, V), fix(V, scene, "bottom")]
+    problem = NonlinearProblem(forms, [contact, flux], bcs, u=[u, T])
+    stored = compat.form(capacity / dt * (T - old) * ufl.dx)
+    total = 0.0
+    for k in range(5):
+        contact.dt = dt
+        move.value[:] = [0.08 * k, -DEPTH]
+        problem.solve()
+        rates = flux.rates()
+        gained = COMM.allreduce(fem.assemble_scalar(stored))
+        heat = rates.slave_heat + rates.master_heat
+        assert abs(gained - heat) <= 1e-10 * max(heat, 1e-3), (gained, heat)
+        assert abs(heat * dt - contact.friction_work()) <= 1e-12
+        total += heat
+        old.x.array[:] = T.x.array
+        contact.advance()
+    assert total > 1e-3
+
+
+def test_steps_restore_the_temperature():
+    case = slabs("triangle", of_pressure)
+    steps = list(LoadSteps(SNESSolver(case.problem), lambda t: None, steps=2))
+    assert len(steps) == 2
+    check_slabs(case, 3.0)
+
+
+@pytest.mark.mpi
+def test_flux_through_a_tie(cell_2d):
+    """Glued slabs with the conductance of the glue; the tie has no pressure to tell."""
+    scene = stack(cell_2d, (3, 4))
+    V, W = compat.vector_space(scene.mesh, 2), field_space(scene.mesh, 2)
+    u, T = fem.Function(V, name="u"), fem.Function(W, name="T")
+    glue = Tie(u, scene.facet_tags, [(scene.tags["slave"], scene.tags["master"])])
+    flux = Flux(glue, T, constant)
+    forms = [elastic(u), conduction(scene, T, CONDUCTIVITY)]
+    bcs = slab_conditions(DEPTH, np.eye(2))(V, W, scene)
+    NonlinearProblem(forms, [glue, flux], bcs, u=[u, T]).solve()
+    q = HOT / 1.75
+    assert worst(values_on(T, scene, "slave") - (HOT - q)) <= 1e-10 * HOT
+    assert worst(values_on(T, scene, "master") - q / 4.0) <= 1e-10 * HOT
+    assert abs(flux.rates().through / q - 1.0) <= 1e-10

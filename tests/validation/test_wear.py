@@ -1,0 +1,137 @@
+"""Archard's wear: worn volumes and falling pressures (V5)."""
+
+from __future__ import annotations
+
+import gathered
+import numpy as np
+import pytest
+import ufl
+from dolfinx import fem
+from problems import fix, stack, worst
+
+import raymortar
+from raymortar import (
+    Archard,
+    Contact,
+    ContactError,
+    Coulomb,
+    LoadSteps,
+    NonlinearProblem,
+    Wear,
+    compat,
+    rigid,
+)
+
+K, PUSH, SLIDE = 0.3, 0.05, 0.02  # a slab of modulus 1 and height 1
+
+
+class Worn:
+    """The lower slab of two on a rigid flat that moves below it, pushed from above."""
+
+    def __init__(self, cell="triangle", degree=1, friction=None):
+        self.scene = scene = stack(cell, (3, 2))
+        self.dim = dim = scene.mesh.geometry.dim
+        V = compat.vector_space(scene.mesh, degree)
+        self.u, v = fem.Function(V, name="u"), ufl.TestFunction(V)
+        flat = rigid.Line if dim == 2 else rigid.Plane
+        self.tool = rigid.Body(flat((0.0,) * dim, (0.0,) * (dim - 1) + (1.0,)))
+        self.contact = Contact(
+            self.u,
+            scene.facet_tags,
+            [(scene.tags["bottom"], self.tool)],
+            friction=friction,
+        )
+        F = ufl.inner(ufl.sym(ufl.grad(self.u)), ufl.grad(v)) * ufl.dx
+        bcs = [fix(V, scene, "slave"), fix(V, scene, "top")]
+        bcs += [fix(V, scene, "master", i) for i in range(dim - 1)]
+        self.push = fem.Constant(scene.mesh, 0.0)
+        bcs.append(fix(V, scene, "master", dim - 1, self.push))
+        self.problem = NonlinearProblem(F, self.contact, bcs)
+        self.push.value = -PUSH
+        self.problem.solve()
+        self.contact.advance()
+
+    def slide(self, wear, steps):
+        """Slide in steps of the same length; the pressure of each."""
+
+        def apply(t):
+            self.tool.move((SLIDE * steps * t, *(0.0,) * (self.dim - 1)))
+
+        pressures = []
+        for _ in LoadSteps(
+            self.problem.snes_solver, apply, steps, on_accept=wear.accept
+        ):
+            pressures.append(self.contact.resultant().force[-1])
+        return np.array(pressures)
+
+
+@pytest.mark.mpi(where=lambda cell, degree: cell in ("triangle", "hexahedron"))
+@pytest.mark.parametrize("degree", [1, 2])
+def test_pressure_falls_as_the_slab_wears(cell, degree):
+    """p_n = E (push - depth_n) / H and depth_(n+1) = depth_n + k p_n slide."""
+    if degree == 2 and cell == "hexahedron":
+        pytest.skip("as of degree 1")
+    case = Worn(cell, degree)
+    wear = Wear(case.contact, Archard(K))
+    pressures = case.slide(wear, 4)
+    depth = 0.0
+    for p in pressures:
+        assert abs(p / (PUSH - depth) - 1.0) <= 1e-10
+        depth += K * (PUSH - depth) * SLIDE
+    assert abs(wear.volume() / depth - 1.0) <= 1e-10
+    assert abs(wear.step / (K * pressures[-1] * SLIDE) - 1.0) <= 1e-10
+    worn = wear.depth.x.array[wear.depth.x.array > 0.0]
+    assert worst(worn / depth - 1.0) <= 1e-10
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("degree", [1, 2])
+def test_worn_volume_is_k_times_force_times_slide(degree, record_property):
+    """With friction pressures are not uniform, and the slab shears until all slips."""
+    case, k, steps = Worn("triangle", degree, Coulomb(0.3)), 1e-9, 8
+    wear, expected, volumes = Wear(case.contact, Archard(k)), [], []
+
+    def accept():
+        p = gathered.points(case.contact)
+        pressure = -np.einsum("qi,qi->q", p["traction"], p["contact_normal"])
+        slip = np.linalg.norm(p["slip"], axis=1)
+        expected.append(k * float(p["weight"] @ (np.maximum(pressure, 0.0) * slip)))
+        wear.accept()
+        volumes.append(wear.volume())
+
+    def apply(t):
+        case.tool.move((SLIDE * steps * t, 0.0))
+
+    for _ in LoadSteps(case.problem.snes_solver, apply, steps, on_accept=accept):
+        force = case.contact.resultant().force[1]
+    assert abs(volumes[-1] / sum(expected) - 1.0) <= 1e-12
+    error = abs((volumes[-1] - volumes[-2]) / (k * force * SLIDE) - 1.0)
+    record_property("error", error)
+    assert error <= 1e-6
+
+
+def test_laws_and_steps_that_are_too_large():
+    case = Worn()
+    contact = case.contact
+    with pytest.raises(ContactError, match="Archard.k = -1.0"):
+        Archard(-1.0)
+    with pytest.raises(ContactError, match="must be a Contact, not int"):
+        Wear(3, Archard(K))
+    with pytest.raises(ContactError, match="must be Archard or a function"):
+        Wear(contact, 3.0)
+    with pytest.raises(ContactError, match="Wear.largest = -1.0"):
+        Wear(contact, Archard(K), largest=-1.0)
+    for law, message in (
+        (lambda p, v: np.ones(1), r"shape \(1,\)"),
+        (lambda p, v: -np.ones(len(p)), "negative or not finite"),
+    ):
+        with pytest.raises(ContactError, match=message):
+            Wear(contact, law).accept()
+    with pytest.warns(raymortar.ContactWarning, match="take smaller steps"):
+        case.slide(Wear(contact, Archard(K), largest=1e-6), 1)
+    with pytest.raises(ContactError, match="has an offset"):
+        Wear(contact, Archard(K))
+    pair = (case.scene.tags["slave"], case.scene.tags["master"])
+    tie = raymortar.Tie(case.u, case.scene.facet_tags, [pair])
+    with pytest.raises(ContactError, match="is a Tie"):
+        Wear(tie, Archard(K))
