@@ -1,6 +1,6 @@
 """Contact between deformable bodies in large deformation, for FEniCSx."""
 
-from . import io, rigid, solvers, tools
+from . import dynamics, io, rigid, solvers, tools
 from .contact import Contact
 from .errors import (
     ContactError,
@@ -57,6 +57,7 @@ __all__ = [
     "Stick",
     "Tie",
     "Tresca",
+    "dynamics",
     "io",
     "plot",
     "rigid",

@@ -198,6 +198,11 @@ class CoupledProblem:
                 warn_of_overlap(one.surfaces, one.pairs)
         return A
 
+    def make_room_for(self, M: PETSc.Mat) -> None:
+        """Let the tangent have room for another matrix over the coupled unknowns, with
+        entries between those of the forms. Collective."""
+        self._pattern.include(M)
+
     def create_vector(self) -> PETSc.Vec:
         """Vector of the coupled unknowns."""
         return self.contact.create_vector(self.L)
