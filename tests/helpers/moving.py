@@ -73,42 +73,87 @@ def moving(scene, speed):
     return found
 
 
-def two_bars(scheme, mass, cfl=1.0, E=1.0, rho=1.0, v=0.01, bars=bars, time=3.0, **options):
-    """Two bars that meet at v and -v at time 0, over a time in units of L / c.
+def two_bars(scheme, mass, cfl=1.0, E=1.0, rho=1.0, v=0.01, time=3.0, n=50, **options):
+    """Two bars of length 1 that meet at v and -v at time 0, for a time in units of 1/c.
 
-    Returns
-    -------
-    History, with ``force`` the contact force over that of the closed form, and scene.
+    `stress` is that of contact over rho c v, `energy` that of both bars over the first
+    one.
     """
-    scene = bars(**options)
+    scene, c = bars(n=n, **options), np.sqrt(E / rho)
     energy, residual = elastic(scene, E)
     contact = raymortar.Contact(scene.u, scene.facets, [(SLAVE, MASTER)])
     problem = raymortar.NonlinearProblem(residual, contact)
-    c = np.sqrt(E / rho)
-    inertia = dynamics.Inertia(rho * ufl.inner(scene.a, scene.v) * ufl.dx, contact, mass)
-    history = raymortar.History(problem)
-    V0 = velocity_by_bar(scene, v)
-    n = options.get("n", 50)
-    steps = dynamics.TimeSteps(
-        problem.snes_solver, inertia, end=time / c, dt=cfl / (n * c), scheme=scheme,
-        velocity=V0, energy=energy, history=history,
+    form = rho * ufl.inner(scene.a, scene.v) * ufl.dx
+    found = run(
+        scene, problem, dynamics.Inertia(form, contact, mass), energy=energy,
+        end=time / c, dt=cfl / (n * c), scheme=scheme, velocity=by_bar(scene, v),
     )  # fmt: skip
-    results = list(steps)
-    return SimpleNamespace(
-        history=history, scene=scene, steps=results, problem=problem, contact=contact,
-        stress=history[f"force_0_{'xyz'[scene.d - 1]}"] / (rho * c * v * scene.area),
-        energy=history["kinetic"] + history["elastic"],
-        initial=0.5 * rho * v**2 * 2.0 * scene.area, c=c, inertia=inertia,
-    )  # fmt: skip
-
-
-def velocity_by_bar(scene, v):
-    """-v in the upper bar and v in the lower one, their common face included."""
-    found = fem.Function(scene.V)
-    table = compat.dofmap_array(scene.V)
-    x = scene.V.tabulate_dof_coordinates()
-    values = found.x.array.reshape(-1, scene.d)
-    for dofs in table:
-        is_upper = x[dofs, scene.d - 1].mean() > 0.0
-        values[dofs, -1] = -v if is_upper else v
+    found.stress = found.force / (rho * c * v * scene.area)
+    found.energy = found.energy / (rho * v**2 * scene.area)
+    found.impulse = found.impulse / (2.0 * rho * v * scene.area)
+    found.momentum = found.momentum / (rho * v * scene.area)
+    found.time = found.time * c
     return found
+
+
+def run(scene, problem, inertia, **options):
+    """Run time steps with a history."""
+    history = raymortar.History(problem)
+    steps = dynamics.TimeSteps(
+        problem.snes_solver, inertia, history=history, **options
+    )
+    axis = "xyz"[scene.d - 1]
+    done = steps.run()
+    return SimpleNamespace(
+        scene=scene, problem=problem, steps=steps, done=done, history=history,
+        time=history["time"], force=history[f"force_0_{axis}"],
+        energy=history["kinetic"] + history["elastic"],
+        impulse=history[f"impulse_0_{axis}"], momentum=history[f"momentum_{axis}"],
+    )  # fmt: skip
+
+
+def by_bar(scene, v):
+    """-v in the upper bar and v in the lower one, on their common face too."""
+    found = fem.Function(scene.V)
+    dofs = compat.dofmap_array(scene.V)
+    height = scene.V.tabulate_dof_coordinates()[dofs, scene.d - 1].mean(axis=1)
+    values = found.x.array.reshape(-1, scene.d)
+    values[dofs, -1] = np.where(height > 0.0, -v, v)[:, None]
+    return found
+
+
+def dropped(scheme, mass, n=40, cfl=1.0, end=1.5, E=900.0, v=-10.0, solver=None, **options):
+    """A bar of length 10 that falls on a plane 5 below it, with a wave speed of 30."""
+    scene = bars(n=n, length=10.0, lower=False, gap=5.0)
+    d = scene.d
+    energy, residual = elastic(scene, E)
+    floor = raymortar.rigid.Plane(np.zeros(d), np.eye(d)[-1])
+    contact = raymortar.Contact(scene.u, scene.facets, [(SLAVE, floor)])
+    problem = raymortar.NonlinearProblem(residual, contact)
+    inertia = dynamics.Inertia(
+        ufl.inner(scene.a, scene.v) * ufl.dx, contact, mass
+    )
+    options = {"velocity": moving(scene, lambda z: v + 0.0 * z)} | options
+    dt = cfl * 10.0 / n / np.sqrt(E)
+    return run(
+        scene, problem, inertia, end=end, dt=dt, scheme=scheme, energy=energy, **options
+    )
+
+
+def held_rod(scheme, mass, n=50, cfl=0.5, end=3.0):
+    """A rod over a plane that it touches, E = rho = 1, its far end held, stretched
+    upwards by u = (1 - z) / 2."""
+    scene = bars(n=n, lower=False)
+    energy, residual = elastic(scene)
+    scene.u.interpolate(
+        lambda x: np.vstack([0.0 * x[: scene.d - 1], [0.5 * (1.0 - x[scene.d - 1])]])
+    )
+    floor = raymortar.rigid.Plane((0.0, 0.0), (0.0, 1.0))
+    contact = raymortar.Contact(scene.u, scene.facets, [(SLAVE, floor)])
+    held = tools.prescribe(scene.V, scene.facets.find(HEAD))
+    problem = raymortar.NonlinearProblem(residual, contact, [held])
+    form = ufl.inner(scene.a, scene.v) * ufl.dx
+    inertia = dynamics.Inertia(form, contact, mass)
+    return run(
+        scene, problem, inertia, end=end, dt=cfl / n, scheme=scheme, energy=energy
+    )

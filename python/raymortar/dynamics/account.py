@@ -79,6 +79,9 @@ class Account:
         self._X = V.tabulate_dof_coordinates()[:n, : self._d]
         self._rows = np.zeros((3, 0))
         self._work = np.zeros(2)  # of contact, of loads and supports
+        # Of the state that the last step was solved for, and at the end of the step
+        self._solved = np.zeros(0)
+        self._stored_then: float | None = None
         self._elastic: float | None = None
         self._impulse = np.zeros((len(problem.contact.zones), self._d))
         self._push = self._impulse.copy()
@@ -102,7 +105,9 @@ class Account:
         Collective."""
         of_form, of_contact = self.static()
         self._rows = np.array([of_form, of_contact, np.zeros_like(of_form)])
-        self._elastic, self._push = self._stored(), self._pushes()
+        self._elastic = self._stored_then = self._stored()
+        self._push = self._pushes()
+        self._solved = self._problem.contact.unknowns.owned_values()
         return of_form + of_contact
 
     def set_begin(self, inertia: Array) -> None:
@@ -135,27 +140,27 @@ class Account:
         of_form, of_contact = self.static()
         rows = np.array([of_form, of_contact, self._motion.inertia_now()])
         pushes, scheme = self._pushes(), self._motion.scheme
-        middle = isinstance(scheme, Midpoint)
-        # Forces of the middle, or the means of those of both ends
-        mean = rows if middle else 0.5 * (rows + self._rows)
-        change, elastic = end.u - self._motion.begun, self._elastic
+        # A step's work is that between the states which are solved for, by the mean of
+        # the forces in both: values without mass know no others
+        mean, stored = 0.5 * (rows + self._rows), self._stored()
+        change = end.solved - self._solved
         fixed = self._problem.prescribed
-        works = np.array(
-            [
-                -mean[1] @ change,
-                -mean[0] @ change,
-                np.where(fixed, mean.sum(axis=0), 0.0) @ change,
-            ]
-        )
-        of_contact_now, of_form_now, of_supports = self._comm.allreduce(works)
-        self._elastic = self._stored_at(end)
-        stored = 0.0 if elastic is None else (self._elastic or 0.0) - elastic
-        work = of_form_now + stored + of_supports + self._bodies.work()
-        self._work += of_contact_now, work
+        works = [
+            -mean[1] @ change,
+            -mean[0] @ change,
+            np.where(fixed, mean.sum(axis=0), 0.0) @ change,
+        ]
+        of_contact, of_form, of_supports = self._comm.allreduce(np.array(works))
+        grown = (stored or 0.0) - (self._stored_then or 0.0)
+        work = of_form + grown + of_supports + self._bodies.work()
+        self._work += of_contact, work
         gamma = 1.0 if isinstance(scheme, Midpoint) else scheme.gamma
-        mean_push = gamma * pushes + (1.0 - gamma) * self._push
-        self._impulse += self._motion.dt * mean_push
+        self._impulse += self._motion.dt * (
+            gamma * pushes + (1.0 - gamma) * self._push
+        )
         self._rows, self._push = rows, pushes
+        self._solved, self._stored_then = end.solved, stored
+        self._elastic = self._stored_at(end)
         self.now = self._energies(end.v)
         self.moments = self.momentum(end.u, end.v)
 

@@ -42,13 +42,14 @@ class TimeStep(LoadStep):
     time, dt
         Time at the end of the step, and its size.
     energy
-        `Energy` at the end of the step.
+        `Energy` at the end of the step; None where neither `energy` nor `history` was
+        given.
     """
 
     kind: ClassVar[str] = "time"
 
     dt: float = 0.0
-    energy: Energy = Energy(0.0, None, 0.0, 0.0)
+    energy: Energy | None = None
 
     @property
     def time(self) -> float:
@@ -158,6 +159,7 @@ class TimeSteps(LoadSteps):
         self.bodies = MovingBodies(problem.contact, scheme)
         self._volume = MovingVolume(problem, self.motion)
         self._account = Account(problem, self.motion, self.bodies, energy)
+        self._accounts = energy is not None or history is not None
         if velocity is not None:
             given = velocity if isinstance(velocity, (list, tuple)) else [velocity]
             self.motion.set_velocity(given)
@@ -260,7 +262,8 @@ class TimeSteps(LoadSteps):
     def _solved(self) -> None:
         """Take the end of a solved step, before it is recorded."""
         self.bodies.solved()
-        self._account.record(self._end)
+        if self._accounts:
+            self._account.record(self._end)
 
     def _passed(self) -> None:
         """Go over to the end of a recorded step."""
@@ -274,7 +277,8 @@ class TimeSteps(LoadSteps):
         self.path = path.factor, self.path[1]
 
     def _accepted(self, *results: Any) -> LoadStep:
-        return TimeStep(*results, dt=self.motion.dt, energy=self._account.now)
+        energy = self._account.now if self._accounts else None
+        return TimeStep(*results, dt=self.motion.dt, energy=energy)
 
     # Solves
 
