@@ -78,7 +78,9 @@ class Account:
         self._comm, self._of_u = layout.comm, unknowns.u_owned
         self._X = V.tabulate_dof_coordinates()[:n, : self._d]
         self._rows = np.zeros((3, 0))
-        self._work = np.zeros(2)  # of contact, of loads and supports
+        # Work of contact, and of loads and supports, up to the state that was solved for
+        # and up to the end of the step; and of loads on rigid bodies
+        self._work, self._shown, self._of_bodies = np.zeros(2), np.zeros(2), 0.0
         # Of the state that the last step was solved for, and at the end of the step
         self._solved = np.zeros(0)
         self._stored_then: float | None = None
@@ -115,11 +117,16 @@ class Account:
         self._rows[2] = inertia
         self.now = self._energies(self._motion.values(self._motion.velocity))
 
-    def go_on(self, row: dict[str, float]) -> None:
-        """Go on from the sums of a record. Collective."""
-        self._work[:] = row["contact_work"], row["external_work"]
+    def go_on(self, end: End, row: dict[str, float]) -> None:
+        """Go on from a step with its record; the present state is the one that was solved
+        for. Collective."""
+        self.begin()
+        self._rows[2] = self._motion.inertia.times(end.a)
+        self._finish(end)
+        self._work += [row["contact_work"], row["external_work"]] - self._shown
         names = self._impulse_names()
         self._impulse[:] = np.reshape([row[name] for name in names], self._push.shape)
+        self._finish(end)
 
     def _stored(self) -> float | None:
         """Stored energy at the present unknowns."""
@@ -142,25 +149,34 @@ class Account:
         pushes, scheme = self._pushes(), self._motion.scheme
         # A step's work is that between the states which are solved for, by the mean of
         # the forces in both: values without mass know no others
-        mean, stored = 0.5 * (rows + self._rows), self._stored()
-        change = end.solved - self._solved
-        fixed = self._problem.prescribed
-        works = [
-            -mean[1] @ change,
-            -mean[0] @ change,
-            np.where(fixed, mean.sum(axis=0), 0.0) @ change,
-        ]
-        of_contact, of_form, of_supports = self._comm.allreduce(np.array(works))
-        grown = (stored or 0.0) - (self._stored_then or 0.0)
-        work = of_form + grown + of_supports + self._bodies.work()
-        self._work += of_contact, work
+        stored = self._stored()
+        mean, change = 0.5 * (rows + self._rows), end.solved - self._solved
+        self._work += self._works(mean, change, stored, self._stored_then)
+        self._of_bodies += self._bodies.work()
         gamma = 1.0 if isinstance(scheme, Midpoint) else scheme.gamma
-        self._impulse += self._motion.dt * (
-            gamma * pushes + (1.0 - gamma) * self._push
-        )
+        mean_push = gamma * pushes + (1.0 - gamma) * self._push
+        self._impulse += self._motion.dt * mean_push
         self._rows, self._push = rows, pushes
         self._solved, self._stored_then = end.solved, stored
+        self._finish(end)
+
+    def _works(
+        self, rows: Array, change: Array, new: float | None, old: float | None
+    ) -> Array:
+        """Work of contact, and of loads and supports, by forces (3, n) on the way of a
+        change (n,), between two values of the stored energy."""
+        on_supports = np.where(self._problem.prescribed, rows.sum(axis=0), 0.0)
+        works = [-rows[1] @ change, (on_supports - rows[0]) @ change]
+        of_contact, of_others = self._comm.allreduce(np.array(works))
+        return np.array([of_contact, of_others + (new or 0.0) - (old or 0.0)])
+
+    def _finish(self, end: End) -> None:
+        """Take energies and moments at the end of a step; its work goes on from the state
+        that was solved for."""
         self._elastic = self._stored_at(end)
+        change = end.u - end.solved
+        rest = self._works(self._rows, change, self._elastic, self._stored_then)
+        self._shown = self._work + rest + [0.0, self._of_bodies]
         self.now = self._energies(end.v)
         self.moments = self.momentum(end.u, end.v)
 
@@ -171,18 +187,13 @@ class Account:
             self._motion.scheme, Midpoint
         ):
             return self._stored()
-        functions = self._problem.contact.unknowns.functions
-        kept = [f.x.array.copy() for f in functions]
-        self._motion.set(functions, end.u)
-        found = self._stored()
-        for f, values in zip(functions, kept):
-            f.x.array[:] = values
-        return found
+        with self._motion.at(end.u):
+            return self._stored()
 
     def _energies(self, v: Array) -> Energy:
         """Energies with velocities, (n,)."""
         kinetic = 0.5 * self._motion.size(v) ** 2 + self._bodies.kinetic()
-        return Energy(kinetic, self._elastic, *self._work.tolist())
+        return Energy(kinetic, self._elastic, *self._shown.tolist())
 
     # Columns
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 from petsc4py import PETSc
@@ -90,6 +91,20 @@ class Motion:
         for f, begin, end in zip(of, starts, starts[1:]):
             f.x.array[: end - begin] = values[begin:end]
             f.x.scatter_forward()
+
+    @contextmanager
+    def at(self, values: Array) -> Iterator[None]:
+        """Give the unknowns other owned values, (n,), for a while. Collective."""
+        functions = self._unknowns.functions
+        kept = [f.x.array.copy() for f in functions]
+        self.set(functions, values)
+        self._unknowns.pull()
+        try:
+            yield
+        finally:
+            for f, before in zip(functions, kept):
+                f.x.array[:] = before
+            self._unknowns.pull()
 
     # Start
 

@@ -208,10 +208,20 @@ class TimeSteps(LoadSteps):
                 raise ContactError(f"time must be one before the end, not {time!r}")
         self.path, self._has_begun = (float(time), self.path[1]), True
         self.motion.last = self.motion.dt = self.dt
-        self._account.begin()
-        if self.history is not None and len(self.history):
-            self._account.go_on(self.history.rows[-1]._asdict())
-        self._account.set_begin(self.inertia.apply(self.motion.acceleration))
+        rows = self.history.rows if self.history is not None else []
+        if rows:
+            self._resume_account(rows[-1]._asdict())
+
+    def _resume_account(self, row: dict[str, float]) -> None:
+        """Let energies and impulses go on from a record. Collective."""
+        motion, contact = self.motion, self._problem.contact
+        end = motion.values(contact.unknowns.functions)
+        middle = isinstance(self.scheme, Midpoint)
+        solved = motion.values(motion.middle) if middle else end
+        v, a = motion.values(motion.velocity), motion.values(motion.acceleration)
+        with motion.at(solved):
+            contact.update()
+            self._account.go_on(End(solved, end, v, a), row)
 
     # Path
 
