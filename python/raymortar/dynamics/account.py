@@ -30,9 +30,9 @@ class Energy:
     elastic
         Of the given functional; None without one.
     contact
-        Work of contact on the bodies so far; minus the work of friction and what is in
-        the springs of a penalty. Of frictionless multipliers it is an error of the
-        steps.
+        Work of contact on all bodies so far: minus the work of friction and what is
+        in the springs of a penalty. Of frictionless multipliers on flat surfaces it is
+        an error of the steps, on round ones of the facets too.
     external
         Work of loads and supports so far. Without a functional the stresses count as
         loads.
@@ -79,8 +79,8 @@ class Account:
         self._X = V.tabulate_dof_coordinates()[:n, : self._d]
         self._rows = np.zeros((3, 0))
         # Work of contact, and of loads and supports, up to the state that was solved for
-        # and up to the end of the step; and of loads on rigid bodies
-        self._work, self._shown, self._of_bodies = np.zeros(2), np.zeros(2), 0.0
+        # and up to the end of the step; and of both on rigid bodies
+        self._work, self._shown, self._of_bodies = np.zeros((3, 2))
         # Of the state that the last step was solved for, and at the end of the step
         self._solved = np.zeros(0)
         self._stored_then: float | None = None
@@ -152,7 +152,7 @@ class Account:
         stored = self._stored()
         mean, change = 0.5 * (rows + self._rows), end.solved - self._solved
         self._work += self._works(mean, change, stored, self._stored_then)
-        self._of_bodies += self._bodies.work()
+        self._of_bodies += self._bodies.work_of_contact(), self._bodies.work()
         gamma = 1.0 if isinstance(scheme, Midpoint) else scheme.gamma
         mean_push = gamma * pushes + (1.0 - gamma) * self._push
         self._impulse += self._motion.dt * mean_push
@@ -176,7 +176,7 @@ class Account:
         self._elastic = self._stored_at(end)
         change = end.u - end.solved
         rest = self._works(self._rows, change, self._elastic, self._stored_then)
-        self._shown = self._work + rest + [0.0, self._of_bodies]
+        self._shown = self._work + rest + self._of_bodies
         self.now = self._energies(end.v)
         self.moments = self.momentum(end.u, end.v)
 

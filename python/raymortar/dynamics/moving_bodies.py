@@ -50,16 +50,20 @@ class MovingBodies:
         self._dt = 0.0
         # Unknowns at the accepted step, and what pushed them there
         self._last: list[Array] = []
-        self._push = [self._load(body) for body in self.bodies]
-        self._work = 0.0
+        self._work = self._of_contact = 0.0
         self._given = [
             (body.cpp.force.copy(), body.cpp.moment.copy()) for body in self.bodies
         ]
         self._active = False
+        self.take_accepted()
+
+    def take_accepted(self) -> None:
+        """Take places, velocities and accelerations as the bodies have them now."""
         self._new = [
             (b.freedom.totals, b.freedom.velocity, b.freedom.acceleration)
             for b in self.bodies
         ]
+        self._push = [self._load(body) for body in self.bodies]
 
     # Steps
 
@@ -118,6 +122,7 @@ class MovingBodies:
     def set_accelerations(self, contact: Any) -> None:
         """Find the accelerations that motion starts with, from the forces at the last
         update. Collective."""
+        self.take_accepted()
         if not self.bodies:
             return
         b, layout = contact.create_vector(), contact.layout
@@ -157,7 +162,8 @@ class MovingBodies:
 
     def solved(self) -> None:
         """Take the end of the solved step, which is not yet accepted."""
-        self._new, self._work = self._ends(), 0.0
+        before, self._work = self.kinetic(), 0.0
+        self._new = self._ends()
         middle = isinstance(self._scheme, Midpoint)
         # Without what stands for inertia
         forces = [body.cpp.force.copy() for body in self.bodies]
@@ -173,6 +179,7 @@ class MovingBodies:
             body.cpp.force, body.cpp.moment = forces[k], moments[k]
             self._set_stiffness(body, stiffness[k])
         self._push, self._active = push, True
+        self._of_contact = self.kinetic() - before - self._work
 
     def accept(self) -> None:
         """Go over to the end of the solved step, after contact has accepted it."""
@@ -193,14 +200,14 @@ class MovingBodies:
         """Work of loads and springs on the bodies in the solved step."""
         return self._work
 
-    def kinetic(self, new: bool = True) -> float:
-        """Kinetic energy at the end of the solved step, or at the accepted one."""
-        velocities = [v for _, v, _ in self._new] if new else self._velocities()
-        pairs = zip(self.bodies, velocities)
-        return sum(0.5 * float(body.masses @ v**2) for body, v in pairs)
+    def work_of_contact(self) -> float:
+        """Work of contact on the bodies in the solved step: what else they gained."""
+        return self._of_contact
 
-    def _velocities(self) -> list[Array]:
-        return [body.freedom.velocity for body in self.bodies]
+    def kinetic(self) -> float:
+        """Kinetic energy at the end of the solved step."""
+        pairs = zip(self.bodies, self._new)
+        return sum(0.5 * float(body.masses @ v**2) for body, (_, v, _) in pairs)
 
     def momentum(self) -> Array:
         """Momentum and moment of momentum about the origin at the end of the solved

@@ -208,6 +208,7 @@ class TimeSteps(LoadSteps):
                 raise ContactError(f"time must be one before the end, not {time!r}")
         self.path, self._has_begun = (float(time), self.path[1]), True
         self.motion.last = self.motion.dt = self.dt
+        self.bodies.take_accepted()
         rows = self.history.rows if self.history is not None else []
         if rows:
             self._resume_account(rows[-1]._asdict())
