@@ -24,6 +24,7 @@ from .discretization.forms import (
     jacobians,
     list_of_conditions,
 )
+from .discretization.inertia_terms import warn_of_inertia
 from .errors import (
     ContactError,
     SetUpError,
@@ -132,6 +133,7 @@ class CoupledProblem:
                 (w,) = functions
                 J = ufl.derivative(F, w, ufl.TrialFunction(w.function_space))
         require_agreement(comm, number_of_conditions=len(self.bcs), update=update)
+        warn_of_inertia(F, functions, stacklevel=3)
         self.forms = F, J
         compiled = partial(
             compat.form,

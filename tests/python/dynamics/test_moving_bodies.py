@@ -83,9 +83,10 @@ def test_a_bouncing_body_keeps_the_energy(scheme):
     total = h["kinetic"] + h["elastic"] - h["external_work"]
     start = 0.5 * MASS
     # What is missing while they touch is the work of contact, on facets of half a radius
-    assert worst(total - start - h["contact_work"]) <= 1e-3 * start
+    tolerance = 1e-6 if scheme == Newmark() else 1e-2  # of half a step
+    assert worst(total - start - h["contact_work"]) <= tolerance * start
     assert worst(h["contact_work"]) <= 0.03 * start
-    bounced = np.flatnonzero(np.diff(1.0 * (np.abs(h["force_0_y"]) > 0.0)) < 0.0)
+    bounced = np.flatnonzero(np.diff(1.0 * (np.abs(h["force_0_y"]) > 1e-9)) < 0.0)
     assert len(bounced) >= 1
     assert worst(h["contact_work"][bounced + 1]) <= 0.005 * start
 
