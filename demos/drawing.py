@@ -9,6 +9,7 @@ __all__ = [
     "COMPUTED",
     "EXACT",
     "PRESSURE_MAP",
+    "animate",
     "draw_field",
     "draw_surface",
     "gather_boundary",
@@ -61,3 +62,26 @@ def space_and_curve(path, bodies, label, curve):
     # The room that axes in space take reaches out of the figure
     with plt.rc_context({"savefig.bbox": None}):
         fig.savefig(path)
+
+
+def animate(path, frames, box, top, label="von Mises stress", line=0.0):
+    """Write an animation of bodies above a line: a GIF of frames (time, (x, field)).
+
+    `box` are the ends of both axes, `top` the largest value of the colours.
+    """
+    from matplotlib.animation import FuncAnimation, PillowWriter
+
+    figure, axes = pyplot().subplots(figsize=(4.8, 4.2), layout="constrained")
+
+    def show(k):
+        time, (x, field) = frames[k]
+        axes.clear()
+        if line is not None:
+            axes.axhline(line, color=EXACT)
+        colours = draw_field(axes, x, field, [(1, 1)], top=top)
+        axes.set(aspect="equal", xlim=box[:2], ylim=box[2:], title=f"time {time:.4g}")
+        return colours
+
+    figure.colorbar(show(0), ax=axes, label=label, shrink=0.8)
+    writer = PillowWriter(fps=15)
+    FuncAnimation(figure, show, frames=len(frames)).save(path, writer=writer, dpi=80)
