@@ -20,12 +20,12 @@ from dolfinx import fem
 import raymortar
 from meshes.discs import disc_blocks
 from meshes.meshing import Scene, assemble_blocks
-from raymortar import dynamics, rigid, tools
+from raymortar import dynamics, io, rigid, tools
 
 # Any consistent units
 E, NU, DENSITY, GRAVITY, RADIUS, HEIGHT = 1000.0, 0.3, 1.0, 10.0, 0.5, 0.5
 SURFACE = 1
-FRAMES = 60
+FRAMES, TOP = 40, 120.0
 
 
 def fall(comm, n, end, dt, scheme=None, file=None, mass="nearest", report=None):
@@ -78,6 +78,8 @@ def draw(result, path):
     cells = drawing.gather_states(
         result.u, result.kept, lambda: result.material.mises(result.u)
     )
+    fields = [result.u, result.steps.velocity]
+    io.write_xdmf(path.with_suffix(".xdmf"), result.scene.mesh, fields)
     if result.scene.mesh.comm.rank > 0:
         return
     time, (kinetic, elastic, potential) = balance(result.history)
@@ -86,7 +88,7 @@ def draw(result, path):
     )
     for k, (_, (x, u, mises)) in enumerate(cells[:: max(len(cells) // 6, 1)][:6]):
         at = x[..., :2] + u + [1.1 * k, 0.0]
-        colours = drawing.draw_field(left, at, mises, [(1, 1)], top=40.0)
+        colours = drawing.draw_field(left, at, mises, [(1, 1)], top=TOP)
     left.axhline(0.0, color=drawing.EXACT)
     left.set(aspect="equal", xticks=[], ylabel="height")
     figure.colorbar(colours, ax=left, label="von Mises stress", shrink=0.6)
@@ -99,7 +101,7 @@ def draw(result, path):
     right.legend(fontsize=8)
     figure.savefig(path)
     frames = [(at, (x[..., :2] + u, mises)) for at, (x, u, mises) in cells]
-    drawing.animate(path.with_suffix(".gif"), frames, (-0.7, 0.7, -0.1, 1.2), 40.0)
+    drawing.animate(path.with_suffix(".gif"), frames, (-0.7, 0.7, -0.1, 1.2), TOP)
 
 
 def main(arguments=None):
@@ -107,7 +109,7 @@ def main(arguments=None):
     parser = common.options("bouncing_ball", __doc__)
     parser.add_argument("--size", type=int, default=6, help="facets of a quarter")
     parser.add_argument("--end", type=float, default=2.0, help="last time")
-    parser.add_argument("--dt", type=float, default=2e-3, help="time step")
+    parser.add_argument("--dt", type=float, default=1e-3, help="time step")
     args = parser.parse_args(arguments)
     report, refined = common.Report(MPI.COMM_WORLD), 2 if args.fine else 1
     args.output.mkdir(parents=True, exist_ok=True)
