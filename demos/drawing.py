@@ -9,6 +9,7 @@ __all__ = [
     "COMPUTED",
     "EXACT",
     "PRESSURE_MAP",
+    "animate",
     "draw_field",
     "draw_surface",
     "gather_boundary",
@@ -61,3 +62,32 @@ def space_and_curve(path, bodies, label, curve):
     # The room that axes in space take reaches out of the figure
     with plt.rc_context({"savefig.bbox": None}):
         fig.savefig(path)
+
+
+def animate(path, frames, box, top, label="von Mises stress", line=0.0):
+    """Write an animation, a GIF, of bodies above a line.
+
+    Frames are (time, (x, field)) with corners (cells, k, 2) and values (cells, k, 1),
+    `box` the ends of both axes, `top` the largest value of the colours.
+    """
+    from matplotlib.animation import FuncAnimation, PillowWriter
+    from matplotlib.collections import PolyCollection
+
+    figure, axes = pyplot().subplots(figsize=(4.8, 4.2))
+    bodies = PolyCollection([], edgecolor="k", lw=0.2)
+    bodies.set_clim(0.0, top)
+    axes.add_collection(bodies)
+    axes.set(aspect="equal", xlim=box[:2], ylim=box[2:])
+    if line is not None:
+        axes.axhline(line, color=EXACT)
+    figure.colorbar(bodies, ax=axes, label=label, shrink=0.8)
+
+    def show(k):
+        time, (x, field) = frames[k]
+        bodies.set_verts(x)
+        bodies.set_array(field.mean(axis=(1, 2)))
+        axes.set_title(f"time {time:.4g}")
+        return [bodies]
+
+    movie = FuncAnimation(figure, show, frames=len(frames))
+    movie.save(path, writer=PillowWriter(fps=15), dpi=72)

@@ -147,6 +147,7 @@ void bind_body(py::module_& m)
   bind_vector<&RigidBody::turned>(body, "turned");
   bind_vector<&RigidBody::force>(body, "force");
   bind_vector<&RigidBody::moment>(body, "moment");
+  bind_list<&RigidBody::stiffness>(body, "stiffness");
   bind_list<&RigidBody::values>(body, "values");
   bind_list<&RigidBody::accepted>(body, "accepted");
   body.def_property(

@@ -1,6 +1,6 @@
 """Contact between deformable bodies in large deformation, for FEniCSx."""
 
-from . import io, rigid, solvers, tools
+from . import dynamics, io, rigid, solvers, tools
 from .contact import Contact
 from .errors import (
     ContactError,
@@ -63,6 +63,7 @@ __all__ = [
     "Tie",
     "Tresca",
     "Wear",
+    "dynamics",
     "io",
     "plot",
     "rigid",

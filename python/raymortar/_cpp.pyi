@@ -238,6 +238,7 @@ class RigidBody:
     turned: _Reals
     force: _Reals
     moment: _Reals
+    stiffness: _Reals
     values: _Reals
     accepted: _Reals
     accepted_turn: _Reals

@@ -24,6 +24,7 @@ from .discretization.forms import (
     jacobians,
     list_of_conditions,
 )
+from .discretization.inertia_terms import warn_of_inertia
 from .errors import (
     ContactError,
     SetUpError,
@@ -143,6 +144,7 @@ class CoupledProblem:
                 (w,) = functions
                 J = ufl.derivative(F, w, ufl.TrialFunction(w.function_space))
         require_agreement(comm, number_of_conditions=len(self.bcs), update=update)
+        warn_of_inertia(F, functions, stacklevel=3)
         self.forms = F, J
         compiled = partial(
             compat.form,
@@ -210,6 +212,11 @@ class CoupledProblem:
                 warn_of_finer_rigid_slaves(one.surfaces, one.pairs, fixed)
                 warn_of_overlap(one.surfaces, one.pairs)
         return A
+
+    def make_room_for(self, M: PETSc.Mat) -> None:
+        """Let the tangent have room for another matrix over the coupled unknowns, with
+        entries between those of the forms. Collective."""
+        self._pattern.include(M)
 
     def create_vector(self) -> PETSc.Vec:
         """Vector of the coupled unknowns."""

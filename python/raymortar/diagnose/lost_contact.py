@@ -39,12 +39,17 @@ _AT_REST = 1e-9
 def lost_contact(problem: CoupledProblem, led: Mask | None = None) -> str | None:
     """Tell how a converged solve has lost contact since the accepted step, None if it
     has not. The sentence is the same on all ranks. Collective."""
+    return "; ".join([*passed_surfaces(problem), *unheld(problem, led)]) or None
+
+
+def passed_surfaces(problem: CoupledProblem) -> list[str]:
+    """Tell which surfaces have passed each other since the accepted step. Collective."""
     contact = problem.contact
     found = [
         _passed_by_tools(zone, contact) if zone.facets.bodies else _lost(zone, contact)
         for zone in contact.zones
     ]
-    return "; ".join([*filter(None, found), *unheld(problem, led)]) or None
+    return [*filter(None, found)]
 
 
 def _lost(zone: ZoneData, contact: Interaction) -> str:

@@ -84,6 +84,20 @@ class VolumePattern:
             probe = response_of_revolution if axisymmetric else strain_response
             self.response = probe(own, u)
 
+    def include(self, A: PETSc.Mat) -> None:
+        """Add the pattern of a matrix over the coupled rows, whose entries are between
+        unknowns of the forms. A matrix with room for less is preallocated anew at its
+        next tangent."""
+        n = len(self.offsets) - 1
+        offsets, columns, _ = A.getValuesCSR()
+        counts = np.diff(self.offsets), np.diff(offsets)[:n]
+        rows = np.concatenate([np.repeat(np.arange(n), count) for count in counts])
+        pairs = np.column_stack([rows, np.concatenate([self.columns, columns])])
+        rows, self.columns = np.unique(pairs, axis=0).T.astype(np.int32)
+        counts = np.bincount(rows, minlength=n)
+        self.offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
+        self.number = next(_numbers)
+
     def destroy(self) -> None:
         """Free the matrices; what was read off them stays. Collective."""
         self.stiffness = []

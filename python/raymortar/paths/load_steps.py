@@ -149,7 +149,7 @@ class LoadSteps:
         on_accept: Callable[[], object] | None = None,
         on_reject: Callable[[], object] | None = None,
     ) -> None:
-        _check_solver(solver)
+        check_solver(solver)
         self.solver, self.apply = solver, apply
         self._problem = solver.problem  # which its own solver does not keep
         self.steps, self.max_halvings, self.path = steps, max_halvings, path
@@ -274,11 +274,12 @@ class LoadSteps:
             if self.output is not None:
                 self.output.write(path.time)
             contact.advance()
+            path.accepted()
             self._tell(self.on_accept)
             path.sizes.accept(iterations)
             last = before
             count = problem.steps_accepted = problem.steps_accepted + 1
-            yield LoadStep(
+            yield self._accepted(
                 path.factor,
                 iterations,
                 self.halvings,
@@ -289,6 +290,10 @@ class LoadSteps:
             )
         ways.finish()
         tools.warn()
+
+    def _accepted(self, *results: Any) -> LoadStep:
+        """Make what the caller gets of an accepted step."""
+        return LoadStep(*results)
 
     def _tell(self, function: Callable[[], object] | None) -> None:
         """Call a function for the user's own state, if there is one. Collective."""
@@ -314,10 +319,14 @@ class LoadSteps:
                 iterations = self._stabilization.solve(
                     lambda: ways.solve(problem.contact.state(), None, 1.0)
                 )
-        loss = lost_contact(problem, path.led)
+        loss = self._loss()
         if loss is not None:
             raise ContactLost(f"contact is lost: {loss}")
         return iterations
+
+    def _loss(self) -> str | None:
+        """Tell how the solved step has lost contact, if so. Collective."""
+        return lost_contact(self._problem, self._path.led)
 
     def _given_up(self, failure: Exception) -> ConvergenceError:
         """Make the error of a failed step, after its start is restored. Collective."""
@@ -333,7 +342,7 @@ class LoadSteps:
         )
 
 
-def _check_solver(solver: Any) -> None:
+def check_solver(solver: Any) -> None:
     """Raise unless `solver` is a solver of a problem."""
     problem = getattr(solver, "problem", None)
     if not (isinstance(problem, CoupledProblem) and hasattr(solver, "solve")):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 import sys
 from dataclasses import dataclass, field
-from typing import Any, TextIO
+from typing import Any, ClassVar, TextIO
 
 from mpi4py import MPI
 
@@ -43,6 +43,9 @@ class LoadStep:
         Counts the accepted steps of the problem from 1, over all of its `LoadSteps`.
     """
 
+    # What the factor is, in the line of a step
+    kind: ClassVar[str] = "load"
+
     factor: float
     iterations: int
     halvings: int
@@ -76,7 +79,7 @@ def line(step: LoadStep, counts: Statistics) -> str:
     gap = f"gap {counts.min_gap:.1e}" if counts.hits else "out of reach"
     way = "" if step.strategy == "full" else f"  {step.strategy}"
     return (
-        f"step {step.number:3}  load {step.factor:<8.6g}  Newton {step.iterations:2}  "
+        f"step {step.number:3}  {step.kind} {step.factor:<8.6g}  Newton {step.iterations:2}  "
         f"halvings {step.halvings}  active {counts.active_points}  {gap}  "
         f"pressure {counts.max_pressure:.3g}{way}"
     )

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from .. import _cpp
-from ..checked import is_real_number, vector
+from ..checked import is_real_number, positive, vector
 from ..compat import Array
 from ..errors import ContactError
 from .freedom import Freedom, freedoms_of
@@ -46,6 +46,10 @@ class Body:
     ----------
     shape, name, force, moment
         As they were given.
+    masses
+        Mass, or moment of inertia, of each unknown, (n,).
+    springs
+        Stiffness of each unknown, (n,).
     centre
         Before any motion, (3,), 2D padded with 0.
     freedom
@@ -70,6 +74,8 @@ class Body:
         moment: float | Vector | None = None,
         stiffness: float | Mapping[str, float] | None = None,
         damping: float | Mapping[str, float] | None = None,
+        mass: float | None = None,
+        inertia: float | None = None,
     ) -> None:
         if not isinstance(shape, Shape):
             raise ContactError(f"shape must be one of rigid, not {shape!r}")
@@ -83,6 +89,8 @@ class Body:
         )
         names = freedoms_of(free, gdim)
         self.freedom = Freedom(names, gdim, stiffness, damping, self.centre)
+        self.springs: Array = self.freedom.stiffness
+        self.masses = self._masses(mass, inertia)
         self.cpp = self.freedom.cpp
         self.force = force  # type: ignore[assignment]
         self.moment = moment  # type: ignore[assignment]
@@ -122,7 +130,38 @@ class Body:
     @property
     def stiffness(self) -> dict[str, float]:
         """Stiffness of the springs by name; it never changes."""
-        return dict(zip(self.freedom.names, self.freedom.stiffness.tolist()))
+        return dict(zip(self.freedom.names, self.springs.tolist()))
+
+    @property
+    def velocity(self) -> dict[str, float]:
+        """Velocity of a body with mass by the names in `free`: lengths, or radians, per
+        time. Set it before time steps begin."""
+        return dict(zip(self.freedom.names, self.freedom.velocity.tolist()))
+
+    @velocity.setter
+    def velocity(self, value: Mapping[str, float]) -> None:
+        names = self.freedom.names
+        if not (isinstance(value, Mapping) and all(name in names for name in value)):
+            raise ContactError(
+                f"velocity must be numbers by the names in free = {names}, not {value!r}"
+            )
+        self.freedom.velocity = np.array(
+            [float(value.get(name, 0.0)) for name in names], dtype=np.float64
+        )
+
+    def _masses(self, mass: float | None, inertia: float | None) -> Array:
+        """Check mass and moment of inertia, and place them at the unknowns."""
+        turns, given = self.freedom.is_turn, []
+        for name, value in (("mass", mass), ("inertia", inertia)):
+            given.append(0.0 if value is None else positive(name, value))
+        if inertia is not None and np.count_nonzero(turns) != 1:
+            raise ContactError(
+                f"inertia is about the axis of one free rotation, and the {self.name} has "
+                f"free = {self.freedom.names}"
+            )
+        if mass is not None and not np.any(~turns) and inertia is None:
+            raise ContactError(f"mass needs a free translation of the {self.name}")
+        return np.where(turns, given[1], given[0])
 
     def pushed(self) -> tuple[Array, Array]:
         """Forces along its unknowns other than contact, (n,), and minus their

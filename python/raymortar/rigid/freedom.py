@@ -69,6 +69,9 @@ class Freedom:
         Names of the unknowns, in their order.
     axis, is_turn
         Axis of each unknown, and whether it is a rotation, (n,).
+    velocity, acceleration, static
+        Of a body with mass at the accepted time step, and the forces on it without
+        inertia, (n,).
     """
 
     def __init__(
@@ -94,6 +97,7 @@ class Freedom:
             self.damping.tolist(),
         )
         self._lever: float | None = None
+        self.velocity, self.acceleration, self.static = np.zeros((3, len(names)))
 
     def __len__(self) -> int:
         return len(self.names)
@@ -143,14 +147,17 @@ class Freedom:
         return rotation_vector(self.cpp.turn() @ rotation_matrix(prescribed))
 
     def state(self) -> Array:
-        """All values that `restore` needs, (2 n + 9,)."""
+        """All values that `restore` needs, (5 n + 9,)."""
         cpp = self.cpp
-        return np.concatenate([cpp.values, cpp.accepted, cpp.accepted_turn.ravel()])
+        place = cpp.values, cpp.accepted, cpp.accepted_turn.ravel()
+        return np.concatenate([*place, self.velocity, self.acceleration, self.static])
 
     def restore(self, state: Array) -> None:
         """Go back to a `state`."""
         n, cpp = len(self), self.cpp
-        cpp.values, cpp.accepted, cpp.accepted_turn = np.split(state, [n, 2 * n])
+        *place, motion = np.split(state, [n, 2 * n, 2 * n + 9])
+        cpp.values, cpp.accepted, cpp.accepted_turn = place
+        self.velocity, self.acceleration, self.static = motion.reshape(3, n).copy()
 
     def totals_of(self, state: Array) -> Array:
         """`totals` of a state."""

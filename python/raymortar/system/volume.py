@@ -154,13 +154,13 @@ class Kept:
         fixed = self._contact.layout.begin + np.flatnonzero(self._fixed)
         free.zeroRowsColumns(fixed.astype(PETSc.IntType), diag=0.0)
         K.axpy(-1.0, free, _SAME)
-        self._others = _without_zeros(K)
+        self._others = without_zeros(K)
         K.destroy()
         diagonal = free.getDiagonal()
         diagonal.array[: len(self._fixed)][self._fixed] = 1.0
         free.setDiagonal(diagonal)
         diagonal.destroy()
-        self.tangent = free if self._is_whole else _without_zeros(free)
+        self.tangent = free if self._is_whole else without_zeros(free)
         if not self._is_whole:
             free.destroy()
         self._x, self._y = self.tangent.createVecs()
@@ -196,7 +196,7 @@ class Kept:
         A.axpy(1.0, self.tangent, _PART)
 
 
-def _without_zeros(K: PETSc.Mat) -> PETSc.Mat:
+def without_zeros(K: PETSc.Mat) -> PETSc.Mat:
     """Copy the entries of a matrix that are not zero."""
     offsets, columns, values = K.getValuesCSR()
     found = values != 0.0

@@ -1,0 +1,132 @@
+"""Spinning ring: a ring of rubber hits a rigid floor, and friction takes its spin (2D).
+
+Friction turns spin into speed along the floor, as with a ball that has topspin. What the
+ring loses in moment of momentum is what friction and pressure exert about the same
+point, to rounding: the midpoint rule keeps it.
+"""
+
+import sys
+from types import SimpleNamespace
+
+from mpi4py import MPI
+
+import bodies
+import common
+import drawing
+import numpy as np
+import ufl
+from dolfinx import fem
+
+import raymortar
+from meshes.discs import ring_blocks
+from meshes.meshing import assemble_blocks
+from raymortar import dynamics, io, rigid, tools
+
+# Any consistent units; Young's modulus over the density is the square of a speed
+E, NU, DENSITY, FRICTION = 2000.0, 0.3, 1.0, 0.4
+RADII, HEIGHT, SPEED, SPIN = (0.35, 0.5), 0.6, 6.0, -15.0
+SURFACE, FRAMES, TOP = 1, 40, 400.0
+
+
+def throw(comm, n, end, dt, file=None):
+    """Throw the ring at the floor."""
+    blocks = ring_blocks(n, RADII, 2, SURFACE, (0.0, HEIGHT))
+    mesh, _, facets = assemble_blocks(comm, blocks, "quadrilateral")
+    V = tools.vector_space(mesh, 1)
+    u, v, a = fem.Function(V, name="u"), ufl.TestFunction(V), ufl.TrialFunction(V)
+    material = bodies.NeoHookean(E, NU)
+    floor = rigid.Plane((0.0, 0.0), (0.0, 1.0))
+    contact = raymortar.Contact(
+        u, facets, [(SURFACE, floor)], friction=raymortar.Coulomb(FRICTION)
+    )
+    problem = raymortar.NonlinearProblem(material.residual(u, 2), contact)
+    inertia = dynamics.Inertia(DENSITY * ufl.inner(a, v) * ufl.dx, contact)
+    history = raymortar.History(problem, file, axes={"origin": (0.0, 0.0)})
+    start = fem.Function(V)
+    start.interpolate(
+        lambda x: np.vstack([-SPIN * (x[1] - HEIGHT), SPIN * x[0] - SPEED])
+    )
+    steps = dynamics.TimeSteps(
+        problem.snes_solver, inertia, end=end, dt=dt, scheme=dynamics.Midpoint(),
+        velocity=start, energy=material.energy(u, 2), history=history,
+    )  # fmt: skip
+    kept, iterations = [(0.0, u.x.array.copy())], []
+    for step in steps:
+        iterations.append(step.iterations)
+        if step.time >= len(kept) * end / FRAMES - 1e-9:
+            kept.append((step.time, u.x.array.copy()))
+    return SimpleNamespace(
+        mesh=mesh, u=u, contact=contact, kept=kept, history=history, steps=steps,
+        material=material, iterations=iterations,
+    )  # fmt: skip
+
+
+def missing(history):
+    """Largest part of the change of momentum, and of its moment, that contact does not
+    explain, over the largest momentum."""
+    dt = np.diff(history["time"])
+    found = []
+    for gained, exerted in (
+        ("momentum_x", "force_0_x"), ("momentum_y", "force_0_y"),
+        ("moment_of_momentum", "torque_origin_0"),
+    ):  # fmt: skip
+        change = np.diff(history[gained]) - dt * history[exerted][1:]
+        found.append(np.abs(change).max() / np.abs(history[gained]).max())
+    return found
+
+
+def draw(result, path):
+    """The ring at a few times, its spin and energies, and an animation."""
+    u, h = result.u, result.history
+    cells = drawing.gather_states(u, result.kept, lambda: result.material.mises(u))
+    io.write_xdmf(path.with_suffix(".xdmf"), result.mesh, [u, result.steps.velocity])
+    if result.mesh.comm.rank > 0:
+        return
+    figure, (left, middle, right) = drawing.pyplot().subplots(
+        1, 3, figsize=(11.0, 3.2), layout="constrained", width_ratios=[1.6, 1.0, 1.0]
+    )
+    for k, (_, (x, moved, mises)) in enumerate(cells[:: len(cells) // 5][:5]):
+        at = x[..., :2] + moved + [1.3 * k, 0.0]
+        colours = drawing.draw_field(left, at, mises, top=TOP)
+    left.axhline(0.0, color=drawing.EXACT)
+    left.set(aspect="equal", xticks=[])
+    figure.colorbar(colours, ax=left, label="von Mises stress", shrink=0.6)
+    for name in ("momentum_x", "momentum_y", "moment_of_momentum"):
+        middle.plot(h["time"], h[name], label=name.replace("_", " "))
+    taken = h["friction_work"]
+    for values, label in ((h["kinetic"], "kinetic"), (h["elastic"], "elastic"),
+                          (taken, "friction")):  # fmt: skip
+        right.plot(h["time"], values, label=label)
+    right.plot(h["time"], h["kinetic"] + h["elastic"] + taken, color=drawing.EXACT)
+    for axes in (middle, right):
+        axes.set(xlabel="time")
+        axes.legend(fontsize=7)
+    figure.savefig(path)
+    frames = [(at, (x[..., :2] + moved, mises)) for at, (x, moved, mises) in cells]
+    drawing.animate(path.with_suffix(".gif"), frames, (-0.8, 1.6, -0.1, 1.4), TOP)
+
+
+def main(arguments=None):
+    """Run the demo; 0 if momentum and its moment are balanced."""
+    parser = common.options("spinning_ring", __doc__)
+    parser.add_argument("--size", type=int, default=10, help="facets of a quarter")
+    parser.add_argument("--end", type=float, default=0.3, help="last time")
+    parser.add_argument("--dt", type=float, default=1e-3, help="time step")
+    args = parser.parse_args(arguments)
+    report, refined = common.Report(MPI.COMM_WORLD), 2 if args.fine else 1
+    args.output.mkdir(parents=True, exist_ok=True)
+    file = args.output / "spinning_ring.csv"
+    result = throw(MPI.COMM_WORLD, refined * args.size, args.end, args.dt / refined, file)
+    h = result.history
+    report.effort(result.contact, result.iterations, result.steps.halvings)
+    for name, lack in zip(("momentum x", "momentum y", "its moment"), missing(h)):
+        report.add(f"1 + missing {name}", 1.0 + lack, 1.0, 1e-7)
+    whole = h["kinetic"] + h["elastic"] + h["friction_work"]
+    report.add("energy with that of friction", whole[-1], whole[0], 0.03)
+    report.add("spin that is left", h["moment_of_momentum"][-1], h["moment_of_momentum"][0])
+    draw(result, args.output / "spinning_ring.png")
+    return report.finish("exact")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,134 @@
+"""Two bars: bars of steel meet end to end, press for a while and fly apart (2D).
+
+While the waves run to the far ends and back, the pressure is rho c v. The bars exchange
+their velocities. With mass at the contact nodes the same scheme rings, and multiplies
+the energy; without mass it does neither (dynamics.Inertia).
+"""
+
+import sys
+from types import SimpleNamespace
+
+from mpi4py import MPI
+
+import common
+import drawing
+import numpy as np
+import ufl
+from dolfinx import fem
+
+import raymortar
+from meshes.blocks import Block
+from meshes.meshing import assemble_blocks
+from raymortar import dynamics, io, tools
+
+# SI units; Poisson's ratio is 0
+E, DENSITY, SPEED, LENGTH = 2.1e11, 7850.0, 10.0, 1.0
+WAVE = np.sqrt(E / DENSITY)
+STRESS = DENSITY * WAVE * SPEED
+SLAVE, MASTER = 1, 2
+MASSES = {"nearest": "C0", "affine": "C1", "consistent": "0.6"}
+
+
+def bars(comm, n):
+    """Mesh and facet tags of a bar from -1 to 0 and one from 0 to 1, apart at 0."""
+    width = 2.0 * LENGTH / n
+    left = Block((n, 2), (-LENGTH, 0.0), (0.0, width), tags={"right": MASTER})
+    right = Block((n, 2), (0.0, 0.0), (LENGTH, width), tags={"left": SLAVE})
+    mesh, _, facets = assemble_blocks(comm, [left, right], "quadrilateral")
+    return mesh, facets, width
+
+
+def meet(comm, n, mass, cfl=1.0, keep=30):
+    """Let the bars meet at time 0; end after 2.5 times the way of a wave."""
+    mesh, facets, width = bars(comm, n)
+    V = tools.vector_space(mesh, 1)
+    u, v, a = fem.Function(V, name="u"), ufl.TestFunction(V), ufl.TrialFunction(V)
+    strain = ufl.sym(ufl.grad(u))
+    energy = 0.5 * E * ufl.inner(strain, strain) * ufl.dx
+    contact = raymortar.Contact(u, facets, [(SLAVE, MASTER)])
+    problem = raymortar.NonlinearProblem(ufl.derivative(energy, u, v), contact)
+    inertia = dynamics.Inertia(DENSITY * ufl.inner(a, v) * ufl.dx, contact, mass)
+    history = raymortar.History(problem)
+    end, dt = 2.5 * LENGTH / WAVE, cfl * LENGTH / n / WAVE
+    steps = dynamics.TimeSteps(
+        problem.snes_solver, inertia, end=end, dt=dt, scheme=dynamics.Newmark(),
+        velocity=approach(V), energy=energy, history=history,
+    )  # fmt: skip
+    kept = [(0.0, u.x.array.copy())]
+    for step in steps:
+        if step.time >= len(kept) * end / keep:
+            kept.append((step.time, u.x.array.copy()))
+    whole = DENSITY * SPEED**2 * LENGTH * width
+    return SimpleNamespace(
+        mesh=mesh, u=u, kept=kept, time=history["time"] * WAVE / LENGTH,
+        stress=history["force_0_x"] / width / STRESS, contact=contact,
+        energy=(history["kinetic"] + history["elastic"]) / whole,
+        impulse=history["impulse_0_x"] / (2.0 * DENSITY * SPEED * LENGTH * width),
+    )  # fmt: skip
+
+
+def approach(V):
+    """Velocities towards the middle, of the nodes that both bars have there too."""
+    found = fem.Function(V)
+    dofs = raymortar.compat.dofmap_array(V)
+    middle = V.tabulate_dof_coordinates()[dofs, 0].mean(axis=1)
+    found.x.array.reshape(-1, 2)[dofs, 0] = -SPEED * np.sign(middle)[:, None]
+    return found
+
+
+def draw(results, path):
+    """Pressure and energy over time, and an animation of the bars' stress."""
+    last = results["nearest"]
+    strain = E * abs(ufl.grad(last.u)[0, 0]) / STRESS
+
+    def stress():
+        return tools.nodal_field(strain, last.mesh, "stress", 1, 2)
+
+    cells = drawing.gather_states(last.u, last.kept, stress)
+    io.write_xdmf(path.with_suffix(".xdmf"), last.mesh, [last.u, stress()])
+    if last.mesh.comm.rank > 0:
+        return
+    figure, (left, right) = drawing.pyplot().subplots(
+        1, 2, figsize=(10.0, 3.6), layout="constrained"
+    )
+    left.plot([0, 0, 2, 2, 2.5], [0, 1, 1, 0, 0], color=drawing.EXACT, label="exact")
+    for mass, found in results.items():
+        left.plot(found.time, found.stress, color=MASSES[mass], lw=1.0, label=mass)
+        right.plot(found.time, found.energy, color=MASSES[mass], label=mass)
+    left.set(xlabel="time c / L", ylabel="pressure / (rho c v)", ylim=(-0.2, 2.5))
+    right.set(xlabel="time c / L", ylabel="energy over the first one")
+    left.legend(fontsize=8)
+    figure.savefig(path)
+    magnified = [1.0, 4.0], 150.0
+    frames = [
+        (1e3 * time, (x[..., :2] * magnified[0] + magnified[1] * u, field))
+        for time, (x, u, field) in cells
+    ]
+    drawing.animate(
+        path.with_suffix(".gif"), frames, (-1.6, 1.6, -0.8, 1.0), 1.2,
+        "stress / (rho c v)", None,
+    )  # fmt: skip
+
+
+def main(arguments=None):
+    """Run the demo; 0 if pressure, impulse and energy agree with the closed form."""
+    parser = common.options("two_bars", __doc__)
+    parser.add_argument("--size", type=int, default=40, help="cells along a bar")
+    args = parser.parse_args(arguments)
+    report, n = common.Report(MPI.COMM_WORLD), args.size * (2 if args.fine else 1)
+    args.output.mkdir(parents=True, exist_ok=True)
+    results = {mass: meet(MPI.COMM_WORLD, n, mass) for mass in MASSES}
+    for mass, found in results.items():
+        pressed = (found.time > 0.5) & (found.time < 1.5)
+        tolerance = None if mass == "consistent" else 0.01
+        pressure = found.stress[pressed].mean()
+        report.add(f"{mass}: pressure / (rho c v)", pressure, 1.0, tolerance)
+        report.add(f"{mass}: 1 + ripple", 1.0 + found.stress[pressed].std(), 1.0)
+        report.add(f"{mass}: energy", found.energy[-1], 1.0, tolerance)
+        report.add(f"{mass}: impulse", found.impulse[-1], 1.0, tolerance and 0.03)
+    draw(results, args.output / "two_bars.png")
+    return report.finish()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,234 @@
+"""Energies and momentum of accepted time steps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+import ufl
+from dolfinx import fem
+
+from .. import compat
+from ..compat import Array
+from ..problem import CoupledProblem
+from .motion import End, Motion
+from .moving_bodies import MovingBodies
+from .schemes import Midpoint
+
+
+@dataclass(frozen=True)
+class Energy:
+    """Energies at the end of a time step, and work since the first one began.
+
+    Attributes
+    ----------
+    kinetic
+        Of bodies and of free rigid bodies.
+    elastic
+        Of the given functional; None without one.
+    contact
+        Work of contact on all bodies so far: minus the work of friction and what is
+        in the springs of a penalty. Of frictionless multipliers on flat surfaces it is
+        an error of the steps, on round ones of the facets too.
+    external
+        Work of loads and supports so far. Without a functional the stresses count as
+        loads.
+    """
+
+    kinetic: float
+    elastic: float | None
+    contact: float
+    external: float
+
+    @property
+    def total(self) -> float:
+        """Kinetic and elastic energy."""
+        return self.kinetic + (self.elastic or 0.0)
+
+
+class Account:
+    """Accounts for energy, momentum and impulse, step by step. Collective.
+
+    Parameters
+    ----------
+    problem
+        Problem whose volume is the user's forms alone.
+    motion, bodies
+        Motion of the bodies and of rigid bodies.
+    energy
+        UFL functional of the stored energy, or None.
+    """
+
+    def __init__(
+        self,
+        problem: CoupledProblem,
+        motion: Motion,
+        bodies: MovingBodies,
+        energy: ufl.Form | None,
+    ) -> None:
+        self._problem, self._motion, self._bodies = problem, motion, bodies
+        self._volume = problem.volume
+        self._energy = None if energy is None else compat.form(energy)
+        unknowns, layout = problem.contact.unknowns, problem.contact.layout
+        V = unknowns.u.function_space
+        self._d, n = V.mesh.geometry.dim, V.dofmap.index_map.size_local
+        self._comm, self._of_u = layout.comm, unknowns.u_owned
+        self._X = V.tabulate_dof_coordinates()[:n, : self._d]
+        self._rows = np.zeros((3, 0))
+        # Work of contact, and of loads and supports, up to the state that was solved for
+        # and up to the end of the step; and of both on rigid bodies
+        self._work, self._shown, self._of_bodies = np.zeros((3, 2))
+        # Of the state that the last step was solved for, and at the end of the step
+        self._solved = np.zeros(0)
+        self._stored_then: float | None = None
+        self._elastic: float | None = None
+        self._impulse = np.zeros((len(problem.contact.zones), self._d))
+        self._push = self._impulse.copy()
+        self.now = Energy(0.0, None, 0.0, 0.0)
+        self.moments: tuple[Array, Array] = (np.zeros(self._d), np.zeros(3))
+
+    # Forces
+
+    def static(self) -> tuple[Array, Array]:
+        """Forces of the forms and of contact at the owned unknowns of the forms, (n,)
+        each, at the last update. Collective."""
+        contact, b = self._problem.contact, self._problem.create_vector()
+        contact.assemble_vector(b)
+        b.assemble()
+        of_contact = b.array_r[: contact.layout.n].copy()
+        b.destroy()
+        return self._volume.forces(self._problem.bcs), of_contact
+
+    def begin(self) -> Array:
+        """Begin at the present state; return all forces without inertia, (n,).
+        Collective."""
+        of_form, of_contact = self.static()
+        self._rows = np.array([of_form, of_contact, np.zeros_like(of_form)])
+        self._elastic = self._stored_then = self._stored()
+        self._push = self._pushes()
+        self._solved = self._problem.contact.unknowns.owned_values()
+        return of_form + of_contact
+
+    def set_begin(self, inertia: Array) -> None:
+        """Take the forces of inertia, (n,), that motion starts with. Collective."""
+        self._rows[2] = inertia
+        self.now = self._energies(self._motion.values(self._motion.velocity))
+
+    def go_on(self, end: End, row: dict[str, float]) -> None:
+        """Go on from a step with its record; the present state is the one that was solved
+        for. Collective."""
+        self.begin()
+        self._rows[2] = self._motion.inertia.times(end.a)
+        self._finish(end)
+        self._work += [row["contact_work"], row["external_work"]] - self._shown
+        names = self._impulse_names()
+        self._impulse[:] = np.reshape([row[name] for name in names], self._push.shape)
+        self._finish(end)
+
+    def _stored(self) -> float | None:
+        """Stored energy at the present unknowns."""
+        if self._energy is None:
+            return None
+        return float(self._comm.allreduce(fem.assemble_scalar(self._energy)))
+
+    def _pushes(self) -> Array:
+        """Force of contact on each slave surface, (surfaces, d)."""
+        results = self._problem.contact.results
+        found = [results.resultant(i, None).force for i in range(len(self._push))]
+        return np.array(found).reshape(self._push.shape)
+
+    # Steps
+
+    def record(self, end: End) -> None:
+        """Add the solved step, and take its end. Collective."""
+        of_form, of_contact = self.static()
+        rows = np.array([of_form, of_contact, self._motion.inertia_now()])
+        pushes, scheme = self._pushes(), self._motion.scheme
+        # A step's work is that between the states which are solved for, by the mean of
+        # the forces in both: values without mass know no others
+        stored = self._stored()
+        mean, change = 0.5 * (rows + self._rows), end.solved - self._solved
+        self._work += self._works(mean, change, stored, self._stored_then)
+        self._of_bodies += self._bodies.work_of_contact(), self._bodies.work()
+        gamma = 1.0 if isinstance(scheme, Midpoint) else scheme.gamma
+        mean_push = gamma * pushes + (1.0 - gamma) * self._push
+        self._impulse += self._motion.dt * mean_push
+        self._rows, self._push = rows, pushes
+        self._solved, self._stored_then = end.solved, stored
+        self._finish(end)
+
+    def _works(
+        self, rows: Array, change: Array, new: float | None, old: float | None
+    ) -> Array:
+        """Work of contact, and of loads and supports, by forces (3, n) on the way of a
+        change (n,), between two values of the stored energy."""
+        on_supports = np.where(self._problem.prescribed, rows.sum(axis=0), 0.0)
+        works = [-rows[1] @ change, (on_supports - rows[0]) @ change]
+        of_contact, of_others = self._comm.allreduce(np.array(works))
+        return np.array([of_contact, of_others + (new or 0.0) - (old or 0.0)])
+
+    def _finish(self, end: End) -> None:
+        """Take energies and moments at the end of a step; its work goes on from the state
+        that was solved for."""
+        self._elastic = self._stored_at(end)
+        change = end.u - end.solved
+        rest = self._works(self._rows, change, self._elastic, self._stored_then)
+        self._shown = self._work + rest + self._of_bodies
+        self.now = self._energies(end.v)
+        self.moments = self.momentum(end.u, end.v)
+
+    def _stored_at(self, end: End) -> float | None:
+        """Stored energy at the end of a step, which may have been solved for its
+        middle."""
+        if self._energy is None or not isinstance(
+            self._motion.scheme, Midpoint
+        ):
+            return self._stored()
+        with self._motion.at(end.u):
+            return self._stored()
+
+    def _energies(self, v: Array) -> Energy:
+        """Energies with velocities, (n,)."""
+        kinetic = 0.5 * self._motion.size(v) ** 2 + self._bodies.kinetic()
+        return Energy(kinetic, self._elastic, *self._shown.tolist())
+
+    # Columns
+
+    def momentum(self, end: Array, v: Array) -> tuple[Array, Array]:
+        """Momentum (d,) and moment of momentum about the origin, (1,) in the plane, (3,)
+        in space, at unknowns and velocities (n,). Collective."""
+        p = self._motion.inertia.times(v)[self._of_u].reshape(-1, self._d)
+        x = self._X + end[self._of_u].reshape(-1, self._d)
+        turns = np.cross(x, p).reshape(len(p), -1)
+        sums = np.concatenate([p.sum(axis=0), turns.sum(axis=0)])
+        sums = self._comm.allreduce(sums) + self._bodies.momentum()
+        return sums[: self._d], sums[self._d :]
+
+    def _impulse_names(self) -> list[str]:
+        axes = "xyz"[: self._d]
+        return [f"impulse_{i}_{x}" for i in range(len(self._impulse)) for x in axes]
+
+    def columns(self) -> dict[str, Callable[[], float]]:
+        """Columns of a history by name."""
+        found: dict[str, Callable[[], float]] = {
+            "kinetic": lambda: self.now.kinetic,
+            "contact_work": lambda: self.now.contact,
+            "external_work": lambda: self.now.external,
+        }
+        if self._energy is not None:
+            found["elastic"] = lambda: float(self.now.elastic or 0.0)
+        axes = "xyz"[: self._d]
+        for k, name in enumerate(f"momentum_{x}" for x in axes):
+            found[name] = partial(self._entry, 0, k)
+        turns = [""] if self._d == 2 else [f"_{x}" for x in axes]
+        for k, name in enumerate(f"moment_of_momentum{x}" for x in turns):
+            found[name] = partial(self._entry, 1, k)
+        for k, name in enumerate(self._impulse_names()):
+            found[name] = partial(lambda k: float(self._impulse.flat[k]), k)
+        return found
+
+    def _entry(self, which: int, k: int) -> float:
+        return float(self.moments[which][k])

@@ -1,0 +1,209 @@
+"""Nodes of contact surfaces without mass, and what stands for them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from petsc4py import PETSc
+
+import numpy as np
+from dolfinx.fem.petsc import assemble_matrix
+
+from ..compat import Array, Indices, Mask
+from ..discretization.facets import format_point
+from ..discretization.layout import CoupledRows
+from ..discretization.ranks import marked_everywhere
+from ..errors import SetUpError, raise_everywhere
+from .weights import affine_weights, nearest_weights
+
+RULES = {"nearest": nearest_weights, "affine": affine_weights}
+
+# Layers of cells around a node in which neighbours are looked for
+MOST_LAYERS = 4
+
+
+def massless_nodes(contact: Any) -> Mask:
+    """Mark the nodes of contact surfaces, and of the slave surfaces of ties, among the
+    local nodes of the displacement. Collective."""
+    found = [np.empty(0, dtype=np.int32)]
+    for one in contact.contacts:
+        for zone in one.zones:
+            found.append(zone.facets.slave_surface.dofs)
+            if one.tied is None:
+                found.append(zone.facets.master_surface.dofs)
+    return marked_everywhere(contact.u.function_space, np.concatenate(found))
+
+
+class _Nodes:
+    """Rows, places and marks of nodes, for any rank by the first row of a node."""
+
+    def __init__(self, layout: CoupledRows, is_massless: Mask) -> None:
+        V = layout.u.function_space
+        self.owned, self.d = V.dofmap.index_map.size_local, V.mesh.geometry.dim
+        self._layout, self.rows = layout, layout.u_rows[: self.owned]
+        self.x = V.tabulate_dof_coordinates()[: self.owned, : self.d]
+        self.chosen = np.flatnonzero(is_massless[: self.owned])
+        # Whether a row is the first of a node, whether massless, its place, all rows
+        width = 2 + 2 * self.d
+        table = np.zeros((layout.size, width))
+        own = self.rows[:, 0] - layout.begin
+        table[own, 0], table[own, 1] = 1.0, is_massless[: self.owned]
+        table[own, 2 : 2 + self.d], table[own, 2 + self.d :] = self.x, self.rows
+        self._table = PETSc.Vec().createMPI(
+            (table.size, None), bsize=width, comm=layout.comm
+        )
+        self._table.array[:] = table.ravel()
+
+    def look_up(self, rows: Array) -> Array:
+        """Fetch the table's rows of any ranks, (n, 2 + 2 d). Collective."""
+        width = self._table.getBlockSize()
+        unique, back = np.unique(rows, return_inverse=True)
+        at = PETSc.IS().createBlock(
+            width, unique.astype(PETSc.IntType), comm=PETSc.COMM_SELF
+        )
+        here = PETSc.Vec().createSeq(width * len(unique), bsize=width)
+        scatter = PETSc.Scatter().create(self._table, at, here, None)
+        scatter.scatter(self._table, here)
+        found: Array = here.array_r.reshape(-1, width)[back.ravel()].copy()
+        for thing in (scatter, here, at):
+            thing.destroy()
+        return found
+
+    def destroy(self) -> None:
+        """Free the table. Collective."""
+        self._table.destroy()
+
+
+def replacement(contact: Any, layout: CoupledRows, M: PETSc.Mat, mass: str) -> Any:
+    """Make Q, which replaces the values of massless nodes by those of others.
+
+    Parameters
+    ----------
+    contact
+        Contact, or several.
+    layout
+        Rows of the coupled unknowns.
+    M
+        Mass matrix over these rows; nodes with a common entry are in one cell.
+    mass
+        Name of the weights, of `RULES`.
+
+    Returns
+    -------
+    Matrix over the coupled rows [theory (6.1)]. Collective.
+    """
+    nodes = _Nodes(layout, massless_nodes(contact))
+    rule, d = RULES[mass], nodes.d
+    weights: dict[int, tuple[Array, Indices]] = {}
+    left = nodes.chosen
+    reach = _selection(layout, nodes.rows[left, 0])
+    for _ in range(MOST_LAYERS):
+        wider = reach.matMult(M)
+        reach.destroy()
+        reach = wider
+        missing = []
+        offsets, columns, _ = reach.getValuesCSR()
+        known = nodes.look_up(columns)
+        for node in left:
+            row = nodes.rows[node, 0] - layout.begin
+            mine = known[offsets[row] : offsets[row + 1]]
+            mine = mine[(mine[:, 0] == 1.0)]
+            if len(mine) == 0:  # no cell of its has mass
+                continue
+            others = mine[mine[:, 1] == 0.0]
+            found = rule(nodes.x[node], others[:, 2 : 2 + d])
+            if found is None:
+                missing.append(node)
+            else:
+                used = found != 0.0
+                rows = others[used, 2 + d :].astype(PETSc.IntType)
+                weights[node] = found[used], rows
+        left = np.array(missing, dtype=np.int64)
+        if layout.comm.allreduce(len(left)) == 0:
+            break
+    reach.destroy()
+    nodes.destroy()
+    raise_everywhere(layout.comm, _fault(nodes, left, mass), SetUpError)
+    return _matrix(layout, nodes.rows, weights)
+
+
+def _fault(nodes: _Nodes, left: Indices, mass: str) -> str | None:
+    """Name a node for which there are not enough others."""
+    if len(left) == 0:
+        return None
+    return (
+        f'mass="{mass}" finds no nodes off the contact surfaces within {MOST_LAYERS} '
+        f"layers of cells that can stand for the one at {format_point(nodes.x[left[0]])}:"
+        " the body is too thin there. Mesh it with two cells or more across, "
+        'or take mass="nearest" or "consistent"'
+    )
+
+
+def _selection(layout: CoupledRows, rows: Indices) -> PETSc.Mat:
+    """Make a matrix with ones on the diagonal of chosen owned rows."""
+    counts = np.zeros(layout.size, dtype=PETSc.IntType)
+    counts[rows - layout.begin] = 1
+    offsets = np.concatenate([[0], np.cumsum(counts)]).astype(PETSc.IntType)
+    columns = np.sort(rows).astype(PETSc.IntType)
+    return _assembled(layout, offsets, columns, np.ones(len(columns)))
+
+
+def _matrix(
+    layout: CoupledRows, rows: Array, weights: dict[int, tuple[Array, Indices]]
+) -> PETSc.Mat:
+    """Make Q from the weights of massless nodes by the rows of others."""
+    own = np.arange(layout.begin, layout.begin + layout.size)
+    replaced = np.zeros(layout.size, dtype=bool)
+    found_rows, columns, values = [], [], []
+    for node, (share, others) in weights.items():
+        for row, column in zip(rows[node], others.T):
+            replaced[row - layout.begin] = True
+            found_rows.append(np.full(len(share), row))
+            columns.append(column)
+            values.append(share)
+    found_rows.append(own[~replaced])
+    columns.append(own[~replaced])
+    values.append(np.ones(np.count_nonzero(~replaced)))
+    row, column, value = map(np.concatenate, (found_rows, columns, values))
+    order = np.lexsort((column, row))
+    counts = np.bincount(row - layout.begin, minlength=layout.size)
+    offsets = np.concatenate([[0], np.cumsum(counts)]).astype(PETSc.IntType)
+    return _assembled(
+        layout, offsets, column[order].astype(PETSc.IntType), value[order]
+    )
+
+
+def _assembled(
+    layout: CoupledRows, offsets: Indices, columns: Indices, values: Array
+) -> PETSc.Mat:
+    """Make a matrix over the coupled rows from compressed rows. Collective."""
+    sizes = ((layout.size, None), (layout.size, None))
+    A = PETSc.Mat().createAIJ(sizes, csr=(offsets, columns, values), comm=layout.comm)
+    A.assemble()
+    return A
+
+
+def coupled_mass(layout: CoupledRows, forms: Any) -> PETSc.Mat:
+    """Assemble compiled bilinear forms, None for zero, over the coupled rows.
+
+    Collective.
+    """
+    rows, columns, values = [], [], []
+    for k, form in enumerate(forms):
+        if form is None:
+            continue
+        K = assemble_matrix(form)
+        K.assemble()
+        offsets, found, entries = K.getValuesCSR()
+        K.destroy()
+        first = layout.unknowns.owned_starts[k]
+        rows.append(first + np.repeat(np.arange(len(offsets) - 1), np.diff(offsets)))
+        columns.append(layout.coupled_columns(found, k))
+        values.append(entries)
+    row, column, value = map(np.concatenate, (rows, columns, values))
+    order = np.lexsort((column, row))
+    counts = np.bincount(row, minlength=layout.size)
+    offsets = np.concatenate([[0], np.cumsum(counts)]).astype(PETSc.IntType)
+    return _assembled(
+        layout, offsets, column[order].astype(PETSc.IntType), value[order]
+    )

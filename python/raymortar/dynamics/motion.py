@@ -1,0 +1,228 @@
+"""Displacements, velocities and accelerations of accepted steps, and how they go on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+from petsc4py import PETSc
+
+import numpy as np
+from dolfinx.fem import Function
+
+from ..compat import Array, Mask
+from ..errors import ConvergenceError, raise_everywhere
+from .inertia import Inertia, owned_values
+from .schemes import Midpoint, Scheme, StepEquation
+
+# Tolerance of the initial accelerations
+EXACT = 1e-14
+
+
+@dataclass(frozen=True)
+class End:
+    """Owned unknowns for which a step was solved and at its end, velocities and
+    accelerations there, (n,) each."""
+
+    solved: Array
+    u: Array
+    v: Array
+    a: Array
+
+
+class Motion:
+    """Velocities, accelerations and forces that a step starts from. Collective.
+
+    Nothing of it changes until a step is accepted. Velocities and accelerations of
+    massless nodes are those of the nodes that stand for them.
+
+    Parameters
+    ----------
+    inertia
+        Inertia of the problem's bodies.
+    scheme
+        Time integration scheme.
+
+    Attributes
+    ----------
+    velocity, acceleration, static, middle
+        Functions in the spaces of the unknowns: v and a at the accepted step, forces
+        without inertia there (`GeneralizedAlpha`), and the middle of the last step
+        (`Midpoint`).
+    equation
+        Equation of the step that was begun.
+    dt, last
+        Size of the step that was begun, and of the accepted one before (0: none).
+    begun
+        Owned unknowns at the accepted step, (n,).
+    fastest
+        Largest norm of velocities so far, by `size`.
+    """
+
+    def __init__(self, inertia: Inertia, scheme: Scheme) -> None:
+        self.inertia, self.scheme = inertia, scheme
+        self._unknowns = inertia.contact.unknowns
+        self.velocity = self._functions("velocity")
+        self.acceleration = self._functions("acceleration")
+        self.static = self._functions("static forces")
+        self.middle = self._functions("middle")
+        self.equation = StepEquation(0.0, 0.0, 0.0, 0.0, 0.0)
+        self.dt = self.last = self.fastest = 0.0
+        self._shift = self.begun = np.zeros(0)
+
+    def _functions(self, name: str) -> list[Function]:
+        """Zero Functions in the spaces of the unknowns."""
+        functions = self._unknowns.functions
+        one = len(functions) == 1
+        return [
+            Function(f.function_space, name=name if one else f"{name} of {f.name}")
+            for f in functions
+        ]
+
+    def values(self, of: Sequence[Function]) -> Array:
+        """Owned values of Functions, one after the other, (n,)."""
+        sizes = np.diff(self._unknowns.owned_starts)
+        return np.concatenate([f.x.array[:n] for f, n in zip(of, sizes)])
+
+    def set(self, of: Sequence[Function], values: Array) -> None:
+        """Set owned values of Functions and their ghosts. Collective."""
+        starts = self._unknowns.owned_starts
+        for f, begin, end in zip(of, starts, starts[1:]):
+            f.x.array[: end - begin] = values[begin:end]
+            f.x.scatter_forward()
+
+    @contextmanager
+    def at(self, values: Array) -> Iterator[None]:
+        """Give the unknowns other owned values, (n,), for a while. Collective."""
+        functions = self._unknowns.functions
+        kept = [f.x.array.copy() for f in functions]
+        self.set(functions, values)
+        self._unknowns.pull()
+        try:
+            yield
+        finally:
+            for f, before in zip(functions, kept):
+                f.x.array[:] = before
+            self._unknowns.pull()
+
+    # Start
+
+    def set_velocity(self, given: Sequence[Function]) -> None:
+        """Take the velocities that motion starts with. Collective."""
+        values = owned_values(self._unknowns, given, "velocity")
+        self.set(self.velocity, self.inertia.smooth(values))
+
+    def set_acceleration(self, static: Array, fixed: Mask) -> None:
+        """Find the accelerations that motion starts with, from forces without inertia,
+        (n,), where unknowns are not prescribed [theory (6.8)]. Collective."""
+        comm, n = self._unknowns.comm, len(static)
+        massive = self.inertia.is_massive & ~fixed
+        # Singular, but nothing pushes where it is: there a stays zero
+        A = self.inertia.only_between(massive)
+        x, b = A.createVecs()
+        b.array[:] = 0.0
+        b.array[:n] = np.where(massive, -static, 0.0)
+        ksp = PETSc.KSP().create(comm)
+        ksp.setOperators(A)
+        ksp.setType("cg")
+        ksp.getPC().setType("jacobi")
+        ksp.setTolerances(rtol=EXACT, max_it=10000)
+        ksp.solve(b, x)
+        found, reason = x.array_r[:n].copy(), ksp.getConvergedReason()
+        for thing in (ksp, A, x, b):
+            thing.destroy()
+        text = "the initial accelerations have not been found: is some mass negative?"
+        raise_everywhere(comm, text if reason < 0 else None, ConvergenceError)
+        self.set(self.acceleration, self.inertia.smooth(found))
+        self.set(self.static, -self.inertia.times(found))
+
+    # Steps
+
+    def begin(self, dt: float) -> None:
+        """Begin a step from the present unknowns, which are the accepted ones."""
+        self.dt, self.equation = dt, self.scheme.equation(dt)
+        one, self.begun = self.equation, self._unknowns.owned_values()
+        v, a = self.values(self.velocity), self.values(self.acceleration)
+        self._shift = one.position * self.begun + one.velocity * v
+        self._shift += one.acceleration * a
+
+    def forces(self, values: Array) -> Array:
+        """Forces of inertia, and of accepted steps, at values of the owned unknowns,
+        (n,) [theory (6.6)]. Collective."""
+        found = self.inertia.times(self.equation.factor * values + self._shift)
+        if self.equation.kept:
+            found += self.equation.kept * self.values(self.static)
+        return found
+
+    def inertia_now(self) -> Array:
+        """Forces of inertia at the present unknowns, for which the step was solved,
+        (n,). Collective."""
+        values = self._unknowns.owned_values()
+        if isinstance(self.scheme, Midpoint):
+            return self.inertia.times(self.equation.factor * values + self._shift)
+        return self.inertia.times(self.end().a)
+
+    def end(self) -> End:
+        """Find the end of the solved step, which the present unknowns are, or the
+        middle of which [theory (6.7), (6.9)]. Collective."""
+        values, dt, scheme = self._unknowns.owned_values(), self.dt, self.scheme
+        v, a = self.values(self.velocity), self.values(self.acceleration)
+        if isinstance(scheme, Midpoint):
+            end = self._after_middle(values)
+            new_v = 2.0 * (2.0 * values - 2.0 * self.begun) / dt - v
+            new_a = (new_v - v) / dt
+        else:
+            end, beta, gamma = values, scheme.beta, scheme.gamma
+            new_a = (values - self.begun - dt * v) / (beta * dt**2)
+            new_a -= (0.5 / beta - 1.0) * a
+            new_v = v + dt * ((1.0 - gamma) * a + gamma * new_a)
+        smooth = self.inertia.smooth
+        return End(values, end, smooth(new_v), smooth(new_a))
+
+    def _after_middle(self, middle: Array) -> Array:
+        """Go on from the middle of a step to its end. Values without mass have no
+        velocity of their own, and go on as their last two middles [theory (6.10)]."""
+        end: Array = 2.0 * middle - self.begun
+        if self.last > 0.0:
+            before = self.values(self.middle)
+            on = self.dt / (self.dt + self.last)
+            straight = middle + on * (middle - before)
+            end = np.where(self.inertia.is_massive, end, straight)
+        return end
+
+    def accept(self, end: End, prescribed: tuple[Mask, Array]) -> None:
+        """Go over to the end of the solved step, of `end`. Collective.
+
+        Parameters
+        ----------
+        end
+            End of the step.
+        prescribed
+            Whether conditions prescribe an owned unknown, and its value at the end of
+            the step, (n,).
+        """
+        self.set(self.static, -self.forces(end.solved))
+        self.set(self.velocity, end.v)
+        self.set(self.acceleration, end.a)
+        if isinstance(self.scheme, Midpoint):
+            self.set(self.middle, end.solved)
+            self.set(self._unknowns.functions, np.where(*prescribed, end.u))
+            self._unknowns.pull()
+        self.last = self.dt
+        self.fastest = max(self.fastest, self.size(end.v))
+
+    def error(self, end: End) -> float:
+        """Estimate the local error of the displacement at the end of a step, over its
+        motion by the largest velocity: the mean of all mass. Collective."""
+        scheme = self.scheme
+        beta = 0.25 if isinstance(scheme, Midpoint) else scheme.beta
+        share = abs(beta - 1.0 / 6.0)
+        wrong = share * self.dt**2 * (end.a - self.values(self.acceleration))
+        moved = self.dt * max(self.size(end.v), self.fastest)
+        return self.size(wrong) / moved if moved > 0.0 else 0.0
+
+    def size(self, values: Array) -> float:
+        """Norm of values of the owned unknowns by the mass. Collective."""
+        square = float(values @ self.inertia.times(values))
+        return float(np.sqrt(max(self._unknowns.comm.allreduce(square), 0.0)))

@@ -1,0 +1,132 @@
+"""Time integration schemes, and the equation that each solves in a step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..checked import Options, is_real_number
+from ..errors import ContactError
+
+
+@dataclass(frozen=True)
+class StepEquation:
+    """Equation R + M (factor u + b) + kept S = 0 of a step, for what it solves for.
+
+    R are the forces of the problem without inertia, S those of the last accepted step,
+    and b = position u_n + velocity v_n + acceleration a_n [theory (6.6)].
+    """
+
+    factor: float
+    position: float
+    velocity: float
+    acceleration: float
+    kept: float
+
+
+@dataclass(frozen=True)
+class Newmark(Options):
+    """Newmark's scheme; by default the trapezoidal rule, which keeps the energy.
+
+    All forces are those of the end of the step.
+
+    Parameters
+    ----------
+    beta, gamma
+        Second order for gamma = 1/2, stable for 2 beta >= gamma >= 1/2.
+    """
+
+    beta: float = 0.25
+    gamma: float = 0.5
+
+    def check(self) -> None:
+        for name in ("beta", "gamma"):
+            if not is_real_number(getattr(self, name)):
+                raise ContactError(f"{name} must be a number")
+        if not 2.0 * self.beta >= self.gamma >= 0.5:
+            raise ContactError(
+                f"beta = {self.beta!r}, gamma = {self.gamma!r} grow without bound: a "
+                "stable scheme has 2 beta >= gamma >= 1/2"
+            )
+
+    @property
+    def alphas(self) -> tuple[float, float]:
+        """Shares of the last step's acceleration and forces."""
+        return 0.0, 0.0
+
+    def equation(self, dt: float) -> StepEquation:
+        """Equation of a step of a size [theory (6.7)]."""
+        return _equation(dt, self.beta, *self.alphas)
+
+
+@dataclass(frozen=True)
+class GeneralizedAlpha(Options):
+    """Generalised alpha of Chung and Hulbert: second order, damps high frequencies.
+
+    Forces are weighed means of both ends of the step; contact holds at its end.
+
+    Parameters
+    ----------
+    rho_inf
+        Factor by which a step multiplies the highest frequencies, 0 to 1.
+    """
+
+    rho_inf: float = 0.8
+
+    def check(self) -> None:
+        if not (is_real_number(self.rho_inf) and 0.0 <= self.rho_inf <= 1.0):
+            raise ContactError(f"rho_inf = {self.rho_inf!r} must be from 0 to 1")
+
+    @property
+    def alphas(self) -> tuple[float, float]:
+        """Shares of the last step's acceleration and forces."""
+        rho = self.rho_inf
+        return (2.0 * rho - 1.0) / (rho + 1.0), rho / (rho + 1.0)
+
+    @property
+    def gamma(self) -> float:
+        """Newmark's gamma."""
+        alpha_m, alpha_f = self.alphas
+        return 0.5 - alpha_m + alpha_f
+
+    @property
+    def beta(self) -> float:
+        """Newmark's beta."""
+        alpha_m, alpha_f = self.alphas
+        return 0.25 * (1.0 - alpha_m + alpha_f) ** 2
+
+    def equation(self, dt: float) -> StepEquation:
+        """Equation of a step of a size [theory (6.7)]."""
+        return _equation(dt, self.beta, *self.alphas)
+
+
+@dataclass(frozen=True)
+class Midpoint(Options):
+    """Midpoint rule: all forces, of contact too, are those of the middle of the step.
+
+    It keeps momentum and moment of momentum in large rotation, and of linear bodies the
+    energy.
+    """
+
+    def check(self) -> None:
+        """Nothing can be wrong."""
+
+    def equation(self, dt: float) -> StepEquation:
+        """Equation of a step of a size, for its middle [theory (6.9)]."""
+        return StepEquation(4.0 / dt**2, -4.0 / dt**2, -2.0 / dt, 0.0, 0.0)
+
+
+SCHEMES = (Newmark, Midpoint, GeneralizedAlpha)
+Scheme = Newmark | Midpoint | GeneralizedAlpha
+
+
+def _equation(dt: float, beta: float, alpha_m: float, alpha_f: float) -> StepEquation:
+    """Equation of the schemes whose contact holds at the end of the step."""
+    factor = (1.0 - alpha_m) / ((1.0 - alpha_f) * beta * dt**2)
+    by_old = alpha_m - (1.0 - alpha_m) * (0.5 / beta - 1.0)
+    return StepEquation(
+        factor=factor,
+        position=-factor,
+        velocity=-factor * dt,
+        acceleration=by_old / (1.0 - alpha_f),
+        kept=alpha_f / (1.0 - alpha_f),
+    )

@@ -1,0 +1,351 @@
+"""Time steps: motion with contact, solved step by step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, ClassVar, TextIO
+
+import numpy as np
+import ufl
+from dolfinx.fem import Function
+
+from ..checked import is_real_number, is_whole_number, positive
+from ..diagnose.lost_contact import passed_surfaces
+from ..errors import ContactError, ConvergenceError, require_agreement, together
+from ..interface.state import State
+from ..paths.history import History
+from ..paths.load_path import PrescribedPath, StepSizes
+from ..paths.load_steps import LoadSteps, check_solver
+from ..paths.output import Output
+from ..paths.progress import LoadStep, Progress
+from ..paths.strategies import Strategies
+from .account import Account, Energy
+from .inertia import Inertia
+from .motion import End, Motion
+from .moving_bodies import MovingBodies
+from .moving_volume import MovingVolume
+from .schemes import SCHEMES, GeneralizedAlpha, Midpoint, Scheme
+from .time_path import Adaptive, AdaptiveSizes, TimePath
+
+# Newton iterations of an easy step, which fixed sizes do not ask for
+EASY = 5
+
+
+@dataclass(eq=False)
+class TimeStep(LoadStep):
+    """An accepted time step: `LoadStep` with its time, size and energies.
+
+    Attributes
+    ----------
+    time, dt
+        Time at the end of the step, and its size.
+    energy
+        `Energy` at the end of the step; None where neither `energy` nor `history` was
+        given.
+    """
+
+    kind: ClassVar[str] = "time"
+
+    dt: float = 0.0
+    energy: Energy | None = None
+
+    @property
+    def time(self) -> float:
+        """Time at the end of the step."""
+        return self.factor
+
+
+class TimeSteps(LoadSteps):
+    """Motion of bodies in contact, solved step by step.
+
+    A step whose solve fails is tried in other ways and then halved, as load steps are:
+    see `LoadSteps`. Loads, masses, contact and friction then go back to the accepted
+    step.
+
+    Parameters
+    ----------
+    solver
+        `NewtonSolver`, `SNESSolver` or `FixedPointSolver` of a problem whose form has
+        stresses and loads, without inertia.
+    inertia
+        `Inertia` of the problem's bodies.
+    apply
+        Function of the time, or of time and step size, that sets loads and prescribed
+        displacements; None: they do not change. It is called before each solve, with
+        `Midpoint` for the middle of the step and again for its end.
+    end, dt
+        Last time, and size of the steps. It is reduced so that steps end there.
+    scheme
+        `Newmark`, `Midpoint` or `GeneralizedAlpha`; None: ``GeneralizedAlpha(0.8)``.
+    velocity
+        Velocities at the start, in the space of the unknowns: a Function, of several
+        unknowns a list; None: at rest. Of free rigid bodies set ``Body.velocity``.
+    start
+        First time.
+    adapt
+        `Adaptive`: steps follow their iterations and errors. None: all are alike, but
+        where a solve fails.
+    touch
+        How often a step may be halved in which surfaces touch that were all apart. 0:
+        first touches are stepped over.
+    energy
+        UFL functional of the stored energy, for `TimeStep.energy` and for the column
+        ``elastic``.
+    max_halvings, extrapolate, progress, history, strategy, output, on_accept, on_reject
+        As of `LoadSteps`. The history gets columns ``kinetic``, ``elastic``,
+        ``contact_work``, ``external_work``, ``momentum_x``, ...,
+        ``moment_of_momentum`` (in space with axes) about the origin, and
+        ``impulse_0_x``, ...: of contact on each slave surface so far.
+
+    Attributes
+    ----------
+    halvings
+        So far.
+    velocity, acceleration
+        Functions at the accepted step, of several unknowns lists.
+    fields
+        Functions that a `Checkpoint` has to have in `more`, see `resume`.
+
+    Notes
+    -----
+    With `Midpoint` contact, output and the columns of other tables are those of the
+    middle of a step, the energies above those of its end.
+
+    Examples
+    --------
+    >>> inertia = Inertia(rho * ufl.inner(a, v) * ufl.dx, contact)
+    >>> steps = TimeSteps(solver, inertia, apply, end=1.0, dt=1e-3, velocity=v0)
+    >>> for step in steps:
+    ...     print(step.time, step.iterations, step.energy)
+    """
+
+    def __init__(
+        self,
+        solver: Any,
+        inertia: Inertia,
+        apply: Callable[..., Any] | None = None,
+        *,
+        end: float,
+        dt: float,
+        scheme: Scheme | None = None,
+        velocity: Function | Sequence[Function] | None = None,
+        start: float = 0.0,
+        adapt: Adaptive | None = None,
+        touch: int = 0,
+        energy: ufl.Form | None = None,
+        max_halvings: int = 6,
+        extrapolate: bool = False,
+        progress: bool | TextIO | None = None,
+        history: History | None = None,
+        strategy: str | None = "auto",
+        output: str | Path | Output | None = None,
+        on_accept: Callable[[], object] | None = None,
+        on_reject: Callable[[], object] | None = None,
+    ) -> None:
+        check_solver(solver)
+        problem = solver.problem
+        with together(problem.comm):
+            scheme = GeneralizedAlpha() if scheme is None else scheme
+            _check(inertia, problem, end, dt, start, scheme, adapt, touch)
+        require_agreement(
+            problem.comm, end=end, dt=dt, start=start, scheme=scheme, adapt=adapt,
+            touch=touch, energy=energy is not None,
+        )  # fmt: skip
+        self.inertia, self.scheme, self.dt = inertia, scheme, float(dt)
+        self.adapt, self.touch = adapt, int(touch)
+        self.motion = Motion(inertia, scheme)
+        self.bodies = MovingBodies(problem.contact, scheme)
+        self._volume = MovingVolume(problem, self.motion)
+        self._account = Account(problem, self.motion, self.bodies, energy)
+        self._accounts = energy is not None or history is not None
+        if velocity is not None:
+            given = velocity if isinstance(velocity, (list, tuple)) else [velocity]
+            self.motion.set_velocity(given)
+        self._has_begun, self._end = False, End(*(np.zeros(0),) * 4)
+        super().__init__(
+            solver, apply or _unchanged, 1, max_halvings, extrapolate,
+            path=(float(start), float(end)), progress=progress, history=history,
+            strategy=strategy, output=output, on_accept=on_accept, on_reject=on_reject,
+        )  # fmt: skip
+        if history is not None:
+            history.include(self._account.columns())
+
+    def __repr__(self) -> str:
+        begin, end = self.path
+        return (
+            f"<TimeSteps from {begin:g} to {end:g} by {self.dt:g} with {self.scheme}, "
+            f"{type(self.solver).__name__}, {self.halvings} halvings>"
+        )
+
+    @property
+    def velocity(self) -> Any:
+        """Velocity at the accepted step."""
+        found = self.motion.velocity
+        return found[0] if len(found) == 1 else found
+
+    @property
+    def acceleration(self) -> Any:
+        """Acceleration at the accepted step."""
+        found = self.motion.acceleration
+        return found[0] if len(found) == 1 else found
+
+    @property
+    def fields(self) -> list[Function]:
+        """Functions of the accepted step besides the unknowns."""
+        one = self.motion
+        found = [*one.velocity, *one.acceleration]
+        if isinstance(self.scheme, GeneralizedAlpha):
+            found += one.static
+        return found + one.middle * isinstance(self.scheme, Midpoint)
+
+    def resume(self, time: float) -> None:
+        """Go on from a time at which unknowns, `fields` and history are those of an
+        earlier run, as `Checkpoint.read` sets them. Collective."""
+        with together(self._problem.comm):
+            if not (is_real_number(time) and time <= self.path[1]):
+                raise ContactError(f"time must be one before the end, not {time!r}")
+        self.path, self._has_begun = (float(time), self.path[1]), True
+        self.motion.last = self.motion.dt = self.dt
+        self.bodies.take_accepted()
+        rows = self.history.rows if self.history is not None else []
+        if rows:
+            self._resume_account(rows[-1]._asdict())
+
+    def _resume_account(self, row: dict[str, float]) -> None:
+        """Let energies and impulses go on from a record. Collective."""
+        motion, contact = self.motion, self._problem.contact
+        end = motion.values(contact.unknowns.functions)
+        middle = isinstance(self.scheme, Midpoint)
+        solved = motion.values(motion.middle) if middle else end
+        v, a = motion.values(motion.velocity), motion.values(motion.acceleration)
+        with motion.at(solved):
+            contact.update()
+            self._account.go_on(End(solved, end, v, a), row)
+
+    # Path
+
+    def _new_path(self) -> PrescribedPath:
+        """Make a path from the accepted time to the end. Collective."""
+        begin, end = self.path
+        count = (end - begin) / self.dt
+        sizes: StepSizes
+        if self.adapt is None:
+            count = int(np.ceil(count * (1.0 - 1e-9)))
+            sizes = StepSizes(count, self.max_halvings, 1, EASY)
+        else:
+            sizes = AdaptiveSizes(count, self.max_halvings, self.adapt)
+        return TimePath(
+            self.solver, self._apply, self.path, sizes,
+            isinstance(self.scheme, Midpoint), self._started, self._solved, self._passed,
+        )  # fmt: skip
+
+    def _begin(self) -> None:
+        """Find the accelerations that motion starts with. Collective."""
+        problem, contact = self._problem, self._problem.contact
+        self._apply(self.path[0], self.dt)
+        contact.update()
+        static = self._account.begin()
+        self.motion.set_acceleration(static, problem.prescribed)
+        self.bodies.set_accelerations(contact)
+        of_inertia = self.inertia.apply(self.motion.acceleration)
+        self._account.set_begin(of_inertia)
+        self._has_begun = True
+
+    def _steps(self, progress: Progress) -> Iterator[LoadStep]:
+        """Solve and yield the steps; between them the problem has no inertia."""
+        if not self._has_begun:
+            self._begin()
+        steps = super()._steps(progress)
+        while True:
+            with self._volume.acting(), self.bodies.acting():
+                step = next(steps, None)
+            if step is None:
+                return
+            yield step
+
+    def _started(self, dt: float) -> None:
+        """Begin a step, whose loads have been set."""
+        self.motion.begin(dt)
+        self.bodies.begin(dt)
+
+    def _solved(self) -> None:
+        """Take the end of a solved step, before it is recorded."""
+        self.bodies.solved()
+        if self._accounts:
+            self._account.record(self._end)
+
+    def _passed(self) -> None:
+        """Go over to the end of a recorded step."""
+        path, unknowns = self._path, self._problem.contact.unknowns
+        if isinstance(self.scheme, Midpoint):
+            path.set_loads_of_end()
+        lacking = unknowns.lacking(self._problem.bcs)
+        prescribed = unknowns.owned_values() + lacking.owned
+        self.motion.accept(self._end, (lacking.fixed, prescribed))
+        self.bodies.accept()
+        self.path = path.factor, self.path[1]
+
+    def _accepted(self, *results: Any) -> LoadStep:
+        energy = self._account.now if self._accounts else None
+        return TimeStep(*results, dt=self.motion.dt, energy=energy)
+
+    # Solves
+
+    @property
+    def _may_be_viscous(self) -> bool:
+        return False
+
+    def _loss(self) -> str | None:
+        return "; ".join(passed_surfaces(self._problem)) or None
+
+    def _solve(self, ways: Strategies, now: State, last: State | None) -> int:
+        """Solve a step; refuse it where it is too large for its error or for a first
+        touch."""
+        was_apart = self._is_apart()
+        iterations = super()._solve(ways, now, last)
+        self._end = self.motion.end()
+        sizes = self._path.sizes
+        if isinstance(sizes, AdaptiveSizes):
+            error = self.motion.error(self._end)
+            if sizes.is_too_far(error):
+                raise ConvergenceError(f"the local error {error:.3g} is too large")
+        if was_apart and sizes.size > 0.5**self.touch and not self._is_apart():
+            raise ConvergenceError("surfaces touch in a step that is to be halved")
+        return iterations
+
+    def _is_apart(self) -> bool:
+        """Whether nothing is in contact at the last update. Collective."""
+        return self.touch > 0 and not self._problem.contact.statistics.active_points
+
+
+def _unchanged(time: float) -> None:
+    """Change no load."""
+
+
+def _check(
+    inertia: Any, problem: Any, end: Any, dt: Any, start: Any, scheme: Any, adapt: Any,
+    touch: Any,
+) -> None:  # fmt: skip
+    """Raise unless all arguments can be used."""
+    if not isinstance(inertia, Inertia):
+        raise ContactError(f"inertia must be an Inertia, not {inertia!r}")
+    if inertia.contact.contacts != problem.contact.contacts:
+        raise ContactError("inertia is of another contact than the problem")
+    positive("dt", dt)
+    for name, value in (("start", start), ("end", end)):
+        if not (is_real_number(value) and np.isfinite(value)):
+            raise ContactError(f"{name} must be a time, not {value!r}")
+    if not end > start:
+        raise ContactError(f"end = {end!r} must be after start = {start!r}")
+    if not isinstance(scheme, SCHEMES):
+        names = ", ".join(one.__name__ for one in SCHEMES)
+        raise ContactError(f"scheme must be one of {names}, not {scheme!r}")
+    scheme.check()
+    if adapt is not None:
+        if not isinstance(adapt, Adaptive):
+            raise ContactError(f"adapt must be an Adaptive, not {adapt!r}")
+        adapt.check()
+    if not (is_whole_number(touch) and touch >= 0):
+        raise ContactError(f"touch must be a whole number from 0 on, not {touch!r}")
