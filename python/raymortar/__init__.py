@@ -1,6 +1,7 @@
 """Contact between deformable bodies in large deformation, for FEniCSx."""
 
 from . import io, rigid, solvers, tools
+from .condensed import CondensedProblem
 from .contact import Contact
 from .errors import (
     ContactError,
@@ -32,6 +33,7 @@ __all__ = [
     "ArcLength",
     "AugmentedLagrangian",
     "Checkpoint",
+    "CondensedProblem",
     "Contact",
     "ContactError",
     "ContactLost",
