@@ -1,4 +1,5 @@
 #include "raymortar/interface/dual_term.h"
+#include "raymortar/core/error.h"
 #include "raymortar/core/sorted.h"
 #include "raymortar/element/free_tools.h"
 #include "raymortar/element/general_assembler.h"
@@ -128,6 +129,14 @@ Block held_back(const ContactState& s, const DualBasis& basis,
                       s.multipliers.components);
 }
 
+/// Functions are made with the sums of nodes, which one zone alone cannot do
+void require(const ContactState& s, const std::vector<DualFacet>& facets)
+{
+  if (facets.size() != static_cast<std::size_t>(s.slave.num_facets()))
+    throw Error("a dual multiplier needs the sums of all zones: assemble by a "
+                "ContactSystem");
+}
+
 /// Node after node, component after component
 Eigen::VectorXd flat(const Eigen::MatrixXd& by_node)
 {
@@ -181,6 +190,7 @@ void DualTerm::add_needs(const ContactState& s, PatternNeeds& needs) const
 
 Work DualTerm::residual(const ContactState& s, VectorSink& sink) const
 {
+  require(s, _facets);
   const Work work = _mortar.residual(s, sink);
   for (Index f = 0; f < s.slave.num_facets(); ++f)
   {
@@ -196,6 +206,7 @@ Work DualTerm::residual(const ContactState& s, VectorSink& sink) const
 
 Work DualTerm::tangent(const ContactState& s, MatrixSink& sink) const
 {
+  require(s, _facets);
   const int M = s.multipliers.components;
   const std::vector<DualRate> rates =
       dual_rates(s, _basis, _facets, *_tractions);

@@ -22,7 +22,7 @@ std::vector<double> gathered(std::span<const double> values,
 
 /// Add rows of a table, (items, width), to those of their numbers in another
 void add_rows(std::span<const double> rows, const std::vector<Index>& numbers,
-              std::size_t width, std::vector<double>& table)
+              std::size_t width, std::span<double> table)
 {
   for (std::size_t k = 0; k < numbers.size(); ++k)
     for (std::size_t i = 0; i < width; ++i)
