@@ -127,6 +127,12 @@ void bind_system(py::module_& m)
              // NOLINTNEXTLINE(performance-no-int-to-ptr)
              s.add_tangent(reinterpret_cast<PetscMatrix>(A));
            })
+      .def("node_weights",
+           [](const ContactSystem& s, std::size_t contact)
+           {
+             const NodeWeights found = s.node_weights(contact);
+             return std::tuple(to_array(found.area), to_array(found.gamma));
+           })
       .def("set_groups",
            [](ContactSystem& s, const Array<Index>& of_row, std::size_t count,
               const Array<double>& mass,

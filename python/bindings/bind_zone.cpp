@@ -279,6 +279,7 @@ void bind_zone(py::module_& m)
       Field{"master_node_ids", &ZoneInput::master_node_ids},
       Field{"master_dof_ids", &ZoneInput::master_dof_ids},
       Field{"multipliers", &ZoneInput::multipliers},
+      Field{"dual_multiplier", &ZoneInput::dual_multiplier},
       Field{"method", &ZoneInput::method},
       Field{"condition", &ZoneInput::condition},
       Field{"friction", &ZoneInput::friction},

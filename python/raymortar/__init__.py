@@ -1,6 +1,7 @@
 """Contact between deformable bodies in large deformation, for FEniCSx."""
 
 from . import dynamics, io, rigid, solvers, tools
+from .condensed import CondensedProblem
 from .contact import Contact
 from .errors import (
     ContactError,
@@ -35,6 +36,7 @@ __all__ = [
     "Archard",
     "AugmentedLagrangian",
     "Checkpoint",
+    "CondensedProblem",
     "Contact",
     "ContactError",
     "ContactLost",

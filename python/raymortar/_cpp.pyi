@@ -139,6 +139,7 @@ class ZoneInput:
         master_node_ids: _Globals,
         master_dof_ids: _Globals,
         multipliers: Multipliers,
+        dual_multiplier: bool,
         method: Method,
         condition: Condition,
         friction: Coulomb | Tresca | Stick | PointBound | None,
@@ -329,6 +330,7 @@ class ContactSystem:
     ) -> tuple[_Reals, _Reals, _Reals, _Reals]: ...
     def lift(self, b: int, increment: _Reals, alpha: float) -> None: ...
     def add_tangent(self, A: int) -> None: ...
+    def node_weights(self, contact: int) -> tuple[_Reals, _Reals]: ...
     def set_groups(
         self,
         of_row: _Indices,

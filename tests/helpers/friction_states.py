@@ -28,7 +28,12 @@ METHODS = {
     "rate": lambda: Penalty(states.GAMMA, tangential="rate"),
 }
 # Its springs are none: the law holds at nodes
-AT_NODES = {"nodes": lambda: AugmentedLagrangian(states.GAMMA, condition="nodes")}
+AT_NODES = {
+    "nodes": lambda: AugmentedLagrangian(states.GAMMA, condition="nodes"),
+    "dual": lambda: AugmentedLagrangian(
+        states.GAMMA, condition="nodes", multiplier="dual"
+    ),
+}
 # Slip of the step, next to the random deformation
 DRAG = np.array([0.05, 0.03])
 SMALLEST_TRACTION = 0.5

@@ -17,6 +17,7 @@ import hertz_cylinder  # noqa: E402
 import hertz_sphere  # noqa: E402
 import indentation  # noqa: E402
 import ironing_3d  # noqa: E402
+import newton_of_dolfinx  # noqa: E402
 import plug  # noqa: E402
 import press_fit  # noqa: E402
 import press_fit_lame  # noqa: E402
@@ -134,6 +135,12 @@ def test_press_fits_agree_with_lame(folder):
 def test_pin_jaw_and_base_are_in_equilibrium(folder):
     pytest.importorskip("gmsh")
     run(assembly, folder, "--size", "4", "--steps", "4")
+
+
+@pytest.mark.quick
+@pytest.mark.mpi
+def test_newton_solver_of_dolfinx_is_in_equilibrium(folder):
+    run(newton_of_dolfinx, folder, "--steps", "2")
 
 
 @pytest.mark.parametrize("friction", ["0", "0.3"])

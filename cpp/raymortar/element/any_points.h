@@ -23,8 +23,10 @@ struct AnyPoints
   bool has_target = false;
   bool knows_spin = false; ///< of the facets in `data`
 
-  AnyPoints(const ContactState& s, Wanted wanted)
-      : state(s), slave(s, wanted), target(s, wanted)
+  /// @param[in] tractions See `SlaveSide`
+  AnyPoints(const ContactState& s, Wanted wanted,
+            const FacetTractions* tractions = nullptr)
+      : state(s), slave(s, wanted, tractions), target(s, wanted)
   {
     at.xi.setZero();
     at.eta.setZero();

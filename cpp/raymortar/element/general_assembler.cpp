@@ -56,11 +56,16 @@ class GeneralAssembler final : public Assembler
   };
 
 public:
+  explicit GeneralAssembler(std::shared_ptr<const FacetTractions> tractions)
+      : _tractions(std::move(tractions))
+  {
+  }
+
   void residual(const ContactState& s, const BlockSink& sink) const override
   {
     const auto kernel = std::make_unique<Kernel>();
-    const auto points =
-        std::make_unique<Points>(s, Wanted{.old = is_frictional<Law>});
+    const auto points = std::make_unique<Points>(
+        s, Wanted{.old = is_frictional<Law>}, _tractions.get());
     for (std::size_t e = 0; e < s.elements.size(); ++e)
     {
       points->take(e);
@@ -94,7 +99,7 @@ public:
   {
     PointResults r = results_without_hits(s);
     const auto points = std::make_unique<Points>(
-        s, Wanted{.old = is_frictional<Law>, .target = true});
+        s, Wanted{.old = is_frictional<Law>, .target = true}, _tractions.get());
     if constexpr (nodal)
       points->nodes.emplace(s);
     for (std::size_t e = 0; e < s.elements.size(); ++e)
@@ -112,8 +117,8 @@ public:
     if constexpr (nodal)
     {
       sums = NodeSums(s.multipliers.row.size(), D);
-      const auto points =
-          std::make_unique<Points>(s, Wanted{.old = is_frictional<Law>});
+      const auto points = std::make_unique<Points>(
+          s, Wanted{.old = is_frictional<Law>}, _tractions.get());
       for (std::size_t e = 0; e < s.elements.size(); ++e)
       {
         points->take(e);
@@ -155,16 +160,18 @@ private:
   }
 
   template <bool Moving>
-  static void add_tangents(const ContactState& s,
-                           std::span<const std::size_t> elements,
-                           const BlockSink& sink, const CouplingSink& couplings)
+  void add_tangents(const ContactState& s,
+                    std::span<const std::size_t> elements,
+                    const BlockSink& sink, const CouplingSink& couplings) const
   {
     const auto kernel = std::make_unique<Kernel>();
     const auto points =
-        std::make_unique<Points>(s, Wanted{.old = is_frictional<Law>,
-                                           .target = true,
-                                           .bends = true,
-                                           .along = Moving});
+        std::make_unique<Points>(s,
+                                 Wanted{.old = is_frictional<Law>,
+                                        .target = true,
+                                        .bends = true,
+                                        .along = Moving},
+                                 _tractions.get());
     using Motion = std::conditional_t<Moving, SegmentMotion<D>, int>;
     std::unique_ptr<Motion> motion;
     if constexpr (Moving)
@@ -324,13 +331,17 @@ private:
       Eigen::Map<Vec<D>>(r.friction.data() + q * D) = p.friction();
     }
   }
+
+  std::shared_ptr<const FacetTractions> _tractions; ///< null: of the nodes
 };
 
 template <int D>
-std::unique_ptr<Assembler> assembler_in(const ContactState& s)
+std::unique_ptr<Assembler>
+assembler_in(const ContactState& s,
+             const std::shared_ptr<const FacetTractions>& tractions)
 {
-  const auto make = []<class Law>() -> std::unique_ptr<Assembler>
-  { return std::make_unique<GeneralAssembler<D, Law>>(); };
+  const auto make = [&tractions]<class Law>() -> std::unique_ptr<Assembler>
+  { return std::make_unique<GeneralAssembler<D, Law>>(tractions); };
   return s.has_law_at_nodes() ? with_nodal_law(s, make) : with_law(s, make);
 }
 } // namespace
@@ -344,8 +355,11 @@ std::vector<double> slips_without_friction(ContactState s)
   return make_general_assembler(s)->results(s).slip;
 }
 
-std::unique_ptr<Assembler> make_general_assembler(const ContactState& s)
+std::unique_ptr<Assembler>
+make_general_assembler(const ContactState& s,
+                       std::shared_ptr<const FacetTractions> tractions)
 {
-  return s.slave.gdim == 2 ? assembler_in<2>(s) : assembler_in<3>(s);
+  return s.slave.gdim == 2 ? assembler_in<2>(s, tractions)
+                           : assembler_in<3>(s, tractions);
 }
 } // namespace raymortar

@@ -4,9 +4,10 @@
 namespace raymortar
 {
 template <int D>
-SlaveSide<D>::SlaveSide(const ContactState& s, const Wanted& wanted)
-    : _state(s), _wanted(wanted), _facet(s.slave, wanted.old),
-      _dofs(s.slave.shape, s.slave.degree),
+SlaveSide<D>::SlaveSide(const ContactState& s, const Wanted& wanted,
+                        const FacetTractions* tractions)
+    : _state(s), _wanted(wanted), _tractions(tractions),
+      _facet(s.slave, wanted.old), _dofs(s.slave.shape, s.slave.degree),
       _dofs_per_facet(static_cast<std::size_t>(_dofs.nodes())),
       _isoparametric(s.slave.degree == s.slave.node_degree)
 {
@@ -70,8 +71,10 @@ void SlaveSide<D>::take_multiplier(Index facet)
   for (std::size_t k = 0; k < _multipliers; ++k)
   {
     const double* const value =
-        m.value.data() +
-        static_cast<std::size_t>(m.facet[first + k]) * components;
+        _tractions
+            ? _tractions->data() + (first + k) * components
+            : m.value.data() +
+                  static_cast<std::size_t>(m.facet[first + k]) * components;
     for (std::size_t i = 0; i < components; ++i)
       _lam.at[k][static_cast<int>(i)] = value[i];
   }

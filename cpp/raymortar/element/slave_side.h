@@ -8,6 +8,10 @@
 
 namespace raymortar
 {
+/// @brief Tractions at the nodes of each facet, (facets, multipliers per facet,
+/// components), where a multiplier has values of its own on each.
+using FacetTractions = std::vector<double>;
+
 /// @brief Slave facet, fields and multiplier of one element after the other.
 template <int D>
 class SlaveSide
@@ -15,7 +19,10 @@ class SlaveSide
 public:
   static constexpr int T = D - 1;
 
-  SlaveSide(const ContactState& s, const Wanted& wanted);
+  /// @param[in] tractions In place of those of the multiplier's nodes; null:
+  /// those
+  SlaveSide(const ContactState& s, const Wanted& wanted,
+            const FacetTractions* tractions = nullptr);
 
   /// @brief Go to an element: sizes, and what is the same at all its points.
   void take(std::size_t element, GermData<D>& e, PointShapes<D>& shapes);
@@ -47,6 +54,7 @@ private:
 
   const ContactState& _state;
   Wanted _wanted;
+  const FacetTractions* _tractions;
   FacetGerms<D> _facet;
   ShapeFunctions<T> _dofs; ///< of the displacement
   std::optional<ShapeFunctions<T>> _multiplier;

@@ -134,10 +134,23 @@ const Assembler* Interface::add_law(const InterfaceInput& input)
                                 *input.tie, _state.slave.gdim)));
     return &_tie->kernel();
   }
+  if (input.dual_multiplier)
+  {
+    _dual = appended(_terms,
+                     std::make_unique<DualTerm>(_state, _has_moving_segments));
+    return &_dual->assembler();
+  }
   const MortarTerm* mortar =
       appended(_terms, std::make_unique<MortarTerm>(make_assembler(_state),
                                                     _has_moving_segments));
   return &mortar->assembler();
+}
+
+void Interface::set_node_sums(NodeSums sums)
+{
+  _state.node_sums = std::move(sums);
+  if (_dual)
+    _dual->renew(_state);
 }
 
 void Interface::set_master(Surface master)

@@ -1,7 +1,7 @@
 // Contact of one slave surface with a master, on the facets that are here.
 #pragma once
 
-#include "raymortar/interface/mortar_term.h"
+#include "raymortar/interface/dual_term.h"
 #include "raymortar/interface/node_term.h"
 #include "raymortar/interface/tie_term.h"
 #include "raymortar/rigid/freedom.h"
@@ -17,6 +17,7 @@ struct InterfaceInput : PairingRules
   /// Rigid bodies in place of a master's facets; empty: facets
   std::vector<std::shared_ptr<const Tool>> tools;
   Multipliers multipliers;
+  bool dual_multiplier = false; ///< of a law at nodes: by dual functions
   Method method = Method::augmented_lagrangian;
   Condition condition = Condition::points;
   std::optional<FrictionLaw> friction; ///< none: frictionless
@@ -107,7 +108,7 @@ public:
   /// @brief What this zone's facets give to the nodes at which the law holds.
   [[nodiscard]] NodeSums own_node_sums() const;
   /// @brief The same of all zones and ranks, which the law takes.
-  void set_node_sums(NodeSums sums) { _state.node_sums = std::move(sums); }
+  void set_node_sums(NodeSums sums);
   void set_node_bounds(std::vector<PointBound> bounds)
   {
     _state.node_bounds = std::move(bounds);
@@ -139,6 +140,7 @@ private:
   Pipeline _pipeline;
   std::vector<std::unique_ptr<Term>> _terms;
   TieTerm* _tie = nullptr;         ///< one of the terms, none: contact
+  DualTerm* _dual = nullptr;       ///< likewise, none: no dual functions
   const Assembler* _assembler;     ///< of contact, or of a tie
   NodeTerm* _nodes = nullptr;      ///< one of the terms, none: no law at nodes
   DampingTerm* _damping = nullptr; ///< a term, or a part of that of nodes

@@ -22,7 +22,7 @@ std::vector<double> gathered(std::span<const double> values,
 
 /// Add rows of a table, (items, width), to those of their numbers in another
 void add_rows(std::span<const double> rows, const std::vector<Index>& numbers,
-              std::size_t width, std::vector<double>& table)
+              std::size_t width, std::span<double> table)
 {
   for (std::size_t k = 0; k < numbers.size(); ++k)
     for (std::size_t i = 0; i < width; ++i)
@@ -177,30 +177,49 @@ void ContactSystem::sum_nodes(std::size_t contact) const
   if (_exchanges[contact] == nullptr)
     _exchanges[contact] = std::make_unique<NodeExchange>(
         _comm, one.rows, one.owned, one.components);
-  std::vector<double> sums;
-  std::size_t width = 0;
+  _sums.resize(_values.multipliers().size());
+  NodeSums& sums = _sums[contact];
+  sums = NodeSums(one.rows.size(), static_cast<int>(dimension(_zones.front())));
+  const std::size_t width = sums.width();
   for (const SystemZone& zone : _zones)
   {
     if (zone.contact != contact)
       continue;
-    width = NodeSums::width_in(static_cast<int>(dimension(zone)));
-    sums.resize(one.rows.size() * width, 0.0);
     together(_comm,
              [&]
              {
                const NodeSums own = zone.zone->interface().own_node_sums();
-               add_rows(own.values(), zone.nodes, width, sums);
+               add_rows(own.values(), zone.nodes, width, sums.values());
              });
   }
-  _exchanges[contact]->sum(sums, static_cast<int>(width));
+  _exchanges[contact]->sum(sums.values(), static_cast<int>(width));
   for (const SystemZone& zone : _zones)
     if (zone.contact == contact)
     {
       NodeSums all(zone.nodes.size(), static_cast<int>(dimension(zone)));
-      std::ranges::copy(gathered(sums, zone.nodes, width),
+      std::ranges::copy(gathered(sums.values(), zone.nodes, width),
                         all.values().begin());
       zone.zone->set_node_sums(std::move(all));
     }
+}
+
+NodeWeights ContactSystem::node_weights(std::size_t contact) const
+{
+  refresh_nodes();
+  const std::size_t nodes = _values.multipliers()[contact].rows.size();
+  NodeWeights weights{std::vector<double>(nodes), std::vector<double>(nodes)};
+  if (contact >= _sums.size() or _sums[contact].empty())
+    return weights;
+  const NodeSums& sums = _sums[contact];
+  for (std::size_t k = 0; k < nodes; ++k)
+  {
+    const auto node = static_cast<Index>(k);
+    weights.area[k] = sums.at(node, NodeSum::area);
+    if (weights.area[k] > 0.0)
+      weights.gamma[k] =
+          sums.at(node, NodeSum::whole_gamma) / sums.at(node, NodeSum::whole);
+  }
+  return weights;
 }
 
 void ContactSystem::send(const SystemZone& zone) const

@@ -52,6 +52,14 @@ struct Norms
   std::vector<double> sizes;    ///< largest value, by field
 };
 
+/// @brief What multiplier nodes of a contact weigh, (local nodes,): 0 where
+/// nothing is covered, or where the law holds at points.
+struct NodeWeights
+{
+  std::vector<double> area;  ///< A_j of (4.23)
+  std::vector<double> gamma; ///< gamma_j. Traction per length
+};
+
 /// @brief The contact of a problem as its solver's iterations see it.
 ///
 /// Zones are fed with what stays during a step through their own members.
@@ -108,6 +116,9 @@ public:
   /// @brief Add the tangent of contact. The caller assembles A.
   void add_tangent(PetscMatrix A) const;
 
+  /// @brief Those of the nodes of a contact, at the last `pair`.
+  [[nodiscard]] NodeWeights node_weights(std::size_t contact) const;
+
   void set_groups(RowGroups groups) { _groups = std::move(groups); }
 
   /// @brief Norms of a residual by group of rows.
@@ -134,5 +145,6 @@ private:
   RowGroups _groups;
   /// Of the contacts whose law holds at nodes, made where they are asked for
   mutable std::vector<std::unique_ptr<NodeExchange>> _exchanges;
+  mutable std::vector<NodeSums> _sums; ///< of these contacts' local nodes
 };
 } // namespace raymortar

@@ -311,7 +311,7 @@ class TimeSteps(LoadSteps):
             error = self.motion.error(self._end)
             if sizes.is_too_far(error):
                 raise ConvergenceError(f"the local error {error:.3g} is too large")
-        if was_apart and sizes.size > 0.5**self.touch and not self._is_apart():
+        if was_apart and sizes.size > 0.5 ** self.touch and not self._is_apart():
             raise ConvergenceError("surfaces touch in a step that is to be halved")
         return iterations
 

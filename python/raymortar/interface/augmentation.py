@@ -25,7 +25,7 @@ MOST_AUGMENTATIONS = 20
 
 
 class Augmentation:
-    """Keeps accepted tractions of a penalty, over its coefficient [theory (4.27)].
+    """Keeps accepted tractions of a penalty, over its coefficient [theory (4.32)].
 
     They are lengths at the slave nodes, which are added to gaps.
     """

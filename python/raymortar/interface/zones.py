@@ -126,6 +126,7 @@ def create_zone(
         master_dof_ids=zone.master_surface.dof_ids,
         tools=[body.tool for body in zone.bodies],
         multipliers=multipliers,
+        dual_multiplier=options.has_dual_multiplier,
         method=options.method.cpp,
         condition=getattr(_cpp.Condition, options.method.condition),
         friction=None if friction is None else friction.cpp(),

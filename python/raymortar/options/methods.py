@@ -28,6 +28,7 @@ FRAMES = ("automatic", "slave", "master")
 MEASURES = ("reference", "current")
 TANGENTS = ("fixed", "full")
 CONDITIONS = ("points", "nodes")
+MULTIPLIERS = ("normal", "vector", "dual")
 
 
 def check_coefficient(gamma: Any) -> None:
@@ -54,7 +55,8 @@ class AugmentedLagrangian(Options):
         Newton's method, but hardly the answer.
     multiplier
         ``"normal"``: one scalar, the normal traction; ``"vector"``: the traction in
-        global coordinates. None: the vector with friction, which needs it, and with
+        global coordinates; ``"dual"``: the same by dual functions, of which each acts on
+        the rows of one node, for ``condition="nodes"``. None: the vector with friction, which needs it, and with
         ``frame="master"``, as a scalar has no direction of its own where the master's
         normals turn within a facet; else the scalar.
     degree
@@ -74,12 +76,14 @@ class AugmentedLagrangian(Options):
 
     def check(self) -> None:
         check_coefficient(self.gamma)
-        known = is_one_of(self.multiplier, ("normal", "vector"))
+        known = is_one_of(self.multiplier, MULTIPLIERS)
         if self.multiplier is not None and not known:
             raise ContactError(
-                f"multiplier must be 'normal' or 'vector', not {self.multiplier!r}"
+                f"multiplier must be 'normal', 'vector' or 'dual', not {self.multiplier!r}"
             )
         choice("condition", self.condition, CONDITIONS)
+        if self.multiplier == "dual" and self.condition != "nodes":
+            raise ContactError("multiplier='dual' needs condition='nodes'")
         degree = self.degree
         if degree is not None and not (is_whole_number(degree) and degree in (1, 2)):
             raise ContactError(f"multiplier degree {self.degree!r} is not 1 or 2")
@@ -230,6 +234,11 @@ class ContactOptions:
         """Whether friction springs carry a traction from step to step."""
         kept = getattr(self.method, "tangential", "elastic") == "elastic"
         return kept and self.friction is not None
+
+    @property
+    def has_dual_multiplier(self) -> bool:
+        """Whether the multiplier is of dual functions."""
+        return getattr(self.method, "multiplier", None) == "dual"
 
     def multiplier_kind(self, p: int, dim: int, is_tie: bool) -> tuple[int, int]:
         """Degree and components of the multiplier; 0 components: no multiplier.

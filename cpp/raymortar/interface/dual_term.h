@@ -1,0 +1,38 @@
+// The contact integrals with a multiplier of dual functions.
+#pragma once
+
+#include "raymortar/element/dual_functions.h"
+#include "raymortar/interface/mortar_term.h"
+
+namespace raymortar
+{
+/// @brief `MortarTerm` whose tractions are those of dual functions, which are
+/// shape functions on each facet with values of its own  [theory
+/// (4.27)-(4.29)].
+///
+/// Rows of slave nodes, combined to test functions B, have - d lam alone.
+class DualTerm final : public Term
+{
+public:
+  /// @param[in] has_moving_segments As of MortarTerm
+  DualTerm(const ContactState& s, bool has_moving_segments);
+
+  [[nodiscard]] const Assembler& assembler() const
+  {
+    return _mortar.assembler();
+  }
+
+  /// @brief Make the dual functions of the present points and their tractions.
+  void renew(const ContactState& s);
+
+  void add_needs(const ContactState& s, PatternNeeds& needs) const override;
+  Work residual(const ContactState& s, VectorSink& sink) const override;
+  Work tangent(const ContactState& s, MatrixSink& sink) const override;
+
+private:
+  std::shared_ptr<FacetTractions> _tractions; ///< that the kernel reads
+  MortarTerm _mortar;
+  DualBasis _basis;
+  std::vector<DualFacet> _facets;
+};
+} // namespace raymortar

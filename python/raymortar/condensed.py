@@ -1,0 +1,269 @@
+"""Contact in the user's own unknowns, for DOLFINx's solvers and PETSc's."""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from mpi4py import MPI
+from petsc4py import PETSc
+
+import numpy as np
+
+from .compat import Array
+from .contact import Contact
+from .discretization.unknowns import Lacking
+from .errors import ContactError, SetUpError, raise_everywhere, together
+from .problem import CoupledProblem
+from .system.condensation import Condensation
+
+_SAME = PETSc.Mat.Structure.SAME_NONZERO_PATTERN
+
+
+class CondensedProblem:
+    """F(u; v) + contact = 0 as a system of the user's unknowns alone. Collective.
+
+    Dual multipliers balance the rows of their slave nodes, of which they are functions.
+    What is left are the rows of the form, to which the forces on masters are added, with
+    the law of contact in those of slave nodes (theory (4.30), (4.31)). So any solver for
+    F serves: ``dolfinx.nls.petsc.NewtonSolver(comm, problem)``, the SNES of
+    ``dolfinx.fem.petsc.NonlinearProblem``, or one of your own, by `attach`.
+
+    Parameters
+    ----------
+    F
+        UFL residual of everything but contact, as for `NonlinearProblem`.
+    u
+        What is solved for: the Function of F, which has the displacement.
+    contact
+        `Contact` with ``AugmentedLagrangian(condition="nodes", multiplier="dual")``; of
+        several a list. Without free rigid bodies.
+    bcs
+        Dirichlet conditions on u, or on parts of it.
+    J
+        UFL Jacobian of F; by default its derivative.
+    form_compiler_options, jit_options
+        For the forms of F and J, as of ``dolfinx.fem.form``.
+    update
+        As of `NonlinearProblem`.
+
+    Attributes
+    ----------
+    coupled
+        The same with multipliers as unknowns, which assembles both.
+    contact
+        The contact, or `interactions.Interactions` of several.
+
+    Notes
+    -----
+    ``F`` and ``J`` are functions, which assemble residual and tangent; ``L`` and ``a``
+    are the compiled forms, as of DOLFINx's ``NonlinearProblem`` of 0.5 to 0.9. Results
+    are those of the last residual. After a solve accept the step by
+    ``contact.advance()``.
+
+    Where conditions prescribe a slave node, its multiplier extends those of the slave
+    nodes next to it. Rows of the law have the unit of a force.
+
+    Raises
+    ------
+    SetUpError
+        If a slave node is one of a master too, or of another contact's slave.
+    """
+
+    def __init__(
+        self,
+        F: Any,
+        u: Any,
+        contact: Contact | Sequence[Contact],
+        bcs: Sequence[Any] = (),
+        J: Any = None,
+        form_compiler_options: Mapping[str, Any] | None = None,
+        jit_options: Mapping[str, Any] | None = None,
+        update: Callable[[], object] | None = None,
+    ) -> None:
+        several = contact if isinstance(contact, (list, tuple)) else [contact]
+        with together(several[0].unknowns.comm):
+            for one in several:
+                _check(one)
+        given = u if isinstance(F, (list, tuple)) else None
+        self.coupled = CoupledProblem(
+            F, contact, bcs, J, given, form_compiler_options, jit_options, update
+        )
+        self.contact, self.comm = self.coupled.contact, self.coupled.comm
+        with together(self.comm):
+            _check_unknown(u, self.coupled.u)
+        self._A = self.coupled.create_matrix()
+        self._x, self._b = (self.coupled.create_vector() for _ in range(2))
+        self._condensation = Condensation(self.contact)
+        self._n = self._condensation.n
+        self.contact.to_vector(self._x)
+        self._is_balanced = self._lifts = False
+        # Matrix that has taken the last tangent, and the places of its entries
+        self._taken: tuple[Any, ...] = (None,)
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} of {self.coupled!r}>"
+
+    @property
+    def bcs(self) -> Sequence[Any]:
+        """Dirichlet conditions."""
+        return self.coupled.bcs
+
+    @property
+    def u(self) -> Any:
+        """What is solved for."""
+        return self.coupled.u
+
+    @property
+    def L(self) -> Any:
+        """Compiled residual of everything but contact."""
+        return self.coupled.L
+
+    @property
+    def a(self) -> Any:
+        """Compiled Jacobian of everything but contact."""
+        return self.coupled.a
+
+    # Equations
+
+    def form(self, x: PETSc.Vec) -> None:
+        """Update the ghosts of an iterate, as DOLFINx's solver asks for. Collective."""
+        x.ghostUpdate(PETSc.InsertMode.INSERT, PETSc.ScatterMode.FORWARD)
+
+    def F(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
+        """Residual at x into b. Collective."""
+        lacking, volume = self._balance(x)
+        self.contact.assemble_residual(self._b, self.bcs, volume, lacking)
+        found = self._b.array_r
+        if self._lifts:
+            self.coupled.J(self._x, self._A)
+            rows = self._condensation.lifted(found, self._A)
+        else:
+            rows = self._condensation.residual(found)
+        b.array[: self._n] = rows
+
+    def J(self, x: PETSc.Vec, A: PETSc.Mat) -> None:
+        """Tangent at x into A, whatever pattern it has had. Collective."""
+        same = np.array_equal(x.array_r[: self._n], self._x.array_r[: self._n])
+        if not (self._is_balanced and self.comm.allreduce(same, op=MPI.LAND)):
+            self._balance(x)
+        self.coupled.J(self._x, self._A)
+        found = self._condensation.tangent(self._A)
+        self._give(found, A)
+        found.destroy()
+
+    def _balance(self, x: PETSc.Vec) -> tuple[Lacking, Array]:
+        """Take over an iterate, with the multipliers that balance its slave nodes.
+        Collective.
+
+        Returns
+        -------
+        What it lacks of prescribed values, and the rows of the form with these lifted.
+        """
+        problem, contact, condensation = self.coupled, self.contact, self._condensation
+        raise_everywhere(self.comm, self._offset_fault(), SetUpError)
+        contact.constrained(self.bcs)
+        condensation.set_prescribed(problem.prescribed)
+        self._set(slice(0, self._n), x.array_r[: self._n])
+        condensation.weigh()
+        lacking = contact.unknowns.lacking(self.bcs)
+        self._lifts = self.comm.allreduce(bool(lacking.increment.any()), op=MPI.LOR)
+        volume = problem.volume.residual(self.bcs, lacking.increment)
+        alone = volume
+        if self._lifts:
+            alone = problem.volume.residual(self.bcs, np.zeros_like(lacking.increment))
+        self._set(slice(self._n, None), condensation.multipliers(alone))
+        self._is_balanced = True
+        return lacking, volume
+
+    def _offset_fault(self) -> str | None:
+        """Say whether friction acts at a distance from slave nodes: on several rows."""
+        for zone in self.contact.zones:
+            found = zone.offset, zone.adjustment
+            if zone.frictional and any(o is not None and o.any() for o in found):
+                return (
+                    "CondensedProblem has no offset with friction, whose couple acts on "
+                    "several slave nodes: take NonlinearProblem"
+                )
+        return None
+
+    def _set(self, part: slice, values: Array) -> None:
+        """Set a part of all unknowns, and take them over."""
+        self._x.array[part] = values
+        self.coupled.form(self._x)
+
+    # Room
+
+    def create_vector(self) -> PETSc.Vec:
+        """Vector of the user's unknowns."""
+        return PETSc.Vec().createMPI((self._n, None), comm=self.comm)
+
+    def create_matrix(self) -> PETSc.Mat:
+        """Matrix of the user's unknowns, which `J` gives its pattern."""
+        unknowns = self.contact.unknowns
+        A = PETSc.Mat().create(self.comm)
+        A.setSizes(((self._n, None), (self._n, None)))
+        A.setType(PETSc.Mat.Type.AIJ)
+        if unknowns.is_plain:  # multigrid asks which rows are of one node
+            A.setBlockSize(unknowns.u.function_space.dofmap.index_map_bs)
+        return A
+
+    def _give(self, found: PETSc.Mat, A: PETSc.Mat) -> None:
+        """Copy a tangent into a matrix, which gets its pattern where it has another.
+        Collective."""
+        begin, columns, values = found.getValuesCSR()
+        known, *places = self._taken
+        same = known == A.handle and all(map(np.array_equal, places, (begin, columns)))
+        if self.comm.allreduce(same, op=MPI.LAND):
+            found.copy(A, _SAME)
+            return
+        A.setPreallocationCSR((begin, columns, values))
+        self._taken = A.handle, begin, columns
+
+    # Results
+
+    def reactions(self, supports: Mapping[str, Any]) -> dict[str, Array]:
+        """Forces by which conditions hold the bodies, after a solve: as
+        `NonlinearProblem.reactions`. Collective."""
+        return self.coupled.reactions(supports)
+
+    # Solvers
+
+    def attach(self, snes: PETSc.SNES) -> None:
+        """Give a PETSc SNES residual and tangent of this problem. Collective.
+
+        The vector that it solves for is one of `create_vector`, or that of u.
+        """
+        snes.setFunction(lambda _, x, b: self.F(x, b), self.create_vector())
+        A = self.create_matrix()
+        snes.setJacobian(lambda _, x, J, P: self.J(x, P), A)
+
+
+def _check(contact: Any) -> None:
+    """Raise for a contact whose multiplier cannot be condensed."""
+    if not isinstance(contact, Contact):
+        raise ContactError(
+            f"CondensedProblem needs a Contact, not {type(contact).__name__}: a tie has "
+            "no dual multiplier"
+        )
+    method = contact.method
+    if getattr(method, "multiplier", None) != "dual":
+        raise ContactError(
+            "CondensedProblem needs a Contact with AugmentedLagrangian(condition="
+            f"'nodes', multiplier='dual'), not {method!r}"
+        )
+    if contact.layout.bodies:
+        raise ContactError(
+            "CondensedProblem has the unknowns of u alone, and a rigid body that is "
+            "free has its own: take NonlinearProblem"
+        )
+
+
+def _check_unknown(u: Any, solved_for: Any) -> None:
+    """Raise unless u is what the form solves for."""
+    given = list(u) if isinstance(u, (list, tuple)) else [u]
+    known = solved_for if isinstance(solved_for, list) else [solved_for]
+    if len(given) != len(known) or any(map(operator.is_not, given, known)):
+        names = ", ".join(f.name for f in known)
+        raise ContactError(f"u must be what F solves for, {names}")

@@ -1,0 +1,278 @@
+"""Static condensation of dual multipliers: systems in the user's unknowns alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from petsc4py import PETSc
+
+import numpy as np
+import numpy.typing as npt
+
+from ..compat import Array, Mask
+from ..discretization.layout import Layout
+from ..discretization.ranks import marked_everywhere
+from ..discretization.reference_facets import facet_nodes, shape_functions
+from ..errors import SetUpError, raise_everywhere
+from ..interface.zone_data import ZoneData
+from .coupled import CoupledSystem
+
+_OTHER = PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN
+
+Rows = npt.NDArray[np.int64]
+
+
+def rows_of_tests(zone: ZoneData) -> Array:
+    """Test functions of gaps at the displacement's nodes of a facet, (n, nodes): rows of
+    the displacement combine by them to those of the nodes [theory (4.23)]."""
+    surface = zone.facets.slave_surface
+    places = facet_nodes(surface.shape, surface.displacement_degree)
+    values = shape_functions(surface.shape, zone.multiplier_degree, places)[0].T
+    if zone.multiplier_degree == 1:
+        return values
+    corners, middle = values[:2], values[2:]
+    return np.concatenate([corners + 0.25 * middle, 0.5 * middle])
+
+
+class Condensation:
+    """Eliminates the multipliers of a system by the rows of slave nodes [theory (4.30),
+    (4.31)]. Collective.
+
+    Parameters
+    ----------
+    system
+        Of contacts with dual multipliers, without free bodies.
+
+    Attributes
+    ----------
+    n
+        Owned rows of the user's unknowns.
+    tests
+        Matrix by which rows of the user's unknowns combine to those of multipliers.
+    """
+
+    def __init__(self, system: CoupledSystem) -> None:
+        self._system, self._comm = system, system.unknowns.comm
+        self.n: int = system.layout.n
+        self._count: int = system.layout.size - self.n
+        self._find_rows()
+        raise_everywhere(self._comm, self._shared_nodes(), SetUpError)
+        self.tests = self._new(self._count, self.n)
+        self._law = self._new(self.n, self._count)
+        self._near = self._new(self._count, self._count)
+        for part in system.parts:
+            for zone in part.zones:
+                self._add_zone(part.layout, zone)
+        for matrix in (self.tests, self._law, self._near):
+            matrix.assemble()
+        self._fixed: Mask | None = None
+        self._held = np.zeros(self._count, dtype=bool)
+        self._extends: PETSc.Mat | None = None
+
+    # Rows
+
+    def _find_rows(self) -> None:
+        """Number user's rows and multipliers each by themselves, rank by rank."""
+        sizes = np.array(self._comm.allgather((self.n, self._count)), dtype=np.int64)
+        self._sizes = sizes[:, 0]
+        starts = np.cumsum(sizes, axis=0) - sizes
+        self._first_u, self._first_lam = starts.T
+        self._ranges = self._system.layout.ranges
+
+    def _split(self, rows: Rows) -> Rows:
+        """Numbers among the user's rows, or among the multipliers, of rows of all."""
+        rank = np.searchsorted(self._ranges, rows, side="right") - 1
+        local = rows - self._ranges[rank]
+        behind = local - self._sizes[rank]
+        return np.where(
+            behind < 0, self._first_u[rank] + local, self._first_lam[rank] + behind
+        )
+
+    def _shared_nodes(self) -> str | None:
+        """Say whether a slave node is that of two contacts, or of a master too."""
+        V = self._system.u.function_space
+        slaves, masters = [], []
+        for part in self._system.parts:
+            own = [zone.facets.slave_surface.dofs for zone in part.zones]
+            slaves.append(marked_everywhere(V, np.unique(np.concatenate(own))))
+            for zone in part.zones:
+                masters.append(zone.facets.master_surface.dofs)
+        is_slave = np.sum(slaves, axis=0)
+        is_master = marked_everywhere(V, np.unique(np.concatenate(masters)))
+        what = "a slave node of a condensed contact is"
+        if (is_slave > 1).any():
+            return f"{what} one of another contact: give the pairs to one Contact"
+        if (is_master & (is_slave > 0)).any():
+            return f"{what} a node of a master too: solve by raymortar.NonlinearProblem"
+        return None
+
+    def _new(self, rows: int, columns: int) -> PETSc.Mat:
+        """Empty matrix that takes entries anywhere."""
+        matrix = PETSc.Mat().create(self._comm)
+        matrix.setSizes(((rows, None), (columns, None)))
+        matrix.setType(PETSc.Mat.Type.AIJ)
+        matrix.setUp()
+        matrix.setOption(PETSc.Mat.Option.NEW_NONZERO_ALLOCATION_ERR, False)
+        return matrix
+
+    def _add_zone(self, layout: Layout, zone: ZoneData) -> None:
+        """Enter test functions, law's rows and neighbours of a zone's facets."""
+        surface, tests = zone.facets.slave_surface, rows_of_tests(zone)
+        u_rows = self._system.layout.u_rows[surface.dofs][surface.facet_dofs]
+        first = layout.multiplier_rows[zone.multiplier_table]
+        for of_u, of_lam in zip(u_rows, first):
+            for i in range(layout.components):
+                lam = self._split(of_lam + i).astype(PETSc.IntType)
+                u = self._split(of_u[:, i]).astype(PETSc.IntType)
+                self._enter(self.tests, lam, u, tests)
+                self._enter(self._law, u[: len(lam)], lam, np.eye(len(lam)))
+                self._near.setValues(lam, lam, np.ones((len(lam),) * 2), addv=True)
+
+    @staticmethod
+    def _enter(matrix: PETSc.Mat, rows: Rows, columns: Rows, values: Array) -> None:
+        """Set entries that are not zero: other facets may have set the same."""
+        for row, of_row in zip(rows, values):
+            found = np.flatnonzero(of_row)
+            matrix.setValues([row], columns[found], of_row[found])
+
+    # State
+
+    def set_prescribed(self, fixed: Mask) -> None:
+        """Take which owned unknowns of the user are prescribed. Collective.
+
+        The multiplier of a node whose rows they prescribe is not determined: it extends
+        those of the nodes next to it.
+        """
+        if self._fixed is not None and np.array_equal(fixed, self._fixed):
+            same = True
+        else:
+            same, self._fixed = False, fixed.copy()
+        if self._comm.allreduce(int(not same)) == 0:
+            return
+        self._held = self._applied(self.tests, fixed.astype(float)) > 0.0
+        free = self._applied(self._near, (~self._held).astype(float)) > 0.0
+        alone = self._comm.allreduce(int((self._held & ~free).sum()))
+        message = None
+        if alone:
+            message = (
+                f"{alone} multipliers of a condensed contact are at slave nodes that "
+                "conditions prescribe, with none beside them that is free: swap slave "
+                "and master, or solve by raymortar.NonlinearProblem"
+            )
+        raise_everywhere(self._comm, message, SetUpError)
+
+    def weigh(self) -> None:
+        """Take what nodes weigh at the last pairing. Collective."""
+        area, gamma, scale = [], [], []
+        for k, part in enumerate(self._system.parts):
+            nodes, m = part.layout.owned_multipliers, part.layout.components
+            for values, found in zip((area, gamma), self._system.cpp.node_weights(k)):
+                values.append(np.repeat(np.asarray(found)[nodes], m))
+            scale.append(np.full(m * len(nodes), part.gamma_scale))
+        weights, scales = np.concatenate(area), np.concatenate(scale)
+        self._found = (weights > 0.0) & ~self._held
+        self._by_force = np.zeros(self._count)
+        self._by_force[self._found] = 1.0 / (weights * scales)[self._found]
+        # An open node then has the force of its own row
+        self._by_law = np.where(self._found, -np.concatenate(gamma) / scales, 0.0)
+        self._extension(weights > 0.0)
+        of_law = self._applied(self._law, self._found.astype(float))
+        self._keeps = 1.0 - of_law
+
+    def _extension(self, covered: Mask) -> None:
+        """Make what extends determined multipliers to covered nodes that are held."""
+        if self._extends is not None:
+            self._extends.destroy()
+            self._extends = None
+        extends = self._held & covered
+        if self._comm.allreduce(int(extends.sum())) == 0:
+            return
+        known = self._found.astype(float)
+        sums = self._applied(self._near, known)
+        left = np.where(extends & (sums > 0.0), 1.0 / np.maximum(sums, 1.0), 0.0)
+        self._extends = self._near.copy()
+        self._scale(self._extends, left, known)
+        self._extends.setOption(PETSc.Mat.Option.NEW_NONZERO_LOCATION_ERR, False)
+        diagonal = self._extends.getDiagonal()
+        diagonal.array[:] += known
+        self._extends.setDiagonal(diagonal)
+        diagonal.destroy()
+
+    def _applied(self, matrix: PETSc.Mat, values: Array) -> Array:
+        """A matrix times owned values."""
+        right, left = matrix.createVecs()
+        right.array[:] = values
+        matrix.mult(right, left)
+        found: Array = left.array.copy()
+        right.destroy()
+        left.destroy()
+        return found
+
+    @staticmethod
+    def _scale(matrix: PETSc.Mat, left: Array | None, right: Array | None) -> None:
+        """Multiply rows and columns of a matrix."""
+        of_columns, of_rows = matrix.createVecs()
+        of_rows.array[:] = 1.0 if left is None else left
+        of_columns.array[:] = 1.0 if right is None else right
+        matrix.diagonalScale(of_rows, of_columns)
+        of_rows.destroy()
+        of_columns.destroy()
+
+    # Equations
+
+    def multipliers(self, forces: Array) -> Array:
+        """Unknowns of the owned multipliers that balance rows of the user's form."""
+        found = self._by_force * self._applied(self.tests, forces)
+        return found if self._extends is None else self._applied(self._extends, found)
+
+    def residual(self, b: Array) -> Array:
+        """Rows of the user's unknowns from the residual of all, where slave rows are
+        balanced."""
+        by_law = self._by_law * b[self.n :]
+        return self._keeps * b[: self.n] + self._applied(self._law, by_law)
+
+    def lifted(self, b: Array, A: PETSc.Mat) -> Array:
+        """The same where prescribed increments are lifted, so that slave rows are not
+        balanced: by the tangent of all."""
+        of_u, of_lam = self._parts(A, (1,))[0], self._parts(A, (3,))[0]
+        change = self.multipliers(b[: self.n])
+        whole = b + np.concatenate(
+            [self._applied(of_u, change), self._applied(of_lam, change)]
+        )
+        of_u.destroy()
+        of_lam.destroy()
+        return self.residual(whole)
+
+    def tangent(self, A: PETSc.Mat) -> PETSc.Mat:
+        """Matrix of the user's unknowns from the tangent of all: a new one."""
+        uu, ul, lu, ll = self._parts(A, range(4))
+        change = self.tests.matMult(uu)
+        self._scale(change, self._by_force, None)
+        if self._extends is not None:
+            change, inner = self._extends.matMult(change), change
+            inner.destroy()
+        law = self._law.copy()
+        self._scale(law, None, self._by_law)
+        for kept, added in ((uu, lu), (ul, ll)):
+            self._scale(kept, self._keeps, None)
+            rows = law.matMult(added)
+            kept.axpy(1.0, rows, _OTHER)
+            rows.destroy()
+        through = ul.matMult(change)
+        uu.axpy(1.0, through, _OTHER)
+        for matrix in (ul, lu, ll, change, law, through):
+            matrix.destroy()
+        return uu
+
+    def _parts(self, A: PETSc.Mat, which: Iterable[int]) -> list[PETSc.Mat]:
+        """Parts of a tangent: by u and by multipliers of u's rows, then of theirs."""
+        begin, end = A.getOwnershipRange()
+        middle = begin + self.n
+        sets = [
+            PETSc.IS().createStride(middle - begin, begin, 1, comm=self._comm),
+            PETSc.IS().createStride(end - middle, middle, 1, comm=self._comm),
+        ]
+        found = [A.createSubMatrix(sets[k // 2], sets[k % 2]) for k in which]
+        for one in sets:
+            one.destroy()
+        return found

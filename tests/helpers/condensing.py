@@ -1,0 +1,84 @@
+"""The same problem with dual multipliers as unknowns, and condensed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from petsc4py import PETSc
+
+import numpy as np
+from dolfinx import fem
+from problems import COMM, DIMENSION, fix, residual
+
+from meshes.scenes import two_blocks
+from raymortar import (
+    AugmentedLagrangian,
+    CondensedProblem,
+    Contact,
+    Coulomb,
+    NonlinearProblem,
+    compat,
+)
+
+DUAL = AugmentedLagrangian(condition="nodes", multiplier="dual")
+DIRECT = {"ksp_type": "preonly", "pc_type": "lu", "pc_factor_mat_solver_type": "mumps"}
+
+
+@dataclass
+class Pressed:
+    """A soft block that is pressed on a stiffer one and dragged."""
+
+    u: Any
+    contact: Contact
+    load: fem.Constant
+    F: Any
+    bcs: list[Any]
+    scene: Any
+
+    def coupled(self):
+        return NonlinearProblem(self.F, self.contact, self.bcs)
+
+    def condensed(self):
+        return CondensedProblem(self.F, self.u, self.contact, self.bcs)
+
+
+def pressed(cell, degree=1, mu=None, material="neo-hookean", overhang=0.0, **options):
+    """Make the blocks; overhang is how far the upper one is beside the lower."""
+    dim = DIMENSION[cell]
+    scene = two_blocks(
+        COMM, dim, cell, 3, 4, lower_size=1.3, upper_size=1.0, overhang=overhang
+    )
+    V = compat.vector_space(scene.mesh, degree)
+    u = fem.Function(V)
+    F, _, _ = residual(scene, u, material, {"lower": 5.0, "upper": 1.0})
+    load = fem.Constant(scene.mesh, np.zeros(dim))
+    tags = (scene.tags["slave"], scene.tags["master"])
+    friction = None if mu is None else Coulomb(mu)
+    contact = Contact(u, scene.facet_tags, [tags], DUAL, friction, **options)
+    bcs = [fix(V, scene, "bottom"), fix(V, scene, "top", None, load)]
+    return Pressed(u, contact, load, F, bcs, scene)
+
+
+def newton(problem, rtol=1e-12, most=25):
+    """Newton's method in the user's unknowns by a direct solver; norms of the
+    residuals. As DOLFINx's solver does, it starts with the conditions not met."""
+    x, b, A = problem.create_vector(), problem.create_vector(), problem.create_matrix()
+    dx = x.duplicate()
+    n = x.getLocalSize()
+    x.array[:] = problem.u.x.array[:n]
+    ksp = PETSc.KSP().create(COMM)
+    ksp.setType("preonly")
+    ksp.getPC().setType("lu")
+    ksp.getPC().setFactorSolverType("mumps")
+    norms = []
+    while len(norms) < most:
+        problem.F(x, b)
+        norms.append(b.norm())
+        if norms[-1] <= rtol * max(norms):
+            break
+        problem.J(x, A)
+        ksp.setOperators(A)
+        ksp.solve(b, dx)
+        x.axpy(-1.0, dx)
+    return norms

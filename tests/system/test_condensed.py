@@ -1,0 +1,196 @@
+"""Dual multipliers condensed: a problem in the user's unknowns, the same steps."""
+
+from __future__ import annotations
+
+from petsc4py import PETSc
+
+import numpy as np
+import pytest
+from condensing import DUAL, newton, pressed
+from problems import COMM, fix
+
+from raymortar import (
+    AugmentedLagrangian,
+    CondensedProblem,
+    Contact,
+    ContactError,
+    SetUpError,
+    SNESSolver,
+    compat,
+    rigid,
+)
+
+# Down and aside, shares of the height
+PATH = ((0.03, 0.0), (0.06, 0.0), (0.06, 0.02), (0.06, 0.05))
+CASES = [
+    ("triangle", 1, 0.3, 0.3),
+    ("quadrilateral", 1, None, 0.0),
+    ("quadrilateral", 2, 0.3, 0.3),
+    ("tetrahedron", 1, 0.2, 0.0),
+    ("hexahedron", 1, None, 0.3),
+    ("tetrahedron", 2, 0.2, 0.0),
+]
+
+
+def path(problem, solve):
+    """Follow the path; displacement and multiplier of each step."""
+    found = []
+    for down, aside in PATH:
+        problem.load.value[-1], problem.load.value[0] = -down, aside
+        solve()
+        problem.contact.advance()
+        u, lam = problem.u, problem.contact.multiplier
+        found.append((u.x.array.copy(), lam.x.array.copy()))
+    return found
+
+
+@pytest.mark.mpi(where=lambda cell, **_: cell in ("quadrilateral", "tetrahedron"))
+@pytest.mark.parametrize("cell, degree, mu, overhang", CASES)
+def test_condensed_is_uncondensed(cell, degree, mu, overhang):
+    one, other = (pressed(cell, degree, mu, overhang=overhang) for _ in range(2))
+    solver = SNESSolver(one.coupled())
+    solver.snes.setTolerances(rtol=1e-13)
+    expected = path(one, solver.solve)
+    condensed, norms = other.condensed(), []
+    found = path(other, lambda: norms.append(newton(condensed)))
+    for (u, lam), (u_known, lam_known) in zip(found, expected):
+        np.testing.assert_allclose(u, u_known, atol=1e-11)
+        size = np.abs(lam_known).max()
+        np.testing.assert_allclose(lam, lam_known, atol=1e-9 * size)
+    # Quadratic: once the set of closed nodes stays, the order is two
+    last = np.array(norms[-1])
+    assert last[-1] <= 1e-9 * last[0] and len(last) <= 9, last
+
+
+def random_step(problem, seed=0):
+    """Vectors and the matrix of a problem at a state a little beside the present."""
+    x, A = problem.create_vector(), problem.create_matrix()
+    n = x.getLocalSize()
+    x.array[:] = problem.u.x.array[:n]
+    direction = x.duplicate()
+    rng = np.random.default_rng(seed + COMM.rank)
+    free = ~problem.coupled.prescribed
+    direction.array[:] = rng.normal(size=n) * free
+    return x, A, direction
+
+
+@pytest.mark.mpi(where=lambda cell, **_: cell == "triangle")
+@pytest.mark.parametrize("cell, degree, mu, overhang", CASES)
+def test_tangent_is_the_derivative(cell, degree, mu, overhang):
+    """At a state that is not converged, with facets beyond the rim."""
+    blocks = pressed(cell, degree, mu, overhang=overhang)
+    problem = blocks.condensed()
+    blocks.load.value[-1] = -0.03
+    newton(problem)
+    blocks.contact.advance()
+    x, A, d = random_step(problem)
+    x.axpy(2e-4, d)  # not in balance, and all gaps open or closed by more than steps
+    b, other, slope = (problem.create_vector() for _ in range(3))
+    problem.F(x, b)
+    problem.J(x, A)
+    A.mult(d, slope)
+    steps, rest = 10.0 ** -np.arange(5.0, 7.0, 0.5), []
+    for e in steps:
+        y = x.copy()
+        y.axpy(e, d)
+        problem.F(y, other)
+        other.axpy(-1.0, b)
+        other.axpy(-e, slope)
+        rest.append(other.norm())
+    order = np.polyfit(np.log(steps), np.log(rest), 1)[0]
+    assert abs(order - 2.0) < 0.1, rest
+
+
+@pytest.mark.skipif(compat.newton_solver_class() is None, reason="it is gone")
+@pytest.mark.mpi
+@pytest.mark.parametrize("cell, mu", [("quadrilateral", 0.3), ("tetrahedron", None)])
+def test_dolfinx_newton_solver_solves_it(cell, mu):
+    from dolfinx.nls.petsc import NewtonSolver
+
+    blocks = pressed(cell, 1, mu)
+    problem = blocks.condensed()
+    solver = NewtonSolver(COMM, problem)
+    solver.convergence_criterion, solver.rtol, solver.atol = "residual", 1e-11, 1e-13
+    solver.krylov_solver.setType("preonly")
+    solver.krylov_solver.getPC().setType("lu")
+    solver.krylov_solver.getPC().setFactorSolverType("mumps")
+    for down, aside in PATH:
+        blocks.load.value[-1], blocks.load.value[0] = -down, aside
+        iterations, converged = solver.solve(blocks.u)
+        assert converged and iterations <= 9
+        blocks.contact.advance()
+    force = blocks.contact.resultant().force
+    support = problem.reactions({"bottom": blocks.bcs[0]})["bottom"]
+    np.testing.assert_allclose(force, support, atol=1e-9)
+    assert force[-1] > 0.01
+
+
+@pytest.mark.mpi
+def test_snes_solves_it():
+    blocks = pressed("triangle", 1, 0.3)
+    problem = blocks.condensed()
+    snes = PETSc.SNES().create(COMM)
+    snes.setTolerances(rtol=1e-11)
+    problem.attach(snes)
+    snes.getKSP().setType("preonly")
+    snes.getKSP().getPC().setType("lu")
+    snes.getKSP().getPC().setFactorSolverType("mumps")
+    x = problem.create_vector()
+    for down, aside in PATH:
+        blocks.load.value[-1], blocks.load.value[0] = -down, aside
+        snes.solve(None, x)
+        assert snes.getConvergedReason() > 0 and snes.getIterationNumber() <= 9
+        blocks.contact.advance()
+    known = pressed("triangle", 1, 0.3)
+    expected = path(known, SNESSolver(known.coupled()).solve)[-1][0]
+    np.testing.assert_allclose(blocks.u.x.array, expected, atol=1e-9)
+
+
+def test_slave_nodes_that_are_held():
+    """A pressure that is uniform stays so where conditions hold the slave's ends."""
+    blocks = pressed("quadrilateral", 1, None, "linear")
+    V = blocks.u.function_space
+    sides = ["lower_left", "lower_right", "upper_left", "upper_right"]
+    rollers = [fix(V, blocks.scene, side, 0) for side in sides]
+    problem = CondensedProblem(
+        blocks.F, blocks.u, blocks.contact, [*blocks.bcs, *rollers]
+    )
+    blocks.load.value[-1] = -0.01
+    newton(problem)
+    lam = blocks.contact.multiplier.x.array.reshape(-1, 2)
+    lam = lam[blocks.contact.zones[0].multiplier_nodes]
+    np.testing.assert_allclose(lam[:, 1], lam[0, 1], rtol=1e-9)
+
+
+def test_contacts_that_it_refuses():
+    blocks = pressed("triangle", 1, 0.3)
+    tags = blocks.contact.pairs[0]
+    pairs = [(tags.slave, tags.master)]
+    for method in (None, AugmentedLagrangian(condition="nodes")):
+        other = Contact(blocks.u, blocks.scene.facet_tags, pairs, method)
+        with pytest.raises(ContactError, match="multiplier='dual'"):
+            CondensedProblem(blocks.F, blocks.u, other, blocks.bcs)
+    with pytest.raises(ContactError, match="what F solves for"):
+        CondensedProblem(blocks.F, blocks.contact.multiplier, blocks.contact)
+    both = Contact(blocks.u, blocks.scene.facet_tags, [*pairs, pairs[0][::-1]], DUAL)
+    with pytest.raises(SetUpError, match="a master too"):
+        CondensedProblem(blocks.F, blocks.u, both, blocks.bcs)
+    ball = rigid.Body(rigid.Circle((0.5, -3.0), 1.0), free=("y",), force=(0.0, 0.0))
+    free = Contact(blocks.u, blocks.scene.facet_tags, [(pairs[0][0], ball)], DUAL)
+    with pytest.raises(ContactError, match="free"):
+        CondensedProblem(blocks.F, blocks.u, free, blocks.bcs)
+    with pytest.raises(ContactError, match="condition='nodes'"):
+        Contact(
+            blocks.u,
+            blocks.scene.facet_tags,
+            pairs,
+            AugmentedLagrangian(multiplier="dual"),
+        )
+
+
+def test_an_offset_with_friction_is_refused():
+    blocks = pressed("triangle", 1, 0.3, offset=0.01)
+    problem = blocks.condensed()
+    x, b = problem.create_vector(), problem.create_vector()
+    with pytest.raises(SetUpError, match="offset with friction"):
+        problem.F(x, b)
