@@ -1,6 +1,8 @@
 #include "raymortar/mortar/filtered.h"
 #include "rules.h"
 #include "surfaces.h"
+#include <algorithm>
+#include <gtest/gtest.h>
 
 using namespace raymortar;
 using namespace raymortar::test;
