@@ -12,7 +12,9 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "demos"))
 
 import assembly  # noqa: E402
 import blocks_3d  # noqa: E402
+import crushed_ring  # noqa: E402
 import forming  # noqa: E402
+import heap  # noqa: E402
 import hertz_cylinder  # noqa: E402
 import hertz_sphere  # noqa: E402
 import indentation  # noqa: E402
@@ -112,6 +114,16 @@ def test_a_wheel_rolls_without_slip(folder):
 
 def test_a_sheet_is_bent_and_springs_back(folder):
     run(forming, folder, "--steps", "10")
+
+
+# Contact of the jaws, by a multiplier, is one facet wide at first
+@pytest.mark.filterwarnings("ignore:converged with tension")
+def test_a_ring_meets_itself_as_its_quarter_meets_a_line(folder):
+    run(crushed_ring, folder, "--steps", "12")
+
+
+def test_a_heap_is_in_balance(folder):
+    run(heap, folder, "--size", "3")
 
 
 @pytest.mark.mpi

@@ -25,7 +25,7 @@ SKIN, LENGTH, FACING, DOUBT, MOST = 1, 6.0, 0.2, 1e-9, 600
 # another layer: it is chosen in the middle of the overlap of two facets
 STRIPS = {
     "triangle": ("triangle", 0.2, 48, 700, 0.0),
-    "thin wall": ("quadrilateral", 0.06, 40, 200, 0.0),
+    "thin": ("quadrilateral", 0.06, 40, 200, 0.0),
     "tetrahedron": ("tetrahedron", 0.3, 16, 100, 2e-3),
 }
 
