@@ -209,9 +209,7 @@ class FluxPart:
                 slopes[:, 4] /= dt
                 along = self._along(side.zone, points)
                 entries.append(
-                    side.tangent(
-                        fields, q, *self._heat_rates, slopes=slopes, along=along
-                    )
+                    side.tangent(fields, q, *self._heat_rates, slopes, along)
                 )
         return joined(entries), joined(sizes)
 
