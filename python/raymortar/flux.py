@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from dolfinx.fem import Function
@@ -18,7 +19,8 @@ from .options.flux_law import FluxLaw
 from .system.flux_part import FluxPart
 
 
-class FluxRates(NamedTuple):
+@dataclass(frozen=True)
+class FluxRates:
     """Sums over a contact, each per time.
 
     Attributes

@@ -55,7 +55,7 @@ class CoupledProblem:
         unknowns a list, by unknown.
     contact
         Contact terms; of several interactions a list, each with its own method, law and
-        search, all of the same displacement. Among them may be `Flux`es through them.
+        search, all of the same displacement. Fluxes (`Flux`) may be among them.
     bcs
         Dirichlet conditions on the unknowns, or on parts of them.
     J

@@ -69,10 +69,11 @@ def heated(
 # Tangents
 
 
-def law_of_all(T_s, T_m, p, g, v, x, dt):
+def law_of_all(T_s, T_m, p, g, v, x, slip, dt, fields):
     """A smooth flux of everything that a law is given."""
+    (field,) = fields
     return (
-        (1.0 + 0.3 * p * p + 0.2 * v + 4.0 * g * g) * (T_s - T_m)
+        (field + 0.3 * p * p + 0.2 * v + 4.0 * g * g + slip) * (T_s - T_m)
         + 0.1 * T_s * T_m * T_m
         + 0.2 * p * v * np.sin(3.0 * x[0] + x[1])
     ) / dt
@@ -82,8 +83,9 @@ def massive(contact, law=law_of_all, field_degree=1, **options):
     """A problem of contact and flux with the cheapest forms."""
     u = contact.u
     W = field_space(u.function_space.mesh, field_degree)
-    T = fem.Function(W, name="T")
-    flux = Flux(contact, T, law, **options)
+    T, more = fem.Function(W, name="T"), fem.Function(W)
+    more.interpolate(lambda x: 1.0 + x[0] * x[0])
+    flux = Flux(contact, T, law, fields=[more], **options)
     dx = ufl.dx(metadata={"quadrature_degree": 1})
     forms = [ufl.inner(f, ufl.TestFunction(f.function_space)) * dx for f in (u, T)]
     problem = NonlinearProblem(forms, [contact, flux], u=[u, T])

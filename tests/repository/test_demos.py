@@ -12,6 +12,7 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "demos"))
 
 import assembly  # noqa: E402
 import blocks_3d  # noqa: E402
+import brake  # noqa: E402
 import crushed_ring  # noqa: E402
 import forming  # noqa: E402
 import heap  # noqa: E402
@@ -53,6 +54,11 @@ def test_quadratic_cylinder_agrees_with_hertz(folder):
 @pytest.mark.mpi
 def test_blocks_are_uniform_and_in_equilibrium(folder):
     run(blocks_3d, folder, "--size", "2")
+
+
+@pytest.mark.mpi
+def test_heat_of_a_brake_is_the_work_of_friction(folder):
+    run(brake, folder, "--size", "6", "--steps", "6")
 
 
 def test_quadratic_blocks_are_uniform_and_in_equilibrium(folder):

@@ -6,10 +6,13 @@ from functools import partial
 
 import pytest
 import states
+from dolfinx import fem
 from fluxes import field_slopes, massive
 from friction_states import FrictionCase, check_regime, law_for, set_both
 from states import Case, name_of
 from tangents import is_first_order, is_second_order
+
+from raymortar import AugmentedLagrangian, Contact, Coulomb, Penalty, compat, rigid
 
 
 def smooth_cases():
@@ -96,3 +99,52 @@ def test_fixed_tangent_is_of_first_order(cell):
 
     found = field_slopes(lambda seed: states.make_contact(scene, case), prepare)
     assert is_first_order(found), found
+
+
+TOOLS = {
+    # In the frame of the tool, and in that of the slave
+    "plane": {2: lambda: rigid.Line((0.0, 0.72), (0.1, 1.0)), 3: None},
+    "ball": {2: lambda: rigid.Circle((0.6, -3.26), 4.0), 3: None},
+}
+TOOLS["plane"][3] = lambda: rigid.Plane((0.0, 0.0, 0.72), (0.1, -0.05, 1.0))
+TOOLS["ball"][3] = lambda: rigid.Sphere((0.6, 0.5, -3.26), 4.0)
+
+
+@pytest.mark.filterwarnings("ignore:the straight facets")
+@pytest.mark.mpi(where=lambda cell, kind, **_: cell == "triangle" and kind == "ball")
+@pytest.mark.parametrize("kind", TOOLS)
+@pytest.mark.parametrize("friction", [None, Coulomb(0.1)])
+@pytest.mark.parametrize("method", ["augmented", "elastic"])
+@pytest.mark.parametrize("cell", ["triangle", "hexahedron"])
+def test_flux_to_a_free_tool(cell, method, friction, kind, record_property):
+    """Columns of the tool's translation and rotation are among those that vary."""
+    case = FrictionCase(cell, 2, 1, method, "current")
+    scene, dim = case.scene("overhang"), case.dim
+
+    def make(seed):
+        free = ("x", "y", "r") if dim == 2 else ("x", "y", "z", "rx", "ry", "rz")
+        tool = rigid.Body(TOOLS[kind][dim](), (0.3,) * dim, free=free)
+        contact = Contact(
+            fem.Function(compat.vector_space(scene.mesh, case.degree)),
+            scene.facet_tags,
+            [(scene.tags["slave"], tool)],
+            AugmentedLagrangian(states.GAMMA)
+            if method == "augmented"
+            else Penalty(50.0),
+            friction,
+            quadrature_degree=3,
+            measure=case.measure,
+            offset=0.02,
+        )
+        contact.update()
+        contact.advance()
+        return contact
+
+    def prepare(contact, seed):
+        states.set_state(contact, scene, "active", seed, amplitude=0.02)
+        return states.in_regime(contact, "active") or friction is not None
+
+    heat = partial(massive, tool=0.7, field_degree=2)
+    found = field_slopes(make, prepare, heat, wanted=lambda contact: True)
+    record_property("slope", found.tolist())
+    assert is_second_order(found), found

@@ -120,16 +120,26 @@ class FieldOnZone:
         """What the law is given at the points with a hit, by name."""
         return _cpp.flux_points(self.zone.cpp, fields)
 
-    def residual(self, fields: Any, q: Array, *heat: float) -> tuple[Any, ...]:
+    def residual(
+        self, fields: Any, q: Array, slave_heat: float, target_heat: float
+    ) -> tuple[Any, ...]:
         """Rows and values of the residual, given the flux and the shares of the work of
         friction that both sides take, by the time."""
-        return _cpp.flux_residual(self.zone.cpp, fields, q, *heat)
+        return _cpp.flux_residual(self.zone.cpp, fields, q, slave_heat, target_heat)
 
     def tangent(
-        self, fields: Any, q: Array, *heat: float, slopes: Array, along: Array
+        self,
+        fields: Any,
+        q: Array,
+        slave_heat: float,
+        target_heat: float,
+        slopes: Array,
+        along: Array,
     ) -> tuple[Any, ...]:
         """Rows, columns and values of the tangent, given the flux's derivatives too."""
-        return _cpp.flux_tangent(self.zone.cpp, fields, q, *heat, slopes, along)
+        return _cpp.flux_tangent(
+            self.zone.cpp, fields, q, slave_heat, target_heat, slopes, along
+        )
 
     def pattern(self, number: int) -> _cpp.FieldRows:
         """The rows, for the room that a matrix needs; number is the zone's. Collective."""

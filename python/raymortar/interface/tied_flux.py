@@ -57,6 +57,7 @@ class TiedField(FieldOnZone):
     def points(self, fields: Any) -> dict[str, Array]:
         """What a law is given: neither pressure, gap nor slip."""
         at, none = self._all, np.zeros(len(self._all.number))
+        found: dict[str, Any]
         found = {"point": at.number, "facet": at.facet, "xi": at.xi}
         found |= {"slave": fields[0], "target": fields[1], "weight": at.weight}
         return found | dict.fromkeys(("pressure", "gap", "slip", "work"), none)
@@ -73,13 +74,21 @@ class TiedField(FieldOnZone):
         """Shape functions of the field's jump, (n, nodes)."""
         return np.concatenate([self._all.slave, -self._all.target], axis=1)
 
-    def residual(self, fields: Any, q: Array, *heat: float) -> tuple[Any, ...]:
+    def residual(
+        self, fields: Any, q: Array, slave_heat: float, target_heat: float
+    ) -> tuple[Any, ...]:
         """Rows and values, see `_cpp.flux_residual`."""
         values = (self._all.weight * q)[:, None] * self._jump
         return self._rows_at_points().ravel(), values.ravel()
 
     def tangent(
-        self, fields: Any, q: Array, *heat: float, slopes: Array, along: Array
+        self,
+        fields: Any,
+        q: Array,
+        slave_heat: float,
+        target_heat: float,
+        slopes: Array,
+        along: Array,
     ) -> tuple[Any, ...]:
         """Rows, columns and values, see `_cpp.flux_tangent`."""
         at, rows = self._all, self._rows_at_points()

@@ -193,47 +193,44 @@ class FluxPart:
                 found.append(side.residual(fields, q, *self._heat_rates))
         return joined(found)
 
-    def tangent(self) -> tuple[Any, Any, Any]:
-        """Rows, columns and values of the tangent, of this rank's points. Collective."""
+    def tangent(self, largest: float) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+        """Rows, columns and values of the tangent; and rows of the field, the sizes of
+        terms there, and their rounding errors where positions are as large as `largest`.
+        Of this rank's points. Collective."""
         values = [side.present() for side in self.sides]
         self._check(values)
-        found = []
+        dt, entries, sizes = self.contact.present.dt, [], []
         with together(self._comm):
             for side, fields in zip(self.sides, values):
                 points = self._points(side, fields)
                 q = self._law.values(points.at, points.given)
                 slopes = self._law.slopes(points.at, points.given)
-                slopes[:, 4] /= self.contact.present.dt
+                sizes.append(self._sizes(side, fields, points, q, slopes, largest))
+                slopes[:, 4] /= dt
                 along = self._along(side.zone, points)
-                found.append(
-                    side.tangent(
-                        fields, q, *self._heat_rates, slopes=slopes, along=along
-                    )
+                entries.append(
+                    side.tangent(fields, q, *self._heat_rates, slopes, along)
                 )
-        return joined(found)
+        return joined(entries), joined(sizes)
 
-    def sizes(self, largest: float) -> tuple[Any, Any, Any]:
-        """Rows of the field, the sizes of terms there, and their rounding errors where
-        positions are as large as `largest`. Collective."""
-        values, dt, found = (
-            [s.present() for s in self.sides],
-            self.contact.present.dt,
-            [],
-        )
-        with together(self._comm):
-            for side, fields in zip(self.sides, values):
-                points = self._points(side, fields)
-                q = self._law.values(points.at, points.given)
-                slopes = np.abs(self._law.slopes(points.at, points.given))
-                at = np.abs(points.at)
-                at[3], at[4] = largest, largest / dt  # differences of positions
-                heat = points.found["pressure"] * largest / dt
-                terms = np.abs(q) + np.abs(points.found["work"]) / dt
-                errors = EPS * (np.einsum("qk,kq->q", slopes, at) + heat)
-                rows, first = side.residual(fields, terms, 0.0, 0.0)
-                _, second = side.residual(fields, errors, 0.0, 0.0)
-                found.append((rows, np.abs(first), np.abs(second)))
-        return joined(found)
+    def _sizes(
+        self,
+        side: FieldOnZone,
+        fields: Any,
+        points: FluxPoints,
+        q: Array,
+        slopes: Array,
+        largest: float,
+    ) -> tuple[Any, Any, Any]:
+        """Rows of the field, sizes of terms and rounding errors of a zone's points."""
+        at, dt = np.abs(points.at), self.contact.present.dt
+        at[3], at[4] = largest, largest / dt  # differences of positions
+        heat = points.found["pressure"] * largest / dt
+        terms = np.abs(q) + np.abs(points.found["work"]) / dt
+        errors = EPS * (np.einsum("qk,kq->q", np.abs(slopes), at) + heat)
+        rows, first = side.residual(fields, terms, 0.0, 0.0)
+        _, second = side.residual(fields, errors, 0.0, 0.0)
+        return rows, np.abs(first), np.abs(second)
 
     def _check(self, values: Sequence[Any]) -> None:
         """Compare the derivatives with differences once, where points are hit.

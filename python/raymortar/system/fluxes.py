@@ -71,7 +71,8 @@ class FluxTerms:
 
     def _lifted(self, increment: Array) -> Array:
         """Effect of prescribed increments on the other rows."""
-        rows, columns, values = joined([part.tangent() for part in self._parts])
+        entries = [part.tangent(0.0)[0] for part in self._parts]
+        rows, columns, values = joined(entries)
         return self._added_up(rows, values * self._at(increment, columns))
 
     def sizes(self, groups: Groups) -> tuple[Array, Array]:
@@ -85,12 +86,13 @@ class FluxTerms:
     def add_tangent(self, A: PETSc.Mat, bcs: Sequence[Any], largest: float) -> None:
         """Add the tangent, without constrained rows and columns. Positions are as large
         as `largest`. Collective."""
-        rows, columns, values = joined([part.tangent() for part in self._parts])
-        found = joined([part.sizes(largest) for part in self._parts])
-        self._sizes = np.array([self._added_up(found[0], one) for one in found[1:]])
+        entries, sizes = zip(*(part.tangent(largest) for part in self._parts))
+        rows, columns, values = joined(entries)
+        at, *found = joined(sizes)
+        self._sizes = np.array([self._added_up(at, one) for one in found])
         fixed = self._system.unknowns.owned_prescribed(bcs).astype(np.float64)
         free = (self._at(fixed, rows) == 0.0) & (self._at(fixed, columns) == 0.0)
-        *csr, numbers = _compressed(rows[free], columns[free], values[free])
+        *csr, numbers = _runs(rows[free], columns[free], values[free])
         A.setValuesIJV(*csr, addv=PETSc.InsertMode.ADD_VALUES, rowmap=numbers)
 
     def _at(self, owned: Array, rows: Global) -> Array:
@@ -116,22 +118,9 @@ class FluxTerms:
         return values
 
 
-def _compressed(
-    rows: Global, columns: Global, values: Array
-) -> tuple[Any, Any, Any, Any]:
-    """Add up equal entries: offsets, columns, values and rows of compressed rows."""
-    order = np.lexsort((columns, rows))
-    rows, columns, values = rows[order], columns[order], values[order]
-    new = np.ones(len(rows), dtype=bool)
-    new[1:] = (rows[1:] != rows[:-1]) | (columns[1:] != columns[:-1])
-    first = np.flatnonzero(new)
-    sums = np.add.reduceat(values, first) if len(first) else values
-    numbers, begins = np.unique(rows[first], return_index=True)
-    offsets = np.append(begins, len(first))
+def _runs(rows: Global, columns: Global, values: Array) -> tuple[Any, Any, Any, Any]:
+    """Divide entries where the row changes: offsets, columns, values, row of each run."""
+    first = np.flatnonzero(np.diff(rows, prepend=-1))
     kind = PETSc.IntType
-    return (
-        offsets.astype(kind),
-        columns[first].astype(kind),
-        sums,
-        numbers.astype(kind),
-    )
+    offsets = np.append(first, len(rows)).astype(kind)
+    return offsets, columns.astype(kind), values, rows[first].astype(kind)
