@@ -26,6 +26,12 @@ from raymortar import dynamics, io, rigid, tools
 E, NU, DENSITY, FRICTION = 2000.0, 0.3, 1.0, 0.4
 RADII, HEIGHT, SPEED, SPIN = (0.35, 0.5), 0.6, 6.0, -15.0
 SURFACE, FRAMES, TOP = 1, 40, 400.0
+PARTS = "kinetic", "elastic", "friction_work"
+BALANCES = {
+    "momentum_x": "force_0_x",
+    "momentum_y": "force_0_y",
+    "moment_of_momentum": "torque_origin_0",
+}
 
 
 def throw(comm, n, end, dt, file=None):
@@ -50,11 +56,7 @@ def throw(comm, n, end, dt, file=None):
         problem.snes_solver, inertia, end=end, dt=dt, scheme=dynamics.Midpoint(),
         velocity=start, energy=material.energy(u, 2), history=history,
     )  # fmt: skip
-    kept, iterations = [(0.0, u.x.array.copy())], []
-    for step in steps:
-        iterations.append(step.iterations)
-        if step.time >= len(kept) * end / FRAMES - 1e-9:
-            kept.append((step.time, u.x.array.copy()))
+    kept, iterations = common.follow(steps, u, FRAMES)
     return SimpleNamespace(
         mesh=mesh, u=u, contact=contact, kept=kept, history=history, steps=steps,
         material=material, iterations=iterations,
@@ -66,10 +68,7 @@ def missing(history):
     explain, over the largest momentum."""
     dt = np.diff(history["time"])
     found = []
-    for gained, exerted in (
-        ("momentum_x", "force_0_x"), ("momentum_y", "force_0_y"),
-        ("moment_of_momentum", "torque_origin_0"),
-    ):  # fmt: skip
+    for gained, exerted in BALANCES.items():
         change = np.diff(history[gained]) - dt * history[exerted][1:]
         found.append(np.abs(change).max() / np.abs(history[gained]).max())
     return found
@@ -82,22 +81,20 @@ def draw(result, path):
     io.write_xdmf(path.with_suffix(".xdmf"), result.mesh, [u, result.steps.velocity])
     if result.mesh.comm.rank > 0:
         return
-    figure, (left, middle, right) = drawing.pyplot().subplots(
-        1, 3, figsize=(11.0, 3.2), layout="constrained", width_ratios=[1.6, 1.0, 1.0]
-    )
+    options = {"figsize": (11.0, 3.2), "width_ratios": [1.6, 1.0, 1.0]}
+    plt = drawing.pyplot()
+    figure, (left, middle, right) = plt.subplots(1, 3, layout="constrained", **options)
     for k, (_, (x, moved, mises)) in enumerate(cells[:: len(cells) // 5][:5]):
         at = x[..., :2] + moved + [1.3 * k, 0.0]
         colours = drawing.draw_field(left, at, mises, top=TOP)
     left.axhline(0.0, color=drawing.EXACT)
     left.set(aspect="equal", xticks=[])
     figure.colorbar(colours, ax=left, label="von Mises stress", shrink=0.6)
-    for name in ("momentum_x", "momentum_y", "moment_of_momentum"):
+    for name in BALANCES:
         middle.plot(h["time"], h[name], label=name.replace("_", " "))
-    taken = h["friction_work"]
-    for values, label in ((h["kinetic"], "kinetic"), (h["elastic"], "elastic"),
-                          (taken, "friction")):  # fmt: skip
-        right.plot(h["time"], values, label=label)
-    right.plot(h["time"], h["kinetic"] + h["elastic"] + taken, color=drawing.EXACT)
+    for name in PARTS:
+        right.plot(h["time"], h[name], label=name.replace("_", " "))
+    right.plot(h["time"], sum(h[name] for name in PARTS), color=drawing.EXACT)
     for axes in (middle, right):
         axes.set(xlabel="time")
         axes.legend(fontsize=7)
@@ -116,14 +113,14 @@ def main(arguments=None):
     report, refined = common.Report(MPI.COMM_WORLD), 2 if args.fine else 1
     args.output.mkdir(parents=True, exist_ok=True)
     file = args.output / "spinning_ring.csv"
-    result = throw(MPI.COMM_WORLD, refined * args.size, args.end, args.dt / refined, file)
+    n, dt = refined * args.size, args.dt / refined
+    result = throw(MPI.COMM_WORLD, n, args.end, dt, file)
     h = result.history
     report.effort(result.contact, result.iterations, result.steps.halvings)
-    for name, lack in zip(("momentum x", "momentum y", "its moment"), missing(h)):
+    for name, lack in zip(BALANCES, missing(h)):
         report.add(f"1 + missing {name}", 1.0 + lack, 1.0, 1e-7)
-    whole = h["kinetic"] + h["elastic"] + h["friction_work"]
+    whole = sum(h[name] for name in PARTS)
     report.add("energy with that of friction", whole[-1], whole[0], 0.03)
-    report.add("spin that is left", h["moment_of_momentum"][-1], h["moment_of_momentum"][0])
     draw(result, args.output / "spinning_ring.png")
     return report.finish("exact")
 

@@ -99,9 +99,7 @@ def two_bars(scheme, mass, cfl=1.0, E=1.0, rho=1.0, v=0.01, time=3.0, n=50, **op
 def run(scene, problem, inertia, **options):
     """Run time steps with a history."""
     history = raymortar.History(problem)
-    steps = dynamics.TimeSteps(
-        problem.snes_solver, inertia, history=history, **options
-    )
+    steps = dynamics.TimeSteps(problem.snes_solver, inertia, history=history, **options)
     axis = "xyz"[scene.d - 1]
     done = steps.run()
     return SimpleNamespace(
@@ -122,7 +120,9 @@ def by_bar(scene, v):
     return found
 
 
-def dropped(scheme, mass, n=40, cfl=1.0, end=1.5, E=900.0, v=-10.0, solver=None, **options):
+def dropped(
+    scheme, mass, n=40, cfl=1.0, end=1.5, E=900.0, v=-10.0, solver=None, **options
+):
     """A bar of length 10 that falls on a plane 5 below it, with a wave speed of 30."""
     scene = bars(n=n, length=10.0, lower=False, gap=5.0)
     d = scene.d
@@ -130,9 +130,7 @@ def dropped(scheme, mass, n=40, cfl=1.0, end=1.5, E=900.0, v=-10.0, solver=None,
     floor = raymortar.rigid.Plane(np.zeros(d), np.eye(d)[-1])
     contact = raymortar.Contact(scene.u, scene.facets, [(SLAVE, floor)])
     problem = raymortar.NonlinearProblem(residual, contact)
-    inertia = dynamics.Inertia(
-        ufl.inner(scene.a, scene.v) * ufl.dx, contact, mass
-    )
+    inertia = dynamics.Inertia(ufl.inner(scene.a, scene.v) * ufl.dx, contact, mass)
     options = {"velocity": moving(scene, lambda z: v + 0.0 * z)} | options
     dt = cfl * 10.0 / n / np.sqrt(E)
     return run(

@@ -44,7 +44,9 @@ def test_consistent_mass_multiplies_the_energy():
 
 @pytest.mark.parametrize("cell", ["triangle", "tetrahedron", "hexahedron"])
 def test_bars_of_other_cells_exchange_their_velocities(cell):
-    found = moving.two_bars(Newmark(), "nearest", 1.0, time=2.5, n=20, cell=cell, heads=1)
+    found = moving.two_bars(
+        Newmark(), "nearest", 1.0, time=2.5, n=20, cell=cell, heads=1
+    )
     assert abs(in_contact(found).mean() - 1.0) <= 0.01
     assert abs(found.energy[-1] - 1.0) <= 5e-3
     assert worst(found.momentum) <= 1e-12

@@ -183,9 +183,7 @@ class Account:
     def _stored_at(self, end: End) -> float | None:
         """Stored energy at the end of a step, which may have been solved for its
         middle."""
-        if self._energy is None or not isinstance(
-            self._motion.scheme, Midpoint
-        ):
+        if self._energy is None or not isinstance(self._motion.scheme, Midpoint):
             return self._stored()
         with self._motion.at(end.u):
             return self._stored()

@@ -94,7 +94,9 @@ class Inertia:
 
     def _check(self) -> None:
         """Raise unless each form is bilinear in one space."""
-        wanted = "a bilinear form in trial and test function of the displacement's space"
+        wanted = (
+            "a bilinear form in trial and test function of the displacement's space"
+        )
         if all(one is None for one in self._forms):
             raise ContactError(f"form must be {wanted}")
         for one in self._forms:

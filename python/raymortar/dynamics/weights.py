@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-
 import numpy as np
 
 from ..compat import Array
@@ -16,8 +15,6 @@ SPREAD = 0.1
 
 # Of a weight, the part that is rounding error
 NOTHING = 1e-14
-
-
 
 
 def nearest_weights(x: Array, neighbours: Array) -> Array | None:

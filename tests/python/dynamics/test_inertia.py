@@ -14,7 +14,8 @@ from raymortar.dynamics.massless import massless_nodes
 
 RHO = 7.85
 ALL = pytest.mark.mpi(
-    where=lambda cell, degree, **_: (cell, degree) in [("triangle", 2), ("hexahedron", 1)]
+    where=lambda cell, degree, **_: (cell, degree)
+    in [("triangle", 2), ("hexahedron", 1)]
 )
 
 
@@ -45,7 +46,9 @@ def affine_fields(u):
     n, d = V.dofmap.index_map.size_local, V.mesh.geometry.dim
     x = V.tabulate_dof_coordinates()[:n, :d]
     ones = [np.tile(axis, (n, 1)) for axis in np.eye(d)]
-    return [f.ravel() for f in ones + [x[:, [j]] * one for j in range(d) for one in ones]]
+    return [
+        f.ravel() for f in ones + [x[:, [j]] * one for j in range(d) for one in ones]
+    ]
 
 
 def moments(inertia, fields):

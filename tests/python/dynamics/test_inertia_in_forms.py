@@ -48,7 +48,8 @@ def test_inertia_is_told_once(more):
         lambda u, old, v: 3.0 * ufl.inner(u, v) * ufl.dx,  # springs
         lambda u, old, v: ufl.inner(old, v) * ufl.dx,  # a load
         lambda u, old, v: 3.0 * ufl.inner(u - old, v) * ufl.ds,  # dashpots
-        lambda u, old, v: ufl.inner(ufl.grad(u - old), ufl.grad(v)) * ufl.dx,  # viscosity
+        lambda u, old, v: ufl.inner(ufl.grad(u - old), ufl.grad(v))
+        * ufl.dx,  # viscosity
     ],
     ids=["springs", "load", "dashpots", "viscosity"],
 )

@@ -42,7 +42,6 @@ def layer(height=1.5, free=("x", "y", "r"), friction=None, E=400.0, **options):
     return scene
 
 
-
 def steps_of(scene, scheme, dt, end, apply=None, **options):
     return dynamics.TimeSteps(
         scene.problem.snes_solver, scene.inertia, apply, end=end, dt=dt, scheme=scheme,

@@ -11,7 +11,14 @@ from dolfinx import fem
 from problems import COMM, worst
 
 import raymortar
-from raymortar import Checkpoint, ContactError, ConvergenceError, SNESSolver, dynamics, rigid
+from raymortar import (
+    Checkpoint,
+    ContactError,
+    ConvergenceError,
+    SNESSolver,
+    dynamics,
+    rigid,
+)
 from raymortar.dynamics import Adaptive, GeneralizedAlpha, Midpoint, Newmark
 from raymortar.dynamics.motion import Motion
 from raymortar.dynamics.moving_volume import MovingVolume
@@ -29,9 +36,7 @@ def beam(gap=5.0, n=6, held=True, speed=(0.3, -0.2), friction=None, E=20.0, **op
     residual = strips.neo_hookean(scene.u, E)
     bcs = []
     if held:
-        bcs.append(
-            raymortar.tools.prescribe(scene.V, scene.facets.find(moving.HEAD))
-        )
+        bcs.append(raymortar.tools.prescribe(scene.V, scene.facets.find(moving.HEAD)))
     scene.problem = raymortar.NonlinearProblem(residual, contact, bcs)
     scene.contact = contact
     form = ufl.inner(scene.a, scene.v) * ufl.dx
@@ -209,7 +214,10 @@ def test_a_run_goes_on_from_a_checkpoint(scheme, folder):
 
     def checkpoint(scene, steps):
         return Checkpoint(
-            scene.problem, folder / "motion.chk", more=steps.fields, history=scene.history
+            scene.problem,
+            folder / "motion.chk",
+            more=steps.fields,
+            history=scene.history,
         )
 
     one = model()
