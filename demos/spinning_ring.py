@@ -22,16 +22,13 @@ from meshes.discs import ring_blocks
 from meshes.meshing import assemble_blocks
 from raymortar import dynamics, io, rigid, tools
 
-# Any consistent units; Young's modulus over the density is the square of a speed
+# Any consistent units
 E, NU, DENSITY, FRICTION = 2000.0, 0.3, 1.0, 0.4
 RADII, HEIGHT, SPEED, SPIN = (0.35, 0.5), 0.6, 6.0, -15.0
 SURFACE, FRAMES, TOP = 1, 40, 400.0
 PARTS = "kinetic", "elastic", "friction_work"
-BALANCES = {
-    "momentum_x": "force_0_x",
-    "momentum_y": "force_0_y",
-    "moment_of_momentum": "torque_origin_0",
-}
+GAINED = "momentum_x", "momentum_y", "moment_of_momentum"
+EXERTED = "force_0_x", "force_0_y", "torque_origin_0"
 
 
 def throw(comm, n, end, dt, file=None):
@@ -49,26 +46,20 @@ def throw(comm, n, end, dt, file=None):
     inertia = dynamics.Inertia(DENSITY * ufl.inner(a, v) * ufl.dx, contact)
     history = raymortar.History(problem, file, axes={"origin": (0.0, 0.0)})
     start = fem.Function(V)
-    start.interpolate(
-        lambda x: np.vstack([-SPIN * (x[1] - HEIGHT), SPIN * x[0] - SPEED])
-    )
+    at_rest = np.array([[SPEED / SPIN], [HEIGHT]])
+    start.interpolate(lambda x: SPIN * ((x[:2] - at_rest) * [[1.0], [-1.0]])[::-1])
     steps = dynamics.TimeSteps(
         problem.snes_solver, inertia, end=end, dt=dt, scheme=dynamics.Midpoint(),
         velocity=start, energy=material.energy(u, 2), history=history,
     )  # fmt: skip
     kept, iterations = common.follow(steps, u, FRAMES)
-    return SimpleNamespace(
-        mesh=mesh, u=u, contact=contact, kept=kept, history=history, steps=steps,
-        material=material, iterations=iterations,
-    )  # fmt: skip
+    return SimpleNamespace(**locals())
 
 
 def missing(history):
-    """Largest part of the change of momentum, and of its moment, that contact does not
-    explain, over the largest momentum."""
-    dt = np.diff(history["time"])
-    found = []
-    for gained, exerted in BALANCES.items():
+    """Largest change of momentum, and of its moment, beside contact's, over the largest."""
+    dt, found = np.diff(history["time"]), []
+    for gained, exerted in zip(GAINED, EXERTED):
         change = np.diff(history[gained]) - dt * history[exerted][1:]
         found.append(np.abs(change).max() / np.abs(history[gained]).max())
     return found
@@ -82,22 +73,23 @@ def draw(result, path):
     if result.mesh.comm.rank > 0:
         return
     options = {"figsize": (11.0, 3.2), "width_ratios": [1.6, 1.0, 1.0]}
-    plt = drawing.pyplot()
-    figure, (left, middle, right) = plt.subplots(1, 3, layout="constrained", **options)
-    for k, (_, (x, moved, mises)) in enumerate(cells[:: len(cells) // 5][:5]):
-        at = x[..., :2] + moved + [1.3 * k, 0.0]
-        colours = drawing.draw_field(left, at, mises, top=TOP)
+    figure, axes = drawing.pyplot().subplots(1, 3, layout="constrained", **options)
+    left, middle, right = axes
+    for k, (_, (x, v, mises)) in enumerate(cells[:: len(cells) // 5][:5]):
+        colours = drawing.draw_field(
+            left, x[..., :2] + v + [1.3 * k, 0.0], mises, top=TOP
+        )
     left.axhline(0.0, color=drawing.EXACT)
     left.set(aspect="equal", xticks=[])
     figure.colorbar(colours, ax=left, label="von Mises stress", shrink=0.6)
-    for name in BALANCES:
+    for name in GAINED:
         middle.plot(h["time"], h[name], label=name.replace("_", " "))
     for name in PARTS:
         right.plot(h["time"], h[name], label=name.replace("_", " "))
     right.plot(h["time"], sum(h[name] for name in PARTS), color=drawing.EXACT)
-    for axes in (middle, right):
-        axes.set(xlabel="time")
-        axes.legend(fontsize=7)
+    for one in (middle, right):
+        one.set(xlabel="time")
+        one.legend(fontsize=7)
     figure.savefig(path)
     frames = [(at, (x[..., :2] + moved, mises)) for at, (x, moved, mises) in cells]
     drawing.animate(path.with_suffix(".gif"), frames, (-0.8, 1.6, -0.1, 1.4), TOP)
@@ -112,14 +104,12 @@ def main(arguments=None):
     args = parser.parse_args(arguments)
     report, refined = common.Report(MPI.COMM_WORLD), 2 if args.fine else 1
     args.output.mkdir(parents=True, exist_ok=True)
-    file = args.output / "spinning_ring.csv"
     n, dt = refined * args.size, args.dt / refined
-    result = throw(MPI.COMM_WORLD, n, args.end, dt, file)
-    h = result.history
+    result = throw(MPI.COMM_WORLD, n, args.end, dt, args.output / "spinning_ring.csv")
     report.effort(result.contact, result.iterations, result.steps.halvings)
-    for name, lack in zip(BALANCES, missing(h)):
+    for name, lack in zip(GAINED, missing(result.history)):
         report.add(f"1 + missing {name}", 1.0 + lack, 1.0, 1e-7)
-    whole = sum(h[name] for name in PARTS)
+    whole = sum(result.history[name] for name in PARTS)
     report.add("energy with that of friction", whole[-1], whole[0], 0.03)
     draw(result, args.output / "spinning_ring.png")
     return report.finish("exact")

@@ -173,11 +173,11 @@ def moves(demo, folder, *arguments):
 
 @pytest.mark.mpi
 def test_two_bars_exchange_their_velocities(folder):
-    moves(two_bars, folder, "--size", "10")
+    moves(two_bars, folder, "--size", "16")
 
 
 def test_a_ball_keeps_its_energy(folder):
-    moves(bouncing_ball, folder, "--size", "4", "--end", "0.45")
+    moves(bouncing_ball, folder, "--size", "6", "--end", "0.4")
 
 
 def test_a_ring_loses_its_spin_to_friction(folder):
