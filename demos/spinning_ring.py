@@ -1,8 +1,7 @@
 """Spinning ring: a ring of rubber hits a rigid floor, and friction takes its spin (2D).
 
 Friction turns spin into speed along the floor, as with a ball that has topspin. What the
-ring loses in moment of momentum is what friction and pressure exert about the same
-point, to rounding: the midpoint rule keeps it.
+ring loses in moment of momentum is what contact exerts: the midpoint rule keeps it.
 """
 
 import sys
@@ -23,7 +22,7 @@ from meshes.meshing import assemble_blocks
 from raymortar import dynamics, io, rigid, tools
 
 # Any consistent units
-E, NU, DENSITY, FRICTION = 2000.0, 0.3, 1.0, 0.4
+E, NU, DENSITY, FRICTION, DT = 2000.0, 0.3, 1.0, 0.4, 1e-3
 RADII, HEIGHT, SPEED, SPIN = (0.35, 0.5), 0.6, 6.0, -15.0
 SURFACE, FRAMES, TOP = 1, 40, 400.0
 PARTS = "kinetic", "elastic", "friction_work"
@@ -53,12 +52,15 @@ def throw(comm, n, end, dt, file=None):
         velocity=start, energy=material.energy(u, 2), history=history,
     )  # fmt: skip
     kept, iterations = common.follow(steps, u, FRAMES)
-    return SimpleNamespace(**locals())
+    return SimpleNamespace(
+        mesh=mesh, u=u, contact=contact, kept=kept, history=history, steps=steps,
+        material=material, iterations=iterations,
+    )  # fmt: skip
 
 
 def missing(history):
     """Largest change of momentum, and of its moment, beside contact's, over the largest."""
-    dt, found = np.diff(history["time"]), []
+    found, dt = [], np.diff(history["time"])
     for gained, exerted in zip(GAINED, EXERTED):
         change = np.diff(history[gained]) - dt * history[exerted][1:]
         found.append(np.abs(change).max() / np.abs(history[gained]).max())
@@ -100,11 +102,10 @@ def main(arguments=None):
     parser = common.options("spinning_ring", __doc__)
     parser.add_argument("--size", type=int, default=10, help="facets of a quarter")
     parser.add_argument("--end", type=float, default=0.3, help="last time")
-    parser.add_argument("--dt", type=float, default=1e-3, help="time step")
     args = parser.parse_args(arguments)
     report, refined = common.Report(MPI.COMM_WORLD), 2 if args.fine else 1
     args.output.mkdir(parents=True, exist_ok=True)
-    n, dt = refined * args.size, args.dt / refined
+    n, dt = refined * args.size, DT / refined
     result = throw(MPI.COMM_WORLD, n, args.end, dt, args.output / "spinning_ring.csv")
     report.effort(result.contact, result.iterations, result.steps.halvings)
     for name, lack in zip(GAINED, missing(result.history)):
