@@ -28,7 +28,7 @@ SURFACE = 1
 FRAMES, TOP = 40, 120.0
 
 
-def fall(comm, n, end, dt, scheme=None, file=None, mass="nearest", report=None):
+def fall(comm, n, end, dt, scheme=None, file=None, mass="nearest"):
     """Let the ball fall from a height above the floor."""
     blocks = disc_blocks(n, RADIUS, SURFACE, (0.0, RADIUS + HEIGHT))
     mesh, cells, facets = assemble_blocks(comm, blocks, "quadrilateral")
@@ -48,12 +48,7 @@ def fall(comm, n, end, dt, scheme=None, file=None, mass="nearest", report=None):
         problem.snes_solver, inertia, end=end, dt=dt, energy=energy, history=history,
         scheme=scheme or dynamics.Newmark(),
     )  # fmt: skip
-    kept, every = [(0.0, u.x.array.copy())], end / FRAMES
-    iterations = []
-    for step in steps:
-        iterations.append(step.iterations)
-        if step.time >= len(kept) * every - 1e-9:
-            kept.append((step.time, u.x.array.copy()))
+    kept, iterations = common.follow(steps, u, FRAMES)
     return SimpleNamespace(
         scene=Scene(mesh, cells, facets, {}, {}), u=u, contact=contact, kept=kept,
         history=history, steps=steps, material=material, iterations=iterations,
@@ -65,12 +60,6 @@ def balance(history):
     whole = DENSITY * np.pi * RADIUS**2 * GRAVITY * HEIGHT
     parts = history["kinetic"], history["elastic"], whole - history["external_work"]
     return history["time"], np.array(parts) / whole
-
-
-def bounces(history):
-    """How often the ball has left the floor."""
-    touches = history["force_0_y"] > 0.0
-    return int(np.count_nonzero(touches[:-1] & ~touches[1:]))
 
 
 def draw(result, path):
@@ -118,7 +107,6 @@ def main(arguments=None):
         MPI.COMM_WORLD, refined * args.size, args.end, args.dt / refined, file=file
     )
     report.effort(result.contact, result.iterations, result.steps.halvings)
-    report.say(f"{bounces(result.history)} bounces")
     whole = balance(result.history)[1].sum(axis=0)
     report.add("largest energy over the first", whole.max(), 1.0, 0.01)
     report.add("least energy over the first", whole.min(), 1.0, 0.01)

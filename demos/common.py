@@ -17,6 +17,7 @@ from raymortar.discretization.gathering import gather
 
 __all__ = [
     "Report",
+    "follow",
     "gather_nodes",
     "options",
     "pressure_field",
@@ -40,6 +41,20 @@ def options(name: str, description: str) -> argparse.ArgumentParser:
     )
     parser.add_argument("--fine", action="store_true", help="a finer mesh")
     return parser
+
+
+# Motion
+
+
+def follow(steps, u, frames):
+    """Run time steps; return u at some times, as (time, array), and the iterations."""
+    begin, end = steps.path
+    kept, iterations = [(begin, u.x.array.copy())], []
+    for step in steps:
+        iterations.append(step.iterations)
+        if step.time >= begin + len(kept) * (end - begin) / frames - 1e-9:
+            kept.append((step.time, u.x.array.copy()))
+    return kept, iterations
 
 
 # Tables

@@ -1,8 +1,7 @@
 """Spinning ring: a ring of rubber hits a rigid floor, and friction takes its spin (2D).
 
 Friction turns spin into speed along the floor, as with a ball that has topspin. What the
-ring loses in moment of momentum is what friction and pressure exert about the same
-point, to rounding: the midpoint rule keeps it.
+ring loses in moment of momentum is what contact exerts: the midpoint rule keeps it.
 """
 
 import sys
@@ -22,10 +21,13 @@ from meshes.discs import ring_blocks
 from meshes.meshing import assemble_blocks
 from raymortar import dynamics, io, rigid, tools
 
-# Any consistent units; Young's modulus over the density is the square of a speed
-E, NU, DENSITY, FRICTION = 2000.0, 0.3, 1.0, 0.4
+# Any consistent units
+E, NU, DENSITY, FRICTION, DT = 2000.0, 0.3, 1.0, 0.4, 1e-3
 RADII, HEIGHT, SPEED, SPIN = (0.35, 0.5), 0.6, 6.0, -15.0
 SURFACE, FRAMES, TOP = 1, 40, 400.0
+PARTS = "kinetic", "elastic", "friction_work"
+GAINED = "momentum_x", "momentum_y", "moment_of_momentum"
+EXERTED = "force_0_x", "force_0_y", "torque_origin_0"
 
 
 def throw(comm, n, end, dt, file=None):
@@ -43,18 +45,13 @@ def throw(comm, n, end, dt, file=None):
     inertia = dynamics.Inertia(DENSITY * ufl.inner(a, v) * ufl.dx, contact)
     history = raymortar.History(problem, file, axes={"origin": (0.0, 0.0)})
     start = fem.Function(V)
-    start.interpolate(
-        lambda x: np.vstack([-SPIN * (x[1] - HEIGHT), SPIN * x[0] - SPEED])
-    )
+    at_rest = np.array([[SPEED / SPIN], [HEIGHT]])
+    start.interpolate(lambda x: SPIN * ((x[:2] - at_rest) * [[1.0], [-1.0]])[::-1])
     steps = dynamics.TimeSteps(
         problem.snes_solver, inertia, end=end, dt=dt, scheme=dynamics.Midpoint(),
         velocity=start, energy=material.energy(u, 2), history=history,
     )  # fmt: skip
-    kept, iterations = [(0.0, u.x.array.copy())], []
-    for step in steps:
-        iterations.append(step.iterations)
-        if step.time >= len(kept) * end / FRAMES - 1e-9:
-            kept.append((step.time, u.x.array.copy()))
+    kept, iterations = common.follow(steps, u, FRAMES)
     return SimpleNamespace(
         mesh=mesh, u=u, contact=contact, kept=kept, history=history, steps=steps,
         material=material, iterations=iterations,
@@ -62,14 +59,9 @@ def throw(comm, n, end, dt, file=None):
 
 
 def missing(history):
-    """Largest part of the change of momentum, and of its moment, that contact does not
-    explain, over the largest momentum."""
-    dt = np.diff(history["time"])
-    found = []
-    for gained, exerted in (
-        ("momentum_x", "force_0_x"), ("momentum_y", "force_0_y"),
-        ("moment_of_momentum", "torque_origin_0"),
-    ):  # fmt: skip
+    """Largest change of momentum, and of its moment, beside contact's, over the largest."""
+    found, dt = [], np.diff(history["time"])
+    for gained, exerted in zip(GAINED, EXERTED):
         change = np.diff(history[gained]) - dt * history[exerted][1:]
         found.append(np.abs(change).max() / np.abs(history[gained]).max())
     return found
@@ -82,25 +74,24 @@ def draw(result, path):
     io.write_xdmf(path.with_suffix(".xdmf"), result.mesh, [u, result.steps.velocity])
     if result.mesh.comm.rank > 0:
         return
-    figure, (left, middle, right) = drawing.pyplot().subplots(
-        1, 3, figsize=(11.0, 3.2), layout="constrained", width_ratios=[1.6, 1.0, 1.0]
-    )
-    for k, (_, (x, moved, mises)) in enumerate(cells[:: len(cells) // 5][:5]):
-        at = x[..., :2] + moved + [1.3 * k, 0.0]
-        colours = drawing.draw_field(left, at, mises, top=TOP)
+    options = {"figsize": (11.0, 3.2), "width_ratios": [1.6, 1.0, 1.0]}
+    figure, axes = drawing.pyplot().subplots(1, 3, layout="constrained", **options)
+    left, middle, right = axes
+    for k, (_, (x, v, mises)) in enumerate(cells[:: len(cells) // 5][:5]):
+        colours = drawing.draw_field(
+            left, x[..., :2] + v + [1.3 * k, 0.0], mises, top=TOP
+        )
     left.axhline(0.0, color=drawing.EXACT)
     left.set(aspect="equal", xticks=[])
     figure.colorbar(colours, ax=left, label="von Mises stress", shrink=0.6)
-    for name in ("momentum_x", "momentum_y", "moment_of_momentum"):
+    for name in GAINED:
         middle.plot(h["time"], h[name], label=name.replace("_", " "))
-    taken = h["friction_work"]
-    for values, label in ((h["kinetic"], "kinetic"), (h["elastic"], "elastic"),
-                          (taken, "friction")):  # fmt: skip
-        right.plot(h["time"], values, label=label)
-    right.plot(h["time"], h["kinetic"] + h["elastic"] + taken, color=drawing.EXACT)
-    for axes in (middle, right):
-        axes.set(xlabel="time")
-        axes.legend(fontsize=7)
+    for name in PARTS:
+        right.plot(h["time"], h[name], label=name.replace("_", " "))
+    right.plot(h["time"], sum(h[name] for name in PARTS), color=drawing.EXACT)
+    for one in (middle, right):
+        one.set(xlabel="time")
+        one.legend(fontsize=7)
     figure.savefig(path)
     frames = [(at, (x[..., :2] + moved, mises)) for at, (x, moved, mises) in cells]
     drawing.animate(path.with_suffix(".gif"), frames, (-0.8, 1.6, -0.1, 1.4), TOP)
@@ -111,19 +102,16 @@ def main(arguments=None):
     parser = common.options("spinning_ring", __doc__)
     parser.add_argument("--size", type=int, default=10, help="facets of a quarter")
     parser.add_argument("--end", type=float, default=0.3, help="last time")
-    parser.add_argument("--dt", type=float, default=1e-3, help="time step")
     args = parser.parse_args(arguments)
     report, refined = common.Report(MPI.COMM_WORLD), 2 if args.fine else 1
     args.output.mkdir(parents=True, exist_ok=True)
-    file = args.output / "spinning_ring.csv"
-    result = throw(MPI.COMM_WORLD, refined * args.size, args.end, args.dt / refined, file)
-    h = result.history
+    n, dt = refined * args.size, DT / refined
+    result = throw(MPI.COMM_WORLD, n, args.end, dt, args.output / "spinning_ring.csv")
     report.effort(result.contact, result.iterations, result.steps.halvings)
-    for name, lack in zip(("momentum x", "momentum y", "its moment"), missing(h)):
+    for name, lack in zip(GAINED, missing(result.history)):
         report.add(f"1 + missing {name}", 1.0 + lack, 1.0, 1e-7)
-    whole = h["kinetic"] + h["elastic"] + h["friction_work"]
+    whole = sum(result.history[name] for name in PARTS)
     report.add("energy with that of friction", whole[-1], whole[0], 0.03)
-    report.add("spin that is left", h["moment_of_momentum"][-1], h["moment_of_momentum"][0])
     draw(result, args.output / "spinning_ring.png")
     return report.finish("exact")
 

@@ -12,6 +12,7 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "demos"))
 
 import assembly  # noqa: E402
 import blocks_3d  # noqa: E402
+import bouncing_ball  # noqa: E402
 import brake  # noqa: E402
 import crushed_ring  # noqa: E402
 import forming  # noqa: E402
@@ -28,7 +29,9 @@ import return_mapping  # noqa: E402
 import rolling  # noqa: E402
 import shells  # noqa: E402
 import snap_through  # noqa: E402
+import spinning_ring  # noqa: E402
 import tied_cantilever  # noqa: E402
+import two_bars  # noqa: E402
 
 COMM = MPI.COMM_WORLD
 
@@ -185,3 +188,22 @@ def test_a_demo_that_is_off_fails():
     report = hertz_cylinder.common.Report(COMM)
     report.add("peak", 1.05, 1.0, 0.03)
     assert report.finish() == 1
+
+
+def moves(demo, folder, *arguments):
+    """Run a demo of motion, which leaves an animation too."""
+    run(demo, folder, *arguments)
+    assert (folder / f"{demo.__name__}.gif").stat().st_size > 0
+
+
+@pytest.mark.mpi
+def test_two_bars_exchange_their_velocities(folder):
+    moves(two_bars, folder, "--size", "16")
+
+
+def test_a_ball_keeps_its_energy(folder):
+    moves(bouncing_ball, folder, "--size", "6", "--end", "0.4")
+
+
+def test_a_ring_loses_its_spin_to_friction(folder):
+    moves(spinning_ring, folder, "--size", "6", "--end", "0.06")

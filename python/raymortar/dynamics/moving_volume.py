@@ -30,8 +30,8 @@ class MovingVolume:
     """
 
     def __init__(self, problem: CoupledProblem, motion: Motion) -> None:
-        self._problem, self._motion = problem, motion
-        self.given = problem.volume
+        self._problem: Any = problem
+        self._motion, self.given = motion, self._problem.volume
         self.L, self.a, self.updated = self.given.L, self.given.a, self.given.updated
         self.has_several = self.given.has_several
         self._sum: Any = None

@@ -117,10 +117,6 @@ class TimePath(PrescribedPath):
         self._apply(self.factor + self._middle * dt, dt)
         self._started(dt)
 
-    def set_loads_of_end(self) -> None:
-        """Set the loads of the end of the solved step."""
-        self._apply(self.next, self.next - self.factor)
-
     def reached(self) -> None:
         """Take over the end of a solved step, before its results are recorded."""
         self._solved()

@@ -280,7 +280,7 @@ class TimeSteps(LoadSteps):
         """Go over to the end of a recorded step."""
         path, unknowns = self._path, self._problem.contact.unknowns
         if isinstance(self.scheme, Midpoint):
-            path.set_loads_of_end()
+            self._apply(path.factor, self.motion.dt)
         lacking = unknowns.lacking(self._problem.bcs)
         prescribed = unknowns.owned_values() + lacking.owned
         self.motion.accept(self._end, (lacking.fixed, prescribed))
@@ -289,7 +289,9 @@ class TimeSteps(LoadSteps):
 
     def _accepted(self, *results: Any) -> LoadStep:
         energy = self._account.now if self._accounts else None
-        return TimeStep(*results, dt=self.motion.dt, energy=energy)
+        step = TimeStep(*results)
+        step.dt, step.energy = self.motion.dt, energy
+        return step
 
     # Solves
 

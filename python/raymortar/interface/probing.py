@@ -90,8 +90,8 @@ class VolumePattern:
         next tangent."""
         n = len(self.offsets) - 1
         offsets, columns, _ = A.getValuesCSR()
-        counts = np.diff(self.offsets), np.diff(offsets)[:n]
-        rows = np.concatenate([np.repeat(np.arange(n), count) for count in counts])
+        both = np.diff(self.offsets), np.diff(offsets)[:n]
+        rows = np.concatenate([np.repeat(np.arange(n), count) for count in both])
         pairs = np.column_stack([rows, np.concatenate([self.columns, columns])])
         rows, self.columns = np.unique(pairs, axis=0).T.astype(np.int32)
         counts = np.bincount(rows, minlength=n)
