@@ -43,11 +43,14 @@ class Pressed:
         return CondensedProblem(self.F, self.u, self.contact, self.bcs)
 
 
-def pressed(cell, degree=1, mu=None, material="neo-hookean", overhang=0.0, **options):
-    """Make the blocks; overhang is how far the upper one is beside the lower."""
+def pressed(
+    cell, degree=1, mu=None, material="neo-hookean", overhang=0.0, lower=1.3, **options
+):
+    """Make the blocks; overhang is how far the upper one is beside the lower, of a
+    width."""
     dim = DIMENSION[cell]
     scene = two_blocks(
-        COMM, dim, cell, 3, 4, lower_size=1.3, upper_size=1.0, overhang=overhang
+        COMM, dim, cell, 3, 4, lower_size=lower, upper_size=1.0, overhang=overhang
     )
     V = compat.vector_space(scene.mesh, degree)
     u = fem.Function(V)
