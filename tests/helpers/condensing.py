@@ -19,6 +19,7 @@ from raymortar import (
     Coulomb,
     NonlinearProblem,
     compat,
+    rigid,
 )
 
 DUAL = AugmentedLagrangian(condition="nodes", multiplier="dual")
@@ -61,6 +62,21 @@ def pressed(
     contact = Contact(u, scene.facet_tags, [tags], DUAL, friction, **options)
     bcs = [fix(V, scene, "bottom"), fix(V, scene, "top", None, load)]
     return Pressed(u, contact, load, F, bcs, scene)
+
+
+def indented(degree=1, mu=None, **options):
+    """A block that a rigid circle is pressed into; and the circle."""
+    scene = two_blocks(COMM, 2, "quadrilateral", 3, 10)
+    V = compat.vector_space(scene.mesh, degree)
+    u = fem.Function(V)
+    F, _, _ = residual(scene, u, "neo-hookean", 1.0)
+    tip = rigid.Body(rigid.Circle((0.5, 2.5), 0.5))
+    friction = None if mu is None else Coulomb(mu)
+    pairs = [(scene.tags["top"], tip)]
+    contact = Contact(u, scene.facet_tags, pairs, DUAL, friction, **options)
+    bcs = [fix(V, scene, "bottom"), fix(V, scene, "slave")]
+    load = fem.Constant(scene.mesh, np.zeros(2))
+    return Pressed(u, contact, load, F, bcs, scene), tip
 
 
 def newton(problem, rtol=1e-12, most=25):

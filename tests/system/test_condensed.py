@@ -6,7 +6,7 @@ from petsc4py import PETSc
 
 import numpy as np
 import pytest
-from condensing import DUAL, newton, pressed
+from condensing import DUAL, indented, newton, pressed
 from problems import COMM, fix
 
 from raymortar import (
@@ -144,6 +144,23 @@ def test_snes_solves_it():
     known = pressed("triangle", 1, 0.3)
     expected = path(known, SNESSolver(known.coupled()).solve)[-1][0]
     np.testing.assert_allclose(blocks.u.x.array, expected, atol=1e-9)
+
+
+@pytest.mark.parametrize("degree, mu", [(1, 0.3), (2, None)])
+def test_rigid_tools(degree, mu):
+    """A circle leaves some nodes uncovered, and slides on."""
+    (one, first), (other, second) = (indented(degree, mu) for _ in range(2))
+    solver, condensed = SNESSolver(one.coupled()), other.condensed()
+    solver.snes.setTolerances(rtol=1e-13)
+    for down, aside in ((0.03, 0.0), (0.06, 0.0), (0.06, 0.004)):
+        for tip in (first, second):
+            tip.move((aside, -down))
+        solver.solve()
+        assert len(newton(condensed)) <= 12
+        np.testing.assert_allclose(other.u.x.array, one.u.x.array, atol=1e-11)
+        for blocks in (one, other):
+            blocks.contact.advance()
+    assert one.contact.resultant().force[1] < -0.03
 
 
 def test_slave_nodes_that_are_held():
