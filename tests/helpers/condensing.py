@@ -19,6 +19,7 @@ from raymortar import (
     Coulomb,
     NonlinearProblem,
     compat,
+    rigid,
 )
 
 DUAL = AugmentedLagrangian(condition="nodes", multiplier="dual")
@@ -43,11 +44,14 @@ class Pressed:
         return CondensedProblem(self.F, self.u, self.contact, self.bcs)
 
 
-def pressed(cell, degree=1, mu=None, material="neo-hookean", overhang=0.0, **options):
-    """Make the blocks; overhang is how far the upper one is beside the lower."""
+def pressed(
+    cell, degree=1, mu=None, material="neo-hookean", overhang=0.0, lower=1.3, **options
+):
+    """Make the blocks; overhang is how far the upper one is beside the lower, of a
+    width."""
     dim = DIMENSION[cell]
     scene = two_blocks(
-        COMM, dim, cell, 3, 4, lower_size=1.3, upper_size=1.0, overhang=overhang
+        COMM, dim, cell, 3, 4, lower_size=lower, upper_size=1.0, overhang=overhang
     )
     V = compat.vector_space(scene.mesh, degree)
     u = fem.Function(V)
@@ -58,6 +62,21 @@ def pressed(cell, degree=1, mu=None, material="neo-hookean", overhang=0.0, **opt
     contact = Contact(u, scene.facet_tags, [tags], DUAL, friction, **options)
     bcs = [fix(V, scene, "bottom"), fix(V, scene, "top", None, load)]
     return Pressed(u, contact, load, F, bcs, scene)
+
+
+def indented(degree=1, mu=None, **options):
+    """A block that a rigid circle is pressed into; and the circle."""
+    scene = two_blocks(COMM, 2, "quadrilateral", 3, 10)
+    V = compat.vector_space(scene.mesh, degree)
+    u = fem.Function(V)
+    F, _, _ = residual(scene, u, "neo-hookean", 1.0)
+    tip = rigid.Body(rigid.Circle((0.5, 2.5), 0.5))
+    friction = None if mu is None else Coulomb(mu)
+    pairs = [(scene.tags["top"], tip)]
+    contact = Contact(u, scene.facet_tags, pairs, DUAL, friction, **options)
+    bcs = [fix(V, scene, "bottom"), fix(V, scene, "slave")]
+    load = fem.Constant(scene.mesh, np.zeros(2))
+    return Pressed(u, contact, load, F, bcs, scene), tip
 
 
 def newton(problem, rtol=1e-12, most=25):

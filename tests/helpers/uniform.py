@@ -21,6 +21,7 @@ METHODS = {
     "vector": VECTOR,
     "nodes": AugmentedLagrangian(condition="nodes"),
     "nodes-vector": AugmentedLagrangian(multiplier="vector", condition="nodes"),
+    "dual": AugmentedLagrangian(multiplier="dual", condition="nodes"),
 }
 
 

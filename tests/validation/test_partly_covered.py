@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import states
 import ufl
+from condensing import DUAL, newton
 from dolfinx import fem
 from problems import (
     CELLS,
@@ -26,7 +27,14 @@ from tangents import remainders_of, slopes
 from uncovered import boundary_of, load_of_the_rest
 
 from meshes.scenes import two_blocks
-from raymortar import AugmentedLagrangian, Contact, NonlinearProblem, Penalty, compat
+from raymortar import (
+    AugmentedLagrangian,
+    CondensedProblem,
+    Contact,
+    NonlinearProblem,
+    Penalty,
+    compat,
+)
 
 FACTORS = (0.1, 1.0, 10.0)  # times E / h
 STIFF = 1000.0
@@ -132,7 +140,14 @@ def test_force_in_space(cell):
     assert max(iterations) <= 6
 
 
-def patch(cell, degree, parts, pressure):
+def patch(
+    cell,
+    degree,
+    parts,
+    pressure,
+    method=AugmentedLagrangian(1.0),
+    make=NonlinearProblem,
+):
     """A wide block on a narrow one, both under a pressure from above and below."""
     dim = DIMENSION[cell]
     width, below = (1.8, 3) if dim == 2 else (1.5, 2)
@@ -151,12 +166,12 @@ def patch(cell, degree, parts, pressure):
     load.value[-1, -1] = -pressure
     ds = boundary_of(F)
     pair = (scene.tags["slave"], scene.tags["master"])
-    contact = Contact(u, scene.facet_tags, [pair], AugmentedLagrangian(1.0))
+    contact = Contact(u, scene.facet_tags, [pair], method)
     f = load_of_the_rest(contact, ds)
     (v,) = F.arguments()
     F -= pressure * ufl.inner(f, v) * ds
     bcs = [*symmetry(V, scene), fix(V, scene, "bottom", dim - 1)]
-    problem = NonlinearProblem(F, contact, bcs)
+    problem = make(F, contact, bcs)
     return Problem(scene, u, contact, problem, "linear", moduli, load)
 
 
@@ -176,6 +191,27 @@ def test_patch_with_an_overhang(cell, rim, degree):
     covered = zone.cpp.covered_nodes() != 0
     lam = problem.contact.multiplier.x.array[zone.multiplier_nodes]
     assert worst(lam[covered] + pressure) <= 1e-9 * pressure
+    assert not covered.all() and not lam[~covered].any()
+
+
+@pytest.mark.parametrize("degree", [1, 2])
+@pytest.mark.parametrize("cell", CELLS)
+def test_condensed_patch_with_an_overhang(cell, degree):
+    """The same with dual functions of the covered parts, in the user's unknowns."""
+    pressure, parts = 0.01, (7, 4)[DIMENSION[cell] - 2]
+
+    def make(F, contact, bcs):
+        return CondensedProblem(F, contact.u, contact, bcs)
+
+    found = patch(cell, degree, parts, pressure, DUAL, make)
+    norms = newton(found.problem)
+    assert len(norms) <= 9
+    assert worst(found.stress() - found.load.value) <= 1e-10 * pressure
+    zone = found.contact.zones[0]
+    covered = zone.cpp.nodes()["status"] != states.NONE
+    lam = found.slave_multiplier()
+    up = np.eye(found.dim)[-1]
+    assert worst(lam[covered] - pressure * up) <= 1e-10 * pressure
     assert not covered.all() and not lam[~covered].any()
 
 

@@ -145,6 +145,8 @@ public:
 
   [[nodiscard]] std::vector<DualRate> all()
   {
+    if (not _motion and not moves(_state.measure))
+      return {};
     for (std::size_t e = 0; e < _state.elements.size(); ++e)
       if (_facets[at(_state.elements.slave[e])].varies and _points.take(e))
         add(e);
@@ -183,6 +185,8 @@ private:
     const typename SegmentMotion<D>::Element element{
         e, _points.shapes.alone(), size, _block.data(), couplings};
     const bool moves_along = _motion and has_moving_vertices(_state, e);
+    if (not moves_along and not moves(_state.measure))
+      return;
     _points.visit(e,
                   [&](std::size_t q)
                   {
@@ -194,7 +198,11 @@ private:
                   });
     if (moves_along)
       _motion->finish(element);
-    keep(e, target_of(_state, e), _block.data(), size);
+    if (moves_along)
+      return keep(e, target_of(_state, e), _block.data(), size);
+    keep(e, no_index, _block.data(), size);
+    auto& rows = _found.back().rows;
+    rows = rows.leftCols(_points.shapes.alone()).eval();
   }
 
   void keep(std::size_t e, Index target, const double* block, int size)

@@ -67,8 +67,9 @@ struct DualRate
 {
   Index slave;
   Index target; ///< master facet, or free tool; no_index: neither
-  /// Over the unknowns [slave | multiplier | target]: of each node and
-  /// component what m times the coefficients' change is, then the change of
+  /// Over the unknowns [slave | multiplier | target], or [slave | multiplier]
+  /// where points stay on it: of each node and component what m times the
+  /// coefficients' change is, then the change of
   /// - slack times area, for fixed share, plus that by the share
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> rows;
 };

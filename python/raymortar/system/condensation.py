@@ -27,7 +27,9 @@ def rows_of_tests(zone: ZoneData) -> Array:
     the displacement combine by them to those of the nodes [theory (4.23)]."""
     surface = zone.facets.slave_surface
     places = facet_nodes(surface.shape, surface.displacement_degree)
+    # They are multiples of 1/4: what is rounding would make neighbours of nodes
     values = shape_functions(surface.shape, zone.multiplier_degree, places)[0].T
+    values = np.round(4.0 * values) / 4.0
     if zone.multiplier_degree == 1:
         return values
     corners, middle = values[:2], values[2:]
@@ -111,7 +113,7 @@ class Condensation:
         matrix = PETSc.Mat().create(self._comm)
         matrix.setSizes(((rows, None), (columns, None)))
         matrix.setType(PETSc.Mat.Type.AIJ)
-        matrix.setUp()
+        matrix.setPreallocationNNZ((32, 16))
         matrix.setOption(PETSc.Mat.Option.NEW_NONZERO_ALLOCATION_ERR, False)
         return matrix
 
@@ -163,18 +165,18 @@ class Condensation:
 
     def weigh(self) -> None:
         """Take what nodes weigh at the last pairing. Collective."""
-        area, gamma, scale = [], [], []
+        rows: list[tuple[Array, Array, Array]] = []
         for k, part in enumerate(self._system.parts):
             nodes, m = part.layout.owned_multipliers, part.layout.components
-            for values, found in zip((area, gamma), self._system.cpp.node_weights(k)):
-                values.append(np.repeat(np.asarray(found)[nodes], m))
-            scale.append(np.full(m * len(nodes), part.gamma_scale))
-        weights, scales = np.concatenate(area), np.concatenate(scale)
+            found = self._system.cpp.node_weights(k)
+            area, gamma = (np.repeat(np.asarray(one)[nodes], m) for one in found)
+            rows.append((area, gamma, np.full(len(area), part.gamma_scale)))
+        weights, gammas, scales = (np.concatenate(one) for one in zip(*rows))
         self._found = (weights > 0.0) & ~self._held
         self._by_force = np.zeros(self._count)
         self._by_force[self._found] = 1.0 / (weights * scales)[self._found]
         # An open node then has the force of its own row
-        self._by_law = np.where(self._found, -np.concatenate(gamma) / scales, 0.0)
+        self._by_law = np.where(self._found, -gammas / scales, 0.0)
         self._extension(weights > 0.0)
         of_law = self._applied(self._law, self._found.astype(float))
         self._keeps = 1.0 - of_law
