@@ -306,7 +306,9 @@ def test_a_start_that_overlaps_is_told_with_its_depth():
     contact = Contact(u, scene.facet_tags, [(skin, skin)], Penalty(GAMMA))
     F = residual(scene, u, "neo-hookean", 10.0)[0]
     problem = NonlinearProblem(F, contact, [fix(u.function_space, scene, "outer")])
-    with pytest.warns(ContactWarning, match=r"tag 77 starts 0.0[78]\d* deep in tag 77 at"):
+    with pytest.warns(
+        ContactWarning, match=r"tag 77 starts 0.0[78]\d* deep in tag 77 at"
+    ):
         problem.solve()
 
 
