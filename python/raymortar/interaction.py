@@ -14,8 +14,8 @@ from .discretization.unknowns import Unknowns
 from .errors import raise_everywhere
 from .interface.pairs import Pair, PairTable
 from .interface.state import JointState, State
-from .results.points import PointResults
 from .results.meetings import Meeting
+from .results.points import PointResults
 from .results.sums import Resultant, Statistics, statistics
 from .rigid.body import Body
 from .system.assembly import ContactAssembly
