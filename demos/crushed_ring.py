@@ -1,7 +1,6 @@
 """Self-contact: a ring is crushed between two round jaws until its inner wall meets itself.
 
-Half of the ring; its inner wall is one tag, which is slave and master. By symmetry it is
-a quarter on a rigid line, without self-contact.
+Its inner wall is one tag, slave and master. By symmetry it is a quarter on a rigid line.
 """
 
 import sys
@@ -33,7 +32,7 @@ def ring(comm, size, begin):
         r, angle = RADIUS - WALL + WALL * x[:, 0], np.radians(x[:, 1])
         return np.column_stack([r * np.cos(angle), r * np.sin(angle)])
 
-    sides = {"left": 1, "right": 2, "bottom": 3, "top": 4}
+    sides = dict(zip(("left", "right", "bottom", "top"), TAGS.values()))
     cells = size, round((90 - begin) * 16 * size / 90)
     block = Block(cells, (0.0, begin), (1.0, 90.0), mapping=mapping, tags=sides)
     return Scene(*assemble_blocks(comm, [block], "quadrilateral", 2), TAGS)
@@ -100,14 +99,14 @@ def main(arguments=None):
     args = parser.parse_args(arguments)
     comm, report = MPI.COMM_WORLD, common.Report(MPI.COMM_WORLD)
     args.output.mkdir(parents=True, exist_ok=True)
-    size = args.size * (2 if args.fine else 1)
-    found, half = (crush(comm, size, args.steps, itself) for itself in (True, False))
+    size = args.size * (1 + args.fine)
+    found, half = (crush(comm, size, args.steps, way) for way in (True, False))
     report.effort(found.contact, found.iterations, found.halvings)
     for meeting in found.contact.meetings():
         report.say(str(meeting))
     report.add("force at the end", found.force[-1], half.force[-1], 0.01)
-    deepest = -found.contact.statistics.min_gap / WALL
-    report.add("1 + penetration / wall", 1.0 + deepest, 1.0, 0.02)
+    depth = 1.0 - found.contact.statistics.min_gap / WALL
+    report.add("1 + penetration / wall", depth, 1.0, 0.02)
     mises = bodies.NeoHookean(E, NU).mises(found.u)
     fields = [found.u, found.contact.pressure(), mises]
     io.write_xdmf(args.output / "crushed_ring.xdmf", found.scene.mesh, fields)

@@ -23,3 +23,12 @@ def moments(x, f):
     if x.shape[1] == 3:
         return np.cross(x, f)
     return (x[:, 0] * f[:, 1] - x[:, 1] * f[:, 0])[:, None]
+
+
+def out_of_balance(contact):
+    """Sums of contact forces and moments over the size of the forces."""
+    f, x = nodal_forces(contact), nodal_positions(contact)
+    size = np.abs(f).sum()
+    assert size > 1e-3
+    turning = moments(x - x.mean(axis=0), f).sum(axis=0)
+    return np.abs(f.sum(axis=0)).max() / size, np.abs(turning).max() / size

@@ -12,6 +12,7 @@ from dolfinx import fem
 from problems import COMM, fix, residual, stack
 
 from raymortar import (
+    Checkpoint,
     Contact,
     ContactError,
     Coulomb,
@@ -171,6 +172,12 @@ def test_bad_pairs_of_all_are_refused(pairs, method, pattern):
         Contact(pile.u, pile.scene.facet_tags, pairs, method, names=pile.scene.tags)
 
 
+def test_things_that_are_no_tags_are_refused():
+    pile = Pile()
+    with pytest.raises(ContactError, match="facet_tags must be MeshTags, not list"):
+        Contact(pile.u, [1], "all", Penalty())
+
+
 def test_friction_and_steps_go_back():
     """Springs and exact tractions are part of a state."""
     pile = Pile()
@@ -183,3 +190,19 @@ def test_friction_and_steps_go_back():
     np.testing.assert_array_equal(pile.answer(), u)
     after = contact.state()
     np.testing.assert_array_equal(after.augmentation, before.augmentation)
+
+
+def test_a_checkpoint_has_the_tractions_of_an_exact_penalty(folder):
+    law, file = {"exact": True}, folder / "pile.chk"
+    first, second = Pile(), Pile()
+    contact = first.contact("all", law=law)
+    problem, _ = first.press(contact)
+    contact.advance()
+    Checkpoint(problem, file).write(1.0)
+    other = second.contact("all", law=law)
+    later = NonlinearProblem(second.F, other, second.bcs)
+    assert Checkpoint(later, file).read() == 1.0
+    np.testing.assert_array_equal(second.answer(), first.answer())
+    carried = contact.state().augmentation
+    assert COMM.allreduce(float(np.abs(carried).max(initial=0.0)), op=MPI.MAX) > 0.0
+    np.testing.assert_array_equal(other.state().augmentation, carried)

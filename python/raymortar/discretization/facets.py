@@ -153,8 +153,8 @@ def facets_of_mesh(mesh: Mesh, tag: int, facets: Indices) -> Facets:
     return Facets(tag, facets, cells.astype(np.int32), local_facets.astype(np.int32))
 
 
-def _check_tags(mesh: Mesh, facet_tags: Any, tag: int, role: str) -> None:
-    """Refuse tags of the wrong dimension, and unknown tags. Collective."""
+def check_tags(mesh: Mesh, facet_tags: Any) -> None:
+    """Refuse what are no tags, and tags of another dimension or mesh. Collective."""
     comm, tdim = mesh.comm, mesh.topology.dim
     with together(comm):
         if not all(hasattr(facet_tags, name) for name in ("dim", "indices", "values")):
@@ -168,6 +168,12 @@ def _check_tags(mesh: Mesh, facet_tags: Any, tag: int, role: str) -> None:
             )
         if not compat.on_mesh(facet_tags, mesh):
             raise ContactError("facet_tags are of another mesh than the displacement")
+
+
+def _check_tag(mesh: Mesh, facet_tags: Any, tag: int, role: str) -> None:
+    """Refuse an unknown tag. Collective."""
+    check_tags(mesh, facet_tags)
+    comm = mesh.comm
     known = sorted(set().union(*comm.allgather(np.unique(facet_tags.values).tolist())))
     message = f"no facet has the {role} tag {tag}; the tags that exist are {known}"
     raise_everywhere(comm, None if tag in known else message)
@@ -202,7 +208,7 @@ def tagged_facets(mesh: Mesh, facet_tags: Any, tag: int, role: str) -> Facets:
     Collective. The role, slave or master, is for messages: about tags of other
     entities, a tag that does not occur, or facets inside the body.
     """
-    _check_tags(mesh, facet_tags, tag, role)
+    _check_tag(mesh, facet_tags, tag, role)
     exterior, tdim = compat.exterior_facets(mesh), mesh.topology.dim
     tagged = facet_tags.indices[facet_tags.values == tag]
     # Without ghost cells a facet between two ranks has one local cell on each, so

@@ -13,7 +13,7 @@ from dolfinx.mesh import Mesh
 from .. import compat
 from ..compat import Array, Indices
 from .bodies import Bodies, find_bodies
-from .facets import Facets, Global, all_exterior_facets
+from .facets import Facets, Global, all_exterior_facets, check_tags
 from .ranks import of_all
 from .reference_facets import N_CORNERS
 from .surfaces import Surface
@@ -47,8 +47,10 @@ def all_facets(
     Tags may be None. Parts are the same on all ranks, and bodies are numbered by the
     place of their middle.
     """
+    if facet_tags is not None:
+        check_tags(mesh, facet_tags)
     facets, _ = all_exterior_facets(mesh)
-    tags = _tags(facets, facet_tags, mesh)
+    tags = _tags(facets, facet_tags)
     bodies = find_bodies(u.function_space)
     number = _by_place(u, bodies)[
         bodies.dofs[compat.dofmap_array(u.function_space)[facets.cells, 0]]
@@ -66,10 +68,10 @@ def all_facets(
     return chosen, tuple(parts)
 
 
-def _tags(facets: Facets, facet_tags: Any, mesh: Mesh) -> Global:
+def _tags(facets: Facets, facet_tags: Any) -> Global:
     """Tag of each facet, -1: none."""
     tags = np.full(len(facets.facets), -1, dtype=np.int64)
-    if facet_tags is None or facet_tags.dim != mesh.topology.dim - 1:
+    if facet_tags is None:
         return tags
     place = np.searchsorted(facet_tags.indices, facets.facets)
     place = np.minimum(place, max(len(facet_tags.indices) - 1, 0))
