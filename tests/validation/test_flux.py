@@ -391,3 +391,49 @@ def test_flux_through_a_tie(cell_2d):
     assert worst(values_on(T, scene, "slave") - (HOT - q)) <= 1e-10 * HOT
     assert worst(values_on(T, scene, "master") - q / 4.0) <= 1e-10 * HOT
     assert abs(flux.rates().through / q - 1.0) <= 1e-10
+
+
+# Barber's rod: its end nears a hot wall as it warms up, and warms up as it nears it
+GAP, EXPANSION = 0.02, 0.08
+
+
+def over_gap(T_s, T_m, p, g, v):
+    return (0.002 / (np.maximum(g, 0.0) + 0.001) + 100.0 * p) * (T_s - T_m)
+
+
+def end_of_rod(low, high):
+    """Temperature of the end by bisection, cold below and hot above."""
+
+    def leaves(T):
+        free = 0.5 * EXPANSION * T - GAP
+        gap, p = max(-free, 0.0), max(free, 0.0)
+        return T + float(over_gap(T, 1.0, p, gap, 0.0))
+
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if leaves(middle) < 0.0 else (low, middle)
+    return 0.5 * (low + high)
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("start, bounds", [(0.0, (0.0, 0.3)), (1.0, (0.5, 1.0))])
+def test_both_states_of_barbers_rod(start, bounds):
+    """Apart from the wall and cold, or pressed on it and hot, by where it starts."""
+    scene = stack("triangle", (3, 2))
+    V, W = compat.vector_space(scene.mesh, 2), field_space(scene.mesh, 1)
+    u, T = fem.Function(V, name="u"), fem.Function(W, name="T")
+    wall = rigid.Line((0.0, -GAP), (0.0, 1.0))
+    contact = Contact(u, scene.facet_tags, [(scene.tags["bottom"], wall)])
+    flux = Flux(contact, T, over_gap, tool=1.0)
+    v, along = ufl.TestFunction(V), ufl.as_matrix([[0.0, 0.0], [0.0, EXPANSION]])
+    strain = ufl.sym(ufl.grad(u)) - T * along
+    forms = [ufl.inner(strain, ufl.grad(v)) * ufl.dx, conduction(scene, T, 1.0)]
+    bcs = [fix(V, scene, name) for name in ("master", "slave", "top")]
+    bcs += [prescribe(W, scene, name, 0.0) for name in ("master", "slave")]
+    problem = NonlinearProblem(forms, [contact, flux], bcs, u=[u, T])
+    T.interpolate(lambda x: start * np.maximum(1.0 - x[1], 0.0))
+    u.interpolate(lambda x: np.array([0.0 * x[0], -GAP * start * (1.0 - x[1])]))
+    problem.solve()
+    expected = end_of_rod(*bounds)
+    assert worst(values_on(T, scene, "bottom") - expected) <= 1e-9
+    assert (contact.resultant().force[1] > 0.0) == (start == 1.0)

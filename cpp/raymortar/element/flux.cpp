@@ -97,10 +97,10 @@ public:
     std::optional<SegmentMotion<D>> motion;
     if (_state.moving_segments)
       motion.emplace(_state);
-    const CouplingSink couplings = [&](std::size_t e, Index target,
+    const CouplingSink couplings = [&](std::size_t, Index target,
                                        const double* block, int size,
                                        const double* hit_rows)
-    { append_coupling(e, target, block, size, hit_rows, out); };
+    { append_coupling(target, block, size, hit_rows, out); };
     for_elements(
         [&](std::size_t e)
         {
@@ -203,11 +203,10 @@ private:
     }
   }
 
-  /// The columns of a target that an element does not hit, see CouplingSink
-  void append_coupling(std::size_t e, Index target, const double* block,
-                       int size, const double* hit_rows, FluxEntries& out)
+  /// The columns of a target that the element does not hit, see CouplingSink
+  void append_coupling(Index target, const double* block, int size,
+                       const double* hit_rows, FluxEntries& out)
   {
-    static_cast<void>(e);
     _others.clear();
     append_target(_state, target, _others);
     const int alone = _points.shapes.alone();
