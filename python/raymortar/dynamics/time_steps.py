@@ -39,8 +39,8 @@ class TimeStep(LoadStep):
 
     Attributes
     ----------
-    time, dt
-        Time at the end of the step, and its size.
+    dt
+        Size of the step.
     energy
         `Energy` at the end of the step; None where neither `energy` nor `history` was
         given.
@@ -103,10 +103,6 @@ class TimeSteps(LoadSteps):
     ----------
     halvings
         So far.
-    velocity, acceleration
-        Functions at the accepted step, of several unknowns lists.
-    fields
-        Functions that a `Checkpoint` has to have in `more`, see `resume`.
 
     Notes
     -----
@@ -181,19 +177,20 @@ class TimeSteps(LoadSteps):
 
     @property
     def velocity(self) -> Any:
-        """Velocity at the accepted step."""
+        """Velocity at the accepted step: a Function, of several unknowns a list."""
         found = self.motion.velocity
         return found[0] if len(found) == 1 else found
 
     @property
     def acceleration(self) -> Any:
-        """Acceleration at the accepted step."""
+        """Acceleration at the accepted step, as `velocity`."""
         found = self.motion.acceleration
         return found[0] if len(found) == 1 else found
 
     @property
     def fields(self) -> list[Function]:
-        """Functions of the accepted step besides the unknowns."""
+        """Functions of the accepted step besides the unknowns, which a `Checkpoint` has
+        to have in `more`."""
         one = self.motion
         found = [*one.velocity, *one.acceleration]
         if isinstance(self.scheme, GeneralizedAlpha):
