@@ -79,7 +79,8 @@ class AugmentedLagrangian(Options):
         known = is_one_of(self.multiplier, MULTIPLIERS)
         if self.multiplier is not None and not known:
             raise ContactError(
-                f"multiplier must be 'normal', 'vector' or 'dual', not {self.multiplier!r}"
+                f"multiplier must be 'normal' or 'vector', not {self.multiplier!r}, or "
+                "with condition='nodes' 'dual'"
             )
         choice("condition", self.condition, CONDITIONS)
         if self.multiplier == "dual" and self.condition != "nodes":
