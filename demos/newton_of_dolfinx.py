@@ -32,7 +32,7 @@ def solver_of(problem):
         from dolfinx.nls.petsc import NewtonSolver
 
         newton = NewtonSolver(comm, problem)
-        newton.convergence_criterion, newton.rtol, newton.atol = "residual", 1e-9, 1e-12
+        newton.convergence_criterion, newton.rtol = "incremental", 1e-9
         newton.krylov_solver.setOptionsPrefix("bodies_")
         newton.krylov_solver.setFromOptions()
         return lambda u: newton.solve(u)[0]

@@ -83,6 +83,11 @@ class CondensedProblem:
         update: Callable[[], object] | None = None,
     ) -> None:
         several = contact if isinstance(contact, (list, tuple)) else [contact]
+        if not (several and isinstance(several[0], Contact)):
+            raise ContactError(
+                "CondensedProblem takes F, u, contact, bcs in this order: contact must "
+                f"be a Contact, not {contact!r}"
+            )
         with together(several[0].unknowns.comm):
             for one in several:
                 _check(one)

@@ -108,6 +108,11 @@ class Flux:
             raise ContactError(
                 f"Flux.contact must be a Contact, not {type(contact).__name__}"
             )
+        if getattr(contact.method, "multiplier", None) == "dual":
+            raise ContactError(
+                "Flux.contact has multiplier='dual', whose traction at a point is not "
+                "known to a Flux: take multiplier='vector'"
+            )
         comm = contact.layout.comm
         several = list(T) if isinstance(T, (list, tuple)) else [T]
         with together(comm):
@@ -131,12 +136,21 @@ class Flux:
                 "does not have: give the problem a list with both"
             )
 
+    def _require_problem(self) -> None:
+        """Raise if no problem has this flux, whose field then knows nothing of it."""
+        if not self.part.is_solved_for:
+            raise ContactError(
+                f"the Flux of {self.part.name} is in no problem: give NonlinearProblem "
+                "a list with its contact and the flux"
+            )
+
     def rates(self) -> FluxRates:
         """Sum up the flux and the heat of friction over the contact. Collective.
 
         At the last `update` of the contact and the present field; each per time. With
         ``axisymmetric=True`` sums are those of a full turn.
         """
+        self._require_problem()
         return FluxRates(*self.part.rates())
 
     def points(self, zone: int = 0) -> dict[str, Array]:
@@ -149,6 +163,7 @@ class Flux:
         ``slave_heat``, ``master_heat``: heat of friction per area and time; ``weight``:
         area.
         """
+        self._require_problem()
         count = len(self.part.sides)
         if zone not in range(count):
             raise ContactError(f"zone = {zone!r} must be a number below {count}")

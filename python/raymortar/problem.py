@@ -144,7 +144,10 @@ class CoupledProblem:
                 (w,) = functions
                 J = ufl.derivative(F, w, ufl.TrialFunction(w.function_space))
         require_agreement(comm, number_of_conditions=len(self.bcs), update=update)
-        warn_of_inertia(F, functions, stacklevel=3)
+        forms = list(F) if isinstance(F, (list, tuple)) else [F]
+        at = sorted({one.at for one in unknowns.displacements})
+        moving = [forms[k] for k in at], [functions[k] for k in at]
+        warn_of_inertia(*moving, stacklevel=3)
         self.forms = F, J
         compiled = partial(
             compat.form,

@@ -96,6 +96,11 @@ class Wear:
         with together(self._comm):
             if contact.tied is not None:
                 raise ContactError("Wear.contact is a Tie, which does not slip")
+            if getattr(contact.method, "multiplier", None) == "dual":
+                raise ContactError(
+                    "Wear.contact has multiplier='dual', whose traction at a point is "
+                    "not known to Wear: take multiplier='vector'"
+                )
             if contact.offset is not None:
                 raise ContactError(
                     "Wear.contact has an offset, which wear would replace: set "

@@ -22,10 +22,12 @@ _MESSAGE = (
 )
 
 
-def warn_of_inertia(F: Any, functions: Sequence[Function], stacklevel: int) -> None:
-    """Warn where a residual seems to have inertia. The level of `warnings.warn` is seen
-    from the caller."""
-    for form, f in zip(F if isinstance(F, (list, tuple)) else [F], functions):
+def warn_of_inertia(
+    F: Sequence[Any], functions: Sequence[Function], stacklevel: int
+) -> None:
+    """Warn where residuals of displacements seem to have inertia. The level of
+    `warnings.warn` is seen from the caller."""
+    for form, f in zip(F, functions):
         other = _earlier_state(form, f)
         if other is not None:
             text = _MESSAGE.format(u=f.name, other=other.name)

@@ -84,6 +84,7 @@ class FluxPart:
         kind = FieldOnZone if surfaces.tied is None else TiedField
         self.sides = [kind(zone, surfaces.u, fields, tool) for zone in contact.zones]
         self._is_checked = False
+        self.is_solved_for = False  # by some problem
 
     @property
     def name(self) -> str:
@@ -108,6 +109,7 @@ class FluxPart:
                         "its equation too, F and u as lists"
                     )
                 one.at = found[0]
+        self.is_solved_for = True
         for side in self.sides:
             side.set_rows(layout.rows, layout.unknowns.starts)
 

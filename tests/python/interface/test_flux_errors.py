@@ -9,7 +9,15 @@ from dolfinx import fem
 from fluxes import conduction, field_space, prescribe, press
 from problems import stack
 
-from raymortar import Contact, ContactError, Flux, NonlinearProblem, compat, rigid
+from raymortar import (
+    AugmentedLagrangian,
+    Contact,
+    ContactError,
+    Flux,
+    NonlinearProblem,
+    compat,
+    rigid,
+)
 
 
 def law(T_s, T_m, p, g, v):
@@ -50,6 +58,15 @@ def solved(scene, contact, T, flux):
     problem = NonlinearProblem(forms, [contact, flux], bcs, u=[u, T])
     problem.solve()
     return problem
+
+
+def test_tractions_of_dual_multipliers_are_refused(scene, T):
+    u = fem.Function(compat.vector_space(scene.mesh, 1), name="u")
+    method = AugmentedLagrangian(condition="nodes", multiplier="dual")
+    pair = scene.tags["slave"], scene.tags["master"]
+    contact = Contact(u, scene.facet_tags, [pair], method)
+    with pytest.raises(ContactError, match="take multiplier='vector'"):
+        Flux(contact, T, law)
 
 
 FIELDS = {

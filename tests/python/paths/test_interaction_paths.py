@@ -48,7 +48,7 @@ def test_a_failed_step_restores_all_contacts():
     for spoilt in (True, False):
         blocks = three()
         contacts = [blocks.contact(p, **law) for p, law in zip((LOWER, UPPER), LAWS)]
-        path = blocks.path(contacts, steps=2, strategy=None)
+        path = blocks.path(contacts, steps=2, strategy=None, extrapolate=False)
         joint = path.solver.problem.contact
         if spoilt:
             path.solver = FailsOnce(path.solver)

@@ -222,6 +222,16 @@ def test_slow_solves_are_halved_at_once(monkeypatch):
 
 
 @pytest.mark.mpi
+def test_other_ways_are_tried_where_half_the_step_is_slow_too(monkeypatch):
+    problem, steps = top_moves("triangle", SOLVERS[0], extrapolate=False)
+    failing, path = Failing(monkeypatch, problem), iter(steps)
+    next(path)
+    failing.norms, failing.left = FALLING[:4], 2
+    step = next(path)
+    assert (step.strategy, step.halvings) == (EXTRAPOLATED, 1)
+
+
+@pytest.mark.mpi
 def test_faults_of_the_set_up_are_raised_at_once(monkeypatch):
     problem, steps = top_moves("triangle")
     calls = []

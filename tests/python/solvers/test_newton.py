@@ -209,7 +209,8 @@ def test_load_steps_grow_after_easy_ones(options, sizes):
 
 @pytest.mark.mpi
 def test_grown_steps_that_fail_are_halved():
-    problem, steps = top_moves("quadrilateral", steps=16, share=0.3, largest=16)
+    options = {"steps": 16, "share": 0.3, "largest": 16, "extrapolate": False}
+    problem, steps = top_moves("quadrilateral", **options)
     tolerate(problem.solver, max_it=3)
     factors = [step.factor for step in steps]
     assert factors == [1 / 16, 1 / 8, 1 / 4, 1 / 2, 3 / 4, 1.0]
