@@ -163,10 +163,10 @@ class Flux:
         ``slave_heat``, ``master_heat``: heat of friction per area and time; ``weight``:
         area.
         """
-        self._require_problem()
         count = len(self.part.sides)
         if zone not in range(count):
             raise ContactError(f"zone = {zone!r} must be a number below {count}")
+        self._require_problem()
         return self.part.points(zone)
 
 

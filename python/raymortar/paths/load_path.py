@@ -43,9 +43,14 @@ class StepSizes:
         """Size of the next step over the size of the last accepted one."""
         return self.size / self._last
 
+    @property
+    def is_smallest(self) -> bool:
+        """Whether the next step is of the smallest size."""
+        return self.size <= self._least
+
     def halve(self) -> bool:
         """Halve the next step; return False if it is the smallest."""
-        if self.size <= self._least:
+        if self.is_smallest:
             return False
         self.size = max(0.5 * self.size, self._least)
         return True

@@ -221,7 +221,6 @@ class Strategies:
         self._prediction = Prediction(path) if predicts else None
         self.used, self.released = FULL, 0.0
         self._tried_ahead = False  # in this step, from where the last one leads
-        self._ran_out = False  # of iterations, in the last solve
         # Coefficients before each reduction; the path's end restores the first
         self._given: list[list[Any]] = []
         # Takes a user's own state back to the last accepted step
@@ -245,7 +244,6 @@ class Strategies:
             if iterations is None:
                 iterations = self._as_given(now, last, ratio)
                 self._lessons.solved(FULL, plain_failed=False)
-            self._ran_out = False
             return iterations
         except FAILURES as failure:
             if not (self._automatic and self._is_curable(failure)):
@@ -256,7 +254,6 @@ class Strategies:
             if iterations is None:
                 raise
             self._lessons.solved(self.used, plain_failed=True)
-            self._ran_out = False
             return iterations
         finally:
             convergence.patient = True
@@ -318,7 +315,7 @@ class Strategies:
 
     def _is_curable(self, failure: Exception) -> bool:
         """Whether a solve cycled or diverged, rather than ran out of iterations; or
-        did so again in half the step, where halving has not helped."""
+        did so in the smallest step, where halving has not helped."""
         if isinstance(failure, SetUpError):
             return False
         if not isinstance(failure, ConvergenceError):
@@ -326,9 +323,10 @@ class Strategies:
         problem = self.solver.problem
         # PETSc stops at a NaN without asking our test of convergence
         broken = bool(problem.history) and not np.isfinite(problem.history[-1])
-        in_trouble = broken or is_in_trouble(problem.convergence.norms)
-        again, self._ran_out = self._ran_out, not in_trouble
-        return in_trouble or again
+        norms = problem.convergence.norms
+        ran_out = len(norms) > getattr(self.solver, "max_it", np.inf)
+        is_last = ran_out and self._path.sizes.is_smallest
+        return broken or is_last or is_in_trouble(norms)
 
     def _as_given(self, now: State, last: State | None, ratio: float) -> int:
         """Solve by the solver as it was given, from the extrapolated state first."""

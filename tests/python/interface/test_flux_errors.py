@@ -170,5 +170,7 @@ def test_problems(scene, contact, T):
     )
     with pytest.raises(ContactError, match="a contact that the problem does not have"):
         NonlinearProblem(F, [elsewhere, flux])
+    with pytest.raises(ContactError, match="is in no problem"):
+        Flux(contact, T, law).rates()
     with pytest.raises(ContactError, match="zone = 3"):
         flux.points(3)

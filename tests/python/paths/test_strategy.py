@@ -222,11 +222,13 @@ def test_slow_solves_are_halved_at_once(monkeypatch):
 
 
 @pytest.mark.mpi
-def test_other_ways_are_tried_where_half_the_step_is_slow_too(monkeypatch):
-    problem, steps = top_moves("triangle", SOLVERS[0], extrapolate=False)
+def test_other_ways_are_tried_where_the_smallest_step_is_slow_too(monkeypatch):
+    options = {"extrapolate": False, "max_halvings": 1}
+    problem, steps = top_moves("triangle", SOLVERS[0], **options)
     failing, path = Failing(monkeypatch, problem), iter(steps)
     next(path)
-    failing.norms, failing.left = FALLING[:4], 2
+    slow = 10.0 ** -np.linspace(0.0, 6.0, problem.solver.max_it + 1)
+    failing.norms, failing.left = list(slow), 2
     step = next(path)
     assert (step.strategy, step.halvings) == (EXTRAPOLATED, 1)
 
