@@ -42,6 +42,14 @@ def check_form(
             )
 
 
+def check_functional(name: str, form: Any) -> None:
+    """Raise unless it is None or a UFL form without arguments."""
+    if form is not None and (not isinstance(form, ufl.Form) or form.arguments()):
+        raise ContactError(
+            f"{name} must be a UFL functional: a form without test function"
+        )
+
+
 def list_of_conditions(bcs: Any) -> list[Any]:
     """Dirichlet conditions as a new list."""
     try:

@@ -196,11 +196,20 @@ class Inertia:
         _ = self.matrix
         return values.copy() if self._Q is None else self._product(self._Q, values)
 
-    def _product(self, A: PETSc.Mat, values: Array) -> Array:
-        """Multiply a matrix with values of the owned unknowns of the forms."""
+    def gather(self, forces: Array) -> Array:
+        """Give forces on massless nodes to those that stand for them: Q^T times forces
+        on the owned unknowns of the forms, (n,). Collective."""
+        _ = self.matrix
+        if self._Q is None:
+            return forces.copy()
+        return self._product(self._Q, forces, transposed=True)
+
+    def _product(self, A: PETSc.Mat, values: Array, transposed: bool = False) -> Array:
+        """Multiply a square matrix, or its transpose, with values of the owned unknowns
+        of the forms."""
         x, y = A.createVecs()
         x.array[: len(values)] = values
-        A.mult(x, y)
+        (A.multTranspose if transposed else A.mult)(x, y)
         found: Array = y.array_r[: len(values)].copy()
         x.destroy()
         y.destroy()

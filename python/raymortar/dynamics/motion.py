@@ -118,11 +118,13 @@ class Motion:
         (n,), where unknowns are not prescribed [theory (6.8)]. Collective."""
         comm, n = self._unknowns.comm, len(static)
         massive = self.inertia.is_massive & ~fixed
+        # What pushes massless nodes is passed on, so that no momentum is lost
+        pushed = self.inertia.gather(np.where(fixed, 0.0, -static))
         # Singular, but nothing pushes where it is: there a stays zero
         A = self.inertia.only_between(massive)
         x, b = A.createVecs()
         b.array[:] = 0.0
-        b.array[:n] = np.where(massive, -static, 0.0)
+        b.array[:n] = np.where(massive, pushed, 0.0)
         ksp = PETSc.KSP().create(comm)
         ksp.setOperators(A)
         ksp.setType("cg")

@@ -13,6 +13,7 @@ from dolfinx.fem import Function
 
 from ..checked import is_real_number, is_whole_number, positive
 from ..diagnose.lost_contact import passed_surfaces
+from ..discretization.forms import check_functional
 from ..errors import ContactError, ConvergenceError, require_agreement, together
 from ..interface.state import State
 from ..paths.history import History
@@ -145,6 +146,7 @@ class TimeSteps(LoadSteps):
         with together(problem.comm):
             scheme = GeneralizedAlpha() if scheme is None else scheme
             _check(inertia, problem, end, dt, start, scheme, adapt, touch)
+            check_functional("energy", energy)
         require_agreement(
             problem.comm, end=end, dt=dt, start=start, scheme=scheme, adapt=adapt,
             touch=touch, energy=energy is not None,
@@ -209,6 +211,10 @@ class TimeSteps(LoadSteps):
         rows = self.history.rows if self.history is not None else []
         if rows:
             self._resume_account(rows[-1]._asdict())
+        elif self._accounts:
+            self._problem.contact.update()
+            self._account.begin()
+            self._account.set_begin(self.inertia.apply(self.motion.acceleration))
 
     def _resume_account(self, row: dict[str, float]) -> None:
         """Let energies and impulses go on from a record. Collective."""

@@ -17,7 +17,7 @@ from dolfinx import fem
 from .. import compat
 from ..checked import is_real_number, is_truth_value
 from ..compat import Array
-from ..discretization.forms import check_supports
+from ..discretization.forms import check_functional, check_supports
 from ..errors import ContactError, as_path, raise_everywhere, together, writing
 from ..options.methods import Penalty
 from ..problem import CoupledProblem
@@ -141,12 +141,7 @@ class History:
             if not is_truth_value(patches):
                 raise ContactError(f"patches must be True or False, not {patches!r}")
             turns = checked_axes(problem, axes)
-            is_form = isinstance(energy, ufl.Form)
-            if energy is not None and (not is_form or energy.arguments()):
-                message = (
-                    "energy must be a UFL functional: a form without test function"
-                )
-                raise ContactError(message)
+            check_functional("energy", energy)
         self._more = dict(more)
         self._dim: int = problem.contact.u.function_space.mesh.geometry.dim
         parts = self._parts()

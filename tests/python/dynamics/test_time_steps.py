@@ -26,7 +26,16 @@ from raymortar.dynamics.moving_volume import MovingVolume
 SCHEMES = [Newmark(), Midpoint(), GeneralizedAlpha(0.8)]
 
 
-def beam(gap=5.0, n=6, held=True, speed=(0.3, -0.2), friction=None, E=20.0, **options):
+def beam(
+    gap=5.0,
+    n=6,
+    held=True,
+    speed=(0.3, -0.2),
+    friction=None,
+    E=20.0,
+    weight=0.0,
+    **options,
+):
     """A soft strip above a plane, with a velocity that bends it if its head is held."""
     scene = moving.bars(n=n, lower=False, gap=gap, width=0.4)
     floor = rigid.Plane((0.0, 0.0), (0.0, 1.0))
@@ -34,6 +43,7 @@ def beam(gap=5.0, n=6, held=True, speed=(0.3, -0.2), friction=None, E=20.0, **op
         scene.u, scene.facets, [(moving.SLAVE, floor)], friction=friction, **options
     )
     residual = strips.neo_hookean(scene.u, E)
+    residual += fem.Constant(scene.mesh, weight) * scene.v[1] * ufl.dx
     bcs = []
     if held:
         bcs.append(raymortar.tools.prescribe(scene.V, scene.facets.find(moving.HEAD)))
@@ -122,6 +132,21 @@ def test_a_free_flight_is_uniform(scheme):
 
 
 @pytest.mark.mpi
+@pytest.mark.parametrize("scheme", SCHEMES, ids=str)
+@pytest.mark.parametrize("mass", ["nearest", "affine"])
+def test_weight_gives_its_momentum_from_the_first_step_on(scheme, mass):
+    """That of contact nodes, too, which have no mass."""
+    scene = beam(held=False, weight=2.0)
+    form = ufl.inner(scene.a, scene.v) * ufl.dx
+    scene.inertia = dynamics.Inertia(form, scene.contact, mass)
+    history = raymortar.History(scene.problem)
+    steps_of(scene, scheme, 0.05, 0.2, history=history, velocity=None).run()
+    expected = -2.0 * 0.4 * history["time"]
+    # The middle of a step is what midpoint records
+    assert worst(history["momentum_y"] - expected) <= 1e-9
+
+
+@pytest.mark.mpi
 def test_the_midpoint_rule_keeps_moments_in_large_rotation():
     scene = beam(held=False)
 
@@ -202,6 +227,18 @@ def test_a_halved_step_begins_where_the_last_one_ended(scheme):
     assert halved.steps.halvings == 30
     assert worst(halved.u - plain.u) <= 1e-9 * worst(plain.u)
     assert worst(halved.v - plain.v) <= 1e-7 * worst(plain.v)
+
+
+@pytest.mark.parametrize("scheme", SCHEMES, ids=str)
+def test_energies_go_on_without_a_history(scheme):
+    scene = beam(held=False)
+    steps = steps_of(
+        scene, scheme, 0.1, 0.4, energy=fem.Constant(scene.mesh, 0.0) * ufl.dx
+    )
+    steps.resume(0.2)
+    energies = [step.energy for step in steps]
+    assert len(energies) == 2
+    assert energies[-1].kinetic == pytest.approx(0.2 * (0.3**2 + 0.2**2), rel=1e-9)
 
 
 @pytest.mark.mpi
@@ -290,6 +327,7 @@ def energy_of(scene):
     [
         ({"dt": 0.0}, "dt"),
         ({"end": -1.0}, "after start"),
+        ({"energy": 3.0}, "energy must be a UFL functional"),
         ({"scheme": "newmark"}, "scheme must be one of Newmark"),
         ({"adapt": 2}, "adapt must be an Adaptive"),
         ({"touch": -1}, "touch"),
