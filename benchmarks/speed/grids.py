@@ -139,12 +139,14 @@ class Pair:
             measure=_cpp.Measure.reference,
             frame=_cpp.LawFrame.automatic,
             moving_segments=False,
+            dual_multiplier=False,
             tie=None,
             distances=self._distances,
             strategy=self._strategy,
             subdivide=False,
             segment_rules=quadrature.segment_rules(shape, rule),
             facet_rule=quadrature.facet_rule(shape, rule),
+            filter=None,
         )
         self.zone = _cpp.Zone(MPI.COMM_SELF.py2f(), made_of)
         self.zone.set_multiplier(np.full(len(nodes), -1.0))
