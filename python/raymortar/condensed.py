@@ -15,6 +15,7 @@ from .compat import Array
 from .contact import Contact
 from .discretization.unknowns import Lacking
 from .errors import ContactError, SetUpError, raise_everywhere, together
+from .options.methods import has_dual_multiplier
 from .problem import CoupledProblem
 from .system.condensation import Condensation
 
@@ -253,7 +254,7 @@ def _check(contact: Any) -> None:
             "no dual multiplier"
         )
     method = contact.method
-    if getattr(method, "multiplier", None) != "dual":
+    if not has_dual_multiplier(method):
         raise ContactError(
             "CondensedProblem needs a Contact with AugmentedLagrangian(condition="
             f"'nodes', multiplier='dual'), not {method!r}"

@@ -16,6 +16,7 @@ from .contact import Contact
 from .discretization.joined import Displacement, parts_of
 from .errors import ContactError, require_agreement, together
 from .options.flux_law import FluxLaw
+from .options.methods import has_dual_multiplier
 from .system.flux_part import FluxPart
 
 
@@ -108,7 +109,7 @@ class Flux:
             raise ContactError(
                 f"Flux.contact must be a Contact, not {type(contact).__name__}"
             )
-        if getattr(contact.method, "multiplier", None) == "dual":
+        if has_dual_multiplier(contact.method):
             raise ContactError(
                 "Flux.contact has multiplier='dual', whose traction at a point is not "
                 "known to a Flux: take multiplier='vector'"

@@ -20,6 +20,7 @@ from .discretization.reference_facets import shape_functions
 from .discretization.surfaces import surface_normals
 from .errors import ContactError, ContactWarning, require_agreement, together
 from .interface.zone_data import ZoneData
+from .options.methods import has_dual_multiplier
 
 
 @dataclass(frozen=True)
@@ -96,7 +97,7 @@ class Wear:
         with together(self._comm):
             if contact.tied is not None:
                 raise ContactError("Wear.contact is a Tie, which does not slip")
-            if getattr(contact.method, "multiplier", None) == "dual":
+            if has_dual_multiplier(contact.method):
                 raise ContactError(
                     "Wear.contact has multiplier='dual', whose traction at a point is "
                     "not known to Wear: take multiplier='vector'"

@@ -18,6 +18,7 @@ from ..contact import Contact
 from ..discretization.forms import check_form
 from ..errors import ContactError, require_agreement, together
 from ..interactions import one_or_several
+from ..interface.probing import product
 from ..system.split import Inputs
 from ..system.volume import without_zeros
 from .massless import RULES, coupled_mass, replacement
@@ -205,15 +206,9 @@ class Inertia:
         return self._product(self._Q, forces, transposed=True)
 
     def _product(self, A: PETSc.Mat, values: Array, transposed: bool = False) -> Array:
-        """Multiply a square matrix, or its transpose, with values of the owned unknowns
-        of the forms."""
-        x, y = A.createVecs()
-        x.array[: len(values)] = values
-        (A.multTranspose if transposed else A.mult)(x, y)
-        found: Array = y.array_r[: len(values)].copy()
-        x.destroy()
-        y.destroy()
-        return found
+        """Multiply a matrix, or its transpose, with values of the owned unknowns of the
+        forms, which it gives."""
+        return product(A, values, transposed)[: len(values)]
 
     def apply(self, a: Function | Sequence[Function]) -> Array:
         """Forces of inertia at accelerations, for time integration of your own.

@@ -153,7 +153,7 @@ def _couplings(blocks: Sequence[Sequence[Any]], unknowns: Unknowns) -> Array:
                 size = PETSc.Mat().createAIJ(
                     K.getSizes(), csr=(*pattern, abs(values)), comm=K.comm
                 )
-                found[:, rows] += [_product(size, one[columns]) for one in marks]
+                found[:, rows] += [product(size, one[columns]) for one in marks]
                 size.destroy()
     return found
 
@@ -177,11 +177,14 @@ def _parts(K: Any) -> Any:
     return K if isinstance(K, list) else [(K, slice(None), slice(None))]
 
 
-def _product(K: PETSc.Mat, values: Array) -> Array:
-    """Multiply a matrix with the owned values of a vector. Collective."""
-    x, y = K.createVecs()
-    x.array[:] = values
-    K.mult(x, y)
+def product(A: PETSc.Mat, values: Array, transposed: bool = False) -> Array:
+    """Multiply a matrix, or its transpose, with owned values of a vector; what `values`
+    does not reach is zero. Collective."""
+    x, y = A.createVecs()
+    if transposed:
+        x, y = y, x
+    x.array[: len(values)] = values
+    (A.multTranspose if transposed else A.mult)(x, y)
     found: Array = y.array.copy()
     x.destroy()
     y.destroy()
@@ -194,7 +197,7 @@ def _forces(K: Any, field: Array) -> Array:
     for matrix, rows, at in _parts(K):
         whole = np.zeros(matrix.getLocalSize()[1])
         whole[rows] = values[at]
-        found[at] = _product(matrix, whole)[rows]
+        found[at] = product(matrix, whole)[rows]
     return found.reshape(field.shape)
 
 

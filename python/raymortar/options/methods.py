@@ -175,6 +175,11 @@ class Search(Options):
                 raise ContactError(f"search {name} = {value} must not be negative")
 
 
+def has_dual_multiplier(method: object) -> bool:
+    """Whether the multiplier of a method is of dual functions."""
+    return getattr(method, "multiplier", None) == "dual"
+
+
 @dataclass(frozen=True, eq=False)
 class ContactOptions:
     """Arguments of a `Contact`; see there.
@@ -239,7 +244,7 @@ class ContactOptions:
     @property
     def has_dual_multiplier(self) -> bool:
         """Whether the multiplier is of dual functions."""
-        return getattr(self.method, "multiplier", None) == "dual"
+        return has_dual_multiplier(self.method)
 
     def multiplier_kind(self, p: int, dim: int, is_tie: bool) -> tuple[int, int]:
         """Degree and components of the multiplier; 0 components: no multiplier.

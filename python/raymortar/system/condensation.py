@@ -14,6 +14,7 @@ from ..discretization.layout import Layout
 from ..discretization.ranks import marked_everywhere
 from ..discretization.reference_facets import facet_nodes, shape_functions
 from ..errors import SetUpError, raise_everywhere
+from ..interface.probing import product
 from ..interface.zone_data import ZoneData
 from .coupled import CoupledSystem
 
@@ -151,8 +152,8 @@ class Condensation:
             same, self._fixed = False, fixed.copy()
         if self._comm.allreduce(int(not same)) == 0:
             return
-        self._held = self._applied(self.tests, fixed.astype(float)) > 0.0
-        free = self._applied(self._near, (~self._held).astype(float)) > 0.0
+        self._held = product(self.tests, fixed.astype(float)) > 0.0
+        free = product(self._near, (~self._held).astype(float)) > 0.0
         alone = self._comm.allreduce(int((self._held & ~free).sum()))
         message = None
         if alone:
@@ -178,7 +179,7 @@ class Condensation:
         # An open node then has the force of its own row
         self._by_law = np.where(self._found, -gammas / scales, 0.0)
         self._extension(weights > 0.0)
-        of_law = self._applied(self._law, self._found.astype(float))
+        of_law = product(self._law, self._found.astype(float))
         self._keeps = 1.0 - of_law
 
     def _extension(self, covered: Mask) -> None:
@@ -190,7 +191,7 @@ class Condensation:
         if self._comm.allreduce(int(extends.sum())) == 0:
             return
         known = self._found.astype(float)
-        sums = self._applied(self._near, known)
+        sums = product(self._near, known)
         left = np.where(extends & (sums > 0.0), 1.0 / np.maximum(sums, 1.0), 0.0)
         self._extends = self._near.copy()
         self._scale(self._extends, left, known)
@@ -199,16 +200,6 @@ class Condensation:
         diagonal.array[:] += known
         self._extends.setDiagonal(diagonal)
         diagonal.destroy()
-
-    def _applied(self, matrix: PETSc.Mat, values: Array) -> Array:
-        """A matrix times owned values."""
-        right, left = matrix.createVecs()
-        right.array[:] = values
-        matrix.mult(right, left)
-        found: Array = left.array.copy()
-        right.destroy()
-        left.destroy()
-        return found
 
     @staticmethod
     def _scale(matrix: PETSc.Mat, left: Array | None, right: Array | None) -> None:
@@ -224,23 +215,21 @@ class Condensation:
 
     def multipliers(self, forces: Array) -> Array:
         """Unknowns of the owned multipliers that balance rows of the user's form."""
-        found = self._by_force * self._applied(self.tests, forces)
-        return found if self._extends is None else self._applied(self._extends, found)
+        found = self._by_force * product(self.tests, forces)
+        return found if self._extends is None else product(self._extends, found)
 
     def residual(self, b: Array) -> Array:
         """Rows of the user's unknowns from the residual of all, where slave rows are
         balanced."""
         by_law = self._by_law * b[self.n :]
-        return self._keeps * b[: self.n] + self._applied(self._law, by_law)
+        return self._keeps * b[: self.n] + product(self._law, by_law)
 
     def lifted(self, b: Array, A: PETSc.Mat) -> Array:
         """The same where prescribed increments are lifted, so that slave rows are not
         balanced: by the tangent of all."""
         of_u, of_lam = self._parts(A, (1,))[0], self._parts(A, (3,))[0]
         change = self.multipliers(b[: self.n])
-        whole = b + np.concatenate(
-            [self._applied(of_u, change), self._applied(of_lam, change)]
-        )
+        whole = b + np.concatenate([product(of_u, change), product(of_lam, change)])
         of_u.destroy()
         of_lam.destroy()
         return self.residual(whole)
