@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from .backoff import Backoff
+
 # Steps in a row that a way solves after the plain solver failed, until it goes first
 ENOUGH = 2
-# Most steps for which the plain solver is left out
-LONGEST = 8
 
 
 class Lessons:
@@ -18,20 +18,19 @@ class Lessons:
 
     def __init__(self, plain: str) -> None:
         self._plain = self._way = plain
-        self._in_row = self._rest = self._left = 0
+        self._in_row, self._backoff = 0, Backoff()  # of the plain solver
 
     def first(self) -> str:
         """Name the way to begin this step with."""
-        if self._in_row < ENOUGH or self._left == 0:
+        if self._in_row < ENOUGH or not self._backoff.rests():
             return self._plain
-        self._left -= 1
         return self._way
 
     def solved(self, way: str, plain_failed: bool) -> None:
         """Note which way solved a step, and whether the plain solver failed in it."""
         if way != self._way:
-            self._way, self._in_row, self._rest = way, 0, 0
+            self._way, self._in_row = way, 0
+            self._backoff.reset()
         self._in_row += way != self._plain
         if plain_failed:
-            self._rest = min(max(1, 2 * self._rest), LONGEST)
-            self._left = self._rest
+            self._backoff.failed()

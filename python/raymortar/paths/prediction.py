@@ -5,10 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from ..interface.state import State
+from .backoff import Backoff
 from .load_path import PrescribedPath
-
-# Most steps for which a start that failed again and again is left out
-LONGEST = 8
 
 
 class Prediction:
@@ -21,12 +19,11 @@ class Prediction:
 
     def __init__(self, path: PrescribedPath) -> None:
         self._path, self._problem = path, path.solver.problem
-        self._rest = self._left = 0
+        self._backoff = Backoff()
 
     def leads_on(self, now: State, last: State, ratio: float) -> bool:
         """Go where the last step leads; False: stay at the present state. Collective."""
-        if self._left > 0:
-            self._left -= 1
+        if self._backoff.rests():
             return False
         here = self._imbalance()
         extrapolate(self._path, now, last, ratio)
@@ -38,8 +35,10 @@ class Prediction:
 
     def note(self, works: bool) -> None:
         """Note whether a solve from there converged."""
-        self._rest = 0 if works else min(max(1, 2 * self._rest), LONGEST)
-        self._left = self._rest
+        if works:
+            self._backoff.reset()
+        else:
+            self._backoff.failed()
 
     def _imbalance(self) -> float:
         """Sum up what is out of balance at the present state. Force. Collective."""

@@ -6,7 +6,8 @@ from load_paths import top_moves
 from problems import worst
 
 from raymortar import LoadSteps
-from raymortar.paths.prediction import LONGEST, Prediction
+from raymortar.paths.backoff import LONGEST
+from raymortar.paths.prediction import Prediction
 from raymortar.paths.strategies import FULL
 
 
