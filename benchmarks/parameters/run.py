@@ -23,6 +23,7 @@ sys.path[:0] = [str(ROOT / "tests" / "helpers"), str(ROOT / "demos"), str(HERE)]
 import accuracy_tables  # noqa: E402
 import coefficient  # noqa: E402
 import paths  # noqa: E402
+import points_and_nodes  # noqa: E402
 import small  # noqa: E402
 
 # In the order of the page
@@ -40,6 +41,8 @@ TABLES = {
     "line_search": paths.line_search,
     "oscillation": accuracy_tables.oscillation,
     "flux": accuracy_tables.flux,
+    "conditions": points_and_nodes.paths,
+    "partial_slip": points_and_nodes.partial_slip,
 }
 
 
