@@ -64,19 +64,19 @@ def pressed(
     return Pressed(u, contact, load, F, bcs, scene)
 
 
-def indented(degree=1, mu=None, **options):
-    """A block that a rigid circle is pressed into; and the circle."""
+def indented(degree=1, mu=None, centres=(0.5,), radius=0.5, **options):
+    """A block that rigid circles are pressed into; and the circles."""
     scene = two_blocks(COMM, 2, "quadrilateral", 3, 10)
     V = compat.vector_space(scene.mesh, degree)
     u = fem.Function(V)
     F, _, _ = residual(scene, u, "neo-hookean", 1.0)
-    tip = rigid.Body(rigid.Circle((0.5, 2.5), 0.5))
+    tips = [rigid.Body(rigid.Circle((x, 2.0 + radius), radius)) for x in centres]
     friction = None if mu is None else Coulomb(mu)
-    pairs = [(scene.tags["top"], tip)]
+    pairs = [(scene.tags["top"], tip) for tip in tips]
     contact = Contact(u, scene.facet_tags, pairs, DUAL, friction, **options)
     bcs = [fix(V, scene, "bottom"), fix(V, scene, "slave")]
     load = fem.Constant(scene.mesh, np.zeros(2))
-    return Pressed(u, contact, load, F, bcs, scene), tip
+    return Pressed(u, contact, load, F, bcs, scene), tips
 
 
 def newton(problem, rtol=1e-12, most=25):

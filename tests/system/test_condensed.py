@@ -146,21 +146,30 @@ def test_snes_solves_it():
     np.testing.assert_allclose(blocks.u.x.array, expected, atol=1e-9)
 
 
-@pytest.mark.parametrize("degree, mu", [(1, 0.3), (2, None)])
-def test_rigid_tools(degree, mu):
-    """A circle leaves some nodes uncovered, and slides on."""
-    (one, first), (other, second) = (indented(degree, mu) for _ in range(2))
+@pytest.mark.parametrize(
+    "degree, mu, tools",
+    [
+        (1, 0.3, {}),
+        (2, None, {}),
+        (1, 0.3, {"centres": (0.25, 0.75), "radius": 0.4}),
+    ],
+    ids=["degree 1", "degree 2", "two masters"],
+)
+def test_rigid_tools(degree, mu, tools):
+    """Circles leave some nodes uncovered, and slide on."""
+    (one, first), (other, second) = (indented(degree, mu, **tools) for _ in range(2))
     solver, condensed = SNESSolver(one.coupled()), other.condensed()
     solver.snes.setTolerances(rtol=1e-13)
     for down, aside in ((0.03, 0.0), (0.06, 0.0), (0.06, 0.004)):
-        for tip in (first, second):
+        for tip in (*first, *second):
             tip.move((aside, -down))
         solver.solve()
         assert len(newton(condensed)) <= 12
         np.testing.assert_allclose(other.u.x.array, one.u.x.array, atol=1e-11)
         for blocks in (one, other):
             blocks.contact.advance()
-    assert one.contact.resultant().force[1] < -0.03
+    for force in (pair.force[1] for pair in one.contact.resultants()):
+        assert force < -0.03 / len(first)
 
 
 def test_slave_nodes_that_are_held():

@@ -240,6 +240,10 @@ LAWS = {
         "method": AugmentedLagrangian(condition="nodes"),
         "friction": Coulomb(0.3),
     },
+    "dual": {
+        "method": AugmentedLagrangian(condition="nodes", multiplier="dual"),
+        "friction": Coulomb(0.3),
+    },
 }
 
 

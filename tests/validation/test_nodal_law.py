@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from mpi4py import MPI
+
 import gathered
 import numpy as np
 import pytest
@@ -9,13 +11,13 @@ from dolfinx import fem
 from problems import COMM, DIMENSION, build, fix
 
 from meshes.scenes import two_blocks
-from raymortar import AugmentedLagrangian, Coulomb, Friction
+from raymortar import AugmentedLagrangian, Coulomb, Friction, NodeStatus
 
 MU = 0.3
 PRESSED, SLID = 0.05, 0.02
 
 
-def dragged(cell, degree, factor, law=Coulomb(MU)):
+def dragged(cell, degree, factor, law=Coulomb(MU), multiplier=None):
     """A soft block pressed on a wider stiff one and dragged, so that part of it slips."""
     dim = DIMENSION[cell]
     scene = two_blocks(COMM, dim, cell, 3, 4, lower_size=1.3, upper_size=1.0)
@@ -24,7 +26,7 @@ def dragged(cell, degree, factor, law=Coulomb(MU)):
         scene,
         degree,
         "neo-hookean",
-        AugmentedLagrangian(factor, condition="nodes"),
+        AugmentedLagrangian(factor, multiplier, condition="nodes"),
         E={"lower": 50.0, "upper": 1.0},
         friction=law,
         bcs=lambda V, scene: [
@@ -61,6 +63,36 @@ def test_sign_and_cone_hold_at_each_node(cell, degree):
     assert np.all(along <= -MU * normal + 1e-10 * size)
     slips = status == 3
     np.testing.assert_allclose(along[slips], -MU * normal[slips], atol=1e-10 * size)
+
+
+@pytest.mark.mpi(where=lambda multiplier, **_: multiplier == "dual")
+@pytest.mark.parametrize("multiplier", ["vector", "normal", "dual"])
+def test_fields_are_the_values_of_the_nodes(multiplier):
+    """Tractions at nodes, with dual functions too, that swing between the nodes."""
+    law = Coulomb(MU) if multiplier != "normal" else None
+    problem = dragged("quadrilateral", 2, 4.0, law, multiplier)
+    contact, lam = problem.contact, problem.contact.multiplier.x.array
+    size, d = np.abs(lam).max(), 2
+    pressure = contact.pressure().x.array
+    assert 0.5 * size < COMM.allreduce(pressure.max(), MPI.MAX)
+    assert pressure.min() >= -1e-12 * size
+    traction, normal, along = (
+        contact.traction(part).x.array.reshape(-1, d)
+        for part in ("total", "normal", "tangential")
+    )
+    np.testing.assert_allclose(normal + along, traction, atol=1e-14 * size)
+    np.testing.assert_allclose(np.linalg.norm(normal, axis=1), pressure, rtol=1e-12)
+    if multiplier == "normal":
+        np.testing.assert_allclose(pressure, -lam, atol=1e-14 * size)
+        return
+    np.testing.assert_allclose(traction.ravel(), lam, atol=1e-14 * size)
+    status = contact.status().x.array
+    slips, sticks = status == NodeStatus.SLIP, status == NodeStatus.STICK
+    force = np.linalg.norm(along, axis=1)
+    np.testing.assert_allclose(force[slips], MU * pressure[slips], atol=1e-10 * size)
+    slip = np.linalg.norm(contact.slip().x.array.reshape(-1, d), axis=1)
+    assert slip[sticks].max(initial=0.0) < 1e-9 * SLID
+    assert slip[slips].min(initial=SLID) > 1e-6 * SLID
 
 
 @pytest.mark.parametrize("cell, degree", [("triangle", 1), ("quadrilateral", 2)])

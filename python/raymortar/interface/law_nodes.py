@@ -30,21 +30,30 @@ def nodes(zone: ZoneData) -> dict[str, Any]:
     return found | {"slave": facet, "xi": places[number]}
 
 
+def tractions(zone: ZoneData, multiplier: Function) -> dict[str, Any]:
+    """Add each node's traction and the normal of its law's frame, (nodes, d), to `nodes`."""
+    found = nodes(zone)
+    normal, components = found["normal"], multiplier.function_space.dofmap.index_map_bs
+    lam = multiplier.x.array.reshape(-1, components)[zone.multiplier_nodes]
+    traction = lam if components > 1 else lam * normal
+    return found | {"traction": traction, "contact_normal": normal}
+
+
 def set_at_nodes(
     zones: Sequence[ZoneData],
-    quantity: Callable[[dict[str, Array]], Any],
+    quantity: Callable[[ZoneData], Any],
     field: Function,
 ) -> None:
-    """Set a scalar field of the multiplier's degree at all nodes; NaN elsewhere.
-    Collective.
+    """Set a field of the multiplier's degree at all nodes; zero elsewhere. Collective.
 
-    Zones and ranks that share a node have the same value there.
+    `quantity` gives values (nodes,) or (nodes, d) of a zone. Zones and ranks that share
+    a node have the same value there.
     """
-    shares = []
+    dofmap, shares = field.function_space.dofmap, []
     for zone in zones:
-        values = np.asarray(quantity(nodes(zone)), dtype=np.float64)
+        values = np.asarray(quantity(zone), dtype=np.float64)
+        values = values.reshape(-1, dofmap.index_map_bs)
         dofs = zone.result_table[one_of_each(zone)]
-        shares.append((dofs, np.stack([np.ones_like(values), values], axis=1)))
-    sums = sums_at(field.function_space.dofmap.index_map, 2, *shares)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        field.x.array[:] = sums[:, 1] / sums[:, 0]
+        shares.append((dofs, np.hstack([np.ones((len(values), 1)), values])))
+    sums = sums_at(dofmap.index_map, dofmap.index_map_bs + 1, *shares)
+    field.x.array[:] = (sums[:, 1:] / np.maximum(sums[:, :1], 1.0)).ravel()

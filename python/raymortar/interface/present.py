@@ -26,7 +26,7 @@ from ..rigid.motions import require_same_loads
 from .augmentation import Augmentation
 from .contact_surfaces import ContactSurfaces
 from .friction_at_points import PointFriction
-from .law_nodes import set_at_nodes
+from .law_nodes import nodes, set_at_nodes
 from .point_results import CLOSED, nodal_average
 from .slave_nodes import Cover, require_masters, warn_of_corners
 from .state import ContactState, state_fault
@@ -188,7 +188,7 @@ class PresentState:
         if self._slip is not None and self.updates:
             step = Function(self._slip.function_space)
             if self._has_law_at_nodes:
-                set_at_nodes(self._zones, _slid, step)
+                set_at_nodes(self._zones, lambda zone: _slid(nodes(zone)), step)
             else:
                 nodal_average(self._zones, _slid, step)
             self._slip.x.array[:] += np.nan_to_num(step.x.array)

@@ -19,7 +19,7 @@ from ..discretization.joined import parts_of
 from ..errors import ContactError, ContactWarning, as_path, raise_everywhere, together
 from ..interface import point_results as at_points
 from ..interface.contact_surfaces import ContactSurfaces
-from ..interface.law_nodes import set_at_nodes
+from ..interface.law_nodes import nodes, set_at_nodes, tractions
 from ..interface.pairs import PairTable, as_label
 from ..interface.point_results import OPEN
 from ..interface.present import PresentState
@@ -189,13 +189,39 @@ class NodalFields:
         f.x.array[np.isnan(f.x.array)] = elsewhere
         return f
 
+    def _at_nodes(
+        self, name: str, quantity: Callable[[ZoneData], Any], vector: bool = False
+    ) -> Function:
+        """Values of a law at nodes, and zero off the contact."""
+        self._present.require_results()
+        made = self._surfaces
+        f = Function(made.vector if vector else made.scalar, name=name)
+        set_at_nodes(made.zones, quantity, f)
+        return f
+
+    def _of_tractions(
+        self,
+        name: str,
+        quantity: Callable[[dict[str, Array]], Any],
+        vector: bool = False,
+    ) -> Function:
+        """Take a part of the tractions: those of a law at nodes, or means of points."""
+        if not self._has_law_at_nodes:
+            return self._average(name, quantity, vector)
+        lam = self._surfaces.multiplier
+        return self._at_nodes(name, lambda zone: quantity(tractions(zone, lam)), vector)
+
+    @property
+    def _has_law_at_nodes(self) -> bool:
+        return self._surfaces.zones[0].has_law_at_nodes
+
     def gap(self, elsewhere: float = np.nan) -> Function:
         """Gap of the law; NaN where no hit."""
         return self._average("gap", lambda points: points["gap"], elsewhere=elsewhere)
 
     def pressure(self) -> Function:
         """Contact pressure, positive in compression."""
-        return self._average("pressure", at_points.pressures)
+        return self._of_tractions("pressure", at_points.pressures)
 
     def of_points(self, values: Sequence[Array], name: str) -> Function:
         """Averages of values at the points of each slave surface; NaN where no hit."""
@@ -219,7 +245,7 @@ class NodalFields:
         """Contact traction, or a part of it."""
         check_part(part, self._surfaces.comm)
         name = "traction" if part == "total" else f"{part}_traction"
-        return self._average(
+        return self._of_tractions(
             name, lambda points: at_points.traction_part(points, part), True
         )
 
@@ -227,6 +253,8 @@ class NodalFields:
         """Slip since the accepted step."""
         if self._surfaces.tied is not None:
             raise ContactError("a Tie does not slip")
+        if self._friction is not None and self._has_law_at_nodes:
+            return self._at_nodes("slip", lambda zone: nodes(zone)["slip"], True)
         if self._friction is not None:
             return self._average("slip", lambda points: points["slip"], True)
         self._present.require_results()
@@ -248,12 +276,9 @@ class NodalFields:
 
     def status(self) -> Function:
         """`NodeStatus` of the slave nodes."""
-        made = self._surfaces
-        if made.zones[0].has_law_at_nodes:
-            self._present.require_results()
-            f = Function(made.scalar, name="status")
-            set_at_nodes(made.zones, lambda nodes: nodes["status"], f)
-            f.x.array[:] = np.maximum(np.nan_to_num(f.x.array) - OPEN, 0.0)
+        if self._has_law_at_nodes:
+            f = self._at_nodes("status", lambda zone: nodes(zone)["status"])
+            f.x.array[:] = np.maximum(f.x.array - OPEN, 0.0)
             return f
         f = self._average("status", lambda points: points["status"] - OPEN)
         f.x.array[:] = np.round(f.x.array)
