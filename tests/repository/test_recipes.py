@@ -85,10 +85,8 @@ def test_half_of_a_model_has_half_of_the_force(run):
 @pytest.mark.mpi
 def test_an_inner_point_turns_a_polyline(run):
     names = run(START, POLYLINE)
-    assert "np.vstack([left, right])" in POLYLINE
-    other = POLYLINE.replace(
-        "np.vstack([left, right])", "np.vstack([left, right])[::-1]"
-    )
+    assert "Polyline(corners," in POLYLINE
+    other = POLYLINE.replace("Polyline(corners,", "Polyline(corners[::-1],")
     forces = [
         found["contact"].resultant().force for found in (names, run(START, other))
     ]
