@@ -106,6 +106,10 @@ def test_bodies_without_tags_are_numbered_by_their_place():
     assert force[-1] < -0.1
     np.testing.assert_allclose(contact.resultant("body_1", "body_0").force, -force)
     assert "body_0 and body_1" in str(contact.meetings()[0])
+    # Points of either body that have hit the other
+    each = [contact.points(*of) for of in (names[0], names[0][::-1])]
+    closed = sum(int(np.count_nonzero(points["status"] > 1)) for points in each)
+    assert COMM.allreduce(closed) == contact.meetings()[0].points > 0
 
 
 def test_new_contacts_are_found_along_a_path():
