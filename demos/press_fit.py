@@ -8,183 +8,44 @@ part. There the walls are parallel, so that friction carries mu times what press
 """
 
 import sys
-from types import SimpleNamespace
 
 from mpi4py import MPI
 
-import bodies
 import common
 import drawing
 import numpy as np
+import ufl
 from dolfinx import fem
 
 import raymortar
-from meshes.blocks import Block
-from meshes.meshing import Scene, assemble_blocks
+from meshes.channel import scene_of
 from raymortar import io, tools
 
-# Lengths in mm, stresses in MPa, forces in N per mm of thickness; the upper half
-LENGTH, HEIGHT, START = 450.0, 200.0, 330.0
-WIDE, NARROW, WALL = 199.0, 149.0, 150.0
-ENTRANCE, TAPER, EXIT = 800.0, 200.0, 900.0
-E_BLOCK, E_WALL, NU, FRICTION = 689.6, 6896.0, 0.32, 0.1
-PUSH = 1000.0
-TAGS = {"pushed": 1, "symmetry": 2, "slave": 3, "master": 4, "outside": 5}
+# Stresses in MPa, lengths in mm, forces in N per mm of thickness
+E_BLOCK, E_WALL, NU, FRICTION, PUSH = 689.6, 6896.0, 0.32, 0.1, 1000.0
 # Points hop between stick and slip where the wall bends
 OPTIONS = {"snes_linesearch_type": "l2", "snes_max_it": 40}
 
 
-def opening(x):
-    """Half of the channel's width at places along it."""
-    share = np.clip((x - ENTRANCE) / TAPER, 0.0, 1.0)
-    return WIDE - (WIDE - NARROW) * share
-
-
-def scene_of(comm, size):
-    """Block of `size` cells along its height and the wall above it. Collective."""
-    end = ENTRANCE + TAPER + EXIT
-
-    def wall(x):
-        share = x[:, 1] / WALL
-        y = (1.0 - share) * opening(x[:, 0]) + share * (WIDE + WALL)
-        return np.column_stack([x[:, 0], y])
-
-    block = Block(
-        (9 * size // 4, size),
-        (START, 0.0),
-        (START + LENGTH, HEIGHT),
-        tags={"left": TAGS["pushed"], "bottom": TAGS["symmetry"], "top": TAGS["slave"]},
-    )
-    # Nodes of the wall where it bends: 19 cells to 1900 mm, times a whole number
-    channel = Block(
-        (19 * max(size // 3, 1), max(size // 2, 1)),
-        (0.0, 0.0),
-        (end, WALL),
-        mapping=wall,
-        tags={"bottom": TAGS["master"], "top": TAGS["outside"]},
-    )
-    mesh, cells, facets = assemble_blocks(comm, [block, channel], "quadrilateral")
-    return Scene(mesh, cells, facets, TAGS, {"block": 1, "channel": 2})
-
-
-def solve(comm, size=12, steps=50, report=None, file=None, keep=(0.0, 0.45, 1.0)):
-    """Push the block through; forces and displacements along the path."""
-    scene = scene_of(comm, size)
-    V = tools.vector_space(scene.mesh, 1)
-    u = fem.Function(V, name="displacement")
-    E = tools.by_body(
-        scene.mesh, scene.cell_tags, {"block": E_BLOCK, "channel": E_WALL}, scene.bodies
-    )
-    material = bodies.NeoHookean(E, NU)
-    form = material.residual(u, 2)
-    pushed = fem.Constant(scene.mesh, 0.0)
-    support = tools.prescribe(V, scene.find("outside"))
-    bcs = [tools.prescribe(V, scene.find("pushed"), pushed, 0), support]
-    bcs.append(tools.prescribe(V, scene.find("symmetry"), component=1))
-    contact = raymortar.Contact(
-        u, scene.facet_tags, [(TAGS["slave"], TAGS["master"])],
-        friction=raymortar.Coulomb(FRICTION),
-    )  # fmt: skip
-    problem = raymortar.NonlinearProblem(form, contact, bcs)
-    solver = raymortar.SNESSolver(problem, OPTIONS)
-    # The overlap is pushed out first, with the block held where it is
-    solver.solve()
-    contact.advance()
-    history, kept = raymortar.History(problem, file, {"support": support}), []
-
-    def keep_state(factor):
-        if len(kept) < len(keep) and factor >= keep[len(kept)] - 1e-9:
-            kept.append((factor, u.x.array.copy()))
-
-    history.record(0.0)
-    keep_state(0.0)
-
-    def apply(factor):
-        pushed.value = PUSH * factor
-
-    path = raymortar.LoadSteps(solver, apply, steps, history=history)
-    for step in path:
-        keep_state(step.factor)
-        if report is not None:
-            row = history.rows[-1]
-            report.say(
-                f"{PUSH * row.time:7.1f} mm: {step.iterations:2} iterations, "
-                f"H {-row.force_0_x:9.2f}, V {-row.force_0_y:9.2f}"
-            )
-    normal, along = (history.vectors(part) for part in ("normal_0", "tangential_0"))
-    return SimpleNamespace(
-        scene=scene,
-        u=u,
-        contact=contact,
-        material=material,
-        kept=kept,
-        halvings=path.halvings,
-        factor=history["time"],
-        iterations=history["iterations"],
-        H=-history["force_0_x"],
-        normal=np.linalg.norm(normal, axis=1),
-        along=np.linalg.norm(along, axis=1),
-        support=history["reaction_support_x"],
-    )
-
-
-def imbalance(result):
-    """Largest difference of the push and what the wall's support takes, over the push."""
-    return np.abs(result.H + result.support).max() / np.abs(result.H).max()
-
-
-def draw(result, path):
-    """The block on its way, and the forces along it."""
-    scene, u = result.scene, result.u
-    pictures = drawing.gather_states(u, result.kept, lambda: result.material.mises(u))
-    lam, mises = result.contact.multiplier, result.material.mises(u)
-    io.write_xdmf(path.with_suffix(".xdmf"), scene.mesh, [u, lam, mises])
-    if scene.mesh.comm.rank > 0:
-        return
-    plt = drawing.pyplot()
-    fig, panels = plt.subplot_mosaic(
-        [["0", "forces"], ["1", "forces"], ["2", "forces"]],
-        figsize=(11, 4.8),
-        layout="constrained",
-        width_ratios=[1.15, 1.0],
-    )
-    for name, (factor, cells) in zip("012", pictures):
-        colours = draw_bodies(panels[name], *cells)
-        panels[name].set_title(f"pushed by {PUSH * factor:.0f} mm", loc="left")
-    fig.colorbar(
-        colours,
-        ax=[panels[name] for name in "012"],
-        label="von Mises stress [MPa]",
-        shrink=0.7,
-    )
-    draw_forces(panels["forces"], result)
-    fig.savefig(path)
-
-
-def draw_bodies(axes, x, u, mises):
-    """Both halves, deformed."""
-    at = x[..., :2] + u
-    colours = drawing.draw_field(axes, at, mises, [(1, 1), (1, -1)], top=300.0)
-    axes.set(xlim=(-2, 1902), ylim=(-351, 351))
-    axes.axis("off")
-    return colours
-
-
-def draw_forces(axes, result):
-    """Push and friction's limit over the path."""
-    way = PUSH * result.factor
-    axes.plot(way, 2e-3 * result.H, color=drawing.COMPUTED, label="push H")
-    limit = 2e-3 * FRICTION * result.normal
-    axes.plot(way, limit, "--", color=drawing.EXACT, label=r"friction's limit $\mu N$")
-    for place, text in (
-        (ENTRANCE - START - LENGTH, "front enters the taper"),
-        (ENTRANCE + TAPER - START, "tail leaves the taper"),
-    ):
-        axes.axvline(place, color="0.75", lw=0.8, zorder=0)
-        axes.text(place + 10, 33.0, text, color="0.4", fontsize=8)
-    axes.set(xlabel="push [mm]", ylabel="force of both halves [kN/mm]")
+def draw(states, way, push, limit, file):
+    """The block on its way, and the forces of both halves along it."""
+    places = [[name, "forces"] for name in "012"]
+    look = {"figsize": (11, 4.8), "layout": "constrained"}
+    figure, panels = drawing.pyplot().subplot_mosaic(places, **look)
+    for axes, (moved, _, (x, u, mises)) in zip(map(panels.get, "012"), states):
+        at, images = x[..., :2] + u, [(1, 1), (1, -1)]
+        colours = drawing.draw_field(axes, at, mises, images, top=300.0)
+        axes.set_title(f"pushed by {moved:.0f} mm", loc="left")
+        axes.axis("off")
+    axes = panels.pop("forces")
+    label = "von Mises stress (MPa)"
+    figure.colorbar(colours, ax=[*panels.values()], label=label, shrink=0.7)
+    axes.plot(way, 2e-3 * push, color=drawing.COMPUTED, label="push")
+    axes.plot(way, 2e-3 * limit, "--", color=drawing.EXACT, label="friction's limit")
+    axes.set(xlabel="push (mm)", ylabel="force of both halves (kN/mm)")
     axes.set(xlim=(0.0, PUSH), ylim=(0.0, 35.0))
     axes.legend(loc="lower right")
+    figure.savefig(file.with_suffix(".png"))
 
 
 def main(arguments=None):
@@ -193,19 +54,65 @@ def main(arguments=None):
     parser.add_argument("--size", type=int, default=12, help="cells over half a height")
     parser.add_argument("--steps", type=int, default=50)
     args = parser.parse_args(arguments)
-    comm = MPI.COMM_WORLD
-    report = common.Report(comm)
-    size = args.size * (2 if args.fine else 1)
-    steps = args.steps * (2 if args.fine else 1)
+    comm, more = MPI.COMM_WORLD, 2 if args.fine else 1
     args.output.mkdir(parents=True, exist_ok=True)
-    result = solve(comm, size, steps, report, args.output / "press_fit.csv")
-    report.effort(result.contact, result.iterations, result.halvings)
-    report.add("1 + push - support of the wall", 1.0 + imbalance(result), 1.0, 1e-7)
-    friction, normal = result.along[-1], FRICTION * result.normal[-1]
-    report.add("friction at the end", friction, normal, 0.02, "N/mm")
-    report.add("push at the end", result.H[-1], normal, 0.05, "N/mm")
-    report.add("largest push", result.H.max(), normal, unit="N/mm")
-    draw(result, args.output / "press_fit.png")
+
+    # Neo-Hookean, plane strain
+    scene = scene_of(comm, args.size * more)
+    mesh, V = scene.mesh, tools.vector_space(scene.mesh, 1)
+    u, v = fem.Function(V, name="displacement"), ufl.TestFunction(V)
+    moduli = {"block": E_BLOCK, "channel": E_WALL}
+    E, I = tools.by_body(mesh, scene.cell_tags, moduli, scene.bodies), ufl.Identity(3)
+    mu, lmbda = E / (2.0 * (1.0 + NU)), E * NU / ((1.0 + NU) * (1.0 - 2.0 * NU))
+    H = ufl.grad(u)
+    F = I + ufl.as_tensor([[H[0, 0], H[0, 1], 0], [H[1, 0], H[1, 1], 0], [0, 0, 0]])
+    J = ufl.det(F)
+    energy = mu * (ufl.inner(F, F) - 3 - 2 * ufl.ln(J)) + lmbda * ufl.ln(J) ** 2
+    residual = ufl.derivative(0.5 * energy * ufl.dx(degree=2), u, v)
+    stress = tools.von_mises(mu / J * (F * F.T - I) + lmbda * ufl.ln(J) / J * I)
+    pushed = fem.Constant(mesh, 0.0)
+    support = tools.prescribe(V, scene.find("outside"))
+    bcs = [tools.prescribe(V, scene.find("pushed"), pushed, 0), support]
+    bcs.append(tools.prescribe(V, scene.find("symmetry"), component=1))
+
+    pair, law = (scene.tags["slave"], scene.tags["master"]), raymortar.Coulomb(FRICTION)
+    contact = raymortar.Contact(u, scene.facet_tags, [pair], friction=law)
+    problem = raymortar.NonlinearProblem(residual, contact, bcs)
+    solver = raymortar.SNESSolver(problem, OPTIONS)
+    # The overlap is pushed out first, with the block held where it is
+    solver.solve()
+    contact.advance()
+    file = args.output / "press_fit.csv"
+    history = raymortar.History(problem, file, {"support": support})
+    history.record(0.0)
+
+    def push(factor):
+        pushed.value = PUSH * factor
+
+    def state():
+        mises = tools.nodal_field(stress, mesh, "mises", quadrature_degree=2)
+        return float(pushed.value), mises, drawing.gather_cells(mesh, u, mises)
+
+    states = [state()]
+    path = raymortar.LoadSteps(solver, push, args.steps * more, history=history)
+    for step in path:
+        if step.factor >= (0.45, 1.0)[min(len(states) - 1, 1)] - 1e-9:
+            states.append(state())
+    fields = [u, contact.multiplier, states[-1][1]]
+    io.write_xdmf(file.with_suffix(".xdmf"), mesh, fields)
+
+    # Balance of push and support; friction's limit at the end
+    report, H = common.Report(comm), -history["force_0_x"]
+    report.effort(contact, history["iterations"], path.halvings)
+    off = np.abs(H + history["reaction_support_x"]).max() / H.max()
+    report.add("1 + push - support of the wall", 1.0 + off, 1.0, 1e-7)
+    parts = map(history.vectors, ("normal_0", "tangential_0"))
+    normal, along = (np.linalg.norm(part, axis=1) for part in parts)
+    report.add("friction at the end", along[-1], FRICTION * normal[-1], 0.02, "N/mm")
+    report.add("push at the end", H[-1], FRICTION * normal[-1], 0.05, "N/mm")
+    report.add("largest push", H.max(), FRICTION * normal[-1], unit="N/mm")
+    if comm.rank == 0:
+        draw(states, PUSH * history["time"], H, FRICTION * normal, file)
     return report.finish("limit")
 
 

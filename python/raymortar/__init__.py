@@ -22,6 +22,7 @@ from .paths.history import History
 from .paths.load_steps import LoadSteps
 from .paths.output import Output
 from .paths.progress import LoadStep
+from .plotting.movie import Movie
 from .plotting.picture import plot
 from .solvers.fixed_point import FixedPointSolver
 from .solvers.newton import NewtonSolver
@@ -51,6 +52,7 @@ __all__ = [
     "History",
     "LoadStep",
     "LoadSteps",
+    "Movie",
     "NewtonSolver",
     "NodeStatus",
     "NonlinearProblem",

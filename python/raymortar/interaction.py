@@ -179,13 +179,16 @@ class Interaction(CoupledSystem):
 
     # Results
 
-    def points(self, zone: int = 0) -> dict[str, Array]:
-        """Arrays over this rank's integration points of a zone, at the last `update`.
+    def points(
+        self, zone: int | str = 0, master: int | str | Body | None = None
+    ) -> dict[str, Array]:
+        """Arrays over this rank's integration points of a slave, at the last `update`.
 
         Parameters
         ----------
-        zone
-            Number of the slave surface, from 0 on in the order of pairs.
+        zone, master
+            As `resultant`: the number of the slave surface, from 0 on in the order of
+            pairs, or its name; with a master a pair, of which those points that hit it.
 
         Returns
         -------
@@ -217,7 +220,7 @@ class Interaction(CoupledSystem):
         - ``seed``: master facet of the segment, on which the ray starts its search; -1
           on uncovered parts. ``ray``: how the search ended, 0 for a hit
         """
-        return self.results.points(zone)
+        return self.results.points(zone, master)
 
     def write_segments(self, path: str | Path) -> None:
         """Segments and integration points as VTK files for ParaView. Collective.

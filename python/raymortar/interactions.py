@@ -11,10 +11,12 @@ from dolfinx.fem import Function
 from . import compat
 from .contact import Contact
 from .discretization.layout import CoupledRows
+from .discretization.tagged import ALL
 from .discretization.unknowns import Unknowns
 from .errors import ContactError, ContactWarning, raise_everywhere
 from .interaction import Interaction
 from .interface.pairs import PairTable
+from .rigid.body import Body
 
 
 class Interactions(Interaction):
@@ -145,6 +147,23 @@ def _fault(contacts: Sequence[Contact]) -> str | None:
                 f"contact[{i}], of slave {contact.surfaces.tags}, has axisymmetric="
                 f"{contact.axisymmetric}, contact[0] {first.axisymmetric}: one form is "
                 "of a full turn, or of none"
+            )
+    return _fault_beside_all(contacts)
+
+
+def _fault_beside_all(contacts: Sequence[Contact]) -> str | None:
+    """Why no other contact may be beside one of all facets, if so. Ties may."""
+    meshed = [
+        [pair for pair in contact.pairs if not isinstance(pair.master, Body)]
+        for contact in contacts
+    ]
+    of_all = [i for i, pairs in enumerate(meshed) if any(p.slave == ALL for p in pairs)]
+    for i, (contact, pairs) in enumerate(zip(contacts, meshed)):
+        if of_all and i != of_all[0] and contact.tied is None and pairs:
+            return (
+                f"contact[{i}] has the pair {pairs[0]}, which is one of those of 'all' of "
+                f"contact[{of_all[0]}]: its contact would be counted twice; leave it "
+                "out, or name all pairs"
             )
     return None
 

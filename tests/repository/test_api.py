@@ -104,7 +104,7 @@ def test_results_are_listed_by_name(page, kind):
 @pytest.mark.quick
 def test_points_and_history_list_their_names(page):
     contact = page[page.index("## Contact\n") :]
-    points = contact[contact.index("**`points(zone=0)`**") :][:4000]
+    points = contact[contact.index("**`points(zone=0, master=None)`**") :][:4000]
     for name in ("gap", "pressure", "traction", "slip", "status", "weight", "pair"):
         assert f"`{name}`" in points
     history = page[page.index("## History\n") :]

@@ -20,6 +20,7 @@ from raymortar import (
     LoadSteps,
     NonlinearProblem,
     Penalty,
+    Tie,
     compat,
     rigid,
 )
@@ -106,6 +107,10 @@ def test_bodies_without_tags_are_numbered_by_their_place():
     assert force[-1] < -0.1
     np.testing.assert_allclose(contact.resultant("body_1", "body_0").force, -force)
     assert "body_0 and body_1" in str(contact.meetings()[0])
+    # Points of either body that have hit the other
+    each = [contact.points(*of) for of in (names[0], names[0][::-1])]
+    closed = sum(int(np.count_nonzero(points["status"] > 1)) for points in each)
+    assert COMM.allreduce(closed) == contact.meetings()[0].points > 0
 
 
 def test_new_contacts_are_found_along_a_path():
@@ -158,10 +163,21 @@ def test_exact_penalty_closes_the_gap():
     assert np.abs(found[0] - found[1]).max() < 1e-3 * np.abs(found[0]).max()
 
 
+PLATE = rigid.Body(rigid.Line((0.0, 3.02), (0.0, -1.0)), name="plate")
 BAD = [
     ("all", None, "pairs has 'all', where each facet is slave and master"),
     ([("all", "top_0")], Penalty(), "pairs has 'all' with tag 12"),
     ([("top_0", "all")], Penalty(), "pairs has 'all' with tag 12"),
+    (
+        [("all", "all"), ("top_0", "bottom_1")],
+        Penalty(),
+        r"pair \('top_0', 'bottom_1'\) is one of those of 'all'",
+    ),
+    (
+        [("all", PLATE), ("top_2", PLATE)],
+        Penalty(),
+        r"pair \('top_2', 'plate'\) is one of those of 'all'",
+    ),
 ]
 
 
@@ -170,6 +186,24 @@ def test_bad_pairs_of_all_are_refused(pairs, method, pattern):
     pile = Pile()
     with pytest.raises(ContactError, match=pattern):
         Contact(pile.u, pile.scene.facet_tags, pairs, method, names=pile.scene.tags)
+
+
+def test_named_pairs_are_not_counted_twice_in_a_problem():
+    """But those of a tie or of a tool that not all facets meet may be beside."""
+    pile = Pile()
+    whole, named = pile.contact("all"), pile.contact([("top_0", "bottom_1")])
+    for contacts in ([whole, named], [named, whole]):
+        message = (
+            r"has the pair \('top_0', 'bottom_1'\), which is one of those of 'all'"
+        )
+        with pytest.raises(ContactError, match=message):
+            NonlinearProblem(pile.F, contacts, pile.bcs)
+    tie = Tie(
+        pile.u, pile.scene.facet_tags, [("top_0", "bottom_1")], names=pile.scene.tags
+    )
+    beside = pile.contact([("top_2", PLATE)])
+    problem = NonlinearProblem(pile.F, [whole, tie, beside], pile.bcs)
+    assert len(problem.contact.contacts) == 3
 
 
 def test_things_that_are_no_tags_are_refused():

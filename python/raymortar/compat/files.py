@@ -14,7 +14,7 @@ import dolfinx.io
 from dolfinx import fem
 
 from ..errors import ContactError, together, writing
-from .meshes import element_info, geometry_degree, space
+from .meshes import cell_name, element_info, geometry_degree, space
 
 
 def of_degree(function: fem.Function, degree: int) -> fem.Function:
@@ -139,14 +139,35 @@ def write_vtk(
     own = path.with_name(f"{path.stem}_{step:04d}_.pvd") if step else path
     with writing(mesh.comm, path, RuntimeError, OSError):
         # DOLFINx's object writes once more when it ends
+        shown = of_one_degree(functions)
         with dolfinx.io.VTKFile(mesh.comm, str(own), "w") as file:
-            file.write_function(of_one_degree(functions), t)
+            file.write_function(shown, t)
         del file
+        degree = max(
+            element_info(shown[0].function_space).degree, geometry_degree(mesh)
+        )
+        if degree == 1 or cell_name(mesh) != "hexahedron":
+            for part_file in own.parent.glob(f"{own.stem}_p{mesh.comm.rank}_*.vtu"):
+                _set_version_1(part_file)
         if mesh.comm.rank == 0 and (step or part):
             (entry,) = read_collection(own)
             if own != path:
                 own.unlink()
             write_collection(path, [*before, entry._replace(part=part)])
+
+
+def _set_version_1(path: Path) -> None:
+    """Call a VTU file one of version 1.0, which is all that meshio reads.
+
+    Later versions, which DOLFINx writes, differ in the order of nodes of hexahedra of
+    degree 2 alone.
+    """
+    with open(path, "r+b") as file:
+        head = file.read(300)
+        at = head.find(b'version="2.')
+        if at >= 0:
+            file.seek(at)
+            file.write(b'version="1.0"')
 
 
 # ParaView's collections of files by time, which end in .pvd

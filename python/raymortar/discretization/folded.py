@@ -18,8 +18,9 @@ from .ranks import of_all
 from .reference_facets import N_CORNERS
 from .surfaces import Surface
 
-# Places of bodies that differ by less than this share of the mesh's size are the same
-_SAME_PLACE = 1e-9
+# Coordinates of bodies that differ by less than this share of the model's size are the
+# same: nodes on round bodies that are alike need not be
+_SAME_PLACE = 1e-3
 
 
 @dataclass(frozen=True)
@@ -82,20 +83,33 @@ def _tags(facets: Facets, facet_tags: Any) -> Global:
 
 
 def _by_place(u: Any, bodies: Bodies) -> Indices:
-    """Number of each body in the order of the middles of their nodes. Collective."""
+    """Number of each body in the order of the middles of their boxes. Collective.
+
+    Means of nodes depend on the mesh, which another unit of length may change.
+    """
     V = u.function_space
     n = V.dofmap.index_map.size_local
     x, body = V.tabulate_dof_coordinates()[:n], bodies.dofs[:n]
-    sums = np.zeros((bodies.count, 4))
-    np.add.at(sums, body, np.column_stack([x, np.ones(n)]))
-    V.mesh.comm.Allreduce(MPI.IN_PLACE, sums)
-    middle: Array = sums[:, :3] / sums[:, 3:]
-    size = float(np.abs(middle).max(initial=0.0))
-    places: Array = np.round(middle / (_SAME_PLACE * size if size else 1.0))
-    order = np.lexsort(places.T[::-1])
+    ends = np.full((bodies.count, 6), np.inf)
+    np.minimum.at(ends, body, np.column_stack([x, -x]))
+    V.mesh.comm.Allreduce(MPI.IN_PLACE, ends, op=MPI.MIN)
+    size = float(-ends.min(axis=0).reshape(2, 3).sum(axis=0).min())
+    order = in_order(0.5 * (ends[:, :3] - ends[:, 3:]), _SAME_PLACE * size)
     number = np.empty(bodies.count, dtype=np.int32)
     number[order] = np.arange(bodies.count, dtype=np.int32)
     return number
+
+
+def in_order(places: Array, tolerance: float) -> Indices:
+    """Order of places (n, 3) by x, then y, then z, whose values may be off by rounding.
+
+    Values next to each other that differ by no more than the tolerance are the same.
+    """
+    ranks = np.empty(places.shape, dtype=np.int32)
+    for k, values in enumerate(places.T):
+        order = np.argsort(values, kind="stable")
+        ranks[order, k] = np.cumsum(np.diff(values[order], prepend=-np.inf) > tolerance)
+    return np.lexsort(ranks.T[::-1])
 
 
 def corner_ids(surface: Surface) -> Global:

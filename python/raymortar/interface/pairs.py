@@ -121,6 +121,7 @@ def read_pairs(pairs: Any, known: Mapping[str, Any]) -> tuple[list[Pair], list[G
             name = other.name if isinstance(other, Body) else name_of.get(master)
             surface = list(groups).index((slave, of_itself))
             found.append(Pair(slave, master, name_of.get(slave), name, surface, ""))
+    _check_beside_all(found)
     return labelled(found), [
         Group(slave, tuple(each)) for (slave, _), each in groups.items()
     ]
@@ -176,6 +177,19 @@ def _check_order(
             f"slave tag {slave} has masters with tags and rigid ones: give each kind "
             "a Contact of its own, NonlinearProblem(F, [one, other])"
         )
+
+
+def _check_beside_all(pairs: Sequence[Pair]) -> None:
+    """Raise for a pair that is one of those of all facets."""
+    own = [pair for pair in pairs if pair.slave == ALL]
+    tools = [pair.master for pair in own if isinstance(pair.master, Body)]
+    for pair in pairs if own else []:
+        meshed = not isinstance(pair.master, Body)
+        if pair.slave != ALL and (meshed or pair.master in tools):
+            raise ContactError(
+                f"pair {pair} is one of those of 'all': its contact would be counted "
+                "twice; leave it out, or name all pairs"
+            )
 
 
 def as_label(name: str) -> str:

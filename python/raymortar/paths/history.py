@@ -15,10 +15,17 @@ import ufl
 from dolfinx import fem
 
 from .. import compat
-from ..checked import is_real_number, is_truth_value
+from ..checked import is_real_number, is_truth_value, positive
 from ..compat import Array
 from ..discretization.forms import check_functional, check_supports
-from ..errors import ContactError, as_path, raise_everywhere, together, writing
+from ..errors import (
+    ContactError,
+    as_path,
+    raise_everywhere,
+    require_agreement,
+    together,
+    writing,
+)
 from ..options.methods import Penalty
 from ..problem import CoupledProblem
 from ..results.sums import Resultant
@@ -30,6 +37,12 @@ from .patch_columns import (
     checked_axes,
     patch_columns,
     torque_columns,
+)
+
+# How names of columns begin that are sums over the model, which `symmetry` multiplies
+_SUMS = (
+    *("force_", "normal_", "tangential_", "radial_", "reaction_", "push_"),
+    *("moment_", "torque_", "area_", "work_", "energy", "friction_work", "stored_"),
 )
 
 
@@ -76,6 +89,11 @@ class History:
     works
         Dirichlet condition, or a list of them, by the name of the support: its work on
         the bodies is a column.
+    symmetry
+        How often the model is in the whole: 2 of a half, 4 of a quarter. Forces, moments,
+        torques, areas, works and energies are those of the whole: this times as much, all
+        components alike, also where those of the parts would cancel. Pressures, gaps,
+        centres, motions and `more` are not multiplied.
 
     Attributes
     ----------
@@ -127,6 +145,7 @@ class History:
         patches: bool = False,
         axes: Mapping[str, Any] | None = None,
         works: Mapping[str, Any] | None = None,
+        symmetry: float = 1.0,
     ) -> None:
         require_problem(problem)
         self.problem, self._comm = problem, problem.comm
@@ -142,6 +161,8 @@ class History:
                 raise ContactError(f"patches must be True or False, not {patches!r}")
             turns = checked_axes(problem, axes)
             check_functional("energy", energy)
+            self.symmetry = positive("symmetry", symmetry)
+        require_agreement(self._comm, symmetry=self.symmetry)
         self._more = dict(more)
         self._dim: int = problem.contact.u.function_space.mesh.geometry.dim
         parts = self._parts()
@@ -154,6 +175,7 @@ class History:
         if works:
             self._sources.append((self._works.names, lambda: last(self._last())))
         own = [name for names, _ in self._sources for name in names]
+        self._sums = [name for name in own if name.startswith(_SUMS)]
         self._set_columns(["time", "iterations", "halvings", *own, *self._more])
         self.rows: list[Any] = []
         self._begun = False
@@ -179,8 +201,14 @@ class History:
         self._row: Any = namedtuple("Row", columns)  # type: ignore[misc]
 
     def _last(self) -> dict[str, float] | None:
-        """Return the last record by name."""
-        return self.rows[-1]._asdict() if self.rows else None
+        """Return the last record of the model by name."""
+        if not self.rows:
+            return None
+        return self._scaled(self.rows[-1]._asdict(), 1.0 / self.symmetry)
+
+    def _scaled(self, row: dict[str, float], factor: float) -> dict[str, float]:
+        """Multiply the sums of a record."""
+        return row | {name: factor * row[name] for name in self._sums}
 
     def _parts(self) -> list[Part]:
         """List slave surfaces, and pairs that have names or share their slave."""
@@ -237,7 +265,8 @@ class History:
         return [counts.active_points, gap, counts.max_pressure]
 
     def _friction_work(self) -> float:
-        before = self.rows[-1].friction_work if self.rows else 0.0
+        last = self._last()
+        before = 0.0 if last is None else last["friction_work"]
         return float(before + self.problem.contact.friction_work())
 
     def include(self, more: Mapping[str, Callable[[], float]]) -> None:
@@ -270,6 +299,7 @@ class History:
             )
         for names, values in self._sources:
             row |= zip(names, np.atleast_1d(values()).tolist())
+        row = self._scaled(row, self.symmetry)
         more = {name: number() for name, number in self._more.items()}
         with together(self._comm):
             if self._comm.rank == 0:  # it alone evaluates and writes them

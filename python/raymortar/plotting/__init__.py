@@ -1,6 +1,9 @@
 """Pictures of deformed bodies and of the contact pressure.
 
 - picture: `plot`
+- movie: `Movie`
+- labels: units, axes and names
+- frames: data of a picture, gathered on rank 0
 - drawing: by matplotlib, fields, surfaces, pressures, and tractions along slaves in 2D
 - tools: curves on rigid tools
 - rendering: pictures in 3D by pyvista

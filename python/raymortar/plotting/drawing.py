@@ -3,32 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ..compat import Array
-from ..errors import ContactError
 from ..interface.point_results import CLOSED, along_normal, pressures
 from ..rigid.turning import directions_across
+from .labels import AxisOptions
 from .tools import COLOUR
 
 STRESS_MAP, PRESSURE_MAP = "viridis", "magma_r"
 NORMAL, TANGENTIAL = "#c0392b", "#2c3e50"
 PRESSURE = "contact pressure"
-# Abscissas of drawn tractions
-ABSCISSAS = ("x", "y", "arc", "angle")
 # Fewest parts into which the polygons of a picture are split
 SHADED = 8_000
 # Margin around the points in contact, as a share of the larger side
 MARGIN = 0.15
+# The same along curves of tractions
+ZOOM = 0.25
 # Mean normals shorter than this have no direction: normals cancel
 NOTHING = 1e-3
-# Directions that are off an axis by less than a degree have its name
-NEAR = np.cos(np.radians(1.0))
+# Directions that are off an axis by less than this have its name
+NEAR = np.cos(np.radians(5.0))
+# Size of the axes of a picture, and room of a tick with its label along each. Inches
+AXES, TICK_ROOM = (3.5, 3.2), (0.62, 0.35)
 LOOK = {
-    "axes.formatter.limits": (-3, 4),
+    "axes.formatter.limits": (-2, 4),
     "axes.formatter.use_mathtext": True,
     "figure.dpi": 160,
     "font.size": 9,
@@ -99,16 +100,18 @@ def draw_surface(
     azimuth: float,
     elevation: float = 20,
     curves: Sequence[Array] = (),
+    norm: Any = None,
 ) -> Any:
     """Draw facets in 3D, each in the colour of its value; give a colour bar's source.
 
     A light shades facets (n, k, 3) with values (n,), beside curves (n, 3) on rigid tools.
-    Azimuth and elevation of the eye are in degrees.
+    Azimuth and elevation of the eye are in degrees. Colours follow a norm of matplotlib,
+    or go from 0, or the least value below it, to the largest.
     """
     import matplotlib as mpl
     from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
-    scale = mpl.colors.Normalize(min(0.0, values.min()), values.max())
+    scale = norm or mpl.colors.Normalize(min(0.0, values.min()), values.max())
     colours = mpl.colormaps[STRESS_MAP](scale(values))
     normals = np.cross(
         polygons[:, 1] - polygons[:, 0], polygons[:, -1] - polygons[:, 0]
@@ -149,41 +152,12 @@ def direction(azimuth: float, elevation: float) -> Array:
     return np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
 
 
-@dataclass(frozen=True)
-class AxisOptions:
-    """Options of the axes, as `plot` documents them. Checked."""
-
-    x: str | None = None
-    centre: Sequence[float] | None = None
-    units: tuple[str, str] | None = None
-    axes: str = "xy"
-
-    def __post_init__(self) -> None:
-        x, centre, units = self.x, self.centre, self.units
-        if x is not None and x not in ABSCISSAS:
-            raise ContactError(f"x must be one of {ABSCISSAS} or None, not {x!r}")
-        if centre is not None and x != "angle":
-            raise ContactError('centre is that of angles: give x="angle" too')
-        if centre is not None:
-            if np.shape(centre) != (2,) or not np.isfinite(centre).all():
-                raise ContactError(f"centre must be (x, y), not {centre!r}")
-        is_pair = isinstance(units, (tuple, list)) and len(units) == 2
-        if units is not None and not (
-            is_pair and all(isinstance(unit, str) for unit in units)
-        ):
-            raise ContactError(f"units must be (length, stress), not {units!r}")
-
-    def length(self, name: str) -> str:
-        """Label of a length."""
-        return name if self.units is None else f"{name} ({self.units[0]})"
-
-    def stress(self, name: str) -> str:
-        """Label of a stress."""
-        return name if self.units is None else f"{name} ({self.units[1]})"
-
-
 def draw_pressure(
-    axes: Any, slaves: Sequence[Array], points: dict[str, Array], options: AxisOptions
+    axes: Any,
+    slaves: Sequence[Array],
+    points: dict[str, Array],
+    options: AxisOptions,
+    top: float | None = None,
 ) -> Any:
     """Draw the pressure on slave facets, seen along the mean normal of the contact."""
     X, displacement, traction = slaves
@@ -198,7 +172,8 @@ def draw_pressure(
     # Facets that are nearer to the eye hide others
     order = np.argsort(at.mean(axis=1) @ across)
     pressure = np.linalg.norm(traction, axis=2, keepdims=True)
-    colours = draw_field(axes, at[order] @ frame.T, pressure[order], cmap=PRESSURE_MAP)
+    drawn = at[order] @ frame.T, pressure[order]
+    colours = draw_field(axes, *drawn, top=top, cmap=PRESSURE_MAP)
     xlabel, ylabel = (options.length(name_of(one)) for one in frame)
     axes.set(xlabel=xlabel, ylabel=ylabel)
     if not closed.any():
@@ -250,7 +225,7 @@ def arc_lengths(ends: Array, deformed_ends: Array) -> Array:
     return found
 
 
-def over_angle(x: Array, centre: Sequence[float] | None) -> Array:
+def over_angle(x: Array, centre: Sequence[float] | Array | None) -> Array:
     """Angle of points (n, 2) around a centre, (n,). Degrees, without a jump in the
     largest gap between points. Without a centre, around that of the circle that fits
     the points best, |x|^2 = 2 c x + k."""
@@ -265,7 +240,7 @@ def over_angle(x: Array, centre: Sequence[float] | None) -> Array:
     gaps = np.diff(ordered)
     if len(gaps) and gaps.max() > ordered[0] + 360.0 - ordered[-1]:
         angles[angles > ordered[gaps.argmax()]] -= 360.0
-    return angles
+    return angles - 360.0 * np.round(angles.mean() / 360.0)
 
 
 def draw_tractions(
@@ -283,17 +258,23 @@ def draw_tractions(
     curves = {"pressure": pressures(points)}
     if frictional:
         curves["friction"] = np.linalg.norm(across, axis=1)
-    met = np.unique(points["pair"])
-    for k, pair in enumerate(met):
-        colours, markers, name = (f"C{k % 10}",) * 2, ".x", f"{names[pair]} "
-        if len(met) == 1:
+    for pair in np.unique(points["pair"]):
+        colours, markers, name = (f"C{pair % 10}",) * 2, ".x", f"{names[pair]} "
+        if len(names) == 1:
             colours, markers, name = (NORMAL, TANGENTIAL), "..", ""
         on = points["pair"] == pair
         for (kind, y), colour, marker in zip(curves.items(), colours, markers):
             style = {"ms": 3, "color": colour, "label": name + kind}
             axes.plot(values[on], y[on], marker, **style)
-    if len(axes.lines) > 1:
-        axes.legend()
+    if len(axes.lines) > 1:  # above the dots
+        place = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.04), "ncol": 2}
+        axes.legend(**place, markerscale=2.0)
+    closed = points["status"] >= CLOSED
+    if options.zoom and closed.any():
+        shown = values[closed]
+        room = ZOOM * np.ptp(shown) or 0.5 * np.ptp(values)
+        if room > 0.0:
+            axes.set_xlim(shown.min() - room, shown.max() + room)
     # Limits that have zero, and cut no dot
     drawn = np.concatenate([[0.0], *curves.values()])
     if np.ptp(drawn) > 0.0:
@@ -317,10 +298,26 @@ def _abscissa(
         length = lengths[:, 0] + np.clip(share, 0.0, 1.0) * np.diff(lengths)[:, 0]
         return length, options.length("length along the surface")
     if over == "angle":
-        return over_angle(x, options.centre), "angle (degrees)"
+        centre, factor = options.centre, options.factor("length")
+        given = None if centre is None else factor * np.asarray(centre, dtype=float)
+        return over_angle(x, given), "angle (degrees)"
     widest = int(np.argmax(np.ptp(x, axis=0))) if len(x) else 0
     k = widest if over is None else "xy".index(over)
     return x[:, k], options.length(options.axes[k])
+
+
+def fit_ticks(figure: Any) -> None:
+    """Leave as many ticks as the axes have room for labels."""
+    for axes in figure.axes:
+        if axes.get_label() == "<colorbar>" or hasattr(axes, "zaxis"):
+            continue
+        width, height = AXES
+        if axes.get_aspect() != "auto":
+            ratio = np.ptp(axes.get_xlim()) / np.ptp(axes.get_ylim())
+            width, height = min(width, height * ratio), min(height, width / ratio)
+        for axis, size, room in zip("xy", (width, height), TICK_ROOM):
+            bins = int(np.clip(size / room, 2, 7))
+            axes.locator_params(axis, nbins=bins, steps=[1, 2, 2.5, 5, 10])
 
 
 def _say_no_contact(axes: Any) -> None:

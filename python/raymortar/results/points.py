@@ -50,10 +50,44 @@ class PointResults:
         self._presents, self._u, self._comm = presents, u, comm
         self._says_unsolved = True
 
-    def points(self, zone: int) -> dict[str, Array]:
-        """Arrays over this rank's integration points of a zone."""
+    def points(
+        self, slave: int | str, master: int | str | Body | None = None
+    ) -> dict[str, Array]:
+        """Arrays over this rank's integration points of a slave surface, or of a pair."""
         self._require_results()
-        surface = self._surface(zone)
+        if master is None and not isinstance(slave, str):
+            return self._points_of(self._surface(slave))
+        surface, parts, pairs = self._one_surface(slave, master)
+        points = self._points_of(surface)
+        if parts:
+            mine, theirs = parts
+            own, met = self.zones[surface].parts_of(points)
+            chosen = np.isin(own, mine)
+            if theirs is not None:
+                chosen &= np.isin(met, theirs)
+        elif master is None:
+            return points
+        else:
+            chosen = np.isin(points["pair"], pairs)
+        return {name: values[chosen] for name, values in points.items()}
+
+    def _one_surface(
+        self, slave: Any, master: Any
+    ) -> tuple[int, tuple[list[int], list[int] | None] | None, list[int]]:
+        """Find the slave surface of a name or a pair, its parts, and numbers of pairs."""
+        chosen = chosen_parts(self.zones, self.pairs, slave, master)
+        pairs = [] if chosen else self.pairs.find(slave, master)
+        of = [i for i, *_ in chosen] or [self.pairs.pairs[k].surface for k in pairs]
+        if len(set(of)) > 1:
+            asked = repr(slave) if master is None else f"({slave!r}, {master!r})"
+            raise ContactError(
+                f"{asked} is of several slave surfaces, {', '.join(map(str, of))}: ask "
+                "for points of one by its number"
+            )
+        return of[0], (chosen[0][1:] if chosen else None), pairs
+
+    def _points_of(self, surface: int) -> dict[str, Array]:
+        """Arrays over this rank's integration points of a slave surface."""
         data = self.zones[surface]
         points: dict[str, Any] = data.points()
         numbers = self.pairs.of_surface(surface, data.facets.master_tags)

@@ -6,6 +6,7 @@ where it was made. A `Body` moves it, or lets forces move it.
 
 from .body import Body
 from .implicit import Implicit
+from .polyline import Polyline
 from .shapes import Circle, Cone, Cylinder, Line, Plane, Sphere, Torus, Wedge
 from .surface import Surface
 
@@ -17,6 +18,7 @@ __all__ = [
     "Implicit",
     "Line",
     "Plane",
+    "Polyline",
     "Sphere",
     "Surface",
     "Torus",

@@ -10,10 +10,11 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from .. import _cpp
-from ..checked import truth
+from ..checked import truth, vector
 from ..compat import Array, Indices
 from ..errors import ContactError
-from .shapes import Shape
+from .shapes import Shape, Vector
+from .winding import winding
 
 # Facets by dimension and number of nodes: shape, degree, and the places of Gmsh's, VTK's
 # and meshio's nodes in the order of the library
@@ -36,6 +37,8 @@ _CORNERS = {"interval": 2, "triangle": 3, "quadrilateral": 4}
 # Points closer than this share of the surface's size are merged. Facets that are no wider
 # have no normal
 _SAME = 1e-10
+# A point from which an open surface hides less of all directions is on neither side
+_LEVEL = 1e-6
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -61,6 +64,10 @@ class Surface(Shape):
         solid behind it.
     hollow
         Whether the solid is around the surface: a die whose cavity is given.
+    inside
+        A point in the solid, near the surface, in place of `orient` and `hollow`: facets
+        are turned such that it is behind them. Of a closed surface it may be on either
+        side. The surface must be in one piece.
     """
 
     points: Array
@@ -68,11 +75,12 @@ class Surface(Shape):
     orient: bool = False
     closed: bool = True
     hollow: bool = False
+    inside: Vector | None = None
 
     def __post_init__(self) -> None:
         for name in ("orient", "closed", "hollow"):
             truth(name, getattr(self, name))
-        points = _checked_points(self.points)
+        points = checked_points(self.points)
         facets = _checked_facets(self.facets, points)
         points, facets = _joined(points, facets)
         if facets.shape[1] == 8:
@@ -85,7 +93,7 @@ class Surface(Shape):
     def _oriented(self, points: Array, facets: Indices, shape: str) -> Indices:
         """The facets with normals out of the solid, or an error."""
         corners = _CORNERS[shape]
-        if self.orient:
+        if self.orient or self.inside is not None:
             turn = _turns(facets[:, :corners])
             facets = np.where(turn[:, None], _turned(facets, shape), facets)
         rim, wrong = _edge_faults(facets[:, :corners])
@@ -100,6 +108,10 @@ class Surface(Shape):
                 f"example next to {_at(points, rim[0])}. closed=False takes it for the "
                 "face of a solid behind it"
             )
+        if self.inside is not None:
+            if self._is_in_front(points, facets[:, :corners], len(rim) > 0):
+                return _turned(facets, shape)
+            return facets
         if len(rim) == 0 and _volume(points, facets[:, :corners]) < 0.0:
             if not self.orient:
                 raise ContactError(
@@ -110,10 +122,31 @@ class Surface(Shape):
             facets = _turned(facets, shape)
         return _turned(facets, shape) if self.hollow else facets
 
+    def _is_in_front(self, points: Array, corners: Indices, is_open: bool) -> bool:
+        """Whether the point `inside` is where normals point to, or an error."""
+        gdim = points.shape[1]
+        x = vector("inside", self.inside, gdim)[:gdim]
+        if self.hollow:
+            raise ContactError("hollow=True and inside= are one too many: give inside=")
+        if (pieces := _pieces(corners)) > 1:
+            raise ContactError(
+                f"inside= tells the side of a surface in one piece: this one has {pieces}"
+            )
+        around = winding(points, corners, x)
+        if not is_open:
+            encloses = abs(around) > 0.5
+            return around < 0.0 if encloses else _volume(points, corners) > 0.0
+        if abs(around) < _LEVEL:
+            raise ContactError(
+                f"inside = {self.inside!r} is level with the surface: give a point nearer "
+                "to it, in the solid"
+            )
+        return around < 0.0
+
     def __repr__(self) -> str:
         # Alike on all ranks that have the same arrays
         size = np.abs(self.points).sum()
-        return f"Surface({len(self.facets)} facets, {size:.17g})"
+        return f"{type(self).__name__}({len(self.facets)} facets, {size:.17g})"
 
     @property
     def gdim(self) -> int:
@@ -130,7 +163,8 @@ class Surface(Shape):
         return _cpp.facet_tool(getattr(_cpp.Shape, shape), degree, self.points, nodes)
 
 
-def _checked_points(given: Any) -> Array:
+def checked_points(given: Any) -> Array:
+    """Check points (n, 2) or (n, 3)."""
     try:
         points = np.array(given, dtype=np.float64)
     except (TypeError, ValueError):
@@ -243,6 +277,15 @@ def _turns(corners: Indices) -> Any:
     pair = np.minimum(part[:m], part[m:])
     _, first, of_pair = np.unique(pair, return_index=True, return_inverse=True)
     return part[:m] != part[first][of_pair]
+
+
+def _pieces(corners: Indices) -> int:
+    """Number of parts of facets that share no edge, points in 2D."""
+    number, _ = _edges(corners)
+    m, k = corners.shape
+    of = np.repeat(np.arange(m), k), number.ravel()
+    joins = coo_array((np.ones(m * k), of), shape=(m, int(number.max()) + 1))
+    return int(connected_components(joins @ joins.T, directed=False)[0])
 
 
 def _volume(points: Array, corners: Indices) -> float:

@@ -99,6 +99,36 @@ def test_vtk_has_all_fields_at_all_nodes(cell, degree, folder):
 
 
 @pytest.mark.mpi
+@pytest.mark.parametrize(
+    "cell, degree, version",
+    [("quadrilateral", 2, "1.0"), ("hexahedron", 1, "1.0"), ("hexahedron", 2, "2.2")],
+)
+def test_readers_of_python_know_the_version(cell, degree, version, folder):
+    """That of meshio, but where the order of nodes is of a later one."""
+    problem, functions = pressed_in(cell, degree)
+    compat.write_vtk(folder / "out.pvd", problem.u.function_space.mesh, functions)
+    COMM.barrier()
+    files = list(folder.glob("*.vtu"))
+    assert len(files) == COMM.size
+    roots = [ElementTree.parse(path).getroot() for path in files]
+    assert {root.get("version") for root in roots} == {version}
+
+
+@pytest.mark.parametrize("cell, degree", [("triangle", 2), ("hexahedron", 1)])
+def test_meshio_reads_all_fields(cell, degree, folder):
+    meshio = pytest.importorskip("meshio")
+    problem, functions = pressed_in(cell, degree)
+    compat.write_vtk(folder / "out.pvd", problem.u.function_space.mesh, functions)
+    read = meshio.read(*folder.glob("*.vtu"))
+    places = [tuple(x) for x in np.round(read.points, 9) + 0.0]
+    found = {}
+    for f in functions:
+        values = read.point_data[f.name].reshape(len(places), -1).tolist()
+        found[f.name] = dict(zip(places, values))
+    compare(found, functions, len)
+
+
+@pytest.mark.mpi
 def test_fields_of_two_degrees_are_written_at_the_finer_nodes(folder):
     """3D: the multiplier has degree 1, the displacement 2; linear in between."""
     problem, functions = pressed_in("tetrahedron", 2)

@@ -3,6 +3,7 @@
 import gathered
 import numpy as np
 import pytest
+from dolfinx import fem
 from partitions import scattered
 from problems import COMM, DIMENSION, stack
 
@@ -11,6 +12,7 @@ from meshes.meshing import assemble_blocks
 from meshes.scenes import two_blocks
 from raymortar import compat
 from raymortar.discretization.bodies import connected, find_bodies
+from raymortar.discretization.folded import _by_place, in_order
 
 
 def bodies_of_cells(V, bodies):
@@ -76,3 +78,33 @@ def test_chains_in_any_order_are_found():
 
 def test_no_rows_tie_nothing():
     assert (connected(np.empty((0, 3), dtype=np.int32), 4) == np.arange(4)).all()
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("unit", [1.0, 1e-3, 25.4, 1.0 / 3.0, 0.7])
+def test_numbers_of_bodies_do_not_depend_on_the_unit_of_length(unit):
+    """The middles of a stack have one x, whatever the nodes within are.
+
+    Nodes of each unit's mesh are at places of their own, as those of a generator are.
+    """
+    scene = stack("triangle", (3, 4, 7))
+    x = scene.mesh.geometry.x
+    bump = x[:, 0] * (1.0 - x[:, 0]) * np.sin(7.0 * x[:, 1] / unit)
+    x[:, 0] += 0.1 * bump
+    x[:] *= unit
+    V = compat.vector_space(scene.mesh, 1)
+    bodies = find_bodies(V)
+    number = _by_place(fem.Function(V), bodies)[bodies.dofs]
+    heights = V.tabulate_dof_coordinates()[:, 1] / unit
+    # Blocks of height 1 on each other, which may touch
+    inner = np.abs(heights - np.round(heights)) > 1e-6
+    assert gathered.everywhere((number == np.floor(heights))[inner].all())
+
+
+def test_places_that_differ_by_rounding_are_the_same():
+    noise = 1e-12 * np.random.default_rng(3).standard_normal((6, 3))
+    places = np.array([[0.5, 0.1 * (5 - k), 0.2 * (k % 2)] for k in range(6)])
+    assert in_order(places + noise, 1e-9).tolist() == [5, 4, 3, 2, 1, 0]
+    places[:, 1] = 0.3
+    assert in_order(places + noise, 1e-9).tolist() == [0, 2, 4, 1, 3, 5]
+    assert in_order(places[:1], 0.0).tolist() == [0]

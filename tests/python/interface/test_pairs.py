@@ -188,6 +188,30 @@ def test_names_and_tags_ask_for_the_same():
             contact.resultant(surface)
 
 
+@pytest.mark.parametrize("split", [False, True])
+def test_points_of_a_pair_are_those_that_hit_its_master(split):
+    contact = Table(split=split).solve().contact
+    for i in range(LEGS):
+        number = i if split else 0
+        points, all_points = contact.points("slab", f"leg {i}"), contact.points(number)
+        chosen = all_points["pair"] == i
+        for name, values in all_points.items():
+            np.testing.assert_array_equal(points[name], values[chosen], err_msg=name)
+        force = COMM.allreduce(points["weight"] @ points["traction"])
+        pair = contact.resultant("slab", f"leg {i}").force
+        np.testing.assert_allclose(force, pair, atol=1e-12 * worst(pair))
+        by_tag = contact.points(91, 10 * i + 2)["x"]
+        np.testing.assert_array_equal(by_tag, points["x"])
+    if split:
+        with pytest.raises(ContactError, match="'slab' is of several slave surfaces"):
+            contact.points("slab")
+    else:
+        np.testing.assert_array_equal(contact.points("slab")["x"], all_points["x"])
+    for asked in (("leg 2", "slab"), ("slab", "foot 2"), ("nobody",)):
+        with pytest.raises(ContactError, match="there is no"):
+            contact.points(*asked)
+
+
 def test_nothing_is_asked_before_the_first_update():
     scene = slab_on_legs("triangle")
     u = fem.Function(compat.vector_space(scene.mesh, 1))

@@ -142,6 +142,9 @@ def test_file_has_every_record_to_the_last_digit(folder):
         head, *rows = csv.reader(lines)
     assert tuple(head) == steps.history.columns
     assert np.array_equal(np.array(rows, dtype=float), np.array(steps.history.rows))
+    table = np.genfromtxt(file, delimiter=",", names=True)
+    assert table.dtype.names == steps.history.columns
+    assert np.array_equal(table["force_0_y"], steps.history["force_0_y"])
 
 
 @pytest.mark.mpi

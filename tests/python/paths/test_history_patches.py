@@ -17,8 +17,10 @@ from spinning import DEPTH, GAMMA, MU, UP, Scene
 from raymortar import (
     AugmentedLagrangian,
     ContactError,
+    Coulomb,
     History,
     NonlinearProblem,
+    Penalty,
     rigid,
 )
 
@@ -135,12 +137,42 @@ def test_the_torque_of_a_spinning_annulus(name):
             r"axes\['z'\] = .* must be 2 finite numbers",
         ),
         ({"works": {"top": 3}}, "works has 3 for 'top', which is no"),
+        ({"symmetry": 0.0}, "symmetry = 0.0 must be a positive number"),
     ],
 )
 def test_what_is_no_axis_or_support_is_refused(options, match):
     found = problem_of(blocks("triangle"))
     with pytest.raises(ContactError, match=match):
         History(found.problem, **options)
+
+
+def test_symmetry_multiplies_sums_and_nothing_else():
+    """Works, which go on from the last record, too; and over a restart."""
+    ball = rigid.Body(rigid.Circle((0.45, 1.9), 0.9), name="ball")
+    law = {"method": Penalty(1000.0), "friction": Coulomb(0.3)}
+    found = press("quadrilateral", ball, n=6, **law)
+    u, bcs = found.u, found.problem.bcs
+    energy = ufl.inner(u, u) * ufl.dx
+    given = None, {"held": bcs}, energy, None, True, {"middle": (0.5, 1.0)}
+    one, three = (
+        History(found.problem, *given, works={"held": bcs}, symmetry=factor)
+        for factor in (1.0, 3.0)
+    )
+    for k in range(1, 4):
+        ball.move((0.02 * k, -0.02 * k))
+        solved(found)
+        one.record(k)
+        three.record(k)
+        found.contact.advance()
+        if k == 2:
+            three.resume(three.rows)
+    kept = "time", "iterations", "halvings", "active", "min_gap", "max_pressure"
+    motions = "translation_", "rotation_", "centre_", "peak_"
+    for name in one.columns:
+        factor = 1.0 if name.startswith((*kept, *motions)) else 3.0
+        np.testing.assert_allclose(three[name], factor * one[name], 1e-13, 1e-15)
+    sums = "force_0_y push_ball_x work_ball energy friction_work stored_normal area_0"
+    assert all(three[name][-1] != 0.0 for name in sums.split())
 
 
 def test_nothing_presses_before_contact():

@@ -1,0 +1,197 @@
+"""Data of a picture, gathered on rank 0 in the units that are shown."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from mpi4py import MPI
+
+import numpy as np
+import ufl
+from dolfinx.fem import Function
+from dolfinx.mesh import Mesh
+
+from .. import compat
+from ..compat import Array
+from ..discretization.gathering import (
+    gather,
+    gather_boundary,
+    gather_cells,
+    nodal_field,
+)
+from ..interface.point_results import CLOSED, OPEN
+from ..paths.body_columns import rigid_bodies
+from .labels import AxisOptions
+from .tools import curves
+
+if TYPE_CHECKING:
+    from ..contact import Contact
+
+# Margin around bodies in which tools are drawn, as a share of the larger side, in 2D
+# and in 3D. Wires need a larger one to show the tool's shape
+MARGIN = {2: 0.15, 3: 0.4}
+# Margin around the points in contact of a picture that is zoomed to them
+ZOOM = 0.4
+# Arrays of points that pictures need; `facet` is a place among all slave facets
+_NAMES = "x normal contact_normal traction weight status pair facet".split()
+# Names that DOLFINx gives Functions without one, and parts of Functions
+_UNNAMED = r"f(_\d+)?|.*_\d+"
+
+Box = tuple[Array, Array]
+
+
+@dataclass
+class Frame:
+    """Bodies, tools and points of a picture, in the units that are shown.
+
+    Attributes
+    ----------
+    bodies
+        Vertices (n, k, 3) of polygons, displacement, and field (n, k, 1).
+    slaves
+        The same of slave facets; in 3D with the normal traction (n, k, 3).
+    points
+        Arrays at the integration points that meet a master.
+    lines
+        Curves on rigid tools, (n, d).
+    box
+        Corners (d,) of what is shown, if tools or a zoom cut it; else None.
+    """
+
+    bodies: list[Array]
+    slaves: list[Array]
+    points: dict[str, Array]
+    lines: list[Array]
+    box: Box | None
+
+
+@dataclass(frozen=True)
+class Ranges:
+    """Ranges of colours that pictures have in common."""
+
+    field: tuple[float, float]
+    pressure: float
+
+    @classmethod
+    def of(cls, frames: Sequence[Frame]) -> Ranges:
+        """Find the ranges of some pictures. A field without negative values begins at 0."""
+        values = [frame.bodies[2] for frame in frames]
+        low = min(0.0, *(float(one.min(initial=0.0)) for one in values))
+        high = max(float(one.max(initial=low)) for one in values)
+        tractions = [one.slaves[2] for one in frames if len(one.slaves) > 2]
+        sizes = [np.linalg.norm(t, axis=2).max(initial=0.0) for t in tractions]
+        return cls((low, high), float(max(sizes, default=0.0)))
+
+
+def label_of(u: Function, field: Any, label: str | None, options: AxisOptions) -> str:
+    """Label of the colours of bodies, with their unit."""
+    if field is None:
+        shown = "displacement"
+        if shown in u.name:
+            shown = u.name
+        elif re.fullmatch(_UNNAMED, u.name) is None:
+            shown = f"displacement {u.name}"
+        return options.length(shown if label is None else label)
+    shown = getattr(field, "name", "field") if label is None else label
+    return options.label("field", shown)
+
+
+def gather_frame(contact: Contact, field: Any, options: AxisOptions) -> Frame | None:
+    """Gather what a picture shows on rank 0; None elsewhere. Collective."""
+    u = contact.unknowns.only.u
+    mesh = u.function_space.mesh
+    comm, dim = mesh.comm, mesh.geometry.dim
+    shown = _nodal(u if field is None else field, mesh)
+    gather_bodies: Any = gather_cells if dim == 2 else gather_boundary
+    bodies = gather_bodies(mesh, u, shown)
+    facets = np.concatenate([zone.facets.slave.facets for zone in contact.zones])
+    functions = [u] if dim == 2 else [u, contact.traction("normal")]
+    slaves = gather_boundary(mesh, *functions, facets=facets)
+    points = _gather_points(contact, comm)
+    if comm.rank > 0:
+        return None
+    zoomed = _contact_box(slaves, points) if options.zoom else None
+    if zoomed is not None:
+        bodies = _within(bodies, zoomed)
+    around = _box(bodies) if zoomed is None else zoomed
+    tools = rigid_bodies(contact.zones)
+    lines = [curve for tool in tools for curve in curves(tool, *around)]
+    frame = Frame(bodies, slaves, points, lines, around if lines else zoomed)
+    return _scaled(frame, options, "length" if field is None else "field")
+
+
+def _scaled(frame: Frame, options: AxisOptions, coloured_by: str) -> Frame:
+    """The frame in the units that are shown."""
+    length, stress = options.factor("length"), options.factor("stress")
+    for values, factor in zip(
+        (*frame.bodies, *frame.slaves),
+        (length, length, options.factor(coloured_by), length, length, stress),
+    ):
+        values *= factor
+    frame.points["x"] = frame.points["x"] * length
+    frame.points["traction"] = frame.points["traction"] * stress
+    frame.lines = [line * length for line in frame.lines]
+    if frame.box is not None:
+        frame.box = frame.box[0] * length, frame.box[1] * length
+    return frame
+
+
+def _gather_points(contact: Contact, comm: MPI.Intracomm) -> dict[str, Any]:
+    """Gather the points that meet a master, rank by rank and zone by zone. Collective.
+
+    On rank 0; None in place of arrays elsewhere.
+    """
+    counts = [len(zone.facets.slave.facets) for zone in contact.zones]
+    first, parts = comm.exscan(sum(counts)) or 0, []
+    for i, count in enumerate(counts):
+        points = contact.points(i)
+        points["facet"] = first + points["slave"]
+        parts.append({name: points[name][points["status"] >= OPEN] for name in _NAMES})
+        first += count
+    return {
+        name: gather(comm, np.concatenate([part[name] for part in parts]))
+        for name in _NAMES
+    }
+
+
+def _nodal(field: Any, mesh: Mesh) -> Function:
+    """A continuous scalar function, for the colours at the vertices."""
+    if isinstance(field, Function):
+        info = compat.element_info(field.function_space)
+        if info.is_lagrange and not info.is_discontinuous and info.block_size == 1:
+            return field
+    name = getattr(field, "name", "field")
+    length = ufl.sqrt(ufl.inner(field, field)) if field.ufl_shape else field
+    # Degree 2 resolves the variation within a cell
+    return nodal_field(length, mesh, name, quadrature_degree=2)
+
+
+def _box(bodies: Any) -> Box:
+    """Corners of a box around the deformed bodies, with a margin."""
+    x, u, _ = bodies
+    at = (x[..., : u.shape[-1]] + u).reshape(-1, u.shape[-1])
+    margin = MARGIN[u.shape[-1]] * np.ptp(at, axis=0).max()
+    return at.min(axis=0) - margin, at.max(axis=0) + margin
+
+
+def _contact_box(slaves: Any, points: dict[str, Array]) -> Box | None:
+    """Corners of a box around the points in contact, with a margin; None without any."""
+    at = points["x"][points["status"] >= CLOSED]
+    if not len(at):
+        return None
+    ends = slaves[0][..., : at.shape[1]] + slaves[1]
+    # A single point has no size, but its facet
+    facet = float(np.ptp(ends, axis=1).max())
+    margin = max(ZOOM * float(np.ptp(at, axis=0).max()), facet)
+    return at.min(axis=0) - margin, at.max(axis=0) + margin
+
+
+def _within(bodies: Any, box: Box) -> list[Array]:
+    """The polygons that reach into a box."""
+    x, u, _ = bodies
+    at = x[..., : u.shape[-1]] + u
+    chosen = ((at.max(axis=1) >= box[0]) & (at.min(axis=1) <= box[1])).all(axis=1)
+    return [values[chosen] for values in bodies]

@@ -1,0 +1,158 @@
+"""Movies of paths: a picture for each step, with axes and colours in common."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..checked import positive
+from ..errors import ContactError, as_path, raise_everywhere, together, writing
+from . import drawing
+from .frames import Frame, Ranges, gather_frame, label_of
+from .labels import Units
+from .picture import checked, draw, lacking, new_figure
+
+if TYPE_CHECKING:
+    from ..contact import Contact
+
+# Limits (axes, 2) of the two axes of a picture
+Limits = list[Any]
+# Dots per inch
+DPI = 100
+
+
+class Movie:
+    """Pictures of a path as `plot` draws them, in a GIF. Collective.
+
+    Rank 0 keeps what each picture shows until the movie is written, so that all have the
+    same axes and colours.
+
+    Parameters
+    ----------
+    contact
+        Contact.
+    file
+        Path that ends in ``.gif``.
+    field, label, view, x, centre, units, zoom
+        As of `plot`.
+    fps
+        Pictures per second.
+
+    Raises
+    ------
+    ContactError
+        Without matplotlib, or if an argument is no such thing.
+
+    Examples
+    --------
+    >>> movie = raymortar.Movie(contact, "press.gif", zoom=True)
+    >>> for step in raymortar.LoadSteps(solver, press, steps=20):
+    ...     movie.add(f"load {step.factor:.2f}")
+    >>> movie.write()
+    """
+
+    def __init__(
+        self,
+        contact: Contact,
+        file: str | Path,
+        field: Any = None,
+        label: str | None = None,
+        view: tuple[float, float] = (-60.0, 20.0),
+        x: str | None = None,
+        centre: Sequence[float] | None = None,
+        units: Units | None = None,
+        zoom: bool = False,
+        fps: float = 5.0,
+    ) -> None:
+        self._options = checked(contact, field, x, centre, units, zoom)
+        self.contact, self._comm = contact, contact.layout.comm
+        with together(self._comm):
+            self.path = as_path(file)
+            if self.path.suffix != ".gif":
+                raise ContactError(f"{self.path} must end in .gif")
+            self._fps = positive("fps", fps)
+        draws = self._comm.rank == 0
+        fault = lacking("matplotlib", contact.u.function_space.mesh.geometry.dim)
+        raise_everywhere(self._comm, fault if draws else None)
+        self._field, self._view = field, view
+        u = contact.unknowns.only.u
+        self._label = label_of(u, field, label, self._options)
+        self._frames: list[tuple[Frame, str]] = []
+
+    def add(self, title: str = "") -> None:
+        """Add a picture of the last update, with a title. Collective."""
+        with together(self._comm):
+            self.contact.points()  # raises before the first update
+        frame = gather_frame(self.contact, self._field, self._options)
+        if frame is not None:
+            self._frames.append((frame, title))
+
+    def write(self) -> None:
+        """Write the pictures so far to the file. Collective.
+
+        Raises
+        ------
+        ContactError
+            If there are none, or if the file cannot be written.
+        """
+        empty = self._comm.rank == 0 and not self._frames
+        fault = "a movie without pictures: call its add() after each step"
+        raise_everywhere(self._comm, fault if empty else None)
+        with writing(self._comm, self.path, OSError):
+            if self._frames:
+                self._write()
+
+    def _write(self) -> None:
+        """Draw all pictures twice: to find their limits, and within these."""
+        from matplotlib import rc_context
+        from matplotlib.animation import PillowWriter
+
+        look: Any = {**drawing.LOOK, "savefig.bbox": None}
+        with rc_context(look):
+            figure, found = new_figure(False), []
+            for frame, _ in self._frames:
+                self._draw(figure, frame)
+                found.append(_limits(figure))
+            common = [_hull(of_one) for of_one in zip(*found)]
+            writer = PillowWriter(fps=self._fps)
+            with writer.saving(figure, str(self.path), DPI):
+                for frame, title in self._frames:
+                    self._draw(figure, frame)
+                    _set_limits(figure, common)
+                    figure.suptitle(title)
+                    drawing.fit_ticks(figure)
+                    writer.grab_frame()
+
+    def _draw(self, figure: Any, frame: Frame) -> None:
+        """Draw one picture in place of the last one."""
+        figure.clear()
+        ranges = Ranges.of([frame for frame, _ in self._frames])
+        label, view, options = self._label, self._view, self._options
+        draw(figure, self.contact, frame, ranges, label, view, options)
+
+
+def _limits(figure: Any) -> Limits:
+    """Limits of both axes, (axes, 2) each."""
+    found = []
+    for axes in figure.axes[:2]:
+        names = ("x", "y", "z") if hasattr(axes, "zaxis") else ("x", "y")
+        found.append(np.array([getattr(axes, f"get_{name}lim")() for name in names]))
+    return found
+
+
+def _hull(limits: Sequence[Any]) -> Any:
+    """Least and largest of some limits."""
+    low, high = (np.array([one[:, k] for one in limits]) for k in (0, 1))
+    return np.column_stack([low.min(axis=0), high.max(axis=0)])
+
+
+def _set_limits(figure: Any, limits: Limits) -> None:
+    """Set the limits of both axes."""
+    for axes, of_one in zip(figure.axes, limits):
+        for name, (low, high) in zip("xyz", of_one):
+            getattr(axes, f"set_{name}lim")(low, high)
+        if len(of_one) == 3:
+            axes.set_box_aspect(np.ptp(of_one, axis=1))
