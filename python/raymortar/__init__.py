@@ -10,6 +10,8 @@ from .errors import (
     ConvergenceError,
     SetUpError,
 )
+from .field_problem import FieldProblem
+from .field_tie import FieldTie
 from .flux import Flux, FluxRates
 from .interface.pairs import Pair
 from .interface.point_results import NodeStatus, PointStatus
@@ -44,6 +46,8 @@ __all__ = [
     "ConvergenceError",
     "Coulomb",
     "DisplacementControl",
+    "FieldProblem",
+    "FieldTie",
     "FixedPointSolver",
     "Flux",
     "FluxRates",

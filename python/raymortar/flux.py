@@ -15,6 +15,7 @@ from .compat import Array
 from .contact import Contact
 from .discretization.joined import Displacement, parts_of
 from .errors import ContactError, require_agreement, together
+from .field_tie import FieldTie
 from .options.flux_law import FluxLaw
 from .options.methods import has_dual_multiplier
 from .system.flux_part import FluxPart
@@ -171,23 +172,24 @@ class Flux:
         return self.part.points(zone)
 
 
-def apart(given: Any) -> tuple[Any, list[Flux]]:
-    """Divide what a problem is given into contacts and fluxes.
+def apart(given: Any) -> tuple[Any, list[Flux | FieldTie]]:
+    """Divide what a problem is given into contacts, and fluxes and ties of fields.
 
     Raises
     ------
     ContactError
-        If a flux is there twice.
+        If a flux or a tie is there twice.
     """
-    if isinstance(given, Flux):
+    if isinstance(given, (Flux, FieldTie)):
         return [], [given]
     if not isinstance(given, (list, tuple)):
         return given, []
-    fluxes = [one for one in given if isinstance(one, Flux)]
-    for i, flux in enumerate(fluxes):
-        if any(flux is other for other in fluxes[:i]):
-            raise ContactError(f"the Flux of {flux.part.name} is in the list twice")
-    return [one for one in given if not isinstance(one, Flux)], fluxes
+    terms = [one for one in given if isinstance(one, (Flux, FieldTie))]
+    for i, term in enumerate(terms):
+        if any(term is other for other in terms[:i]):
+            kind = type(term).__name__
+            raise ContactError(f"the {kind} of {term.part.name} is in the list twice")
+    return [one for one in given if not isinstance(one, (Flux, FieldTie))], terms
 
 
 def _shares(friction_heat: Any) -> tuple[float, float]:

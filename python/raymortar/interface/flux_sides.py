@@ -23,11 +23,16 @@ class FieldSide:
     of
         The field on the mesh of this side.
     table
-        Its local dofs on each facet, turned outward, (facets, n).
+        Its local block dofs on each facet, turned outward, (facets, n).
     """
 
     of: Displacement
     table: Indices
+
+    @property
+    def block(self) -> int:
+        """Number of components."""
+        return int(compat.element_info(self.of.u.function_space).block_size)
 
     @property
     def degree(self) -> int:
@@ -36,13 +41,18 @@ class FieldSide:
 
     @property
     def width(self) -> int:
-        """Number of nodes of a facet."""
-        return int(self.table.shape[1])
+        """Number of values on a facet."""
+        return int(self.table.shape[1]) * self.block
+
+    def on_facets(self, of_dofs: Array) -> Any:
+        """Entries of an array over the local dofs, (facets, width)."""
+        blocks = of_dofs.reshape(-1, self.block)
+        return blocks[self.table].reshape(len(self.table), self.width)
 
     @property
     def values(self) -> Array:
-        """Present values, (facets, n)."""
-        found: Array = self.of.given.x.array[self.of.dofs][self.table]
+        """Present values, (facets, width)."""
+        found: Array = self.on_facets(self.of.given.x.array[self.of.dofs])
         return found
 
 
@@ -72,8 +82,8 @@ class FieldOnZone:
             if facets.bodies
             else _side(u, fields, facets.master_part, facets.master)
         )
-        self._slave_rows: Global = np.empty(0, dtype=np.int64)
-        self._own_rows: Global = self._slave_rows
+        self.slave_rows: Global = np.empty(0, dtype=np.int64)
+        self._own_rows: Global = self.slave_rows
         self._master_rows: tuple[int, Global] | None = None
 
     def set_rows(self, rows: Global, starts: Any) -> None:
@@ -83,11 +93,11 @@ class FieldOnZone:
             (
                 np.empty(0, dtype=np.int64)
                 if side is None
-                else rows[side.of.dofs + starts[side.of.at]][side.table].ravel()
+                else side.on_facets(rows[side.of.dofs + starts[side.of.at]]).ravel()
             )
             for side in (self.slave, self.master)
         ]
-        self._slave_rows, self._own_rows = found
+        self.slave_rows, self._own_rows = found
         self._master_rows = None
 
     @property
@@ -109,7 +119,7 @@ class FieldOnZone:
         return _cpp.FluxFields(
             slave=slave.values.ravel(),
             master=values,
-            slave_rows=self._slave_rows,
+            slave_rows=self.slave_rows,
             master_rows=self.master_rows,
             slave_degree=slave.degree,
             master_degree=slave.degree if master is None else master.degree,
@@ -145,7 +155,7 @@ class FieldOnZone:
         """The rows, for the room that a matrix needs; number is the zone's. Collective."""
         return _cpp.FieldRows(
             zone=number,
-            slave=self._slave_rows,
+            slave=self.slave_rows,
             master=self.master_rows,
             per_slave=self.slave.width,
             per_master=0 if self.master is None else self.master.width,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,14 +11,15 @@ from mpi4py import MPI
 import numpy as np
 from dolfinx.fem import Function
 
-from .. import compat
 from ..compat import Array
 from ..convergence.balance import EPS
 from ..discretization.joined import Displacement
 from ..discretization.layout import CoupledRows
+from ..discretization.own_unknowns import find_fields
 from ..discretization.reference_facets import shape_functions
 from ..discretization.slave_fields import FLUX_FIELD, on_facets
-from ..errors import ContactError, SetUpError, raise_everywhere, together
+from ..discretization.unknowns import Unknowns
+from ..errors import SetUpError, raise_everywhere, together
 from ..interface.flux_sides import FieldOnZone
 from ..interface.friction_at_points import STEP
 from ..interface.point_results import accumulated_slip, undeformed
@@ -83,6 +84,7 @@ class FluxPart:
         self._comm: MPI.Comm = surfaces.comm
         kind = FieldOnZone if surfaces.tied is None else TiedField
         self.sides = [kind(zone, surfaces.u, fields, tool) for zone in contact.zones]
+        self.functions: list[Function] = []
         self._is_checked = False
         self.is_solved_for = False  # by some problem
 
@@ -91,27 +93,38 @@ class FluxPart:
         """Name of the field, for messages."""
         return ", ".join(f.given.name for f in self.fields)
 
-    def solve_for(self, functions: Sequence[Function], layout: CoupledRows) -> None:
+    def solve_for(
+        self, unknowns: Unknowns, layout: CoupledRows, moves: bool = True
+    ) -> None:
         """Find the field among what a problem solves for, and take its rows.
-        Collective."""
+        Collective.
+
+        Parameters
+        ----------
+        unknowns, layout
+            Of the problem.
+        moves
+            Whether the displacement is an unknown too.
+        """
         with together(self._comm):
-            for one in self.fields:
-                found = [
-                    k
-                    for k, f in enumerate(functions)
-                    if compat.same_values(f, one.given)
-                ]
-                if not found:
-                    names = ", ".join(f.name for f in functions)
-                    raise ContactError(
-                        f"the field {one.given.name} that Flux was given is none of "
-                        f"the unknowns [{names}], nor a part of one: give the problem "
-                        "its equation too, F and u as lists"
-                    )
-                one.at = found[0]
+            find_fields(self.fields, unknowns, "Flux")
         self.is_solved_for = True
         for side in self.sides:
-            side.set_rows(layout.rows, layout.unknowns.starts)
+            side.moves = moves
+            side.set_rows(layout.rows, unknowns.starts)
+
+    def choose_scale(self, stiffness: Callable[[Any], Array]) -> None:
+        """Do nothing: fluxes have no scale of their own."""
+
+    def prepare(self, look_up: Callable[[Any], Array]) -> None:
+        """Do nothing: prescribed unknowns change no flux."""
+
+    def pattern(self) -> None:
+        """Return no entries: `rows` says which there are."""
+
+    def rows(self, of_zone: Callable[[Any], int]) -> list[Any]:
+        """Rows of the field on the facets of each zone, for the room of a matrix."""
+        return [side.pattern(of_zone(side.zone)) for side in self.sides]
 
     # What the law is given
 

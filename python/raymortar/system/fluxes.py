@@ -15,44 +15,66 @@ from ..compat import Array
 from ..convergence.balance import Groups
 from ..discretization.layout import CoupledRows
 from ..discretization.unknowns import Lacking
+from .field_tie import TiePart
 from .flux_part import FluxPart, joined
 
 Global = npt.NDArray[np.int64]
+Part = FluxPart | TiePart
 
 
 class FluxTerms:
-    """Fluxes between the sides of the contacts of one problem. Collective.
+    """Fluxes through the contacts of one problem, and ties of its fields. Collective.
 
     Parameters
     ----------
     system
-        Contact or several.
+        Contact or several, or a problem without a displacement: has unknowns, their
+        layout, and zones.
     parts
-        The fluxes.
+        The fluxes and the ties.
+    moves
+        Whether the displacement is an unknown.
     """
 
-    def __init__(self, system: Any, parts: Sequence[FluxPart]) -> None:
+    def __init__(self, system: Any, parts: Sequence[Part], moves: bool = True) -> None:
         self._system, self._parts = system, list(parts)
         self._layout: CoupledRows = system.layout
         self._sum: PETSc.Vec = self._layout.create_vector()
         # Terms of the owned rows of the forms, and their rounding errors
         self._sizes = np.zeros((2, self._layout.n))
-        functions = system.unknowns.functions
         for part in self._parts:
-            part.solve_for(functions, self._layout)
+            part.solve_for(system.unknowns, self._layout, moves)
+
+    def choose_scales(self, sums: Array) -> None:
+        """Scale multipliers as the fields' rows are, by the sums of their absolute
+        entries. Collective."""
+        for part in self._parts:
+            part.choose_scale(lambda rows: self._at(sums, rows))
+
+    def patterns(self) -> list[PETSc.Mat]:
+        """Matrices that the tangent needs room for, beside `rows`. Collective."""
+        found = [part.pattern() for part in self._parts]
+        return [one for one in found if one is not None]
 
     def rows(self) -> list[_cpp.FieldRows]:
         """Rows of the fields on the zones' facets, for the room of a matrix."""
         numbers = {id(zone): k for k, zone in enumerate(self._system.zones)}
         return [
-            side.pattern(numbers[id(side.zone)])
+            rows
             for part in self._parts
-            for side in part.sides
+            for rows in part.rows(lambda zone: numbers[id(zone)])
         ]
+
+    def _prepare(self, fixed: Any) -> None:
+        """Tell the parts which owned unknowns are prescribed."""
+        marks = np.asarray(fixed, dtype=np.float64)
+        for part in self._parts:
+            part.prepare(lambda rows: self._at(marks, rows))
 
     def residual(self, lacking: Lacking) -> Array:
         """Residual of the owned unknowns of the forms, with the effect of prescribed
         increments. Collective."""
+        self._prepare(lacking.fixed)
         rows, values = joined([part.residual() for part in self._parts])
         total = self._added_up(rows, values)
         increment = self._system.unknowns.owned_part(lacking.increment)
@@ -86,11 +108,12 @@ class FluxTerms:
     def add_tangent(self, A: PETSc.Mat, bcs: Sequence[Any], largest: float) -> None:
         """Add the tangent, without constrained rows and columns. Positions are as large
         as `largest`. Collective."""
+        fixed = self._system.unknowns.owned_prescribed(bcs).astype(np.float64)
+        self._prepare(fixed)
         entries, sizes = zip(*(part.tangent(largest) for part in self._parts))
         rows, columns, values = joined(entries)
         at, *found = joined(sizes)
         self._sizes = np.array([self._added_up(at, one) for one in found])
-        fixed = self._system.unknowns.owned_prescribed(bcs).astype(np.float64)
         free = (self._at(fixed, rows) == 0.0) & (self._at(fixed, columns) == 0.0)
         *csr, numbers = _runs(rows[free], columns[free], values[free])
         A.setValuesIJV(*csr, addv=PETSc.InsertMode.ADD_VALUES, rowmap=numbers)
@@ -124,3 +147,18 @@ def _runs(rows: Global, columns: Global, values: Array) -> tuple[Any, Any, Any, 
     kind = PETSc.IntType
     offsets = np.append(first, len(rows)).astype(kind)
     return offsets, columns.astype(kind), values, rows[first].astype(kind)
+
+
+def own_functions(parts: Sequence[Part]) -> list[Any]:
+    """Unknowns that the parts bring, each once."""
+    found = {id(f): f for part in parts for f in part.functions}
+    return list(found.values())
+
+
+def extended(F: Any, J: Any, count: int) -> tuple[Any, Any]:
+    """Forms and their derivatives as lists, with none for further unknowns."""
+    forms = list(F) if isinstance(F, (list, tuple)) else [F]
+    table = [list(row) for row in J] if isinstance(F, (list, tuple)) else [[J]]
+    none = [None] * count
+    rows = [row + none for row in table]
+    return forms + none, rows + [[None] * (len(forms) + count) for _ in none]
