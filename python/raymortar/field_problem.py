@@ -21,6 +21,7 @@ from .errors import ContactError, ConvergenceError, together
 from .field_tie import FieldTie
 from .flux import Flux, apart
 from .interface.probing import row_sums
+from .solvers.automatic import direct
 from .system.fluxes import FluxTerms, extended, own_functions
 from .system.volume import Forms
 
@@ -30,9 +31,7 @@ OPTIONS = {
     "snes_linesearch_type": "basic",
     "snes_rtol": 1e-10,
     "snes_max_it": 50,
-    "ksp_type": "preonly",
-    "pc_type": "lu",
-    "pc_factor_mat_solver_type": "mumps",
+    **direct(),
 }
 # Rounding errors of a residual that count as none, in sums of its terms
 _NOTHING = 64.0 * EPS

@@ -9,6 +9,7 @@ from dolfinx.fem import Function
 
 from . import compat
 from .compat import Array
+from .discretization.facets import join
 from .discretization.joined import Displacement, parts_of
 from .discretization.own_unknowns import function_on_facets
 from .errors import ContactError, raise_everywhere
@@ -89,13 +90,13 @@ class FieldTie:
         )
         u = tie.surfaces.u
         sides = [TiedField(zone, u, fields, 0.0) for zone in tie.zones]
-        slaves = [zone.facets.slave for zone in tie.zones]
+        slaves = join([zone.facets.slave for zone in tie.zones])
         part = tie.zones[0].facets.slave_part
         (of,) = (f for f in fields if compat.on_mesh(f.u, parts_of(u)[part].function_space.mesh))
-        self.multiplier = function_on_facets(
+        self.multiplier, table = function_on_facets(
             of.u.function_space, slaves, f"flux of {several[0].name}"
         )
-        self.part = TiePart(sides, self.multiplier)
+        self.part = TiePart(sides, self.multiplier, table)
         self._tie = tie
 
     def __repr__(self) -> str:

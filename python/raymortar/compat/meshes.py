@@ -175,13 +175,6 @@ def given_partition(cells: npt.NDArray[np.int64], cell: str, ranks: Indices) -> 
     return lambda *_: _cpp.graph.AdjacencyList_int32(data, offsets)
 
 
-def submesh(mesh: dolfinx.mesh.Mesh, dim: int, entities: Indices) -> Any:
-    """Mesh of this rank's entities of a mesh. Collective."""
-    connectivity(mesh, dim, mesh.topology.dim)
-    entities = np.asarray(entities, dtype=np.int32)
-    return dolfinx.mesh.create_submesh(mesh, dim, entities)[0]
-
-
 # Spaces
 
 

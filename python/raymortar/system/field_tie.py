@@ -16,7 +16,7 @@ from .. import compat
 from ..compat import Array, Indices, Mask
 from ..convergence.balance import EPS
 from ..discretization.layout import CoupledRows
-from ..discretization.own_unknowns import dofs_at, find_fields
+from ..discretization.own_unknowns import find_fields
 from ..discretization.unknowns import Unknowns
 from ..errors import SetUpError, raise_everywhere, together
 from ..interface.probing import product
@@ -38,6 +38,8 @@ class TiePart:
         The field on both sides of each slave surface.
     multiplier
         Flux over scale, a Function on the slave facets alone.
+    table
+        Its local block dofs on the slave facets of all sides, (facets, nodes).
 
     Attributes
     ----------
@@ -47,12 +49,15 @@ class TiePart:
         Of the multiplier. Of the field's rows per area and unit of the field.
     """
 
-    def __init__(self, sides: Sequence[TiedField], multiplier: Function) -> None:
+    def __init__(
+        self, sides: Sequence[TiedField], multiplier: Function, table: Indices
+    ) -> None:
         self.sides, self.functions = list(sides), [multiplier]
         self.scale = 1.0
         self.is_solved_for = False
         self._comm: MPI.Comm = multiplier.function_space.mesh.comm
-        self._tables = [self._table(side) for side in self.sides]
+        ends = np.cumsum([len(side.slave.table) for side in self.sides])
+        self._tables = np.split(table, ends[:-1])
         self._held: list[Mask] = []
         self._K: PETSc.Mat | None = None
         self._sizes: PETSc.Mat | None = None
@@ -61,11 +66,6 @@ class TiePart:
     def name(self) -> str:
         """Name of the field, for messages."""
         return ", ".join(dict.fromkeys(side.slave.of.given.name for side in self.sides))
-
-    def _table(self, side: TiedField) -> Indices:
-        """Local block dofs of the multiplier on the slave facets, (facets, nodes)."""
-        x = side.slave.of.u.function_space.tabulate_dof_coordinates()
-        return dofs_at(self.functions[0], x[side.slave.table])
 
     def solve_for(
         self, unknowns: Unknowns, layout: CoupledRows, moves: bool = True
