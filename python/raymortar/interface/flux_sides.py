@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from .. import _cpp, compat
 from ..compat import Array, Indices
 from ..discretization.facets import Facets, Global, facet_dof_table
 from ..discretization.joined import Displacement, parts_of
+from ..discretization.reference_facets import shape_functions
 from .zone_data import ZoneData
 
 
@@ -56,6 +57,41 @@ class FieldSide:
         return found
 
 
+class FixedPoints(NamedTuple):
+    """Points whose places on both sides stay: rows and shape functions of the field
+    there, (n, nodes) of the slave and of what is hit if it has any, and area (n,)."""
+
+    rows: list[Any]
+    N: list[Array]
+    weight: Array
+
+    @property
+    def jump(self) -> Array:
+        """Shape functions of the field's jump, (n, nodes)."""
+        return np.concatenate([self.N[0], *(-N for N in self.N[1:])], axis=1)
+
+    @property
+    def all_rows(self) -> Any:
+        """Rows of all nodes, (n, nodes)."""
+        return np.concatenate(self.rows, axis=1)
+
+    def residual(self, q: Array) -> tuple[Any, Array]:
+        """Rows and values of a flux from the slave to what is hit."""
+        values = (self.weight * q)[:, None] * self.jump
+        return self.all_rows.ravel(), values.ravel()
+
+    def tangent(self, slopes: Array) -> tuple[Any, Any, Array]:
+        """Rows, columns and values, given the flux's derivatives by the field, (n, 2)
+        or more."""
+        by_field = [slopes[:, k : k + 1] * N for k, N in enumerate(self.N)]
+        values = np.einsum(
+            "q,qa,qb->qab", self.weight, self.jump, np.concatenate(by_field, axis=1)
+        )
+        columns = np.broadcast_to(self.all_rows[:, None, :], values.shape)
+        rows = np.broadcast_to(self.all_rows[:, :, None], values.shape)
+        return rows.ravel(), columns.ravel(), values.ravel()
+
+
 class FieldOnZone:
     """A scalar field on both sides of a zone. Collective.
 
@@ -82,6 +118,7 @@ class FieldOnZone:
             if facets.bodies
             else _side(u, fields, facets.master_part, facets.master)
         )
+        self.moves = True  # whether the displacement is an unknown
         self.slave_rows: Global = np.empty(0, dtype=np.int64)
         self._own_rows: Global = self.slave_rows
         self._master_rows: tuple[int, Global] | None = None
@@ -147,9 +184,25 @@ class FieldOnZone:
         along: Array,
     ) -> tuple[Any, ...]:
         """Rows, columns and values of the tangent, given the flux's derivatives too."""
+        if not self.moves:
+            return self._points_that_stay(fields).tangent(slopes)
         return _cpp.flux_tangent(
             self.zone.cpp, fields, q, slave_heat, target_heat, slopes, along
         )
+
+    def _points_that_stay(self, fields: Any) -> FixedPoints:
+        """The points with a hit, where only the field is unknown."""
+        points, (slave, master) = self.zone.cpp.points(), self.zone.sides
+        number = self.points(fields)["point"]
+        facet, weight = points["slave"][number], points["weight"][number]
+        rows = [self.slave_rows.reshape(-1, self.slave.width)[facet]]
+        N = [shape_functions(slave.shape, self.slave.degree, points["xi"][number])[0]]
+        if self.master is not None:
+            eta = points["eta"][number]
+            N.append(shape_functions(master.shape, self.master.degree, eta)[0])
+            of_master = self.master_rows.reshape(-1, self.master.width)
+            rows.append(of_master[points["master"][number]])
+        return FixedPoints(rows, N, weight)
 
     def pattern(self, number: int) -> _cpp.FieldRows:
         """The rows, for the room that a matrix needs; number is the zone's. Collective."""

@@ -10,7 +10,7 @@ import numpy as np
 from .. import _cpp
 from ..compat import Array, Indices
 from ..discretization.reference_facets import shape_functions
-from .flux_sides import FieldOnZone, FieldSide
+from .flux_sides import FieldOnZone, FieldSide, FixedPoints
 
 
 class TiedPoints(NamedTuple):
@@ -62,24 +62,19 @@ class TiedField(FieldOnZone):
         found |= {"slave": fields[0], "target": fields[1], "weight": at.weight}
         return found | dict.fromkeys(("pressure", "gap", "slip", "work"), none)
 
-    def rows_at_points(self) -> Any:
-        """Rows of the slave's and the master's nodes of each point, (n, nodes)."""
+    @property
+    def at_points(self) -> FixedPoints:
+        """Rows and shape functions at the points. Collective."""
         at = self.fixed
         slave = self.slave_rows.reshape(-1, self.slave.width)[at.facet]
         master = self.master_rows.reshape(-1, self.master.width)[at.master]
-        return np.concatenate([slave, master], axis=1)
-
-    @property
-    def jump(self) -> Array:
-        """Shape functions of the field's jump, (n, nodes)."""
-        return np.concatenate([self.fixed.slave, -self.fixed.target], axis=1)
+        return FixedPoints([slave, master], [at.slave, at.target], at.weight)
 
     def residual(
         self, fields: Any, q: Array, slave_heat: float, target_heat: float
     ) -> tuple[Any, ...]:
         """Rows and values, see `_cpp.flux_residual`."""
-        values = (self.fixed.weight * q)[:, None] * self.jump
-        return self.rows_at_points().ravel(), values.ravel()
+        return self.at_points.residual(q)
 
     def tangent(
         self,
@@ -91,11 +86,4 @@ class TiedField(FieldOnZone):
         along: Array,
     ) -> tuple[Any, ...]:
         """Rows, columns and values, see `_cpp.flux_tangent`."""
-        at, rows = self.fixed, self.rows_at_points()
-        by_field = [slopes[:, :1] * at.slave, slopes[:, 1:2] * at.target]
-        values = np.einsum(
-            "q,qa,qb->qab", at.weight, self.jump, np.concatenate(by_field, axis=1)
-        )
-        columns = np.broadcast_to(rows[:, None, :], values.shape)
-        rows = np.broadcast_to(rows[:, :, None], values.shape)
-        return rows.ravel(), columns.ravel(), values.ravel()
+        return self.at_points.tangent(slopes)

@@ -152,9 +152,10 @@ class TiePart:
         fixed, lam = side.fixed, self._rows[number]
         block = lam.shape[-1]
         of_lam = lam[fixed.facet][:, :, None]  # (points, nodes, 1, components)
-        of_field = side.rows_at_points().reshape(len(fixed.facet), 1, -1, block)
+        at = side.at_points
+        of_field = at.all_rows.reshape(len(fixed.facet), 1, -1, block)
         weight = self.scale * fixed.weight
-        each = np.einsum("q,qa,qb->qab", weight, fixed.slave, side.jump)
+        each = np.einsum("q,qa,qb->qab", weight, fixed.slave, at.jump)
         shape = (*each.shape, block)
         values = np.broadcast_to(each[..., None], shape).ravel()
         rows, columns = (np.broadcast_to(one, shape) for one in (of_lam, of_field))
