@@ -29,6 +29,7 @@ from .solvers.fixed_point import FixedPointSolver
 from .solvers.newton import NewtonSolver
 from .solvers.snes import SNESSolver
 from .tie import Tie
+from .tool_field import ToolField
 from .wear import Archard, Wear
 
 __version__ = "0.1.0"
@@ -67,6 +68,7 @@ __all__ = [
     "SetUpError",
     "Stick",
     "Tie",
+    "ToolField",
     "Tresca",
     "Wear",
     "dynamics",

@@ -19,7 +19,7 @@ from .discretization.layout import CoupledRows
 from .discretization.unknowns import Unknowns
 from .errors import ContactError, ConvergenceError, together
 from .field_tie import FieldTie
-from .flux import Flux, apart
+from .flux import Flux, apart, parts_of_terms
 from .interface.probing import row_sums
 from .solvers.automatic import direct
 from .system.fluxes import FluxTerms, extended, own_functions
@@ -113,7 +113,7 @@ class FieldProblem:
             find_unknowns(forms, table, functions, self.unknowns)
             if J is None:
                 table = [[derivative(form, f) for f in functions] for form in forms]
-        self.terms, parts = given, [term.part for term in given]
+        self.terms, parts = given, parts_of_terms(given)
         own = own_functions(parts)
         self.unknowns.solve_for([*functions, *own], False)
         with together(self.comm):

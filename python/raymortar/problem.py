@@ -33,7 +33,7 @@ from .errors import (
     together,
 )
 from .field_tie import FieldTie
-from .flux import Flux, apart
+from .flux import Flux, apart, parts_of_terms
 from .interactions import one_or_several
 from .interface.overlap import warn_of_overlap
 from .interface.slave_nodes import warn_of_finer_rigid_slaves
@@ -134,7 +134,7 @@ class CoupledProblem:
                 raise ContactError(f"update must be a function, not {update!r}")
             for term in terms:
                 term.require_among(self.contact.contacts)
-        parts = [term.part for term in terms]
+        parts = parts_of_terms(terms)
         own = own_functions(parts)
         self.contact.solve_for([*functions, *own])
         self.fluxes = FluxTerms(self.contact, parts) if parts else None
@@ -173,6 +173,7 @@ class CoupledProblem:
         if self.fluxes is not None:
             self._pattern.fluxes = self.fluxes
             self.fluxes.choose_scales(self.contact.own_couplings)
+            self.fluxes.own_couplings(self._pattern.couplings)
             for pattern in self.fluxes.patterns():
                 self._pattern.include(pattern)
                 pattern.destroy()

@@ -10,7 +10,6 @@ from petsc4py import PETSc
 
 import numpy as np
 from dolfinx.fem import Function
-from scipy.sparse import coo_array
 
 from .. import compat
 from ..compat import Array, Indices, Mask
@@ -21,8 +20,7 @@ from ..discretization.unknowns import Unknowns
 from ..errors import SetUpError, raise_everywhere, together
 from ..interface.probing import product
 from ..interface.tied_flux import TiedField
-
-Entries = tuple[Any, Any, Array]
+from .entries import Entries, assembled, joined
 
 
 class TiePart:
@@ -47,13 +45,15 @@ class TiePart:
         Unknowns that the tie brings: the multiplier.
     scale
         Of the multiplier. Of the field's rows per area and unit of the field.
+    stiffness
+        Of the field at a slave node, about that of the multiplier's rows too.
     """
 
     def __init__(
         self, sides: Sequence[TiedField], multiplier: Function, table: Indices
     ) -> None:
         self.sides, self.functions = list(sides), [multiplier]
-        self.scale = 1.0
+        self.scale, self.stiffness = 1.0, 0.0
         self.is_solved_for = False
         self._comm: MPI.Comm = multiplier.function_space.mesh.comm
         ends = np.cumsum([len(side.slave.table) for side in self.sides])
@@ -92,7 +92,8 @@ class TiePart:
             sums[1] += side.fixed.weight.sum() * side.slave.width
         stiff, area = self._comm.allreduce(sums)
         self.scale = float(stiff / area) if stiff > 0.0 else 1.0
-        self._K = None
+        count = self._comm.allreduce(sum(len(side.slave_rows) for side in self.sides))
+        self.stiffness, self._K = float(stiff / count), None
 
     def rows(self, of_zone: Callable[[Any], int]) -> list[Any]:
         """Return no rows: `pattern` has all entries."""
@@ -129,23 +130,20 @@ class TiePart:
         for matrix in (self._K, self._sizes):
             if matrix is not None:
                 matrix.destroy()
-        rows, columns, values = self._summed()
+        rows, columns, values = self._entries()
         self._K, self._sizes = (
-            self._assembled(rows, columns, one) for one in (values, np.abs(values))
+            assembled(self._comm, self._layout.size, rows, columns, one)
+            for one in (values, np.abs(values))
         )
 
-    def _summed(self) -> Entries:
-        """Entries of the points and facets that are here, each place once."""
+    def _entries(self) -> Any:
+        """Entries of the points and facets that are here. Collective."""
         found = [
             entries
             for number, side in enumerate(self.sides)
             for entries in (*self._of_points(number, side), self._of_held(number, side))
         ]
-        rows, columns, values = (np.concatenate(one) for one in zip(*found))
-        local, at = np.unique(np.append(rows, columns), return_inverse=True)
-        at = at.ravel()[: len(rows)], at.ravel()[len(rows) :]
-        K = coo_array((values, at), (len(local),) * 2).tocsr().tocoo()
-        return local[K.row], local[K.col], K.data
+        return joined(found)
 
     def _of_points(self, number: int, side: TiedField) -> list[Entries]:
         """The jump in rows of the multiplier, the flux in those of the field."""
@@ -180,33 +178,14 @@ class TiePart:
         )
         return rows, columns, values.ravel()
 
-    def _assembled(self, rows: Any, columns: Any, values: Array) -> PETSc.Mat:
-        """Matrix over the coupled rows."""
-        matrix = PETSc.Mat().create(self._comm)
-        matrix.setSizes(((self._layout.size, None),) * 2)
-        matrix.setType(PETSc.Mat.Type.AIJ)
-        matrix.setPreallocationNNZ((32, 32))
-        matrix.setOption(PETSc.Mat.Option.NEW_NONZERO_ALLOCATION_ERR, False)
-        offsets = np.append(np.flatnonzero(np.diff(rows, prepend=-1)), len(rows))
-        kind = PETSc.IntType
-        matrix.setValuesIJV(
-            offsets.astype(kind),
-            columns.astype(kind),
-            values,
-            addv=PETSc.InsertMode.ADD_VALUES,
-            rowmap=rows[offsets[:-1]].astype(kind),
-        )
-        matrix.assemble()
-        return matrix
-
     # Equations
 
     def pattern(self) -> PETSc.Mat:
         """Matrix with all entries that there may be. Collective."""
         kept, self._held = self._held, [np.ones(r.shape, bool) for r in self._rows]
-        rows, columns, values = self._summed()
+        entries = self._entries()
         self._held = kept
-        return self._assembled(rows, columns, values)
+        return assembled(self._comm, self._layout.size, *entries)
 
     def residual(self) -> tuple[Any, Array]:
         """Rows and values of the residual that are here. Collective."""

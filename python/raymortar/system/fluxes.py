@@ -15,11 +15,13 @@ from ..compat import Array
 from ..convergence.balance import Groups
 from ..discretization.layout import CoupledRows
 from ..discretization.unknowns import Lacking
+from .entries import add_entries, joined
 from .field_tie import TiePart
-from .flux_part import FluxPart, joined
+from .flux_part import FluxPart
+from .tool_part import ToolPart
 
 Global = npt.NDArray[np.int64]
-Part = FluxPart | TiePart
+Part = FluxPart | TiePart | ToolPart
 
 
 class FluxTerms:
@@ -50,6 +52,18 @@ class FluxTerms:
         entries. Collective."""
         for part in self._parts:
             part.choose_scale(lambda rows: self._at(sums, rows))
+
+    def own_couplings(self, couplings: Array) -> None:
+        """Set how rows of unknowns that the parts bring depend on them, (fields, rows),
+        for line searches and rounding errors."""
+        stiffness = {id(f): one.stiffness for one in self._parts for f in one.functions}
+        unknowns = self._system.unknowns
+        ends = zip(unknowns.owned_starts, unknowns.owned_starts[1:])
+        of_rows = [stiffness.get(id(f), 0.0) for f in unknowns.functions]
+        for value, (begin, end) in zip(of_rows, ends):
+            for field, row in zip(unknowns.fields(), couplings):
+                own = field.rows[(field.rows >= begin) & (field.rows < end)]
+                row[own] += value
 
     def patterns(self) -> list[PETSc.Mat]:
         """Matrices that the tangent needs room for, beside `rows`. Collective."""
@@ -115,8 +129,7 @@ class FluxTerms:
         at, *found = joined(sizes)
         self._sizes = np.array([self._added_up(at, one) for one in found])
         free = (self._at(fixed, rows) == 0.0) & (self._at(fixed, columns) == 0.0)
-        *csr, numbers = _runs(rows[free], columns[free], values[free])
-        A.setValuesIJV(*csr, addv=PETSc.InsertMode.ADD_VALUES, rowmap=numbers)
+        add_entries(A, rows[free], columns[free], values[free])
 
     def _at(self, owned: Array, rows: Global) -> Array:
         """Values of the owned unknowns of the forms at rows of any rank; 0 at others."""
@@ -139,14 +152,6 @@ class FluxTerms:
         for thing in (scatter, target, index, source):
             thing.destroy()
         return values
-
-
-def _runs(rows: Global, columns: Global, values: Array) -> tuple[Any, Any, Any, Any]:
-    """Divide entries where the row changes: offsets, columns, values, row of each run."""
-    first = np.flatnonzero(np.diff(rows, prepend=-1))
-    kind = PETSc.IntType
-    offsets = np.append(first, len(rows)).astype(kind)
-    return offsets, columns.astype(kind), values, rows[first].astype(kind)
 
 
 def own_functions(parts: Sequence[Part]) -> list[Any]:
