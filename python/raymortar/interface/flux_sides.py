@@ -120,7 +120,7 @@ class FieldOnZone:
         )
         self.moves = True  # whether the displacement is an unknown
         self.slave_rows: Global = np.empty(0, dtype=np.int64)
-        self._own_rows: Global = self.slave_rows
+        self.own_master_rows: Global = self.slave_rows
         self._master_rows: tuple[int, Global] | None = None
 
     def set_rows(self, rows: Global, starts: Any) -> None:
@@ -134,7 +134,7 @@ class FieldOnZone:
             )
             for side in (self.slave, self.master)
         ]
-        self.slave_rows, self._own_rows = found
+        self.slave_rows, self.own_master_rows = found
         self._master_rows = None
 
     @property
@@ -143,7 +143,7 @@ class FieldOnZone:
         builds = int(self.zone.cpp.statistics()["halo_builds"])
         if self._master_rows is None or self._master_rows[0] != builds:
             width = 0 if self.master is None else self.master.width
-            fetched = _cpp.rows_of_master_facets(self.zone.cpp, self._own_rows, width)
+            fetched = _cpp.rows_of_master_facets(self.zone.cpp, self.own_master_rows, width)
             self._master_rows = builds, fetched
         return self._master_rows[1]
 

@@ -84,6 +84,12 @@ class TiePart:
         self._rows = [rows.reshape(-1, block)[table] for table in self._tables]
         self._K, self.is_solved_for = None, True
 
+    @property
+    def field_rows(self) -> Any:
+        """Rows of the field on both sides, of this rank's facets."""
+        found = [(side.slave_rows, side.own_master_rows) for side in self.sides]
+        return np.concatenate([rows for pair in found for rows in pair])
+
     def choose_scale(self, stiffness: Callable[[Any], Array]) -> None:
         """Take a scale from the sums of the absolute entries of rows. Collective."""
         sums = np.zeros(2)

@@ -46,6 +46,15 @@ class FluxTerms:
         self._sizes = np.zeros((2, self._layout.n))
         for part in self._parts:
             part.solve_for(system.unknowns, self._layout, moves)
+        # Owned unknowns on both sides of each tie
+        self._tied = [
+            self._marked(part.field_rows) if isinstance(part, TiePart) else None
+            for part in self._parts
+        ]
+
+    def _marked(self, rows: Global) -> Any:
+        """Whether owned unknowns are among rows of any rank. Collective."""
+        return self._added_up(rows, np.ones(len(rows))) > 0.0
 
     def choose_scales(self, sums: Array) -> None:
         """Scale multipliers as the fields' rows are, by the sums of their absolute
@@ -80,10 +89,13 @@ class FluxTerms:
         ]
 
     def _prepare(self, fixed: Any) -> None:
-        """Tell the parts which owned unknowns are prescribed."""
-        marks = np.asarray(fixed, dtype=np.float64)
-        for part in self._parts:
+        """Tell the parts which owned unknowns are prescribed, by conditions or, where
+        surfaces meet, by the ties before."""
+        marks = np.array(fixed, dtype=np.float64)
+        for part, tied in zip(self._parts, self._tied):
             part.prepare(lambda rows: self._at(marks, rows))
+            if tied is not None:
+                marks[tied] = 1.0
 
     def residual(self, lacking: Lacking) -> Array:
         """Residual of the owned unknowns of the forms, with the effect of prescribed
