@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Protocol
 
 from mpi4py import MPI
 
@@ -22,6 +22,17 @@ from .zone_data import ZoneData
 CLOSED_WITHIN = 1e-4
 # Solves of one step after the first one
 MOST_AUGMENTATIONS = 20
+
+
+class Correction(Protocol):
+    """Changes gaps after a solve by what it has found, until both agree."""
+
+    def renew(self) -> float | None:
+        """Change gaps; the largest change over the size of facets, None: both agree.
+        Collective."""
+
+    def restart(self) -> None:
+        """Begin anew from an accepted state. Collective."""
 
 
 class Augmentation:
@@ -52,6 +63,9 @@ class Augmentation:
             whole = zone.whole_offset
             assert whole is not None
             zone.cpp.set_offset(whole)
+
+    def restart(self) -> None:
+        """Do nothing: `set` has restored the lengths."""
 
     def renew(self) -> float | None:
         """Take over the present tractions. Collective.
