@@ -28,6 +28,7 @@ from .errors import (
 )
 from .interface.zone_data import ZoneData
 from .options.methods import has_dual_multiplier
+from .options.user_laws import check_functions
 
 
 # Difference of depths that counts as none, over the deepest of the step
@@ -132,6 +133,7 @@ class Wear:
                 raise ContactError(
                     "Wear.law must be Archard or a function of p and v, not " f"{law!r}"
                 )
+            check_functions("Wear", {"law": law}, ("p", "v"), ())
             if largest is not None:
                 positive("Wear.largest", largest)
             self.implicit = truth("Wear.implicit", implicit)

@@ -12,9 +12,9 @@ import numpy as np
 from dolfinx.fem import Function
 
 from ..compat import Array
-from ..discretization.slave_fields import FLUX_FIELD, check_function
+from ..discretization.slave_fields import FLUX_FIELD
 from ..errors import ContactError
-from .friction import OFFERED, further_arguments
+from .user_laws import check_fields, check_functions, offered
 
 # What a law is given, in this order
 ARGUMENTS = ("T_s", "T_m", "p", "g", "v")
@@ -45,23 +45,8 @@ class FluxLaw:
         fields: Sequence[Function],
     ) -> None:
         self.law, self.derivatives, self.fields = law, derivatives, list(fields)
-        for name, function in self._functions().items():
-            if not callable(function):
-                raise ContactError(
-                    f"Flux.{name} must be a function of {', '.join(ARGUMENTS)}, not "
-                    f"{function!r}"
-                )
-            for argument in further_arguments(function, len(ARGUMENTS)):
-                if argument.name not in OFFERED and argument.default is argument.empty:
-                    raise ContactError(
-                        f"Flux.{name} has the argument {argument.name!r}: after "
-                        f"{', '.join(ARGUMENTS)} it may have any of "
-                        f"{', '.join(OFFERED)}"
-                    )
-        for one in self.fields:
-            if not isinstance(one, Function):
-                raise ContactError(f"Flux.fields has {one!r}, which is no Function")
-            check_function(FLUX_FIELD, one)
+        check_functions("Flux", self._functions(), ARGUMENTS)
+        check_fields("Flux", FLUX_FIELD, self.fields)
         if "fields" in self.arguments and not self.fields:
             raise ContactError(
                 "Flux.law has the argument fields, and there are none: give "
@@ -75,12 +60,12 @@ class FluxLaw:
     @property
     def arguments(self) -> set[str]:
         """Names of the arguments after the first five."""
-        return set().union(*map(_offered, self._functions().values()))
+        return set().union(*map(_further, self._functions().values()))
 
     def _call(self, name: str, values: Any, given: Mapping[str, Any]) -> Any:
         """Call a function with copies of the arguments that it has."""
         function = getattr(self, name)
-        more = {one: deepcopy(given[one]) for one in _offered(function)}
+        more = {one: deepcopy(given[one]) for one in _further(function)}
         return function(*(one.copy() for one in values), **more)
 
     def values(self, at: Array, given: Mapping[str, Any]) -> Array:
@@ -144,6 +129,24 @@ class FluxLaw:
                         return fault
         return None
 
+    def flows_uphill(self, at: Array, given: Mapping[str, Any]) -> bool:
+        """Whether a closed contact without slip lets the flux go from low to high.
+
+        Tried at some of the points, with a difference of the field and a pressure.
+        """
+        some = np.unique(np.linspace(0, at.shape[1] - 1, SAMPLES).astype(int))
+        base, given = at[:, some], _chosen(given, some)
+        size = _spread(base)
+        base[0] = base[1] + 0.1 * size[0]
+        base[2] = np.maximum(base[2], size[2])
+        base[3:] = 0.0
+        with np.errstate(all="ignore"), suppress(ContactError, ArithmeticError):
+            down = self.values(base, given)
+            base[0] = base[1] - 0.1 * size[0]
+            up = self.values(base, given)
+            return bool((down < 0.0).all() and (up > 0.0).all())
+        return False
+
     def _fault_of_slope(
         self, at: Array, given: Mapping[str, Any], k: int, found: Array
     ) -> str | None:
@@ -186,10 +189,9 @@ class FluxLaw:
         )
 
 
-def _offered(function: Any) -> set[str]:
-    """Names of the further arguments that a function is given."""
-    arguments = further_arguments(function, len(ARGUMENTS))
-    return {one.name for one in arguments} & set(OFFERED)
+def _further(function: Any) -> set[str]:
+    """Names of the arguments after the first five that a function is given."""
+    return offered(function, len(ARGUMENTS))
 
 
 def _checked(name: str, values: Any, at: Array) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -19,7 +20,7 @@ from ..discretization.own_unknowns import find_fields
 from ..discretization.reference_facets import shape_functions
 from ..discretization.slave_fields import FLUX_FIELD, on_facets
 from ..discretization.unknowns import Unknowns
-from ..errors import SetUpError, raise_everywhere, together
+from ..errors import ContactWarning, SetUpError, raise_everywhere, together
 from ..interface.flux_sides import FieldOnZone
 from ..interface.friction_at_points import STEP
 from ..interface.point_results import accumulated_slip, undeformed
@@ -306,7 +307,7 @@ class FluxPart:
         Collective."""
         if self._is_checked:
             return
-        fault, count = None, 0
+        fault, count, uphill = None, 0, False
         with together(self._comm):
             for side, fields in zip(self.sides, values):
                 points = self._points(side, fields)
@@ -315,7 +316,16 @@ class FluxPart:
                     self._law.values(points.at, points.given)
                     self._law.slopes(points.at, points.given)
                     fault = self._law.fault_of_slopes(points.at, points.given)
+                    uphill = self._law.flows_uphill(points.at, points.given)
         raise_everywhere(self._comm, fault, SetUpError)
+        if self._comm.allreduce(int(uphill)):
+            warnings.warn(
+                f"Flux.law lets {self.name} flow from where it is low to where it is "
+                "high, with closed contact and no slip: q is the flux from the slave to "
+                "the master, positive where T_s > T_m",
+                ContactWarning,
+                stacklevel=2,
+            )
         self._is_checked = self._comm.allreduce(count) > 0
 
     # Results
