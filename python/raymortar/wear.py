@@ -148,10 +148,10 @@ class Wear:
             for table, zone in zip(self._tables, contact.zones)
         ]
         self._areas = sums_at(V.dofmap.index_map, 1, *shares)[:, 0]
-        # Of the present step: its depth, and what accelerates its fixed point
-        self._trial = np.zeros(len(self._areas))
+        # Depth of the present implicit step, and what accelerates its fixed point
+        self.array = np.zeros(len(self._areas))
         owned = self._areas[: V.dofmap.index_map.size_local]
-        self._anderson, self._repeats = Anderson(self._comm, owned), 0
+        self._anderson = Anderson(self._comm, owned)
         self._accepted: int | None = None
         self._may_warn = not self.implicit
         if self.implicit:
@@ -179,11 +179,11 @@ class Wear:
             )
         change, stiffness = self._depths()
         if self.implicit:
-            change = self._trial
+            change = self.array
         self._accepted = steps
         self.step = largest_of(self._comm, change)
         self.depth.x.array[:] += change
-        self._trial = np.zeros(len(change))
+        self.array = np.zeros(len(change))
         self.contact.set_offset(self.depth)
         if self._may_warn:
             self._warn_if_coarse(stiffness)
@@ -212,35 +212,27 @@ class Wear:
             If they do not after many solves.
         """
         found, slopes = self._depths()
-        lacking = found - self._trial
-        deepest = max(largest_of(self._comm, one) for one in (found, self._trial))
+        lacking = found - self.array
+        deepest = max(largest_of(self._comm, one) for one in (found, self.array))
         change = largest_of(self._comm, np.abs(lacking))
         if change <= AGREEMENT * deepest:
             self._anderson.start()
-            self._repeats = 0
             return None
-        self._repeats += 1
-        if self._repeats > MOST_REPEATS:
-            self.restart()
+        if self._anderson.count > MOST_REPEATS:
+            self._anderson.start()
             raise ConvergenceError(
                 f"implicit wear has not settled after {MOST_REPEATS} solves: depths of "
                 f"the step change by {change / deepest:.1e} of the deepest"
             )
         nearer = lacking / (1.0 + slopes * self.contact.gamma_scale)
-        self._set_trial(self._anderson.next(self._trial, nearer))
+        self.set(self._anderson.next(self.array, nearer))
         return change / deepest
 
-    def restart(self) -> None:
-        """Begin the step anew: nothing of it has worn. Collective."""
-        self._anderson.start()
-        self._repeats = 0
-        self._set_trial(np.zeros(len(self._trial)))
-
-    def _set_trial(self, depth: Array) -> None:
-        """Widen the gaps by what the present step has worn."""
-        self._trial = np.maximum(depth, 0.0)
+    def set(self, values: Array) -> None:
+        """Set the depth of the present implicit step, which is none at first."""
+        self.array = np.maximum(values, 0.0)
         whole = Function(self.depth.function_space)
-        whole.x.array[:] = self.depth.x.array + self._trial
+        whole.x.array[:] = self.depth.x.array + self.array
         self.contact.set_offset(whole)
 
     # What a step wears
@@ -266,6 +258,9 @@ class Wear:
         stiffness = self.contact.assembly.stiffness()
         if stiffness is None:
             return
+        # Depths are of degree 1: mid nodes are no nodes of theirs
+        V = self.contact.slave_u.function_space
+        stiffness /= compat.element_info(V).degree ** 2
         ratio = largest_of(self._comm, slopes) * stiffness / LIMIT
         if ratio > 1.0:
             self._may_warn = False

@@ -31,16 +31,19 @@ class Anderson:
     def __init__(self, comm: MPI.Comm, weights: Array) -> None:
         self._comm, self._root = comm, np.sqrt(weights)
         self._iterates: list[tuple[Array, Array]] = []
+        self.count = 0  # iterates since `start`
 
     def start(self) -> None:
         """Forget all iterates."""
         self._iterates.clear()
+        self.count = 0
 
     def next(self, x: Array, r: Array) -> Array:
         """Make the next iterate from the present one and its residual. Collective.
 
         Both are of all local values, owned ones first.
         """
+        self.count += 1
         self._iterates = [*self._iterates, (x.copy(), r.copy())][-MOST - 1 :]
         found = x + r
         if len(self._iterates) == 1:

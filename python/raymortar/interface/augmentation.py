@@ -25,14 +25,17 @@ MOST_AUGMENTATIONS = 20
 
 
 class Correction(Protocol):
-    """Changes gaps after a solve by what it has found, until both agree."""
+    """Lengths at nodes that are added to gaps, until a solve agrees with them."""
+
+    @property
+    def array(self) -> Array:
+        """Lengths at this rank's nodes."""
+
+    def set(self, values: Array) -> None:
+        """Set the lengths, and add them to gaps. Collective."""
 
     def renew(self) -> float | None:
-        """Change gaps; the largest change over the size of facets, None: both agree.
-        Collective."""
-
-    def restart(self) -> None:
-        """Begin anew from an accepted state. Collective."""
+        """Change gaps by what a solve has found; None where both agree. Collective."""
 
 
 class Augmentation:
@@ -63,9 +66,6 @@ class Augmentation:
             whole = zone.whole_offset
             assert whole is not None
             zone.cpp.set_offset(whole)
-
-    def restart(self) -> None:
-        """Do nothing: `set` has restored the lengths."""
 
     def renew(self) -> float | None:
         """Take over the present tractions. Collective.

@@ -84,7 +84,6 @@ class PresentState:
             self._augmentation = Augmentation(
                 self._zones, surfaces.scalar, surfaces.layout
             )
-            self.corrections.append(self._augmentation)
         self.u_old = self._u.x.array.copy()
         self._is_sent = False
         self._dt = 1.0
@@ -215,7 +214,8 @@ class PresentState:
 
         Returns None where nothing is to be solved again, see `Augmentation.renew`.
         """
-        changes = [one.renew() for one in self.corrections]
+        own = [] if self._augmentation is None else [self._augmentation]
+        changes = [one.renew() for one in (*own, *self.corrections)]
         found = [change for change in changes if change is not None]
         if not found:
             return None
@@ -249,6 +249,7 @@ class PresentState:
             None if self._slip is None else self._slip.x.array.copy(),
             None if self._augmentation is None else self._augmentation.array.copy(),
             any(side.arcs is not None for zone in self._zones for side in zone.sides),
+            [one.array.copy() for one in self.corrections],
         )
 
     def fault_of(self, state: Any) -> str | None:
@@ -273,8 +274,8 @@ class PresentState:
             self._slip.x.array[:] = 0.0 if state.slip is None else state.slip
         if self._augmentation is not None and state.augmentation is not None:
             self._augmentation.set(state.augmentation)
-        for one in self.corrections:
-            one.restart()
+        for one, values in zip(self.corrections, state.corrections):
+            one.set(values)
         for zone, traction in zip(self._zones, state.traction_old):
             zone.traction_old = traction
         for zone, motion in zip(self._zones, state.old_motions):
