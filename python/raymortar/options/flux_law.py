@@ -26,6 +26,8 @@ IMAGINARY = 1e-30
 SHARE = 1e-6
 # By which derivatives may differ from differences, relatively
 ALLOWED = 1e-3
+# Slope that counts as none, relative to the largest
+VANISHES = 1e-9
 SAMPLES = 8
 
 
@@ -119,12 +121,18 @@ class FluxLaw:
         larger = base + _spread(base)[:, None] * (
             np.array([[1.0], [0.0], [1.0], [0.0], [1.0]])
         )
-        for one in (base, larger):
+        largest = np.zeros(len(ARGUMENTS))
+        for one in (larger, base):
             # A law may refuse what does not occur
             with np.errstate(all="ignore"), suppress(ContactError, ArithmeticError):
                 slopes = self.slopes(one, given)
+                # Where a slope vanishes, as that of T^4 at 0, differences do not
+                largest = np.maximum(largest, np.abs(slopes).max(axis=0, initial=0.0))
+                largest[:2] = largest[:2].max()
                 for k in range(len(ARGUMENTS)):
-                    fault = self._fault_of_slope(one, given, k, slopes[:, k])
+                    fault = self._fault_of_slope(
+                        one, given, k, slopes[:, k], VANISHES * largest[k]
+                    )
                     if fault is not None:
                         return fault
         return None
@@ -148,7 +156,7 @@ class FluxLaw:
         return False
 
     def _fault_of_slope(
-        self, at: Array, given: Mapping[str, Any], k: int, found: Array
+        self, at: Array, given: Mapping[str, Any], k: int, found: Array, nothing: float
     ) -> str | None:
         """Compare the derivatives by one argument with differences."""
         h = SHARE * _spread(at)[k]
@@ -164,7 +172,7 @@ class FluxLaw:
         below = np.where(has_lower, (q - self.values(low, given)) / step, above)
         least, most = np.minimum(below, above), np.maximum(below, above)
         size = np.max(np.abs([least, most, found]), axis=0)
-        rounding = 1e2 * np.finfo(float).eps * np.abs(q).max() / h
+        rounding = 1e2 * np.finfo(float).eps * np.abs(q).max() / h + nothing
         beyond = np.maximum(least - found, found - most) - ALLOWED * size - rounding
         # Where a law falls vertically its differences depend on their step
         beyond[(at[k] == 0.0) & (ARGUMENTS[k] in POSITIVE)] = -np.inf
