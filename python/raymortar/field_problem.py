@@ -139,9 +139,7 @@ class FieldProblem:
 
     def __repr__(self) -> str:
         names = ", ".join(repr(f.name) for f in self.unknowns.functions)
-        return (
-            f"<FieldProblem for {names}, {self.layout.size_global} unknowns, {self.terms}>"
-        )
+        return f"<FieldProblem for {names}, {self.layout.size_global} unknowns, {self.terms}>"
 
     # Equations
 

@@ -92,7 +92,11 @@ class FieldTie:
         sides = [TiedField(zone, u, fields, 0.0) for zone in tie.zones]
         slaves = join([zone.facets.slave for zone in tie.zones])
         part = tie.zones[0].facets.slave_part
-        (of,) = (f for f in fields if compat.on_mesh(f.u, parts_of(u)[part].function_space.mesh))
+        (of,) = (
+            f
+            for f in fields
+            if compat.on_mesh(f.u, parts_of(u)[part].function_space.mesh)
+        )
         self.multiplier, table = function_on_facets(
             of.u.function_space, slaves, f"flux of {several[0].name}"
         )

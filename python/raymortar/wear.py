@@ -30,11 +30,14 @@ from .interface.zone_data import ZoneData
 from .options.methods import has_dual_multiplier
 from .options.user_laws import check_functions
 
-
 # Difference of depths that counts as none, over the deepest of the step
-AGREEMENT = 1e-8
-# Most solves of an implicit step after the first
+AGREEMENT = 1e-6
+# Most solves of an implicit step after the first, below those of a solver
 MOST_REPEATS = 18
+# Share of the deepest from which on nodes count as worn
+BARELY = 1e-2
+# Share of the largest pressure at which open points tell how they would wear
+NEARLY_OPEN = 1e-3
 # Depth over pressure times stiffness, of explicit steps [theory (7.9)]
 LIMIT = 1.0
 
@@ -150,8 +153,11 @@ class Wear:
         self._areas = sums_at(V.dofmap.index_map, 1, *shares)[:, 0]
         # Depth of the present implicit step, and what accelerates its fixed point
         self.array = np.zeros(len(self._areas))
-        owned = self._areas[: V.dofmap.index_map.size_local]
-        self._anderson = Anderson(self._comm, owned)
+        self._owned: int = V.dofmap.index_map.size_local
+        self._anderson = Anderson(self._comm, self._areas[: self._owned])
+        # Of the last implicit step: its depth, and what it would have been at first
+        self._last: tuple[Array, float] | None = None
+        self._wears = 0.0
         self._accepted: int | None = None
         self._may_warn = not self.implicit
         if self.implicit:
@@ -180,6 +186,7 @@ class Wear:
         change, stiffness = self._depths()
         if self.implicit:
             change = self.array
+            self._last = (change, self._wears) if self._wears > 0.0 else None
         self._accepted = steps
         self.step = largest_of(self._comm, change)
         self.depth.x.array[:] += change
@@ -225,7 +232,17 @@ class Wear:
                 f"the step change by {change / deepest:.1e} of the deepest"
             )
         nearer = lacking / (1.0 + slopes * self.contact.gamma_scale)
-        self.set(self._anderson.next(self.array, nearer))
+        wears = self._comm.allreduce(found[: self._owned].sum())
+        if (
+            self._anderson.count == 0
+            and not self.array.any()
+            and self._last is not None
+        ):
+            last, then = self._last  # as deep as the last step, for as much pressure
+            nearer = last * (wears / then)
+        if self._anderson.count == 0:
+            self._wears = wears
+        self.set(self._anderson.next(self.array, nearer, found > BARELY * deepest))
         return change / deepest
 
     def set(self, values: Array) -> None:
@@ -279,8 +296,8 @@ class Wear:
         slip = points["slip"] if zone.frictional else zone.cpp.slips_without_friction()
         nu = points["contact_normal"]
         p = -np.einsum("qi,qi->q", points["traction"], nu)
-        closed = (points["status"] > 0) & (p > 0.0)
-        p, v = p[closed], np.linalg.norm(slip[closed], axis=1) / dt
+        hit = points["status"] > 0
+        p, v = np.maximum(p[hit], 0.0), np.linalg.norm(slip[hit], axis=1) / dt
         rate = np.asarray(self.law(p.copy(), v.copy()))
         if rate.shape != v.shape or not np.isrealobj(rate):
             raise ContactError(
@@ -291,9 +308,12 @@ class Wear:
             raise ContactError(
                 "Wear.law returns depths that are negative or not finite"
             )
-        depth = rate * dt * points["weight"][closed]
-        both = np.column_stack([depth, depth / p])
-        return points["slave"][closed], points["xi"][closed], both
+        some = np.maximum(p, NEARLY_OPEN * p.max(initial=0.0))
+        with np.errstate(invalid="ignore", divide="ignore"):
+            slope = np.nan_to_num(np.asarray(self.law(some.copy(), v.copy())) / some)
+        depth = np.column_stack([np.where(p > 0.0, rate, 0.0), slope])
+        weight = dt * points["weight"][hit]
+        return points["slave"][hit], points["xi"][hit], weight[:, None] * depth
 
     def volume(self) -> float:
         """Volume that the slave surfaces have lost: the integral of the depth over the

@@ -59,7 +59,9 @@ def manufactured(cell, divisions, degree):
     mesh, W = scene.mesh, field_space(scene.mesh, degree)
     T, s, dim = fem.Function(W, name="T"), ufl.TestFunction(W), DIMENSION[cell]
     x, k = ufl.SpatialCoordinate(mesh), cellwise(scene, CONDUCTIVITY)
-    kT = ufl.exp(x[0]) * ufl.cos(x[dim - 1]) * level([x[i] for i in range(dim)], ufl.sin)
+    kT = (
+        ufl.exp(x[0]) * ufl.cos(x[dim - 1]) * level([x[i] for i in range(dim)], ufl.sin)
+    )
     dx = ufl.dx(metadata={"quadrature_degree": 2 * degree + 3})
     F = (ufl.inner(k * ufl.grad(T), ufl.grad(s)) + ufl.div(ufl.grad(kT)) * s) * dx
     ends = fem.Function(W)

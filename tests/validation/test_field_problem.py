@@ -42,9 +42,7 @@ class Slabs:
         V, self.W = compat.vector_space(scene.mesh, 1), field_space(scene.mesh, degree)
         self.u, self.T = fem.Function(V, name="u"), fem.Function(self.W, name="T")
         self.pair = (scene.tags["slave"], scene.tags["master"])
-        self.contact = Contact(
-            self.u, scene.facet_tags, [self.pair], friction=friction
-        )
+        self.contact = Contact(self.u, scene.facet_tags, [self.pair], friction=friction)
         self.F = conduction(scene, self.T, CONDUCTIVITY)
         ends = {"top": HOT, "bottom": 0.0}
         self.bcs = [prescribe(self.W, scene, *end) for end in ends.items()]

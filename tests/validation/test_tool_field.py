@@ -100,9 +100,7 @@ def test_two_slabs_share_a_tool():
             u, scene.facet_tags, [(tags["top"], rigid.Line((0.0, 2.0), (0.0, -1.0)))]
         ),
     ]
-    laws = [
-        lambda T_s, T_m, p, g, v, h=h: h * (T_s - T_m) for h in (1.0, 0.25)
-    ]
+    laws = [lambda T_s, T_m, p, g, v, h=h: h * (T_s - T_m) for h in (1.0, 0.25)]
     fluxes = [Flux(c, T, q, tool=tool) for c, q in zip(contacts, laws)]
     walls = {"master": 10.0, "slave": 20.0}
     bcs = [prescribe(W, scene, name, value) for name, value in walls.items()]

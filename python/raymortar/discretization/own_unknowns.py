@@ -91,9 +91,7 @@ def single_number(comm: MPI.Comm, name: str) -> Function:
     return Function(compat.space(mesh, "DG", 0), name=name)
 
 
-def find_fields(
-    fields: Sequence[Displacement], unknowns: Unknowns, owner: str
-) -> None:
+def find_fields(fields: Sequence[Displacement], unknowns: Unknowns, owner: str) -> None:
     """Note which unknown each field is, or is a part of; raise if it is none."""
     for one in fields:
         found = [

@@ -143,7 +143,9 @@ class FieldOnZone:
         builds = int(self.zone.cpp.statistics()["halo_builds"])
         if self._master_rows is None or self._master_rows[0] != builds:
             width = 0 if self.master is None else self.master.width
-            fetched = _cpp.rows_of_master_facets(self.zone.cpp, self.own_master_rows, width)
+            fetched = _cpp.rows_of_master_facets(
+                self.zone.cpp, self.own_master_rows, width
+            )
             self._master_rows = builds, fetched
         return self._master_rows[1]
 

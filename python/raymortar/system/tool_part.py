@@ -110,7 +110,9 @@ class ToolPart:
         found = [self._layout.u_rows[zone.facets.slave_surface.dofs].ravel()]
         if contact.layout.components:
             first = contact.layout.multiplier_rows[zone.multiplier_nodes]
-            found.append((first[:, None] + np.arange(contact.layout.components)).ravel())
+            found.append(
+                (first[:, None] + np.arange(contact.layout.components)).ravel()
+            )
         of_bodies = self._layout.body_rows
         return found + [of_bodies[b] for b in zone.facets.bodies if b in of_bodies]
 
