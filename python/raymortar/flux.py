@@ -125,10 +125,14 @@ class Flux:
             on_tools = _value_on_tools(contact, tool)
         require_agreement(comm, friction_heat=friction_heat, tool=on_tools)
         self.contact, self.tool = contact, tool
-        if isinstance(on_tools, ToolField):
-            on_tools = on_tools.of(comm)
         parts = [Displacement(f, 0) for f in several]
-        self.part = FluxPart(contact.assembly, parts, made, heat, on_tools)
+        self.part = FluxPart(
+            contact.assembly,
+            parts,
+            made,
+            heat,
+            on_tools.of(comm) if isinstance(on_tools, ToolField) else on_tools,
+        )
 
     def __repr__(self) -> str:
         return f"<Flux of {self.part.name} through {self.contact!r}>"

@@ -60,6 +60,7 @@ class Slabs:
         assert max(errors) <= 1e-11 * HOT, errors
 
 
+@pytest.mark.quick
 @pytest.mark.mpi
 @pytest.mark.parametrize("degree", [1, 2])
 def test_a_known_pressure(cell_2d, degree):
@@ -85,6 +86,7 @@ def test_radiation_is_solved_quadratically():
     assert "FieldProblem for 'T'" in repr(problem)
 
 
+@pytest.mark.quick
 @pytest.mark.mpi
 def test_after_a_solve_of_the_displacement():
     """Pressure and heat of friction are those that the solve before has found; together

@@ -165,6 +165,7 @@ def test_flux_to_a_free_tool(cell, method, friction, kind, record_property):
     check_free_tool(cell, method, friction, kind, lambda: 0.7, record_property)
 
 
+@pytest.mark.quick
 @pytest.mark.filterwarnings("ignore:the straight facets")
 @pytest.mark.mpi(where=lambda cell, **_: cell == "triangle")
 @pytest.mark.parametrize(

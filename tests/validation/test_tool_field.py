@@ -63,6 +63,7 @@ class Slid:
         self.tool.accept()
 
 
+@pytest.mark.quick
 @pytest.mark.mpi
 @pytest.mark.parametrize("capacity", [0.7, 0.0])
 def test_slab_and_tool_gain_the_work_of_friction(capacity, record_property):
@@ -84,6 +85,7 @@ def test_slab_and_tool_gain_the_work_of_friction(capacity, record_property):
     assert abs(case.tool.value - 3.0) > 1e-3
 
 
+@pytest.mark.quick
 @pytest.mark.mpi
 def test_two_slabs_share_a_tool():
     """A cold block between two hot walls: what it stores flows through both, and in the

@@ -140,6 +140,7 @@ def test_laws_and_steps_that_are_too_large():
         Wear(tie, Archard(K))
 
 
+@pytest.mark.quick
 def test_a_step_wears_once():
     case = Worn()
     wear = Wear(case.contact, Archard(K))
@@ -150,6 +151,7 @@ def test_a_step_wears_once():
     assert wear.volume() == depth
 
 
+@pytest.mark.quick
 @pytest.mark.mpi(where=lambda cell, **_: cell == "triangle")
 @pytest.mark.parametrize("k", [0.3, 30.0, 3e3])
 @pytest.mark.parametrize("cell, degree", [("triangle", 1), ("hexahedron", 1)])

@@ -98,12 +98,11 @@ class ToolPart:
             for contact, side in self._met:
                 met += self._of_contact(contact, side.zone)
         columns, rows = (np.unique(np.concatenate(one)) for one in (met, depends))
-        places = [
-            np.concatenate([np.full(len(columns), self.row), rows]),
-            np.concatenate([columns, np.full(len(rows), self.row)]),
-        ]
-        zeros = np.zeros(len(places[0]))
-        return assembled(self._comm, self._layout.size, *places, zeros)
+        own = self.row
+        first = np.concatenate([np.full(len(columns), own), rows])
+        second = np.concatenate([columns, np.full(len(rows), own)])
+        zeros = np.zeros(len(first))
+        return assembled(self._comm, self._layout.size, first, second, zeros)
 
     def _of_contact(self, contact: ContactAssembly, zone: ZoneData) -> list[Any]:
         """Rows of displacement, multiplier and free bodies that a flux depends on."""
