@@ -10,6 +10,7 @@ __all__ = [
     "EXACT",
     "PRESSURE_MAP",
     "animate",
+    "field_and_curve",
     "draw_field",
     "draw_surface",
     "gather_boundary",
@@ -62,6 +63,30 @@ def space_and_curve(path, bodies, label, curve):
     # The room that axes in space take reaches out of the figure
     with plt.rc_context({"savefig.bbox": None}):
         fig.savefig(path)
+
+
+def field_and_curve(path, u, f, label, exact, computed, axes, zoom=None):
+    """Picture of a deformed plane body with a field, and a curve beside its closed form.
+
+    `exact` and `computed` are (x, y, name), `axes` what is set of the right axes, and
+    `zoom` has the ends of both left ones. Collective.
+    """
+    x, moved, values = gather_cells(u.function_space.mesh, u, f)
+    if u.function_space.mesh.comm.rank > 0:
+        return
+    fig, (left, right) = pyplot().subplots(
+        1, 2, figsize=(11, 3.6), layout="constrained"
+    )
+    colours = draw_field(left, x[..., :2] + moved, values)
+    left.axis("off")
+    if zoom is not None:
+        left.set(xlim=zoom[:2], ylim=zoom[2:])
+    fig.colorbar(colours, ax=left, label=label, shrink=0.8)
+    right.plot(*exact[:2], color=EXACT, label=exact[2])
+    right.plot(*computed[:2], "o", color=COMPUTED, label=computed[2])
+    right.set(**{"ylim": (0, None), **axes})
+    right.legend()
+    fig.savefig(path)
 
 
 def animate(path, frames, box, top, label="von Mises stress", line=0.0):

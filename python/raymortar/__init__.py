@@ -10,6 +10,8 @@ from .errors import (
     ConvergenceError,
     SetUpError,
 )
+from .field_problem import FieldProblem
+from .field_tie import FieldTie
 from .flux import Flux, FluxRates
 from .interface.pairs import Pair
 from .interface.point_results import NodeStatus, PointStatus
@@ -28,6 +30,7 @@ from .solvers.fixed_point import FixedPointSolver
 from .solvers.newton import NewtonSolver
 from .solvers.snes import SNESSolver
 from .tie import Tie
+from .tool_field import ToolField
 from .wear import Archard, Wear
 
 __version__ = "0.1.0"
@@ -45,6 +48,8 @@ __all__ = [
     "ConvergenceError",
     "Coulomb",
     "DisplacementControl",
+    "FieldProblem",
+    "FieldTie",
     "FixedPointSolver",
     "Flux",
     "FluxRates",
@@ -65,6 +70,7 @@ __all__ = [
     "SetUpError",
     "Stick",
     "Tie",
+    "ToolField",
     "Tresca",
     "Wear",
     "dynamics",

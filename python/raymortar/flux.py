@@ -15,9 +15,11 @@ from .compat import Array
 from .contact import Contact
 from .discretization.joined import Displacement, parts_of
 from .errors import ContactError, require_agreement, together
+from .field_tie import FieldTie
 from .options.flux_law import FluxLaw
 from .options.methods import has_dual_multiplier
 from .system.flux_part import FluxPart
+from .tool_field import ToolField
 
 
 @dataclass(frozen=True)
@@ -69,7 +71,7 @@ class Flux:
     fields
         Scalar Functions on the slave's mesh, evaluated at the nodes of the slave facets.
     tool
-        The field on rigid tools. A number.
+        The field on rigid tools: a number, or a `ToolField`, which is an unknown.
 
     Attributes
     ----------
@@ -103,7 +105,7 @@ class Flux:
         derivatives: Callable[..., Sequence[Array]] | None = None,
         friction_heat: float | None = 0.5,
         fields: Sequence[Function] = (),
-        tool: float | None = None,
+        tool: float | ToolField | None = None,
     ) -> None:
         if not isinstance(contact, Contact):
             raise ContactError(
@@ -122,9 +124,15 @@ class Flux:
             _check_fields(contact, several, made)
             on_tools = _value_on_tools(contact, tool)
         require_agreement(comm, friction_heat=friction_heat, tool=on_tools)
-        self.contact = contact
+        self.contact, self.tool = contact, tool
         parts = [Displacement(f, 0) for f in several]
-        self.part = FluxPart(contact.assembly, parts, made, heat, on_tools)
+        self.part = FluxPart(
+            contact.assembly,
+            parts,
+            made,
+            heat,
+            on_tools.of(comm) if isinstance(on_tools, ToolField) else on_tools,
+        )
 
     def __repr__(self) -> str:
         return f"<Flux of {self.part.name} through {self.contact!r}>"
@@ -171,23 +179,24 @@ class Flux:
         return self.part.points(zone)
 
 
-def apart(given: Any) -> tuple[Any, list[Flux]]:
-    """Divide what a problem is given into contacts and fluxes.
+def apart(given: Any) -> tuple[Any, list[Flux | FieldTie]]:
+    """Divide what a problem is given into contacts, and fluxes and ties of fields.
 
     Raises
     ------
     ContactError
-        If a flux is there twice.
+        If a flux or a tie is there twice.
     """
-    if isinstance(given, Flux):
+    if isinstance(given, (Flux, FieldTie)):
         return [], [given]
     if not isinstance(given, (list, tuple)):
         return given, []
-    fluxes = [one for one in given if isinstance(one, Flux)]
-    for i, flux in enumerate(fluxes):
-        if any(flux is other for other in fluxes[:i]):
-            raise ContactError(f"the Flux of {flux.part.name} is in the list twice")
-    return [one for one in given if not isinstance(one, Flux)], fluxes
+    terms = [one for one in given if isinstance(one, (Flux, FieldTie))]
+    for i, term in enumerate(terms):
+        if any(term is other for other in terms[:i]):
+            kind = type(term).__name__
+            raise ContactError(f"the {kind} of {term.part.name} is in the list twice")
+    return [one for one in given if not isinstance(one, (Flux, FieldTie))], terms
 
 
 def _shares(friction_heat: Any) -> tuple[float, float]:
@@ -202,18 +211,29 @@ def _shares(friction_heat: Any) -> tuple[float, float]:
     return float(friction_heat), 1.0 - float(friction_heat)
 
 
-def _value_on_tools(contact: Contact, tool: Any) -> float:
+def parts_of_terms(terms: Sequence[Flux | FieldTie]) -> list[Any]:
+    """What fluxes and ties add, and what tools that they share store, each once."""
+    parts = [term.part for term in terms]
+    tools = [term.part.tool for term in terms if isinstance(term, Flux)]
+    return parts + list(dict.fromkeys(one for one in tools if one is not None))
+
+
+def _value_on_tools(contact: Contact, tool: Any) -> float | ToolField:
     """The field on the rigid tools of a contact, 0 where there are none."""
     has_tools = any(zone.facets.bodies for zone in contact.zones)
+    if isinstance(tool, ToolField):
+        if not has_tools:
+            raise ContactError("Flux.tool is a ToolField, and there are no rigid tools")
+        return tool
     if tool is None:
         if has_tools:
             raise ContactError(
                 "the contact of Flux has rigid tools: give the field on them, tool= a "
-                "number"
+                "number or a ToolField"
             )
         return 0.0
     if not (is_real_number(tool) and np.isfinite(tool)):
-        raise ContactError(f"tool = {tool!r} must be a finite number")
+        raise ContactError(f"tool = {tool!r} must be a finite number, or a ToolField")
     return float(tool)
 
 

@@ -18,6 +18,7 @@ from .errors import (
     require_agreement,
     together,
 )
+from .field_tie import FieldTie
 from .flux import Flux
 from .problem import CoupledProblem
 from .solvers.snes import SNESSolver
@@ -41,7 +42,8 @@ class NonlinearProblem(CoupledProblem):
         unknowns a list, by unknown.
     contact
         Contact terms; of several interactions a list, each with its own method, law and
-        search, all of the same displacement. Fluxes (`Flux`) may be among them.
+        search, all of the same displacement. Fluxes (`Flux`) and ties of fields
+        (`FieldTie`) may be among them.
     bcs
         Dirichlet conditions on the unknowns, or on parts of them.
     J
@@ -100,7 +102,7 @@ class NonlinearProblem(CoupledProblem):
     def __init__(
         self,
         F: Any,
-        contact: Contact | Sequence[Contact | Flux],
+        contact: Contact | Sequence[Contact | Flux | FieldTie],
         bcs: Sequence[Any] = (),
         J: Any = None,
         u: Any = None,

@@ -32,11 +32,12 @@ from .errors import (
     require_agreement,
     together,
 )
-from .flux import Flux, apart
+from .field_tie import FieldTie
+from .flux import Flux, apart, parts_of_terms
 from .interactions import one_or_several
 from .interface.overlap import warn_of_overlap
 from .interface.slave_nodes import warn_of_finer_rigid_slaves
-from .system.fluxes import FluxTerms
+from .system.fluxes import FluxTerms, extended, own_functions
 from .system.groups import groups_of
 from .system.updated import Updated
 from .system.volume import Volume
@@ -55,7 +56,8 @@ class CoupledProblem:
         unknowns a list, by unknown.
     contact
         Contact terms; of several interactions a list, each with its own method, law and
-        search, all of the same displacement. Fluxes (`Flux`) may be among them.
+        search, all of the same displacement. Fluxes (`Flux`) and ties of fields
+        (`FieldTie`) may be among them.
     bcs
         Dirichlet conditions on the unknowns, or on parts of them.
     J
@@ -86,7 +88,7 @@ class CoupledProblem:
         Assembles the compiled forms `L` and `a`. ``volume.is_linear``: whether the
         tangent is kept; ``volume.kept``: what of it is, or None.
     fluxes
-        What fluxes add, or None.
+        What fluxes and ties of fields add, or None.
     convergence
         Judges the last residual; see `convergence.Convergence`.
     rays_only
@@ -114,7 +116,7 @@ class CoupledProblem:
     def __init__(
         self,
         F: Any,
-        contact: Contact | Sequence[Contact | Flux],
+        contact: Contact | Sequence[Contact | Flux | FieldTie],
         bcs: Sequence[Any] = (),
         J: Any = None,
         u: Any = None,
@@ -122,7 +124,7 @@ class CoupledProblem:
         jit_options: Mapping[str, Any] | None = None,
         update: Callable[[], object] | None = None,
     ) -> None:
-        contacts, fluxes = apart(contact)
+        contacts, terms = apart(contact)
         self.contact = one_or_several(contacts)
         unknowns, comm = self.contact.unknowns, self.contact.unknowns.comm
         with together(comm):
@@ -130,10 +132,11 @@ class CoupledProblem:
             self.bcs = list_of_conditions(bcs)
             if update is not None and not callable(update):
                 raise ContactError(f"update must be a function, not {update!r}")
-            for flux in fluxes:
-                flux.require_among(self.contact.contacts)
-        self.contact.solve_for(functions)
-        parts = [flux.part for flux in fluxes]
+            for term in terms:
+                term.require_among(self.contact.contacts)
+        parts = parts_of_terms(terms)
+        own = own_functions(parts)
+        self.contact.solve_for([*functions, *own])
         self.fluxes = FluxTerms(self.contact, parts) if parts else None
         with together(comm):
             unknowns.conditions(self.bcs)  # refuses foreign ones
@@ -144,6 +147,8 @@ class CoupledProblem:
                 (w,) = functions
                 J = ufl.derivative(F, w, ufl.TrialFunction(w.function_space))
         require_agreement(comm, number_of_conditions=len(self.bcs), update=update)
+        if own:
+            F, J = extended(F, J, len(own))
         forms = list(F) if isinstance(F, (list, tuple)) else [F]
         at = sorted({one.at for one in unknowns.displacements})
         moving = [forms[k] for k in at], [functions[k] for k in at]
@@ -165,7 +170,13 @@ class CoupledProblem:
         if updated is not None:
             updated.bring()  # the stiffness of the volume is read
         self._pattern = self.contact.prepare(a, self.bcs)
-        self._pattern.fluxes = self.fluxes
+        if self.fluxes is not None:
+            self._pattern.fluxes = self.fluxes
+            self.fluxes.choose_scales(self.contact.own_couplings)
+            self.fluxes.own_couplings(self._pattern.couplings)
+            for pattern in self.fluxes.patterns():
+                self._pattern.include(pattern)
+                pattern.destroy()
         # With fluxes more than the facets' displacements changes from tangent to tangent
         known = F if is_derivative and self.fluxes is None else None
         self.volume = Volume(

@@ -50,14 +50,14 @@ def prescribe(
     value: float | npt.ArrayLike | fem.Constant = 0.0,
     component: int | None = None,
 ) -> Any:
-    """Dirichlet condition on facets: for the displacement, or for one component of it.
+    """Dirichlet condition on facets: for a displacement, a component of it, or a scalar.
 
     Collective.
 
     Parameters
     ----------
     V
-        Space of the displacement, from `vector_space`.
+        Space of the displacement, from `vector_space`, or of a scalar field.
     facets
         Facets of this rank, such as ``facet_tags.find(3)`` or
         ``bodies.find("bottom")``.
@@ -93,7 +93,8 @@ def prescribe(
                 f"component must be one of {list(range(dim))} or None, not {component!r}"
             )
         if not isinstance(value, fem.Constant):
-            value = _constant(mesh, value, component)
+            is_vector = component is None and bool(compat.element_info(V).value_shape)
+            value = _constant(mesh, value, (dim,) if is_vector else ())
     facet_dim = mesh.topology.dim - 1
     compat.connectivity(mesh, facet_dim, facet_dim + 1)
     part = V if component is None else V.sub(component)
@@ -102,15 +103,13 @@ def prescribe(
     return fem.dirichletbc(value, dofs, part)
 
 
-def _constant(mesh: Mesh, value: Any, component: int | None) -> fem.Constant:
+def _constant(mesh: Mesh, value: Any, shape: tuple[int, ...]) -> fem.Constant:
     """A value as a Constant of the size that a condition needs."""
-    dim = mesh.geometry.dim
-    shape = (dim,) if component is None else ()
     try:
         array = np.asarray(value, dtype=PETSc.ScalarType)
         full = np.array(np.broadcast_to(array, shape))
     except (TypeError, ValueError):
-        wanted = "a number" if shape == () else f"a number or {dim} numbers"
+        wanted = "a number" if shape == () else f"a number or {shape[0]} numbers"
         raise ContactError(f"value must be {wanted}, not {value!r}") from None
     return fem.Constant(mesh, full if shape else PETSc.ScalarType(full))
 

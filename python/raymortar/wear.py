@@ -10,17 +10,36 @@ import numpy as np
 from dolfinx.fem import Function
 
 from . import compat
-from .checked import is_real_number, positive
+from .checked import is_real_number, positive, truth
 from .compat import Array
 from .contact import Contact
+from .convergence.anderson import Anderson
 from .discretization.facets import facet_dof_table
 from .discretization.ranks import largest as largest_of
 from .discretization.ranks import sums_at
 from .discretization.reference_facets import shape_functions
 from .discretization.surfaces import surface_normals
-from .errors import ContactError, ContactWarning, require_agreement, together
+from .errors import (
+    ContactError,
+    ContactWarning,
+    ConvergenceError,
+    require_agreement,
+    together,
+)
 from .interface.zone_data import ZoneData
 from .options.methods import has_dual_multiplier
+from .options.user_laws import check_functions
+
+# Difference of depths that counts as none, over the deepest of the step
+AGREEMENT = 1e-6
+# Most solves of an implicit step after the first, below those of a solver
+MOST_REPEATS = 18
+# Share of the deepest from which on nodes count as worn
+BARELY = 1e-2
+# Share of the largest pressure at which open points tell how they would wear
+NEARLY_OPEN = 1e-3
+# Depth over pressure times stiffness, of explicit steps [theory (7.9)]
+LIMIT = 1.0
 
 
 @dataclass(frozen=True)
@@ -47,9 +66,9 @@ class Archard:
 class Wear:
     """Depth of material that contact has lost, which widens its gaps. Collective.
 
-    It grows when a step is accepted, by what the step has done, and becomes the
-    contact's offset: ``LoadSteps(..., on_accept=wear.accept)``. The depth belongs to the
-    slave's material, so of two bodies that wear it is the sum.
+    It grows by what each accepted step has done, and is the contact's offset:
+    ``LoadSteps(..., on_accept=wear.accept)``. The depth belongs to the slave's material,
+    so of two bodies that wear it is the sum.
 
     Parameters
     ----------
@@ -61,6 +80,10 @@ class Wear:
     largest
         A step that wears deeper than this is warned of, once: the next steps should be
         smaller. Length. None: any depth.
+    implicit
+        Whether the gaps of a step are those of the surface that is worn at its end, at
+        any size of the step; else they are those of its start. Each solve is then
+        repeated until both agree, 3 to 8 times.
 
     Attributes
     ----------
@@ -72,8 +95,9 @@ class Wear:
 
     Notes
     -----
-    Steps are explicit: pressures are those at the end of the step, gaps those of the
-    worn surface from the next step on. The depth is spread to the nodes such that its
+    Pressures are those at the end of the step [theory (7.8)]. Explicit steps that are
+    too large for the bodies' stiffness make pressures alternate, which is warned of
+    once (7.9). The depth is spread to the nodes such that its
     integral over the undeformed surface is that of the law, to rounding.
 
     Examples
@@ -88,6 +112,7 @@ class Wear:
         contact: Contact,
         law: Archard | Callable[[Array, Array], Array],
         largest: float | None = None,
+        implicit: bool = False,
     ) -> None:
         if not isinstance(contact, Contact):
             raise ContactError(
@@ -111,9 +136,11 @@ class Wear:
                 raise ContactError(
                     "Wear.law must be Archard or a function of p and v, not " f"{law!r}"
                 )
+            check_functions("Wear", {"law": law}, ("p", "v"), ())
             if largest is not None:
                 positive("Wear.largest", largest)
-        require_agreement(self._comm, largest=largest)
+            self.implicit = truth("Wear.implicit", implicit)
+        require_agreement(self._comm, largest=largest, implicit=implicit)
         self.contact, self.law, self.largest, self.step = contact, law, largest, 0.0
         mesh = contact.slave_u.function_space.mesh
         self.depth = Function(compat.scalar_space(mesh, 1), name="wear")
@@ -124,6 +151,17 @@ class Wear:
             for table, zone in zip(self._tables, contact.zones)
         ]
         self._areas = sums_at(V.dofmap.index_map, 1, *shares)[:, 0]
+        # Depth of the present implicit step, and what accelerates its fixed point
+        self.array = np.zeros(len(self._areas))
+        self._owned: int = V.dofmap.index_map.size_local
+        self._anderson = Anderson(self._comm, self._areas[: self._owned])
+        # Of the last implicit step: its depth, and what it would have been at first
+        self._last: tuple[Array, float] | None = None
+        self._wears = 0.0
+        self._accepted: int | None = None
+        self._may_warn = not self.implicit
+        if self.implicit:
+            contact.assembly.present.corrections.append(self)
 
     def __repr__(self) -> str:
         return f"<Wear of {self.contact!r} by {self.law!r}>"
@@ -137,21 +175,25 @@ class Wear:
         Raises
         ------
         ContactError
-            If the law returns no depths.
+            If the law returns no depths, or if no step was accepted since the last call.
         """
-        shares = []
-        with together(self._comm):
-            for zone, table in zip(self.contact.zones, self._tables):
-                facet, xi, worn = self._worn(zone)
-                N, _ = shape_functions(zone.facets.slave_surface.shape, 1, xi)
-                shares.append((table[facet], (N * worn[:, None])[..., None]))
-        V = self.depth.function_space
-        sums = sums_at(V.dofmap.index_map, 1, *shares)[:, 0]
-        change = np.where(self._areas > 0.0, sums, 0.0)
-        change /= np.where(self._areas > 0.0, self._areas, 1.0)
+        steps = self.contact.assembly.present.steps
+        if self._accepted == steps:
+            raise ContactError(
+                "Wear.accept was called for this step already: call it once, after "
+                "contact.advance()"
+            )
+        change, stiffness = self._depths()
+        if self.implicit:
+            change = self.array
+            self._last = (change, self._wears) if self._wears > 0.0 else None
+        self._accepted = steps
         self.step = largest_of(self._comm, change)
         self.depth.x.array[:] += change
+        self.array = np.zeros(len(change))
         self.contact.set_offset(self.depth)
+        if self._may_warn:
+            self._warn_if_coarse(stiffness)
         if self.largest is not None and self.step > self.largest:
             warnings.warn(
                 f"a step has worn {self.step:.3g} deep, more than largest = "
@@ -161,16 +203,102 @@ class Wear:
             )
             self.largest = None
 
+    # Implicit steps
+
+    def renew(self) -> float | None:
+        """Come nearer to the depth that the pressures of its end wear, an implicit step's.
+        Collective.
+
+        Returns
+        -------
+        The change over the deepest of the step; None where both agree.
+
+        Raises
+        ------
+        ConvergenceError
+            If they do not after many solves.
+        """
+        found, slopes = self._depths()
+        lacking = found - self.array
+        deepest = max(largest_of(self._comm, one) for one in (found, self.array))
+        change = largest_of(self._comm, np.abs(lacking))
+        if change <= AGREEMENT * deepest:
+            self._anderson.start()
+            return None
+        if self._anderson.count > MOST_REPEATS:
+            self._anderson.start()
+            raise ConvergenceError(
+                f"implicit wear has not settled after {MOST_REPEATS} solves: depths of "
+                f"the step change by {change / deepest:.1e} of the deepest"
+            )
+        nearer = lacking / (1.0 + slopes * self.contact.gamma_scale)
+        wears = self._comm.allreduce(found[: self._owned].sum())
+        if (
+            self._anderson.count == 0
+            and not self.array.any()
+            and self._last is not None
+        ):
+            last, then = self._last  # as deep as the last step, for as much pressure
+            nearer = last * (wears / then)
+        if self._anderson.count == 0:
+            self._wears = wears
+        self.set(self._anderson.next(self.array, nearer, found > BARELY * deepest))
+        return change / deepest
+
+    def set(self, values: Array) -> None:
+        """Set the depth of the present implicit step, which is none at first."""
+        self.array = np.maximum(values, 0.0)
+        whole = Function(self.depth.function_space)
+        whole.x.array[:] = self.depth.x.array + self.array
+        self.contact.set_offset(whole)
+
+    # What a step wears
+
+    def _depths(self) -> tuple[Array, Array]:
+        """Depth that the last solve wears, and the same over the pressure, at this
+        rank's nodes. Collective."""
+        shares = []
+        with together(self._comm):
+            for zone, table in zip(self.contact.zones, self._tables):
+                facet, xi, worn = self._worn(zone)
+                N, _ = shape_functions(zone.facets.slave_surface.shape, 1, xi)
+                shares.append((table[facet], N[..., None] * worn[:, None]))
+        V = self.depth.function_space
+        sums = sums_at(V.dofmap.index_map, 2, *shares).T
+        has = self._areas > 0.0
+        depth, slope = np.where(has, sums, 0.0) / np.where(has, self._areas, 1.0)
+        return depth, slope
+
+    def _warn_if_coarse(self, slopes: Array) -> None:
+        """Say once where an explicit step is beyond its limit [theory (7.9)].
+        Collective."""
+        stiffness = self.contact.assembly.stiffness()
+        if stiffness is None:
+            return
+        # Depths are of degree 1: mid nodes are no nodes of theirs
+        V = self.contact.slave_u.function_space
+        stiffness /= compat.element_info(V).degree ** 2
+        ratio = largest_of(self._comm, slopes) * stiffness / LIMIT
+        if ratio > 1.0:
+            self._may_warn = False
+            warnings.warn(
+                f"a step wears {ratio:.2g} times as deep as explicit steps may, so that "
+                "pressures alternate from step to step: take smaller steps, or "
+                "Wear(..., implicit=True)",
+                ContactWarning,
+                stacklevel=3,
+            )
+
     def _worn(self, zone: ZoneData) -> tuple[Array, Array, Array]:
-        """Facets and places of the points that slip, and depth times area of the
-        step."""
+        """Facets and places of the points that slip, and what the step wears there times
+        area: depth, and depth over pressure, (n, 2)."""
         points, dt = zone.points(), self.contact.dt
         slip = points["slip"] if zone.frictional else zone.cpp.slips_without_friction()
         nu = points["contact_normal"]
         p = -np.einsum("qi,qi->q", points["traction"], nu)
-        closed = (points["status"] > 0) & (p > 0.0)
-        v = np.linalg.norm(slip[closed], axis=1) / dt
-        rate = np.asarray(self.law(p[closed], v.copy()))
+        hit = points["status"] > 0
+        p, v = np.maximum(p[hit], 0.0), np.linalg.norm(slip[hit], axis=1) / dt
+        rate = np.asarray(self.law(p.copy(), v.copy()))
         if rate.shape != v.shape or not np.isrealobj(rate):
             raise ContactError(
                 f"Wear.law returns values of type {rate.dtype} and shape {rate.shape} "
@@ -180,8 +308,12 @@ class Wear:
             raise ContactError(
                 "Wear.law returns depths that are negative or not finite"
             )
-        worn = rate * dt * points["weight"][closed]
-        return points["slave"][closed], points["xi"][closed], worn
+        some = np.maximum(p, NEARLY_OPEN * p.max(initial=0.0))
+        with np.errstate(invalid="ignore", divide="ignore"):
+            slope = np.nan_to_num(np.asarray(self.law(some.copy(), v.copy())) / some)
+        depth = np.column_stack([np.where(p > 0.0, rate, 0.0), slope])
+        weight = dt * points["weight"][hit]
+        return points["slave"][hit], points["xi"][hit], weight[:, None] * depth
 
     def volume(self) -> float:
         """Volume that the slave surfaces have lost: the integral of the depth over the

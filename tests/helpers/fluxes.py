@@ -99,9 +99,9 @@ def set_temperature(T, seed):
 
 
 def field_rows(case, x):
-    """Part of a vector of unknowns that belongs to the temperature."""
+    """Part of a vector of unknowns that belongs to the temperature, and to the tools'."""
     starts = case.contact.unknowns.owned_starts
-    return x.array[starts[1] : starts[2]]
+    return x.array[starts[1] : starts[-1]]
 
 
 def remainders(case, seed, first_steps=FIRST_STEPS[2:]):

@@ -23,12 +23,14 @@ import hertz_sphere  # noqa: E402
 import indentation  # noqa: E402
 import ironing_3d  # noqa: E402
 import newton_of_dolfinx  # noqa: E402
+import pin  # noqa: E402
 import plug  # noqa: E402
 import press_fit  # noqa: E402
 import press_fit_lame  # noqa: E402
 import return_mapping  # noqa: E402
 import rolling  # noqa: E402
 import shells  # noqa: E402
+import slabs  # noqa: E402
 import snap_through  # noqa: E402
 import spinning_ring  # noqa: E402
 import tied_cantilever  # noqa: E402
@@ -63,6 +65,15 @@ def test_blocks_are_uniform_and_in_equilibrium(folder):
 @pytest.mark.mpi
 def test_heat_of_a_brake_is_the_work_of_friction(folder):
     run(brake, folder, "--size", "6", "--steps", "6")
+
+
+@pytest.mark.mpi
+def test_heat_of_slabs_is_that_of_a_series(folder):
+    run(slabs, folder, "--size", "4", "--steps", "4")
+
+
+def test_a_pin_wears_as_archard_says(folder):
+    run(pin, folder, "--size", "20", "--steps", "8")
 
 
 def test_quadratic_blocks_are_uniform_and_in_equilibrium(folder):

@@ -12,7 +12,15 @@ from friction_states import FrictionCase, check_regime, law_for, set_both
 from states import Case, name_of
 from tangents import is_first_order, is_second_order
 
-from raymortar import AugmentedLagrangian, Contact, Coulomb, Penalty, compat, rigid
+from raymortar import (
+    AugmentedLagrangian,
+    Contact,
+    Coulomb,
+    Penalty,
+    ToolField,
+    compat,
+    rigid,
+)
 
 
 def smooth_cases():
@@ -110,24 +118,18 @@ TOOLS["plane"][3] = lambda: rigid.Plane((0.0, 0.0, 0.72), (0.1, -0.05, 1.0))
 TOOLS["ball"][3] = lambda: rigid.Sphere((0.6, 0.5, -3.26), 4.0)
 
 
-@pytest.mark.filterwarnings("ignore:the straight facets")
-@pytest.mark.mpi(where=lambda cell, kind, **_: cell == "triangle" and kind == "ball")
-@pytest.mark.parametrize("kind", TOOLS)
-@pytest.mark.parametrize("friction", [None, Coulomb(0.1)])
-@pytest.mark.parametrize("method", ["augmented", "elastic"])
-@pytest.mark.parametrize("cell", ["triangle", "hexahedron"])
-def test_flux_to_a_free_tool(cell, method, friction, kind, record_property):
-    """Columns of the tool's translation and rotation are among those that vary."""
+def check_free_tool(cell, method, friction, kind, tool, record_property):
+    """Slopes where a tool is free, at a field on it that is a number or an unknown."""
     case = FrictionCase(cell, 2, 1, method, "current")
     scene, dim = case.scene("overhang"), case.dim
 
     def make(seed):
         free = ("x", "y", "r") if dim == 2 else ("x", "y", "z", "rx", "ry", "rz")
-        tool = rigid.Body(TOOLS[kind][dim](), (0.3,) * dim, free=free)
+        body = rigid.Body(TOOLS[kind][dim](), (0.3,) * dim, free=free)
         contact = Contact(
             fem.Function(compat.vector_space(scene.mesh, case.degree)),
             scene.facet_tags,
-            [(scene.tags["slave"], tool)],
+            [(scene.tags["slave"], body)],
             AugmentedLagrangian(states.GAMMA)
             if method == "augmented"
             else Penalty(50.0),
@@ -144,7 +146,36 @@ def test_flux_to_a_free_tool(cell, method, friction, kind, record_property):
         states.set_state(contact, scene, "active", seed, amplitude=0.02)
         return states.in_regime(contact, "active") or friction is not None
 
-    heat = partial(massive, tool=0.7, field_degree=2)
+    def heat(contact):
+        return massive(contact, tool=tool(), field_degree=2, friction_heat=0.3)
+
     found = field_slopes(make, prepare, heat, wanted=lambda contact: True)
     record_property("slope", found.tolist())
     assert is_second_order(found), found
+
+
+@pytest.mark.filterwarnings("ignore:the straight facets")
+@pytest.mark.mpi(where=lambda cell, kind, **_: cell == "triangle" and kind == "ball")
+@pytest.mark.parametrize("kind", TOOLS)
+@pytest.mark.parametrize("friction", [None, Coulomb(0.1)])
+@pytest.mark.parametrize("method", ["augmented", "elastic"])
+@pytest.mark.parametrize("cell", ["triangle", "hexahedron"])
+def test_flux_to_a_free_tool(cell, method, friction, kind, record_property):
+    """Columns of the tool's translation and rotation are among those that vary."""
+    check_free_tool(cell, method, friction, kind, lambda: 0.7, record_property)
+
+
+@pytest.mark.quick
+@pytest.mark.filterwarnings("ignore:the straight facets")
+@pytest.mark.mpi(where=lambda cell, **_: cell == "triangle")
+@pytest.mark.parametrize(
+    "cell, method, kind",
+    [("triangle", "augmented", "ball"), ("hexahedron", "elastic", "plane")],
+)
+def test_flux_to_a_tool_that_stores_it(cell, method, kind, record_property):
+    """The balance of the tool is among the rows, and the field on it among columns."""
+
+    def tool():
+        return ToolField(0.7, capacity=2.0)
+
+    check_free_tool(cell, method, Coulomb(0.1), kind, tool, record_property)

@@ -132,7 +132,88 @@ def test_laws_and_steps_that_are_too_large():
         case.slide(Wear(contact, Archard(K), largest=1e-6), 1)
     with pytest.raises(ContactError, match="has an offset"):
         Wear(contact, Archard(K))
+    with pytest.raises(ContactError, match=r"it must take 2 arguments, p and v"):
+        Wear(Worn().contact, lambda p: p)
     pair = (case.scene.tags["slave"], case.scene.tags["master"])
     tie = raymortar.Tie(case.u, case.scene.facet_tags, [pair])
     with pytest.raises(ContactError, match="is a Tie"):
         Wear(tie, Archard(K))
+
+
+@pytest.mark.quick
+def test_a_step_wears_once():
+    case = Worn()
+    wear = Wear(case.contact, Archard(K))
+    case.slide(wear, 2)
+    depth = wear.volume()
+    with pytest.raises(ContactError, match="called for this step already"):
+        wear.accept()
+    assert wear.volume() == depth
+
+
+@pytest.mark.quick
+@pytest.mark.mpi(where=lambda cell, **_: cell == "triangle")
+@pytest.mark.parametrize("k", [0.3, 30.0, 3e3])
+@pytest.mark.parametrize("cell, degree", [("triangle", 1), ("hexahedron", 1)])
+def test_implicit_steps_of_any_size(cell, degree, k):
+    """p_n = E (push - depth_n) / H at the end of each step, by a factor of up to 60."""
+    case = Worn(cell, degree)
+    wear = Wear(case.contact, Archard(k), implicit=True)
+    depth = 0.0
+    for p in case.slide(wear, 3):
+        depth = (depth + k * SLIDE * PUSH) / (1.0 + k * SLIDE)
+        assert abs(p / (PUSH - depth) - 1.0) <= 1e-6 * (1.0 + k * SLIDE)
+    assert abs(wear.volume() / depth - 1.0) <= 1e-7
+
+
+def uneven(implicit, k, steps=6, degree=1):
+    """Differences of depth over a slab that starts with a rough surface, by step."""
+    case = Worn("triangle", degree)
+    wear = Wear(case.contact, Archard(k), implicit=implicit)
+    y = wear.depth.function_space.tabulate_dof_coordinates()[:, 1]
+    on = np.flatnonzero(np.abs(y) < 1e-12)
+    wear.depth.x.array[on] = 1e-4 * np.cos(np.pi * np.arange(len(on)))
+    case.contact.set_offset(wear.depth)
+    found = [np.ptp(wear.depth.x.array[on])]
+
+    def accept():
+        wear.accept()
+        found.append(np.ptp(wear.depth.x.array[on]))
+
+    def apply(t):
+        case.tool.move((SLIDE * steps * t, 0.0))
+
+    for _ in LoadSteps(case.problem.snes_solver, apply, steps, on_accept=accept):
+        pass
+    return np.array(found)
+
+
+def test_explicit_steps_have_a_limit_and_implicit_ones_none():
+    """Rough surfaces wear smooth, but by explicit steps beyond the limit."""
+    assert (np.diff(uneven(False, 5.0)) < 0.0).all()
+    with pytest.warns(raymortar.ContactWarning, match="as deep as explicit steps may"):
+        rough = uneven(False, 30.0)
+    assert rough[1] > 1.5 * rough[0]
+    smooth = uneven(True, 30.0)
+    assert (np.diff(smooth) < 0.0).all()
+    assert smooth[-1] < 0.1 * smooth[0]
+
+
+@pytest.mark.mpi
+def test_implicit_wear_with_friction_is_the_law_of_the_end():
+    """A pin that tilts: depth of the step = k p slip of the state that was found."""
+    case = Worn("triangle", 1, Coulomb(0.3))
+    wear = Wear(case.contact, Archard(5.0), implicit=True)
+    lacks = []
+
+    def accept():
+        found = wear._depths()[0]
+        lacks.append(worst(found - wear.array) / worst(found))
+        wear.accept()
+
+    def apply(t):
+        case.tool.move((4.0 * SLIDE * t, 0.0))
+
+    for _ in LoadSteps(case.problem.snes_solver, apply, 4, on_accept=accept):
+        pass
+    assert max(lacks) <= 1e-6, lacks

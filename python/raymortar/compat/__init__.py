@@ -11,6 +11,7 @@ from .at_points import *
 from .cells import *
 from .files import *
 from .forms import *
+from .from_arrays import *
 from .generation import *
 from .gmsh import *
 from .meshes import *

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Protocol
 
 from mpi4py import MPI
 
@@ -22,6 +22,20 @@ from .zone_data import ZoneData
 CLOSED_WITHIN = 1e-4
 # Solves of one step after the first one
 MOST_AUGMENTATIONS = 20
+
+
+class Correction(Protocol):
+    """Lengths at nodes that are added to gaps, until a solve agrees with them."""
+
+    @property
+    def array(self) -> Array:
+        """Lengths at this rank's nodes."""
+
+    def set(self, values: Array) -> None:
+        """Set the lengths, and add them to gaps. Collective."""
+
+    def renew(self) -> float | None:
+        """Change gaps by what a solve has found; None where both agree. Collective."""
 
 
 class Augmentation:

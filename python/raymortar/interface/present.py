@@ -23,7 +23,7 @@ from ..options.friction import Friction
 from ..options.methods import ContactOptions, Penalty
 from ..rigid.body import Body
 from ..rigid.motions import require_same_loads
-from .augmentation import Augmentation
+from .augmentation import Augmentation, Correction
 from .contact_surfaces import ContactSurfaces
 from .friction_at_points import PointFriction
 from .law_nodes import nodes, set_at_nodes
@@ -77,6 +77,8 @@ class PresentState:
             self._point_friction = PointFriction(
                 options.friction, self._zones, self._comm
             )
+        # What changes gaps after a solve, which is then repeated
+        self.corrections: list[Correction] = []
         self._augmentation: Augmentation | None = None
         if isinstance(options.method, Penalty) and options.method.exact:
             self._augmentation = Augmentation(
@@ -87,6 +89,7 @@ class PresentState:
         self._dt = 1.0
         self._watches_arcs = bool(options.smooth)
         self.updates, self.updates_for_room, self.revision = 0, 0, 0
+        self.steps = 0  # accepted so far
 
     def note_change(self) -> None:
         """Count a change of what an assembled residual depends on."""
@@ -182,6 +185,7 @@ class PresentState:
         """Accept the step: the present state becomes the old one. Collective."""
         self._unknowns.pull()  # each contact has a displacement of its own
         self.u_old[:] = self._u.x.array
+        self.steps += 1
         self.note_change()
         if self._surfaces.tied is not None:  # it has no other history
             return
@@ -206,16 +210,17 @@ class PresentState:
             self._watches_arcs = not warn_of_turned_arcs(self._surfaces)
 
     def augment(self) -> float | None:
-        """Carry the tractions of an exact penalty over to the next solve. Collective.
+        """Change gaps by what a solve has found, for the next one. Collective.
 
         Returns None where nothing is to be solved again, see `Augmentation.renew`.
         """
-        if self._augmentation is None:
+        own = [] if self._augmentation is None else [self._augmentation]
+        changes = [one.renew() for one in (*own, *self.corrections)]
+        found = [change for change in changes if change is not None]
+        if not found:
             return None
-        change = self._augmentation.renew()
-        if change is not None:
-            self.note_change()
-        return change
+        self.note_change()
+        return max(found)
 
     def _note_opposite(self) -> None:
         """Note what each slave facet faces at the last update."""
@@ -244,6 +249,7 @@ class PresentState:
             None if self._slip is None else self._slip.x.array.copy(),
             None if self._augmentation is None else self._augmentation.array.copy(),
             any(side.arcs is not None for zone in self._zones for side in zone.sides),
+            [one.array.copy() for one in self.corrections],
         )
 
     def fault_of(self, state: Any) -> str | None:
@@ -268,6 +274,8 @@ class PresentState:
             self._slip.x.array[:] = 0.0 if state.slip is None else state.slip
         if self._augmentation is not None and state.augmentation is not None:
             self._augmentation.set(state.augmentation)
+        for one, values in zip(self.corrections, state.corrections):
+            one.set(values)
         for zone, traction in zip(self._zones, state.traction_old):
             zone.traction_old = traction
         for zone, motion in zip(self._zones, state.old_motions):

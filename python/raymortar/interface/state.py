@@ -34,6 +34,8 @@ class ContactState:
     augmentation: Array | None = None
     # Whether straight facets are curved, see `Contact`
     smooth: bool = False
+    # What a step that is not yet accepted has changed gaps by, such as implicit wear
+    corrections: Sequence[Array] = ()
 
     @property
     def parts(self) -> tuple[ContactState, ...]:

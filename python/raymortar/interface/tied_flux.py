@@ -10,7 +10,7 @@ import numpy as np
 from .. import _cpp
 from ..compat import Array, Indices
 from ..discretization.reference_facets import shape_functions
-from .flux_sides import FieldOnZone, FieldSide
+from .flux_sides import FieldOnZone, FieldSide, FixedPoints
 
 
 class TiedPoints(NamedTuple):
@@ -34,8 +34,8 @@ class TiedField(FieldOnZone):
     master: FieldSide  # a tie has no rigid tools
 
     @cached_property
-    def _all(self) -> TiedPoints:
-        """The points, which a tie finds once."""
+    def fixed(self) -> TiedPoints:
+        """Points of the tie, which it finds once."""
         points, (slave, master) = self.zone.cpp.points(), self.zone.sides
         number = np.flatnonzero(points["status"] > 0).astype(np.int32)
         xi, eta = points["xi"][number], points["eta"][number]
@@ -46,7 +46,7 @@ class TiedField(FieldOnZone):
 
     def present(self) -> Any:
         """Values at the points on both sides, (n,) each. Collective."""
-        at, width = self._all, self.master.width
+        at, width = self.fixed, self.master.width
         own = self.master.values.ravel()
         fetched = _cpp.to_master_facets(self.zone.cpp, own, width).reshape(-1, width)
         return (
@@ -56,30 +56,25 @@ class TiedField(FieldOnZone):
 
     def points(self, fields: Any) -> dict[str, Array]:
         """What a law is given: neither pressure, gap nor slip."""
-        at, none = self._all, np.zeros(len(self._all.number))
+        at, none = self.fixed, np.zeros(len(self.fixed.number))
         found: dict[str, Any]
         found = {"point": at.number, "facet": at.facet, "xi": at.xi}
         found |= {"slave": fields[0], "target": fields[1], "weight": at.weight}
         return found | dict.fromkeys(("pressure", "gap", "slip", "work"), none)
 
-    def _rows_at_points(self) -> Any:
-        """Rows of the slave's and the master's nodes of each point, (n, nodes)."""
-        at = self._all
-        slave = self._slave_rows.reshape(-1, self.slave.width)[at.facet]
-        master = self.master_rows.reshape(-1, self.master.width)[at.master]
-        return np.concatenate([slave, master], axis=1)
-
     @property
-    def _jump(self) -> Array:
-        """Shape functions of the field's jump, (n, nodes)."""
-        return np.concatenate([self._all.slave, -self._all.target], axis=1)
+    def at_points(self) -> FixedPoints:
+        """Rows and shape functions at the points. Collective."""
+        at = self.fixed
+        slave = self.slave_rows.reshape(-1, self.slave.width)[at.facet]
+        master = self.master_rows.reshape(-1, self.master.width)[at.master]
+        return FixedPoints([slave, master], [at.slave, at.target], at.weight)
 
     def residual(
         self, fields: Any, q: Array, slave_heat: float, target_heat: float
     ) -> tuple[Any, ...]:
         """Rows and values, see `_cpp.flux_residual`."""
-        values = (self._all.weight * q)[:, None] * self._jump
-        return self._rows_at_points().ravel(), values.ravel()
+        return self.at_points.residual(q)
 
     def tangent(
         self,
@@ -91,11 +86,4 @@ class TiedField(FieldOnZone):
         along: Array,
     ) -> tuple[Any, ...]:
         """Rows, columns and values, see `_cpp.flux_tangent`."""
-        at, rows = self._all, self._rows_at_points()
-        by_field = [slopes[:, :1] * at.slave, slopes[:, 1:2] * at.target]
-        values = np.einsum(
-            "q,qa,qb->qab", at.weight, self._jump, np.concatenate(by_field, axis=1)
-        )
-        columns = np.broadcast_to(rows[:, None, :], values.shape)
-        rows = np.broadcast_to(rows[:, :, None], values.shape)
-        return rows.ravel(), columns.ravel(), values.ravel()
+        return self.at_points.tangent(slopes)

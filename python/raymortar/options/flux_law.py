@@ -12,9 +12,9 @@ import numpy as np
 from dolfinx.fem import Function
 
 from ..compat import Array
-from ..discretization.slave_fields import FLUX_FIELD, check_function
+from ..discretization.slave_fields import FLUX_FIELD
 from ..errors import ContactError
-from .friction import OFFERED, further_arguments
+from .user_laws import check_fields, check_functions, offered
 
 # What a law is given, in this order
 ARGUMENTS = ("T_s", "T_m", "p", "g", "v")
@@ -26,6 +26,8 @@ IMAGINARY = 1e-30
 SHARE = 1e-6
 # By which derivatives may differ from differences, relatively
 ALLOWED = 1e-3
+# Slope that counts as none, relative to the largest
+VANISHES = 1e-9
 SAMPLES = 8
 
 
@@ -45,23 +47,8 @@ class FluxLaw:
         fields: Sequence[Function],
     ) -> None:
         self.law, self.derivatives, self.fields = law, derivatives, list(fields)
-        for name, function in self._functions().items():
-            if not callable(function):
-                raise ContactError(
-                    f"Flux.{name} must be a function of {', '.join(ARGUMENTS)}, not "
-                    f"{function!r}"
-                )
-            for argument in further_arguments(function, len(ARGUMENTS)):
-                if argument.name not in OFFERED and argument.default is argument.empty:
-                    raise ContactError(
-                        f"Flux.{name} has the argument {argument.name!r}: after "
-                        f"{', '.join(ARGUMENTS)} it may have any of "
-                        f"{', '.join(OFFERED)}"
-                    )
-        for one in self.fields:
-            if not isinstance(one, Function):
-                raise ContactError(f"Flux.fields has {one!r}, which is no Function")
-            check_function(FLUX_FIELD, one)
+        check_functions("Flux", self._functions(), ARGUMENTS)
+        check_fields("Flux", FLUX_FIELD, self.fields)
         if "fields" in self.arguments and not self.fields:
             raise ContactError(
                 "Flux.law has the argument fields, and there are none: give "
@@ -75,12 +62,12 @@ class FluxLaw:
     @property
     def arguments(self) -> set[str]:
         """Names of the arguments after the first five."""
-        return set().union(*map(_offered, self._functions().values()))
+        return set().union(*map(_further, self._functions().values()))
 
     def _call(self, name: str, values: Any, given: Mapping[str, Any]) -> Any:
         """Call a function with copies of the arguments that it has."""
         function = getattr(self, name)
-        more = {one: deepcopy(given[one]) for one in _offered(function)}
+        more = {one: deepcopy(given[one]) for one in _further(function)}
         return function(*(one.copy() for one in values), **more)
 
     def values(self, at: Array, given: Mapping[str, Any]) -> Array:
@@ -134,18 +121,42 @@ class FluxLaw:
         larger = base + _spread(base)[:, None] * (
             np.array([[1.0], [0.0], [1.0], [0.0], [1.0]])
         )
-        for one in (base, larger):
+        largest = np.zeros(len(ARGUMENTS))
+        for one in (larger, base):
             # A law may refuse what does not occur
             with np.errstate(all="ignore"), suppress(ContactError, ArithmeticError):
                 slopes = self.slopes(one, given)
+                # Where a slope vanishes, as that of T^4 at 0, differences do not
+                largest = np.maximum(largest, np.abs(slopes).max(axis=0, initial=0.0))
+                largest[:2] = largest[:2].max()
                 for k in range(len(ARGUMENTS)):
-                    fault = self._fault_of_slope(one, given, k, slopes[:, k])
+                    fault = self._fault_of_slope(
+                        one, given, k, slopes[:, k], VANISHES * largest[k]
+                    )
                     if fault is not None:
                         return fault
         return None
 
+    def flows_uphill(self, at: Array, given: Mapping[str, Any]) -> bool:
+        """Whether a closed contact without slip lets the flux go from low to high.
+
+        Tried at some of the points, with a difference of the field and a pressure.
+        """
+        some = np.unique(np.linspace(0, at.shape[1] - 1, SAMPLES).astype(int))
+        base, given = at[:, some], _chosen(given, some)
+        size = _spread(base)
+        base[0] = base[1] + 0.1 * size[0]
+        base[2] = np.maximum(base[2], size[2])
+        base[3:] = 0.0
+        with np.errstate(all="ignore"), suppress(ContactError, ArithmeticError):
+            down = self.values(base, given)
+            base[0] = base[1] - 0.1 * size[0]
+            up = self.values(base, given)
+            return bool((down < 0.0).all() and (up > 0.0).all())
+        return False
+
     def _fault_of_slope(
-        self, at: Array, given: Mapping[str, Any], k: int, found: Array
+        self, at: Array, given: Mapping[str, Any], k: int, found: Array, nothing: float
     ) -> str | None:
         """Compare the derivatives by one argument with differences."""
         h = SHARE * _spread(at)[k]
@@ -161,7 +172,7 @@ class FluxLaw:
         below = np.where(has_lower, (q - self.values(low, given)) / step, above)
         least, most = np.minimum(below, above), np.maximum(below, above)
         size = np.max(np.abs([least, most, found]), axis=0)
-        rounding = 1e2 * np.finfo(float).eps * np.abs(q).max() / h
+        rounding = 1e2 * np.finfo(float).eps * np.abs(q).max() / h + nothing
         beyond = np.maximum(least - found, found - most) - ALLOWED * size - rounding
         # Where a law falls vertically its differences depend on their step
         beyond[(at[k] == 0.0) & (ARGUMENTS[k] in POSITIVE)] = -np.inf
@@ -186,10 +197,9 @@ class FluxLaw:
         )
 
 
-def _offered(function: Any) -> set[str]:
-    """Names of the further arguments that a function is given."""
-    arguments = further_arguments(function, len(ARGUMENTS))
-    return {one.name for one in arguments} & set(OFFERED)
+def _further(function: Any) -> set[str]:
+    """Names of the arguments after the first five that a function is given."""
+    return offered(function, len(ARGUMENTS))
 
 
 def _checked(name: str, values: Any, at: Array) -> Array:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
@@ -20,14 +19,11 @@ from ..discretization.slave_fields import (
     FRICTION_FIELD,
     FieldValue,
     Quantity,
-    check_function,
     check_number,
     is_field,
 )
 from ..errors import ContactError
-
-# Arguments that functions of `Friction` may have besides p and v
-OFFERED = ("x", "slip", "dt", "fields")
+from .user_laws import check_fields, check_functions, offered
 
 
 class Law(Options):
@@ -136,22 +132,8 @@ class Friction(Law):
     fields: Sequence[Function] = ()
 
     def check(self) -> None:
-        for name, function in self._functions().items():
-            if not callable(function):
-                raise ContactError(
-                    f"Friction.{name} must be a callable of pressures and slip rates, "
-                    f"not {function!r}"
-                )
-            for argument in further_arguments(function):
-                if argument.name not in OFFERED and argument.default is argument.empty:
-                    raise ContactError(
-                        f"Friction.{name} has the argument {argument.name!r}: after p "
-                        f"and v a law may have any of {', '.join(OFFERED)}"
-                    )
-        for one in self.fields:
-            if not isinstance(one, Function):
-                raise ContactError(f"Friction.fields has {one!r}, which is no Function")
-            check_function(FRICTION_FIELD, one)
+        check_functions("Friction", self._functions(), ("p", "v"))
+        check_fields("Friction", FRICTION_FIELD, self.fields)
 
     def _functions(self) -> dict[str, Any]:
         """The functions of the law, by name."""
@@ -200,17 +182,9 @@ class Friction(Law):
         return by_p, by_v
 
 
-def further_arguments(function: Any, first: int = 2) -> list[inspect.Parameter]:
-    """Arguments of a law's function after the first ones: p and v of friction."""
-    try:
-        return list(inspect.signature(function).parameters.values())[first:]
-    except (TypeError, ValueError):  # some built-in functions have no signature
-        return []
-
-
 def _offered(function: Any) -> set[str]:
     """Names of the arguments that a law's function is given."""
-    return {one.name for one in further_arguments(function)} & set(OFFERED)
+    return offered(function, 2)
 
 
 def _real(name: str, values: Any, p: Array) -> Array:

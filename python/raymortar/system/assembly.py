@@ -313,6 +313,19 @@ class ContactAssembly:
         size = mean_facet_size(self.layout, self.zones)
         return [self.gamma_scale * size] * len(self.zones)
 
+    def stiffness(self) -> float | None:
+        """Largest stiffness over area of pairs of bodies [theory (5.2)]; None where the
+        forms have none. Traction per length. Collective."""
+        if self.volume is None:
+            return None
+        try:
+            tables = contact_stiffness(
+                self.volume, self.layout, self.surfaces.interfaces
+            )
+        except ContactError:  # on all ranks
+            return None
+        return max(float(table.max()) for table in tables)
+
     def refuse_held(self, bcs: Sequence[Any]) -> None:
         """Raise where conditions leave a tangent without a solution. Collective."""
         self.prescribed(bcs)

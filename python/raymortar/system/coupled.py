@@ -109,6 +109,14 @@ class CoupledSystem(CoupledIterates):
         return self._volume.couplings
 
     @property
+    def own_couplings(self) -> Array:
+        """How each row of the forms depends on its own field, (owned rows,)."""
+        found = np.zeros(self.layout.n)
+        for field, row in zip(self.unknowns.fields(), self.couplings):
+            found[field.rows] = row[field.rows]
+        return found
+
+    @property
     def translation_forces(self) -> Array:
         """Forces of translations at set-up, see `probing.VolumePattern`."""
         return self._volume.translation

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import warnings
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,14 +12,15 @@ from mpi4py import MPI
 import numpy as np
 from dolfinx.fem import Function
 
-from .. import compat
 from ..compat import Array
 from ..convergence.balance import EPS
 from ..discretization.joined import Displacement
 from ..discretization.layout import CoupledRows
+from ..discretization.own_unknowns import find_fields
 from ..discretization.reference_facets import shape_functions
 from ..discretization.slave_fields import FLUX_FIELD, on_facets
-from ..errors import ContactError, SetUpError, raise_everywhere, together
+from ..discretization.unknowns import Unknowns
+from ..errors import ContactWarning, SetUpError, raise_everywhere, together
 from ..interface.flux_sides import FieldOnZone
 from ..interface.friction_at_points import STEP
 from ..interface.point_results import accumulated_slip, undeformed
@@ -26,11 +28,8 @@ from ..interface.tied_flux import TiedField
 from ..interface.zone_data import ZoneData
 from ..options.flux_law import FluxLaw
 from .assembly import ContactAssembly
-
-
-def joined(parts: Sequence[tuple[Any, ...]]) -> Any:
-    """Join the first arrays of all parts, then the second ones, and so on."""
-    return tuple(np.concatenate(arrays) for arrays in zip(*parts))
+from .entries import joined
+from .tool_part import ToolPart
 
 
 @dataclass
@@ -66,8 +65,10 @@ class FluxPart:
     heat
         Shares of the work of friction that slave and master take.
     tool
-        Value of the field on rigid tools.
+        The field on rigid tools: a number, or an unknown.
     """
+
+    stiffness = 0.0  # of unknowns that it brings: none
 
     def __init__(
         self,
@@ -75,14 +76,19 @@ class FluxPart:
         fields: list[Displacement],
         law: FluxLaw,
         heat: tuple[float, float],
-        tool: float,
+        tool: float | ToolPart,
     ) -> None:
         self.contact, self.fields = contact, fields
         self._law, self._heat = law, heat
         surfaces = contact.surfaces
         self._comm: MPI.Comm = surfaces.comm
         kind = FieldOnZone if surfaces.tied is None else TiedField
-        self.sides = [kind(zone, surfaces.u, fields, tool) for zone in contact.zones]
+        self.tool = tool if isinstance(tool, ToolPart) else None
+        number = 0.0 if isinstance(tool, ToolPart) else tool
+        self.sides = [kind(zone, surfaces.u, fields, number) for zone in contact.zones]
+        if self.tool is not None:
+            self.tool.meet(contact, self.sides)
+        self.functions: list[Function] = []
         self._is_checked = False
         self.is_solved_for = False  # by some problem
 
@@ -91,27 +97,38 @@ class FluxPart:
         """Name of the field, for messages."""
         return ", ".join(f.given.name for f in self.fields)
 
-    def solve_for(self, functions: Sequence[Function], layout: CoupledRows) -> None:
+    def solve_for(
+        self, unknowns: Unknowns, layout: CoupledRows, moves: bool = True
+    ) -> None:
         """Find the field among what a problem solves for, and take its rows.
-        Collective."""
+        Collective.
+
+        Parameters
+        ----------
+        unknowns, layout
+            Of the problem.
+        moves
+            Whether the displacement is an unknown too.
+        """
         with together(self._comm):
-            for one in self.fields:
-                found = [
-                    k
-                    for k, f in enumerate(functions)
-                    if compat.same_values(f, one.given)
-                ]
-                if not found:
-                    names = ", ".join(f.name for f in functions)
-                    raise ContactError(
-                        f"the field {one.given.name} that Flux was given is none of "
-                        f"the unknowns [{names}], nor a part of one: give the problem "
-                        "its equation too, F and u as lists"
-                    )
-                one.at = found[0]
+            find_fields(self.fields, unknowns, "Flux")
         self.is_solved_for = True
         for side in self.sides:
-            side.set_rows(layout.rows, layout.unknowns.starts)
+            side.moves = moves
+            side.set_rows(layout.rows, unknowns.starts)
+
+    def choose_scale(self, stiffness: Callable[[Any], Array]) -> None:
+        """Do nothing: fluxes have no scale of their own."""
+
+    def prepare(self, look_up: Callable[[Any], Array]) -> None:
+        """Do nothing: prescribed unknowns change no flux."""
+
+    def pattern(self) -> None:
+        """Return no entries: `rows` says which there are."""
+
+    def rows(self, of_zone: Callable[[Any], int]) -> list[Any]:
+        """Rows of the field on the facets of each zone, for the room of a matrix."""
+        return [side.pattern(of_zone(side.zone)) for side in self.sides]
 
     # What the law is given
 
@@ -183,9 +200,21 @@ class FluxPart:
         dt = self.contact.present.dt
         return self._heat[0] / dt, self._heat[1] / dt
 
+    def _present(self) -> list[Any]:
+        """Present values of the field on all sides. Collective."""
+        if self.tool is not None:
+            value = self.tool.value
+            for side in self.sides:
+                side.tool = value
+        return [side.present() for side in self.sides]
+
+    def _into_tools(self, side: FieldOnZone) -> bool:
+        """Whether what leaves a slave surface goes into tools with an unknown."""
+        return self.tool is not None and side.master is None
+
     def residual(self) -> tuple[Any, Any]:
         """Rows and values of the residual, of this rank's points. Collective."""
-        values = [side.present() for side in self.sides]
+        values = self._present()
         found = []
         self._check(values)
         with together(self._comm):
@@ -193,13 +222,47 @@ class FluxPart:
                 points = self._points(side, fields)
                 q = self._law.values(points.at, points.given)
                 found.append(side.residual(fields, q, *self._heat_rates))
+                if self._into_tools(side):
+                    _, of_slave = side.residual(fields, q, *self._opposite_rates)
+                    found.append(self._of_tool(-of_slave.sum()))
         return joined(found)
+
+    @property
+    def _opposite_rates(self) -> tuple[float, float]:
+        """Shares by which rows of the slave add up to what leaves the tools, negative:
+        their test functions add up to one."""
+        return -self._heat_rates[1], 0.0
+
+    def _of_tool(self, *sums: float) -> Any:
+        """The row of the tools with one entry for each array of values."""
+        assert self.tool is not None
+        return (np.array([self.tool.row]), *(np.array([one]) for one in sums))
+
+    def _tangent_of_tools(
+        self, side: FieldOnZone, fields: Any, q: Array, slopes: Array, along: Array
+    ) -> list[Any]:
+        """Entries in the row and in the column of the tools: columns of the rows of the
+        slave, added up, and what the slave's rows vary with the tools."""
+        assert self.tool is not None
+        row = self.tool.row
+        _, columns, values = side.tangent(
+            fields, q, *self._opposite_rates, slopes, along
+        )
+        columns, at = np.unique(columns, return_inverse=True)
+        sums = -np.bincount(at.ravel(), values, len(columns))
+        rows, by_tool = side.residual(fields, slopes[:, 1].copy(), 0.0, 0.0)
+        own = np.array([row])
+        return [
+            (np.full(len(columns), row), columns, sums),
+            (rows, np.full(len(rows), row), by_tool),
+            (own, own, np.array([-by_tool.sum()])),
+        ]
 
     def tangent(self, largest: float) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
         """Rows, columns and values of the tangent; and rows of the field, the sizes of
         terms there, and their rounding errors where positions are as large as `largest`.
         Of this rank's points. Collective."""
-        values = [side.present() for side in self.sides]
+        values = self._present()
         self._check(values)
         dt, entries, sizes = self.contact.present.dt, [], []
         with together(self._comm):
@@ -208,8 +271,13 @@ class FluxPart:
                 q = self._law.values(points.at, points.given)
                 slopes = self._law.slopes(points.at, points.given)
                 sizes.append(self._sizes(side, fields, points, q, slopes, largest))
+                if self._into_tools(side):
+                    sizes.append(self._of_tool(*(one.sum() for one in sizes[-1][1:])))
                 slopes[:, 4] /= dt
                 along = self._along(side.zone, points)
+                if self._into_tools(side):
+                    more = self._tangent_of_tools(side, fields, q, slopes, along)
+                    entries.extend(more)
                 entries.append(
                     side.tangent(fields, q, *self._heat_rates, slopes, along)
                 )
@@ -239,7 +307,7 @@ class FluxPart:
         Collective."""
         if self._is_checked:
             return
-        fault, count = None, 0
+        fault, count, uphill = None, 0, False
         with together(self._comm):
             for side, fields in zip(self.sides, values):
                 points = self._points(side, fields)
@@ -248,14 +316,23 @@ class FluxPart:
                     self._law.values(points.at, points.given)
                     self._law.slopes(points.at, points.given)
                     fault = self._law.fault_of_slopes(points.at, points.given)
+                    uphill = self._law.flows_uphill(points.at, points.given)
         raise_everywhere(self._comm, fault, SetUpError)
+        if self._comm.allreduce(int(uphill)):
+            warnings.warn(
+                f"Flux.law lets {self.name} flow from where it is low to where it is "
+                "high, with closed contact and no slip: q is the flux from the slave to "
+                "the master, positive where T_s > T_m",
+                ContactWarning,
+                stacklevel=2,
+            )
         self._is_checked = self._comm.allreduce(count) > 0
 
     # Results
 
     def rates(self) -> tuple[float, float, float]:
         """Sum up the flux and the heat that both sides take from friction. Collective."""
-        values = [side.present() for side in self.sides]
+        values = self._present()
         sums = np.zeros(2)
         with together(self._comm):
             for side, fields in zip(self.sides, values):
@@ -270,7 +347,7 @@ class FluxPart:
     def points(self, number: int) -> dict[str, Array]:
         """Arrays over this rank's points with a hit of a zone. Collective."""
         side = self.sides[number]
-        fields = side.present()
+        fields = self._present()[number]
         with together(self._comm):
             points = self._points(side, fields)
             q = self._law.values(points.at, points.given)

@@ -13,8 +13,10 @@ from raymortar import (
     AugmentedLagrangian,
     Contact,
     ContactError,
+    ContactWarning,
     Flux,
     NonlinearProblem,
+    ToolField,
     compat,
     rigid,
 )
@@ -96,6 +98,10 @@ ARGUMENTS = {
     "argument fields, and there are none": dict(law=lambda a, b, c, d, e, fields: a),
     "friction_heat = 2.0": dict(friction_heat=2.0),
     "tool = nan": dict(tool=np.nan),
+    "Flux.law is a function of a, b: it must take 5 arguments, T_s, T_m, p, g and v": (
+        dict(law=lambda a, b: a - b)
+    ),
+    "there are no rigid tools": dict(tool=ToolField(0.0, 1.0)),
     "which is no Function": dict(fields=[3.0]),
 }
 
@@ -145,6 +151,29 @@ def test_laws(scene, contact, T, message):
     flux = Flux(contact, T, **{"law": law, **LAWS[message]})
     with pytest.raises(ContactError, match=message):
         solved(scene, contact, T, flux)
+
+
+@pytest.mark.mpi
+def test_a_flux_from_cold_to_hot_is_warned_of_once(scene, contact, T):
+    flux = Flux(contact, T, lambda T_s, T_m, p, g, v: 0.1 * (1.0 + p) * (T_m - T_s))
+    with pytest.warns(ContactWarning, match="from where it is low") as told:
+        problem = solved(scene, contact, T, flux)
+        problem.solve()
+    assert sum("from where it is low" in str(one.message) for one in told) == 1
+
+
+@pytest.mark.parametrize(
+    "arguments, message",
+    [
+        ((np.nan, 1.0), "ToolField.value = nan must be a finite number"),
+        ((0.0, -1.0), "ToolField.capacity = -1.0 must not be negative"),
+    ],
+)
+def test_tools(arguments, message):
+    with pytest.raises(ContactError, match=message):
+        ToolField(*arguments)
+    with pytest.raises(ContactError, match="is of no Flux yet"):
+        ToolField(0.0, 1.0).accept()
 
 
 @pytest.mark.mpi

@@ -1,0 +1,241 @@
+"""Problems of fields alone, with fluxes and ties between bodies that stay."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property, partial
+from typing import Any
+
+from mpi4py import MPI
+from petsc4py import PETSc
+
+import numpy as np
+from dolfinx.fem import Function
+
+from . import compat
+from .convergence.balance import EPS
+from .discretization.forms import derivative, find_unknowns, list_of_conditions
+from .discretization.layout import CoupledRows
+from .discretization.unknowns import Unknowns
+from .errors import ContactError, ConvergenceError, together
+from .field_tie import FieldTie
+from .flux import Flux, apart, parts_of_terms
+from .interface.probing import row_sums
+from .solvers.automatic import direct
+from .system.fluxes import FluxTerms, extended, own_functions
+from .system.volume import Forms
+
+# Defaults of PETSc's options
+OPTIONS = {
+    "snes_type": "newtonls",
+    "snes_linesearch_type": "basic",
+    "snes_rtol": 1e-10,
+    "snes_max_it": 50,
+    **direct(),
+}
+# Rounding errors of a residual that count as none, in sums of its terms
+_NOTHING = 64.0 * EPS
+
+
+class FieldProblem:
+    """F(T; s) + fluxes + ties = 0 for fields on bodies that stay. Collective.
+
+    `NonlinearProblem` without a displacement among its unknowns: fluxes go through
+    contacts whose displacement and multiplier are known, of a solve before or as they
+    were set.
+
+    Parameters
+    ----------
+    F
+        UFL residual of the field, without fluxes and ties. Of several fields, or bodies
+        on meshes of their own, a list.
+    u
+        What is solved for: a Function, or a list as F.
+    terms
+        `Flux`, `FieldTie`, or a list of them.
+    bcs
+        Dirichlet conditions on the fields.
+    J
+        UFL Jacobian of F; by default its derivative. Of several fields a list of lists.
+    petsc_options
+        Options of SNES, which complete the defaults: Newton's method with full steps,
+        and a direct solver.
+    form_compiler_options, jit_options
+        For the forms of F and J, as of ``dolfinx.fem.form``.
+
+    Attributes
+    ----------
+    unknowns, layout
+        What is solved for, multipliers of ties included, and its rows.
+    iterations
+        Newton iterations of the last `solve`.
+
+    Raises
+    ------
+    ContactError
+        For input that cannot work, on every rank alike.
+
+    Examples
+    --------
+    >>> contact = raymortar.Contact(u, facet_tags, pairs)  # u: zero, or of a solve before
+    >>> flux = raymortar.Flux(contact, T, conductance)
+    >>> raymortar.FieldProblem(F, T, flux, bcs).solve()
+    """
+
+    def __init__(
+        self,
+        F: Any,
+        u: Function | Sequence[Function],
+        terms: Flux | FieldTie | Sequence[Flux | FieldTie],
+        bcs: Sequence[Any] = (),
+        J: Any = None,
+        petsc_options: Mapping[str, Any] | None = None,
+        form_compiler_options: Mapping[str, Any] | None = None,
+        jit_options: Mapping[str, Any] | None = None,
+    ) -> None:
+        functions = list(u) if isinstance(u, (list, tuple)) else [u]
+        for f in functions:
+            if not isinstance(f, Function):
+                raise ContactError(f"u must be a Function, not {type(f).__name__}")
+        self.comm = functions[0].function_space.mesh.comm
+        with together(self.comm):
+            others, given = apart(terms)
+            if others or not given:
+                raise ContactError(
+                    "FieldProblem takes F, u, terms, bcs in this order: terms must be a "
+                    f"Flux, a FieldTie or a list of them, not {terms!r}"
+                )
+            self.bcs = list_of_conditions(bcs)
+            self.unknowns = Unknowns(functions[0])
+            several = isinstance(F, (list, tuple))
+            forms = list(F) if several else [F]
+            table = J if several or J is None else [[J]]
+            find_unknowns(forms, table, functions, self.unknowns)
+            if J is None:
+                table = [[derivative(form, f) for f in functions] for form in forms]
+        self.terms, parts = given, parts_of_terms(given)
+        own = own_functions(parts)
+        self.unknowns.solve_for([*functions, *own], False)
+        with together(self.comm):
+            self.unknowns.conditions(self.bcs)  # refuses foreign ones
+        self.layout = CoupledRows(self.unknowns, [])
+        self.zones: list[Any] = []
+        self._fluxes = FluxTerms(self, parts, moves=False)
+        compiled = partial(
+            compat.form,
+            form_compiler_options=form_compiler_options,
+            jit_options=jit_options,
+        )
+        if several or own:
+            full = extended(forms, table, len(own))
+            self.L, self.a = compiled(full[0]), compiled(full[1])
+        else:
+            self.L, self.a = compiled(forms[0]), compiled(table[0][0])
+        self._forms = Forms(self, self.L, self.a)
+        self._options = {**OPTIONS, **(petsc_options or {})}
+        self._sums = row_sums(self.a, self.layout)
+        self._fluxes.choose_scales(self._sums)
+        self.iterations = 0
+
+    def __repr__(self) -> str:
+        names = ", ".join(repr(f.name) for f in self.unknowns.functions)
+        return f"<FieldProblem for {names}, {self.layout.size_global} unknowns, {self.terms}>"
+
+    # Equations
+
+    def create_vector(self) -> PETSc.Vec:
+        """Vector of the unknowns: the fields, then the multipliers of ties."""
+        return self.layout.create_vector()
+
+    def create_matrix(self) -> PETSc.Mat:
+        """Matrix of the unknowns, which takes new entries where fluxes need them."""
+        A = self.layout.create_matrix()
+        A.setPreallocationNNZ((64, 32))
+        A.setOption(PETSc.Mat.Option.NEW_NONZERO_ALLOCATION_ERR, False)
+        return A
+
+    def F(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
+        """Residual at x into b. Collective."""
+        self.layout.from_vector(x, [])
+        lacking = self.unknowns.lacking(self.bcs)
+        rows = self._forms.residual(self.bcs, lacking.increment)
+        rows += self._fluxes.residual(lacking)
+        b.array[:] = np.where(lacking.fixed, -lacking.owned, rows)
+
+    def J(self, x: PETSc.Vec, A: PETSc.Mat) -> None:
+        """Tangent at x into A. Collective."""
+        self.layout.from_vector(x, [])
+        A.zeroEntries()
+        fixed = self.unknowns.owned_prescribed(self.bcs)
+        self._forms.add_tangent(A, self.bcs, fixed)
+        A.assemble(PETSc.Mat.AssemblyType.FLUSH)
+        self._fluxes.add_tangent(A, self.bcs, 0.0)
+        A.assemble()
+
+    # Solving
+
+    @cached_property
+    def solver(self) -> PETSc.SNES:
+        """PETSc's SNES that `solve` uses. Collective."""
+        snes = PETSc.SNES().create(self.comm)
+        prefix = f"raymortar_field_{id(self)}_"
+        snes.setOptionsPrefix(self.comm.bcast(prefix))
+        self.attach(snes)
+        options = PETSc.Options(snes.getOptionsPrefix())
+        for name, value in self._options.items():
+            options[name] = value
+        snes.setFromOptions()
+        for name in self._options:
+            options.delValue(name)
+        return snes
+
+    def attach(self, snes: PETSc.SNES) -> None:
+        """Give a PETSc SNES residual and tangent of this problem. Collective."""
+        snes.setFunction(lambda _, x, b: self.F(x, b), self.create_vector())
+        A = self.create_matrix()
+        snes.setJacobian(lambda _, x, J, P: self.J(x, P), A)
+
+    def update(self) -> None:
+        """Pair the contacts of the fluxes at their present displacement. Collective."""
+        contacts = {id(t.contact): t.contact for t in self.terms if isinstance(t, Flux)}
+        for contact in contacts.values():
+            if contact.gamma is None:
+                contact.set_gamma(1.0)  # no results depend on it
+            contact.update()
+
+    def solve(self) -> Any:
+        """Solve from the present fields.
+
+        Returns
+        -------
+        What is solved for, as it was given.
+
+        Raises
+        ------
+        ConvergenceError
+            With PETSc's reason.
+        """
+        self.update()
+        x = self.create_vector()
+        self.layout.to_vector(x, [])
+        snes = self.solver
+        snes.setTolerances(atol=self._nothing())
+        snes.solve(None, x)
+        self.layout.from_vector(x, [])
+        self.iterations, reason = snes.getIterationNumber(), snes.getConvergedReason()
+        norm = snes.getFunctionNorm()
+        x.destroy()
+        if reason < 0:
+            raise ConvergenceError(
+                f"FieldProblem has not converged after {self.iterations} iterations: "
+                f"PETSc's reason {reason}, residual {norm:.3e}"
+            )
+        return self.unknowns.functions
+
+    def _nothing(self) -> float:
+        """Norm of a residual that is rounding error. Collective."""
+        _, values = self.unknowns.prescribed(self.bcs)
+        sizes = np.abs([self.unknowns.values(), values])
+        largest = self.comm.allreduce(float(sizes.max(initial=0.0)), op=MPI.MAX)
+        terms = self.comm.allreduce(float(self._sums @ self._sums))
+        return float(_NOTHING * largest * np.sqrt(terms))

@@ -1,0 +1,156 @@
+"""Fields that are continuous across surfaces whose meshes do not match."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from dolfinx.fem import Function
+
+from . import compat
+from .compat import Array
+from .discretization.facets import join
+from .discretization.joined import Displacement, parts_of
+from .discretization.own_unknowns import function_on_facets
+from .errors import ContactError, raise_everywhere
+from .interface.tied_flux import TiedField
+from .options.methods import Penalty, Search
+from .system.field_tie import TiePart
+from .tie import Tie
+
+
+class FieldTie:
+    """A field that is continuous across surfaces whose meshes do not match. Collective.
+
+    For temperatures, potentials, velocities: any field that is no displacement. Its
+    jump vanishes in the mean over the test functions of a multiplier, the flux from the
+    slave to the master per area [theory (7.6)]. Give it to a problem in a list:
+    ``FieldProblem(F_T, T, FieldTie(T, facets, pairs), bcs)`` with the field alone,
+    ``NonlinearProblem([F_u, F_T], [contact, tie], bcs, u=[u, T])`` beside a displacement.
+
+    Parameters
+    ----------
+    T
+        The field: a Lagrange Function of degree 1 or 2, scalar or vector, or a part of a
+        mixed Function that is one. If bodies have meshes of their own, a list.
+    facet_tags, pairs, quadrature_degree, search, names, axisymmetric
+        As of `Tie`. The surfaces are tied where they lie undeformed.
+
+    Attributes
+    ----------
+    multiplier
+        The unknown that it brings: a Function on the slave facets alone.
+    part
+        What adds entries to residual and tangent.
+
+    Raises
+    ------
+    ContactError
+        For input that cannot work, on every rank alike; for slave nodes without a master.
+
+    Notes
+    -----
+    Let the side with the coarser facets be the slave if it is stiff: its flux has one
+    value for each slave node. Where the field is prescribed on slave nodes, the
+    multiplier is the mean of those next to them. A displacement has `Tie`, which turns
+    with the bodies.
+
+    Examples
+    --------
+    >>> tie = raymortar.FieldTie(T, facet_tags, [("upper", "lower")], names=names)
+    >>> problem = raymortar.FieldProblem(F, T, tie, bcs)
+    >>> problem.solve()
+    >>> tie.rate()  # heat from the upper body to the lower one, per time
+    """
+
+    def __init__(
+        self,
+        T: Function | Sequence[Function],
+        facet_tags: Any,
+        pairs: Sequence[tuple[int | str, int | str]],
+        quadrature_degree: int | None = None,
+        search: Search | None = None,
+        names: Mapping[str, int | tuple[int, int]] | None = None,
+        axisymmetric: bool = False,
+    ) -> None:
+        several = list(T) if isinstance(T, (list, tuple)) else [T]
+        raise_everywhere(*_fault(several))
+        fields = [Displacement(f, k) for k, f in enumerate(several)]
+        # Pairs are those of a tie of displacements, which stay zero
+        still = [_at_rest(f) for f in fields]
+        tie = Tie(
+            still if isinstance(T, (list, tuple)) else still[0],
+            facet_tags,
+            pairs,
+            Penalty(1.0),
+            quadrature_degree=quadrature_degree,
+            search=search,
+            names=names,
+            axisymmetric=axisymmetric,
+        )
+        u = tie.surfaces.u
+        sides = [TiedField(zone, u, fields, 0.0) for zone in tie.zones]
+        slaves = join([zone.facets.slave for zone in tie.zones])
+        part = tie.zones[0].facets.slave_part
+        (of,) = (
+            f
+            for f in fields
+            if compat.on_mesh(f.u, parts_of(u)[part].function_space.mesh)
+        )
+        self.multiplier, table = function_on_facets(
+            of.u.function_space, slaves, f"flux of {several[0].name}"
+        )
+        self.part = TiePart(sides, self.multiplier, table)
+        self._tie = tie
+
+    def __repr__(self) -> str:
+        pairs = ", ".join(map(str, self._tie.pairs))
+        return f"<FieldTie of {self.part.name} across {pairs}>"
+
+    def require_among(self, contacts: Sequence[Any]) -> None:
+        """Do nothing: it needs no contact."""
+
+    def rate(self) -> float | Array:
+        """Integrate the flux from the slaves to the masters. Collective.
+
+        Per time where the field's equation is. With ``axisymmetric=True`` that of a full
+        turn.
+
+        Returns
+        -------
+        A number; of a vector field its components.
+        """
+        if not self.part.is_solved_for:
+            raise ContactError(
+                f"the FieldTie of {self.part.name} is in no problem: give a problem a "
+                "list with it"
+            )
+        found = self.part.rate()
+        return float(found[0]) if len(found) == 1 else found
+
+
+def _at_rest(f: Displacement) -> Function:
+    """A zero displacement on the mesh of a field."""
+    V = f.u.function_space
+    degree = compat.element_info(V).degree
+    return Function(compat.vector_space(V.mesh, degree), name=f.given.name)
+
+
+def _fault(fields: Sequence[Any]) -> tuple[Any, str | None]:
+    """The communicator, and what is wrong with the fields, if anything."""
+    for f in fields:
+        if not isinstance(f, Function):
+            raise ContactError(f"FieldTie.T must be a Function, not {type(f).__name__}")
+    comm = fields[0].function_space.mesh.comm
+    for f in fields:
+        V = f.function_space
+        if compat.element_info(V).is_sub_space:
+            V, _ = compat.collapsed(V)
+        info = compat.element_info(V)
+        if info.is_mixed or not info.is_lagrange or info.is_discontinuous:
+            return comm, f"FieldTie.T, {f.name}, must be a continuous Lagrange Function"
+        if info.degree not in (1, 2):
+            return comm, (
+                f"FieldTie.T, {f.name}, has degree {info.degree}; supported are 1 and 2"
+            )
+    return comm, None

@@ -1,0 +1,137 @@
+"""The field on rigid tools as an unknown: one number, with a capacity."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from mpi4py import MPI
+from petsc4py import PETSc
+
+import numpy as np
+from dolfinx.fem import Function
+
+from ..compat import Array
+from ..convergence.balance import EPS
+from ..discretization.layout import CoupledRows
+from ..discretization.own_unknowns import single_number
+from ..discretization.unknowns import Unknowns
+from ..interface.flux_sides import FieldOnZone
+from ..interface.zone_data import ZoneData
+from .assembly import ContactAssembly
+from .entries import assembled
+
+
+class ToolPart:
+    """Balance of what rigid tools take up [theory (7.7)]. Collective.
+
+    Fluxes add what flows into the tools; here is what these store.
+
+    Parameters
+    ----------
+    comm
+        Communicator of the contacts.
+    value, capacity
+        Of the tools at the start; capacity times change of the field is what is stored.
+
+    Attributes
+    ----------
+    functions
+        Unknowns that it brings: the field on the tools.
+    source
+        What flows in from elsewhere, per time.
+    row
+        Its row, on all ranks.
+    old
+        Field of the accepted step.
+    """
+
+    def __init__(self, comm: MPI.Comm, value: float, capacity: float) -> None:
+        self._comm, self.capacity, self.source = comm, capacity, 0.0
+        self._f: Function = single_number(comm, "field of the tool")
+        self.functions = [self._f]
+        self.row, self.stiffness, self.old = -1, 0.0, value
+        self._met: list[tuple[ContactAssembly, FieldOnZone]] = []
+        self.set(value)
+
+    def meet(self, contact: ContactAssembly, sides: Sequence[FieldOnZone]) -> None:
+        """Note a contact, whose slave surfaces with tools bring one more flux."""
+        self._contact = contact
+        self._met += [(contact, side) for side in sides if side.master is None]
+
+    @property
+    def value(self) -> float:
+        """Present field on the tools. Collective."""
+        here = self._f.x.array
+        return float(self._comm.bcast(here[0] if len(here) else 0.0))
+
+    def set(self, value: float) -> None:
+        """Set the field on the tools."""
+        self._f.x.array[:] = value
+
+    def solve_for(
+        self, unknowns: Unknowns, layout: CoupledRows, moves: bool = True
+    ) -> None:
+        """Take its row. Collective."""
+        at = next(k for k, f in enumerate(unknowns.functions) if f is self._f)
+        mine = layout.rows[unknowns.starts[at] : unknowns.starts[at + 1]]
+        self.row = self._comm.bcast(int(mine[0]) if len(mine) else -1)
+        self._layout, self._moves = layout, moves
+
+    def choose_scale(self, stiffness: Callable[[Any], Array]) -> None:
+        """Take the size of its row from those of the field's rows. Collective."""
+        sums = [float(stiffness(side.slave_rows).sum()) for _, side in self._met]
+        self.stiffness = self._comm.allreduce(sum(sums))
+
+    def prepare(self, look_up: Callable[[Any], Array]) -> None:
+        """Do nothing: prescribed unknowns change nothing."""
+
+    def rows(self, of_zone: Callable[[Any], int]) -> list[Any]:
+        """Return no rows: `pattern` has all entries."""
+        return []
+
+    def pattern(self) -> PETSc.Mat:
+        """Matrix with all entries of its row and its column. Collective."""
+        depends = [side.slave_rows for _, side in self._met]  # on the tools
+        met = [np.array([self.row]), *depends]
+        if self._moves:
+            for contact, side in self._met:
+                met += self._of_contact(contact, side.zone)
+        columns, rows = (np.unique(np.concatenate(one)) for one in (met, depends))
+        own = self.row
+        first = np.concatenate([np.full(len(columns), own), rows])
+        second = np.concatenate([columns, np.full(len(rows), own)])
+        zeros = np.zeros(len(first))
+        return assembled(self._comm, self._layout.size, first, second, zeros)
+
+    def _of_contact(self, contact: ContactAssembly, zone: ZoneData) -> list[Any]:
+        """Rows of displacement, multiplier and free bodies that a flux depends on."""
+        found = [self._layout.u_rows[zone.facets.slave_surface.dofs].ravel()]
+        if contact.layout.components:
+            first = contact.layout.multiplier_rows[zone.multiplier_nodes]
+            found.append(
+                (first[:, None] + np.arange(contact.layout.components)).ravel()
+            )
+        of_bodies = self._layout.body_rows
+        return found + [of_bodies[b] for b in zone.facets.bodies if b in of_bodies]
+
+    @property
+    def _rate(self) -> float:
+        return self.capacity / self._contact.present.dt
+
+    @property
+    def _here(self) -> Any:
+        """Its row where it is owned, (1,) or (0,)."""
+        return np.array([self.row] if self._comm.rank == 0 else [], dtype=np.int64)
+
+    def residual(self) -> tuple[Any, Array]:
+        """Row and value of what is stored less what its source gives. Collective."""
+        stored = self._rate * (self.value - self.old) - self.source
+        return self._here, np.full(len(self._here), stored)
+
+    def tangent(self, largest: float) -> tuple[Any, Any]:
+        """Row, column and value; and row, size of its terms, rounding error."""
+        here = self._here
+        terms = self._rate * (abs(self.value) + abs(self.old)) + abs(self.source)
+        sizes = here, np.full(len(here), terms), np.full(len(here), EPS * terms)
+        return (here, here, np.full(len(here), self._rate)), sizes

@@ -1,0 +1,141 @@
+"""Fluxes where the field is the only unknown: what contact is, is known."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from dolfinx import fem
+from fluxes import conduction, field_space, prescribe, press, values_on
+from problems import residual, stack, worst
+
+from raymortar import (
+    Contact,
+    ContactError,
+    ConvergenceError,
+    Coulomb,
+    FieldProblem,
+    FieldTie,
+    Flux,
+    NonlinearProblem,
+    SetUpError,
+    compat,
+)
+
+CONDUCTIVITY, HOT = {"0": 4.0, "1": 1.0}, 100.0
+
+
+def of_fields(T_s, T_m, p, g, v, fields):
+    return 2.0 * fields[0] ** 0.95 * (T_s - T_m)
+
+
+def radiation(T_s, T_m, p, g, v):
+    return 1e-5 * (T_s**3 - T_m**3)
+
+
+def of_pressure(T_s, T_m, p, g, v):
+    return 3.0 * (p / 0.01) ** 0.95 * (T_s - T_m)
+
+
+class Slabs:
+    def __init__(self, cell="triangle", degree=1, friction=None):
+        self.scene = scene = stack(cell, (3, 4))
+        V, self.W = compat.vector_space(scene.mesh, 1), field_space(scene.mesh, degree)
+        self.u, self.T = fem.Function(V, name="u"), fem.Function(self.W, name="T")
+        self.pair = (scene.tags["slave"], scene.tags["master"])
+        self.contact = Contact(self.u, scene.facet_tags, [self.pair], friction=friction)
+        self.F = conduction(scene, self.T, CONDUCTIVITY)
+        ends = {"top": HOT, "bottom": 0.0}
+        self.bcs = [prescribe(self.W, scene, *end) for end in ends.items()]
+
+    def solve(self, flux, **options):
+        problem = FieldProblem(self.F, self.T, flux, self.bcs, **options)
+        problem.solve()
+        return problem
+
+    def check(self, q):
+        errors = [
+            worst(values_on(self.T, self.scene, "slave") - (HOT - q)),
+            worst(values_on(self.T, self.scene, "master") - q / 4.0),
+        ]
+        assert max(errors) <= 1e-11 * HOT, errors
+
+
+@pytest.mark.quick
+@pytest.mark.mpi
+@pytest.mark.parametrize("degree", [1, 2])
+def test_a_known_pressure(cell_2d, degree):
+    """57.142857, 42.857143 and 14.285714, by one iteration."""
+    case = Slabs(cell_2d, degree)
+    pressure = fem.Function(field_space(case.scene.mesh, 1))
+    pressure.x.array[:] = 1.0
+    flux = Flux(case.contact, case.T, of_fields, fields=[pressure])
+    assert case.solve(flux).iterations == 1
+    case.check(HOT / 1.75)
+    assert abs(flux.rates().through - HOT / 1.75) <= 1e-11 * HOT
+
+
+@pytest.mark.mpi
+def test_radiation_is_solved_quadratically():
+    case = Slabs("quadrilateral")
+    flux = Flux(case.contact, case.T, radiation)
+    problem = case.solve(flux)
+    q = flux.rates().through
+    assert abs(q - 1e-5 * ((HOT - q) ** 3 - (q / 4.0) ** 3)) <= 1e-10 * HOT
+    case.check(q)
+    assert problem.iterations <= 6
+    assert "FieldProblem for 'T'" in repr(problem)
+
+
+@pytest.mark.quick
+@pytest.mark.mpi
+def test_after_a_solve_of_the_displacement():
+    """Pressure and heat of friction are those that the solve before has found; together
+    they are what one problem of both gives."""
+    found = []
+    for together in (True, False):
+        case = Slabs(friction=Coulomb(0.3))
+        V, scene = case.u.function_space, case.scene
+        form = residual(scene, case.u, E=1.0, nu=0.0)[0]
+        bcs = press(V, scene, 0.02)
+        flux = Flux(case.contact, case.T, of_pressure)
+        if together:
+            both = [case.contact, flux], [*bcs, *case.bcs]
+            NonlinearProblem([form, case.F], *both, u=[case.u, case.T]).solve()
+        else:
+            NonlinearProblem(form, case.contact, bcs).solve()
+            case.solve(flux)
+        case.check(HOT / (1.25 + 1.0 / 3.0))
+        found.append(flux.rates())
+    assert abs(found[0].through / found[1].through - 1.0) <= 1e-10
+
+
+def test_what_cannot_work_is_refused():
+    case = Slabs()
+    flux = Flux(case.contact, case.T, radiation)
+    F, T, tags = case.F, case.T, case.scene.facet_tags
+    for arguments, message in (
+        ((F, T, case.contact), "terms must be a Flux, a FieldTie or a list"),
+        ((F, T, []), "terms must be a Flux"),
+        ((F, T, [flux, flux]), "in the list twice"),
+        ((F, 3.0, flux), "u must be a Function"),
+        ((F, fem.Function(case.W), flux), "the field T that Flux was given is none"),
+    ):
+        with pytest.raises(ContactError, match=message):
+            FieldProblem(*arguments)
+    with pytest.raises(ConvergenceError, match="not converged after 1 iterations"):
+        case.solve(flux, petsc_options={"snes_max_it": 1})
+    for given, message in (
+        (3.0, "FieldTie.T must be a Function, not float"),
+        (fem.Function(compat.space(case.scene.mesh, "DG", 1)), "a continuous Lagrange"),
+        (fem.Function(field_space(case.scene.mesh, 3)), "degree 3; supported"),
+    ):
+        with pytest.raises(ContactError, match=message):
+            FieldTie(given, tags, [case.pair])
+    tie = FieldTie(T, tags, [case.pair])
+    with pytest.raises(ContactError, match="is in no problem"):
+        tie.rate()
+    everywhere = fem.dirichletbc(
+        fem.Function(case.W), np.arange(len(T.x.array), dtype=np.int32)
+    )
+    with pytest.raises(SetUpError, match="prescribed on all slave nodes"):
+        FieldProblem(F, T, tie, [everywhere]).solve()
