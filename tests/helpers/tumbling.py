@@ -45,7 +45,9 @@ class _Alone:
 
     def __init__(self, one):
         self._one = one
-        self.u = fem.Function(tools.vector_space(mesh.create_unit_cube(COMM, 1, 1, 1), 1))
+        self.u = fem.Function(
+            tools.vector_space(mesh.create_unit_cube(COMM, 1, 1, 1), 1)
+        )
         self.layout = SimpleNamespace(
             bodies=(one,), own_bodies=(one,), comm=COMM, begin=0,
             body_rows={one: np.arange(len(one.freedom))},

@@ -154,9 +154,14 @@ class Body:
     @velocity.setter
     def velocity(self, value: Mapping[str, float]) -> None:
         names = self.freedom.names
-        if not (isinstance(value, Mapping) and all(name in names for name in value)):
+        if not (
+            isinstance(value, Mapping)
+            and all(name in names for name in value)
+            and all(is_real_number(v) and np.isfinite(v) for v in value.values())
+        ):
             raise ContactError(
-                f"velocity must be numbers by the names in free = {names}, not {value!r}"
+                f"velocity must be numbers by the names in free = {names}, finite ones, "
+                f"not {value!r}"
             )
         self.freedom.velocity = np.array(
             [float(value.get(name, 0.0)) for name in names], dtype=np.float64

@@ -22,9 +22,7 @@ def order(errors):
 def precessing(scheme, count, end=2.0):
     """A symmetric top, its axis tilted in space, about its own axes at the end."""
     R = rotation_matrix(np.array([0.3, -0.7, 0.4]))
-    top = tumbling.body(
-        np.diag(TOP), R @ [0.8, 0.0, 2.5], turned=(0.3, -0.7, 0.4)
-    )
+    top = tumbling.body(np.diag(TOP), R @ [0.8, 0.0, 2.5], turned=(0.3, -0.7, 0.4))
     return tumbling.turn(top, scheme, end / count, count)
 
 
@@ -97,8 +95,7 @@ def test_the_order_under_moments_is_2(scheme):
     exact = end(400)
     for of in ("velocity", "turns"):
         errors = [
-            worst(getattr(end(n), of)[-1] - getattr(exact, of)[-1])
-            for n in (20, 40)
+            worst(getattr(end(n), of)[-1] - getattr(exact, of)[-1]) for n in (20, 40)
         ]
         assert np.all(np.abs(order(errors) - 2.0) <= 0.15), errors
 
