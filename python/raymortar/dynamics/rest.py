@@ -8,7 +8,7 @@ from petsc4py import PETSc
 
 import numpy as np
 
-from ..compat import Array, Mask
+from ..compat import Array, Indices, Mask
 from ..problem import CoupledProblem
 
 
@@ -49,7 +49,7 @@ class Rest:
             thing.destroy()
         return found
 
-    def _factors(self, chosen: Mask, rows: Array) -> Any:
+    def _factors(self, chosen: Mask, rows: Indices) -> Any:
         """Factors of the tangent between chosen unknowns, kept where it is linear."""
         comm = self._problem.comm
         anew = self._ksp is None or not np.array_equal(chosen, self._chosen)

@@ -46,11 +46,13 @@ class Spin:
     def __init__(self, body: Body, scheme: Scheme) -> None:
         self._body, self._scheme, self._dt = body, scheme, 0.0
         self._turns = body.freedom.is_turn
+        assert body.inertia is not None
+        self._inertia = body.inertia
 
     def tensor(self) -> Array:
         """Inertia tensor at the accepted rotation, about the axes of space, (3, 3)."""
         Q = self._body.cpp.accepted_turn
-        return np.asarray(Q @ self._body.inertia @ Q.T)
+        return np.asarray(Q @ self._inertia @ Q.T)
 
     @property
     def now(self) -> SpinEnd:
