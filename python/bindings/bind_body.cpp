@@ -81,6 +81,18 @@ RigidBody make_body(const Array<double>& centre, std::vector<int> axis,
   return body;
 }
 
+void set_spin(RigidBody& body, const Array<double>& J, double whole,
+              double factor, double rate, const Array<double>& start,
+              const Array<double>& kept)
+{
+  body.spin = SpinInertia{Eigen::Map<const RigidBody::Matrix>(J.data()),
+                          whole,
+                          factor,
+                          rate,
+                          vector3(start),
+                          vector3(kept)};
+}
+
 /// Drift (n, 3), spin (n, 3, 3) and bends (n, n, 3, 3)
 py::tuple rates(const RigidBody& body)
 {
@@ -148,6 +160,7 @@ void bind_body(py::module_& m)
   bind_vector<&RigidBody::force>(body, "force");
   bind_vector<&RigidBody::moment>(body, "moment");
   bind_list<&RigidBody::stiffness>(body, "stiffness");
+  bind_list<&RigidBody::damping>(body, "damping");
   bind_list<&RigidBody::values>(body, "values");
   bind_list<&RigidBody::accepted>(body, "accepted");
   body.def_property(
@@ -177,6 +190,10 @@ void bind_body(py::module_& m)
            })
       .def("rates", &rates)
       .def("forces", &forces)
-      .def("accept", &RigidBody::accept);
+      .def("accept", &RigidBody::accept)
+      .def("set_spin", &set_spin, py::kw_only(), py::arg("J"), py::arg("whole"),
+           py::arg("factor"), py::arg("rate"), py::arg("start"),
+           py::arg("kept"))
+      .def("clear_spin", [](RigidBody& b) { b.spin.reset(); });
 }
 } // namespace raymortar::bindings

@@ -240,6 +240,7 @@ class RigidBody:
     force: _Reals
     moment: _Reals
     stiffness: _Reals
+    damping: _Reals
     values: _Reals
     accepted: _Reals
     accepted_turn: _Reals
@@ -264,6 +265,17 @@ class RigidBody:
     def rates(self) -> tuple[_Reals, _Reals, _Reals]: ...
     def forces(self) -> tuple[_Reals, _Reals]: ...
     def accept(self) -> None: ...
+    def set_spin(
+        self,
+        *,
+        J: _Reals,
+        whole: float,
+        factor: float,
+        rate: float,
+        start: _Reals,
+        kept: _Reals,
+    ) -> None: ...
+    def clear_spin(self) -> None: ...
 
 def rotation_matrix(rotation: _Reals) -> _Reals: ...
 def turning(rotation: _Reals) -> tuple[_Reals, _Reals, _Reals]: ...

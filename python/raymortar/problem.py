@@ -99,6 +99,8 @@ class CoupledProblem:
         `diagnose.failure.InUse`.
     steps_accepted
         Load steps so far, of all `LoadSteps` of the problem.
+    restored
+        Further Functions that the last `Checkpoint.read` has set; None before.
     tangents, solves
         Tangents and nonlinear solves so far, those of failed solves included.
 
@@ -164,6 +166,7 @@ class CoupledProblem:
         self.rays_only = False
         self.part_of: dict[str, Any] = {}
         self.steps_accepted = self.tangents = self.solves = 0
+        self.restored: tuple[Any, ...] | None = None
         # Revision of the contact at the last `form`; None: no iterate yet
         self._revision: int | None = None
         updated = None if update is None else Updated(unknowns, update)

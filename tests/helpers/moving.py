@@ -138,13 +138,16 @@ def dropped(
     )
 
 
-def held_rod(scheme, mass, n=50, cfl=0.5, end=3.0):
+def held_rod(scheme, mass, n=50, cfl=0.5, end=3.0, balanced=False):
     """A rod over a plane that it touches, E = rho = 1, its far end held, stretched
-    upwards by u = (1 - z) / 2."""
+    upwards by u = (1 - z) / 2; `balanced`: its last cell has no stress."""
     scene = bars(n=n, lower=False)
     energy, residual = elastic(scene)
+    least = 1.0 / n if balanced else 0.0
     scene.u.interpolate(
-        lambda x: np.vstack([0.0 * x[: scene.d - 1], [0.5 * (1.0 - x[scene.d - 1])]])
+        lambda x: np.vstack(
+            [0.0 * x[: scene.d - 1], [0.5 * (1.0 - np.maximum(x[scene.d - 1], least))]]
+        )
     )
     floor = raymortar.rigid.Plane((0.0, 0.0), (0.0, 1.0))
     contact = raymortar.Contact(scene.u, scene.facets, [(SLAVE, floor)])

@@ -100,3 +100,16 @@ def test_a_compressed_rod_on_a_wall_has_period_3():
     # once, and the energy of one element of 50 goes
     assert abs(energy[0] / 0.125 - 1.0 + 1.0 / 50.0) <= 2e-3
     assert np.ptp(energy) <= 1e-3 * 0.125
+
+
+@pytest.mark.parametrize("scheme", KEEPING, ids=str)
+def test_a_rod_that_starts_in_balance_loses_nothing(scheme):
+    """Without stress in its last cell, whose node has no mass."""
+    n, cfl = 20, 0.5
+    found = moving.held_rod(scheme, "nearest", n=n, cfl=cfl, balanced=True)
+    change = found.energy / (0.125 * (1.0 - 1.0 / n) * found.scene.area) - 1.0
+    assert abs(change[0]) <= 1e-12
+    # One touch and one parting, each up to a quarter of c dt / h squared times h / L
+    assert worst(change) <= 0.5 * cfl**2 / n
+    stress = found.force[(found.time > 1.25) & (found.time < 1.75)] / found.scene.area
+    assert abs(stress.mean() - 0.5) <= 0.01

@@ -17,6 +17,26 @@ Vec<3> spread(const RigidBody& body, const std::vector<double>& values,
   return vector;
 }
 
+/// A moment of inertia about the centre, and its derivatives by theta
+struct InertiaMoment
+{
+  Vec<3> moment = Vec<3>::Zero();
+  Mat<3, 3> by_theta = Mat<3, 3>::Zero();
+};
+
+InertiaMoment inertia_moment(const SpinInertia& spin, const Vec<3>& theta)
+{
+  const Turning turning = raymortar::turning(spin.whole * theta);
+  const Vec<3> momentum = spin.J * (spin.rate * theta + spin.start);
+  InertiaMoment found;
+  found.moment = spin.factor * turning.R * momentum + spin.kept;
+  found.by_theta = spin.factor * spin.rate * turning.R * spin.J;
+  for (std::size_t k = 0; k < 3; ++k)
+    found.by_theta.col(static_cast<Eigen::Index>(k)) +=
+        spin.factor * spin.whole * turning.first[k] * momentum;
+  return found;
+}
+
 bool is_turning(const RigidBody& body)
 {
   return std::find(body.turns.begin(), body.turns.end(), true) !=
@@ -86,26 +106,49 @@ BodyForces RigidBody::forces() const
 {
   const Freedom free = freedom();
   const auto n = static_cast<Eigen::Index>(size());
+  // Springs and dampers: forces, and their derivatives by lengths and radians
+  std::vector<double> resisting(size()), resistance(size());
+  for (std::size_t j = 0; j < size(); ++j)
+  {
+    const double change = values[j] - (turns[j] ? 0.0 : accepted[j]);
+    resistance[j] = stiffness[j] + damping[j] / dt;
+    resisting[j] = stiffness[j] * total(j) + damping[j] / dt * change;
+  }
+  // Along the unknowns, or about the axes of space
+  const bool along = not spin;
+  const InertiaMoment inertia =
+      spin ? inertia_moment(*spin, theta()) : InertiaMoment();
+  Vec<3> turning_moment = moment - inertia.moment;
+  if (spin)
+    turning_moment -= spread(*this, resisting, true);
   BodyForces found{Eigen::VectorXd(n), Eigen::MatrixXd(n, n)};
   for (Eigen::Index j = 0; j < n; ++j)
   {
     const auto of = static_cast<std::size_t>(j);
     const Freedom::Rate& rate = free.rates[of];
-    const double change = values[of] - (turns[of] ? 0.0 : accepted[of]);
-    const double spring = stiffness[of], damper = damping[of] / dt;
-    found.forces[j] = rate.drift.dot(force) + axial(rate.spin).dot(moment) -
-                      unit(of) * (spring * total(of) + damper * change);
+    const bool is_own = along or not turns[of];
+    found.forces[j] = rate.drift.dot(force) +
+                      axial(rate.spin).dot(turning_moment) -
+                      (is_own ? unit(of) * resisting[of] : 0.0);
     // The direction of a moment is fixed in space: its work depends on the
     // rotation
     for (Eigen::Index k = 0; k < n; ++k)
     {
-      const Mat<3, 3>& other = free.rates[static_cast<std::size_t>(k)].spin;
+      const auto by = static_cast<std::size_t>(k);
+      const Mat<3, 3>& other = free.rates[by].spin;
       const Mat<3, 3> changed =
           free.bend(static_cast<Index>(j), static_cast<Index>(k)) +
           rate.spin * other.transpose();
-      found.slope(j, k) = -axial(changed).dot(moment);
+      found.slope(j, k) = -axial(changed).dot(turning_moment);
+      if (spin and turns[by])
+      {
+        Vec<3> change = inertia.by_theta.col(axis[by]);
+        change[axis[by]] += resistance[by];
+        found.slope(j, k) += unit(by) * axial(rate.spin).dot(change);
+      }
     }
-    found.slope(j, j) += unit(of) * unit(of) * (spring + damper);
+    if (is_own)
+      found.slope(j, j) += unit(of) * unit(of) * resistance[of];
   }
   return found;
 }

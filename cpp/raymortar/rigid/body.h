@@ -4,6 +4,7 @@
 #include "raymortar/rigid/freedom.h"
 #include <Eigen/Core>
 #include <array>
+#include <optional>
 #include <vector>
 
 namespace raymortar
@@ -18,6 +19,20 @@ struct BodyForces
 {
   Eigen::VectorXd forces;
   Eigen::MatrixXd slope;
+};
+
+/// @brief Inertia of a rotation about all axes in a time step, as the moment
+/// factor exp(whole theta) J (rate theta + start) + kept  [theory (6.16)].
+///
+/// The step turns a body by `whole` theta, with the unknown theta. Springs and
+/// dampers of its rotations are moments about the axes of space.
+struct SpinInertia
+{
+  Mat<3, 3> J = Mat<3, 3>::Zero(); ///< inertia tensor at the accepted step
+  double whole = 1.0;
+  double factor = 0.0, rate = 0.0; ///< per time
+  Vec<3> start = Vec<3>::Zero();   ///< radians per time
+  Vec<3> kept = Vec<3>::Zero();    ///< moment
 };
 
 /// @brief A body that prescribed motions or forces move.
@@ -44,7 +59,8 @@ struct RigidBody
   Matrix accepted_turn = Matrix::Identity(); ///< Q
   double lever = 1.0;                        ///< length of a radian
   double dt = 1.0;                           ///< time of the step, for dampers
-  Motion seen{};                             ///< at the last pairing
+  std::optional<SpinInertia> spin; ///< where all three rotations are free
+  Motion seen{};                   ///< at the last pairing
 
   [[nodiscard]] std::size_t size() const { return axis.size(); }
 

@@ -3,6 +3,7 @@
 - weights, massless, inertia: nodes of contact surfaces have no mass
 - schemes, motion: schemes of time integration, and what a step starts from
 - moving_volume, moving_bodies: inertia in the equations of a problem
+- spinning: rotation of rigid bodies about all axes
 - time_path, time_steps: paths of time and the loop over steps
 - account: energies and momentum
 """

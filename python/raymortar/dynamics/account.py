@@ -16,6 +16,7 @@ from ..compat import Array
 from ..problem import CoupledProblem
 from .motion import End, Motion
 from .moving_bodies import MovingBodies
+from .rest import Rest
 from .schemes import Midpoint
 
 
@@ -87,6 +88,7 @@ class Account:
         self._elastic: float | None = None
         self._impulse = np.zeros((len(problem.contact.zones), self._d))
         self._push = self._impulse.copy()
+        self._rest: Rest | None = None
         self.now = Energy(0.0, None, 0.0, 0.0)
         self.moments: tuple[Array, Array] = (np.zeros(self._d), np.zeros(3))
 
@@ -173,20 +175,30 @@ class Account:
     def _finish(self, end: End) -> None:
         """Take energies and moments at the end of a step; its work goes on from the state
         that was solved for."""
-        self._elastic = self._stored_at(end)
-        change = end.u - end.solved
-        rest = self._works(self._rows, change, self._elastic, self._stored_then)
+        u, rest = end.u, np.zeros(2)
+        if isinstance(self._motion.scheme, Midpoint):
+            u = self._at_rest(end.u)
+            rows = self._rows.copy()
+            with self._motion.at(u):
+                rows[0] = 0.5 * (rows[0] + self._volume.forces(self._problem.bcs))
+                self._elastic = self._stored()
+            change = u - end.solved
+            rest = self._works(rows, change, self._elastic, self._stored_then)
+        else:
+            self._elastic = self._stored()
         self._shown = self._work + rest + self._of_bodies
         self.now = self._energies(end.v)
-        self.moments = self.momentum(end.u, end.v)
+        self.moments = self.momentum(u, end.v)
 
-    def _stored_at(self, end: End) -> float | None:
-        """Stored energy at the end of a step, which may have been solved for its
-        middle."""
-        if self._energy is None or not isinstance(self._motion.scheme, Midpoint):
-            return self._stored()
-        with self._motion.at(end.u):
-            return self._stored()
+    def _at_rest(self, u: Array) -> Array:
+        """Bring values without mass to rest at the end of a step, where neither contact
+        nor a condition holds them [theory (6.18)]: the midpoint rule has them in balance
+        at its middle only. Collective."""
+        if self._rest is None:
+            self._rest = Rest(self._problem, self._volume)
+        is_held = self._motion.inertia.is_massive | self._problem.prescribed
+        with self._motion.at(u):
+            return u + self._rest.change(~(is_held | (self._rows[1] != 0.0)))
 
     def _energies(self, v: Array) -> Energy:
         """Energies with velocities, (n,)."""

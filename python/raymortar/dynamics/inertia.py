@@ -244,5 +244,10 @@ def owned_values(unknowns: Any, given: Sequence[Any], name: str) -> Array:
                 f"{name} must be a Function in the space of each unknown ({names}), "
                 f"not {given!r}"
             )
+        for f in given:
+            if not np.all(np.isfinite(f.x.array)):
+                raise ContactError(
+                    f"{name} has values that are not finite, in {f.name}"
+                )
     sizes = np.diff(unknowns.owned_starts)
     return np.concatenate([f.x.array[:n] for f, n in zip(given, sizes)])

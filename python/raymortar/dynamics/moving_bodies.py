@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,14 +12,27 @@ import numpy as np
 from ..compat import Array
 from ..errors import ContactError
 from ..rigid.body import Body
-from .schemes import Midpoint, Scheme, StepEquation
+from .schemes import Midpoint, Scheme, StepEquation, velocity_in_step
+from .spinning import Spin, SpinEnd
+
+
+@dataclass(frozen=True)
+class BodyEnd:
+    """Unknowns, velocities and accelerations of a body at the end of a step, (n,) each.
+    `spin` is that of a body which turns about all axes."""
+
+    q: Array
+    v: Array
+    a: Array
+    spin: SpinEnd | None = None
 
 
 class MovingBodies:
     """The free rigid bodies that have mass, and how they move.
 
     In a step inertia m a = m (factor q + b) is a spring of the stiffness m factor and a
-    force -m b, so that nothing else has to know of it [theory (6.11)].
+    force -m b, and dampers alike, so that nothing else has to know of them
+    [theory (6.11)]. Rotations about all axes have an equation of their own, `Spin`.
 
     Parameters
     ----------
@@ -27,28 +41,41 @@ class MovingBodies:
     scheme
         Time integration scheme.
 
+    Attributes
+    ----------
+    bodies
+        The bodies that have mass.
+    ends
+        `BodyEnd` of each at the solved step, or at the accepted one.
+
     Raises
     ------
     ContactError
-        For a body in space with mass that may turn about more than one axis.
+        For a body in space with mass that may turn about two axes, or about three
+        without a tensor of inertia.
     """
 
     def __init__(self, contact: Any, scheme: Scheme) -> None:
         self._scheme = scheme
         self.bodies: list[Body] = [
-            body for body in contact.layout.bodies if body.masses.any()
+            body
+            for body in contact.layout.bodies
+            if body.masses.any() or body.inertia is not None
         ]
         self._d = contact.u.function_space.mesh.geometry.dim
         for body in self.bodies:
             turns = np.count_nonzero(body.freedom.is_turn)
-            if turns > 1:
+            if turns > 1 and body.inertia is None:
                 raise ContactError(
                     f"the rigid {body.name} may turn about {turns} axes: in dynamics a "
-                    "body with mass may turn about one"
+                    "body with mass may turn about one, or about three with its inertia"
                 )
+        self._spins: list[Spin | None] = [
+            None if body.inertia is None else Spin(body, scheme) for body in self.bodies
+        ]
         self._equation = StepEquation(0.0, 0.0, 0.0, 0.0, 0.0)
         self._dt = 0.0
-        # Unknowns at the accepted step, and what pushed them there
+        # Unknowns at the accepted step; what pushed them there
         self._last: list[Array] = []
         self._work = self._of_contact = 0.0
         self._given = [
@@ -59,11 +86,17 @@ class MovingBodies:
 
     def take_accepted(self) -> None:
         """Take places, velocities and accelerations as the bodies have them now."""
-        self._new = [
-            (b.freedom.totals, b.freedom.velocity, b.freedom.acceleration)
-            for b in self.bodies
+        self.ends = [
+            BodyEnd(
+                b.freedom.totals, b.freedom.velocity, b.freedom.acceleration,
+                None if spin is None else spin.now,
+            )
+            for b, spin in zip(self.bodies, self._spins)
+        ]  # fmt: skip
+        self._push = [
+            self._load(body, (body.cpp.force, body.cpp.moment), body.freedom.velocity)
+            for body in self.bodies
         ]
-        self._push = [self._load(body) for body in self.bodies]
 
     # Steps
 
@@ -80,13 +113,17 @@ class MovingBodies:
         if self._active:
             for body, (force, moment) in zip(self.bodies, self._given):
                 body.cpp.force, body.cpp.moment = force, moment
+                body.cpp.damping = body.freedom.damping
                 self._set_stiffness(body, body.springs)
+            for spin in filter(None, self._spins):
+                spin.release()
         self._active = False
 
     def begin(self, dt: float) -> None:
         """Put the inertia of a step on the bodies, whose loads have been set."""
         self._dt, self._equation = dt, self._scheme.equation(dt)
         self._given, self._last, self._active = [], [], True
+        self._velocity: list[tuple[float, Array]] = []
         one = self._equation
         for body in self.bodies:
             cpp, freedom, m = body.cpp, body.freedom, body.masses
@@ -95,8 +132,17 @@ class MovingBodies:
             self._last.append(q)
             b = one.position * q + one.velocity * freedom.velocity
             b += one.acceleration * freedom.acceleration
-            self._add_load(body, -m * b - one.kept * freedom.static)
-            self._set_stiffness(body, body.springs + one.factor * m)
+            # The velocity that dampers see
+            rate, start = velocity_in_step(
+                self._scheme, dt, freedom.velocity, freedom.acceleration
+            )
+            start = start - rate * q
+            self._velocity.append((rate, start))
+            c, cpp.damping = freedom.damping, np.zeros(len(m))
+            self._add_load(body, -m * b - one.kept * freedom.static - c * start)
+            self._set_stiffness(body, body.springs + one.factor * m + rate * c)
+        for spin in filter(None, self._spins):
+            spin.begin(dt)
 
     @staticmethod
     def _set_stiffness(body: Body, stiffness: Array) -> None:
@@ -111,13 +157,13 @@ class MovingBodies:
         moment[freedom.axis[freedom.is_turn]] += load[freedom.is_turn]
         body.cpp.force, body.cpp.moment = force, moment
 
-    def _load(self, body: Body) -> Array:
-        """Loads and springs of a body along its unknowns, (n,)."""
-        freedom = body.freedom
-        load = np.where(
-            freedom.is_turn, body.cpp.moment[freedom.axis], body.cpp.force[freedom.axis]
-        )
-        return np.asarray(load - freedom.stiffness * freedom.totals)
+    @staticmethod
+    def _load(body: Body, given: tuple[Array, Array], velocity: Array) -> Array:
+        """Force and moment, springs and dampers along the unknowns of a body, (n,)."""
+        freedom, (force, moment) = body.freedom, given
+        load = np.where(freedom.is_turn, moment[freedom.axis], force[freedom.axis])
+        load = load - freedom.damping * velocity
+        return np.asarray(load - body.springs * freedom.totals)
 
     def set_accelerations(self, contact: Any) -> None:
         """Find the accelerations that motion starts with, from the forces at the last
@@ -128,71 +174,73 @@ class MovingBodies:
         b, layout = contact.create_vector(), contact.layout
         contact.assemble_vector(b)
         b.assemble()
-        for body in self.bodies:
+        for body, spin in zip(self.bodies, self._spins):
             freedom, m = body.freedom, body.masses
             found = np.zeros(len(freedom))
             if layout.own_bodies:
                 found = -b.array_r[layout.body_rows[body] - layout.begin]
             unit = np.where(freedom.is_turn, 1.0 / (freedom.lever or 1.0), 1.0)
             force = layout.comm.bcast(found, root=0) / unit
+            force -= freedom.damping * freedom.velocity
             none = np.zeros(len(m))
             freedom.acceleration = np.divide(force, m, out=none, where=m > 0.0)
             freedom.static = -m * freedom.acceleration
+            if spin is not None:
+                spin.accept(spin.start(force[freedom.is_turn]))
         b.destroy()
+        self.take_accepted()
 
     # Ends
 
-    def _ends(self) -> list[tuple[Array, Array, Array]]:
-        """Unknowns, velocities and accelerations of each body at the end of the solved
-        step [theory (6.7), (6.9)]."""
+    def _ends(self) -> list[BodyEnd]:
+        """Ends of the bodies after the solved step [theory (6.7), (6.9)]."""
         dt, scheme, found = self._dt, self._scheme, []
-        for body, q in zip(self.bodies, self._last):
+        for body, q, spin in zip(self.bodies, self._last, self._spins):
             now, freedom = body.freedom.totals, body.freedom
             v, a = freedom.velocity, freedom.acceleration
             if isinstance(scheme, Midpoint):
                 end = 2.0 * now - q
                 new_v = 2.0 * (end - q) / dt - v
-                found.append((end, new_v, (new_v - v) / dt))
+                new_a = (new_v - v) / dt
             else:
+                end = now
                 new_a = (now - q - dt * v) / (scheme.beta * dt**2)
                 new_a -= (0.5 / scheme.beta - 1.0) * a
                 mean = (1.0 - scheme.gamma) * a + scheme.gamma * new_a
-                found.append((now, v + dt * mean, new_a))
+                new_v = v + dt * mean
+            spun = None if spin is None else spin.end()
+            found.append(BodyEnd(end, new_v, new_a, spun))
         return found
 
     def solved(self) -> None:
         """Take the end of the solved step, which is not yet accepted."""
         before, self._work = self.kinetic(), 0.0
-        self._new = self._ends()
+        self.ends = self._ends()
         middle = isinstance(self._scheme, Midpoint)
-        # Without what stands for inertia
-        forces = [body.cpp.force.copy() for body in self.bodies]
-        moments = [body.cpp.moment.copy() for body in self.bodies]
-        stiffness = [body.freedom.stiffness for body in self.bodies]
-        self.release()
-        push = [self._load(body) for body in self.bodies]
-        for k, (body, q, (end, _, _)) in enumerate(
-            zip(self.bodies, self._last, self._new)
-        ):
-            mean = push[k] if middle else 0.5 * (push[k] + self._push[k])
-            self._work += float(mean @ (end - q))
-            body.cpp.force, body.cpp.moment = forces[k], moments[k]
-            self._set_stiffness(body, stiffness[k])
-        self._push, self._active = push, True
+        for k, (body, q, end) in enumerate(zip(self.bodies, self._last, self.ends)):
+            rate, start = self._velocity[k]
+            velocity = rate * body.freedom.totals + start
+            push = self._load(body, self._given[k], velocity)
+            mean = push if middle else 0.5 * (push + self._push[k])
+            self._work += float(mean @ (end.q - q))
+            self._push[k] = push
         self._of_contact = self.kinetic() - before - self._work
 
     def accept(self) -> None:
         """Go over to the end of the solved step, after contact has accepted it."""
         self.release()
         one = self._equation
-        for body, q, (end, v, a) in zip(self.bodies, self._last, self._new):
+        for body, q, end, spin in zip(self.bodies, self._last, self.ends, self._spins):
             freedom, m = body.freedom, body.masses
             solved = freedom.totals
             b = one.position * q + one.velocity * freedom.velocity
             b += one.acceleration * freedom.acceleration
             static = -m * (one.factor * solved + b) - one.kept * freedom.static
-            freedom.velocity, freedom.acceleration, freedom.static = v, a, static
-            freedom.values = freedom.values + (end - solved)
+            freedom.velocity, freedom.acceleration = end.v.copy(), end.a.copy()
+            freedom.static = static
+            freedom.values = freedom.values + (end.q - solved)
+            if spin is not None and end.spin is not None:
+                spin.accept(end.spin)
 
     # Sums
 
@@ -206,20 +254,26 @@ class MovingBodies:
 
     def kinetic(self) -> float:
         """Kinetic energy at the end of the solved step."""
-        pairs = zip(self.bodies, self._new)
-        return sum(0.5 * float(body.masses @ v**2) for body, (_, v, _) in pairs)
+        found = 0.0
+        for body, end in zip(self.bodies, self.ends):
+            found += 0.5 * float(body.masses @ end.v**2)
+            if end.spin is not None:
+                found += 0.5 * float(end.spin.velocity @ end.spin.momentum)
+        return found
 
     def momentum(self) -> Array:
         """Momentum and moment of momentum about the origin at the end of the solved
         step, (d + 1,) in the plane, (6,) in space."""
         found = np.zeros(6)
-        for body, (end, v, _) in zip(self.bodies, self._new):
+        for body, end in zip(self.bodies, self.ends):
             freedom, p, turn = body.freedom, np.zeros(3), np.zeros(3)
             moves = ~freedom.is_turn
-            p[freedom.axis[moves]] = (body.masses * v)[moves]
-            turn[freedom.axis[~moves]] = (body.masses * v)[~moves]
+            p[freedom.axis[moves]] = (body.masses * end.v)[moves]
+            turn[freedom.axis[~moves]] = (body.masses * end.v)[~moves]
             place = body.centre + body.cpp.moved
-            place[freedom.axis[moves]] += end[moves]
+            place[freedom.axis[moves]] += end.q[moves]
             found[:3] += p
             found[3:] += np.cross(place, p) + turn
+            if end.spin is not None:
+                found[3:] += end.spin.momentum
         return found if self._d == 3 else found[[0, 1, 5]]

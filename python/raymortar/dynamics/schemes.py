@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ..checked import Options, is_real_number
+from ..compat import Array
 from ..errors import ContactError
 
 
@@ -113,6 +114,18 @@ class Midpoint(Options):
     def equation(self, dt: float) -> StepEquation:
         """Equation of a step of a size, for its middle [theory (6.9)]."""
         return StepEquation(4.0 / dt**2, -4.0 / dt**2, -2.0 / dt, 0.0, 0.0)
+
+
+def velocity_in_step(
+    scheme: Newmark | Midpoint | GeneralizedAlpha, dt: float, v: Array, a: Array
+) -> tuple[float, Array]:
+    """Find factor and start of the velocity factor (q - q_n) + start of unknowns q for
+    which a step is solved, from velocities v and accelerations a at its begin
+    [theory (6.7), (6.9)]."""
+    if isinstance(scheme, Midpoint):
+        return 2.0 / dt, 0.0 * v
+    ratio = scheme.gamma / scheme.beta
+    return ratio / dt, (1.0 - ratio) * v + dt * (1.0 - 0.5 * ratio) * a
 
 
 SCHEMES = (Newmark, Midpoint, GeneralizedAlpha)

@@ -89,8 +89,8 @@ class TimeSteps(LoadSteps):
         `Adaptive`: steps follow their iterations and errors. None: all are alike, but
         where a solve fails.
     touch
-        How often a step may be halved in which surfaces touch that were all apart. 0:
-        first touches are stepped over.
+        How often a step may be halved in which surfaces touch that were all apart, or
+        part that touched. 0: these moments are stepped over.
     energy
         UFL functional of the stored energy, for `TimeStep.energy` and for the column
         ``elastic``.
@@ -205,6 +205,16 @@ class TimeSteps(LoadSteps):
         with together(self._problem.comm):
             if not (is_real_number(time) and time <= self.path[1]):
                 raise ContactError(f"time must be one before the end, not {time!r}")
+            restored = self._problem.restored
+            fields = self.fields if restored is not None else []
+            lacking = [
+                f.name for f in fields if all(f is not g for g in restored or ())
+            ]
+            if lacking:
+                raise ContactError(
+                    f"the checkpoint that was read has no {', '.join(lacking)}: write "
+                    "and read it as Checkpoint(problem, file, more=steps.fields)"
+                )
         self.path, self._has_begun = (float(time), self.path[1]), True
         self.motion.last = self.motion.dt = self.dt
         self.bodies.take_accepted()
@@ -306,8 +316,8 @@ class TimeSteps(LoadSteps):
         return "; ".join(passed_surfaces(self._problem)) or None
 
     def _solve(self, ways: Strategies, now: State, last: State | None) -> int:
-        """Solve a step; refuse it where it is too large for its error or for a first
-        touch."""
+        """Solve a step; refuse it where it is too large for its error, or for a first or
+        last touch: energy that one takes the other would give [theory (6.5)]."""
         was_apart = self._is_apart()
         iterations = super()._solve(ways, now, last)
         self._end = self.motion.end()
@@ -316,8 +326,8 @@ class TimeSteps(LoadSteps):
             error = self.motion.error(self._end)
             if sizes.is_too_far(error):
                 raise ConvergenceError(f"the local error {error:.3g} is too large")
-        if was_apart and sizes.size > 0.5 ** self.touch and not self._is_apart():
-            raise ConvergenceError("surfaces touch in a step that is to be halved")
+        if sizes.size > 0.5 ** self.touch and self._is_apart() != was_apart:
+            raise ConvergenceError("surfaces touch or part in a step to be halved")
         return iterations
 
     def _is_apart(self) -> bool:

@@ -25,7 +25,6 @@ from ..discretization.ranks import index_among, largest, of_all
 from ..discretization.reference_facets import (
     N_CORNERS,
     facet_nodes,
-    interpolate,
     middle_normals,
     shape_functions,
     units,
@@ -38,13 +37,12 @@ from .contact_surfaces import ContactSurfaces
 from .pairs import Pair, spoken
 from .point_results import OPEN
 from .straight_facets import largest_sagitta
+from .tool_overlap import at_points, deepest, warn_of_tools
 from .zone_data import ZoneData, global_masters
 
 # Share of a facet's size, and of the thickness behind it, up to which meshes that should
 # touch may overlap by their noise
 NOISE = 0.01
-# Depths that differ by less than this share are the same, but for rounding
-ALIKE = 1e-9
 # Share of an interference that counts as rounding error
 _ROUNDING = 1e-6
 REMEDY = (
@@ -58,16 +56,17 @@ def warn_of_overlap(surfaces: ContactSurfaces, pairs: Sequence[Pair]) -> None:
     """Warn of undeformed meshes that overlap, with pair, depth and place. Collective.
 
     An overlap that an offset undoes or `adjust` has closed is none; chords of curved
-    surfaces and the noise of nodes overlap by little. Tools are where the user has put
-    them. The surfaces are paired where nothing has moved yet.
+    surfaces and the noise of nodes overlap by little. Tools that `move` has moved are
+    where the user wants them. The surfaces are paired where nothing has moved yet.
     """
     comm = surfaces.comm
     if surfaces.tied is not None or comm.allreduce(bool(surfaces.u.x.array.any())):
         return
     for k, zone in enumerate(surfaces.zones):
-        if zone.facets.bodies:
-            continue
         own = [pair for pair in pairs if pair.surface == k]
+        if zone.facets.bodies:
+            warn_of_tools(zone, own, NOISE, comm)
+            continue
         # From here on the thickness is unknown
         most = 2.0 * largest(comm, zone.distances["depth"])
         chords = sum(largest_sagitta(s, comm) for s in zone.sides if s.is_straight)
@@ -96,9 +95,7 @@ def _of_points(
         mine = master == zone.facets.master_tags.index(pair.master)
         most = largest(comm, depth[mine])
         if most > 0.0:
-            # Choose alike on any number of ranks
-            at = points["x"][mine & (depth >= (1.0 - ALIKE) * most)].tolist()
-            place = format_point(np.array(max(sum(comm.allgather(at), []))))
+            place = deepest(points["x"][mine], depth[mine], most, comm)
             messages.append(
                 f"slave {spoken(pair.slave_name, pair.slave)} starts {most:.3g} deep in "
                 f"{spoken(pair.master_name, pair.master)} at {place}"
@@ -183,12 +180,7 @@ def _inside(
 
 def gap_without_offset(zone: ZoneData, points: dict[str, Array]) -> Array:
     """Gap without the user's clearance or interference, which are wanted. Length."""
-    if zone.offset is None:
-        return points["gap"]
-    surface, nodal = zone.facets.slave_surface, zone.offset[points["slave"]]
-    degree = surface.displacement_degree
-    offset = interpolate(surface.shape, degree, nodal, points["xi"])
-    return np.asarray(points["gap"] - offset)
+    return np.asarray(points["gap"] - at_points(zone, zone.offset, points))
 
 
 # Offsets

@@ -294,6 +294,7 @@ class Checkpoint:
             contact.update()
         self.problem.evaluate()
         self.problem.steps_accepted = int(head["steps"])
+        self.problem.restored = tuple(self._more)
         if self.history is not None:
             self.history.resume(head["history"]["rows"])
         return float(head["time"])

@@ -13,6 +13,7 @@ from ..checked import is_real_number, positive, vector
 from ..compat import Array
 from ..errors import ContactError
 from .freedom import Freedom, freedoms_of
+from .mass import inertia_tensor
 from .shapes import Shape, Vector
 
 
@@ -41,13 +42,22 @@ class Body:
         force per length or a moment per radian; a damping is that times time. A number
         stands for all free translations. Springs pull to the place where the body was
         made. Dampers resist the motion of a step over `Contact.dt`.
+    mass
+        Mass of a body that time steps move. In 2D per thickness, as its inertia.
+    inertia
+        Moment of inertia about the axis of its one free rotation. Of a body in space
+        that is free to turn about all axes the tensor about its centre before any
+        motion: (3, 3), three moments about x, y and z, or one number for a ball or a
+        cube. Mass times length squared.
 
     Attributes
     ----------
     shape, name, force, moment
         As they were given.
     masses
-        Mass, or moment of inertia, of each unknown, (n,).
+        Mass, or moment of inertia, of each unknown, (n,); 0 where `inertia` is a tensor.
+    inertia
+        Tensor of a body that may turn about all axes, (3, 3); None for others.
     springs
         Stiffness of each unknown, (n,).
     centre
@@ -75,7 +85,7 @@ class Body:
         stiffness: float | Mapping[str, float] | None = None,
         damping: float | Mapping[str, float] | None = None,
         mass: float | None = None,
-        inertia: float | None = None,
+        inertia: float | Array | Sequence[Any] | None = None,
     ) -> None:
         if not isinstance(shape, Shape):
             raise ContactError(f"shape must be one of rigid, not {shape!r}")
@@ -90,6 +100,9 @@ class Body:
         names = freedoms_of(free, gdim)
         self.freedom = Freedom(names, gdim, stiffness, damping, self.centre)
         self.springs: Array = self.freedom.stiffness
+        self.inertia: Array | None = None
+        if inertia is not None and self.freedom.turns_freely:
+            self.inertia, inertia = inertia_tensor(inertia), None
         self.masses = self._masses(mass, inertia)
         self.cpp = self.freedom.cpp
         self.force = force  # type: ignore[assignment]
@@ -141,25 +154,31 @@ class Body:
     @velocity.setter
     def velocity(self, value: Mapping[str, float]) -> None:
         names = self.freedom.names
-        if not (isinstance(value, Mapping) and all(name in names for name in value)):
+        if not (
+            isinstance(value, Mapping)
+            and all(name in names for name in value)
+            and all(is_real_number(v) and np.isfinite(v) for v in value.values())
+        ):
             raise ContactError(
-                f"velocity must be numbers by the names in free = {names}, not {value!r}"
+                f"velocity must be numbers by the names in free = {names}, finite ones, "
+                f"not {value!r}"
             )
         self.freedom.velocity = np.array(
             [float(value.get(name, 0.0)) for name in names], dtype=np.float64
         )
 
-    def _masses(self, mass: float | None, inertia: float | None) -> Array:
+    def _masses(self, mass: float | None, inertia: Any) -> Array:
         """Check mass and moment of inertia, and place them at the unknowns."""
         turns, given = self.freedom.is_turn, []
         for name, value in (("mass", mass), ("inertia", inertia)):
             given.append(0.0 if value is None else positive(name, value))
         if inertia is not None and np.count_nonzero(turns) != 1:
             raise ContactError(
-                f"inertia is about the axis of one free rotation, and the {self.name} has "
-                f"free = {self.freedom.names}"
+                "inertia is about the axis of one free rotation, or about all three, and "
+                f"the {self.name} has free = {self.freedom.names}"
             )
-        if mass is not None and not np.any(~turns) and inertia is None:
+        has_inertia = inertia is not None or self.inertia is not None
+        if mass is not None and not np.any(~turns) and not has_inertia:
             raise ContactError(f"mass needs a free translation of the {self.name}")
         return np.where(turns, given[1], given[0])
 

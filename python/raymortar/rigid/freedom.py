@@ -9,7 +9,7 @@ import numpy as np
 
 from .. import _cpp
 from ..checked import is_real_number
-from ..compat import Array
+from ..compat import Array, Mask
 from ..errors import ContactError
 from .turning import rotation_matrix, rotation_vector
 
@@ -72,6 +72,11 @@ class Freedom:
     velocity, acceleration, static
         Of a body with mass at the accepted time step, and the forces on it without
         inertia, (n,).
+    moments
+        Of a body with inertia that turns about all axes: rate of the moment of its
+        momentum, and the moment on it without inertia, (2, 3).
+    spins
+        Whether inertia resists its rotations, in a time step.
     """
 
     def __init__(
@@ -98,9 +103,22 @@ class Freedom:
         )
         self._lever: float | None = None
         self.velocity, self.acceleration, self.static = np.zeros((3, len(names)))
+        self.moments, self.spins = np.zeros((2, 3)), False
 
     def __len__(self) -> int:
         return len(self.names)
+
+    @property
+    def turns_freely(self) -> bool:
+        """Whether it may turn about all axes of space."""
+        return int(np.count_nonzero(self.is_turn)) == 3
+
+    @property
+    def is_resisted(self) -> Mask:
+        """Whether a spring, a damper or inertia resists each unknown, (n,)."""
+        resisted = (self.stiffness > 0.0) | (self.damping > 0.0)
+        found: Mask = resisted | (self.is_turn & self.spins)
+        return found
 
     @property
     def values(self) -> Array:
@@ -146,18 +164,30 @@ class Freedom:
             return prescribed + sums
         return rotation_vector(self.cpp.turn() @ rotation_matrix(prescribed))
 
+    def settle_turn(self) -> None:
+        """Take the present rotation as that of the accepted step."""
+        cpp = self.cpp
+        cpp.accepted_turn = cpp.turn()
+        cpp.accepted = np.where(self.is_turn, self.totals, cpp.accepted)
+        cpp.values = np.where(self.is_turn, 0.0, cpp.values)
+
     def state(self) -> Array:
-        """All values that `restore` needs, (5 n + 9,)."""
+        """All values that `restore` needs, (5 n + 9,), and 6 more of a body that turns
+        about all axes."""
         cpp = self.cpp
         place = cpp.values, cpp.accepted, cpp.accepted_turn.ravel()
-        return np.concatenate([*place, self.velocity, self.acceleration, self.static])
+        moments = self.moments.ravel() if self.turns_freely else np.empty(0)
+        motion = self.velocity, self.acceleration, self.static, moments
+        return np.concatenate([*place, *motion])
 
     def restore(self, state: Array) -> None:
         """Go back to a `state`."""
         n, cpp = len(self), self.cpp
-        *place, motion = np.split(state, [n, 2 * n, 2 * n + 9])
+        *place, motion, moments = np.split(state, [n, 2 * n, 2 * n + 9, 5 * n + 9])
         cpp.values, cpp.accepted, cpp.accepted_turn = place
         self.velocity, self.acceleration, self.static = motion.reshape(3, n).copy()
+        if self.turns_freely:
+            self.moments = moments.reshape(2, 3).copy()
 
     def totals_of(self, state: Array) -> Array:
         """`totals` of a state."""

@@ -136,8 +136,7 @@ class FreeBodies:
         area, size = sums[-2:]
         if area > 0.0:
             resists = resists / area
-        has_spring = (freedom.stiffness > 0.0) | (freedom.damping > 0.0)
-        values, motions = np.linalg.eigh(resists + np.diag(1.0 * has_spring))
+        values, motions = np.linalg.eigh(resists + np.diag(1.0 * freedom.is_resisted))
         pushed, _ = body.pushed()
         return Push(
             body,
@@ -306,6 +305,7 @@ class FreeBodies:
             self._comm.Allreduce(MPI.IN_PLACE, sums)
             across, whole = sums
             slides = (across < STEEP * whole) & (freedom.stiffness == 0.0)
+            slides &= ~(freedom.is_turn & freedom.spins)
             names = parts_of(body, np.where(slides, body.pushed()[0], 0.0))
             if names:
                 found.append(

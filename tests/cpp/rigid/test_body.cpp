@@ -1,5 +1,6 @@
 #include "raymortar/rigid/body.h"
 #include "raymortar/rigid/turning.h"
+#include <cmath>
 #include <gtest/gtest.h>
 #include <numbers>
 
@@ -28,10 +29,33 @@ RigidBody top()
   return body;
 }
 
-/// The same body with one unknown of the coupled system changed
-RigidBody changed(std::size_t j, double step)
+/// A body that turns about all axes in a time step
+RigidBody spinning_top()
 {
-  RigidBody body = top();
+  RigidBody body;
+  body.axis = {2, 0, 1, 2};
+  body.turns = {false, true, true, true};
+  body.stiffness = {3.0, 0.5, 0.0, 0.2};
+  body.damping = {0.2, 0.0, 0.7, 0.0};
+  body.values = {0.05, 0.3, -0.6, 0.4};
+  body.accepted = {0.02, 0.1, 0.4, -0.3};
+  body.lever = 2.0;
+  body.dt = 0.25;
+  body.moment = {0.3, -0.4, 0.9};
+  SpinInertia spin;
+  spin.J << 3.0, 0.2, -0.1, 0.2, 2.0, 0.3, -0.1, 0.3, 1.5;
+  spin.whole = 2.0;
+  spin.factor = 4.0;
+  spin.rate = 8.0;
+  spin.start = {0.7, -1.0, 2.0};
+  spin.kept = {-3.0, 1.0, 2.0};
+  body.spin = spin;
+  return body;
+}
+
+/// The same body with one unknown of the coupled system changed
+RigidBody changed(RigidBody body, std::size_t j, double step)
+{
   body.values[j] += step * body.unit(j);
   return body;
 }
@@ -79,7 +103,8 @@ TEST(RigidBody, RatesAreThoseOfItsPoints)
   const Freedom free = body.freedom();
   for (std::size_t j = 0; j < body.size(); ++j)
   {
-    const Vec<3> change = (place(changed(j, step)) - place(changed(j, -step)));
+    const Vec<3> change =
+        (place(changed(top(), j, step)) - place(changed(top(), j, -step)));
     const Vec<3> rate = velocity<3>(free, static_cast<Index>(j), place(body));
     EXPECT_NEAR((change / (2.0 * step) - rate).norm(), 0.0, 1e-9);
   }
@@ -90,13 +115,52 @@ TEST(RigidBody, SlopesAreThoseOfItsForces)
   const BodyForces at = top().forces();
   for (std::size_t j = 0; j < 3; ++j)
   {
-    const Eigen::VectorXd change =
-        changed(j, step).forces().forces - changed(j, -step).forces().forces;
+    const Eigen::VectorXd change = changed(top(), j, step).forces().forces -
+                                   changed(top(), j, -step).forces().forces;
     EXPECT_NEAR(
         (change / (2.0 * step) + at.slope.col(static_cast<Eigen::Index>(j)))
             .norm(),
         0.0, 1e-8);
   }
+}
+
+TEST(RigidBody, SlopesAreThoseOfInertia)
+{
+  const BodyForces at = spinning_top().forces();
+  for (std::size_t j = 0; j < 4; ++j)
+  {
+    // The error of central differences falls with the square of the step
+    double errors[2];
+    for (int i = 0; i < 2; ++i)
+    {
+      const double h = i == 0 ? 2e-3 : 1e-3;
+      const Eigen::VectorXd change =
+          changed(spinning_top(), j, h).forces().forces -
+          changed(spinning_top(), j, -h).forces().forces;
+      errors[i] =
+          (change / (2.0 * h) + at.slope.col(static_cast<Eigen::Index>(j)))
+              .norm();
+    }
+    if (j == 0) // linear
+      EXPECT_NEAR(errors[1], 0.0, 1e-9);
+    else
+      EXPECT_NEAR(std::log2(errors[0] / errors[1]), 2.0, 0.05);
+  }
+}
+
+TEST(RigidBody, InertiaTurnsWithTheBody)
+{
+  RigidBody body = spinning_top();
+  body.values[0] = body.accepted[0] = 0.0;
+  const SpinInertia& spin = *body.spin;
+  const Vec<3> theta = body.theta();
+  const Vec<3> inertia = spin.factor * rotation_matrix(2.0 * theta) * spin.J *
+                             (spin.rate * theta + spin.start) +
+                         spin.kept;
+  // A moment that balances inertia, springs and dampers leaves no force
+  body.moment = inertia + Vec<3>(0.5 * (0.1 + 0.3), 0.0, 0.2 * (-0.3 + 0.4));
+  body.moment[1] += 0.7 / body.dt * theta[1];
+  EXPECT_NEAR(body.forces().forces.norm(), 0.0, 1e-12);
 }
 
 TEST(RigidBody, AcceptingMovesNothing)
@@ -111,7 +175,7 @@ TEST(RigidBody, AcceptingMovesNothing)
 
 TEST(RigidBody, LoadsDoNotDependOnUnknowns)
 {
-  EXPECT_EQ(top().loads(), changed(1, 0.5).loads());
+  EXPECT_EQ(top().loads(), changed(top(), 1, 0.5).loads());
   RigidBody body = top();
   body.force[0] = 2.0;
   EXPECT_NE(body.loads(), top().loads());

@@ -131,6 +131,8 @@ def test_velocity_and_masses_are_checked():
     body = rigid.Body(circle, free=("y",), mass=1.0)
     with pytest.raises(ContactError, match="velocity must be numbers by"):
         body.velocity = {"x": 1.0}
+    with pytest.raises(ContactError, match="finite ones, not"):
+        body.velocity = {"y": np.nan}
 
 
 def test_a_body_in_space_that_turns_about_two_axes_is_refused():

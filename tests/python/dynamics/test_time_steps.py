@@ -304,6 +304,48 @@ def test_a_first_touch_may_be_found():
     assert abs(end - 0.1) <= 1e-12
 
 
+@pytest.mark.parametrize("touch, most", [(0, 0.05), (3, 2e-3)])
+def test_touches_and_partings_that_are_halved_keep_the_energy(touch, most):
+    """Of touches alone the energy would grow: partings give what touches take."""
+    found = moving.dropped(
+        Newmark(), "nearest", n=4, cfl=0.8, end=1.9, touch=touch,
+    )  # fmt: skip
+    apart = found.force == 0.0
+    assert not apart[len(apart) // 2] and apart[-1]
+    assert worst(found.energy[apart] / found.energy[0] - 1.0) <= most
+    assert (touch == 0) == (worst(found.energy / found.energy[0] - 1.0) >= 2e-3)
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("cfl", [1.0, 0.25])
+def test_midpoint_energies_of_a_flight_do_not_swing(cfl):
+    """Values without mass count where they are in balance with the others."""
+    scene = moving.bars(n=8, lower=False, gap=1.0, width=0.5, heads=4)
+    strain = ufl.sym(ufl.grad(scene.u))
+    energy = (0.5 * ufl.inner(strain, strain) + 0.3 * ufl.tr(strain) ** 2) * ufl.dx
+    floor = rigid.Plane((0.0, 0.0), (0.0, 1.0))
+    contact = raymortar.Contact(scene.u, scene.facets, [(moving.SLAVE, floor)])
+    residual = ufl.derivative(energy, scene.u, scene.v)
+    problem = raymortar.NonlinearProblem(residual, contact)
+    inertia = dynamics.Inertia(ufl.inner(scene.a, scene.v) * ufl.dx, contact)
+    found = moving.run(
+        scene, problem, inertia, energy=energy, end=10 * cfl / 8, dt=cfl / 8,
+        scheme=Midpoint(), velocity=moving.moving(scene, lambda z: 0.05 * np.cos(9 * z)),
+    )  # fmt: skip
+    assert np.ptp(found.energy) <= 1e-11 * found.energy[0]
+    assert worst(found.history["external_work"]) <= 1e-11 * found.energy[0]
+    assert np.ptp(found.history["elastic"]) >= 0.1 * found.energy[0]
+
+
+def test_a_checkpoint_without_the_fields_of_motion_is_named(folder):
+    scene = beam(held=False)
+    steps = steps_of(scene, Newmark(), 0.1, 0.4)
+    saved = Checkpoint(scene.problem, folder / "lacks.chk")
+    saved.write(0.2)
+    with pytest.raises(ContactError, match="has no velocity, acceleration: write"):
+        steps.resume(saved.read())
+
+
 def test_what_a_step_tells(capsys):
     scene = beam(gap=0.02, held=False)
     steps = steps_of(scene, None, 0.02, 0.06, progress=True, energy=energy_of(scene))
@@ -332,11 +374,14 @@ def energy_of(scene):
         ({"adapt": 2}, "adapt must be an Adaptive"),
         ({"touch": -1}, "touch"),
         ({"velocity": 3}, "velocity must be a Function"),
+        ({"velocity": np.nan}, "velocity has values that are not finite"),
     ],
 )
 def test_wrong_arguments_are_refused(options, text):
     scene = beam()
     given = {"end": 1.0, "dt": 0.1, "scheme": None} | options
+    if given.get("velocity") is np.nan:
+        scene.v0.x.array[0], given["velocity"] = np.nan, scene.v0
     with pytest.raises(ContactError, match=text):
         steps_of(scene, **given)
 

@@ -3,11 +3,24 @@
 import warnings
 
 import pytest
+import ufl
+from dolfinx import fem
 from press_fits import press_fit, scene_of
 from problems import COMM, build, fix
 
+from meshes.blocks import Block
+from meshes.meshing import assemble_blocks
 from meshes.scenes import two_blocks
-from raymortar import ContactWarning, NonlinearProblem, Search, SNESSolver, Tie
+from raymortar import (
+    Contact,
+    ContactWarning,
+    NonlinearProblem,
+    Search,
+    SNESSolver,
+    Tie,
+    rigid,
+    tools,
+)
 
 pytestmark = [pytest.mark.quick, pytest.mark.mpi]
 FACET = 0.25
@@ -109,3 +122,53 @@ def test_ties_are_not_told():
     tie = Tie(case.u, scene.facet_tags, [(3, 4)])
     problem = NonlinearProblem(case.problem.forms[0], tie, case.problem.bcs)
     assert overlaps(lambda: SNESSolver(problem)) == []
+
+
+def in_tool(tool, dim=2, **options):
+    """What is told of a block whose foot is at height 0.3, as a problem is made."""
+    block = Block((4,) * dim, (0.0,) * (dim - 1) + (0.3,), (1.0,) * (dim - 1) + (1.3,),
+                  tags={"bottom": 1, "top": 2})  # fmt: skip
+    cell = {2: "quadrilateral", 3: "hexahedron"}[dim]
+    mesh, _, facets = assemble_blocks(COMM, [block], cell)
+    u = fem.Function(tools.vector_space(mesh, 1))
+    energy = ufl.inner(ufl.grad(u), ufl.grad(u)) * ufl.dx
+    residual = ufl.derivative(energy, u, ufl.TestFunction(u.function_space))
+    contact = Contact(u, facets, [(1, tool)], names={"foot": 1}, **options)
+    problem = NonlinearProblem(residual, contact)
+    return overlaps(lambda: [SNESSolver(problem) for _ in range(2)])
+
+
+def test_a_tool_that_a_slave_starts_in_is_told_once():
+    (text,) = in_tool(rigid.Plane((0.0, 0.35), (0.0, 1.0)))
+    assert text.startswith("slave 'foot' starts 0.05 deep in the rigid Plane at (")
+    assert ", 0.3), before anything has moved: make the tool where" in text
+    ball = rigid.Body(rigid.Sphere((0.5, 0.5, 0.1), 0.25), name="ball", free=("z",))
+    (text,) = in_tool(ball, dim=3)
+    assert "deep in the rigid ball at (" in text
+
+
+def test_a_tool_deeper_than_rays_are_followed_is_told():
+    plane = rigid.Plane((0.0, 1.2), (0.0, 1.0))
+    (text,) = in_tool(plane, search=Search(depth=1e-3))
+    assert "starts 0.9 deep in the rigid Plane" in text
+
+
+def moved(way):
+    body = rigid.Body(rigid.Plane((0.0, 0.3), (0.0, 1.0)))
+    body.move(way)
+    return body
+
+
+@pytest.mark.parametrize(
+    "tool, options",
+    [
+        (rigid.Plane((0.0, 0.3), (0.0, 1.0)), {}),
+        (rigid.Plane((0.0, 0.301), (0.0, 1.0)), {}),  # noise of nodes
+        (moved((0.0, 0.1)), {}),  # a load of the user's
+        (rigid.Plane((0.0, 0.4), (0.0, 1.0)), {"offset": 0.1}),
+        (rigid.Plane((0.0, 0.3), (0.0, 1.0)), {"offset": -0.1}),
+        (rigid.Circle((0.5, 2.0), 0.2), {}),  # not in the way of any ray
+    ],
+)  # fmt: skip
+def test_tools_that_are_wanted_or_touch_are_not_told(tool, options):
+    assert in_tool(tool, **options) == []
