@@ -165,6 +165,23 @@ def test_an_error_on_one_rank_is_raised_on_all(solver, kind):
     assert law.is_up_to_date()
 
 
+def test_an_error_in_a_tangent_leaves_snes_as_it_was(monkeypatch):
+    problem, _, apply = pressed(COMM, True)
+    made, tangent, left = SNESSolver(problem), problem.J, [1]
+
+    def fails(x, A):
+        tangent(x, A)
+        if left and left.pop():
+            raise ConvergenceError("no stiffness")
+
+    monkeypatch.setattr(problem, "J", fails)
+    apply(0.5)
+    with pytest.raises(ConvergenceError, match="no stiffness"):
+        made.solve()
+    made.x.set(0.0)  # PETSc refuses to write to vectors that a callback still reads
+    assert made.solve()[1]
+
+
 def test_a_step_is_halved_where_a_point_has_no_stress():
     problem, law, apply = pressed(COMM, True)
     before = [problem.u.x.array.copy()]
