@@ -18,11 +18,7 @@ from raymortar import (
     Penalty,
     SNESSolver,
 )
-from raymortar.paths.strategies import (
-    CappedSolver,
-    solve_by_small_gamma,
-    with_line_search,
-)
+from raymortar.paths.strategies import solve_by_small_gamma, with_line_search
 
 pytestmark = [pytest.mark.mpi, pytest.mark.quick]
 
@@ -43,7 +39,6 @@ WAYS = {
     "SNES": lambda p: SNESSolver(p).solve()[0],
     "bt": lambda p: SNESSolver(p, {"snes_linesearch_type": "bt"}).solve()[0],
     "line search": lambda p: with_line_search(SNESSolver(p)).solve()[0],
-    "capped": lambda p: CappedSolver(SNESSolver(p)).solve()[0],
     "small gamma": lambda p: solve_by_small_gamma(SNESSolver(p)),
     "problem": lambda p: p.solve() and 0,
 }

@@ -90,12 +90,12 @@ class LoadSteps:
         `History` that records every accepted step.
     strategy
         ``"auto"``: a solve stops as soon as it is seen to cycle or diverge. Then the
-        step is tried in other ways: from an extrapolated state, by way of a tenth of
-        gamma, in steps that end where surfaces first cross, with a line search, with
-        that and a tenth of gamma, and under viscous forces that fade. If none helps,
-        the step is halved. What solved two steps in a row goes first in the next ones,
-        and the solver as it was given is tried again after 2, 4, 8 steps. All other settings of the solver are kept. ``"halve"`` or
-        None: the step is halved at once.
+        step is tried in two other ways: with a line search, by way of a tenth of gamma,
+        and under viscous forces that fade. If both fail, the step is halved. A tenth
+        of gamma that solved two steps in a row goes first in the next ones, and the
+        solver as it was given is tried again after 2, 4, 8 steps. All
+        other settings of the solver are kept. ``"halve"`` or None: the step is halved
+        at once.
     stabilize
         True: viscous forces slow down free bodies, which nothing but contact keeps in
         place, and paths that snap. They fade to zero within each step. A number scales
@@ -251,7 +251,6 @@ class LoadSteps:
                     raise
                 ways.restore(before)
                 if left or not path.sizes.halve():
-                    ways.finish()
                     raise self._given_up(failure) from failure
                 self.halvings += 1
                 progress.trying(HALVED)
@@ -288,7 +287,6 @@ class LoadSteps:
                 ways.released,
                 *effort.taken(),
             )
-        ways.finish()
         tools.warn()
 
     def _accepted(self, *results: Any) -> LoadStep:
