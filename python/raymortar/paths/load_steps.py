@@ -229,7 +229,7 @@ class LoadSteps:
         contact, path = problem.contact, self._new_path()
         self._path = path
         options = self.extrapolate, self.strategy == "auto", self._may_be_viscous
-        ways = Strategies(path, progress.trying, *options)
+        ways = Strategies(path, progress.trying, *options, self._stabilization)
         ways.rejected = partial(self._tell, self.on_reject)
         tools, doubts = ToolsOnPath(contact), Doubts(problem)
         last, snapped, effort = None, False, Effort(problem)
@@ -311,12 +311,7 @@ class LoadSteps:
         use = {"automatic": self.strategy == "auto", "led": path.led_weights}
         use |= {"controlled": self.control is not None, "steps": True}
         with problem.as_part(**use, may_be_viscous=self._may_be_viscous):
-            if self._stabilization is None:
-                iterations = ways.solve(now, last, path.sizes.ratio)
-            else:
-                iterations = self._stabilization.solve(
-                    lambda: ways.solve(problem.contact.state(), None, 1.0)
-                )
+            iterations = ways.solve(now, last, path.sizes.ratio)
         loss = self._loss()
         if loss is not None:
             raise ContactLost(f"contact is lost: {loss}")

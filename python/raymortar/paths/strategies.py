@@ -109,9 +109,11 @@ class Strategies:
         extrapolates: bool | None,
         automatic: bool,
         may_be_viscous: bool,
+        stabilization: Stabilization | None = None,
     ) -> None:
         self._path, self.solver, self._trying = path, path.solver, trying
         self._automatic, self._may_be_viscous = automatic, may_be_viscous
+        self._asked_for = stabilization
         goes_ahead = extrapolates or (extrapolates is None and path.led is None)
         self._prediction = Prediction(path, bool(extrapolates)) if goes_ahead else None
         self.used, self.released = FULL, 0.0
@@ -130,15 +132,18 @@ class Strategies:
         self.released = 0.0
         # A solve stops as soon as it is in trouble if another way is left
         convergence = self.solver.problem.convergence
-        convergence.patient = not self._automatic
+        convergence.patient = not (self._automatic or self._asked_for)
         try:
-            iterations = self._as_last(now)
+            iterations = self._held(now)
+            if iterations is None:
+                iterations = self._as_last(now)
             if iterations is None:
                 iterations = self._as_given(now, last, ratio)
                 self._lessons.solved(FULL, plain_failed=False)
             return iterations
         except FAILURES as failure:
-            if not (self._automatic and self._is_curable(failure)):
+            tries_others = self._automatic and self._asked_for is None
+            if not (tries_others and self._is_curable(failure)):
                 raise
             # No variable keeps the failure: in a cycle with this frame, ranks would
             # free the solver, which is collective, at different times
@@ -149,6 +154,24 @@ class Strategies:
             return iterations
         finally:
             convergence.patient = True
+
+    def _held(self, now: State) -> int | None:
+        """Solve under viscous forces if they are asked for or hold a body that nothing
+        else does; return None if they are not, or fail without being asked for."""
+        forces, plain = self._asked_for, partial(iterations_of, self.solver)
+        if forces is not None:
+            iterations = None if forces.is_needed() else forces.pass_by(plain)
+            self.used = FULL
+            if iterations is None:
+                iterations = forces.solve(plain)
+                self.used = VISCOUS
+            return iterations
+        if self._viscous is None or not self._viscous.is_needed():
+            return None
+        iterations = self._attempt(VISCOUS, partial(self._viscous.solve, plain), now)
+        if iterations is None:
+            self.restore(now)
+        return iterations
 
     def _as_last(self, now: State) -> int | None:
         """Solve by a small gamma if that solved the last steps; return None if it is
@@ -265,6 +288,6 @@ class Strategies:
 
     @cached_property
     def _viscous(self) -> Stabilization | None:
-        if not self._may_be_viscous:
+        if not (self._automatic and self._may_be_viscous):
             return None
         return Stabilization(self.solver, 1.0, MOST_VISCOUS)
