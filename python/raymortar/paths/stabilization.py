@@ -175,6 +175,7 @@ class Stabilization:
 
     def __init__(self, solver: Any, factor: float, most: int | None = None) -> None:
         self._problem = problem = solver.problem
+        assert problem.contact.unknowns.only  # or it raises
         self._factor, self._most, self.is_asked_for = factor, most, most is None
         self._contact = contact = problem.contact
         self.work = self.share = 0.0
@@ -241,7 +242,7 @@ class Stabilization:
             iterations += more
             done, share = self._viscosity.measure()
             work += done
-            last = None
+            last, moved = None, (self._viscosity.motions(), self._viscosity.change())
             if share <= NEARLY:
                 last = self._without(solve, SETTLED * self._limit)
             is_idle = self._loose.any() and 0.5 * before < share <= IDLE
@@ -249,7 +250,7 @@ class Stabilization:
                 self.work += work
                 self.share = share if last is None else 0.0
                 if last is None and is_idle:
-                    self._hold(scale)
+                    self._hold(scale, *moved)
                 return iterations + (last or 0)
             if self._loose.any() and not self._contact.statistics.active_points:
                 self._contact.advance()  # a flight is no slip
@@ -264,16 +265,16 @@ class Stabilization:
             f"{share:.3g} of all forces of a body that nothing holds"
         )
 
-    def _hold(self, scale: float) -> None:
-        """Go on holding a motion that nothing else resists, and say so once."""
-        motions, loose = self._motions()
+    def _hold(self, scale: float, motions: Array, change: Array) -> None:
+        """Go on holding what has moved without resistance, and say so once."""
+        motions[~self._loose] = 0.0
+        loose = float(motions.max())
         self._holding = scale * max(1.0, loose / (DRIFT * self._limit))
         self._without_it = Backoff()
         if self._said:
             return
         self._said, problem = True, self._problem
-        body = int(np.where(self._loose, motions, -1.0).argmax())
-        change = self._viscosity.change()
+        body = int(motions.argmax())
         warnings.warn(
             f"{problem.convergence.groups.names()[body]} may "
             f"{motion_in_words(problem, body, change)}: nothing resists that, and no "
