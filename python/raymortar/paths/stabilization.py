@@ -227,14 +227,20 @@ class Stabilization:
         self.share = 0.0
         return self._without(solve, self._limit)
 
-    def solve(self, solve: Callable[[], int]) -> int:
-        """Solve one step, each time by `solve`; return all iterations. Collective."""
-        iterations = None if self._holding is None else self._hold_on(solve)
-        return self._fade(solve) if iterations is None else iterations
+    def solve(
+        self, solve: Callable[[], int], alone: Callable[[], int] | None = None
+    ) -> int:
+        """Solve one step, each time by `solve`, or `alone` where the forces are left
+        out; return all iterations. Collective."""
+        ways, iterations = (solve, alone or solve), None
+        if self._holding is not None:
+            iterations = self._hold_on(*ways)
+        return self._fade(*ways) if iterations is None else iterations
 
-    def _fade(self, solve: Callable[[], int]) -> int:
+    def _fade(self, solve: Callable[[], int], alone: Callable[[], int]) -> int:
         """Solve one step under forces that fade; return all iterations."""
-        scale, iterations, work, before = SHARE * self._factor, 0, 0.0, np.inf
+        scale, iterations, work = SHARE * self._factor, 0, 0.0
+        weakest = before = np.inf
         most = self._most or MOST
         for _ in range(most):
             asked = scale
@@ -244,13 +250,14 @@ class Stabilization:
             work += done
             last, moved = None, (self._viscosity.motions(), self._viscosity.change())
             if share <= NEARLY:
-                last = self._without(solve, SETTLED * self._limit)
+                last = self._without(alone, SETTLED * self._limit)
             is_idle = self._loose.any() and 0.5 * before < share <= IDLE
+            weakest = min(scale, weakest)
             if last is not None or share <= REST or is_idle:
                 self.work += work
                 self.share = share if last is None else 0.0
                 if last is None and is_idle:
-                    self._hold(scale, *moved)
+                    self._hold(weakest, *moved)
                 return iterations + (last or 0)
             if self._loose.any() and not self._contact.statistics.active_points:
                 self._contact.advance()  # a flight is no slip
@@ -284,13 +291,15 @@ class Stabilization:
             stacklevel=3,
         )
 
-    def _hold_on(self, solve: Callable[[], int]) -> int | None:
+    def _hold_on(
+        self, solve: Callable[[], int], alone: Callable[[], int]
+    ) -> int | None:
         """Solve one step under the forces that hold a motion, or without them where it
         is held; return None if more than noise drives it."""
         assert self._holding is not None
         before = self._contact.state()
         if not self._without_it.rests():
-            last = self._without(solve, SETTLED * self._limit)
+            last = self._without(alone, SETTLED * self._limit)
             if last is not None:
                 self._holding, self.share = None, 0.0
                 return last

@@ -163,15 +163,28 @@ class Strategies:
             iterations = None if forces.is_needed() else forces.pass_by(plain)
             self.used = FULL
             if iterations is None:
-                iterations = forces.solve(plain)
+                iterations = forces.solve(self._each, plain)
                 self.used = VISCOUS
             return iterations
         if self._viscous is None or not self._viscous.is_needed():
             return None
-        iterations = self._attempt(VISCOUS, partial(self._viscous.solve, plain), now)
+        solve = partial(self._viscous.solve, self._each, plain)
+        iterations = self._attempt(VISCOUS, solve, now)
         if iterations is None:
             self.restore(now)
         return iterations
+
+    def _each(self) -> int:
+        """Solve once on the way of a body that is caught: if need be by a small gamma,
+        as many points close at once."""
+        now = self._contact.state()
+        try:
+            return iterations_of(self.solver)
+        except FAILURES as failure:
+            if not (self._automatic and self._is_curable(failure)):
+                raise
+        self._contact.restore(now)
+        return self._by_small_gamma()
 
     def _as_last(self, now: State) -> int | None:
         """Solve by a small gamma if that solved the last steps; return None if it is
