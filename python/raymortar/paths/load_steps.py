@@ -97,10 +97,12 @@ class LoadSteps:
         other settings of the solver are kept. ``"halve"`` or None: the step is halved
         at once.
     stabilize
-        True: viscous forces slow down free bodies, which nothing but contact keeps in
-        place, and paths that snap. They fade to zero within each step. A number scales
-        them. Their work and share are columns ``viscous_work`` and ``viscous_share`` of
-        `history`.
+        Viscous forces, which fade to zero within each step, slow down loose bodies,
+        which no support holds. None: where such a body touches nothing and something is
+        in its reach, and in steps that fail otherwise. True: also from any height, and
+        where a loose body would move by more than a slave facet; a number scales them.
+        Their work and share are then columns ``viscous_work`` and ``viscous_share`` of
+        `history`. A step whose bodies are held needs none.
     control
         `DisplacementControl` or `ArcLength`, for snap-through. A chosen displacement, or
         the length of the path, grows from step to step, and the load factor is an

@@ -31,8 +31,7 @@ class LoadStep:
     strategy
         Way that solved the step: ``"full"``, the solver as it was given;
         ``"extrapolated"``, from where the last step led, as asked; ``"small gamma, line
-        search"`` or ``"viscous forces"``: see `LoadSteps`. With `stabilize` that of the
-        step's last solve.
+        search"`` or ``"viscous forces"``: see `LoadSteps`.
     released
         Energy that a snap has set free at least, which another way than ``"full"`` has
         passed; 0 where there was none.

@@ -16,7 +16,7 @@ import ufl
 from dolfinx import fem
 
 from .. import compat
-from ..compat import Array
+from ..compat import Array, Mask
 from ..diagnose.failure import FAILURES
 from ..diagnose.lost_contact import (
     has_no_springs,
@@ -194,7 +194,7 @@ class Stabilization:
         return Viscosity(self._problem)
 
     @cached_property
-    def _meets(self) -> Array:
+    def _meets(self) -> Mask:
         """Whether slave or masters of each zone are on each body, (zones, bodies)."""
         contact = self._contact
         found = np.zeros((len(contact.zones), contact.bodies.count))
