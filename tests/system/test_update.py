@@ -18,11 +18,7 @@ from raymortar import (
     Penalty,
     SNESSolver,
 )
-from raymortar.paths.strategies import (
-    CappedSolver,
-    solve_by_small_gamma,
-    with_line_search,
-)
+from raymortar.paths.strategies import solve_by_small_gamma, with_line_search
 
 pytestmark = [pytest.mark.mpi, pytest.mark.quick]
 
@@ -43,7 +39,6 @@ WAYS = {
     "SNES": lambda p: SNESSolver(p).solve()[0],
     "bt": lambda p: SNESSolver(p, {"snes_linesearch_type": "bt"}).solve()[0],
     "line search": lambda p: with_line_search(SNESSolver(p)).solve()[0],
-    "capped": lambda p: CappedSolver(SNESSolver(p)).solve()[0],
     "small gamma": lambda p: solve_by_small_gamma(SNESSolver(p)),
     "problem": lambda p: p.solve() and 0,
 }
@@ -163,6 +158,23 @@ def test_an_error_on_one_rank_is_raised_on_all(solver, kind):
     law.fails = lambda: None
     made.solve()
     assert law.is_up_to_date()
+
+
+def test_an_error_in_a_tangent_leaves_snes_as_it_was(monkeypatch):
+    problem, _, apply = pressed(COMM, True)
+    made, tangent, left = SNESSolver(problem), problem.J, [1]
+
+    def fails(x, A):
+        tangent(x, A)
+        if left and left.pop():
+            raise ConvergenceError("no stiffness")
+
+    monkeypatch.setattr(problem, "J", fails)
+    apply(0.5)
+    with pytest.raises(ConvergenceError, match="no stiffness"):
+        made.solve()
+    made.x.set(0.0)  # PETSc refuses to write to vectors that a callback still reads
+    assert made.solve()[1]
 
 
 def test_a_step_is_halved_where_a_point_has_no_stress():

@@ -144,7 +144,7 @@ def loose_bodies(problem: CoupledProblem, led: Array | None = None) -> list[str]
         lead = problem.comm.allreduce(_by_body(problem, led * modes))
         size = np.abs(lead).max(initial=0.0) or 1.0
         grip += lead[:, None] * lead[None] / size**2
-    return _sentences(problem, grip, _has_no_springs)
+    return _sentences(problem, grip, has_no_springs)
 
 
 def _sentences(
@@ -155,7 +155,7 @@ def _sentences(
     motions = [_free_motions(of_body, dim) for of_body in np.moveaxis(grip, 2, 0)]
     if not any(axes.any() or turns for axes, turns in motions):
         return []
-    free = counts(problem) & ~_touched(problem.contact, grip.shape[2])
+    free = counts(problem) & ~touched(problem.contact, grip.shape[2])
     if not free.any():
         return []
     springs, names, found = _springs(problem), problem.convergence.groups.names(), []
@@ -199,6 +199,24 @@ def rigid_motions(x: Array) -> Array:
     return modes.reshape(len(modes), -1)
 
 
+def motion_in_words(problem: CoupledProblem, body: int, change: Array) -> str:
+    """Name the rigid part of a body's motion, from the change of the owned dofs of u.
+    Collective."""
+    modes = _rigid_motions(problem.contact)
+    dim = problem.contact.u.function_space.dofmap.index_map_bs
+    grip = _grip(problem, modes, np.ones(len(change), dtype=bool))[:, :, body]
+    push = problem.comm.allreduce(_by_body(problem, modes * change))[:, body]
+    nodes, mixed = grip[0, 0], grip[dim:, :dim]
+    turn = np.linalg.lstsq(grip, push, rcond=None)[0][dim:]
+    # Turns about the body's own middle
+    spin = turn @ (grip[dim:, dim:] - mixed @ mixed.T / nodes) @ turn
+    straight, spin = np.abs(push[:dim]) / nodes, np.sqrt(max(spin, 0.0) / nodes)
+    least = 0.5 * max(straight.max(), spin)
+    along = ", ".join(AXES[i] for i in np.flatnonzero(straight >= least))
+    words = [f"move along {along}"] * bool(along) + ["turn"] * bool(spin >= least)
+    return " and ".join(words)
+
+
 def _grip(problem: CoupledProblem, motions: Array, held: Mask) -> Array:
     """Find the stiffness against rigid motions of each body by holding owned dofs,
     (motions, motions, bodies). Collective."""
@@ -220,7 +238,7 @@ def _free_motions(grip: Array, dim: int) -> tuple[Mask, bool]:
     return straight > _NO_PART, count > 0
 
 
-def _has_no_springs(problem: CoupledProblem) -> Mask:
+def has_no_springs(problem: CoupledProblem) -> Mask:
     """Whether a body is on no springs, and has no masses, (bodies,). Collective."""
     # Hoops may resist a growth of the radius
     axes = slice(int(problem.contact.axisymmetric), None)
@@ -237,7 +255,7 @@ def _springs(problem: CoupledProblem) -> Mask:
     return np.asarray(sizes[1:] > _NO_SPRING * sizes[0])
 
 
-def _touched(contact: Interaction, count: int) -> Mask:
+def touched(contact: Interaction, count: int) -> Mask:
     """Whether each body has a point in contact. Collective."""
     found = np.zeros(count, dtype=bool)
     for zone in contact.zones:

@@ -90,17 +90,19 @@ class LoadSteps:
         `History` that records every accepted step.
     strategy
         ``"auto"``: a solve stops as soon as it is seen to cycle or diverge. Then the
-        step is tried in other ways: from an extrapolated state, by way of a tenth of
-        gamma, in steps that end where surfaces first cross, with a line search, with
-        that and a tenth of gamma, and under viscous forces that fade. If none helps,
-        the step is halved. What solved two steps in a row goes first in the next ones,
-        and the solver as it was given is tried again after 2, 4, 8 steps. All other settings of the solver are kept. ``"halve"`` or
-        None: the step is halved at once.
+        step is tried in two other ways: with a line search, by way of a tenth of gamma,
+        and under viscous forces that fade. If both fail, the step is halved. A tenth
+        of gamma that solved two steps in a row goes first in the next ones, and the
+        solver as it was given is tried again after 2, 4, 8 steps. All
+        other settings of the solver are kept. ``"halve"`` or None: the step is halved
+        at once.
     stabilize
-        True: viscous forces slow down free bodies, which nothing but contact keeps in
-        place, and paths that snap. They fade to zero within each step. A number scales
-        them. Their work and share are columns ``viscous_work`` and ``viscous_share`` of
-        `history`.
+        Viscous forces, which fade to zero within each step, slow down loose bodies,
+        which no support holds. None: where such a body touches nothing and something is
+        in its reach, and in steps that fail otherwise. True: also from any height, and
+        where a loose body would move by more than a slave facet; a number scales them.
+        Their work and share are then columns ``viscous_work`` and ``viscous_share`` of
+        `history`. A step whose bodies are held needs none.
     control
         `DisplacementControl` or `ArcLength`, for snap-through. A chosen displacement, or
         the length of the path, grows from step to step, and the load factor is an
@@ -229,7 +231,7 @@ class LoadSteps:
         contact, path = problem.contact, self._new_path()
         self._path = path
         options = self.extrapolate, self.strategy == "auto", self._may_be_viscous
-        ways = Strategies(path, progress.trying, *options)
+        ways = Strategies(path, progress.trying, *options, self._stabilization)
         ways.rejected = partial(self._tell, self.on_reject)
         tools, doubts = ToolsOnPath(contact), Doubts(problem)
         last, snapped, effort = None, False, Effort(problem)
@@ -251,7 +253,6 @@ class LoadSteps:
                     raise
                 ways.restore(before)
                 if left or not path.sizes.halve():
-                    ways.finish()
                     raise self._given_up(failure) from failure
                 self.halvings += 1
                 progress.trying(HALVED)
@@ -288,7 +289,6 @@ class LoadSteps:
                 ways.released,
                 *effort.taken(),
             )
-        ways.finish()
         tools.warn()
 
     def _accepted(self, *results: Any) -> LoadStep:
@@ -313,12 +313,7 @@ class LoadSteps:
         use = {"automatic": self.strategy == "auto", "led": path.led_weights}
         use |= {"controlled": self.control is not None, "steps": True}
         with problem.as_part(**use, may_be_viscous=self._may_be_viscous):
-            if self._stabilization is None:
-                iterations = ways.solve(now, last, path.sizes.ratio)
-            else:
-                iterations = self._stabilization.solve(
-                    lambda: ways.solve(problem.contact.state(), None, 1.0)
-                )
+            iterations = ways.solve(now, last, path.sizes.ratio)
         loss = self._loss()
         if loss is not None:
             raise ContactLost(f"contact is lost: {loss}")

@@ -14,20 +14,22 @@ class Prediction:
 
     The forces tell of a path that turns round, or touches: fewer of them must be out
     of balance where the last step leads than where it ended. A start that fails is
-    left out for 1, 2, 4, 8 steps.
+    left out for 1, 2, 4, 8 steps; those that the user asks
+    for are `always` taken.
     """
 
-    def __init__(self, path: PrescribedPath) -> None:
-        self._path, self._problem = path, path.solver.problem
+    def __init__(self, path: PrescribedPath, always: bool = False) -> None:
+        self._path, self._problem, self.always = path, path.solver.problem, always
         self._backoff = Backoff()
 
     def leads_on(self, now: State, last: State, ratio: float) -> bool:
         """Go where the last step leads; False: stay at the present state. Collective."""
-        if self._backoff.rests():
+        if not self.always and self._backoff.rests():
             return False
-        here = self._imbalance()
-        extrapolate(self._path, now, last, ratio)
-        if self._imbalance() < here:
+        here = 0.0 if self.always else self._imbalance()
+        self._path.extrapolate(ratio)
+        self._problem.contact.extrapolate(now, last, ratio)
+        if self.always or self._imbalance() < here:
             return True
         self._problem.contact.restore(now)
         self._path.restart()
@@ -51,9 +53,3 @@ class Prediction:
             x.destroy()
             b.destroy()
         return size
-
-
-def extrapolate(path: PrescribedPath, now: State, last: State, ratio: float) -> None:
-    """Go where the last step leads, by its change times a ratio. Collective."""
-    path.extrapolate(ratio)
-    path.solver.problem.contact.extrapolate(now, last, ratio)

@@ -30,9 +30,8 @@ class LoadStep:
         Halvings of steps so far on this path.
     strategy
         Way that solved the step: ``"full"``, the solver as it was given;
-        ``"extrapolated"``, ``"small gamma"``, ``"capped"``, ``"line search"``, ``"small
-        gamma, line search"`` or ``"viscous forces"``: see `LoadSteps`. With `stabilize`
-        that of the step's last solve.
+        ``"extrapolated"``, from where the last step led, as asked; ``"small gamma, line
+        search"`` or ``"viscous forces"``: see `LoadSteps`.
     released
         Energy that a snap has set free at least, which another way than ``"full"`` has
         passed; 0 where there was none.

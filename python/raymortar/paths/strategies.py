@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from functools import cached_property, partial
 from typing import Any
-
-from mpi4py import MPI
-from petsc4py import PETSc
 
 import numpy as np
 from dolfinx.fem import Function
@@ -17,34 +14,18 @@ from ..convergence.convergence import is_in_trouble
 from ..diagnose.failure import FAILURES
 from ..errors import ContactWarning, ConvergenceError, SetUpError
 from ..interface.state import State
-from ..interface.stiffness import mean_facet_size
-from ..interface.zone_data import opposite_points, path
 from ..solvers.newton import NewtonSolver
 from ..solvers.snes import SNESSolver
-from ..solvers.solver import CoupledSolver
 from .energy_balance import balance_of_step
 from .lessons import Lessons
 from .load_path import PrescribedPath
-from .prediction import Prediction, extrapolate
+from .prediction import Prediction
 from .stabilization import Stabilization
 
-FULL, EXTRAPOLATED, CAPPED = "full", "extrapolated", "capped"
-LINE_SEARCH, SMALL_GAMMA = "line search", "small gamma"
-BOTH, KEPT = "small gamma, line search", "small gamma kept"
-VISCOUS = "viscous forces"
+FULL, EXTRAPOLATED = "full", "extrapolated"
+SMALL_GAMMA, VISCOUS = "small gamma, line search", "viscous forces"
 
-# Ways that go first once they have solved two steps: those that leave nothing behind
-# and cost little more than the plain solver
-LEARNT = EXTRAPOLATED, SMALL_GAMMA, CAPPED, LINE_SEARCH, BOTH
-
-# Overlap at which a step ends, in sizes of slave facets. Without overlap no gap would
-# ever close
-OVERLAP = 0.01
-
-# Share of Newton's step that is always taken
-LEAST = 0.05
-
-# Factor for the number of iterations, as shorter steps need more
+# Factor for the number of iterations of a line search, as shorter steps need more
 MORE_ITERATIONS = 2
 
 _LINE_SEARCH = "snes_linesearch_type"
@@ -52,9 +33,6 @@ _LINE_SEARCH = "snes_linesearch_type"
 # Smaller coefficient, over the one in use. It hardly changes the solution, but with it
 # fewer points open and close during a solve (docs/measured/robustness_paths.md)
 SMALL = 0.1
-
-# Largest number of times that a path reduces gamma to a tenth
-MOST_KEPT = 2
 
 # Solves of one step under viscous forces that the user has not asked for
 MOST_VISCOUS = 40
@@ -68,109 +46,27 @@ def iterations_of(solver: Any) -> int:
 def solve_by_small_gamma(solver: Any) -> int:
     """Solve with a tenth of gamma, then with gamma from there. Collective."""
     contacts = solver.problem.contact.contacts
-    given = _reduce_gamma(contacts)
+    given = [contact.gamma for contact in contacts]
+    for contact, gamma in zip(contacts, given):
+        contact.set_gamma(_tenth(gamma))
     try:
         # Warnings of the first solve are of no interest: its state is not kept
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ContactWarning)
             iterations = iterations_of(solver)
     finally:
-        _set_gamma(contacts, given)
+        for contact, gamma in zip(contacts, given):
+            contact.set_gamma(gamma)
     return iterations + iterations_of(solver)
 
 
-def solve_with_small_gamma(solver: Any, kept: list[Any] | None = None) -> int:
-    """Solve with a tenth of gamma, which stays; note the given one. Collective.
-
-    With a multiplier, this solution is as good as the one with gamma: both meet the
-    contact conditions in the mean.
-    """
-    given = _reduce_gamma(_with_multipliers(solver.problem.contact))
-    if kept is not None:
-        kept.append(given)
-    return iterations_of(solver)
-
-
-def _with_multipliers(contact: Any) -> list[Any]:
-    """List the contacts that have a multiplier."""
-    return [one for one in contact.contacts if one.multiplier is not None]
-
-
-def _set_gamma(contacts: Sequence[Any], gammas: Sequence[Any]) -> None:
-    """Give each contact its coefficient. Collective."""
-    for contact, gamma in zip(contacts, gammas):
-        contact.set_gamma(gamma)
-
-
-def _reduce_gamma(contacts: Sequence[Any]) -> list[Any]:
-    """Reduce coefficients to a tenth; return the given ones. Collective."""
-    given = [contact.gamma for contact in contacts]
-    for contact, gamma in zip(contacts, given):
-        if isinstance(gamma, Function):
-            small = Function(gamma.function_space)
-            small.x.array[:] = SMALL * gamma.x.array
-        else:
-            small = SMALL * gamma
-        contact.set_gamma(small)
-    return given
-
-
-class CappedSolver:
-    """Newton's method with steps so short that no facet passes its master. Collective.
-
-    A step may take an open facet below its master by a small overlap only. Facets that
-    are closed already do not limit the step. Tangent, linear solver and tolerances are
-    those of another solver, and twice its most iterations are allowed.
-    """
-
-    def __init__(self, solver: CoupledSolver) -> None:
-        self.solver: Any = solver
-        self.problem = solver.problem
-        contact = self.problem.contact
-        self._overlap = OVERLAP * mean_facet_size(contact.layout, contact.zones)
-
-    def solve(self) -> tuple[int, bool]:
-        """Solve from the present u and multiplier, as `SNESSolver.solve`."""
-        return self.solver.iterate_by(self._iterate, 3), True
-
-    def _iterate(
-        self, x: PETSc.Vec, b: PETSc.Vec, dx: PETSc.Vec, trial: PETSc.Vec
-    ) -> tuple[int, str | None]:
-        """Iterate from x; return the iterations and why they failed, if so."""
-        solver, problem = self.solver, self.problem
-        convergence = problem.convergence
-        rtol, atol = solver.tolerances[0], solver.force_tolerance
-        for iteration in range(MORE_ITERATIONS * solver.max_it + 1):
-            problem.F(x, b)
-            convergence.accept()
-            if convergence.reached(rtol, atol):
-                return iteration, None
-            if convergence.is_stuck:
-                break
-            solver.linearise(x, {})
-            solver.correct(b, dx)
-            if not np.isfinite(dx.norm()):
-                break
-            x.copy(trial)
-            trial.axpy(-1.0, dx)
-            x.axpy(-self._share(x, trial), dx)
-        return iteration, ""
-
-    def _share(self, x: PETSc.Vec, trial: PETSc.Vec) -> float:
-        """Share of the step from x to the trial that is taken. Collective."""
-        contact, comm = self.problem.contact, self.problem.comm
-        before = [opposite_points(zone) for zone in contact.zones]
-        contact.from_vector(trial)
-        at = contact.u.x.array.reshape(-1, contact.u.function_space.dofmap.index_map_bs)
-        share = 1.0
-        for zone, hits in zip(contact.zones, before):
-            gap = path(zone, hits, at, comm).gap
-            crosses = (hits.gap > 0.0) & ~hits.closed & (gap < -self._overlap)
-            room = (hits.gap + self._overlap)[crosses]
-            shares = room / (hits.gap - gap)[crosses]
-            share = float(np.min(shares, initial=share))
-        contact.from_vector(x)
-        return max(float(comm.allreduce(share, op=MPI.MIN)), LEAST)
+def _tenth(gamma: Any) -> Any:
+    """Make a coefficient, a number or a field, of a tenth of the size."""
+    if not isinstance(gamma, Function):
+        return SMALL * gamma
+    small = Function(gamma.function_space)
+    small.x.array[:] = SMALL * gamma.x.array
+    return small
 
 
 def with_line_search(solver: Any) -> SNESSolver | None:
@@ -213,16 +109,14 @@ class Strategies:
         extrapolates: bool | None,
         automatic: bool,
         may_be_viscous: bool,
+        stabilization: Stabilization | None = None,
     ) -> None:
         self._path, self.solver, self._trying = path, path.solver, trying
-        self._extrapolates, self._automatic = extrapolates, automatic
-        self._may_be_viscous = may_be_viscous
-        predicts = extrapolates is None and path.led is None
-        self._prediction = Prediction(path) if predicts else None
+        self._automatic, self._may_be_viscous = automatic, may_be_viscous
+        self._asked_for = stabilization
+        goes_ahead = extrapolates or (extrapolates is None and path.led is None)
+        self._prediction = Prediction(path, bool(extrapolates)) if goes_ahead else None
         self.used, self.released = FULL, 0.0
-        self._tried_ahead = False  # in this step, from where the last one leads
-        # Coefficients before each reduction; the path's end restores the first
-        self._given: list[list[Any]] = []
         # Takes a user's own state back to the last accepted step
         self.rejected: Callable[[], None] = lambda: None
         self._contact = self.solver.problem.contact
@@ -235,22 +129,25 @@ class Strategies:
         `ratio` the size of this step over that of the step before. If no other way
         helps, the failure of the solver as it was given is raised.
         """
-        self.released, self._tried_ahead = 0.0, False
+        self.released = 0.0
         # A solve stops as soon as it is in trouble if another way is left
         convergence = self.solver.problem.convergence
-        convergence.patient = not self._automatic
+        convergence.patient = not (self._automatic or self._asked_for)
         try:
-            iterations = self._as_last(now, last, ratio)
+            iterations = self._held(now)
+            if iterations is None:
+                iterations = self._as_last(now)
             if iterations is None:
                 iterations = self._as_given(now, last, ratio)
                 self._lessons.solved(FULL, plain_failed=False)
             return iterations
         except FAILURES as failure:
-            if not (self._automatic and self._is_curable(failure)):
+            tries_others = self._automatic and self._asked_for is None
+            if not (tries_others and self._is_curable(failure)):
                 raise
             # No variable keeps the failure: in a cycle with this frame, ranks would
             # free the solver, which is collective, at different times
-            iterations = self._otherwise(now, last, ratio)
+            iterations = self._otherwise(now)
             if iterations is None:
                 raise
             self._lessons.solved(self.used, plain_failed=True)
@@ -258,23 +155,50 @@ class Strategies:
         finally:
             convergence.patient = True
 
-    def _as_last(self, now: State, last: State | None, ratio: float) -> int | None:
-        """Solve in the way that solved the last steps; return None if it fails, or if
-        the solver as it was given is to be tried."""
-        learnt = self._lessons.first()
-        if learnt not in LEARNT:
+    def _held(self, now: State) -> int | None:
+        """Solve under viscous forces if they are asked for or hold a body that nothing
+        else does; return None if they are not, or fail without being asked for."""
+        forces, plain = self._asked_for, partial(iterations_of, self.solver)
+        if forces is not None:
+            iterations = None if forces.is_needed() else forces.pass_by(plain)
+            self.used = FULL
+            if iterations is None:
+                iterations = forces.solve(self._each, plain)
+                self.used = VISCOUS
+            return iterations
+        if self._viscous is None or not self._viscous.is_needed():
             return None
-        for name, solve in self._others(now, last, ratio):
-            if name == learnt:
-                iterations = self._attempt(name, solve, now)
-                if iterations is None:
-                    self.restore(now)
-                return iterations
-        return None
+        solve = partial(self._viscous.solve, self._each, plain)
+        iterations = self._attempt(VISCOUS, solve, now)
+        if iterations is None:
+            self.restore(now)
+        return iterations
 
-    def _otherwise(self, now: State, last: State | None, ratio: float) -> int | None:
+    def _each(self) -> int:
+        """Solve once on the way of a body that is caught: if need be by a small gamma,
+        as many points close at once."""
+        now = self._contact.state()
+        try:
+            return iterations_of(self.solver)
+        except FAILURES as failure:
+            if not (self._automatic and self._is_curable(failure)):
+                raise
+        self._contact.restore(now)
+        return self._by_small_gamma()
+
+    def _as_last(self, now: State) -> int | None:
+        """Solve by a small gamma if that solved the last steps; return None if it is
+        not its turn, or fails."""
+        if self._lessons.first() != SMALL_GAMMA:
+            return None
+        iterations = self._attempt(SMALL_GAMMA, self._by_small_gamma, now)
+        if iterations is None:
+            self.restore(now)
+        return iterations
+
+    def _otherwise(self, now: State) -> int | None:
         """Solve in the first other way that converges; return None if none does."""
-        for name, solve in self._others(now, last, ratio):
+        for name, solve in self._others():
             self.restore(now)
             self._trying(name)
             iterations = self._attempt(name, solve, now)
@@ -282,15 +206,23 @@ class Strategies:
                 return iterations
         return None
 
+    def _others(self) -> Iterator[tuple[str, Callable[[], int]]]:
+        """Yield the other ways by name (docs/measured/robustness_paths.md)."""
+        yield SMALL_GAMMA, self._by_small_gamma
+        if self._viscous is not None and self._viscous.is_of_use():
+            plain = partial(iterations_of, self.solver)
+            yield VISCOUS, partial(self._viscous.solve, plain)
+
+    def _by_small_gamma(self) -> int:
+        """Solve with a tenth of gamma, then with gamma, both by a line search."""
+        return solve_by_small_gamma(self._searching or self.solver)
+
     def _attempt(self, name: str, solve: Callable[[], int], now: State) -> int | None:
         """Solve in another way from the present state; return None if it fails."""
-        kept = len(self._given)
         try:
             iterations = solve()
             self.released = self._released(name, now)
         except FAILURES as failure:
-            if len(self._given) > kept:
-                self._set_kept(self._given.pop())
             if isinstance(failure, SetUpError):
                 raise
             return None
@@ -303,7 +235,7 @@ class Strategies:
         A step that needs energy which nothing supplies is refused: another equilibrium
         was found, and no path of equilibria leads there.
         """
-        if not self._may_be_viscous or name == EXTRAPOLATED:
+        if not self._may_be_viscous:
             return 0.0
         balance = balance_of_step(self.solver.problem, self._path, now)
         if balance.lacks_energy:
@@ -329,34 +261,23 @@ class Strategies:
         return broken or is_last or is_in_trouble(norms)
 
     def _as_given(self, now: State, last: State | None, ratio: float) -> int:
-        """Solve by the solver as it was given, from the extrapolated state first."""
-        if self._extrapolates and last is not None:
-            try:
-                iterations = self._extrapolated(now, last, ratio)
-                self.used = EXTRAPOLATED
-                return iterations
-            except FAILURES:
-                self._tried_ahead = True
-                self.restore(now)
-        elif self._prediction and last is not None and self.used == FULL:
-            ahead = self._predicted(self._prediction, now, last, ratio)
-            if ahead is not None:
-                return ahead
-        self.used = FULL
+        """Solve by the solver as it was given, from where the last step leads first."""
+        was, self.used = self.used, FULL
+        prediction = self._prediction
+        if prediction and last is not None and (prediction.always or was == FULL):
+            if prediction.leads_on(now, last, ratio):
+                iterations = self._from_ahead(prediction, now)
+                if iterations is not None:
+                    return iterations
         return iterations_of(self.solver)
 
-    def _predicted(
-        self, prediction: Prediction, now: State, last: State, ratio: float
-    ) -> int | None:
-        """Solve from where the last step leads, if it leads on; return None if not, or
-        if that fails."""
-        if not prediction.leads_on(now, last, ratio):
-            return None
-        self._tried_ahead = True
+    def _from_ahead(self, prediction: Prediction, now: State) -> int | None:
+        """Solve from where the last step leads; return None if that fails."""
         convergence, iterations = self.solver.problem.convergence, None
         patient, convergence.patient = convergence.patient, False
         try:
             iterations = iterations_of(self.solver)
+            self.used = EXTRAPOLATED if prediction.always else FULL
         except FAILURES as failure:
             if isinstance(failure, SetUpError):
                 raise
@@ -372,49 +293,7 @@ class Strategies:
         self._path.restart()
         self.rejected()
 
-    def _others(
-        self, now: State, last: State | None, ratio: float
-    ) -> Iterator[tuple[str, Callable[[], int]]]:
-        """Yield the other ways by name, as measurements order them.
-
-        See docs/measured/robustness_paths.md.
-        """
-        solver = self.solver
-        if last is not None and not self._tried_ahead:
-            yield EXTRAPOLATED, partial(self._extrapolated, now, last, ratio)
-        yield SMALL_GAMMA, partial(solve_by_small_gamma, solver)
-        if self._capped is not None:
-            yield CAPPED, partial(iterations_of, self._capped)
-        if self._searching is not None:
-            yield LINE_SEARCH, partial(iterations_of, self._searching)
-            yield BOTH, partial(solve_by_small_gamma, self._searching)
-        if len(self._given) < MOST_KEPT and _with_multipliers(self._contact):
-            yield KEPT, partial(solve_with_small_gamma, solver, self._given)
-        if self._viscous is not None and self._viscous.is_of_use():
-            yield VISCOUS, partial(self._viscous.solve, partial(iterations_of, solver))
-
-    def _extrapolated(self, now: State, last: State, ratio: float) -> int:
-        """Solve from the extrapolated state."""
-        extrapolate(self._path, now, last, ratio)
-        return iterations_of(self.solver)
-
-    def _set_kept(self, gammas: list[Any]) -> None:
-        """Give reduced coefficients back. Collective."""
-        _set_gamma(_with_multipliers(self._contact), gammas)
-
-    def finish(self) -> None:
-        """Give gamma back at the end of the path. Collective."""
-        if self._given:
-            self._set_kept(self._given[0])
-            self._given.clear()
-
     # Other solvers with the settings of the given one, made when first needed
-
-    @cached_property
-    def _capped(self) -> CappedSolver | None:
-        plain = getattr(self.solver, "convergence_criterion", "residual") == "residual"
-        fits = plain and isinstance(self.solver, (NewtonSolver, SNESSolver))
-        return CappedSolver(self.solver) if fits else None
 
     @cached_property
     def _searching(self) -> SNESSolver | None:
@@ -422,6 +301,6 @@ class Strategies:
 
     @cached_property
     def _viscous(self) -> Stabilization | None:
-        if not self._may_be_viscous:
+        if not (self._automatic and self._may_be_viscous):
             return None
         return Stabilization(self.solver, 1.0, MOST_VISCOUS)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from petsc4py import PETSc
@@ -50,16 +49,6 @@ class Forcing:
             return self.first
         left = max((excess / last) ** 2, 1.0 / excess)
         return max(self.least, min(self.first, SHARE * left))
-
-
-@contextmanager
-def _kept(raised: list[Exception]) -> Iterator[None]:
-    """Keep what a callback raises: some petsc4py raise an error of their own instead."""
-    try:
-        yield
-    except Exception as error:
-        raised.append(error)
-        raise
 
 
 def _defaults(problem: CoupledProblem, floor: float) -> dict[str, Any]:
@@ -192,15 +181,31 @@ class SNESSolver(CoupledSolver):
         problem_of, raised = self._problem, self._raised
         self.snes.compose(SCALE, self._scale)
 
+        # Errors never leave through PETSc, which would keep vectors locked and its stack
+        # of calls as it was: they end the solve as a residual that is no number, and are
+        # raised after it
         def residual(snes: PETSc.SNES, x: PETSc.Vec, b: PETSc.Vec) -> None:
-            with _kept(raised):
-                problem_of().F(x, b)
-            b.pointwiseMult(b, snes.query(SCALE))
+            try:
+                if not raised:
+                    problem_of().F(x, b)
+            except Exception as error:
+                raised.append(error)
+            if raised:
+                b.set(np.nan)
+            else:
+                b.pointwiseMult(b, snes.query(SCALE))
 
         def tangent(snes: PETSc.SNES, x: PETSc.Vec, A: PETSc.Mat, P: PETSc.Mat) -> None:
-            with _kept(raised):
+            try:
                 take_tangent(problem_of(), x, A, snes.ksp)
-            A.diagonalScale(snes.query(SCALE))
+            except Exception as error:
+                raised.append(error)
+                # Any regular matrix: the residual that follows ends the solve
+                A.assemble()
+                A.zeroEntries()
+                A.shift(1.0)
+            else:
+                A.diagonalScale(snes.query(SCALE))
 
         self.snes.setFunction(residual, self.b)
         self.snes.setJacobian(tangent, self.A)
@@ -228,15 +233,9 @@ class SNESSolver(CoupledSolver):
         x.copy(self.x)
         self._raised.clear()
         self._weigh_rows()
-        try:
-            snes.solve(None, self.x)
-        except PETSc.Error:
-            if not self._raised:
-                raise
-            # The vectors that the callback read stay locked, so PETSc makes them anew
-            snes.reset()
-            self._set_callbacks()
-            raise self._raised[0] from None
+        snes.solve(None, self.x)
+        if self._raised:
+            raise self._raised.pop(0)
         # The last residual may be of a rejected trial step
         self.problem.form(self.x)
         reason = snes.getConvergedReason()

@@ -18,12 +18,7 @@ from raymortar import (
     Stick,
 )
 from raymortar.paths.stabilization import Stabilization
-from raymortar.paths.strategies import (
-    CappedSolver,
-    solve_by_small_gamma,
-    solve_with_small_gamma,
-    with_line_search,
-)
+from raymortar.paths.strategies import solve_by_small_gamma, with_line_search
 
 pytestmark = pytest.mark.mpi
 
@@ -86,7 +81,6 @@ def solved(blocks, contacts, solve):
 
 WAYS = {
     "small gamma": solve_by_small_gamma,
-    "capped": lambda solver: CappedSolver(solver).solve(),
     "line search": lambda solver: with_line_search(solver).solve(),
     "fixed point": lambda solver: FixedPointSolver(solver).solve(),
     "viscous forces": lambda solver: Stabilization(solver, 1.0).solve(
@@ -105,23 +99,6 @@ def test_every_way_to_solve_a_step_takes_several_contacts(way):
         found.append(solved(blocks, contacts, solve))
         found[-1] = np.append(found[-1].ravel(), [c.gamma_scale for c in contacts])
     assert np.allclose(*found, rtol=1e-7, atol=1e-9)
-
-
-def test_a_small_gamma_is_kept_where_there_is_a_multiplier():
-    """A penalty's coefficient is a property of the surface, and stays."""
-    blocks = three()
-    contacts = [
-        blocks.contact(LOWER, friction=Coulomb(0.3)),
-        blocks.contact(UPPER, method=Penalty(400.0), friction=Stick()),
-    ]
-    problem = blocks.problem(contacts)
-    gamma = contacts[0].gamma
-    blocks.move(1.0)
-    solve_with_small_gamma(SNESSolver(problem))
-    assert contacts[0].gamma == pytest.approx(0.1 * gamma, rel=1e-12)
-    assert contacts[1].gamma == 400.0
-    found = [contact.resultant().force[1] for contact in contacts]
-    assert min(found) > 0.0
 
 
 @pytest.mark.parametrize("way", ["prescribed", "displacement", "arc", "extrapolated"])

@@ -101,11 +101,11 @@ def test_held_bodies_end_as_without_them(cell_2d):
 
 @pytest.mark.mpi(where=lambda size, E, **_: size == 1.0)
 @pytest.mark.parametrize("size, E", [(1.0, 10.0), (1e-3, 2e11)])
-@pytest.mark.parametrize("gap, steps, taken", [(0.3, 1, 1), (1.0, 4, 4), (1.0, 1, 2)])
-def test_a_held_press_comes_through_air(gap, steps, taken, size, E):
+@pytest.mark.parametrize("gap, steps", [(0.3, 1), (1.0, 4), (1.0, 1), (3.0, 2)])
+def test_a_held_press_comes_through_air(gap, steps, size, E):
     """Loose bodies do not move until it meets them: no limit is theirs."""
     contact, path = under_a_press(gap, size=size, E=E, steps=steps)
-    assert len(path.run()) == taken and path.halvings == taken // 2 * (steps == 1)
+    assert len(path.run()) == steps and path.halvings == 0
     forces = np.array([contact.resultant(zone).force for zone in (0, 1)]) / (E * size)
     assert worst(forces.sum(axis=0)) < 1e-6
     assert forces[0, 1] == pytest.approx(0.0245, rel=0.03)

@@ -1,0 +1,108 @@
+"""Scenes that have to arrive with nothing tuned: blocks on each other, a free disc."""
+
+from __future__ import annotations
+
+from petsc4py import PETSc
+
+import numpy as np
+import ufl
+from dolfinx import fem
+from first_tries import read
+from materials import MATERIALS, lame
+from pathing import Path
+from problems import COMM, fix, residual, stack
+
+import raymortar
+from raymortar import compat, rigid
+
+# Of the disc
+RADIUS, WEIGHT, FALL = 5.0, 5.0, 0.1
+
+
+def stacked(steps):
+    """Three blocks of degree 2, the lower two tied, under a circle that is pressed in
+    and dragged."""
+    scene = stack("quadrilateral", (3, 4, 5), heights=(0.5, 0.5, 0.5))
+    V = compat.vector_space(scene.mesh, 2)
+    u = fem.Function(V)
+    form, _, _ = residual(scene, u, "neo-hookean", 10.0)
+    circle = rigid.Body(rigid.Circle((0.4, 2.0), 0.5))
+    law, tags = {"friction": raymortar.Coulomb(0.3)}, scene.tags
+    tie = raymortar.Tie(u, scene.facet_tags, [(tags["bottom_1"], tags["top_0"])])
+    contacts = [
+        raymortar.Contact(u, scene.facet_tags, [pair], **law)
+        for pair in ((tags["bottom_2"], tags["top_1"]), (tags["top_2"], circle))
+    ]
+    bcs = [fix(V, scene, "bottom")]
+    problem = raymortar.NonlinearProblem(form, [tie, *contacts], bcs)
+    return Path(
+        problem,
+        lambda t: circle.move((0.03 * t, -0.12 * t)),
+        steps,
+        lambda: (
+            contacts[1].resultant().force,
+            problem.reactions({"bottom": bcs[0]})["bottom"],
+        ),
+    )
+
+
+def loose_stack(fine=1, degree=1, gap=0.02, steps=4):
+    """Two blocks above a third one, under their weights, held by nothing but contact."""
+    scene = stack("quadrilateral", (3 * fine, 4 * fine, 2 * fine), gaps=(0.0, gap, gap))
+    V = compat.vector_space(scene.mesh, degree)
+    u, factor = fem.Function(V), fem.Constant(scene.mesh, PETSc.ScalarType(0.0))
+    form, _, _ = residual(scene, u, "neo-hookean", 100.0)
+    form += factor * ufl.TestFunction(V)[1] * ufl.dx
+    tags = scene.tags
+    pairs = [(tags[f"bottom_{i + 1}"], tags[f"top_{i}"]) for i in (0, 1)]
+    contact = raymortar.Contact(
+        u, scene.facet_tags, pairs, friction=raymortar.Coulomb(0.3)
+    )
+    problem = raymortar.NonlinearProblem(form, contact, [fix(V, scene, "bottom")])
+
+    def apply(t):
+        factor.value = t
+
+    return Path(
+        problem,
+        apply,
+        steps,
+        lambda: np.array([contact.resultant(i).force for i in (0, 1)]),
+    )
+
+
+def free_disc(size=0.8, steps=10):
+    """A disc under its weight above a rigid line, on which it could roll."""
+
+    def draw(occ):
+        disc = occ.addDisk(0, RADIUS + FALL, 0, RADIUS, RADIUS)
+        return {"disc": disc}, {"rim": ("disc", lambda x, y: True)}
+
+    mesh = read(draw, size)
+    V = compat.vector_space(mesh.mesh, 2)
+    u, v = fem.Function(V), ufl.TestFunction(V)
+    weight = fem.Constant(mesh.mesh, PETSc.ScalarType(0.0))
+    stress = MATERIALS["neo-hookean"][0](ufl.grad(u), *lame(10.0, 0.3))
+    density = weight / (np.pi * RADIUS**2)
+    form = (ufl.inner(stress, ufl.grad(v)) + density * v[1]) * ufl.dx
+    floor = raymortar.rigid.Line((0.0, 0.0), (0.0, 1.0))
+    contact = raymortar.Contact(
+        u,
+        mesh.facet_tags,
+        [("rim", floor)],
+        friction=raymortar.Coulomb(0.3),
+        names=mesh.names,
+    )
+    problem = raymortar.NonlinearProblem(form, contact)
+    x = V.tabulate_dof_coordinates()[:, :2] - (0.0, RADIUS + FALL)
+
+    def apply(t):
+        weight.value = WEIGHT * t
+
+    def middle():
+        """Displacement near the middle, and the force of the floor."""
+        near = np.hypot(*x.T)
+        mine = near.min(), tuple(u.x.array.reshape(-1, 2)[near.argmin()])
+        return np.array(min(COMM.allgather(mine))[1]), contact.resultant().force
+
+    return Path(problem, apply, steps, middle)

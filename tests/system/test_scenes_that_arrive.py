@@ -1,0 +1,74 @@
+"""Scenes that arrive with nothing tuned: stacks, a free disc, the drawing of a sheet."""
+
+import sys
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+from arriving import FALL, RADIUS, WEIGHT, free_disc, loose_stack, stacked
+from pathing import take
+from problems import COMM
+
+from raymortar import ContactWarning
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "demos"))
+
+import forming  # noqa: E402
+
+
+@pytest.mark.mpi(where=lambda steps: steps == 6)
+@pytest.mark.parametrize("steps", [3, 6, 12, 24, 48])
+def test_more_steps_are_never_worse(steps):
+    """Three blocks under a circle that is pressed in and dragged."""
+    path = stacked(steps)
+    taken = take(path)
+    assert taken.arrived and taken.halvings == 0
+    assert taken.tangents <= 6 * steps
+    tool, bottom = path.result()
+    assert np.abs(tool + bottom).max() <= 1e-8 * np.abs(tool).max()
+    # That of the finest path, to the error of its steps in friction
+    assert tool == pytest.approx([0.0546, -0.6271], rel=5e-3)
+
+
+@pytest.mark.mpi(where=lambda fine, degree: degree == 1)
+@pytest.mark.parametrize("fine, degree", [(1, 1), (1, 2), (2, 2)])
+def test_a_loose_stack_is_caught_once(fine, degree):
+    """Both blocks fall in the first step; the later ones cost a solve each."""
+    path = loose_stack(fine, degree)
+    taken = take(path)
+    assert taken.arrived and taken.halvings == 0
+    assert taken.ways == {"viscous forces": 1, "full": 3}
+    assert [step.solves for step in taken.steps[1:]] == [1, 1, 1]
+    assert path.result()[:, 1] == pytest.approx([2.0, 1.0], rel=1e-8)
+    assert np.abs(path.result()[:, 0]).max() <= 1e-8
+
+
+def test_a_free_disc_stays_where_it_lands():
+    """Nothing but rounding drives its roll: it is held there, and named."""
+    pytest.importorskip("gmsh")
+    path = free_disc(size := 0.8)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        taken = take(path)
+    told = [str(w.message) for w in caught if issubclass(w.category, ContactWarning)]
+    assert any("may move along x and turn: nothing resists that" in t for t in told)
+    assert taken.arrived and taken.halvings == 0 and path.problem.solves <= 80
+    assert sum(step.solves for step in taken.steps[1:]) <= 3 * 9
+    at, force = path.result()
+    assert abs(at[0]) <= 0.5 * size and -0.2 * RADIUS < at[1] < -FALL
+    assert force == pytest.approx([0.0, WEIGHT], abs=1e-3 * WEIGHT)
+
+
+@pytest.mark.parametrize("cells, depth, steps", [(1, 0.2, 4), (2, 0.8, 16)])
+def test_a_sheet_is_drawn_with_the_automatic_gamma(cells, depth, steps, monkeypatch):
+    """Nothing but contact and its weight holds it up and down."""
+    monkeypatch.setattr(forming, "GAMMA", None)
+    model = forming.Forming(COMM, cells)
+    model.punch.move((0.0, forming.ABOVE))
+    model.follow(lambda t: None, 1)
+    model.follow(lambda t: model.punch.move((0.0, -t * depth)), steps)
+    punch, die = (force[1] for force in model.forces())
+    assert model.halvings <= 3
+    assert punch + forming.WEIGHT == pytest.approx(-die, rel=1e-7)
+    assert punch > 0.25 * forming.beam_force(depth)
