@@ -235,7 +235,7 @@ class Wear:
         wears = self._comm.allreduce(found[: self._owned].sum())
         if (
             self._anderson.count == 0
-            and not self.array.any()
+            and largest_of(self._comm, self.array) == 0.0
             and self._last is not None
         ):
             last, then = self._last  # as deep as the last step, for as much pressure

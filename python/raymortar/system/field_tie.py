@@ -157,7 +157,8 @@ class TiePart:
         block = lam.shape[-1]
         of_lam = lam[fixed.facet][:, :, None]  # (points, nodes, 1, components)
         at = side.at_points
-        of_field = at.all_rows.reshape(len(fixed.facet), 1, -1, block)
+        points, width = at.all_rows.shape  # a rank may have no points
+        of_field = at.all_rows.reshape(points, 1, width // block, block)
         weight = self.scale * fixed.weight
         each = np.einsum("q,qa,qb->qab", weight, fixed.slave, at.jump)
         shape = (*each.shape, block)
