@@ -1,8 +1,10 @@
-// Element loops for one facet type; instantiated once per shape.
+// Element loops for one facet type; a unit for each keeps the build parallel
+// and small.
 #pragma once
 
+#include "raymortar/element/assembler_units.h"
 #include "raymortar/element/choose_law.h"
-#include "raymortar/element/law_gaps.h"
+#include "raymortar/element/general_assembler.h"
 #include "raymortar/element/moving_segments.h"
 #include "raymortar/geometry/predicates.h"
 
@@ -17,6 +19,7 @@ class AssemblerImpl final : public Assembler
   static constexpr int D = F::gdim;
   static constexpr int M = Layout::components;
   using States = ElementStates<F, is_frictional<Law>>;
+  using Motion = MovingSegments<F, L, Law>;
 
 public:
   void residual(const ContactState& s, const BlockSink& sink) const override
@@ -33,49 +36,17 @@ public:
                const BlockSink& sink,
                const CouplingSink& couplings) const override
   {
-    if (s.moving_segments)
-      add_tangents<true>(s, elements, sink, couplings);
-    else
-      add_tangents<false>(s, elements, sink, couplings);
-  }
-
-  [[nodiscard]] PointResults results(const ContactState& s) const override
-  {
-    PointResults r = results_without_hits(s);
-    for (std::size_t e = 0; e < s.elements.size(); ++e)
-    {
-      const Data data = gather(s, e);
-      for (const Index q : s.elements.points_of(e))
-        store(s, data, static_cast<std::size_t>(q), r);
-    }
-    return r;
-  }
-
-private:
-  template <bool Moving>
-  static void add_tangents(const ContactState& s,
-                           std::span<const std::size_t> elements,
-                           const BlockSink& sink, const CouplingSink& couplings)
-  {
     // Eigen aligns fixed-size blocks; the largest is too big for the stack
     const auto kernel = std::make_unique<Kernel>();
-    using Motion = std::conditional_t<Moving, MovingSegments<F, L, Law>, int>;
-    const auto motion = std::make_unique<Motion>();
+    const auto motion =
+        s.moving_segments ? std::make_unique<Motion>() : nullptr;
     std::vector<double> alone(Layout::alone * Layout::alone);
     for (const std::size_t e : elements)
     {
       const Data data = gather(s, e);
-      if constexpr (Moving)
-      {
-        const typename Motion::Element element{
-            s, e, data, kernel->A, couplings, FlatMap<F>(data.reference)};
-        add_tangent(s, e, data, *kernel,
-                    [&](std::size_t q, auto&& integrand)
-                    { motion->add(element, q, integrand); });
-        motion->finish(element);
-      }
-      else
-        add_tangent(s, e, data, *kernel, [](std::size_t, auto&&) {});
+      add_tangent(
+          {s, e, data, kernel->A, couplings, FlatMap<F>(data.reference)},
+          *kernel, motion.get());
       const int n = block_size(s, e);
       if (n == Layout::size)
       {
@@ -90,6 +61,13 @@ private:
     }
   }
 
+  /// Those of the general kernel, which are the same: nothing waits for them
+  [[nodiscard]] PointResults results(const ContactState& s) const override
+  {
+    return make_general_assembler(s)->results(s);
+  }
+
+private:
   [[nodiscard]] static int block_size(const ContactState& s, std::size_t e)
   {
     return s.elements.master[e] == no_index ? Layout::alone : Layout::size;
@@ -101,8 +79,7 @@ private:
     const Index f = s.elements.slave[e];
     const auto facet = static_cast<std::size_t>(f);
     data.slave = s.slave.template nodes<F>(s.slave.x, f);
-    if (s.moving_segments)
-      data.reference = s.slave.template nodes<F>(s.slave.X, f);
+    data.reference = s.slave.template nodes<F>(s.slave.X, f);
     data.gamma = s.gamma.template nodes<F>(f).transpose();
     data.offset = s.offset.template nodes<F>(f).transpose();
     if (const Index m = s.elements.master[e]; m != no_index)
@@ -180,113 +157,63 @@ private:
                });
   }
 
-  /// Tangent at fixed points. `along` is called at each with its number and
-  /// what gives the integrand there with its derivative along the facet
-  template <class Along>
-  static void add_tangent(const ContactState& s, std::size_t e,
-                          const Data& data, Kernel& kernel, Along&& along)
+  /// @param[in] motion Of segments; null: points stay where they are
+  static void add_tangent(const typename Motion::Element& element,
+                          Kernel& kernel, Motion* motion)
   {
     using Gradient = SurfaceGradient<F, L, Law>;
+    const ContactState& s = element.state;
+    const Data& data = element.data;
     kernel.A.setZero();
-    if (s.elements.master[e] == no_index)
-    {
-      for_points(s, e,
+    if (s.elements.master[element.number] == no_index)
+      for_points(s, element.number,
                  [&](std::size_t number)
                  {
                    const auto q = element_point<F>(s, number);
                    const SlavePoint<F, L, Law> p(data, q);
                    kernel.add_miss_tangent(data, q, p);
-                   along(number, [&] { return Gradient::miss(data, q, p); });
+                   if (motion)
+                     motion->add(element, number,
+                                 [&] { return Gradient::miss(data, q, p); });
                  });
-      return;
-    }
-    const States states(data);
-    for_points(s, e,
-               [&](std::size_t number)
-               {
-                 const auto q = element_point<F>(s, number);
-                 const HitPoint<F, L, Law> p(data, states, q);
-                 // All that an open point does is what its multiplier does
-                 if (M == 0 and p.response.status == ContactStatus::open)
-                   return;
-                 const HitSlopes<F, L, Law> slopes(data, q, p);
-                 kernel.add_hit_tangent(data, p, slopes);
-                 along(number,
-                       [&] { return Gradient::hit(data, q, p, slopes); });
-               });
-  }
-
-  static void store(const ContactState& s, const Data& data, std::size_t q,
-                    PointResults& r)
-  {
-    const ElementPoint<F> at = element_point<F>(s, q);
-    const SlavePoint<F, L, Law> place(data, at);
-    r.weight[q] = place.weight;
-    r.gamma[q] = place.gamma;
-    Eigen::Map<Vec<D>>(r.x.data() + q * D) = place.slave.x;
-    Eigen::Map<Vec<D>>(r.normal.data() + q * D) = place.slave.n;
-    Eigen::Map<Vec<D>>(r.contact_normal.data() + q * D) = place.slave.n;
-    if (s.hits.status[q] != RayStatus::hit)
-      return;
-    const HitPoint<F, L, Law, false> p(data, at);
-    Eigen::Map<Vec<D>>(r.contact_normal.data() + q * D) = p.normal;
-    Eigen::Map<Vec<D>>(r.master_normal.data() + q * D) =
-        frame_at<F>(data.master, at.eta).n;
-    r.status[q] = p.response.status;
-    r.pressure[q] = p.response.p;
-    Eigen::Map<Vec<D>>(r.traction.data() + q * D) = p.response.t;
-    if constexpr (is_frictional<Law>)
+    else
     {
-      Eigen::Map<Vec<D>>(r.slip.data() + q * D) = p.slip();
-      r.closing[q] = p.old.closing.length;
-      Eigen::Map<Vec<D>>(r.friction.data() + q * D) = p.friction();
+      const States states(data);
+      for_points(s, element.number,
+                 [&](std::size_t number)
+                 {
+                   const auto q = element_point<F>(s, number);
+                   const HitPoint<F, L, Law> p(data, states, q);
+                   // All that an open point does is what its multiplier does
+                   if (M == 0 and p.response.status == ContactStatus::open)
+                     return;
+                   const HitSlopes<F, L, Law> slopes(data, q, p);
+                   kernel.add_hit_tangent(data, p, slopes);
+                   if (motion)
+                     motion->add(element, number,
+                                 [&]
+                                 { return Gradient::hit(data, q, p, slopes); });
+                 });
     }
+    if (motion)
+      motion->finish(element);
   }
 };
 
-/// @brief Assembler for facet type F and the law of `s`. The multiplier's
-/// degree is 1, or 2 on quadratic intervals.
-template <class F>
-[[nodiscard]] std::unique_ptr<Assembler> assembler_for(const ContactState& s)
+template <class F, bool Frictional>
+std::unique_ptr<Assembler> typed_assembler(const ContactState& s)
 {
-  const int degree = s.multipliers.degree;
   return with_law(
       s,
-      [degree]<class Law>() -> std::unique_ptr<Assembler>
+      [&s]<class Law>() -> std::unique_ptr<Assembler>
       {
-        if constexpr (Law::template multiplier_size<F::gdim> == 0)
-          return std::make_unique<AssemblerImpl<F, 0, Law>>();
-        else
-        {
-          if (degree == 1)
-            return std::make_unique<AssemblerImpl<F, 1, Law>>();
-          if constexpr (F::shape == Shape::interval and F::degree == 2)
-            if (degree == 2)
-              return std::make_unique<AssemblerImpl<F, 2, Law>>();
-          throw Error("multiplier of degree " + std::to_string(degree) +
-                      " on facets with displacement of degree " +
-                      std::to_string(F::degree) +
-                      ": 2D takes up to the displacement's degree, 3D takes 1");
-        }
+        constexpr int M = Law::template multiplier_size<F::gdim>;
+        constexpr int L = M == 0 ? 0 : usual_multiplier_degree<F>;
+        if constexpr (is_frictional<Law> == Frictional and
+                      not std::is_same_v<Law, VectorAugmentedLagrangian>)
+          if (L == 0 or s.multipliers.degree == L)
+            return std::make_unique<AssemblerImpl<F, L, Law>>();
+        return nullptr;
       });
-}
-
-/// @brief One translation unit per shape keeps the build parallel and small.
-[[nodiscard]] std::unique_ptr<Assembler>
-interval_assembler(const ContactState& s);
-[[nodiscard]] std::unique_ptr<Assembler>
-triangle_assembler(const ContactState& s);
-[[nodiscard]] std::unique_ptr<Assembler>
-quadrilateral_assembler(const ContactState& s);
-
-template <Shape S>
-[[nodiscard]] std::unique_ptr<Assembler>
-assembler_of_shape(const ContactState& s)
-{
-  if (s.slave.degree == 2)
-    return assembler_for<FacetType<S, 2, 2>>(s);
-  if (s.slave.node_degree == 2)
-    return assembler_for<FacetType<S, 1, 2>>(s);
-  return assembler_for<FacetType<S, 1, 1>>(s);
 }
 } // namespace raymortar

@@ -5,10 +5,39 @@
 
 namespace raymortar
 {
+namespace
+{
+/// On the true facets, of any kind: what the vertex sees of the slave is its
+/// Taylor polynomial there
 template <int D>
-AnyVertexMotion<D> any_vertex_motion(const ContactState& s, const Segment& of,
+AnyVertexMotion<D> motion_on_facets(const ContactState& s, Index facet,
+                                    const AnyFacet<D>& master, const Vec<2>& xi,
+                                    const Break& hangs_on)
+{
+  constexpr int T = D - 1;
+  using G = Germ<D>;
+  const VertexMotion<G> by =
+      vertex_motion<G>(AnyFacet<D>(s.slave, s.slave.x, facet).taylor(xi),
+                       master, Vec<T>::Zero(), hangs_on);
+  const ShapeTaylor<T> N = shape_taylor<T>(s.slave.shape, s.slave.degree,
+                                           Vec<T>(xi.template head<T>()));
+  AnyVertexMotion<D> motion{MotionColumns<D>(T, D * N.rows()), by.by_master,
+                            by.place};
+  for (Eigen::Index a = 0; a < N.rows(); ++a)
+  {
+    Mat<T, D> sum = Mat<T, D>::Zero();
+    for (int k = 0; k < D; ++k)
+      sum += N(a, k) * by.by_slave.template middleCols<D>(D * k);
+    motion.by_slave.template middleCols<D>(D * a) = sum;
+  }
+  return motion;
+}
+
+/// On the flat patches through corners
+template <int D>
+AnyVertexMotion<D> motion_on_patches(const ContactState& s, const Segment& of,
                                      const AnyFacet<D>& master,
-                                     std::size_t vertex)
+                                     const Vec<2>& xi, const Break& hangs_on)
 {
   return with_facet_type(
       s.slave,
@@ -16,14 +45,31 @@ AnyVertexMotion<D> any_vertex_motion(const ContactState& s, const Segment& of,
       {
         if constexpr (F::gdim == D)
         {
-          const auto slave = s.slave.template nodes<F>(s.slave.x, of.slave);
-          const VertexMotion<F> motion = segment_vertex_motion<F>(
-              s.segmentation, of, slave, master, vertex);
+          const Patch& patch = patches<F>(
+              s.segmentation
+                  .subdivided)[static_cast<std::size_t>(of.slave_patch)];
+          const FlatPatch<F> flat(
+              s.slave.template nodes<F>(s.slave.x, of.slave), patch);
+          const VertexMotion<F> motion = flat_motion<F>(
+              flat, master, xi.template head<F::tdim>(), hangs_on);
           return {motion.by_slave, motion.by_master, motion.place};
         }
         else
           throw Error("facets of another dimension");
       });
+}
+} // namespace
+
+template <int D>
+AnyVertexMotion<D> any_vertex_motion(const ContactState& s, const Segment& of,
+                                     const AnyFacet<D>& master,
+                                     std::size_t vertex)
+{
+  const Break& hangs_on = s.segmentation.breaks[vertex];
+  const Vec<2>& xi = s.segmentation.vertices[vertex];
+  if (hangs_on.is_flat())
+    return motion_on_patches<D>(s, of, master, xi, hangs_on);
+  return motion_on_facets<D>(s, of.slave, master, xi, hangs_on);
 }
 
 namespace
