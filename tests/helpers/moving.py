@@ -158,3 +158,27 @@ def held_rod(scheme, mass, n=50, cfl=0.5, end=3.0, balanced=False):
     return run(
         scene, problem, inertia, end=end, dt=cfl / n, scheme=scheme, energy=energy
     )
+
+
+def taylor_slope(problem, seed):
+    """Order of what the tangent leaves of the residual's change at a state beside the
+    start, in which held dofs stay. Collective."""
+    rng, n = np.random.default_rng(seed + COMM.rank), problem.contact.layout.n_u
+    A, x = problem.create_matrix(), problem.start()
+    d, b, now, then = (problem.create_vector() for _ in range(4))
+    for vector, size in ((x, 1e-3), (d, 1.0)):
+        step = size * rng.normal(size=x.local_size)
+        step[:n][problem.constrained] = 0.0
+        vector.array[:] += step
+    problem.F(x, now)
+    problem.J(x, A)
+    A.mult(d, b)
+    errors = []
+    for h in (1e-5, 5e-6):
+        moved = x.copy()
+        moved.axpy(h, d)
+        problem.F(moved, then)
+        then.axpy(-1.0, now)
+        then.axpy(-h, b)
+        errors.append(then.norm())
+    return np.log2(errors[0] / errors[1])
