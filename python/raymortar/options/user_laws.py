@@ -39,7 +39,7 @@ def check_functions(
     for name, function in functions.items():
         if not callable(function):
             raise ContactError(
-                f"{owner}.{name} must be a function of {named}, not {function!r}"
+                f"{owner}.{name} must be a callable of {named}, not {function!r}"
             )
         if not _takes(function, len(first)):
             raise ContactError(

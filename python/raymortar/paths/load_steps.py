@@ -253,6 +253,7 @@ class LoadSteps:
                     raise
                 ways.restore(before)
                 if left or not path.sizes.halve():
+                    ways.finish()
                     raise self._given_up(failure) from failure
                 self.halvings += 1
                 progress.trying(HALVED)
@@ -289,6 +290,7 @@ class LoadSteps:
                 ways.released,
                 *effort.taken(),
             )
+        ways.finish()
         tools.warn()
 
     def _accepted(self, *results: Any) -> LoadStep:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property, partial
 from typing import Any
 
@@ -34,6 +34,9 @@ _LINE_SEARCH = "snes_linesearch_type"
 # fewer points open and close during a solve (docs/measured/robustness_paths.md)
 SMALL = 0.1
 
+# Largest number of times that a path goes on with a tenth of gamma
+MOST_KEPT = 2
+
 # Solves of one step under viscous forces that the user has not asked for
 MOST_VISCOUS = 40
 
@@ -43,21 +46,51 @@ def iterations_of(solver: Any) -> int:
     return int(solver.solve()[0])
 
 
-def solve_by_small_gamma(solver: Any) -> int:
-    """Solve with a tenth of gamma, then with gamma from there. Collective."""
-    contacts = solver.problem.contact.contacts
-    given = [contact.gamma for contact in contacts]
-    for contact, gamma in zip(contacts, given):
-        contact.set_gamma(_tenth(gamma))
+def solve_by_small_gamma(solver: Any, kept: list[list[Any]] | None = None) -> int:
+    """Solve with a tenth of gamma, then with gamma from there. Collective.
+
+    Where that fails, the tenth stays for contacts with a multiplier, if there is a list
+    for what was given: both solutions meet the contact conditions in the mean.
+    """
+    contact = solver.problem.contact
+    given = [one.gamma for one in contact.contacts]
+    _reduce(contact.contacts)
     try:
         # Warnings of the first solve are of no interest: its state is not kept
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ContactWarning)
             iterations = iterations_of(solver)
     finally:
-        for contact, gamma in zip(contacts, given):
-            contact.set_gamma(gamma)
-    return iterations + iterations_of(solver)
+        _set_gamma(contact.contacts, given)
+    reached = contact.state()
+    try:
+        return iterations + iterations_of(solver)
+    except FAILURES as failure:
+        led = [one for one in contact.contacts if one.multiplier is not None]
+        if isinstance(failure, SetUpError) or not led:
+            raise
+        if kept is None or len(kept) == MOST_KEPT:
+            raise
+    contact.restore(reached)
+    _reduce(led)
+    try:
+        iterations += iterations_of(solver)
+    except FAILURES:
+        _set_gamma(contact.contacts, given)
+        raise
+    kept.append(given)
+    return iterations
+
+
+def _set_gamma(contacts: Sequence[Any], gammas: Sequence[Any]) -> None:
+    """Give each contact its coefficient. Collective."""
+    for contact, gamma in zip(contacts, gammas):
+        contact.set_gamma(gamma)
+
+
+def _reduce(contacts: Sequence[Any]) -> None:
+    """Give each contact a tenth of its coefficient. Collective."""
+    _set_gamma(contacts, [_tenth(contact.gamma) for contact in contacts])
 
 
 def _tenth(gamma: Any) -> Any:
@@ -117,6 +150,8 @@ class Strategies:
         goes_ahead = extrapolates or (extrapolates is None and path.led is None)
         self._prediction = Prediction(path, bool(extrapolates)) if goes_ahead else None
         self.used, self.released = FULL, 0.0
+        # Coefficients before each reduction that stays; the path's end restores the first
+        self._given: list[list[Any]] = []
         # Takes a user's own state back to the last accepted step
         self.rejected: Callable[[], None] = lambda: None
         self._contact = self.solver.problem.contact
@@ -215,14 +250,16 @@ class Strategies:
 
     def _by_small_gamma(self) -> int:
         """Solve with a tenth of gamma, then with gamma, both by a line search."""
-        return solve_by_small_gamma(self._searching or self.solver)
+        return solve_by_small_gamma(self._searching or self.solver, self._given)
 
     def _attempt(self, name: str, solve: Callable[[], int], now: State) -> int | None:
         """Solve in another way from the present state; return None if it fails."""
+        kept = len(self._given)
         try:
             iterations = solve()
             self.released = self._released(name, now)
         except FAILURES as failure:
+            self._give_back(kept)
             if isinstance(failure, SetUpError):
                 raise
             return None
@@ -292,6 +329,16 @@ class Strategies:
         self._contact.restore(now)
         self._path.restart()
         self.rejected()
+
+    def _give_back(self, kept: int) -> None:
+        """Undo reductions of gamma beyond a number of them. Collective."""
+        if len(self._given) > kept:
+            _set_gamma(self._contact.contacts, self._given[kept])
+            del self._given[kept:]
+
+    def finish(self) -> None:
+        """Give gamma back at the end of the path. Collective."""
+        self._give_back(0)
 
     # Other solvers with the settings of the given one, made when first needed
 

@@ -90,6 +90,23 @@ def test_a_step_does_not_jump_into_the_tool(size, E):
 
 
 @pytest.mark.mpi
+def test_a_small_gamma_stays_where_gamma_itself_cycles():
+    """Both solutions meet the conditions in the mean; gamma is back at the path's end."""
+    body, contact, solver = led_down("linear", 0.3, 1.0, 10.0)
+    given, found = contact.gamma, []
+
+    def apply(t):
+        body.move((0.0, -3.0 * t))
+
+    for step in LoadSteps(solver, apply, 12, path=(0.1, 0.2)):
+        found.append((step.strategy, contact.gamma / given, step.halvings))
+    assert found[-4][0] == "small gamma, line search"
+    np.testing.assert_allclose([one[1] for one in found], [1.0] * 8 + [0.1] * 4)
+    assert found[-1][2] == 0
+    assert contact.gamma == given
+
+
+@pytest.mark.mpi
 @pytest.mark.parametrize("way", [(0.6, 0.0), (-1.2, 0.02), (0.3, 0.4)])
 def test_a_tool_in_contact_may_slide_and_lift_off(way):
     body, contact, solver = led_down("neo-hookean", None)
