@@ -27,7 +27,8 @@ class Rest:
 
     def __init__(self, problem: CoupledProblem, volume: Any) -> None:
         self._problem, self._volume = problem, volume
-        self._K: Any = None
+        # Here, as it may pair surfaces anew: later unknowns are those of another state
+        self._K = problem.create_matrix()
         self._ksp: Any = None
         self._chosen: Mask = np.zeros(0, dtype=bool)
 
@@ -55,8 +56,6 @@ class Rest:
         anew = self._ksp is None or not np.array_equal(chosen, self._chosen)
         if not comm.allreduce(int(anew)) and self._volume.is_linear:
             return self._ksp
-        if self._K is None:
-            self._K = self._problem.create_matrix()
         self._K.zeroEntries()
         self._volume.add_tangent(self._K, self._problem.bcs)
         self._K.assemble()
