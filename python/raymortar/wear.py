@@ -159,6 +159,8 @@ class Wear:
         self._last: tuple[Array, float] | None = None
         self._wears = 0.0
         self._accepted: int | None = None
+        # What it has set as the contact's
+        self._offset: Function | None = None
         self._may_warn = not self.implicit
         if self.implicit:
             contact.assembly.present.corrections.append(self)
@@ -191,7 +193,7 @@ class Wear:
         self.step = largest_of(self._comm, change)
         self.depth.x.array[:] += change
         self.array = np.zeros(len(change))
-        self.contact.set_offset(self.depth)
+        self._widen(self.depth)
         if self._may_warn:
             self._warn_if_coarse(stiffness)
         if self.largest is not None and self.step > self.largest:
@@ -250,7 +252,19 @@ class Wear:
         self.array = np.maximum(values, 0.0)
         whole = Function(self.depth.function_space)
         whole.x.array[:] = self.depth.x.array + self.array
-        self.contact.set_offset(whole)
+        self._widen(whole)
+
+    def _widen(self, depth: Function) -> None:
+        """Set the contact's offset, which is nobody else's. Collective."""
+        with together(self._comm):
+            present = self.contact.offset
+            if present is not self._offset and present is not self.depth:
+                raise ContactError(
+                    "the offset of Wear.contact was set by something else: one Wear has "
+                    "it for itself; set wear.depth instead"
+                )
+        self._offset = depth
+        self.contact.set_offset(depth)
 
     # What a step wears
 

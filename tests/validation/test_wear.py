@@ -141,6 +141,20 @@ def test_laws_and_steps_that_are_too_large():
 
 
 @pytest.mark.quick
+@pytest.mark.parametrize("implicit", [False, True])
+def test_the_offset_belongs_to_one_wear(implicit):
+    for spoil in (
+        lambda case: case.contact.set_offset(-1e-3),
+        lambda case: case.slide(Wear(case.contact, Archard(K)), 1),
+    ):
+        case = Worn()
+        wear = Wear(case.contact, Archard(K), implicit=implicit)
+        with pytest.raises(ContactError, match="set by something else"):
+            spoil(case)
+            case.slide(wear, 1)
+
+
+@pytest.mark.quick
 def test_a_step_wears_once():
     case = Worn()
     wear = Wear(case.contact, Archard(K))
