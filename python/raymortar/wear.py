@@ -155,11 +155,11 @@ class Wear:
         self.array = np.zeros(len(self._areas))
         self._owned: int = V.dofmap.index_map.size_local
         self._anderson = Anderson(self._comm, self._areas[: self._owned])
-        # Of the last implicit step: its depth, and what it would have been at first
+        # The last implicit step's depth, and its first estimate
         self._last: tuple[Array, float] | None = None
         self._wears = 0.0
         self._accepted: int | None = None
-        # What it has set as the contact's
+        # The offset that it has given the contact
         self._offset: Function | None = None
         self._may_warn = not self.implicit
         if self.implicit:
@@ -266,7 +266,7 @@ class Wear:
         self._offset = depth
         self.contact.set_offset(depth)
 
-    # What a step wears
+    # Depth of a step
 
     def _depths(self) -> tuple[Array, Array]:
         """Depth that the last solve wears, and the same over the pressure, at this

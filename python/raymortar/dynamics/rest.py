@@ -27,7 +27,7 @@ class Rest:
 
     def __init__(self, problem: CoupledProblem, volume: Any) -> None:
         self._problem, self._volume = problem, volume
-        # Here, as it may pair surfaces anew: later unknowns are those of another state
+        # Making room may pair surfaces anew, at the present unknowns
         self._K = problem.create_matrix()
         self._ksp: Any = None
         self._chosen: Mask = np.zeros(0, dtype=bool)

@@ -77,7 +77,7 @@ class PresentState:
             self._point_friction = PointFriction(
                 options.friction, self._zones, self._comm
             )
-        # What changes gaps after a solve, which is then repeated
+        # Corrections change gaps after a solve, which is then repeated
         self.corrections: list[Correction] = []
         self._augmentation: Augmentation | None = None
         if isinstance(options.method, Penalty) and options.method.exact:

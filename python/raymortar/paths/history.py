@@ -39,7 +39,7 @@ from .patch_columns import (
     torque_columns,
 )
 
-# How names of columns begin that are sums over the model, which `symmetry` multiplies
+# First words of columns that `symmetry` multiplies: sums over the model
 _SUMS = (
     *("force_", "normal_", "tangential_", "radial_", "reaction_", "push_"),
     *("moment_", "torque_", "area_", "work_", "energy", "friction_work", "stored_"),

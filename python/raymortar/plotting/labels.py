@@ -14,7 +14,7 @@ from ..interface.pairs import Pair
 
 # Abscissas of drawn tractions
 ABSCISSAS = ("x", "y", "arc", "angle")
-# What has a unit: lengths, stresses, and the field that colours bodies
+# Quantities with a unit: lengths, stresses, the field that colours bodies
 QUANTITIES = ("length", "stress", "field")
 Units = tuple[str, str] | Mapping[str, tuple[str, float]]
 
