@@ -22,6 +22,7 @@ from .field_tie import FieldTie
 from .flux import Flux, apart, parts_of_terms
 from .interface.probing import row_sums
 from .solvers.automatic import direct
+from .solvers.petsc_objects import PetscOptions, new_prefix
 from .system.fluxes import FluxTerms, extended, own_functions
 from .system.volume import Forms
 
@@ -132,7 +133,8 @@ class FieldProblem:
         else:
             self.L, self.a = compiled(forms[0]), compiled(table[0][0])
         self._forms = Forms(self, self.L, self.a)
-        self._options = {**OPTIONS, **(petsc_options or {})}
+        given_options = {**OPTIONS, **(petsc_options or {})}
+        self._options = PetscOptions(new_prefix("field"), given_options)
         self._sums = row_sums(self.a, self.layout)
         self._fluxes.choose_scales(self._sums)
         self.iterations = 0
@@ -178,15 +180,10 @@ class FieldProblem:
     def solver(self) -> PETSc.SNES:
         """PETSc's SNES that `solve` uses. Collective."""
         snes = PETSc.SNES().create(self.comm)
-        prefix = f"raymortar_field_{id(self)}_"
-        snes.setOptionsPrefix(self.comm.bcast(prefix))
+        snes.setOptionsPrefix(self._options.prefix)
         self.attach(snes)
-        options = PETSc.Options(snes.getOptionsPrefix())
-        for name, value in self._options.items():
-            options[name] = value
-        snes.setFromOptions()
-        for name in self._options:
-            options.delValue(name)
+        with self._options:
+            snes.setFromOptions()
         return snes
 
     def attach(self, snes: PETSc.SNES) -> None:
@@ -220,7 +217,8 @@ class FieldProblem:
         self.layout.to_vector(x, [])
         snes = self.solver
         snes.setTolerances(atol=self._nothing())
-        snes.solve(None, x)
+        with self._options:
+            snes.solve(None, x)
         self.layout.from_vector(x, [])
         self.iterations, reason = snes.getIterationNumber(), snes.getConvergedReason()
         norm = snes.getFunctionNorm()
