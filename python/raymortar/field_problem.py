@@ -34,7 +34,7 @@ OPTIONS = {
     "snes_max_it": 50,
     **direct(),
 }
-# Rounding errors of a residual that count as none, in sums of its terms
+# Rounding error of a residual, over the sum of its terms
 _NOTHING = 64.0 * EPS
 
 
@@ -205,7 +205,7 @@ class FieldProblem:
 
         Returns
         -------
-        What is solved for, as it was given.
+        The unknowns: a list of Functions.
 
         Raises
         ------

@@ -19,7 +19,7 @@ GROWTH = 2.0
 class Anderson:
     """Anderson's method: steps that combine the residuals of earlier iterates.
 
-    Of linear equations it is GMRES, so it converges where the plain iteration does not
+    For linear equations it is GMRES: it converges where the plain iteration does not
     (Walker & Ni 2011).
 
     Parameters
@@ -27,7 +27,7 @@ class Anderson:
     comm
         Communicator.
     weights
-        Of the squares of the owned values, (owned,).
+        Weights of the squares of the owned values, (owned,).
     """
 
     def __init__(self, comm: MPI.Comm, weights: Array) -> None:
@@ -45,8 +45,8 @@ class Anderson:
     def next(self, x: Array, r: Array, branch: Mask) -> Array:
         """Make the next iterate from the present one and its residual. Collective.
 
-        All are of all local values, owned ones first. Iterates on another branch, such
-        as one where other points are open, and better ones are forgotten.
+        Arrays have all local values, owned ones first. Earlier iterates are forgotten
+        where they are on another branch, as with other points open, or were better.
         """
         self.count += 1
         n = len(self._root)

@@ -20,7 +20,7 @@ def inertia_tensor(given: Any) -> Array:
     Raises
     ------
     ContactError
-        Unless it is symmetric, and that of a body which is no point, line or worse.
+        Unless it is symmetric and positive definite, with moments that a body can have.
     """
     fault = f"inertia = {given!r} must be a number, three moments or a tensor (3, 3)"
     if is_real_number(given):

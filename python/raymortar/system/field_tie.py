@@ -44,9 +44,9 @@ class TiePart:
     functions
         Unknowns that the tie brings: the multiplier.
     scale
-        Of the multiplier. Of the field's rows per area and unit of the field.
+        Scale of the multiplier: the field's rows per area and unit of the field.
     stiffness
-        Of the field at a slave node, about that of the multiplier's rows too.
+        Stiffness of the field at a slave node, and about of the multiplier's rows.
     """
 
     def __init__(

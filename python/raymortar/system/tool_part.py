@@ -32,7 +32,8 @@ class ToolPart:
     comm
         Communicator of the contacts.
     value, capacity
-        Of the tools at the start; capacity times change of the field is what is stored.
+        Field of the tools at the start, and their capacity: they store the capacity
+        times the change of the field.
 
     Attributes
     ----------
