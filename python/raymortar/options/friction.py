@@ -132,7 +132,7 @@ class Friction(Law):
     fields: Sequence[Function] = ()
 
     def check(self) -> None:
-        check_functions("Friction", self._functions(), ("p", "v"))
+        check_functions("Friction", self._functions(), ("p", "v"), kind="callable")
         check_fields("Friction", FRICTION_FIELD, self.fields)
 
     def _functions(self) -> dict[str, Any]:

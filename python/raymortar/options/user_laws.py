@@ -33,13 +33,17 @@ def check_functions(
     functions: Mapping[str, Any],
     first: Sequence[str],
     may_have: Sequence[str] = OFFERED,
+    kind: str = "function",
 ) -> None:
-    """Raise unless functions of a law take its arguments, named in their order."""
+    """Raise unless functions of a law take its arguments, named in their order.
+
+    Messages name what is asked for by its `kind`, as the law's page does.
+    """
     named = f"{', '.join(first[:-1])} and {first[-1]}"
     for name, function in functions.items():
         if not callable(function):
             raise ContactError(
-                f"{owner}.{name} must be a callable of {named}, not {function!r}"
+                f"{owner}.{name} must be a {kind} of {named}, not {function!r}"
             )
         if not _takes(function, len(first)):
             raise ContactError(
