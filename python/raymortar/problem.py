@@ -315,7 +315,8 @@ class CoupledProblem:
         more = (
             None if self.fluxes is None else self.fluxes.sizes(self.convergence.groups)
         )
-        imbalance = self.convergence.measure(norms, more)
+        inertia = self.volume.inertia_terms()
+        imbalance = self.convergence.measure(norms, more, inertia)
         self.history.append(imbalance.norm)
 
     def loads(self, b: PETSc.Vec) -> None:

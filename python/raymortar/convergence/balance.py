@@ -54,6 +54,7 @@ class Groups:
     nodes: Array
     met: Mask  # whether a group is at a slave surface, (surfaces, groups)
     gammas: Callable[[], Array]  # present coefficients
+    springs: Callable[[], Array]  # norm of the springs' forces on each free rigid body
     names: Callable[[], list[str]]  # collective
 
     def sum(self, *rows: Array) -> Array:
@@ -84,6 +85,15 @@ class Groups:
         floors[self.forces :] += self.largest * self.coupling[0, self.forces :]
         return scales, EPS * floors
 
+    def inertia_floors(self, of_row: Array, sizes: Array) -> Array:
+        """Rounding error of inertia in the residual of each group, from the force that
+        a unit of each owned unknown of the forms takes and the largest value of each
+        field [theory (5.17)]. Collective."""
+        terms = np.zeros(len(self.of_row))
+        for field, size in zip(self.fields, sizes):
+            terms[field.rows] = of_row[field.rows] * size
+        return np.asarray(EPS * np.sqrt(self.sum(terms**2)))
+
     def field_rows(self, sizes: Array) -> list[tuple[Any, float, float]]:
         """Find each further field's rows, the divisor that makes them lengths, and the
         length that a unit of the field counts as."""
@@ -107,6 +117,7 @@ class Groups:
         forces[on_patches.any(axis=1)] = 0.0
         floors[: self.bodies] += EPS * (forces @ self.met[:, : self.bodies])
         floors[first_free : self.forces] = np.linalg.norm(floors[:first_free])
+        floors[first_free : self.forces] += EPS * self.springs()
         return floors
 
     def softest(self, free: Array) -> tuple[Array, float]:

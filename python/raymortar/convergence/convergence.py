@@ -28,6 +28,9 @@ PERIODS = range(2, 9)
 # to try
 REPEATS = 0.03
 
+# Share of the rounding error below which a residual counts though it still falls
+FAR = 1e-3
+
 # Growth of the residual over all before it that no solve comes back from
 GROWTH = 1e4
 
@@ -101,16 +104,19 @@ class Convergence:
         self._last: tuple[Array | None, Array | None] = (None, None)
         self._floors = self.groups.floors()
         self._field_floors = np.zeros(self.groups.count)
+        self._inertia_floors = np.zeros(self.groups.count)
         self._asked: tuple[float, float | None] | None = None
 
     @property
     def floor(self) -> float:
         """Norm of the rounding errors of all forces. Force."""
-        return float(np.linalg.norm(self._floors[: self.groups.forces]))
+        floors = self._floors + self._inertia_floors
+        return float(np.linalg.norm(floors[: self.groups.forces]))
 
     def start(self) -> None:
         """Begin a solve. Collective."""
         self._floors = self.groups.floors()
+        self._inertia_floors[:] = 0.0
         self._last, self.now = (None, None), UNKNOWN
         self.norms.clear()
         if not self.keeps_first:
@@ -120,10 +126,14 @@ class Convergence:
         self,
         norms: tuple[Array, Array, Array, Array],
         more: tuple[Array, Array] | None = None,
+        inertia: Array | None = None,
     ) -> Imbalance:
-        """Note the norms of a residual, of `CoupledSystem.norms`, and what further terms
-        of fields and their rounding errors add up to by group."""
+        """Note the norms of a residual, of `CoupledSystem.norms`, what further terms of
+        fields and their rounding errors add up to by group, and rows of inertia: a bound
+        of their terms. Collective."""
         groups, (residual, forces, lacking, sizes) = self.groups, norms
+        if inertia is not None:
+            self._inertia_floors = groups.inertia_floors(inertia, sizes)
         if len(groups.fields) > 1:
             scales, self._field_floors = groups.field_terms(sizes)
             if more is not None:
@@ -200,8 +210,9 @@ class Convergence:
         settled: Any = at_once
         if not at_once and self._last[0] is not None:
             settled = now.residual >= 0.1 * self._last[0]
-        floors = self._floors + self._field_floors
-        rounding = settled & (now.residual <= floors)
+        floors = self._floors + self._field_floors + self._inertia_floors
+        # The tractions of a surface that opens vanish, and their residual with them
+        rounding = settled & (now.residual <= floors) | (now.residual <= FAR * floors)
         # A tolerance for forces says nothing about fields that are not forces
         return balanced | (rounding & (fields if atol is not None else True))
 

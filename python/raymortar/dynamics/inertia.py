@@ -179,8 +179,13 @@ class Inertia:
     @property
     def is_massive(self) -> Mask:
         """Whether each owned unknown of the forms has mass, (n,). Collective."""
+        return self.diagonal() > 0.0
+
+    def diagonal(self) -> Array:
+        """Diagonal of the matrix at the owned unknowns of the forms, (n,). Mass.
+        Collective."""
         diagonal = self.matrix.getDiagonal()
-        found: Mask = diagonal.array_r[: self.contact.layout.n] > 0.0
+        found: Array = diagonal.array_r[: self.contact.layout.n].copy()
         diagonal.destroy()
         return found
 

@@ -157,6 +157,11 @@ class Motion:
             found += self.equation.kept * self.values(self.static)
         return found
 
+    def terms(self) -> Array:
+        """Force of inertia that a unit of each owned unknown takes alone, (n,).
+        Collective."""
+        return self.equation.factor * self.inertia.diagonal()
+
     def inertia_now(self) -> Array:
         """Forces of inertia at the present unknowns, for which the step was solved,
         (n,). Collective."""

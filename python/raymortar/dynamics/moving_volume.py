@@ -74,6 +74,11 @@ class MovingVolume:
         found += self._motion.inertia_now()
         return found
 
+    def inertia_terms(self) -> Array | None:
+        """Force of inertia that a unit of each owned unknown of the forms takes, (n,).
+        Collective."""
+        return self._motion.terms()
+
     def residual(self, bcs: Sequence[Any], increment: Array | None) -> Array:
         """Residual of the owned unknowns, with the effect of prescribed increments if
         they are given. Collective."""

@@ -120,6 +120,11 @@ class Freedom:
         found: Mask = resisted | (self.is_turn & self.spins)
         return found
 
+    def spring_forces(self) -> float:
+        """Norm of what springs do to the rows of the unknowns. Force."""
+        unit = np.where(self.is_turn, self.lever or 1.0, 1.0)
+        return float(np.linalg.norm(self.stiffness * self.totals / unit))
+
     @property
     def values(self) -> Array:
         """Translations and rotations theta, (n,). Lengths and radians."""

@@ -72,6 +72,9 @@ def groups_of(system: CoupledSystem) -> Groups:
     met = comm.allreduce(met)
     size, largest = _sizes(system, count)
 
+    def springs() -> Array:
+        return np.array([body.freedom.spring_forces() for body in layout.bodies])
+
     def names() -> list[str]:
         sums = np.zeros((forces - len(free), 4))
         for space, mine, groups in nodes:
@@ -106,6 +109,7 @@ def groups_of(system: CoupledSystem) -> Groups:
         nodes=met[:, 1],
         met=met[:, 2:] > 0.0,
         gammas=lambda: np.array([p.gamma_scale for p in system.parts for _ in p.zones]),
+        springs=springs,
         names=names,
     )
 

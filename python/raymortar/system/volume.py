@@ -292,6 +292,10 @@ class Volume:
         forms[at], table[at][at] = L, a
         return forms, table
 
+    def inertia_terms(self) -> Array | None:
+        """None: forms alone have no inertia, see `MovingVolume`."""
+        return None
+
     def forces(self, bcs: Sequence[Any]) -> Array:
         """Residual at the present state, of the owned unknowns. Collective."""
         return self.residual(bcs, None)

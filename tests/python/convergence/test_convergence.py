@@ -336,3 +336,20 @@ def test_failures_name_what_is_out_of_balance(solver, options):
         ConvergenceError, match=r"out of balance: the (body|contact) around \(0\.5, "
     ):
         tool.problem.solve()
+
+
+def test_tractions_that_vanish_are_no_reason_to_go_on():
+    """A patch that opens has only its residual for a force, which falls by itself."""
+    convergence = Tool("triangle").problem.problem.convergence
+    of_patch = convergence.groups.bodies
+    body, zero = np.ones(convergence.groups.count), np.zeros(1)
+    body[of_patch] = 0.0
+    found = []
+    convergence.start()
+    for residual, traction in ((1.0, 0.0), (1e-3, 1.0), (1e-13, 1e-17), (1e-13, 1e-33)):
+        forces = residual * body
+        forces[of_patch] = traction
+        convergence.measure((forces, forces, zero, zero))
+        convergence.accept()
+        found.append(convergence.reached(1e-9, None))
+    assert found[:2] == [False, False] and found[-1]

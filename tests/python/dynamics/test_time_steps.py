@@ -99,6 +99,27 @@ def test_the_tangent_is_that_of_differences(scheme, mass):
         assert 1.8 <= moving.taylor_slope(problem, 3) <= 2.2
 
 
+@pytest.mark.filterwarnings("ignore:converged, but contact is lost")
+@pytest.mark.parametrize("scheme", SCHEMES, ids=str)
+@pytest.mark.parametrize("dt", [1e-4, 1e-6])
+def test_a_flight_is_solved_from_where_it_ends(scheme, dt):
+    """Nothing but rounding of inertia is left, in a body without other forces."""
+    scene = beam(held=False, E=1.0)
+    scene.u.interpolate(lambda x: np.vstack([0.0 * x[0] + 1.3, 0.0 * x[0] + 3.7]))
+    motion = Motion(scene.inertia, scheme)
+    motion.set_velocity([scene.v0])
+    motion.begin(dt)
+    rng = np.random.default_rng(2)
+    with MovingVolume(scene.problem, motion).acting():
+        solver = SNESSolver(scene.problem)
+        solver.solve()
+        for _ in range(5):
+            scene.u.x.array[:] *= 1.0 + 4e-16 * rng.choice(
+                (-1, 1), len(scene.u.x.array)
+            )
+            assert solver.solve()[0] <= 3
+
+
 @pytest.mark.mpi
 @pytest.mark.parametrize("scheme", SCHEMES, ids=str)
 def test_a_free_flight_is_uniform(scheme):
