@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -199,6 +200,18 @@ def apart(given: Any) -> tuple[Any, list[Flux | FieldTie]]:
     return [one for one in given if not isinstance(one, (Flux, FieldTie))], terms
 
 
+def require_tied_once(terms: Sequence[Flux | FieldTie]) -> None:
+    """Raise on a rank where two ties hold one field on the same facets."""
+    ties = [term for term in terms if isinstance(term, FieldTie)]
+    for one, other in combinations(ties, 2):
+        pair = one.shared_pair(other)
+        if pair is not None:
+            raise ContactError(
+                f"two FieldTies of {one.part.name} tie the pair {pair}, whose "
+                "multipliers then have no unique values: leave one of them out"
+            )
+
+
 def _shares(friction_heat: Any) -> tuple[float, float]:
     """Shares of the heat of friction that slave and master take."""
     if friction_heat is None:
@@ -234,6 +247,11 @@ def _value_on_tools(contact: Contact, tool: Any) -> float | ToolField:
         return 0.0
     if not (is_real_number(tool) and np.isfinite(tool)):
         raise ContactError(f"tool = {tool!r} must be a finite number, or a ToolField")
+    if not has_tools:
+        raise ContactError(
+            f"Flux.tool = {tool!r} is the field on rigid tools, and there are no rigid "
+            "tools in its contact: leave it out"
+        )
     return float(tool)
 
 

@@ -33,7 +33,7 @@ from .errors import (
     together,
 )
 from .field_tie import FieldTie
-from .flux import Flux, apart, parts_of_terms
+from .flux import Flux, apart, parts_of_terms, require_tied_once
 from .interactions import one_or_several
 from .interface.overlap import warn_of_overlap
 from .interface.slave_nodes import warn_of_finer_rigid_slaves
@@ -136,6 +136,7 @@ class CoupledProblem:
                 raise ContactError(f"update must be a function, not {update!r}")
             for term in terms:
                 term.require_among(self.contact.contacts)
+            require_tied_once(terms)
         parts = parts_of_terms(terms)
         own = own_functions(parts)
         self.contact.solve_for([*functions, *own])

@@ -161,7 +161,8 @@ class Wear:
         self._accepted: int | None = None
         # The offset that it has given the contact
         self._offset: Function | None = None
-        self._may_warn = not self.implicit
+        self._may_warn, self._may_be_told = not self.implicit, True
+        contact.assembly.present.watchers.add(self)
         if self.implicit:
             contact.assembly.present.corrections.append(self)
 
@@ -177,9 +178,15 @@ class Wear:
         Raises
         ------
         ContactError
-            If the law returns no depths, or if no step was accepted since the last call.
+            If the law returns no depths, or if no step was accepted before, or since the
+            last call.
         """
         steps = self.contact.assembly.present.steps
+        if steps == 0:
+            raise ContactError(
+                "Wear.accept was called before a step was accepted: call it after solve() "
+                "and contact.advance(), as LoadSteps(on_accept=wear.accept) does"
+            )
         if self._accepted == steps:
             raise ContactError(
                 "Wear.accept was called for this step already: call it once, after "
@@ -204,6 +211,16 @@ class Wear:
                 stacklevel=2,
             )
             self.largest = None
+
+    def path_ended(self) -> str | None:
+        """Tell once, at the end of a path, that no step was ever accepted."""
+        if self._accepted is not None or not self._may_be_told:
+            return None
+        self._may_be_told = False
+        return (
+            f"the Wear by {self.law!r} has accepted no step of this path, so nothing has "
+            "worn: LoadSteps(..., on_accept=wear.accept)"
+        )
 
     # Implicit steps
 

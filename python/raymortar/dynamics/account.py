@@ -221,7 +221,10 @@ class Account:
         in space, at unknowns and velocities (n,). Collective."""
         p = self._motion.inertia.times(v)[self._of_u].reshape(-1, self._d)
         x = self._X + end[self._of_u].reshape(-1, self._d)
-        turns = np.cross(x, p).reshape(len(p), -1)
+        if self._d == 2:  # NumPy 2 has no cross product of vectors in the plane
+            turns = (x[:, 0] * p[:, 1] - x[:, 1] * p[:, 0])[:, None]
+        else:
+            turns = np.cross(x, p)
         sums = np.concatenate([p.sum(axis=0), turns.sum(axis=0)])
         sums = self._comm.allreduce(sums) + self._bodies.momentum()
         return sums[: self._d], sums[self._d :]

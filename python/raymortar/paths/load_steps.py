@@ -292,6 +292,11 @@ class LoadSteps:
             )
         ways.finish()
         tools.warn()
+        for one in contact.contacts:
+            for watcher in one.assembly.present.watchers:
+                text = watcher.path_ended()
+                if text is not None:
+                    warnings.warn(text, ContactWarning, stacklevel=3)
 
     def _accepted(self, *results: Any) -> LoadStep:
         """Make what the caller gets of an accepted step."""
