@@ -118,7 +118,7 @@ class CondensedProblem:
 
     @property
     def u(self) -> Any:
-        """What is solved for."""
+        """Unknown of the system: the Function that a solve finds."""
         return self.coupled.u
 
     @property

@@ -81,7 +81,7 @@ class FieldTie:
         several = list(T) if isinstance(T, (list, tuple)) else [T]
         raise_everywhere(*_fault(several))
         fields = [Displacement(f, k) for k, f in enumerate(several)]
-        # Pairs are those of a tie of displacements, which stay zero
+        # A tie of displacements, which stay zero, finds the pairs
         still = [_at_rest(f) for f in fields]
         tie = Tie(
             still if isinstance(T, (list, tuple)) else still[0],

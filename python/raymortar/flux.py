@@ -225,7 +225,7 @@ def _shares(friction_heat: Any) -> tuple[float, float]:
 
 
 def parts_of_terms(terms: Sequence[Flux | FieldTie]) -> list[Any]:
-    """What fluxes and ties add, and what tools that they share store, each once."""
+    """List parts of fluxes and ties, and of the tools that they share, each once."""
     parts = [term.part for term in terms]
     tools = [term.part.tool for term in terms if isinstance(term, Flux)]
     return parts + list(dict.fromkeys(one for one in tools if one is not None))
@@ -291,7 +291,7 @@ def _check_fields(contact: Contact, fields: Sequence[Any], law: FluxLaw) -> None
 
 
 def _element_fault(f: Function) -> str | None:
-    """What is wrong with the element of a field, if anything."""
+    """Fault of the element of a field, if it has one."""
     V = f.function_space
     if compat.element_info(V).is_sub_space:
         V, _ = compat.collapsed(V)

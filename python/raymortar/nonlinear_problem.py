@@ -123,7 +123,7 @@ class NonlinearProblem(CoupledProblem):
 
     @cached_property
     def snes_solver(self) -> SNESSolver:
-        """What `solve` solves with, for `LoadSteps`. It does not keep the problem
+        """Solver that `solve` uses, for `LoadSteps`. It does not keep the problem
         alive. Collective."""
         prefix = self._prefix
         own = SNESSolver(self, self._petsc_options, prefix=prefix, owned=True)

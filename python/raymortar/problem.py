@@ -205,7 +205,7 @@ class CoupledProblem:
 
     @property
     def u(self) -> Any:
-        """What is solved for: a Function, of several unknowns a list."""
+        """Unknown of the problem: a Function, of several unknowns a list."""
         functions = self.contact.unknowns.functions
         return list(functions) if self.volume.has_several else functions[0]
 
@@ -320,7 +320,7 @@ class CoupledProblem:
         self.history.append(imbalance.norm)
 
     def loads(self, b: PETSc.Vec) -> None:
-        """What of the residual depends on loads and prescribed displacements, at the
+        """Assemble what loads and prescribed displacements add to the residual, at the
         last x of `form`, into b: all but contact's forces. Collective."""
         if self.volume.updated is not None:
             self.volume.updated.forget()

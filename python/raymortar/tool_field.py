@@ -81,7 +81,7 @@ class ToolField:
 
     @property
     def source(self) -> float:
-        """What flows into the tools from elsewhere, per time."""
+        """Flux into the tools from elsewhere, per time."""
         return self._source
 
     @source.setter
@@ -92,7 +92,7 @@ class ToolField:
 
     @property
     def stored(self) -> float:
-        """What the tools have stored since the start, or since `value` was set.
+        """Heat that the tools have stored since the start, or since `value` was set.
         Collective."""
         return self.capacity * (self.value - self._start)
 

@@ -89,7 +89,7 @@ class Account:
         # Work of contact, and of loads and supports, up to the state that was solved for
         # and up to the end of the step; and of both on rigid bodies
         self._work, self._shown, self._of_bodies = np.zeros((3, 2))
-        # Of the state that the last step was solved for, and at the end of the step
+        # Stored energy of the state that was solved for, and at the end of the step
         self._solved = np.zeros(0)
         self._stored_then: float | None = None
         self._elastic: float | None = None

@@ -87,7 +87,7 @@ class PresentState:
             )
         # Corrections change gaps after a solve, which is then repeated
         self.corrections: list[Correction] = []
-        # Who may have something to say at the end of a path
+        # Objects that may warn at the end of a path
         self.watchers: WeakSet[Watcher] = WeakSet()
         self._augmentation: Augmentation | None = None
         if isinstance(options.method, Penalty) and options.method.exact:

@@ -238,7 +238,7 @@ def mutual(
 
 
 def _opposite(of: Resultant) -> Resultant:
-    """What acts on the other side."""
+    """Reverse a resultant: force and moment on the other side."""
     radial = None if of.radial is None else -of.radial
     return Resultant(-of.force, -of.moment, -of.normal, -of.tangential, radial)
 
