@@ -86,8 +86,8 @@ class Flux:
 
     Notes
     -----
-    Area is that of the contact's `measure`. Derivatives are compared with differences
-    once, where points are hit for the first time: a wrong one is an error.
+    Area follows the contact's `measure`. Derivatives are compared with
+    differences once, where points are hit for the first time: a wrong one is an error.
 
     Examples
     --------
@@ -158,7 +158,7 @@ class Flux:
         """Sum up the flux and the heat of friction over the contact. Collective.
 
         At the last `update` of the contact and the present field; each per time. With
-        ``axisymmetric=True`` sums are those of a full turn.
+        ``axisymmetric=True`` sums are over a full turn.
         """
         self._require_problem()
         return FluxRates(*self.part.rates())

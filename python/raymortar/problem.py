@@ -106,11 +106,11 @@ class CoupledProblem:
 
     Notes
     -----
-    Several problems may have one contact, whose automatic gamma is that of the first,
-    and several solvers one problem. A contact that is in a problem with others is so in
-    all of its problems.
+    Several problems may have one contact, whose automatic gamma the first
+    one sets, and several solvers one problem. A contact that is in a problem with
+    others is so in all of its problems.
 
-    Constrained rows are those of the identity. The columns' effect of a Dirichlet
+    Constrained rows are rows of the identity. The columns' effect of a Dirichlet
     increment is lifted for volume and contact alike, so that the first iterate of a
     large prescribed step knows about contact.
     """

@@ -16,9 +16,9 @@ from .system.tool_part import ToolPart
 class ToolField:
     """The field on rigid tools as an unknown, one number, with a capacity.
 
-    What flows into the tools through contact and what friction heats there is what they
-    store, by the implicit Euler method: capacity times change over `Contact.dt`. Give it
-    to `Flux`; several fluxes may share it, and then their tools have one value.
+    The tools store the flux through contact and their share of the heat of friction, by
+    the implicit Euler method: capacity times change over `Contact.dt`. Give it to
+    `Flux`; several fluxes may share it, and then their tools have one value.
 
     Parameters
     ----------

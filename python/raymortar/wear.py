@@ -73,7 +73,7 @@ class Wear:
     Parameters
     ----------
     contact
-        A contact without an offset of its own, with friction or without.
+        A contact without an offset, with friction or without.
     law
         `Archard`, or a function of pressures p >= 0 and slip rates v >= 0, (n,) each, to
         depths per time >= 0, (n,).
@@ -81,8 +81,8 @@ class Wear:
         A step that wears deeper than this is warned of, once: the next steps should be
         smaller. Length. None: any depth.
     implicit
-        Whether the gaps of a step are those of the surface that is worn at its end, at
-        any size of the step; else they are those of its start. Each solve is then
+        Whether the surface that is worn at the end of a step gives its gaps, at any
+        size of the step; else the surface at its start does. Each solve is then
         repeated until both agree, 3 to 8 times.
 
     Attributes
@@ -95,10 +95,10 @@ class Wear:
 
     Notes
     -----
-    Pressures are those at the end of the step [theory (7.8)]. Explicit steps that are
-    too large for the bodies' stiffness make pressures alternate, which is warned of
-    once (7.9). The depth is spread to the nodes such that its
-    integral over the undeformed surface is that of the law, to rounding.
+    Pressures are taken at the end of the step [theory (7.8)]. Explicit
+    steps that are too large for the bodies' stiffness make pressures alternate, which
+    is warned of once (7.9). The depth is spread to the nodes such that its integral
+    over the undeformed surface equals the law's, to rounding.
 
     Examples
     --------

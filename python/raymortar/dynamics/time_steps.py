@@ -107,8 +107,8 @@ class TimeSteps(LoadSteps):
 
     Notes
     -----
-    With `Midpoint` contact, output and the columns of other tables belong to the
-    middle of a step, the energies above those of its end.
+    With `Midpoint` contact, output and the columns of other tables belong
+    to the middle of a step, the energies above to its end.
 
     Examples
     --------
