@@ -30,16 +30,16 @@ import ufl
 from dolfinx import fem
 
 HERE = Path(__file__).resolve().parent
-sys.path[:0] = [str(HERE.parent / "demos")]
+sys.path[:0] = [str(HERE.parent / "demos"), str(HERE)]
 
 import blocks_3d  # noqa: E402
-import cattaneo_mindlin  # noqa: E402
-import half_ring  # noqa: E402
-import hertz_cylinder  # noqa: E402
-import hertz_sphere  # noqa: E402
 import ironing_3d  # noqa: E402
 import press_fit  # noqa: E402
-import shallow_ironing  # noqa: E402
+from models import cattaneo_mindlin  # noqa: E402
+from models import half_ring  # noqa: E402
+from models import hertz_cylinder  # noqa: E402
+from models import hertz_sphere  # noqa: E402
+from models import shallow_ironing  # noqa: E402
 
 import raymortar  # noqa: E402
 from meshes.scenes import two_blocks  # noqa: E402

@@ -20,6 +20,7 @@ __all__ = [
     "follow",
     "gather_nodes",
     "options",
+    "place_of",
     "pressure_field",
     "value_at_origin",
 ]
@@ -138,6 +139,13 @@ def value_at_origin(function, scene, name: str, component: int = 0) -> float:
         (np.inf, 0.0) if nearest is None else (distance[nearest], values[dofs][nearest])
     )
     return min(scene.mesh.comm.allgather(here))[1]
+
+
+def place_of(u, scene, name: str, x: float):
+    """Deformed place of the node of a named surface that is nearest to x. Collective."""
+    at, moved = scene.mesh.comm.bcast(gather_nodes(u, scene, name))
+    nearest = np.abs(at[:, 0] - x).argmin()
+    return at[nearest, : moved.shape[1]] + moved[nearest]
 
 
 # Gathering on rank 0

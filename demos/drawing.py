@@ -10,13 +10,16 @@ __all__ = [
     "EXACT",
     "PRESSURE_MAP",
     "animate",
+    "beside",
     "field_and_curve",
     "draw_field",
     "draw_surface",
     "gather_boundary",
     "gather_cells",
     "gather_states",
+    "polygons_and_curve",
     "pyplot",
+    "states_and_curve",
     "space_and_curve",
 ]
 
@@ -65,28 +68,67 @@ def space_and_curve(path, bodies, label, curve):
         fig.savefig(path)
 
 
-def field_and_curve(path, u, f, label, exact, computed, axes, zoom=None):
+def field_and_curve(path, u, f, *parts, **options):
     """Picture of a deformed plane body with a field, and a curve beside its closed form.
 
-    `exact` and `computed` are (x, y, name), `axes` what is set of the right axes, and
-    `zoom` has the ends of both left ones. Collective.
+    The rest is as of `polygons_and_curve`. Collective.
     """
     x, moved, values = gather_cells(u.function_space.mesh, u, f)
-    if u.function_space.mesh.comm.rank > 0:
-        return
+    if u.function_space.mesh.comm.rank == 0:
+        polygons_and_curve(path, x[..., :2] + moved, values, *parts, **options)
+
+
+def polygons_and_curve(
+    path, at, values, label, exact, computed, axes, zoom=None, sides=(1,)
+):
+    """Picture of polygons with values at their corners, and a curve.
+
+    `exact` and `computed` are (x, y, name), `axes` what is set of the right axes, and
+    `zoom` has the ends of both left ones. Sides -1 and 1 mirror a half.
+    """
     fig, (left, right) = pyplot().subplots(
         1, 2, figsize=(11, 3.6), layout="constrained"
     )
-    colours = draw_field(left, x[..., :2] + moved, values)
+    fig.get_layout_engine().set(wspace=0.08)
+    colours = draw_field(left, at, values, [(side, 1) for side in sides])
     left.axis("off")
     if zoom is not None:
         left.set(xlim=zoom[:2], ylim=zoom[2:])
     fig.colorbar(colours, ax=left, label=label, shrink=0.8)
-    right.plot(*exact[:2], color=EXACT, label=exact[2])
-    right.plot(*computed[:2], "o", color=COMPUTED, label=computed[2])
-    right.set(**{"ylim": (0, None), **axes})
-    right.legend()
+    beside(right, exact, computed, **axes)
     fig.savefig(path)
+
+
+def states_and_curve(path, states, label, top, images, exact, computed, axes, box):
+    """Picture of plane bodies at some states, one below the other, and of a curve.
+
+    `states` are (title, cells with u and a field, any lines (x, y)), the rest is as of
+    `polygons_and_curve`.
+    """
+    look = {"figsize": (11, 4.8), "layout": "constrained"}
+    places = [[title, "curve"] for title, *_ in states]
+    figure, panels = pyplot().subplot_mosaic(places, **look)
+    figure.get_layout_engine().set(wspace=0.08)
+    for title, (x, u, values), *lines in states:
+        one = panels[title]
+        for curve in lines:
+            one.plot(*curve, color=EXACT, lw=1.0)
+        colours = draw_field(one, x[..., :2] + u, values, images, top=top)
+        one.set(xlim=box[:2], ylim=box[2:])
+        one.set_title(title, loc="left")
+        one.axis("off")
+    bodies = [panels[title] for title, *_ in states]
+    figure.colorbar(colours, ax=bodies, label=label, shrink=0.7)
+    beside(panels["curve"], exact, computed, **axes)
+    figure.savefig(path)
+
+
+def beside(axes, exact, computed, size=5, **settings):
+    """Draw a closed form and what is computed, each (x, y, name)."""
+    axes.plot(*exact[:2], color=EXACT, label=exact[2])
+    axes.plot(*computed[:2], "o", ms=size, color=COMPUTED, label=computed[2])
+    axes.set(**{"ylim": (0, None), **settings})
+    axes.legend()
 
 
 def animate(path, frames, box, top, label="von Mises stress", line=0.0):

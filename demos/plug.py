@@ -7,11 +7,9 @@ multipliers are of another degree in 3D than in the plane.
 """
 
 import sys
-from types import SimpleNamespace
 
 from mpi4py import MPI
 
-import bodies
 import common
 import drawing
 import numpy as np
@@ -19,193 +17,63 @@ import ufl
 from dolfinx import fem
 
 import raymortar
-from meshes.blocks import Block
-from meshes.meshing import Scene, assemble_blocks
+from meshes.stopper import ANGLE, FOOT, SLOPE, section, slice_of
 from raymortar import io, rigid, tools
 
 # Lengths in cm, stresses in N/cm^2, forces in N
-BORE, FOOT, HEIGHT, SLOPE, PUSH = 0.4, 1.0, 2.0, np.tan(np.radians(8.0)), 0.6
-ROUND = 0.6  # height of the rounded foot
-E, NU, FRICTION, STIFFNESS = 200.0, 0.45, 0.3, 5e4
-ANGLE = np.radians(30.0)
-TAGS = {"slave": 1, "top": 2, "cut": 3, "far_cut": 4}
-MATERIAL = bodies.NeoHookean(E, NU)
+PUSH, E, NU, FRICTION, STIFFNESS = 0.6, 200.0, 0.45, 0.3, 5e4
+MU, LAMBDA = E / (2 * (1 + NU)), E * NU / ((1 + NU) * (1 - 2 * NU))
 
 
-def shaped(x):
-    """(r, z) of the stopper from the unit square."""
-    z = HEIGHT * x[:, 1]
-    outside = FOOT + SLOPE * z - 0.4 * np.maximum(ROUND - z, 0.0) ** 2
-    return np.column_stack([BORE + x[:, 0] * (outside - BORE), z])
-
-
-def section(comm, size):
-    """The stopper in the half plane. Collective."""
-    tags = {"right": TAGS["slave"], "top": TAGS["top"]}
-    block = Block(
-        (size, 2 * size), (0.0, 0.0), (1.0, 1.0), mapping=shaped, tags=tags, body="plug"
-    )
-    made = assemble_blocks(comm, [block], "quadrilateral", geometry_degree=2)
-    return Scene(*made, TAGS, {"plug": 1})
-
-
-def slice_of(comm, size):
-    """A slice of the stopper around the z axis. Collective."""
-
-    def turned(x):
-        r, z = shaped(x[:, [0, 2]]).T
-        angle = ANGLE * x[:, 1]
-        return np.column_stack([r * np.cos(angle), r * np.sin(angle), z])
-
-    tags = {"right": TAGS["slave"], "top": TAGS["top"]}
-    block = Block(
-        (size, max(size // 2, 1), 2 * size),
-        (0.0, 0.0, 0.0),
-        (1.0, 1.0, 1.0),
-        mapping=turned,
-        tags={**tags, "front": TAGS["cut"], "back": TAGS["far_cut"]},
-        body="plug",
-    )
-    made = assemble_blocks(comm, [block], "hexahedron", geometry_degree=2)
-    return Scene(*made, TAGS, {"plug": 1})
-
-
-def turned_form(u):
-    """Virtual work over a full turn: hoops stretch by u_r / r, and 2 pi r is a weight."""
-    r = ufl.SpatialCoordinate(u.function_space.mesh)[0]
-    H = ufl.grad(u)
-    F = ufl.Identity(3) + ufl.as_tensor(
-        [[H[0, 0], H[0, 1], 0], [H[1, 0], H[1, 1], 0], [0, 0, u[0] / r]]
-    )
-    energy = MATERIAL.density(F) * 2 * ufl.pi * r
-    dx = ufl.dx(metadata={"quadrature_degree": 6})
-    return ufl.derivative(energy * dx, u, ufl.TestFunction(u.function_space))
-
-
-def slice_form(u, scene):
-    """That of the slice, whose far cut slides on its plane: held by stiff springs."""
-    v = ufl.TestFunction(u.function_space)
-    dx = ufl.dx(metadata={"quadrature_degree": 6})
-    energy = MATERIAL.density(ufl.Identity(3) + ufl.grad(u))
-    normal = ufl.as_vector([-np.sin(ANGLE), np.cos(ANGLE), 0.0])
-    ds = ufl.ds(
-        domain=scene.mesh,
-        subdomain_data=scene.facet_tags,
-        metadata={"quadrature_degree": 6},
-    )
-    springs = 1e5 * E * ufl.dot(u, normal) * ufl.dot(v, normal) * ds(TAGS["far_cut"])
-    return ufl.derivative(energy * dx, u, v) + springs
-
-
-def problem_of(comm, turns, size):
-    """Displacement, form, conditions and hole. Collective."""
+def push_in(comm, turns, size, steps):
+    """Push the stopper in, as a section or as a slice in 3D; forces on the whole of it at
+    the ends of the steps. Collective."""
     scene = section(comm, size) if turns else slice_of(comm, size)
-    V = tools.vector_space(scene.mesh, 2)
-    u = fem.Function(V, name="displacement")
-    down = fem.Constant(scene.mesh, 0.0)
-    bcs = [tools.prescribe(V, scene.find("top"), down, 1 if turns else 2)]
+    mesh, V = scene.mesh, tools.vector_space(scene.mesh, 2)
+    u, v = fem.Function(V, name="displacement"), ufl.TestFunction(V)
+    rule, H = {"quadrature_degree": 6}, ufl.grad(u)
     if turns:
-        hole = rigid.Line((FOOT, 0.0), (-1.0, SLOPE))
-        return scene, u, turned_form(u), bcs, hole, down
-    bcs.append(tools.prescribe(V, scene.find("cut"), component=1))
-    tip, angle = (0.0, 0.0, -FOOT / SLOPE), np.arctan(SLOPE)
-    hole = rigid.Cone(tip, (0.0, 0.0, 1.0), angle, hollow=True)
-    return scene, u, slice_form(u, scene), bcs, hole, down
+        # Hoops stretch by u_r / r, and 2 pi r is a weight
+        r, axis = ufl.SpatialCoordinate(mesh)[0], 1
+        plane = [[H[0, 0], H[0, 1], 0], [H[1, 0], H[1, 1], 0]]
+        H = ufl.as_tensor([*plane, [0, 0, u[0] / r]])
+        weight, hole = 2 * ufl.pi * r, rigid.Line((FOOT, 0.0), (-1.0, SLOPE))
+    else:
+        tip, angle = (0.0, 0.0, -FOOT / SLOPE), np.arctan(SLOPE)
+        hole = rigid.Cone(tip, (0.0, 0.0, 1.0), angle, hollow=True)
+        weight, axis = 1, 2
+    I, F = ufl.Identity(3), ufl.Identity(3) + H
+    J = ufl.det(F)
+    energy = MU * (ufl.inner(F, F) - 3 - 2 * ufl.ln(J)) + LAMBDA * ufl.ln(J) ** 2
+    residual = ufl.derivative(0.5 * weight * energy * ufl.dx(metadata=rule), u, v)
+    stress = MU / J * (F * F.T - I) + LAMBDA * ufl.ln(J) / J * I
+    down = fem.Constant(mesh, 0.0)
+    bcs = [tools.prescribe(V, scene.find("top"), down, axis)]
+    if not turns:
+        bcs.append(tools.prescribe(V, scene.find("cut"), component=1))
+        # The far cut slides on its plane: stiff springs hold it there
+        n = ufl.as_vector([-np.sin(ANGLE), np.cos(ANGLE), 0.0])
+        ds = ufl.Measure("ds", mesh, subdomain_data=scene.facet_tags, metadata=rule)
+        far = ds(scene.tags["far_cut"])
+        residual += 1e5 * E * ufl.dot(u, n) * ufl.dot(v, n) * far
 
-
-def solve(comm, turns, size=6, steps=6):
-    """Push the stopper in, as a section or as a slice in 3D. Collective."""
-    scene, u, F, bcs, hole, down = problem_of(comm, turns, size)
     contact = raymortar.Contact(
-        u,
-        scene.facet_tags,
-        [(TAGS["slave"], hole)],
-        raymortar.Penalty(STIFFNESS),
-        friction=raymortar.Coulomb(FRICTION),
-        axisymmetric=turns,
-    )
-    problem = raymortar.NonlinearProblem(F, contact, bcs)
+        u, scene.facet_tags, [(scene.tags["slave"], hole)], raymortar.Penalty(STIFFNESS),
+        friction=raymortar.Coulomb(FRICTION), axisymmetric=turns,
+    )  # fmt: skip
+    problem = raymortar.NonlinearProblem(residual, contact, bcs)
     history = raymortar.History(problem, reactions={"top": bcs[0]})
 
-    def apply(t):
+    def push(t):
         down.value = -PUSH * t
 
-    path = raymortar.LoadSteps(
-        raymortar.SNESSolver(problem), apply, steps, history=history
-    )
-    iterations = [step.iterations for step in path.run()]
-    # Of the whole stopper, at the ends of the steps that were asked for
-    part, axis = (1.0, 1) if turns else (2.0 * np.pi / ANGLE, 2)
-    time = history["time"]
-    at = [np.argmin(abs(time - k / steps)) for k in range(1, steps + 1)]
-    normal, along, support = (
-        part * history.vectors(name)[at, axis]
-        for name in ("normal_0", "tangential_0", "reaction_top")
-    )
-    return SimpleNamespace(
-        scene=scene,
-        u=u,
-        contact=contact,
-        iterations=iterations,
-        residuals=list(problem.history),
-        push=PUSH * time[at],
-        normal=normal,
-        friction=along,
-        support=support,
-    )
-
-
-def draw(section, space, path):
-    """The section with its pressure in the rubber, and the forces over the push."""
-    field = tools.nodal_field(
-        von_mises_of_revolution(section.u), section.scene.mesh, "mises", 1, 4
-    )
-    cells = drawing.gather_cells(section.scene.mesh, section.u, field)
-    if section.scene.mesh.comm.rank > 0:
-        return
-    plt = drawing.pyplot()
-    figure, (left, right) = plt.subplots(
-        1, 2, figsize=(9.5, 4.2), layout="constrained", width_ratios=[1.0, 1.3]
-    )
-    x, u, mises = cells
-    colours = drawing.draw_field(left, x[..., :2] + u, mises, [(1, 1), (-1, 1)])
-    ends = np.array([-PUSH - 0.2, HEIGHT - 0.2])
-    for side in (1.0, -1.0):
-        left.plot(side * (FOOT + SLOPE * ends), ends, color=drawing.EXACT, lw=2)
-    left.set(aspect="equal")
-    left.axis("off")
-    figure.colorbar(colours, ax=left, label="von Mises stress [N/cm²]", shrink=0.7)
-    for name, one, style in (
-        ("axisymmetric", section, "-"),
-        ("slice in 3D", space, "o"),
-    ):
-        for part, values in (
-            ("push", one.normal + one.friction),
-            ("friction", one.friction),
-        ):
-            right.plot(
-                one.push,
-                values,
-                style,
-                mfc="none",
-                color=drawing.COMPUTED if part == "push" else drawing.EXACT,
-                label=f"{part}, {name}",
-            )
-    right.set(xlabel="push [cm]", ylabel="force [N]", xlim=(0, None), ylim=(0, None))
-    right.legend()
-    figure.savefig(path)
-
-
-def von_mises_of_revolution(u):
-    """Equivalent Cauchy stress with the hoops."""
-    r = ufl.SpatialCoordinate(u.function_space.mesh)[0]
-    H = ufl.grad(u)
-    F = ufl.Identity(3) + ufl.as_tensor(
-        [[H[0, 0], H[0, 1], 0], [H[1, 0], H[1, 1], 0], [0, 0, u[0] / r]]
-    )
-    J, one = ufl.det(F), ufl.Identity(3)
-    stress = MATERIAL.mu / J * (F * F.T - one) + MATERIAL.lmbda * ufl.ln(J) / J * one
-    return tools.von_mises(stress)
+    path = raymortar.LoadSteps(problem.snes_solver, push, steps, history=history).run()
+    at = [np.argmin(abs(history["time"] - k / steps)) for k in range(1, steps + 1)]
+    part = 1.0 if turns else 2.0 * np.pi / ANGLE
+    names = "normal_0", "tangential_0", "reaction_top"
+    forces = [part * history.vectors(name)[at, axis] for name in names]
+    iterations = [step.iterations for step in path], list(problem.history)
+    return u, contact, stress, iterations, PUSH * history["time"][at], *forces
 
 
 def main(arguments=None):
@@ -214,27 +82,35 @@ def main(arguments=None):
     parser.add_argument("--size", type=int, default=6, help="cells across the rubber")
     parser.add_argument("--steps", type=int, default=6)
     args = parser.parse_args(arguments)
-    comm = MPI.COMM_WORLD
-    size = args.size * (2 if args.fine else 1)
-    report, found = common.Report(comm), {}
+    comm, size = MPI.COMM_WORLD, args.size * (2 if args.fine else 1)
     args.output.mkdir(parents=True, exist_ok=True)
+    report, found = common.Report(comm), []
     for name, turns in (("axisymmetric", True), ("slice in 3D", False)):
-        found[name] = one = solve(comm, turns, size, args.steps)
-        report.effort(one.contact)
-        report.newton(f"{name}, load steps", one.iterations, one.residuals)
-    section, space = found.values()
-    ours, other = (one.normal + one.friction for one in (section, space))
-    report.add("push at the end", ours[-1], other[-1], 0.01, "N")
-    worst = np.abs(ours - other).max() / other.max()
+        found.append(push_in(comm, turns, size, args.steps))
+        report.effort(found[-1][1])
+        report.newton(f"{name}, load steps", *found[-1][3])
+    (u, contact, stress, _, way, *parts), (*_, other, along, _) = found
+    normal, friction, support = parts
+    ours, theirs = normal + friction, other + along
+    report.add("push at the end", ours[-1], theirs[-1], 0.01, "N")
+    worst = np.abs(ours - theirs).max() / theirs.max()
     report.add("1 + largest difference of pushes", 1.0 + worst, 1.0, 0.01)
-    for part in ("normal", "friction"):
-        ours, other = (getattr(one, part)[-1] for one in (section, space))
-        report.add(f"{part} tractions' share", ours, other, 0.01, "N")
-    off = np.abs(section.support + section.normal + section.friction).max()
-    report.add("1 + imbalance", 1.0 + off / np.abs(section.support).max(), 1.0, 1e-7)
-    traction = section.contact.traction("normal")
-    io.write_xdmf(args.output / "plug.xdmf", section.scene.mesh, [section.u, traction])
-    draw(section, space, args.output / "plug.png")
+    report.add("normal tractions' share", normal[-1], other[-1], 0.01, "N")
+    report.add("friction tractions' share", friction[-1], along[-1], 0.01, "N")
+    off = np.abs(support + ours).max() / np.abs(support).max()
+    report.add("1 + imbalance", 1.0 + off, 1.0, 1e-7)
+
+    mesh, file = u.function_space.mesh, args.output / "plug.png"
+    io.write_xdmf(file.with_suffix(".xdmf"), mesh, [u, contact.traction("normal")])
+    mises = tools.nodal_field(tools.von_mises(stress), mesh, "mises", 1, 4)
+    axes = {"xlabel": "push (cm)", "ylabel": "force and its part of friction (N)"}
+    label, gap = "von Mises stress (N/cm²)", [np.nan]
+    way = np.concatenate([way, gap, way])
+    forces = [
+        np.concatenate([f, gap, g]) for f, g in ((ours, friction), (theirs, along))
+    ]
+    curves = (way, forces[1], "slice in 3D"), (way, forces[0], "axisymmetric")
+    drawing.field_and_curve(file, u, mises, label, *curves, axes, sides=(-1, 1))
     return report.finish("slice")
 
 

@@ -3,17 +3,14 @@
 The arch is clamped, the punch free but for the plane of symmetry and for contact, from
 a gap on. The force on it rises until the arch gives way, falls to a third while that
 snaps, and rises again where it hangs. Steps of the force cannot follow that. Steps of
-the punch's displacement do (`DisplacementControl`), with the force as an unknown, and
-steps along the path (`ArcLength`); steps of the force under viscous forces jump over
-what falls (`stabilize`).
+the punch's displacement do (`DisplacementControl`), with the force as an unknown. It is
+the reaction where that displacement is prescribed.
 """
 
 import sys
-from types import SimpleNamespace
 
 from mpi4py import MPI
 
-import bodies
 import common
 import drawing
 import numpy as np
@@ -21,230 +18,16 @@ import ufl
 from dolfinx import fem
 
 import raymortar
-from meshes.blocks import Block
-from meshes.meshing import Scene, assemble_blocks
+from meshes.arch import NODE, scene_of
 from raymortar import io, tools
 
 # Lengths in mm, moduli in MPa, forces in N per mm of thickness; half of the arch
-SPAN, RISE, THICKNESS = 10.0, 0.75, 0.4
-WIDTH, HEIGHT, RADIUS, GAP = 1.2, 1.0, 4.0, 0.1
-E_ARCH, E_PUNCH, NU = 1000.0, 1e5, 0.3
-PUSH, FORCE = 2.0, 0.3
-TAGS = {"clamped": 1, "master": 2, "slave": 3, "axis": 4, "top": 5}
+E_ARCH, E_PUNCH, NU, PUSH, FORCE = 1000.0, 1e5, 0.3, 2.0, 0.3
 
 
-def scene_of(comm, size):
-    """Arch of `size` cells along its half, and the punch above it. Collective."""
-
-    def arch(x):
-        share, s = x[:, 0] / SPAN, np.pi * x[:, 0] / SPAN
-        y = 0.5 * RISE * (1.0 + np.cos(s)) + x[:, 1]
-        return np.column_stack([SPAN * share, y])
-
-    def punch(x):
-        low = RISE + THICKNESS + GAP + x[:, 0] ** 2 / (2.0 * RADIUS)
-        share = x[:, 1]
-        y = (1.0 - share) * low + share * (RISE + THICKNESS + GAP + HEIGHT)
-        return np.column_stack([x[:, 0], y])
-
-    below = {"left": TAGS["axis"], "right": TAGS["clamped"], "top": TAGS["slave"]}
-    above = {"left": TAGS["axis"], "bottom": TAGS["master"], "top": TAGS["top"]}
-    blocks = [
-        Block((size, 2), (0.0, 0.0), (SPAN, THICKNESS), mapping=arch, tags=below),
-        Block((4, 4), (0.0, 0.0), (WIDTH, 1.0), mapping=punch, tags=above),
-    ]
-    mesh, cells, facets = assemble_blocks(comm, blocks, "triangle", 2)
-    return Scene(mesh, cells, facets, TAGS, {"arch": 1, "punch": 2})
-
-
-def force_at(node, u):
-    """UFL form of a unit force along the last axis at a node, and that force.
-
-    Node: (d,). Quadrature at the vertices makes the load of a field that is not zero at
-    one vertex only a force there.
-    """
-    V = tools.scalar_space(u.function_space.mesh, 1)
-    field, scale = fem.Function(V), fem.Constant(V.mesh, 0.0)
-    x = V.tabulate_dof_coordinates()[:, : len(u)]
-    field.x.array[:] = np.linalg.norm(x - node, axis=1) < 1e-9
-    vertices = ufl.dx(
-        metadata={"quadrature_rule": "vertex", "quadrature_degree": 1}, domain=V.mesh
-    )
-    area = tools.integral(field * vertices, V.mesh)
-    v = ufl.TestFunction(u.function_space)
-    return scale / area * field * v[len(u) - 1] * vertices, scale
-
-
-class Arch:
-    """The mechanical problem; `apply` sets the force of the load factor t.
-
-    Parameters
-    ----------
-    size
-        Cells along half of the arch.
-    prescribed
-        The displacement of the loaded node is prescribed in place of the force there:
-        t times `PUSH`.
-    """
-
-    def __init__(
-        self,
-        comm,
-        size=20,
-        prescribed=False,
-        method=None,
-        friction=None,
-        solver=raymortar.SNESSolver,
-    ):
-        scene = self.scene = scene_of(comm, size)
-        V = tools.vector_space(scene.mesh, 2)
-        self.u = u = fem.Function(V, name="displacement")
-        E = tools.by_body(
-            scene.mesh,
-            scene.cell_tags,
-            {"arch": E_ARCH, "punch": E_PUNCH},
-            scene.bodies,
-        )
-        self.material = bodies.NeoHookean(E, NU)
-        self.node = np.array([0.0, RISE + THICKNESS + GAP + HEIGHT])
-        # Before the other form: it compiles one, after which UFL of DOLFINx 0.5 takes
-        # test functions of the same space for others
-        load, self.force = force_at(self.node, u)
-        form = self.material.residual(u, 4) + load
-        bcs = [
-            tools.prescribe(V, scene.find("clamped")),
-            tools.prescribe(V, scene.find("axis"), component=0),
-        ]
-        self.down, self.prescribed = fem.Constant(scene.mesh, 0.0), prescribed
-        if prescribed:
-            W, _ = V.sub(1).collapse()
-            at = fem.locate_dofs_geometrical((V.sub(1), W), self._is_node)
-            bcs.append(fem.dirichletbc(self.down, at[0], V.sub(1)))
-        self.contact = raymortar.Contact(
-            u,
-            scene.facet_tags,
-            [(TAGS["slave"], TAGS["master"])],
-            method,
-            friction=friction,
-        )
-        self.problem = raymortar.NonlinearProblem(form, self.contact, bcs)
-        self.support = bcs[-1] if prescribed else None
-        self.solver = solver(self.problem)
-
-    def _is_node(self, x):
-        """Whether points (3, n) are the loaded node."""
-        return np.linalg.norm(x[:2].T - self.node, axis=1) < 1e-9
-
-    def apply(self, t):
-        """The load factor: force, or displacement where that is prescribed."""
-        if self.prescribed:
-            self.down.value = -PUSH * t
-        else:
-            self.force.value = FORCE * t
-
-    def sinks(self):
-        """Displacement of the loaded node, down. Collective."""
-        V = self.u.function_space
-        x = V.tabulate_dof_coordinates()[: V.dofmap.index_map.size_local]
-        down = -self.u.x.array.reshape(-1, 2)[: len(x), 1]
-        return V.mesh.comm.allreduce(down[self._is_node(x.T)].sum())
-
-    def path(self, steps, file=None, keep=(), **options):
-        """Displacement of the node and force on it along a path, from the start on."""
-        reactions = {"node": self.support} if self.prescribed else None
-        more = {"sinks": self.sinks}
-        history = raymortar.History(self.problem, file, reactions, more=more)
-        load = raymortar.LoadSteps(
-            self.solver, self.apply, steps, history=history, **options
-        )
-        kept = []
-        for step in load:
-            if len(history) in keep:
-                kept.append((history.rows[-1].sinks, self.u.x.array.copy()))
-        if self.prescribed:
-            force = -history["reaction_node_y"]
-        else:
-            led = "load_factor" in history.columns
-            force = FORCE * history["load_factor" if led else "time"]
-        return SimpleNamespace(
-            sinks=np.append(0.0, history["sinks"]),
-            force=np.append(0.0, force),
-            iterations=history["iterations"],
-            halvings=load.halvings,
-            kept=kept,
-        )
-
-
-def compare(comm, size, steps, report, file=None):
-    """The path led by displacement, by its length, by the force, and prescribed."""
-    held = Arch(comm, size, prescribed=True).path(steps)
-    model = Arch(comm, size)
-    control = raymortar.DisplacementControl(model.node, direction=1, by=-PUSH)
-    keep = [round(share * steps) for share in (0.25, 0.55, 1.0)]
-    led = model.path(steps, file, keep, control=control)
-    viscous = Arch(comm, size).path(steps // 2, stabilize=True)
-    along, first = Arch(comm, size), 2.0 * GAP
-    # Over the gap by displacement: where nothing is in contact nothing holds the punch
-    control = raymortar.DisplacementControl(along.node, direction=1, by=-first)
-    begin = along.path(2, control=control)
-    arcs = along.path(
-        steps,
-        path=(begin.force[-1] / FORCE, 1.0),
-        control=raymortar.ArcLength(radius=0.04),
-        largest=4,
-    )
-    for name, found in (
-        ("displacement prescribed", held),
-        ("led by the displacement", led),
-        ("led by the arc length", arcs),
-        ("force, viscous", viscous),
-    ):
-        report.say(
-            f"{name:24}{len(found.iterations):4} steps, {found.halvings} halvings, "
-            f"{int(found.iterations.sum()):4} iterations"
-        )
-    return model, held, led, arcs, viscous
-
-
-def draw(model, led, arcs, viscous, path):
-    """The arch on its way, and the force over the displacement."""
-    scene, u = model.scene, model.u
-    pictures = drawing.gather_states(u, led.kept, lambda: model.material.mises(u))
-    fields = [u, model.contact.multiplier, model.material.mises(u)]
-    io.write_xdmf(path.with_suffix(".xdmf"), scene.mesh, fields)
-    if scene.mesh.comm.rank > 0:
-        return
-    plt = drawing.pyplot()
-    fig, panels = plt.subplot_mosaic(
-        [["0", "force"], ["1", "force"], ["2", "force"]],
-        figsize=(11, 4.8),
-        layout="constrained",
-    )
-    for name, (sinks, (x, moved, mises)) in zip("012", pictures):
-        at = x[..., :2] + moved
-        colours = drawing.draw_field(
-            panels[name], at, mises, [(1, 1), (-1, 1)], top=25.0
-        )
-        panels[name].set(xlim=(-10.2, 10.2), ylim=(-1.1, 2.4))
-        panels[name].axis("off")
-        panels[name].set_title(f"punch at {sinks:.2f} mm", loc="left")
-    fig.colorbar(
-        colours,
-        ax=[panels[name] for name in "012"],
-        label="von Mises stress [MPa]",
-        shrink=0.7,
-    )
-    axes = panels["force"]
-    axes.plot(led.sinks, led.force, "o-", ms=3, color=drawing.COMPUTED)
-    axes.plot(arcs.sinks[1:], arcs.force[1:], "s", ms=6, mfc="none", color="0.4")
-    axes.plot(viscous.sinks, viscous.force, "^--", ms=5, color=drawing.EXACT, lw=0.8)
-    axes.set(xlabel="punch's displacement [mm]", ylabel="half of the force [N/mm]")
-    axes.set(xlim=(0.0, 1.1 * PUSH), ylim=(0.0, FORCE))
-    axes.legend(
-        ["led by the displacement", "led by the arc length", "force, viscous"],
-        loc="upper left",
-    )
-    fig.savefig(path)
+def is_node(x):
+    """Whether points are the loaded node of the punch."""
+    return np.linalg.norm(x[:2].T - NODE, axis=1) < 1e-9
 
 
 def main(arguments=None):
@@ -253,23 +36,83 @@ def main(arguments=None):
     parser.add_argument("--size", type=int, default=20, help="cells along a half")
     parser.add_argument("--steps", type=int, default=40)
     args = parser.parse_args(arguments)
-    comm = MPI.COMM_WORLD
-    report = common.Report(comm)
-    size = args.size * (2 if args.fine else 1)
+    comm, size = MPI.COMM_WORLD, args.size * (2 if args.fine else 1)
     args.output.mkdir(parents=True, exist_ok=True)
+
+    # Neo-Hookean, plane strain
+    scene = scene_of(comm, size)
+    mesh, V = scene.mesh, tools.vector_space(scene.mesh, 2)
+    u, v = fem.Function(V, name="displacement"), ufl.TestFunction(V)
+    moduli = {"arch": E_ARCH, "punch": E_PUNCH}
+    E, I = tools.by_body(mesh, scene.cell_tags, moduli, scene.bodies), ufl.Identity(3)
+    mu, lmbda = E / (2.0 * (1.0 + NU)), E * NU / ((1.0 + NU) * (1.0 - 2.0 * NU))
+    H = ufl.grad(u)
+    F = I + ufl.as_tensor([[H[0, 0], H[0, 1], 0], [H[1, 0], H[1, 1], 0], [0, 0, 0]])
+    J = ufl.det(F)
+    energy = mu * (ufl.inner(F, F) - 3 - 2 * ufl.ln(J)) + lmbda * ufl.ln(J) ** 2
+    residual = ufl.derivative(0.5 * energy * ufl.dx(degree=4), u, v)
+    stress = tools.von_mises(mu / J * (F * F.T - I) + lmbda * ufl.ln(J) / J * I)
+
+    # A force at the node: the load, by a rule at vertices, of a field that is 1 there
+    field, force = fem.Function(tools.scalar_space(mesh, 1)), fem.Constant(mesh, 0.0)
+    field.interpolate(lambda x: is_node(x).astype(float))
+    vertices = ufl.dx(mesh, degree=1, scheme="vertex")
+    load = force / tools.integral(field * vertices, mesh) * field * v[1] * vertices
+
+    held = [tools.prescribe(V, scene.find("clamped"))]
+    held.append(tools.prescribe(V, scene.find("axis"), component=0))
+    pair = scene.tags["slave"], scene.tags["master"]
+    contact = raymortar.Contact(u, scene.facet_tags, [pair])
+
+    # Its displacement is prescribed, and its reaction is the force
+    down, (W, _) = fem.Constant(mesh, 0.0), V.sub(1).collapse()
+    at = fem.locate_dofs_geometrical((V.sub(1), W), is_node)
+    pushed = fem.dirichletbc(down, at[0], V.sub(1))
+    problem = raymortar.NonlinearProblem(residual, contact, [*held, pushed])
+    history = raymortar.History(problem, reactions={"node": pushed})
+    start, solver = contact.state(), raymortar.SNESSolver(problem)
+
+    def push(t):
+        down.value = -PUSH * t
+
+    raymortar.LoadSteps(solver, push, args.steps, history=history).run()
+    expected = -history["reaction_node_y"]
+
+    # The force is an unknown that the displacement leads
+    contact.restore(start)
+    problem = raymortar.NonlinearProblem(residual + load, contact, held)
     file = args.output / "snap_through.csv"
-    model, held, led, arcs, viscous = compare(comm, size, args.steps, report, file)
-    report.effort(model.contact)
-    error = np.abs(led.force - held.force).max() / held.force.max()
+    history = raymortar.History(problem, file)
+
+    def press(t):
+        force.value = FORCE * t
+
+    control = raymortar.DisplacementControl(NODE, direction=1, by=-PUSH)
+    options = {"history": history, "control": control}
+    solver, states = raymortar.SNESSolver(problem), []
+    for _ in raymortar.LoadSteps(solver, press, args.steps, **options):
+        if len(history) in [round(share * args.steps) for share in (0.25, 0.55, 1.0)]:
+            mises = tools.nodal_field(stress, mesh, "mises", quadrature_degree=2)
+            title = f"punch at {abs(history['controlled'][-1]):.2f} mm"
+            states.append((title, drawing.gather_cells(mesh, u, mises)))
+    found, sinks = FORCE * history["load_factor"], np.abs(history["controlled"])
+    io.write_xdmf(file.with_suffix(".xdmf"), mesh, [u, contact.multiplier, mises])
+    report = common.Report(comm)
+    report.effort(contact, history["iterations"])
+    error = np.abs(found - expected).max() / expected.max()
     report.add("1 + difference of forces", 1.0 + error, 1.0, 1e-8)
-    top = np.argmax(held.force[: args.steps // 2])
-    low = top + np.argmin(held.force[top:])
+    top = np.argmax(expected[: args.steps // 2])
+    low = top + np.argmin(expected[top:])
     for name, k in (("first limit of the force", top), ("second limit", low)):
-        report.add(name, led.force[k], held.force[k], 1e-8, "N/mm")
-    # Both end under the whole force
-    ends = arcs.sinks[-1], viscous.sinks[-1]
-    report.add("arc's end, viscous path's end", *ends, 1e-6, "mm")
-    draw(model, led, arcs, viscous, args.output / "snap_through.png")
+        report.add(name, found[k], expected[k], 1e-8, "N/mm")
+    if comm.rank == 0:
+        axes = {"xlabel": "punch's displacement (mm)", "xlim": (0.0, 1.1 * PUSH)}
+        axes["ylabel"] = "half of the force (N/mm)"
+        drawing.states_and_curve(
+            file.with_suffix(".png"), states, "von Mises stress (MPa)", 25.0,
+            [(1, 1), (-1, 1)], (sinks, expected, "displacement prescribed"),
+            (sinks, found, "led by the displacement"), axes, (-10.2, 10.2, -1.1, 2.4),
+        )  # fmt: skip
     return report.finish("prescribed")
 
 

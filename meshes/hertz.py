@@ -108,7 +108,7 @@ def cylinder_on_block(
 ) -> Scene:
     """A cylinder (2D) on a rectangular block, fine around the contact. Collective.
 
-    They touch at the origin. The defaults are those of NAFEMS benchmark 1 in mm.
+    They touch at the origin. The defaults are NAFEMS benchmark 1 in mm.
 
     Parameters
     ----------
@@ -192,7 +192,7 @@ def two_cylinders(
 ) -> Scene:
     """Two half cylinders (2D), cut at their centres. Collective.
 
-    They touch at the origin. The defaults are those of Gitterle's benchmark.
+    They touch at the origin. The defaults are Gitterle's benchmark.
 
     Parameters
     ----------

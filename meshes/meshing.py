@@ -1,10 +1,10 @@
 """One DOLFINx mesh out of several mapped structured blocks.
 
-Contact needs one mesh that holds bodies which share no vertex, and facet tags
-on the surfaces that may touch. `Block` describes a logically rectangular piece,
-`assemble_blocks` makes the mesh. Blocks with the same `Block.body` label are glued
-into one conforming body; every other pair of blocks keeps nodes of its own, even
-where they coincide.
+Contact needs one mesh that holds bodies which share no vertex, and facet tags on the
+surfaces that may touch. `Block` describes a logically rectangular piece,
+`assemble_blocks` makes the mesh. Blocks with the same `Block.body` label are glued into
+one conforming body; every other pair of blocks keeps separate nodes, even where they
+coincide.
 
 The work is done on plain arrays, the same on every rank, and rank 0 alone hands
 them to DOLFINx, which distributes the mesh. Tags follow the cells through that

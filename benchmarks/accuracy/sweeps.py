@@ -121,8 +121,7 @@ def measure(run: Run) -> dict:
 
 def demo(run: Run) -> dict:
     """Solve the demo of D2 or D3, with the errors that it reports."""
-    import cattaneo_mindlin
-    import hertz_sphere
+    from models import cattaneo_mindlin, hertz_sphere
 
     module = {"D2": cattaneo_mindlin, "D3": hertz_sphere}[run.problem]
 

@@ -29,9 +29,9 @@ import raymortar
 from raymortar import solvers
 
 # Behind this folder's modules
-sys.path.append(str(Path(__file__).parents[2] / "demos"))
+sys.path.append(str(Path(__file__).parents[2] / "benchmarks"))
 
-import shallow_ironing  # noqa: E402
+from models import shallow_ironing  # noqa: E402
 
 NU = 0.3
 COLUMNS = (

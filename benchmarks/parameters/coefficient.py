@@ -5,12 +5,14 @@ from __future__ import annotations
 from unittest import mock
 
 import blocks_3d
-import cattaneo_mindlin
-import half_ring
-import hertz_cylinder
-import hertz_sphere
 import numpy as np
-import shallow_ironing
+from models import (
+    cattaneo_mindlin,
+    half_ring,
+    hertz_cylinder,
+    hertz_sphere,
+    shallow_ironing,
+)
 from problems import build
 from small import clamped_ends, moved, narrow_on_wide
 from trials import COMM, attempt, automatic_times

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import half_ring
 import numpy as np
-import shallow_ironing
+from models import half_ring, shallow_ironing
 from problems import DIMENSION
 from sheared_blocks import clamped
 from trials import COMM, METHODS, attempt, automatic_times, listed

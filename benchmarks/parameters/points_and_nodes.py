@@ -9,14 +9,14 @@ from types import SimpleNamespace
 from unittest import mock
 
 import bodies
-import cattaneo_mindlin as cylinders
 import coefficient
-import hertz_cylinder
 import manufactured
 import numpy as np
 import ufl
 from dolfinx import fem
 from manufactured_fields import SQUARE
+from models import cattaneo_mindlin as cylinders
+from models import hertz_cylinder
 from trials import COMM, attempt, automatic_times
 
 import raymortar

@@ -18,7 +18,12 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
-sys.path[:0] = [str(ROOT / "tests" / "helpers"), str(ROOT / "demos"), str(HERE)]
+sys.path[:0] = [
+    str(ROOT / "tests" / "helpers"),
+    str(ROOT / "demos"),
+    str(ROOT / "benchmarks"),
+    str(HERE),
+]
 
 import accuracy_tables  # noqa: E402
 import coefficient  # noqa: E402

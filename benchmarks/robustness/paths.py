@@ -14,13 +14,13 @@ from bodies_2d import ball_on_block, discs_on_block, ring_between_plates, snap_f
 from dolfinx import fem
 
 ROOT = Path(__file__).resolve().parents[2]
-for folder in ("tests/helpers", "benchmarks/stress", "demos"):
+for folder in ("tests/helpers", "benchmarks/stress", "benchmarks"):
     sys.path.append(str(ROOT / folder))
 
 import greco  # noqa: E402
-import half_ring  # noqa: E402
-import shallow_ironing  # noqa: E402
 from load_paths import divisions, resting  # noqa: E402
+from models import half_ring  # noqa: E402
+from models import shallow_ironing  # noqa: E402
 from problems import COMM, DIMENSION, build, cellwise, fix, residual  # noqa: E402
 from scenes import SCENES, Setting  # noqa: E402
 

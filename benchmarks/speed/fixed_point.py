@@ -10,10 +10,10 @@ from mpi4py import MPI
 
 import raymortar
 
-sys.path.insert(0, str(Path(__file__).parents[2] / "demos"))
+sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 
-import hertz_cylinder  # noqa: E402
-import shallow_ironing  # noqa: E402
+from models import hertz_cylinder  # noqa: E402
+from models import shallow_ironing  # noqa: E402
 
 
 class _Counted:

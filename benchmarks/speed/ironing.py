@@ -19,10 +19,10 @@ from peer import MASTER, SLAVE, gf
 
 ROOT = Path(__file__).parents[2]
 # Behind this folder's modules, which have names of theirs
-sys.path += [str(ROOT / "demos"), str(ROOT / "benchmarks" / "accuracy")]
+sys.path += [str(ROOT / "benchmarks"), str(ROOT / "benchmarks" / "accuracy")]
 
 import clock  # noqa: E402
-import shallow_ironing as demo  # noqa: E402
+from models import shallow_ironing as demo  # noqa: E402
 
 BOTTOM, TOP = 3, 4
 MAX_ITERATIONS = 40

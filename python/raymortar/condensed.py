@@ -58,12 +58,12 @@ class CondensedProblem:
 
     Notes
     -----
-    ``F`` and ``J`` are functions, which assemble residual and tangent; ``L`` and ``a``
-    are the compiled forms, as of DOLFINx's ``NonlinearProblem`` of 0.5 to 0.9. Results
-    are those of the last residual. After a solve accept the step by
+    ``F`` and ``J`` are functions, which assemble residual and tangent;
+    ``L`` and ``a`` are the compiled forms, as of DOLFINx's ``NonlinearProblem`` of 0.5
+    to 0.9. Results belong to the last residual. After a solve accept the step by
     ``contact.advance()``.
 
-    Where conditions prescribe a slave node, its multiplier extends those of the slave
+    If conditions prescribe a slave node, its multiplier extends those of the slave
     nodes next to it. Rows of the law have the unit of a force.
 
     Raises
@@ -118,7 +118,7 @@ class CondensedProblem:
 
     @property
     def u(self) -> Any:
-        """What is solved for."""
+        """Unknown of the system: the Function that a solve finds."""
         return self.coupled.u
 
     @property

@@ -116,7 +116,7 @@ class Contact(Interaction):
     residual are then forces, whatever the unit of stress.
     """
 
-    # What becomes of the gaps of a `Tie`; None: contact
+    # Gaps of a `Tie`, kept or closed; None: contact
     tied: str | None = None
 
     def __init__(
@@ -266,7 +266,7 @@ class Contact(Interaction):
 
     @property
     def excess(self) -> str | None:
-        """What to say of an interference that no body is thick enough for; else None."""
+        """Message about an interference larger than bodies are thick; else None."""
         return self._offsets.excess
 
     def adjust(self, within: float) -> Adjustment:

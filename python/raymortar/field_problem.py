@@ -19,7 +19,7 @@ from .discretization.layout import CoupledRows
 from .discretization.unknowns import Unknowns
 from .errors import ContactError, ConvergenceError, together
 from .field_tie import FieldTie
-from .flux import Flux, apart, parts_of_terms
+from .flux import Flux, apart, parts_of_terms, require_tied_once
 from .interface.probing import row_sums
 from .solvers.automatic import direct
 from .solvers.petsc_objects import PetscOptions, new_prefix
@@ -106,6 +106,7 @@ class FieldProblem:
                     "FieldProblem takes F, u, terms, bcs in this order: terms must be a "
                     f"Flux, a FieldTie or a list of them, not {terms!r}"
                 )
+            require_tied_once(given)
             self.bcs = list_of_conditions(bcs)
             self.unknowns = Unknowns(functions[0])
             several = isinstance(F, (list, tuple))

@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+import numpy as np
 from dolfinx.fem import Function
 
 from . import compat
-from .compat import Array
+from .compat import Array, Indices
 from .discretization.facets import join
 from .discretization.joined import Displacement, parts_of
 from .discretization.own_unknowns import function_on_facets
 from .errors import ContactError, raise_everywhere
+from .interface.pairs import Pair
 from .interface.tied_flux import TiedField
 from .options.methods import Penalty, Search
 from .system.field_tie import TiePart
 from .tie import Tie
+
+# A field on a surface, and this rank's facets there
+Side = tuple[Displacement, Indices]
 
 
 class FieldTie:
@@ -76,7 +81,7 @@ class FieldTie:
         several = list(T) if isinstance(T, (list, tuple)) else [T]
         raise_everywhere(*_fault(several))
         fields = [Displacement(f, k) for k, f in enumerate(several)]
-        # Pairs are those of a tie of displacements, which stay zero
+        # A tie of displacements, which stay zero, finds the pairs
         still = [_at_rest(f) for f in fields]
         tie = Tie(
             still if isinstance(T, (list, tuple)) else still[0],
@@ -110,6 +115,26 @@ class FieldTie:
     def require_among(self, contacts: Sequence[Any]) -> None:
         """Do nothing: it needs no contact."""
 
+    def shared_pair(self, other: FieldTie) -> Pair | None:
+        """Find a pair on which this tie and another one hold the same field, as far as
+        facets of this rank show."""
+        for pair, mine in self._tied_sides():
+            for _, theirs in other._tied_sides():
+                if _are_same(mine, theirs) or _are_same(mine, theirs[::-1]):
+                    return pair
+        return None
+
+    def _tied_sides(self) -> Iterator[tuple[Pair, list[Side]]]:
+        """Yield each pair, and the field and this rank's facets of its two sides."""
+        for pair in self._tie.pairs:
+            side = self.part.sides[pair.surface]
+            facets = side.zone.facets
+            master = facets.masters[facets.master_tags.index(pair.master)]
+            yield pair, [
+                (side.slave.of, facets.slave.facets),
+                (side.master.of, master.facets),
+            ]
+
     def rate(self) -> float | Array:
         """Integrate the flux from the slaves to the masters. Collective.
 
@@ -127,6 +152,16 @@ class FieldTie:
             )
         found = self.part.rate()
         return float(found[0]) if len(found) == 1 else found
+
+
+def _are_same(some: Sequence[Side], others: Sequence[Side]) -> bool:
+    """Whether two pairs of sides have facets in common, and one field on them."""
+    return all(
+        f.component == g.component
+        and np.shares_memory(f.given.x.array, g.given.x.array)
+        and np.intersect1d(mine, theirs).size > 0
+        for (f, mine), (g, theirs) in zip(some, others)
+    )
 
 
 def _at_rest(f: Displacement) -> Function:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -85,8 +86,8 @@ class Flux:
 
     Notes
     -----
-    Area is that of the contact's `measure`. Derivatives are compared with differences
-    once, where points are hit for the first time: a wrong one is an error.
+    Area follows the contact's `measure`. Derivatives are compared with
+    differences once, where points are hit for the first time: a wrong one is an error.
 
     Examples
     --------
@@ -157,7 +158,7 @@ class Flux:
         """Sum up the flux and the heat of friction over the contact. Collective.
 
         At the last `update` of the contact and the present field; each per time. With
-        ``axisymmetric=True`` sums are those of a full turn.
+        ``axisymmetric=True`` sums are over a full turn.
         """
         self._require_problem()
         return FluxRates(*self.part.rates())
@@ -199,6 +200,18 @@ def apart(given: Any) -> tuple[Any, list[Flux | FieldTie]]:
     return [one for one in given if not isinstance(one, (Flux, FieldTie))], terms
 
 
+def require_tied_once(terms: Sequence[Flux | FieldTie]) -> None:
+    """Raise on a rank where two ties hold one field on the same facets."""
+    ties = [term for term in terms if isinstance(term, FieldTie)]
+    for one, other in combinations(ties, 2):
+        pair = one.shared_pair(other)
+        if pair is not None:
+            raise ContactError(
+                f"two FieldTies of {one.part.name} tie the pair {pair}, whose "
+                "multipliers then have no unique values: leave one of them out"
+            )
+
+
 def _shares(friction_heat: Any) -> tuple[float, float]:
     """Shares of the heat of friction that slave and master take."""
     if friction_heat is None:
@@ -212,7 +225,7 @@ def _shares(friction_heat: Any) -> tuple[float, float]:
 
 
 def parts_of_terms(terms: Sequence[Flux | FieldTie]) -> list[Any]:
-    """What fluxes and ties add, and what tools that they share store, each once."""
+    """List parts of fluxes and ties, and of the tools that they share, each once."""
     parts = [term.part for term in terms]
     tools = [term.part.tool for term in terms if isinstance(term, Flux)]
     return parts + list(dict.fromkeys(one for one in tools if one is not None))
@@ -234,6 +247,11 @@ def _value_on_tools(contact: Contact, tool: Any) -> float | ToolField:
         return 0.0
     if not (is_real_number(tool) and np.isfinite(tool)):
         raise ContactError(f"tool = {tool!r} must be a finite number, or a ToolField")
+    if not has_tools:
+        raise ContactError(
+            f"Flux.tool = {tool!r} is the field on rigid tools, and there are no rigid "
+            "tools in its contact: leave it out"
+        )
     return float(tool)
 
 
@@ -273,7 +291,7 @@ def _check_fields(contact: Contact, fields: Sequence[Any], law: FluxLaw) -> None
 
 
 def _element_fault(f: Function) -> str | None:
-    """What is wrong with the element of a field, if anything."""
+    """Fault of the element of a field, if it has one."""
     V = f.function_space
     if compat.element_info(V).is_sub_space:
         V, _ = compat.collapsed(V)

@@ -73,7 +73,7 @@ class Interactions(Interaction):
 
     @property
     def gamma_scale(self) -> list[float]:
-        """By what each contact's multiplier is divided among the unknowns."""
+        """Divisors of each contact's multiplier among the unknowns."""
         return self._scales
 
     def solve_for(self, functions: Sequence[Function]) -> None:

@@ -87,11 +87,11 @@ class NonlinearProblem(CoupledProblem):
 
     Notes
     -----
-    Several problems may have one contact, whose automatic gamma is that of the first,
-    and several solvers one problem. A contact that is in a problem with others is so in
-    all of its problems.
+    Several problems may have one contact, whose automatic gamma the first
+    one sets, and several solvers one problem. A contact that is in a problem with
+    others is so in all of its problems.
 
-    Constrained rows are those of the identity. The columns' effect of a Dirichlet
+    Constrained rows are rows of the identity. The columns' effect of a Dirichlet
     increment is lifted for volume and contact alike, so that the first iterate of a
     large prescribed step knows about contact.
 
@@ -123,7 +123,7 @@ class NonlinearProblem(CoupledProblem):
 
     @cached_property
     def snes_solver(self) -> SNESSolver:
-        """What `solve` solves with, for `LoadSteps`. It does not keep the problem
+        """Solver that `solve` uses, for `LoadSteps`. It does not keep the problem
         alive. Collective."""
         prefix = self._prefix
         own = SNESSolver(self, self._petsc_options, prefix=prefix, owned=True)

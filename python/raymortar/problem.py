@@ -33,7 +33,7 @@ from .errors import (
     together,
 )
 from .field_tie import FieldTie
-from .flux import Flux, apart, parts_of_terms
+from .flux import Flux, apart, parts_of_terms, require_tied_once
 from .interactions import one_or_several
 from .interface.overlap import warn_of_overlap
 from .interface.slave_nodes import warn_of_finer_rigid_slaves
@@ -106,11 +106,11 @@ class CoupledProblem:
 
     Notes
     -----
-    Several problems may have one contact, whose automatic gamma is that of the first,
-    and several solvers one problem. A contact that is in a problem with others is so in
-    all of its problems.
+    Several problems may have one contact, whose automatic gamma the first
+    one sets, and several solvers one problem. A contact that is in a problem with
+    others is so in all of its problems.
 
-    Constrained rows are those of the identity. The columns' effect of a Dirichlet
+    Constrained rows are rows of the identity. The columns' effect of a Dirichlet
     increment is lifted for volume and contact alike, so that the first iterate of a
     large prescribed step knows about contact.
     """
@@ -136,6 +136,7 @@ class CoupledProblem:
                 raise ContactError(f"update must be a function, not {update!r}")
             for term in terms:
                 term.require_among(self.contact.contacts)
+            require_tied_once(terms)
         parts = parts_of_terms(terms)
         own = own_functions(parts)
         self.contact.solve_for([*functions, *own])
@@ -204,7 +205,7 @@ class CoupledProblem:
 
     @property
     def u(self) -> Any:
-        """What is solved for: a Function, of several unknowns a list."""
+        """Unknown of the problem: a Function, of several unknowns a list."""
         functions = self.contact.unknowns.functions
         return list(functions) if self.volume.has_several else functions[0]
 
@@ -320,7 +321,7 @@ class CoupledProblem:
         self.history.append(imbalance.norm)
 
     def loads(self, b: PETSc.Vec) -> None:
-        """What of the residual depends on loads and prescribed displacements, at the
+        """Assemble what loads and prescribed displacements add to the residual, at the
         last x of `form`, into b: all but contact's forces. Collective."""
         if self.volume.updated is not None:
             self.volume.updated.forget()

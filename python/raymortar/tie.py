@@ -29,8 +29,8 @@ class Tie(Contact):
     Parameters
     ----------
     u, facet_tags, pairs, quadrature_degree, search, names, axisymmetric
-        As of `Contact`. Masters are facets, not rigid bodies. Search distances are
-        those of the undeformed bodies: what lies farther apart is not tied.
+        As of `Contact`. Masters are facets, not rigid bodies. Search distances hold for
+        the undeformed bodies: surfaces farther apart are not tied.
     method
         `AugmentedLagrangian`, whose multiplier is a vector here, or `Penalty`, whose
         coefficient holds all components. gamma decides no result of the former.

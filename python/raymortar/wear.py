@@ -73,7 +73,7 @@ class Wear:
     Parameters
     ----------
     contact
-        A contact without an offset of its own, with friction or without.
+        A contact without an offset, with friction or without.
     law
         `Archard`, or a function of pressures p >= 0 and slip rates v >= 0, (n,) each, to
         depths per time >= 0, (n,).
@@ -81,8 +81,8 @@ class Wear:
         A step that wears deeper than this is warned of, once: the next steps should be
         smaller. Length. None: any depth.
     implicit
-        Whether the gaps of a step are those of the surface that is worn at its end, at
-        any size of the step; else they are those of its start. Each solve is then
+        Whether the surface that is worn at the end of a step gives its gaps, at any
+        size of the step; else the surface at its start does. Each solve is then
         repeated until both agree, 3 to 8 times.
 
     Attributes
@@ -95,10 +95,10 @@ class Wear:
 
     Notes
     -----
-    Pressures are those at the end of the step [theory (7.8)]. Explicit steps that are
-    too large for the bodies' stiffness make pressures alternate, which is warned of
-    once (7.9). The depth is spread to the nodes such that its
-    integral over the undeformed surface is that of the law, to rounding.
+    Pressures are taken at the end of the step [theory (7.8)]. Explicit
+    steps that are too large for the bodies' stiffness make pressures alternate, which
+    is warned of once (7.9). The depth is spread to the nodes such that its integral
+    over the undeformed surface equals the law's, to rounding.
 
     Examples
     --------
@@ -161,7 +161,8 @@ class Wear:
         self._accepted: int | None = None
         # The offset that it has given the contact
         self._offset: Function | None = None
-        self._may_warn = not self.implicit
+        self._may_warn, self._may_be_told = not self.implicit, True
+        contact.assembly.present.watchers.add(self)
         if self.implicit:
             contact.assembly.present.corrections.append(self)
 
@@ -177,9 +178,15 @@ class Wear:
         Raises
         ------
         ContactError
-            If the law returns no depths, or if no step was accepted since the last call.
+            If the law returns no depths, or if no step was accepted before, or since the
+            last call.
         """
         steps = self.contact.assembly.present.steps
+        if steps == 0:
+            raise ContactError(
+                "Wear.accept was called before a step was accepted: call it after solve() "
+                "and contact.advance(), as LoadSteps(on_accept=wear.accept) does"
+            )
         if self._accepted == steps:
             raise ContactError(
                 "Wear.accept was called for this step already: call it once, after "
@@ -204,6 +211,16 @@ class Wear:
                 stacklevel=2,
             )
             self.largest = None
+
+    def path_ended(self) -> str | None:
+        """Tell once, at the end of a path, that no step was ever accepted."""
+        if self._accepted is not None or not self._may_be_told:
+            return None
+        self._may_be_told = False
+        return (
+            f"the Wear by {self.law!r} has accepted no step of this path, so nothing has "
+            "worn: LoadSteps(..., on_accept=wear.accept)"
+        )
 
     # Implicit steps
 

@@ -1,20 +1,15 @@
 """A quarter of a shaft in a quarter of a hub, meshed to touch: the interference is an
-offset. Scene and Lame's solution are those of the demo."""
+offset. With Lame's solution."""
 
 from __future__ import annotations
-
-import sys
-from pathlib import Path
 
 import numpy as np
 from problems import COMM, build, fix, worst
 
-sys.path.insert(0, str(Path(__file__).parents[2] / "demos"))
-
-import press_fit_lame  # noqa: E402
-from press_fit_lame import plane_strain_equivalent, pressure  # noqa: E402
+from meshes.shaft import HUB, SHAFT, quarters
 
 __all__ = [
+    "SHAFT",
     "mean_pressure",
     "plane_strain_equivalent",
     "press_fit",
@@ -26,7 +21,18 @@ __all__ = [
 
 def scene_of(around=8, hub_around=10, cell="quadrilateral", geometry_degree=2):
     """Quarters with so many facets on the arcs of shaft and hub. Collective."""
-    return press_fit_lame.quarters(COMM, around, hub_around, cell, geometry_degree)
+    return quarters(COMM, around, hub_around, cell, geometry_degree)
+
+
+def plane_strain_equivalent(E, nu):
+    """Moduli that make plane strain of plane stress."""
+    return E * (1.0 + 2.0 * nu) / (1.0 + nu) ** 2, nu / (1.0 + nu)
+
+
+def pressure(interference, E_shaft, E_hub, nu_shaft, nu_hub):
+    """Lame's pressure in plane stress, per radial interference. Stress."""
+    hub = (HUB**2 + SHAFT**2) / (HUB**2 - SHAFT**2) + nu_hub
+    return interference / SHAFT / ((1.0 - nu_shaft) / E_shaft + hub / E_hub)
 
 
 def press_fit(scene, E, nu, interference, degree=2, **options):

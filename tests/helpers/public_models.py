@@ -12,17 +12,21 @@ from interfaces import bowl
 from manufactured_scenes import on_rigid
 from problems import COMM
 
-from meshes.scenes import two_blocks, two_spheres
+from meshes import half_ring as ring_scene
+from meshes import ironing as ironing_scene
+from meshes import shells as shell_scene
+from meshes.scenes import cylinder_on_block, two_blocks, two_spheres
 from raymortar import AugmentedLagrangian, Coulomb, Search
 
-sys.path.insert(0, str(Path(__file__).parents[2] / "demos"))
+for folder in ("demos", "benchmarks"):
+    sys.path.insert(0, str(Path(__file__).parents[2] / folder))
 
-import half_ring  # noqa: E402
-import hertz_cylinder  # noqa: E402
-import hertz_sphere  # noqa: E402
 import press_fit  # noqa: E402
-import shallow_ironing  # noqa: E402
 import shells  # noqa: E402
+from models import half_ring  # noqa: E402
+from models import hertz_cylinder  # noqa: E402
+from models import hertz_sphere  # noqa: E402
+from models import shallow_ironing  # noqa: E402
 
 E_RING = half_ring.E_INNER, half_ring.E_OUTER, half_ring.E_BLOCK
 CYLINDER = hertz_cylinder.SMALL
@@ -37,7 +41,7 @@ def hertz_2d():
     """Pressed by a displacement of the cut, as the demo's first steps."""
     force = hertz_cylinder.force_of(CYLINDER.half_width, CYLINDER.radius)
     return Model(
-        lambda: hertz_cylinder.cylinder_on_block(
+        lambda: cylinder_on_block(
             COMM,
             "quadrilateral",
             radius=CYLINDER.radius,
@@ -82,7 +86,7 @@ def hertz_3d():
 def ironing():
     """Pressed and dragged by a few facets, half as deep as the demo."""
     return Model(
-        lambda: shallow_ironing.ironing_scene(COMM, 24),
+        lambda: ironing_scene.scene_of(COMM, 24),
         (
             Hold("bottom"),
             Hold("top", None, lambda t: (max(t - 1.0, 0.0), -0.5 * min(t, 1.0))),
@@ -104,15 +108,15 @@ def ironing():
 
 def ring_modulus(x):
     """Young's modulus at places (n, 2): three layers."""
-    r = np.hypot(x[:, 0], x[:, 1] - half_ring.OUTER - half_ring.GAP)
+    r = np.hypot(x[:, 0], x[:, 1] - ring_scene.OUTER - ring_scene.GAP)
     inner, outer, block = E_RING
-    return np.where(x[:, 1] < 0.0, block, np.where(r < half_ring.MIDDLE, inner, outer))
+    return np.where(x[:, 1] < 0.0, block, np.where(r < ring_scene.MIDDLE, inner, outer))
 
 
 def ring():
     """As far as the ring flattens on the block."""
     return Model(
-        lambda: half_ring.half_ring(COMM, 16),
+        lambda: ring_scene.scene_of(COMM, 16),
         (
             Hold("bottom"),
             Hold("ends", None, up(-half_ring.PUSH)),
@@ -146,7 +150,7 @@ def press():
 def concentric():
     """Two contact zones, quadratic surfaces."""
     return Model(
-        lambda: shells.scene_of(COMM, 2, 1),
+        lambda: shell_scene.scene_of(COMM, 2, 1),
         (
             Hold("x", (0,)),
             Hold("y", (1,)),

@@ -15,8 +15,11 @@ import blocks_3d  # noqa: E402
 import bouncing_ball  # noqa: E402
 import brake  # noqa: E402
 import c_box  # noqa: E402
+import cattaneo_mindlin  # noqa: E402
 import crushed_ring  # noqa: E402
 import forming  # noqa: E402
+import half_ring  # noqa: E402
+import hardening  # noqa: E402
 import heap  # noqa: E402
 import hertz_cylinder  # noqa: E402
 import hertz_sphere  # noqa: E402
@@ -29,6 +32,7 @@ import press_fit  # noqa: E402
 import press_fit_lame  # noqa: E402
 import return_mapping  # noqa: E402
 import rolling  # noqa: E402
+import shallow_ironing  # noqa: E402
 import shells  # noqa: E402
 import slabs  # noqa: E402
 import snap_through  # noqa: E402
@@ -84,6 +88,18 @@ def test_spheres_agree_with_hertz_and_tatara(folder):
     run(hertz_sphere, folder)
 
 
+def test_partial_slip_agrees_with_mindlin(folder):
+    run(cattaneo_mindlin, folder)
+
+
+def test_a_half_ring_buckles_as_in_code_aster(folder):
+    run(half_ring, folder)
+
+
+def test_an_indenter_ploughs_as_friction_says(folder):
+    run(shallow_ironing, folder, "--size", "24", "--until", "1.2")
+
+
 @pytest.mark.mpi
 def test_a_return_mapping_agrees_with_its_closed_form(folder):
     run(return_mapping, folder, "--size", "6")
@@ -102,7 +118,7 @@ def test_plastic_strains_of_halved_steps_are_taken_back(monkeypatch):
     halved, direct = press(), press()
     halved.move(0.0, 0.03, 1)
     assert halved.material.rejected == halved.halvings > 0
-    monkeypatch.setattr(return_mapping, "MOST", 1.0)
+    monkeypatch.setattr(hardening, "MOST", 1.0)
     begin = 0.0
     for depth in -halved.history["translation_tool_y"]:
         direct.move(begin, depth, 1)

@@ -58,6 +58,30 @@ def test_recipes_build_in_the_environment_at_hand():
     assert first(r"^    - cmake >=([\d.]+)$", "packaging/conda/meta.yaml") == cmake
 
 
+@pytest.mark.parametrize("mpi", ["openmpi", "mpich"])
+def test_conda_recipe_is_jinja_and_yaml(mpi):
+    """As conda-build renders it, with names in place of its functions."""
+    jinja2, yaml = pytest.importorskip("jinja2"), pytest.importorskip("yaml")
+    folder = ROOT / "packaging" / "conda"
+    variants = yaml.safe_load((folder / "conda_build_config.yaml").read_text())
+    assert mpi in variants["mpi"]
+    template = jinja2.Environment(undefined=jinja2.StrictUndefined).from_string(
+        (folder / "meta.yaml").read_text()
+    )
+    values = {"PYTHON": "python", "CONDA_PY": "311", "PKG_HASH": "0123456", "mpi": mpi}
+    functions = {"compiler": "{}_compiler".format, "stdlib": "{}_stdlib".format}
+    recipe = yaml.safe_load(template.render(**values, **functions))
+    assert (folder / recipe["source"]["path"]).resolve() == ROOT.resolve()
+    needs = recipe["requirements"]
+    assert {"cxx_compiler", "ninja"} <= set(needs["build"])
+    for part in ("host", "run"):
+        assert {mpi, "petsc * real_*", "petsc4py", "mpi4py"} <= set(needs[part])
+    names = {one.split()[0] for one in needs["run"]}
+    project = first(r"^dependencies = \[(.*)\]", "pyproject.toml")
+    asked = set(re.findall(r'"([\w-]+)', project))
+    assert asked <= names
+
+
 def members(owner):
     """Public names of a module or class of its own, as pybind11 gives them."""
     names = {name for name in vars(owner) if not name.startswith("_")}

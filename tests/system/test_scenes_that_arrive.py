@@ -12,9 +12,9 @@ from problems import COMM
 
 from raymortar import ContactWarning
 
-sys.path.insert(0, str(Path(__file__).parents[2] / "demos"))
+sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 
-import forming  # noqa: E402
+from models import forming  # noqa: E402
 
 
 @pytest.mark.mpi(where=lambda steps: steps == 6)

@@ -18,9 +18,9 @@ import raymortar
 from meshes.scenes import two_cylinders
 from raymortar import compat
 
-sys.path.insert(0, str(Path(__file__).parents[2] / "demos"))
+sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 
-import cattaneo_mindlin as demo  # noqa: E402
+from models import cattaneo_mindlin as demo  # noqa: E402
 
 SMALL = {"facets_across": 20, "degree": 1}
 

@@ -11,7 +11,7 @@ from fluxes import conduction, field_space, prescribe, press, values_on
 from problems import residual, stack, worst
 
 import raymortar
-from raymortar import Contact, FieldProblem, FieldTie, LoadSteps, compat
+from raymortar import Contact, ContactError, FieldProblem, FieldTie, LoadSteps, compat
 
 CONDUCTIVITY = {"0": 4.0, "1": 1.0}
 HOT, Q = 100.0, 80.0  # flux of the slabs, 100 / (1 + 1/4)
@@ -103,6 +103,24 @@ def test_solids_of_revolution():
     FieldProblem(F, T, tie, ends).solve()
     assert worst(values_on(T, scene, "slave") - (HOT - Q)) <= 1e-12 * HOT
     assert abs(tie.rate() / (np.pi * Q) - 1.0) <= 1e-12
+
+
+@pytest.mark.quick
+@pytest.mark.mpi
+@pytest.mark.parametrize("ends", ["slave master", "master slave"])
+def test_one_pair_is_tied_once(ends):
+    """Its master may be the other's slave; another field may be tied there too."""
+    scene, T, tie, bcs = tied("triangle", 1)
+    pair = tuple(scene.tags[name] for name in ends.split())
+    again = FieldTie(T, scene.facet_tags, [pair])
+    F = conduction(scene, T, CONDUCTIVITY)
+    text = rf"FieldTies of T tie the pair \({scene.tags['slave']}, "
+    with pytest.raises(ContactError, match=text):
+        FieldProblem(F, T, [tie, again], bcs)
+    S = fem.Function(T.function_space.clone(), name="S")
+    both = [tie, FieldTie(S, scene.facet_tags, [pair])]
+    forms = [F, conduction(scene, S, CONDUCTIVITY)]
+    FieldProblem(forms, [T, S], both, bcs)
 
 
 @pytest.mark.quick

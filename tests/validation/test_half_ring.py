@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from problems import COMM
 
-sys.path.insert(0, str(Path(__file__).parents[2] / "demos"))
+sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 
-import half_ring as demo  # noqa: E402
+from models import half_ring as demo  # noqa: E402
 
 FULL_STEPS = {"snes_linesearch_type": "basic"}
 

@@ -14,9 +14,9 @@ import pytest
 import raymortar
 
 pytest.importorskip("matplotlib")
-sys.path.insert(0, str(Path(__file__).parents[2] / "demos"))
+sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 
-import hertz_cylinder as cylinder  # noqa: E402
+from models import hertz_cylinder as cylinder  # noqa: E402
 
 COMM = MPI.COMM_WORLD
 

@@ -15,19 +15,20 @@ import pytest
 from problems import COMM
 
 import raymortar
+from meshes import ironing
 from raymortar.partitions import strips
 
-DEMOS = str(Path(__file__).resolve().parents[2] / "demos")
+MODELS = str(Path(__file__).resolve().parents[2] / "benchmarks")
 PRESS, SLIDE, END = 20, 100, 1.2
 V_PRESSED, V_SLID, H_SLID = 330.5, 416.6, 127.2
 
 
 @pytest.fixture(scope="module")
 def demo():
-    """The demo as a module."""
-    sys.path.insert(0, DEMOS)
-    yield importlib.import_module("shallow_ironing")
-    sys.path.remove(DEMOS)
+    """The model as a module."""
+    sys.path.insert(0, MODELS)
+    yield importlib.import_module("models.shallow_ironing")
+    sys.path.remove(MODELS)
 
 
 @pytest.fixture(scope="module")
@@ -186,10 +187,10 @@ def test_a_checkpoint_goes_on_where_the_path_stopped(demo, run, folder):
 @pytest.mark.skipif(COMM.size == 1, reason="one rank has all the cells")
 def test_checkpoints_of_another_partition_are_refused(demo, folder, monkeypatch):
     """Also where each rank has as many cells as before."""
-    path, build = folder / "ironing.npz", demo.assemble_blocks
+    path, build = folder / "ironing.npz", ironing.assemble_blocks
     demo.long_runs.save(path, demo.Ironing(COMM, 60).contact, [])
     turned = partial(build, partition=lambda x, ranks: ranks - 1 - strips(x, ranks))
-    monkeypatch.setattr(demo, "assemble_blocks", turned)
+    monkeypatch.setattr(ironing, "assemble_blocks", turned)
     with pytest.raises(SystemExit, match="is of another mesh, partition or number"):
         demo.long_runs.load(path, demo.Ironing(COMM, 60).contact, demo.Row)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import gathered
 import numpy as np
 import pytest
@@ -138,6 +140,25 @@ def test_laws_and_steps_that_are_too_large():
     tie = raymortar.Tie(case.u, case.scene.facet_tags, [pair])
     with pytest.raises(ContactError, match="is a Tie"):
         Wear(tie, Archard(K))
+
+
+@pytest.mark.quick
+def test_a_wear_that_accepts_no_step_is_told_once():
+    case = Worn()
+    wear = Wear(case.contact, Archard(K))
+    for told in (1, 0):
+        with warnings.catch_warnings(record=True) as found:
+            warnings.simplefilter("always", raymortar.ContactWarning)
+            LoadSteps(case.problem.snes_solver, lambda t: None, 1).run()
+        assert sum("has accepted no step" in str(one.message) for one in found) == told
+    assert wear.volume() == 0.0
+    fresh = stack("triangle", (1, 1))
+    u = fem.Function(compat.vector_space(fresh.mesh, 1), name="u")
+    contact = Contact(
+        u, fresh.facet_tags, [(fresh.tags["slave"], fresh.tags["master"])]
+    )
+    with pytest.raises(ContactError, match="before a step was accepted"):
+        Wear(contact, Archard(K)).accept()
 
 
 @pytest.mark.quick

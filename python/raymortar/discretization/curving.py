@@ -238,7 +238,7 @@ def _sags(shape: _Shape, ids: Global, X: Array, mine: Indices) -> Array:
     unit = m / np.linalg.norm(m, axis=1, keepdims=True)
     arms = X[:, shape.arms] - X[:, :, None]
     normal, reached = _corner_normals(shape, ids, unit, arms)
-    # At the rim of a surface the normal is that of one facet, and the arc a circle's
+    # At the rim of a surface one facet gives the normal, and the arc is a circle's
     circles, alone = _mirrored(shape, normal, arms, reached)
     of_arms = np.where(alone[..., None], circles, normal[:, :, None])
     n0, n1 = (of_arms[:, shape.ends[:, k], shape.places[:, k]] for k in (0, 1))

@@ -53,7 +53,7 @@ class ZoneFacets:
     master_part: int = 0
     bodies: tuple[Body, ...] = ()  # rigid ones in place of masters
     share_vertices: bool = False  # the two sides
-    # Of a surface that meets itself: what its facets are, by number in `Surface.zone`
+    # Parts of a surface that meets itself, by number in `Surface.zone`
     parts: tuple[Part, ...] = ()
 
     @property

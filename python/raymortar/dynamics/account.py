@@ -89,7 +89,7 @@ class Account:
         # Work of contact, and of loads and supports, up to the state that was solved for
         # and up to the end of the step; and of both on rigid bodies
         self._work, self._shown, self._of_bodies = np.zeros((3, 2))
-        # Of the state that the last step was solved for, and at the end of the step
+        # Stored energy of the state that was solved for, and at the end of the step
         self._solved = np.zeros(0)
         self._stored_then: float | None = None
         self._elastic: float | None = None
@@ -221,7 +221,10 @@ class Account:
         in space, at unknowns and velocities (n,). Collective."""
         p = self._motion.inertia.times(v)[self._of_u].reshape(-1, self._d)
         x = self._X + end[self._of_u].reshape(-1, self._d)
-        turns = np.cross(x, p).reshape(len(p), -1)
+        if self._d == 2:  # NumPy 2 has no cross product of vectors in the plane
+            turns = (x[:, 0] * p[:, 1] - x[:, 1] * p[:, 0])[:, None]
+        else:
+            turns = np.cross(x, p)
         sums = np.concatenate([p.sum(axis=0), turns.sum(axis=0)])
         sums = self._comm.allreduce(sums) + self._bodies.momentum()
         return sums[: self._d], sums[self._d :]

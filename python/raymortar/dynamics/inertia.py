@@ -16,7 +16,7 @@ from ..checked import choice
 from ..compat import Array, Mask
 from ..contact import Contact
 from ..discretization.forms import check_form
-from ..errors import ContactError, require_agreement, together
+from ..errors import ContactError, SetUpError, require_agreement, together
 from ..interactions import one_or_several
 from ..interface.probing import product
 from ..system.split import Inputs
@@ -24,6 +24,8 @@ from ..system.volume import without_zeros
 from .massless import RULES, coupled_mass, replacement
 
 MASSES = (*RULES, "consistent")
+# Share of the largest mass of an unknown up to which a negative one is rounding
+ROUNDING = 1e-12
 
 
 class Inertia:
@@ -58,7 +60,8 @@ class Inertia:
     ContactError
         If the form is none in the displacement's space.
     SetUpError
-        At the first use, if a body is too thin for nodes off its contact surfaces.
+        At the first use: if the form gives some unknown a negative mass, or if a body is
+        too thin for nodes off its contact surfaces.
 
     Notes
     -----
@@ -145,6 +148,7 @@ class Inertia:
                 thing.destroy()
         self._free = self._Q = None
         M = coupled_mass(layout, self._compiled)
+        _require_no_negative(M, layout.comm)
         if self.mass != "consistent":
             self._Q = replacement(self.contact, layout, M, self.mass)
             whole = M.ptap(self._Q)
@@ -232,6 +236,18 @@ class Inertia:
         """
         given = list(a) if isinstance(a, (list, tuple)) else [a]
         return self.times(owned_values(self.contact.unknowns, given, "a"))
+
+
+def _require_no_negative(M: PETSc.Mat, comm: Any) -> None:
+    """Raise if some unknown has a negative mass. Collective."""
+    diagonal = M.getDiagonal()
+    least, most = diagonal.min()[1], diagonal.max()[1]
+    diagonal.destroy()
+    if least < -ROUNDING * abs(most):
+        raise SetUpError(
+            f"the form of inertia has a negative mass, {least:.6g} at one unknown: the "
+            "density rho of rho * inner(a, v) must not be negative"
+        )
 
 
 def owned_values(unknowns: Any, given: Sequence[Any], name: str) -> Array:

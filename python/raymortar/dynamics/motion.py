@@ -118,7 +118,7 @@ class Motion:
         (n,), where unknowns are not prescribed [theory (6.8)]. Collective."""
         comm, n = self._unknowns.comm, len(static)
         massive = self.inertia.is_massive & ~fixed
-        # What pushes massless nodes is passed on, so that no momentum is lost
+        # Forces on massless nodes are passed on, so that no momentum is lost
         pushed = self.inertia.gather(np.where(fixed, 0.0, -static))
         # Singular, but nothing pushes where it is: there a stays zero
         A = self.inertia.only_between(massive)

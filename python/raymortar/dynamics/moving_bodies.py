@@ -52,7 +52,7 @@ class MovingBodies:
     ------
     ContactError
         For a body in space with mass that may turn about two axes, or about three
-        without a tensor of inertia.
+        without a tensor of inertia; for a velocity of a body without mass.
     """
 
     def __init__(self, contact: Any, scheme: Scheme) -> None:
@@ -62,6 +62,12 @@ class MovingBodies:
             for body in contact.layout.bodies
             if body.masses.any() or body.inertia is not None
         ]
+        for body in contact.layout.bodies:
+            if body not in self.bodies and body.freedom.velocity.any():
+                raise ContactError(
+                    f"the rigid {body.name} has velocity = {body.velocity} and no mass: "
+                    "give it mass= or inertia=, or prescribe its motion by Body.move"
+                )
         self._d = contact.u.function_space.mesh.geometry.dim
         for body in self.bodies:
             turns = np.count_nonzero(body.freedom.is_turn)

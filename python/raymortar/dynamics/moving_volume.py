@@ -55,7 +55,7 @@ class MovingVolume:
 
     @property
     def kept(self) -> Any:
-        """What is kept of the tangent: this object, if it is linear."""
+        """Part of the tangent that is kept: this object, if it is linear."""
         return self if self.is_linear else self.given.kept
 
     @property

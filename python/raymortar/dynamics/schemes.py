@@ -28,7 +28,7 @@ class StepEquation:
 class Newmark(Options):
     """Newmark's scheme; by default the trapezoidal rule, which keeps the energy.
 
-    All forces are those of the end of the step.
+    All forces act at the end of the step.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ class GeneralizedAlpha(Options):
 
 @dataclass(frozen=True)
 class Midpoint(Options):
-    """Midpoint rule: all forces, of contact too, are those of the middle of the step.
+    """Midpoint rule: all forces, of contact too, act in the middle of the step.
 
     It keeps momentum and moment of momentum in large rotation, and of linear bodies the
     energy.

@@ -107,8 +107,8 @@ class TimeSteps(LoadSteps):
 
     Notes
     -----
-    With `Midpoint` contact, output and the columns of other tables are those of the
-    middle of a step, the energies above those of its end.
+    With `Midpoint` contact, output and the columns of other tables belong
+    to the middle of a step, the energies above to its end.
 
     Examples
     --------
@@ -200,7 +200,7 @@ class TimeSteps(LoadSteps):
         return found + one.middle * isinstance(self.scheme, Midpoint)
 
     def resume(self, time: float) -> None:
-        """Go on from a time at which unknowns, `fields` and history are those of an
+        """Go on from a time whose unknowns, `fields` and history come from an
         earlier run, as `Checkpoint.read` sets them. Collective."""
         with together(self._problem.comm):
             if not (is_real_number(time) and time <= self.path[1]):

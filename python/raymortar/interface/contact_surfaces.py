@@ -36,8 +36,8 @@ from .pairs import PairTable, known_names, read_pairs
 from .zone_data import ZoneData
 from .zones import create_zone
 
-# Of the coordinates and displacements, what adding a displacement to the mesh and taking
-# it off again, a few times, may leave
+# Share of coordinates and displacements that may stay where a displacement is added to
+# the mesh and taken off again, a few times
 MAX_DRIFT = 1e-12
 
 
@@ -56,7 +56,7 @@ class Reference:
         self._X = coordinates(self._mesh)[self._nodes]
 
     def fault(self) -> str | None:
-        """What has moved on this rank, if anything."""
+        """Message about a mesh that has moved on this rank, if it has."""
         x = coordinates(self._mesh)[self._nodes]
         if np.array_equal(x, self._X):
             return None

@@ -166,7 +166,7 @@ class FieldOnZone:
         )
 
     def points(self, fields: Any) -> dict[str, Array]:
-        """What the law is given at the points with a hit, by name."""
+        """Arguments of the law at the points with a hit, by name."""
         return _cpp.flux_points(self.zone.cpp, fields)
 
     def residual(

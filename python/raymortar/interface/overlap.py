@@ -188,7 +188,7 @@ def gap_without_offset(zone: ZoneData, points: dict[str, Array]) -> Array:
 
 @dataclass(frozen=True)
 class Adjustment:
-    """What `Contact.adjust` has changed, on all ranks.
+    """Changes that `Contact.adjust` has made, on all ranks.
 
     Attributes
     ----------

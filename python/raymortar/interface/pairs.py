@@ -198,7 +198,7 @@ def as_label(name: str) -> str:
 
 
 def labelled(pairs: Sequence[Pair]) -> list[Pair]:
-    """Give each pair a label of its own."""
+    """Give each pair a label that no other has."""
 
     def plain(name: str | None, tag: int | str | Body) -> str:
         return str(tag) if name is None else as_label(name)
@@ -255,7 +255,7 @@ class PairTable:
         for k, (pair, names) in enumerate(zip(self.pairs, self._names)):
             known: dict[str, Any] = {ALL: ALL, **names}
             a, b = (known.get(s) if isinstance(s, str) else s for s in (slave, master))
-            # A rigid body has a name of its own
+            # A rigid body has its own name
             if a == pair.slave and (
                 master in (None, pair.master_name) or b == pair.master
             ):

@@ -46,7 +46,7 @@ class NodeStatus(IntEnum):
     """In contact, and slips; without friction every node in contact."""
 
 
-# As plain numbers; from CLOSED on a point is in contact
+# Plain numbers; from CLOSED on a point is in contact
 OPEN, CLOSED = int(PointStatus.OPEN), int(PointStatus.STICK)
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Protocol
+from weakref import WeakSet
 
 from mpi4py import MPI
 
@@ -32,6 +33,13 @@ from .slave_nodes import Cover, require_masters, warn_of_corners
 from .state import ContactState, state_fault
 from .straight_facets import warn_of_straight_facets, warn_of_turned_arcs
 from .zone_data import on_sides, opposite_points
+
+
+class Watcher(Protocol):
+    """Follows the steps of a contact."""
+
+    def path_ended(self) -> str | None:
+        """Return what to warn of when a path has ended, alike on all ranks."""
 
 
 class PresentState:
@@ -79,6 +87,8 @@ class PresentState:
             )
         # Corrections change gaps after a solve, which is then repeated
         self.corrections: list[Correction] = []
+        # Objects that may warn at the end of a path
+        self.watchers: WeakSet[Watcher] = WeakSet()
         self._augmentation: Augmentation | None = None
         if isinstance(options.method, Penalty) and options.method.exact:
             self._augmentation = Augmentation(

@@ -13,7 +13,7 @@ from ..compat import Array
 
 @dataclass(frozen=True)
 class ContactState:
-    """What a step starts from: this rank's arrays of displacement and history.
+    """State that a step starts from: this rank's arrays of displacement and history.
 
     ``unknowns`` are all unknowns, the displacement among them. None if it is the only
     one.
@@ -34,7 +34,7 @@ class ContactState:
     augmentation: Array | None = None
     # Whether straight facets are curved, see `Contact`
     smooth: bool = False
-    # What a step that is not yet accepted has changed gaps by, such as implicit wear
+    # Changes of gaps in a step that is not yet accepted, such as implicit wear
     corrections: Sequence[Array] = ()
 
     @property
@@ -73,7 +73,7 @@ class JointState:
 
     @property
     def unknowns(self) -> Array | None:
-        """As of `ContactState`."""
+        """Unknowns, see `ContactState`."""
         return self.parts[0].unknowns
 
 

@@ -31,7 +31,7 @@ SHIFT = 1e-8
 FREE = 1e-9
 # Unknowns of the displacement in 3D above which factors cost too much; 2D has no limit
 MOST_FACTORISED = 60_000
-# Of the iterative solver, which serves beyond
+# The iterative solver, for more unknowns
 TOLERANCE, ITERATIONS = 1e-2, 200
 
 
@@ -134,7 +134,7 @@ class SurfaceCompliance:
         rank, nodes, body, areas = self._chosen(surfaces)
         count = self._bodies.count
         total, number = np.zeros(count), np.bincount(body, minlength=count)
-        # The same place in its body's list: bodies do not feel each other's loads
+        # One place in each body's list: bodies do not feel each other's loads
         place = np.arange(len(body)) - np.searchsorted(body, body)
         for k in range(int(number.max(initial=0))):
             at = np.flatnonzero((place == k) & (rank == self._comm.rank))
@@ -182,7 +182,7 @@ class SurfaceCompliance:
         return rank[chosen], node[chosen], of_body[chosen], area[chosen]
 
     def _yields(self, nodes: Indices, body: Indices, areas: Array) -> Array:
-        """How far nodes yield, each on a body of its own, (bodies,); of this rank's
+        """Displacements of loaded nodes, one on each body, (bodies,); of this rank's
         nodes. Collective."""
         load = np.zeros((self._owned, self._d))
         load[nodes] = areas

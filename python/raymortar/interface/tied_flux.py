@@ -55,7 +55,7 @@ class TiedField(FieldOnZone):
         )
 
     def points(self, fields: Any) -> dict[str, Array]:
-        """What a law is given: neither pressure, gap nor slip."""
+        """Arguments of a law: pressure, gap and slip are zero."""
         at, none = self.fixed, np.zeros(len(self.fixed.number))
         found: dict[str, Any]
         found = {"point": at.number, "facet": at.facet, "xi": at.xi}

@@ -97,7 +97,7 @@ def nothing(gdim: int) -> OppositePoints:
 
 
 def opposite_points(zone: ZoneData) -> OppositePoints:
-    """What each slave facet faces at the last update."""
+    """Master that each slave facet faces at the last update."""
     found = zone.cpp.faced()
     return OppositePoints(**{**found, "closed": found["closed"] > 0})
 
@@ -228,12 +228,12 @@ def on_sides(zone: ZoneData, array: Array) -> tuple[Array, Array]:
     return slave, master
 
 
-# How far slave facets have moved from the points opposite to them at the accepted step
+# Ways of slave facets from the points opposite to them at the accepted step
 
 
 @dataclass(frozen=True)
 class Path:
-    """Where the slave points are now, relative to those opposite to them. Lengths."""
+    """Places of the slave points relative to those opposite to them. Lengths."""
 
     x: Array  # present positions of the slave points, (n, d)
     gap: Array  # of the master's point along the slave's normal, (n,)

@@ -64,7 +64,7 @@ def _distances(
 
 
 def _filter(zone: ZoneFacets, comm: MPI.Comm) -> _cpp.PairFilter | None:
-    """What keeps facets that share a vertex from pairing, if any do. Collective."""
+    """Filter against pairs of facets that share a vertex, if any do. Collective."""
     if not zone.share_vertices:
         return None
     offsets, neighbours = facets_that_share_vertices(*zone.sides, comm)

@@ -16,9 +16,9 @@ from ..discretization.slave_fields import FLUX_FIELD
 from ..errors import ContactError
 from .user_laws import check_fields, check_functions, offered
 
-# What a law is given, in this order
+# Arguments of a law, in this order
 ARGUMENTS = ("T_s", "T_m", "p", "g", "v")
-# Those that are never negative
+# Arguments that are never negative
 POSITIVE = ("p", "v")
 # Step into the complex plane: its square is nothing beside any value
 IMAGINARY = 1e-30
@@ -126,7 +126,7 @@ class FluxLaw:
             # A law may refuse what does not occur
             with np.errstate(all="ignore"), suppress(ContactError, ArithmeticError):
                 slopes = self.slopes(one, given)
-                # Where a slope vanishes, as that of T^4 at 0, differences do not
+                # Slopes may vanish, as that of T^4 at 0; differences do not
                 largest = np.maximum(largest, np.abs(slopes).max(axis=0, initial=0.0))
                 largest[:2] = largest[:2].max()
                 for k in range(len(ARGUMENTS)):
@@ -174,7 +174,7 @@ class FluxLaw:
         size = np.max(np.abs([least, most, found]), axis=0)
         rounding = 1e2 * np.finfo(float).eps * np.abs(q).max() / h + nothing
         beyond = np.maximum(least - found, found - most) - ALLOWED * size - rounding
-        # Where a law falls vertically its differences depend on their step
+        # Differences of a law that falls vertically depend on their step
         beyond[(at[k] == 0.0) & (ARGUMENTS[k] in POSITIVE)] = -np.inf
         worst = int(np.argmax(np.where(np.isfinite(beyond), beyond, -np.inf)))
         if not beyond[worst] > 0.0:

@@ -55,10 +55,10 @@ class AugmentedLagrangian(Options):
         Newton's method, but hardly the answer.
     multiplier
         ``"normal"``: one scalar, the normal traction; ``"vector"``: the traction in
-        global coordinates; ``"dual"``: the same by dual functions, of which each acts on
-        the rows of one node, for ``condition="nodes"``. None: the vector with friction, which needs it, and with
-        ``frame="master"``, as a scalar has no direction of its own where the master's
-        normals turn within a facet; else the scalar.
+        global coordinates; ``"dual"``: the same by dual functions, of which each acts
+        on the rows of one node, for ``condition="nodes"``. None: the vector with
+        friction, which needs it, and with ``frame="master"``, as a scalar cannot follow
+        normals of the master that turn within a facet; else the scalar.
     degree
         Degree of the multiplier. None: that of the displacement in 2D, 1 in 3D.
     condition

@@ -79,7 +79,7 @@ class History:
         UFL functional of the stored energy.
     more
         Functions without argument that give a number, by the name of their column.
-        Every rank calls them, and the number is that of rank 0.
+        Every rank calls them, and rank 0 gives the number.
     patches
         Whether the area in contact, the centre of pressure and the peak pressure of
         each slave surface and each named pair are columns.
@@ -90,10 +90,10 @@ class History:
         Dirichlet condition, or a list of them, by the name of the support: its work on
         the bodies is a column.
     symmetry
-        How often the model is in the whole: 2 of a half, 4 of a quarter. Forces, moments,
-        torques, areas, works and energies are those of the whole: this times as much, all
-        components alike, also where those of the parts would cancel. Pressures, gaps,
-        centres, motions and `more` are not multiplied.
+        How often the model is in the whole: 2 of a half, 4 of a quarter. Forces,
+        moments, torques, areas, works and energies are scaled to the whole: this times
+        as much, all components alike, also where those of the parts would cancel.
+        Pressures, gaps, centres, motions and `more` are not multiplied.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Which way solves a step first: the one that solved the last steps."""
+"""Choice of the way that solves a step first: that of the last steps."""
 
 from __future__ import annotations
 

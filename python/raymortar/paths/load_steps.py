@@ -82,10 +82,10 @@ class LoadSteps:
         One line for each step: its number, load factor, Newton iterations, halvings so
         far, points in contact, smallest gap, largest pressure. On a terminal each step
         rewrites the line, which is off while the caller works on the step. In a log
-        each step has a line of its own, and so has each other way that is tried, and
-        each halving. None: on standard error if that is a terminal (under ``mpirun`` it
-        is none). True: on standard error. False: nothing. A file that is open for
-        writing: there. Rank 0 decides and writes.
+        each step has a separate line, and so has each other way that is tried, and each
+        halving. None: on standard error if that is a terminal (under ``mpirun`` it is
+        none). True: on standard error. False: nothing. A file that is open for writing:
+        there. Rank 0 decides and writes.
     history
         `History` that records every accepted step.
     strategy
@@ -292,6 +292,11 @@ class LoadSteps:
             )
         ways.finish()
         tools.warn()
+        for one in contact.contacts:
+            for watcher in one.assembly.present.watchers:
+                text = watcher.path_ended()
+                if text is not None:
+                    warnings.warn(text, ContactWarning, stacklevel=3)
 
     def _accepted(self, *results: Any) -> LoadStep:
         """Make what the caller gets of an accepted step."""

@@ -1,4 +1,4 @@
-"""Where a step starts: at the last accepted state, or where the last step leads."""
+"""Start of a step: the last accepted state, or the place where the last step leads."""
 
 from __future__ import annotations
 

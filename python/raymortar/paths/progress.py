@@ -42,7 +42,7 @@ class LoadStep:
         Counts the accepted steps of the problem from 1, over all of its `LoadSteps`.
     """
 
-    # What the factor is, in the line of a step
+    # Name of the factor in the line of a step
     kind: ClassVar[str] = "load"
 
     factor: float

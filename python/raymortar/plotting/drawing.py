@@ -20,7 +20,7 @@ PRESSURE = "contact pressure"
 SHADED = 8_000
 # Margin around the points in contact, as a share of the larger side
 MARGIN = 0.15
-# The same along curves of tractions
+# Margin along curves of tractions, as such a share
 ZOOM = 0.25
 # Mean normals shorter than this have no direction: normals cancel
 NOTHING = 1e-3

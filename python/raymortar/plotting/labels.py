@@ -45,9 +45,10 @@ class AxisOptions:
         return self._units.get(quantity, ("", 1.0))[1]
 
     def label(self, quantity: str, name: str) -> str:
-        """Name and unit of a quantity, for an axis."""
+        """Name and unit of a quantity, for an axis; the unit once."""
         unit = self._units.get(quantity, ("", 1.0))[0]
-        return f"{name} ({unit})" if unit else name
+        has_unit = name == unit or name.endswith((f"({unit})", f"[{unit}]"))
+        return name if has_unit or not unit else f"{name} ({unit})"
 
     @property
     def _units(self) -> Mapping[str, tuple[str, float]]:

@@ -62,8 +62,8 @@ def plot(
         Colours of the bodies: a ``Function`` or a UFL expression such as the von Mises
         stress, a vector by its length. Default: the displacement.
     label
-        Label of the colour bar. Default: the name of the field; "displacement", with
-        the name of its Function if it has one.
+        Label of the colour bar; the unit is added unless it ends with it. Default: the
+        name of the field; "displacement", with the name of its Function if it has one.
     view
         Azimuth and elevation of the eye in 3D. Degrees.
     backend
@@ -98,7 +98,7 @@ def plot(
 
     Examples
     --------
-    >>> raymortar.plot(contact, "contact.png", field=von_mises, label="MPa")
+    >>> raymortar.plot(contact, "contact.png", field=von_mises, label="stress (MPa)")
     >>> raymortar.plot(contact, "contact.png", x="arc", units=("mm", "MPa"))
     >>> si = {"length": ("mm", 1e3), "stress": ("MPa", 1e-6), "field": ("MPa", 1e-6)}
     >>> raymortar.plot(contact, "contact.png", von_mises, units=si, zoom=True)

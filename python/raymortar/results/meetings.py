@@ -26,7 +26,7 @@ class Meeting:
     ----------
     one, other
         Their names: the user's, else the tag as text. A tag of several bodies has the
-        number of the body added, ``skin_2``, and facets without a tag are those of
+        number of the body added, ``skin_2``, and facets without a tag belong to
         ``body_0``, ``body_1``, ..., in the order of the middles of the bodies' boxes.
     points
         Integration points in contact, on both.

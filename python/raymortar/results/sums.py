@@ -30,8 +30,8 @@ Density = Callable[[dict[str, Array]], Array]
 class Resultant:
     """Force and moment of contact on a slave surface.
 
-    For solids of revolution all values are those of a full turn. The force is along the
-    axis, (0, F_z), and the moment is 0, as radial tractions cancel.
+    For solids of revolution all values are sums over a full turn. The force is along
+    the axis, (0, F_z), and the moment is 0, as radial tractions cancel.
 
     Attributes
     ----------
@@ -61,8 +61,8 @@ class Resultant:
 class Statistics:
     """Counts over all ranks, and CPU seconds of the slowest rank.
 
-    Zones add up. Where nothing else is said, a count is that of the last
-    `Contact.update`, and seconds are those of the last time that a stage ran.
+    Zones add up. If nothing else is said, a count belongs to the last `Contact.update`,
+    and seconds to the last time that a stage ran.
 
     Attributes
     ----------
@@ -238,7 +238,7 @@ def mutual(
 
 
 def _opposite(of: Resultant) -> Resultant:
-    """What acts on the other side."""
+    """Reverse a resultant: force and moment on the other side."""
     radial = None if of.radial is None else -of.radial
     return Resultant(-of.force, -of.moment, -of.normal, -of.tangential, radial)
 

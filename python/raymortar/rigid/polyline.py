@@ -65,6 +65,13 @@ class Polyline(Surface):
                 f"{x.shape}"
             )
         nodes, facets = _rounded(x, _radii(radius, len(x), closed), closed)
+        at = _crossing(nodes[facets[:, 0]], nodes[facets[:, 1]], closed)
+        if at is not None:
+            raise ContactError(
+                f"a polyline crosses itself at ({at[0]:.6g}, {at[1]:.6g}): its points "
+                "must go along the tool's face one after the other, and fillets must not "
+                "reach another line"
+            )
         orient = closed and inside is None
         super().__init__(nodes, facets, orient, closed, inside=inside)
 
@@ -96,8 +103,7 @@ def _rounded(x: Array, radii: Array, closed: bool) -> tuple[Array, Any]:
         raise ContactError(f"points {k} and {(k + 1) % n} of a polyline are the same")
     ways /= np.maximum(lengths, np.finfo(float).tiny)[:, None]
     before = np.roll(ways, 1, axis=0)
-    cross = before[:, 0] * ways[:, 1] - before[:, 1] * ways[:, 0]
-    turns = np.arctan2(cross, np.einsum("ni,ni->n", before, ways))
+    turns = np.arctan2(_cross(before, ways), np.einsum("ni,ni->n", before, ways))
     round_ = (radii > 0.0) & (np.abs(turns) > _STRAIGHT)
     cut = np.where(round_, radii * np.tan(0.5 * np.abs(turns)), 0.0)
     room = (lengths - cut - np.roll(cut, -1))[:edges]
@@ -115,6 +121,29 @@ def _rounded(x: Array, radii: Array, closed: bool) -> tuple[Array, Any]:
         for k in range(n)
     ]
     return _joined_chains(chains, closed, bool(round_.any()))
+
+
+def _crossing(starts: Array, ends: Array, closed: bool) -> Array | None:
+    """First place, (2,), where a chain of lines from starts to ends, (n, 2) each, crosses
+    itself; None without any."""
+    for k, (start, end) in enumerate(zip(starts[:-2], ends[:-2])):
+        # Neighbours meet; so do the last line and the first of a closed chain
+        others = slice(k + 2, -1 if closed and k == 0 else None)
+        a, b, way = starts[others] - start, ends[others] - start, end - start
+        sides = [_cross(way, a), _cross(way, b)]
+        of_start, of_end = _cross(b - a, -a), _cross(b - a, way - a)
+        is_crossed = (sides[0] * sides[1] < 0.0) & (of_start * of_end < 0.0)
+        if is_crossed.any():
+            i = int(np.argmax(is_crossed))
+            share = of_start[i] / (of_start[i] - of_end[i])
+            found: Array = start + share * way
+            return found
+    return None
+
+
+def _cross(a: Array, b: Array) -> Array:
+    """Third component of the cross product of vectors in the plane, (n,)."""
+    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 
 def _fillet(start: Array, way: Array, radius: float, turn: float) -> Array:

@@ -216,8 +216,8 @@ class BodiesPreconditioner(ContactPreconditioner):
     2. `ContactPreconditioner` eliminates the multipliers. Springs as stiff as the
        volume's surface stand for closed contact, which multigrid solves well.
 
-    The levels are those of the bodies without contact. They are kept until a solve
-    takes many more cycles than the first one, or until other dofs are prescribed.
+    The levels belong to the bodies without contact. They are kept until a solve takes
+    many more cycles than the first one, or until other dofs are prescribed.
 
     Attributes
     ----------

@@ -15,8 +15,8 @@ class FixedPointSolver:
 
     The inner solver keeps segments, integration points and weights, and casts rays
     only: its tangent is the exact derivative of this residual. The outer loop pairs
-    anew until the residual of the new pairing is small too. The solution is that of the
-    inner solver alone.
+    anew until the residual of the new pairing is small too. The inner solver alone has
+    the same solution.
 
     Parameters
     ----------

@@ -42,9 +42,10 @@ def lagged_factors(package: str = "mumps", **options: Any) -> dict[str, Any]:
 
     Returns
     -------
-    Options for `NewtonSolver` or `SNESSolver`. The prefixes of GMRES and of the factors
-    add ``lagged_`` and ``direct_`` to that of the solver. ``lagged_most``, a whole
-    number, is that of iterations, added up, after which the tangent is factorised again.
+    Options for `NewtonSolver` or `SNESSolver`. The prefixes of GMRES
+    and of the factors add ``lagged_`` and ``direct_`` to that of the solver.
+    ``lagged_most``, a whole number, limits the sum of iterations, after which the
+    tangent is factorised again.
 
     Raises
     ------

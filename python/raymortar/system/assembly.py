@@ -52,7 +52,7 @@ MOST_KNOWN = 2
 
 @dataclass
 class Prescribed:
-    """What Dirichlet conditions prescribe of a contact.
+    """Displacements of a contact that Dirichlet conditions prescribe.
 
     Attributes
     ----------
@@ -77,7 +77,7 @@ class Prescribed:
 
 
 class ContactAssembly:
-    """What one contact adds to matrices and vectors, and its coefficient.
+    """Terms of one contact in matrices and vectors, and its coefficient.
 
     Parameters
     ----------
@@ -119,7 +119,7 @@ class ContactAssembly:
         self.gamma_scale = 1.0
         self.volume: VolumePattern | None = None
         self.preallocations, self.extensions = 0, 0
-        # What the zones know to be prescribed; None: to be sent anew
+        # Prescribed values that the zones know; None: to be sent anew
         free = np.zeros(len(surfaces.u.x.array), dtype=bool)
         self._prescribed: Prescribed | None = Prescribed((), free)
         self._known: list[Prescribed] = []
@@ -267,11 +267,11 @@ class ContactAssembly:
         return now.u
 
     def _forget_prescribed(self) -> None:
-        """What conditions prescribe is to be found and sent anew."""
+        """Forget prescribed values: they are found and sent anew."""
         self._prescribed, self._known = None, []
 
     def _find_prescribed(self, bcs: Sequence[Any]) -> Prescribed:
-        """What conditions prescribe. Collective."""
+        """Find the values that conditions prescribe. Collective."""
         surfaces = self.surfaces
         found = Prescribed(tuple(bcs), self.unknowns.prescribed_u(bcs)[0] == 1)
         if surfaces.multiplier is None:

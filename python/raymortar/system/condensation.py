@@ -92,7 +92,7 @@ class Condensation:
         )
 
     def _shared_nodes(self) -> str | None:
-        """Say whether a slave node is that of two contacts, or of a master too."""
+        """Name a slave node that two contacts have, or that is a master's too."""
         V = self._system.u.function_space
         slaves, masters = [], []
         for part in self._system.parts:
@@ -176,7 +176,7 @@ class Condensation:
         self._found = (weights > 0.0) & ~self._held
         self._by_force = np.zeros(self._count)
         self._by_force[self._found] = 1.0 / (weights * scales)[self._found]
-        # An open node then has the force of its own row
+        # An open node then has the force that its row gives
         self._by_law = np.where(self._found, -gammas / scales, 0.0)
         self._extension(weights > 0.0)
         of_law = product(self._law, self._found.astype(float))
@@ -225,7 +225,7 @@ class Condensation:
         return self._keeps * b[: self.n] + product(self._law, by_law)
 
     def lifted(self, b: Array, A: PETSc.Mat) -> Array:
-        """The same where prescribed increments are lifted, so that slave rows are not
+        """Condense where prescribed increments are lifted, so that slave rows are not
         balanced: by the tangent of all."""
         of_u, of_lam = self._parts(A, (1,))[0], self._parts(A, (3,))[0]
         change = self.multipliers(b[: self.n])

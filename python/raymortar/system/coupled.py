@@ -105,12 +105,12 @@ class CoupledSystem(CoupledIterates):
 
     @property
     def couplings(self) -> Array:
-        """How fields are coupled at set-up, see `probing.VolumePattern`."""
+        """Couplings of fields at set-up, see `probing.VolumePattern`."""
         return self._volume.couplings
 
     @property
     def own_couplings(self) -> Array:
-        """How each row of the forms depends on its own field, (owned rows,)."""
+        """Coupling of each row of the forms to its field, (owned rows,)."""
         found = np.zeros(self.layout.n)
         for field, row in zip(self.unknowns.fields(), self.couplings):
             found[field.rows] = row[field.rows]
@@ -197,7 +197,7 @@ class CoupledSystem(CoupledIterates):
         raise_everywhere(self._comm, message)
 
     def _order_fault(self, name: str) -> str | None:
-        """What the user should have called first, if anything."""
+        """Message about a call that has to come first, if one is missing."""
         if self.parts[0].volume is None and name == "make_room":
             return "make_room needs the volume's pattern: call create_matrix(a) first"
         if self.updates == 0:

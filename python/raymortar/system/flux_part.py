@@ -34,7 +34,7 @@ from .tool_part import ToolPart
 
 @dataclass
 class FluxPoints:
-    """What the law of a flux is given at the points of a zone with a hit.
+    """Arguments of a flux's law at the points of a zone with a hit.
 
     Attributes
     ----------
@@ -130,7 +130,7 @@ class FluxPart:
         """Rows of the field on the facets of each zone, for the room of a matrix."""
         return [side.pattern(of_zone(side.zone)) for side in self.sides]
 
-    # What the law is given
+    # Arguments of the law
 
     def _points(self, side: FieldOnZone, fields: Any) -> FluxPoints:
         """Collect the arguments of the law."""

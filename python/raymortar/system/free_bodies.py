@@ -204,7 +204,7 @@ class FreeBodies:
         return float(self._comm.allreduce(found[0].min(initial=np.inf), op=MPI.MIN))
 
     def _closing_distance(self, found: tuple[Array, Array], force: float) -> float:
-        """How far a body flies until the springs of contact balance a force, with a
+        """Way that a body flies until the springs of contact balance a force, with a
         rigid slave. Length. Collective."""
         ahead, springs = found
         nearest = self._nearest(found)
@@ -285,7 +285,7 @@ class FreeBodies:
         return any([not one.touches and self._has_left(one) for one in pushes])
 
     def _left_behind(self, push: Push) -> str:
-        """What to say of a body that flies away from all that it meets. Collective."""
+        """Message about a body that flies away from all that it meets. Collective."""
         if not self._has_left(push):
             return ""
         return (

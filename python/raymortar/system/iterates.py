@@ -1,4 +1,4 @@
-"""What iterates of a list of contacts need: values, pairs, residuals, norms."""
+"""Values, pairs, residuals and norms of iterates of a list of contacts."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class CoupledIterates:
 
     @property
     def preallocations(self) -> int:
-        """How often a matrix was preallocated."""
+        """Number of times that a matrix was preallocated."""
         return max(part.preallocations for part in self.parts)
 
     @property

@@ -66,7 +66,7 @@ class Push:
 
     @property
     def flight(self) -> tuple[Array, float, float]:
-        """How a body that touches nothing flies: its direction (3,), the distance to
+        """Flight of a body that touches nothing: its direction (3,), the distance to
         which springs and dampers let it go, and the force along the direction."""
         way, freedom = self.way, self.body.freedom
         if way is not None:

@@ -89,7 +89,7 @@ def test_integrals_go_over_the_arc():
     scene = press_fits.scene_of(4, 5, geometry_degree=1)
     contact = press_fits.press_fit(scene, 1.0, 0.3, 0.0, 1, smooth=True).contact
     contact.update()
-    exact = 0.5 * np.pi * press_fits.press_fit_lame.SHAFT
+    exact = 0.5 * np.pi * press_fits.SHAFT
     area = COMM.allreduce(surface_areas(surfaces(contact)[0]).sum())
     assert area == pytest.approx(exact, rel=1e-4)
     weight = COMM.allreduce(contact.points()["weight"].sum())

@@ -9,7 +9,7 @@ from dolfinx import fem
 from problems import COMM, DIMENSION, worst
 
 from meshes.scenes import two_blocks
-from raymortar import Contact, ContactError, Tie, dynamics, tools
+from raymortar import Contact, ContactError, SetUpError, Tie, dynamics, tools
 from raymortar.dynamics.massless import massless_nodes
 
 RHO = 7.85
@@ -195,6 +195,16 @@ def test_wrong_forms_are_refused(given, text):
     a, v = ufl.TrialFunction(u.function_space), ufl.TestFunction(u.function_space)
     with pytest.raises((ContactError, ValueError), match=text):
         dynamics.Inertia(given(a, v), contact)
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("mass", ("nearest", "consistent"))
+def test_negative_densities_are_refused(mass):
+    _, u, contact = made("triangle", 1, mass)
+    a, v = ufl.TrialFunction(u.function_space), ufl.TestFunction(u.function_space)
+    inertia = dynamics.Inertia(-2.0 * ufl.inner(a, v) * ufl.dx, contact, mass)
+    with pytest.raises(SetUpError, match="negative mass, -.* density rho"):
+        inertia.matrix
 
 
 def test_wrong_masses_are_refused():

@@ -135,6 +135,15 @@ def test_velocity_and_masses_are_checked():
         body.velocity = {"y": np.nan}
 
 
+def test_a_velocity_without_mass_is_refused():
+    scene = layer(height=20.0)
+    scene.ball.masses[:] = 0.0
+    steps_of(scene, Newmark(), 0.1, 1.0)
+    scene.ball.velocity = {"y": -1.0}
+    with pytest.raises(ContactError, match="ball has velocity = .* and no mass"):
+        steps_of(scene, Newmark(), 0.1, 1.0)
+
+
 def test_a_body_in_space_that_turns_about_two_axes_is_refused():
     scene = moving.bars("hexahedron", n=2, lower=False, heads=1)
     _, residual = moving.elastic(scene)

@@ -102,6 +102,7 @@ ARGUMENTS = {
         dict(law=lambda a, b: a - b)
     ),
     "there are no rigid tools": dict(tool=ToolField(0.0, 1.0)),
+    "tool = 20.0 is the field .* there are no rigid tools in": dict(tool=20.0),
     "which is no Function": dict(fields=[3.0]),
 }
 

@@ -21,9 +21,9 @@ from raymortar import (
 )
 from raymortar.paths.strategies import FULL, VISCOUS
 
-sys.path.append(str(Path(__file__).parents[3] / "demos"))
+sys.path.append(str(Path(__file__).parents[3] / "benchmarks"))
 
-import snap_through  # noqa: E402
+from models import snap_through  # noqa: E402
 
 BY = -6.0
 

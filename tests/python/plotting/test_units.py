@@ -12,6 +12,7 @@ from test_traction_curves import right_of
 import raymortar
 from raymortar import ContactError, rigid
 from raymortar.plotting import drawing
+from raymortar.plotting.labels import AxisOptions
 from raymortar.plotting.picture import new_figure
 
 matplotlib = pytest.importorskip("matplotlib")
@@ -47,6 +48,23 @@ def test_all_that_is_drawn_is_converted(ball):
     np.testing.assert_allclose(mega, 1e-6 * p)
     texts = scaled.get_xlabel(), over.get_xlabel(), over.get_ylabel()
     assert texts == ("x (mm)", "x (mm)", "contact pressure (MPa)")
+
+
+@pytest.mark.quick
+@pytest.mark.parametrize(
+    "name, label",
+    [
+        ("stress", "stress (MPa)"),
+        ("stress (MPa)", "stress (MPa)"),
+        ("stress [MPa]", "stress [MPa]"),
+        ("MPa", "MPa"),
+        ("stress (Pa)", "stress (Pa) (MPa)"),
+    ],
+)
+def test_a_label_has_its_unit_once(name, label):
+    options = AxisOptions(units={"field": ("MPa", 1e-6)})
+    assert options.label("field", name) == label
+    assert AxisOptions().label("field", name) == name
 
 
 @pytest.mark.mpi

@@ -124,6 +124,12 @@ SHAPES = {
     "0 or more": dict(points=CUP, radius=-1.0),
     "radius = 'wide'": dict(points=CUP, radius="wide"),
     "is level with": dict(points=CUP[:2], inside=(0.0, 4.0)),
+    r"crosses itself at \(1, 0.5\)": dict(
+        points=[(0.0, 0.0), (2.0, 1.0), (2.0, 0.0), (0.0, 1.0)], closed=True
+    ),
+    r"crosses itself at \(0.25, 0\)": dict(
+        points=[(0.0, 0.0), (2.0, 0.0), (0.25, 2.0), (0.25, -1.0)], radius=0.1
+    ),
     "must be 2 finite numbers": dict(points=CUP[:2], inside=(0.0, 1.0, 2.0)),
 }
 
