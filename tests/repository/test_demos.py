@@ -137,7 +137,7 @@ def test_a_sheet_is_bent_and_springs_back(folder):
     run(forming, folder, "--steps", "10")
 
 
-# Contact of the jaws, by a multiplier, is one facet wide at first
+# Contact of the plates, by a multiplier, is one facet wide at first
 @pytest.mark.filterwarnings("ignore:converged with tension")
 def test_a_ring_meets_itself_as_its_quarter_meets_a_line(folder):
     run(crushed_ring, folder, "--steps", "12")

@@ -13,7 +13,7 @@ from .. import _cpp, compat
 from ..compat import Array
 from ..discretization.bodies import Bodies, bodies_of_facets
 from ..discretization.facets import facet_dof_table
-from ..discretization.folded import facets_that_share_vertices
+from ..discretization.folded import facets_that_never_meet
 from ..discretization.layout import Layout
 from ..discretization.ranks import largest
 from ..discretization.surfaces import Surface
@@ -64,10 +64,10 @@ def _distances(
 
 
 def _filter(zone: ZoneFacets, comm: MPI.Comm) -> _cpp.PairFilter | None:
-    """What keeps facets that share a vertex from pairing, if any do. Collective."""
+    """What keeps facets from pairing with their neighbours, if any. Collective."""
     if not zone.share_vertices:
         return None
-    offsets, neighbours = facets_that_share_vertices(*zone.sides, comm)
+    offsets, neighbours = facets_that_never_meet(*zone.sides, comm)
     return _cpp.PairFilter(offsets=offsets, neighbours=neighbours)
 
 
