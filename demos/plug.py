@@ -70,18 +70,6 @@ def slice_of(comm, size):
     return Scene(*made, TAGS, {"plug": 1})
 
 
-def turned_form(u):
-    """Virtual work over a full turn: hoops stretch by u_r / r, and 2 pi r is a weight."""
-    r = ufl.SpatialCoordinate(u.function_space.mesh)[0]
-    H = ufl.grad(u)
-    F = ufl.Identity(3) + ufl.as_tensor(
-        [[H[0, 0], H[0, 1], 0], [H[1, 0], H[1, 1], 0], [0, 0, u[0] / r]]
-    )
-    energy = MATERIAL.density(F) * 2 * ufl.pi * r
-    dx = ufl.dx(metadata={"quadrature_degree": 6})
-    return ufl.derivative(energy * dx, u, ufl.TestFunction(u.function_space))
-
-
 def slice_form(u, scene):
     """That of the slice, whose far cut slides on its plane: held by stiff springs."""
     v = ufl.TestFunction(u.function_space)
@@ -106,7 +94,7 @@ def problem_of(comm, turns, size):
     bcs = [tools.prescribe(V, scene.find("top"), down, 1 if turns else 2)]
     if turns:
         hole = rigid.Line((FOOT, 0.0), (-1.0, SLOPE))
-        return scene, u, turned_form(u), bcs, hole, down
+        return scene, u, MATERIAL.turned_residual(u, 6), bcs, hole, down
     bcs.append(tools.prescribe(V, scene.find("cut"), component=1))
     tip, angle = (0.0, 0.0, -FOOT / SLOPE), np.arctan(SLOPE)
     hole = rigid.Cone(tip, (0.0, 0.0, 1.0), angle, hollow=True)
