@@ -43,6 +43,17 @@ class NeoHookean:
         dx = ufl.dx(metadata={"quadrature_degree": quadrature_degree})
         return ufl.inner(P, ufl.grad(v)) * dx
 
+    def turned_residual(self, u, quadrature_degree: int):
+        """Virtual work over a full turn of a section in (r, z): hoops stretch by
+        u_r / r, and 2 pi r is a weight."""
+        r, H = ufl.SpatialCoordinate(u.function_space.mesh)[0], ufl.grad(u)
+        F = ufl.Identity(3) + ufl.as_tensor(
+            [[H[0, 0], H[0, 1], 0], [H[1, 0], H[1, 1], 0], [0, 0, u[0] / r]]
+        )
+        dx = ufl.dx(metadata={"quadrature_degree": quadrature_degree})
+        energy = self.density(F) * 2 * ufl.pi * r * dx
+        return ufl.derivative(energy, u, ufl.TestFunction(u.function_space))
+
     def cauchy(self, u):
         """Cauchy stress as a 3 x 3 tensor."""
         H = ufl.grad(u)

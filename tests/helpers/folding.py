@@ -91,3 +91,23 @@ def only_legs(scene):
     keep = (tags.values != SKIN) | np.isin(tags.indices, legs)
     found = compat.meshtags(mesh, dim, tags.indices[keep], tags.values[keep])
     return dataclasses.replace(scene, facet_tags=found)
+
+
+def hinge(cell, geometry_degree=1, deep=1):
+    """Two cells side by side, whose tops are the skin and share the middle. Collective."""
+    dim = 2 if cell in ("triangle", "quadrilateral") else 3
+    lower = (-1.0,) + (0.0,) * (dim - 2) + (-0.4,)
+    upper = (1.0,) + (0.4,) * (dim - 2) + (0.0,)
+    cells = (2,) + (deep,) * (dim - 2) + (1,)
+    block = Block(cells, lower, upper, tags={"top": SKIN}, body="hinge")
+    return Scene(*assemble_blocks(COMM, [block], cell, geometry_degree), {"skin": SKIN})
+
+
+def closed_hinge(X, beyond):
+    """Displacement that turns both halves up by a right angle, and by an angle beyond."""
+    turn = 0.5 * np.pi + beyond
+    far, up = np.abs(X[:, 0]), X[:, -1]
+    u = np.zeros_like(X)
+    u[:, 0] = np.sign(X[:, 0]) * (far * np.cos(turn) - up * np.sin(turn)) - X[:, 0]
+    u[:, -1] = far * np.sin(turn) + up * np.cos(turn) - up
+    return u

@@ -130,15 +130,15 @@ def all_hit_their_own(contact):
     return np.array_equal(p["master"][p["seed"] >= 0], p["seed"][p["seed"] >= 0])
 
 
-def remainders_of(contact, K, seed, first_steps=FIRST_STEPS):
-    """Steps and Taylor remainders of the re-paired residual, with the topology held;
-    None where it is not."""
+def remainders_of(contact, K, seed, first_steps=FIRST_STEPS, branch=Topology):
+    """Steps and Taylor remainders of the re-paired residual, with the topology, or the
+    branch that is given, held; None where it is not."""
     U, R = states.unknowns(contact), states.assembled(contact)
     direction = np.random.default_rng(seed + 1000).normal(size=U.size)
     for first in first_steps:
         steps = first * 10.0 ** -np.arange(0.0, DECADES - 0.9, 0.5)
         remainders = taylor_remainders(
-            contact, K, U, R, direction, steps, Topology, rays_only=False
+            contact, K, U, R, direction, steps, branch, rays_only=False
         )
         states.residual_at(contact, U, rays_only=False)
         if remainders is not None:

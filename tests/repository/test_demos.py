@@ -14,6 +14,7 @@ import assembly  # noqa: E402
 import blocks_3d  # noqa: E402
 import bouncing_ball  # noqa: E402
 import brake  # noqa: E402
+import buckling_tube  # noqa: E402
 import c_box  # noqa: E402
 import cattaneo_mindlin  # noqa: E402
 import crushed_ring  # noqa: E402
@@ -153,10 +154,14 @@ def test_a_sheet_is_bent_and_springs_back(folder):
     run(forming, folder, "--steps", "10")
 
 
-# Contact of the jaws, by a multiplier, is one facet wide at first
+# Contact of the plates, by a multiplier, is one facet wide at first
 @pytest.mark.filterwarnings("ignore:converged with tension")
 def test_a_ring_meets_itself_as_its_quarter_meets_a_line(folder):
     run(crushed_ring, folder, "--steps", "12")
+
+
+def test_a_tube_folds_as_half_of_it_does_on_a_mirror(folder):
+    run(buckling_tube, folder)
 
 
 def test_the_arms_of_a_c_meet_as_two_named_sides(folder):

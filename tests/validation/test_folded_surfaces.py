@@ -126,7 +126,10 @@ class Facets:
         self.surface = surface = self.zone.facets.slave_surface
         corners = surface.facet_dofs
         share = (corners[:, None, :, None] == corners[None, :, None, :]).any((2, 3))
-        self.apart, thickness = ~share, self.zone.thickness[0]
+        n = normals(surface.X[surface.facet_nodes])
+        # At the edges of the strip there is material between facets
+        wedge = share & (n @ n.T < 0.5)
+        self.apart, thickness = ~wedge, self.zone.thickness[0]
         depth, reach = (self.zone.distances[name] for name in ("depth", "reach"))
         half = 0.5 * np.minimum(thickness[:, None], thickness)
         self.depth, self.reach = np.minimum(depth[:, None], half), reach[:, None]

@@ -7,14 +7,14 @@ namespace raymortar
 {
 /// @brief Keeps smooth neighbours, and the back of a wall, from being contact.
 ///
-/// It is for surfaces that meet themselves, or share vertices: facets that
-/// share a vertex never pair, and other hits count if both sides face each
-/// other well  [theory (3.14)].
+/// It is for surfaces that meet themselves, or share vertices: facets with a
+/// wedge of material between them never pair, and other hits count if both
+/// sides face each other well  [theory (3.14)].
 struct PairFilter
 {
   std::vector<std::int64_t> offsets = {0}; ///< (slave facets + 1,)
-  /// Global numbers of the master facets that share a vertex with each slave
-  /// facet, ascending
+  /// Global numbers of the master facets that each slave facet never meets,
+  /// ascending
   std::vector<GlobalIndex> neighbours;
   double facing = 0.2; ///< least -n . n_m of a hit
 

@@ -15,12 +15,15 @@ from ..compat import Array, Indices
 from .bodies import Bodies, find_bodies
 from .facets import Facets, Global, all_exterior_facets, check_tags
 from .ranks import of_all
-from .reference_facets import N_CORNERS
+from .reference_facets import N_CORNERS, middle_normals, units
 from .surfaces import Surface
 
 # Coordinates of bodies that differ by less than this share of the model's size are the
 # same: nodes on round bodies that are alike need not be
 _SAME_PLACE = 1e-3
+# Facets that share a vertex and turn away from each other by more than 45 degrees, their
+# middles behind each other, have a wedge of material between them
+_SHARP, _IN_PLANE = np.cos(np.pi / 4.0), 1e-6
 
 
 @dataclass(frozen=True)
@@ -118,28 +121,49 @@ def corner_ids(surface: Surface) -> Global:
     return surface.dof_ids[corners]
 
 
-def facets_that_share_vertices(
+def facets_that_never_meet(
     slave: Surface, master: Surface, comm: MPI.Comm
 ) -> tuple[Global, Global]:
-    """List the master facets of all ranks that share a vertex with each slave facet.
+    """List the master facets of all ranks that each slave facet never meets.
 
-    Returns offsets (slave facets + 1,) and global numbers, ascending for each slave
-    facet. Collective.
+    They are itself and those beyond a sharp edge or corner, behind which the material
+    is [theory (3.14)]. Returns offsets (slave facets + 1,) and global numbers,
+    ascending for each slave facet. Collective.
     """
-    ids, corners = of_all(comm, master.facet_ids, corner_ids(master))
-    known = np.sort(ids)
-    order = np.argsort(corners.ravel(), kind="stable")
-    vertices = corners.ravel()[order]
-    owners = np.searchsorted(known, ids[order // corners.shape[1]])
-    mine = corner_ids(slave)
+    middles, n = _middles(master)
+    ids, corners, middles, n = of_all(
+        comm, master.facet_ids, corner_ids(master), middles, n
+    )
+    mine, mine_n = _middles(slave)
+    row, other = _pairs_at_vertices(corner_ids(slave), corners)
+    way = middles[other] - mine[row]
+    cosine = np.einsum("pd,pd->p", mine_n[row], n[other])
+    # Height of either middle over the other facet, over the distance
+    length = np.linalg.norm(way, axis=1) + np.finfo(float).tiny
+    heights = np.einsum("pd,kpd->kp", way, np.array([mine_n[row], -n[other]])) / length
+    is_notch = (heights > -_IN_PLANE).all(axis=0)
+    never = (slave.facet_ids[row] == ids[other]) | ((cosine < _SHARP) & ~is_notch)
+    row, number = row[never], ids[other[never]]
+    order = np.lexsort([number, row])
+    offsets = np.searchsorted(row[order], np.arange(len(mine) + 1))
+    return offsets.astype(np.int64), number[order].astype(np.int64)
+
+
+def _middles(surface: Surface) -> tuple[Array, Array]:
+    """Middles of the undeformed facets, by their corners, and unit normals, (n, d)."""
+    nodes = surface.nodes[:, : N_CORNERS[surface.shape]]
+    return nodes.mean(axis=1), units(middle_normals(surface.shape, 1, nodes))
+
+
+def _pairs_at_vertices(mine: Global, others: Global) -> tuple[Indices, Indices]:
+    """Rows of two tables (facets, corners) that have a number in common, each once."""
+    order = np.argsort(others.ravel(), kind="stable")
+    vertices = others.ravel()[order]
     begin = np.searchsorted(vertices, mine.ravel(), "left")
     counts = np.searchsorted(vertices, mine.ravel(), "right") - begin
-    ends = np.cumsum(counts)
+    first = np.repeat(begin - np.cumsum(counts) + counts, counts)
+    met = order[np.arange(counts.sum()) + first] // others.shape[1]
     rows = np.repeat(np.arange(mine.size) // mine.shape[1], counts)
-    at = np.arange(counts.sum()) - np.repeat(ends - counts, counts)
-    met = owners[at + np.repeat(begin, counts)]
-    # One number for each pair of facets, in the order of the table
-    pairs = np.unique(rows.astype(np.int64) * max(len(known), 1) + met)
-    row, column = np.divmod(pairs, max(len(known), 1))
-    offsets = np.searchsorted(row, np.arange(len(mine) + 1))
-    return offsets.astype(np.int64), known[column].astype(np.int64)
+    pairs = np.unique(rows.astype(np.int64) * max(len(others), 1) + met)
+    row, other = np.divmod(pairs, max(len(others), 1))
+    return row, other

@@ -17,10 +17,11 @@ import numpy as np
 
 from .. import compat
 from ..checked import positive
-from ..compat import Array, Mask
+from ..compat import Array, Indices, Mask
 from ..discretization.bodies import bodies_of_facets
 from ..discretization.facets import format_point
-from ..discretization.joined import parts_of, places_of
+from ..discretization.folded import corner_ids
+from ..discretization.joined import NUMBERS_OF_PART, parts_of, places_of
 from ..discretization.ranks import index_among, largest, of_all
 from ..discretization.reference_facets import (
     N_CORNERS,
@@ -75,7 +76,10 @@ def warn_of_overlap(surfaces: ContactSurfaces, pairs: Sequence[Pair]) -> None:
             known = np.where(thickness < most, thickness, np.inf)
             allowed.append(NOISE * np.minimum(facet_lengths(side), known) + chords)
         messages = _of_points(zone, own, allowed, comm)
-        for text in messages or _beyond_search(zone, own, allowed, surfaces):
+        messages = messages or _beyond_search(zone, own, allowed, surfaces)
+        if zone.facets.meets_itself:
+            messages += _inside_itself(zone, own, allowed[0], surfaces)
+        for text in messages:
             warnings.warn(f"{text}, {REMEDY}", ContactWarning, stacklevel=4)
 
 
@@ -150,6 +154,61 @@ def _beyond_search(
         f"slave {slave} starts inside {masters}, or behind it, deeper than rays are "
         f"followed, at {format_point(np.array(place[1:]))}"
     ]
+
+
+def _inside_itself(
+    zone: ZoneData, pairs: Sequence[Pair], allowed: Array, surfaces: ContactSurfaces
+) -> list[str]:
+    """Message on facets inside a wall of their own body that no hit tells. Collective.
+
+    Their middle, and a point below it, are in cells that share no vertex with them.
+    """
+    side, points = zone.sides[0], zone.points()
+    is_told = np.zeros(len(side.facet_dofs), dtype=bool)
+    deep = -points["gap"] > allowed[points["slave"]]
+    is_told[points["slave"][deep & (points["status"] >= OPEN)]] = True
+    nodes = side.nodes[:, : N_CORNERS[side.shape]]
+    middle, n = nodes.mean(axis=1), units(middle_normals(side.shape, 1, nodes))
+    body = bodies_of_facets(surfaces.bodies, side)
+    half = np.minimum(0.5 * zone.thickness[0], zone.distances["depth"])
+    places = np.hstack([middle, middle - allowed[:, None] * n])
+    half, places, body, ids = of_all(
+        surfaces.comm, *(v[~is_told] for v in (half, places, body, corner_ids(side)))
+    )
+    d, inside = side.gdim, np.zeros((2, len(half)), dtype=bool)
+    for k, x in enumerate((places[:, :d], places[:, d:])):
+        inside[k] = _in_own_cells(zone, surfaces, x, body, ids)
+    surfaces.comm.Allreduce(MPI.IN_PLACE, inside, op=MPI.LOR)
+    found = np.flatnonzero(inside.all(axis=0))
+    if not len(found):
+        return []
+    worst = max(found, key=lambda k: (half[k], *places[k]))
+    return [
+        f"{spoken(pairs[0].slave_name, pairs[0].slave)} starts inside itself, deeper "
+        f"than {half[worst]:.3g} (half of its wall, or the search depth), at "
+        f"{format_point(places[worst, :d])}"
+    ]
+
+
+def _in_own_cells(
+    zone: ZoneData, surfaces: ContactSurfaces, x: Array, body: Indices, ids: Array
+) -> Mask:
+    """Whether points are in cells of this rank, of a body, that have no vertex of some
+    numbers, (n,)."""
+    k = zone.facets.slave_part
+    V, places = parts_of(surfaces.u)[k].function_space, places_of(surfaces.u, k)
+    dofs = compat.dofmap_array(V)
+    number = compat.local_to_global(V.dofmap.index_map) + k * NUMBERS_OF_PART
+    cells, own = Cells(V.mesh), dofs[:, 0]
+    of_cell = surfaces.bodies.dofs[own if places is None else places[own]]
+    every = np.arange(len(dofs), dtype=np.int32)
+    inside = np.zeros(len(x), dtype=bool)
+    if len(x) and len(every):
+        at, cell = compat.points_in_boxes(V.mesh, every, x)
+        is_near = (ids[at, :, None] == number[dofs[cell]][:, None]).any(axis=(1, 2))
+        is_in = cells.contain(cell, x[at]) & (of_cell[cell] == body[at]) & ~is_near
+        inside[at[is_in]] = True
+    return inside
 
 
 def _inside(

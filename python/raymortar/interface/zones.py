@@ -13,7 +13,7 @@ from .. import _cpp, compat
 from ..compat import Array
 from ..discretization.bodies import Bodies, bodies_of_facets
 from ..discretization.facets import facet_dof_table
-from ..discretization.folded import facets_that_share_vertices
+from ..discretization.folded import facets_that_never_meet
 from ..discretization.layout import Layout
 from ..discretization.ranks import largest
 from ..discretization.surfaces import Surface
@@ -64,10 +64,10 @@ def _distances(
 
 
 def _filter(zone: ZoneFacets, comm: MPI.Comm) -> _cpp.PairFilter | None:
-    """Filter against pairs of facets that share a vertex, if any do. Collective."""
+    """Keep facets from pairing with neighbours that they never meet. Collective."""
     if not zone.share_vertices:
         return None
-    offsets, neighbours = facets_that_share_vertices(*zone.sides, comm)
+    offsets, neighbours = facets_that_never_meet(*zone.sides, comm)
     return _cpp.PairFilter(offsets=offsets, neighbours=neighbours)
 
 
