@@ -101,6 +101,8 @@ class CoupledProblem:
         Load steps so far, of all `LoadSteps` of the problem.
     restored
         Further Functions that the last `Checkpoint.read` has set; None before.
+    soften
+        Adds to each tangent before it is assembled, as `paths.SoftStick` does; None.
     tangents, solves
         Tangents and nonlinear solves so far, those of failed solves included.
 
@@ -168,6 +170,7 @@ class CoupledProblem:
         self.part_of: dict[str, Any] = {}
         self.steps_accepted = self.tangents = self.solves = 0
         self.restored: tuple[Any, ...] | None = None
+        self.soften: Callable[[PETSc.Mat], None] | None = None
         # Revision of the contact at the last `form`; None: no iterate yet
         self._revision: int | None = None
         updated = None if update is None else Updated(unknowns, update)
@@ -388,6 +391,8 @@ class CoupledProblem:
         if self.fluxes is not None:
             largest = self.convergence.groups.largest
             self.fluxes.add_tangent(A, self.bcs, largest)
+        if self.soften is not None:
+            self.soften(A)
         A.assemble()
         return renewed
 

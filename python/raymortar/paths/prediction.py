@@ -26,10 +26,10 @@ class Prediction:
         """Go where the last step leads; False: stay at the present state. Collective."""
         if not self.always and self._backoff.rests():
             return False
-        here = 0.0 if self.always else self._imbalance()
+        here = (0.0, 0.0) if self.always else self._imbalance()
         self._path.extrapolate(ratio)
         self._problem.contact.extrapolate(now, last, ratio)
-        if self.always or self._imbalance() < here:
+        if self.always or self._is_nearer(*here):
             return True
         self._problem.contact.restore(now)
         self._path.restart()
@@ -42,14 +42,21 @@ class Prediction:
         else:
             self._backoff.failed()
 
-    def _imbalance(self) -> float:
-        """Sum up what is out of balance at the present state. Force. Collective."""
+    def _is_nearer(self, forces: float, pending: float) -> bool:
+        """Whether less is out of balance than elsewhere, and prescribed displacements
+        are nearer: else the path turns. Collective."""
+        now, left = self._imbalance()
+        return now < forces and (left < pending or pending == 0.0)
+
+    def _imbalance(self) -> tuple[float, float]:
+        """Sum up what is out of balance at the present state, and find how far the
+        prescribed displacements are. Force, length. Collective."""
         problem: Any = self._problem
         x, b = problem.start(), problem.create_vector()
         try:
             problem.F(x, b)
-            size: float = problem.convergence.now.norm
+            now = problem.convergence.now
         finally:
             x.destroy()
             b.destroy()
-        return size
+        return float(now.norm), float(now.pending)

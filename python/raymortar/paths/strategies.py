@@ -20,6 +20,7 @@ from .energy_balance import balance_of_step
 from .lessons import Lessons
 from .load_path import PrescribedPath
 from .prediction import Prediction
+from .soft_stick import SoftStick
 from .stabilization import Stabilization
 
 FULL, EXTRAPOLATED = "full", "extrapolated"
@@ -306,14 +307,17 @@ class Strategies:
                 iterations = self._from_ahead(prediction, now)
                 if iterations is not None:
                     return iterations
-        return iterations_of(self.solver)
+        # A predicted start has the slip of the last step; this one has to find it
+        with self._soft_stick.acting():
+            return iterations_of(self.solver)
 
     def _from_ahead(self, prediction: Prediction, now: State) -> int | None:
         """Solve from where the last step leads; return None if that fails."""
         convergence, iterations = self.solver.problem.convergence, None
         patient, convergence.patient = convergence.patient, False
         try:
-            iterations = iterations_of(self.solver)
+            with self._soft_stick.acting():
+                iterations = iterations_of(self.solver)
             self.used = EXTRAPOLATED if prediction.always else FULL
         except FAILURES as failure:
             if isinstance(failure, SetUpError):
@@ -341,6 +345,10 @@ class Strategies:
         self._give_back(0)
 
     # Other solvers with the settings of the given one, made when first needed
+
+    @cached_property
+    def _soft_stick(self) -> SoftStick:
+        return SoftStick(self.solver.problem)
 
     @cached_property
     def _searching(self) -> SNESSolver | None:
