@@ -88,7 +88,7 @@ class Groups:
     def inertia_floors(self, of_row: Array, sizes: Array) -> Array:
         """Rounding error of inertia in the residual of each group, from the force that
         a unit of each owned unknown of the forms takes and the largest value of each
-        field [theory (5.17)]. Collective."""
+        field [theory (5.18)]. Collective."""
         terms = np.zeros(len(self.of_row))
         for field, size in zip(self.fields, sizes):
             terms[field.rows] = of_row[field.rows] * size
