@@ -120,19 +120,22 @@ class MovingBodies:
             for body, (force, moment) in zip(self.bodies, self._given):
                 body.cpp.force, body.cpp.moment = force, moment
                 body.cpp.damping = body.freedom.damping
+                body.freedom.has_inertia = False
                 self._set_stiffness(body, body.springs)
             for spin in filter(None, self._spins):
                 spin.release()
         self._active = False
 
     def begin(self, dt: float) -> None:
-        """Put the inertia of a step on the bodies, whose loads have been set."""
+        """Put the inertia of a step on the bodies, which have been released, and whose
+        loads have been set."""
         self._dt, self._equation = dt, self._scheme.equation(dt)
         self._given, self._last, self._active = [], [], True
         self._velocity: list[tuple[float, Array]] = []
         one = self._equation
         for body in self.bodies:
             cpp, freedom, m = body.cpp, body.freedom, body.masses
+            freedom.has_inertia = True
             self._given.append((cpp.force.copy(), cpp.moment.copy()))
             q = freedom.totals
             self._last.append(q)

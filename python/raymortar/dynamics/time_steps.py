@@ -250,9 +250,15 @@ class TimeSteps(LoadSteps):
         else:
             sizes = AdaptiveSizes(count, self.max_halvings, self.adapt)
         return TimePath(
-            self.solver, self._apply, self.path, sizes,
+            self.solver, self._set_loads, self.path, sizes,
             isinstance(self.scheme, Midpoint), self._started, self._solved, self._passed,
         )  # fmt: skip
+
+    def _set_loads(self, time: float, dt: float) -> None:
+        """Set the loads of a time, without the inertia of a step that was begun before,
+        be it solved or to be halved."""
+        self.bodies.release()
+        self._apply(time, dt)
 
     def _begin(self) -> None:
         """Find the accelerations that motion starts with. Collective."""
@@ -293,7 +299,7 @@ class TimeSteps(LoadSteps):
         """Go over to the end of a recorded step."""
         path, unknowns = self._path, self._problem.contact.unknowns
         if isinstance(self.scheme, Midpoint):
-            self._apply(path.factor, self.motion.dt)
+            self._set_loads(path.factor, self.motion.dt)
         lacking = unknowns.lacking(self._problem.bcs)
         prescribed = unknowns.owned_values() + lacking.owned
         self.motion.accept(self._end, (lacking.fixed, prescribed))

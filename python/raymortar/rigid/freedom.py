@@ -104,6 +104,8 @@ class Freedom:
         self._lever: float | None = None
         self.velocity, self.acceleration, self.static = np.zeros((3, len(names)))
         self.moments, self.spins = np.zeros((2, 3)), False
+        # Whether a time step's inertia acts: then a flight is motion in that step
+        self.has_inertia = False
 
     def __len__(self) -> int:
         return len(self.names)

@@ -261,9 +261,10 @@ class FreeBodies:
         along = np.where(freedom.is_turn, 0.0, way[freedom.axis])
         freedom.values = freedom.values + self._closing_distance(found, force) * along
         self._moved.add(body)
-        # A flight is no slip
-        for part in self._system.parts:
-            part.present.begin_slip_here(body)
+        # Without inertia a flight takes no time, and is no slip
+        if not freedom.has_inertia:
+            for part in self._system.parts:
+                part.present.begin_slip_here(body)
         return True
 
     def _has_left(self, push: Push) -> bool:

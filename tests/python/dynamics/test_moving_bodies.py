@@ -12,7 +12,7 @@ from problems import COMM, worst
 import raymortar
 from meshes.blocks import Block
 from meshes.meshing import assemble_blocks
-from raymortar import ContactError, dynamics, rigid, tools
+from raymortar import ContactError, ConvergenceError, dynamics, rigid, tools
 from raymortar.dynamics import GeneralizedAlpha, Midpoint, Newmark
 
 SCHEMES = [Newmark(), Midpoint(), GeneralizedAlpha(0.8)]
@@ -36,7 +36,7 @@ def layer(height=1.5, free=("x", "y", "r"), friction=None, E=400.0, **options):
     contact = raymortar.Contact(scene.u, facets, [(1, ball)], friction=friction)
     bcs = [tools.prescribe(V, facets.find(3))]
     scene.ball, scene.contact = ball, contact
-    scene.problem = raymortar.NonlinearProblem(residual, contact, bcs)
+    scene.problem = raymortar.NonlinearProblem(residual, contact, bcs, **options)
     scene.inertia = dynamics.Inertia(ufl.inner(scene.a, scene.v) * ufl.dx, contact)
     scene.history = raymortar.History(scene.problem)
     return scene
@@ -69,6 +69,43 @@ def test_a_body_in_flight_falls_and_spins(scheme):
     # Loads and springs are the user's again
     assert worst(scene.ball.force - [0.0, -MASS * GRAVITY]) == 0.0
     assert scene.ball.stiffness == {"x": 0.0, "y": 0.0, "r": 0.0}
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("scheme", SCHEMES, ids=str)
+def test_a_step_that_fails_leaves_nothing_on_the_body(scheme):
+    fails = [False]
+
+    def update():
+        if fails[0]:
+            fails[0] = False
+            raise ConvergenceError("the user's")
+
+    scene = layer(height=20.0, update=update)
+    scene.ball.force = (0.0, -MASS * GRAVITY)
+    scene.ball.velocity = {"x": 1.0, "r": 3.0}
+    steps = steps_of(scene, scheme, 0.1, 1.0, strategy="halve")
+    for step in steps:
+        fails[0] = step.number == 2
+    assert steps.halvings == 1
+    assert worst(scene.ball.translation[:2] - [1.0, -0.5 * GRAVITY]) <= 1e-9
+    assert abs(scene.ball.rotation[2] - 3.0) <= 1e-9
+    assert worst(scene.ball.force - [0.0, -MASS * GRAVITY]) == 0.0
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("scheme", SCHEMES, ids=str)
+def test_friction_holds_a_body_back_as_it_lands(scheme):
+    """Slip of the step in which it lands counts from where the step began."""
+    scene = layer(height=0.51, free=("x", "y"), friction=raymortar.Coulomb(0.4))
+    scene.ball.velocity = {"x": 1.0, "y": -0.2}
+    forces = []
+    for step in steps_of(scene, scheme, 0.02, 0.2):
+        forces.append(scene.contact.resultant_on(scene.ball).force[:2])
+        if forces[-1][1] > 1e-9:
+            break
+    along, up = forces[-1]
+    assert up > 1e-9 and abs(along / up + 0.4) <= 0.05
 
 
 @pytest.mark.mpi
