@@ -110,8 +110,8 @@ def main(arguments=None):
     io.write_xdmf(args.output / "brake.xdmf", T.function_space.mesh, [u, T, wear.depth])
     time, gained, work, _ = rows.T
     curves = (time, work, "work of friction"), (time, gained, "heat of both bodies")
-    axes = {"xlabel": "time [s]", "ylabel": "N mm / mm", "xlim": (0, None)}
-    path, label = args.output / "brake.png", "temperature [K]"
+    axes = {"xlabel": "time (s)", "ylabel": "work, heat (N mm/mm)", "xlim": (0, None)}
+    path, label = args.output / "brake.png", "temperature (K)"
     drawing.field_and_curve(path, u, T, label, *curves, axes)
     return report.finish("friction")
 

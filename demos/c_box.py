@@ -78,9 +78,9 @@ def draw(found, named, path, parts):
     """The box, and its force over the way of the corner."""
     figure, (left, right) = drawing.pyplot().subplots(1, 2, figsize=(10, 4))
     x, u = parts
-    colours = drawing.draw_field(
-        left, x[..., :2] + u, np.linalg.norm(u, axis=-1, keepdims=True)
-    )
+    at, size = x[..., :2] + u, np.linalg.norm(u, axis=-1, keepdims=True)
+    colours = drawing.draw_field(left, at, size)
+    left.set(xticks=[0.0, 0.5])
     figure.colorbar(colours, ax=left, label="displacement")
     right.plot(named.way, named.force, color=drawing.EXACT, label="two named sides")
     right.plot(found.way, found.force, "o", color=drawing.COMPUTED, label='"all"')

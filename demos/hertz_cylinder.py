@@ -83,9 +83,7 @@ def main(arguments=None):
     # The second moment of Hertz's pressure is force times a^2 / 4
     ds = ufl.Measure("ds", mesh, subdomain_data=scene.facet_tags)(pair[0])
     x = ufl.SpatialCoordinate(mesh)[0]
-    moment, total = (
-        tools.integral(f * ds, mesh) for f in (pressure * x**2, pressure)
-    )
+    moment, total = (tools.integral(pressure * f * ds, mesh) for f in (x**2, 1))
     points = contact.points()
     closed = points["x"][points["status"] >= 2, 0].max(initial=0.0)
 
@@ -96,8 +94,7 @@ def main(arguments=None):
     report.add("peak pressure", peak, p0, 0.03, "MPa")
     half_width = 2.0 * np.sqrt(moment / total)
     report.add("half-width (second moment)", half_width, a, 0.03, "mm")
-    # Known to one facet only
-    edge = comm.allreduce(closed, op=MPI.MAX)
+    edge = comm.allreduce(closed, op=MPI.MAX)  # known to one facet only
     report.add("edge of the contact", edge, a, 2.0 / size, "mm")
 
     # The stress in both halves, and the pressure at the nodes on Hertz's half ellipse

@@ -101,8 +101,8 @@ def main(arguments=None):
         *rows[:, ::2].T,
         "computed",
     )
-    axes = {"xlabel": "slide [mm]", "ylabel": "half-width [mm]", "xlim": (0, None)}
-    path, label, zoom = args.output / "pin.png", "worn depth [mm]", (-3, 3, -0.1, 2)
+    axes = {"xlabel": "slide (mm)", "ylabel": "half-width (mm)", "xlim": (0, None)}
+    path, label, zoom = args.output / "pin.png", "worn depth (mm)", (-3, 3, -0.1, 2)
     drawing.field_and_curve(path, u, wear.depth, label, exact, computed, axes, zoom)
     return report.finish("wear")
 

@@ -74,24 +74,24 @@ def draw(result, path):
     io.write_xdmf(path.with_suffix(".xdmf"), result.mesh, [u, result.steps.velocity])
     if result.mesh.comm.rank > 0:
         return
-    options = {"figsize": (11.0, 3.2), "width_ratios": [1.6, 1.0, 1.0]}
-    figure, axes = drawing.pyplot().subplots(1, 3, layout="constrained", **options)
-    left, middle, right = axes
+    options = {"figsize": (11.0, 3.2), "layout": "constrained"}
+    options["width_ratios"] = [1.6, 1.0, 1.0]
+    figure, (left, middle, right) = drawing.pyplot().subplots(1, 3, **options)
     for k, (_, (x, v, mises)) in enumerate(cells[:: len(cells) // 5][:5]):
         colours = drawing.draw_field(
             left, x[..., :2] + v + [1.3 * k, 0.0], mises, top=TOP
         )
     left.axhline(0.0, color=drawing.EXACT)
-    left.set(aspect="equal", xticks=[])
+    left.set(aspect="equal", xticks=[], yticks=[0, 1], ylabel="height")
     figure.colorbar(colours, ax=left, label="von Mises stress", shrink=0.6)
     for name in GAINED:
         middle.plot(h["time"], h[name], label=name.replace("_", " "))
     for name in PARTS:
         right.plot(h["time"], h[name], label=name.replace("_", " "))
-    right.plot(h["time"], sum(h[name] for name in PARTS), color=drawing.EXACT)
-    for one in (middle, right):
-        one.set(xlabel="time")
-        one.legend(fontsize=7)
+    right.plot(h["time"], sum(map(h.__getitem__, PARTS)), color="k", label="all")
+    for one, name in ((middle, "momentum"), (right, "energy")):
+        one.set(xlabel="time", ylabel=name)
+        one.legend(fontsize=7, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
     figure.savefig(path)
     frames = [(at, (x[..., :2] + moved, mises)) for at, (x, moved, mises) in cells]
     drawing.animate(path.with_suffix(".gif"), frames, (-0.8, 1.6, -0.1, 1.4), TOP)

@@ -13,7 +13,8 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
-sys.path[:0] = [str(HERE), str(ROOT / "tests" / "helpers"), str(ROOT / "benchmarks")]
+sys.path[:0] = [str(HERE), str(ROOT / "tests" / "helpers"), str(ROOT / "demos")]
+sys.path.append(str(ROOT / "benchmarks"))
 
 import getfem_peer  # noqa: E402
 import plots  # noqa: E402
