@@ -1,18 +1,23 @@
-"""Seconds to pair one tag with itself, beside named pairs of the same facets.
+"""Seconds to pair and assemble surfaces that meet themselves, beside named pairs.
 
-Two layers of one cell each lie on each other. Their facets are one tag; two named pairs,
-one in each order; or all facets of the mesh, outer ones too. CPU seconds of one pairing
-from nothing: candidates, segments and rays. A ratio is to the named pairs.
+Two layers lie on each other, one cell thick or eight. Their facets are two named pairs,
+one in each order; or one tag; or all facets of the mesh are in contact, outer ones too.
+CPU microseconds for each facet that is integrated over: one pairing from nothing
+(candidates, segments, rays), and one assembly (residual, tangent).
 
     scripts/python benchmarks/speed/self_contact.py [FACETS...]
+
+writes results/self_contact.csv, and with sizes given prints it only.
 """
 
+import csv
 import sys
 from pathlib import Path
 
 from mpi4py import MPI
 
 import numpy as np
+import ufl
 from dolfinx import fem
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
@@ -20,28 +25,22 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 from meshes.scenes import two_blocks  # noqa: E402
 from raymortar import Contact, Penalty, compat  # noqa: E402
 
-STAGES = "candidates", "segments", "rays"
-SKIN = 77
+STAGES = "candidates", "segments", "rays", "residual", "tangent"
+SKIN, REPEATS = 77, 3
+# Dimension, facets between the layers, cells through each of them
+CASES = [(2, n, cells) for cells in (1, 8) for n in (1000, 10000)]
+CASES += [(3, 1000, 1), (3, 1000, 8), (3, 10000, 1)]
 
 
-def layers(dim, facets):
+def layers(dim, facets, cells):
     """Two layers with about so many facets between them, unlike on both sides."""
     n = round(0.5 * facets) if dim == 2 else round((0.5 * facets) ** 0.5)
-    cells = (n,) * (dim - 1) + (1,), (n + 1,) * (dim - 1) + (1,)
+    divisions = (n,) * (dim - 1) + (cells,), (n + 1,) * (dim - 1) + (cells,)
     # Cells as high as they are wide
-    size = (1.0,) * (dim - 1) + (1.0 / n,)
+    size = (1.0,) * (dim - 1) + (cells / n,)
     cell = {2: "quadrilateral", 3: "hexahedron"}[dim]
-    comm = MPI.COMM_WORLD
     options = {"lower_size": size, "upper_size": size}
-    return two_blocks(comm, dim, cell, *cells, **options)
-
-
-def seconds(contact):
-    """CPU seconds by stage, and the number of facets that are integrated over."""
-    contact.update()
-    stats = contact.statistics
-    found = [getattr(stats, f"seconds_{name}") for name in STAGES]
-    return np.array(found), stats.slave_facets
+    return two_blocks(MPI.COMM_WORLD, dim, cell, *divisions, **options)
 
 
 def kinds(scene):
@@ -50,39 +49,61 @@ def kinds(scene):
     one, other = scene.tags["slave"], scene.tags["master"]
     values = np.where(np.isin(tags.values, [one, other]), SKIN, tags.values)
     joined = compat.meshtags(mesh, mesh.topology.dim - 1, tags.indices, values)
+    u = fem.Function(compat.vector_space(mesh, 1))
 
     def made(facets, *pairs):
-        u = fem.Function(compat.vector_space(mesh, 1))
         return lambda: [Contact(u, facets, pair, Penalty(1.0)) for pair in pairs]
 
-    yield "named, both orders", made(tags, [(one, other)], [(other, one)])
+    yield "named", made(tags, [(one, other)], [(other, one)])
     yield "one tag", made(joined, [(SKIN, SKIN)])
     yield "all", made(None, "all")
 
 
-def microseconds(make, repeats=3):
+def measured(contact):
+    """CPU seconds by stage, facets that are integrated over, and points that hit."""
+    V = contact.u.function_space
+    v, w = ufl.TrialFunction(V), ufl.TestFunction(V)
+    A = contact.create_matrix(fem.form(ufl.inner(v, w) * ufl.dx))
+    contact.update()
+    b = contact.create_vector()
+    contact.assemble_vector(b, [])
+    contact.assemble_matrix(A, [])
+    stats = contact.statistics
+    for made in (A, b):
+        made.destroy()
+    found = [getattr(stats, f"seconds_{name}") for name in STAGES]
+    return np.array(found), stats.slave_facets
+
+
+def microseconds(make):
     """Least time of each stage for one facet, and the number of facets."""
     found = []
-    for _ in range(repeats):
-        each = [seconds(contact) for contact in make()]
+    for _ in range(REPEATS):
+        each = [measured(contact) for contact in make()]
         facets = sum(count for _, count in each)
         found.append(sum(times for times, _ in each) / facets * 1e6)
     return np.min(found, axis=0), facets
 
 
+def rows(cases):
+    """Rows of the table, case by case."""
+    for dim, size, cells in cases:
+        for kind, make in kinds(layers(dim, size, cells)):
+            times, facets = microseconds(make)
+            shown = {f"us_{s}": f"{t:.3g}" for s, t in zip(STAGES, times)}
+            row = {"dim": dim, "between": size, "cells": cells, "pairs": kind}
+            yield {**row, "facets": facets, **shown}
+
+
 def main(arguments):
-    """Print a table."""
-    sizes = [int(a) for a in arguments] or [1000, 10000, 100000]
-    print("| facets |", " | ".join(STAGES), "| sum | search | all stages |")
-    for dim in (2, 3):
-        for size in sizes:
-            scene, base = layers(dim, size), None
-            for name, make in kinds(scene):
-                times, facets = microseconds(make)
-                base = times if base is None else base
-                shown = " | ".join(f"{t:.2f}" for t in (*times, times.sum()))
-                ratio = f"{times[0] / base[0]:.2f} | {times.sum() / base.sum():.2f}"
-                print(f"| {dim}D, {name}, {facets} | {shown} | {ratio} |")
+    """Measure, and write a CSV file where no sizes are given."""
+    sizes = [int(a) for a in arguments]
+    found = list(rows([(d, n, 1) for d in (2, 3) for n in sizes] or CASES))
+    file = Path(__file__).parent / "results" / "self_contact.csv"
+    with sys.stdout if sizes else file.open("w", newline="") as out:
+        writer = csv.DictWriter(out, found[0], lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(found)
 
 
 if __name__ == "__main__":

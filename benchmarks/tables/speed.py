@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from .formats import KINDS, Row, Table, brief, grouped, once, shaped, table
+from .formats import KINDS, Row, Table, brief, grouped, once, shaped, spaced, table
 
 
 def _kind(row: Row, name: str = "shape") -> str:
@@ -246,3 +246,28 @@ def rigid_cost(rows: list[Row]) -> Table:
 def _ratio(value: float) -> str:
     """A tenth, below that a hundredth."""
     return f"{value:.1f}" if value >= 0.095 else f"{value:.2f}"
+
+
+@table("speed/results/self_contact.csv")
+def self_contact(rows: list[Row]) -> Table:
+    """Surfaces that meet themselves: times over those of named pairs."""
+    stages = "candidates", "segments", "rays", "residual", "tangent"
+    lines = [["layers", "pairs", "facets", *stages, "search", "pairing", "assembly"]]
+    for (dim, _, cells), (named, *others) in grouped(rows, "dim", "between", "cells"):
+        for row in (named, *others):
+            mine, base = (
+                [float(one[f"us_{stage}"]) for stage in stages] for one in (row, named)
+            )
+            parts = slice(0, 1), slice(0, 3), slice(3, 5)
+            ratios = [sum(mine[p]) / sum(base[p]) for p in parts]
+            thick = f"{dim}D, {cells} cell{'s' if cells != '1' else ''} thick"
+            lines.append(
+                [
+                    thick if row is named else "",
+                    row["pairs"],
+                    spaced(row["facets"]),
+                    *map(_micro, mine),
+                    *("1" if row is named else _ratio(r) for r in ratios),
+                ]
+            )
+    return lines
