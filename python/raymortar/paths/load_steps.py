@@ -329,7 +329,8 @@ class LoadSteps:
         self, failure: Exception, more: Sequence[str] = ()
     ) -> ConvergenceError:
         """Make the error of a failed step, after its start is restored. Collective."""
-        contact, failed, texts = self._problem.contact, self._path.describe(), [failure]
+        contact, failed = self._problem.contact, self._path.describe()
+        texts: list[Any] = [failure]
         if isinstance(failure, BodyLeft):
             return ConvergenceError(f"{failed}: {failure}")
         if contact.layout.bodies:
