@@ -80,3 +80,28 @@ def paths(rows: list[Row]) -> Table:
         if not falls and not (is_smooth and not auto["used"]):
             lines.append([path, _end(halving), _end(auto), auto["used"] or "nothing"])
     return lines
+
+
+@table("parameters/slip_fronts.csv")
+def slip_fronts(rows: list[Row]) -> Table:
+    """Tangents on a belt with and without soft stick."""
+    lines = [
+        [
+            "cells, law",
+            "starts",
+            "path",
+            "first step",
+            "reversal",
+            "the step after",
+            "most of the others",
+            "ratio of tensions",
+        ]
+    ]
+    for (cells, law, ahead), found in grouped(
+        rows, "cells", "condition", "extrapolate"
+    ):
+        start = "the default" if ahead == "" else "`extrapolate=False`"
+        columns = "tangents", "first", "reversal", "next", "other"
+        pairs = [", ".join(row[name] for row in found) for name in columns]
+        lines.append([f"{cells}, {law}", start, *pairs, found[-1]["ratio"]])
+    return lines

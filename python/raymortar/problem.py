@@ -101,8 +101,6 @@ class CoupledProblem:
         Load steps so far, of all `LoadSteps` of the problem.
     restored
         Further Functions that the last `Checkpoint.read` has set; None before.
-    soften
-        Adds to each tangent before it is assembled, as `paths.SoftStick` does; None.
     tangents, solves
         Tangents and nonlinear solves so far, those of failed solves included.
 
@@ -170,6 +168,7 @@ class CoupledProblem:
         self.part_of: dict[str, Any] = {}
         self.steps_accepted = self.tangents = self.solves = 0
         self.restored: tuple[Any, ...] | None = None
+        # Adds to each tangent before it is assembled, as `paths.SoftStick` does
         self.soften: Callable[[PETSc.Mat], None] | None = None
         # Revision of the contact at the last `form`; None: no iterate yet
         self._revision: int | None = None

@@ -2,6 +2,7 @@
 
 import sys
 import warnings
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ from arriving import FALL, RADIUS, WEIGHT, free_disc, loose_stack, stacked
 from pathing import take
 from problems import COMM
 
+import raymortar
 from raymortar import ContactWarning
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
@@ -70,5 +72,22 @@ def test_a_sheet_is_drawn_with_the_automatic_gamma(cells, depth, steps, monkeypa
     model.follow(lambda t: model.punch.move((0.0, -t * depth)), steps)
     punch, die = (force[1] for force in model.forces())
     assert model.halvings <= 3
+    assert punch + forming.WEIGHT == pytest.approx(-die, rel=1e-7)
+    assert punch > 0.25 * forming.beam_force(depth)
+
+
+@pytest.mark.parametrize("cells, depth, steps", [(1, 0.2, 4), (2, 0.8, 16)])
+def test_a_sheet_is_drawn_by_a_law_at_nodes(cells, depth, steps, monkeypatch):
+    """In at most 8 iterations a step, once the punch has touched."""
+    law = partial(raymortar.AugmentedLagrangian, condition="nodes")
+    monkeypatch.setattr(forming, "GAMMA", None)
+    monkeypatch.setattr(raymortar, "AugmentedLagrangian", law)
+    model = forming.Forming(COMM, cells)
+    model.punch.move((0.0, forming.ABOVE))
+    model.follow(lambda t: None, 1)
+    model.follow(lambda t: model.punch.move((0.0, -t * depth)), steps)
+    punch, die = (force[1] for force in model.forces())
+    assert model.halvings <= 2
+    assert steps < 16 or sum(model.iterations[1:]) <= 8 * steps
     assert punch + forming.WEIGHT == pytest.approx(-die, rel=1e-7)
     assert punch > 0.25 * forming.beam_force(depth)

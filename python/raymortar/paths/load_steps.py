@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, TextIO
@@ -254,7 +254,7 @@ class LoadSteps:
                 ways.restore(before)
                 if left or not path.sizes.halve():
                     ways.finish()
-                    raise self._given_up(failure) from failure
+                    raise self._given_up(failure, ways.gave_up()) from failure
                 self.halvings += 1
                 progress.trying(HALVED)
                 continue
@@ -330,14 +330,18 @@ class LoadSteps:
         """Tell how the solved step has lost contact, if so. Collective."""
         return lost_contact(self._problem, self._path.led)
 
-    def _given_up(self, failure: Exception) -> ConvergenceError:
+    def _given_up(
+        self, failure: Exception, more: Sequence[str] = ()
+    ) -> ConvergenceError:
         """Make the error of a failed step, after its start is restored. Collective."""
-        contact, failed, texts = self._problem.contact, self._path.describe(), [failure]
+        contact, failed = self._problem.contact, self._path.describe()
+        texts: list[Any] = [failure]
         if isinstance(failure, BodyLeft):
             return ConvergenceError(f"{failed}: {failure}")
         if contact.layout.bodies:
             contact.update()
             texts += contact.free_bodies.rubbed()
+        texts += more
         return ConvergenceError(
             f"{failed} after {self.max_halvings} halvings of the step: "
             f"{'; '.join(map(str, texts))}"

@@ -8,14 +8,17 @@ from ..interface.state import State
 from .backoff import Backoff
 from .load_path import PrescribedPath
 
+# Share of displacements that is rounding error
+ROUNDING = 1e-10
+
 
 class Prediction:
     """Extrapolates a state by the change of the last step, where that leads on.
 
     The forces tell of a path that turns round, or touches: fewer of them must be out
-    of balance where the last step leads than where it ended. A start that fails is
-    left out for 1, 2, 4, 8 steps; those that the user asks
-    for are `always` taken.
+    of balance where the last step leads than where it ended, and prescribed
+    displacements nearer. A start that fails is left out for 1, 2, 4, 8 steps; those that
+    the user asks for are `always` taken.
     """
 
     def __init__(self, path: PrescribedPath, always: bool = False) -> None:
@@ -26,10 +29,11 @@ class Prediction:
         """Go where the last step leads; False: stay at the present state. Collective."""
         if not self.always and self._backoff.rests():
             return False
-        here = (0.0, 0.0) if self.always else self._imbalance()
+        here = 0.0 if self.always else self._imbalance()
+        pending = self._problem.convergence.now.pending
         self._path.extrapolate(ratio)
         self._problem.contact.extrapolate(now, last, ratio)
-        if self.always or self._is_nearer(*here):
+        if self.always or (self._imbalance() < here and self._is_nearer(pending)):
             return True
         self._problem.contact.restore(now)
         self._path.restart()
@@ -42,21 +46,20 @@ class Prediction:
         else:
             self._backoff.failed()
 
-    def _is_nearer(self, forces: float, pending: float) -> bool:
-        """Whether less is out of balance than elsewhere, and prescribed displacements
-        are nearer: else the path turns. Collective."""
-        now, left = self._imbalance()
-        return now < forces and (left < pending or pending == 0.0)
+    def _is_nearer(self, pending: float) -> bool:
+        """Whether prescribed displacements lack less than they did, or nothing."""
+        now = self._problem.convergence.now
+        lack, size = now.pending, now.sizes[0]
+        return bool(lack < pending or lack <= ROUNDING * size)
 
-    def _imbalance(self) -> tuple[float, float]:
-        """Sum up what is out of balance at the present state, and find how far the
-        prescribed displacements are. Force, length. Collective."""
+    def _imbalance(self) -> float:
+        """Sum up what is out of balance at the present state. Force. Collective."""
         problem: Any = self._problem
         x, b = problem.start(), problem.create_vector()
         try:
             problem.F(x, b)
-            now = problem.convergence.now
+            size: float = problem.convergence.now.norm
         finally:
             x.destroy()
             b.destroy()
-        return float(now.norm), float(now.pending)
+        return size

@@ -17,9 +17,11 @@ from ..interface.point_results import PointStatus
 from ..interface.zone_data import ZoneData
 from ..options.friction import Stick
 
-# Factor on the share of slip from one tangent to the next, and most soft tangents of a
-# solve (docs/measured/slip_fronts.md)
-HARDENS, MOST = 0.5, 8
+# Factor on the share of slip from one tangent to the next
+HARDENS = 0.5
+
+# Facets that a traction has to reach over, more than the next one
+LEAST_REACH = 2.0
 
 
 class SoftStick:
@@ -27,48 +29,62 @@ class SoftStick:
 
     With stick as it is the excess of friction at a slip front is a force on one node,
     and the front moves by one facet in each iteration. With a share of the tangent of
-    slip the traction spreads along the surface, and the front moves as far as it
-    reaches [theory (5.17)]. The share is 1, 1/2, 1/4 in a solve's first tangents, and
-    none as soon as no node changes between open, stick and slip.
+    slip it spreads along the surface, and the front moves as far as it reaches [theory
+    (5.17)]. The share is 1, 1/2, 1/4 in a solve's first tangents, as long as it reaches
+    beyond the next facet and nodes change between open, stick and slip.
 
-    It is of laws at nodes, whose gamma goes by what the surface yields.
+    It is of laws at nodes, whose gamma goes by what the surface yields: of a body that
+    does not bend a traction reaches no further than a facet.
     """
 
     def __init__(self, problem: Any) -> None:
-        self._problem, self._parts = problem, problem.contact.parts
+        self._problem = problem
+        contacts = problem.contact.contacts
         self._zones = [
             (part, zone, _areas(zone))
-            for one, part in zip(problem.contact.contacts, self._parts)
+            for one, part in zip(contacts, problem.contact.parts)
             if one.friction is not None
             and not isinstance(one.friction, Stick)
             and getattr(one.method, "condition", "points") == "nodes"
             for zone in one.zones
         ]
+        stiffness = {part.number: part.stiffness() for part, _, _ in self._zones}
+        self._stiffness = {number: k for number, k in stiffness.items() if k}
         self._count, self._last = 0, np.empty(0)
 
     @contextmanager
     def acting(self) -> Iterator[None]:
         """Soften the first tangents of the solve within."""
-        problem = self._problem
-        self._count = 0
-        problem.soften = self._add if self._zones else None
+        problem, self._count = self._problem, 0
+        problem.soften = self._add if self._softened() else None
         try:
             yield
         finally:
             problem.soften = None
 
+    def _softened(self) -> list[tuple[Any, ZoneData, Array]]:
+        """Find the zones whose traction still reaches beyond the next facet."""
+        share = HARDENS**self._count
+        return [
+            one
+            for one in self._zones
+            if share * self._stiffness.get(one[0].number, 0.0)
+            > LEAST_REACH**2 * one[0].gamma_scale
+        ]
+
     def _add(self, A: PETSc.Mat) -> None:
         """Add to the tangent of the present iterate. Collective."""
-        found = [zone.cpp.nodes() for _, zone, _ in self._zones]
+        zones, first = self._softened(), self._count == 0
+        if not zones:
+            return
+        found = [zone.cpp.nodes() for _, zone, _ in zones]
         status = np.concatenate([one["status"] for one in found])
-        share, first = HARDENS**self._count, self._count == 0
-        moves = float(first or (status != self._last).any())
-        self._count, self._last = self._count + 1, status
-        if self._count > MOST:
+        moves = first or len(status) != len(self._last) or (status != self._last).any()
+        share, self._last = HARDENS**self._count, status
+        self._count += 1
+        if not self._problem.comm.allreduce(bool(moves), op=MPI.LOR):
             return
-        if not self._problem.comm.allreduce(moves, op=MPI.MAX):
-            return
-        for (part, zone, areas), one in zip(self._zones, found):
+        for (part, zone, areas), one in zip(zones, found):
             sticks = np.flatnonzero(one["status"] == PointStatus.STICK)
             scale = part.gamma_scale
             size = share * areas[sticks] * scale * scale / one["gamma"][sticks]

@@ -49,6 +49,10 @@ NEARLY = 1e-2
 # Largest number of solves of one step
 MOST = 200
 
+# Largest number of tangents of one step under forces that the user has not asked for.
+# Steps that arrive need up to 446 (docs/measured/robustness_paths.md)
+MOST_TANGENTS = 800
+
 # Largest motion of loose bodies in one solve, in sizes of slave facets. Contact is
 # found up to a distance or depth of two facets. Held bodies may also close gaps
 FARTHEST = 1.0
@@ -168,9 +172,9 @@ class Stabilization:
     steps they then hold it as they did at the end of this one.
 
     `most` is the largest number of solves of one step, `MOST` where the user asks for
-    the forces, which None tells. `work` is the work of the viscous forces so far.
+    the forces, which None tells; else a step takes at most `MOST_TANGENTS` besides. `work` is the work of the viscous forces so far.
     Energy. `share` is the largest share of all forces of a body at the end of the last
-    step.
+    step. `gave_up` tells why the last step was given up, if it took too many tangents.
     """
 
     def __init__(self, solver: Any, factor: float, most: int | None = None) -> None:
@@ -185,6 +189,8 @@ class Stabilization:
         self._limit = np.inf
         if self._loose.any():
             self._limit = FARTHEST * mean_facet_size(contact.layout, contact.zones)
+        self._begun = problem.tangents  # before the present step
+        self.gave_up: str | None = None
         # Scale of the forces that hold a motion which nothing else resists
         self._holding: float | None = None
         self._without_it, self._said = Backoff(), False
@@ -233,6 +239,7 @@ class Stabilization:
         """Solve one step, each time by `solve`, or `alone` where the forces are left
         out; return all iterations. Collective."""
         ways, iterations = (solve, alone or solve), None
+        self._begun, self.gave_up = self._problem.tangents, None
         if self._holding is not None:
             iterations = self._hold_on(*ways)
         return self._fade(*ways) if iterations is None else iterations
@@ -327,6 +334,7 @@ class Stabilization:
         before = self._contact.state()
         self._viscosity.begin()
         for attempt in range(ATTEMPTS):
+            self._require_progress()
             try:
                 with self._viscosity.acting(scale):
                     iterations = solve()
@@ -348,6 +356,16 @@ class Stabilization:
             "a body that contact alone holds moves by more than the size of its "
             f"facets, {self._limit:.3g}, in one solve"
         )
+
+    def _require_progress(self) -> None:
+        """Give up where the forces have taken more tangents than steps that arrive."""
+        taken = self._problem.tangents - self._begun
+        if not self.is_asked_for and taken > MOST_TANGENTS:
+            self.gave_up = (
+                f"viscous forces have not faded after {taken} tangents, where steps that "
+                f"arrive need less than {MOST_TANGENTS}: stabilize=True goes on for longer"
+            )
+            raise ConvergenceError(self.gave_up)
 
     def _motions(self) -> tuple[Array, float]:
         """Find the motions of all bodies and the largest of loose ones. Collective."""

@@ -340,6 +340,11 @@ class Strategies:
             _set_gamma(self._contact.contacts, self._given[kept])
             del self._given[kept:]
 
+    def gave_up(self) -> list[str]:
+        """Tell what the last failed step was given up for besides its own failure."""
+        viscous = self.__dict__.get("_viscous")
+        return [viscous.gave_up] if viscous and viscous.gave_up else []
+
     def finish(self) -> None:
         """Give gamma back at the end of the path. Collective."""
         self._give_back(0)

@@ -1,0 +1,101 @@
+"""Soft stick: fronts of slip that turns round, and when it acts."""
+
+import numpy as np
+import pytest
+from arriving import loose_stack, stacked
+from pathing import take
+from slender import belt
+
+import raymortar
+from raymortar.paths import stabilization
+from raymortar.paths.soft_stick import SoftStick
+
+LAW = {"method": raymortar.AugmentedLagrangian(condition="nodes")}
+
+
+def exact(monkeypatch):
+    """No share of slip in the tangents of stick."""
+    monkeypatch.setattr(SoftStick, "_softened", lambda self: [])
+
+
+@pytest.mark.parametrize("cells", [134, 268])
+def test_a_belt_whose_slip_turns_round_takes_few_iterations(cells):
+    """29 and 31 iterations in the fifth step with exact stick."""
+    path = belt(cells, **LAW)
+    found = take(path)
+    assert found.arrived and found.halvings == 0
+    assert max(step.tangents for step in found.steps) <= 12
+    assert found.ways == {"full": 28}
+    # exp(mu pi) less what the thickness and bending take
+    assert path.result()[0] == pytest.approx(np.exp(0.3 * np.pi), rel=0.006)
+
+
+@pytest.mark.quick
+@pytest.mark.mpi
+def test_it_changes_the_way_and_not_the_answer(monkeypatch):
+    """A short coarse belt, tightened and pulled back a little."""
+    found = []
+    for prepare in (lambda _: None, exact):
+        prepare(monkeypatch)
+        path = belt(40, pull=1e-3, steps=(1, 2), **LAW)
+        taken = take(path, extrapolate=False)
+        assert taken.arrived and taken.halvings == 0
+        found.append((path.result()[0], taken.tangents))
+    (soft, fewer), (plain, more) = found
+    assert soft == pytest.approx(plain, rel=1e-8)
+    assert fewer < more
+
+
+@pytest.mark.quick
+def test_it_adds_a_spring_along_the_surface_at_nodes_that_stick():
+    """Symmetric, negative, of the multiplier alone, halved each time."""
+    path = belt(24, steps=(1, 1), **LAW)
+    problem = path.problem
+    assert take(path).arrived
+    path.apply(1.0)
+    x, A = problem.start(), problem.create_matrix()
+    problem.J(x, A)
+    plain = A.convert("dense").getDenseArray().copy()
+    found = []
+    soft = SoftStick(problem)
+    with soft.acting():
+        for _ in range(2):
+            soft._last = soft._last * 0.0 - 1.0  # as if nodes had changed
+            problem.J(x, A)
+            found.append(A.convert("dense").getDenseArray() - plain)
+    n, scale = problem.contact.layout.n, np.abs(plain).max()
+    added = found[0][n:, n:]
+    assert not found[0][:n].any() and not found[0][:, :n].any()
+    assert np.abs(added - added.T).max() < 1e-12 * scale
+    assert np.linalg.eigvalsh(added).max() < 1e-9 * np.abs(added).max()
+    # One direction of two at each node that sticks
+    status = problem.contact.zones[0].cpp.nodes()["status"]
+    sticks = int((status == raymortar.PointStatus.STICK).sum())
+    assert sticks > 0
+    assert np.linalg.matrix_rank(added, tol=1e-9 * np.abs(added).max()) == sticks
+    assert np.abs(found[1] - 0.5 * found[0]).max() < 1e-9 * np.abs(added).max()
+    problem.J(x, A)
+    assert np.array_equal(A.convert("dense").getDenseArray(), plain)
+
+
+@pytest.mark.quick
+def test_it_leaves_compact_bodies_and_laws_at_points_alone():
+    problem = stacked(3).problem
+    with SoftStick(problem).acting():
+        assert problem.soften is None
+    for law in ({}, LAW):
+        problem = belt(24, **law).problem
+        with SoftStick(problem).acting():
+            assert (problem.soften is not None) == bool(law)
+        assert problem.soften is None
+
+
+@pytest.mark.quick
+def test_viscous_forces_give_up_where_they_cost_too_much(monkeypatch):
+    """The message of the failed step says so."""
+    monkeypatch.setattr(stabilization, "MOST_TANGENTS", 3)
+    path = loose_stack()
+    with pytest.raises(raymortar.ConvergenceError, match="=True goes on for longer"):
+        take(path, max_halvings=0)
+    assert path.problem.tangents < 100
+    assert take(loose_stack(), stabilize=True).arrived
