@@ -127,6 +127,11 @@ class CoupledProblem:
         update: Callable[[], object] | None = None,
     ) -> None:
         contacts, terms = apart(contact)
+        if terms and not contacts:
+            raise ContactError(
+                f"contact has a {type(terms[0]).__name__} and no Contact: give at least one Contact "
+                "beside it, [contact, flux], or the field alone to a FieldProblem"
+            )
         self.contact = one_or_several(contacts)
         unknowns, comm = self.contact.unknowns, self.contact.unknowns.comm
         with together(comm):

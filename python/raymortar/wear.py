@@ -83,7 +83,7 @@ class Wear:
     implicit
         Whether the surface that is worn at the end of a step gives its gaps, at any
         size of the step; else the surface at its start does. Each solve is then
-        repeated until both agree, 3 to 8 times.
+        repeated until both agree, 5 to 15 times.
 
     Attributes
     ----------

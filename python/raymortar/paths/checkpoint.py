@@ -360,7 +360,7 @@ class Checkpoint:
         return found, None
 
     def _says(self, text: str) -> str:
-        return f"{self.path} is of another problem: {text} (rank {self._comm.rank})"
+        return f"{self.path} is of another problem: {text}"
 
     def _fault_of(self, head: Any, tables: Sequence[Table]) -> str | None:
         """Why the file is none of this problem, if so; rows are not looked at."""

@@ -77,10 +77,13 @@ class Ranges:
 
     @classmethod
     def of(cls, frames: Sequence[Frame]) -> Ranges:
-        """Find the ranges of some pictures. A field without negative values begins at 0."""
-        values = [frame.bodies[2] for frame in frames]
-        low = min(0.0, *(float(one.min(initial=0.0)) for one in values))
-        high = max(float(one.max(initial=low)) for one in values)
+        """Find the ranges of some pictures. A field begins at 0 where that is not below
+        its values by more than they differ, as 300 K would be."""
+        values = [frame.bodies[2] for frame in frames if frame.bodies[2].size]
+        low = min((float(one.min()) for one in values), default=0.0)
+        high = max((float(one.max()) for one in values), default=0.0)
+        if 0.0 <= low <= 0.5 * high or low == high:
+            low = min(low, 0.0)
         tractions = [one.slaves[2] for one in frames if len(one.slaves) > 2]
         sizes = [np.linalg.norm(t, axis=2).max(initial=0.0) for t in tractions]
         return cls((low, high), float(max(sizes, default=0.0)))

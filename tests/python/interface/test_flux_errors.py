@@ -91,6 +91,13 @@ def test_fields(scene, contact, message):
         Flux(contact, FIELDS[message](scene.mesh), law)
 
 
+def test_a_flux_without_its_contact_is_named(scene, contact, T):
+    flux = Flux(contact, T, law)
+    v = ufl.TestFunction(T.function_space)
+    with pytest.raises(ContactError, match="contact has a Flux and no Contact"):
+        NonlinearProblem(T * v * ufl.dx, flux)
+
+
 ARGUMENTS = {
     "Flux.law must be a function": dict(law=3.0),
     "Flux.derivatives must be a function": dict(derivatives=[1.0]),

@@ -1,5 +1,7 @@
 """Units that are converted, names in legends, room of ticks, and zoom on contact."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from interacting import Stack
@@ -12,6 +14,7 @@ from test_traction_curves import right_of
 import raymortar
 from raymortar import ContactError, rigid
 from raymortar.plotting import drawing
+from raymortar.plotting.frames import Ranges
 from raymortar.plotting.labels import AxisOptions
 from raymortar.plotting.picture import new_figure
 
@@ -188,3 +191,18 @@ BAD = [
 def test_units_and_zoom_that_cannot_be_are_refused(ball, options, message):
     with pytest.raises(ContactError, match=message):
         raymortar.plot(ball, **options)
+
+
+@pytest.mark.parametrize(
+    "values, range_",
+    [
+        ([1.0, 3.0], (0.0, 3.0)),
+        ([-2.0, 3.0], (-2.0, 3.0)),
+        ([300.0, 301.6], (300.0, 301.6)),
+        ([2.0, 2.0], (0.0, 2.0)),
+        ([], (0.0, 0.0)),
+    ],
+)
+def test_colours_begin_at_zero_where_values_do_not_lie_far_off(values, range_):
+    frame = SimpleNamespace(bodies=(None, None, np.array(values)), slaves=())
+    assert Ranges.of([frame]).field == range_
