@@ -129,8 +129,9 @@ class CoupledProblem:
         contacts, terms = apart(contact)
         if terms and not contacts:
             raise ContactError(
-                f"contact has a {type(terms[0]).__name__} and no Contact: give at least one Contact "
-                "beside it, [contact, flux], or the field alone to a FieldProblem"
+                f"contact has a {type(terms[0]).__name__} and no Contact: give at "
+                "least one Contact beside it, [contact, flux], or the field alone to a "
+                "FieldProblem"
             )
         self.contact = one_or_several(contacts)
         unknowns, comm = self.contact.unknowns, self.contact.unknowns.comm
