@@ -16,10 +16,10 @@ from .contact import Contact
 from .discretization.joined import Displacement, parts_of
 from .errors import ContactError, require_agreement, together
 from .field_tie import FieldTie
-from .options.flux_law import FluxLaw
 from .options.methods import has_dual_multiplier
+from .options.user_laws import FluxLaw
 from .system.flux_part import FluxPart
-from .tool_field import ToolField
+from .system.tool_part import ToolField
 
 
 @dataclass(frozen=True)

@@ -129,8 +129,7 @@ class Unknowns:
     @property
     def comm(self) -> MPI.Comm:
         """Communicator of the mesh."""
-        comm: MPI.Comm = self.u.function_space.mesh.comm
-        return comm
+        return self.u.function_space.mesh.comm
 
     @property
     def name(self) -> str:
@@ -422,8 +421,7 @@ class Unknowns:
         """Find the increments from a ghosted array u to prescribed values; else 0."""
         marker, values = self.prescribed_u(bcs)
         increment = np.where(marker == 1, values - u, 0.0)
-        found: Array = increment * (np.abs(increment) > ROUNDING * np.abs(u))
-        return found
+        return increment * (np.abs(increment) > ROUNDING * np.abs(u))
 
 
 def _places_among(functions: Sequence[Function], given: Function) -> int | None:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from mpi4py import MPI
-
 import numpy as np
 from dolfinx.fem import Function
 
@@ -23,11 +21,10 @@ from ..options.friction import Friction
 from ..options.methods import ContactOptions, Penalty
 from ..rigid.body import Body
 from ..rigid.motions import require_same_loads
-from .augmentation import Augmentation, Correction
 from .contact_surfaces import ContactSurfaces
 from .friction_at_points import PointFriction
-from .law_nodes import nodes, set_at_nodes
-from .point_results import CLOSED, nodal_average
+from .offsets import Augmentation, Correction
+from .point_results import CLOSED, nodal_average, nodes, set_at_nodes
 from .slave_nodes import Cover, require_masters, warn_of_corners
 from .state import ContactState, state_fault
 from .straight_facets import warn_of_straight_facets, warn_of_turned_arcs

@@ -42,8 +42,7 @@ def _free_nodes(layout: CoupledRows, bcs: Sequence[Any]) -> Mask:
     """Mark owned nodes that conditions do not prescribe in all directions."""
     dofmap = layout.u.function_space.dofmap
     fixed = layout.unknowns.prescribed_u(bcs)[0].reshape(-1, dofmap.index_map_bs)
-    free: Mask = (fixed[: dofmap.index_map.size_local] == 0).any(axis=1)
-    return free
+    return (fixed[: dofmap.index_map.size_local] == 0).any(axis=1)
 
 
 def _of_sides(

@@ -205,8 +205,7 @@ class SurfaceCompliance:
         np.add.at(pushed, self._body, np.einsum("nik,ni->nk", self._R, load))
         self._comm.Allreduce(MPI.IN_PLACE, pushed)
         share = np.einsum("bkl,bl->bk", self._inverse, pushed)[self._body]
-        found: Array = np.einsum("nik,nk->ni", self._R, share)
-        return found
+        return np.einsum("nik,nk->ni", self._R, share)
 
 
 class _Factors:
@@ -253,8 +252,7 @@ class _Factors:
         """Displacement under a load of this rank's rows. Collective."""
         self._b.array[:] = load
         self._ksp.solve(self._b, self._x)
-        found: Array = self._x.array_r.copy()
-        return found
+        return self._x.array_r.copy()
 
     def destroy(self) -> None:
         """Free PETSc's objects. Collective."""

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, cast
-
-from mpi4py import MPI
+from typing import Any
 
 import numpy as np
 from dolfinx.fem import Function, FunctionSpace
@@ -28,8 +26,8 @@ from ..interface.coefficients import SAME, PairCoefficients
 from ..interface.state import JointState
 from ..problem import CoupledProblem
 from ..solvers.solver import require_problem
-from .body_columns import rigid_bodies
 from .history import History
+from .patch_columns import rigid_bodies
 from .tables import Rows, Table, read_head, read_tables, write_tables
 
 # Of nodes of the same mesh, over its size: a mesh may be made anew by arithmetic
@@ -88,7 +86,7 @@ class Checkpoint:
     ) -> None:
         require_problem(problem)
         self.problem, self.history = problem, history
-        self._comm = cast(MPI.Intracomm, problem.comm)
+        self._comm = problem.comm
         self._u = problem.contact.u
         self._bodies = rigid_bodies(problem.contact.zones)
         displacements = problem.contact.unknowns.displacements
@@ -401,5 +399,4 @@ class Checkpoint:
 
 def _list(values: Any) -> list[Any]:
     """Numbers as JSON has them, to the last digit."""
-    found: list[Any] = np.asarray(values).tolist()
-    return found
+    return np.asarray(values).tolist()

@@ -14,8 +14,8 @@ from ..interface.zone_data import ZoneData
 from ..options.methods import Penalty
 from ..problem import CoupledProblem
 from ..results.sums import resultant_on, work_on_gaps
-from .body_columns import rigid_bodies
 from .load_path import PrescribedPath
+from .patch_columns import rigid_bodies
 
 # Energy that may be missing, over all energies of the step. Where forces grow with
 # displacements none is

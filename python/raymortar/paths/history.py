@@ -30,8 +30,8 @@ from ..options.methods import Penalty
 from ..problem import CoupledProblem
 from ..results.sums import Resultant
 from ..solvers.solver import require_problem
-from .body_columns import BodyColumns
 from .patch_columns import (
+    BodyColumns,
     Part,
     SupportWork,
     checked_axes,

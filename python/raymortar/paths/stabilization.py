@@ -32,7 +32,7 @@ from ..interface.stiffness import mean_facet_size
 from ..interface.zone_data import ZoneData
 from ..problem import CoupledProblem
 from ..system.volume import Volume
-from .backoff import Backoff
+from .prediction import Backoff
 
 # First size of the forces, as a share of the diagonal of the stiffness
 SHARE = 1e-4

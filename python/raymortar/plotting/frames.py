@@ -23,7 +23,7 @@ from ..discretization.gathering import (
     nodal_field,
 )
 from ..interface.point_results import CLOSED, OPEN
-from ..paths.body_columns import rigid_bodies
+from ..paths.patch_columns import rigid_bodies
 from .labels import AxisOptions
 from .tools import curves
 

@@ -117,8 +117,7 @@ class Freedom:
     def is_resisted(self) -> Mask:
         """Whether a spring, a damper or inertia resists each unknown, (n,)."""
         resisted = (self.stiffness > 0.0) | (self.damping > 0.0)
-        found: Mask = resisted | (self.is_turn & self.spins)
-        return found
+        return resisted | (self.is_turn & self.spins)
 
     @property
     def values(self) -> Array:

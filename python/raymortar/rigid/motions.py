@@ -85,8 +85,7 @@ class Motions:
 
     def accepted(self, body: Body) -> Motion:
         """Motion of a body at the accepted step, (15,)."""
-        motion: Motion = self.old[self.bodies.index(body)]
-        return motion
+        return self.old[self.bodies.index(body)]
 
     def begin_at_present(self, body: Body) -> None:
         """Take the present position of a body as that of the accepted step."""

@@ -114,8 +114,7 @@ class FluxTerms:
         b.zeroEntries()
         b.setValues(rows.astype(PETSc.IntType), values, PETSc.InsertMode.ADD_VALUES)
         b.assemble()
-        found: Array = b.getArray(readonly=True)[: self._layout.n].copy()
-        return found
+        return b.getArray(readonly=True)[: self._layout.n].copy()
 
     def _lifted(self, increment: Array) -> Array:
         """Effect of prescribed increments on the other rows."""
@@ -149,8 +148,7 @@ class FluxTerms:
         full = np.zeros(layout.size)
         full[: layout.n] = owned
         if layout.comm.size == 1:
-            found: Array = full[rows]
-            return found
+            return full[rows]
         wanted, inverse = np.unique(rows, return_inverse=True)
         source = layout.create_vector()
         source.setArray(full)

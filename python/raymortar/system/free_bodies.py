@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Protocol
+from typing import Any
 
 from mpi4py import MPI
 from petsc4py import PETSc
@@ -11,36 +11,12 @@ from petsc4py import PETSc
 import numpy as np
 
 from ..compat import Array
-from ..discretization.layout import CoupledRows
 from ..errors import SetUpError, raise_everywhere
 from ..interface.point_results import OPEN
 from ..interface.stiffness import mean_facet_size
-from ..interface.zone_data import ZoneData, positions
+from ..interface.zone_data import positions
 from ..rigid.body import Body
-from .assembly import ContactAssembly
 from .push import STEEP, Push, across_and_whole, add_points, in_space, parts_of
-
-
-class System(Protocol):
-    """The part of a coupled system that equations of free bodies need."""
-
-    parts: tuple[ContactAssembly, ...]
-
-    @property
-    def layout(self) -> CoupledRows:
-        """Rows of the unknowns."""
-
-    @property
-    def zones(self) -> list[ZoneData]:
-        """Slave surfaces of all contacts."""
-
-    @property
-    def stiffness_diagonal(self) -> Array:
-        """Diagonal of the volume's matrix at set-up, owned dofs of u."""
-
-    def update(self) -> None:
-        """Pair and integrate at the present displacement. Collective."""
-
 
 # Share of a motion along the normals of closed points that counts as zero
 _NOTHING = 1e-10
@@ -62,7 +38,7 @@ class FreeBodies:
         One contact or several, after the first update.
     """
 
-    def __init__(self, system: System) -> None:
+    def __init__(self, system: Any) -> None:
         self._system, self.layout = system, system.layout
         self._comm: MPI.Comm = system.layout.comm
         self._size = mean_facet_size(system.layout, system.zones)
@@ -73,8 +49,7 @@ class FreeBodies:
     @property
     def bodies(self) -> tuple[Body, ...]:
         """The free bodies."""
-        bodies: tuple[Body, ...] = self.layout.bodies
-        return bodies
+        return self.layout.bodies
 
     def add_tangent(self, A: PETSc.Mat) -> None:
         """Add the derivative of the forces other than contact. Collective.
@@ -103,8 +78,7 @@ class FreeBodies:
             turns = np.any(push.unmet[push.body.freedom.is_turn])
             far = self._size if turns or not np.isfinite(ahead) else ahead
             stiffness = size / (far + LEAST * self._size)
-        held: Array = stiffness * push.loose @ push.loose.T
-        return held
+        return stiffness * push.loose @ push.loose.T
 
     def _brake(self, push: Push) -> Array:
         """Artificial stiffness of a body at its first touch, (n, n). It limits each

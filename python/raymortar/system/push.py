@@ -87,8 +87,7 @@ def _moves(
     drift, spin, _ = rates
     normal = in_space(points["normal"])
     hit = in_space(points["x"]) + points["distance"][:, None] * normal
-    moves: Array = drift + np.einsum("jab,qb->qja", spin, hit - body.place)
-    return moves
+    return drift + np.einsum("jab,qb->qja", spin, hit - body.place)
 
 
 def across_and_whole(

@@ -12,8 +12,7 @@ import numpy as np
 
 from .. import _cpp, compat
 from ..compat import Array, Mask
-from .split import Inputs, has_cells, split, tangents
-from .updated import Updated
+from .split import Inputs, Updated, has_cells, split, tangents
 
 _SAME = PETSc.Mat.Structure.SAME_NONZERO_PATTERN
 _PART = PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN
@@ -188,8 +187,7 @@ class Kept:
         self.tangent.mult(x, y)
         x.array[:n] = values
         self._others.multAdd(x, y, y)
-        found: Array = y.array_r[:n] + self._constant
-        return found
+        return y.array_r[:n] + self._constant
 
     def add_tangent(self, A: PETSc.Mat) -> None:
         """Add K between free unknowns, and ones for the others."""
