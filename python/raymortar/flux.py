@@ -10,11 +10,10 @@ import numpy as np
 from dolfinx.fem import Function
 
 from . import compat
-from .checked import is_real_number
 from .compat import Array
 from .contact import Contact
 from .discretization.joined import Displacement, parts_of
-from .errors import ContactError, require_agreement, together
+from .errors import ContactError, is_real_number, require_agreement, together
 from .field_tie import FieldTie
 from .options.methods import has_dual_multiplier
 from .options.user_laws import FluxLaw

@@ -31,15 +31,6 @@ class Interaction(CoupledSystem):
     Its public methods hand over to objects: `results` reads points, ``parts`` add to
     matrices and vectors, and each part's ``present`` pairs surfaces.
 
-    Parameters
-    ----------
-    unknowns
-        What is solved for.
-    parts
-        What each contact adds to matrices and vectors.
-    pairs
-        Pairs of all contacts.
-
     Attributes
     ----------
     results

@@ -104,13 +104,7 @@ class Interactions(Interaction):
 
 
 def one_or_several(given: Any) -> Contact | Interactions:
-    """A contact as it is, a list of several as one object. Collective.
-
-    Raises
-    ------
-    ContactError
-        If there is none, or something that is no contact.
-    """
+    """A contact as it is, a list of several as one object. Collective."""
     if isinstance(given, Contact):
         return given
     if not isinstance(given, (list, tuple)):

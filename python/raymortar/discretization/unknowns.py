@@ -138,13 +138,7 @@ class Unknowns:
 
     @property
     def only(self) -> Displacement:
-        """The displacement, of one mesh.
-
-        Raises
-        ------
-        ContactError
-            If there are several.
-        """
+        """The displacement, of one mesh."""
         if len(self.displacements) > 1:
             raise ContactError(
                 f"the displacements {self.name} are on meshes of their own: this is "
@@ -161,20 +155,7 @@ class Unknowns:
         )
 
     def solve_for(self, functions: Sequence[Function], settled: bool) -> None:
-        """Take what a problem solves for.
-
-        Parameters
-        ----------
-        functions
-            One Function or several.
-        settled
-            Whether an earlier problem has settled the unknowns.
-
-        Raises
-        ------
-        ContactError
-            If the displacement is none of it, or if other unknowns are known already.
-        """
+        """Take what a problem solves for."""
         found = [_places_among(functions, d.given) for d in self.displacements]
         places = [place for place in found if place is not None]
         if len(places) < len(found):
@@ -329,13 +310,7 @@ class Unknowns:
     # Dirichlet conditions
 
     def conditions(self, bcs: Sequence[Any]) -> list[list[Any]]:
-        """Dirichlet conditions by the Function that they are on.
-
-        Raises
-        ------
-        ContactError
-            If one is on no unknown: DOLFINx would ignore it in silence.
-        """
+        """Dirichlet conditions by the Function that they are on."""
         return self._conditions(bcs).by_function
 
     def _conditions(self, bcs: Sequence[Any]) -> _Sorted:

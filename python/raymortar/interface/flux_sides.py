@@ -69,19 +69,7 @@ class FixedPoints(NamedTuple):
 
 
 class FieldOnZone:
-    """A scalar field on both sides of a zone. Collective.
-
-    Parameters
-    ----------
-    zone
-        The zone.
-    u
-        Displacement of the contact.
-    fields
-        The field on each mesh.
-    tool
-        Its value on rigid tools.
-    """
+    """A scalar field on both sides of a zone. Collective."""
 
     def __init__(
         self, zone: ZoneData, u: Any, fields: list[Displacement], tool: float

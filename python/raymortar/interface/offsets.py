@@ -14,14 +14,13 @@ import numpy as np
 from dolfinx.fem import Function
 
 from .. import compat
-from ..checked import positive
 from ..compat import Array
 from ..discretization.joined import parts_of
 from ..discretization.ranks import largest
 from ..discretization.reference_facets import facet_nodes, shape_functions
 from ..discretization.slave_fields import OFFSET, FieldValue, check_field, on_facets
 from ..discretization.thickness import Cells, thickness_behind
-from ..errors import ContactError, ContactWarning, require_agreement, together
+from ..errors import ContactError, ContactWarning, positive, require_agreement, together
 from .contact_surfaces import ContactSurfaces
 from .point_results import nodal_average
 from .stiffness import mean_facet_size

@@ -7,9 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from ..checked import is_whole_number
 from ..discretization.tagged import ALL, Group
-from ..errors import ContactError
+from ..errors import ContactError, is_whole_number
 from ..rigid.body import Body, as_body
 from ..rigid.shapes import Shape
 

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 from dolfinx.fem import Function
 
-from ..checked import is_real_number
 from ..compat import Array
 from ..discretization.checks import off_axis_fault
 from ..errors import (
     ContactError,
     SetUpError,
+    is_real_number,
     raise_everywhere,
     require_agreement,
     together,
@@ -34,13 +34,6 @@ from .zone_data import on_sides, opposite_points
 class PresentState:
     """Keeps the accepted step of a contact, sends it to the zones, accepts steps and
     goes back to them. Collective.
-
-    Parameters
-    ----------
-    surfaces
-        Of the contact.
-    options
-        Its arguments.
 
     Attributes
     ----------

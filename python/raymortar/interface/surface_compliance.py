@@ -41,17 +41,6 @@ class SurfaceCompliance:
     Bodies yield as their conditions hold them. Where conditions leave a body rigid
     motions, its load is balanced by forces throughout the body that stop these: forces
     in proportion to the diagonal of the stiffness. Collective.
-
-    Parameters
-    ----------
-    volume
-        Its matrices, until they are destroyed; they are not changed.
-    unknowns, bodies
-        Of a contact.
-    bcs
-        Dirichlet conditions.
-    axisymmetric
-        Whether bodies are solids of revolution.
     """
 
     def __init__(

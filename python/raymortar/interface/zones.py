@@ -170,15 +170,6 @@ def default_degree(shape: str, p: int, q: int, axisymmetric: bool = False) -> in
     quadrilaterals a constant traction times a test function is, on flat parallelograms
     (without parallel sides shape functions are rational, and no rule is exact): 2p and
     1 for the Jacobian. The rule of degree 4 has no more points than that of 3.
-
-    Parameters
-    ----------
-    shape
-        Of the facets: ``"interval"``, ``"triangle"`` or ``"quadrilateral"``.
-    p, q
-        Degrees of displacement and multiplier.
-    axisymmetric
-        Whether the circumference, of degree 1, is a factor.
     """
     degree = max(2 * p + 1, 4) if shape == "quadrilateral" else p + q
     return degree + axisymmetric

@@ -10,7 +10,6 @@ import numpy as np
 from dolfinx.fem import Function
 
 from .. import _cpp
-from ..checked import Options
 from ..compat import Array
 from ..discretization.slave_fields import (
     FRICTION_BOUND,
@@ -21,7 +20,7 @@ from ..discretization.slave_fields import (
     check_number,
     is_field,
 )
-from ..errors import ContactError
+from ..errors import ContactError, Options
 from .user_laws import UserLaw, check_fields, check_functions, offered, real_values
 
 

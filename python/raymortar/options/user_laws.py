@@ -196,13 +196,7 @@ VANISHES = 1e-9
 
 
 class FluxLaw(UserLaw):
-    """A flux as a function of both fields, pressure, gap and slip rate.
-
-    Parameters
-    ----------
-    law, derivatives, fields
-        As of `Flux`.
-    """
+    """A flux as a function of both fields, pressure, gap and slip rate."""
 
     owner, function, first = "Flux", "law", ARGUMENTS
 

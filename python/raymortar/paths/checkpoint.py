@@ -11,13 +11,13 @@ import numpy as np
 from dolfinx.fem import Function, FunctionSpace
 
 from .. import compat
-from ..checked import is_real_number
 from ..compat import Array
 from ..discretization.facets import FACETS_PER_CELL
 from ..discretization.joined import places_of
 from ..errors import (
     ContactError,
     as_path,
+    is_real_number,
     raise_everywhere,
     require_agreement,
     together,

@@ -15,12 +15,14 @@ import ufl
 from dolfinx import fem
 
 from .. import compat
-from ..checked import is_real_number, is_truth_value, positive
 from ..compat import Array
 from ..discretization.forms import check_functional, check_supports
 from ..errors import (
     ContactError,
     as_path,
+    is_real_number,
+    is_truth_value,
+    positive,
     raise_everywhere,
     require_agreement,
     together,

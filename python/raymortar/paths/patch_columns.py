@@ -11,9 +11,8 @@ from mpi4py import MPI
 
 import numpy as np
 
-from ..checked import direction, vector
 from ..compat import Array
-from ..errors import ContactError
+from ..errors import ContactError, direction, vector
 from ..interface.point_results import CLOSED
 from ..interface.zone_data import ZoneData
 from ..problem import CoupledProblem

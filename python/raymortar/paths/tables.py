@@ -45,13 +45,7 @@ class Table:
 def write_tables(
     comm: MPI.Comm, path: Path, head: dict[str, Any], tables: Sequence[Table]
 ) -> None:
-    """Write a file, in place of an older one once it is whole. Collective.
-
-    Raises
-    ------
-    ContactError
-        If it cannot be written.
-    """
+    """Write a file, in place of an older one once it is whole. Collective."""
     found = [
         {"name": t.name, "rows": t.rows, "width": t.values.shape[1]} for t in tables
     ]
@@ -85,13 +79,7 @@ def _write_rows(file: BinaryIO, start: int, table: Table) -> None:
 
 
 def read_head(comm: MPI.Comm, path: Path) -> dict[str, Any]:
-    """Read the text of a file on rank 0, for all. Collective.
-
-    Raises
-    ------
-    ContactError
-        If there is no such file, or if it is of another kind or cut short.
-    """
+    """Read the text of a file on rank 0, for all. Collective."""
     head: dict[str, Any] = {}
     with together(comm):
         if comm.rank == 0:

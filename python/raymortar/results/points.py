@@ -13,10 +13,9 @@ from mpi4py import MPI
 import numpy as np
 from dolfinx.fem import Function
 
-from ..checked import is_whole_number
 from ..compat import Array
 from ..discretization.joined import parts_of
-from ..errors import ContactError, ContactWarning, as_path, together
+from ..errors import ContactError, ContactWarning, as_path, is_whole_number, together
 from ..interface import point_results as at_points
 from ..interface.pairs import PairTable, as_label
 from ..interface.present import PresentState

@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 
 from .. import _cpp
-from ..checked import is_real_number, positive, vector
 from ..compat import Array
-from ..errors import ContactError
+from ..errors import ContactError, is_real_number, positive, vector
 from .freedom import Freedom, freedoms_of
 from .shapes import Shape, Vector
 
@@ -308,13 +307,7 @@ ROUNDING = 1e-9
 
 
 def inertia_tensor(given: Any) -> Array:
-    """Inertia tensor (3, 3) from a number, three moments or a tensor.
-
-    Raises
-    ------
-    ContactError
-        Unless it is symmetric and positive definite, with moments that a body can have.
-    """
+    """Inertia tensor (3, 3) from a number, three moments or a tensor."""
     fault = f"inertia = {given!r} must be a number, three moments or a tensor (3, 3)"
     if is_real_number(given):
         given = [float(given)] * 3

@@ -45,11 +45,6 @@ class Motions:
     A present position is a load, as a prescribed displacement is. An accepted position
     is history.
 
-    Parameters
-    ----------
-    bodies
-        Bodies that a slave surface meets; empty if it meets facets.
-
     Attributes
     ----------
     old

@@ -36,13 +36,6 @@ class PetscOptions:
     made and while it works: MUMPS reads its options at each factorisation, and solvers
     inside a preconditioner read theirs when it is set up.
 
-    Parameters
-    ----------
-    prefix
-        Prefix of the names.
-    options
-        Value by name. Options from the command line, or set by the program, win.
-
     Attributes
     ----------
     given
@@ -116,12 +109,6 @@ class KnowsProblem:
 def attach(ksp: PETSc.KSP, problem: Any, row_scale: PETSc.Vec | None = None) -> None:
     """Give the problem, and the factors of its rows, to a solver whose options have
     been read.
-
-    Raises
-    ------
-    ContactError
-        If the solver is iterative, and there are unknowns beside the displacement, or a
-        free rigid body.
     """
     for thing in (ksp, ksp.getPC()):
         if thing.getType() == "python":

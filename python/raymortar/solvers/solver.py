@@ -15,12 +15,12 @@ from petsc4py import PETSc
 from dolfinx.fem import Function
 
 from .. import compat
-from ..checked import is_whole_number
 from ..diagnose.outcome import require_convergence
 from ..errors import (
     ContactError,
     ContactWarning,
     ConvergenceError,
+    is_whole_number,
     raise_everywhere,
     require_agreement,
     together,

@@ -11,9 +11,8 @@ from typing import Any
 import numpy as np
 from dolfinx.fem import Function
 
-from ..checked import is_real_number
 from ..compat import Mask
-from ..errors import ContactError, ContactWarning, together
+from ..errors import ContactError, ContactWarning, is_real_number, together
 from ..interface.coefficients import PairCoefficients, one_or_each, spread
 from ..interface.contact_surfaces import ContactSurfaces
 from ..interface.present import PresentState
@@ -78,15 +77,6 @@ class Prescribed:
 
 class ContactAssembly:
     """What one contact adds to matrices and vectors, and its coefficient.
-
-    Parameters
-    ----------
-    surfaces
-        Of the contact.
-    present
-        Its present state.
-    method
-        Its method.
 
     Attributes
     ----------

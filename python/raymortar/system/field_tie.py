@@ -30,15 +30,6 @@ class TiePart:
     multiplied: both are then like those of the field, and the matrix is symmetric
     [theory (7.6)].
 
-    Parameters
-    ----------
-    sides
-        The field on both sides of each slave surface.
-    multiplier
-        Flux over scale, a Function on the slave facets alone.
-    table
-        Its local block dofs on the slave facets of all sides, (facets, nodes).
-
     Attributes
     ----------
     functions
@@ -106,13 +97,7 @@ class TiePart:
         return []
 
     def prepare(self, look_up: Callable[[Any], Array]) -> None:
-        """Make the matrix anew where other unknowns are prescribed. Collective.
-
-        Parameters
-        ----------
-        look_up
-            From rows of any rank to whether they are prescribed, 0 or 1.
-        """
+        """Make the matrix anew where other unknowns are prescribed. Collective."""
         held = [
             look_up(side.slave_rows).reshape(rows.shape) > 0.0
             for side, rows in zip(self.sides, self._rows)

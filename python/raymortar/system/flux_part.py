@@ -49,21 +49,7 @@ class FluxPoints:
 
 
 class FluxPart:
-    """Evaluates a law at the points of a contact, and adds up entries. Collective.
-
-    Parameters
-    ----------
-    contact
-        The contact's share of the system, whose zones are used.
-    fields
-        The scalar field on each mesh.
-    law
-        The flux.
-    heat
-        Shares of the work of friction that slave and master take.
-    tool
-        The field on rigid tools: a number, or an unknown.
-    """
+    """Evaluates a law at the points of a contact, and adds up entries. Collective."""
 
     stiffness = 0.0  # of unknowns that it brings: none
 
@@ -99,13 +85,6 @@ class FluxPart:
     ) -> None:
         """Find the field among what a problem solves for, and take its rows.
         Collective.
-
-        Parameters
-        ----------
-        unknowns, layout
-            Of the problem.
-        moves
-            Whether the displacement is an unknown too.
         """
         with together(self._comm):
             find_fields(self.fields, unknowns, "Flux")

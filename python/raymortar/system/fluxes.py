@@ -25,18 +25,7 @@ Part = FluxPart | TiePart | ToolPart
 
 
 class FluxTerms:
-    """Fluxes through the contacts of one problem, and ties of its fields. Collective.
-
-    Parameters
-    ----------
-    system
-        Contact or several, or a problem without a displacement: has unknowns, their
-        layout, and zones.
-    parts
-        The fluxes and the ties.
-    moves
-        Whether the displacement is an unknown.
-    """
+    """Fluxes through the contacts of one problem, and ties of its fields. Collective."""
 
     def __init__(self, system: Any, parts: Sequence[Part], moves: bool = True) -> None:
         self._system, self._parts = system, list(parts)

@@ -30,13 +30,7 @@ _HALVINGS = 40
 
 
 class FreeBodies:
-    """Equations of the free bodies of one contact or several.
-
-    Parameters
-    ----------
-    system
-        One contact or several, after the first update.
-    """
+    """Equations of the free bodies of one contact or several."""
 
     def __init__(self, system: Any) -> None:
         self._system, self.layout = system, system.layout
@@ -193,13 +187,7 @@ class FreeBodies:
         return low
 
     def close_gaps(self) -> None:
-        """Move free bodies that touch nothing to the slave ahead. Collective.
-
-        Raises
-        ------
-        SetUpError
-            If nothing stops a body.
-        """
+        """Move free bodies that touch nothing to the slave ahead. Collective."""
         if not self.bodies or any(part.gamma is None for part in self._system.parts):
             return
         self._system.update()

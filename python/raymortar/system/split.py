@@ -122,15 +122,7 @@ def _has_condition_on(form: ufl.Form, functions: Sequence[Any]) -> bool:
 
 
 class Updated:
-    """Calls the user's function once for each state of the unknowns. Collective.
-
-    Parameters
-    ----------
-    unknowns
-        What the problem solves for.
-    function
-        Sets coefficients of the forms from the present unknowns.
-    """
+    """Calls the user's function once for each state of the unknowns. Collective."""
 
     def __init__(self, unknowns: Unknowns, function: Callable[[], object]) -> None:
         self._unknowns, self._function = unknowns, function
@@ -139,13 +131,7 @@ class Updated:
         self._is_new = False
 
     def bring(self) -> None:
-        """Call the function if the unknowns have changed since its last call.
-
-        Raises
-        ------
-        Exception
-            On all ranks, what the function raises on any: see `errors.together`.
-        """
+        """Call the function if the unknowns have changed since its last call."""
         comm, now = self._unknowns.comm, self._unknowns.values()
         changed = self._last is None or not np.array_equal(self._last, now)
         if not comm.allreduce(changed, op=MPI.LOR):

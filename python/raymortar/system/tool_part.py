@@ -11,13 +11,12 @@ from petsc4py import PETSc
 import numpy as np
 from dolfinx.fem import Function
 
-from ..checked import is_real_number
 from ..compat import Array
 from ..convergence.balance import EPS
 from ..discretization.layout import CoupledRows
 from ..discretization.own_unknowns import single_number
 from ..discretization.unknowns import Unknowns
-from ..errors import ContactError, require_agreement
+from ..errors import ContactError, is_real_number, require_agreement
 from ..interface.flux_sides import FieldOnZone
 from ..interface.zone_data import ZoneData
 from .assembly import ContactAssembly
@@ -28,14 +27,6 @@ class ToolPart:
     """Balance of what rigid tools take up [theory (7.7)]. Collective.
 
     Fluxes add what flows into the tools; here is what these store.
-
-    Parameters
-    ----------
-    comm
-        Communicator of the contacts.
-    value, capacity
-        Field of the tools at the start, and their capacity: they store the capacity
-        times the change of the field.
 
     Attributes
     ----------

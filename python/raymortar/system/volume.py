@@ -87,15 +87,6 @@ class Kept:
     the diagonal for prescribed unknowns: this part goes into the coupled tangent. The
     second has the other entries, in rows or columns of prescribed unknowns.
 
-    Parameters
-    ----------
-    contact, forms, pattern
-        Contact or several, the linear forms, and the pattern of the tangent.
-    of_residual, of_tangent
-        Inputs of the forms.
-    is_whole
-        Whether K has about all entries of the pattern, and not those of some bodies.
-
     Attributes
     ----------
     revision
