@@ -22,7 +22,7 @@ import raymortar
 from meshes.blocks import Block
 from meshes.meshing import Scene, assemble_blocks
 from raymortar import compat, io, tools
-from raymortar.discretization.gathering import gather
+from raymortar.plotting.frames import gather
 
 # Lengths in mm, stresses in MPa
 SHAFT, HUB, LENGTH, INTERFERENCE = 50.0, 100.0, 40.0, 0.05

@@ -318,7 +318,7 @@ class Contact(NodalFields, Interaction):
         if self.friction is None:
             return 0.0
         self._present.require_results()
-        return friction_work(self.zones, self._comm)
+        return friction_work(self.zones)
 
     def stored_energy(self, part: str = "total") -> float:
         """Energy that the penalty stores at the last `update`. Collective.
@@ -341,7 +341,7 @@ class Contact(NodalFields, Interaction):
             if part == "tangential":
                 return 0.0
             part = "normal"
-        return stored_energy(self.zones, self._comm, part)
+        return stored_energy(self.zones, part)
 
 
 def _shown(value: Any) -> str:

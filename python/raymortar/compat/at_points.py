@@ -13,7 +13,7 @@ import ufl
 from dolfinx import fem
 
 from .generation import HAS_UFL_ELEMENTS, Array, quadrature
-from .meshes import cell_name, dofmap_array
+from .meshes import _with_shape, cell_name, dofmap_array
 
 
 def quadrature_space(
@@ -38,11 +38,7 @@ def quadrature_space(
         element: Any = ufl.FiniteElement(
             "Quadrature", mesh.ufl_cell(), degree, quad_scheme="default"
         )
-        if len(shape) == 1:
-            element = ufl.VectorElement(element, dim=shape[0])
-        elif shape:
-            element = ufl.TensorElement(element, shape=shape)
-        return fem.FunctionSpace(mesh, element)
+        return fem.FunctionSpace(mesh, _with_shape(element, shape))
     import basix.ufl
 
     element = basix.ufl.quadrature_element(

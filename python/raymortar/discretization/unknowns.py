@@ -156,7 +156,13 @@ class Unknowns:
 
     def solve_for(self, functions: Sequence[Function], settled: bool) -> None:
         """Take what a problem solves for."""
-        found = [_places_among(functions, d.given) for d in self.displacements]
+        found = [
+            next(
+                (i for i, f in enumerate(functions) if compat.same_values(f, d.given)),
+                None,
+            )
+            for d in self.displacements
+        ]
         places = [place for place in found if place is not None]
         if len(places) < len(found):
             raise ContactError(self.absence(functions))
@@ -397,12 +403,3 @@ class Unknowns:
         marker, values = self.prescribed_u(bcs)
         increment = np.where(marker == 1, values - u, 0.0)
         return increment * (np.abs(increment) > ROUNDING * np.abs(u))
-
-
-def _places_among(functions: Sequence[Function], given: Function) -> int | None:
-    """Number of the Function that is a displacement or has it as a part; None if none
-    does."""
-    for i, f in enumerate(functions):
-        if compat.same_values(f, given):
-            return i
-    return None

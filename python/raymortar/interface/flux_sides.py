@@ -77,11 +77,9 @@ class FieldOnZone:
         self.zone, self.tool = zone, tool
         facets = zone.facets
         self.slave = _side(u, fields, facets.slave_part, facets.slave)
-        self.master = (
-            None
-            if facets.bodies
-            else _side(u, fields, facets.master_part, facets.master)
-        )
+        self.master: FieldSide | None = None
+        if not facets.bodies:
+            self.master = _side(u, fields, facets.master_part, facets.master)
         self.moves = True  # whether the displacement is an unknown
         self.slave_rows: Global = np.empty(0, dtype=np.int64)
         self.own_master_rows: Global = self.slave_rows

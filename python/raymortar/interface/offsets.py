@@ -179,10 +179,10 @@ class Augmentation:
     They are lengths at the slave nodes, which are added to gaps.
     """
 
-    def __init__(self, zones: Sequence[ZoneData], scalar: Any, layout: Any) -> None:
-        self._zones, self._comm = zones, layout.comm
+    def __init__(self, zones: Sequence[ZoneData], scalar: Any) -> None:
+        self._zones, self._comm = zones, zones[0].comm
         self._values = Function(scalar, name="augmentation")
-        self._size = mean_facet_size(layout, zones)
+        self._size = mean_facet_size(zones)
 
     @property
     def array(self) -> Array:

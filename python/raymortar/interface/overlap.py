@@ -63,7 +63,7 @@ def warn_of_overlap(surfaces: ContactSurfaces, pairs: Sequence[Pair]) -> None:
     for k, zone in enumerate(surfaces.zones):
         own = [pair for pair in pairs if pair.surface == k]
         if zone.facets.bodies:
-            messages, remedy = list(_in_tools(zone, own, comm)), _TOOL_REMEDY
+            messages, remedy = list(_in_tools(zone, own)), _TOOL_REMEDY
         else:
             messages, remedy = _in_meshes(zone, own, surfaces), _REMEDY
         for text in messages:
@@ -82,20 +82,20 @@ def _in_meshes(
     for side, thickness in zip(zone.sides, zone.thickness):
         known = np.where(thickness < most, thickness, np.inf)
         allowed.append(NOISE * np.minimum(facet_lengths(side), known) + chords)
-    messages = _of_points(zone, pairs, allowed, comm)
+    messages = _of_points(zone, pairs, allowed)
     return messages or _beyond_search(zone, pairs, allowed, surfaces)
 
 
 def _of_points(
-    zone: ZoneData, pairs: Sequence[Pair], allowed: Sequence[Array], comm: MPI.Comm
+    zone: ZoneData, pairs: Sequence[Pair], allowed: Sequence[Array]
 ) -> list[str]:
     """Messages on pairs with points deeper than is allowed on both sides. Collective."""
-    points = zone.points()
+    points, comm = zone.points(), zone.comm
     gap = np.maximum(points["gap"], zone.gap_without_offset(points))
     depth = np.where((points["status"] >= OPEN) & (gap < 0.0), -gap, 0.0)
     if not comm.allreduce(bool(depth.any())):
         return []
-    met = of_hit_masters(zone, points, allowed[1], comm)
+    met = of_hit_masters(zone, points, allowed[1])
     depth[depth <= np.minimum(allowed[0][points["slave"]], met)] = 0.0
     master, messages = zone.masters_of(points), []
     for pair in pairs:
@@ -110,11 +110,9 @@ def _of_points(
     return messages
 
 
-def of_hit_masters(
-    zone: ZoneData, points: dict[str, Array], values: Array, comm: MPI.Comm
-) -> Array:
+def of_hit_masters(zone: ZoneData, points: dict[str, Array], values: Array) -> Array:
     """Values of the master facets, of all ranks, that points hit; else inf. Collective."""
-    ids, each = of_all(comm, zone.facets.master_surface.facet_ids, values)
+    ids, each = of_all(zone.comm, zone.facets.master_surface.facet_ids, values)
     met = global_masters(points, zone.cpp.pairs())
     # The last one is for points that hit no master
     return np.append(each, np.inf)[index_among(ids, met)]
@@ -188,9 +186,9 @@ def _inside(
 # Rigid tools
 
 
-def _in_tools(zone: ZoneData, pairs: Sequence[Pair], comm: MPI.Comm) -> Iterator[str]:
+def _in_tools(zone: ZoneData, pairs: Sequence[Pair]) -> Iterator[str]:
     """Yield messages on rigid tools in which a slave starts. Collective."""
-    points, side = zone.points(), zone.sides[0]
+    points, side, comm = zone.points(), zone.sides[0], zone.comm
     x, n = (
         np.ascontiguousarray(np.pad(points[name], ((0, 0), (0, 3 - side.gdim))))
         for name in ("x", "normal")

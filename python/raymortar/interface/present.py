@@ -71,9 +71,7 @@ class PresentState:
         self.corrections: list[Correction] = []
         self._augmentation: Augmentation | None = None
         if isinstance(options.method, Penalty) and options.method.exact:
-            self._augmentation = Augmentation(
-                self._zones, surfaces.scalar, surfaces.layout
-            )
+            self._augmentation = Augmentation(self._zones, surfaces.scalar)
         self.u_old = self._u.x.array.copy()
         self._is_sent = False
         self._dt = 1.0

@@ -284,7 +284,7 @@ def _distance_ratio(zone: ZoneData, surfaces: ContactSurfaces) -> float:
     slave = facet_lengths(slave_side) / compat.element_info(surfaces.scalar).degree
     master = facet_lengths(master_side) / master_side.displacement_degree
     points = zone.points()
-    met = of_hit_masters(zone, points, master, comm)
+    met = of_hit_masters(zone, points, master)
     hit = (points["status"] >= OPEN) & np.isfinite(met)
     area = points["area"][hit]
     sums = np.array([area @ met[hit], area @ slave[points["slave"][hit]]])

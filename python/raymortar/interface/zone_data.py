@@ -107,6 +107,7 @@ class ZoneData:
     """A C++ zone with what Python needs to feed and read it."""
 
     facets: ZoneFacets
+    comm: MPI.Comm
     cpp: _cpp.Zone
     multiplier_table: Indices  # (slave facets, n), local block dofs
     multiplier_nodes: Indices  # sorted block dofs in the zone's own order
@@ -273,13 +274,13 @@ def unit_normals(surface: Surface, facets: Indices, at: Array, u: Array) -> Arra
     return units(normals(tangents))
 
 
-def path(zone: ZoneData, opposite: OppositePoints, u: Array, comm: MPI.Comm) -> Path:
+def path(zone: ZoneData, opposite: OppositePoints, u: Array) -> Path:
     """Present positions of slave points and of those opposite to them. Collective.
 
     The ranks that own the masters' facets give where their points are, and the
     thickness behind them.
     """
-    surface, master = zone.sides
+    comm, (surface, master) = zone.comm, zone.sides
     x = positions(surface, opposite.facet, opposite.xi, u)
     n = unit_normals(surface, opposite.facet, opposite.xi, u)
     ids, eta = of_all(comm, opposite.master, opposite.eta)

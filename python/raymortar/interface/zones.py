@@ -144,6 +144,7 @@ def create_zone(
     )
     return ZoneData(
         zone,
+        comm,
         _cpp.Zone(comm.py2f(), made_of),
         table,
         nodes.astype(np.int32),

@@ -99,7 +99,11 @@ class Checkpoint:
                 raise ContactError(f"more must be a list of Functions, not {more!r}")
             self._more = list(more)
             for f in more:
-                if not (isinstance(f, Function) and self._mesh_of(f) is not None):
+                on = [
+                    isinstance(f, Function) and compat.on_mesh(f, m)
+                    for m in self._meshes
+                ]
+                if not any(on):
                     text = "is no Function on the mesh of a displacement"
                     raise ContactError(f"more has {f!r}, which {text}")
         require_agreement(
@@ -116,11 +120,6 @@ class Checkpoint:
 
     def __repr__(self) -> str:
         return f"<Checkpoint {str(self.path)!r} of {self.problem!r}>"
-
-    def _mesh_of(self, f: Any) -> int | None:
-        """Number of the mesh that a Function is on; None: of none."""
-        found = [k for k, m in enumerate(self._meshes) if compat.on_mesh(f, m)]
-        return found[0] if found else None
 
     def exists(self) -> bool:
         """Whether there is a file. Collective."""

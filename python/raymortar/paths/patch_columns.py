@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any
@@ -13,6 +12,7 @@ import numpy as np
 
 from ..compat import Array
 from ..errors import ContactError, direction, vector
+from ..interface.pairs import as_label
 from ..interface.point_results import CLOSED
 from ..interface.zone_data import ZoneData
 from ..problem import CoupledProblem
@@ -26,17 +26,15 @@ Columns = Iterator[tuple[list[str], Callable[[], Any]]]
 
 def patch_columns(problem: CoupledProblem, parts: Sequence[Part]) -> Columns:
     """Yield area, centre of pressure and peak pressure of surfaces and pairs."""
-    zones, axes = (
-        problem.contact.zones,
-        "xyz"[: problem.contact.u.function_space.mesh.geometry.dim],
-    )
+    zones = problem.contact.zones
+    axes = "xyz"[: zones[0].facets.slave_surface.gdim]
     for label, zone, master, _ in parts:
         names = [f"area_{label}", *(f"centre_{label}_{x}" for x in axes)]
-        find = partial(_patch, zones[zone], problem.comm, master)
+        find = partial(_patch, zones[zone], master)
         yield [*names, f"peak_{label}"], find
 
 
-def _patch(zone: ZoneData, comm: MPI.Comm, master: int | None) -> Array:
+def _patch(zone: ZoneData, master: int | None) -> Array:
     """Find area, centre and peak of the pressure, NaN where nothing presses.
     Collective."""
     points = zone.points()
@@ -45,8 +43,8 @@ def _patch(zone: ZoneData, comm: MPI.Comm, master: int | None) -> Array:
         closed &= zone.masters_of(points) == master
     area, x, p = (points[name][closed] for name in ("weight", "x", "pressure"))
     sums = np.array([area.sum(), -(area @ p), *(-(area * p) @ x)])
-    comm.Allreduce(MPI.IN_PLACE, sums)
-    peak = comm.allreduce(float((-p).max(initial=0.0)), op=MPI.MAX)
+    zone.comm.Allreduce(MPI.IN_PLACE, sums)
+    peak = zone.comm.allreduce(float((-p).max(initial=0.0)), op=MPI.MAX)
     centre = sums[2:] / sums[1] if sums[1] > 0.0 else np.full(len(sums) - 2, np.nan)
     return np.array([sums[0], *centre, peak])
 
@@ -142,7 +140,7 @@ class BodyColumns:
         self._contact = contact
         self._bodies = rigid_bodies(contact.zones)
         self._dim = contact.u.function_space.mesh.geometry.dim
-        plain = [re.sub(r"[^0-9A-Za-z]", "_", body.name) for body in self._bodies]
+        plain = [as_label(body.name) for body in self._bodies]
         labels = [
             f"{label}_{k}" if plain.count(label) > 1 else label
             for k, label in enumerate(plain)

@@ -184,7 +184,7 @@ class Stabilization:
         self._loose = groups.sum(held)[: groups.bodies] == 0.0
         self._limit = np.inf
         if self._loose.any():
-            self._limit = FARTHEST * mean_facet_size(contact.layout, contact.zones)
+            self._limit = FARTHEST * mean_facet_size(contact.zones)
         # Scale of the forces that hold a motion which nothing else resists
         self._holding: float | None = None
         self._without_it, self._said = Backoff(), False

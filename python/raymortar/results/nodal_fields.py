@@ -45,10 +45,8 @@ class NodalFields:
         hits_only: bool = True,
     ) -> Function:
         """Nodal averages of a point quantity, and a value off the contact."""
-        self._present.require_results()
-        made = self.surfaces
-        f = Function(made.vector if vector else made.scalar, name=name)
-        at_points.nodal_average(made.zones, quantity, f, hits_only)
+        f = self._new(name, vector)
+        at_points.nodal_average(self.surfaces.zones, quantity, f, hits_only)
         f.x.array[np.isnan(f.x.array)] = elsewhere
         return f
 
@@ -56,11 +54,15 @@ class NodalFields:
         self, name: str, quantity: Callable[[ZoneData], Any], vector: bool = False
     ) -> Function:
         """Values of a law at nodes, and zero off the contact."""
+        f = self._new(name, vector)
+        set_at_nodes(self.surfaces.zones, quantity, f)
+        return f
+
+    def _new(self, name: str, vector: bool) -> Function:
+        """Zero Function for results of the last update, which there must be."""
         self._present.require_results()
         made = self.surfaces
-        f = Function(made.vector if vector else made.scalar, name=name)
-        set_at_nodes(made.zones, quantity, f)
-        return f
+        return Function(made.vector if vector else made.scalar, name=name)
 
     def _of_tractions(
         self,

@@ -134,9 +134,9 @@ class PointResults:
                 found = self.pairs.find(slave, master)
                 surfaces = sorted({self.pairs.pairs[k].surface for k in found})
         if parts:
-            return added([mutual(self.zones[i], self._comm, *of) for i, *of in parts])
+            return added([mutual(self.zones[i], *of) for i, *of in parts])
         if master is None:
-            return added([resultant(self.zones[i], self._comm) for i in surfaces])
+            return added([resultant(self.zones[i]) for i in surfaces])
         return added([self.of_pair(k) for k in found])
 
     def of_pair(self, k: int) -> Resultant:
@@ -144,12 +144,11 @@ class PointResults:
         pair = self.pairs.pairs[k]
         zone = self.zones[pair.surface]
         master = zone.facets.master_tags.index(pair.master)
-        return resultant(zone, self._comm, master)
+        return resultant(zone, master)
 
     def resultants(self) -> list[Resultant]:
         """`resultant` of every pair. Collective."""
-        with together(self._comm):
-            self._require_results()
+        self._require_results()
         return [self.of_pair(k) for k in range(len(self.pairs.pairs))]
 
     def parts(self) -> list[tuple[str, Callable[[], Resultant]]]:
@@ -165,9 +164,8 @@ class PointResults:
 
     def meetings(self) -> list[Meeting]:
         """Surfaces that are in contact, by name. Collective."""
-        with together(self._comm):
-            self._require_results()
-        return meetings(self.zones, self.pairs, self._comm)
+        self._require_results()
+        return meetings(self.zones, self.pairs)
 
     def resultant_on(self, body: Body) -> Resultant:
         """Contact force on a rigid body. Collective."""
@@ -175,4 +173,4 @@ class PointResults:
             self._require_results()
             if not any(body in zone.facets.bodies for zone in self.zones):
                 raise ContactError(f"{body!r} is the master of no pair")
-        return resultant_on(self.zones, body, self._comm)
+        return resultant_on(self.zones, body)

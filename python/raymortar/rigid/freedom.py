@@ -120,16 +120,6 @@ class Freedom:
         self._lever = self.cpp.lever = value
 
     @property
-    def theta(self) -> Array:
-        """Rotation vector since the accepted step, (3,)."""
-        return self.cpp.theta()
-
-    @property
-    def translation(self) -> Array:
-        """Translation since the body was made, (3,)."""
-        return self.cpp.translation()
-
-    @property
     def totals(self) -> Array:
         """Translations, and the sums of rotations over all steps, (n,)."""
         return np.where(self.is_turn, self.cpp.accepted, 0.0) + self.values
