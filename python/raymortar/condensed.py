@@ -55,6 +55,10 @@ class CondensedProblem:
         The same with multipliers as unknowns, which assembles both.
     contact
         The contact, or `interactions.Interactions` of several.
+    bcs, u
+        Dirichlet conditions, and what is solved for.
+    L, a
+        Compiled residual and Jacobian of everything but contact.
 
     Notes
     -----
@@ -97,7 +101,6 @@ class CondensedProblem:
             F, contact, bcs, J, given, form_compiler_options, jit_options, update
         )
         self.contact, self.comm = self.coupled.contact, self.coupled.comm
-        # As problems of DOLFINx have them
         self.bcs, self.u = self.coupled.bcs, self.coupled.u
         self.L, self.a = self.coupled.L, self.coupled.a
         with together(self.comm):

@@ -51,7 +51,7 @@ class Interactions(Interaction):
             contacts[0].unknowns,
             [contact.assembly for contact in contacts],
             PairTable.joined(
-                [contact.results.pairs for contact in contacts],
+                [contact.pair_table for contact in contacts],
                 [len(contact.zones) for contact in contacts],
             ),
         )

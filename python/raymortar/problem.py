@@ -267,6 +267,11 @@ class CoupledProblem:
 
         Nothing is done again where neither x nor the contact has changed since the last
         call.
+
+        Raises
+        ------
+        ContactError
+            If x has another number of unknowns than the problem.
         """
         size, mine = x.getSize(), self.contact.layout.ranges[-1]
         if size != mine:

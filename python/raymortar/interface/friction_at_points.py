@@ -66,7 +66,7 @@ class Sample:
     def bounds(self, law: Friction, axis: int, *values: Array) -> list[Array]:
         """Evaluate a law's bound at other values of p or v."""
         pairs = [(z, self.v) if axis == 0 else (self.p, z) for z in values]
-        found = [law.call("bound", (p, v), self.given) for p, v in pairs]
+        found = [law.call("bound", p, v, self.given) for p, v in pairs]
         return [np.asarray(one, dtype=np.float64) for one in found]
 
 
@@ -153,7 +153,7 @@ def _require_one_law(law: Friction, comm: MPI.Comm) -> None:
     given = {"x": np.zeros((3, len(p))), "slip": none, "dt": 1.0, "fields": fields}
     with _in_silence():
         try:
-            bounds = law.call("bound", (p, v), given)
+            bounds = law.call("bound", p, v, given)
             mine = np.asarray(bounds, dtype=np.float64).tolist()
         except Exception as error:  # where it has no value, if it has none on all ranks
             mine = type(error).__name__

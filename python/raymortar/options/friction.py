@@ -131,21 +131,24 @@ class Friction(UserLaw, Law):
     fields: Sequence[Function] = ()
 
     def check(self) -> None:
-        check_functions(self.owner, self.functions(), self.first, kind="callable")
+        check_functions(self.owner, self._functions(), self.first, kind="callable")
         check_fields(self.owner, FRICTION_FIELD, self.fields)
 
-    def call(self, name: str, values: Any, given: Mapping[str, Any]) -> Any:
-        """`UserLaw.call`, which raises where there are no fields to give."""
+    def call(self, name: str, p: Any, v: Any, given: Mapping[str, Any]) -> Any:
+        """Call ``bound`` or ``derivatives`` with the arguments that it has.
+
+        They are copies, which it may write to.
+        """
         if "fields" in offered(getattr(self, name), 2) and not self.fields:
             raise ContactError(
                 f"Friction.{name} has the argument fields, and there are none: give "
                 "Friction(bound, fields=[...])"
             )
-        return super().call(name, values, given)
+        return self._evaluate(name, (p, v), given)
 
     def bounds(self, p: Array, v: Array, given: Mapping[str, Any]) -> Array:
         """Evaluate and check the bound, (n,)."""
-        found = real_values("Friction.bound", self.call("bound", (p, v), given), len(p))
+        found = real_values("Friction.bound", self.call("bound", p, v, given), len(p))
         if not (np.isfinite(found).all() and found.min(initial=0.0) >= 0.0):
             raise _not_finite(p, v)
         return found
@@ -154,7 +157,7 @@ class Friction(UserLaw, Law):
         self, p: Array, v: Array, given: Mapping[str, Any]
     ) -> tuple[Array, Array]:
         """Evaluate and check the derivatives by p and v, (n,) each."""
-        slopes = self.call("derivatives", (p, v), given)
+        slopes = self.call("derivatives", p, v, given)
         found = [real_values("Friction.derivatives", one, len(p)) for one in slopes]
         if len(found) != 2:
             raise ContactError("Friction.derivatives must return (ds/dp, ds/dv)")

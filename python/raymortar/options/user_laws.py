@@ -113,7 +113,7 @@ class UserLaw:
     derivatives: Callable[..., Any] | None
     fields: Sequence[Function]
 
-    def functions(self) -> dict[str, Any]:
+    def _functions(self) -> dict[str, Any]:
         """The functions of the law, by name."""
         more = {} if self.derivatives is None else {"derivatives": self.derivatives}
         return {self.function: getattr(self, self.function), **more}
@@ -121,10 +121,10 @@ class UserLaw:
     @property
     def arguments(self) -> set[str]:
         """Names of the arguments after the first ones."""
-        known = (offered(one, len(self.first)) for one in self.functions().values())
+        known = (offered(one, len(self.first)) for one in self._functions().values())
         return set().union(*known)
 
-    def call(self, name: str, values: Any, given: Mapping[str, Any]) -> Any:
+    def _evaluate(self, name: str, values: Any, given: Mapping[str, Any]) -> Any:
         """Call a function with copies of the arguments that it has."""
         function = getattr(self, name)
         more = offered(function, len(self.first))
@@ -207,7 +207,7 @@ class FluxLaw(UserLaw):
         fields: Sequence[Function],
     ) -> None:
         self.law, self.derivatives, self.fields = law, derivatives, list(fields)
-        check_functions("Flux", self.functions(), ARGUMENTS)
+        check_functions("Flux", self._functions(), ARGUMENTS)
         check_fields("Flux", FLUX_FIELD, self.fields)
         if "fields" in self.arguments and not self.fields:
             raise ContactError(
@@ -217,14 +217,14 @@ class FluxLaw(UserLaw):
 
     def values(self, at: Array, given: Mapping[str, Any]) -> Array:
         """Evaluate and check the flux at arguments (5, n), (n,)."""
-        return _checked("law", self.call("law", at, given), at)
+        return _checked("law", self._evaluate("law", at, given), at)
 
     def slopes(self, at: Array, given: Mapping[str, Any]) -> Array:
         """Differentiate the flux by its arguments (5, n), (n, 5)."""
         if self.derivatives is None:
             columns = [self._complex_step(at, given, k) for k in range(len(at))]
             return np.stack(columns, axis=1)
-        found = self.call("derivatives", at, given)
+        found = self._evaluate("derivatives", at, given)
         if len(found) != len(ARGUMENTS):
             raise ContactError(
                 f"Flux.derivatives returns {len(found)} arrays: it must return the "
@@ -241,7 +241,7 @@ class FluxLaw(UserLaw):
             with warnings.catch_warnings():
                 # A law that drops imaginary parts is found by its check
                 warnings.simplefilter("ignore")
-                q = np.asarray(self.call("law", shifted, given))
+                q = np.asarray(self._evaluate("law", shifted, given))
         except (TypeError, ValueError) as error:
             raise ContactError(
                 f"Flux.law does not take a complex {ARGUMENTS[k]}, by which it is "

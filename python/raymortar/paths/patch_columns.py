@@ -167,7 +167,7 @@ class BodyColumns:
         """Find the columns at the last update, given the last record. Collective."""
         found: list[float] = []
         for body, names, begin in zip(self._bodies, self._columns, self._begin):
-            on = self._contact.results.resultant_on(body)
+            on = self._contact.resultant_on(body)
             force, moment = on.force, np.atleast_1d(on.moment)
             if on.radial is not None:  # work is done where a ring is widened
                 force = np.array([on.radial, force[1]])

@@ -171,6 +171,18 @@ def linear_options(
 ) -> dict[str, Any]:
     """PETSc options of the linear solver that a problem gets. Collective.
 
+    Parameters
+    ----------
+    problem
+        Problem.
+    given
+        Options that the user has given, without prefix.
+    prefix
+        Prefix of the options: those in PETSc's table count too.
+    snes
+        Whether the options are for SNES, which may solve its first systems less
+        exactly.
+
     Returns
     -------
     If the user gives any option of the linear solver, the options of the direct solver,

@@ -109,6 +109,12 @@ class KnowsProblem:
 def attach(ksp: PETSc.KSP, problem: Any, row_scale: PETSc.Vec | None = None) -> None:
     """Give the problem, and the factors of its rows, to a solver whose options have
     been read.
+
+    Raises
+    ------
+    ContactError
+        If the solver is iterative, and there are unknowns beside the displacement, or a
+        free rigid body.
     """
     for thing in (ksp, ksp.getPC()):
         if thing.getType() == "python":
