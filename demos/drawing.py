@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from raymortar.discretization.gathering import gather_boundary, gather_cells
 from raymortar.plotting.drawing import LOOK, PRESSURE_MAP, draw_field, draw_surface
+from raymortar.plotting.frames import gather_boundary, gather_cells
 
 __all__ = [
     "COMPUTED",

@@ -11,7 +11,7 @@ import numpy as np
 
 from raymortar import _cpp
 from raymortar.discretization.reference_facets import facet_nodes
-from raymortar.options import quadrature
+from raymortar.interface.zones import default_degree, facet_rule, segment_rules
 
 INDEX, GLOBAL = np.int32, np.int64
 FACETS = {
@@ -113,7 +113,7 @@ class Pair:
         nodes, table = np.unique(own, return_inverse=True)
         rows_u = dim * (len(slave.X) + len(master.X))
         self.size = rows_u + len(nodes)
-        rule = quadrature.default_degree(shape, degree, q)
+        rule = default_degree(shape, degree, q)
         h = np.sqrt(2.0) / n
         self._surfaces = (
             surface(shape, degree, slave, 0),
@@ -144,8 +144,8 @@ class Pair:
             distances=self._distances,
             strategy=self._strategy,
             subdivide=False,
-            segment_rules=quadrature.segment_rules(shape, rule),
-            facet_rule=quadrature.facet_rule(shape, rule),
+            segment_rules=segment_rules(shape, rule),
+            facet_rule=facet_rule(shape, rule),
             filter=None,
         )
         self.zone = _cpp.Zone(MPI.COMM_SELF.py2f(), made_of)

@@ -26,11 +26,11 @@ from .paths.output import Output
 from .paths.progress import LoadStep
 from .plotting.movie import Movie
 from .plotting.picture import plot
-from .solvers.fixed_point import FixedPointSolver
 from .solvers.newton import NewtonSolver
 from .solvers.snes import SNESSolver
+from .solvers.solver import FixedPointSolver
+from .system.tool_part import ToolField
 from .tie import Tie
-from .tool_field import ToolField
 from .wear import Archard, Wear
 
 __version__ = "0.1.0"

@@ -55,6 +55,10 @@ class CondensedProblem:
         The same with multipliers as unknowns, which assembles both.
     contact
         The contact, or `interactions.Interactions` of several.
+    bcs, u
+        Dirichlet conditions, and what is solved for.
+    L, a
+        Compiled residual and Jacobian of everything but contact.
 
     Notes
     -----
@@ -97,6 +101,8 @@ class CondensedProblem:
             F, contact, bcs, J, given, form_compiler_options, jit_options, update
         )
         self.contact, self.comm = self.coupled.contact, self.coupled.comm
+        self.bcs, self.u = self.coupled.bcs, self.coupled.u
+        self.L, self.a = self.coupled.L, self.coupled.a
         with together(self.comm):
             _check_unknown(u, self.coupled.u)
         self._A = self.coupled.create_matrix()
@@ -110,26 +116,6 @@ class CondensedProblem:
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} of {self.coupled!r}>"
-
-    @property
-    def bcs(self) -> Sequence[Any]:
-        """Dirichlet conditions."""
-        return self.coupled.bcs
-
-    @property
-    def u(self) -> Any:
-        """Unknown of the system: the Function that a solve finds."""
-        return self.coupled.u
-
-    @property
-    def L(self) -> Any:
-        """Compiled residual of everything but contact."""
-        return self.coupled.L
-
-    @property
-    def a(self) -> Any:
-        """Compiled Jacobian of everything but contact."""
-        return self.coupled.a
 
     # Equations
 

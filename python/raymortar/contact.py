@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from dolfinx.fem import Function
 
-from .compat import Array
 from .discretization.curving import Smooth
 from .discretization.layout import Layout
 from .discretization.slave_fields import FieldValue
@@ -17,13 +16,13 @@ from .interaction import Interaction
 from .interface.coefficients import Interfaces, PairCoefficients
 from .interface.contact_surfaces import check_given, make_surfaces
 from .interface.friction_at_points import spread_coefficient
-from .interface.overlap import Adjustment, Offsets
+from .interface.offsets import Adjustment, Offsets
 from .interface.point_results import CLOSED, OPEN
 from .interface.present import PresentState
 from .interface.state import ContactState
 from .options.friction import Law
 from .options.methods import AugmentedLagrangian, ContactOptions, Penalty, Search
-from .results.points import NodalFields, check_part
+from .results.nodal_fields import NodalFields, check_part
 from .results.sums import friction_work, stored_energy
 from .rigid.body import Body
 from .rigid.shapes import Shape
@@ -32,7 +31,7 @@ from .system.assembly import ContactAssembly
 __all__ = ["Contact", "ContactState"]
 
 
-class Contact(Interaction):
+class Contact(NodalFields, Interaction):
     """Contact integrals between tagged surfaces of a deforming mesh. Collective.
 
     Parameters
@@ -160,7 +159,6 @@ class Contact(Interaction):
         self._present = PresentState(made, options)
         self.assembly = ContactAssembly(made, self._present, options.method)
         super().__init__(given.unknowns, [self.assembly], given.pairs)
-        self._fields = NodalFields(made, self._present, friction)
         self._offsets = Offsets(made)
         if options.method.gamma is not None:
             self.assembly.set_gamma(options.method.gamma)
@@ -309,126 +307,6 @@ class Contact(Interaction):
     def dt(self, value: float) -> None:
         self._present.dt = value
 
-    # Results at nodes
-
-    def gap(self) -> Function:
-        """Gap at the slave nodes, negative in penetration; NaN where no hit. Length.
-
-        The gap of the law, with the offset. Average over the integration points around
-        each node. Collective.
-        """
-        return self._fields.gap()
-
-    def traction(self, part: str = "total") -> Function:
-        """Contact traction on the slave, global coordinates; 0 elsewhere. Collective.
-
-        Per reference or current area, by `measure`.
-
-        Parameters
-        ----------
-        part
-            ``"total"``; ``"normal"``: along the normal of `frame`; ``"tangential"``: the
-            rest, which is friction.
-        """
-        return self._fields.traction(part)
-
-    def pressure(self) -> Function:
-        """Contact pressure on the slave, **positive in compression**; 0 elsewhere.
-
-        The normal part of `traction`, of every method, per area as there. Where it is
-        negative the law holds in the mean only: see `points`. Collective.
-        """
-        return self._fields.pressure()
-
-    def slip(self) -> Function:
-        """Slip since the accepted step, T_n w, at the slave nodes. Length. Collective.
-
-        The motion of the slave over the master point it meets now, in the slave's
-        tangent plane and in global coordinates, also where the contact is open; 0
-        where no hit. After `advance` it stays that of the accepted step until the next
-        `update`. Without friction it is found when this is called.
-
-        Raises
-        ------
-        ContactError
-            For a `Tie`.
-        """
-        return self._fields.slip()
-
-    def accumulated_slip(self) -> Function:
-        """Sum of the lengths of the slip of all accepted steps. Length. Collective.
-
-        It belongs to the slave's material: `advance` averages the length of the slip of
-        closed points to the slave nodes and adds it there. `History` and `Output`
-        record a step before that: what they take of it is of the steps before.
-
-        Raises
-        ------
-        ContactError
-            Without friction, which is what counts it.
-        """
-        return self._fields.accumulated_slip()
-
-    def to_nodes(
-        self, values: Array | Sequence[Array], name: str = "values"
-    ) -> Function:
-        """Average values at the integration points around each slave node. Collective.
-
-        Points weigh by their area times the square of the node's shape function. As
-        `gap` does with ``points()["gap"]``.
-
-        Parameters
-        ----------
-        values
-            A number or a vector for each of this rank's `points`, (n,) or (n, d). Of
-            several slave surfaces a list, in their order.
-        name
-            Of the Function.
-
-        Returns
-        -------
-        Function
-            NaN where no ray hits a master.
-
-        Raises
-        ------
-        ContactError
-            If there is not one value for each point.
-
-        Examples
-        --------
-        >>> points = contact.points()
-        >>> shear = np.linalg.norm(points["traction"], axis=1) + points["pressure"]
-        >>> contact.to_nodes(shear, "shear")
-        """
-        each = [values] if isinstance(values, np.ndarray) else values
-        return self._fields.of_points(each, name)
-
-    def status(self) -> Function:
-        """`NodeStatus` of the slave nodes: 0 open or no hit, 1 stick, 2 slip. Collective.
-
-        Contact without friction is slip. The average over the points around each node,
-        rounded. Numbers are one less than those of `PointStatus`, which tells points
-        without hit from open ones.
-        """
-        return self._fields.status()
-
-    def coverage(self) -> Function:
-        """Share of the slave surface around each node that has a hit. Collective.
-
-        1 where every ray meets the master, 0 where none does and off the slave.
-        """
-        return self._fields.coverage()
-
-    def fields(self) -> list[Function]:
-        """All nodal results of the last `update`, for XDMF or VTK files. Collective.
-
-        Gap (0 where no hit: see coverage), normal and tangential traction, status,
-        coverage, the multiplier if there is one, slip with friction: write them next to
-        the displacement, ``io.write_xdmf(file, mesh, [u, *contact.fields()])``.
-        """
-        return self._fields.all()
-
     def friction_work(self) -> float:
         """Work that tangential tractions take in this step, before `advance`. Collective.
 
@@ -440,7 +318,7 @@ class Contact(Interaction):
         if self.friction is None:
             return 0.0
         self._present.require_results()
-        return friction_work(self.zones, self._comm)
+        return friction_work(self.zones)
 
     def stored_energy(self, part: str = "total") -> float:
         """Energy that the penalty stores at the last `update`. Collective.
@@ -463,7 +341,7 @@ class Contact(Interaction):
             if part == "tangential":
                 return 0.0
             part = "normal"
-        return stored_energy(self.zones, self._comm, part)
+        return stored_energy(self.zones, part)
 
 
 def _shown(value: Any) -> str:

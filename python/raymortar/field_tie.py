@@ -14,8 +14,8 @@ from .discretization.facets import join
 from .discretization.joined import Displacement, parts_of
 from .discretization.own_unknowns import function_on_facets
 from .errors import ContactError, raise_everywhere
+from .interface.flux_sides import TiedField
 from .interface.pairs import Pair
-from .interface.tied_flux import TiedField
 from .options.methods import Penalty, Search
 from .system.field_tie import TiePart
 from .tie import Tie

@@ -11,16 +11,15 @@ import numpy as np
 from dolfinx.fem import Function
 
 from . import compat
-from .checked import is_real_number
 from .compat import Array
 from .contact import Contact
 from .discretization.joined import Displacement, parts_of
-from .errors import ContactError, require_agreement, together
+from .errors import ContactError, is_real_number, require_agreement, together
 from .field_tie import FieldTie
-from .options.flux_law import FluxLaw
 from .options.methods import has_dual_multiplier
+from .options.user_laws import FluxLaw
 from .system.flux_part import FluxPart
-from .tool_field import ToolField
+from .system.tool_part import ToolField
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Sequence
 from operator import attrgetter
-from pathlib import Path
 from typing import Any
 
 from .compat import Array
@@ -14,9 +13,8 @@ from .discretization.unknowns import Unknowns
 from .errors import raise_everywhere
 from .interface.pairs import Pair, PairTable
 from .interface.state import JointState, State
-from .results.meetings import Meeting
 from .results.points import PointResults
-from .results.sums import Resultant, Statistics, statistics
+from .results.sums import Statistics, statistics
 from .rigid.body import Body
 from .system.assembly import ContactAssembly
 from .system.coupled import CoupledSystem
@@ -25,38 +23,17 @@ from .system.coupled import CoupledSystem
 _REVISION = attrgetter("present.revision")
 
 
-class Interaction(CoupledSystem):
+class Interaction(PointResults, CoupledSystem):
     """One contact, or several in one problem: the base of `Contact`.
 
-    Its public methods hand over to objects: `results` reads points, ``parts`` add to
-    matrices and vectors, and each part's ``present`` pairs surfaces.
-
-    Parameters
-    ----------
-    unknowns
-        What is solved for.
-    parts
-        What each contact adds to matrices and vectors.
-    pairs
-        Pairs of all contacts.
-
-    Attributes
-    ----------
-    results
-        Results at the integration points.
+    Parts add to matrices and vectors, and each part's ``present`` pairs surfaces.
     """
 
     def __init__(
         self, unknowns: Unknowns, parts: Sequence[ContactAssembly], pairs: PairTable
     ) -> None:
         super().__init__(unknowns, parts)
-        self.results = PointResults(
-            self.zones,
-            pairs,
-            [part.present for part in self.parts],
-            self.u,
-            self._comm,
-        )
+        self.pair_table = pairs
 
     @property
     @abstractmethod
@@ -70,7 +47,7 @@ class Interaction(CoupledSystem):
         Tags, names and the label of their columns in a `History`; ``points()["pair"]``
         and `resultants` count by them.
         """
-        return self.results.pairs.pairs
+        return self.pair_table.pairs
 
     @property
     def bodies(self) -> Bodies:
@@ -177,123 +154,10 @@ class Interaction(CoupledSystem):
         for values, start in arrays:
             values[:] = start + share * (values - start)
 
-    # Results
-
-    def points(
-        self, zone: int | str = 0, master: int | str | Body | None = None
-    ) -> dict[str, Array]:
-        """Arrays over this rank's integration points of a slave, at the last `update`.
-
-        Parameters
-        ----------
-        zone, master
-            As `resultant`: the number of the slave surface, from 0 on in the order of
-            pairs, or its name; with a master a pair, of which those points that hit it.
-
-        Returns
-        -------
-        Arrays by name, n rows each:
-
-        - ``x`` (n, d): deformed position; ``normal`` (n, d): the slave's, outward
-        - ``gap``: of the law, with the offset; negative in penetration. Length
-        - ``distance``: slave to master along the normal, without the offset. Length
-        - ``pressure``: what the law presses with, **negative in compression**, 0 where
-          it is open. Traction
-        - ``traction`` (n, d): what acts on the slave, in global coordinates
-        - ``slip`` (n, d), with friction only: T_n w since the accepted step, in the
-          slave's tangent plane; ``closing``: how much of an open gap has closed since
-          then; ``accumulated_slip``: length of the slip of all accepted steps. Length
-        - ``gamma``: coefficient of the law. Traction per length
-        - ``status``: a `PointStatus`
-        - ``weight``: area for which a point stands, by `measure`, of a full turn if the
-          contact is axisymmetric: sums over points are integrals. **Negative** at points
-          without hit that take from a whole facet what its segments cover. ``area``:
-          the same in the undeformed configuration
-        - ``pair``: number of the pair in `pairs`, -1 where no master is hit
-        - ``X`` (n, d): undeformed position; ``facet``, ``cell``: local index of the
-          slave's facet and of its cell in DOLFINx's mesh; ``reference`` (n, d): where
-          the point is on the reference cell, in DOLFINx's order. A Function ``f`` on
-          the slave's mesh has the values ``f.eval(X, cell)``, X with 3 columns
-        - ``slave``, ``master``: indices into this rank's facets with the tags, -1 for
-          no master; ``xi``, ``eta`` (n, d - 1): reference coordinates on these, in an
-          order of the library's own, see ``reference``
-        - ``seed``: master facet of the segment, on which the ray starts its search; -1
-          on uncovered parts. ``ray``: how the search ended, 0 for a hit
-        """
-        return self.results.points(zone, master)
-
-    def write_segments(self, path: str | Path) -> None:
-        """Segments and integration points as VTK files for ParaView. Collective.
-
-        Writes ``<path>`` with one polygon (line in 2D) for each part of a slave facet
-        that faces one master facet, in the deformed configuration, and
-        ``<stem>_points.vtu`` with the integration points; in parallel, one piece of
-        each per rank and a ``.pvtu`` file that joins them.
-
-        Parameters
-        ----------
-        path
-            File name that ends in ``.vtu``.
-        """
-        self.results.write_segments(path)
-
-    def resultant(
-        self, slave: int | str = 0, master: int | str | Body | None = None
-    ) -> Resultant:
-        """Contact force on a slave surface, or of a pair, its moment and its parts.
-
-        The force on the slave; that on the master is the opposite. With
-        ``axisymmetric=True`` it is the sum over a full turn, along the axis, and
-        ``radial`` has what cancels in it: see `results.Resultant`. Collective.
-
-        Parameters
-        ----------
-        slave
-            With a master the slave of the pair, its name or tag. Without one its name,
-            or the number of the slave surface, from 0 on in the order of pairs. With
-            ``pairs="all"`` any tag, or a body as `meetings` names it.
-        master
-            Name or tag, or a `rigid.Body`. None: all that the slave meets.
-
-        Raises
-        ------
-        ContactError
-            If there is no such surface or pair.
-
-        Examples
-        --------
-        >>> contact.resultant("ring", "plate").force
-        >>> contact.resultant("ring").force  # of all its pairs
-        """
-        self.results.warn_if_unsolved()
-        return self.results.resultant(slave, master)
-
-    def resultants(self) -> list[Resultant]:
-        """`resultant` of every pair, in the order of `pairs`. Collective."""
-        self.results.warn_if_unsolved()
-        return self.results.resultants()
-
-    def meetings(self) -> list[Meeting]:
-        """Surfaces that are in contact at the last `update`, by name. Collective.
-
-        Of ``pairs="all"`` and of a surface that meets itself, the tags and bodies that
-        have found each other; of other pairs those that are closed.
-        """
-        return self.results.meetings()
-
-    def resultant_on(self, body: Body) -> Resultant:
-        """Contact force on a rigid body, moment about its centre where that is, and
-        parts of the force, from all slaves that it meets. Collective.
-
-        The opposite of `resultant`, whose moments are about the origin.
-
-        Raises
-        ------
-        ContactError
-            If no slave meets it.
-        """
-        self.results.warn_if_unsolved()
-        return self.results.resultant_on(body)
+    @property
+    def results(self) -> PointResults:
+        """Results at the integration points: its own methods."""
+        return self
 
     @property
     def statistics(self) -> Statistics:

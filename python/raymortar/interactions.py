@@ -51,7 +51,7 @@ class Interactions(Interaction):
             contacts[0].unknowns,
             [contact.assembly for contact in contacts],
             PairTable.joined(
-                [contact.results.pairs for contact in contacts],
+                [contact.pair_table for contact in contacts],
                 [len(contact.zones) for contact in contacts],
             ),
         )
@@ -104,13 +104,7 @@ class Interactions(Interaction):
 
 
 def one_or_several(given: Any) -> Contact | Interactions:
-    """A contact as it is, a list of several as one object. Collective.
-
-    Raises
-    ------
-    ContactError
-        If there is none, or something that is no contact.
-    """
+    """A contact as it is, a list of several as one object. Collective."""
     if isinstance(given, Contact):
         return given
     if not isinstance(given, (list, tuple)):

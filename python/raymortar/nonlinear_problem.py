@@ -116,8 +116,8 @@ class NonlinearProblem(CoupledProblem):
             F, contact, bcs, J, u, form_compiler_options, jit_options, update
         )
         with together(self.comm):
-            _check_prefix(petsc_options_prefix)
-            self._petsc_options = _checked(petsc_options)
+            _check(petsc_options, petsc_options_prefix)
+        self._petsc_options = None if petsc_options is None else dict(petsc_options)
         require_agreement(self.comm, petsc_options_prefix=petsc_options_prefix)
         self._prefix = petsc_options_prefix
 
@@ -154,8 +154,10 @@ class NonlinearProblem(CoupledProblem):
         try:
             own.solve()
         except ConvergenceError as failure:
-            if _raises(own):
-                raise
+            # Failures are errors unless the options say otherwise
+            with own.options:
+                if PETSc.Options(own.options.prefix).getBool(ERROR, True):
+                    raise
             warnings.warn(str(failure), ContactWarning, stacklevel=2)
         return self.u
 
@@ -184,25 +186,13 @@ class NonlinearProblem(CoupledProblem):
         return self.snes_solver.x
 
 
-def _check_prefix(prefix: Any) -> None:
+def _check(options: Any, prefix: Any) -> None:
+    """Raise for no options by name; whether these are such the solver checks."""
     if prefix is not None and not (isinstance(prefix, str) and prefix):
         raise ContactError(
             f"petsc_options_prefix must be a text that is not empty, not {prefix!r}"
         )
-
-
-def _checked(options: Any) -> dict[str, Any] | None:
-    """A copy of PETSc options; whether names are such the solver checks."""
-    if options is None:
-        return None
-    if not isinstance(options, Mapping):
+    if options is not None and not isinstance(options, Mapping):
         raise ContactError(
             f"petsc_options must be PETSc options by name, not {options!r}"
         )
-    return dict(options)
-
-
-def _raises(solver: SNESSolver) -> bool:
-    """Whether failures of a solver are errors: unless its options say otherwise."""
-    with solver.options:
-        return bool(PETSc.Options(solver.options.prefix).getBool(ERROR, True))

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .checked import direction as unit_vector
-from .checked import is_whole_number, vector
 from .compat import Array, Indices
 from .errors import ContactError
+from .errors import direction as unit_vector
+from .errors import is_whole_number, vector
 from .rigid.turning import directions_across
 
 __all__ = ["columns", "patches", "sectors", "strips"]

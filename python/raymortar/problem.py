@@ -23,8 +23,8 @@ from .discretization.forms import (
     find_unknowns,
     jacobians,
     list_of_conditions,
+    warn_of_inertia,
 )
-from .discretization.inertia_terms import warn_of_inertia
 from .errors import (
     ContactError,
     SetUpError,
@@ -39,7 +39,7 @@ from .interface.overlap import warn_of_overlap
 from .interface.slave_nodes import warn_of_finer_rigid_slaves
 from .system.fluxes import FluxTerms, extended, own_functions
 from .system.groups import groups_of
-from .system.updated import Updated
+from .system.split import Updated
 from .system.volume import Volume
 
 

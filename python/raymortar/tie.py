@@ -7,9 +7,14 @@ from typing import Any, NoReturn
 
 from dolfinx.fem import Function
 
-from .checked import is_one_of, is_truth_value
 from .contact import Contact
-from .errors import ContactError, raise_everywhere, require_agreement
+from .errors import (
+    ContactError,
+    is_one_of,
+    is_truth_value,
+    raise_everywhere,
+    require_agreement,
+)
 from .options.methods import AugmentedLagrangian, Penalty, Search
 
 ADJUST = ("keep", "close")

@@ -26,7 +26,6 @@ from .compat import (
     set_at_quadrature_points,
     vector_space,
 )
-from .discretization.gathering import nodal_field
 from .errors import ContactError, together
 
 __all__ = [
@@ -185,3 +184,28 @@ def integral(form: Any, mesh: Mesh) -> float:
     """Value of a UFL functional over all ranks, such as an energy. Collective."""
     value = fem.assemble_scalar(compat.form(form))
     return float(mesh.comm.allreduce(value, op=MPI.SUM))
+
+
+def nodal_field(
+    f: Any,
+    mesh: Mesh,
+    name: str,
+    degree: int = 1,
+    quadrature_degree: int | None = None,
+) -> fem.Function:
+    """A continuous Function for a UFL scalar f: averages, weighted by the shape
+    functions. It needs no solve, and stays within the range of f. Give a quadrature
+    degree if UFL estimates that of f far too high. Collective.
+    """
+    field = fem.Function(compat.scalar_space(mesh, degree), name=name)
+    v = ufl.TestFunction(field.function_space)
+    rule = {"quadrature_degree": quadrature_degree or 2 * degree}
+    dx, found = ufl.dx(mesh, metadata=rule), []
+    for form in (f * v * dx, v * dx):
+        vector = compat.create_la_vector(field.function_space.dofmap.index_map)
+        compat.assemble_residual(vector.array, compat.form(form))
+        compat.scatter_reverse_add(vector)
+        compat.scatter_forward(vector)
+        found.append(vector.array)
+    field.x.array[:] = found[0] / found[1]
+    return field

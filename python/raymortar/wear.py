@@ -10,7 +10,6 @@ import numpy as np
 from dolfinx.fem import Function
 
 from . import compat
-from .checked import is_real_number, positive, truth
 from .compat import Array
 from .contact import Contact
 from .convergence.anderson import Anderson
@@ -23,8 +22,11 @@ from .errors import (
     ContactError,
     ContactWarning,
     ConvergenceError,
+    is_real_number,
+    positive,
     require_agreement,
     together,
+    truth,
 )
 from .interface.zone_data import ZoneData
 from .options.methods import has_dual_multiplier

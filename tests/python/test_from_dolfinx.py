@@ -13,7 +13,7 @@ from problems import COMM, SOLVERS
 from programs import ROOT, blocks_of, run
 
 from raymortar import ContactError, NewtonSolver, Penalty, SNESSolver
-from raymortar.solvers.fixed_point import FixedPointSolver
+from raymortar.solvers.solver import FixedPointSolver
 
 pytestmark = pytest.mark.mpi
 

@@ -11,7 +11,7 @@ from problems import COMM, SOLVERS
 import raymortar
 from meshes.scenes import two_blocks
 from raymortar import Coulomb, History, LoadSteps, Penalty, SNESSolver, compat
-from raymortar.solvers.fixed_point import FixedPointSolver
+from raymortar.solvers.solver import FixedPointSolver
 
 pytestmark = [pytest.mark.quick, pytest.mark.mpi]
 

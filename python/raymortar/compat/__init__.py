@@ -8,10 +8,8 @@ owned ones first, then ghosts, shape ``((owned + ghosts) * block size,)``.
 """
 
 from .at_points import *
-from .cells import *
 from .files import *
 from .forms import *
-from .from_arrays import *
 from .generation import *
 from .gmsh import *
 from .meshes import *

@@ -186,11 +186,14 @@ def space(
     if not HAS_UFL_ELEMENTS:
         return fem.functionspace(mesh, (family, degree, shape or None))
     element = ufl.FiniteElement(family, mesh.ufl_cell(), degree)
+    return fem.FunctionSpace(mesh, _with_shape(element, shape))
+
+
+def _with_shape(element: Any, shape: tuple[int, ...]) -> Any:
+    """Make an element of UFL's own, of scalars, one of values of a given shape."""
     if len(shape) == 1:
-        element = ufl.VectorElement(element, dim=shape[0])
-    elif shape:
-        element = ufl.TensorElement(element, shape=shape)
-    return fem.FunctionSpace(mesh, element)
+        return ufl.VectorElement(element, dim=shape[0])
+    return ufl.TensorElement(element, shape=shape) if shape else element
 
 
 def scalar_space(mesh: dolfinx.mesh.Mesh, degree: int) -> fem.FunctionSpace:

@@ -79,11 +79,8 @@ def describe(problem: CoupledProblem) -> str:
     free = loose_bodies(problem, in_use.led) if led else unheld(problem)
     if contact.layout.bodies:
         free += contact.free_bodies.unheld()
-    fixed, rigid, softer = (
-        contact.constrained(problem.bcs),
-        list[int | str](),
-        list[str](),
-    )
+    fixed = contact.constrained(problem.bcs)
+    rigid, softer = list[int | str](), list[str]()
     for part in contact.parts:
         held = rigid_slaves(part.surfaces, fixed)
         rigid += [zone.facets.slave_tag for zone in held]
@@ -191,7 +188,7 @@ def automatic_gamma(problem: CoupledProblem, contact: Contact) -> float | None:
     layout, interfaces = contact.layout, contact.surfaces.interfaces
     try:
         volume = VolumePattern(problem.a, layout, contact.axisymmetric)
-        tables = contact_stiffness(volume, layout, interfaces, problem.bcs)
+        tables = contact_stiffness(volume, interfaces, problem.bcs)
     except ContactError:  # on all ranks
         return None
     return contact.method.automatic_factor * min(float(t.min()) for t in tables)
@@ -225,7 +222,7 @@ def swaps(
         return []
     degree = compat.element_info(surfaces.multiplier.function_space).degree
     lower = "AugmentedLagrangian(degree=1), or " * (degree > 1)
-    ratios = stiffness_ratios(volume, surfaces.layout, surfaces.interfaces, bcs)
+    ratios = stiffness_ratios(volume, surfaces.interfaces, bcs)
     found = []
     for zone, ratio in zip(surfaces.zones, ratios):
         if zone.facets.bodies:

@@ -56,8 +56,8 @@ def _lost(zone: ZoneData, contact: Interaction) -> str:
     """Tell how many facets have lost the master that they hit at the accepted step, and
     which is the farthest; "" for none. Collective."""
     comm, dim = contact.layout.comm, zone.facets.slave_surface.gdim
-    way = path(zone, zone.opposite, contact.u.x.array.reshape(-1, dim), comm)
-    through, across = _distances(zone, way, comm)
+    way = path(zone, zone.opposite, contact.u.x.array.reshape(-1, dim))
+    through, across = _distances(zone, way)
     most = np.maximum(through, across)
     facets, farthest = comm.allreduce(int(np.count_nonzero(most))), (0.0, "")
     if most.any():
@@ -72,7 +72,7 @@ def _lost(zone: ZoneData, contact: Interaction) -> str:
     return f"{facets} facets of slave tag {tag} have {text}" if facets else ""
 
 
-def _distances(zone: ZoneData, way: Path, comm: MPI.Comm) -> tuple[Array, Array]:
+def _distances(zone: ZoneData, way: Path) -> tuple[Array, Array]:
     """Distances of points out of contact's reach: the depth behind the master that they
     hit at the accepted step, and the distance across. Zero where contact is not lost.
     Collective."""
@@ -80,7 +80,7 @@ def _distances(zone: ZoneData, way: Path, comm: MPI.Comm) -> tuple[Array, Array]
     sees = np.isin(last.facet, points["slave"][points["status"] >= OPEN])
     is_inside = np.isin(last.facet, points["slave"][points["ray"] == TOO_DEEP])
     closed = bool(np.any(points["status"] >= CLOSED))
-    is_apart = not comm.allreduce(closed, op=MPI.LOR)
+    is_apart = not zone.comm.allreduce(closed, op=MPI.LOR)
     behind = 0.5 * (way.thickness + zone.thickness[0][last.facet])
     depth = zone.distance("depth")[last.facet]
     if zone.depth_is_default:

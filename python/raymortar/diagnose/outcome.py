@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from mpi4py import MPI
-
 import numpy as np
 
 from ..compat import Array, Mask
@@ -229,7 +227,7 @@ def _tension(contact: Contact, number: int, zone: ZoneData) -> Iterator[Finding]
     pressure = max(comm.allgather(-own.min(initial=0.0)))
     if tension <= TENSION * pressure:
         return
-    modulus = contact.gamma_scale * mean_facet_size(contact.layout, [zone])
+    modulus = contact.gamma_scale * mean_facet_size([zone])
     if pressure <= NO_PRESSURE * modulus:
         return
     zone.is_pulled = True
@@ -251,7 +249,7 @@ def _tilts(contact: Interaction) -> Iterator[Finding]:
     Slave facets inside a flat have the right normal, however the master stands on them.
     """
     found = [
-        _tilt(zone, contact.layout.comm, are_inside_flats(zone, part.surfaces.scalar))
+        _tilt(zone, are_inside_flats(zone, part.surfaces.scalar))
         for part in contact.parts
         for zone in part.zones
     ]
@@ -273,7 +271,7 @@ def _tilts(contact: Interaction) -> Iterator[Finding]:
             )
 
 
-def _tilt(zone: ZoneData, comm: MPI.Comm, is_flat: Mask) -> tuple[Array, Array]:
+def _tilt(zone: ZoneData, is_flat: Mask) -> tuple[Array, Array]:
     """Sum of the pressures' forces on each master, and the angle by which the slave's
     normals turn them against the master's, (masters,), but for slave facets that are
     flat. Degrees. Collective."""
@@ -285,7 +283,7 @@ def _tilt(zone: ZoneData, comm: MPI.Comm, is_flat: Mask) -> tuple[Array, Array]:
     values = force * np.vstack([np.ones_like(force), n[counts].T, -n_m[counts].T])
     sums = np.zeros((zone.master_tags.count, len(values)))
     np.add.at(sums, zone.masters_of(points)[counts], values.T)
-    sums = comm.allreduce(sums)
+    sums = zone.comm.allreduce(sums)
     size, mine, right = np.split(sums, [1, 1 + n.shape[1]], axis=1)
     tiny = np.finfo(float).tiny
     along = right / np.maximum(np.linalg.norm(right, axis=1, keepdims=True), tiny)
@@ -330,7 +328,7 @@ def _turned_too_far(contact: Interaction) -> str | None:
     refused before the solve; that of a free body is known after it.
     """
     for body in contact.layout.bodies:
-        angle = float(np.linalg.norm(body.freedom.theta))
+        angle = float(np.linalg.norm(body.cpp.theta()))
         if angle >= LARGEST_TURN and any(
             one.friction is not None and one.resultant_on(body).force.any()
             for one in contact.contacts

@@ -37,13 +37,6 @@ def _spread(index_map: Any, owned: npt.ArrayLike) -> Array:
 class CoupledRows:
     """Numbers the rows of the coupled system of some contacts. Collective.
 
-    Parameters
-    ----------
-    unknowns
-        What the user solves for.
-    layouts
-        Of the contacts, in the order of their multipliers' rows.
-
     Attributes
     ----------
     size
@@ -189,18 +182,6 @@ class CoupledRows:
 
 class Layout(CoupledRows):
     """Rows of the coupled system of one contact, alone or among others. Collective.
-
-    Parameters
-    ----------
-    unknowns
-        What the user solves for.
-    multiplier
-        Multiplier, or None.
-    multiplier_dofs
-        Local block dofs of the multiplier's space on this rank's slave facets. Only
-        dofs of slave surfaces become unknowns.
-    bodies
-        Rigid bodies that are free.
 
     Attributes
     ----------

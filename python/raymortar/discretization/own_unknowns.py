@@ -42,19 +42,15 @@ def function_on_facets(V: FunctionSpace, facets: Facets, name: str) -> Any:
     shape = FACET_SHAPE[compat.cell_name(mesh)]
     corners = facet_node_table(mesh, facets)[:, : N_CORNERS[shape]]
     numbers, x = compat.geometry_nodes_global(mesh)[corners], coordinates(mesh)[corners]
-    order = _basix_order(shape)
+    # Corners in the order of Basix
+    vertices = compat.basix_element(shape, 1).points
+    order = match_points(facet_nodes(shape, 1), vertices)
     surface = _gathered_mesh(comm, numbers[:, order], x[:, order], shape)
     space = compat.space(surface, "Lagrange", info.degree, info.value_shape)
     f = Function(space, name=name)
     N, _ = shape_functions(shape, 1, facet_nodes(shape, info.degree))
     nodes = np.einsum("an,fnd->fad", N, x)
     return f, _dofs_at(f, np.pad(nodes, ((0, 0), (0, 0), (0, 3 - x.shape[2]))))
-
-
-def _basix_order(shape: str) -> list[int]:
-    """Corners of a facet in the order of Basix."""
-    vertices = compat.basix_element(shape, 1).points
-    return match_points(facet_nodes(shape, 1), vertices)
 
 
 def _gathered_mesh(comm: MPI.Comm, cells: Any, x: Array, cell: str) -> Any:

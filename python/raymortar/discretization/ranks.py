@@ -48,8 +48,7 @@ _dropped: dict[Name, tuple[MPI.Comm, Any]] = {}
 
 def agreed_name(comm: MPI.Comm) -> Name:
     """Name a new object on a communicator. Collective."""
-    name: Name = comm.bcast((MPI.COMM_WORLD.rank, next(_counter)), root=0)
-    return name
+    return comm.bcast((MPI.COMM_WORLD.rank, next(_counter)), root=0)
 
 
 def put_aside(name: Name, comm: MPI.Comm, thing: Any) -> None:
@@ -106,8 +105,7 @@ def sums_at(index_map: Any, width: int, *shares: tuple[Any, Any]) -> Array:
     # They go to the owner, which may have none itself, and from there to all
     compat.scatter_reverse_add(vector)
     compat.scatter_forward(vector)
-    sums: Array = vector.array.reshape(-1, width).copy()
-    return sums
+    return vector.array.reshape(-1, width).copy()
 
 
 def count_marks(index_map: Any, entities: Indices, marks: Mask | None = None) -> Array:

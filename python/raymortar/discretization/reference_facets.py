@@ -46,10 +46,7 @@ def shape_functions(shape: str, degree: int, points: Array) -> tuple[Array, Arra
 
 def interpolate(shape: str, degree: int, nodal: Array, points: Array) -> Array:
     """Values at one point (n, d - 1) of each facet, by nodal values (n, nodes, ...)."""
-    values: Array = np.einsum(
-        "qa,qa...->q...", shape_functions(shape, degree, points)[0], nodal
-    )
-    return values
+    return np.einsum("qa,qa...->q...", shape_functions(shape, degree, points)[0], nodal)
 
 
 def normals(tangents: Array) -> Array:

@@ -12,9 +12,8 @@ import numpy as np
 from dolfinx.fem import Function
 
 from .. import compat
-from ..checked import is_real_number
 from ..compat import Array, Mask
-from ..errors import ContactError, together
+from ..errors import ContactError, is_real_number, together
 from .reference_facets import facet_nodes, shape_functions
 
 if TYPE_CHECKING:

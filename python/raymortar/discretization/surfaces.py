@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from dolfinx.fem import Function
 
 from .. import compat
 from ..compat import Array, Indices
@@ -172,8 +171,7 @@ def surface_sizes(surface: Surface) -> Array:
 
 def facet_lengths(surface: Surface) -> Array:
     """Length of the sides of facets, by their area, (facets,)."""
-    lengths: Array = surface_sizes(surface) ** (1.0 / (surface.gdim - 1))
-    return lengths
+    return surface_sizes(surface) ** (1.0 / (surface.gdim - 1))
 
 
 def vector_areas(

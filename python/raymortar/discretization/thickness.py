@@ -67,8 +67,7 @@ class Cells:
 
     def contain(self, cell: Indices, x: Array) -> Mask:
         """Whether each cell, taken as straight, has its point inside, (n,)."""
-        inside: Mask = (self._planes(cell, x, x)[1] < 0.0).all(axis=1)
-        return inside
+        return (self._planes(cell, x, x)[1] < 0.0).all(axis=1)
 
     def cross(self, rays: Rays) -> tuple[Indices, Array]:
         """Facet by which each ray leaves its cell, and its length up to there.

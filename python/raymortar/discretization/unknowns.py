@@ -129,8 +129,7 @@ class Unknowns:
     @property
     def comm(self) -> MPI.Comm:
         """Communicator of the mesh."""
-        comm: MPI.Comm = self.u.function_space.mesh.comm
-        return comm
+        return self.u.function_space.mesh.comm
 
     @property
     def name(self) -> str:
@@ -139,13 +138,7 @@ class Unknowns:
 
     @property
     def only(self) -> Displacement:
-        """The displacement, of one mesh.
-
-        Raises
-        ------
-        ContactError
-            If there are several.
-        """
+        """The displacement, of one mesh."""
         if len(self.displacements) > 1:
             raise ContactError(
                 f"the displacements {self.name} are on meshes of their own: this is "
@@ -162,21 +155,14 @@ class Unknowns:
         )
 
     def solve_for(self, functions: Sequence[Function], settled: bool) -> None:
-        """Take what a problem solves for.
-
-        Parameters
-        ----------
-        functions
-            One Function or several.
-        settled
-            Whether an earlier problem has settled the unknowns.
-
-        Raises
-        ------
-        ContactError
-            If the displacement is none of it, or if other unknowns are known already.
-        """
-        found = [_places_among(functions, d.given) for d in self.displacements]
+        """Take what a problem solves for."""
+        found = [
+            next(
+                (i for i, f in enumerate(functions) if compat.same_values(f, d.given)),
+                None,
+            )
+            for d in self.displacements
+        ]
         places = [place for place in found if place is not None]
         if len(places) < len(found):
             raise ContactError(self.absence(functions))
@@ -330,13 +316,7 @@ class Unknowns:
     # Dirichlet conditions
 
     def conditions(self, bcs: Sequence[Any]) -> list[list[Any]]:
-        """Dirichlet conditions by the Function that they are on.
-
-        Raises
-        ------
-        ContactError
-            If one is on no unknown: DOLFINx would ignore it in silence.
-        """
+        """Dirichlet conditions by the Function that they are on."""
         return self._conditions(bcs).by_function
 
     def _conditions(self, bcs: Sequence[Any]) -> _Sorted:
@@ -422,14 +402,4 @@ class Unknowns:
         """Find the increments from a ghosted array u to prescribed values; else 0."""
         marker, values = self.prescribed_u(bcs)
         increment = np.where(marker == 1, values - u, 0.0)
-        found: Array = increment * (np.abs(increment) > ROUNDING * np.abs(u))
-        return found
-
-
-def _places_among(functions: Sequence[Function], given: Function) -> int | None:
-    """Number of the Function that is a displacement or has it as a part; None if none
-    does."""
-    for i, f in enumerate(functions):
-        if compat.same_values(f, given):
-            return i
-    return None
+        return increment * (np.abs(increment) > ROUNDING * np.abs(u))

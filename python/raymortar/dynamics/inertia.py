@@ -12,11 +12,10 @@ import ufl
 from dolfinx.fem import Function
 
 from .. import compat
-from ..checked import choice
 from ..compat import Array, Mask
 from ..contact import Contact
 from ..discretization.forms import check_form
-from ..errors import ContactError, SetUpError, require_agreement, together
+from ..errors import ContactError, SetUpError, choice, require_agreement, together
 from ..interactions import one_or_several
 from ..interface.probing import product
 from ..system.split import Inputs

@@ -14,12 +14,58 @@ from ..discretization.facets import format_point
 from ..discretization.layout import CoupledRows
 from ..discretization.ranks import marked_everywhere
 from ..errors import SetUpError, raise_everywhere
-from .weights import affine_weights, nearest_weights
-
-RULES = {"nearest": nearest_weights, "affine": affine_weights}
+from ..system.entries import in_own_rows, joined
 
 # Layers of cells around a node in which neighbours are looked for
 MOST_LAYERS = 4
+
+# Relative difference of distances that count as the same
+SAME = 1e-6
+# Least singular value of the places of neighbours, over the largest: with a smaller one
+# they are in a line or plane, and weights would be large
+SPREAD = 0.1
+# Of a weight, the part that is rounding error
+NOTHING = 1e-14
+
+
+def nearest_weights(x: Array, neighbours: Array) -> Array | None:
+    """Share weight one among the nearest neighbours (n, d) of a node at x (d,).
+
+    None without any neighbour. Values that are constant around the node are reproduced
+    [theory (6.2)].
+    """
+    if len(neighbours) == 0:
+        return None
+    distance = np.linalg.norm(neighbours - x, axis=1)
+    nearest = distance <= (1.0 + SAME) * distance.min()
+    return np.asarray(nearest / np.count_nonzero(nearest))
+
+
+def affine_weights(x: Array, neighbours: Array) -> Array | None:
+    """Find the weights of neighbours (n, d) that extrapolate to a node at x (d,).
+
+    None if the neighbours are in a line, in space in a plane. Affine functions of the
+    place are reproduced; of all such weights these have the least sum of squares, each
+    times the squared distance from the node [theory (6.3)].
+    """
+    count, d = neighbours.shape
+    if count <= d:
+        return None
+    away = neighbours - x
+    distance = np.linalg.norm(away, axis=1)
+    centred = away - away.mean(axis=0)
+    sizes = np.linalg.svd(centred, compute_uv=False)
+    if sizes[-1] < SPREAD * sizes[0]:
+        return None
+    conditions = np.vstack([np.ones(count), away.T / distance.max()])
+    scaled = conditions / distance
+    sought = np.zeros(d + 1)
+    sought[0] = 1.0
+    weights = np.linalg.lstsq(scaled, sought, rcond=None)[0] / distance
+    return np.where(np.abs(weights) > NOTHING, weights, 0.0)
+
+
+RULES = {"nearest": nearest_weights, "affine": affine_weights}
 
 
 def massless_nodes(contact: Any) -> Mask:
@@ -141,11 +187,7 @@ def _fault(nodes: _Nodes, left: Indices, mass: str) -> str | None:
 
 def _selection(layout: CoupledRows, rows: Indices) -> PETSc.Mat:
     """Make a matrix with ones on the diagonal of chosen owned rows."""
-    counts = np.zeros(layout.size, dtype=PETSc.IntType)
-    counts[rows - layout.begin] = 1
-    offsets = np.concatenate([[0], np.cumsum(counts)]).astype(PETSc.IntType)
-    columns = np.sort(rows).astype(PETSc.IntType)
-    return _assembled(layout, offsets, columns, np.ones(len(columns)))
+    return in_own_rows(layout, rows, rows, np.ones(len(rows)))
 
 
 def _matrix(
@@ -164,23 +206,7 @@ def _matrix(
     found_rows.append(own[~replaced])
     columns.append(own[~replaced])
     values.append(np.ones(np.count_nonzero(~replaced)))
-    row, column, value = map(np.concatenate, (found_rows, columns, values))
-    order = np.lexsort((column, row))
-    counts = np.bincount(row - layout.begin, minlength=layout.size)
-    offsets = np.concatenate([[0], np.cumsum(counts)]).astype(PETSc.IntType)
-    return _assembled(
-        layout, offsets, column[order].astype(PETSc.IntType), value[order]
-    )
-
-
-def _assembled(
-    layout: CoupledRows, offsets: Indices, columns: Indices, values: Array
-) -> PETSc.Mat:
-    """Make a matrix over the coupled rows from compressed rows. Collective."""
-    sizes = ((layout.size, None), (layout.size, None))
-    A = PETSc.Mat().createAIJ(sizes, csr=(offsets, columns, values), comm=layout.comm)
-    A.assemble()
-    return A
+    return in_own_rows(layout, *joined(list(zip(found_rows, columns, values))))
 
 
 def coupled_mass(layout: CoupledRows, forms: Any) -> PETSc.Mat:
@@ -196,14 +222,8 @@ def coupled_mass(layout: CoupledRows, forms: Any) -> PETSc.Mat:
         K.assemble()
         offsets, found, entries = K.getValuesCSR()
         K.destroy()
-        first = layout.unknowns.owned_starts[k]
+        first = layout.begin + layout.unknowns.owned_starts[k]
         rows.append(first + np.repeat(np.arange(len(offsets) - 1), np.diff(offsets)))
         columns.append(layout.coupled_columns(found, k))
         values.append(entries)
-    row, column, value = map(np.concatenate, (rows, columns, values))
-    order = np.lexsort((column, row))
-    counts = np.bincount(row, minlength=layout.size)
-    offsets = np.concatenate([[0], np.cumsum(counts)]).astype(PETSc.IntType)
-    return _assembled(
-        layout, offsets, column[order].astype(PETSc.IntType), value[order]
-    )
+    return in_own_rows(layout, *joined(list(zip(rows, columns, values))))

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..checked import Options, is_real_number
 from ..compat import Array
-from ..errors import ContactError
+from ..errors import ContactError, Options, is_real_number
 
 
 @dataclass(frozen=True)

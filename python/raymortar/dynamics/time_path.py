@@ -6,8 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from ..checked import Options, is_whole_number, positive
-from ..errors import ContactError
+from ..errors import ContactError, Options, is_whole_number, positive
 from ..paths.load_path import PrescribedPath, StepSizes
 
 # Share of the size that the estimated error allows

@@ -11,10 +11,17 @@ import numpy as np
 import ufl
 from dolfinx.fem import Function
 
-from ..checked import is_real_number, is_whole_number, positive
 from ..diagnose.lost_contact import passed_surfaces
 from ..discretization.forms import check_functional
-from ..errors import ContactError, ConvergenceError, require_agreement, together
+from ..errors import (
+    ContactError,
+    ConvergenceError,
+    is_real_number,
+    is_whole_number,
+    positive,
+    require_agreement,
+    together,
+)
 from ..interface.state import State
 from ..paths.history import History
 from ..paths.load_path import PrescribedPath, StepSizes

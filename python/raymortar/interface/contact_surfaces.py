@@ -144,10 +144,7 @@ def make_surfaces(
     facets = find_facets(u, facet_tags, groups, turns, options.smooth, may_share)
     # All slaves are on one mesh
     slave_u = parts_of(u)[facets[0].slave_part]
-    mesh, p = (
-        slave_u.function_space.mesh,
-        compat.element_info(slave_u.function_space).degree,
-    )
+    mesh, p = slave_u.function_space.mesh, facets[0].slave_surface.displacement_degree
     degree, components = options.multiplier_kind(p, mesh.geometry.dim, tied is not None)
     multiplier, slave_dofs = None, np.empty(0, dtype=np.int32)
     if components:
@@ -156,10 +153,8 @@ def make_surfaces(
         multiplier = Function(W, name="multiplier")
         tables = [facet_dof_table(W, zone.slave).ravel() for zone in facets]
         slave_dofs = np.unique(np.concatenate(tables))
-    scalar, vector = (
-        compat.scalar_space(mesh, degree),
-        compat.vector_space(mesh, degree),
-    )
+    scalar = compat.scalar_space(mesh, degree)
+    vector = compat.vector_space(mesh, degree)
     layout = Layout(
         unknowns, multiplier, slave_dofs, free_bodies(facets, unknowns.comm)
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -30,15 +31,10 @@ class FieldSide:
     of: Displacement
     table: Indices
 
-    @property
-    def block(self) -> int:
-        """Number of components."""
-        return int(compat.element_info(self.of.u.function_space).block_size)
-
-    @property
-    def degree(self) -> int:
-        """Degree of the field."""
-        return int(compat.element_info(self.of.u.function_space).degree)
+    def __post_init__(self) -> None:
+        info = compat.element_info(self.of.u.function_space)
+        # Components and degree of the field
+        self.block, self.degree = info.block_size, info.degree
 
     @property
     def width(self) -> int:
@@ -53,59 +49,27 @@ class FieldSide:
     @property
     def values(self) -> Array:
         """Present values, (facets, width)."""
-        found: Array = self.on_facets(self.of.given.x.array[self.of.dofs])
-        return found
+        return self.on_facets(self.of.given.x.array[self.of.dofs])
 
 
 class FixedPoints(NamedTuple):
-    """Points whose places on both sides stay: rows and shape functions of the field
-    there, (n, nodes) of the slave and of what is hit if it has any, and area (n,)."""
+    """Points whose places on both sides stay: what of them never changes."""
 
-    rows: list[Any]
-    N: list[Array]
-    weight: Array
+    number: Indices  # index among all points, (n,)
+    facet: Indices  # slave facets, (n,)
+    master: Indices  # facets of the master that are here, (n,)
+    xi: Array
+    weight: Array  # area
+    N: list[Array]  # shape functions of the field on each side, (n, nodes)
 
     @property
     def jump(self) -> Array:
         """Shape functions of the field's jump, (n, nodes)."""
         return np.concatenate([self.N[0], *(-N for N in self.N[1:])], axis=1)
 
-    @property
-    def all_rows(self) -> Any:
-        """Rows of all nodes, (n, nodes)."""
-        return np.concatenate(self.rows, axis=1)
-
-    def residual(self, q: Array) -> tuple[Any, Array]:
-        """Rows and values of a flux from the slave to what is hit."""
-        values = (self.weight * q)[:, None] * self.jump
-        return self.all_rows.ravel(), values.ravel()
-
-    def tangent(self, slopes: Array) -> tuple[Any, Any, Array]:
-        """Rows, columns and values, given the flux's derivatives by the field, (n, 2)
-        or more."""
-        by_field = [slopes[:, k : k + 1] * N for k, N in enumerate(self.N)]
-        values = np.einsum(
-            "q,qa,qb->qab", self.weight, self.jump, np.concatenate(by_field, axis=1)
-        )
-        columns = np.broadcast_to(self.all_rows[:, None, :], values.shape)
-        rows = np.broadcast_to(self.all_rows[:, :, None], values.shape)
-        return rows.ravel(), columns.ravel(), values.ravel()
-
 
 class FieldOnZone:
-    """A scalar field on both sides of a zone. Collective.
-
-    Parameters
-    ----------
-    zone
-        The zone.
-    u
-        Displacement of the contact.
-    fields
-        The field on each mesh.
-    tool
-        Its value on rigid tools.
-    """
+    """A scalar field on both sides of a zone. Collective."""
 
     def __init__(
         self, zone: ZoneData, u: Any, fields: list[Displacement], tool: float
@@ -113,11 +77,9 @@ class FieldOnZone:
         self.zone, self.tool = zone, tool
         facets = zone.facets
         self.slave = _side(u, fields, facets.slave_part, facets.slave)
-        self.master = (
-            None
-            if facets.bodies
-            else _side(u, fields, facets.master_part, facets.master)
-        )
+        self.master: FieldSide | None = None
+        if not facets.bodies:
+            self.master = _side(u, fields, facets.master_part, facets.master)
         self.moves = True  # whether the displacement is an unknown
         self.slave_rows: Global = np.empty(0, dtype=np.int64)
         self.own_master_rows: Global = self.slave_rows
@@ -187,24 +149,44 @@ class FieldOnZone:
     ) -> tuple[Any, ...]:
         """Rows, columns and values of the tangent, given the flux's derivatives too."""
         if not self.moves:
-            return self._points_that_stay(fields).tangent(slopes)
+            number = self.points(fields)["point"]
+            return self.fixed_tangent(self.fixed_points(number, "weight"), slopes)
         return _cpp.flux_tangent(
             self.zone.cpp, fields, q, slave_heat, target_heat, slopes, along
         )
 
-    def _points_that_stay(self, fields: Any) -> FixedPoints:
-        """The points with a hit, where only the field is unknown."""
-        points, (slave, master) = self.zone.cpp.points(), self.zone.sides
-        number = self.points(fields)["point"]
-        facet, weight = points["slave"][number], points["weight"][number]
-        rows = [self.slave_rows.reshape(-1, self.slave.width)[facet]]
-        N = [shape_functions(slave.shape, self.slave.degree, points["xi"][number])[0]]
+    # Points that stay
+
+    def fixed_points(self, number: Any, weight: str) -> FixedPoints:
+        """Take some of the points, with an array of their areas by its name."""
+        points = self.zone.cpp.points()
+        sides = zip(self.zone.sides, (self.slave, self.master), ("xi", "eta"))
+        N = [
+            shape_functions(surface.shape, side.degree, points[at][number])[0]
+            for surface, side, at in sides
+            if side is not None
+        ]
+        names = "slave", "master", "xi", weight
+        facet, master, xi, area = (points[name][number] for name in names)
+        return FixedPoints(number, facet, master, xi, area, N)
+
+    def rows_at(self, at: FixedPoints) -> Any:
+        """Rows of the field's nodes at points, (n, nodes). Collective."""
+        rows = [self.slave_rows.reshape(-1, self.slave.width)[at.facet]]
         if self.master is not None:
-            eta = points["eta"][number]
-            N.append(shape_functions(master.shape, self.master.degree, eta)[0])
             of_master = self.master_rows.reshape(-1, self.master.width)
-            rows.append(of_master[points["master"][number]])
-        return FixedPoints(rows, N, weight)
+            rows.append(of_master[at.master])
+        return np.concatenate(rows, axis=1)
+
+    def fixed_tangent(self, at: FixedPoints, slopes: Array) -> tuple[Any, Any, Array]:
+        """Rows, columns and values, given the flux's derivatives by the field, (n, 2)
+        or more."""
+        by_field = [slopes[:, k : k + 1] * N for k, N in enumerate(at.N)]
+        by_all, all_rows = np.concatenate(by_field, axis=1), self.rows_at(at)
+        values = np.einsum("q,qa,qb->qab", at.weight, at.jump, by_all)
+        columns = np.broadcast_to(all_rows[:, None, :], values.shape)
+        rows = np.broadcast_to(all_rows[:, :, None], values.shape)
+        return rows.ravel(), columns.ravel(), values.ravel()
 
     def pattern(self, number: int) -> _cpp.FieldRows:
         """The rows, for the room that a matrix needs; number is the zone's. Collective."""
@@ -222,3 +204,41 @@ def _side(u: Any, fields: list[Displacement], part: int, facets: Facets) -> Fiel
     mesh = parts_of(u)[part].function_space.mesh
     (of,) = (one for one in fields if compat.on_mesh(one.u, mesh))
     return FieldSide(of, facet_dof_table(of.u.function_space, facets))
+
+
+class TiedField(FieldOnZone):
+    """A scalar field on both sides of a tie. Collective."""
+
+    master: FieldSide  # a tie has no rigid tools
+
+    @cached_property
+    def fixed(self) -> FixedPoints:
+        """Points of the tie with a master, which it finds once."""
+        number = np.flatnonzero(self.zone.cpp.points()["status"] > 0)
+        return self.fixed_points(number.astype(np.int32), "area")
+
+    def present(self) -> Any:
+        """Values at the points on both sides, (n,) each. Collective."""
+        at, width = self.fixed, self.master.width
+        own = self.master.values.ravel()
+        fetched = _cpp.to_master_facets(self.zone.cpp, own, width).reshape(-1, width)
+        nodal = self.slave.values[at.facet], fetched[at.master]
+        return tuple(np.einsum("qa,qa->q", *pair) for pair in zip(at.N, nodal))
+
+    def points(self, fields: Any) -> dict[str, Array]:
+        """What a law is given: neither pressure, gap nor slip."""
+        at, none = self.fixed, np.zeros(len(self.fixed.number))
+        found: dict[str, Any]
+        found = {"point": at.number, "facet": at.facet, "xi": at.xi}
+        found |= {"slave": fields[0], "target": fields[1], "weight": at.weight}
+        return found | dict.fromkeys(("pressure", "gap", "slip", "work"), none)
+
+    def residual(self, fields: Any, q: Array, *heat: float) -> tuple[Any, ...]:
+        """Rows and values, see `_cpp.flux_residual`."""
+        at = self.fixed
+        values = (at.weight * q)[:, None] * at.jump
+        return self.rows_at(at).ravel(), values.ravel()
+
+    def tangent(self, fields: Any, q: Array, *others: Any) -> tuple[Any, ...]:
+        """Rows, columns and values, see `_cpp.flux_tangent`."""
+        return self.fixed_tangent(self.fixed, others[2])

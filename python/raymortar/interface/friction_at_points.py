@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import Any
@@ -23,8 +23,8 @@ from ..discretization.slave_fields import (
 )
 from ..errors import ContactWarning, SetUpError, raise_everywhere, together
 from ..options.friction import Friction, Law
-from .law_nodes import nodes
-from .point_results import CLOSED, accumulated_slip, undeformed
+from ..options.user_laws import OFFERED, beyond_differences, chosen, samples
+from .point_results import CLOSED, accumulated_slip, nodes, undeformed
 from .zone_data import ZoneData
 
 # Pressures and slip rates at which laws of ranks are compared
@@ -35,9 +35,6 @@ STEP = 1e-5
 SHARE, FLOOR = 1e-6, 1e-10
 # Pressures and slip rates at which derivatives are checked, of their scales
 LADDER = 10.0 ** np.arange(-6.0, 1.0)
-# By which derivatives may differ from differences, relatively
-ALLOWED = 1e-3
-SAMPLES = 8
 
 
 @dataclass
@@ -55,11 +52,9 @@ class Sample:
 
     def ladder(self) -> Sample:
         """Spread pressures and rates over their scales, at some of the points."""
-        some = np.unique(np.linspace(0, len(self.p) - 1, SAMPLES).astype(int))
-        q, p, v = (x.ravel() for x in np.meshgrid(some, LADDER, [0.0, *LADDER]))
-        q, given = q.astype(int), dict(self.given)
-        given["x"], given["slip"] = given["x"][:, q], given["slip"][q]
-        given["fields"] = [one[q] for one in given["fields"]]
+        places = np.meshgrid(samples(len(self.p)), LADDER, [0.0, *LADDER])
+        q, p, v = (x.ravel() for x in places)
+        given = chosen(self.given, q.astype(int))
         return Sample(self.scales[0] * p, self.scales[1] * v, given, self.scales)
 
     def sides(self, axis: int) -> tuple[Array, Array, Array]:
@@ -89,25 +84,19 @@ def slopes(law: Friction, at: Sample) -> tuple[Array, Array]:
 
 
 def fault_of(law: Friction, at: Sample) -> str | None:
-    """Name a derivative that lies beyond both one-sided differences, and its place.
-
-    At a kink any value between both is right.
-    """
+    """Name a derivative that lies beyond both one-sided differences, and its place."""
     for axis, found in enumerate(slopes(law, at)):
         low, z, high = at.sides(axis)
         s_low, s, s_high = at.bounds(law, axis, low, z, high)
-        above = (s_high - s) / (high - z)
-        below = np.where(low > 0.0, (s_low - s) / (low - z), above)
-        least, most = np.minimum(below, above), np.maximum(below, above)
-        size = np.max(np.abs([least, most, found]), axis=0)
         rounding = 1e2 * np.finfo(float).eps * np.abs(s) / (high - z)
-        beyond = np.maximum(least - found, found - most) - ALLOWED * size - rounding
-        k = int(np.argmax(np.where(np.isfinite(beyond), beyond, -np.inf)))
-        if beyond[k] > 0.0:
+        places, values = (low, z, high), (s_low, s, s_high)
+        beyond = beyond_differences(found, places, values, rounding)
+        if beyond is not None:
+            k, difference = beyond
             return (
                 f"ds/d{'pv'[axis]} is {found[k]:.6g} at p = {at.p[k]:.6g}, v = "
                 f"{at.v[k]:.6g}, x = {format_point(at.given['x'][:, k])}, and "
-                f"differences of bound give {above[k]:.6g}"
+                f"differences of bound give {difference:.6g}"
             )
     return None
 
@@ -240,24 +229,47 @@ class ClosedPoints:
 
     def _given(self, xi: Array) -> dict[str, Any]:
         """Further arguments of the law at places on the points' facets."""
-        zone, facet = self._zone, self._facet
-        surface = zone.facets.slave_surface
-        N, _ = shape_functions(surface.shape, surface.displacement_degree, xi)
-        X = undeformed(surface, facet, xi)
-        return {
-            "x": np.pad(X, ((0, 0), (0, 3 - surface.gdim))).T,
-            "slip": accumulated_slip(zone, facet, xi),
-            "dt": self._dt,
-            "fields": [np.einsum("qa,qa->q", N, one[facet]) for one in self._nodal],
-        }
+        return further(self._zone, self._facet, xi, self._dt, self._nodal)
 
     def _along(self, at: Sample) -> Array:
         """Differentiate the bound along the facet at unchanged p and v, (n, d - 1)."""
-        high, low = (
-            [
-                self._law.bounds(at.p, at.v, self._given(self._xi + sign * step))
-                for step in STEP * np.eye(self._xi.shape[1])
-            ]
-            for sign in (1.0, -1.0)
+        return along_facets(
+            lambda xi: self._law.bounds(at.p, at.v, self._given(xi)), self._xi
         )
-        return (np.array(high) - np.array(low)).T / (2.0 * STEP)
+
+
+# Of all users' laws
+
+
+def further(
+    zone: ZoneData,
+    facet: Any,
+    xi: Array,
+    dt: float,
+    nodal: Sequence[Array],
+    wanted: Container[str] = OFFERED,
+) -> dict[str, Any]:
+    """Collect further arguments of a law at places on slave facets, by name.
+
+    Fields are given by their values at the facets' nodes. What is not wanted is None.
+    """
+    surface = zone.facets.slave_surface
+    N, _ = shape_functions(surface.shape, surface.displacement_degree, xi)
+    found: dict[str, Any] = {"dt": dt, "x": None, "slip": None}
+    found["fields"] = [np.einsum("qa,qa->q", N, one[facet]) for one in nodal]
+    if "x" in wanted:
+        X = undeformed(surface, facet, xi)
+        found["x"] = np.pad(X, ((0, 0), (0, 3 - surface.gdim))).T
+    if "slip" in wanted:
+        has_slip = zone.slip is not None
+        found["slip"] = (
+            accumulated_slip(zone, facet, xi) if has_slip else 0.0 * xi[:, 0]
+        )
+    return found
+
+
+def along_facets(values: Callable[[Array], Array], xi: Array) -> Array:
+    """Differentiate a function of places along facets, (n, d - 1)."""
+    steps = STEP * np.eye(xi.shape[1])
+    high, low = ([values(xi + way * h) for h in steps] for way in (1.0, -1.0))
+    return (np.array(high) - np.array(low)).T / (2.0 * STEP)

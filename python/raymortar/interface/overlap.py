@@ -1,22 +1,15 @@
-"""Gaps at the start: meshes that lie in each other, and lengths that are added to gaps.
-
-These are clearances, interferences, and adjustments that make surfaces touch which their
-meshes hold apart.
-"""
+"""Meshes that lie in each other, or in rigid tools, before anything has moved."""
 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Iterator, Sequence
 
 from mpi4py import MPI
 
 import numpy as np
 
-from .. import compat
-from ..checked import positive
+from .. import compat, rigid
 from ..compat import Array, Indices, Mask
 from ..discretization.bodies import bodies_of_facets
 from ..discretization.facets import format_point
@@ -30,23 +23,28 @@ from ..discretization.reference_facets import (
     shape_functions,
     units,
 )
-from ..discretization.slave_fields import OFFSET, FieldValue, check_field, on_facets
-from ..discretization.surfaces import Surface, facet_lengths
-from ..discretization.thickness import Cells, thickness_behind
-from ..errors import ContactError, ContactWarning, require_agreement, together
+from ..discretization.surfaces import facet_lengths
+from ..discretization.thickness import Cells
+from ..errors import ContactWarning
+from ..rigid.body import Body
 from .contact_surfaces import ContactSurfaces
 from .pairs import Pair, spoken
 from .point_results import OPEN
 from .straight_facets import largest_sagitta
-from .tool_overlap import at_points, deepest, warn_of_tools
 from .zone_data import ZoneData, global_masters
 
 # Share of a facet's size, and of the thickness behind it, up to which meshes that should
 # touch may overlap by their noise
 NOISE = 0.01
-# Share of an interference that counts as rounding error
-_ROUNDING = 1e-6
-REMEDY = (
+# Depths that differ by less than this share are the same, but for rounding
+ALIKE = 1e-9
+# Motion of a body that nobody has moved
+_UNMOVED = np.concatenate([np.zeros(6), np.eye(3).ravel()])
+_TOOL_REMEDY = (
+    "before anything has moved: make the tool where it touches and let it move in steps, "
+    "or give an interference that is wanted as the argument offset"
+)
+_REMEDY = (
     "before anything has moved: mesh the bodies so that they touch, give an "
     "interference that is wanted as the argument offset, or close overlaps up to a "
     "length by contact.adjust(within=...)"
@@ -66,40 +64,49 @@ def warn_of_overlap(surfaces: ContactSurfaces, pairs: Sequence[Pair]) -> None:
     for k, zone in enumerate(surfaces.zones):
         own = [pair for pair in pairs if pair.surface == k]
         if zone.facets.bodies:
-            warn_of_tools(zone, own, NOISE, comm)
-            continue
-        # From here on the thickness is unknown
-        most = 2.0 * largest(comm, zone.distances["depth"])
-        chords = sum(largest_sagitta(s, comm) for s in zone.sides if s.is_straight)
-        allowed = []
-        for side, thickness in zip(zone.sides, zone.thickness):
-            known = np.where(thickness < most, thickness, np.inf)
-            allowed.append(NOISE * np.minimum(facet_lengths(side), known) + chords)
-        messages = _of_points(zone, own, allowed, comm)
-        messages = messages or _beyond_search(zone, own, allowed, surfaces)
-        if zone.facets.meets_itself:
-            messages += _inside_itself(zone, own, allowed[0], surfaces)
+            messages, remedy = list(_in_tools(zone, own)), _TOOL_REMEDY
+        else:
+            messages, remedy = _in_meshes(zone, own, surfaces), _REMEDY
         for text in messages:
-            warnings.warn(f"{text}, {REMEDY}", ContactWarning, stacklevel=4)
+            warnings.warn(f"{text}, {remedy}", ContactWarning, stacklevel=4)
+
+
+def _in_meshes(
+    zone: ZoneData, pairs: Sequence[Pair], surfaces: ContactSurfaces
+) -> list[str]:
+    """Messages on masters with facets in which a slave starts. Collective."""
+    comm = surfaces.comm
+    # From here on the thickness is unknown
+    most = 2.0 * largest(comm, zone.distances["depth"])
+    chords = sum(largest_sagitta(s, comm) for s in zone.sides if s.is_straight)
+    allowed = []
+    for side, thickness in zip(zone.sides, zone.thickness):
+        known = np.where(thickness < most, thickness, np.inf)
+        allowed.append(NOISE * np.minimum(facet_lengths(side), known) + chords)
+    messages = _of_points(zone, pairs, allowed)
+    messages = messages or _beyond_search(zone, pairs, allowed, surfaces)
+    if zone.facets.meets_itself:
+        messages += _inside_itself(zone, pairs, allowed[0], surfaces)
+    return messages
 
 
 def _of_points(
-    zone: ZoneData, pairs: Sequence[Pair], allowed: Sequence[Array], comm: MPI.Comm
+    zone: ZoneData, pairs: Sequence[Pair], allowed: Sequence[Array]
 ) -> list[str]:
     """Messages on pairs with points deeper than is allowed on both sides. Collective."""
-    points = zone.points()
-    gap = np.maximum(points["gap"], gap_without_offset(zone, points))
+    points, comm = zone.points(), zone.comm
+    gap = np.maximum(points["gap"], zone.gap_without_offset(points))
     depth = np.where((points["status"] >= OPEN) & (gap < 0.0), -gap, 0.0)
     if not comm.allreduce(bool(depth.any())):
         return []
-    met = of_hit_masters(zone, points, allowed[1], comm)
+    met = of_hit_masters(zone, points, allowed[1])
     depth[depth <= np.minimum(allowed[0][points["slave"]], met)] = 0.0
     master, messages = zone.masters_of(points), []
     for pair in pairs:
         mine = master == zone.facets.master_tags.index(pair.master)
         most = largest(comm, depth[mine])
         if most > 0.0:
-            place = deepest(points["x"][mine], depth[mine], most, comm)
+            place = _deepest(points["x"][mine], depth[mine], most, comm)
             messages.append(
                 f"slave {spoken(pair.slave_name, pair.slave)} starts {most:.3g} deep in "
                 f"{spoken(pair.master_name, pair.master)} at {place}"
@@ -107,11 +114,9 @@ def _of_points(
     return messages
 
 
-def of_hit_masters(
-    zone: ZoneData, points: dict[str, Array], values: Array, comm: MPI.Comm
-) -> Array:
+def of_hit_masters(zone: ZoneData, points: dict[str, Array], values: Array) -> Array:
     """Values of the master facets, of all ranks, that points hit; else inf. Collective."""
-    ids, each = of_all(comm, zone.facets.master_surface.facet_ids, values)
+    ids, each = of_all(zone.comm, zone.facets.master_surface.facet_ids, values)
     met = global_masters(points, zone.cpp.pairs())
     # The last one is for points that hit no master
     return np.append(each, np.inf)[index_among(ids, met)]
@@ -237,142 +242,39 @@ def _inside(
     return found
 
 
-def gap_without_offset(zone: ZoneData, points: dict[str, Array]) -> Array:
-    """Gap without the user's clearance or interference, which are wanted. Length."""
-    return np.asarray(points["gap"] - at_points(zone, zone.offset, points))
+# Rigid tools
 
 
-# Offsets
-
-
-@dataclass(frozen=True)
-class Adjustment:
-    """Changes that `Contact.adjust` has made, on all ranks.
-
-    Attributes
-    ----------
-    facets
-        Slave facets that have been adjusted.
-    largest
-        Largest change of a gap at their nodes. Length.
-    """
-
-    facets: int
-    largest: float
-
-
-class Offsets:
-    """Sets offset and adjustments of the zones of a contact. Collective.
-
-    `value` is the offset as it was given, `excess` a message on an interference for
-    which no body is thick enough, else None.
-    """
-
-    def __init__(self, surfaces: ContactSurfaces) -> None:
-        self._surfaces, self._zones = surfaces, surfaces.zones
-        self.value: FieldValue | None = None
-        self.excess: str | None = None
-
-    def set(self, offset: FieldValue) -> None:
-        """Set what is added to the gap; see `Contact.set_offset`."""
-        comm = self._surfaces.comm
-        with together(comm):
-            check_field(OFFSET, offset, self._surfaces.slave_u.function_space.mesh)
-        require_agreement(comm, offset=offset)
-        nodal = [on_facets(OFFSET, offset, zone.facets, comm) for zone in self._zones]
-        for zone, values in zip(self._zones, nodal):
-            zone.offset = values
-        self.value = offset
-        found = [self._excess_on(zone) for zone in self._zones]
-        before, self.excess = self.excess, "; ".join(filter(None, found)) or None
-        if self.excess is not None and before is None:
-            warnings.warn(self.excess, ContactWarning, stacklevel=3)
-        self._send()
-
-    def require_start(self, within: Any) -> None:
-        """Raise unless surfaces can be adjusted by a length. Collective."""
-        with together(self._surfaces.comm):
-            if np.any(self._surfaces.u.x.array):
-                raise ContactError(
-                    "adjust is for the undeformed start, and the displacement is not "
-                    "zero: call it before the first step"
-                )
-            positive("within", within)
-        require_agreement(self._surfaces.comm, within=within)
-
-    def adjust(self, within: float) -> Adjustment:
-        """Make near surfaces just touch, after an update; see `Contact.adjust`."""
-        comm = self._surfaces.comm
-        changes = [adjustment(zone, float(within)) for zone in self._zones]
-        for zone, change in zip(self._zones, changes):
-            known = zone.adjustment
-            zone.adjustment = change if known is None else known + change
-        self._send()
-        facets = sum(int(change.any(axis=1).sum()) for change in changes)
-        most = max(float(np.abs(change).max(initial=0.0)) for change in changes)
-        return Adjustment(comm.allreduce(facets), largest(comm, most))
-
-    def _send(self) -> None:
-        """Send offsets and adjustments to the zones."""
-        for zone in self._zones:
-            if zone.whole_offset is not None:
-                zone.cpp.set_offset(zone.whole_offset)
-
-    def _excess_on(self, zone: ZoneData) -> str | None:
-        """Message on an interference for which no body is thick enough. Collective."""
-        facets, surfaces = zone.facets, self._surfaces
-        assert zone.offset is not None
-        overlap = largest(surfaces.comm, -zone.offset)
-        # A rigid tool has no thickness that counts
-        count, parts = 1 if facets.bodies else 2, parts_of(surfaces.u)
-
-        def thinner(sides: Sequence[Array]) -> float:
-            return min(largest(surfaces.comm, side) for side in sides[:count])
-
-        there = thinner(zone.thickness)
-        if there < overlap:
-            sides = (facets.slave_part, facets.slave), (
-                facets.master_part,
-                facets.master,
+def _in_tools(zone: ZoneData, pairs: Sequence[Pair]) -> Iterator[str]:
+    """Yield messages on rigid tools in which a slave starts. Collective."""
+    points, side, comm = zone.points(), zone.sides[0], zone.comm
+    x, n = (
+        np.ascontiguousarray(np.pad(points[name], ((0, 0), (0, 3 - side.gdim))))
+        for name in ("x", "normal")
+    )
+    chords = largest_sagitta(side, comm) if side.is_straight else 0.0
+    allowed = NOISE * np.minimum(facet_lengths(side), zone.thickness[0]) + chords
+    # An overlap that a clearance undoes is none, nor is an interference that is wanted
+    added = zone.at_points(zone.adjustment, points)
+    added = added + np.maximum(zone.at_points(zone.offset, points), 0.0)
+    for pair in pairs:
+        body = pair.master
+        if not isinstance(body, Body) or not np.array_equal(body.motion(), _UNMOVED):
+            continue
+        depth = -(body.tool.distances_along(x, n) + added)
+        depth[depth <= allowed[points["slave"]]] = 0.0
+        if isinstance(body.shape, rigid.Surface):  # has no inside
+            depth[points["status"] < OPEN] = 0.0
+        most = largest(comm, depth)
+        if most > 0.0:
+            place = _deepest(points["x"], depth, most, comm)
+            slave = spoken(pair.slave_name, pair.slave)
+            yield (
+                f"slave {slave} starts {most:.3g} deep in the rigid {body.name} at {place}"
             )
-            there = thinner(
-                [
-                    thickness_behind(
-                        Cells(parts[k].function_space.mesh), side, 2.0 * overlap
-                    )
-                    for k, side in sides
-                ]
-            )
-        if overlap <= there * (1.0 + _ROUNDING):
-            return None
-        return (
-            f"the argument offset makes an interference of {overlap:.4g} on slave "
-            f"tag {facets.slave_tag}, more than the {there:.4g} of body that "
-            "lies behind the thinner side: it is a length in the unit of the mesh, "
-            "negative where bodies overlap"
-        )
 
 
-def adjustment(zone: ZoneData, within: float) -> Array:
-    """Change of a zone's offset with which near surfaces just touch, (facets, nodes).
-
-    On each facet with points whose gap is at most `within`, a polynomial of the
-    displacement's degree is fitted to minus the gap, and raised until no point
-    overlaps. So the start is free of stress. Between points a clearance is left: the
-    part of the gap that such a polynomial cannot represent.
-    """
-    surface, points = zone.facets.slave_surface, zone.points()
-    slave, gap = points["slave"], gap_without_offset(zone, points)
-    N, _ = shape_functions(surface.shape, surface.displacement_degree, points["xi"])
-    near = np.flatnonzero((points["status"] > 0) & (np.abs(gap) <= within))
-    change = np.zeros((len(surface.facet_dofs), N.shape[1]))
-    # Points come in the order of their slave facets
-    facets, first = np.unique(slave[near], return_index=True)
-    for facet, at in zip(facets, np.split(near, first[1:])):
-        # Fit the deviation from the mean: where points do not determine all nodes, the
-        # others get the mean
-        mean = -gap[at].mean()
-        fit, *_ = np.linalg.lstsq(N[at], -gap[at] - mean, rcond=1e-8)
-        above = float(np.max(-gap[at] - N[at] @ (mean + fit)))
-        change[facet] = mean + fit + max(0.0, above)
-    return change
+def _deepest(x: Array, depth: Array, most: float, comm: MPI.Comm) -> str:
+    """Place of the deepest point, chosen alike on any number of ranks. Collective."""
+    at = x[depth >= (1.0 - ALIKE) * most].tolist()
+    return format_point(np.array(max(sum(comm.allgather(at), []))))

@@ -7,9 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from ..checked import is_whole_number
 from ..discretization.tagged import ALL, Group
-from ..errors import ContactError
+from ..errors import ContactError, is_whole_number
 from ..rigid.body import Body, as_body
 from ..rigid.shapes import Shape
 
@@ -110,7 +109,9 @@ def read_pairs(pairs: Any, known: Mapping[str, Any]) -> tuple[list[Pair], list[G
     groups: dict[tuple[Any, bool], list[Any]] = {}
     found = []
     tagged = [(number(one), as_body(other) or number(other)) for one, other in two_each]
-    for one, other in _with_all(tagged):
+    # If any pair is of all facets, these meet each other too
+    has_all = any(isinstance(one, str) and one == ALL for one, _ in tagged)
+    for one, other in [(ALL, ALL)] * has_all + tagged:
         _check_tags(one, other)
         slave, master = _plain(one), _plain(other)
         of_itself = slave == master
@@ -130,12 +131,6 @@ def read_pairs(pairs: Any, known: Mapping[str, Any]) -> tuple[list[Pair], list[G
 def _plain(tag: Any) -> Any:
     """Python's own number of a tag."""
     return tag if isinstance(tag, (str, Body)) else int(tag)
-
-
-def _with_all(pairs: Sequence[tuple[Any, Any]]) -> list[tuple[Any, Any]]:
-    """Add that all facets meet each other, if any pair is of all."""
-    own = any(isinstance(one, str) and one == ALL for one, _ in pairs)
-    return [(ALL, ALL)] * own + list(pairs)
 
 
 def _check_tags(slave: Any, master: Any) -> None:

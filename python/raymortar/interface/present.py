@@ -5,17 +5,15 @@ from __future__ import annotations
 from typing import Any, Protocol
 from weakref import WeakSet
 
-from mpi4py import MPI
-
 import numpy as np
 from dolfinx.fem import Function
 
-from ..checked import is_real_number
 from ..compat import Array
 from ..discretization.checks import off_axis_fault
 from ..errors import (
     ContactError,
     SetUpError,
+    is_real_number,
     raise_everywhere,
     require_agreement,
     together,
@@ -24,11 +22,10 @@ from ..options.friction import Friction
 from ..options.methods import ContactOptions, Penalty
 from ..rigid.body import Body
 from ..rigid.motions import require_same_loads
-from .augmentation import Augmentation, Correction
 from .contact_surfaces import ContactSurfaces
 from .friction_at_points import PointFriction
-from .law_nodes import nodes, set_at_nodes
-from .point_results import CLOSED, nodal_average
+from .offsets import Augmentation, Correction
+from .point_results import CLOSED, nodal_average, nodes, set_at_nodes
 from .slave_nodes import Cover, require_masters, warn_of_corners
 from .state import ContactState, state_fault
 from .straight_facets import warn_of_straight_facets, warn_of_turned_arcs
@@ -45,13 +42,6 @@ class Watcher(Protocol):
 class PresentState:
     """Keeps the accepted step of a contact, sends it to the zones, accepts steps and
     goes back to them. Collective.
-
-    Parameters
-    ----------
-    surfaces
-        Of the contact.
-    options
-        Its arguments.
 
     Attributes
     ----------
@@ -91,9 +81,7 @@ class PresentState:
         self.watchers: WeakSet[Watcher] = WeakSet()
         self._augmentation: Augmentation | None = None
         if isinstance(options.method, Penalty) and options.method.exact:
-            self._augmentation = Augmentation(
-                self._zones, surfaces.scalar, surfaces.layout
-            )
+            self._augmentation = Augmentation(self._zones, surfaces.scalar)
         self.u_old = self._u.x.array.copy()
         self._is_sent = False
         self._dt = 1.0

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from dolfinx.fem import FunctionSpace
 
 from .. import compat
-from ..compat import Array, Mask
+from ..compat import Mask
 from ..discretization.facets import format_point
 from ..discretization.ranks import largest, marked_everywhere, sums_at
 from ..discretization.reference_facets import (
@@ -79,8 +79,7 @@ class Cover:
             length = np.linalg.norm(areas, axis=1, keepdims=True)
             directions.append(areas / np.where(length > 0.0, length, 1.0))
         total = np.linalg.norm(np.sum(directions, axis=0), axis=1)
-        corners: Mask = total < STRAIGHT * np.any(directions, axis=2).sum(axis=0)
-        return corners
+        return total < STRAIGHT * np.any(directions, axis=2).sum(axis=0)
 
     def share(self) -> None:
         """Send the common marks to the zones, after they have been paired."""
@@ -123,8 +122,7 @@ def are_inside_flats(zone: ZoneData, V: FunctionSpace) -> Mask:
         angles = np.pi - np.arccos(np.clip(np.sum(ahead * behind, axis=-1), -1.0, 1.0))
     shares = angles[..., None] * n[:, None]
     sums = sums_at(V.dofmap.index_map, surface.gdim, (table, shares))[table]
-    inside: Mask = np.einsum("fai,fi->fa", sums, n).min(axis=1) > 2.0 * np.pi * FLAT
-    return inside
+    return np.einsum("fai,fi->fa", sums, n).min(axis=1) > 2.0 * np.pi * FLAT
 
 
 # Ties
@@ -286,7 +284,7 @@ def _distance_ratio(zone: ZoneData, surfaces: ContactSurfaces) -> float:
     slave = facet_lengths(slave_side) / compat.element_info(surfaces.scalar).degree
     master = facet_lengths(master_side) / master_side.displacement_degree
     points = zone.points()
-    met = of_hit_masters(zone, points, master, comm)
+    met = of_hit_masters(zone, points, master)
     hit = (points["status"] >= OPEN) & np.isfinite(met)
     area = points["area"][hit]
     sums = np.array([area @ met[hit], area @ slave[points["slave"][hit]]])

@@ -83,17 +83,7 @@ State = ContactState | JointState
 def state_fault(
     state: Any, own: ContactState, springs: Mapping[int, tuple[int, ...]]
 ) -> str | None:
-    """Return why a contact cannot go back to a state, if so.
-
-    Parameters
-    ----------
-    state
-        The user's argument.
-    own
-        Present state of the contact.
-    springs
-        Shape of the tractions of friction springs by zone, where there are springs.
-    """
+    """Return why a contact cannot go back to a state, if so."""
     if not isinstance(state, ContactState):
         return f"state must be a ContactState, not {type(state).__name__}"
     if state.smooth != own.smooth:

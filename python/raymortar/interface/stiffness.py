@@ -42,22 +42,19 @@ def _free_nodes(layout: CoupledRows, bcs: Sequence[Any]) -> Mask:
     """Mark owned nodes that conditions do not prescribe in all directions."""
     dofmap = layout.u.function_space.dofmap
     fixed = layout.unknowns.prescribed_u(bcs)[0].reshape(-1, dofmap.index_map_bs)
-    free: Mask = (fixed[: dofmap.index_map.size_local] == 0).any(axis=1)
-    return free
+    return (fixed[: dofmap.index_map.size_local] == 0).any(axis=1)
 
 
 def _of_sides(
-    volume: VolumePattern,
-    layout: CoupledRows,
-    interfaces: Interfaces,
-    bcs: Sequence[Any],
+    volume: VolumePattern, interfaces: Interfaces, bcs: Sequence[Any]
 ) -> Measure:
     """Make the measure of one side of pairs of bodies for `Interfaces.tables`.
 
     By body it gives the stiffness over area, whether the body can move, and the size of
     facets.
     """
-    V, bodies = layout.u.function_space, interfaces.bodies
+    layout, bodies = interfaces.layout, interfaces.bodies
+    V = layout.u.function_space
     d = V.dofmap.index_map_bs
     free = _free_nodes(layout, bcs)
     columns = [volume.diagonal.reshape(-1, d).sum(axis=1), free]
@@ -94,7 +91,6 @@ def _of_sides(
 
 def contact_stiffness(
     volume: VolumePattern,
-    layout: CoupledRows,
     interfaces: Interfaces,
     bcs: Sequence[Any] = (),
     times_size: bool = False,
@@ -110,17 +106,14 @@ def contact_stiffness(
 
     def pair(slave: Array, master: Array) -> Array:
         sides[:] = slave[0, :1], master[0, :1]
-        found, moves = np.stack([slave[:, 0], master[:, 0]]), [
-            slave[:, 1],
-            master[:, 1],
-        ]
-        counts = np.array(moves) > 0.0
+        found, moves, _ = np.stack([slave.T, master.T], axis=1)
+        counts = moves > 0.0
         with np.errstate(invalid="ignore"):
             counts = (counts | ~counts.any(axis=0)) & np.isfinite(found) & (found > 0.0)
         softer = np.where(counts, found, np.inf).min(axis=0)
         return softer * (slave[:, 2] if times_size else 1.0)
 
-    tables = interfaces.tables(_of_sides(volume, layout, interfaces, bcs), pair)
+    tables = interfaces.tables(_of_sides(volume, interfaces, bcs), pair)
     least = min(float(table.min()) for table in tables)
     message = None
     if not np.isfinite(least):
@@ -128,7 +121,7 @@ def contact_stiffness(
             f"no automatic gamma: the form's stiffness over area is {sides[0][0]} on the "
             f"slave, {sides[1][0]} on the master surface; give gamma a value"
         )
-    raise_everywhere(layout.comm, message, ContactError)
+    raise_everywhere(interfaces.layout.comm, message, ContactError)
     return [np.where(np.isfinite(table), table, least) for table in tables]
 
 
@@ -148,10 +141,10 @@ def automatic_coefficients(
     the size of the pressure for single nodes as well as for whole arcs of a body that
     bends. Traction per length.
     """
-    layout, interfaces = surfaces.layout, surfaces.interfaces
-    tables = contact_stiffness(volume, layout, interfaces, bcs)
+    interfaces = surfaces.interfaces
+    tables = contact_stiffness(volume, interfaces, bcs)
     if surfaces.tied is None and method.condition == "nodes":
-        of_side = _of_sides(volume, layout, interfaces, bcs)
+        of_side = _of_sides(volume, interfaces, bcs)
         arcs = _of_arcs(of_side, interfaces, compliance)
         tables = [np.minimum(*both) for both in zip(tables, arcs)]
     return [method.automatic_factor * table for table in tables]
@@ -179,10 +172,7 @@ def _of_arcs(
 
 
 def stiffness_ratios(
-    volume: VolumePattern,
-    layout: CoupledRows,
-    interfaces: Interfaces,
-    bcs: Sequence[Any] = (),
+    volume: VolumePattern, interfaces: Interfaces, bcs: Sequence[Any] = ()
 ) -> list[Array]:
     """Modulus of the slave's side of pairs of bodies over that of the master's.
 
@@ -195,14 +185,14 @@ def stiffness_ratios(
         moves = (slave[:, 1] > 0.0) & (master[:, 1] > 0.0)
         return np.where(moves & np.isfinite(ratio), ratio, 0.0)
 
-    return interfaces.tables(_of_sides(volume, layout, interfaces, bcs), pair)
+    return interfaces.tables(_of_sides(volume, interfaces, bcs), pair)
 
 
-def mean_facet_size(layout: CoupledRows, zones: Sequence[ZoneData]) -> float:
+def mean_facet_size(zones: Sequence[ZoneData]) -> float:
     """Mean size of all slave facets. Length. Collective."""
     sides = [zone.facets.slave_surface for zone in zones]
     sizes = np.concatenate([surface_sizes(side) for side in sides])
-    area, facets = layout.comm.allreduce(np.array([sizes.sum(), len(sizes)]))
+    area, facets = zones[0].comm.allreduce(np.array([sizes.sum(), len(sizes)]))
     return float((area / facets) ** (1.0 / (sides[0].gdim - 1)))
 
 

@@ -41,17 +41,6 @@ class SurfaceCompliance:
     Bodies yield as their conditions hold them. Where conditions leave a body rigid
     motions, its load is balanced by forces throughout the body that stop these: forces
     in proportion to the diagonal of the stiffness. Collective.
-
-    Parameters
-    ----------
-    volume
-        Its matrices, until they are destroyed; they are not changed.
-    unknowns, bodies
-        Of a contact.
-    bcs
-        Dirichlet conditions.
-    axisymmetric
-        Whether bodies are solids of revolution.
     """
 
     def __init__(
@@ -205,8 +194,7 @@ class SurfaceCompliance:
         np.add.at(pushed, self._body, np.einsum("nik,ni->nk", self._R, load))
         self._comm.Allreduce(MPI.IN_PLACE, pushed)
         share = np.einsum("bkl,bl->bk", self._inverse, pushed)[self._body]
-        found: Array = np.einsum("nik,nk->ni", self._R, share)
-        return found
+        return np.einsum("nik,nk->ni", self._R, share)
 
 
 class _Factors:
@@ -253,8 +241,7 @@ class _Factors:
         """Displacement under a load of this rank's rows. Collective."""
         self._b.array[:] = load
         self._ksp.solve(self._b, self._x)
-        found: Array = self._x.array_r.copy()
-        return found
+        return self._x.array_r.copy()
 
     def destroy(self) -> None:
         """Free PETSc's objects. Collective."""

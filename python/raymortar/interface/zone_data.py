@@ -107,6 +107,7 @@ class ZoneData:
     """A C++ zone with what Python needs to feed and read it."""
 
     facets: ZoneFacets
+    comm: MPI.Comm
     cpp: _cpp.Zone
     multiplier_table: Indices  # (slave facets, n), local block dofs
     multiplier_nodes: Indices  # sorted block dofs in the zone's own order
@@ -168,18 +169,28 @@ class ZoneData:
     def points(self) -> dict[str, Array]:
         """Arrays over the integration points, see `Contact.points`."""
         points = self.cpp.points()
-        if self.augmentation is not None:  # a traction, and no gap
-            surface, nodal = self.facets.slave_surface, self.augmentation
-            points["gap"] -= interpolate(
-                surface.shape,
-                surface.displacement_degree,
-                nodal[points["slave"]],
-                points["xi"],
-            )
+        points["gap"] -= self.at_points(self.augmentation, points)  # no gap
         if self.frictional:  # a rank without points has the same keys
             points.setdefault("slip", np.empty_like(points["x"]))
             points.setdefault("closing", np.empty_like(points["gap"]))
         return points
+
+    def at_points(self, nodal: Array | None, points: dict[str, Array]) -> Array:
+        """Values at points of nodal values on the slave facets; 0 for None."""
+        if nodal is None:
+            return np.zeros(len(points["xi"]))
+        surface, values = self.facets.slave_surface, nodal[points["slave"]]
+        degree = surface.displacement_degree
+        return interpolate(surface.shape, degree, values, points["xi"])
+
+    def gap_without_offset(self, points: dict[str, Array]) -> Array:
+        """Gaps without the user's clearance or interference, which are wanted. Length."""
+        return np.asarray(points["gap"] - self.at_points(self.offset, points))
+
+    def send_offset(self) -> None:
+        """Hand all that is added to gaps to C++."""
+        if self.whole_offset is not None:
+            self.cpp.set_offset(self.whole_offset)
 
     def arms(self, points: dict[str, Array]) -> Array:
         """Distances over which friction makes a couple, theory (3), (points, d)."""
@@ -263,13 +274,13 @@ def unit_normals(surface: Surface, facets: Indices, at: Array, u: Array) -> Arra
     return units(normals(tangents))
 
 
-def path(zone: ZoneData, opposite: OppositePoints, u: Array, comm: MPI.Comm) -> Path:
+def path(zone: ZoneData, opposite: OppositePoints, u: Array) -> Path:
     """Present positions of slave points and of those opposite to them. Collective.
 
     The ranks that own the masters' facets give where their points are, and the
     thickness behind them.
     """
-    surface, master = zone.sides
+    comm, (surface, master) = zone.comm, zone.sides
     x = positions(surface, opposite.facet, opposite.xi, u)
     n = unit_normals(surface, opposite.facet, opposite.xi, u)
     ids, eta = of_all(comm, opposite.master, opposite.eta)

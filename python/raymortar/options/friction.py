@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from copy import deepcopy
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -11,7 +10,6 @@ import numpy as np
 from dolfinx.fem import Function
 
 from .. import _cpp
-from ..checked import Options
 from ..compat import Array
 from ..discretization.slave_fields import (
     FRICTION_BOUND,
@@ -22,8 +20,8 @@ from ..discretization.slave_fields import (
     check_number,
     is_field,
 )
-from ..errors import ContactError
-from .user_laws import check_fields, check_functions, offered
+from ..errors import ContactError, Options
+from .user_laws import UserLaw, check_fields, check_functions, offered, real_values
 
 
 class Law(Options):
@@ -93,7 +91,7 @@ class Stick(Law):
 
 
 @dataclass(frozen=True)
-class Friction(Law):
+class Friction(UserLaw, Law):
     """A law of the user's: slip where the tangential traction reaches s(p, v).
 
     Attributes
@@ -126,44 +124,31 @@ class Friction(Law):
     >>> law = Friction(bound)
     """
 
+    owner, function, first = "Friction", "bound", ("p", "v")
     _make = _cpp.PointBound
     bound: Callable[..., Array]
     derivatives: Callable[..., tuple[Array, Array]] | None = None
     fields: Sequence[Function] = ()
 
     def check(self) -> None:
-        check_functions("Friction", self._functions(), ("p", "v"), kind="callable")
-        check_fields("Friction", FRICTION_FIELD, self.fields)
-
-    def _functions(self) -> dict[str, Any]:
-        """The functions of the law, by name."""
-        more = {} if self.derivatives is None else {"derivatives": self.derivatives}
-        return {"bound": self.bound, **more}
-
-    @property
-    def arguments(self) -> set[str]:
-        """Names of the arguments besides p and v."""
-        return set().union(*map(_offered, self._functions().values()))
+        check_functions(self.owner, self._functions(), self.first, kind="callable")
+        check_fields(self.owner, FRICTION_FIELD, self.fields)
 
     def call(self, name: str, p: Any, v: Any, given: Mapping[str, Any]) -> Any:
         """Call ``bound`` or ``derivatives`` with the arguments that it has.
 
         They are copies, which it may write to.
         """
-        function = getattr(self, name)
-        names = _offered(function)
-        if "fields" in names and not self.fields:
+        if "fields" in offered(getattr(self, name), 2) and not self.fields:
             raise ContactError(
                 f"Friction.{name} has the argument fields, and there are none: give "
                 "Friction(bound, fields=[...])"
             )
-        return function(
-            p.copy(), v.copy(), **{one: deepcopy(given[one]) for one in names}
-        )
+        return self._evaluate(name, (p, v), given)
 
     def bounds(self, p: Array, v: Array, given: Mapping[str, Any]) -> Array:
         """Evaluate and check the bound, (n,)."""
-        found = _real("bound", self.call("bound", p, v, given), p)
+        found = real_values("Friction.bound", self.call("bound", p, v, given), len(p))
         if not (np.isfinite(found).all() and found.min(initial=0.0) >= 0.0):
             raise _not_finite(p, v)
         return found
@@ -173,30 +158,13 @@ class Friction(Law):
     ) -> tuple[Array, Array]:
         """Evaluate and check the derivatives by p and v, (n,) each."""
         slopes = self.call("derivatives", p, v, given)
-        found = [_real("derivatives", one, p) for one in slopes]
+        found = [real_values("Friction.derivatives", one, len(p)) for one in slopes]
         if len(found) != 2:
             raise ContactError("Friction.derivatives must return (ds/dp, ds/dv)")
         if not np.isfinite(found).all():
             raise _not_finite(p, v)
         by_p, by_v = found
         return by_p, by_v
-
-
-def _offered(function: Any) -> set[str]:
-    """Names of the arguments that a law's function is given."""
-    return offered(function, 2)
-
-
-def _real(name: str, values: Any, p: Array) -> Array:
-    """Values of a law at points, or an error."""
-    found = np.asarray(values)
-    if found.shape != p.shape or not np.isrealobj(found):
-        raise ContactError(
-            f"Friction.{name} returns values of type {found.dtype} and shape "
-            f"{found.shape} for {len(p)} points: they must be real, of shape "
-            f"({len(p)},)"
-        )
-    return found.astype(np.float64)
 
 
 def _not_finite(p: Array, v: Array) -> ContactError:

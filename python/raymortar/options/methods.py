@@ -9,7 +9,10 @@ import numpy as np
 from dolfinx.fem import Function
 
 from .. import _cpp
-from ..checked import (
+from ..discretization.curving import Smooth
+from ..discretization.slave_fields import OFFSET, FieldValue, check_field
+from ..errors import (
+    ContactError,
     Options,
     choice,
     is_one_of,
@@ -18,9 +21,6 @@ from ..checked import (
     is_whole_number,
     truth,
 )
-from ..discretization.curving import Smooth
-from ..discretization.slave_fields import OFFSET, FieldValue, check_field
-from ..errors import ContactError
 from .friction import LAWS, Law
 
 STRATEGIES = ("bvh", "advancing-front", "pang", "brute-force")

@@ -1,18 +1,27 @@
-"""Checks of users' laws: the arguments of their functions, and their fields."""
+"""Users' laws: the arguments of their functions, their values and derivatives."""
 
 from __future__ import annotations
 
 import inspect
-from collections.abc import Mapping, Sequence
-from typing import Any
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from copy import deepcopy
+from typing import Any, ClassVar
 
+import numpy as np
 from dolfinx.fem import Function
 
-from ..discretization.slave_fields import Quantity, check_function
+from ..compat import Array
+from ..discretization.slave_fields import FLUX_FIELD, Quantity, check_function
 from ..errors import ContactError
 
 # Arguments that functions may have after the first ones, by name
 OFFERED = ("x", "slip", "dt", "fields")
+# By which derivatives may differ from differences, relatively
+ALLOWED = 1e-3
+# Points at which derivatives are compared with differences
+SAMPLES = 8
 
 
 def further_arguments(function: Any, first: int) -> list[inspect.Parameter]:
@@ -46,8 +55,9 @@ def check_functions(
                 f"{owner}.{name} must be a {kind} of {named}, not {function!r}"
             )
         if not _takes(function, len(first)):
+            shown = ", ".join(inspect.signature(function).parameters) or "nothing"
             raise ContactError(
-                f"{owner}.{name} is a function of {_shown(function)}: it must take "
+                f"{owner}.{name} is a function of {shown}: it must take "
                 f"{len(first)} arguments, {named}"
                 + (f", and may take any of {', '.join(may_have)}" if may_have else "")
             )
@@ -72,14 +82,277 @@ def _takes(function: Any, count: int) -> bool:
     return True
 
 
-def _shown(function: Any) -> str:
-    """The arguments of a function, for a message."""
-    return ", ".join(inspect.signature(function).parameters) or "nothing"
-
-
 def check_fields(owner: str, quantity: Quantity, fields: Sequence[Any]) -> None:
     """Raise unless fields of a law are scalar Functions."""
     for one in fields:
         if not isinstance(one, Function):
             raise ContactError(f"{owner}.fields has {one!r}, which is no Function")
         check_function(quantity, one)
+
+
+def real_values(name: str, values: Any, count: int) -> Array:
+    """Convert what a law's function returns for so many points, or raise."""
+    found = np.asarray(values)
+    if found.shape != (count,) or not np.isrealobj(found):
+        raise ContactError(
+            f"{name} returns values of type {found.dtype} and shape {found.shape} for "
+            f"{count} points: they must be real, of shape ({count},)"
+        )
+    return found.astype(np.float64)
+
+
+class UserLaw:
+    """Functions of a user's law, which get the arguments that they name.
+
+    A law has the attributes `derivatives` and `fields`, and the function `function`.
+    """
+
+    owner: ClassVar[str]  # class of the law, for messages
+    function: ClassVar[str]
+    first: ClassVar[tuple[str, ...]]  # arguments by their order
+    derivatives: Callable[..., Any] | None
+    fields: Sequence[Function]
+
+    def _functions(self) -> dict[str, Any]:
+        """The functions of the law, by name."""
+        more = {} if self.derivatives is None else {"derivatives": self.derivatives}
+        return {self.function: getattr(self, self.function), **more}
+
+    @property
+    def arguments(self) -> set[str]:
+        """Names of the arguments after the first ones."""
+        known = (offered(one, len(self.first)) for one in self._functions().values())
+        return set().union(*known)
+
+    def _evaluate(self, name: str, values: Any, given: Mapping[str, Any]) -> Any:
+        """Call a function with copies of the arguments that it has."""
+        function = getattr(self, name)
+        more = offered(function, len(self.first))
+        copies = {one: deepcopy(given[one]) for one in more}
+        return function(*(one.copy() for one in values), **copies)
+
+
+def beyond_differences(
+    found: Array,
+    places: Sequence[Array],
+    values: Sequence[Array],
+    rounding: Any,
+    vertical: Any = False,
+) -> tuple[int, float] | None:
+    """Find the derivative that lies farthest beyond both one-sided differences.
+
+    At a kink any value between both is right.
+
+    Parameters
+    ----------
+    found
+        The derivatives, (n,).
+    places, values
+        Arguments and values below, at and above each point, (n,) each.
+    rounding
+        Error that differences have.
+    vertical
+        Points whose differences depend on their step.
+
+    Returns
+    -------
+    tuple or None
+        Number of the point, and its upper difference; None if all are right.
+    """
+    (low, z, high), (q_low, q, q_high) = places, values
+    above = (q_high - q) / (high - z)
+    has_lower = low < z
+    below = np.where(has_lower, (q - q_low) / np.where(has_lower, z - low, 1.0), above)
+    least, most = np.minimum(below, above), np.maximum(below, above)
+    size = np.max(np.abs([least, most, found]), axis=0)
+    beyond = np.maximum(least - found, found - most) - ALLOWED * size - rounding
+    beyond[vertical] = -np.inf
+    worst = int(np.argmax(np.where(np.isfinite(beyond), beyond, -np.inf)))
+    return (worst, float(above[worst])) if beyond[worst] > 0.0 else None
+
+
+def chosen(given: Mapping[str, Any], some: Any) -> dict[str, Any]:
+    """Take the further arguments of a law at some of its points."""
+    slip, fields = given["slip"], [one[some] for one in given["fields"]]
+    slip = None if slip is None else slip[some]
+    return {**given, "x": given["x"][:, some], "slip": slip, "fields": fields}
+
+
+def samples(count: int) -> Any:
+    """Spread a few numbers over so many points."""
+    return np.unique(np.linspace(0, count - 1, SAMPLES).astype(int))
+
+
+# What the law of a flux is given, in this order
+ARGUMENTS = ("T_s", "T_m", "p", "g", "v")
+# Those that are never negative
+POSITIVE = ("p", "v")
+# Step into the complex plane: its square is nothing beside any value
+IMAGINARY = 1e-30
+# Step of a difference, as a share of the largest value
+SHARE = 1e-6
+# Slope that counts as none, relative to the largest
+VANISHES = 1e-9
+
+
+class FluxLaw(UserLaw):
+    """A flux as a function of both fields, pressure, gap and slip rate."""
+
+    owner, function, first = "Flux", "law", ARGUMENTS
+
+    def __init__(
+        self,
+        law: Callable[..., Array],
+        derivatives: Callable[..., Sequence[Array]] | None,
+        fields: Sequence[Function],
+    ) -> None:
+        self.law, self.derivatives, self.fields = law, derivatives, list(fields)
+        check_functions("Flux", self._functions(), ARGUMENTS)
+        check_fields("Flux", FLUX_FIELD, self.fields)
+        if "fields" in self.arguments and not self.fields:
+            raise ContactError(
+                "Flux.law has the argument fields, and there are none: give "
+                "Flux(..., fields=[...])"
+            )
+
+    def values(self, at: Array, given: Mapping[str, Any]) -> Array:
+        """Evaluate and check the flux at arguments (5, n), (n,)."""
+        return _checked("law", self._evaluate("law", at, given), at)
+
+    def slopes(self, at: Array, given: Mapping[str, Any]) -> Array:
+        """Differentiate the flux by its arguments (5, n), (n, 5)."""
+        if self.derivatives is None:
+            columns = [self._complex_step(at, given, k) for k in range(len(at))]
+            return np.stack(columns, axis=1)
+        found = self._evaluate("derivatives", at, given)
+        if len(found) != len(ARGUMENTS):
+            raise ContactError(
+                f"Flux.derivatives returns {len(found)} arrays: it must return the "
+                f"derivatives by {', '.join(ARGUMENTS)}"
+            )
+        columns = [_checked("derivatives", one, at) for one in found]
+        return np.stack(columns, axis=1)
+
+    def _complex_step(self, at: Array, given: Mapping[str, Any], k: int) -> Array:
+        """Differentiate by one argument."""
+        shifted = [one.astype(complex) if i == k else one for i, one in enumerate(at)]
+        shifted[k] = shifted[k] + 1j * IMAGINARY
+        try:
+            with warnings.catch_warnings():
+                # A law that drops imaginary parts is found by its check
+                warnings.simplefilter("ignore")
+                q = np.asarray(self._evaluate("law", shifted, given))
+        except (TypeError, ValueError) as error:
+            raise ContactError(
+                f"Flux.law does not take a complex {ARGUMENTS[k]}, by which it is "
+                f"differentiated ({error}): give derivatives"
+            ) from error
+        slope = np.broadcast_to(np.imag(q) / IMAGINARY, at.shape[1:])
+        if not np.isfinite(slope).all():
+            raise ContactError(
+                f"Flux.law has no finite derivative by {ARGUMENTS[k]} at "
+                f"{_shown(at, int(np.argmin(np.isfinite(slope))))}: give derivatives"
+            )
+        return slope
+
+    def fault_of_slopes(self, at: Array, given: Mapping[str, Any]) -> str | None:
+        """Name a derivative that lies beyond both one-sided differences.
+
+        Tried at some of the points, at their arguments and at larger ones. At a kink any
+        value between both differences is right.
+        """
+        some = samples(at.shape[1])
+        base, given = at[:, some], chosen(given, some)
+        larger = base + _spread(base)[:, None] * (
+            np.array([[1.0], [0.0], [1.0], [0.0], [1.0]])
+        )
+        largest = np.zeros(len(ARGUMENTS))
+        for one in (larger, base):
+            # A law may refuse what does not occur
+            with np.errstate(all="ignore"), suppress(ContactError, ArithmeticError):
+                slopes = self.slopes(one, given)
+                # Where a slope vanishes, as that of T^4 at 0, differences do not
+                largest = np.maximum(largest, np.abs(slopes).max(axis=0, initial=0.0))
+                largest[:2] = largest[:2].max()
+                for k in range(len(ARGUMENTS)):
+                    fault = self._fault_of_slope(
+                        one, given, k, slopes[:, k], VANISHES * largest[k]
+                    )
+                    if fault is not None:
+                        return fault
+        return None
+
+    def flows_uphill(self, at: Array, given: Mapping[str, Any]) -> bool:
+        """Whether a closed contact without slip lets the flux go from low to high.
+
+        Tried at some of the points, with a difference of the field and a pressure.
+        """
+        some = samples(at.shape[1])
+        base, given = at[:, some], chosen(given, some)
+        size = _spread(base)
+        base[0] = base[1] + 0.1 * size[0]
+        base[2] = np.maximum(base[2], size[2])
+        base[3:] = 0.0
+        with np.errstate(all="ignore"), suppress(ContactError, ArithmeticError):
+            down = self.values(base, given)
+            base[0] = base[1] - 0.1 * size[0]
+            up = self.values(base, given)
+            return bool((down < 0.0).all() and (up > 0.0).all())
+        return False
+
+    def _fault_of_slope(
+        self, at: Array, given: Mapping[str, Any], k: int, found: Array, nothing: float
+    ) -> str | None:
+        """Compare the derivatives by one argument with differences."""
+        h = SHARE * _spread(at)[k]
+        low, high = at.copy(), at.copy()
+        high[k] += h
+        low[k] -= h
+        if ARGUMENTS[k] in POSITIVE:
+            low[k] = np.maximum(low[k], 0.0)
+        q_low, q, q_high = (self.values(one, given) for one in (low, at, high))
+        rounding = 1e2 * np.finfo(float).eps * np.abs(q).max() / h + nothing
+        # Where a law falls vertically its differences depend on their step
+        vertical = (at[k] == 0.0) & (ARGUMENTS[k] in POSITIVE)
+        places, values = (low[k], at[k], high[k]), (q_low, q, q_high)
+        beyond = beyond_differences(found, places, values, rounding, vertical)
+        if beyond is None:
+            return None
+        worst, difference = beyond
+        given_by, remedy = "Flux.derivatives", "correct derivatives, or leave them out"
+        if self.derivatives is None:
+            given_by = "the complex step of Flux.law"
+            remedy = (
+                "it takes functions such as abs that drop imaginary parts; give "
+                "derivatives"
+            )
+        return (
+            f"dq/d{ARGUMENTS[k]} of {given_by} is {found[worst]:.6g} at "
+            f"{_shown(at, worst)}, and differences of Flux.law give "
+            f"{difference:.6g}: {remedy}"
+        )
+
+
+def _checked(name: str, values: Any, at: Array) -> Array:
+    """Values of a law at points, or an error."""
+    if np.shape(values) == () and name == "derivatives":
+        values = np.broadcast_to(values, at.shape[1:])
+    found = real_values(f"Flux.{name}", values, at.shape[1])
+    if not np.isfinite(found).all():
+        raise ContactError(
+            f"Flux.{name} returns values that are not finite, at "
+            f"{_shown(at, int(np.argmin(np.isfinite(found))))}"
+        )
+    return found
+
+
+def _shown(at: Array, k: int) -> str:
+    """The arguments at one point, for a message."""
+    return ", ".join(f"{name} = {one[k]:.6g}" for name, one in zip(ARGUMENTS, at))
+
+
+def _spread(at: Array) -> Array:
+    """Size of each argument, (5,): both fields have one."""
+    sizes = np.max(np.abs(at), axis=1, initial=0.0)
+    sizes[:2] = sizes[:2].max()
+    return np.where(sizes > 0.0, sizes, 1.0)

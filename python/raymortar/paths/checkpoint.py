@@ -5,21 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, cast
-
-from mpi4py import MPI
+from typing import Any
 
 import numpy as np
 from dolfinx.fem import Function, FunctionSpace
 
 from .. import compat
-from ..checked import is_real_number
 from ..compat import Array
 from ..discretization.facets import FACETS_PER_CELL
 from ..discretization.joined import places_of
 from ..errors import (
     ContactError,
     as_path,
+    is_real_number,
     raise_everywhere,
     require_agreement,
     together,
@@ -28,8 +26,8 @@ from ..interface.coefficients import SAME, PairCoefficients
 from ..interface.state import JointState
 from ..problem import CoupledProblem
 from ..solvers.solver import require_problem
-from .body_columns import rigid_bodies
 from .history import History
+from .patch_columns import rigid_bodies
 from .tables import Rows, Table, read_head, read_tables, write_tables
 
 # Of nodes of the same mesh, over its size: a mesh may be made anew by arithmetic
@@ -88,7 +86,7 @@ class Checkpoint:
     ) -> None:
         require_problem(problem)
         self.problem, self.history = problem, history
-        self._comm = cast(MPI.Intracomm, problem.comm)
+        self._comm = problem.comm
         self._u = problem.contact.u
         self._bodies = rigid_bodies(problem.contact.zones)
         displacements = problem.contact.unknowns.displacements
@@ -101,7 +99,11 @@ class Checkpoint:
                 raise ContactError(f"more must be a list of Functions, not {more!r}")
             self._more = list(more)
             for f in more:
-                if not (isinstance(f, Function) and self._mesh_of(f) is not None):
+                on = [
+                    isinstance(f, Function) and compat.on_mesh(f, m)
+                    for m in self._meshes
+                ]
+                if not any(on):
                     text = "is no Function on the mesh of a displacement"
                     raise ContactError(f"more has {f!r}, which {text}")
         require_agreement(
@@ -118,11 +120,6 @@ class Checkpoint:
 
     def __repr__(self) -> str:
         return f"<Checkpoint {str(self.path)!r} of {self.problem!r}>"
-
-    def _mesh_of(self, f: Any) -> int | None:
-        """Number of the mesh that a Function is on; None: of none."""
-        found = [k for k, m in enumerate(self._meshes) if compat.on_mesh(f, m)]
-        return found[0] if found else None
 
     def exists(self) -> bool:
         """Whether there is a file. Collective."""
@@ -401,5 +398,4 @@ class Checkpoint:
 
 def _list(values: Any) -> list[Any]:
     """Numbers as JSON has them, to the last digit."""
-    found: list[Any] = np.asarray(values).tolist()
-    return found
+    return np.asarray(values).tolist()

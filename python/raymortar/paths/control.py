@@ -13,9 +13,16 @@ import ufl
 from dolfinx import fem
 
 from .. import compat
-from ..checked import Options, is_real_number, is_truth_value, is_whole_number
 from ..compat import Array, Indices
-from ..errors import ContactError, ContactWarning, together
+from ..errors import (
+    ContactError,
+    ContactWarning,
+    Options,
+    is_real_number,
+    is_truth_value,
+    is_whole_number,
+    together,
+)
 
 
 @dataclass(frozen=True, eq=False)

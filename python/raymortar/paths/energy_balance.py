@@ -14,8 +14,8 @@ from ..interface.zone_data import ZoneData
 from ..options.methods import Penalty
 from ..problem import CoupledProblem
 from ..results.sums import resultant_on, work_on_gaps
-from .body_columns import rigid_bodies
 from .load_path import PrescribedPath
+from .patch_columns import rigid_bodies
 
 # Energy that may be missing, over all energies of the step. Where forces grow with
 # displacements none is
@@ -166,7 +166,7 @@ def _end(problem: CoupledProblem, of_begin: bool = False) -> _End:
             is_exact = isinstance(one.method, Penalty) and one.method.exact
             closes = one.multiplier is not None or is_exact
             if closes:
-                ripple += work_on_gaps(one.zones, problem.comm)
+                ripple += work_on_gaps(one.zones)
             for zone in one.zones:
                 facets.append(_facets(zone, closes))
     return _End(volume, tractions, supplied, stored, ripple, facets)
@@ -223,12 +223,12 @@ def _supplied(
         load = np.where(body.freedom.is_turn, lever * pushed, pushed)
         loads.append((once * load, body.freedom.totals))
     for body in rigid_bodies(contact.zones):
-        on, load = resultant_on(contact.zones, body, problem.comm), np.zeros(6)
+        on, load = resultant_on(contact.zones, body), np.zeros(6)
         load[: len(on.force)] = on.force
         load[6 - np.size(on.moment) :] = on.moment
         zone = next(zone for zone in contact.zones if body in zone.facets.bodies)
         motion = (zone.motions.accepted(body) if of_begin else body.motion())[:6].copy()
-        motion[:3] -= body.freedom.translation
+        motion[:3] -= body.cpp.translation()
         tools.append((-once * load, motion))
     found = [(held, contact.u.x.array[: contact.layout.n_u].copy())]
     for pairs in filter(None, (loads, tools)):

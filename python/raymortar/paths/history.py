@@ -15,12 +15,14 @@ import ufl
 from dolfinx import fem
 
 from .. import compat
-from ..checked import is_real_number, is_truth_value, positive
 from ..compat import Array
 from ..discretization.forms import check_functional, check_supports
 from ..errors import (
     ContactError,
     as_path,
+    is_real_number,
+    is_truth_value,
+    positive,
     raise_everywhere,
     require_agreement,
     together,
@@ -30,8 +32,8 @@ from ..options.methods import Penalty
 from ..problem import CoupledProblem
 from ..results.sums import Resultant
 from ..solvers.solver import require_problem
-from .body_columns import BodyColumns
 from .patch_columns import (
+    BodyColumns,
     Part,
     SupportWork,
     checked_axes,
@@ -213,7 +215,7 @@ class History:
     def _parts(self) -> list[Part]:
         """List slave surfaces, and pairs that have names or share their slave."""
         contact = self.problem.contact
-        one, zones = contact.results, contact.zones
+        one, zones = contact, contact.zones
         found: list[Part] = [
             (str(i), i, None, partial(one.resultant, i, None))
             for i in range(len(zones))
@@ -239,7 +241,7 @@ class History:
             kinds = ["force"] + ["normal", "tangential"] * zones[i].frictional
             names = [f"{kind}_{label}_{x}" for kind in kinds for x in axes]
             yield names, partial(_parts_of, find, kinds)
-        for label, find in contact.results.parts():
+        for label, find in contact.parts_of_all():
             names = [f"force_on_{label}_{x}" for x in axes]
             yield names, partial(_parts_of, find, ["force"])
         if supports:

@@ -17,6 +17,7 @@ from ..compat import Array, Mask
 from ..convergence.balance import EPS
 from ..diagnose.failure import in_use_of, one_of, ways_to_hold
 from ..diagnose.lost_contact import loose_bodies
+from ..discretization.ranks import largest
 from ..errors import ConvergenceError, raise_everywhere, require_agreement
 from .control import ArcLength, DisplacementControl, mean_weights
 from .load_path import PrescribedPath
@@ -104,7 +105,7 @@ class LedPath(PrescribedPath, ABC):
 
     def _rounding(self) -> float:
         """Find the rounding error of displacements. Length. Collective."""
-        return 256.0 * EPS * _largest(self._comm, self._u.x.array)
+        return 256.0 * EPS * largest(self._comm, np.abs(self._u.x.array))
 
     def solve(self) -> tuple[int, bool]:
         """Solve from the present displacement, multiplier and load factor."""
@@ -166,7 +167,7 @@ class LedPath(PrescribedPath, ABC):
             return False
         of_b, of_slope, of_spring = table
         system = np.array([of_slope - [by_factor, 0.0], of_spring - [0.0, 1.0]]).T
-        weight, way = _largest(self._comm, g), _largest(self._comm, solved[1])
+        weight, way = (largest(self._comm, np.abs(one)) for one in (g, solved[1]))
         scaled = system / np.outer([weight or 1.0, 1.0], [way or 1.0, 1.0])
         if abs(np.linalg.det(scaled)) <= NO_CHANGE:
             raise ConvergenceError(self._why_not_led(g, weight > 0.0))
@@ -220,11 +221,6 @@ class LedPath(PrescribedPath, ABC):
         raise_everywhere(self._comm, message if moved else None)
         slope.axpy(-1.0, loads)
         slope.scale(1.0 / self._change)
-
-
-def _largest(comm: MPI.Comm, values: Array) -> float:
-    """Find the largest magnitude on any rank. Collective."""
-    return float(comm.allreduce(np.abs(values).max(initial=0.0), op=MPI.MAX))
 
 
 class DisplacementPath(LedPath):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .backoff import Backoff
+from .prediction import Backoff
 
 # Steps in a row that a way solves after the plain solver failed, until it goes first
 ENOUGH = 2

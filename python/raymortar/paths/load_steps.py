@@ -10,7 +10,6 @@ from typing import Any, TextIO
 
 import numpy as np
 
-from ..checked import is_one_of, is_real_number, is_truth_value, is_whole_number
 from ..diagnose.failure import FAILURES
 from ..diagnose.lost_contact import lost_contact
 from ..diagnose.outcome import Doubts
@@ -22,6 +21,10 @@ from ..errors import (
     ContactWarning,
     ConvergenceError,
     SetUpError,
+    is_one_of,
+    is_real_number,
+    is_truth_value,
+    is_whole_number,
     require_agreement,
     together,
 )

@@ -9,10 +9,17 @@ from typing import Any
 from dolfinx.fem import Function
 
 from .. import compat
-from ..checked import is_real_number, is_truth_value
 from ..compat.files import Entry, read_collection, write_collection
 from ..discretization.joined import parts_of
-from ..errors import ContactError, as_path, require_agreement, together, writing
+from ..errors import (
+    ContactError,
+    as_path,
+    is_real_number,
+    is_truth_value,
+    require_agreement,
+    together,
+    writing,
+)
 from ..problem import CoupledProblem
 from ..solvers.solver import require_problem
 

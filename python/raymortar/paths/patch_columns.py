@@ -10,13 +10,14 @@ from mpi4py import MPI
 
 import numpy as np
 
-from ..checked import direction, vector
 from ..compat import Array
-from ..errors import ContactError
+from ..errors import ContactError, direction, vector
+from ..interface.pairs import as_label
 from ..interface.point_results import CLOSED
 from ..interface.zone_data import ZoneData
 from ..problem import CoupledProblem
 from ..results.sums import Resultant
+from ..rigid.body import Body
 
 # Label, slave surface, index of the master (None: all), and what finds the resultant
 Part = tuple[str, int, int | None, Callable[[], Resultant]]
@@ -25,17 +26,15 @@ Columns = Iterator[tuple[list[str], Callable[[], Any]]]
 
 def patch_columns(problem: CoupledProblem, parts: Sequence[Part]) -> Columns:
     """Yield area, centre of pressure and peak pressure of surfaces and pairs."""
-    zones, axes = (
-        problem.contact.zones,
-        "xyz"[: problem.contact.u.function_space.mesh.geometry.dim],
-    )
+    zones = problem.contact.zones
+    axes = "xyz"[: zones[0].facets.slave_surface.gdim]
     for label, zone, master, _ in parts:
         names = [f"area_{label}", *(f"centre_{label}_{x}" for x in axes)]
-        find = partial(_patch, zones[zone], problem.comm, master)
+        find = partial(_patch, zones[zone], master)
         yield [*names, f"peak_{label}"], find
 
 
-def _patch(zone: ZoneData, comm: MPI.Comm, master: int | None) -> Array:
+def _patch(zone: ZoneData, master: int | None) -> Array:
     """Find area, centre and peak of the pressure, NaN where nothing presses.
     Collective."""
     points = zone.points()
@@ -44,8 +43,8 @@ def _patch(zone: ZoneData, comm: MPI.Comm, master: int | None) -> Array:
         closed &= zone.masters_of(points) == master
     area, x, p = (points[name][closed] for name in ("weight", "x", "pressure"))
     sums = np.array([area.sum(), -(area @ p), *(-(area * p) @ x)])
-    comm.Allreduce(MPI.IN_PLACE, sums)
-    peak = comm.allreduce(float((-p).max(initial=0.0)), op=MPI.MAX)
+    zone.comm.Allreduce(MPI.IN_PLACE, sums)
+    peak = zone.comm.allreduce(float((-p).max(initial=0.0)), op=MPI.MAX)
     centre = sums[2:] / sums[1] if sums[1] > 0.0 else np.full(len(sums) - 2, np.nan)
     return np.array([sums[0], *centre, peak])
 
@@ -127,3 +126,57 @@ class SupportWork:
         done = self._problem.comm.allreduce(done)
         before = [0.0 if last is None else last[name] for name in self.names]
         return [float(a + b) for a, b in zip(before, done)]
+
+
+def rigid_bodies(zones: Sequence[Any]) -> list[Body]:
+    """List the rigid bodies that slaves meet, each once."""
+    return list(dict.fromkeys(b for zone in zones for b in zone.facets.bodies))
+
+
+class BodyColumns:
+    """Record force, moment, motion and work of the rigid bodies of a contact."""
+
+    def __init__(self, contact: Any) -> None:
+        self._contact = contact
+        self._bodies = rigid_bodies(contact.zones)
+        self._dim = contact.u.function_space.mesh.geometry.dim
+        plain = [as_label(body.name) for body in self._bodies]
+        labels = [
+            f"{label}_{k}" if plain.count(label) > 1 else label
+            for k, label in enumerate(plain)
+        ]
+        self._columns = [self._names(label) for label in labels]
+        self._begin = [self._motion(body) for body in self._bodies]
+        self.names = [name for columns in self._columns for name in columns]
+
+    def _names(self, label: str) -> list[str]:
+        """Name push, translation, moment, rotation and work of a body."""
+        axes = [f"_{x}" for x in "xyz"[: self._dim]]
+        turns = axes if self._dim == 3 else [""]
+        names = [f"push_{label}", f"translation_{label}"]
+        found = [name + x for name in names for x in axes]
+        names = [f"moment_{label}", f"rotation_{label}"]
+        return [*found, *(name + x for name in names for x in turns), f"work_{label}"]
+
+    def _motion(self, body: Body) -> Array:
+        """Join translation and rotation."""
+        turn = body.rotation if self._dim == 3 else body.rotation[2:]
+        return np.concatenate([body.translation[: self._dim], turn])
+
+    def values(self, last: Mapping[str, float] | None) -> list[float]:
+        """Find the columns at the last update, given the last record. Collective."""
+        found: list[float] = []
+        for body, names, begin in zip(self._bodies, self._columns, self._begin):
+            on = self._contact.resultant_on(body)
+            force, moment = on.force, np.atleast_1d(on.moment)
+            if on.radial is not None:  # work is done where a ring is widened
+                force = np.array([on.radial, force[1]])
+            load, motion = np.concatenate([force, moment]), self._motion(body)
+            before, work, d = np.zeros_like(load), 0.0, self._dim
+            if last is not None:
+                *row, work = (last[name] for name in names)
+                push, way, twist, turn = np.split(row, [d, 2 * d, d + len(load)])
+                before, begin = np.append(push, twist), np.append(way, turn)
+            work -= float(0.5 * (load + before) @ (motion - begin))
+            found += [*force, *motion[:d], *moment, *motion[d:], work]
+        return list(map(float, found))

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 from ..interface.state import State
-from .backoff import Backoff
 from .load_path import PrescribedPath
 
 # Share of displacements that is rounding error
@@ -63,3 +62,29 @@ class Prediction:
             x.destroy()
             b.destroy()
         return size
+
+
+# Most steps for which it is left out
+LONGEST = 8
+
+
+class Backoff:
+    """Leaves something out for 1, 2, 4, 8 steps, longer after each failure."""
+
+    def __init__(self) -> None:
+        self._length = self._left = 0
+
+    def rests(self) -> bool:
+        """Tell whether this step leaves it out, and count the step."""
+        rests = self._left > 0
+        self._left -= rests
+        return rests
+
+    def failed(self) -> None:
+        """Note a failure."""
+        self._length = min(max(1, 2 * self._length), LONGEST)
+        self._left = self._length
+
+    def reset(self) -> None:
+        """Forget all failures."""
+        self._length = self._left = 0

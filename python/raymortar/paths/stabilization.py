@@ -32,7 +32,7 @@ from ..interface.stiffness import mean_facet_size
 from ..interface.zone_data import ZoneData
 from ..problem import CoupledProblem
 from ..system.volume import Volume
-from .backoff import Backoff
+from .prediction import Backoff
 
 # First size of the forces, as a share of the diagonal of the stiffness
 SHARE = 1e-4
@@ -188,7 +188,7 @@ class Stabilization:
         self._loose = groups.sum(held)[: groups.bodies] == 0.0
         self._limit = np.inf
         if self._loose.any():
-            self._limit = FARTHEST * mean_facet_size(contact.layout, contact.zones)
+            self._limit = FARTHEST * mean_facet_size(contact.zones)
         self._begun = problem.tangents  # before the present step
         self.gave_up: str | None = None
         # Scale of the forces that hold a motion which nothing else resists

@@ -11,7 +11,7 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 from mpi4py import MPI
 
@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..compat import Array
-from ..errors import ContactError, raise_everywhere, together
+from ..errors import ContactError, together, writing
 
 Rows = npt.NDArray[np.int64]
 
@@ -43,59 +43,48 @@ class Table:
 
 
 def write_tables(
-    comm: MPI.Intracomm, path: Path, head: dict[str, Any], tables: Sequence[Table]
+    comm: MPI.Comm, path: Path, head: dict[str, Any], tables: Sequence[Table]
 ) -> None:
-    """Write a file, in place of an older one once it is whole. Collective.
-
-    Raises
-    ------
-    ContactError
-        If it cannot be written.
-    """
+    """Write a file, in place of an older one once it is whole. Collective."""
     found = [
         {"name": t.name, "rows": t.rows, "width": t.values.shape[1]} for t in tables
     ]
     text = json.dumps({**head, "tables": found}).encode()
     text += b" " * (-len(text) % _STEP)
-    part, fault = path.with_name(path.name + ".part"), _Fault(path, "written")
-    with fault:
-        file = MPI.File.Open(comm, str(part), MPI.MODE_WRONLY | MPI.MODE_CREATE)
-    fault.tell(comm)
-    start = _STEP + len(text)
-    with fault:
-        file.Set_size(start + sum(8 * t.rows * t.values.shape[1] for t in tables))
-    with fault:
+    part, begin = path.with_name(path.name + ".part"), _STEP + len(text)
+    ends = np.cumsum([begin, *(8 * t.rows * t.values.shape[1] for t in tables)])
+    with writing(comm, path, OSError):
         if comm.rank == 0:
-            length = np.array([len(text)], "<i8").tobytes()
-            file.Write_at(0, MARK + length + text)
-    for table in tables:
-        order = np.argsort(table.number, kind="stable")
-        values = np.ascontiguousarray(table.values[order], dtype=_DOUBLE)
-        with _view(file, start, values.shape[1], table.number[order]), fault:
-            file.Write_all(values)
-        start += 8 * table.rows * values.shape[1]
-    with fault:
-        file.Close()
-    with fault:
-        if comm.rank == 0 and fault.text is None:
+            with open(part, "wb") as file:
+                file.write(MARK + len(text).to_bytes(8, "little") + text)
+                file.truncate(int(ends[-1]))
+    with writing(comm, path, OSError):
+        with open(part, "r+b") as file:
+            for start, table in zip(ends.tolist(), tables):
+                _write_rows(file, start, table)
+    with writing(comm, path, OSError):
+        if comm.rank == 0:
             os.replace(part, path)
-    fault.tell(comm)
+
+
+def _write_rows(file: BinaryIO, start: int, table: Table) -> None:
+    """Write the rows of this rank into a table that begins at a byte of a file."""
+    order = np.argsort(table.number, kind="stable")
+    number = table.number[order]
+    values = np.ascontiguousarray(table.values[order], dtype=_DOUBLE)
+    firsts = np.flatnonzero(np.diff(number, prepend=-2) != 1)
+    for first, rows in zip(number[firsts].tolist(), np.split(values, firsts[1:])):
+        file.seek(start + 8 * first * values.shape[1])
+        file.write(rows.data)
 
 
 def read_head(comm: MPI.Comm, path: Path) -> dict[str, Any]:
-    """Read the text of a file on rank 0, for all. Collective.
-
-    Raises
-    ------
-    ContactError
-        If there is no such file, or if it is of another kind or cut short.
-    """
+    """Read the text of a file on rank 0, for all. Collective."""
     head: dict[str, Any] = {}
     with together(comm):
         if comm.rank == 0:
             head = _checked_head(path)
-    found: dict[str, Any] = comm.bcast(head, root=0)
-    return found
+    return comm.bcast(head, root=0)
 
 
 def _checked_head(path: Path) -> dict[str, Any]:
@@ -121,64 +110,21 @@ def _checked_head(path: Path) -> dict[str, Any]:
 
 
 def read_tables(
-    comm: MPI.Intracomm, path: Path, head: dict[str, Any], numbers: Sequence[Rows]
+    comm: MPI.Comm, path: Path, head: dict[str, Any], numbers: Sequence[Rows]
 ) -> list[Array]:
     """Read rows of each table by their numbers, (n, width) each. Collective.
 
     Ranks may read the same rows, and each row more than once.
     """
-    fault, found = _Fault(path, "read"), []
-    with fault:
-        file = MPI.File.Open(comm, str(path), MPI.MODE_RDONLY)
-    fault.tell(comm)
-    for table, number in zip(head["tables"], numbers):
-        unique, back = np.unique(number, return_inverse=True)
-        values = np.empty((len(unique), table["width"]), dtype=_DOUBLE)
-        with _view(file, table["start"], table["width"], unique), fault:
-            file.Read_all(values)
-        found.append(values[back.reshape(-1)])
-    with fault:
-        file.Close()
-    fault.tell(comm)
+    found = []
+    with together(comm):
+        try:
+            for table, number in zip(head["tables"], numbers):
+                values = np.empty((0, table["width"]))
+                if len(number) and table["width"]:
+                    shape = table["rows"], table["width"]
+                    values = np.memmap(path, _DOUBLE, "r", table["start"], shape)
+                found.append(np.array(values[number]))
+        except OSError as error:
+            raise ContactError(f"{path} cannot be read: {error}") from None
     return found
-
-
-class _Fault:
-    """Keeps the first error of a file on this rank, so that ranks stay together."""
-
-    def __init__(self, path: Path, what: str) -> None:
-        self._begin = f"{path} cannot be {what}: "
-        self.text: str | None = None
-
-    def __enter__(self) -> _Fault:
-        return self
-
-    def __exit__(self, kind: Any, error: Any, trace: Any) -> bool:
-        expected = isinstance(error, (MPI.Exception, OSError))
-        if expected and self.text is None:
-            self.text = f"{self._begin}{error}"
-        return expected
-
-    def tell(self, comm: MPI.Comm) -> None:
-        """Raise on all ranks what any rank has met. Collective."""
-        raise_everywhere(comm, self.text)
-
-
-class _view:
-    """Rows of a table as the part of a file that this rank sees. Collective."""
-
-    def __init__(self, file: MPI.File, start: int, width: int, rows: Rows) -> None:
-        self._row = MPI.DOUBLE.Create_contiguous(width).Commit()
-        self._rows = self._row
-        if len(rows):
-            self._rows = self._row.Create_indexed_block(1, rows.tolist())
-            self._rows.Commit()
-        file.Set_view(start, self._row, self._rows)
-
-    def __enter__(self) -> None:
-        pass
-
-    def __exit__(self, *error: Any) -> None:
-        if self._rows is not self._row:
-            self._rows.Free()
-        self._row.Free()

@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..checked import is_real_number
-from ..errors import ContactError
+from ..errors import ContactError, is_real_number
 from ..interface.pairs import Pair
 
 # Abscissas of drawn tractions

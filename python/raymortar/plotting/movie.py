@@ -8,8 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..checked import positive
-from ..errors import ContactError, as_path, raise_everywhere, together, writing
+from ..errors import (
+    ContactError,
+    as_path,
+    positive,
+    raise_everywhere,
+    together,
+    writing,
+)
 from . import drawing
 from .frames import Frame, Ranges, gather_frame, label_of
 from .labels import Units

@@ -10,13 +10,13 @@ from dolfinx.fem import Function
 from dolfinx.mesh import Mesh
 
 from .. import compat
-from ..checked import truth
 from ..errors import (
     ContactError,
     as_path,
     raise_everywhere,
     require_agreement,
     together,
+    truth,
     writing,
 )
 from . import drawing, rendering

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from ..checked import direction
 from ..compat import Array
+from ..errors import direction
 from ..rigid.body import Body
 from ..rigid.implicit import Implicit
 from ..rigid.shapes import Cylinder, Plane, Sphere, Torus

@@ -94,9 +94,7 @@ def _matching(parts: Sequence[Part], names: Sequence[str], of: Any) -> list[int]
     return found
 
 
-def meetings(
-    zones: Sequence[ZoneData], pairs: PairTable, comm: MPI.Comm
-) -> list[Meeting]:
+def meetings(zones: Sequence[ZoneData], pairs: PairTable) -> list[Meeting]:
     """Surfaces in contact, in the order of pairs and parts. Collective."""
     found = []
     for i, zone in enumerate(zones):
@@ -104,21 +102,23 @@ def meetings(
         closed = points["status"] >= CLOSED
         if zone.facets.meets_itself:
             names, (own, met) = names_of(zones, pairs, i), zone.parts_of(points)
-            tables = _tables(points, closed, own, met, (len(names), len(names)), comm)
+            tables = _tables(
+                points, closed, own, met, (len(names), len(names)), zone.comm
+            )
             # Either may be the slave
             counts, areas = (np.triu(t) + np.tril(t, -1).T for t in tables)
             for a, b in zip(*np.nonzero(counts)):
-                force = mutual(zone, comm, [int(a)], [int(b)])
+                force = mutual(zone, [int(a)], [int(b)])
                 found.append(_met(names[a], names[b], counts[a, b], areas[a, b], force))
             continue
         own, met = np.zeros(len(closed), np.int32), zone.masters_of(points)
         shape = (1, len(zone.facets.master_tags))
-        count, area = _tables(points, closed, own, met, shape, comm)
+        count, area = _tables(points, closed, own, met, shape, zone.comm)
         for b in np.flatnonzero(count[0]):
             pair = pairs.pairs[pairs.of_surface(i, zone.facets.master_tags)[b]]
             one = str(pair.slave_name or pair.slave)
             other = str(pair.master_name or pair.master)
-            force = resultant(zone, comm, int(b))
+            force = resultant(zone, int(b))
             found.append(_met(one, other, count[0, b], area[0, b], force))
     return found
 

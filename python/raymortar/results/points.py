@@ -1,9 +1,9 @@
-"""Results of contacts: arrays at points, fields at nodes, forces, segments."""
+"""Results of contacts: arrays at points, forces, segments."""
 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -11,20 +11,13 @@ from typing import Any
 from mpi4py import MPI
 
 import numpy as np
-from dolfinx.fem import Function
 
-from ..checked import is_whole_number
 from ..compat import Array
 from ..discretization.joined import parts_of
-from ..errors import ContactError, ContactWarning, as_path, raise_everywhere, together
+from ..errors import ContactError, ContactWarning, as_path, is_whole_number, together
 from ..interface import point_results as at_points
-from ..interface.contact_surfaces import ContactSurfaces
-from ..interface.law_nodes import nodes, set_at_nodes, tractions
 from ..interface.pairs import PairTable, as_label
-from ..interface.point_results import OPEN
-from ..interface.present import PresentState
 from ..interface.zone_data import ZoneData
-from ..options.friction import Law
 from ..rigid.body import Body
 from .meetings import Meeting, chosen_parts, meetings, names_of
 from .segments import write_segments
@@ -32,32 +25,62 @@ from .sums import Resultant, added, mutual, resultant, resultant_on
 
 
 class PointResults:
-    """Results at the integration points of all zones, and their sums.
+    """Results at the integration points of contacts, and their sums.
 
-    Zones and pairs are those of all contacts, one after the other. `Contact` documents
-    the methods.
+    Zones and pairs are those of all contacts, one after the other.
     """
 
-    def __init__(
-        self,
-        zones: Sequence[ZoneData],
-        pairs: PairTable,
-        presents: Sequence[PresentState],
-        u: Function,
-        comm: MPI.Comm,
-    ) -> None:
-        self.zones, self.pairs = list(zones), pairs
-        self._presents, self._u, self._comm = presents, u, comm
-        self._says_unsolved = True
+    zones: list[ZoneData]
+    parts: tuple[Any, ...]
+    pair_table: PairTable
+    _comm: MPI.Comm
+    _says_unsolved = True
 
     def points(
-        self, slave: int | str, master: int | str | Body | None = None
+        self, zone: int | str = 0, master: int | str | Body | None = None
     ) -> dict[str, Array]:
-        """Arrays over this rank's integration points of a slave surface, or of a pair."""
+        """Arrays over this rank's integration points of a slave, at the last `update`.
+
+        Parameters
+        ----------
+        zone, master
+            As `resultant`: the number of the slave surface, from 0 on in the order of
+            pairs, or its name; with a master a pair, of which those points that hit it.
+
+        Returns
+        -------
+        Arrays by name, n rows each:
+
+        - ``x`` (n, d): deformed position; ``normal`` (n, d): the slave's, outward
+        - ``gap``: of the law, with the offset; negative in penetration. Length
+        - ``distance``: slave to master along the normal, without the offset. Length
+        - ``pressure``: what the law presses with, **negative in compression**, 0 where
+          it is open. Traction
+        - ``traction`` (n, d): what acts on the slave, in global coordinates
+        - ``slip`` (n, d), with friction only: T_n w since the accepted step, in the
+          slave's tangent plane; ``closing``: how much of an open gap has closed since
+          then; ``accumulated_slip``: length of the slip of all accepted steps. Length
+        - ``gamma``: coefficient of the law. Traction per length
+        - ``status``: a `PointStatus`
+        - ``weight``: area for which a point stands, by `measure`, of a full turn if the
+          contact is axisymmetric: sums over points are integrals. **Negative** at points
+          without hit that take from a whole facet what its segments cover. ``area``:
+          the same in the undeformed configuration
+        - ``pair``: number of the pair in `pairs`, -1 where no master is hit
+        - ``X`` (n, d): undeformed position; ``facet``, ``cell``: local index of the
+          slave's facet and of its cell in DOLFINx's mesh; ``reference`` (n, d): where
+          the point is on the reference cell, in DOLFINx's order. A Function ``f`` on
+          the slave's mesh has the values ``f.eval(X, cell)``, X with 3 columns
+        - ``slave``, ``master``: indices into this rank's facets with the tags, -1 for
+          no master; ``xi``, ``eta`` (n, d - 1): reference coordinates on these, in an
+          order of the library's own, see ``reference``
+        - ``seed``: master facet of the segment, on which the ray starts its search; -1
+          on uncovered parts. ``ray``: how the search ended, 0 for a hit
+        """
         self._require_results()
-        if master is None and not isinstance(slave, str):
-            return self._points_of(self._surface(slave))
-        surface, parts, pairs = self._one_surface(slave, master)
+        if master is None and not isinstance(zone, str):
+            return self._points_of(self._surface(zone))
+        surface, parts, pairs = self._one_surface(zone, master)
         points = self._points_of(surface)
         if parts:
             mine, theirs = parts
@@ -75,9 +98,11 @@ class PointResults:
         self, slave: Any, master: Any
     ) -> tuple[int, tuple[list[int], list[int] | None] | None, list[int]]:
         """Find the slave surface of a name or a pair, its parts, and numbers of pairs."""
-        chosen = chosen_parts(self.zones, self.pairs, slave, master)
-        pairs = [] if chosen else self.pairs.find(slave, master)
-        of = [i for i, *_ in chosen] or [self.pairs.pairs[k].surface for k in pairs]
+        chosen = chosen_parts(self.zones, self.pair_table, slave, master)
+        pairs = [] if chosen else self.pair_table.find(slave, master)
+        of = [i for i, *_ in chosen] or [
+            self.pair_table.pairs[k].surface for k in pairs
+        ]
         if len(set(of)) > 1:
             asked = repr(slave) if master is None else f"({slave!r}, {master!r})"
             raise ContactError(
@@ -90,246 +115,148 @@ class PointResults:
         """Arrays over this rank's integration points of a slave surface."""
         data = self.zones[surface]
         points: dict[str, Any] = data.points()
-        numbers = self.pairs.of_surface(surface, data.facets.master_tags)
+        numbers = self.pair_table.of_surface(surface, data.facets.master_tags)
         # The last one is for points that hit no master
         points["pair"] = np.array([*numbers, -1], np.int32)[data.masters_of(points)]
-        mesh = parts_of(self._u)[data.facets.slave_part].function_space.mesh
+        mesh = parts_of(self.parts[0].surfaces.u)[
+            data.facets.slave_part
+        ].function_space.mesh
         return points | at_points.places(data, points, mesh)
 
     def _surface(self, i: Any) -> int:
         """Check the number of a slave surface; a negative one counts from the end."""
         n = len(self.zones)
         if not (is_whole_number(i) and -n <= i < n):
-            raise self.pairs.no_surface(i)
+            raise self.pair_table.no_surface(i)
         return int(i) % n
 
     def _require_results(self) -> None:
-        for present in self._presents:
-            present.require_results()
+        for part in self.parts:
+            part.present.require_results()
 
-    def warn_if_unsolved(self) -> None:
+    def _warn_if_unsolved(self) -> None:
         """Warn once that nothing has been solved yet."""
-        unsolved = all(p.updates == p.updates_for_room for p in self._presents)
+        presents = [part.present for part in self.parts]
+        unsolved = all(one.updates == one.updates_for_room for one in presents)
         if unsolved and self._says_unsolved:
             self._says_unsolved = False
             warnings.warn(
                 "nothing has been solved yet: contact forces are those of the start, "
                 "zero but for a penalty's in overlaps",
                 ContactWarning,
-                stacklevel=4,
+                stacklevel=3,
             )
 
     def write_segments(self, path: str | Path) -> None:
-        """Segments and points as VTK files. Collective."""
+        """Segments and integration points as VTK files for ParaView. Collective.
+
+        Writes ``<path>`` with one polygon (line in 2D) for each part of a slave facet
+        that faces one master facet, in the deformed configuration, and
+        ``<stem>_points.vtu`` with the integration points; in parallel, one piece of
+        each per rank and a ``.pvtu`` file that joins them.
+
+        Parameters
+        ----------
+        path
+            File name that ends in ``.vtu``.
+        """
         with together(self._comm):
             self._require_results()
             file = as_path(path)
-        write_segments(self.zones, self._u, self._comm, file)
+        write_segments(self.zones, self.parts[0].surfaces.u, self._comm, file)
 
-    def resultant(self, slave: int | str, master: int | str | Body | None) -> Resultant:
-        """Contact force on a slave surface, or of a pair. Collective."""
+    def resultant(
+        self, slave: int | str = 0, master: int | str | Body | None = None
+    ) -> Resultant:
+        """Contact force on a slave surface, or of a pair, its moment and its parts.
+
+        The force on the slave; that on the master is the opposite. With
+        ``axisymmetric=True`` it is that of a full turn, along the axis, and ``radial``
+        has what cancels in it: see `results.Resultant`. Collective.
+
+        Parameters
+        ----------
+        slave
+            With a master the slave of the pair, its name or tag. Without one its name,
+            or the number of the slave surface, from 0 on in the order of pairs. With
+            ``pairs="all"`` any tag, or a body as `meetings` names it.
+        master
+            Name or tag, or a `rigid.Body`. None: all that the slave meets.
+
+        Raises
+        ------
+        ContactError
+            If there is no such surface or pair.
+
+        Examples
+        --------
+        >>> contact.resultant("ring", "plate").force
+        >>> contact.resultant("ring").force  # of all its pairs
+        """
+        self._warn_if_unsolved()
         with together(self._comm):
             self._require_results()
-            parts = chosen_parts(self.zones, self.pairs, slave, master)
+            parts = chosen_parts(self.zones, self.pair_table, slave, master)
             if parts:
                 pass
             elif master is None and not isinstance(slave, str):
                 surfaces = [self._surface(slave)]
             else:
-                found = self.pairs.find(slave, master)
-                surfaces = sorted({self.pairs.pairs[k].surface for k in found})
+                found = self.pair_table.find(slave, master)
+                surfaces = sorted({self.pair_table.pairs[k].surface for k in found})
         if parts:
-            return added([mutual(self.zones[i], self._comm, *of) for i, *of in parts])
+            return added([mutual(self.zones[i], *of) for i, *of in parts])
         if master is None:
-            return added([resultant(self.zones[i], self._comm) for i in surfaces])
+            return added([resultant(self.zones[i]) for i in surfaces])
         return added([self.of_pair(k) for k in found])
 
     def of_pair(self, k: int) -> Resultant:
         """Sum up the forces of the pair with a number. Collective."""
-        pair = self.pairs.pairs[k]
+        pair = self.pair_table.pairs[k]
         zone = self.zones[pair.surface]
         master = zone.facets.master_tags.index(pair.master)
-        return resultant(zone, self._comm, master)
+        return resultant(zone, master)
 
     def resultants(self) -> list[Resultant]:
-        """`resultant` of every pair. Collective."""
-        with together(self._comm):
-            self._require_results()
-        return [self.of_pair(k) for k in range(len(self.pairs.pairs))]
+        """`resultant` of every pair, in the order of `pairs`. Collective."""
+        self._warn_if_unsolved()
+        self._require_results()
+        return [self.of_pair(k) for k in range(len(self.pair_table.pairs))]
 
-    def parts(self) -> list[tuple[str, Callable[[], Resultant]]]:
+    def parts_of_all(self) -> list[tuple[str, Callable[[], Resultant]]]:
         """Name the tags and bodies of all facets, with functions for the force on each."""
         found: list[tuple[str, Callable[[], Resultant]]] = []
         for i, zone in enumerate(self.zones):
             if isinstance(zone.facets.slave_tag, str) and zone.facets.meets_itself:
                 found += [
                     (as_label(name), partial(self.resultant, name, None))
-                    for name in names_of(self.zones, self.pairs, i)
+                    for name in names_of(self.zones, self.pair_table, i)
                 ]
         return found
 
     def meetings(self) -> list[Meeting]:
-        """Surfaces that are in contact, by name. Collective."""
-        with together(self._comm):
-            self._require_results()
-        return meetings(self.zones, self.pairs, self._comm)
+        """Surfaces that are in contact at the last `update`, by name. Collective.
+
+        Of ``pairs="all"`` and of a surface that meets itself, the tags and bodies that
+        have found each other; of other pairs those that are closed.
+        """
+        self._require_results()
+        return meetings(self.zones, self.pair_table)
 
     def resultant_on(self, body: Body) -> Resultant:
-        """Contact force on a rigid body. Collective."""
+        """Contact force on a rigid body, moment about its centre where that is, and
+        parts of the force, from all slaves that it meets. Collective.
+
+        The opposite of `resultant`, whose moments are about the origin.
+
+        Raises
+        ------
+        ContactError
+            If no slave meets it.
+        """
+        self._warn_if_unsolved()
         with together(self._comm):
             self._require_results()
             if not any(body in zone.facets.bodies for zone in self.zones):
                 raise ContactError(f"{body!r} is the master of no pair")
-        return resultant_on(self.zones, body, self._comm)
-
-
-# Averages around nodes
-
-
-PARTS = ("total", "normal", "tangential")
-
-
-def check_part(part: Any, comm: MPI.Comm) -> None:
-    """Raise unless a part of a traction is known. Collective."""
-    raise_everywhere(
-        comm, None if part in PARTS else f"part must be one of {PARTS}, not {part!r}"
-    )
-
-
-class NodalFields:
-    """Fields of one contact at its last update. Collective.
-
-    `Contact` documents its methods.
-    """
-
-    def __init__(
-        self, surfaces: ContactSurfaces, present: PresentState, friction: Law | None
-    ) -> None:
-        self._surfaces, self._present, self._friction = surfaces, present, friction
-
-    def _average(
-        self,
-        name: str,
-        quantity: Callable[[dict[str, Array]], Any],
-        vector: bool = False,
-        elsewhere: float = 0.0,
-        hits_only: bool = True,
-    ) -> Function:
-        """Nodal averages of a point quantity, and a value off the contact."""
-        self._present.require_results()
-        made = self._surfaces
-        f = Function(made.vector if vector else made.scalar, name=name)
-        at_points.nodal_average(made.zones, quantity, f, hits_only)
-        f.x.array[np.isnan(f.x.array)] = elsewhere
-        return f
-
-    def _at_nodes(
-        self, name: str, quantity: Callable[[ZoneData], Any], vector: bool = False
-    ) -> Function:
-        """Values of a law at nodes, and zero off the contact."""
-        self._present.require_results()
-        made = self._surfaces
-        f = Function(made.vector if vector else made.scalar, name=name)
-        set_at_nodes(made.zones, quantity, f)
-        return f
-
-    def _of_tractions(
-        self,
-        name: str,
-        quantity: Callable[[dict[str, Array]], Any],
-        vector: bool = False,
-    ) -> Function:
-        """Take a part of the tractions: those of a law at nodes, or means of points."""
-        if not self._has_law_at_nodes:
-            return self._average(name, quantity, vector)
-        lam = self._surfaces.multiplier
-        return self._at_nodes(name, lambda zone: quantity(tractions(zone, lam)), vector)
-
-    @property
-    def _has_law_at_nodes(self) -> bool:
-        return self._surfaces.zones[0].has_law_at_nodes
-
-    def gap(self, elsewhere: float = np.nan) -> Function:
-        """Gap of the law; NaN where no hit."""
-        return self._average("gap", lambda points: points["gap"], elsewhere=elsewhere)
-
-    def pressure(self) -> Function:
-        """Contact pressure, positive in compression."""
-        return self._of_tractions("pressure", at_points.pressures)
-
-    def of_points(self, values: Sequence[Array], name: str) -> Function:
-        """Averages of values at the points of each slave surface; NaN where no hit."""
-        self._present.require_results()
-        zones = self._surfaces.zones
-        with together(self._surfaces.comm):
-            given = [np.asarray(one) for one in values]
-            dim = zones[0].facets.slave_surface.gdim
-            wanted = [len(zone.points()["weight"]) for zone in zones]
-            shapes = [one.shape for one in given]
-            if shapes not in ([(n,) for n in wanted], [(n, dim) for n in wanted]):
-                raise ContactError(
-                    f"values of shapes {shapes} are not one for each point: the slave "
-                    f"surfaces have {wanted} points, and a value is a number or a "
-                    f"vector of {dim}"
-                )
-        each = iter(given)
-        return self._average(name, lambda _: next(each), given[0].ndim == 2, np.nan)
-
-    def traction(self, part: str) -> Function:
-        """Contact traction, or a part of it."""
-        check_part(part, self._surfaces.comm)
-        name = "traction" if part == "total" else f"{part}_traction"
-        return self._of_tractions(
-            name, lambda points: at_points.traction_part(points, part), True
-        )
-
-    def slip(self) -> Function:
-        """Slip since the accepted step."""
-        if self._surfaces.tied is not None:
-            raise ContactError("a Tie does not slip")
-        if self._friction is not None and self._has_law_at_nodes:
-            return self._at_nodes("slip", lambda zone: nodes(zone)["slip"], True)
-        if self._friction is not None:
-            return self._average("slip", lambda points: points["slip"], True)
-        self._present.require_results()
-        zones = self._surfaces.zones
-        each = iter([zone.cpp.slips_without_friction() for zone in zones])
-        return self._average("slip", lambda _: next(each), True)
-
-    def accumulated_slip(self) -> Function:
-        """Length of the slip of all accepted steps."""
-        slip = self._surfaces.zones[0].slip
-        if slip is None:
-            raise ContactError(
-                "slip is accumulated with friction only: friction=Coulomb(0.0) has it "
-                "without tangential tractions"
-            )
-        f = Function(self._surfaces.scalar, name="accumulated_slip")
-        f.x.array[:] = slip.x.array
-        return f
-
-    def status(self) -> Function:
-        """`NodeStatus` of the slave nodes."""
-        if self._has_law_at_nodes:
-            f = self._at_nodes("status", lambda zone: nodes(zone)["status"])
-            f.x.array[:] = np.maximum(f.x.array - OPEN, 0.0)
-            return f
-        f = self._average("status", lambda points: points["status"] - OPEN)
-        f.x.array[:] = np.round(f.x.array)
-        return f
-
-    def coverage(self) -> Function:
-        """Share of the slave surface around each node that has a hit."""
-        return self._average(
-            "coverage", lambda points: points["status"] >= OPEN, hits_only=False
-        )
-
-    def all(self) -> list[Function]:
-        """All of them, without NaN, and the multiplier."""
-        # DOLFINx 0.5 interpolates for XDMF, and a NaN then takes its whole cell
-        found = [self.gap(0.0), self.traction("normal"), self.traction("tangential")]
-        found += [self.status(), self.coverage()]
-        if self._friction is not None:
-            found.append(self.slip())
-        multiplier = self._surfaces.multiplier
-        return found if multiplier is None else [multiplier, *found]
+        return resultant_on(self.zones, body)

@@ -191,7 +191,7 @@ def _plain(moment: Array) -> Array | float:
 
 
 def resultant(
-    zone: ZoneData, comm: MPI.Comm, master: int | None = None, at_hits: bool = False
+    zone: ZoneData, master: int | None = None, at_hits: bool = False
 ) -> Resultant:
     """Sum up force and moment on the slave side of a zone. Collective.
 
@@ -201,10 +201,10 @@ def resultant(
     """
     points = zone.points()
     if zone.facets.meets_itself:
-        return mutual(zone, comm)
+        return mutual(zone)
     if master is not None:
         points = _chosen(points, zone.masters_of(points) == master)
-    return _sum_up(zone, points, comm, at_hits)
+    return _sum_up(zone, points, at_hits)
 
 
 def _chosen(points: dict[str, Array], mine: Mask) -> dict[str, Array]:
@@ -213,10 +213,7 @@ def _chosen(points: dict[str, Array], mine: Mask) -> dict[str, Array]:
 
 
 def mutual(
-    zone: ZoneData,
-    comm: MPI.Comm,
-    one: Sequence[int] | None = None,
-    other: Sequence[int] | None = None,
+    zone: ZoneData, one: Sequence[int] | None = None, other: Sequence[int] | None = None
 ) -> Resultant:
     """Sum up force and moment on some parts of a surface from others. Collective.
 
@@ -231,10 +228,10 @@ def mutual(
         return part >= 0 if chosen is None else np.isin(part, chosen)
 
     if not zone.facets.meets_itself:
-        return _sum_up(zone, _chosen(points, among(own, one)), comm)
-    acts = _sum_up(zone, _chosen(points, among(own, one) & among(met, other)), comm)
+        return _sum_up(zone, _chosen(points, among(own, one)))
+    acts = _sum_up(zone, _chosen(points, among(own, one) & among(met, other)))
     hits = _chosen(points, among(own, other) & among(met, one))
-    return added([acts, _opposite(_sum_up(zone, hits, comm, True))])
+    return added([acts, _opposite(_sum_up(zone, hits, True))])
 
 
 def _opposite(of: Resultant) -> Resultant:
@@ -244,7 +241,7 @@ def _opposite(of: Resultant) -> Resultant:
 
 
 def _sum_up(
-    zone: ZoneData, points: dict[str, Array], comm: MPI.Comm, at_hits: bool = False
+    zone: ZoneData, points: dict[str, Array], at_hits: bool = False
 ) -> Resultant:
     """Sum up forces and moments at points of all ranks. Collective."""
     dim = zone.facets.slave_surface.gdim
@@ -257,7 +254,7 @@ def _sum_up(
         feet = zone.have_feet(points)[:, None]
         moments = np.where(feet, moments, _moments(hits, forces))
     sums = np.concatenate([one.sum(axis=0) for one in (forces, normal, moments)])
-    comm.Allreduce(MPI.IN_PLACE, sums)
+    zone.comm.Allreduce(MPI.IN_PLACE, sums)
     force, normal, moment = np.split(sums, [dim, 2 * dim])
     if zone.facets.slave_surface.axisymmetric:  # radial parts cancel in a full turn
         radial, force[0], normal[0] = float(force[0]), 0.0, 0.0
@@ -265,12 +262,12 @@ def _sum_up(
     return Resultant(force, _plain(moment), normal, force - normal)
 
 
-def resultant_on(zones: Sequence[ZoneData], body: Body, comm: MPI.Comm) -> Resultant:
+def resultant_on(zones: Sequence[ZoneData], body: Body) -> Resultant:
     """Sum up force and moment about its centre on a rigid body. Collective."""
     # The equations of a free body take tractions where they act on it
     found = added(
         [
-            resultant(zone, comm, zone.facets.bodies.index(body), body.is_free)
+            resultant(zone, zone.facets.bodies.index(body), body.is_free)
             for zone in zones
             if body in zone.facets.bodies
         ]
@@ -290,12 +287,12 @@ def added(parts: Sequence[Resultant]) -> Resultant:
     )
 
 
-def friction_work(zones: Sequence[ZoneData], comm: MPI.Comm) -> float:
+def friction_work(zones: Sequence[ZoneData]) -> float:
     """Integrate what tractions take over the step's slip. Collective."""
-    return _integral(zones, lambda p: -_dot(p["traction"], p["slip"]), comm)
+    return _integral(zones, lambda p: -_dot(p["traction"], p["slip"]))
 
 
-def stored_energy(zones: Sequence[ZoneData], comm: MPI.Comm, part: str) -> float:
+def stored_energy(zones: Sequence[ZoneData], part: str) -> float:
     """Integrate |t|^2 / (2 gamma), or that of a part of t. Collective."""
 
     def density(points: dict[str, Array]) -> Array:
@@ -305,17 +302,17 @@ def stored_energy(zones: Sequence[ZoneData], comm: MPI.Comm, part: str) -> float
         np.divide(squared, 2.0 * points["gamma"], found, where=squared > 0.0)
         return found
 
-    return _integral(zones, density, comm)
+    return _integral(zones, density)
 
 
-def work_on_gaps(zones: Sequence[ZoneData], comm: MPI.Comm) -> float:
+def work_on_gaps(zones: Sequence[ZoneData]) -> float:
     """Integrate |t_n g|, which a law at each point leaves zero. Collective."""
 
     def density(points: dict[str, Array]) -> Array:
         hit = points["status"] >= OPEN
         return np.abs(pressures(points) * np.where(hit, points["gap"], 0.0))
 
-    return _integral(zones, density, comm)
+    return _integral(zones, density)
 
 
 def _dot(a: Array, b: Array) -> Array:
@@ -323,8 +320,8 @@ def _dot(a: Array, b: Array) -> Array:
     return np.einsum("qi,qi->q", a, b)
 
 
-def _integral(zones: Sequence[ZoneData], density: Density, comm: MPI.Comm) -> float:
+def _integral(zones: Sequence[ZoneData], density: Density) -> float:
     """Integrate over the slave surfaces of all ranks. Collective."""
     all_points = [zone.points() for zone in zones]
     mine = sum(float(points["weight"] @ density(points)) for points in all_points)
-    return float(comm.allreduce(mine))
+    return float(zones[0].comm.allreduce(mine))

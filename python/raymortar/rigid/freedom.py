@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 
 from .. import _cpp
-from ..checked import is_real_number
 from ..compat import Array, Mask
-from ..errors import ContactError
+from ..errors import ContactError, is_real_number
 from .turning import rotation_matrix, rotation_vector
 
 # Axis of each freedom, and whether it is a rotation
@@ -26,13 +25,7 @@ PLANE = {"x": (0, False), "y": (1, False), "r": (2, True)}
 
 
 def freedoms_of(free: Any, gdim: int | None) -> tuple[str, ...]:
-    """Names of free motions, in their order.
-
-    Raises
-    ------
-    ContactError
-        For an unknown name, one of the other dimension, or one that is there twice.
-    """
+    """Names of free motions, in their order."""
     if isinstance(free, str) or not isinstance(free, Sequence):
         raise ContactError(f'free = {free!r} must be names in a tuple, as in ("z",)')
     plane = gdim == 2 or (gdim is None and "r" in free)
@@ -51,17 +44,6 @@ def freedoms_of(free: Any, gdim: int | None) -> tuple[str, ...]:
 
 class Freedom:
     """Unknowns of a free body; `_cpp.RigidBody` has their values and kinematics.
-
-    Parameters
-    ----------
-    names
-        Names from `freedoms_of`.
-    gdim
-        Dimension of the shape; None: any.
-    stiffness, damping
-        Springs and dampers, see `Body`.
-    centre
-        Of the body, before any motion, (3,). Length.
 
     Attributes
     ----------
@@ -119,8 +101,7 @@ class Freedom:
     def is_resisted(self) -> Mask:
         """Whether a spring, a damper or inertia resists each unknown, (n,)."""
         resisted = (self.stiffness > 0.0) | (self.damping > 0.0)
-        found: Mask = resisted | (self.is_turn & self.spins)
-        return found
+        return resisted | (self.is_turn & self.spins)
 
     def spring_forces(self) -> float:
         """Norm of what springs do to the rows of the unknowns. Force."""
@@ -144,16 +125,6 @@ class Freedom:
     @lever.setter
     def lever(self, value: float) -> None:
         self._lever = self.cpp.lever = value
-
-    @property
-    def theta(self) -> Array:
-        """Rotation vector since the accepted step, (3,)."""
-        return self.cpp.theta()
-
-    @property
-    def translation(self) -> Array:
-        """Translation since the body was made, (3,)."""
-        return self.cpp.translation()
 
     @property
     def totals(self) -> Array:

@@ -45,11 +45,6 @@ class Motions:
     A present position is a load, as a prescribed displacement is. An accepted position
     is history.
 
-    Parameters
-    ----------
-    bodies
-        Bodies that a slave surface meets; empty if it meets facets.
-
     Attributes
     ----------
     old
@@ -85,8 +80,7 @@ class Motions:
 
     def accepted(self, body: Body) -> Motion:
         """Motion of a body at the accepted step, (15,)."""
-        motion: Motion = self.old[self.bodies.index(body)]
-        return motion
+        return self.old[self.bodies.index(body)]
 
     def begin_at_present(self, body: Body) -> None:
         """Take the present position of a body as that of the accepted step."""

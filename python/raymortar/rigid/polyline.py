@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from ..checked import truth
 from ..compat import Array
-from ..errors import ContactError
+from ..errors import ContactError, truth
 from .shapes import Vector
 from .surface import Surface, checked_points
 

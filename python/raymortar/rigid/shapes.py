@@ -9,9 +9,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from .. import _cpp
-from ..checked import direction, positive, truth, vector
 from ..compat import Array
-from ..errors import ContactError
+from ..errors import ContactError, direction, positive, truth, vector
 
 Vector = Sequence[float] | Array
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from .._cpp import rotation_matrix, turning
 from ..compat import Array
@@ -12,17 +13,7 @@ __all__ = ["directions_across", "rotation_matrix", "rotation_vector", "turning"]
 
 def rotation_vector(matrix: Array) -> Array:
     """Rotation vector of a rotation matrix, of a length up to pi, (3,)."""
-    m = matrix - matrix.T
-    sine = 0.5 * np.array([m[2, 1], m[0, 2], m[1, 0]])
-    angle = float(np.arctan2(np.linalg.norm(sine), 0.5 * (np.trace(matrix) - 1.0)))
-    if angle < 0.9 * np.pi:
-        size = float(np.linalg.norm(sine))
-        return sine * (angle / size if size > 0.0 else 1.0)
-    # Near half a turn the skew part vanishes: the symmetric part has the axis
-    both = 0.5 * (matrix + matrix.T) - np.cos(angle) * np.eye(3)
-    axis = both[:, int(np.argmax(np.diag(both)))]
-    axis = axis / np.linalg.norm(axis)
-    return angle * (axis if axis @ sine >= 0.0 else -axis)
+    return Rotation.from_matrix(matrix).as_rotvec()
 
 
 def directions_across(axis: Array) -> tuple[Array, Array]:

@@ -15,8 +15,9 @@ from scipy.sparse.linalg import LinearOperator, gmres, splu
 
 from ..compat import Array, Indices, Mask
 from ..discretization.bodies import find_bodies
+from ..discretization.joined import Places, unrolled
 from ..errors import ContactError
-from .levels import NOTHING, Places, rigid_motions, unrolled
+from .levels import NOTHING, rigid_motions
 
 Solve = Callable[[Array], Array]
 

@@ -12,11 +12,12 @@ from scipy import sparse
 
 from .. import compat
 from ..compat import Array
+from ..discretization.joined import Places, unrolled
 from ..discretization.ranks import marked_everywhere
 from ..discretization.reference_facets import shape_functions
 from ..errors import ContactError
 from ..interface.stiffness import owned_nodes_on
-from .levels import BodiesLevels, Places, near_nullspace, set_levels, sides, unrolled
+from .levels import BodiesLevels, near_nullspace, set_levels, sides
 from .petsc_objects import KnowsProblem, inner_solver
 
 # Stiffness of the springs that stand for closed contact, over that of the volume at its

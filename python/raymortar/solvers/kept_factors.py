@@ -9,8 +9,9 @@ from petsc4py import PETSc
 import numpy as np
 from scipy import sparse
 
+from ..discretization.joined import unrolled
 from .compliance import Compliance, Coupling, SurfaceSystem, supports
-from .levels import sides, unrolled
+from .levels import sides
 from .petsc_objects import DIRECT, InnerSolvers, nested
 
 # Largest residual of a system over its right-hand side, unless the residual is rounding

@@ -9,9 +9,8 @@ from petsc4py import PETSc
 
 import numpy as np
 
-from ..checked import is_whole_number
 from ..compat import Array
-from ..errors import ContactError
+from ..errors import ContactError, is_whole_number
 from .petsc_objects import DIRECT, InnerSolvers, inner_solver, nested
 
 # Iterations of GMRES that take the time of a factorisation, about, at the sizes that

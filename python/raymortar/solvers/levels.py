@@ -7,18 +7,16 @@ from typing import Any
 from petsc4py import PETSc
 
 import numpy as np
-import numpy.typing as npt
 from dolfinx.fem.petsc import assemble_matrix
 from scipy import sparse
 
 from .. import compat
-from ..compat import Array, Indices, Mask
+from ..compat import Array, Mask
 from ..diagnose.lost_contact import rigid_motions as motions_at
+from ..discretization.joined import unrolled
 from ..discretization.ranks import marked_everywhere
 from ..problem import CoupledProblem
 from .petsc_objects import PetscOptions
-
-Places = npt.NDArray[np.int64]
 
 # Degree of the polynomial that takes, on several ranks, as many iterations as SOR
 CHEBYSHEV_STEPS = 3
@@ -179,11 +177,6 @@ def _weights_by_cell(V: Any, W: Any) -> tuple[Any, Any, Array]:
     cells, nodes = np.divmod(first[owned], table.shape[1])
     row, b = np.nonzero(N[nodes])
     return dofs[owned][row], coarse[cells[row], b], N[nodes[row], b]
-
-
-def unrolled(nodes: Indices | Places, dim: int) -> Places:
-    """List the dofs of the components of some block dofs."""
-    return (dim * nodes.astype(np.int64)[:, None] + np.arange(dim)).ravel()
 
 
 def sides(contact: Any) -> list[Any]:

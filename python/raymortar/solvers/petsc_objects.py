@@ -36,13 +36,6 @@ class PetscOptions:
     made and while it works: MUMPS reads its options at each factorisation, and solvers
     inside a preconditioner read theirs when it is set up.
 
-    Parameters
-    ----------
-    prefix
-        Prefix of the names.
-    options
-        Value by name. Options from the command line, or set by the program, win.
-
     Attributes
     ----------
     given

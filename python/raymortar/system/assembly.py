@@ -11,9 +11,8 @@ from typing import Any
 import numpy as np
 from dolfinx.fem import Function
 
-from ..checked import is_real_number
-from ..compat import Mask
-from ..errors import ContactError, ContactWarning, together
+from ..compat import Array, Mask
+from ..errors import ContactError, ContactWarning, is_real_number, together
 from ..interface.coefficients import PairCoefficients, one_or_each, spread
 from ..interface.contact_surfaces import ContactSurfaces
 from ..interface.present import PresentState
@@ -78,15 +77,6 @@ class Prescribed:
 
 class ContactAssembly:
     """Terms of one contact in matrices and vectors, and its coefficient.
-
-    Parameters
-    ----------
-    surfaces
-        Of the contact.
-    present
-        Its present state.
-    method
-        Its method.
 
     Attributes
     ----------
@@ -209,15 +199,13 @@ class ContactAssembly:
             )
             self.set_gamma(one_or_each(self.surfaces.interfaces, tables))
         elif is_real_number(self.gamma):
-            self._check_size(volume, bcs)
+            self._check_size(bcs)
 
-    def _check_size(self, volume: VolumePattern, bcs: Sequence[Any]) -> None:
+    def _check_size(self, bcs: Sequence[Any]) -> None:
         """Raise for a number gamma that no solve can do with, warn of one with which
         Newton's method may fail. Collective."""
-        surfaces = self.surfaces
-        try:
-            tables = contact_stiffness(volume, self.layout, surfaces.interfaces, bcs)
-        except ContactError:  # on all ranks: the form has no stiffness
+        surfaces, tables = self.surfaces, self._stiffness(bcs)
+        if tables is None:
             return
         stiffness = min(float(table.min()) for table in tables)
         ratio = self.gamma_scale / stiffness
@@ -297,34 +285,29 @@ class ContactAssembly:
     def moduli(self, bcs: Sequence[Any]) -> list[float]:
         """Modulus of the softest body of each zone. If the volume's form gives none,
         the coefficient times the size of facets. Stress. Collective."""
-        if self.volume is not None:
-            try:
-                tables = contact_stiffness(
-                    self.volume,
-                    self.layout,
-                    self.surfaces.interfaces,
-                    bcs,
-                    times_size=True,
-                )
-            except ContactError:  # on all ranks
-                pass
-            else:
-                return [float(table.min()) for table in tables]
-        size = mean_facet_size(self.layout, self.zones)
+        tables = self._stiffness(bcs, times_size=True)
+        if tables is not None:
+            return [float(table.min()) for table in tables]
+        size = mean_facet_size(self.zones)
         return [self.gamma_scale * size] * len(self.zones)
 
     def stiffness(self) -> float | None:
         """Largest stiffness over area of pairs of bodies [theory (5.2)]; None where the
         forms have none. Traction per length. Collective."""
+        tables = self._stiffness(())
+        return None if tables is None else max(float(table.max()) for table in tables)
+
+    def _stiffness(
+        self, bcs: Sequence[Any], times_size: bool = False
+    ) -> list[Array] | None:
+        """`contact_stiffness`; None where the forms have none. Collective."""
         if self.volume is None:
             return None
         try:
-            tables = contact_stiffness(
-                self.volume, self.layout, self.surfaces.interfaces
-            )
+            interfaces = self.surfaces.interfaces
+            return contact_stiffness(self.volume, interfaces, bcs, times_size)
         except ContactError:  # on all ranks
             return None
-        return max(float(table.max()) for table in tables)
 
     def refuse_held(self, bcs: Sequence[Any]) -> None:
         """Raise where conditions leave a tangent without a solution. Collective."""

@@ -41,11 +41,6 @@ class Condensation:
     """Eliminates the multipliers of a system by the rows of slave nodes [theory (4.30),
     (4.31)]. Collective.
 
-    Parameters
-    ----------
-    system
-        Of contacts with dual multipliers, without free bodies.
-
     Attributes
     ----------
     n

@@ -29,15 +29,7 @@ ROOM = "raymortar_room"
 
 
 class CoupledSystem(CoupledIterates):
-    """Matrices and vectors over [u, multipliers, bodies] of a list of contacts.
-
-    Parameters
-    ----------
-    unknowns
-        What is solved for.
-    parts
-        What each contact adds, in the order of their multipliers' rows.
-    """
+    """Matrices and vectors over [u, multipliers, bodies] of a list of contacts."""
 
     def __init__(self, unknowns: Unknowns, parts: Sequence[ContactAssembly]) -> None:
         super().__init__(unknowns, parts)

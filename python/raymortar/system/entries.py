@@ -12,6 +12,7 @@ import numpy as np
 from scipy.sparse import coo_array
 
 from ..compat import Array
+from ..discretization.layout import CoupledRows
 
 Entries = tuple[Any, Any, Array]
 
@@ -48,5 +49,18 @@ def assembled(
     A.setPreallocationNNZ((32, 32))
     A.setOption(PETSc.Mat.Option.NEW_NONZERO_ALLOCATION_ERR, False)
     add_entries(A, *summed(rows, columns, values))
+    A.assemble()
+    return A
+
+
+def in_own_rows(
+    layout: CoupledRows, rows: Any, columns: Any, values: Array
+) -> PETSc.Mat:
+    """Make a matrix over the coupled rows, of entries in this rank's. Collective."""
+    order, kind = np.lexsort((columns, rows)), PETSc.IntType
+    counts = np.bincount(rows - layout.begin, minlength=layout.size)
+    offsets = np.concatenate([[0], np.cumsum(counts)]).astype(kind)
+    csr = offsets, columns[order].astype(kind), values[order]
+    A = PETSc.Mat().createAIJ(((layout.size, None),) * 2, csr=csr, comm=layout.comm)
     A.assemble()
     return A

@@ -18,8 +18,8 @@ from ..discretization.layout import CoupledRows
 from ..discretization.own_unknowns import find_fields
 from ..discretization.unknowns import Unknowns
 from ..errors import SetUpError, raise_everywhere, together
+from ..interface.flux_sides import TiedField
 from ..interface.probing import product
-from ..interface.tied_flux import TiedField
 from .entries import Entries, assembled, joined
 
 
@@ -29,15 +29,6 @@ class TiePart:
     Multipliers are divided by `scale` among the unknowns, and so are their rows
     multiplied: both are then like those of the field, and the matrix is symmetric
     [theory (7.6)].
-
-    Parameters
-    ----------
-    sides
-        The field on both sides of each slave surface.
-    multiplier
-        Flux over scale, a Function on the slave facets alone.
-    table
-        Its local block dofs on the slave facets of all sides, (facets, nodes).
 
     Attributes
     ----------
@@ -106,13 +97,7 @@ class TiePart:
         return []
 
     def prepare(self, look_up: Callable[[Any], Array]) -> None:
-        """Make the matrix anew where other unknowns are prescribed. Collective.
-
-        Parameters
-        ----------
-        look_up
-            From rows of any rank to whether they are prescribed, 0 or 1.
-        """
+        """Make the matrix anew where other unknowns are prescribed. Collective."""
         held = [
             look_up(side.slave_rows).reshape(rows.shape) > 0.0
             for side, rows in zip(self.sides, self._rows)
@@ -156,11 +141,11 @@ class TiePart:
         fixed, lam = side.fixed, self._rows[number]
         block = lam.shape[-1]
         of_lam = lam[fixed.facet][:, :, None]  # (points, nodes, 1, components)
-        at = side.at_points
-        points, width = at.all_rows.shape  # a rank may have no points
-        of_field = at.all_rows.reshape(points, 1, width // block, block)
+        all_rows = side.rows_at(fixed)
+        points, width = all_rows.shape  # a rank may have no points
+        of_field = all_rows.reshape(points, 1, width // block, block)
         weight = self.scale * fixed.weight
-        each = np.einsum("q,qa,qb->qab", weight, fixed.slave, at.jump)
+        each = np.einsum("q,qa,qb->qab", weight, fixed.N[0], fixed.jump)
         shape = (*each.shape, block)
         values = np.broadcast_to(each[..., None], shape).ravel()
         rows, columns = (np.broadcast_to(one, shape) for one in (of_lam, of_field))
@@ -224,7 +209,7 @@ class TiePart:
         total = np.zeros(block)
         for side, table in zip(self.sides, self._tables):
             nodal = f.x.array.reshape(-1, block)[table][side.fixed.facet]
-            each = np.einsum("qa,qai->qi", side.fixed.slave, nodal)
+            each = np.einsum("qa,qai->qi", side.fixed.N[0], nodal)
             total += side.fixed.weight @ each
         found: Array = self.scale * self._comm.allreduce(total)
         return found

@@ -17,16 +17,13 @@ from ..convergence.balance import EPS
 from ..discretization.joined import Displacement
 from ..discretization.layout import CoupledRows
 from ..discretization.own_unknowns import find_fields
-from ..discretization.reference_facets import shape_functions
 from ..discretization.slave_fields import FLUX_FIELD, on_facets
 from ..discretization.unknowns import Unknowns
 from ..errors import ContactWarning, SetUpError, raise_everywhere, together
-from ..interface.flux_sides import FieldOnZone
-from ..interface.friction_at_points import STEP
-from ..interface.point_results import accumulated_slip, undeformed
-from ..interface.tied_flux import TiedField
+from ..interface.flux_sides import FieldOnZone, TiedField
+from ..interface.friction_at_points import along_facets, further
 from ..interface.zone_data import ZoneData
-from ..options.flux_law import FluxLaw
+from ..options.user_laws import FluxLaw
 from .assembly import ContactAssembly
 from .entries import joined
 from .tool_part import ToolPart
@@ -52,21 +49,7 @@ class FluxPoints:
 
 
 class FluxPart:
-    """Evaluates a law at the points of a contact, and adds up entries. Collective.
-
-    Parameters
-    ----------
-    contact
-        The contact's share of the system, whose zones are used.
-    fields
-        The scalar field on each mesh.
-    law
-        The flux.
-    heat
-        Shares of the work of friction that slave and master take.
-    tool
-        The field on rigid tools: a number, or an unknown.
-    """
+    """Evaluates a law at the points of a contact, and adds up entries. Collective."""
 
     stiffness = 0.0  # of unknowns that it brings: none
 
@@ -102,13 +85,6 @@ class FluxPart:
     ) -> None:
         """Find the field among what a problem solves for, and take its rows.
         Collective.
-
-        Parameters
-        ----------
-        unknowns, layout
-            Of the problem.
-        moves
-            Whether the displacement is an unknown too.
         """
         with together(self._comm):
             find_fields(self.fields, unknowns, "Flux")
@@ -140,57 +116,26 @@ class FluxPart:
             [found[k] for k in ("slave", "target", "pressure", "gap")]
             + [found["slip"] / dt]
         )
-        return FluxPoints(found, at, self._given(side.zone, found, found["xi"]))
+        given = self._given(side.zone, found["facet"], found["xi"])
+        return FluxPoints(found, at, given)
 
-    def _given(
-        self, zone: ZoneData, found: dict[str, Array], xi: Array
-    ) -> dict[str, Any]:
-        """Further arguments of the law at places on the points' facets."""
-        surface, facet = zone.facets.slave_surface, found["facet"]
-        more: dict[str, Any] = {
-            "dt": self.contact.present.dt,
-            "x": None,
-            "slip": None,
-            "fields": [],
-        }
-        wanted = self._law.arguments
-        if "x" in wanted or not self._is_checked:
-            X = undeformed(surface, facet, xi)
-            more["x"] = np.pad(X, ((0, 0), (0, 3 - surface.gdim))).T
-        if "slip" in wanted:
-            has_slip = zone.slip is not None
-            more["slip"] = (
-                accumulated_slip(zone, facet, xi) if has_slip else np.zeros(len(facet))
-            )
-        if "fields" in wanted:
-            N, _ = shape_functions(surface.shape, surface.displacement_degree, xi)
-            more["fields"] = [
-                np.einsum("qa,qa->q", N, one[facet]) for one in self._nodal(zone)
-            ]
-        return more
-
-    def _nodal(self, zone: ZoneData) -> list[Array]:
-        """Values of the law's fields on the slave facets."""
+    def _given(self, zone: ZoneData, facet: Any, xi: Array) -> dict[str, Any]:
+        """Further arguments of the law at places on slave facets."""
+        wanted = self._law.arguments | ({"x"} if not self._is_checked else set())
         comm = MPI.COMM_SELF  # errors are gathered by those who ask
-        return [
-            on_facets(FLUX_FIELD, one, zone.facets, comm) for one in self._law.fields
-        ]
+        fields = self._law.fields if "fields" in wanted else []
+        nodal = [on_facets(FLUX_FIELD, one, zone.facets, comm) for one in fields]
+        return further(zone, facet, xi, self.contact.present.dt, nodal, wanted)
 
     def _along(self, zone: ZoneData, points: FluxPoints) -> Array:
         """Differentiate the flux along the facets at unchanged arguments, (n, d - 1)."""
-        xi = points.found["xi"]
         if not self._law.arguments - {"dt"}:
             return np.empty(0)
-        high, low = (
-            [
-                self._law.values(
-                    points.at, self._given(zone, points.found, xi + sign * step)
-                )
-                for step in STEP * np.eye(xi.shape[1])
-            ]
-            for sign in (1.0, -1.0)
+        facet, law = points.found["facet"], self._law
+        return along_facets(
+            lambda xi: law.values(points.at, self._given(zone, facet, xi)),
+            points.found["xi"],
         )
-        return (np.array(high) - np.array(low)).T / (2.0 * STEP)
 
     # Entries
 
@@ -208,23 +153,31 @@ class FluxPart:
                 side.tool = value
         return [side.present() for side in self.sides]
 
+    def _evaluated(self, check: bool = False) -> list[Any]:
+        """Sides of zones with their present fields, points and fluxes. Collective."""
+        values = self._present()
+        if check:
+            self._check(values)
+        found = []
+        with together(self._comm):
+            for side, fields in zip(self.sides, values):
+                points = self._points(side, fields)
+                q = self._law.values(points.at, points.given)
+                found.append((side, fields, points, q))
+        return found
+
     def _into_tools(self, side: FieldOnZone) -> bool:
         """Whether what leaves a slave surface goes into tools with an unknown."""
         return self.tool is not None and side.master is None
 
     def residual(self) -> tuple[Any, Any]:
         """Rows and values of the residual, of this rank's points. Collective."""
-        values = self._present()
         found = []
-        self._check(values)
-        with together(self._comm):
-            for side, fields in zip(self.sides, values):
-                points = self._points(side, fields)
-                q = self._law.values(points.at, points.given)
-                found.append(side.residual(fields, q, *self._heat_rates))
-                if self._into_tools(side):
-                    _, of_slave = side.residual(fields, q, *self._opposite_rates)
-                    found.append(self._of_tool(-of_slave.sum()))
+        for side, fields, _, q in self._evaluated(check=True):
+            found.append(side.residual(fields, q, *self._heat_rates))
+            if self._into_tools(side):
+                _, of_slave = side.residual(fields, q, *self._opposite_rates)
+                found.append(self._of_tool(-of_slave.sum()))
         return joined(found)
 
     @property
@@ -262,13 +215,10 @@ class FluxPart:
         """Rows, columns and values of the tangent; and rows of the field, the sizes of
         terms there, and their rounding errors where positions are as large as `largest`.
         Of this rank's points. Collective."""
-        values = self._present()
-        self._check(values)
         dt, entries, sizes = self.contact.present.dt, [], []
+        evaluated = self._evaluated(check=True)
         with together(self._comm):
-            for side, fields in zip(self.sides, values):
-                points = self._points(side, fields)
-                q = self._law.values(points.at, points.given)
+            for side, fields, points, q in evaluated:
                 slopes = self._law.slopes(points.at, points.given)
                 sizes.append(self._sizes(side, fields, points, q, slopes, largest))
                 if self._into_tools(side):
@@ -332,25 +282,17 @@ class FluxPart:
 
     def rates(self) -> tuple[float, float, float]:
         """Sum up the flux and the heat that both sides take from friction. Collective."""
-        values = self._present()
         sums = np.zeros(2)
-        with together(self._comm):
-            for side, fields in zip(self.sides, values):
-                points = self._points(side, fields)
-                q = self._law.values(points.at, points.given)
-                weight = points.found["weight"]
-                sums += [weight @ q, weight @ points.found["work"]]
+        for *_, points, q in self._evaluated():
+            weight = points.found["weight"]
+            sums += [weight @ q, weight @ points.found["work"]]
         through, work = self._comm.allreduce(sums)
         slave, master = self._heat_rates
         return float(through), float(slave * work), float(master * work)
 
     def points(self, number: int) -> dict[str, Array]:
         """Arrays over this rank's points with a hit of a zone. Collective."""
-        side = self.sides[number]
-        fields = self._present()[number]
-        with together(self._comm):
-            points = self._points(side, fields)
-            q = self._law.values(points.at, points.given)
+        *_, points, q = self._evaluated()[number]
         slave, master = self._heat_rates
         found = points.found
         return {

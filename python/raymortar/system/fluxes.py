@@ -25,18 +25,7 @@ Part = FluxPart | TiePart | ToolPart
 
 
 class FluxTerms:
-    """Fluxes through the contacts of one problem, and ties of its fields. Collective.
-
-    Parameters
-    ----------
-    system
-        Contact or several, or a problem without a displacement: has unknowns, their
-        layout, and zones.
-    parts
-        The fluxes and the ties.
-    moves
-        Whether the displacement is an unknown.
-    """
+    """Fluxes through the contacts of one problem, and ties of its fields. Collective."""
 
     def __init__(self, system: Any, parts: Sequence[Part], moves: bool = True) -> None:
         self._system, self._parts = system, list(parts)
@@ -114,8 +103,7 @@ class FluxTerms:
         b.zeroEntries()
         b.setValues(rows.astype(PETSc.IntType), values, PETSc.InsertMode.ADD_VALUES)
         b.assemble()
-        found: Array = b.getArray(readonly=True)[: self._layout.n].copy()
-        return found
+        return b.getArray(readonly=True)[: self._layout.n].copy()
 
     def _lifted(self, increment: Array) -> Array:
         """Effect of prescribed increments on the other rows."""
@@ -149,8 +137,7 @@ class FluxTerms:
         full = np.zeros(layout.size)
         full[: layout.n] = owned
         if layout.comm.size == 1:
-            found: Array = full[rows]
-            return found
+            return full[rows]
         wanted, inverse = np.unique(rows, return_inverse=True)
         source = layout.create_vector()
         source.setArray(full)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Protocol
+from typing import Any
 
 from mpi4py import MPI
 from petsc4py import PETSc
@@ -11,36 +11,13 @@ from petsc4py import PETSc
 import numpy as np
 
 from ..compat import Array
-from ..discretization.layout import CoupledRows
 from ..errors import SetUpError, raise_everywhere
 from ..interface.point_results import OPEN
 from ..interface.stiffness import mean_facet_size
 from ..interface.zone_data import ZoneData, positions
 from ..rigid.body import Body
 from .assembly import ContactAssembly
-from .push import STEEP, Push, across_and_whole, add_points, in_space, parts_of
-
-
-class System(Protocol):
-    """The part of a coupled system that equations of free bodies need."""
-
-    parts: tuple[ContactAssembly, ...]
-
-    @property
-    def layout(self) -> CoupledRows:
-        """Rows of the unknowns."""
-
-    @property
-    def zones(self) -> list[ZoneData]:
-        """Slave surfaces of all contacts."""
-
-    @property
-    def stiffness_diagonal(self) -> Array:
-        """Diagonal of the volume's matrix at set-up, owned dofs of u."""
-
-    def update(self) -> None:
-        """Pair and integrate at the present displacement. Collective."""
-
+from .push import STEEP, Push, across_and_whole, in_space, parts_of, sums_of
 
 # Share of a motion along the normals of closed points that counts as zero
 _NOTHING = 1e-10
@@ -54,18 +31,12 @@ _HALVINGS = 40
 
 
 class FreeBodies:
-    """Equations of the free bodies of one contact or several.
+    """Equations of the free bodies of one contact or several."""
 
-    Parameters
-    ----------
-    system
-        One contact or several, after the first update.
-    """
-
-    def __init__(self, system: System) -> None:
+    def __init__(self, system: Any) -> None:
         self._system, self.layout = system, system.layout
         self._comm: MPI.Comm = system.layout.comm
-        self._size = mean_facet_size(system.layout, system.zones)
+        self._size = mean_facet_size(system.zones)
         self._stiffness: float | None = None
         # At the start of this solve
         self._moved: set[Body] = set()
@@ -73,8 +44,7 @@ class FreeBodies:
     @property
     def bodies(self) -> tuple[Body, ...]:
         """The free bodies."""
-        bodies: tuple[Body, ...] = self.layout.bodies
-        return bodies
+        return self.layout.bodies
 
     def add_tangent(self, A: PETSc.Mat) -> None:
         """Add the derivative of the forces other than contact. Collective.
@@ -103,8 +73,7 @@ class FreeBodies:
             turns = np.any(push.unmet[push.body.freedom.is_turn])
             far = self._size if turns or not np.isfinite(ahead) else ahead
             stiffness = size / (far + LEAST * self._size)
-        held: Array = stiffness * push.loose @ push.loose.T
-        return held
+        return stiffness * push.loose @ push.loose.T
 
     def _brake(self, push: Push) -> Array:
         """Artificial stiffness of a body at its first touch, (n, n). It limits each
@@ -127,10 +96,7 @@ class FreeBodies:
         """Forces on a body at the last update. Collective."""
         freedom = body.freedom
         n = len(freedom)
-        rates = freedom.rates()
-        sums = np.zeros(n * n + n + 2)
-        for points in self._points(body):
-            add_points(sums, n, body, rates, points)
+        sums = sums_of(body, self._points(body))
         self._comm.Allreduce(MPI.IN_PLACE, sums)
         resists, contact = sums[: n * n].reshape(n, n), sums[n * n : n * n + n]
         area, size = sums[-2:]
@@ -146,56 +112,46 @@ class FreeBodies:
             area > 0.0,
         )
 
-    def _points(self, body: Body) -> list[dict[str, Array]]:
-        """Points that hit a body, zone by zone."""
-        found = []
-        for zone in self._system.zones:
-            if body not in zone.facets.bodies:
-                continue
-            number = zone.facets.bodies.index(body)
-            points = zone.points()
+    def _met(self, body: Body) -> list[tuple[ContactAssembly, ZoneData]]:
+        """Slave surfaces that meet a body, with their contacts."""
+        parts = self._system.parts
+        each = ((part, zone) for part in parts for zone in part.zones)
+        return [(part, zone) for part, zone in each if body in zone.facets.bodies]
+
+    def _points(self, body: Body) -> dict[str, Array]:
+        """Points that hit a body."""
+        names, found = ("x", "normal", "distance", "traction", "weight", "status"), []
+        for _, zone in self._met(body):
+            number, points = zone.facets.bodies.index(body), zone.points()
             mine = (points["master"] == number) & (points["status"] >= OPEN)
-            names = "x", "normal", "distance", "traction", "weight", "status"
-            found.append({name: points[name][mine] for name in names})
-        return found
+            found.append([points[name][mine] for name in names])
+        return dict(zip(names, map(np.concatenate, zip(*found))))
 
     def _ahead(self, body: Body, way: Array) -> tuple[Array, Array]:
         """This rank's slave points ahead of a body that flies along a direction: their
         distances, and the stiffnesses of their springs of contact along it."""
         ahead, springs = [np.empty(0)], [np.empty(0)]
-        for part in self._system.parts:
-            for zone in part.zones:
-                if body not in zone.facets.bodies:
-                    continue
-                R, shift = body.pose_of(body.motion())
-                points = zone.points()
-                facing = -(in_space(points["normal"]) @ way)
-                x = in_space(points["x"])[facing > 0.0]
-                rays = np.broadcast_to(-(R.T @ way), x.shape)
-                found = body.tool.distances_along((x - shift) @ R, rays.copy())
-                stiffness = part.gamma_scale * points["weight"] * facing**2
-                is_ahead = np.isfinite(found) & (found >= 0.0)
-                ahead.append(found[is_ahead])
-                springs.append(stiffness[facing > 0.0][is_ahead])
+        for part, zone in self._met(body):
+            points = zone.points()
+            facing = -(in_space(points["normal"]) @ way)
+            x = in_space(points["x"])[facing > 0.0]
+            found = _cast(body, body.motion(), x, way)
+            stiffness = part.gamma_scale * points["weight"] * facing**2
+            is_ahead = np.isfinite(found) & (found >= 0.0)
+            ahead.append(found[is_ahead])
+            springs.append(stiffness[facing > 0.0][is_ahead])
         return np.concatenate(ahead), np.concatenate(springs)
 
     def _was_ahead(self, body: Body, way: Array) -> bool:
         """Whether a slave point was ahead of a body along a direction at the accepted
         step. Collective."""
         was_ahead = False
-        for part in self._system.parts:
-            for zone in part.zones:
-                if body not in zone.facets.bodies:
-                    continue
-                R, shift = body.pose_of(zone.motions.accepted(body))
-                points, surface = zone.points(), zone.facets.slave_surface
-                u_old = part.present.u_old.reshape(-1, surface.gdim)
-                x = positions(
-                    surface, points["slave"].astype(np.int32), points["xi"], u_old
-                )
-                rays = np.tile(-(R.T @ way), (len(x), 1))
-                found = body.tool.distances_along((in_space(x) - shift) @ R, rays)
-                was_ahead |= bool(np.any(np.isfinite(found) & (found >= 0.0)))
+        for part, zone in self._met(body):
+            points, surface = zone.points(), zone.facets.slave_surface
+            at = points["slave"].astype(np.int32), points["xi"]
+            x = positions(surface, *at, part.present.u_old.reshape(-1, surface.gdim))
+            found = _cast(body, zone.motions.accepted(body), in_space(x), way)
+            was_ahead |= bool(np.any(np.isfinite(found) & (found >= 0.0)))
         return bool(self._comm.allreduce(int(was_ahead), op=MPI.MAX))
 
     def _nearest(self, found: tuple[Array, Array]) -> float:
@@ -219,13 +175,7 @@ class FreeBodies:
         return low
 
     def close_gaps(self) -> None:
-        """Move free bodies that touch nothing to the slave ahead. Collective.
-
-        Raises
-        ------
-        SetUpError
-            If nothing stops a body.
-        """
+        """Move free bodies that touch nothing to the slave ahead. Collective."""
         if not self.bodies or any(part.gamma is None for part in self._system.parts):
             return
         self._system.update()
@@ -299,10 +249,7 @@ class FreeBodies:
         update. Collective."""
         found = []
         for body in self.bodies:
-            freedom, rates = body.freedom, body.freedom.rates()
-            sums = np.zeros((2, len(freedom)))
-            for points in self._points(body):
-                sums += across_and_whole(body, rates, points)
+            freedom, sums = body.freedom, across_and_whole(body, self._points(body))
             self._comm.Allreduce(MPI.IN_PLACE, sums)
             across, whole = sums
             slides = (across < STEEP * whole) & (freedom.stiffness == 0.0)
@@ -322,11 +269,8 @@ class FreeBodies:
             push = self.push(body)
             names = parts_of(body, push.unmet)
             end = "and nothing stops it"
-            if push.touches and any(
-                part.present.has_friction and body in zone.facets.bodies
-                for part in self._system.parts
-                for zone in part.zones
-            ):
+            rubs = any(part.present.has_friction for part, _ in self._met(body))
+            if push.touches and rubs:
                 end = "where friction alone resists"
             if names:
                 found.append(
@@ -334,3 +278,10 @@ class FreeBodies:
                     + self._left_behind(push)
                 )
         return found
+
+
+def _cast(body: Body, motion: Array, x: Array, way: Array) -> Array:
+    """Distances that a body in a position flies along a direction to points (n, 3)."""
+    R, shift = body.pose_of(motion)
+    rays = np.tile(-(R.T @ way), (len(x), 1))
+    return body.tool.distances_along((x - shift) @ R, rays)

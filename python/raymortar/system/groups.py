@@ -21,13 +21,7 @@ from .coupled import CoupledSystem
 
 
 def groups_of(system: CoupledSystem) -> Groups:
-    """Sort the rows of a system by body, patch of contact and field. Collective.
-
-    Parameters
-    ----------
-    system
-        After `CoupledSystem.prepare`.
-    """
+    """Sort the rows of a system by body, patch of contact and field. Collective."""
     layout, V, fields = system.layout, system.u.function_space, system.unknowns.fields()
     comm, bodies = layout.comm, system.parts[0].surfaces.bodies
     # Owned nodes of spaces, and their groups

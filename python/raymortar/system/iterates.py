@@ -26,13 +26,6 @@ _SCALE = attrgetter("gamma_scale")
 class CoupledIterates:
     """Iterates of [u, multipliers, bodies] of a list of contacts. Collective.
 
-    Parameters
-    ----------
-    unknowns
-        What is solved for.
-    parts
-        What each contact adds, in the order of their multipliers' rows.
-
     Attributes
     ----------
     layout
@@ -135,15 +128,6 @@ class CoupledIterates:
     def take(self, x: PETSc.Vec, anew: bool, rays_only: bool) -> bool:
         """Take over an iterate: unknowns, pairing, integration. Collective.
 
-        Parameters
-        ----------
-        x
-            Unknowns.
-        anew
-            Also where neither x nor the loads of bodies have changed.
-        rays_only
-            As of `update`.
-
         Returns
         -------
         Whether anything was done.
@@ -214,19 +198,6 @@ class CoupledIterates:
     ) -> tuple[Array, Array, Array, Array]:
         """Set b to the residual of volume and contact, assembled. Collective.
 
-        Parameters
-        ----------
-        b
-            Of `create_vector`.
-        bcs
-            Dirichlet conditions.
-        volume
-            Rows of the user's owned unknowns, of the user's form.
-        lacking
-            What the unknowns lack of prescribed values.
-        contact
-            Whether contact adds its forces.
-
         Returns
         -------
         Norms of the residual's free rows and of the forces in balance by group, the
@@ -239,17 +210,7 @@ class CoupledIterates:
     def set_groups(
         self, of_row: Indices, count: int, mass: Array, fields: Sequence[Field]
     ) -> None:
-        """Set the groups of rows whose norms are taken.
-
-        Parameters
-        ----------
-        of_row, count
-            Group of each owned row, (rows,), and number of groups.
-        mass
-            Area of each owned multiplier row, (rows,).
-        fields
-            What the user solves for, the displacement first.
-        """
+        """Set the groups of rows whose norms are taken."""
         places = [field.local for field in fields] if len(fields) > 1 else []
         self._groups = of_row, count, mass, places
         self.cpp.set_groups(*self._groups)

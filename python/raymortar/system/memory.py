@@ -50,11 +50,6 @@ def require_memory(
 
     Counted are entries of volume and contact, from below, and columns twice, as the
     pattern is made next to the matrix. The ranks of one machine share its memory.
-
-    Raises
-    ------
-    MemoryError
-        On every rank, with the bytes needed and available.
     """
     entries = len(volume.columns) + sum(contact_entries(*zone) for zone in zones)
     index, value = (np.dtype(t).itemsize for t in (PETSc.IntType, PETSc.ScalarType))

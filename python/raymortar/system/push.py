@@ -80,24 +80,19 @@ class Push:
         return (moves / far if far > 0.0 else moves), far, force
 
 
-def _moves(
-    body: Body, rates: tuple[Array, Array, Array], points: dict[str, Array]
-) -> Array:
+def _moves(body: Body, points: dict[str, Array]) -> Array:
     """Motion of the places that points hit, by the unknowns of a body, (points, n, 3)."""
-    drift, spin, _ = rates
+    drift, spin, _ = body.freedom.rates()
     normal = in_space(points["normal"])
     hit = in_space(points["x"]) + points["distance"][:, None] * normal
-    moves: Array = drift + np.einsum("jab,qb->qja", spin, hit - body.place)
-    return moves
+    return drift + np.einsum("jab,qb->qja", spin, hit - body.place)
 
 
-def across_and_whole(
-    body: Body, rates: tuple[Array, Array, Array], points: dict[str, Array]
-) -> Array:
+def across_and_whole(body: Body, points: dict[str, Array]) -> Array:
     """Squares of the motions of closed points across the slave, and of all their motion,
     by the unknowns of a body, (2, n)."""
     closed = points["status"] >= CLOSED
-    weight, moves = points["weight"][closed], _moves(body, rates, points)[closed]
+    weight, moves = points["weight"][closed], _moves(body, points)[closed]
     across = np.einsum("qja,qa->qj", moves, in_space(points["normal"])[closed])
     return np.stack([weight @ across**2, np.einsum("q,qja->j", weight, moves**2)])
 
@@ -117,23 +112,20 @@ def in_space(x: Array) -> Array:
     return np.pad(x, ((0, 0), (0, 3 - x.shape[1])))
 
 
-def add_points(
-    sums: Array,
-    n: int,
-    body: Body,
-    rates: tuple[Array, Array, Array],
-    points: dict[str, Array],
-) -> None:
-    """Add points to the sums of `FreeBodies.push`: resistance for each pair of
-    unknowns, forces of contact, area of closed points, sum of the sizes of forces."""
-    normal, weight = in_space(points["normal"]), points["weight"]
-    moves = _moves(body, rates, points)
+def sums_of(body: Body, points: dict[str, Array]) -> Array:
+    """Sum up points for `FreeBodies.push`: resistance for each pair of unknowns, forces
+    of contact, area of closed points, sizes of forces."""
+    normal, weight, moves = (
+        in_space(points["normal"]),
+        points["weight"],
+        _moves(body, points),
+    )
     force = weight[:, None] * in_space(points["traction"])
-    sums[n * n : n * n + n] += np.einsum("qja,qa->j", moves, force)
-    sums[-1] += np.linalg.norm(force, axis=1).sum()
     closed, sticks = points["status"] >= CLOSED, points["status"] == PointStatus.STICK
     along = np.einsum("qja,qa->qj", moves, normal)[closed]
     resists = np.einsum("q,qj,qk->jk", weight[closed], along, along)
     resists += np.einsum("q,qja,qka->jk", weight[sticks], moves[sticks], moves[sticks])
-    sums[: n * n] += resists.ravel()
-    sums[-2] += weight[closed].sum()
+    sizes = weight[closed].sum(), np.linalg.norm(force, axis=1).sum()
+    return np.concatenate(
+        [resists.ravel(), np.einsum("qja,qa->j", moves, force), sizes]
+    )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 from mpi4py import MPI
@@ -14,6 +14,8 @@ from ufl.corealg.traversal import unique_pre_traversal
 
 from ..compat import Array
 from ..discretization.forms import derivative
+from ..discretization.unknowns import Unknowns
+from ..errors import together
 
 
 class Inputs:
@@ -117,3 +119,36 @@ def _has_condition_on(form: ufl.Form, functions: Sequence[Any]) -> bool:
         if isinstance(node, ufl.classes.Condition)
         for operand in unique_pre_traversal(node)
     )
+
+
+class Updated:
+    """Calls the user's function once for each state of the unknowns. Collective."""
+
+    def __init__(self, unknowns: Unknowns, function: Callable[[], object]) -> None:
+        self._unknowns, self._function = unknowns, function
+        # Unknowns of the last call; None: it has to be called again
+        self._last: Array | None = None
+        self._is_new = False
+
+    def bring(self) -> None:
+        """Call the function if the unknowns have changed since its last call."""
+        comm, now = self._unknowns.comm, self._unknowns.values()
+        changed = self._last is None or not np.array_equal(self._last, now)
+        if not comm.allreduce(changed, op=MPI.LOR):
+            return
+        self._last = None
+        with together(comm):
+            self._function()
+        self._last, self._is_new = now, True
+
+    def bring_for_residual(self) -> None:
+        """As `bring`, and again where a residual has been assembled before: only a new
+        solve asks for it at the same unknowns, and loads may have changed."""
+        if not self._is_new:
+            self._last = None
+        self.bring()
+        self._is_new = False
+
+    def forget(self) -> None:
+        """Call the function next time though the unknowns stay the same."""
+        self._last = None

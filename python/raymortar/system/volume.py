@@ -12,8 +12,7 @@ import numpy as np
 
 from .. import _cpp, compat
 from ..compat import Array, Mask
-from .split import Inputs, has_cells, split, tangents
-from .updated import Updated
+from .split import Inputs, Updated, has_cells, split, tangents
 
 _SAME = PETSc.Mat.Structure.SAME_NONZERO_PATTERN
 _PART = PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN
@@ -87,15 +86,6 @@ class Kept:
     K is kept in two parts. The first has the entries between free unknowns, and ones on
     the diagonal for prescribed unknowns: this part goes into the coupled tangent. The
     second has the other entries, in rows or columns of prescribed unknowns.
-
-    Parameters
-    ----------
-    contact, forms, pattern
-        Contact or several, the linear forms, and the pattern of the tangent.
-    of_residual, of_tangent
-        Inputs of the forms.
-    is_whole
-        Whether K has about all entries of the pattern, and not those of some bodies.
 
     Attributes
     ----------
@@ -188,8 +178,7 @@ class Kept:
         self.tangent.mult(x, y)
         x.array[:n] = values
         self._others.multAdd(x, y, y)
-        found: Array = y.array_r[:n] + self._constant
-        return found
+        return y.array_r[:n] + self._constant
 
     def add_tangent(self, A: PETSc.Mat) -> None:
         """Add K between free unknowns, and ones for the others."""

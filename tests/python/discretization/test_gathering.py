@@ -7,7 +7,7 @@ from problems import COMM
 
 from meshes.scenes import two_blocks
 from raymortar import compat
-from raymortar.discretization.gathering import gather_boundary
+from raymortar.plotting.frames import gather_boundary
 
 
 def area(polygons):

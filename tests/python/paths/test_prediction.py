@@ -6,8 +6,7 @@ from load_paths import top_moves
 from problems import worst
 
 from raymortar import LoadSteps
-from raymortar.paths.backoff import LONGEST
-from raymortar.paths.prediction import Prediction
+from raymortar.paths.prediction import LONGEST, Prediction
 from raymortar.paths.strategies import FULL
 
 

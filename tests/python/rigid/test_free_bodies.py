@@ -141,7 +141,7 @@ def test_forces_are_in_balance(cell, name):
     found = press(cell, body, n=3, **LAWS["friction"])
     solved(found)
     on, gdim = found.contact.resultant_on(body), body.shape.gdim
-    turns = np.atleast_1d(body.rotation[2] if gdim == 2 else body.freedom.theta)
+    turns = np.atleast_1d(body.rotation[2] if gdim == 2 else body.cpp.theta())
     springs = np.array([5.0, 5.0, 0.0])[:gdim] * [1, gdim == 3, 0][:gdim]
     pull = springs * body.translation[:gdim]
     assert on.force + body.force - pull == pytest.approx(0.0, abs=1e-9)

@@ -1,0 +1,253 @@
+"""Fields of a contact at its slave nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from mpi4py import MPI
+
+import numpy as np
+from dolfinx.fem import Function
+
+from ..compat import Array
+from ..errors import ContactError, raise_everywhere, together
+from ..interface import point_results as at_points
+from ..interface.contact_surfaces import ContactSurfaces
+from ..interface.point_results import OPEN, nodes, set_at_nodes, tractions
+from ..interface.present import PresentState
+from ..interface.zone_data import ZoneData
+from ..options.friction import Law
+
+PARTS = ("total", "normal", "tangential")
+
+
+def check_part(part: Any, comm: MPI.Comm) -> None:
+    """Raise unless a part of a traction is known. Collective."""
+    raise_everywhere(
+        comm, None if part in PARTS else f"part must be one of {PARTS}, not {part!r}"
+    )
+
+
+class NodalFields:
+    """Results of a contact at its slave nodes, at the last update. Collective."""
+
+    surfaces: ContactSurfaces
+    friction: Law | None
+    _present: PresentState
+
+    def _average(
+        self,
+        name: str,
+        quantity: Callable[[dict[str, Array]], Any],
+        vector: bool = False,
+        elsewhere: float = 0.0,
+        hits_only: bool = True,
+    ) -> Function:
+        """Nodal averages of a point quantity, and a value off the contact."""
+        f = self._new(name, vector)
+        at_points.nodal_average(self.surfaces.zones, quantity, f, hits_only)
+        f.x.array[np.isnan(f.x.array)] = elsewhere
+        return f
+
+    def _at_nodes(
+        self, name: str, quantity: Callable[[ZoneData], Any], vector: bool = False
+    ) -> Function:
+        """Values of a law at nodes, and zero off the contact."""
+        f = self._new(name, vector)
+        set_at_nodes(self.surfaces.zones, quantity, f)
+        return f
+
+    def _new(self, name: str, vector: bool) -> Function:
+        """Zero Function for results of the last update, which there must be."""
+        self._present.require_results()
+        made = self.surfaces
+        return Function(made.vector if vector else made.scalar, name=name)
+
+    def _of_tractions(
+        self,
+        name: str,
+        quantity: Callable[[dict[str, Array]], Any],
+        vector: bool = False,
+    ) -> Function:
+        """Take a part of the tractions: those of a law at nodes, or means of points."""
+        if not self._has_law_at_nodes:
+            return self._average(name, quantity, vector)
+        lam = self.surfaces.multiplier
+        return self._at_nodes(name, lambda zone: quantity(tractions(zone, lam)), vector)
+
+    @property
+    def _has_law_at_nodes(self) -> bool:
+        return self.surfaces.zones[0].has_law_at_nodes
+
+    def _gap(self, elsewhere: float) -> Function:
+        return self._average("gap", lambda points: points["gap"], elsewhere=elsewhere)
+
+    def gap(self) -> Function:
+        """Gap at the slave nodes, negative in penetration; NaN where no hit. Length.
+
+        The gap of the law, with the offset. Average over the integration points around
+        each node. Collective.
+        """
+        return self._gap(np.nan)
+
+    def traction(self, part: str = "total") -> Function:
+        """Contact traction on the slave, global coordinates; 0 elsewhere. Collective.
+
+        Per reference or current area, by `measure`.
+
+        Parameters
+        ----------
+        part
+            ``"total"``; ``"normal"``: along the normal of `frame`; ``"tangential"``: the
+            rest, which is friction.
+        """
+        check_part(part, self.surfaces.comm)
+        name = "traction" if part == "total" else f"{part}_traction"
+        return self._of_tractions(
+            name, lambda points: at_points.traction_part(points, part), True
+        )
+
+    def pressure(self) -> Function:
+        """Contact pressure on the slave, **positive in compression**; 0 elsewhere.
+
+        The normal part of `traction`, of every method, per area as there. Where it is
+        negative the law holds in the mean only: see `points`. Collective.
+        """
+        return self._of_tractions("pressure", at_points.pressures)
+
+    def slip(self) -> Function:
+        """Slip since the accepted step, T_n w, at the slave nodes. Length. Collective.
+
+        The motion of the slave over the master point it meets now, in the slave's
+        tangent plane and in global coordinates, also where the contact is open; 0
+        where no hit. After `advance` it stays that of the accepted step until the next
+        `update`. Without friction it is found when this is called.
+
+        Raises
+        ------
+        ContactError
+            For a `Tie`.
+        """
+        if self.surfaces.tied is not None:
+            raise ContactError("a Tie does not slip")
+        if self.friction is not None and self._has_law_at_nodes:
+            return self._at_nodes("slip", lambda zone: nodes(zone)["slip"], True)
+        if self.friction is not None:
+            return self._average("slip", lambda points: points["slip"], True)
+        self._present.require_results()
+        zones = self.surfaces.zones
+        each = iter([zone.cpp.slips_without_friction() for zone in zones])
+        return self._average("slip", lambda _: next(each), True)
+
+    def accumulated_slip(self) -> Function:
+        """Sum of the lengths of the slip of all accepted steps. Length. Collective.
+
+        It belongs to the slave's material: `advance` averages the length of the slip of
+        closed points to the slave nodes and adds it there. `History` and `Output`
+        record a step before that: what they take of it is of the steps before.
+
+        Raises
+        ------
+        ContactError
+            Without friction, which is what counts it.
+        """
+        slip = self.surfaces.zones[0].slip
+        if slip is None:
+            raise ContactError(
+                "slip is accumulated with friction only: friction=Coulomb(0.0) has it "
+                "without tangential tractions"
+            )
+        f = Function(self.surfaces.scalar, name="accumulated_slip")
+        f.x.array[:] = slip.x.array
+        return f
+
+    def to_nodes(
+        self, values: Array | Sequence[Array], name: str = "values"
+    ) -> Function:
+        """Average values at the integration points around each slave node. Collective.
+
+        Points weigh by their area times the square of the node's shape function. As
+        `gap` does with ``points()["gap"]``.
+
+        Parameters
+        ----------
+        values
+            A number or a vector for each of this rank's `points`, (n,) or (n, d). Of
+            several slave surfaces a list, in their order.
+        name
+            Of the Function.
+
+        Returns
+        -------
+        Function
+            NaN where no ray hits a master.
+
+        Raises
+        ------
+        ContactError
+            If there is not one value for each point.
+
+        Examples
+        --------
+        >>> points = contact.points()
+        >>> shear = np.linalg.norm(points["traction"], axis=1) + points["pressure"]
+        >>> contact.to_nodes(shear, "shear")
+        """
+        each = [values] if isinstance(values, np.ndarray) else values
+        self._present.require_results()
+        zones = self.surfaces.zones
+        with together(self.surfaces.comm):
+            given = [np.asarray(one) for one in each]
+            dim = zones[0].facets.slave_surface.gdim
+            wanted = [len(zone.points()["weight"]) for zone in zones]
+            shapes = [one.shape for one in given]
+            if shapes not in ([(n,) for n in wanted], [(n, dim) for n in wanted]):
+                raise ContactError(
+                    f"values of shapes {shapes} are not one for each point: the slave "
+                    f"surfaces have {wanted} points, and a value is a number or a "
+                    f"vector of {dim}"
+                )
+        each_given = iter(given)
+        return self._average(
+            name, lambda _: next(each_given), given[0].ndim == 2, np.nan
+        )
+
+    def status(self) -> Function:
+        """`NodeStatus` of the slave nodes: 0 open or no hit, 1 stick, 2 slip. Collective.
+
+        Contact without friction is slip. The average over the points around each node,
+        rounded. Numbers are one less than those of `PointStatus`, which tells points
+        without hit from open ones.
+        """
+        if self._has_law_at_nodes:
+            f = self._at_nodes("status", lambda zone: nodes(zone)["status"])
+            f.x.array[:] = np.maximum(f.x.array - OPEN, 0.0)
+            return f
+        f = self._average("status", lambda points: points["status"] - OPEN)
+        f.x.array[:] = np.round(f.x.array)
+        return f
+
+    def coverage(self) -> Function:
+        """Share of the slave surface around each node that has a hit. Collective.
+
+        1 where every ray meets the master, 0 where none does and off the slave.
+        """
+        return self._average(
+            "coverage", lambda points: points["status"] >= OPEN, hits_only=False
+        )
+
+    def fields(self) -> list[Function]:
+        """All nodal results of the last `update`, for XDMF or VTK files. Collective.
+
+        Gap (0 where no hit: see coverage), normal and tangential traction, status,
+        coverage, the multiplier if there is one, slip with friction: write them next to
+        the displacement, ``io.write_xdmf(file, mesh, [u, *contact.fields()])``.
+        """
+        # DOLFINx 0.5 interpolates for XDMF, and a NaN then takes its whole cell
+        found = [self._gap(0.0), self.traction("normal"), self.traction("tangential")]
+        found += [self.status(), self.coverage()]
+        if self.friction is not None:
+            found.append(self.slip())
+        multiplier = self.surfaces.multiplier
+        return found if multiplier is None else [multiplier, *found]
