@@ -19,6 +19,8 @@ from .options.methods import has_dual_multiplier
 from .problem import CoupledProblem
 from .system.condensation import Condensation
 
+# Name under which a matrix carries its pattern
+_PATTERN = "raymortar_pattern"
 _SAME = PETSc.Mat.Structure.SAME_NONZERO_PATTERN
 
 
@@ -111,8 +113,6 @@ class CondensedProblem:
         self._n = self._condensation.n
         self.contact.to_vector(self._x)
         self._is_balanced = self._lifts = False
-        # Matrix that has taken the last tangent, and the places of its entries
-        self._taken: tuple[Any, ...] = (None,)
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} of {self.coupled!r}>"
@@ -205,13 +205,16 @@ class CondensedProblem:
         """Copy a tangent into a matrix, which gets its pattern where it has another.
         Collective."""
         begin, columns, values = found.getValuesCSR()
-        known, *places = self._taken
-        same = known == A.handle and all(map(np.array_equal, places, (begin, columns)))
+        # The matrix carries it: another one may later lie at the same address
+        pattern = A.getAttr(_PATTERN)
+        same = pattern is not None and all(
+            map(np.array_equal, pattern, (begin, columns))
+        )
         if self.comm.allreduce(same, op=MPI.LAND):
             found.copy(A, _SAME)
             return
         A.setPreallocationCSR((begin, columns, values))
-        self._taken = A.handle, begin, columns
+        A.setAttr(_PATTERN, (begin, columns))
 
     # Results
 

@@ -20,9 +20,14 @@ class Lessons:
         self._plain = self._way = plain
         self._in_row, self._backoff = 0, Backoff()  # of the plain solver
 
+    @property
+    def lead(self) -> bool:
+        """Whether another way than the plain solver has solved the last steps."""
+        return self._in_row >= ENOUGH
+
     def first(self) -> str:
         """Name the way to begin this step with."""
-        if self._in_row < ENOUGH or not self._backoff.rests():
+        if not self.lead or not self._backoff.rests():
             return self._plain
         return self._way
 

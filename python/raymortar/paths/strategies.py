@@ -302,7 +302,9 @@ class Strategies:
         """Solve by the solver as it was given, from where the last step leads first."""
         was, self.used = self.used, FULL
         prediction = self._prediction
-        if prediction and last is not None and (prediction.always or was == FULL):
+        # After steps of another way a smooth path may need no more than a better start
+        goes_on = was == FULL or self._lessons.lead
+        if prediction and last is not None and (prediction.always or goes_on):
             if prediction.leads_on(now, last, ratio):
                 iterations = self._from_ahead(prediction, now)
                 if iterations is not None:
