@@ -37,3 +37,12 @@ def test_ways_that_take_turns_teach_nothing():
 def test_the_plain_solver_stays_once_it_works_again():
     found = first_ways(lambda k: OTHER if k < 4 else PLAIN, 9)
     assert found == [PLAIN, PLAIN, OTHER, OTHER, PLAIN, PLAIN, PLAIN, PLAIN, PLAIN]
+
+
+def test_another_way_leads_after_two_steps_in_a_row():
+    """Then the plain solver may start from where the path leads."""
+    lessons, leads = Lessons(PLAIN), []
+    for way in (OTHER, OTHER, OTHER, PLAIN, PLAIN):
+        leads.append(lessons.lead)
+        lessons.solved(way, plain_failed=way != PLAIN)
+    assert leads == [False, False, True, True, False]
