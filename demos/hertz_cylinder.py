@@ -77,7 +77,6 @@ def main(arguments=None):
     force = 2.0 * contact.resultant(0).force[1]
     a = np.sqrt(4.0 * force * RADIUS / (np.pi * E_STAR))
     p0 = 2.0 * force / (np.pi * a)
-    # The multiplier is the pressure, up to its sign
     pressure = common.pressure_field(contact)
     peak = comm.allreduce(pressure.x.array.max(initial=0.0), op=MPI.MAX)
     # The second moment of Hertz's pressure is force times a^2 / 4
@@ -89,8 +88,7 @@ def main(arguments=None):
 
     report = common.Report(comm)
     report.effort(contact)
-    iterations = [step.iterations for step in steps]
-    report.newton("load steps", iterations, list(problem.history))
+    report.newton("load steps", [s.iterations for s in steps], list(problem.history))
     report.add("peak pressure", peak, p0, 0.03, "MPa")
     half_width = 2.0 * np.sqrt(moment / total)
     report.add("half-width (second moment)", half_width, a, 0.03, "mm")
