@@ -57,6 +57,13 @@ class Groups:
     springs: Callable[[], Array]  # norm of the springs' forces on each free rigid body
     names: Callable[[], list[str]]  # collective
 
+    @property
+    def is_patch(self) -> Mask:
+        """Whether each group is a patch of slave surface."""
+        found = np.zeros(self.count, dtype=bool)
+        found[self.bodies : self.forces - self.free] = True
+        return found
+
     def sum(self, *rows: Array) -> Array:
         """Sum one or several arrays over the rows of each group. Collective."""
         return sum_by_group(self.comm, self.of_row, self.count, *rows)

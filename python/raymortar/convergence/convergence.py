@@ -28,7 +28,7 @@ PERIODS = range(2, 9)
 # to try
 REPEATS = 0.03
 
-# Share of the rounding error below which a residual counts though it still falls
+# Share of the rounding error below which a patch's residual counts though it falls
 FAR = 1e-3
 
 # Growth of the residual over all before it that no solve comes back from
@@ -211,8 +211,9 @@ class Convergence:
         if not at_once and self._last[0] is not None:
             settled = now.residual >= 0.1 * self._last[0]
         floors = self._floors + self._field_floors + self._inertia_floors
+        rounding = settled & (now.residual <= floors)
         # The tractions of a surface that opens vanish, and their residual with them
-        rounding = settled & (now.residual <= floors) | (now.residual <= FAR * floors)
+        rounding |= self.groups.is_patch & (now.residual <= FAR * floors)
         # A tolerance for forces says nothing about fields that are not forces
         return balanced | (rounding & (fields if atol is not None else True))
 
