@@ -24,7 +24,7 @@ SAME = 1e-6
 # Least singular value of the places of neighbours, over the largest: with a smaller one
 # they are in a line or plane, and weights would be large
 SPREAD = 0.1
-# Of a weight, the part that is rounding error
+# Weights up to this are rounding errors
 NOTHING = 1e-14
 
 

@@ -226,7 +226,7 @@ class TiedField(FieldOnZone):
         return tuple(np.einsum("qa,qa->q", *pair) for pair in zip(at.N, nodal))
 
     def points(self, fields: Any) -> dict[str, Array]:
-        """What a law is given: neither pressure, gap nor slip."""
+        """Arguments of a law: pressure, gap and slip are zero."""
         at, none = self.fixed, np.zeros(len(self.fixed.number))
         found: dict[str, Any]
         found = {"point": at.number, "facet": at.facet, "xi": at.xi}

@@ -36,7 +36,7 @@ MOST_AUGMENTATIONS = 20
 
 @dataclass(frozen=True)
 class Adjustment:
-    """What `Contact.adjust` has changed, on all ranks.
+    """Changes that `Contact.adjust` has made, on all ranks.
 
     Attributes
     ----------

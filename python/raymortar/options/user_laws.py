@@ -183,9 +183,9 @@ def samples(count: int) -> Any:
     return np.unique(np.linspace(0, count - 1, SAMPLES).astype(int))
 
 
-# What the law of a flux is given, in this order
+# Arguments of the law of a flux, in this order
 ARGUMENTS = ("T_s", "T_m", "p", "g", "v")
-# Those that are never negative
+# Arguments that are never negative
 POSITIVE = ("p", "v")
 # Step into the complex plane: its square is nothing beside any value
 IMAGINARY = 1e-30
@@ -271,7 +271,7 @@ class FluxLaw(UserLaw):
             # A law may refuse what does not occur
             with np.errstate(all="ignore"), suppress(ContactError, ArithmeticError):
                 slopes = self.slopes(one, given)
-                # Where a slope vanishes, as that of T^4 at 0, differences do not
+                # Slopes may vanish, as that of T^4 at 0; differences do not
                 largest = np.maximum(largest, np.abs(slopes).max(axis=0, initial=0.0))
                 largest[:2] = largest[:2].max()
                 for k in range(len(ARGUMENTS)):
@@ -312,7 +312,7 @@ class FluxLaw(UserLaw):
             low[k] = np.maximum(low[k], 0.0)
         q_low, q, q_high = (self.values(one, given) for one in (low, at, high))
         rounding = 1e2 * np.finfo(float).eps * np.abs(q).max() / h + nothing
-        # Where a law falls vertically its differences depend on their step
+        # Differences of a law that falls vertically depend on their step
         vertical = (at[k] == 0.0) & (ARGUMENTS[k] in POSITIVE)
         places, values = (low[k], at[k], high[k]), (q_low, q, q_high)
         beyond = beyond_differences(found, places, values, rounding, vertical)

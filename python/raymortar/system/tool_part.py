@@ -134,9 +134,9 @@ class ToolPart:
 class ToolField:
     """The field on rigid tools as an unknown, one number, with a capacity.
 
-    What flows into the tools through contact and what friction heats there is what they
-    store, by the implicit Euler method: capacity times change over `Contact.dt`. Give it
-    to `Flux`; several fluxes may share it, and then their tools have one value.
+    The tools store the flux through contact and their share of the heat of friction, by
+    the implicit Euler method: capacity times change over `Contact.dt`. Give it to
+    `Flux`; several fluxes may share it, and then their tools have one value.
 
     Parameters
     ----------
@@ -199,7 +199,7 @@ class ToolField:
 
     @property
     def source(self) -> float:
-        """What flows into the tools from elsewhere, per time."""
+        """Flux into the tools from elsewhere, per time."""
         return self._source
 
     @source.setter
@@ -210,7 +210,7 @@ class ToolField:
 
     @property
     def stored(self) -> float:
-        """What the tools have stored since the start, or since `value` was set.
+        """Heat that the tools have stored since the start, or since `value` was set.
         Collective."""
         return self.capacity * (self.value - self._start)
 
