@@ -27,9 +27,9 @@ sys.path[:0] = [
 
 import accuracy_tables  # noqa: E402
 import coefficient  # noqa: E402
-import fronts  # noqa: E402
 import paths  # noqa: E402
 import points_and_nodes  # noqa: E402
+import slip_fronts  # noqa: E402
 import small  # noqa: E402
 
 # In the order of the page
@@ -49,7 +49,7 @@ TABLES = {
     "flux": accuracy_tables.flux,
     "conditions": points_and_nodes.paths,
     "partial_slip": points_and_nodes.partial_slip,
-    "slip_fronts": fronts.slip_fronts,
+    "slip_fronts": slip_fronts.slip_fronts,
 }
 
 
