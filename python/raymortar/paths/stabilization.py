@@ -172,9 +172,10 @@ class Stabilization:
     steps they then hold it as they did at the end of this one.
 
     `most` is the largest number of solves of one step, `MOST` where the user asks for
-    the forces, which None tells; else a step takes at most `MOST_TANGENTS` besides. `work` is the work of the viscous forces so far.
-    Energy. `share` is the largest share of all forces of a body at the end of the last
-    step. `gave_up` tells why the last step was given up, if it took too many tangents.
+    the forces, which None tells; else a step takes at most `MOST_TANGENTS` besides.
+    `work` is the work of the viscous forces so far. Energy. `share` is the largest share
+    of all forces of a body at the end of the last step. `gave_up` tells why the last step
+    was given up, if it took too many tangents.
     """
 
     def __init__(self, solver: Any, factor: float, most: int | None = None) -> None:
