@@ -128,9 +128,12 @@ class Convergence:
         more: tuple[Array, Array] | None = None,
         inertia: Array | None = None,
     ) -> Imbalance:
-        """Note the norms of a residual, of `CoupledSystem.norms`, what further terms of
-        fields and their rounding errors add up to by group, and rows of inertia: a bound
-        of their terms. Collective."""
+        """Note a residual. Collective.
+
+        `norms` are those of `CoupledSystem.norms`; `more` are the sizes and rounding
+        errors that terms of fluxes add to each group; `inertia` is the force of inertia
+        that a unit of each owned unknown takes, None without inertia.
+        """
         groups, (residual, forces, lacking, sizes) = self.groups, norms
         if inertia is not None:
             self._inertia_floors = groups.inertia_floors(inertia, sizes)

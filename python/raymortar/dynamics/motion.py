@@ -56,6 +56,9 @@ class Motion:
         Size of the step that was begun, and of the accepted one before (0: none).
     begun
         Owned unknowns at the accepted step, (n,).
+    unit_forces
+        Force of inertia that a unit of each owned unknown takes alone in the step that
+        was begun, (n,).
     fastest
         Largest norm of velocities so far, by `size`.
     """
@@ -69,7 +72,7 @@ class Motion:
         self.middle = self._functions("middle")
         self.equation = StepEquation(0.0, 0.0, 0.0, 0.0, 0.0)
         self.dt = self.last = self.fastest = 0.0
-        self._shift = self.begun = np.zeros(0)
+        self._shift = self.begun = self.unit_forces = np.zeros(0)
 
     def _functions(self, name: str) -> list[Function]:
         """Zero Functions in the spaces of the unknowns."""
@@ -142,9 +145,11 @@ class Motion:
     # Steps
 
     def begin(self, dt: float) -> None:
-        """Begin a step from the present unknowns, which are the accepted ones."""
+        """Begin a step from the present unknowns, which are the accepted ones.
+        Collective."""
         self.dt, self.equation = dt, self.scheme.equation(dt)
         one, self.begun = self.equation, self._unknowns.owned_values()
+        self.unit_forces = one.factor * self.inertia.diagonal()
         v, a = self.values(self.velocity), self.values(self.acceleration)
         self._shift = one.position * self.begun + one.velocity * v
         self._shift += one.acceleration * a
@@ -156,11 +161,6 @@ class Motion:
         if self.equation.kept:
             found += self.equation.kept * self.values(self.static)
         return found
-
-    def terms(self) -> Array:
-        """Force of inertia that a unit of each owned unknown takes alone, (n,).
-        Collective."""
-        return self.equation.factor * self.inertia.diagonal()
 
     def inertia_now(self) -> Array:
         """Forces of inertia at the present unknowns, for which the step was solved,

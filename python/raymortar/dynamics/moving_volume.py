@@ -75,9 +75,8 @@ class MovingVolume:
         return found
 
     def inertia_terms(self) -> Array | None:
-        """Force of inertia that a unit of each owned unknown of the forms takes, (n,).
-        Collective."""
-        return self._motion.terms()
+        """Force of inertia that a unit of each owned unknown of the forms takes, (n,)."""
+        return self._motion.unit_forces
 
     def residual(self, bcs: Sequence[Any], increment: Array | None) -> Array:
         """Residual of the owned unknowns, with the effect of prescribed increments if

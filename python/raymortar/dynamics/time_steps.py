@@ -262,8 +262,8 @@ class TimeSteps(LoadSteps):
         )  # fmt: skip
 
     def _set_loads(self, time: float, dt: float) -> None:
-        """Set the loads of a time, without the inertia of a step that was begun before,
-        be it solved or to be halved."""
+        """Take the inertia of the step before off the bodies, whether or not it was
+        solved, and set the loads of a time."""
         self.bodies.release()
         self._apply(time, dt)
 

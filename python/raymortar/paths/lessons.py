@@ -21,13 +21,13 @@ class Lessons:
         self._in_row, self._backoff = 0, Backoff()  # of the plain solver
 
     @property
-    def lead(self) -> bool:
+    def another_leads(self) -> bool:
         """Whether another way than the plain solver has solved the last steps."""
         return self._in_row >= ENOUGH
 
     def first(self) -> str:
         """Name the way to begin this step with."""
-        if not self.lead or not self._backoff.rests():
+        if not self.another_leads or not self._backoff.rests():
             return self._plain
         return self._way
 

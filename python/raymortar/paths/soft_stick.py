@@ -33,8 +33,8 @@ class SoftStick:
     (5.17)]. The share is 1, 1/2, 1/4 in a solve's first tangents, as long as it reaches
     beyond the next facet and nodes change between open, stick and slip.
 
-    It is of laws at nodes, whose gamma goes by what the surface yields: of a body that
-    does not bend a traction reaches no further than a facet.
+    It acts on laws at nodes alone, whose gamma is as soft as the surface. Where bodies
+    do not bend, a traction reaches no further than a facet, and nothing is softened.
     """
 
     def __init__(self, problem: Any) -> None:

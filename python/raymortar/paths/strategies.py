@@ -303,7 +303,7 @@ class Strategies:
         was, self.used = self.used, FULL
         prediction = self._prediction
         # After steps of another way a smooth path may need no more than a better start
-        goes_on = was == FULL or self._lessons.lead
+        goes_on = was == FULL or self._lessons.another_leads
         if prediction and last is not None and (prediction.always or goes_on):
             if prediction.leads_on(now, last, ratio):
                 iterations = self._from_ahead(prediction, now)

@@ -43,6 +43,6 @@ def test_another_way_leads_after_two_steps_in_a_row():
     """Then the plain solver may start from where the path leads."""
     lessons, leads = Lessons(PLAIN), []
     for way in (OTHER, OTHER, OTHER, PLAIN, PLAIN):
-        leads.append(lessons.lead)
+        leads.append(lessons.another_leads)
         lessons.solved(way, plain_failed=way != PLAIN)
     assert leads == [False, False, True, True, False]
