@@ -324,8 +324,8 @@ class CoupledProblem:
         more = (
             None if self.fluxes is None else self.fluxes.sizes(self.convergence.groups)
         )
-        inertia = self.volume.inertia_terms()
-        imbalance = self.convergence.measure(norms, more, inertia)
+        terms = self.volume.inertia_terms
+        imbalance = self.convergence.measure(norms, more, terms)
         self.history.append(imbalance.norm)
 
     def loads(self, b: PETSc.Vec) -> None:

@@ -74,6 +74,7 @@ class MovingVolume:
         found += self._motion.inertia_now()
         return found
 
+    @property
     def inertia_terms(self) -> Array | None:
         """Force of inertia that a unit of each owned unknown of the forms takes, (n,)."""
         return self._motion.unit_forces

@@ -222,7 +222,11 @@ class Volume:
     kept
         What is kept, of all integrals or of some, as of the last residual or tangent.
         None: nothing.
+    inertia_terms
+        None: forms alone have no inertia, see `dynamics.MovingVolume`.
     """
+
+    inertia_terms: Array | None = None
 
     def __init__(
         self,
@@ -280,10 +284,6 @@ class Volume:
         forms, table = list(self.L), list(map(list, self.a))
         forms[at], table[at][at] = L, a
         return forms, table
-
-    def inertia_terms(self) -> Array | None:
-        """None: forms alone have no inertia, see `MovingVolume`."""
-        return None
 
     def forces(self, bcs: Sequence[Any]) -> Array:
         """Residual at the present state, of the owned unknowns. Collective."""
