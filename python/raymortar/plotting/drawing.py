@@ -13,7 +13,7 @@ from ..rigid.turning import directions_across
 from .labels import AxisOptions
 from .tools import COLOUR
 
-STRESS_MAP, PRESSURE_MAP = "viridis", "magma_r"
+MAPS = STRESS_MAP, PRESSURE_MAP = "viridis", "magma_r"
 NORMAL, TANGENTIAL = "#c0392b", "#2c3e50"
 PRESSURE = "contact pressure"
 # Fewest parts into which the polygons of a picture are split
@@ -42,10 +42,15 @@ LOOK = {
 
 
 def shaded(polygons: Array) -> Array:
-    """Split triangles or quadrilaterals (n, k, c) into small triangles (m, 3, c).
+    """Split polygons (n, k, c) into small triangles (m, 3, c).
 
-    Values are interpolated linearly or bilinearly.
+    Values are interpolated linearly or bilinearly. Polygons of five points or more, whose
+    edges are curved, are split around their means first.
     """
+    if polygons.shape[1] > 4:
+        mean = np.broadcast_to(polygons.mean(axis=1, keepdims=True), polygons.shape)
+        fans = np.stack([mean, polygons, np.roll(polygons, -1, axis=1)], axis=2)
+        polygons = fans.reshape(-1, 3, polygons.shape[2])
     found, count = polygons, polygons.shape[1]
     while 0 < len(found) < SHADED:
         middle = 0.5 * (found + np.roll(found, -1, axis=1))
@@ -70,24 +75,29 @@ def draw_field(
 ) -> Any:
     """Draw a field on polygons in the plane, with their edges; give a colour bar's source.
 
-    The field (n, k, 1) is at deformed vertices (n, k, 2). Images are factors on x and y
+    The field (n, k, 1) is at deformed points (n, k, 2) around polygons. Images are factors on x and y
     of each copy that is drawn: mirrored ones complete a symmetric body of which only a
     part is meshed. Colours go from 0 to `top`, or follow a norm of matplotlib.
     """
-    from matplotlib.collections import PolyCollection
+    from matplotlib.collections import PolyCollection, TriMesh
+    from matplotlib.colors import Normalize
+    from matplotlib.tri import Triangulation
 
-    scale = {"vmin": 0.0, "vmax": top} if norm is None else {"norm": norm}
+    scale = Normalize(0.0, top) if norm is None else norm
     # matplotlib blends colours between vertices. Where these are far apart, blends are
     # no colours of the scale: polygons are split
     for signs in images:
         polygons = at * np.array(signs)
         x, y, z = shaded(np.concatenate([polygons, values], axis=2)).reshape(-1, 3).T
-        triangles = np.arange(len(x)).reshape(-1, 3)
-        colours = axes.tripcolor(
-            x, y, triangles, z, shading="gouraud", cmap=cmap, **scale
-        )
+        corners = Triangulation(x, y, np.arange(len(x)).reshape(-1, 3))
+        colours = TriMesh(corners, array=z, cmap=cmap, norm=scale)
         lines = {"edgecolor": "k", "lw": 0.15, "alpha": 0.5}
-        axes.add_collection(PolyCollection(polygons, facecolor="none", **lines))
+        edges = PolyCollection(polygons, facecolor="none", **lines)
+        # Their limits are those of the points: matplotlib would make each triangle a path
+        axes.update_datalim(polygons.reshape(-1, 2))
+        for one in (colours, edges):
+            axes.add_collection(one, autolim=False)
+    axes.autoscale_view()
     axes.set(aspect="equal")
     axes.locator_params(nbins=6)
     return colours
@@ -304,6 +314,21 @@ def _abscissa(
     widest = int(np.argmax(np.ptp(x, axis=0))) if len(x) else 0
     k = widest if over is None else "xy".index(over)
     return x[:, k], options.length(options.axes[k])
+
+
+def contents(axes: Any) -> list[Any]:
+    """Find what axes show, their own labels and ticks aside."""
+    legend = axes.get_legend()
+    found = [*axes.collections, *axes.lines, *axes.texts]
+    return found if legend is None else [*found, legend]
+
+
+def clear(axes: Any) -> None:
+    """Take away what axes show, and keep their labels and ticks."""
+    for artist in contents(axes):
+        artist.remove()
+    axes.relim()
+    axes.autoscale(True)
 
 
 def fit_ticks(figure: Any) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +17,11 @@ from dolfinx.mesh import Mesh
 from .. import compat
 from ..compat import Array, Indices
 from ..discretization.facets import facets_of_mesh
-from ..discretization.reference_facets import FACET_SHAPE, cell_facet_nodes
+from ..discretization.reference_facets import (
+    FACET_SHAPE,
+    cell_facet_nodes,
+    shape_functions,
+)
 from ..interface.point_results import CLOSED, OPEN
 from ..paths.patch_columns import rigid_bodies
 from ..tools import nodal_field
@@ -32,6 +36,8 @@ if TYPE_CHECKING:
 MARGIN = {2: 0.15, 3: 0.4}
 # Margin around the points in contact of a picture that is zoomed to them
 ZOOM = 0.4
+# Most parts of an edge of degree 2, and edges of a picture that have two parts or more
+PARTS, EDGES = 8, 12_000
 # Arrays of points that pictures need; `facet` is a place among all slave facets
 _NAMES = "x normal contact_normal traction weight status pair facet".split()
 # Names that DOLFINx gives Functions without one, and parts of Functions
@@ -47,7 +53,7 @@ class Frame:
     Attributes
     ----------
     bodies
-        Vertices (n, k, 3) of polygons, displacement, and field (n, k, 1).
+        Points (n, k, 3) around polygons, displacement, and field (n, k, 1).
     slaves
         The same of slave facets; in 3D with the normal traction (n, k, 3).
     points
@@ -105,11 +111,14 @@ def gather_frame(contact: Contact, field: Any, options: AxisOptions) -> Frame | 
     mesh = u.function_space.mesh
     comm, dim = mesh.comm, mesh.geometry.dim
     shown = _nodal(u if field is None else field, mesh)
-    gather_bodies: Any = gather_cells if dim == 2 else gather_boundary
-    bodies = gather_bodies(mesh, u, shown)
     facets = np.concatenate([zone.facets.slave.facets for zone in contact.zones])
-    functions = [u] if dim == 2 else [u, contact.traction("normal")]
-    slaves = gather_boundary(mesh, *functions, facets=facets)
+    if dim == 2:
+        bodies = gather_cells(mesh, u, shown, parts=_parts(mesh, u))
+        slaves = gather_boundary(mesh, u, facets=facets)
+    else:
+        parts, traction = _parts(mesh, u), contact.traction("normal")
+        bodies = gather_boundary(mesh, u, shown, parts=parts)
+        slaves = gather_boundary(mesh, u, traction, facets=facets, parts=parts)
     points = _gather_points(contact, comm)
     if comm.rank > 0:
         return None
@@ -199,7 +208,7 @@ def _within(bodies: Any, box: Box) -> list[Array]:
 
 # Meshes and fields on rank 0
 
-# Nodes of a facet of degree 2 in the order around it; every other one is a corner
+# Nodes of a polygon of degree 2 in the order around it; every other one is a corner
 _AROUND = {
     "interval": [0, 2, 1],
     "triangle": [0, 5, 1, 3, 2, 4],
@@ -213,41 +222,82 @@ def gather(comm: MPI.Comm, array: Array) -> Array | None:
     return None if parts is None else np.concatenate(parts)
 
 
-def _gather_nodes(
-    mesh: Mesh, x: Array, cells: Indices, nodes: Indices, functions: tuple[Any, ...]
+def _degree(V: Any) -> int:
+    """Degree to which pictures show functions of a space, 1 or 2."""
+    return 2 if compat.element_info(V).degree == 2 else 1
+
+
+def _parts(mesh: Mesh, u: Function) -> int:
+    """Find into how many parts edges are split, so that those of degree 2 look curved."""
+    if max(compat.geometry_degree(mesh), _degree(u.function_space)) == 1:
+        return 1
+    cells = mesh.topology.index_map(mesh.topology.dim).size_global
+    return int(np.clip(EDGES // (4 * cells), 2, PARTS))
+
+
+def _outline(corners: int, degree: int, parts: int) -> Array:
+    """Shape functions at the points around a polygon, (points, nodes around it)."""
+    if corners == 2:
+        return np.eye(2)
+    t = np.arange(parts)[:, None] / parts
+    begin, end, *middle = shape_functions("interval", degree, t)[0].T
+    table = np.zeros((corners, parts, corners * degree))
+    for k in range(corners):
+        for j, values in enumerate([begin, *middle, end]):
+            table[k, :, (degree * k + j) % (corners * degree)] = values
+    return table.reshape(corners * parts, -1)
+
+
+def _gather_around(
+    mesh: Mesh,
+    shape: str,
+    cells: Indices,
+    nodes_of: Callable[[int], Indices],
+    functions: tuple[Any, ...],
+    parts: int,
 ) -> list[Any]:
-    """Positions (n, k, 3) of some nodes of cells and values of functions on rank 0."""
-    arrays = [x]
+    """Points (n, k, 3) around polygons of a shape and values of functions, on rank 0.
+
+    The nodes of cells around each polygon are those of a degree.
+    """
+    x, degree = mesh.geometry.x, compat.geometry_degree(mesh)
+    sources = [(x, compat.geometry_dofmap(mesh), degree)]
     for f in functions:
         V = f.function_space
-        dofs = compat.dofmap_array(V)[cells[:, None], nodes]
-        arrays.append(f.x.array.reshape(-1, V.dofmap.index_map_bs)[dofs])
-    return [gather(mesh.comm, array) for array in arrays]
+        values = f.x.array.reshape(-1, V.dofmap.index_map_bs)
+        sources.append((values, compat.dofmap_array(V), _degree(V)))
+    found, around = [], _AROUND[shape]
+    for values, dofs, degree in sources:
+        degree = 1 if parts == 1 or shape == "interval" else degree
+        order = around[:: 3 - degree]
+        at = values[dofs[cells[:, None], nodes_of(degree)[:, order]]]
+        table = _outline(len(around[::2]), degree, parts)
+        found.append(gather(mesh.comm, np.einsum("pa,nac->npc", table, at)))
+    return found
 
 
-def gather_cells(mesh: Mesh, *functions: Function) -> list[Any]:
-    """Cells of a 2D mesh as polygons, with functions at their vertices. Collective.
+def gather_cells(mesh: Mesh, *functions: Function, parts: int = 1) -> list[Any]:
+    """Cells of a 2D mesh as polygons, with functions around them. Collective.
 
-    On rank 0 vertices (n, k, 3) in order around the cell, and an array
-    (n, k, components) for each continuous Lagrange function; None elsewhere.
+    Each edge of a cell has a number of parts. On rank 0 points (n, k, 3) in order around
+    the cell, and an array (n, k, components) for each continuous Lagrange function; None
+    elsewhere.
     """
     cells = np.arange(mesh.topology.index_map(2).size_local, dtype=np.int32)
-    quadrilateral = compat.cell_name(mesh) == "quadrilateral"
-    corners = np.tile([0, 1, 3, 2] if quadrilateral else [0, 1, 2], (len(cells), 1))
-    x = mesh.geometry.x[compat.geometry_dofmap(mesh)[cells[:, None], corners]]
-    return _gather_nodes(mesh, x, cells, corners, functions)
+    shape = compat.cell_name(mesh)
+    nodes = np.arange(len(_AROUND[shape]))[None]
+    return _gather_around(mesh, shape, cells, lambda degree: nodes, functions, parts)
 
 
 def gather_boundary(
     mesh: Mesh,
     *functions: Function,
     facets: Indices | None = None,
-    is_curved: bool = False,
+    parts: int = 1,
 ) -> list[Any]:
     """Exterior facets of a mesh, or given ones of this rank, as `gather_cells`.
 
-    Collective. In 2D polygons are ends. Curved ones, in 3D, also have the nodes amid the
-    edges, so that edges of degree 2 look curved; all functions are then of degree 2.
+    Collective. In 2D polygons are ends.
     """
     chosen = compat.exterior_facets(mesh) if facets is None else facets
     found = facets_of_mesh(mesh, -1, chosen)
@@ -255,10 +305,9 @@ def gather_boundary(
     own = found.cells < mesh.topology.index_map(mesh.topology.dim).size_local
     cells, local = found.cells[own], found.local_facets[own]
     cell = compat.cell_name(mesh)
-    around = _AROUND[FACET_SHAPE[cell]][:: 1 if is_curved else 2]
-    nodes = cell_facet_nodes(cell, 2 if is_curved else 1)[:, around][local]
-    x, dofs = mesh.geometry.x, compat.geometry_dofmap(mesh)
-    if is_curved:
-        V = functions[0].function_space
-        x, dofs = V.tabulate_dof_coordinates(), compat.dofmap_array(V)
-    return _gather_nodes(mesh, x[dofs[cells[:, None], nodes]], cells, nodes, functions)
+
+    def nodes_of(degree: int) -> Indices:
+        return cell_facet_nodes(cell, degree)[local]
+
+    shape = FACET_SHAPE[cell]
+    return _gather_around(mesh, shape, cells, nodes_of, functions, parts)

@@ -28,13 +28,15 @@ if TYPE_CHECKING:
 Limits = list[Any]
 # Dots per inch
 DPI = 100
+# Rows of pixels by which each colour bar counts where the 256 colours of a GIF are chosen
+BAR = 60
 
 
 class Movie:
     """Pictures of a path as `plot` draws them, in a GIF. Collective.
 
-    Rank 0 keeps what each picture shows until the movie is written, so that all have the
-    same axes and colours.
+    Make it before or after the solver. Rank 0 keeps what each picture shows until the
+    movie is written, so that all have the same axes and colours.
 
     Parameters
     ----------
@@ -89,7 +91,13 @@ class Movie:
         self._frames: list[tuple[Frame, str]] = []
 
     def add(self, title: str = "") -> None:
-        """Add a picture of the last update, with a title. Collective."""
+        """Add a picture of the last update, with a title. Collective.
+
+        Raises
+        ------
+        ContactError
+            Before the first update or solve.
+        """
         with together(self._comm):
             self.contact.points()  # raises before the first update
         frame = gather_frame(self.contact, self._field, self._options)
@@ -114,30 +122,83 @@ class Movie:
     def _write(self) -> None:
         """Draw all pictures twice: to find their limits, and within these."""
         from matplotlib import rc_context
-        from matplotlib.animation import PillowWriter
 
-        look: Any = {**drawing.LOOK, "savefig.bbox": None}
-        with rc_context(look):
+        with rc_context(drawing.LOOK):
             figure, found = new_figure(False), []
+            figure.set_dpi(DPI)
+            ranges = Ranges.of([frame for frame, _ in self._frames])
+            shown = ranges, self._label, self._view, self._options
             for frame, _ in self._frames:
-                self._draw(figure, frame)
+                draw(figure, self.contact, frame, *shown)
                 found.append(_limits(figure))
             common = [_hull(of_one) for of_one in zip(*found)]
-            writer = PillowWriter(fps=self._fps)
-            with writer.saving(figure, str(self.path), DPI):
-                for frame, title in self._frames:
-                    self._draw(figure, frame)
-                    _set_limits(figure, common)
-                    figure.suptitle(title)
-                    drawing.fit_ticks(figure)
-                    writer.grab_frame()
+            stage = _Stage(figure, common, [title for _, title in self._frames])
+            pictures = []
+            for frame, title in self._frames:
+                draw(figure, self.contact, frame, *shown)
+                _set_limits(figure, common)
+                pictures.append(stage.picture(title))
+        palette = _palette(pictures[-1])
+        first, *others = (one.quantize(palette=palette, dither=0) for one in pictures)
+        options = {"duration": 1000.0 / self._fps, "loop": 0}
+        first.save(self.path, save_all=True, append_images=others, **options)
 
-    def _draw(self, figure: Any, frame: Frame) -> None:
-        """Draw one picture in place of the last one."""
-        figure.clear()
-        ranges = Ranges.of([frame for frame, _ in self._frames])
-        label, view, options = self._label, self._view, self._options
-        draw(figure, self.contact, frame, ranges, label, view, options)
+
+class _Stage:
+    """What pictures of a movie have in common: it is drawn once, as texts are slow.
+
+    Parameters
+    ----------
+    figure
+        Figure that has drawn a picture.
+    limits
+        Limits of its axes.
+    titles
+        Titles of all pictures; the longest needs room.
+    """
+
+    def __init__(self, figure: Any, limits: Limits, titles: Sequence[str]) -> None:
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+        self._figure, self._canvas = figure, FigureCanvasAgg(figure)
+        _set_limits(figure, limits)
+        drawing.fit_ticks(figure)
+        figure.suptitle(max(titles, key=len))
+        figure.draw_without_rendering()
+        figure.set_layout_engine("none")
+        for axes in figure.axes[:2]:
+            drawing.clear(axes)
+        figure.suptitle("")
+        _set_limits(figure, limits)
+        self._canvas.draw()
+        self._background = self._canvas.copy_from_bbox(figure.bbox)
+
+    def picture(self, title: str) -> Any:
+        """Picture of what the figure shows now, of PIL."""
+        from PIL import Image
+
+        artists = [self._figure.suptitle(title)]
+        for axes in self._figure.axes[:2]:
+            of_axes = [axes]  # those in space have no background
+            if not hasattr(axes, "zaxis"):
+                of_axes = [*drawing.contents(axes), *axes.spines.values()]
+            artists += sorted(of_axes, key=lambda one: float(one.get_zorder()))
+        self._canvas.restore_region(self._background)
+        for one in artists:
+            one.draw(self._canvas.get_renderer())
+        return Image.fromarray(np.array(self._canvas.buffer_rgba())[..., :3])
+
+
+def _palette(picture: Any) -> Any:
+    """Colours of a picture and of colour bars, for all pictures of a GIF."""
+    from matplotlib import colormaps
+    from PIL import Image
+
+    pixels = np.asarray(picture)
+    share = np.linspace(0.0, 1.0, pixels.shape[1])
+    bars = [colormaps[name](share)[:, :3] for name in drawing.MAPS]
+    rows = np.repeat((255 * np.array(bars)).astype(np.uint8), BAR, axis=0)
+    return Image.fromarray(np.concatenate([pixels, rows])).quantize(256)
 
 
 def _limits(figure: Any) -> Limits:

@@ -48,9 +48,8 @@ def plot(
     normal and tangential traction at the integration points along the slave surfaces,
     in one colour a pair. In 3D: the bodies' surfaces, sections of the rigid tools next
     to them, and the pressure on the slave surfaces, seen along the mean normal of the
-    points in contact and zoomed to these. Rank 0 gathers all that is drawn, so large
-    meshes may not fit; write those by `io.write_xdmf`. Edges of degree 2 are drawn
-    straight.
+    points in contact and zoomed to these. Edges of degree 2 are arcs. Rank 0 gathers
+    all that is drawn, so large meshes may not fit; write those by `io.write_xdmf`.
 
     Parameters
     ----------
@@ -106,8 +105,9 @@ def plot(
     """
     options = checked(contact, field, x, centre, units, zoom)
     comm = contact.layout.comm
-    if file is not None:
-        with together(comm):
+    with together(comm):
+        contact.points()  # raises before the first update
+        if file is not None:
             as_path(file)
     require_agreement(comm, backend=backend)
     draws = comm.rank == 0
@@ -138,7 +138,6 @@ def checked(
         raise ContactError(f"plot needs a Contact, not {type(contact).__name__}")
     with together(contact.layout.comm):
         mesh = contact.unknowns.only.u.function_space.mesh
-        contact.points()  # raises before the first update
         _check_field(mesh, field)
         axes = "rz" if contact.axisymmetric else "xy"
         options = AxisOptions(x, centre, units, axes, truth("zoom", zoom))
@@ -193,15 +192,23 @@ def draw(
     view: tuple[float, float],
     options: AxisOptions,
 ) -> None:
-    """Draw bodies and tools on the left, tractions on the right, by matplotlib."""
+    """Draw bodies and tools on the left, tractions on the right, by matplotlib.
+
+    A figure that has its axes keeps them, with their colour bars: what they show goes.
+    """
     from matplotlib import rc_context
     from matplotlib.colors import Normalize
 
     x, u, values = frame.bodies
     in_plane = u.shape[-1] == 2
+    is_first = not figure.axes
     with rc_context(drawing.LOOK):
-        left = figure.add_subplot(1, 2, 1, projection=None if in_plane else "3d")
-        right = figure.add_subplot(1, 2, 2)
+        if is_first:
+            figure.add_subplot(1, 2, 1, projection=None if in_plane else "3d")
+            figure.add_subplot(1, 2, 2)
+        left, right = figure.axes[:2]
+        for axes in (left, right):
+            drawing.clear(axes)
         norm = Normalize(*ranges.field)
         if in_plane:
             colours = drawing.draw_field(left, x[..., :2] + u, values, norm=norm)
@@ -222,9 +229,11 @@ def draw(
             top = ranges.pressure
             bar = drawing.draw_pressure(right, frame.slaves, frame.points, options, top)
             pressure = options.stress(drawing.PRESSURE)
-            figure.colorbar(bar, ax=right, label=pressure, shrink=0.85)
-        shrink = 0.85 if in_plane else 0.7
-        figure.colorbar(colours, ax=left, label=label, shrink=shrink)
+            if is_first:
+                figure.colorbar(bar, ax=right, label=pressure, shrink=0.85)
+        if is_first:
+            shrink = 0.85 if in_plane else 0.7
+            figure.colorbar(colours, ax=left, label=label, shrink=shrink)
 
 
 def _save(figure: Any, path: Path, backend: str) -> None:

@@ -73,14 +73,16 @@ def _sections(level: Level, lower: Array, upper: Array) -> Iterator[Array]:
     step = _STEP * np.linalg.norm(upper - lower)
     sides: Any = np.zeros((3, 2))
     sides[: len(lower)] = np.column_stack([lower, upper])
-    if len(lower) == 3:  # the part of the box that holds the tool
-        grid = np.meshgrid(*(np.linspace(a, b, _COARSE) for a, b in sides))
-        x = np.stack(grid, axis=-1).reshape(-1, 3)
-        inside = x[level(x) <= 0.0]
-        if len(inside):
-            cell = (upper - lower) / (_COARSE - 1)
-            sides[:, 0] = np.maximum(lower, inside.min(axis=0) - cell)
-            sides[:, 1] = np.minimum(upper, inside.max(axis=0) + cell)
+    # The part of the box that holds the tool
+    count = _COARSE if len(lower) == 3 else _GRID
+    grid = np.meshgrid(*(np.linspace(a, b, count) for a, b in sides[: len(lower)]))
+    x = np.zeros((grid[0].size, 3))
+    x[:, : len(lower)] = np.stack(grid, axis=-1).reshape(len(x), -1)
+    inside = x[level(x) <= 0.0, : len(lower)]
+    if len(inside):
+        cell = (upper - lower) / (count - 1)
+        sides[: len(lower), 0] = np.maximum(lower, inside.min(axis=0) - cell)
+        sides[: len(lower), 1] = np.minimum(upper, inside.max(axis=0) + cell)
     for axis in range(3) if len(lower) == 3 else [2]:
         one, other = (np.linspace(a, b, _GRID) for a, b in np.delete(sides, axis, 0))
         plane = np.stack(np.meshgrid(one, other), axis=-1).reshape(-1, 2)

@@ -7,7 +7,7 @@ from problems import COMM
 
 from meshes.scenes import two_blocks
 from raymortar import compat
-from raymortar.plotting.frames import gather_boundary
+from raymortar.plotting.frames import gather_boundary, gather_cells
 
 
 def area(polygons):
@@ -23,7 +23,7 @@ def test_curved_facets_have_the_nodes_amid_their_edges_in_between(cell, corners)
     u = fem.Function(compat.vector_space(scene.mesh, 2))
     u.interpolate(lambda x: x**2)
     straight = gather_boundary(scene.mesh, u)
-    found = gather_boundary(scene.mesh, u, is_curved=True)
+    found = gather_boundary(scene.mesh, u, parts=2)
     if COMM.rank > 0:
         assert all(part is None for part in found)
         return
@@ -34,3 +34,29 @@ def test_curved_facets_have_the_nodes_amid_their_edges_in_between(cell, corners)
     np.testing.assert_allclose(x[:, 1::2], mean, atol=1e-14)
     np.testing.assert_allclose(values, x**2, atol=1e-13)
     np.testing.assert_allclose(area(x), area(straight[0]), atol=1e-13)
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("cell", ["triangle", "quadrilateral"])
+def test_edges_of_degree_2_are_drawn_as_arcs(cell):
+    """Two blocks bent by a quadratic map, by their nodes and by a displacement."""
+
+    def bent(x):
+        return np.array([0.3 * x[1] ** 2, -0.2 * x[0] * x[1]])
+
+    mesh = two_blocks(COMM, 2, cell, 2, geometry_degree=2).mesh
+    X = mesh.geometry.x.copy()
+    mesh.geometry.x[:, :2] += bent(X.T).T
+    u = fem.Function(compat.vector_space(mesh, 2))
+    found = gather_cells(mesh, u, parts=4)
+    mesh.geometry.x[:] = X
+    u.interpolate(bent)
+    moved = gather_cells(mesh, u, parts=4)
+    if COMM.rank > 0:
+        return
+    x = moved[0]
+    corners = {"triangle": 3, "quadrilateral": 4}[cell]
+    assert x.shape[1:] == (4 * corners, 3)
+    exact = x[..., :2] + bent(x.reshape(-1, 3).T).T.reshape(*x.shape[:2], 2)
+    np.testing.assert_allclose(found[0][..., :2], exact, atol=1e-13)
+    np.testing.assert_allclose((x[..., :2] + moved[1]), exact, atol=1e-13)

@@ -18,7 +18,6 @@ def path(cell, file, n=2, **options):
     shape = (rigid.Circle, rigid.Sphere)[dim - 2]((*(0.4,) * (dim - 1), 1.5), 0.5)
     body = rigid.Body(shape, name="ball")
     found = press(cell, body, n=n)
-    found.contact.update()
     movie = raymortar.Movie(found.contact, file, **options)
 
     def move(t):
@@ -48,8 +47,9 @@ def test_pictures_have_axes_and_colours_in_common(cell, folder, monkeypatch):
     if COMM.rank > 0:
         assert not shown
         return
-    for one, other in zip(*shown):
-        np.testing.assert_allclose(one, other)
+    for one, other in zip(shown, shown[1:]):
+        for values, following in zip(one, other):
+            np.testing.assert_allclose(values, following)
     with Image.open(file) as pictures:
         assert pictures.n_frames == 2
         assert pictures.info["duration"] == 250
@@ -59,11 +59,27 @@ def test_pictures_have_axes_and_colours_in_common(cell, folder, monkeypatch):
     assert first.shape == second.shape and np.abs(first - second).max() > 50
 
 
+def test_pictures_share_axes_and_texts(folder, monkeypatch):
+    """Texts take most of the time of a picture: they are drawn once for all."""
+    from matplotlib import axis
+
+    movie, drawn = path("triangle", folder / "ball.gif"), []
+    keep = axis.Axis.draw
+    monkeypatch.setattr(axis.Axis, "draw", lambda *a: drawn.append(a) or keep(*a))
+    counts = []
+    for times in (1, 4):
+        movie._frames = movie._frames[:2] * times
+        drawn.clear()
+        movie.write()
+        counts.append(len(drawn))
+    assert counts[0] == counts[1] > 0
+
+
 def test_what_is_no_movie_is_refused(folder):
     found = press("triangle", rigid.Circle((0.4, 1.5), 0.5))
     file = folder / "ball.gif"
     with pytest.raises(ContactError, match="there are no results yet"):
-        raymortar.Movie(found.contact, file)
+        raymortar.Movie(found.contact, file).add()
     found.contact.update()
     with pytest.raises(ContactError, match="ball.png must end in .gif"):
         raymortar.Movie(found.contact, folder / "ball.png")

@@ -51,6 +51,14 @@ def test_outlines_are_on_the_shape(name):
     assert away.max() <= tolerance * max(1.0, 1e-3 * np.abs(x).max())
 
 
+def test_a_small_circle_is_drawn_round():
+    """Its pieces are chords of less than ten degrees, whatever else is in the picture."""
+    (outline,) = curves(rigid.Body(rigid.Circle((0.52, 0.47), 0.02)), LOWER, UPPER)
+    chords = np.linalg.norm(np.diff(outline, axis=0), axis=1)
+    assert chords.max() < 0.02 * np.radians(10.0)
+    assert chords.sum() == pytest.approx(0.04 * np.pi, rel=1e-2)
+
+
 def nearest(body, x):
     """Distance from the tool along the nearest of a fan of rays."""
     angles = np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False) + 0.01
