@@ -77,8 +77,11 @@ def describe(problem: CoupledProblem) -> str:
     contact, in_use = problem.contact, in_use_of(problem)
     led = in_use.controlled
     free = loose_bodies(problem, in_use.led) if led else unheld(problem)
+    rubbed = list[str]()
     if contact.layout.bodies:
         free += contact.free_bodies.unheld()
+        if not free and not in_use.steps:  # steps look at their start
+            rubbed = contact.free_bodies.rubbed()
     fixed = contact.constrained(problem.bcs)
     rigid, softer = list[int | str](), list[str]()
     for part in contact.parts:
@@ -88,9 +91,8 @@ def describe(problem: CoupledProblem) -> str:
         softer += swaps(part.surfaces, part.volume, problem.bcs)
     excess = [one.excess for one in contact.contacts if one.excess is not None]
     seen = problem.history, contact.statistics, free, problem.convergence.describe()
-    return describe_failure(
-        *seen, rigid, softer, excess, strange_gammas(problem), in_use
-    )
+    odd = [*strange_gammas(problem), *rubbed]
+    return describe_failure(*seen, rigid, softer, excess, odd, in_use)
 
 
 def describe_failure(
@@ -101,13 +103,14 @@ def describe_failure(
     rigid: Sequence[int | str] = (),
     swaps: Sequence[str] = (),
     excess: Sequence[str] = (),
-    gammas: Sequence[str] = (),
+    odd: Sequence[str] = (),
     in_use: InUse = InUse(),
 ) -> str:
     """Describe the state of contact, the residuals, and what to try.
 
-    `unheld`, `excess` and `gammas` are sentences, on bodies that nothing holds, on
-    interferences larger than the bodies are thick, and on odd coefficients. `rigid` are
+    `unheld`, `excess` and `odd` are sentences, on bodies that nothing holds, on
+    interferences larger than the bodies are thick, and on odd coefficients and loads that
+    friction alone resists. `rigid` are
     tags of slaves that are prescribed throughout, on masters that move, and `swaps`
     proposals for slaves that are too fine for their masters.
     """
@@ -135,7 +138,7 @@ def describe_failure(
     else:
         against = _against_cycles(in_use) if period else ["smaller steps"] * diverged
         proposals = [*swaps, *against]
-    text = "; ".join([text + imbalance, *unheld, *excess, *gammas])
+    text = "; ".join([text + imbalance, *unheld, *excess, *odd])
     return text + (f". Try {one_of(proposals)}" if proposals else "")
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import replace
 from typing import Any
 
@@ -11,13 +12,22 @@ from petsc4py import PETSc
 import numpy as np
 
 from ..compat import Array
-from ..errors import SetUpError, raise_everywhere
+from ..errors import ContactWarning, SetUpError, raise_everywhere
 from ..interface.point_results import OPEN
 from ..interface.stiffness import mean_facet_size
 from ..interface.zone_data import ZoneData, positions
 from ..rigid.body import Body
 from .assembly import ContactAssembly
-from .push import STEEP, Push, across_and_whole, in_space, parts_of, sums_of
+from .push import (
+    AT_REST,
+    STEEP,
+    Push,
+    across_and_whole,
+    in_space,
+    moves_of,
+    parts_of,
+    sums_of,
+)
 
 # Share of a motion along the normals of closed points that counts as zero
 _NOTHING = 1e-10
@@ -40,6 +50,8 @@ class FreeBodies:
         self._stiffness: float | None = None
         # At the start of this solve
         self._moved: set[Body] = set()
+        # Bodies with a turn that the user has been told of
+        self._told: set[Body] = set()
 
     @property
     def bodies(self) -> tuple[Body, ...]:
@@ -118,9 +130,18 @@ class FreeBodies:
         each = ((part, zone) for part in parts for zone in part.zones)
         return [(part, zone) for part, zone in each if body in zone.facets.bodies]
 
+    def _rubs(self, body: Body) -> bool:
+        """Whether a contact that meets a body has friction, or ties it."""
+        parts = [part for part, _ in self._met(body)]
+        return any(
+            part.present.has_friction or part.surfaces.tied is not None
+            for part in parts
+        )
+
     def _points(self, body: Body) -> dict[str, Array]:
         """Points that hit a body."""
-        names, found = ("x", "normal", "distance", "traction", "weight", "status"), []
+        names = "x normal master_normal distance traction weight status".split()
+        found = []
         for _, zone in self._met(body):
             number, points = zone.facets.bodies.index(body), zone.points()
             mine = (points["master"] == number) & (points["status"] >= OPEN)
@@ -175,7 +196,8 @@ class FreeBodies:
         return low
 
     def close_gaps(self) -> None:
-        """Move free bodies that touch nothing to the slave ahead. Collective."""
+        """Move free bodies that touch nothing to the slave ahead, where nothing but turns
+        of round bodies without friction may be loose. Collective."""
         if not self.bodies or any(part.gamma is None for part in self._system.parts):
             return
         self._system.update()
@@ -183,6 +205,42 @@ class FreeBodies:
         moved = [self._close_gap(body) for body in self.bodies]
         if any(moved):
             self._system.update()
+        for body in self.bodies:
+            self._require_resisted_turns(body)
+
+    def _require_resisted_turns(self, body: Body) -> None:
+        """Refuse moments about an axis of symmetry of a body without friction, and warn
+        of such a turn without one. Collective."""
+        loose = self._loose_turns(body)
+        if not loose.shape[1] or self._rubs(body):
+            return
+        pushed, _ = body.pushed()
+        names = ", ".join(map(repr, parts_of(body, np.abs(loose).sum(axis=1))))
+        is_turned = np.linalg.norm(loose.T @ pushed) > AT_REST * np.linalg.norm(pushed)
+        text = (
+            f"the rigid {body.name} {'is turned' if is_turned else 'may turn'} about an "
+            f"axis of its symmetry, and without friction nothing resists that: leave "
+            f"{names} out of free, or give it stiffness or the Contact friction"
+        )
+        if is_turned:
+            raise SetUpError(text)
+        if body not in self._told:
+            self._told.add(body)
+            warnings.warn(text, ContactWarning, stacklevel=2)
+
+    def _loose_turns(self, body: Body) -> Array:
+        """Turns that change no gap and that no spring resists, as orthonormal columns
+        (n, turns). Collective."""
+        freedom, points = body.freedom, self._points(body)
+        is_open = freedom.is_turn & ~freedom.is_resisted
+        ways = np.eye(len(freedom))[:, is_open]
+        moves = np.einsum("qja,jk->qka", moves_of(body, points), ways)
+        along = np.einsum("qka,qa->qk", moves, in_space(points["master_normal"]))
+        sums = np.stack([along.T @ along, np.einsum("qka,qla->kl", moves, moves)])
+        sums = self._comm.allreduce(sums)
+        values, turns = np.linalg.eigh(sums[0])
+        loose: Array = ways @ turns[:, values <= _NOTHING * np.trace(sums[1])]
+        return loose if sums[1].any() else loose[:, :0]
 
     def _close_gap(self, body: Body) -> bool:
         """Move a body to the slave ahead, if it touches nothing. Whether it was moved.
@@ -249,6 +307,8 @@ class FreeBodies:
         update. Collective."""
         found = []
         for body in self.bodies:
+            if not self._rubs(body):
+                continue
             freedom, sums = body.freedom, across_and_whole(body, self._points(body))
             self._comm.Allreduce(MPI.IN_PLACE, sums)
             across, whole = sums
@@ -269,8 +329,7 @@ class FreeBodies:
             push = self.push(body)
             names = parts_of(body, push.unmet)
             end = "and nothing stops it"
-            rubs = any(part.present.has_friction for part, _ in self._met(body))
-            if push.touches and rubs:
+            if push.touches and self._rubs(body):
                 end = "where friction alone resists"
             if names:
                 found.append(

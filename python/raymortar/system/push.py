@@ -80,7 +80,7 @@ class Push:
         return (moves / far if far > 0.0 else moves), far, force
 
 
-def _moves(body: Body, points: dict[str, Array]) -> Array:
+def moves_of(body: Body, points: dict[str, Array]) -> Array:
     """Motion of the places that points hit, by the unknowns of a body, (points, n, 3)."""
     drift, spin, _ = body.freedom.rates()
     normal = in_space(points["normal"])
@@ -92,7 +92,7 @@ def across_and_whole(body: Body, points: dict[str, Array]) -> Array:
     """Squares of the motions of closed points across the slave, and of all their motion,
     by the unknowns of a body, (2, n)."""
     closed = points["status"] >= CLOSED
-    weight, moves = points["weight"][closed], _moves(body, points)[closed]
+    weight, moves = points["weight"][closed], moves_of(body, points)[closed]
     across = np.einsum("qja,qa->qj", moves, in_space(points["normal"])[closed])
     return np.stack([weight @ across**2, np.einsum("q,qja->j", weight, moves**2)])
 
@@ -118,7 +118,7 @@ def sums_of(body: Body, points: dict[str, Array]) -> Array:
     normal, weight, moves = (
         in_space(points["normal"]),
         points["weight"],
-        _moves(body, points),
+        moves_of(body, points),
     )
     force = weight[:, None] * in_space(points["traction"])
     closed, sticks = points["status"] >= CLOSED, points["status"] == PointStatus.STICK

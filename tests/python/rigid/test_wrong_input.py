@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import boxes
 import numpy as np
 import pytest
@@ -12,6 +14,8 @@ from raymortar import (
     AugmentedLagrangian,
     Contact,
     ContactError,
+    ContactWarning,
+    Coulomb,
     NewtonSolver,
     NonlinearProblem,
     SNESSolver,
@@ -159,3 +163,35 @@ def test_what_would_change_nothing_is_refused():
         with pytest.raises(AttributeError):
             setattr(ball, name, None)
     assert ball.free == ("y",) and ball.stiffness == {"y": 2.0}
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("cell", ["triangle", "hexahedron"])
+def test_turns_of_round_bodies_need_resistance(cell):
+    """A moment about an axis of symmetry is refused before the solve; without one the
+    turn is told. Friction or a spring resists it."""
+    plane = cell == "triangle"
+    if plane:
+        free, force, moment = ("y", "r"), (0.0, -0.5), 0.1
+        shape = rigid.Circle((0.5, 1.45), 0.5)
+    else:
+        free, force, moment = ("z", "rz"), (0.0, 0.0, -0.5), (0.0, 0.0, 0.1)
+        shape = rigid.Sphere((0.5, 0.5, 1.45), 0.5)
+    about, turn = {"moment": moment}, free[1]
+
+    def start(friction=None, **options):
+        body = rigid.Body(shape, name="roller", free=free, force=force, **options)
+        problem = press(cell, body, n=2, friction=friction, **LAW).problem
+        problem.create_matrix()
+        problem.start()
+
+    message = f"roller is turned about an axis of its symmetry.*leave '{turn}' out"
+    with pytest.raises(SetUpError, match=message):
+        start(**about)
+    with pytest.warns(ContactWarning, match="roller may turn about an axis"):
+        start()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", ContactWarning)
+        warnings.filterwarnings("ignore", message=".* starts .* deep in the rigid")
+        start(**about, friction=Coulomb(0.3))
+        start(**about, stiffness={turn: 1.0})
