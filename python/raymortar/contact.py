@@ -17,6 +17,7 @@ from .interface.coefficients import Interfaces, PairCoefficients
 from .interface.contact_surfaces import check_given, make_surfaces
 from .interface.friction_at_points import spread_coefficient
 from .interface.offsets import Adjustment, Offsets
+from .interface.pairs import names_by_tag
 from .interface.point_results import CLOSED, OPEN
 from .interface.present import PresentState
 from .interface.state import ContactState
@@ -152,7 +153,12 @@ class Contact(NodalFields, Interaction):
         self.method, self.friction = options.method, friction
         self.measure, self.tangent = measure, tangent
         self.surfaces = made = make_surfaces(
-            given.unknowns, facet_tags, given.groups, options, self.tied
+            given.unknowns,
+            facet_tags,
+            given.groups,
+            options,
+            self.tied,
+            names_by_tag(given.names),
         )
         self.slave_u, self.multiplier = made.slave_u, made.multiplier
         self.layout: Layout = made.layout

@@ -278,8 +278,8 @@ def _check_fields(contact: Contact, fields: Sequence[Any], law: FluxLaw) -> None
             found = sum(compat.on_mesh(f, meshes[part]) for f in fields)
             if found != 1:
                 raise ContactError(
-                    f"Flux.T has {found} Functions on the mesh of a side of slave tag "
-                    f"{zone.facets.slave_tag}: it must have one for each mesh"
+                    f"Flux.T has {found} Functions on the mesh of a side of "
+                    f"{zone.facets.spoken}: it must have one for each mesh"
                 )
     slave_mesh = contact.slave_u.function_space.mesh
     for f in law.fields:

@@ -171,9 +171,11 @@ def _warn_of_shared_pairs(contacts: Sequence[Contact]) -> None:
         for pair in contact.pairs:
             sides = frozenset((pair.slave, pair.master))
             if sides in known:
+                slave = contact.surfaces.zones[pair.surface].facets.spoken
+                other = pair.master_name or pair.master
                 warnings.warn(
                     f"contact[{known[sides]}] and contact[{i}] both have multipliers "
-                    f"on slave tag {pair.slave} and master {pair.master}: only the sum "
+                    f"on {slave} and master {other}: only the sum "
                     "of their tractions is determined, and the linear solver may fail; "
                     "give the pair to one of them, or one of them a Penalty",
                     ContactWarning,

@@ -79,6 +79,31 @@ def test_bad_pairs_are_refused(scene, pairs, pattern):
         contact(scene, pairs)
 
 
+NAMES = {"lid": 3, "base": (1, 4), "side": 9, "lost": 77}
+
+
+@pytest.mark.parametrize(
+    "pairs, pattern",
+    [
+        ([("lost", "base")], r"no facet has the slave 'lost' \(tag 77\); the tags"),
+        ([("lid", "lost")], r"no facet has the master 'lost' \(tag 77\)"),
+        ([("lid", 3)], r"'lid' \(tag 3\) is slave and master of the same pair"),
+        ([("lid", "base"), (4, 3)], r"pair \(lid, base\) is given in both orders"),
+        ([("lid", "side")], r"slave surface 'lid' \(tag 3\) and .*'side' \(tag 9\)"),
+    ],
+)
+def test_messages_have_the_names_that_are_known(scene, pairs, pattern):
+    with refused(pattern):
+        contact(scene, pairs, names=NAMES)
+
+
+def test_warnings_have_them_too(scene):
+    found = contact(scene, [("lid", "base")], names=NAMES, offset=-9.0)
+    assert "of 9 on slave 'lid' (tag 3), more than" in found.excess
+    with refused(r"offset is nan on slave 'lid' \(tag 3\)"):
+        found.set_offset(lambda x: np.full(x.shape[1], np.nan))
+
+
 def test_pair_given_twice_counts_once(scene):
     once, twice = (contact(scene, n * PAIR, method=Penalty(1.0)) for n in (1, 2))
     for c in (once, twice):

@@ -83,10 +83,10 @@ def describe(problem: CoupledProblem) -> str:
         if not free and not in_use.steps:  # steps look at their start
             rubbed = contact.free_bodies.rubbed()
     fixed = contact.constrained(problem.bcs)
-    rigid, softer = list[int | str](), list[str]()
+    rigid, softer = list[str](), list[str]()
     for part in contact.parts:
         held = rigid_slaves(part.surfaces, fixed)
-        rigid += [zone.facets.slave_tag for zone in held]
+        rigid += [zone.facets.spoken for zone in held]
         assert part.volume is not None
         softer += swaps(part.surfaces, part.volume, problem.bcs)
     excess = [one.excess for one in contact.contacts if one.excess is not None]
@@ -100,7 +100,7 @@ def describe_failure(
     statistics: Any,
     unheld: Sequence[str],
     imbalance: str,
-    rigid: Sequence[int | str] = (),
+    rigid: Sequence[str] = (),
     swaps: Sequence[str] = (),
     excess: Sequence[str] = (),
     odd: Sequence[str] = (),
@@ -110,8 +110,7 @@ def describe_failure(
 
     `unheld`, `excess` and `odd` are sentences, on bodies that nothing holds, on
     interferences larger than the bodies are thick, and on odd coefficients and loads that
-    friction alone resists. `rigid` are
-    tags of slaves that are prescribed throughout, on masters that move, and `swaps`
+    friction alone resists. `rigid` are slaves that are prescribed throughout, on masters that move, and `swaps`
     proposals for slaves that are too fine for their masters.
     """
     text = f"{statistics}; residual history: {list_of_residuals(history)}"
@@ -124,12 +123,11 @@ def describe_failure(
     diverged = len(norms) > 0 and bool(
         not np.isfinite(norms).all() or norms[-1] > 10.0 * max(norms[0], norms.min())
     )
-    tags = ", ".join(map(str, rigid))
     if unheld:
         proposals = ways_to_hold(in_use)
     elif rigid:
         proposals = [
-            f"the other body as the slave: all of slave tag {tags} is prescribed"
+            f"the other body as the slave: all of {', '.join(rigid)} is prescribed"
         ]
     elif excess:
         proposals = ["a smaller interference"]
@@ -238,7 +236,7 @@ def swaps(
             reasons.append(f"is {most:.2g} times as stiff as its master")
         if reasons:
             found.append(
-                f"{lower}the other side as the slave (slave tag "
-                f"{zone.facets.slave_tag} {' and '.join(reasons)})"
+                f"{lower}the other side as the slave ("
+                f"{zone.facets.spoken} {' and '.join(reasons)})"
             )
     return found

@@ -68,8 +68,7 @@ def _lost(zone: ZoneData, contact: Interaction) -> str:
         place = f"{verb} what they faced, {place}"
         farthest = float(most[k]), place
     _, text = max(comm.allgather(farthest))
-    tag = zone.facets.slave_tag
-    return f"{facets} facets of slave tag {tag} have {text}" if facets else ""
+    return f"{facets} facets of {zone.facets.spoken} have {text}" if facets else ""
 
 
 def _distances(zone: ZoneData, way: Path) -> tuple[Array, Array]:
@@ -104,13 +103,13 @@ def _passed_by_tools(zone: ZoneData, contact: Interaction) -> str:
     names = ", ".join(body.name for body in zone.facets.bodies)
     if count:
         return (
-            f"{count} facets of slave tag {zone.facets.slave_tag} are on the wrong side "
+            f"{count} facets of {zone.facets.spoken} are on the wrong side "
             f"of a rigid body ({names}): it has passed through them, or its solid is not "
             "where it should be (the way of its normal or axis, hollow)"
         )
     if have_gone_through(zone, contact):
         return (
-            f"a rigid body ({names}) has gone through slave tag {zone.facets.slave_tag}, "
+            f"a rigid body ({names}) has gone through {zone.facets.spoken}, "
             "or half through it: the slave's facets are too coarse for it or cannot give "
             "way any more, or its motion in this step is larger than the slave, or in "
             "another unit than the mesh"

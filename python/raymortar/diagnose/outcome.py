@@ -175,7 +175,7 @@ def _zones(contact: Interaction) -> list[ZoneData]:
 def _depth(zone: ZoneData, points: dict[str, Array], q: int, share: str = "") -> str:
     """Say how deep a point is in the master, and where."""
     return (
-        f"converged with a point of slave tag {zone.facets.slave_tag} "
+        f"converged with a point of {zone.facets.spoken} "
         f"{-points['gap'][q]:.3e} deep in the master, {share}at "
         f"{format_point(points['x'][q])}"
     )
@@ -258,13 +258,13 @@ def _tilts(contact: Interaction) -> Iterator[Finding]:
         for k in np.flatnonzero((angle > TILT) & (force > least)):
             master = zone.facets.master_tags[k]
             is_tool = isinstance(master, Body)
-            name = master.name if is_tool else f"master tag {master}"
+            name = master.name if is_tool else zone.facets.spoken_masters[k]
             # Tools have no facets to be a slave by
             swap = "" if is_tool else "make that side the slave, "
             yield Finding(
                 ("tilt", number, k),
                 1.0,
-                f"the facets of slave tag {zone.facets.slave_tag} that press on {name} "
+                f"the facets of {zone.facets.spoken} that press on {name} "
                 f"are tilted against it by {angle[k]:.2g} degrees in the mean, and the "
                 "force is turned by as much: give Contact(frame='master') where the "
                 f"master is flat or smooth, {swap}or round the slave's corner",
@@ -313,7 +313,7 @@ def _turns(contact: Interaction) -> Iterator[Finding]:
                     ("turn", number, k),
                     angle,
                     f"the rigid {body.name} turns by {angle:.2g} rad in this step below "
-                    f"slave tag {zone.facets.slave_tag}, which slides around it: slip "
+                    f"{zone.facets.spoken}, which slides around it: slip "
                     f"and the work of friction are about {short:.0%} too small, where "
                     "tractions are right. Take steps of 0.1 rad",
                 )

@@ -267,7 +267,7 @@ def _text(zone: ZoneData, body: Body, box: Array) -> str:
         for point in (body.place, *box)
     ]
     return (
-        f"the rigid {body.name} has met no facet of slave tag {zone.facets.slave_tag} on "
+        f"the rigid {body.name} has met no facet of {zone.facets.spoken} on "
         f"the whole path: its centre is at ({places[0]}), and the undeformed slave "
         f"between ({places[1]}) and ({places[2]}). Is its place, its size or its motion "
         "in another unit than the mesh?"

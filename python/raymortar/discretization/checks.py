@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -120,9 +121,13 @@ def check_pair(mesh: Mesh, slave: Facets, master: Facets) -> None:
         if np.any(marks):
             # In Basix's order of the facet's vertices too
             example = lookup.facet_corners(mesh, slave)[marks][0]
+            slave_tag, master_tag = (
+                f"({one.spoken})" if one.name is None else one.spoken
+                for one in (slave, master)
+            )
             raise ContactError(
-                f"the slave surface (tag {slave.tag}) and the master surface (tag "
-                f"{master.tag}) share {count} vertex(es), for example at "
+                f"the slave surface {slave_tag} and the master surface {master_tag} "
+                f"share {count} vertex(es), for example at "
                 f"{format_point(example)}: they must be apart in the mesh. Give bodies "
                 "nodes of their own; on one body leave out of a tag the facets between "
                 "the surfaces, or take method=Penalty()"
@@ -161,7 +166,7 @@ def _refuse(mesh: Mesh, facets: Facets, faults: dict[str, Mask]) -> None:
                 k = int(bad.argmax())
                 cell = lookup.facet_ids(mesh, facets)[k] // FACETS_PER_CELL
                 raise ContactError(
-                    f"{int(bad.sum())} facet(s) with tag {facets.tag} {fault}, the first "
+                    f"{int(bad.sum())} facet(s) with {facets.spoken} {fault}, the first "
                     f"on cell {cell} at {format_point(lookup.midpoints(mesh, facets)[k])}"
                 )
 
@@ -242,8 +247,12 @@ def _on_axis(mesh: Mesh, facets: Facets) -> tuple[Mask, Array]:
 def off_axis(mesh: Mesh, facets: Facets) -> Facets:
     """Leave out facets on the axis."""
     off = ~_on_axis(mesh, facets)[0]
-    rows = facets.facets, facets.cells, facets.local_facets
-    return Facets(facets.tag, *(values[off] for values in rows))
+    return replace(
+        facets,
+        facets=facets.facets[off],
+        cells=facets.cells[off],
+        local_facets=facets.local_facets[off],
+    )
 
 
 def check_off_axis(mesh: Mesh, facets: Facets) -> None:
@@ -253,7 +262,7 @@ def check_off_axis(mesh: Mesh, facets: Facets) -> None:
         if on.any():
             middle = nodes[on][0].mean(axis=0)
             raise ContactError(
-                f"{int(on.sum())} facet(s) with tag {facets.tag} lie on the axis r = 0, "
+                f"{int(on.sum())} facet(s) with {facets.spoken} lie on the axis r = 0, "
                 f"the first at {format_point(middle)}: in a full turn they are no surface"
             )
 

@@ -7,7 +7,7 @@ own.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -40,8 +40,8 @@ class Facets:
 
     Attributes
     ----------
-    tag
-        Their tag.
+    tag, name
+        Their tag, and its name, if it was given one.
     facets, cells, local_facets
         Local index of each facet, of its cell, and its number within that cell,
         shape (n_facets,), int32.
@@ -51,6 +51,19 @@ class Facets:
     facets: Indices
     cells: Indices
     local_facets: Indices
+    name: str | None = None
+
+    @property
+    def spoken(self) -> str:
+        """Their tag, for a message."""
+        return spoken_tag(self.tag, self.name)
+
+
+def spoken_tag(tag: int | str, name: str | None) -> str:
+    """A tag for a message, with its name if it has one."""
+    if isinstance(tag, str):  # all facets
+        return repr(tag)
+    return f"tag {tag}" if name is None else f"{name!r} (tag {tag})"
 
 
 def join(facets_list: Sequence[Facets]) -> Facets:
@@ -170,16 +183,16 @@ def check_tags(mesh: Mesh, facet_tags: Any) -> None:
             raise ContactError("facet_tags are of another mesh than the displacement")
 
 
-def _check_tag(mesh: Mesh, facet_tags: Any, tag: int, role: str) -> None:
+def _check_tag(mesh: Mesh, facet_tags: Any, tag: int, spoken: str) -> None:
     """Refuse an unknown tag. Collective."""
     check_tags(mesh, facet_tags)
     comm = mesh.comm
     known = sorted(set().union(*comm.allgather(np.unique(facet_tags.values).tolist())))
-    message = f"no facet has the {role} tag {tag}; the tags that exist are {known}"
+    message = f"no facet has the {spoken}; the tags that exist are {known}"
     raise_everywhere(comm, None if tag in known else message)
 
 
-def _check_exterior(mesh: Mesh, interior: Indices, tag: int, role: str) -> None:
+def _check_exterior(mesh: Mesh, interior: Indices, tag: int, spoken: str) -> None:
     """Refuse the interior facets that carry the tag. Collective."""
     tdim = mesh.topology.dim
     found = midpoints(mesh, facets_of_mesh(mesh, tag, interior[:1]))
@@ -190,7 +203,7 @@ def _check_exterior(mesh: Mesh, interior: Indices, tag: int, role: str) -> None:
     with together(mesh.comm):
         if len(found) > 0:
             raise ContactError(
-                f"{count} facet(s) with the {role} tag {tag} lie inside the body, "
+                f"{count} facet(s) with the {spoken} lie inside the body, "
                 f"between two cells, for example at {format_point(found[0])}: contact "
                 "needs boundary facets, so the bodies must not share nodes"
             )
@@ -202,13 +215,16 @@ def all_exterior_facets(mesh: Mesh) -> tuple[Facets, Global]:
     return facets, facet_ids(mesh, facets)
 
 
-def tagged_facets(mesh: Mesh, facet_tags: Any, tag: int, role: str) -> Facets:
+def tagged_facets(
+    mesh: Mesh, facet_tags: Any, tag: int, role: str, name: str | None = None
+) -> Facets:
     """Find the boundary facets with a tag, each on the rank that owns its cell.
 
-    Collective. The role, slave or master, is for messages: about tags of other
+    Collective. The role, slave or master, and a name are for messages: about tags of other
     entities, a tag that does not occur, or facets inside the body.
     """
-    _check_tag(mesh, facet_tags, tag, role)
+    spoken = f"{role} {spoken_tag(tag, name)}"
+    _check_tag(mesh, facet_tags, tag, spoken)
     exterior, tdim = compat.exterior_facets(mesh), mesh.topology.dim
     tagged = facet_tags.indices[facet_tags.values == tag]
     # Without ghost cells a facet between two ranks has one local cell on each, so
@@ -218,5 +234,6 @@ def tagged_facets(mesh: Mesh, facet_tags: Any, tag: int, role: str) -> Facets:
     owned = links.array < mesh.topology.index_map(tdim).size_local
     before = np.concatenate([[0], np.cumsum(owned)])[links.offsets]
     interior = others[before[others + 1] > before[others]]
-    _check_exterior(mesh, interior, tag, role)
-    return facets_of_mesh(mesh, tag, np.intersect1d(tagged, exterior))
+    _check_exterior(mesh, interior, tag, spoken)
+    found = facets_of_mesh(mesh, tag, np.intersect1d(tagged, exterior))
+    return replace(found, name=name)

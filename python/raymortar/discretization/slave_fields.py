@@ -108,8 +108,7 @@ def on_facets(
         bad = quantity.first_fault(values.ravel())
         if bad is not None:
             raise ContactError(
-                f"{quantity.name} is {bad} on slave tag {zone.slave_tag}: it "
-                f"{quantity.demand}"
+                f"{quantity.name} is {bad} on {zone.spoken}: it {quantity.demand}"
             )
     return values
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 from mpi4py import MPI
@@ -14,7 +14,7 @@ from ..errors import ContactError, together
 from ..rigid.body import Body
 from . import checks
 from .curving import Smooth, curve
-from .facets import Facets, join, tagged_facets
+from .facets import Facets, join, spoken_tag, tagged_facets
 from .folded import Part, all_facets
 from .joined import parts_of
 from .surfaces import Surface, build_surface
@@ -55,11 +55,28 @@ class ZoneFacets:
     share_vertices: bool = False  # the two sides
     # Parts of a surface that meets itself, by number in `Surface.zone`
     parts: tuple[Part, ...] = ()
+    names: Mapping[int, str] = field(default_factory=dict)  # by tag
 
     @property
     def meets_itself(self) -> bool:
         """Whether slave and master are the same facets."""
         return self.slave_surface is self.master_surface
+
+    @property
+    def spoken(self) -> str:
+        """The slave, for messages."""
+        return f"slave {self.words(self.slave_tag)}"
+
+    @property
+    def spoken_masters(self) -> list[str]:
+        """Each master, for messages."""
+        if self.bodies:
+            return [f"the rigid {body.name}" for body in self.bodies]
+        return [f"master {self.words(tag)}" for tag in self.master_tags]
+
+    def words(self, tag: Any) -> str:
+        """A tag, for messages."""
+        return spoken_tag(tag, self.names.get(tag))
 
     @property
     def sides(self) -> tuple[Surface, Surface]:
@@ -74,14 +91,15 @@ def find_facets(
     axisymmetric: bool = False,
     smooth: Smooth = False,
     may_share: bool = False,
+    names: Mapping[int, str] = {},
 ) -> list[ZoneFacets]:
     """Facets of every zone, by the masters of its slave tag, checked. Collective.
 
-    The sides of a zone may share vertices or not.
+    The sides of a zone may share vertices or not. Names are by tag.
     """
     if axisymmetric:
         checks.check_half_plane(u)
-    tagged, gdim = Tagged(u, facet_tags), u.function_space.mesh.geometry.dim
+    tagged, gdim = Tagged(u, facet_tags, names), u.function_space.mesh.geometry.dim
     zones = []
     for group in groups:
         slave_tag, given = group.slave, group.masters
@@ -93,8 +111,8 @@ def find_facets(
         for body in bodies:
             if body.shape.gdim not in (None, gdim):
                 raise ContactError(
-                    f"the rigid {type(body.shape).__name__} that slave tag {slave_tag} "
-                    f"meets is made for {body.shape.gdim}D, the mesh is in {gdim}D"
+                    f"the rigid {type(body.shape).__name__} that slave "
+                    f"{tagged.spoken(slave_tag)} meets is made for {body.shape.gdim}D, the mesh is in {gdim}D"
                 )
         if axisymmetric:
             checks.check_revolved(bodies)
@@ -131,13 +149,14 @@ def find_facets(
                 bodies,
                 shares,
                 labels,
+                names,
             )
         )
     with together(tagged.comm):
         if len({zone.slave_part for zone in zones}) > 1:
             raise ContactError(
-                f"the slave tags {[zone.slave_tag for zone in zones]} are on different "
-                "meshes: the multiplier has one, so swap slave and master of some pairs"
+                f"the slave {tagged.spoken(*(z.slave_tag for z in zones))} are on "
+                "different meshes: the multiplier has one, so swap slave and master of some pairs"
             )
     return zones
 
@@ -155,7 +174,8 @@ def _surface(
 class Tagged:
     """Facets by tag, of MeshTags on one mesh or of a list on several. Collective."""
 
-    def __init__(self, u: Any, facet_tags: Any) -> None:
+    def __init__(self, u: Any, facet_tags: Any, names: Mapping[int, str]) -> None:
+        self._names = names
         self.meshes = [part.function_space.mesh for part in parts_of(u)]
         self.comm: MPI.Comm = self.meshes[0].comm
         n, is_list = len(self.meshes), isinstance(facet_tags, (list, tuple))
@@ -168,7 +188,14 @@ class Tagged:
 
     def facets(self, k: int, tag: int, role: str) -> Facets:
         """Facets with a tag on the k-th mesh, after checks."""
-        return tagged_facets(self.meshes[k], self._tags[k], tag, role)
+        name = self._names.get(tag)
+        return tagged_facets(self.meshes[k], self._tags[k], tag, role, name)
+
+    def spoken(self, *tags: Any) -> str:
+        """Tags for messages, with their names."""
+        if len(tags) > 1 and not any(tag in self._names for tag in tags):
+            return f"tags {list(tags)}"
+        return ", ".join(spoken_tag(tag, self._names.get(tag)) for tag in tags)
 
     def parts(
         self, u: Any, k: int, tag: int | str, axisymmetric: bool
@@ -203,8 +230,8 @@ class Tagged:
         with together(self.comm):
             if len(found) > 1:
                 raise ContactError(
-                    f"facets with the tags {list(tags)} are on several meshes: a tag has "
-                    "to be on one, and so have the masters of one slave. For masters on "
+                    f"facets with the {self.spoken(*tags)} are on several meshes: a tag "
+                    "has to be on one, and so have the masters of one slave. For masters on "
                     "several meshes make a Contact for each of these, and give "
                     "NonlinearProblem the list of contacts"
                 )

@@ -21,6 +21,7 @@ from ..discretization.facets import (
     facet_dof_table,
     format_point,
     node_table,
+    spoken_tag,
 )
 from ..discretization.joined import parts_of
 from ..discretization.layout import Layout
@@ -32,7 +33,7 @@ from ..errors import ContactError, require_agreement, together
 from ..options.methods import ContactOptions, Penalty
 from ..rigid.body import Body
 from .coefficients import Interfaces
-from .pairs import PairTable, known_names, read_pairs
+from .pairs import PairTable, known_names, names_by_tag, read_pairs
 from .zone_data import ZoneData
 from .zones import create_zone
 
@@ -123,8 +124,9 @@ class ContactSurfaces:
     @property
     def tags(self) -> str:
         """Slave tags, for messages."""
-        tags = [str(zone.facets.slave_tag) for zone in self.zones]
-        return f"tag{'s' * (len(tags) > 1)} {', '.join(tags)}"
+        return ", ".join(
+            zone.facets.words(zone.facets.slave_tag) for zone in self.zones
+        )
 
 
 def make_surfaces(
@@ -133,15 +135,16 @@ def make_surfaces(
     groups: Sequence[Group],
     options: ContactOptions,
     tied: str | None,
+    names: Mapping[int, str],
 ) -> ContactSurfaces:
     """Find the facets of a contact, and make its multiplier, rows and zones. Collective.
 
-    Facet tags are those of each mesh.
+    Facet tags are those of each mesh, names by tag.
     """
     u, turns = unknowns.u, bool(options.axisymmetric)
     # Facets at shared vertices have no partner, which a multiplier needs
     may_share = isinstance(options.method, Penalty) and tied is None
-    facets = find_facets(u, facet_tags, groups, turns, options.smooth, may_share)
+    facets = find_facets(u, facet_tags, groups, turns, options.smooth, may_share, names)
     # All slaves are on one mesh
     slave_u = parts_of(u)[facets[0].slave_part]
     mesh, p = slave_u.function_space.mesh, facets[0].slave_surface.displacement_degree
@@ -220,7 +223,7 @@ def check_given(
         options.check()
         known = known_names(names, unknowns.u.function_space.mesh.topology.dim - 1)
         each, groups = read_pairs(pairs, known)
-        _require_leader(groups, options, tied)
+        _require_leader(groups, options, tied, names_by_tag(known))
     require_agreement(mesh.comm, **vars(options), pairs=groups, names=each)
     for part in unknowns.displacements:
         check_space(part.u)
@@ -228,7 +231,10 @@ def check_given(
 
 
 def _require_leader(
-    groups: Sequence[Group], options: ContactOptions, tied: str | None
+    groups: Sequence[Group],
+    options: ContactOptions,
+    tied: str | None,
+    names: Mapping[Any, str],
 ) -> None:
     """Raise for a surface that meets itself if the method needs a slave."""
     if tied is None and isinstance(options.method, Penalty):
@@ -242,7 +248,7 @@ def _require_leader(
                 "method=Penalty(), as a multiplier needs one side that leads"
             )
         raise ContactError(
-            f"tag {group.slave} is slave and master of the same pair: split it into two "
+            f"{spoken_tag(group.slave, names.get(group.slave))} is slave and master of the same pair: split it into two "
             "tags that share no vertex, of which the slave leads, or take "
             "method=Penalty(), which needs no side that leads"
         )

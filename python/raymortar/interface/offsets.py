@@ -124,8 +124,8 @@ class Offsets:
         if overlap <= there * (1.0 + _ROUNDING):
             return None
         return (
-            f"the argument offset makes an interference of {overlap:.4g} on slave "
-            f"tag {facets.slave_tag}, more than the {there:.4g} of body that "
+            f"the argument offset makes an interference of {overlap:.4g} on "
+            f"{facets.spoken}, more than the {there:.4g} of body that "
             "lies behind the thinner side: it is a length in the unit of the mesh, "
             "negative where bodies overlap"
         )

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from ..discretization.facets import spoken_tag
 from ..discretization.tagged import ALL, Group
 from ..errors import ContactError, is_whole_number
 from ..rigid.body import Body, as_body
@@ -75,6 +76,11 @@ def known_names(names: Any, facet_dim: int) -> dict[str, Any]:
     return known
 
 
+def names_by_tag(known: Mapping[str, Any]) -> dict[Any, str]:
+    """Name of each tag, the first where there are several."""
+    return {int(tag): name for name, tag in reversed(list(known.items()))}
+
+
 def read_pairs(pairs: Any, known: Mapping[str, Any]) -> tuple[list[Pair], list[Group]]:
     """Check pairs of names, tags and rigid shapes.
 
@@ -101,10 +107,7 @@ def read_pairs(pairs: Any, known: Mapping[str, Any]) -> tuple[list[Pair], list[G
         ) from None
     if not two_each:
         raise ContactError("pairs is empty: give at least one (slave, master)")
-    name_of: dict[Any, str] = {
-        int(tag): name for name, tag in reversed(list(known.items()))
-    }
-    name_of[ALL] = ALL
+    name_of = names_by_tag(known) | {ALL: ALL}
     # Masters by slave, and by whether the slave meets itself
     groups: dict[tuple[Any, bool], list[Any]] = {}
     found = []
@@ -112,11 +115,11 @@ def read_pairs(pairs: Any, known: Mapping[str, Any]) -> tuple[list[Pair], list[G
     # If any pair is of all facets, these meet each other too
     has_all = any(isinstance(one, str) and one == ALL for one, _ in tagged)
     for one, other in [(ALL, ALL)] * has_all + tagged:
-        _check_tags(one, other)
+        _check_tags(one, other, name_of)
         slave, master = _plain(one), _plain(other)
         of_itself = slave == master
         masters = groups.setdefault((slave, of_itself), [])
-        _check_order(slave, master, groups)
+        _check_order(slave, master, groups, name_of)
         if master not in masters:
             masters.append(master)
             name = other.name if isinstance(other, Body) else name_of.get(master)
@@ -133,7 +136,7 @@ def _plain(tag: Any) -> Any:
     return tag if isinstance(tag, (str, Body)) else int(tag)
 
 
-def _check_tags(slave: Any, master: Any) -> None:
+def _check_tags(slave: Any, master: Any, names: Mapping[Any, str]) -> None:
     """Raise unless both sides are tags, or the master a rigid body."""
     if as_body(slave) is not None:
         raise ContactError(
@@ -152,24 +155,28 @@ def _check_tags(slave: Any, master: Any) -> None:
         others = [tag for tag in (slave, master) if is_whole_number(tag)]
         if others:
             raise ContactError(
-                f"pairs has 'all' with tag {others[0]}: all facets, that tag's among "
-                "them, meet each other by pairs='all'"
+                f"pairs has 'all' with {spoken_tag(others[0], names.get(others[0]))}: all "
+                "facets, that tag's among them, meet each other by pairs='all'"
             )
 
 
 def _check_order(
-    slave: Any, master: Any, groups: Mapping[tuple[Any, bool], list[Any]]
+    slave: Any,
+    master: Any,
+    groups: Mapping[tuple[Any, bool], list[Any]],
+    names: Mapping[Any, str],
 ) -> None:
     """Raise for a pair that cannot be beside the earlier ones."""
     if slave in groups.get((master, False), []):
+        both = [names.get(tag, tag) for tag in (master, slave)]
         raise ContactError(
-            f"pair ({master}, {slave}) is given in both orders: their contact "
+            f"pair ({', '.join(map(str, both))}) is given in both orders: their contact "
             "would be counted twice"
         )
     others = groups[slave, slave == master]
     if any(isinstance(m, Body) != isinstance(master, Body) for m in others):
         raise ContactError(
-            f"slave tag {slave} has masters with tags and rigid ones: give each kind "
+            f"slave {spoken_tag(slave, names.get(slave))} has masters with tags and rigid ones: give each kind "
             "a Contact of its own, NonlinearProblem(F, [one, other])"
         )
 

@@ -308,7 +308,7 @@ def refuse_held_on_tools(surfaces: ContactSurfaces, marker: Mask) -> None:
         if surfaces.comm.allreduce(held, op=MPI.LAND):
             names = ", ".join(body.name for body in bodies)
             raise SetUpError(
-                f"slave tag {zone.facets.slave_tag} is prescribed throughout, and what it "
+                f"{zone.facets.spoken} is prescribed throughout, and what it "
                 f"meets is rigid ({names}): nothing can give way. Leave some of its "
                 "displacement free, or free the rigid body"
             )

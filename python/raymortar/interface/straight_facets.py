@@ -92,7 +92,7 @@ def warn_of_straight_facets(surfaces: ContactSurfaces) -> None:
         distance = min(_distance(gaps), comm.allreduce(least, op=MPI.MIN))
         if most > ALLOWED * distance:
             warnings.warn(
-                f"the straight facets of slave tag {zone.facets.slave_tag} and its "
+                f"the straight facets of {zone.facets.spoken} and its "
                 f"masters lie up to {most:.3e} off the curved surfaces they stand for, "
                 f"and these are {distance:.3e} apart, or overlap by that, at the start: "
                 "make the Contact with smooth=True, use a mesh of degree 2 "
@@ -111,7 +111,7 @@ def warn_of_turned_arcs(surfaces: ContactSurfaces) -> bool:
         angle, off = (largest(surfaces.comm, value) for value in turned)
         if angle > MOST_TURNED:
             warnings.warn(
-                f"facets of slave tag {zone.facets.slave_tag} or its masters have turned "
+                f"facets of {zone.facets.spoken} or its masters have turned "
                 f"by {np.rad2deg(angle):.3g} degrees, and the arcs that smooth gives them "
                 f"have not: they are off by up to {off:.3e}. Bodies that turn need a "
                 "mesh and a displacement of degree 2",
