@@ -14,7 +14,7 @@ import numpy as np
 from .compat import Array
 from .contact import Contact
 from .discretization.unknowns import Lacking
-from .errors import ContactError, SetUpError, raise_everywhere, together
+from .errors import ContactError, SetUpError, described, raise_everywhere, together
 from .options.methods import has_dual_multiplier
 from .problem import CoupledProblem
 from .system.condensation import Condensation
@@ -93,7 +93,7 @@ class CondensedProblem:
         if not (several and isinstance(several[0], Contact)):
             raise ContactError(
                 "CondensedProblem takes F, u, contact, bcs in this order: contact must "
-                f"be a Contact, not {contact!r}"
+                f"be a Contact, not {described(contact)}"
             )
         with together(several[0].unknowns.comm):
             for one in several:
@@ -246,7 +246,7 @@ def _check(contact: Any) -> None:
     if not has_dual_multiplier(method):
         raise ContactError(
             "CondensedProblem needs a Contact with AugmentedLagrangian(condition="
-            f"'nodes', multiplier='dual'), not {method!r}"
+            f"'nodes', multiplier='dual'), not {described(method)}"
         )
     if contact.layout.bodies:
         raise ContactError(

@@ -86,6 +86,14 @@ def as_path(name: Any) -> Path:
     return Path(name)
 
 
+def new_file(comm: MPI.Comm, name: Any) -> Path:
+    """Check the path of a file that rank 0 will write."""
+    path = as_path(name)
+    if comm.rank == 0 and not path.parent.is_dir():
+        raise ContactError(f"{path} cannot be written: there is no such folder")
+    return path
+
+
 @contextmanager
 def writing(comm: MPI.Comm, path: Any, *kinds: type[Exception]) -> Iterator[None]:
     """Raise on all ranks errors of some kinds that keep one from writing. Collective."""
@@ -133,6 +141,38 @@ def require_agreement(comm: MPI.Comm, **arguments: Any) -> None:
 
 
 Vector = npt.NDArray[np.float64]
+
+
+# Longest text of a value in a message, and most members of a list
+_LONGEST, _MOST = 120, 4
+
+
+def described(value: Any) -> str:
+    """Describe any value for a message, in a line: Functions by name, shape and element."""
+    if hasattr(value, "function_space") and hasattr(value, "ufl_shape"):
+        name = getattr(value, "name", "")
+        element = value.function_space.ufl_element()
+        return f"the Function {name!r} with values {value.ufl_shape} in {element}"
+    if hasattr(value, "dofmap") and hasattr(value, "ufl_element"):
+        return f"a space of {value.ufl_element()}"
+    if hasattr(value, "ufl_shape"):
+        return f"a UFL expression with values {value.ufl_shape}"
+    if isinstance(value, np.ndarray) and value.size > _MOST:
+        return f"an array {value.shape}"
+    if isinstance(value, (list, tuple)):
+        more = [f"... {len(value)} in all"] * (len(value) > _MOST)
+        return f"[{', '.join([*map(described, value[:_MOST]), *more])}]"
+    text = " ".join(repr(value).split())
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 4]} ..."
+
+
+def format_point(point: Any, others: Any = (), digits: int = 6) -> str:
+    """A point as text, for a message: coordinates that are noise beside its own and
+    those of other points, such as all of its body, are 0."""
+    found = np.asarray(point, dtype=float)
+    size = max(np.abs(values).max(initial=0.0) for values in (found, others))
+    found = np.where(np.abs(found) < 10.0**-digits * size, 0.0, found)
+    return f"({', '.join(f'{x:.{digits}g}' for x in found)})"
 
 
 def is_real_number(value: Any) -> bool:

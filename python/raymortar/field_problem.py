@@ -17,7 +17,7 @@ from .convergence.balance import EPS
 from .discretization.forms import derivative, find_unknowns, list_of_conditions
 from .discretization.layout import CoupledRows
 from .discretization.unknowns import Unknowns
-from .errors import ContactError, ConvergenceError, together
+from .errors import ContactError, ConvergenceError, described, together
 from .field_tie import FieldTie
 from .flux import Flux, apart, parts_of_terms, require_tied_once
 from .interface.probing import row_sums
@@ -104,7 +104,7 @@ class FieldProblem:
             if others or not given:
                 raise ContactError(
                     "FieldProblem takes F, u, terms, bcs in this order: terms must be a "
-                    f"Flux, a FieldTie or a list of them, not {terms!r}"
+                    f"Flux, a FieldTie or a list of them, not {described(terms)}"
                 )
             require_tied_once(given)
             self.bcs = list_of_conditions(bcs)

@@ -26,7 +26,7 @@ from .compat import (
     set_at_quadrature_points,
     vector_space,
 )
-from .errors import ContactError, together
+from .errors import ContactError, described, together
 
 __all__ = [
     "AtQuadraturePoints",
@@ -109,7 +109,7 @@ def _constant(mesh: Mesh, value: Any, shape: tuple[int, ...]) -> fem.Constant:
         full = np.array(np.broadcast_to(array, shape))
     except (TypeError, ValueError):
         wanted = "a number" if shape == () else f"a number or {shape[0]} numbers"
-        raise ContactError(f"value must be {wanted}, not {value!r}") from None
+        raise ContactError(f"value must be {wanted}, not {described(value)}") from None
     return fem.Constant(mesh, full if shape else PETSc.ScalarType(full))
 
 

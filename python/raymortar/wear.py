@@ -22,6 +22,7 @@ from .errors import (
     ContactError,
     ContactWarning,
     ConvergenceError,
+    described,
     is_real_number,
     positive,
     require_agreement,
@@ -136,7 +137,8 @@ class Wear:
                 )
             if not callable(law):
                 raise ContactError(
-                    "Wear.law must be Archard or a function of p and v, not " f"{law!r}"
+                    "Wear.law must be Archard or a function of p and v, not "
+                    f"{described(law)}"
                 )
             check_functions("Wear", {"law": law}, ("p", "v"), ())
             if largest is not None:

@@ -59,6 +59,7 @@ def test_solvers_refuse_what_is_no_problem_or_option(ready, kind):
         ({"path": 3.0}, "path must be two numbers"),
         ({"path": (0.0, np.nan)}, "path must be two numbers"),
         ({"path": ("a", "b")}, "path must be two numbers"),
+        ({"path": (0.0, 0)}, r"path = \(0.0, 0\) must have two ends"),
         ({"history": 3}, "history must be a History, not 3"),
         ({"progress": 3}, "progress must be True, False, None or a file"),
     ],

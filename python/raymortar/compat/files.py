@@ -13,7 +13,7 @@ import dolfinx
 import dolfinx.io
 from dolfinx import fem
 
-from ..errors import ContactError, together, writing
+from ..errors import ContactError, described, together, writing
 from .meshes import cell_name, element_info, geometry_degree, space
 
 
@@ -46,7 +46,7 @@ def _check(comm: MPI.Comm, path: Path, functions: Any, least: int = 0) -> None:
         listed = isinstance(functions, (list, tuple)) and len(functions) >= least
         if not listed or not all(isinstance(f, fem.Function) for f in functions):
             raise ContactError(
-                f"functions must be a list of Functions, not {functions!r}"
+                f"functions must be a list of Functions, not {described(functions)}"
             )
         # DOLFINx says nothing, or makes it
         if not path.parent.is_dir():

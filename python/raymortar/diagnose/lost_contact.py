@@ -15,8 +15,8 @@ import numpy as np
 from ..compat import Array, Mask
 from ..convergence.balance import EPS, largest_by
 from ..discretization.bodies import bodies_of_facets
-from ..discretization.facets import format_point
 from ..discretization.ranks import ends_of
+from ..errors import format_point
 from ..interaction import Interaction
 from ..interface.point_results import CLOSED, OPEN
 from ..interface.zone_data import Path, ZoneData, path
@@ -64,7 +64,7 @@ def _lost(zone: ZoneData, contact: Interaction) -> str:
         k = int(np.argmax(most))
         slid = across[k] > through[k]
         verb = "slid past the end of" if slid else "passed into or through"
-        place = f"by up to {most[k]:.3e}, at {format_point(way.x[k])}"
+        place = f"by up to {most[k]:.3e}, at {format_point(way.x[k], way.x)}"
         place = f"{verb} what they faced, {place}"
         farthest = float(most[k]), place
     _, text = max(comm.allgather(farthest))

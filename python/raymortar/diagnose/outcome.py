@@ -12,12 +12,12 @@ import numpy as np
 
 from ..compat import Array, Mask
 from ..contact import Contact
-from ..discretization.facets import format_point
 from ..errors import (
     BodyLeft,
     ContactLost,
     ContactWarning,
     ConvergenceError,
+    format_point,
     raise_everywhere,
 )
 from ..interaction import Interaction
@@ -35,8 +35,9 @@ from .lost_contact import lost_contact
 # Depth of a pressed point, over the size of its slave facet. Multipliers close gaps in
 # the mean: a point keeps a few hundredths where facets resolve the surfaces
 DEEP = 0.25
-# Depth allowed to a penalty whose coefficient is below the automatic one
-SOFT = 0.1
+# Depth allowed to a penalty whose coefficient is below the automatic one by a factor:
+# less would not make it much less deep
+SOFT, SOFTER = 0.1, 2.0
 UNRESOLVED = (
     ": the facets do not resolve what touches there (a face beside a sharp corner, a "
     "step): refine it, or leave it out of the slave's tag"
@@ -177,7 +178,7 @@ def _depth(zone: ZoneData, points: dict[str, Array], q: int, share: str = "") ->
     return (
         f"converged with a point of {zone.facets.spoken} "
         f"{-points['gap'][q]:.3e} deep in the master, {share}at "
-        f"{format_point(points['x'][q])}"
+        f"{format_point(points['x'][q], points['x'])}"
     )
 
 
@@ -207,7 +208,7 @@ def _unseen(zone: ZoneData) -> tuple[float, str]:
 def _stiffer(problem: CoupledProblem, one: Contact) -> str | None:
     """Propose the automatic coefficient of a penalty that is softer. Collective."""
     now = automatic_gamma(problem, one)
-    is_soft = now is not None and one.gamma_scale < now
+    is_soft = now is not None and SOFTER * one.gamma_scale < now
     return f": {compared(one, now)}" if now is not None and is_soft else None
 
 
@@ -221,8 +222,9 @@ def _tension(contact: Contact, number: int, zone: ZoneData) -> Iterator[Finding]
     own, mine = normal[nodes], (0.0, "")
     if own.max(initial=0.0) > 0.0:
         k = int(np.argmax(own))
-        X = contact.surfaces.scalar.tabulate_dof_coordinates()[nodes[k]]
-        mine = float(own[k]), format_point(X[: zone.facets.slave_surface.gdim])
+        X = contact.surfaces.scalar.tabulate_dof_coordinates()
+        X = X[nodes, : zone.facets.slave_surface.gdim]
+        mine = float(own[k]), format_point(X[k], X)
     tension, place = max(comm.allgather(mine))
     pressure = max(comm.allgather(-own.min(initial=0.0)))
     if tension <= TENSION * pressure:

@@ -20,7 +20,7 @@ import numpy as np
 from ..compat import Array, Mask
 from ..discretization.ranks import ends_of
 from ..discretization.reference_facets import N_CORNERS, facet_nodes
-from ..errors import ContactWarning
+from ..errors import ContactWarning, format_point
 from ..interaction import Interaction
 from ..interface.point_results import CLOSED, OPEN
 from ..interface.zone_data import ZoneData, positions, unit_normals
@@ -261,14 +261,11 @@ def _distance(body: Body, middle: Array) -> float:
 
 def _text(zone: ZoneData, body: Body, box: Array) -> str:
     """Tell where a body is, and where the slave is that has not met it."""
-    gdim, rounding = zone.facets.slave_surface.gdim, 1e-9 * np.abs(box).max()
-    places = [
-        ", ".join(f"{x if abs(x) > rounding else 0.0:.4g}" for x in point[:gdim])
-        for point in (body.place, *box)
-    ]
+    gdim = zone.facets.slave_surface.gdim
+    places = [format_point(x[:gdim], box, 4) for x in (body.place, *box)]
     return (
         f"the rigid {body.name} has met no facet of {zone.facets.spoken} on "
-        f"the whole path: its centre is at ({places[0]}), and the undeformed slave "
-        f"between ({places[1]}) and ({places[2]}). Is its place, its size or its motion "
+        f"the whole path: its centre is at {places[0]}, and the undeformed slave "
+        f"between {places[1]} and {places[2]}. Is its place, its size or its motion "
         "in another unit than the mesh?"
     )

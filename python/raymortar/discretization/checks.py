@@ -18,10 +18,16 @@ from dolfinx.mesh import Mesh
 
 from .. import compat
 from ..compat import Array, Indices, Mask
-from ..errors import ContactError, ContactWarning, raise_everywhere, together
+from ..errors import (
+    ContactError,
+    ContactWarning,
+    format_point,
+    raise_everywhere,
+    together,
+)
 from ..rigid.body import Body
 from . import facets as lookup
-from .facets import FACETS_PER_CELL, Facets, coordinates, format_point
+from .facets import FACETS_PER_CELL, Facets, coordinates
 from .joined import parts_of
 from .ranks import count_marks
 from .reference_facets import FACET_SHAPE, normals
@@ -128,7 +134,7 @@ def check_pair(mesh: Mesh, slave: Facets, master: Facets) -> None:
             raise ContactError(
                 f"the slave surface {slave_tag} and the master surface {master_tag} "
                 f"share {count} vertex(es), for example at "
-                f"{format_point(example)}: they must be apart in the mesh. Give bodies "
+                f"{format_point(example, coordinates(mesh))}: they must be apart in the mesh. Give bodies "
                 "nodes of their own; on one body leave out of a tag the facets between "
                 "the surfaces, or take method=Penalty()"
             )
@@ -164,10 +170,11 @@ def _refuse(mesh: Mesh, facets: Facets, faults: dict[str, Mask]) -> None:
         for fault, bad in faults.items():
             if bad.any():
                 k = int(bad.argmax())
+                at = lookup.midpoints(mesh, facets)[k]
                 cell = lookup.facet_ids(mesh, facets)[k] // FACETS_PER_CELL
                 raise ContactError(
                     f"{int(bad.sum())} facet(s) with {facets.spoken} {fault}, the first "
-                    f"on cell {cell} at {format_point(lookup.midpoints(mesh, facets)[k])}"
+                    f"on cell {cell} at {format_point(at, coordinates(mesh))}"
                 )
 
 
@@ -227,7 +234,7 @@ def check_half_plane(u: Any) -> None:
             if len(behind):
                 raise ContactError(
                     f"axisymmetric=True, but {len(behind)} node(s) have r = x[0] < 0, "
-                    f"for example at {format_point(X[behind[0]])}: the axis is r = 0, "
+                    f"for example at {format_point(X[behind[0]], X)}: the axis is r = 0, "
                     "the mesh the half plane r >= 0"
                 )
 
@@ -263,7 +270,7 @@ def check_off_axis(mesh: Mesh, facets: Facets) -> None:
             middle = nodes[on][0].mean(axis=0)
             raise ContactError(
                 f"{int(on.sum())} facet(s) with {facets.spoken} lie on the axis r = 0, "
-                f"the first at {format_point(middle)}: in a full turn they are no surface"
+                f"the first at {format_point(middle, nodes)}: in a full turn they are no surface"
             )
 
 

@@ -17,7 +17,7 @@ from dolfinx.mesh import Mesh
 
 from .. import compat
 from ..compat import Array, Indices
-from ..errors import ContactError, raise_everywhere, together
+from ..errors import ContactError, format_point, raise_everywhere, together
 from .ranks import count_marks
 from .reference_facets import (
     FACET_SHAPE,
@@ -102,11 +102,6 @@ def facet_corners(mesh: Mesh, facets: Facets) -> Array:
 def midpoints(mesh: Mesh, facets: Facets) -> Array:
     """Centre of each facet's vertices, shape (n_facets, gdim)."""
     return facet_corners(mesh, facets).mean(axis=1)
-
-
-def format_point(point: Array) -> str:
-    """A point as text, for a message."""
-    return "(" + ", ".join(f"{x:.6g}" for x in point) + ")"
 
 
 def points_inward(mesh: Mesh, facets: Facets) -> npt.NDArray[np.bool_]:
@@ -204,7 +199,7 @@ def _check_exterior(mesh: Mesh, interior: Indices, tag: int, spoken: str) -> Non
         if len(found) > 0:
             raise ContactError(
                 f"{count} facet(s) with the {spoken} lie inside the body, "
-                f"between two cells, for example at {format_point(found[0])}: contact "
+                f"between two cells, for example at {format_point(found[0], coordinates(mesh))}: contact "
                 "needs boundary facets, so the bodies must not share nodes"
             )
 

@@ -12,7 +12,7 @@ from dolfinx.fem import Function, FunctionSpace
 from ufl.algorithms import expand_derivatives
 
 from .. import compat
-from ..errors import ContactError, ContactWarning
+from ..errors import ContactError, ContactWarning, described
 from .unknowns import Unknowns
 
 _RESIDUAL = (
@@ -76,7 +76,7 @@ def check_supports(name: str, supports: Any) -> dict[str, list[Any]]:
     for support, bc in ((support, bc) for support, bcs in found.items() for bc in bcs):
         if not hasattr(bc, "dof_indices"):
             raise ContactError(
-                f"{name} has {bc!r} for {support!r}, which is no Dirichlet condition"
+                f"{name} has {described(bc)} for {support!r}, which is no Dirichlet condition"
             )
     return found
 
@@ -168,11 +168,11 @@ def _several(F: Sequence[Any], J: Any, u: Any, unknowns: Unknowns) -> list[Funct
     if not isinstance(u, (list, tuple)):
         raise ContactError(
             "F must be one UFL form, or a list of them by unknown with these in a list "
-            f"u=, not list with u={u!r}"
+            f"u=, not list with u={described(u)}"
         )
     for f in u:
         if not isinstance(f, Function):
-            raise ContactError(f"u must be a list of Functions, not of {f!r}")
+            raise ContactError(f"u must be a list of Functions, not of {described(f)}")
     if len(F) != len(u):
         raise ContactError(
             f"{len(F)} forms for {len(u)} unknowns: F must have one for each"

@@ -13,7 +13,7 @@ from dolfinx.fem import Function
 
 from .. import compat
 from ..compat import Array, Mask
-from ..errors import ContactError, is_real_number, together
+from ..errors import ContactError, described, is_real_number, together
 from .reference_facets import facet_nodes, shape_functions
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def check_number(quantity: Quantity, value: Any) -> None:
     if not (is_real_number(value) and np.isfinite(value)):
         raise ContactError(
             f"{quantity.name} must be a finite number, a Function or a callable of "
-            f"points, not {value!r}"
+            f"points, not {described(value)}"
         )
     if quantity.first_fault(np.array([float(value)])) is not None:
         raise ContactError(f"{quantity.name} = {value} {quantity.demand}")

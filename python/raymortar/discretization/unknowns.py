@@ -19,7 +19,7 @@ from dolfinx.fem import Function, FunctionSpace
 
 from .. import compat
 from ..compat import Array, Mask
-from ..errors import ContactError
+from ..errors import ContactError, described
 from .joined import (
     Displacement,
     JoinedDisplacement,
@@ -340,7 +340,7 @@ class Unknowns:
         for i, bc in enumerate(bcs):
             if not hasattr(bc, "dof_indices"):
                 raise ContactError(
-                    f"boundary condition {i} is no Dirichlet condition, but {bc!r}"
+                    f"boundary condition {i} is no Dirichlet condition, but {described(bc)}"
                 )
             of = [k for k, V in enumerate(spaces) if compat.has_condition(V, bc)]
             if not of:

@@ -15,7 +15,14 @@ from .. import compat
 from ..compat import Array, Mask
 from ..contact import Contact
 from ..discretization.forms import check_form
-from ..errors import ContactError, SetUpError, choice, require_agreement, together
+from ..errors import (
+    ContactError,
+    SetUpError,
+    choice,
+    described,
+    require_agreement,
+    together,
+)
 from ..interactions import one_or_several
 from ..interface.probing import product
 from ..system.split import Inputs
@@ -262,7 +269,7 @@ def owned_values(unknowns: Any, given: Sequence[Any], name: str) -> Array:
             names = ", ".join(f.name for f in functions)
             raise ContactError(
                 f"{name} must be a Function in the space of each unknown ({names}), "
-                f"not {given!r}"
+                f"not {described(given)}; the unknowns are {described(functions)}"
             )
         for f in given:
             if not np.all(np.isfinite(f.x.array)):

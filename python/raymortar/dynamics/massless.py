@@ -10,10 +10,9 @@ import numpy as np
 from dolfinx.fem.petsc import assemble_matrix
 
 from ..compat import Array, Indices, Mask
-from ..discretization.facets import format_point
 from ..discretization.layout import CoupledRows
 from ..discretization.ranks import marked_everywhere
-from ..errors import SetUpError, raise_everywhere
+from ..errors import SetUpError, format_point, raise_everywhere
 from ..system.entries import in_own_rows, joined
 
 # Layers of cells around a node in which neighbours are looked for
@@ -177,9 +176,10 @@ def _fault(nodes: _Nodes, left: Indices, mass: str) -> str | None:
     """Name a node for which there are not enough others."""
     if len(left) == 0:
         return None
+    place = format_point(nodes.x[left[0]], nodes.x)
     return (
         f'mass="{mass}" finds no nodes off the contact surfaces within {MOST_LAYERS} '
-        f"layers of cells that can stand for the one at {format_point(nodes.x[left[0]])}:"
+        f"layers of cells that can stand for the one at {place}:"
         " the body is too thin there. Mesh it with two cells or more across, "
         'or take mass="nearest" or "consistent"'
     )

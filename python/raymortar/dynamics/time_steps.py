@@ -16,6 +16,7 @@ from ..discretization.forms import check_functional
 from ..errors import (
     ContactError,
     ConvergenceError,
+    described,
     is_real_number,
     is_whole_number,
     positive,
@@ -358,7 +359,7 @@ def _check(
 ) -> None:  # fmt: skip
     """Raise unless all arguments can be used."""
     if not isinstance(inertia, Inertia):
-        raise ContactError(f"inertia must be an Inertia, not {inertia!r}")
+        raise ContactError(f"inertia must be an Inertia, not {described(inertia)}")
     if inertia.contact.contacts != problem.contact.contacts:
         raise ContactError("inertia is of another contact than the problem")
     positive("dt", dt)

@@ -19,7 +19,6 @@ from ..discretization.facets import (
     Facets,
     coordinates,
     facet_dof_table,
-    format_point,
     node_table,
     spoken_tag,
 )
@@ -29,7 +28,7 @@ from ..discretization.ranks import ends_of, keep_communicator
 from ..discretization.tagged import ALL, Group, ZoneFacets, find_facets
 from ..discretization.thickness import Cells
 from ..discretization.unknowns import Unknowns
-from ..errors import ContactError, require_agreement, together
+from ..errors import ContactError, format_point, require_agreement, together
 from ..options.methods import ContactOptions, Penalty
 from ..rigid.body import Body
 from .coefficients import Interfaces
@@ -67,7 +66,7 @@ class Reference:
         bad = np.flatnonzero(~(moved <= MAX_DRIFT * size))
         if len(bad) == 0:
             return None
-        before, now = (format_point(at[bad[0]]) for at in (self._X, x))
+        before, now = (format_point(at[bad[0]], at) for at in (self._X, x))
         return (
             f"{len(bad)} node(s) of the contact surfaces have moved in the mesh since "
             f"Contact was made, for example the one from {before} to {now}: make "

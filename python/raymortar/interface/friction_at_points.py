@@ -13,7 +13,6 @@ from mpi4py import MPI
 import numpy as np
 
 from ..compat import Array
-from ..discretization.facets import format_point
 from ..discretization.reference_facets import shape_functions
 from ..discretization.slave_fields import (
     FRICTION_FIELD,
@@ -21,7 +20,13 @@ from ..discretization.slave_fields import (
     check_function,
     on_facets,
 )
-from ..errors import ContactWarning, SetUpError, raise_everywhere, together
+from ..errors import (
+    ContactWarning,
+    SetUpError,
+    format_point,
+    raise_everywhere,
+    together,
+)
 from ..options.friction import Friction, Law
 from ..options.user_laws import OFFERED, beyond_differences, chosen, samples
 from .point_results import CLOSED, accumulated_slip, nodes, undeformed
@@ -92,10 +97,10 @@ def fault_of(law: Friction, at: Sample) -> str | None:
         places, values = (low, z, high), (s_low, s, s_high)
         beyond = beyond_differences(found, places, values, rounding)
         if beyond is not None:
-            k, difference = beyond
+            (k, difference), X = beyond, at.given["x"]
             return (
                 f"ds/d{'pv'[axis]} is {found[k]:.6g} at p = {at.p[k]:.6g}, v = "
-                f"{at.v[k]:.6g}, x = {format_point(at.given['x'][:, k])}, and "
+                f"{at.v[k]:.6g}, x = {format_point(X[:, k], X)}, and "
                 f"differences of bound give {difference:.6g}"
             )
     return None

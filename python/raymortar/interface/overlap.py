@@ -12,7 +12,6 @@ import numpy as np
 from .. import compat, rigid
 from ..compat import Array, Indices, Mask
 from ..discretization.bodies import bodies_of_facets
-from ..discretization.facets import format_point
 from ..discretization.folded import corner_ids
 from ..discretization.joined import NUMBERS_OF_PART, parts_of, places_of
 from ..discretization.ranks import index_among, largest, of_all
@@ -25,7 +24,7 @@ from ..discretization.reference_facets import (
 )
 from ..discretization.surfaces import facet_lengths
 from ..discretization.thickness import Cells
-from ..errors import ContactWarning
+from ..errors import ContactWarning, format_point
 from ..rigid.body import Body
 from .contact_surfaces import ContactSurfaces
 from .pairs import Pair, spoken
@@ -157,7 +156,7 @@ def _beyond_search(
     masters = ", ".join(spoken(pair.master_name, pair.master) for pair in pairs)
     return [
         f"slave {slave} starts inside {masters}, or behind it, deeper than rays are "
-        f"followed, at {format_point(np.array(place[1:]))}"
+        f"followed, at {format_point(place[1:], everywhere[:, 2:])}"
     ]
 
 
@@ -191,7 +190,7 @@ def _inside_itself(
     return [
         f"{spoken(pairs[0].slave_name, pairs[0].slave)} starts inside itself, deeper "
         f"than {half[worst]:.3g} (half of its wall, or the search depth), at "
-        f"{format_point(places[worst, :d])}"
+        f"{format_point(places[worst, :d], places)}"
     ]
 
 
@@ -277,4 +276,5 @@ def _in_tools(zone: ZoneData, pairs: Sequence[Pair]) -> Iterator[str]:
 def _deepest(x: Array, depth: Array, most: float, comm: MPI.Comm) -> str:
     """Place of the deepest point, chosen alike on any number of ranks. Collective."""
     at = x[depth >= (1.0 - ALIKE) * most].tolist()
-    return format_point(np.array(max(sum(comm.allgather(at), []))))
+    size = largest(comm, np.abs(x))
+    return format_point(max(sum(comm.allgather(at), [])), [size])

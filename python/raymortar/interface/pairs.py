@@ -9,7 +9,7 @@ from typing import Any
 
 from ..discretization.facets import spoken_tag
 from ..discretization.tagged import ALL, Group
-from ..errors import ContactError, is_whole_number
+from ..errors import ContactError, described, is_whole_number
 from ..rigid.body import Body, as_body
 from ..rigid.shapes import Shape
 
@@ -103,7 +103,7 @@ def read_pairs(pairs: Any, known: Mapping[str, Any]) -> tuple[list[Pair], list[G
         two_each = [(slave, master) for slave, master in pairs]
     except (TypeError, ValueError):
         raise ContactError(
-            f"pairs must be a list of (slave tag, master tag), not {pairs!r}"
+            f"pairs must be a list of (slave tag, master tag), not {described(pairs)}"
         ) from None
     if not two_each:
         raise ContactError("pairs is empty: give at least one (slave, master)")

@@ -14,7 +14,6 @@ from dolfinx.fem import FunctionSpace
 
 from .. import compat
 from ..compat import Mask
-from ..discretization.facets import format_point
 from ..discretization.ranks import largest, marked_everywhere, sums_at
 from ..discretization.reference_facets import (
     N_CORNERS,
@@ -28,7 +27,7 @@ from ..discretization.surfaces import (
     surface_normals,
     vector_areas,
 )
-from ..errors import ContactWarning, SetUpError, raise_everywhere
+from ..errors import ContactWarning, SetUpError, format_point, raise_everywhere
 from .contact_surfaces import ContactSurfaces
 from .overlap import of_hit_masters
 from .pairs import Pair, spoken
@@ -160,7 +159,8 @@ def require_masters(tie: ContactSurfaces, partial: bool) -> None:
     total = comm.allreduce(len(share))
     if not found:
         return
-    named = ", ".join(f"{format_point(np.array(x))}: {s:.2g}" for s, x in found[:NAMED])
+    places = [at for _, at in found]
+    named = ", ".join(f"{format_point(at, places)}: {s:.2g}" for s, at in found[:NAMED])
     more = ", ..." if len(found) > NAMED else ""
     raise_everywhere(
         comm,
@@ -209,7 +209,7 @@ def warn_of_corners(tie: ContactSurfaces) -> None:
     if places:
         warnings.warn(
             f"the slave surface of {tie.tags} turns by more than 60 degrees at "
-            f"{len(places)} node(s), for example at {format_point(places[0])}: one "
+            f"{len(places)} node(s), for example at {format_point(places[0], places)}: one "
             "multiplier there is not the traction of two faces. Give each face a tag, "
             "and a Tie of its own",
             ContactWarning,
@@ -341,10 +341,10 @@ def refuse_held(surfaces: ContactSurfaces) -> None:
     held = np.flatnonzero((known[:n] == 0.0) & (closed[:n] > 0.0))
     count, message = surfaces.comm.allreduce(len(held)), None
     if len(held):
-        x = np.round(W.tabulate_dof_coordinates()[held[0], : W.mesh.geometry.dim], 12)
+        X = W.tabulate_dof_coordinates()[:, : W.mesh.geometry.dim]
         message = (
             f"{count} node(s) of the contact traction, for example the one at "
-            f"{format_point(x)}, are between facets whose displacement is prescribed on "
+            f"{format_point(X[held[0]], X)}, are between facets whose displacement is prescribed on "
             "both sides: leave these out of the slave's tag, or use a penalty"
         )
     raise_everywhere(surfaces.comm, message)

@@ -14,7 +14,7 @@ from dolfinx.fem import Function
 
 from ..compat import Array
 from ..discretization.slave_fields import FLUX_FIELD, Quantity, check_function
-from ..errors import ContactError
+from ..errors import ContactError, described
 
 # Arguments that functions may have after the first ones, by name
 OFFERED = ("x", "slip", "dt", "fields")
@@ -86,7 +86,9 @@ def check_fields(owner: str, quantity: Quantity, fields: Sequence[Any]) -> None:
     """Raise unless fields of a law are scalar Functions."""
     for one in fields:
         if not isinstance(one, Function):
-            raise ContactError(f"{owner}.fields has {one!r}, which is no Function")
+            raise ContactError(
+                f"{owner}.fields has {described(one)}, which is no Function"
+            )
         check_function(quantity, one)
 
 

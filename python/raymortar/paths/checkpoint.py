@@ -16,8 +16,9 @@ from ..discretization.facets import FACETS_PER_CELL
 from ..discretization.joined import places_of
 from ..errors import (
     ContactError,
-    as_path,
+    described,
     is_real_number,
+    new_file,
     raise_everywhere,
     require_agreement,
     together,
@@ -92,11 +93,13 @@ class Checkpoint:
         displacements = problem.contact.unknowns.displacements
         self._meshes = [one.u.function_space.mesh for one in displacements]
         with together(self._comm):
-            self.path = as_path(file)
+            self.path = new_file(self._comm, file)
             if history is not None and not isinstance(history, History):
                 raise ContactError(f"history must be a History, not {history!r}")
             if not isinstance(more, (list, tuple)):
-                raise ContactError(f"more must be a list of Functions, not {more!r}")
+                raise ContactError(
+                    f"more must be a list of Functions, not {described(more)}"
+                )
             self._more = list(more)
             for f in more:
                 on = [
@@ -105,7 +108,7 @@ class Checkpoint:
                 ]
                 if not any(on):
                     text = "is no Function on the mesh of a displacement"
-                    raise ContactError(f"more has {f!r}, which {text}")
+                    raise ContactError(f"more has {described(f)}, which {text}")
         require_agreement(
             self._comm, file=str(file), more=len(more), history=history is not None
         )

@@ -18,6 +18,7 @@ from ..errors import (
     ContactError,
     ContactWarning,
     Options,
+    described,
     is_real_number,
     is_truth_value,
     is_whole_number,
@@ -171,7 +172,7 @@ def _dofs(where: Any, V: Any) -> Indices | None:
     if array.dtype.kind not in "iuf" or array.shape not in ((dim,), (3,)):
         raise ContactError(
             "where must be an array of dofs, a function of coordinates, a point "
-            f"({dim},) or a UFL functional, not {where!r}"
+            f"({dim},) or a UFL functional, not {described(where)}"
         )
     return None
 

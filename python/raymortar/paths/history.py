@@ -19,9 +19,9 @@ from ..compat import Array
 from ..discretization.forms import check_functional, check_supports
 from ..errors import (
     ContactError,
-    as_path,
     is_real_number,
     is_truth_value,
+    new_file,
     positive,
     raise_everywhere,
     require_agreement,
@@ -153,7 +153,7 @@ class History:
         self.problem, self._comm = problem, problem.comm
         more = {} if more is None else more
         with together(self._comm):
-            self.path = None if file is None else as_path(file)
+            self.path = None if file is None else new_file(self._comm, file)
             supports = check_supports("reactions", reactions)
             if not (isinstance(more, Mapping) and all(map(callable, more.values()))):
                 message = f"more must be functions by name of the column, not {more!r}"

@@ -21,6 +21,7 @@ from ..errors import (
     ContactWarning,
     ConvergenceError,
     SetUpError,
+    described,
     is_one_of,
     is_real_number,
     is_truth_value,
@@ -357,7 +358,7 @@ def check_solver(solver: Any) -> None:
     if not (isinstance(problem, CoupledProblem) and hasattr(solver, "solve")):
         raise ContactError(
             "solver must be a NewtonSolver, SNESSolver or FixedPointSolver, not "
-            f"{solver!r}"
+            f"{described(solver)}"
         )
 
 
@@ -387,6 +388,8 @@ def _rules(given: Any) -> Iterator[tuple[bool, str]]:
     ends = list(path) if isinstance(path, (tuple, list, np.ndarray)) else []
     finite = len(ends) == 2 and all(is_real_number(t) and np.isfinite(t) for t in ends)
     yield finite, f"path must be two numbers, its ends, not {path!r}"
+    text = f"path = {path!r} must have two ends, load factors that differ"
+    yield ends[0] != ends[1], text
     extrapolate, strategy, scale = given.extrapolate, given.strategy, given.stabilize
     text = f"extrapolate must be True or False (or None), not {extrapolate!r}"
     yield extrapolate is None or is_truth_value(extrapolate), text
@@ -417,7 +420,3 @@ def _rules(given: Any) -> Iterator[tuple[bool, str]]:
     text = "control leads paths of one displacement: the problem has other unknowns"
     yield solver.problem.contact.unknowns.is_plain, text
     yield not scale, "control and stabilize exclude each other"
-    yield path[0] != path[1], (
-        f"path = {path} must have two ends: the load factor, which control finds, is "
-        "measured by them"
-    )

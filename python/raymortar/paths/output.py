@@ -13,9 +13,10 @@ from ..compat.files import Entry, read_collection, write_collection
 from ..discretization.joined import parts_of
 from ..errors import (
     ContactError,
-    as_path,
+    described,
     is_real_number,
     is_truth_value,
+    new_file,
     require_agreement,
     together,
     writing,
@@ -81,11 +82,9 @@ class Output:
         self.problem, self._comm = problem, problem.comm
         self._parts = parts_of(problem.contact.u)
         with together(self._comm):
-            self.path = path = as_path(file)
+            self.path = path = new_file(self._comm, file)
             if path.suffix not in ENDINGS:
                 raise ContactError(f"{path} must end in .pvd or .xdmf")
-            if not path.parent.is_dir():
-                raise ContactError(f"{path} cannot be written: there is no such folder")
             self._more = self._by_mesh(more)
             if not is_truth_value(segments):
                 raise ContactError(f"segments must be True or False, not {segments!r}")
@@ -98,14 +97,16 @@ class Output:
     def _by_mesh(self, more: Any) -> list[list[Function]]:
         """Further Functions by mesh."""
         if not isinstance(more, (list, tuple)):
-            raise ContactError(f"more must be a list of Functions, not {more!r}")
+            raise ContactError(
+                f"more must be a list of Functions, not {described(more)}"
+            )
         meshes = [part.function_space.mesh for part in self._parts]
         found: list[list[Function]] = [[] for _ in meshes]
         for f in more:
             here = [isinstance(f, Function) and compat.on_mesh(f, m) for m in meshes]
             if not any(here):
                 raise ContactError(
-                    f"more has {f!r}, which is no Function on the mesh of a displacement"
+                    f"more has {described(f)}, which is no Function on the mesh of a displacement"
                 )
             found[here.index(True)].append(f)
         return found

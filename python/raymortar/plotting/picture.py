@@ -13,6 +13,7 @@ from .. import compat
 from ..errors import (
     ContactError,
     as_path,
+    described,
     raise_everywhere,
     require_agreement,
     together,
@@ -148,7 +149,9 @@ def checked(
 def _check_field(mesh: Mesh, field: Any) -> None:
     """Raise if a field cannot be drawn."""
     if field is not None and not hasattr(field, "ufl_shape"):
-        raise ContactError(f"field must be a Function or UFL expression, not {field!r}")
+        raise ContactError(
+            f"field must be a Function or UFL expression, not {described(field)}"
+        )
     if isinstance(field, Function) and not compat.on_mesh(field, mesh):
         raise ContactError("field is a Function on another mesh than the displacement")
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..compat import Array
-from ..errors import ContactError, truth
+from ..errors import ContactError, format_point, truth
 from .shapes import Vector
 from .surface import Surface, checked_points
 
@@ -67,7 +67,7 @@ class Polyline(Surface):
         at = _crossing(nodes[facets[:, 0]], nodes[facets[:, 1]], closed)
         if at is not None:
             raise ContactError(
-                f"a polyline crosses itself at ({at[0]:.6g}, {at[1]:.6g}): its points "
+                f"a polyline crosses itself at {format_point(at, x)}: its points "
                 "must go along the tool's face one after the other, and fillets must not "
                 "reach another line"
             )
@@ -111,7 +111,7 @@ def _rounded(x: Array, radii: Array, closed: bool) -> tuple[Array, Any]:
         k = k if cut[k] > 0.0 else (k + 1) % n
         raise ContactError(
             f"radius = {radii[k]:.6g} does not fit into corner {k} of a polyline, at "
-            f"({x[k, 0]:.6g}, {x[k, 1]:.6g}): its lines are too short"
+            f"{format_point(x[k], x)}: its lines are too short"
         )
     chains = [
         _fillet(x[k] - cut[k] * before[k], before[k], radii[k], turns[k])

@@ -11,7 +11,7 @@ from scipy.sparse.csgraph import connected_components
 
 from .. import _cpp
 from ..compat import Array, Indices
-from ..errors import ContactError, truth, vector
+from ..errors import ContactError, format_point, truth, vector
 from .shapes import Shape, Vector
 
 # Facets by dimension and number of nodes: shape, degree, and the places of Gmsh's, VTK's
@@ -296,7 +296,7 @@ def _volume(points: Array, corners: Indices) -> float:
 
 
 def _at(points: Array, number: Any) -> str:
-    return f"({', '.join(f'{value:.6g}' for value in points[number])})"
+    return format_point(points[number], points)
 
 
 def winding(points: Array, corners: Indices, x: Array) -> float:

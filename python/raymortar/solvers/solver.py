@@ -20,6 +20,7 @@ from ..errors import (
     ContactError,
     ContactWarning,
     ConvergenceError,
+    described,
     is_whole_number,
     raise_everywhere,
     require_agreement,
@@ -270,7 +271,7 @@ class FixedPointSolver:
 
     def __init__(self, solver: CoupledSolver, max_outer: int = 20) -> None:
         if not isinstance(solver, CoupledSolver):
-            message = f"solver must be a NewtonSolver or an SNESSolver, not {solver!r}"
+            message = f"solver must be a NewtonSolver or an SNESSolver, not {described(solver)}"
             raise ContactError(message)
         with together(solver.problem.comm):
             if not (is_whole_number(max_outer) and max_outer >= 1):

@@ -12,7 +12,7 @@ from petsc4py import PETSc
 import numpy as np
 
 from ..compat import Array
-from ..errors import ContactWarning, SetUpError, raise_everywhere
+from ..errors import ContactWarning, SetUpError, format_point, raise_everywhere
 from ..interface.point_results import OPEN
 from ..interface.stiffness import mean_facet_size
 from ..interface.zone_data import ZoneData, positions
@@ -258,7 +258,7 @@ class FreeBodies:
         if not np.isfinite(nearest):
             message = (
                 f"the rigid {body.name} is pushed along "
-                f"({', '.join(f'{x:.3g}' for x in way)}), and nothing stops it: no "
+                f"{format_point(way, digits=3)}, and nothing stops it: no "
                 "slave facet that it meets is ahead of it. Give it stiffness, a force "
                 "towards the slave, or a place from which it sees the slave"
             )

@@ -16,6 +16,7 @@ from ..discretization.bodies import find_parts
 from ..discretization.ranks import marked_everywhere
 from ..discretization.reference_facets import shape_functions
 from ..discretization.surfaces import surface_areas, surface_normals
+from ..errors import format_point
 from .assembly import ContactAssembly
 from .coupled import CoupledSystem
 
@@ -70,17 +71,16 @@ def groups_of(system: CoupledSystem) -> Groups:
         return np.array([body.freedom.spring_forces() for body in layout.bodies])
 
     def names() -> list[str]:
-        sums = np.zeros((forces - len(free), 4))
+        sums, size = np.zeros((forces - len(free), 4)), 0.0
         for space, mine, groups in nodes:
             X = space.tabulate_dof_coordinates()[mine]
+            size = max(size, np.abs(X).max(initial=0.0))
             np.add.at(sums, groups, np.column_stack([X, np.ones(len(X))]))
-        found = []
+        found, others = [], [comm.allreduce(size, op=MPI.MAX)]
         for k, (*centre, number) in enumerate(comm.allreduce(sums)):
-            place = ", ".join(
-                f"{x / number:.3g}" for x in centre[: V.mesh.geometry.dim]
-            )
+            middle = np.array(centre[: V.mesh.geometry.dim]) / number
             kind = "the body" if k < bodies.count else "the contact"
-            found.append(f"{kind} around ({place})")
+            found.append(f"{kind} around {format_point(middle, others, 3)}")
         found += [f"the rigid {body.name}" for body in layout.bodies]
         return found + [f"the unknown {field.name}" for field in fields[1:]]
 

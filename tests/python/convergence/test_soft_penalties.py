@@ -46,7 +46,14 @@ def told(gamma, push, unit=1.0, E=1.0, path=None):
 @pytest.mark.parametrize("unit, E", [(1.0, 1.0), (1e-3, 2e11)])
 @pytest.mark.parametrize(
     "share, push, tells",
-    [(1e-9, 0.05, True), (1e-2, 0.05, True), (0.1, 0.05, False), (1.0, 0.5, False)],
+    [
+        (1e-9, 0.05, True),
+        (1e-2, 0.05, True),
+        (0.1, 0.05, False),
+        (1.0, 0.5, False),
+        # A coefficient that is hardly larger would change hardly anything
+        (0.92, 0.5, False),
+    ],
 )
 def test_a_soft_penalty_is_told_with_the_right_coefficient(share, push, tells, unit, E):
     automatic = told(None, 0.0, unit, E)[1].contact.gamma
