@@ -2,9 +2,12 @@
 
 import ast
 import re
+import runpy
+from email import message_from_string
 from pathlib import Path
 
 import pytest
+import tomllib
 
 import raymortar
 from raymortar import _cpp
@@ -157,3 +160,15 @@ def test_every_public_name_is_documented():
     marked = " ".join(re.findall(r"^<!-- api: (.*) -->$", text, re.M))
     named = set(re.findall(r"raymortar\.(\w+)", marked))
     assert set(raymortar.__all__) <= named
+
+
+def test_wheels_of_cmake_have_the_metadata_of_the_project():
+    """Those that are packed where there is no scikit-build-core."""
+    names = runpy.run_path(str(ROOT / "packaging" / "wheel.py"))
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    found = message_from_string(names["metadata"](project))
+    assert (found["Name"], found["Version"]) == (project["name"], project["version"])
+    needs = [one for one in found.get_all("Requires-Dist") if "extra" not in one]
+    assert needs == project["dependencies"]
+    assert set(found.get_all("Provides-Extra")) == set(project["optional-dependencies"])
+    assert found.get_payload().startswith("# raymortar")
