@@ -48,7 +48,7 @@ def draw(u, stress, path):
     mises, *fields = [
         tools.nodal_field(f, mesh, "f") for f in (tools.von_mises(stress), *parts)
     ]
-    cells = [drawing.gather_cells(mesh, u, f) for f in fields]
+    cells = [drawing.gather_cells(mesh, u, f, parts=1) for f in fields]
     ratio, found, exact, r = SHAFT**2 / (HUB**2 - SHAFT**2), None, [], None
     if mesh.comm.rank == 0:
         r = np.linalg.norm(cells[0][0], axis=-1).ravel()

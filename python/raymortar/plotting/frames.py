@@ -113,7 +113,7 @@ def gather_frame(contact: Contact, field: Any, options: AxisOptions) -> Frame | 
     shown = _nodal(u if field is None else field, mesh)
     facets = np.concatenate([zone.facets.slave.facets for zone in contact.zones])
     if dim == 2:
-        bodies = gather_cells(mesh, u, shown, parts=_parts(mesh, u))
+        bodies = gather_cells(mesh, u, shown)
         slaves = gather_boundary(mesh, u, facets=facets)
     else:
         parts, traction = _parts(mesh, u), contact.traction("normal")
@@ -227,9 +227,10 @@ def _degree(V: Any) -> int:
     return 2 if compat.element_info(V).degree == 2 else 1
 
 
-def _parts(mesh: Mesh, u: Function) -> int:
+def _parts(mesh: Mesh, *functions: Function) -> int:
     """Find into how many parts edges are split, so that those of degree 2 look curved."""
-    if max(compat.geometry_degree(mesh), _degree(u.function_space)) == 1:
+    degrees = [_degree(f.function_space) for f in functions]
+    if max(compat.geometry_degree(mesh), *degrees) == 1:
         return 1
     cells = mesh.topology.index_map(mesh.topology.dim).size_global
     return int(np.clip(EDGES // (4 * cells), 2, PARTS))
@@ -276,13 +277,16 @@ def _gather_around(
     return found
 
 
-def gather_cells(mesh: Mesh, *functions: Function, parts: int = 1) -> list[Any]:
+def gather_cells(
+    mesh: Mesh, *functions: Function, parts: int | None = None
+) -> list[Any]:
     """Cells of a 2D mesh as polygons, with functions around them. Collective.
 
-    Each edge of a cell has a number of parts. On rank 0 points (n, k, 3) in order around
-    the cell, and an array (n, k, components) for each continuous Lagrange function; None
-    elsewhere.
+    The first function, if any, is the displacement: edges have several parts if it or
+    the mesh is of degree 2, unless a number is given. On rank 0 points (n, k, 3) in order around the cell, and an
+    array (n, k, components) for each continuous Lagrange function; None elsewhere.
     """
+    parts = _parts(mesh, *functions[:1]) if parts is None else parts
     cells = np.arange(mesh.topology.index_map(2).size_local, dtype=np.int32)
     shape = compat.cell_name(mesh)
     nodes = np.arange(len(_AROUND[shape]))[None]
@@ -297,7 +301,7 @@ def gather_boundary(
 ) -> list[Any]:
     """Exterior facets of a mesh, or given ones of this rank, as `gather_cells`.
 
-    Collective. In 2D polygons are ends.
+    Collective. Edges have a number of parts. In 2D polygons are ends.
     """
     chosen = compat.exterior_facets(mesh) if facets is None else facets
     found = facets_of_mesh(mesh, -1, chosen)

