@@ -93,7 +93,7 @@ def draw_field(
         colours = TriMesh(corners, array=z, cmap=cmap, norm=scale)
         lines = {"edgecolor": "k", "lw": 0.15, "alpha": 0.5}
         edges = PolyCollection(polygons, facecolor="none", **lines)
-        # Their limits are those of the points: matplotlib would make each triangle a path
+        # Limits by points alone: for others matplotlib would make each triangle a path
         axes.update_datalim(polygons.reshape(-1, 2))
         for one in (colours, edges):
             axes.add_collection(one, autolim=False)

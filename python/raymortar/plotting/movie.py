@@ -145,7 +145,7 @@ class Movie:
 
 
 class _Stage:
-    """What pictures of a movie have in common: it is drawn once, as texts are slow.
+    """Draws what pictures of a movie share once, as texts are slow.
 
     Parameters
     ----------

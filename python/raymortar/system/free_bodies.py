@@ -211,8 +211,11 @@ class FreeBodies:
     def _require_resisted_turns(self, body: Body) -> None:
         """Refuse moments about an axis of symmetry of a body without friction, and warn
         of such a turn without one. Collective."""
+        may_turn = bool(np.any(body.freedom.is_turn & ~body.freedom.is_resisted))
+        if not may_turn or self._rubs(body):
+            return
         loose = self._loose_turns(body)
-        if not loose.shape[1] or self._rubs(body):
+        if not loose.shape[1]:
             return
         pushed, _ = body.pushed()
         names = ", ".join(map(repr, parts_of(body, np.abs(loose).sum(axis=1))))
