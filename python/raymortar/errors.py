@@ -166,6 +166,13 @@ def described(value: Any) -> str:
     return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 4]} ..."
 
 
+def spoken_tag(tag: int | str, name: str | None) -> str:
+    """A tag for a message, with its name if it has one."""
+    if isinstance(tag, str):  # all facets
+        return repr(tag)
+    return f"tag {tag}" if name is None else f"{name!r} (tag {tag})"
+
+
 def format_point(point: Any, others: Any = (), digits: int = 6) -> str:
     """A point as text, for a message: coordinates that are noise beside its own and
     those of other points, such as all of its body, are 0."""

@@ -26,7 +26,7 @@ from .compat import (
     set_at_quadrature_points,
     vector_space,
 )
-from .errors import ContactError, described, together
+from .errors import ContactError, described, spoken_tag, together
 
 __all__ = [
     "AtQuadraturePoints",
@@ -151,12 +151,22 @@ def by_body(
             field.x.array[places[cell_tags.find(tag)]] = value
         bare = int(np.isnan(field.x.array).sum())
         if bare:
-            tags = sorted(set(cell_tags.values) - set(table))
+            tags = sorted(set(map(int, cell_tags.values)) - set(table))
+            known = names or {}
+            called = {_tag(n, known): n for n in known if _is_body(mesh, known[n])}
+            lacking = [
+                spoken_tag(k, called[k]) if k in called else str(k) for k in tags
+            ]
             raise ContactError(
                 f"values has none for {bare} cell(s) of the mesh: tags without a "
-                f"value are {list(map(int, tags))}"
+                f"value are [{', '.join(lacking)}]"
             )
     return field
+
+
+def _is_body(mesh: Mesh, group: Any) -> bool:
+    """Whether a tag, or (dimension, tag), may be one of cells."""
+    return not isinstance(group, tuple) or group[0] == mesh.topology.dim
 
 
 def _tag(key: int | str, names: Mapping[str, Any] | None) -> int:

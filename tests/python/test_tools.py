@@ -85,6 +85,7 @@ def test_a_field_has_the_value_of_each_body(scene, by_name):
     "values, names, said",
     [
         ({1: 2.0}, None, r"tags without a value are \[2\]"),
+        ({1: 2.0}, {"top": (1, 2), "upper": (2, 2)}, r"are \['upper' \(tag 2\)\]"),
         ({"lower": 2.0}, None, "no cells are named 'lower'; known names: none"),
         ({"low": 2.0}, {"lower": 1}, "known names: 'lower'"),
     ],

@@ -17,7 +17,7 @@ from dolfinx.mesh import Mesh
 
 from .. import compat
 from ..compat import Array, Indices
-from ..errors import ContactError, format_point, raise_everywhere, together
+from ..errors import ContactError, format_point, raise_everywhere, spoken_tag, together
 from .ranks import count_marks
 from .reference_facets import (
     FACET_SHAPE,
@@ -57,13 +57,6 @@ class Facets:
     def spoken(self) -> str:
         """Their tag, for a message."""
         return spoken_tag(self.tag, self.name)
-
-
-def spoken_tag(tag: int | str, name: str | None) -> str:
-    """A tag for a message, with its name if it has one."""
-    if isinstance(tag, str):  # all facets
-        return repr(tag)
-    return f"tag {tag}" if name is None else f"{name!r} (tag {tag})"
 
 
 def join(facets_list: Sequence[Facets]) -> Facets:

@@ -10,11 +10,11 @@ from mpi4py import MPI
 
 import numpy as np
 
-from ..errors import ContactError, together
+from ..errors import ContactError, spoken_tag, together
 from ..rigid.body import Body
 from . import checks
 from .curving import Smooth, curve
-from .facets import Facets, join, spoken_tag, tagged_facets
+from .facets import Facets, join, tagged_facets
 from .folded import Part, all_facets
 from .joined import parts_of
 from .surfaces import Surface, build_surface

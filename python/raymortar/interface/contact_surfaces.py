@@ -15,20 +15,14 @@ from dolfinx.fem import Function, FunctionSpace
 from .. import compat
 from ..discretization.bodies import Bodies, find_bodies
 from ..discretization.checks import check_space
-from ..discretization.facets import (
-    Facets,
-    coordinates,
-    facet_dof_table,
-    node_table,
-    spoken_tag,
-)
+from ..discretization.facets import Facets, coordinates, facet_dof_table, node_table
 from ..discretization.joined import parts_of
 from ..discretization.layout import Layout
 from ..discretization.ranks import ends_of, keep_communicator
 from ..discretization.tagged import ALL, Group, ZoneFacets, find_facets
 from ..discretization.thickness import Cells
 from ..discretization.unknowns import Unknowns
-from ..errors import ContactError, format_point, require_agreement, together
+from ..errors import ContactError, format_point, require_agreement, spoken_tag, together
 from ..options.methods import ContactOptions, Penalty
 from ..rigid.body import Body
 from .coefficients import Interfaces

@@ -7,9 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from ..discretization.facets import spoken_tag
 from ..discretization.tagged import ALL, Group
-from ..errors import ContactError, described, is_whole_number
+from ..errors import ContactError, described, is_whole_number, spoken_tag
 from ..rigid.body import Body, as_body
 from ..rigid.shapes import Shape
 
