@@ -42,6 +42,10 @@ def curves(body: Body, lower: Array, upper: Array) -> list[Array]:
         lines = _sections(lambda x: _level(shape, (x - shift) @ R), lower, upper)
     for x in (line[:, :dim] for line in lines):
         inside = np.all((x >= lower) & (x <= upper), axis=1)
+        if dim == 2:  # lines that pass have no point inside; axes cut them
+            low, high = np.minimum(x[1:], x[:-1]), np.maximum(x[1:], x[:-1])
+            meets = np.all((low <= upper) & (high >= lower), axis=1)
+            inside = np.append(meets, False) | np.append(False, meets)
         parts = np.split(x, np.flatnonzero(np.diff(inside)) + 1)
         found += [one for one in parts[not inside[0] :: 2] if len(one) > 1]
     return found

@@ -59,6 +59,13 @@ def test_a_small_circle_is_drawn_round():
     assert chords.sum() == pytest.approx(0.04 * np.pi, rel=1e-2)
 
 
+def test_a_line_that_passes_is_drawn():
+    """However long it is beside the picture."""
+    body = rigid.Body(rigid.Polyline([(-1e4, 1.0), (1e4, 1.2)], inside=(0.0, 2.0)))
+    (outline,) = curves(body, LOWER, UPPER)
+    assert outline[0, 0] < LOWER[0] and outline[-1, 0] > UPPER[0]
+
+
 def nearest(body, x):
     """Distance from the tool along the nearest of a fan of rays."""
     angles = np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False) + 0.01
