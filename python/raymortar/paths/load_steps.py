@@ -281,6 +281,7 @@ class LoadSteps:
             contact.advance()
             path.accepted()
             self._tell(self.on_accept)
+            ways.accepted(before)
             path.sizes.accept(iterations)
             last = before
             count = problem.steps_accepted = problem.steps_accepted + 1

@@ -347,6 +347,11 @@ class Strategies:
         viscous = self.__dict__.get("_viscous")
         return [viscous.gave_up] if viscous and viscous.gave_up else []
 
+    def accepted(self, begin: State) -> None:
+        """Note that the step is accepted which began at a state."""
+        if self._prediction:
+            self._prediction.accepted(begin, self.used == VISCOUS)
+
     def finish(self) -> None:
         """Give gamma back at the end of the path. Collective."""
         self._give_back(0)
