@@ -284,8 +284,9 @@ class Strategies:
         return balance.released
 
     def _is_curable(self, failure: Exception) -> bool:
-        """Whether a solve cycled or diverged, rather than ran out of iterations; or
-        did so in the smallest step, where halving has not helped."""
+        """Whether a solve cycled or diverged, or a line search found no descent, rather
+        than that iterations ran out; or whether these did in the smallest step, where
+        halving has not helped."""
         if isinstance(failure, SetUpError):
             return False
         if not isinstance(failure, ConvergenceError):
@@ -296,7 +297,8 @@ class Strategies:
         norms = problem.convergence.norms
         ran_out = len(norms) > getattr(self.solver, "max_it", np.inf)
         is_last = ran_out and self._path.sizes.is_smallest
-        return broken or is_last or is_in_trouble(norms)
+        found_none = getattr(self.solver, "finds_no_descent", False)
+        return broken or is_last or found_none or is_in_trouble(norms)
 
     def _as_given(self, now: State, last: State | None, ratio: float) -> int:
         """Solve by the solver as it was given, from where the last step leads first."""

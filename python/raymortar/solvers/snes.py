@@ -225,6 +225,11 @@ class SNESSolver(CoupledSolver):
         """Largest number of iterations."""
         return int(self.snes.getTolerances()[3])
 
+    @property
+    def finds_no_descent(self) -> bool:
+        """Whether the last solve ended as a line search found no smaller residual."""
+        return bool(self.snes.getConvergedReason() == NO_DESCENT)
+
     def _settings(self) -> dict[str, Any]:
         return {"max_it": self.max_it}
 
