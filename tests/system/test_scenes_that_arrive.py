@@ -18,9 +18,11 @@ from arriving import (
 )
 from pathing import take
 from problems import COMM
+from slender import leaves
 
 import raymortar
-from raymortar import ContactWarning
+from raymortar import AugmentedLagrangian, ContactWarning
+from raymortar.solvers.solver import MAX_IT
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 
@@ -80,6 +82,14 @@ def test_a_disc_that_touches_and_may_roll_is_caught_in_its_first_step():
     lid, floor = path.result()
     assert np.abs(lid + floor).max() <= 1e-8 * lid[1]
     assert abs(lid[0]) <= 1e-3 * lid[1]
+
+
+def test_leaves_that_touch_all_along_are_not_halved_for_more_iterations():
+    """From gaps of zero the points that stay closed are as far away in a small step."""
+    taken = take(path := leaves(method=AugmentedLagrangian(condition="nodes")))
+    assert taken.arrived and taken.halvings == 0 and taken.ways == {"full": 1}
+    assert MAX_IT < taken.tangents <= 2 * MAX_IT
+    assert path.result() == pytest.approx(1.0, abs=5e-3)  # beams without shear
 
 
 @pytest.mark.parametrize("cells, depth, steps", [(1, 0.2, 4), (2, 0.8, 16)])
