@@ -17,12 +17,12 @@ ROUNDING = 1e-10
 class Prediction:
     """Extrapolates a state by the change of one of the last two steps.
 
-    Where facets slide past facets, every other step is like the one before it: the
-    change is taken that leaves fewer forces out of balance [docs/measured/solving.md].
-    Forces tell of a path that turns round, or touches, too: fewer of them must be out of
-    balance than where the last step ended, and prescribed displacements nearer. A start
-    that fails is left out for 1, 2, 4, 8 steps; those that the user asks for are `always`
-    taken.
+    Where facets slide past facets, every other step is like the one before it. So the
+    change is taken that leaves fewer forces out of balance
+    (docs/measured/load_steps.md). Forces tell of a path that turns round, or touches,
+    too: fewer of them must be out of balance than where the last step ended, and
+    prescribed displacements nearer. A start that fails is left out for 1, 2, 4, 8 steps;
+    those that the user asks for are `always` taken.
     """
 
     def __init__(self, path: PrescribedPath, always: bool = False) -> None:
