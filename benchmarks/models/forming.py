@@ -43,12 +43,12 @@ class Forming:
         )
         bcs = [tools.prescribe(V, self.scene.find("axis"), component=0)]
         self.problem = raymortar.NonlinearProblem(form, self.contact, bcs)
-        self.halvings = 0
+        self.iterations, self.halvings = [], 0
 
     def follow(self, apply, steps):
         """Take load steps."""
         path = raymortar.LoadSteps(self.problem.snes_solver, apply, steps)
-        path.run()
+        self.iterations += [step.iterations for step in path.run()]
         self.halvings += path.halvings
 
     def forces(self):

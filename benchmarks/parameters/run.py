@@ -29,6 +29,7 @@ import accuracy_tables  # noqa: E402
 import coefficient  # noqa: E402
 import paths  # noqa: E402
 import points_and_nodes  # noqa: E402
+import scenes_that_arrive  # noqa: E402
 import slip_fronts  # noqa: E402
 import small  # noqa: E402
 
@@ -50,6 +51,7 @@ TABLES = {
     "conditions": points_and_nodes.paths,
     "partial_slip": points_and_nodes.partial_slip,
     "slip_fronts": slip_fronts.slip_fronts,
+    "arriving": scenes_that_arrive.arriving,
 }
 
 

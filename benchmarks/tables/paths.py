@@ -49,6 +49,21 @@ def extrapolated(rows: list[Row]) -> Table:
     return lines
 
 
+@table("parameters/arriving.csv")
+def arriving(rows: list[Row]) -> Table:
+    """Scenes that have to arrive with nothing tuned."""
+    lines = [["scene", "law", "iterations a step", "most", "tangents", "other ways"]]
+    for row in rows:
+        mean = f"{float(row['mean']):.1f}" if row["mean"] else ""
+        steps = halved(row["steps"], row["halvings"])
+        if row["arrived"] != "yes":
+            steps += ", ends"
+        scene = f"{row['scene']}: {steps}"
+        known = row["law"], mean, row["most"], row["tangents"], row["ways"]
+        lines.append([scene, *known])
+    return lines
+
+
 @table("parameters/line_search.csv")
 def line_search(rows: list[Row]) -> Table:
     """Iterations with line searches of PETSc."""

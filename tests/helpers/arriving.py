@@ -106,3 +106,34 @@ def free_disc(size=0.8, steps=10):
         return np.array(min(COMM.allgather(mine))[1]), contact.resultant().force
 
     return Path(problem, apply, steps, middle)
+
+
+def squeezed_disc(size=0.8e-3, squeeze=0.04):
+    """A disc of rubber with springs and friction between two rigid lines that close."""
+    radius = 2.5e-3
+
+    def draw(occ):
+        disc = occ.addDisk(0, radius, 0, radius, radius)
+        return {"disc": disc}, {"rim": ("disc", lambda x, y: True)}
+
+    mesh = read(draw, size)
+    V = compat.vector_space(mesh.mesh, 2)
+    u, v = fem.Function(V), ufl.TestFunction(V)
+    stress = MATERIALS["neo-hookean"][0](ufl.grad(u), *lame(6e6, 0.3))
+    form = ufl.inner(stress, ufl.grad(v)) * ufl.dx(degree=4)
+    line, body = raymortar.rigid.Line, raymortar.rigid.Body
+    lid, floor = body(line((0, 2 * radius), (0, -1))), body(line((0, 0), (0, 1)))
+    contact = raymortar.Contact(
+        u,
+        mesh.facet_tags,
+        [("rim", lid), ("rim", floor)],
+        raymortar.Penalty(),
+        friction=raymortar.Coulomb(0.1),
+        names=mesh.names,
+    )
+    return Path(
+        raymortar.NonlinearProblem(form, contact),
+        lambda t: lid.move((0.0, -2.0 * radius * squeeze * t)),
+        1,
+        lambda: np.array([contact.resultant_on(b).force for b in (lid, floor)]),
+    )

@@ -9,10 +9,13 @@ import ufl
 from dolfinx import fem
 from materials import MATERIALS, lame
 from pathing import Path
+from problems import COMM
 from strips import strip as mesh_of_strip
 from strips import tag_where
 
 import raymortar
+from meshes.blocks import SIDES, Block
+from meshes.meshing import assemble_blocks
 from raymortar import compat, rigid
 
 # Of the belt: lengths in m, N/m and Pa
@@ -122,3 +125,44 @@ def belt(cells=134, pull=PULL, steps=(4, 24), **options):
         return np.array([abs(pull) / (tension.value * THICK)])
 
     return Path(problem, apply, tight + pulled, ratio)
+
+
+def leaves(count=3, share=0.25, steps=1, **options):
+    """Leaves of a spring that lie on each other, clamped at the left, the top one loaded
+    at its end; the result is the end's deflection over that of beams."""
+    length, thick, young, nu, force = 0.3, 5e-3, 206e9, 0.3, 6e3
+    blocks = [
+        Block(
+            (25 + 6 * i, 2),
+            (0.0, i * thick),
+            (length, (i + 1) * thick),
+            tags={k: 10 * i + n for n, k in enumerate(SIDES[2], 1)},
+        )
+        for i in range(count)
+    ]
+    mesh, _, tags = assemble_blocks(COMM, blocks, "quadrilateral")
+    left, right, bottom, top = range(1, 5)
+    load = fem.Constant(mesh, PETSc.ScalarType(0.0))
+    ds = ufl.Measure("ds", mesh, subdomain_data=tags)
+    last, zero = 10 * (count - 1) + right, fem.Constant(mesh, np.zeros(2))
+    problem = problem_of(
+        mesh,
+        tags,
+        lame(young, nu),
+        [(10 * i + 10 + bottom, 10 * i + top) for i in range(count - 1)],
+        lambda V: [held(V, mesh, tags, 10 * i + left, zero) for i in range(count)],
+        0.0,
+        lambda v: -load * v[1] * ds(last),
+        **options,
+    )
+
+    def apply(t):
+        load.value = share * force / thick * t
+
+    def deflection():
+        form = compat.form(problem.contact.u[1] * ds(last))
+        mean = COMM.allreduce(fem.assemble_scalar(form)) / thick
+        stiffness = count * young / (1.0 - nu**2) * thick**3 / 4.0 / length**3
+        return -mean * stiffness / (share * force)
+
+    return Path(problem, apply, steps, deflection)

@@ -198,7 +198,7 @@ def test_pin_jaw_and_base_are_in_equilibrium(folder):
 @pytest.mark.quick
 @pytest.mark.mpi
 def test_newton_solver_of_dolfinx_is_in_equilibrium(folder):
-    run(newton_of_dolfinx, folder, "--steps", "2")
+    run(newton_of_dolfinx, folder)
 
 
 @pytest.mark.parametrize("friction", ["0", "0.3"])

@@ -7,12 +7,22 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from arriving import FALL, RADIUS, WEIGHT, free_disc, loose_stack, stacked
+from arriving import (
+    FALL,
+    RADIUS,
+    WEIGHT,
+    free_disc,
+    loose_stack,
+    squeezed_disc,
+    stacked,
+)
 from pathing import take
 from problems import COMM
+from slender import leaves
 
 import raymortar
-from raymortar import ContactWarning
+from raymortar import AugmentedLagrangian, ContactWarning
+from raymortar.solvers.solver import MAX_IT
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 
@@ -60,6 +70,26 @@ def test_a_free_disc_stays_where_it_lands():
     at, force = path.result()
     assert abs(at[0]) <= 0.5 * size and -0.2 * RADIUS < at[1] < -FALL
     assert force == pytest.approx([0.0, WEIGHT], abs=1e-3 * WEIGHT)
+
+
+def test_a_disc_that_touches_and_may_roll_is_caught_in_its_first_step():
+    """A line search that finds no smaller residual is trouble, and not for halving."""
+    pytest.importorskip("gmsh")
+    path = squeezed_disc()
+    taken = take(path)
+    assert taken.arrived and taken.halvings == 0
+    assert taken.ways == {"viscous forces": 1}
+    lid, floor = path.result()
+    assert np.abs(lid + floor).max() <= 1e-8 * lid[1]
+    assert abs(lid[0]) <= 1e-3 * lid[1]
+
+
+def test_leaves_that_touch_all_along_are_not_halved_for_more_iterations():
+    """From gaps of zero the points that stay closed are as far away in a small step."""
+    taken = take(path := leaves(method=AugmentedLagrangian(condition="nodes")))
+    assert taken.arrived and taken.halvings == 0 and taken.ways == {"full": 1}
+    assert MAX_IT < taken.tangents <= 2 * MAX_IT
+    assert path.result() == pytest.approx(1.0, abs=5e-3)  # beams without shear
 
 
 @pytest.mark.parametrize("cells, depth, steps", [(1, 0.2, 4), (2, 0.8, 16)])

@@ -134,6 +134,13 @@ def test_no_step_is_cut_and_newton_takes_few_iterations(run):
     assert mean_iterations(rows) < 7.5
 
 
+def test_steps_of_half_a_facet_repeat_the_one_before_the_last(run):
+    """Every other step is like the one before it: the change that fits better leads."""
+    rows = run()[-10:]
+    assert np.isclose(10.0 / SLIDE, 0.5 * 12.0 / 60)  # slip of a step, facet
+    assert mean_iterations(rows) <= 5.5  # 6.4 from where the last step alone leads
+
+
 def test_extrapolation_saves_iterations_and_changes_nothing(run):
     plain, extrapolated = run(until=1.1, extrapolate=False), run(until=1.1)
     for name in "VH":

@@ -68,12 +68,13 @@ class LoadSteps:
     max_halvings
         How often the first step's size may be halved. After that the failure is raised.
     extrapolate
-        Start each solve where the last step leads: its change of all unknowns, scaled
-        with the steps' sizes. If that fails, start from the last accepted state. None:
-        where fewer forces are out of balance there, so not where a path turns round, and
-        not with `control`. This saves one or two iterations of a step on a smooth path,
-        as in sliding, where the first iterate slips the right way. True: in every step,
-        without asking. False: never.
+        Start each solve where the last step leads, or the one before it: by its change
+        of all unknowns, scaled with the steps' sizes, whichever leaves fewer forces out
+        of balance (with `control` the last one). If that fails, start from the last
+        accepted state. None: where fewer forces are out of balance there, so not where
+        a path turns round, and not with `control`. This saves one or two iterations of
+        a step on a smooth path, as in sliding, where the first iterate slips the right
+        way. True: in every step, without asking. False: never.
     largest
         A step may grow to this many times the first step's size. The default is 1,
         because with friction the result of a path depends on its steps.
@@ -282,6 +283,7 @@ class LoadSteps:
             contact.advance()
             path.accepted()
             self._tell(self.on_accept)
+            ways.accepted(before)
             path.sizes.accept(iterations)
             last = before
             count = problem.steps_accepted = problem.steps_accepted + 1

@@ -1,8 +1,11 @@
-"""Start of a step: the last accepted state, or the place where the last step leads."""
+"""Start of a step: the last accepted state, or the place where the last steps lead."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
+
+import numpy as np
 
 from ..interface.state import State
 from .load_path import PrescribedPath
@@ -12,31 +15,69 @@ ROUNDING = 1e-10
 
 
 class Prediction:
-    """Extrapolates a state by the change of the last step, where that leads on.
+    """Extrapolates a state by the change of one of the last two steps.
 
-    The forces tell of a path that turns round, or touches: fewer of them must be out
-    of balance where the last step leads than where it ended, and prescribed
-    displacements nearer. A start that fails is left out for 1, 2, 4, 8 steps; those that
-    the user asks for are `always` taken.
+    Where facets slide past facets, every other step is like the one before it. So the
+    change is taken that leaves fewer forces out of balance
+    (docs/measured/load_steps.md). Forces tell of a path that turns round, or touches,
+    too: fewer of them must be out of balance than where the last step ended, and
+    prescribed displacements nearer. A start that fails is left out for 1, 2, 4, 8 steps;
+    those that the user asks for are `always` taken.
     """
 
     def __init__(self, path: PrescribedPath, always: bool = False) -> None:
         self._path, self._problem, self.always = path, path.solver.problem, always
         self._backoff = Backoff()
+        # Starts of the last two accepted steps, and their sizes
+        self._begun: list[tuple[State, float]] = []
+
+    def accepted(self, begin: State, jumps: bool) -> None:
+        """Note where an accepted step began. Steps up to a jump tell nothing of later
+        ones."""
+        size = self._path.sizes.size
+        self._begun = [] if jumps else [*self._begun[-1:], (begin, size)]
 
     def leads_on(self, now: State, last: State, ratio: float) -> bool:
-        """Go where the last step leads; False: stay at the present state. Collective."""
+        """Go where one of the last steps leads; False: stay at the present state.
+        Collective."""
         if not self.always and self._backoff.rests():
             return False
-        here = 0.0 if self.always else self._imbalance()
-        pending = self._problem.convergence.now.pending
-        self._path.extrapolate(ratio)
-        self._problem.contact.extrapolate(now, last, ratio)
-        if self.always or (self._imbalance() < here and self._is_nearer(pending)):
+        changes = [*self._changes(now, last, ratio)]
+        if self.always and len(changes) == 1:
+            self._go(*changes[0])
             return True
+        here = np.inf if self.always else self._imbalance()
+        pending = self._problem.convergence.now.pending
+        least, best = here, None
+        for change in changes:
+            self._go(*change)
+            size = self._imbalance()
+            if size < least and (self.always or self._is_nearer(pending)):
+                least, best = size, change
+            self._stay(now)
+        if best is None:
+            return False
+        self._go(*best)
+        return True
+
+    def _changes(
+        self, now: State, last: State, ratio: float
+    ) -> Iterator[tuple[State, State, float]]:
+        """Yield the changes to go on with: end, begin and factor."""
+        yield now, last, ratio
+        if len(self._begun) == 2 and self._path.led is None:
+            begin, size = self._begun[0]
+            yield last, begin, self._path.sizes.size / size
+
+    def _go(self, end: State, begin: State, factor: float) -> None:
+        """Add a multiple of a change to the present state."""
+        self._path.extrapolate(factor)
+        self._problem.contact.extrapolate(end, begin, factor)
+
+    def _stay(self, now: State) -> None:
+        """Go back to the accepted state. Collective."""
         self._problem.contact.restore(now)
         self._path.restart()
-        return False
 
     def note(self, works: bool) -> None:
         """Note whether a solve from there converged."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from functools import cached_property, partial
 from typing import Any
 
@@ -16,6 +17,7 @@ from ..errors import ContactWarning, ConvergenceError, SetUpError
 from ..interface.state import State
 from ..solvers.newton import NewtonSolver
 from ..solvers.snes import SNESSolver
+from ..solvers.solver import MAX_IT
 from .energy_balance import balance_of_step
 from .lessons import Lessons
 from .load_path import PrescribedPath
@@ -26,7 +28,8 @@ from .stabilization import Stabilization
 FULL, EXTRAPOLATED = "full", "extrapolated"
 SMALL_GAMMA, VISCOUS = "small gamma, line search", "viscous forces"
 
-# Factor for the number of iterations of a line search, as shorter steps need more
+# Factor for the number of iterations where shorter steps need more, as those of a line
+# search, or where halving the load step would not save them
 MORE_ITERATIONS = 2
 
 _LINE_SEARCH = "snes_linesearch_type"
@@ -174,7 +177,8 @@ class Strategies:
             if iterations is None:
                 iterations = self._as_last(now)
             if iterations is None:
-                iterations = self._as_given(now, last, ratio)
+                with self._more_iterations():
+                    iterations = self._as_given(now, last, ratio)
                 self._lessons.solved(FULL, plain_failed=False)
             return iterations
         except FAILURES as failure:
@@ -284,8 +288,9 @@ class Strategies:
         return balance.released
 
     def _is_curable(self, failure: Exception) -> bool:
-        """Whether a solve cycled or diverged, rather than ran out of iterations; or
-        did so in the smallest step, where halving has not helped."""
+        """Whether a solve cycled or diverged, or a line search found no descent, rather
+        than that iterations ran out; or whether these did in the smallest step, where
+        halving has not helped."""
         if isinstance(failure, SetUpError):
             return False
         if not isinstance(failure, ConvergenceError):
@@ -296,7 +301,8 @@ class Strategies:
         norms = problem.convergence.norms
         ran_out = len(norms) > getattr(self.solver, "max_it", np.inf)
         is_last = ran_out and self._path.sizes.is_smallest
-        return broken or is_last or is_in_trouble(norms)
+        found_none = getattr(self.solver, "finds_no_descent", False)
+        return broken or is_last or found_none or is_in_trouble(norms)
 
     def _as_given(self, now: State, last: State | None, ratio: float) -> int:
         """Solve by the solver as it was given, from where the last step leads first."""
@@ -312,6 +318,20 @@ class Strategies:
         # A predicted start has the slip of the last step; this one has to find it
         with self._soft_stick.acting():
             return iterations_of(self.solver)
+
+    @contextmanager
+    def _more_iterations(self) -> Iterator[None]:
+        """Let solves go on for longer while they are not in trouble, unless the user
+        has limited them: in a halved step active sets are as far away as before."""
+        solver = self.solver
+        raised = self._automatic and getattr(solver, "max_it", None) == MAX_IT
+        if raised:
+            solver.max_it = MORE_ITERATIONS * MAX_IT
+        try:
+            yield
+        finally:
+            if raised:
+                solver.max_it = MAX_IT
 
     def _from_ahead(self, prediction: Prediction, now: State) -> int | None:
         """Solve from where the last step leads; return None if that fails."""
@@ -346,6 +366,11 @@ class Strategies:
         """Tell what the last failed step was given up for besides its own failure."""
         viscous = self.__dict__.get("_viscous")
         return [viscous.gave_up] if viscous and viscous.gave_up else []
+
+    def accepted(self, begin: State) -> None:
+        """Note that the step is accepted which began at a state."""
+        if self._prediction:
+            self._prediction.accepted(begin, self.used == VISCOUS)
 
     def finish(self) -> None:
         """Give gamma back at the end of the path. Collective."""

@@ -15,7 +15,7 @@ from ..errors import ContactError
 from ..problem import CoupledProblem
 from .automatic import linear_options
 from .petsc_objects import new_prefix, take_tangent
-from .solver import CoupledSolver
+from .solver import MAX_IT, CoupledSolver
 
 
 class _Ended(Exception):
@@ -96,7 +96,7 @@ class NewtonSolver(CoupledSolver):
         self.newton.setJ(tangent, self.A)
         self.newton.set_form(problem.form)
         self.rtol, self.atol = 1e-10, self._floor
-        self.max_it = 25
+        self.max_it = MAX_IT
         self.report = self.error_on_nonconvergence = False
         self._name = agreed_name(problem.comm)
         prefix = new_prefix("newton")

@@ -14,7 +14,7 @@ from ..options.methods import Penalty
 from ..problem import CoupledProblem
 from .automatic import linear_options
 from .petsc_objects import new_prefix, take_tangent
-from .solver import CoupledSolver
+from .solver import MAX_IT, CoupledSolver
 
 STUCK = PETSc.SNES.ConvergedReason.DIVERGED_LOCAL_MIN
 # Name by which a SNES has the factors of its rows
@@ -67,7 +67,7 @@ def _defaults(problem: CoupledProblem, floor: float) -> dict[str, Any]:
         "snes_rtol": 1e-10,
         "snes_atol": floor,
         "snes_stol": 0.0,
-        "snes_max_it": 25,
+        "snes_max_it": MAX_IT,
     }
 
 
@@ -224,6 +224,15 @@ class SNESSolver(CoupledSolver):
     def max_it(self) -> int:
         """Largest number of iterations."""
         return int(self.snes.getTolerances()[3])
+
+    @max_it.setter
+    def max_it(self, value: int) -> None:
+        self.snes.setTolerances(max_it=value)
+
+    @property
+    def finds_no_descent(self) -> bool:
+        """Whether the last solve ended as a line search found no smaller residual."""
+        return bool(self.snes.getConvergedReason() == NO_DESCENT)
 
     def _settings(self) -> dict[str, Any]:
         return {"max_it": self.max_it}

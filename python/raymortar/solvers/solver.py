@@ -30,6 +30,9 @@ from ..interface.offsets import MOST_AUGMENTATIONS, augmented
 from ..problem import CoupledProblem
 from .petsc_objects import CLOSE, PetscOptions, attach, renew, take_tangent
 
+# Iterations of a solve whose limit the user has not set
+MAX_IT = 25
+
 
 class CoupledSolver(ABC):
     """Newton's method on [u, multiplier], whatever object iterates. Collective.
