@@ -86,6 +86,7 @@ class Ironing:
         # moves on smoothly. Half an iteration less, and smaller ripples
         quadrature_degree=9,
         across=None,
+        method=None,
     ):
         self.extrapolate = extrapolate
         self.scene = scene_of(comm, size, across)
@@ -113,7 +114,7 @@ class Ironing:
             self.u,
             self.scene.facet_tags,
             [(TAGS["slave"], TAGS["master"])],
-            raymortar.AugmentedLagrangian(gamma),
+            method or raymortar.AugmentedLagrangian(gamma),
             friction=raymortar.Coulomb(friction) if friction else None,
             quadrature_degree=quadrature_degree,
             # The first iterate of a large step may be as deep as the step is long
