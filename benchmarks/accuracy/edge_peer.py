@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import time
 
-from dolfinx import mesh as dolfinx_mesh
-
 import numpy as np
+from dolfinx import mesh as dolfinx_mesh
 from edge_scenes import NU, Pressed
 from getfem_peer import MAX_ITERATIONS, gf
 
@@ -70,7 +69,6 @@ class Peer:
             if len(x) > corners:
                 far = np.linalg.norm(x[:, None] - x[None], axis=2)
                 x = x[list(np.unravel_index(far.argmax(), far.shape))]
-            # Rounding of sums differs: look beside, too
             middle = tuple(np.round(x.mean(axis=0), 7))
             if middle in tags:
                 found.setdefault(tags[middle], []).append(face)
@@ -115,7 +113,6 @@ class Peer:
         multipliers = gf.MeshFem(self.spaces[slave], self.dim)
         multipliers.set_classical_fem(degree if self.dim == 2 else 1)
         model.add_filtered_fem_variable("lam", multipliers, SLAVE)
-        a, p0 = case.exact(1.0)
         model.add_initialized_data("r", [case.gamma])
         brick = model.add_integral_large_sliding_contact_brick_raytracing(
             "r", case.release
@@ -154,12 +151,20 @@ class Peer:
                 iterations += 1
             else:
                 return None
-        return iterations, time.process_time() - start[0], time.perf_counter() - start[1]
+        return (
+            iterations,
+            time.process_time() - start[0],
+            time.perf_counter() - start[1],
+        )
+
+    def force(self):
+        """Vertical force on the slave."""
+        return self._integral(f"lam({self.dim})")
 
     def error(self):
         """Of the pressure in L2, as `edge_scenes.pressure_error`."""
         case, d = self.case, self.dim
-        total = self._integral(f"lam({d})")
+        total = self.force()
         a, p0 = case.exact(case.symmetric * abs(total))
         r = "sqrt(" + "+".join(f"sqr(X({i}))" for i in range(1, d)) + ")"
         exact = f"({p0}*{case.formula.format(s=f'({r}/{a})')})"

@@ -183,21 +183,27 @@ def pressure_error(case, contact):
 
 
 # Steel on aluminium. Lengths in mm, stresses in MPa
-E_ROUND, E_FLAT, RADIUS, HALF_WIDTH = 210e3, 70e3, 10.0, 0.4
+E_ROUND, E_FLAT, RADIUS = 210e3, 70e3, 10.0
+# By dimension. Bodies depart from Hertz's half-spaces in proportion to it
+HALF_WIDTHS = {2: 0.1, 3: 0.4}
 E_STAR = 1.0 / ((1.0 - NU**2) * (1.0 / E_ROUND + 1.0 / E_FLAT))
-ROLES = {"round slave": ("slave", "master", 0.8), "flat slave": ("master", "slave", 1.25)}
+ROLES = {
+    "round slave": ("slave", "master", 0.8),
+    "flat slave": ("master", "slave", 1.25),
+}
 
 
 def hertz(dim, n, degree, role):
     """A cylinder or a ball on a block; facets across the contact, the slave's coarser."""
     slave, master, ratio = ROLES[role]
+    half_width = HALF_WIDTHS[dim]
     make = cylinder_on_block if dim == 2 else sphere_on_plane
     scene = make(
         COMM,
         geometry_degree=degree,
         radius=RADIUS,
         block_size=(60.0,) * (dim - 1) + (30.0,),
-        contact_half_width=HALF_WIDTH,
+        contact_half_width=half_width,
         # Of the ball's surface
         facets_across=n if role == "round slave" else round(n * ratio),
         master_ratio=ratio,
@@ -214,17 +220,17 @@ def hertz(dim, n, degree, role):
         return a, 1.5 * force / (np.pi * a**2)
 
     if dim == 2:
-        force = np.pi * E_STAR * HALF_WIDTH**2 / (4.0 * RADIUS)
-        round_ = (2.0 * np.log(4.0 * RADIUS / HALF_WIDTH) - 1.0) / E_ROUND
-        flat = (2.0 * np.log(60.0 / HALF_WIDTH) - NU / (1.0 - NU)) / E_FLAT
+        force = np.pi * E_STAR * half_width**2 / (4.0 * RADIUS)
+        round_ = (2.0 * np.log(4.0 * RADIUS / half_width) - 1.0) / E_ROUND
+        flat = (2.0 * np.log(60.0 / half_width) - NU / (1.0 - NU)) / E_FLAT
         push = force * (1.0 - NU**2) / np.pi * (round_ + flat)
     else:
-        push = HALF_WIDTH**2 / RADIUS
+        push = half_width**2 / RADIUS
     moduli = {"upper": E_ROUND, "lower": E_FLAT}
     return Pressed(
         scene, moduli, slave, master, tuple(held), ("top", dim - 1), push, exact,
-        2 * (dim - 1), gamma=E_FLAT * n / (2.0 * HALF_WIDTH), release=0.5 * RADIUS,
-        tolerance=1e-10 * E_FLAT * HALF_WIDTH ** (dim - 1),
+        2 * (dim - 1), gamma=E_FLAT * n / (2.0 * half_width), release=0.5 * RADIUS,
+        tolerance=1e-10 * E_FLAT * half_width ** (dim - 1),
     )  # fmt: skip
 
 
@@ -236,7 +242,9 @@ def half_space(dim, a, facets, extra=(), body="lower"):
     names = {"surface": "slave", "left": "symmetry_x", "front": "symmetry_y"}
     names |= {"far": "bottom", "side": "side"}
     sides = {place: tags[name] for place, name in names.items()}
-    blocks = box_blocks((400.0 * a if dim == 2 else 100.0 * a,) * dim, grid, sides, body)
+    blocks = box_blocks(
+        (400.0 * a if dim == 2 else 100.0 * a,) * dim, grid, sides, body
+    )
     blocks = [mirrored(block, dim - 1) for block in blocks] + list(extra)
     cell = "quadrilateral" if dim == 2 else "hexahedron"
     made = assemble_blocks(COMM, blocks, cell, 1)
@@ -254,7 +262,9 @@ HELD = tuple((name, i) for name in ("bottom", "side") for i in (0, 1))
 def punch(n, degree, role=""):
     """A rigid flat punch on a half plane: facets over half of its width."""
     facets = max(1, round(0.8 * n))
-    block = Block((facets, 1), (0.0, 0.0), (1.0, 0.25), tags={"bottom": 6}, body="upper")
+    block = Block(
+        (facets, 1), (0.0, 0.0), (1.0, 0.25), tags={"bottom": 6}, body="upper"
+    )
     scene = half_space(2, 1.0, n, (block,))
     held = (*HELD, ("symmetry_x", 0))
     # Of the singular pressure the part that is not next to the rim
@@ -267,8 +277,8 @@ def punch(n, degree, role=""):
     )  # fmt: skip
 
 
-# A rigid ball of radius 1 on a half-space (depth 1e-3)
-BALL = SimpleNamespace(E=1000.0, a=0.0316228, depth=1e-3, force=0.0463337)
+# A rigid ball of radius 1 on a half-space: radius of the contact, depth
+BALL = SimpleNamespace(E=1000.0, a=0.01, depth=1e-4)
 
 
 def ball_in_space(n, degree, role=""):
@@ -315,7 +325,9 @@ def solve_ball_of_revolution(n, degree, law):
         s = r / fem.Constant(mesh, a)
         exact = fem.Constant(mesh, 1.5 * force / (np.pi * a**2)) * ellipse(s)
         rule = {"quadrature_degree": 12}
-        ds = ufl.Measure("ds", mesh, subdomain_data=found.scene.facet_tags, metadata=rule)
+        ds = ufl.Measure(
+            "ds", mesh, subdomain_data=found.scene.facet_tags, metadata=rule
+        )
         ds = ds(found.scene.tags["slave"])
         off = tools.integral((p - exact) ** 2 * r * ds, mesh)
         return np.sqrt(off / tools.integral(exact**2 * r * ds, mesh))

@@ -155,7 +155,11 @@ def runs(scene):
                 same = {"scene": scene, "role": role, "degree": degree, "n": n}
                 group = [({"program": "raymortar", "law": law}, ours) for law in LAWS]
                 # GetFEM's maps of curved hexahedra are not made here
-                if theirs and getfem_peer.gf and not (scene == "hertz_3d" and degree > 1):
+                if (
+                    theirs
+                    and getfem_peer.gf
+                    and not (scene == "hertz_3d" and degree > 1)
+                ):
                     group.append(({"program": "GetFEM", "law": "points"}, theirs))
                 yield [(same | own, solve) for own, solve in group]
 
@@ -237,7 +241,9 @@ def draw(found, folder):
         for ax, (part, role) in zip(axes[0], panels):
             rows = [r for r in found if r["scene"] == part and r["role"] == role]
             _curves(ax, rows)
-            under = {"ball": "of revolution", "ball_3d": "a quarter in 3D"}.get(part, role)
+            under = {"ball": "of revolution", "ball_3d": "a quarter in 3D"}.get(
+                part, role
+            )
             ax.set(title=under, xlabel="processor time [s]")
             ax.grid(True, which="both", alpha=0.2)
         axes[0, 0].set(ylabel=f"relative error of the {what}")
@@ -258,7 +264,9 @@ def _curves(ax, rows):
         ]
         colour, marker = LOOK[law] if program == "raymortar" else ("0.3", "x")
         style = {"color": colour, "marker": marker, "ms": 5, "lw": 1.2}
-        style["ls"], style["mfc"] = ("--", "none") if int(degree) == 1 else ("-", colour)
+        style["ls"], style["mfc"] = (
+            ("--", "none") if int(degree) == 1 else ("-", colour)
+        )
         name = f"law at {law}" if law != "dual" else "dual multipliers"
         label = f"{program if program == 'GetFEM' else name}, degree {degree}"
         ax.loglog(*zip(*own), label=label, **style)
