@@ -26,9 +26,12 @@ def on_arc(x: Any) -> Any:
     return (1.0 - share) * arc + share * top
 
 
-def scene_of(comm: MPI.Intracomm, size: int) -> Scene:
-    """Foundation of size x size/4 quadrilaterals, indenter 0.2 mm above it."""
-    across = max(12, size // 10)
+def scene_of(comm: MPI.Intracomm, size: int, across: int | None = None) -> Scene:
+    """Foundation of size x size/4 quadrilaterals, indenter 0.2 mm above it.
+
+    `across`: facets of the indenter's foot; None: a tenth of the size, at least 12.
+    """
+    across = max(12, size // 10) if across is None else across
     foundation = Block(
         (size, size // 4),
         (0.0, -4.0),

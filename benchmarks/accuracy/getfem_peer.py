@@ -21,6 +21,8 @@ try:
     import getfem as gf
 except ImportError:
     gf = None
+else:
+    gf.util_trace_level(0)
 
 MISSING = "GetFEM is missing (python3-getfem): its runs are left out"
 MAX_ITERATIONS = 25

@@ -82,9 +82,14 @@ class Ironing:
         extrapolate=True,
         options=None,
         file=None,
+        # Many points on a segment: the edge of the contact, which cuts through some,
+        # moves on smoothly. Half an iteration less, and smaller ripples
+        quadrature_degree=9,
+        across=None,
+        method=None,
     ):
         self.extrapolate = extrapolate
-        self.scene = scene_of(comm, size)
+        self.scene = scene_of(comm, size, across)
         mesh = self.scene.mesh
         V = tools.vector_space(mesh, 1)
         self.u, v = fem.Function(V, name="displacement"), ufl.TestFunction(V)
@@ -109,11 +114,9 @@ class Ironing:
             self.u,
             self.scene.facet_tags,
             [(TAGS["slave"], TAGS["master"])],
-            raymortar.AugmentedLagrangian(gamma),
+            method or raymortar.AugmentedLagrangian(gamma),
             friction=raymortar.Coulomb(friction) if friction else None,
-            # Many points on a segment: the edge of the contact, which cuts through
-            # some, moves on smoothly. Half an iteration less, and smaller ripples
-            quadrature_degree=9,
+            quadrature_degree=quadrature_degree,
             # The first iterate of a large step may be as deep as the step is long
             search=raymortar.Search(reach=1.0, depth=1.0),
         )

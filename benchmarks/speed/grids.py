@@ -9,7 +9,7 @@ from petsc4py import PETSc
 
 import numpy as np
 
-from raymortar import _cpp
+from raymortar import Coulomb, _cpp
 from raymortar.discretization.reference_facets import facet_nodes
 from raymortar.interface.zones import default_degree, facet_rule, segment_rules
 
@@ -90,7 +90,7 @@ def surface(shape, degree, g, first_row):
 class Pair:
     """Slave of n cells per direction on a master of n - 1, both without a mesh.
 
-    Frictionless augmented Lagrangian, so that rows are [slave u | master u | lam].
+    Augmented Lagrangian, so that rows are [slave u | master u | lam].
 
     Attributes
     ----------
@@ -102,7 +102,7 @@ class Pair:
         Rows.
     """
 
-    def __init__(self, shape, degree, n, strategy="bvh"):
+    def __init__(self, shape, degree, n, strategy="bvh", friction=False):
         dim, _ = FACETS[shape]
         slave = grid(shape, degree, n, up=False)
         master = grid(shape, degree, max(n - 1, 1), up=True)
@@ -112,7 +112,8 @@ class Pair:
         own = slave.facets if q == degree else slave.facets[:, : slave.corners]
         nodes, table = np.unique(own, return_inverse=True)
         rows_u = dim * (len(slave.X) + len(master.X))
-        self.size = rows_u + len(nodes)
+        components = dim if friction else 1
+        self.size = rows_u + components * len(nodes)
         rule = default_degree(shape, degree, q)
         h = np.sqrt(2.0) / n
         self._surfaces = (
@@ -129,13 +130,13 @@ class Pair:
             master_dof_ids=np.arange(len(master.X), dtype=GLOBAL),
             multipliers=_cpp.Multipliers(
                 degree=q,
-                components=1,
+                components=components,
                 facet=table.reshape(own.shape).astype(INDEX),
-                rows=rows_u + np.arange(len(nodes), dtype=GLOBAL),
+                rows=rows_u + components * np.arange(len(nodes), dtype=GLOBAL),
             ),
             method=_cpp.Method.augmented_lagrangian,
             condition=_cpp.Condition.points,
-            friction=None,
+            friction=Coulomb(0.3).cpp() if friction else None,
             measure=_cpp.Measure.reference,
             frame=_cpp.LawFrame.automatic,
             moving_segments=False,
@@ -149,7 +150,10 @@ class Pair:
             filter=None,
         )
         self.zone = _cpp.Zone(MPI.COMM_SELF.py2f(), made_of)
-        self.zone.set_multiplier(np.full(len(nodes), -1.0))
+        # Compression: along the axis, up, or the normal component
+        lam = np.zeros((len(nodes), components))
+        lam[:, -1] = 1.0 if friction else -1.0
+        self.zone.set_multiplier(lam.ravel())
         self.move(0.0)
 
     def move(self, by):

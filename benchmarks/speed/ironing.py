@@ -1,14 +1,21 @@
-"""Shallow ironing from end to end, in raymortar and in GetFEM: run time, contact's share.
+"""Shallow ironing from end to end, in raymortar and in GetFEM: run time, shares of ours.
 
-The demo's mesh, law, friction and steps on both sides; each step starts from the last
-one, with full Newton steps to the same force. As users run it, raymortar extrapolates.
+The demo's mesh, law, friction and steps, and the force to converge to, on both sides.
+Alike: MUMPS factorises each tangent, three points on a facet (ours: on a segment), full
+Newton steps, from the last state or, in both, from where the last two point to. As used:
+each with what its users get, which with ours is an automatic solver and predictor, and
+with GetFEM `Model.solve` with its line search.
 """
 
 from __future__ import annotations
 
+import cProfile
 import math
+import pstats
+import statistics
 import sys
 import time
+from functools import partial
 from pathlib import Path
 
 from mpi4py import MPI
@@ -17,16 +24,29 @@ import numpy as np
 import peer
 from peer import MASTER, SLAVE, gf
 
+import raymortar
+
 ROOT = Path(__file__).parents[2]
 # Behind this folder's modules, which have names of theirs
-sys.path += [str(ROOT / "benchmarks"), str(ROOT / "benchmarks" / "accuracy")]
+sys.path.append(str(ROOT / "benchmarks"))
 
-import clock  # noqa: E402
 from models import shallow_ironing as demo  # noqa: E402
+
+from meshes.ironing import scene_of  # noqa: E402
 
 BOTTOM, TOP = 3, 4
 MAX_ITERATIONS = 40
 FORCE = 1e-10 * demo.E_FOUNDATION
+# Degree of the rule with three points, as GetFEM's has
+THREE_POINTS = 4
+# Of ours by file and name of what runs: PETSc's solvers, DOLFINx's forms, contact in C++,
+# which a profile sees as the Python that calls it where it is a method
+SHARES = {
+    "solver_share": ("petsc4py.PETSc.KSP", "petsc4py.PETSc.SNES"),
+    "forms_share": ("dolfinx.cpp.fem",),
+    "contact_share": ("raymortar._cpp", "iterates.py assemble_residual"),
+}
+SMALL = (24, 4, 20, 1.1)
 
 
 def times(press, slide, until):
@@ -36,30 +56,54 @@ def times(press, slide, until):
     return [*down, *np.linspace(1.0, until, along + 1)[1:]]
 
 
-def ours(size, press, slide, until, extrapolate=False):
-    """Row of raymortar; `extrapolate`: steps start from where the last two point to."""
-    model = demo.Ironing(MPI.COMM_SELF, size, "neo-hookean", extrapolate=extrapolate)
-    with clock.Clock() as watch:
+def ours(size, press, slide, until, profile=None, **options):
+    """Row of raymortar; `options` are those of the demo's model."""
+    model = demo.Ironing(MPI.COMM_SELF, size, "neo-hookean", **options)
+    start = time.process_time(), time.perf_counter()
+    with profile or _nothing():
         rows = list(model.path(0.0, press, slide, until))
-    part = watch.seconds
-    contact = sum(part[name] for name in ("pairing", "integration", "assembly"))
     return {
-        "program": "raymortar, extrapolated" if extrapolate else "raymortar",
         "steps": len(rows),
         "halvings": rows[-1].halvings,
         "iterations": sum(row.iterations for row in rows),
-        "seconds": part["seconds"],
-        "contact_share": contact / part["seconds"],
+        "seconds": time.process_time() - start[0],
+        "wall": time.perf_counter() - start[1],
         "V": rows[-1].V,
         "H": rows[-1].H,
     }
 
 
+class _nothing:
+    """A profile that is none."""
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        return None
+
+
+def shares(seconds, run):
+    """Shares of a path's CPU seconds, of a second run that is profiled.
+
+    Profiling slows down Python alone, which has what the others leave of the seconds
+    without it.
+    """
+    profile = cProfile.Profile(time.process_time)
+    run(profile=profile)
+    own = {}
+    for (file, _, name), (_, _, tottime, *_) in pstats.Stats(profile).stats.items():
+        for share, parts in SHARES.items():
+            if any(part in f"{Path(file).name} {name}" for part in parts):
+                own[share] = own.get(share, 0.0) + tottime / seconds
+    return own | {"python_share": 1.0 - sum(own.values())}
+
+
 class Peer:
     """The same problem in GetFEM."""
 
-    def __init__(self, size):
-        scene = demo.ironing_scene(MPI.COMM_SELF, size)
+    def __init__(self, size, across=None):
+        scene = scene_of(MPI.COMM_SELF, size, across)
         self.model = gf.Model("real")
         # GetFEM's model does not keep alive what it is made of
         self._kept = []
@@ -74,6 +118,7 @@ class Peer:
         self._hold("u_m", BOTTOM)
         self._hold("u_s", TOP)
         self._contact(foundation, indenter)
+        self._before = None
 
     def _body(self, scene, tag, name, E):
         mesh = peer.mesh_of(scene.mesh, scene.cell_tags.find(tag), "quadrilateral")
@@ -123,7 +168,7 @@ class Peer:
         self._kept += [multipliers, *rules]
         self._rule = rules[0]
 
-    def step(self, t):
+    def step(self, t, extrapolate=False, as_used=False):
         """Newton's method at time t; its iterations, None if it fails."""
         model = self.model
         motion = (demo.SLID * max(t - 1.0, 0.0), -demo.PRESSED * min(t, 1.0))
@@ -131,6 +176,15 @@ class Peer:
         model.set_variable("u_s_held", held)
         for name in ("u_s", "u_m"):
             model.set_variable(f"{name}_old", model.variable(name))
+        last = model.from_variables()
+        if extrapolate and self._before is not None:
+            model.to_variables(2.0 * last - self._before)
+        # The first step along goes another way
+        self._before = None if t == 1.0 else last
+        return self._solve_as_used() if as_used else self._solve()
+
+    def _solve(self):
+        model = self.model
         for iteration in range(MAX_ITERATIONS + 1):
             model.assembly("build_all")
             if not np.linalg.norm(model.rhs()) > FORCE:
@@ -138,6 +192,12 @@ class Peer:
             step = gf.linsolve_mumps(model.tangent_matrix(), model.rhs())
             model.to_variables(model.from_variables() + np.ravel(step))
         return None
+
+    def _solve_as_used(self):
+        """With the line search and the tolerance of GetFEM's demos of this contact."""
+        options = ("max_iter", MAX_ITERATIONS, "max_res", 1e-8, "lsearch", "simplest")
+        iterations, converged = self.model.solve(*options, "alpha min", 0.8)
+        return iterations if converged else None
 
     def force(self):
         """(H, V): integral of the multiplier over the slave, per direction."""
@@ -147,23 +207,54 @@ class Peer:
         ]
 
 
-def theirs(size, press, slide, until):
-    """Row of GetFEM, as far as it gets."""
-    model, done, iterations = Peer(size), 0, 0
-    start = time.process_time()
+def theirs(size, press, slide, until, across=None, **options):
+    """Row of GetFEM, as far as it gets; `options` are those of `Peer.step`."""
+    model, done, iterations = Peer(size, across), 0, 0
+    start = time.process_time(), time.perf_counter()
     for t in times(press, slide, until):
-        count = model.step(t)
+        count = model.step(t, **options)
         if count is None:
             break
         done, iterations = done + 1, iterations + count
-    seconds = time.process_time() - start
+    row = {"steps": done, "iterations": iterations}
+    row["seconds"] = time.process_time() - start[0]
+    row["wall"] = time.perf_counter() - start[1]
     H, V = model.force()
-    row = {"program": "GetFEM", "steps": done, "iterations": iterations}
-    return row | {"seconds": seconds, "V": V, "H": H}
+    return row | {"V": V, "H": H}
+
+
+def programs(path):
+    """Runs by (setting, program)."""
+    alike = {"options": raymortar.solvers.direct(), "quadrature_degree": THREE_POINTS}
+    found = {
+        ("alike", "raymortar"): partial(ours, *path, extrapolate=False, **alike),
+        ("alike", "GetFEM"): partial(theirs, *path),
+        ("alike, both extrapolated", "raymortar"): partial(
+            ours, *path, extrapolate=True, **alike
+        ),
+        ("alike, both extrapolated", "GetFEM"): partial(
+            theirs, *path, extrapolate=True
+        ),
+        ("as used", "raymortar"): partial(ours, *path, extrapolate=None),
+        ("as used", "GetFEM"): partial(theirs, *path, as_used=True),
+    }
+    return {key: run for key, run in found.items() if gf or key[1] == "raymortar"}
 
 
 def rows(quick):
-    """Both programs on the same path."""
-    path = (24, 4, 20, 1.1) if quick else (60, 10, 100, 2.0)
-    found = [ours(*path), ours(*path, extrapolate=True)]
-    return [*found, theirs(*path)] if gf else found
+    """All programs on the same path, in turn; the medians of their seconds."""
+    runs, found = programs(SMALL if quick else (60, 10, 100, 2.0)), {}
+    for run in programs(SMALL).values():
+        run()  # compiles forms
+    for _ in range(1 if quick else 3):
+        for key, run in runs.items():
+            found.setdefault(key, []).append(run())
+    result = []
+    for (setting, program), repeated in found.items():
+        row = {"setting": setting, "program": program} | repeated[0]
+        for name in ("seconds", "wall"):
+            row[name] = statistics.median(one[name] for one in repeated)
+        if program == "raymortar":
+            row |= shares(row["seconds"], runs[setting, program])
+        result.append(row)
+    return result

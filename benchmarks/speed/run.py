@@ -50,12 +50,14 @@ def stage_rows(quick):
             # A quadratic facet in 3D takes about 10 kB of points and 40 kB of matrix
             large = degree == 2 and shape != "interval"
             sizes = (100, 1_000, 10_000) if large else (100, 1_000, 10_000, 100_000)
-            for facets in (100, 400) if quick else sizes:
+            runs = [(facets, False) for facets in ((100, 400) if quick else sizes)]
+            # What friction adds, at one size
+            runs.append((100 if quick else 10_000, True))
+            for facets, friction in runs:
                 repeats = 2 if quick else (5 if facets < 10_000 else 3)
-                rows.append(
-                    stages.row(shape, degree, cells_for(shape, facets), repeats)
-                )
-                show(rows[-1], ("shape", "degree", "facets", "points"))
+                n = cells_for(shape, facets)
+                rows.append(stages.row(shape, degree, n, repeats, friction))
+                show(rows[-1], ("shape", "degree", "contact", "facets", "points"))
     return rows
 
 
@@ -95,25 +97,45 @@ def peer_rows(quick):
         ("hexahedron", 1): 16,
         ("hexahedron", 2): 8,
     }.items():
-        rows.append(
+        turns = [
             peer.compare(cell, degree, n // 4 if quick else n, 2 if quick else 5)
+            for _ in range(1 if quick else 3)
+        ]
+        rows.append(
+            {
+                name: float(np.median([row[name] for row in turns]))
+                if isinstance(value, float)
+                else value
+                for name, value in turns[0].items()
+            }
         )
         show(rows[-1], ("cell", "degree", "facets"))
     return rows
 
 
+# Cells of an edge of each cube by kind, that make about 600, 6,000 and 40,000 unknowns
+SHARED = {
+    ("quadrilateral", 1): (12, 38, 99),
+    ("quadrilateral", 2): (6, 19, 50),
+    ("tetrahedron", 1): (4, 9, 18),
+    ("tetrahedron", 2): (2, 5, 9),
+    ("hexahedron", 1): (4, 9, 18),
+    ("hexahedron", 2): (2, 5, 9),
+}
+
+
 def share_rows(quick):
-    """Blocks of 30,000 unknowns and more."""
-    sizes = {
-        ("tetrahedron", 1): 18,
-        ("tetrahedron", 2): 9,
-        ("hexahedron", 1): 18,
-        ("hexahedron", 2): 9,
-    }
+    """Two cubes without and with friction, and one on a plane with as many unknowns."""
     rows = []
-    for (cell, degree), n in sizes.items():
-        rows.append(share.row(cell, degree, n // 4 if quick else n, 2 if quick else 5))
-        show(rows[-1], ("cell", "degree", "unknowns"))
+    for (cell, degree), sizes in SHARED.items():
+        for kind in share.KINDS:
+            for n in sizes[:1] if quick else sizes:
+                # Of one cube, whose cells are as many as those of two
+                dim = 2 if cell == "quadrilateral" else 3
+                n = round(n * 2 ** (1 / dim)) if "plane" in kind else n
+                repeats = 2 if quick else (5 if n > sizes[1] else 15)
+                rows.append(share.row(cell, degree, n, kind, repeats))
+                show(rows[-1], ("cell", "degree", "contact", "unknowns"))
     return rows
 
 
@@ -209,6 +231,7 @@ def main(arguments=None):
         save(args.output / f"{part}.csv", rows)
         if part in ("stages", "pairing"):
             key = ("shape", "degree" if part == "stages" else "strategy")
+            rows = [r for r in rows if r.get("contact") != "friction"]
             print(f"-- {part}: exponents of growth")
             save(args.output / f"{part}_growth.csv", growth(rows, key))
             plots.growth(rows, key, args.output / f"{part}.png")

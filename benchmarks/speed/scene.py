@@ -9,8 +9,10 @@ import ufl
 from dolfinx import fem
 
 import raymortar
+from meshes.blocks import Block
+from meshes.meshing import Scene, assemble_blocks
 from meshes.scenes import two_blocks
-from raymortar import compat
+from raymortar import compat, rigid
 
 CELLS = {"quadrilateral": 2, "tetrahedron": 3, "hexahedron": 3}
 MU, LMBDA = 770.0, 1150.0
@@ -37,6 +39,20 @@ def layers(cell, n, height=None):
     )
 
 
+def one_block(cell, n):
+    """A block of n cells per direction whose lower side is a slave."""
+    dim, tags = CELLS[cell], {"slave": 1, "top": 2}
+    sides = {"bottom": tags["slave"], "top": tags["top"]}
+    block = Block((n,) * dim, (0.0,) * dim, (1.0,) * dim, tags=sides)
+    return Scene(*assemble_blocks(MPI.COMM_SELF, [block], cell), tags)
+
+
+def plane(dim):
+    """A rigid plane below the unit block."""
+    shape = rigid.Line if dim == 2 else rigid.Plane
+    return shape((0.0,) * dim, (0.0,) * (dim - 1) + (1.0,))
+
+
 def neo_hookean(u):
     """Residual of a compressible block."""
     d = u.function_space.mesh.geometry.dim
@@ -51,22 +67,43 @@ def neo_hookean(u):
 class Blocks:
     """Contact problem of such blocks, pressed into each other a little.
 
+    Parameters
+    ----------
+    cell, degree, n, height
+        See `layers`.
+    multiplier, tangent, friction
+        Options of contact.
+    on_plane
+        One block on a rigid plane in place of two.
+
     Attributes
     ----------
     scene, u, contact, problem
         See raymortar.
     """
 
-    def __init__(self, cell, degree, n, height=None, multiplier=None, tangent="full"):
-        self.scene, dim = layers(cell, n, height), CELLS[cell]
+    def __init__(
+        self,
+        cell,
+        degree,
+        n,
+        height=None,
+        multiplier=None,
+        tangent="full",
+        friction=None,
+        on_plane=False,
+    ):
+        dim = CELLS[cell]
+        self.scene = one_block(cell, n) if on_plane else layers(cell, n, height)
         V = compat.vector_space(self.scene.mesh, degree)
         self.u = fem.Function(V)
         tags = self.scene.tags
         self.contact = raymortar.Contact(
             self.u,
             self.scene.facet_tags,
-            [(tags["slave"], tags["master"])],
+            [(tags["slave"], plane(dim) if on_plane else tags["master"])],
             raymortar.AugmentedLagrangian(1.0, multiplier=multiplier),
+            friction,
             tangent=tangent,
         )
         lam = self.contact.multiplier
@@ -75,6 +112,8 @@ class Blocks:
         lam.x.array.reshape(-1, components)[:, -1] = 1.0 if components > 1 else -1.0
         bcs = []
         for name, value in (("bottom", 0.0), ("top", -0.01 / n)):
+            if name not in tags:
+                continue
             facets = self.scene.facet_tags.find(tags[name])
             dofs = fem.locate_dofs_topological(V, dim - 1, facets)
             g = np.zeros(dim)

@@ -5,18 +5,26 @@ from __future__ import annotations
 from scene import Blocks
 from stages import clock
 
+import raymortar
 from raymortar import compat
 from raymortar.solvers.snes import SNESSolver
 
+# Options of `Blocks` by what the contact is
+KINDS = {
+    "frictionless": {},
+    "friction": {"friction": raymortar.Coulomb(0.3)},
+    "friction, on a plane": {"friction": raymortar.Coulomb(0.3), "on_plane": True},
+}
 
-def row(cell, degree, n, repeats=5):
-    """CPU seconds of the parts of one Newton iteration on two cubes.
+
+def row(cell, degree, n, kind, repeats=5):
+    """CPU seconds of the parts of one Newton iteration on two cubes, or on one.
 
     Contact includes pairing, its residual and its tangent (through moving segments).
     """
-    blocks = Blocks(cell, degree, n, height=n)
+    blocks = Blocks(cell, degree, n, height=n, **KINDS[kind])
     contact, problem = blocks.contact, blocks.problem
-    solver = SNESSolver(problem)
+    solver = SNESSolver(problem, raymortar.solvers.direct())
     A, b = solver.A, solver.b
     x = problem.start()
     problem.F(x, b)
@@ -68,7 +76,8 @@ def row(cell, degree, n, repeats=5):
     volume = seconds["volume_residual"] + seconds["volume_tangent"]
     total = own + volume + seconds["mumps"]
     counts = contact.statistics
-    line = {"cell": cell, "degree": degree, "facets": counts.slave_facets}
+    line = {"cell": cell, "degree": degree, "contact": kind}
+    line["facets"] = counts.slave_facets
     line["unknowns"] = contact.layout.size_global
     line |= {f"s_{name}": value for name, value in seconds.items()}
     return line | {"share": own / total, "to_volume": own / volume}

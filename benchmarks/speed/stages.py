@@ -28,7 +28,7 @@ def clock(call, repeats):
     return float(np.median(seconds))
 
 
-def pairing(shape, degree, n, repeats, strategy="bvh"):
+def pairing(shape, degree, n, repeats, friction=False):
     """Stages of the pairing of a new zone, and its counts.
 
     Returns
@@ -39,7 +39,7 @@ def pairing(shape, degree, n, repeats, strategy="bvh"):
     """
     first, stages = [], {name: [] for name in STAGES}
     for _ in range(repeats):
-        pair = Pair(shape, degree, n, strategy)
+        pair = Pair(shape, degree, n, friction=friction)
         first.append(clock(pair.zone.pair, 1))
         counts = pair.zone.statistics()
         for name in STAGES:
@@ -108,18 +108,19 @@ def resident():
     return pages * resource.getpagesize()
 
 
-def row(shape, degree, n, repeats=5):
+def row(shape, degree, n, repeats=5, friction=False):
     """One line of the table: counts, seconds and memory of one size.
 
     ``bytes`` are those of surfaces, zone and contact's own matrix.
     """
     before = resident()
-    pair, seconds, counts = pairing(shape, degree, n, repeats)
+    pair, seconds, counts = pairing(shape, degree, n, repeats, friction)
     assembled, memory = assembly(pair, repeats)
     seconds |= assembled
     line = {
         "shape": shape,
         "degree": degree,
+        "contact": "friction" if friction else "frictionless",
         "facets": pair.facets,
         "pairs": counts["pairs"],
         "segments": counts["segments"],

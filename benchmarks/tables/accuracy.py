@@ -7,7 +7,7 @@ from math import log2
 
 from fronts import of, seconds_at
 
-from .formats import Row, Table, grouped, percent, table
+from .formats import Row, Table, grouped, percent, shaped, table
 
 CELLS = {"hexahedron": "hexahedra", "tetrahedron": "tetrahedra"}
 RATIOS = {"1": "1", "1000": "1000", "0.001": "1/1000"}
@@ -230,3 +230,49 @@ def quadrature_in_3d(rows: list[Row]) -> Table:
             values = [_power(row[column], 2) for row in found]
             lines.append([f"{cell} {degree}, {says}", *values])
     return lines
+
+
+SCENES = {
+    "hertz_2d": "cylinder on block",
+    "hertz_3d": "ball on block",
+    "punch": "flat punch",
+    "partial_slip": "partial slip",
+    "wedge": "wedge",
+    "ironing": "ironing",
+    "ball": "rigid ball, section",
+    "ball_3d": "rigid ball, a quarter",
+}
+
+
+@table("accuracy/results/edges.csv")
+def edges(rows: list[Row]) -> Table:
+    """Error and seconds of each law on the finest mesh of each scene."""
+    laws = ("points", "nodes", "dual")
+    heads = ["scene", "degree", "n", "law at points", "at nodes", "dual", "GetFEM"]
+    lines = [[*heads, "GetFEM's time over ours"]]
+    for scene, name in SCENES.items():
+        kinds = grouped(of(rows, scene=scene), "role", "degree")
+        for (role, degree), found in kinds:
+            n = max((row["n"] for row in found), key=int)
+            own = {(r["program"], r["law"]): r for r in of(found, n=n)}
+            keys = [("raymortar", law) for law in laws] + [("GetFEM", "points")]
+            cells = [_error_in(own.get(key)) for key in keys]
+            ratio = ""
+            if "solution" not in cells[-1] and keys[-1] in own:
+                times = [float(own[key]["seconds"]) for key in (keys[-1], keys[0])]
+                ratio = f"{times[0] / times[1]:.1f}"
+            title = f"{name}, {role}" if role else name
+            lines.append([title, degree, n, *cells, ratio])
+    return lines
+
+
+def _error_in(row: Row | None) -> str:
+    """An error and its seconds."""
+    if row is None:
+        return ""
+    seconds, error = float(row["seconds"]), float(row["error"])
+    if error > 1.0:
+        return "another solution"
+    small = f"{100 * error:.1e} %".replace("e-0", "e-")
+    shown = percent(row["error"]) if error > 5e-4 else small
+    return f"{shown}, {shaped(seconds, 2)} s"

@@ -4,7 +4,18 @@ from __future__ import annotations
 
 import math
 
-from .formats import KINDS, Row, Table, brief, grouped, once, shaped, spaced, table
+from .formats import (
+    KINDS,
+    Row,
+    Table,
+    brief,
+    grouped,
+    once,
+    percent,
+    shaped,
+    spaced,
+    table,
+)
 
 
 def _kind(row: Row, name: str = "shape") -> str:
@@ -19,23 +30,30 @@ def _cells(row: Row) -> str:
     return f"{name} {row['degree']}"
 
 
+def _largest(rows: list[Row]) -> list[Row]:
+    """Of each kind of cell and contact the largest problem."""
+    kinds = grouped(rows, "cell", "degree", "contact")
+    return [max(found, key=lambda row: int(row["unknowns"])) for _, found in kinds]
+
+
 @table("speed/results/share.csv")
 def share(rows: list[Row]) -> Table:
     """Microseconds of contact, volume and solver for each slave facet."""
     lines = [
         [
             "cells, degree",
+            "contact",
             "unknowns",
             "pairing",
             "residual",
             "tangent",
             "volume",
             "MUMPS",
-            "contact's share",
             "contact / volume",
         ]
     ]
-    for row in rows:
+    rows = _largest(rows)
+    for name, row in zip(once(_cells(row) for row in rows), rows):
         each = 1e6 / float(row["facets"])
         volume = float(row["s_volume_residual"]) + float(row["s_volume_tangent"])
         stages = ("pairing", "residual", "tangent")
@@ -43,14 +61,25 @@ def share(rows: list[Row]) -> Table:
         rest = [shaped(each * x, 3) for x in (volume, float(row["s_mumps"]))]
         lines.append(
             [
-                _cells(row),
+                name,
+                row["contact"],
                 f"{int(row['unknowns']):,}",
                 *own,
                 *rest,
-                f"{100 * float(row['share']):.1f} %",
-                f"{float(row['to_volume']):.2f}",
+                shaped(float(row["to_volume"]), 2),
             ]
         )
+    return lines
+
+
+@table("speed/results/share.csv")
+def shares(rows: list[Row]) -> Table:
+    """Contact's share of an iteration by the number of unknowns."""
+    lines = [["cells, degree", "contact", "600 unknowns", "6,000", "40,000"]]
+    kinds = list(grouped(rows, "cell", "degree", "contact"))
+    names = once(_cells(found[0]) for _, found in kinds)
+    for name, ((*_, contact), found) in zip(names, kinds):
+        lines.append([name, contact, *(percent(row["share"]) for row in found)])
     return lines
 
 
@@ -102,28 +131,36 @@ def peer(rows: list[Row]) -> Table:
 @table("speed/results/ironing.csv")
 def path(rows: list[Row]) -> Table:
     """A whole path beside GetFEM's."""
-    lines = [
-        [
-            "",
-            "steps",
-            "Newton iterations",
-            "CPU seconds",
-            "of which contact",
-            "vertical, horizontal reaction",
-        ]
-    ]
+    heads = ["", "program", "steps", "iterations a step", "CPU seconds", "elapsed"]
+    lines = [[*heads, "times faster", "vertical, horizontal reaction"]]
+    for (setting,), found in grouped(rows, "setting"):
+        for row in found:
+            seconds, steps = float(row["seconds"]), int(row["steps"])
+            ratio = float(found[-1]["seconds"]) / seconds
+            lines.append(
+                [
+                    setting if row is found[0] else "",
+                    row["program"],
+                    row["steps"],
+                    f"{int(row['iterations']) / steps:.1f}",
+                    f"{seconds:.1f}",
+                    f"{float(row['wall']):.1f}",
+                    "" if row is found[-1] else f"{ratio:.1f}",
+                    f"{float(row['V']):.1f}, {float(row['H']):.1f}",
+                ]
+            )
+    return lines
+
+
+@table("speed/results/ironing.csv")
+def path_shares(rows: list[Row]) -> Table:
+    """Where the seconds of our path go."""
+    names = ("solver", "forms", "contact", "python")
+    lines = [["raymortar", "linear solver", "forms", "contact", "Python and the rest"]]
     for row in rows:
-        of_contact = row["contact_share"]
-        lines.append(
-            [
-                row["program"],
-                row["steps"],
-                row["iterations"],
-                f"{float(row['seconds']):.1f}",
-                f"{100 * float(of_contact):.0f} %" if of_contact else "",
-                f"{float(row['V']):.1f}, {float(row['H']):.1f}",
-            ]
-        )
+        if row["program"] == "raymortar":
+            own = [percent(row[f"{name}_share"]) for name in names]
+            lines.append([row["setting"], *own])
     return lines
 
 
@@ -156,6 +193,7 @@ def growth(rows: list[Row]) -> Table:
 def memory(rows: list[Row]) -> Table:
     """Kilobytes for each slave facet."""
     lines = [["facets, degree", "1,000", "10,000", "100,000"]]
+    rows = [row for row in rows if row["contact"] != "friction"]
     for _, found in grouped(rows, "shape", "degree"):
         large = [row for row in found if int(row["facets"]) > 500]
         sizes = [f"{float(r['bytes']) / 1000 / int(r['facets']):.1f}" for r in large]
@@ -177,9 +215,10 @@ def stages(rows: list[Row]) -> Table:
             each = [1e6 * float(row[f"s_{name}"]) / facets for name in names]
             ratio = float(row["s_tangent"]) / float(row["s_floor"])
             points = float(row["points"]) / facets
+            rubs = row["contact"] == "friction"
             lines.append(
                 [
-                    _kind(row),
+                    "the same, friction" if rubs else _kind(row),
                     f"{int(row['pairs']) / facets:.1f}",
                     f"{points:.1f}" if points < 10 else f"{points:.0f}",
                     *(_micro(value, name) for name, value in zip(names, each)),

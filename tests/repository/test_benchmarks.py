@@ -17,6 +17,8 @@ BENCHMARKS = ROOT / "benchmarks"
 FOLDERS = [BENCHMARKS, BENCHMARKS / "accuracy", BENCHMARKS / "stress", ROOT / "demos"]
 sys.path[:0] = [str(folder) for folder in FOLDERS]
 
+import edge_scenes  # noqa: E402
+import edges  # noqa: E402
 import plots  # noqa: E402
 import published_shells  # noqa: E402
 import rows  # noqa: E402
@@ -47,6 +49,34 @@ def test_getfem_finds_the_same(problem, cell):
     mine = run.measure(run._alike(*kind))
     for name in ("error_u", "error_H", "error_multiplier"):
         assert peer[name] == pytest.approx(mine[name], rel=2e-3)
+
+
+@pytest.mark.parametrize("law", edge_scenes.METHODS)
+def test_the_push_up_a_wedge_is_the_closed_form(law):
+    """To what a load of 1e-4 of the modulus bends."""
+    _, error, _ = edge_scenes.solve_wedge(2, 1, law)
+    assert error() < 1e-4  # measured 4e-5
+
+
+def test_getfem_has_the_force_of_the_punch():
+    """Each program's pressures balance its own force; the forces are the same."""
+    pytest.importorskip("getfem")
+    from edge_peer import Peer
+
+    case = edge_scenes.punch(8, 1)
+    contact, error, _ = edge_scenes.solve_pressed(case, 1, "points")
+    peer = Peer(case, 1)
+    peer.solve()
+    theirs = abs(peer.force())
+    assert theirs == pytest.approx(abs(contact.resultant(0).force[1]), rel=0.01)
+    assert error() < peer.error() < 0.2  # measured 0.09, 0.16
+
+
+def test_every_scene_with_an_edge_has_its_rows():
+    """Those that are committed are of all scenes and laws."""
+    found = edges.rows_of(BENCHMARKS / "accuracy" / "results" / "edges.csv")
+    kinds = {(row["scene"], row["law"]) for row in found}
+    assert kinds >= set(itertools.product(edges.SCENES, edges.LAWS))
 
 
 def test_front_has_what_nothing_beats():

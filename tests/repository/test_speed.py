@@ -45,7 +45,8 @@ def test_strategies_find_the_same_number_of_pairs(results):
 
 def test_stages_are_counted_and_timed(results):
     rows = read(results / "stages.csv")
-    assert len(rows) == 12
+    assert len(rows) == 18
+    assert sum(row["contact"] == "friction" for row in rows) == 6
     for row in rows:
         assert int(row["points"]) > int(row["segments"]) >= int(row["pairs"]) > 0
         assert float(row["s_first"]) > UNMOVED * float(row["s_unmoved"])
@@ -64,7 +65,9 @@ def test_both_methods_finish_the_same_paths(results):
 def test_ironing_agrees_with_getfem(results):
     rows = read(results / "ironing.csv")
     assert rows[0]["program"] == "raymortar"
-    assert 0.0 < float(rows[0]["contact_share"]) < 1.0
+    for row in rows:
+        if row["program"] == "raymortar":
+            assert 0.0 < float(row["contact_share"]) < 1.0
     for row in rows[1:]:
         assert row["steps"] == rows[0]["steps"]
         for force, allowed in (("V", 1e-4), ("H", 2e-3)):  # measured 1e-5, 5e-4
