@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
+from loaded_forms import keep_loaded_forms
 from problems import CELLS, CELLS_2D, CELLS_3D, COMM
 from rounding_noise import disturb_tangents
 from selection import of_a_push
@@ -61,6 +62,7 @@ def pytest_addoption(parser):
 
 
 def pytest_configure(config):
+    keep_loaded_forms()
     seed = config.getoption("--rounding-noise")
     if seed is not None:
         disturb_tangents(seed)

@@ -155,12 +155,14 @@ class FreeBodies:
         for part, zone in self._met(body):
             points = zone.points()
             facing = -(in_space(points["normal"]) @ way)
-            x = in_space(points["x"])[facing > 0.0]
-            found = _cast(body, body.motion(), x, way)
-            stiffness = part.gamma_scale * points["weight"] * facing**2
+            faces = facing > 0.0
+            facing, x = facing[faces], in_space(points["x"])[faces]
+            clearance = zone.at_points(zone.whole_offset, points)[faces] / facing
+            found = _cast(body, body.motion(), x, way) + clearance
+            stiffness = part.gamma_scale * points["weight"][faces] * facing**2
             is_ahead = np.isfinite(found) & (found >= 0.0)
             ahead.append(found[is_ahead])
-            springs.append(stiffness[facing > 0.0][is_ahead])
+            springs.append(stiffness[is_ahead])
         return np.concatenate(ahead), np.concatenate(springs)
 
     def _was_ahead(self, body: Body, way: Array) -> bool:

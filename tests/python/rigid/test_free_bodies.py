@@ -10,6 +10,7 @@ import numpy as np
 import problems
 import pytest
 import rigid_scenes
+from corners import block_on, turned
 from problems import SOLVERS
 from rigid_scenes import press, shapes, solved
 
@@ -133,6 +134,20 @@ def test_a_start_without_contact_ends_in_balance(solver, law):
     assert on.force == pytest.approx(-found.contact.resultant().force, rel=1e-12)
     *_, before, last, end = found.problem.history
     assert end <= max(last**1.5, 1e-9) and last < before
+
+
+@pytest.mark.parametrize("offset", (0.15, -0.02))
+@pytest.mark.parametrize("method", (AugmentedLagrangian(), Penalty()))
+def test_a_free_body_flies_to_where_its_offset_ends(offset, method):
+    """A flat tool rests as far from a flat block as the offset says."""
+    places = []
+    for added in (0.0, offset):
+        line = rigid.Line((0.0, -0.3), (0.0, 1.0))
+        body = rigid.Body(line, free=("y",), force=(0.0, 0.0025))
+        block = block_on(body, turned(2, 0.0), offset=added, method=method)
+        assert SNESSolver(block.problem).solve()[0] <= 8
+        places.append(body.translation[1])
+    assert places[1] - places[0] == pytest.approx(offset, abs=1e-8)
 
 
 @pytest.mark.parametrize("cell, name", BALLS[:2])
