@@ -17,7 +17,6 @@ from .formats import (
     table,
 )
 
-
 # Only ours has one by default
 PREDICTS = ", with its predictor"
 
