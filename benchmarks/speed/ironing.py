@@ -83,12 +83,13 @@ class _nothing:
         return None
 
 
-def shares(seconds, run):
-    """Shares of a path's CPU seconds, of a second run that is profiled.
+def shares(run):
+    """Shares of a path's CPU seconds, of a run that is profiled beside one that is not.
 
     Profiling slows down Python alone, which has what the others leave of the seconds
     without it.
     """
+    seconds = run()["seconds"]
     profile = cProfile.Profile(time.process_time)
     run(profile=profile)
     own = {}
@@ -255,6 +256,6 @@ def rows(quick):
         for name in ("seconds", "wall"):
             row[name] = statistics.median(one[name] for one in repeated)
         if program == "raymortar":
-            row |= shares(row["seconds"], runs[setting, program])
+            row |= shares(runs[setting, program])
         result.append(row)
     return result

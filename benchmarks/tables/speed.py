@@ -17,6 +17,9 @@ from .formats import (
     table,
 )
 
+# Only ours has one by default
+PREDICTS = ", with its predictor"
+
 
 def _kind(row: Row, name: str = "shape") -> str:
     kind = KINDS[row[name]]
@@ -134,13 +137,14 @@ def path(rows: list[Row]) -> Table:
     heads = ["", "program", "steps", "iterations a step", "CPU seconds", "elapsed"]
     lines = [[*heads, "times faster", "vertical, horizontal reaction"]]
     for (setting,), found in grouped(rows, "setting"):
+        own = found[0] if setting == "as used" else None
         for row in found:
             seconds, steps = float(row["seconds"]), int(row["steps"])
             ratio = float(found[-1]["seconds"]) / seconds
             lines.append(
                 [
                     setting if row is found[0] else "",
-                    row["program"],
+                    row["program"] + (PREDICTS if row is own else ""),
                     row["steps"],
                     f"{int(row['iterations']) / steps:.1f}",
                     f"{seconds:.1f}",
