@@ -79,3 +79,24 @@ def test_full_tangent_at_nodes_with_friction(case, record_property):
     record_property("slope", full.tolist())
     assert is_second_order(full), full
     assert is_first_order(fixed), fixed
+
+
+@pytest.mark.mpi(where=lambda cell, **_: cell == "triangle")
+@pytest.mark.parametrize("offset", (0.0, -0.02))
+@pytest.mark.parametrize("cell", states.CELLS)
+def test_full_tangent_at_nodes_in_the_frame_of_the_master(cell, offset):
+    """Its normal turns between the points of a mean."""
+    case = FrictionCase(cell, 2, 2, "nodes", "current", "coulomb", "mixed")
+    scene = case.scene("overhang")
+
+    def prepare(contact, seed):
+        set_both(contact, scene, seed)
+        return True
+
+    full, fixed = quiet_slopes(
+        frictional_pairs(case, scene, frame="master", offset=offset),
+        prepare,
+        first_steps=FIRST_STEPS,
+    )
+    assert is_second_order(full), full
+    assert is_first_order(fixed), fixed

@@ -218,8 +218,9 @@ private:
     old.slide = convect<D>(master.old, master.old_dual, master.now,
                            old.ahead - n_0.dot(old.ahead) * n_0);
     old.w = old.spin.turned(old.slide.value) + old.closing.length * n_0;
+    // Along the surface: means of the slip at nodes have another normal
     if (of_target and not has_couple())
-      old.w -= g * this->slave.n;
+      old.w -= g * along_surface(this->slave.n);
   }
 
   void set_spring(const Data& e) requires is_frictional<Law>

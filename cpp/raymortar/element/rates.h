@@ -76,15 +76,24 @@ template <int R, class Slopes, class F, int L, class Law, class Columns>
   if constexpr (requires { law.by_w; })
     by_gap += p.old.closing.by_now * (law.by_w * p.old.normal);
   Vec<R> by_g = by_gap; // by the length of the ray
-  Mat<R, D> by_n = law.by_n;
+  Mat<R, D> by_n = law.by_n, by_turn_of_arm = Mat<R, D>::Zero();
   if (at.frame.of_target)
   {
-    by_g *= p.slave.n.dot(p.normal);
+    const double along = p.slave.n.dot(p.normal);
+    by_g *= along;
     by_n += (p.g * by_gap) * p.slave.n.transpose();
     if constexpr (requires { law.by_w; }) // the arm
-      by_g -=
-          law.by_w * (p.has_couple() ? Vec<D>(at.slip.by_slide * p.old.frame.n)
-                                     : p.slave.n);
+    {
+      if (p.has_couple())
+        by_g -= law.by_w * (at.slip.by_slide * p.old.frame.n);
+      else
+      {
+        const Vec<R> by_normal = law.by_w * p.normal;
+        by_g -= law.by_w * p.slave.n - along * by_normal;
+        by_n += p.g * (by_normal * p.slave.n.transpose() + along * law.by_w);
+        by_turn_of_arm = p.g * (by_normal * p.normal.transpose() - law.by_w);
+      }
+    }
   }
   Mat<R, D> by_ends = by_g * at.vary.dual.row(D - 1);
   if constexpr (requires { law.by_w; })
@@ -93,15 +102,10 @@ template <int R, class Slopes, class F, int L, class Law, class Columns>
   if (at.frame.of_target)
     by_ends += by_n * at.frame.by_ends;
   Mat<R, D> by_turn = -at.vary.g * by_ends;
-  if (not at.frame.of_target)
-    by_turn += by_n;
+  if (at.frame.of_target)
+    by_turn += (p.g * by_gap) * p.normal.transpose() + by_turn_of_arm;
   else
-  {
-    by_turn += (p.g * by_gap) * p.normal.transpose();
-    if constexpr (requires { law.by_w; })
-      if (not p.has_couple())
-        by_turn -= p.g * law.by_w;
-  }
+    by_turn += by_n;
   if constexpr (D == 3 and requires { law.by_w; })
     by_turn += law.by_w * at.slip.spin.by_n;
   auto rows = columns.template ray<R>(by_turn, by_ends);

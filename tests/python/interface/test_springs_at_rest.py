@@ -6,13 +6,14 @@ from __future__ import annotations
 import gathered
 import numpy as np
 import pytest
+import rigid_scenes
 import states
 from dolfinx import fem
 from friction_states import NONE, OPEN, SLIP, STICK, FrictionCase, tangential
 from problems import COMM, build, fix, worst
 
 from meshes.scenes import two_blocks
-from raymortar import AugmentedLagrangian, Coulomb, Penalty, Stick
+from raymortar import AugmentedLagrangian, Coulomb, Penalty, SNESSolver, Stick, rigid
 
 STEPS = 50
 SHEAR = 0.01  # slide that stretches the springs
@@ -190,3 +191,29 @@ def test_block_held_by_a_multiplier_does_not_creep(cell_2d):
     """Its surfaces are not flat: without (4.14) each step slips to balance the gap."""
     problem = over_a_rim(cell_2d, AugmentedLagrangian())
     assert change_at_rest(problem) <= 1e-9
+
+
+@pytest.mark.parametrize("frame", ("slave", "master"))
+@pytest.mark.parametrize("condition", ("points", "nodes"))
+@pytest.mark.parametrize(
+    "cell, name", (("quadrilateral", "circle"), ("tetrahedron", "sphere"))
+)
+def test_block_below_a_round_tool_rests(cell, name, condition, frame):
+    """Whatever its law and frame: no solve, and no work of friction."""
+    body = rigid.Body(rigid_scenes.shape_of(cell, name, 0.0))
+    method = AugmentedLagrangian(condition=condition)
+    scene = rigid_scenes.press(
+        cell, body, n=5, method=method, frame=frame, friction=Coulomb(0.3)
+    )
+    solver, down = SNESSolver(scene.problem), np.zeros(body.shape.gdim)
+    for depth in (0.02, 0.04):
+        down[-1] = -depth
+        body.move(down)
+        solver.solve()
+        scene.contact.advance()
+    before = scene.u.x.array.copy()
+    for _ in range(3):
+        solver.solve()
+        assert abs(scene.contact.friction_work()) < 1e-12
+        scene.contact.advance()
+    assert worst(scene.u.x.array - before) < 1e-9 * worst(before)
