@@ -114,7 +114,7 @@ def read_pairs(pairs: Any, known: Mapping[str, Any]) -> tuple[list[Pair], list[G
     # If any pair is of all facets, these meet each other too
     has_all = any(isinstance(one, str) and one == ALL for one, _ in tagged)
     for one, other in [(ALL, ALL)] * has_all + tagged:
-        _check_tags(one, other, name_of)
+        _check_tags(one, other)
         slave, master = _plain(one), _plain(other)
         of_itself = slave == master
         masters = groups.setdefault((slave, of_itself), [])
@@ -135,7 +135,7 @@ def _plain(tag: Any) -> Any:
     return tag if isinstance(tag, (str, Body)) else int(tag)
 
 
-def _check_tags(slave: Any, master: Any, names: Mapping[Any, str]) -> None:
+def _check_tags(slave: Any, master: Any) -> None:
     """Raise unless both sides are tags, or the master a rigid body."""
     if as_body(slave) is not None:
         raise ContactError(
@@ -154,8 +154,8 @@ def _check_tags(slave: Any, master: Any, names: Mapping[Any, str]) -> None:
         others = [tag for tag in (slave, master) if is_whole_number(tag)]
         if others:
             raise ContactError(
-                f"pairs has 'all' with {spoken_tag(others[0], names.get(others[0]))}: all "
-                "facets, that tag's among them, meet each other by pairs='all'"
+                f"pairs has 'all' with tag {others[0]}: all facets, that tag's among "
+                "them, meet each other by pairs='all'"
             )
 
 
