@@ -110,8 +110,8 @@ def describe_failure(
 
     `unheld`, `excess` and `odd` are sentences, on bodies that nothing holds, on
     interferences larger than the bodies are thick, and on odd coefficients and loads that
-    friction alone resists. `rigid` are slaves that are prescribed throughout, on masters that move, and `swaps`
-    proposals for slaves that are too fine for their masters.
+    friction alone resists. `rigid` are slaves that are prescribed throughout, on masters
+    that move, and `swaps` proposals for slaves that are too fine for their masters.
     """
     text = f"{statistics}; residual history: {list_of_residuals(history)}"
     period, norms = cycle_length(history, _ALIKE), np.array(history)

@@ -134,9 +134,9 @@ def check_pair(mesh: Mesh, slave: Facets, master: Facets) -> None:
             raise ContactError(
                 f"the slave surface {slave_tag} and the master surface {master_tag} "
                 f"share {count} vertex(es), for example at "
-                f"{format_point(example, coordinates(mesh))}: they must be apart in the mesh. Give bodies "
-                "nodes of their own; on one body leave out of a tag the facets between "
-                "the surfaces, or take method=Penalty()"
+                f"{format_point(example, coordinates(mesh))}: they must be apart in "
+                "the mesh. Give bodies nodes of their own; on one body leave out of a tag "
+                "the facets between the surfaces, or take method=Penalty()"
             )
 
 
@@ -270,7 +270,8 @@ def check_off_axis(mesh: Mesh, facets: Facets) -> None:
             middle = nodes[on][0].mean(axis=0)
             raise ContactError(
                 f"{int(on.sum())} facet(s) with {facets.spoken} lie on the axis r = 0, "
-                f"the first at {format_point(middle, nodes)}: in a full turn they are no surface"
+                f"the first at {format_point(middle, nodes)}: in a full turn they are "
+                "no surface"
             )
 
 

@@ -192,8 +192,9 @@ def _check_exterior(mesh: Mesh, interior: Indices, tag: int, spoken: str) -> Non
         if len(found) > 0:
             raise ContactError(
                 f"{count} facet(s) with the {spoken} lie inside the body, "
-                f"between two cells, for example at {format_point(found[0], coordinates(mesh))}: contact "
-                "needs boundary facets, so the bodies must not share nodes"
+                "between two cells, for example at "
+                f"{format_point(found[0], coordinates(mesh))}: contact needs boundary "
+                "facets, so the bodies must not share nodes"
             )
 
 

@@ -76,7 +76,8 @@ def check_supports(name: str, supports: Any) -> dict[str, list[Any]]:
     for support, bc in ((support, bc) for support, bcs in found.items() for bc in bcs):
         if not hasattr(bc, "dof_indices"):
             raise ContactError(
-                f"{name} has {described(bc)} for {support!r}, which is no Dirichlet condition"
+                f"{name} has {described(bc)} for {support!r}, which is no Dirichlet "
+                "condition"
             )
     return found
 

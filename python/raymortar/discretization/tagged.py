@@ -112,7 +112,8 @@ def find_facets(
             if body.shape.gdim not in (None, gdim):
                 raise ContactError(
                     f"the rigid {type(body.shape).__name__} that slave "
-                    f"{tagged.spoken(slave_tag)} meets is made for {body.shape.gdim}D, the mesh is in {gdim}D"
+                    f"{tagged.spoken(slave_tag)} meets is made for "
+                    f"{body.shape.gdim}D, the mesh is in {gdim}D"
                 )
         if axisymmetric:
             checks.check_revolved(bodies)
@@ -156,7 +157,8 @@ def find_facets(
         if len({zone.slave_part for zone in zones}) > 1:
             raise ContactError(
                 f"the slave {tagged.spoken(*(z.slave_tag for z in zones))} are on "
-                "different meshes: the multiplier has one, so swap slave and master of some pairs"
+                "different meshes: the multiplier has one, so swap slave and master of "
+                "some pairs"
             )
     return zones
 

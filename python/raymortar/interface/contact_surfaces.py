@@ -241,7 +241,7 @@ def _require_leader(
                 "method=Penalty(), as a multiplier needs one side that leads"
             )
         raise ContactError(
-            f"{spoken_tag(group.slave, names.get(group.slave))} is slave and master of the same pair: split it into two "
-            "tags that share no vertex, of which the slave leads, or take "
-            "method=Penalty(), which needs no side that leads"
+            f"{spoken_tag(group.slave, names.get(group.slave))} is slave and master of "
+            "the same pair: split it into two tags that share no vertex, of which the "
+            "slave leads, or take method=Penalty(), which needs no side that leads"
         )

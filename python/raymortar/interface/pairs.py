@@ -175,8 +175,9 @@ def _check_order(
     others = groups[slave, slave == master]
     if any(isinstance(m, Body) != isinstance(master, Body) for m in others):
         raise ContactError(
-            f"slave {spoken_tag(slave, names.get(slave))} has masters with tags and rigid ones: give each kind "
-            "a Contact of its own, NonlinearProblem(F, [one, other])"
+            f"slave {spoken_tag(slave, names.get(slave))} has masters with tags and "
+            "rigid ones: give each kind a Contact of its own, NonlinearProblem(F, "
+            "[one, other])"
         )
 
 

@@ -344,7 +344,8 @@ def refuse_held(surfaces: ContactSurfaces) -> None:
         X = W.tabulate_dof_coordinates()[:, : W.mesh.geometry.dim]
         message = (
             f"{count} node(s) of the contact traction, for example the one at "
-            f"{format_point(X[held[0]], X)}, are between facets whose displacement is prescribed on "
-            "both sides: leave these out of the slave's tag, or use a penalty"
+            f"{format_point(X[held[0]], X)}, are between facets whose displacement is "
+            "prescribed on both sides: leave these out of the slave's tag, or use "
+            "a penalty"
         )
     raise_everywhere(surfaces.comm, message)

@@ -96,8 +96,9 @@ def warn_of_straight_facets(surfaces: ContactSurfaces) -> None:
                 f"masters lie up to {most:.3e} off the curved surfaces they stand for, "
                 f"and these are {distance:.3e} apart, or overlap by that, at the start: "
                 "make the Contact with smooth=True, use a mesh of degree 2 "
-                "(gmsh.model.mesh.setOrder(2)), or finer facets; where flat surfaces are merely noisy, "
-                "contact.adjust(within=...) makes what is nearer than a length just touch",
+                "(gmsh.model.mesh.setOrder(2)), or finer facets; where flat surfaces are "
+                "merely noisy, contact.adjust(within=...) makes what is nearer than a "
+                "length just touch",
                 ContactWarning,
                 stacklevel=4,
             )

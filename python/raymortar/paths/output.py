@@ -106,7 +106,8 @@ class Output:
             here = [isinstance(f, Function) and compat.on_mesh(f, m) for m in meshes]
             if not any(here):
                 raise ContactError(
-                    f"more has {described(f)}, which is no Function on the mesh of a displacement"
+                    f"more has {described(f)}, which is no Function on the mesh of a "
+                    "displacement"
                 )
             found[here.index(True)].append(f)
         return found

@@ -48,17 +48,19 @@ class Prediction:
             return True
         here = np.inf if self.always else self._imbalance()
         pending = self._problem.convergence.now.pending
-        least, best = here, None
+        least, best, tried = here, None, None
         for change in changes:
+            if tried is not None:
+                self._stay(now)
             self._go(*change)
-            size = self._imbalance()
+            size, tried = self._imbalance(), change
             if size < least and (self.always or self._is_nearer(pending)):
                 least, best = size, change
+        if best is not tried:
             self._stay(now)
-        if best is None:
-            return False
-        self._go(*best)
-        return True
+            if best is not None:
+                self._go(*best)
+        return best is not None
 
     def _changes(
         self, now: State, last: State, ratio: float

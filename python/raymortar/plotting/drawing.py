@@ -75,9 +75,10 @@ def draw_field(
 ) -> Any:
     """Draw a field on polygons in the plane, with their edges; give a colour bar's source.
 
-    The field (n, k, 1) is at deformed points (n, k, 2) around polygons. Images are factors on x and y
-    of each copy that is drawn: mirrored ones complete a symmetric body of which only a
-    part is meshed. Colours go from 0 to `top`, or follow a norm of matplotlib.
+    The field (n, k, 1) is at deformed points (n, k, 2) around polygons. Images are
+    factors on x and y of each copy that is drawn: mirrored ones complete a symmetric
+    body of which only a part is meshed. Colours go from 0 to `top`, or follow a norm of
+    matplotlib.
     """
     from matplotlib.collections import PolyCollection, TriMesh
     from matplotlib.colors import Normalize

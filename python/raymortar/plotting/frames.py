@@ -283,8 +283,9 @@ def gather_cells(
     """Cells of a 2D mesh as polygons, with functions around them. Collective.
 
     The first function, if any, is the displacement: edges have several parts if it or
-    the mesh is of degree 2, unless a number is given. On rank 0 points (n, k, 3) in order around the cell, and an
-    array (n, k, components) for each continuous Lagrange function; None elsewhere.
+    the mesh is of degree 2, unless a number is given. On rank 0 points (n, k, 3) in
+    order around the cell, and an array (n, k, components) for each continuous Lagrange
+    function; None elsewhere.
     """
     parts = _parts(mesh, *functions[:1]) if parts is None else parts
     cells = np.arange(mesh.topology.index_map(2).size_local, dtype=np.int32)

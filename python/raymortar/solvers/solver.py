@@ -274,8 +274,10 @@ class FixedPointSolver:
 
     def __init__(self, solver: CoupledSolver, max_outer: int = 20) -> None:
         if not isinstance(solver, CoupledSolver):
-            message = f"solver must be a NewtonSolver or an SNESSolver, not {described(solver)}"
-            raise ContactError(message)
+            raise ContactError(
+                "solver must be a NewtonSolver or an SNESSolver, not "
+                f"{described(solver)}"
+            )
         with together(solver.problem.comm):
             if not (is_whole_number(max_outer) and max_outer >= 1):
                 raise ContactError(
