@@ -4,7 +4,7 @@
 #include "raymortar/fem/free_points.h"
 #include "raymortar/fem/nearest_hits.h"
 #include "raymortar/fem/remote_entries.h"
-#include "raymortar/mortar/sunk_points.h"
+#include "raymortar/mortar/penetrating_points.h"
 #include "structs.h"
 
 namespace raymortar::bindings
@@ -118,15 +118,15 @@ py::array_t<Index> master_bodies(const Zone& z)
 }
 
 /// Points within the master that are too deep for contact, by number
-py::array_t<Index> sunk_points(const Zone& z)
+py::array_t<Index> penetrating_points(const Zone& z)
 {
   const ContactState& s = z.state();
   return to_array(s.has_tools()
-                      ? find_points_sunk_in_tools(s.slave, s.tools, s.points,
-                                                  s.hits, z.distances())
-                      : find_sunk_points(s.slave, s.master, s.points, s.hits,
-                                         z.distances(),
-                                         z.interface().pipeline().filter()));
+                      ? find_points_inside_tools(s.slave, s.tools, s.points,
+                                                 s.hits, z.distances())
+                      : find_penetrating_points(
+                            s.slave, s.master, s.points, s.hits, z.distances(),
+                            z.interface().pipeline().filter()));
 }
 
 /// What the points of a segment hit, but for those near its sides
@@ -363,7 +363,7 @@ void bind_zone(py::module_& m)
       .def("nodes", &nodes)
       .def("faced", &faced)
       .def("master_bodies", &master_bodies)
-      .def("sunk_points", &sunk_points)
+      .def("penetrating_points", &penetrating_points)
       .def("segments", &segments)
       .def("pairs", &pairs)
       .def("free_points",

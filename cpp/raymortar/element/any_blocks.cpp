@@ -45,8 +45,8 @@ void set_columns(const Mat<R, D>& m, std::size_t first, UnknownRows<R, D>& out)
 
 /// A body's columns: rows over value and derivatives times how these move
 template <int R, int D>
-void expand_body(const PointShapes<D>& at, const GermRows<R, D>& in, int parts,
-                 UnknownRows<R, D>& out)
+void expand_body(const PointShapes<D>& at, const TaylorRows<R, D>& in,
+                 int parts, UnknownRows<R, D>& out)
 {
   const auto first = static_cast<std::size_t>(at.alone());
   for (std::size_t r = 0; r < R; ++r)
@@ -64,8 +64,8 @@ void expand_body(const PointShapes<D>& at, const GermRows<R, D>& in, int parts,
 } // namespace
 
 template <int R, int D>
-void expand(const PointShapes<D>& at, const GermRows<R, D>& in, TargetPart part,
-            UnknownRows<R, D>& out)
+void expand(const PointShapes<D>& at, const TaylorRows<R, D>& in,
+            TargetPart part, UnknownRows<R, D>& out)
 {
   for (std::size_t a = 0; a < static_cast<std::size_t>(at.slave_nodes); ++a)
   {
@@ -137,7 +137,7 @@ void AnyBlocks<D>::add_multiplier(double w, const Shapes& at)
 }
 
 template <int D>
-UnknownRows<D - 1, D> AnyBlocks<D>::slide_rows(const GermRows<T, D>& eta,
+UnknownRows<D - 1, D> AnyBlocks<D>::slide_rows(const TaylorRows<T, D>& eta,
                                                const Shapes& at)
 {
   UnknownRows<T, D> rows;
@@ -148,7 +148,7 @@ UnknownRows<D - 1, D> AnyBlocks<D>::slide_rows(const GermRows<T, D>& eta,
 }
 
 template <int D>
-void AnyBlocks<D>::add_slide(const Vec<D>& f, const GermRows<T, D>& eta,
+void AnyBlocks<D>::add_slide(const Vec<D>& f, const TaylorRows<T, D>& eta,
                              const Shapes& at)
 {
   const UnknownRows<T, D> rows = slide_rows(eta, at);
@@ -271,7 +271,7 @@ void AnyBlocks<D>::add_turn_slide(double w, const Vec<T>& f, const Vec<D>& n,
 }
 
 #define RAYMORTAR_EXPAND(R, D)                                                 \
-  template void expand<R, D>(const PointShapes<D>&, const GermRows<R, D>&,     \
+  template void expand<R, D>(const PointShapes<D>&, const TaylorRows<R, D>&,   \
                              TargetPart, UnknownRows<R, D>&)
 RAYMORTAR_EXPAND(1, 2);
 RAYMORTAR_EXPAND(2, 2);

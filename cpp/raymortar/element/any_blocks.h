@@ -9,7 +9,7 @@ namespace raymortar
 /// @brief Derivatives of R numbers by the Taylor coefficients of both
 /// displacements: by the value and by each derivative.
 template <int R, int D>
-struct GermRows
+struct TaylorRows
 {
   std::array<Mat<R, D>, D> slave;
   std::array<Mat<R, D>, D> target;
@@ -39,8 +39,8 @@ using UnknownRows = std::array<std::array<double, PointShapes<D>::most>,
 /// coefficients. Those of the multiplier, and of a target that does not count,
 /// are left as they are.
 template <int R, int D>
-void expand(const PointShapes<D>& at, const GermRows<R, D>& in, TargetPart part,
-            UnknownRows<R, D>& out);
+void expand(const PointShapes<D>& at, const TaylorRows<R, D>& in,
+            TargetPart part, UnknownRows<R, D>& out);
 
 /// @brief Sums of the blocks of one element, point by point.
 template <int D>
@@ -107,7 +107,8 @@ protected:
 
   /// Add that a force f acts at another point of the target, which moves by
   /// some rows along it
-  void add_slide(const Vec<D>& f, const GermRows<T, D>& eta, const Shapes& at);
+  void add_slide(const Vec<D>& f, const TaylorRows<T, D>& eta,
+                 const Shapes& at);
 
   /// Add w times the multiplier's equation, for its derivative over the first
   /// `count` unknowns, of which those of the multiplier are set here
@@ -134,7 +135,7 @@ protected:
 
   /// How the point that is hit moves along the target, over all unknowns
   [[nodiscard]] static UnknownRows<D - 1, D>
-  slide_rows(const GermRows<T, D>& eta, const Shapes& at);
+  slide_rows(const TaylorRows<T, D>& eta, const Shapes& at);
 
 private:
   void add_body_turn_rows(double w, const Vec<D>& n,

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "raymortar/element/any_blocks.h"
-#include "raymortar/element/germ_point.h"
+#include "raymortar/element/taylor_point.h"
 #include "raymortar/element/turning.h"
 #include "raymortar/law/nodal.h"
 
@@ -14,7 +14,7 @@ template <int D, class Law>
 class AnyElement : public AnyBlocks<D>
 {
 public:
-  using F = Germ<D>;
+  using F = TaylorFacet<D>;
   static constexpr int T = D - 1;
   static constexpr int M = Law::template multiplier_size<D>;
   static constexpr int L = M > 0 ? 1 : 0;
@@ -26,7 +26,7 @@ public:
   template <bool Slopes>
   using Hit = HitPoint<F, L, Law, Slopes>;
   using HitTangent = HitSlopes<F, L, Law>;
-  using Columns = GermColumns<F, L, Law>;
+  using Columns = TaylorColumns<F, L, Law>;
 
   /// @brief Residual of a point with a hit.
   void add_hit(const Data& e, const Hit<false>& p, const Shapes& at)
@@ -83,7 +83,7 @@ public:
   {
     if constexpr (has_condition)
     {
-      GermRows<M, D> dC;
+      TaylorRows<M, D> dC;
       dC.slave.fill(Mat<M, D>::Zero());
       add_area<M>(e, p, dual_tangents<D>(p.slave),
                   Law::template without_hit<D>(p.lam), dC);
@@ -105,7 +105,7 @@ protected:
   /// Add that the area varies with the slave, by which f is multiplied
   template <int R>
   static void add_area(const Data& e, const Slave& p, const Mat<D, T>& dual,
-                       const Vec<R>& f, GermRows<R, D>& rows)
+                       const Vec<R>& f, TaylorRows<R, D>& rows)
   {
     if (not moves(e.measure))
       return;
@@ -118,12 +118,12 @@ protected:
   }
 
   /// How the point that is hit moves along the target  [theory (2.8)]
-  [[nodiscard]] static GermRows<T, D> vary_eta(const Hit<true>& p,
-                                               const HitTangent& by)
+  [[nodiscard]] static TaylorRows<T, D> vary_eta(const Hit<true>& p,
+                                                 const HitTangent& by)
   {
     const Mat<T, D> rho = by.vary.dual.template topRows<T>();
     const Mat<T, T> turn = p.g * rho * by.dual;
-    GermRows<T, D> eta;
+    TaylorRows<T, D> eta;
     eta.slave[0] = rho;
     eta.target[0] = -rho;
     for (std::size_t j = 1; j < D; ++j)
@@ -150,7 +150,7 @@ private:
     }
     else
     {
-      GermRows<D, D> dt;
+      TaylorRows<D, D> dt;
       dt.slave[0].setZero();
       for (int j = 0; j < T; ++j)
       {
@@ -168,7 +168,7 @@ private:
                           const Shapes& at)
   {
     this->add_multiplier(p.weight, at);
-    GermRows<D, D> dt;
+    TaylorRows<D, D> dt;
     dt.slave.fill(Mat<D, D>::Zero());
     dt.target.fill(Mat<D, D>::Zero());
     add_arm_tangents(e, p, by, columns, dt, at);
@@ -182,7 +182,7 @@ private:
 
   /// - dt . (v_s - v_m)
   void add_work_tangent(const Data& e, const Hit<true>& p, const HitTangent& by,
-                        GermRows<D, D> dt, TargetPart part, const Shapes& at)
+                        TaylorRows<D, D> dt, TargetPart part, const Shapes& at)
   {
     add_area<D>(e, p, by.dual, p.response.t, dt);
     UnknownRows<D, D> rows;
@@ -207,7 +207,7 @@ private:
   /// Derivatives of what tractions do at the ends of arms
   /// @param[in] dt Derivative of t by the displacements, at fixed area
   void add_arm_tangents(const Data& e, const Hit<true>& p, const HitTangent& by,
-                        const Columns& columns, const GermRows<D, D>& dt,
+                        const Columns& columns, const TaylorRows<D, D>& dt,
                         const Shapes& at)
   {
     if (not p.of_target)
@@ -220,7 +220,7 @@ private:
     const bool has_foot = p.has_foot() and at.has_target();
     if (not p.has_couple() and not has_foot)
       return;
-    const GermRows<D, D> dnu = vary_normal(p, by, columns);
+    const TaylorRows<D, D> dnu = vary_normal(p, by, columns);
     if constexpr (is_frictional<Law>)
       if (p.has_couple())
         add_couple_tangent(e, p, by, columns, across_rows(p, dt, dnu), at);
@@ -232,9 +232,9 @@ private:
   /// @param[in] dt That of the traction that makes a couple, at fixed area
   void add_couple_tangent(const Data& e, const Hit<true>& p,
                           const HitTangent& by, const Columns& columns,
-                          const GermRows<D, D>& dt, const Shapes& at)
+                          const TaylorRows<D, D>& dt, const Shapes& at)
   {
-    GermRows<T, D> couple = vary_couple(e, p, by, columns, dt);
+    TaylorRows<T, D> couple = vary_couple(e, p, by, columns, dt);
     const Vec<D> t = p.turning(p.response.t);
     add_turned(turned_by<D>(by.dual, p.slave.n, p.g * t), couple.slave);
     UnknownRows<T, D> rows;
@@ -250,15 +250,15 @@ private:
   /// the foot  [theory (4.22)]
   /// @param[in] dp That of p, at fixed area
   void add_foot_tangent(const Data& e, const Hit<true>& p, const HitTangent& by,
-                        const Columns& columns, const GermRows<1, D>& dp,
+                        const Columns& columns, const TaylorRows<1, D>& dp,
                         const Shapes& at)
   {
     const Vec<D>&n = p.slave.n, &n_m = by.frame.n;
     const Mat<D, T>& dual = by.frame.dual;
     const double pressure = p.pressure(), arm = p.g * pressure;
     const Vec<T> share = dual.transpose() * n;
-    GermRows<1, D> dg = vary_gap(e, p, by, columns);
-    GermRows<T, D> foot;
+    TaylorRows<1, D> dg = vary_gap(e, p, by, columns);
+    TaylorRows<T, D> foot;
     for (std::size_t k = 0; k < D; ++k)
     {
       foot.slave[k] = share * (p.g * dp.slave[k] + pressure * dg.slave[k]);
@@ -269,7 +269,7 @@ private:
           arm * dual.transpose() * by.dual.col(j) * n.transpose();
     const auto turned = turned_by<D>(dual, n_m, arm * n);
     add_turned(turned, foot.target);
-    const GermRows<T, D> eta = vary_eta(p, by);
+    const TaylorRows<T, D> eta = vary_eta(p, by);
     if (e.master_bends)
     {
       const Mat<T, T> by_eta = along_facet<D>(turned, e.master);
@@ -294,15 +294,15 @@ private:
   /// Derivative of g t along the slave's dual tangents, by all that varies but
   /// these tangents
   /// @param[in] dt That of the traction that makes a couple
-  [[nodiscard]] static GermRows<T, D>
+  [[nodiscard]] static TaylorRows<T, D>
   vary_couple(const Data& e, const Hit<true>& p, const HitTangent& by,
-              const Columns& columns, const GermRows<D, D>& dt)
+              const Columns& columns, const TaylorRows<D, D>& dt)
   {
-    const GermRows<1, D> dg = vary_gap(e, p, by, columns);
+    const TaylorRows<1, D> dg = vary_gap(e, p, by, columns);
     const Mat<T, D> across = by.dual.transpose();
     const Mat<T, D> across_g = p.g * across;
     const Vec<T> along = across * p.turning(p.response.t);
-    GermRows<T, D> rows;
+    TaylorRows<T, D> rows;
     for (std::size_t k = 0; k < D; ++k)
     {
       rows.slave[k] = along * dg.slave[k] + across_g * dt.slave[k];
@@ -312,19 +312,19 @@ private:
   }
 
   /// Derivative of the ray's length times the area, per area
-  [[nodiscard]] static GermRows<1, D> vary_gap(const Data& e,
-                                               const Hit<true>& p,
-                                               const HitTangent& by,
-                                               const Columns& columns)
+  [[nodiscard]] static TaylorRows<1, D> vary_gap(const Data& e,
+                                                 const Hit<true>& p,
+                                                 const HitTangent& by,
+                                                 const Columns& columns)
   {
     const Mat<1, D> by_ends = by.vary.dual.row(D - 1);
-    GermRows<1, D> dg = columns.template ray<1>(-p.g * by_ends, by_ends);
+    TaylorRows<1, D> dg = columns.template ray<1>(-p.g * by_ends, by_ends);
     add_area<1>(e, p, by.dual, Vec<1>(p.g), dg);
     return dg;
   }
 
   /// Derivative of the frame's normal, which is the target's
-  [[nodiscard]] static GermRows<D, D>
+  [[nodiscard]] static TaylorRows<D, D>
   vary_normal(const Hit<true>& p, const HitTangent& by, const Columns& columns)
   {
     auto rows =
@@ -334,11 +334,11 @@ private:
   }
 
   /// Derivatives of the traction's parts across the normal and along it
-  [[nodiscard]] static GermRows<D, D> across_rows(const Hit<true>& p,
-                                                  const GermRows<D, D>& dt,
-                                                  const GermRows<D, D>& dnu)
+  [[nodiscard]] static TaylorRows<D, D> across_rows(const Hit<true>& p,
+                                                    const TaylorRows<D, D>& dt,
+                                                    const TaylorRows<D, D>& dnu)
   {
-    GermRows<D, D> rows;
+    TaylorRows<D, D> rows;
     for (std::size_t k = 0; k < D; ++k)
     {
       rows.slave[k] = p.across_change(dt.slave[k], dnu.slave[k]);
@@ -346,11 +346,11 @@ private:
     }
     return rows;
   }
-  [[nodiscard]] static GermRows<1, D> pressure_rows(const Hit<true>& p,
-                                                    const GermRows<D, D>& dt,
-                                                    const GermRows<D, D>& dnu)
+  [[nodiscard]] static TaylorRows<1, D>
+  pressure_rows(const Hit<true>& p, const TaylorRows<D, D>& dt,
+                const TaylorRows<D, D>& dnu)
   {
-    GermRows<1, D> rows;
+    TaylorRows<1, D> rows;
     for (std::size_t k = 0; k < D; ++k)
     {
       rows.slave[k] = p.pressure_change(dt.slave[k], dnu.slave[k]);

@@ -19,7 +19,7 @@ struct AnyPoints
   TargetSide<D> target;
   Data data;
   PointShapes<D> shapes;
-  ElementPoint<Germ<D>> at;
+  ElementPoint<TaylorFacet<D>> at;
   bool has_target = false;
   bool knows_spin = false; ///< of the facets in `data`
 

@@ -76,7 +76,7 @@ public:
   /// Area per reference coordinates, and how it changes along the facet
   [[nodiscard]] AreaAlong<D> area_here() const
   {
-    using F = Germ<D>;
+    using F = TaylorFacet<D>;
     const Frame<D>& now = data.slave_frames.now;
     const typename F::RefPoint here = F::RefPoint::Zero();
     const Curvature<D> bend =
@@ -88,7 +88,7 @@ public:
     return area_along<D>(data.measure, frame_at<F>(data.reference, here), bend);
   }
 
-  GermData<D> data;
+  TaylorData<D> data;
   PointShapes<D> shapes;
   ShapeRows<T> tests;
   double area = 0.0;

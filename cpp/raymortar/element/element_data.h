@@ -54,7 +54,7 @@ struct TargetFrame
 };
 
 template <class F>
-requires F::is_germ struct TargetFrame<F>
+requires F::is_taylor struct TargetFrame<F>
 {
   bool of_target;
   explicit TargetFrame(bool is_of_target) : of_target(is_of_target) {}
@@ -72,7 +72,8 @@ struct ElementPoint
   PointBound bound{}; ///< of a friction law that is known at points only
 };
 
-/// @brief Data of one element besides its points; of a germ, see germ_data.h.
+/// @brief Data of one element besides its points; see taylor_data.h for those
+/// of a Taylor facet.
 template <class F, int L, class Law>
 struct ElementData
 {

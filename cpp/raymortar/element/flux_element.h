@@ -93,7 +93,7 @@ public:
                             const Shapes& at, AnyIntegrand<D>& out)
   {
     using Columns = FacetColumns<F, L, Law>;
-    const typename GermGradient<D, Law>::Place along(e, q, p, by.dual);
+    const typename TaylorGradient<D, Law>::Place along(e, q, p, by.dual);
     const Mat<1, T> no_gamma = Mat<1, T>::Zero();
     const Mat<M, T> no_lam = Mat<M, T>::Zero();
     const Mat<M, T> lam = e.lam.template block<M, T>(0, 1);

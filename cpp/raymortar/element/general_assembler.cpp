@@ -230,7 +230,7 @@ private:
   template <class Along>
   static void add_point(const Points& at, Kernel& kernel, Along&& along)
   {
-    using Gradient = GermGradient<D, Law>;
+    using Gradient = TaylorGradient<D, Law>;
     const Data& e = at.data;
     if (not at.has_target)
     {

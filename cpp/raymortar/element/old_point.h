@@ -1,9 +1,9 @@
 // The accepted step at a point, and how the slip since then varies.
 #pragma once
 
-#include "raymortar/element/carried.h"
 #include "raymortar/element/convected.h"
 #include "raymortar/element/element_states.h"
+#include "raymortar/element/turned_traction.h"
 
 namespace raymortar
 {
@@ -27,11 +27,11 @@ struct OldPoint<F, true>
   /// so that curvature is not taken for a gap
   Vec<F::gdim> across;
   Closing closing;
-  ConvectedVector<F::gdim> slide;  ///< distance along the slave, carried along
-  Spin<F::gdim> spin;              ///< of the slave against the master
-  Vec<F::gdim> w;                  ///< slip increment (2)
-  Vec<F::gdim> accepted;           ///< of springs, see ContactState
-  CarriedTraction<F::gdim> spring; ///< made of it
+  ConvectedVector<F::gdim> slide; ///< distance along the slave, carried along
+  Spin<F::gdim> spin;             ///< of the slave against the master
+  Vec<F::gdim> w;                 ///< slip increment (2)
+  Vec<F::gdim> accepted;          ///< of springs, see ContactState
+  TurnedTraction<F::gdim> spring; ///< made of it
 };
 
 /// @brief How the slip changes where the old normal of the frame turns.

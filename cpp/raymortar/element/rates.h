@@ -181,7 +181,7 @@ public:
   void add_spring(const Mat<R, D>& by_spring, Rows<R, 2 * side>& rows) const
   {
     rows.template leftCols<side>() +=
-        vary_carried<F, R>(_p.old.spring, by_spring, _at.geometry);
+        vary_turned<F, R>(_p.old.spring, by_spring, _at.geometry);
   }
 
   /// Fields and multiplier do not hang on displacements
@@ -269,7 +269,7 @@ public:
   void add_spring(const Mat<R, D>& by_spring, Mat<R, T>& rows) const
   {
     const OldPoint<F, true>& was = _p.old;
-    Mat<D, T> spring = carried_along_facet<D, F::affine>(
+    Mat<D, T> spring = turned_with_facet<D, F::affine>(
         was.spring, {was.frame, old_bend()}, was.dual, {_p.slave, _bend},
         was.accepted, _at.template along<D>(_e.history.traction_old));
     if constexpr (M > 0) // held as lengths

@@ -1,10 +1,10 @@
 // What the motion of segments adds to tangents, of facets of any kind.
 #pragma once
 
-#include "raymortar/element/facet_germs.h"
-#include "raymortar/element/germ_gradient.h"
+#include "raymortar/element/facet_taylor.h"
 #include "raymortar/element/segment_points.h"
 #include "raymortar/element/segment_target.h"
+#include "raymortar/element/taylor_gradient.h"
 
 namespace raymortar
 {

@@ -19,7 +19,7 @@ SlaveSide<D>::SlaveSide(const ContactState& s, const Wanted& wanted,
 }
 
 template <int D>
-void SlaveSide<D>::take(std::size_t element, GermData<D>& e,
+void SlaveSide<D>::take(std::size_t element, TaylorData<D>& e,
                         PointShapes<D>& shapes)
 {
   const ContactState& s = _state;
@@ -39,7 +39,7 @@ void SlaveSide<D>::take(std::size_t element, GermData<D>& e,
 }
 
 template <int D>
-void SlaveSide<D>::take_facet(Index facet, GermData<D>& e)
+void SlaveSide<D>::take_facet(Index facet, TaylorData<D>& e)
 {
   const ContactState& s = _state;
   _facet.take(facet);
@@ -99,7 +99,7 @@ void SlaveSide<D>::take_scalars(const FacetField& field, Index facet,
 }
 
 template <int D>
-void SlaveSide<D>::take_springs(Index facet, GermData<D>& e)
+void SlaveSide<D>::take_springs(Index facet, TaylorData<D>& e)
 {
   e.history.has_springs = false;
   if (_state.traction_old.empty() or _state.has_law_at_nodes())
@@ -141,7 +141,8 @@ void SlaveSide<D>::set(const AnyNodes<D>& nodal, std::size_t count,
 }
 
 template <int D>
-bool SlaveSide<D>::place(std::size_t q, GermData<D>& e, PointShapes<D>& shapes)
+bool SlaveSide<D>::place(std::size_t q, TaylorData<D>& e,
+                         PointShapes<D>& shapes)
 {
   const Vec<T> xi = _state.points.xi[q].template head<T>();
   const auto tabulate = [&](const ShapeFunctions<T>& of, ShapeRows<T>& rows)
@@ -165,7 +166,7 @@ bool SlaveSide<D>::place(std::size_t q, GermData<D>& e, PointShapes<D>& shapes)
 }
 
 template <int D>
-void SlaveSide<D>::place_fields(const ShapeRows<T>& N, GermData<D>& e) const
+void SlaveSide<D>::place_fields(const ShapeRows<T>& N, TaylorData<D>& e) const
 {
   if (not _gamma.is_constant)
   {
@@ -183,7 +184,7 @@ void SlaveSide<D>::place_fields(const ShapeRows<T>& N, GermData<D>& e) const
 }
 
 template <int D>
-void SlaveSide<D>::place_multiplier(const Vec<T>& xi, GermData<D>& e,
+void SlaveSide<D>::place_multiplier(const Vec<T>& xi, TaylorData<D>& e,
                                     PointShapes<D>& shapes) const
 {
   const std::size_t last = _wanted.along ? D : 1;

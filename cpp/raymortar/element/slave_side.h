@@ -2,7 +2,7 @@
 #pragma once
 
 #include "raymortar/element/assembler.h"
-#include "raymortar/element/facet_germs.h"
+#include "raymortar/element/facet_taylor.h"
 #include "raymortar/element/point_shapes.h"
 #include <optional>
 
@@ -25,11 +25,11 @@ public:
             const FacetTractions* tractions = nullptr);
 
   /// @brief Go to an element: sizes, and what is the same at all its points.
-  void take(std::size_t element, GermData<D>& e, PointShapes<D>& shapes);
+  void take(std::size_t element, TaylorData<D>& e, PointShapes<D>& shapes);
 
   /// @brief Set what is known of a point without its target.
   /// @return Whether the slave's tangents are others than at the point before
-  bool place(std::size_t q, GermData<D>& e, PointShapes<D>& shapes);
+  bool place(std::size_t q, TaylorData<D>& e, PointShapes<D>& shapes);
 
 private:
   /// Nodal values of a field on a facet, or its one value
@@ -39,13 +39,13 @@ private:
     bool is_constant = true;
   };
 
-  void take_facet(Index facet, GermData<D>& e);
+  void take_facet(Index facet, TaylorData<D>& e);
   void take_multiplier(Index facet);
   void take_scalars(const FacetField& field, Index facet, Scalars& nodal,
                     Vec<D>& coefficients) const;
-  void take_springs(Index facet, GermData<D>& e);
-  void place_fields(const ShapeRows<T>& N, GermData<D>& e) const;
-  void place_multiplier(const Vec<T>& xi, GermData<D>& e,
+  void take_springs(Index facet, TaylorData<D>& e);
+  void place_fields(const ShapeRows<T>& N, TaylorData<D>& e) const;
+  void place_multiplier(const Vec<T>& xi, TaylorData<D>& e,
                         PointShapes<D>& shapes) const;
   /// Coefficients of fields at a point, as far as they are asked for
   void set(const Scalars& nodal, const ShapeRows<T>& N, Vec<D>& c) const;
@@ -55,7 +55,7 @@ private:
   const ContactState& _state;
   Wanted _wanted;
   const FacetTractions* _tractions;
-  FacetGerms<D> _facet;
+  FacetTaylor<D> _facet;
   ShapeFunctions<T> _dofs; ///< of the displacement
   std::optional<ShapeFunctions<T>> _multiplier;
   std::size_t _dofs_per_facet, _multipliers = 0;

@@ -1,9 +1,9 @@
 // By how much the slave has turned against the master about its normal.
 #pragma once
 
-#include "raymortar/element/carried.h"
 #include "raymortar/element/convected.h"
 #include "raymortar/element/facet_states.h"
+#include "raymortar/element/turned_traction.h"
 
 namespace raymortar
 {

@@ -55,7 +55,7 @@ OldTarget<D> old_target(const ContactState& s, std::size_t q, const Vec<D>& x,
   }
   const auto taylor = AnyFacet<D>(s.master, s.master.x_old, s.hits.master[q])
                           .taylor(s.hits.eta[q]);
-  const Frame<D> frame = frame_at<Germ<D>>(taylor, Vec<D - 1>::Zero());
+  const Frame<D> frame = frame_at<TaylorFacet<D>>(taylor, Vec<D - 1>::Zero());
   return {frame.x, frame.n};
 }
 

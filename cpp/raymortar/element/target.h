@@ -2,7 +2,7 @@
 #pragma once
 
 #include "raymortar/element/assembler.h"
-#include "raymortar/element/germ.h"
+#include "raymortar/element/taylor_facet.h"
 #include "raymortar/element/vertex_motion.h"
 #include "raymortar/geometry/taylor.h"
 
@@ -43,7 +43,8 @@ struct AnyFacet
   }
 
   /// Taylor coefficients at a point
-  [[nodiscard]] typename Germ<D>::NodeMatrix taylor(const Vec<2>& eta) const
+  [[nodiscard]] typename TaylorFacet<D>::NodeMatrix
+  taylor(const Vec<2>& eta) const
   {
     return nodes *
            shape_taylor<T>(shape, degree, Vec<T>(eta.template head<T>()));

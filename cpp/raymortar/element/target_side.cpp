@@ -53,7 +53,8 @@ bool TargetSide<D>::take(std::size_t element, PointShapes<D>& shapes)
 }
 
 template <int D>
-bool TargetSide<D>::place(std::size_t q, GermData<D>& e, PointShapes<D>& shapes)
+bool TargetSide<D>::place(std::size_t q, TaylorData<D>& e,
+                          PointShapes<D>& shapes)
 {
   e.frame_of_target = _state.has_frame_of_target(q);
   return _state.has_tools() ? place_tool(q, e, shapes)
@@ -61,7 +62,7 @@ bool TargetSide<D>::place(std::size_t q, GermData<D>& e, PointShapes<D>& shapes)
 }
 
 template <int D>
-bool TargetSide<D>::place_facet(std::size_t q, GermData<D>& e,
+bool TargetSide<D>::place_facet(std::size_t q, TaylorData<D>& e,
                                 PointShapes<D>& shapes)
 {
   const ContactState& s = _state;
@@ -98,7 +99,7 @@ void TargetSide<D>::take_tool(Index number)
 }
 
 template <int D>
-bool TargetSide<D>::place_tool(std::size_t q, GermData<D>& e,
+bool TargetSide<D>::place_tool(std::size_t q, TaylorData<D>& e,
                                PointShapes<D>& shapes)
 {
   const Hits& hits = _state.hits;
@@ -124,7 +125,7 @@ bool TargetSide<D>::place_tool(std::size_t q, GermData<D>& e,
 
 /// Both frames of the tool for a normal
 template <int D>
-void TargetSide<D>::turn_frames(const Vec<D>& n, GermData<D>& e) const
+void TargetSide<D>::turn_frames(const Vec<D>& n, TaylorData<D>& e) const
 {
   Frame<D>& now = e.master_frames.now;
   now.t = tangents_across(n);
@@ -146,7 +147,7 @@ void TargetSide<D>::turn_frames(const Vec<D>& n, GermData<D>& e) const
 /// Second derivatives of the tool's surface in unit tangents: it bends away
 /// from the normal where it is convex
 template <int D>
-void TargetSide<D>::set_bends(std::size_t q, GermData<D>& e) const
+void TargetSide<D>::set_bends(std::size_t q, TaylorData<D>& e) const
 {
   constexpr int count = taylor_size<T> - 1 - T;
   const Mat<3, 3>& bend = _state.hits.bend[q];

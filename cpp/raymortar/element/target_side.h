@@ -3,7 +3,7 @@
 #pragma once
 
 #include "raymortar/element/assembler.h"
-#include "raymortar/element/facet_germs.h"
+#include "raymortar/element/facet_taylor.h"
 #include "raymortar/element/point_shapes.h"
 #include "raymortar/rigid/freedom.h"
 #include <optional>
@@ -25,22 +25,22 @@ public:
 
   /// @brief Set what a point's ray has hit, after its slave is set.
   /// @return Whether the target's tangents are others than at the point before
-  bool place(std::size_t q, GermData<D>& e, PointShapes<D>& shapes);
+  bool place(std::size_t q, TaylorData<D>& e, PointShapes<D>& shapes);
 
   /// @brief How the body that is hit is free; null: it is not, or no body.
   [[nodiscard]] const Freedom* freedom() const { return _freedom; }
 
 private:
-  bool place_facet(std::size_t q, GermData<D>& e, PointShapes<D>& shapes);
-  bool place_tool(std::size_t q, GermData<D>& e, PointShapes<D>& shapes);
+  bool place_facet(std::size_t q, TaylorData<D>& e, PointShapes<D>& shapes);
+  bool place_tool(std::size_t q, TaylorData<D>& e, PointShapes<D>& shapes);
   void take_tool(Index number);
-  void turn_frames(const Vec<D>& n, GermData<D>& e) const;
-  void set_bends(std::size_t q, GermData<D>& e) const;
+  void turn_frames(const Vec<D>& n, TaylorData<D>& e) const;
+  void set_bends(std::size_t q, TaylorData<D>& e) const;
   void move_body(const Frame<D>& target, BodyColumns<D>& columns) const;
 
   const ContactState& _state;
   Wanted _wanted;
-  FacetGerms<D> _facet;
+  FacetTaylor<D> _facet;
   ShapeFunctions<T> _dofs;  ///< of a facet's displacement
   ShapeRows<T> _nodes;      ///< of its positions, where these have others
   Index _number = no_index; ///< facet or tool that is taken

@@ -308,10 +308,10 @@ PointResults Kernel<D>::results(const ContactState& s) const
                  .friction = vectors};
   for (std::size_t q = 0; q < n; ++q)
   {
-    const Frame<D> f =
-        frame_at<Germ<D>>(AnyFacet<D>(s.slave, s.slave.x, s.points.slave[q])
-                              .taylor(s.points.xi[q]),
-                          Vec<D - 1>::Zero());
+    const Frame<D> f = frame_at<TaylorFacet<D>>(
+        AnyFacet<D>(s.slave, s.slave.x, s.points.slave[q])
+            .taylor(s.points.xi[q]),
+        Vec<D - 1>::Zero());
     put<D>(r.x, q, f.x);
     put<D>(r.normal, q, f.n);
     put<D>(r.contact_normal, q, f.n);

@@ -17,7 +17,7 @@ struct NearestHits
 };
 
 /// @brief Nearest hits of the points as they are paired; none on tools, which
-/// no contact with can be lost in silence: see find_sunk_points.
+/// no contact with can be lost in silence: see find_penetrating_points.
 [[nodiscard]] NearestHits nearest_hits(const ContactState& s,
                                        const Assembler& assembler);
 } // namespace raymortar

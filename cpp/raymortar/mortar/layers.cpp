@@ -155,7 +155,7 @@ void give_way(std::vector<Piece<D>>& pieces, std::size_t loser,
 template <int D>
 std::vector<Rivalry> keep_nearest(std::vector<Piece<D>>& pieces, double whole,
                                   double reach, double depth,
-                                  const LayerJudge<D>& judge)
+                                  const LayerOrder<D>& order)
 {
   std::vector<Rivalry> rivalries;
   if (not any_overlap<D>(pieces))
@@ -163,7 +163,7 @@ std::vector<Rivalry> keep_nearest(std::vector<Piece<D>>& pieces, double whole,
   const auto first_wins =
       [&](const Piece<D>& a, const Piece<D>& b, const Vec<D - 1>& at)
   {
-    const int verdict = judge ? judge(a.master, b.master, at) : 0;
+    const int verdict = order ? order(a.master, b.master, at) : 0;
     if (verdict != 0)
       return verdict < 0;
     return rank_of(a.seen.height(at), reach, depth) <=
@@ -192,8 +192,8 @@ std::vector<Rivalry> keep_nearest(std::vector<Piece<D>>& pieces, double whole,
 
 template std::vector<Rivalry> keep_nearest<2>(std::vector<Piece<2>>&, double,
                                               double, double,
-                                              const LayerJudge<2>&);
+                                              const LayerOrder<2>&);
 template std::vector<Rivalry> keep_nearest<3>(std::vector<Piece<3>>&, double,
                                               double, double,
-                                              const LayerJudge<3>&);
+                                              const LayerOrder<3>&);
 } // namespace raymortar

@@ -29,13 +29,13 @@ struct Rivalry
 /// What the true ray from a point of the slave patch says of two masters:
 /// negative, the first is to be kept; positive, the second; zero, neither
 template <int D>
-using LayerJudge =
+using LayerOrder =
     std::function<int(Index first, Index second, const Vec<D - 1>& at)>;
 
 /// @brief Cut overlapping pieces so that every place keeps one master.
 ///
 /// Neighbouring masters share an edge, which rules them out at once. Which
-/// master is kept is decided at the middle of each overlap: by the judge, and
+/// master is kept is decided at the middle of each overlap: by the order, and
 /// where it has no opinion by |height| among the heights within
 /// [-depth, reach].
 /// @param[in,out] pieces Pieces of one slave patch
@@ -44,5 +44,5 @@ using LayerJudge =
 template <int D>
 std::vector<Rivalry> keep_nearest(std::vector<Piece<D>>& pieces, double whole,
                                   double reach, double depth,
-                                  const LayerJudge<D>& judge = {});
+                                  const LayerOrder<D>& order = {});
 } // namespace raymortar

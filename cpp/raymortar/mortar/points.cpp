@@ -168,13 +168,13 @@ Hits cast_all(const Surface& slave, const Surface& master,
   {
     if (points.seed[q] == no_index)
       continue;
-    const Landing<M> landing = caster.cast(
-        points.slave[q], points.xi[q], points.seed[q], rivals_of(points, q));
-    hits.status[q] = landing.hit.status;
-    hits.gap[q] = landing.hit.g;
-    hits.eta[q].template head<M::tdim>() = landing.hit.eta;
-    if (landing.hit.status == RayStatus::hit)
-      hits.master[q] = landing.facet;
+    const FacetHit<M> found = caster.cast(points.slave[q], points.xi[q],
+                                          points.seed[q], rivals_of(points, q));
+    hits.status[q] = found.hit.status;
+    hits.gap[q] = found.hit.g;
+    hits.eta[q].template head<M::tdim>() = found.hit.eta;
+    if (found.hit.status == RayStatus::hit)
+      hits.master[q] = found.facet;
   }
   hits.hang_on_past = caster.has_looked_back();
   return hits;

@@ -10,7 +10,7 @@ namespace raymortar
 {
 /// @brief A ray's result together with the facet it ended on.
 template <class F>
-struct Landing
+struct FacetHit
 {
   RayHit<F> hit;
   Index facet = no_index;
@@ -59,11 +59,11 @@ public:
   /// @brief Where the ray of a slave point meets the master.
   /// @param[in] seed Facet to start from
   /// @param[in] rivals Facets of other layers over this point
-  [[nodiscard]] Landing<M> cast(Index slave, const Vec<2>& xi, Index seed,
-                                std::span<const Index> rivals = {})
+  [[nodiscard]] FacetHit<M> cast(Index slave, const Vec<2>& xi, Index seed,
+                                 std::span<const Index> rivals = {})
   {
     place(slave, xi);
-    const Landing<M> first = land(seed);
+    const FacetHit<M> first = land(seed);
     if (rivals.empty() and not(first.is_hit() and not is_certain(first)))
       return first;
     return contest(first, rivals);
@@ -75,10 +75,10 @@ public:
                             Index second)
   {
     place(slave, xi);
-    const Landing<M> a = land(first), b = land(second);
+    const FacetHit<M> a = land(first), b = land(second);
     if (a.facet == b.facet)
       return 0;
-    const Landing<M> chosen = contest(a, {&second, 1});
+    const FacetHit<M> chosen = contest(a, {&second, 1});
     if (not chosen.is_hit())
       return 0;
     return chosen.facet == a.facet ? -1 : 1;
@@ -107,34 +107,34 @@ private:
   }
 
   /// The hit that is reached from a facet, if it counts
-  [[nodiscard]] Landing<M> land(Index seed)
+  [[nodiscard]] FacetHit<M> land(Index seed)
   {
-    Landing<M> landing = walk(_ray, seed, _master.x);
-    if (landing.is_hit())
-      landing.hit.status = admit(landing);
+    FacetHit<M> found = walk(_ray, seed, _master.x);
+    if (found.is_hit())
+      found.hit.status = admit(found);
     // Affine facets have one root, which Newton finds from anywhere
-    if (not M::affine and not landing.is_hit())
-      landing = search(landing);
-    return landing;
+    if (not M::affine and not found.is_hit())
+      found = search(found);
+    return found;
   }
 
   /// Follow a ray from facet to facet until it lands inside one
-  [[nodiscard]] Landing<M> walk(const Ray& ray, Index facet,
-                                const std::vector<double>& positions)
+  [[nodiscard]] FacetHit<M> walk(const Ray& ray, Index facet,
+                                 const std::vector<double>& positions)
   {
-    Landing<M> landing;
+    FacetHit<M> found;
     _hops = 0;
     while (_hops < max_hops)
     {
       _visited[_hops++] = facet;
       const auto nodes = _master.template nodes<M>(positions, facet);
-      landing = {
+      found = {
           intersect<M>(ray.x, ray.n, nodes, flat_guess<M>(ray.x, ray.n, nodes)),
           facet};
-      RayHit<M>& hit = landing.hit;
+      RayHit<M>& hit = found.hit;
       if (hit.status != RayStatus::hit or
           hit.outside.amount <= tolerance::ray_outside)
-        return landing;
+        return found;
       const Index next =
           _master.neighbours[static_cast<std::size_t>(facet) * M::Ref::edges +
                              static_cast<std::size_t>(hit.outside.edge)];
@@ -143,8 +143,8 @@ private:
         break;
       facet = next;
     }
-    landing.hit.status = RayStatus::no_facet;
-    return landing;
+    found.hit.status = RayStatus::no_facet;
+    return found;
   }
 
   /// Second chance on the facets of a walk that failed, and on the neighbours
@@ -154,9 +154,9 @@ private:
   /// facet, or end at a root of its extension beyond the edges, which then
   /// sends the walk astray. Other starting points find the root inside, if
   /// there is one. Nothing is accepted that `walk` would not accept.
-  [[nodiscard]] Landing<M> search(const Landing<M>& failed) const
+  [[nodiscard]] FacetHit<M> search(const FacetHit<M>& failed) const
   {
-    Landing<M> best = failed;
+    FacetHit<M> best = failed;
     for (std::size_t k = 0; k < _hops; ++k)
       best = nearer(best, inside(_visited[k]));
     for (std::size_t e = 0; e < M::Ref::edges; ++e)
@@ -172,24 +172,24 @@ private:
   }
 
   /// Nearest admitted hit within a facet, Newton started at each of its nodes
-  [[nodiscard]] Landing<M> inside(Index facet) const
+  [[nodiscard]] FacetHit<M> inside(Index facet) const
   {
     const auto nodes = _master.template nodes<M>(_master.x, facet);
-    Landing<M> best;
+    FacetHit<M> best;
     for (const auto& point : M::Node::points)
     {
       const typename M::RefPoint start(point.data());
-      Landing<M> landing{intersect<M>(_ray.x, _ray.n, nodes, start), facet};
-      if (landing.is_hit() and
-          landing.hit.outside.amount <= tolerance::ray_outside and
-          admit(landing) == RayStatus::hit)
-        best = nearer(best, landing);
+      FacetHit<M> found{intersect<M>(_ray.x, _ray.n, nodes, start), facet};
+      if (found.is_hit() and
+          found.hit.outside.amount <= tolerance::ray_outside and
+          admit(found) == RayStatus::hit)
+        best = nearer(best, found);
     }
     return best;
   }
 
-  [[nodiscard]] static const Landing<M>& nearer(const Landing<M>& a,
-                                                const Landing<M>& b)
+  [[nodiscard]] static const FacetHit<M>& nearer(const FacetHit<M>& a,
+                                                 const FacetHit<M>& b)
   {
     if (not b.is_hit())
       return a;
@@ -198,34 +198,34 @@ private:
   }
 
   /// Whether a hit counts; notes its incidence
-  [[nodiscard]] RayStatus admit(Landing<M>& landing) const
+  [[nodiscard]] RayStatus admit(FacetHit<M>& found) const
   {
     const SearchDistances& range = _distances[_facet];
-    landing.facing = facing(_ray, landing, _master.x);
-    if (not(landing.facing > (_filter ? _filter->facing : tolerance::facing)))
+    found.facing = facing(_ray, found, _master.x);
+    if (not(found.facing > (_filter ? _filter->facing : tolerance::facing)))
       return RayStatus::back_face;
-    if (_filter and not _filter->allows(_facet, id_of(landing)))
+    if (_filter and not _filter->allows(_facet, id_of(found)))
       return RayStatus::no_facet;
-    if (landing.hit.g > range.reach)
+    if (found.hit.g > range.reach)
       return RayStatus::too_far;
     // Obliquely, a point that lies little below the master is deep along its
     // ray: beside a corner of the slave, the other face is nearer by far
-    if (landing.hit.g < -range.depth * landing.facing)
+    if (found.hit.g < -range.depth * found.facing)
       return RayStatus::too_deep;
     return RayStatus::hit;
   }
 
-  [[nodiscard]] double facing(const Ray& ray, const Landing<M>& landing,
+  [[nodiscard]] double facing(const Ray& ray, const FacetHit<M>& found,
                               const std::vector<double>& positions) const
   {
-    const auto nodes = _master.template nodes<M>(positions, landing.facet);
-    return -ray.n.dot(frame_at<M>(nodes, landing.hit.eta).n);
+    const auto nodes = _master.template nodes<M>(positions, found.facet);
+    return -ray.n.dot(frame_at<M>(nodes, found.hit.eta).n);
   }
 
-  [[nodiscard]] bool is_certain(const Landing<M>& landing) const
+  [[nodiscard]] bool is_certain(const FacetHit<M>& found) const
   {
-    return landing.hit.g >= 0.0 or
-           landing.hit.g >= -depth_at(landing.facet) * landing.facing;
+    return found.hit.g >= 0.0 or
+           found.hit.g >= -depth_at(found.facet) * found.facing;
   }
 
   /// Penetration of a master's facet that is certain
@@ -238,28 +238,28 @@ private:
                          _master.thickness_behind(master));
   }
 
-  [[nodiscard]] GlobalIndex id_of(const Landing<M>& landing) const
+  [[nodiscard]] GlobalIndex id_of(const FacetHit<M>& found) const
   {
-    return _master.facet_id[static_cast<std::size_t>(landing.facet)];
+    return _master.facet_id[static_cast<std::size_t>(found.facet)];
   }
 
   /// Whether the slave point is within the body that its ray has come out of
-  [[nodiscard]] bool is_within(const Landing<M>& landing) const
+  [[nodiscard]] bool is_within(const FacetHit<M>& found) const
   {
-    const double behind = _master.thickness_behind(landing.facet);
-    return landing.hit.g < 0.0 and std::isfinite(behind) and
-           -landing.hit.g * landing.facing <= behind;
+    const double behind = _master.thickness_behind(found.facet);
+    return found.hit.g < 0.0 and std::isfinite(behind) and
+           -found.hit.g * found.facing <= behind;
   }
 
   /// The layer that a point is paired with, among those that its ray meets
-  [[nodiscard]] Landing<M> contest(const Landing<M>& first,
-                                   std::span<const Index> rivals)
+  [[nodiscard]] FacetHit<M> contest(const FacetHit<M>& first,
+                                    std::span<const Index> rivals)
   {
     _layers.clear();
-    const auto add = [this](const Landing<M>& one)
+    const auto add = [this](const FacetHit<M>& one)
     {
       bool fresh = one.is_hit();
-      for (const Landing<M>& other : _layers)
+      for (const FacetHit<M>& other : _layers)
         fresh = fresh and other.facet != one.facet;
       if (fresh)
         _layers.push_back(one);
@@ -269,7 +269,7 @@ private:
       add(land(rival));
     if (const std::size_t k = choose(); k < _layers.size())
       return _layers[k];
-    Landing<M> missed = first;
+    FacetHit<M> missed = first;
     if (missed.is_hit())
       missed.hit.status = RayStatus::too_deep;
     return missed;
@@ -279,7 +279,7 @@ private:
   /// within a body sees the layers ahead through it, so that this body's
   /// surface goes before them; otherwise the nearest is the first on the ray
   template <class Fit>
-  [[nodiscard]] std::size_t best(const std::vector<Landing<M>>& layers,
+  [[nodiscard]] std::size_t best(const std::vector<FacetHit<M>>& layers,
                                  Fit&& fit) const
   {
     std::size_t best = none;
@@ -332,9 +332,9 @@ private:
         frame_at<S>(_slave.template nodes<S>(_slave.x_old, _facet), _xi);
     const Ray ray{frame.x, frame.n};
     _past.clear();
-    for (const Landing<M>& layer : _layers)
+    for (const FacetHit<M>& layer : _layers)
     {
-      Landing<M> past = walk(ray, layer.facet, _master.x_old);
+      FacetHit<M> past = walk(ray, layer.facet, _master.x_old);
       if (past.is_hit())
         past.facing = facing(ray, past, _master.x_old);
       if (not(past.facing > tolerance::facing))
@@ -355,8 +355,8 @@ private:
   Ray _ray;                               ///< of the present point
   std::array<Index, max_hops> _visited{}; ///< facets of the last walk
   std::size_t _hops = 0;
-  std::vector<Landing<M>> _layers; ///< that the present ray meets
-  std::vector<Landing<M>> _past;   ///< the same, of the old ray
+  std::vector<FacetHit<M>> _layers; ///< that the present ray meets
+  std::vector<FacetHit<M>> _past;   ///< the same, of the old ray
   bool _has_looked_back = false;
 };
 } // namespace raymortar

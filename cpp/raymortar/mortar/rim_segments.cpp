@@ -168,7 +168,7 @@ double apart(const Surface& slave, Index facet, const Vec<2>& xi,
 }
 
 /// Keeps the facet that the ray enters a tool by
-FacetJudge judge_by_rays(const Surface& slave,
+FacetOrder order_by_rays(const Surface& slave,
                          std::span<const PlacedTool> tools,
                          const Surface& facets, const FacetDistances& range)
 {
@@ -298,7 +298,7 @@ RimSegments segments_at_rims(const Surface& slave,
   RimSegments out{
       std::move(near.above), surface_of(tools, sorted, slave.gdim), {}};
   SegmentationOptions options(range, subdivide);
-  options.judge = judge_by_rays(slave, tools, out.facets, range);
+  options.order = order_by_rays(slave, tools, out.facets, range);
   const Segmentation cut =
       make_segments(slave, out.facets, candidates, options);
   find_inside(slave, tools, range, out.above);

@@ -157,7 +157,7 @@ public:
       for (const Index m : masters)
         overlap_with(patch, m);
       _rivalries = keep_nearest<D>(_pieces, patch_measure<S>(), _range.reach,
-                                   _range.depth, judge(patch));
+                                   _range.depth, order(patch));
       for (const Piece<D>& piece : _pieces)
         emit(facet, static_cast<std::int8_t>(k), patch, nodes, piece);
     }
@@ -173,15 +173,15 @@ public:
 
 private:
   /// Decides between layers of master by the true ray
-  [[nodiscard]] auto judge(const SlavePatch<S>& patch)
+  [[nodiscard]] auto order(const SlavePatch<S>& patch)
   {
     // No more than what std::function holds without an allocation
     return [this, &patch](Index first, Index second, const RefPoint& at)
     {
       Vec<2> xi = Vec<2>::Zero();
       xi.template head<T>() = patch.to_reference(at);
-      if (_options.judge)
-        return _options.judge(_facet, xi, first, second);
+      if (_options.order)
+        return _options.order(_facet, xi, first, second);
       return _rays.compare(_facet, xi, first, second);
     };
   }

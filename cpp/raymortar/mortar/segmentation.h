@@ -75,8 +75,8 @@ struct Segmentation
 };
 
 /// @brief Which of two masters a place of a slave facet is paired with: see
-/// LayerJudge.
-using FacetJudge = std::function<int(Index slave, const Vec<2>& xi, Index first,
+/// LayerOrder.
+using FacetOrder = std::function<int(Index slave, const Vec<2>& xi, Index first,
                                      Index second)>;
 
 /// @brief What the segmentation needs to know besides the surfaces.
@@ -84,7 +84,7 @@ struct SegmentationOptions
 {
   FacetDistances distances; ///< reach and depth that count
   bool subdivide = false;   ///< split quadratic facets at their mid nodes
-  FacetJudge judge;         ///< none: rays on the master
+  FacetOrder order;         ///< none: rays on the master
 
   SegmentationOptions(FacetDistances range, bool split)
       : distances(std::move(range)), subdivide(split)

@@ -98,7 +98,7 @@ def _distances(zone: ZoneData, way: Path) -> tuple[Array, Array]:
 
 def _passed_by_tools(zone: ZoneData, contact: Interaction) -> str:
     """Tell of slave facets that a rigid body has passed; "" for none. Collective."""
-    facets = np.unique(zone.points()["slave"][zone.cpp.sunk_points()])
+    facets = np.unique(zone.points()["slave"][zone.cpp.penetrating_points()])
     count = contact.layout.comm.allreduce(len(facets))
     names = ", ".join(body.name for body in zone.facets.bodies)
     if count:

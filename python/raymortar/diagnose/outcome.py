@@ -197,7 +197,7 @@ def _pressed(zone: ZoneData) -> tuple[float, str]:
 
 def _unseen(zone: ZoneData) -> tuple[float, str]:
     """Find the depth of the deepest point that is too deep for contact."""
-    penetrating, points = zone.cpp.sunk_points(), zone.points()
+    penetrating, points = zone.cpp.penetrating_points(), zone.points()
     if not len(penetrating):
         return 0.0, ""
     q = penetrating[np.argmin(points["gap"][penetrating])]

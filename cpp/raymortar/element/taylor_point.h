@@ -1,15 +1,15 @@
-// Points of germs: where values, derivatives and frames are known, and nothing
-// is to be multiplied with shape functions.
+// Points of Taylor facets: where values, derivatives and frames are known, and
+// nothing is to be multiplied with shape functions.
 #pragma once
 
 #include "raymortar/element/any_blocks.h"
-#include "raymortar/element/germ_data.h"
 #include "raymortar/element/rates.h"
+#include "raymortar/element/taylor_data.h"
 
 namespace raymortar
 {
 template <class F, int L, class Law>
-requires F::is_germ struct SlavePoint<F, L, Law>
+requires F::is_taylor struct SlavePoint<F, L, Law>
 {
   using Layout = ElementLayout<F, L, Law>;
   using Data = ElementData<F, L, Law>;
@@ -43,7 +43,7 @@ requires F::is_germ struct SlavePoint<F, L, Law>
 };
 
 template <class F>
-requires F::is_germ struct FrameSlopes<F> : TargetFrame<F>
+requires F::is_taylor struct FrameSlopes<F> : TargetFrame<F>
 {
   static constexpr int D = F::gdim;
   using TargetFrame<F>::of_target;
@@ -53,7 +53,7 @@ requires F::is_germ struct FrameSlopes<F> : TargetFrame<F>
   Mat<D, D> by_ends;    ///< by what both ends of the ray do, see chain
 
   /// @param[in] rho Rows of (2.6)
-  FrameSlopes(const GermData<D>& e, const ElementPoint<F>& q,
+  FrameSlopes(const TaylorData<D>& e, const ElementPoint<F>& q,
               const Mat<F::tdim, D>& rho)
       : TargetFrame<F>(e.frame_of_target)
   {
@@ -71,7 +71,7 @@ requires F::is_germ struct FrameSlopes<F> : TargetFrame<F>
 
 /// Of the gap and of the point that is hit
 template <class F>
-requires F::is_germ struct Variations<F>
+requires F::is_taylor struct Variations<F>
 {
   static constexpr int D = F::gdim;
   static constexpr int side = F::dofs * D;
@@ -80,7 +80,7 @@ requires F::is_germ struct Variations<F>
 };
 
 template <class F, int L, class Law>
-requires F::is_germ struct HitSlopes<F, L, Law>
+requires F::is_taylor struct HitSlopes<F, L, Law>
 {
   static constexpr int D = F::gdim;
   static constexpr int T = F::tdim;
@@ -127,17 +127,17 @@ private:
 /// @brief Taylor coefficients of both displacements, in place of the dofs of
 /// DofColumns.
 template <class F, int L, class Law>
-class GermColumns
+class TaylorColumns
 {
 public:
   static constexpr int D = F::gdim;
   static constexpr int T = F::tdim;
   template <int R>
-  using Rows = GermRows<R, D>;
+  using Rows = TaylorRows<R, D>;
 
   /// @param[in] target_moves Whether there are rows of the target
-  GermColumns(const HitPoint<F, L, Law>& p, const HitSlopes<F, L, Law>& at,
-              bool target_moves)
+  TaylorColumns(const HitPoint<F, L, Law>& p, const HitSlopes<F, L, Law>& at,
+                bool target_moves)
       : _p(p), _at(at), _target_moves(target_moves)
   {
   }
@@ -182,11 +182,11 @@ public:
       add_angle<R>(by_w * spin.by_angle, rows);
   }
 
-  /// See vary_carried
+  /// See vary_turned
   template <int R>
   void add_spring(const Mat<R, D>& by_spring, Rows<R>& rows) const
   {
-    const CarriedTraction<D>& c = _p.old.spring;
+    const TurnedTraction<D>& c = _p.old.spring;
     const Vec<D>& n = _p.slave.n;
     if (c.whole)
       for (int j = 0; j < T; ++j)

@@ -1,18 +1,17 @@
-#include "raymortar/mortar/sunk_points.h"
+#include "raymortar/mortar/penetrating_points.h"
 #include "raymortar/geometry/dispatch.h"
 #include "raymortar/mortar/ray_caster.h"
 #include "raymortar/rigid/in_space.h"
 
 namespace raymortar
 {
-std::vector<Index> find_sunk_points(const Surface& slave, const Surface& master,
-                                    const IntegrationPoints& points,
-                                    const Hits& hits,
-                                    const FacetDistances& range,
-                                    const PairFilter* filter)
+std::vector<Index>
+find_penetrating_points(const Surface& slave, const Surface& master,
+                        const IntegrationPoints& points, const Hits& hits,
+                        const FacetDistances& range, const PairFilter* filter)
 {
   const FacetDistances unlimited(0.0, std::numeric_limits<double>::infinity());
-  std::vector<Index> sunk;
+  std::vector<Index> penetrating;
   const auto find = [&]<class S, class M>(S, M)
   {
     RayCaster<S, M> caster(slave, master, unlimited, filter);
@@ -20,21 +19,20 @@ std::vector<Index> find_sunk_points(const Surface& slave, const Surface& master,
     {
       if (hits.status[q] != RayStatus::too_deep)
         continue;
-      const Landing<M> landing =
+      const FacetHit<M> found =
           caster.cast(points.slave[q], points.xi[q], points.seed[q]);
-      if (not landing.is_hit() or
-          (filter and
-           slave.body_of(points.slave[q]) == master.body_of(landing.facet)))
+      if (not found.is_hit() or (filter and slave.body_of(points.slave[q]) ==
+                                                master.body_of(found.facet)))
         continue;
-      const double below = -landing.hit.g * landing.facing;
-      const double behind = master.thickness_behind(landing.facet);
+      const double below = -found.hit.g * found.facing;
+      const double behind = master.thickness_behind(found.facet);
       const double depth = certain_depth(range, slave, points.slave[q], behind);
       if (below > depth and below <= behind and std::isfinite(behind))
-        sunk.push_back(static_cast<Index>(q));
+        penetrating.push_back(static_cast<Index>(q));
     }
   };
   with_geometries(slave, master, find);
-  return sunk;
+  return penetrating;
 }
 
 namespace
@@ -89,10 +87,10 @@ double half_behind(const Surface& slave, const FacetDistances& range,
 /// Points [begin, end) of one slave facet that a tool has passed: those behind
 /// which one begins, and all that are inside one where none is outside
 template <class F>
-void append_sunk(const Surface& slave, const ToolProbe& probe,
-                 const IntegrationPoints& points, const Hits& hits,
-                 const FacetDistances& range, std::size_t begin,
-                 std::size_t end, std::vector<Index>& sunk)
+void append_penetrating(const Surface& slave, const ToolProbe& probe,
+                        const IntegrationPoints& points, const Hits& hits,
+                        const FacetDistances& range, std::size_t begin,
+                        std::size_t end, std::vector<Index>& penetrating)
 {
   const Index facet = points.slave[begin];
   const double behind = half_behind(slave, range, facet);
@@ -105,31 +103,32 @@ void append_sunk(const Surface& slave, const ToolProbe& probe,
     if (probe.is_inside(ray.x))
       inside.push_back(static_cast<Index>(q));
     if (probe.meets(ray, behind))
-      sunk.push_back(static_cast<Index>(q));
+      penetrating.push_back(static_cast<Index>(q));
   }
   if (inside.size() == end - begin)
-    sunk.insert(sunk.end(), inside.begin(), inside.end());
+    penetrating.insert(penetrating.end(), inside.begin(), inside.end());
 }
 } // namespace
 
-std::vector<Index> find_points_sunk_in_tools(const Surface& slave,
-                                             std::span<const PlacedTool> tools,
-                                             const IntegrationPoints& points,
-                                             const Hits& hits,
-                                             const FacetDistances& range)
+std::vector<Index> find_points_inside_tools(const Surface& slave,
+                                            std::span<const PlacedTool> tools,
+                                            const IntegrationPoints& points,
+                                            const Hits& hits,
+                                            const FacetDistances& range)
 {
   const ToolProbe probe(tools);
-  std::vector<Index> sunk;
+  std::vector<Index> penetrating;
   const auto find = [&]<class F>(F)
   {
     for (std::size_t begin = 0, end = 0; begin < points.size(); begin = end)
     {
       while (end < points.size() and points.slave[end] == points.slave[begin])
         ++end;
-      append_sunk<F>(slave, probe, points, hits, range, begin, end, sunk);
+      append_penetrating<F>(slave, probe, points, hits, range, begin, end,
+                            penetrating);
     }
   };
   with_facet_type(slave, find);
-  return sunk;
+  return penetrating;
 }
 } // namespace raymortar

@@ -62,7 +62,7 @@ struct SecondOfMonomials
 /// without facets. Displacements vary position and tangents; curvature is only
 /// differentiated along.
 template <int D>
-struct Germ
+struct TaylorFacet
 {
   static constexpr int gdim = D;
   static constexpr int tdim = D - 1;
@@ -76,7 +76,7 @@ struct Germ
   static constexpr int dofs = Disp::nodes;
   static constexpr int nodes = Node::nodes;
   static constexpr bool affine = false;
-  static constexpr bool is_germ = true;
+  static constexpr bool is_taylor = true;
   using Point = Vec<D>;
   using RefPoint = Vec<tdim>;
   using NodeMatrix = Mat<D, nodes>; ///< position, tangents, second derivatives

@@ -16,17 +16,17 @@ namespace raymortar
 /// be the back of their own wall.
 /// @return Numbers of the points, ascending
 [[nodiscard]] std::vector<Index>
-find_sunk_points(const Surface& slave, const Surface& master,
-                 const IntegrationPoints& points, const Hits& hits,
-                 const FacetDistances& range,
-                 const PairFilter* filter = nullptr);
+find_penetrating_points(const Surface& slave, const Surface& master,
+                        const IntegrationPoints& points, const Hits& hits,
+                        const FacetDistances& range,
+                        const PairFilter* filter = nullptr);
 
 /// @brief Points that a tool has passed: those of facets that are inside one
 /// throughout, and that no ray of theirs has led there; and those with a tool
 /// behind them, within half of their own body's thickness.
 [[nodiscard]] std::vector<Index>
-find_points_sunk_in_tools(const Surface& slave,
-                          std::span<const PlacedTool> tools,
-                          const IntegrationPoints& points, const Hits& hits,
-                          const FacetDistances& range);
+find_points_inside_tools(const Surface& slave,
+                         std::span<const PlacedTool> tools,
+                         const IntegrationPoints& points, const Hits& hits,
+                         const FacetDistances& range);
 } // namespace raymortar

@@ -1,7 +1,7 @@
 // A facet of any kind, and what it is around its points.
 #pragma once
 
-#include "raymortar/element/germ_data.h"
+#include "raymortar/element/taylor_data.h"
 #include "raymortar/geometry/taylor.h"
 #include "raymortar/pairing/surface.h"
 
@@ -55,13 +55,13 @@ struct AnyNodes
 
 /// @brief A facet now and at the accepted step.
 template <int D>
-class FacetGerms
+class FacetTaylor
 {
 public:
   static constexpr int T = D - 1;
-  using Coefficients = typename Germ<D>::NodeMatrix;
+  using Coefficients = typename TaylorFacet<D>::NodeMatrix;
 
-  FacetGerms(const Surface& s, bool old)
+  FacetTaylor(const Surface& s, bool old)
       : _surface(s), _shapes(s.shape, s.node_degree), _old(old),
         _nodes(static_cast<std::size_t>(_shapes.nodes()))
   {

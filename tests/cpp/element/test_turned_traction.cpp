@@ -1,5 +1,5 @@
 #include "bent_facets.h"
-#include "raymortar/element/carried.h"
+#include "raymortar/element/turned_traction.h"
 
 using namespace raymortar;
 using namespace raymortar::test;
@@ -7,9 +7,9 @@ using namespace raymortar::test;
 namespace
 {
 template <class F>
-auto carried(const typename F::NodeMatrix& old,
-             const typename F::NodeMatrix& now, const Vec<F::gdim>& traction,
-             const typename F::RefPoint& xi = centre<F>(), bool whole = false)
+auto turn(const typename F::NodeMatrix& old, const typename F::NodeMatrix& now,
+          const Vec<F::gdim>& traction,
+          const typename F::RefPoint& xi = centre<F>(), bool whole = false)
 {
   const auto before = frame_at<F>(old, xi);
   return carry_traction<F::gdim>(before, dual_tangents<F::gdim>(before),
@@ -17,13 +17,13 @@ auto carried(const typename F::NodeMatrix& old,
 }
 
 template <class F>
-class Carried : public testing::Test
+class TurnedTractions : public testing::Test
 {
 };
-TYPED_TEST_SUITE(Carried, AllFacets);
+TYPED_TEST_SUITE(TurnedTractions, AllFacets);
 } // namespace
 
-TYPED_TEST(Carried, RestLeavesTheTangentialPart)
+TYPED_TEST(TurnedTractions, RestLeavesTheTangentialPart)
 {
   constexpr int D = TypeParam::gdim;
   Random random(1);
@@ -31,10 +31,10 @@ TYPED_TEST(Carried, RestLeavesTheTangentialPart)
   const Vec<D> v = random.vector<D>();
   const Vec<D> n = frame_at<TypeParam>(x, centre<TypeParam>()).n;
   const Vec<D> expected = v - n.dot(v) * n;
-  EXPECT_LE((carried<TypeParam>(x, x, v).value() - expected).norm(), 1e-14);
+  EXPECT_LE((turn<TypeParam>(x, x, v).value() - expected).norm(), 1e-14);
 }
 
-TYPED_TEST(Carried, AsAWholeItTurnsAndKeepsItsLength)
+TYPED_TEST(TurnedTractions, AsAWholeItTurnsAndKeepsItsLength)
 {
   constexpr int D = TypeParam::gdim;
   Random random(8);
@@ -45,15 +45,14 @@ TYPED_TEST(Carried, AsAWholeItTurnsAndKeepsItsLength)
     const auto y = bent_facet<TypeParam>(random);
     const Mat<D, D> Q = random.rotation<D>();
     const Vec<D> v = random.vector<D>();
-    EXPECT_LE(
-        (carried<TypeParam>(x, Q * x, v, at, true).value() - Q * v).norm(),
-        1e-13);
-    EXPECT_NEAR(carried<TypeParam>(x, y, v, at, true).value().norm(), v.norm(),
+    EXPECT_LE((turn<TypeParam>(x, Q * x, v, at, true).value() - Q * v).norm(),
+              1e-13);
+    EXPECT_NEAR(turn<TypeParam>(x, y, v, at, true).value().norm(), v.norm(),
                 1e-13);
   }
 }
 
-TYPED_TEST(Carried, RigidRotationsOfAnySizeTurnIt)
+TYPED_TEST(TurnedTractions, RigidRotationsOfAnySizeTurnIt)
 {
   constexpr int D = TypeParam::gdim;
   Random random(2);
@@ -62,13 +61,13 @@ TYPED_TEST(Carried, RigidRotationsOfAnySizeTurnIt)
     const auto x = bent_facet<TypeParam>(random);
     const Mat<D, D> Q = random.rotation<D>();
     const Vec<D> v = random.vector<D>();
-    const Vec<D> rest = carried<TypeParam>(x, x, v).value();
-    const Vec<D> turned = carried<TypeParam>(x, Q * x, v).value();
+    const Vec<D> rest = turn<TypeParam>(x, x, v).value();
+    const Vec<D> turned = turn<TypeParam>(x, Q * x, v).value();
     EXPECT_LE((turned - Q * rest).norm(), 1e-13);
   }
 }
 
-TYPED_TEST(Carried, StretchNeitherTurnsNorScalesIt)
+TYPED_TEST(TurnedTractions, StretchNeitherTurnsNorScalesIt)
 {
   // A symmetric stretch within the plane of a flat facet
   constexpr int D = TypeParam::gdim;
@@ -78,11 +77,11 @@ TYPED_TEST(Carried, StretchNeitherTurnsNorScalesIt)
   U(0, 0) = 1.7;
   U(D - 2, 0) = U(0, D - 2) = D == 3 ? 0.3 : 1.7;
   const Vec<D> v = random.vector<D>();
-  const Vec<D> rest = carried<TypeParam>(x, x, v).value();
-  EXPECT_LE((carried<TypeParam>(x, U * x, v).value() - rest).norm(), 1e-14);
+  const Vec<D> rest = turn<TypeParam>(x, x, v).value();
+  EXPECT_LE((turn<TypeParam>(x, U * x, v).value() - rest).norm(), 1e-14);
 }
 
-TYPED_TEST(Carried, StaysInThePresentTangentPlaneWithItsLength)
+TYPED_TEST(TurnedTractions, StaysInThePresentTangentPlaneWithItsLength)
 {
   constexpr int D = TypeParam::gdim;
   Random random(4);
@@ -91,15 +90,15 @@ TYPED_TEST(Carried, StaysInThePresentTangentPlaneWithItsLength)
     const auto x = bent_facet<TypeParam>(random);
     const auto y = bent_facet<TypeParam>(random);
     const Vec<D> v = random.vector<D>();
-    const auto c = carried<TypeParam>(x, y, v);
+    const auto c = turn<TypeParam>(x, y, v);
     const Vec<D> n = frame_at<TypeParam>(y, centre<TypeParam>()).n;
     EXPECT_NEAR(n.dot(c.value()), 0.0, 1e-13);
-    EXPECT_NEAR(c.value().norm(), carried<TypeParam>(x, x, v).value().norm(),
+    EXPECT_NEAR(c.value().norm(), turn<TypeParam>(x, x, v).value().norm(),
                 1e-13);
   }
 }
 
-TYPED_TEST(Carried, VariationIsTheDerivative)
+TYPED_TEST(TurnedTractions, VariationIsTheDerivative)
 {
   using F = TypeParam;
   constexpr int D = F::gdim;
@@ -112,30 +111,29 @@ TYPED_TEST(Carried, VariationIsTheDerivative)
     {
       const typename F::NodeMatrix at =
           y + Eigen::Map<const typename F::NodeMatrix>(u.data());
-      return carried<F>(x, at, v, centre<F>(), i % 2 == 0).value();
+      return turn<F>(x, at, v, centre<F>(), i % 2 == 0).value();
     };
     const auto p = slave_geometry<F>(y, centre<F>());
-    expect_derivative(
-        f, Vector::Zero(F::dofs * D),
-        vary_carried<F, D>(carried<F>(x, y, v, centre<F>(), i % 2 == 0),
-                           Mat<D, D>::Identity(), p));
+    expect_derivative(f, Vector::Zero(F::dofs * D),
+                      vary_turn<F, D>(turn<F>(x, y, v, centre<F>(), i % 2 == 0),
+                                      Mat<D, D>::Identity(), p));
   }
 }
 
-TYPED_TEST(Carried, NoTractionHasNoVariation)
+TYPED_TEST(TurnedTractions, NoTractionHasNoVariation)
 {
   using F = TypeParam;
   Random random(6);
   const auto x = bent_facet<F>(random), y = bent_facet<F>(random);
-  const auto c = carried<F>(x, y, Vec<F::gdim>::Zero());
+  const auto c = turn<F>(x, y, Vec<F::gdim>::Zero());
   EXPECT_TRUE(c.value().isZero(0.0));
   const auto p = slave_geometry<F>(y, centre<F>());
   constexpr int D = F::gdim;
-  const SideRows<F, D> rows = vary_carried<F, D>(c, Mat<D, D>::Identity(), p);
+  const SideRows<F, D> rows = vary_turn<F, D>(c, Mat<D, D>::Identity(), p);
   EXPECT_TRUE(rows.isZero(0.0));
 }
 
-TYPED_TEST(Carried, ChangesAlongTheFacetByItsDerivative)
+TYPED_TEST(TurnedTractions, ChangesAlongTheFacetByItsDerivative)
 {
   using F = TypeParam;
   constexpr int D = F::gdim;
@@ -150,8 +148,7 @@ TYPED_TEST(Carried, ChangesAlongTheFacetByItsDerivative)
     const auto f = [&](const Vector& at) -> Vector
     {
       const typename F::RefPoint xi = at;
-      return carried<F>(x, y, nodal * F::Disp::values(xi), xi, i % 2 == 0)
-          .value();
+      return turn<F>(x, y, nodal * F::Disp::values(xi), xi, i % 2 == 0).value();
     };
     const auto bent = [](const typename F::NodeMatrix& nodes)
     {
@@ -159,8 +156,8 @@ TYPED_TEST(Carried, ChangesAlongTheFacetByItsDerivative)
       return BentFrame<D>{frame, curvature_at<F>(nodes, centre<F>(), frame)};
     };
     expect_derivative(f, centre<F>(),
-                      carried_along_facet<D, F::affine>(
-                          carried<F>(x, y, v, centre<F>(), i % 2 == 0), bent(x),
+                      turned_with_facet<D, F::affine>(
+                          turn<F>(x, y, v, centre<F>(), i % 2 == 0), bent(x),
                           dual_tangents<D>(frame_at<F>(x, centre<F>())),
                           bent(y), v, nodal * F::Disp::gradients(centre<F>())));
   }

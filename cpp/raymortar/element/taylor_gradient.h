@@ -18,7 +18,7 @@ struct AnyIntegrand
 
 /// @brief Differentiates the integrand along the slave surface.
 template <int D, class Law>
-class GermGradient
+class TaylorGradient
 {
 public:
   using Kernel = AnyElement<D, Law>;

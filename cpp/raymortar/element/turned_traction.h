@@ -29,7 +29,7 @@ namespace raymortar
 /// [theory (4.9)]. What the traction has along the old normal drops out, or
 /// turns to the present normal where it is carried as a whole.
 template <int D>
-struct CarriedTraction
+struct TurnedTraction
 {
   double squared = 0.0; ///< |v|^2; where it is 0, nothing else of v is set
   Vec<D - 1> along;     ///< components of v on the old tangents
@@ -67,11 +67,11 @@ struct CarriedTraction
 /// @param[in] old_dual Of the old tangents
 /// @param[in] whole Whether what there is along the old normal turns as well
 template <int D>
-[[nodiscard]] CarriedTraction<D>
+[[nodiscard]] TurnedTraction<D>
 carry_traction(const Frame<D>& old, const Mat<D, D - 1>& old_dual,
                const Frame<D>& now, const Vec<D>& traction, bool whole = false)
 {
-  CarriedTraction<D> c;
+  TurnedTraction<D> c;
   const double outward = old.n.dot(traction);
   const Vec<D> v = traction - outward * old.n;
   c.squared = v.squaredNorm();
@@ -98,9 +98,9 @@ carry_traction(const Frame<D>& old, const Mat<D, D - 1>& old_dual,
 /// derivative of f by the value.
 /// @param[in] by_value (R, gdim)
 template <class F, int R>
-[[nodiscard]] SideRows<F, R> vary_carried(const CarriedTraction<F::gdim>& c,
-                                          const Mat<R, F::gdim>& by_value,
-                                          const PointGeometry<F>& p)
+[[nodiscard]] SideRows<F, R> vary_turned(const TurnedTraction<F::gdim>& c,
+                                         const Mat<R, F::gdim>& by_value,
+                                         const PointGeometry<F>& p)
 {
   constexpr int D = F::gdim;
   SideRows<F, R> rows = SideRows<F, R>::Zero();
@@ -146,9 +146,9 @@ struct BentFrame
 /// @param[in] traction, traction_xi The field and its derivative by xi
 template <int D, bool Flat = false>
 [[nodiscard]] Mat<D, D - 1>
-carried_along_facet(const CarriedTraction<D>& c, const BentFrame<D>& old,
-                    const Mat<D, D - 1>& old_dual, const BentFrame<D>& now,
-                    const Vec<D>& traction, const Mat<D, D - 1>& traction_xi)
+turned_with_facet(const TurnedTraction<D>& c, const BentFrame<D>& old,
+                  const Mat<D, D - 1>& old_dual, const BentFrame<D>& now,
+                  const Vec<D>& traction, const Mat<D, D - 1>& traction_xi)
 {
   Mat<D, D - 1> rate = Mat<D, D - 1>::Zero();
   const Vec<D> n_0 = old.frame.n;

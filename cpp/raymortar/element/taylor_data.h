@@ -3,20 +3,21 @@
 #pragma once
 
 #include "raymortar/element/element_states.h"
-#include "raymortar/element/germ.h"
+#include "raymortar/element/taylor_facet.h"
 #include "raymortar/geometry/curvature.h"
 
 namespace raymortar
 {
 /// @brief Taylor coefficients of geometry in the columns of
-/// Germ<D>::NodeMatrix, of fields in columns: value and derivatives by xi.
+/// TaylorFacet<D>::NodeMatrix, of fields in columns: value and derivatives by
+/// xi.
 ///
 /// Second derivatives of geometry and derivatives of fields are set where they
 /// are asked for.
 template <int D>
-struct GermData
+struct TaylorData
 {
-  using F = Germ<D>;
+  using F = TaylorFacet<D>;
   typename F::NodeMatrix slave;
   typename F::NodeMatrix master;     ///< around the point that is hit
   typename F::NodeMatrix reference;  ///< undeformed slave; moving segments only
@@ -34,7 +35,7 @@ struct GermData
   Spin<D> spin;
 
   /// Coefficients that are never set are multiplied by zeros
-  GermData()
+  TaylorData()
   {
     for (auto* nodes :
          {&slave, &master, &reference, &history.slave_old, &history.master_old})
@@ -56,42 +57,42 @@ template <int D>
 }
 
 template <class F, int L, class Law>
-requires F::is_germ struct ElementData<F, L, Law> : GermData<F::gdim>
+requires F::is_taylor struct ElementData<F, L, Law> : TaylorData<F::gdim>
 {
   using Layout = ElementLayout<F, L, Law>;
 };
 
 template <class F, int L, class Law>
-requires F::is_germ [[nodiscard]] const Frame<F::gdim>&
+requires F::is_taylor [[nodiscard]] const Frame<F::gdim>&
 master_frame(const ElementData<F, L, Law>& e, const ElementPoint<F>&)
 {
   return e.master_frames.now;
 }
 
 template <class F, int L, class Law>
-requires F::is_germ [[nodiscard]] bool
+requires F::is_taylor [[nodiscard]] bool
 frame_of_target(const ElementData<F, L, Law>& e)
 {
   return e.frame_of_target;
 }
 
 template <class F, int L, class Law>
-requires F::is_germ [[nodiscard]] bool
+requires F::is_taylor [[nodiscard]] bool
 bends_at_master(const ElementData<F, L, Law>& e)
 {
   return e.master_bends;
 }
 
 template <class F, int L, class Law>
-requires F::is_germ [[nodiscard]] bool
+requires F::is_taylor [[nodiscard]] bool
 bends_at_slave(const ElementData<F, L, Law>& e)
 {
   return e.slave_bends;
 }
 
-/// Coordinates of a germ are 0: its shape functions are known
+/// Coordinates on a Taylor facet are 0: its shape functions are known
 template <class F>
-requires F::is_germ struct NodeShapes<F>
+requires F::is_taylor struct NodeShapes<F>
 {
   explicit NodeShapes(const typename F::RefPoint&) {}
   [[nodiscard]] Vec<F::dofs> displacement(const typename F::RefPoint&) const
@@ -102,7 +103,7 @@ requires F::is_germ struct NodeShapes<F>
 
 /// Frames and spin come with the data
 template <class F>
-requires F::is_germ struct ElementStates<F, true>
+requires F::is_taylor struct ElementStates<F, true>
 {
   static constexpr int D = F::gdim;
 
@@ -118,7 +119,7 @@ requires F::is_germ struct ElementStates<F, true>
   Side slave;
   Side master;
 
-  explicit ElementStates(const GermData<D>& e)
+  explicit ElementStates(const TaylorData<D>& e)
       : slave{e.slave_frames}, master{e.master_frames}, _spin(e.spin)
   {
   }
