@@ -133,7 +133,7 @@ protected:
                       const Mat<D, T>& bend, const UnknownRows<T, D>& eta,
                       const Shapes& at);
 
-  /// How the point that is hit moves along the target, over all unknowns
+  /// Variation of the hit point along the target, over all unknowns
   [[nodiscard]] static UnknownRows<D - 1, D>
   slide_rows(const TaylorRows<T, D>& eta, const Shapes& at);
 

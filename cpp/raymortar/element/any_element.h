@@ -95,7 +95,7 @@ public:
   }
 
 protected:
-  /// What derivatives by the target are not zero
+  /// Tell which derivatives by the target are not zero
   [[nodiscard]] static TargetPart target_part(const Hit<true>& p)
   {
     return is_frictional<Law> or p.of_target ? TargetPart::all
@@ -117,7 +117,7 @@ protected:
         rows.slave[0].col(0) += f / p.slave.x[0];
   }
 
-  /// How the point that is hit moves along the target  [theory (2.8)]
+  /// Variation of the hit point along the target  [theory (2.8)]
   [[nodiscard]] static TaylorRows<T, D> vary_eta(const Hit<true>& p,
                                                  const HitTangent& by)
   {
@@ -162,7 +162,7 @@ private:
     }
   }
 
-  /// The same where t is the multiplier
+  /// Add the tangent of the displacement rows where t is the multiplier
   void add_vector_tangent(const Data& e, const Hit<true>& p,
                           const HitTangent& by, const Columns& columns,
                           const Shapes& at)
@@ -359,7 +359,7 @@ private:
     return rows;
   }
 
-  /// How the pressure changes with the multiplier, per component
+  /// Derivative of the pressure by the components of the multiplier
   [[nodiscard]] static Vec<M> by_multiplier(const Hit<true>& p)
   {
     if constexpr (M == 1)

@@ -69,8 +69,8 @@ enum class LawFrame : std::int8_t
 struct ContactState
 {
   Surface slave;
-  /// Where there are tools: those of their facets that have cut slave facets,
-  /// which have no unknowns; `body` is the tool
+  /// With tools: the tool facets that have cut slave facets. They have no
+  /// unknowns; `body` is the tool
   Surface master;
   std::vector<PlacedTool> tools;
   Multipliers multipliers;
@@ -85,7 +85,8 @@ struct ContactState
   FacetField offset;            ///< added to gaps, > 0: a clearance. Length
   /// In place of the number of Coulomb's or Tresca's law; empty: that number
   FacetField friction_coefficient;
-  /// Of a law that is known at points only, (points,); empty: none
+  /// Bound of a friction law that is known at points only, (points,); empty:
+  /// none
   std::vector<PointBound> friction_bounds;
   std::vector<PointBound> node_bounds; ///< the same at nodes; empty: none
   /// Accepted tangential traction of the friction springs: of the elastic
@@ -134,13 +135,13 @@ struct PointResults
   std::vector<double> weight;   ///< area each point stands for
   std::vector<double> x;        ///< deformed slave positions, (points, gdim)
   std::vector<double> normal;   ///< of the slave, (points, gdim)
-  /// That of the law's frame (2.14), (points, gdim)
+  /// Normal of the law's frame (2.14), (points, gdim)
   std::vector<double> contact_normal;
-  /// Of what is hit, zero where nothing is, (points, gdim)
+  /// Normal of the target, zero at points without a hit, (points, gdim)
   std::vector<double> master_normal;
   std::vector<double> gamma; ///< of the law. Traction per length
   std::vector<double> slip;  ///< T_n w of (2), (points, gdim); friction only
-  /// How much of an open gap has closed, c of (2), (points,); friction only
+  /// Closed part c of an open gap (2), (points,); friction only
   std::vector<double> closing;
   /// Tangential traction of the law at its points, of which a multiplier is
   /// the mean, (points, gdim); friction only
@@ -151,11 +152,11 @@ struct PointResults
 using BlockSink =
     std::function<void(std::size_t element, const double* block, int size)>;
 
-/// Takes what an element has to do with a master (a free tool) that it does not
-/// hit, but that the vertices of its segments hang on: a block of the slave
-/// facet with this master, (size, size) row-major, and the rows of the master
-/// that it does hit in the columns of this one, row-major, or nullptr where it
-/// has no hit. Moving segments only
+/// Takes the coupling of an element with a master (or free tool) that the
+/// element does not hit, but that moves vertices of its segments: a block of
+/// the slave facet with this master, (size, size) row-major, and the rows of
+/// the master that the element hits in the columns of this one, row-major, or
+/// nullptr without a hit. Moving segments only
 using CouplingSink =
     std::function<void(std::size_t element, Index master, const double* block,
                        int size, const double* hit_rows)>;

@@ -1,5 +1,5 @@
-// What is computed once at a point of an element: its residual, its tangent and
-// the derivative along the facet take it from here.
+// Quantities computed once at a point of an element. Residual, tangent and the
+// derivative along the facet share them.
 #pragma once
 
 #include "raymortar/element/old_point.h"

@@ -26,8 +26,8 @@ struct Closing
 /// the present one: its components on tangents and normal stay  [theory
 /// (2.11)].
 ///
-/// Where the master has not moved it stays what it is, and it turns with a
-/// master that turns, whatever the slave does on its place.
+/// The vector stays as it is on a master at rest, and turns with a master that
+/// turns, whatever the slave does.
 template <int D>
 struct ConvectedVector
 {

@@ -55,7 +55,7 @@ UnitMatrices unit_matrices(const ContactState& s)
   return of.template operator()<Shape::interval, 1>();
 }
 
-/// The same for each component: of the unknowns, node after node
+/// Repeat a matrix of nodes for each component; unknowns go node after node
 std::vector<double> by_component(const Eigen::MatrixXd& B, int components)
 {
   const Eigen::Index n = B.rows() * components;
@@ -97,7 +97,7 @@ Eigen::MatrixXd drive(const ContactState& s, const Eigen::MatrixXd& mass,
   return B;
 }
 
-/// Of the deviations of a partly covered facet: area times a compliance
+/// Factor of the deviations on a partly covered facet: area times compliance
 double tie_strength(const ContactState& s, const CoverData& cover, Index facet)
 {
   const double area = s.points.whole[static_cast<std::size_t>(facet)];
@@ -108,7 +108,8 @@ double tie_strength(const ContactState& s, const CoverData& cover, Index facet)
   return compliance * area;
 }
 
-/// What stands for the uncovered part of a facet [theory (5.9), (5.10)]
+/// Matrices that replace the law on the uncovered part of a facet [theory
+/// (5.9), (5.10)]
 FacetMatrices matrices(const ContactState& s, const CoverData& cover,
                        const UnitMatrices& unit, Index facet)
 {

@@ -252,7 +252,7 @@ private:
       }
   }
 
-  /// What is integrated over an area that changes with the slave
+  /// Add the integrals over an area that changes with the slave
   void add_area(int size)
   {
     const Frame<D>& slave = _points.data.slave_frames.now;

@@ -6,7 +6,7 @@
 
 namespace raymortar
 {
-/// Of the multiplier's nodes of one facet
+/// Matrix over the multiplier nodes of one facet
 using NodeMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic,
                                  Eigen::RowMajor, 4, 4>;
 

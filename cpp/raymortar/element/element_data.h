@@ -1,4 +1,4 @@
-// What an element is made of: its unknowns, nodal data and integration points.
+// Data of an element: unknowns, nodal values and integration points.
 #pragma once
 
 #include "raymortar/element/measure.h"
@@ -44,8 +44,8 @@ struct FrictionData<F, true>
   Vec<F::dofs> coefficient;     ///< its nodal values
 };
 
-/// @brief Whether the law's frame is that of what is hit. Only the general
-/// kernel asks: facets of a type know that it is not.
+/// @brief Tells whether the law uses the target's frame. Only the general
+/// kernel asks: typed facets use the slave's.
 template <class F>
 struct TargetFrame
 {
@@ -99,8 +99,8 @@ template <class F, int L, class Law>
   return frame_at<F>(e.master, q.eta);
 }
 
-/// @brief Whether the law's frame is that of what is hit; of a facet type it is
-/// the slave's.
+/// @brief Whether the law uses the target's frame; typed facets use the
+/// slave's.
 template <class F, int L, class Law>
 [[nodiscard]] constexpr bool frame_of_target(const ElementData<F, L, Law>&)
 {

@@ -51,7 +51,7 @@ template <class F>
 [[nodiscard]] Eigen::MatrixXd
 polynomials_on_part(const Mat<F::dofs, F::dofs>& part)
 {
-  // Of a polynomial that is as large on the part as at the nodes
+  // Share of a polynomial that is as large on the part as at the nodes
   const double equal = part.sum() / F::dofs;
   Eigen::MatrixXd found(F::dofs, 0);
   for (int degree = 0; degree <= F::tdim * F::degree; ++degree)

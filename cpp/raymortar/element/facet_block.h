@@ -1,4 +1,4 @@
-// What acts on the multiplier of one slave facet besides the law.
+// Blocks of one slave facet that act on its multiplier besides the law.
 #pragma once
 
 #include "raymortar/core/types.h"

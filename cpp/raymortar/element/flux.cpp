@@ -21,7 +21,8 @@ void append_slave(const ContactState& s, Index facet,
       columns.push_back(m.row[static_cast<std::size_t>(node)] + i);
 }
 
-/// Those of a master's displacement, or of a free tool; no_index: none
+/// Append the columns of a master's displacement or of a free tool; no_index
+/// adds none
 void append_target(const ContactState& s, Index target,
                    std::vector<GlobalIndex>& columns)
 {

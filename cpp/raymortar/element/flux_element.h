@@ -117,7 +117,8 @@ public:
   }
 
 private:
-  /// Those by what contact's geometry varies, at a fixed traction
+  /// Derivatives by the quantities that vary with contact's geometry, at a
+  /// fixed traction
   struct Geometric
   {
     const FluxSlopes<D>& d;
@@ -133,8 +134,8 @@ private:
     }
   };
 
-  /// How what leaves both sides varies with the unknowns of contact, at a fixed
-  /// field
+  /// Variation of the flux that leaves both sides with the unknowns of contact,
+  /// at a fixed field
   [[nodiscard]] static UnknownRows<2, D> vary(const Data& e, const Hit<true>& p,
                                               const HitTangent& by,
                                               const FluxSlopes<D>& d,

@@ -1,4 +1,4 @@
-// What a flux is at one point, and how it varies with what the law takes.
+// A flux at one point and its derivatives by the law's arguments.
 #pragma once
 
 #include "raymortar/element/any_points.h"

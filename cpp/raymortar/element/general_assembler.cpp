@@ -29,7 +29,7 @@ class GeneralAssembler final : public Assembler
   };
   using Nodes = std::conditional_t<nodal, FacetConditions<D, Law>, NoNodes>;
 
-  /// What is kept from point to point, and the conditions at nodes
+  /// Keeps data from point to point, and the conditions at nodes
   struct Points : AnyPoints<D, Law>
   {
     using Base = AnyPoints<D, Law>;
@@ -206,7 +206,7 @@ private:
                [&](std::size_t) { add_point(points, kernel, [](auto&&) {}); });
   }
 
-  /// The same with segments that move
+  /// Add the tangent of an element with moving segments
   static void add_moving(Points& points, std::size_t e,
                          const typename SegmentMotion<D>::Element& element,
                          Kernel& kernel, SegmentMotion<D>& motion)

@@ -13,7 +13,8 @@ namespace raymortar
 ///   dn   = - sum_a G_a (n . du_a)
 ///   dg   = b . (du_m - du_s - g dn)
 ///   deta = rho (du_s - du_m + g dn)
-/// Those of gap and normal stay factors: see chain in rates.h.
+/// The variations of gap and normal stay in factored form: see chain in
+/// rates.h.
 template <class F>
 struct Variations
 {

@@ -1,4 +1,4 @@
-// What area counts in integrals over the slave surface.
+// The area that counts in integrals over the slave surface.
 #pragma once
 
 #include "raymortar/element/kinematics.h"

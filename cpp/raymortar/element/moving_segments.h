@@ -1,4 +1,4 @@
-// What the motion of segments adds to the tangent of an element.
+// Moving segments: their contribution to an element's tangent.
 #pragma once
 
 #include "raymortar/element/element_point.h"

@@ -59,7 +59,7 @@ struct PointShapes
     return Eigen::Map<const Vec<T>>(
         slave[static_cast<std::size_t>(node)].data() + 1);
   }
-  /// How the body's normal n would see its tangents move by an unknown
+  /// Rate of the tangents along the body's normal n, by an unknown
   [[nodiscard]] Vec<T> body_rates(int unknown, const Vec<D>& n) const
   {
     Vec<T> rates;

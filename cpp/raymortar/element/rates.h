@@ -15,7 +15,7 @@ struct LawSlopes
   const Mat<R, M>& by_lam;
 };
 
-/// The same with friction
+/// Slopes of a law with friction
 template <int R, int D, int M>
 struct LawSlopes<R, D, M, true>
 {
@@ -156,7 +156,7 @@ public:
     return rows;
   }
 
-  /// Of a facet type the frame is the slave's
+  /// Typed facets use the slave's frame: nothing to add
   template <int R>
   void add_frame(const Mat<R, D>&, Rows<R, 2 * side>&) const
   {
@@ -184,7 +184,7 @@ public:
         vary_turned<F, R>(_p.old.spring, by_spring, _at.geometry);
   }
 
-  /// Fields and multiplier do not hang on displacements
+  /// Fields and multiplier do not depend on displacements
   template <int R, class Slopes>
   void add_fields(const Slopes&, const Vec<R>&, Rows<R, 2 * side>&) const
   {
@@ -218,7 +218,7 @@ public:
   {
   }
 
-  /// How the point that is hit moves
+  /// Variation of the hit point
   [[nodiscard]] Mat<T, T> eta() const
   {
     return _at.vary.dual.template topRows<T>() * (_p.slave.t + _q.g * _bend.n);

@@ -1,4 +1,4 @@
-// What the motion of segments adds to tangents, of facets of any kind.
+// Moving segments: their contribution to tangents, for facets of any kind.
 #pragma once
 
 #include "raymortar/element/facet_taylor.h"
@@ -90,8 +90,8 @@ private:
     return x;
   }
 
-  /// What a point changes by its place in the plane, and by the measure of its
-  /// tile, see change_in_plane
+  /// Set the change of a point's integrand by its position in the plane and by
+  /// the measure of its tile, see change_in_plane
   void set_change(std::size_t q, const AnyIntegrand<D>& at, int size)
   {
     const double weight = _state.points.weight[q];

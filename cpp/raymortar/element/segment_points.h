@@ -55,11 +55,11 @@ public:
            1.0 / static_cast<double>(_tiles.core_size));
   }
 
-  /// @brief Call visit(vertex, N, dJ) for the vertices that a point hangs on:
-  /// by how much its place y moves with the vertex, and the derivative of its
-  /// measure by the vertex, (1, T).
-  /// @param[in] place Number of the point in the segment, tile by tile: by the
-  /// rule that append_on_polygon took, and its place in there
+  /// @brief Call visit(vertex, N, dJ) for the vertices that move a point: N is
+  /// the derivative of its position y by the vertex, dJ the derivative of its
+  /// measure, (1, T).
+  /// @param[in] place Index of the point in the segment, tile by tile: the rule
+  /// of append_on_polygon, and the index in that rule
   template <class Visit>
   void visit(const SegmentRules& rules, std::size_t place, Visit&& visit) const
   {

@@ -1,4 +1,4 @@
-// What the vertices of segments move with besides the slave: the dofs of a
+// Unknowns besides the slave that move the vertices of segments: the dofs of a
 // master facet, or the unknowns of a rigid body.
 #pragma once
 

@@ -1,4 +1,4 @@
-// What an integration point has of its slave side, of facets of any kind.
+// Slave data of an integration point, for facets of any kind.
 #pragma once
 
 #include "raymortar/element/assembler.h"
@@ -9,7 +9,7 @@
 namespace raymortar
 {
 /// @brief Tractions at the nodes of each facet, (facets, multipliers per facet,
-/// components), where a multiplier has values of its own on each.
+/// components), for multipliers that are not shared between facets.
 using FacetTractions = std::vector<double>;
 
 /// @brief Slave facet, fields and multiplier of one element after the other.

@@ -1,4 +1,4 @@
-// By how much the slave has turned against the master about its normal.
+// Rotation of the slave against the master about the slave's normal.
 #pragma once
 
 #include "raymortar/element/convected.h"
@@ -79,7 +79,7 @@ struct SpinSlopes<3>
   Mat<3, 3> by_slide;
   Vec<3> by_angle;
   Mat<3, 3> by_n; ///< by the slave's normal
-  // Of the angle
+  // Derivatives of the angle
   Vec<3> by_first_now;  ///< by the slave's first tangent
   Vec<3> by_second_now; ///< by what its tangents make of `across`
   Vec<3> by_first;      ///< by what the master carries along

@@ -156,7 +156,7 @@ private:
     return bound_at(law_at(q, N), p).s;
   }
 
-  /// What the law has changed at a closed point
+  /// Add the change of the law at a closed point
   void add_change(std::size_t q)
   {
     const auto f = static_cast<std::size_t>(_state.points.slave[q]);

@@ -1,5 +1,5 @@
-// How the integrand of an element changes along the slave facet: what moving
-// integration points add to the tangent.
+// Derivative of the integrand along the slave facet. Moving integration points
+// add it to the tangent.
 #pragma once
 
 #include "raymortar/element/element.h"
@@ -19,8 +19,8 @@ struct Integrand
 
 /// @brief Differentiates the integrand along the slave surface.
 ///
-/// The chain is that of the element's tangent: along xi the slave varies by
-/// its own tangents, the master not at all  [theory (3.11)].
+/// The chain rule is the one of the element's tangent: along xi the slave
+/// varies by its own tangents, the master not at all  [theory (3.11)].
 template <class F, int L, class Law>
 class SurfaceGradient
 {
@@ -76,7 +76,7 @@ public:
   }
 
 private:
-  /// How what does not depend on the master changes along the slave
+  /// Derivatives along the slave of quantities without the master
   struct Place
   {
     Curvature<D> bend;

@@ -1,5 +1,5 @@
-// What an integration point has of its target: a master facet of any kind, or a
-// rigid tool.
+// Target data of an integration point: a master facet of any kind, or a rigid
+// tool.
 #pragma once
 
 #include "raymortar/element/assembler.h"

@@ -1,5 +1,5 @@
-// What a law takes of slave and target at one point of an element, of facets of
-// any kind: there is one set of these data for all points.
+// Slave and target data that a law takes at one point, for facets of any kind.
+// All points share one set of these data.
 #pragma once
 
 #include "raymortar/element/element_states.h"

@@ -56,11 +56,11 @@ struct SecondOfMonomials
 /// @brief Facet type of a facet around one of its points, where its own
 /// coordinates are 0.
 ///
-/// What a law's residual and its derivatives at a point take of a facet is its
-/// Taylor polynomial of second order: position, tangents, curvature. So the
-/// kernels of facet types serve facets of any shape and degree, and targets
-/// without facets. Displacements vary position and tangents; curvature is only
-/// differentiated along.
+/// A law's residual and its derivatives at a point need the Taylor polynomial
+/// of second order of a facet: position, tangents, curvature. So the kernels of
+/// facet types serve facets of any shape and degree, and targets without
+/// facets. Displacements vary position and tangents; curvature only enters
+/// derivatives along the facet.
 template <int D>
 struct TaylorFacet
 {

@@ -1,5 +1,5 @@
-// How the integrand of an element changes along the slave facet, of facets of
-// any kind; see surface_gradient.h.
+// Derivative of the integrand along the slave facet, for facets of any kind;
+// see surface_gradient.h.
 #pragma once
 
 #include "raymortar/element/nodal_element.h"
@@ -185,7 +185,7 @@ private:
     }
   }
 
-  /// What tractions do at the ends of arms in the frame of the target
+  /// Add the moments of tractions at the ends of arms, in the target's frame
   /// @param[in] t_xi With the change of area
   static void add_arms(const Data& e, const Hit& p,
                        const HitSlopes<F, L, Law>& slopes, const Place& along,

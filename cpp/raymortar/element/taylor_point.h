@@ -69,7 +69,7 @@ requires F::is_taylor struct FrameSlopes<F> : TargetFrame<F>
   }
 };
 
-/// Of the gap and of the point that is hit
+/// Variations of the gap and of the hit point
 template <class F>
 requires F::is_taylor struct Variations<F>
 {

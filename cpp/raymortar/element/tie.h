@@ -15,8 +15,8 @@ enum class TieGap
 /// @brief Kernel of a tie: x_m - x_s - g_0 n = 0 between points that are paired
 /// once, where the bodies are undeformed [theory (4.17)].
 ///
-/// Where there is no gap to be kept it is linear in the displacements: blocks
-/// are computed once and kept.
+/// A tie that keeps no gap is linear in the displacements: blocks are computed
+/// once and kept.
 class TieKernel : public Assembler
 {
 public:

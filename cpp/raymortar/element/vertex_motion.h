@@ -1,4 +1,4 @@
-// How the vertices of a segment move on the slave with the bodies.
+// Motion of segment vertices on the slave, with the bodies.
 #pragma once
 
 #include "raymortar/element/kinematics.h"
@@ -183,7 +183,7 @@ flat_motion(const FlatPatch<F>& slave, const Master& master,
                                hangs_on);
   if (not system.regular)
     return motion;
-  // The vertex is the solution: what is left are place and height on the edge
+  // The vertex solves the system: position on the edge and height remain
   const Vec<D> z = system.inverse * (x_m - slave.x * N);
   motion.place.share = system.crosses ? z[1] : 0.0;
   motion.by_master = system.by_u;

@@ -100,7 +100,7 @@ private:
     return freedom_of(_state, unknowns.tool).rates.size();
   }
 
-  /// That of multipliers and of free tools is zero
+  /// Multipliers and free tools have no increment
   void find_increment(const Unknowns& columns)
   {
     _increment.clear();
@@ -153,7 +153,7 @@ private:
     const auto at = _positions.of(*_arrays, _zone, slave, master);
     if (not at.known)
     {
-      // Where PETSc makes a new entry, the arrays are others afterwards
+      // A new entry moves the arrays of PETSc
       _arrays.reset();
       set_values(_rows, block);
       return open();

@@ -44,10 +44,10 @@ private:
 
 /// @brief Lists of items that ranks send to each other, again and again.
 ///
-/// Every rank says to whom it sends; from whom it receives is found by
-/// nonblocking consensus, whose cost is in the number of partners and the
-/// logarithm of the number of ranks. Items may be of several kinds, each with
-/// a count of its own per partner.
+/// Every rank says to whom it sends; nonblocking consensus finds from whom it
+/// receives, at a cost in the number of partners and the logarithm of the
+/// number of ranks. Items may be of several kinds, each with a separate count
+/// per partner.
 class Exchange
 {
 public:

@@ -68,7 +68,7 @@ void for_each_demand(const Surface& own, const Published& all, Fn&& fn)
   }
 }
 
-/// What one rank sends to another, appended rank by rank
+/// Data from one rank to another, appended rank by rank
 struct Parcel
 {
   std::vector<int> ranks;

@@ -42,10 +42,10 @@ public:
   [[nodiscard]] std::vector<std::int64_t>
   fetch_facets(std::span<const std::int64_t> own, int width) const;
 
-  /// What this rank has sent to find its partners and to give them facets
+  /// Traffic of this rank to find its partners and to send them facets
   [[nodiscard]] const Traffic& facet_traffic() const { return _facet_traffic; }
 
-  /// What this rank has sent in other calls so far
+  /// Traffic of this rank in all other calls so far
   [[nodiscard]] Traffic value_traffic() const;
 
 private:

@@ -1,4 +1,4 @@
-// What slave facets face: of each, the point that is nearest to the master.
+// Nearest hits: for each slave facet, its point that is nearest to the master.
 #pragma once
 
 #include "raymortar/element/assembler.h"

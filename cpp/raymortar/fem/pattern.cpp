@@ -9,7 +9,7 @@ namespace raymortar
 {
 namespace
 {
-/// What the zone's terms couple at present, by global numbers of masters
+/// Present couplings of the zone's terms, by global numbers of masters
 struct PresentNeeds
 {
   std::vector<Pattern::Pair> pairs;
@@ -345,8 +345,8 @@ void Pattern::extend(const Zone& zone)
   extend_couplings(master, std::move(needs.couplings));
 }
 
-/// Which points hit another master changes from iterate to iterate. So slave
-/// facets that have any get room for all neighbours among their masters
+/// Points move from master to master between iterates. So slave facets with any
+/// coupling get room for all neighbours among their masters
 void Pattern::extend_couplings(const Surface& master, std::vector<Coupling> now)
 {
   const MasterNumbers number(master);
@@ -436,7 +436,7 @@ void preallocate(PetscMatrix A, std::span<const std::int32_t> offsets,
   check(MatAssembled(A, &used), "MatAssembled");
   if (used == PETSC_TRUE)
     start_anew(A);
-  // Of the two only the one of A's type does anything
+  // Only the call for A's own type has an effect
   check(MatSeqAIJSetPreallocationCSR(A, rows.offsets.data(),
                                      rows.columns.data(), nullptr),
         "MatSeqAIJSetPreallocationCSR");

@@ -17,7 +17,7 @@ void append_groups(NodeGroups& groups, std::size_t nodes, int width)
   }
 }
 
-/// The same unknowns, each by itself
+/// Put each unknown into a group by itself
 NodeGroups apart(const NodeGroups& nodes)
 {
   NodeGroups unknowns;

@@ -1,4 +1,4 @@
-// Where in a matrix the blocks of pairs of facets go: looked up once.
+// Positions in a matrix of the blocks of pairs of facets: looked up once.
 #pragma once
 
 #include "raymortar/fem/aij.h"

@@ -1,4 +1,4 @@
-// What assembly has to send: entries in rows that other ranks own.
+// Entries that assembly has to send: their rows belong to other ranks.
 #pragma once
 
 #include "raymortar/fem/zone.h"

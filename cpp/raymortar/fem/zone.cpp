@@ -129,8 +129,8 @@ void Zone::begin_step()
   _interface.begin_step(_fixed_slave, near, _extent);
 }
 
-/// Where both were at the start of the step, and with a halo for this once: the
-/// other is for the present positions
+/// Masters near the slave at the start of the step, by a temporary halo: the
+/// kept halo is for the present positions
 template <int D>
 Masters Zone::masters_near(const Surface& slave,
                            const FacetDistances& distances)

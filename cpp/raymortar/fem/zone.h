@@ -100,8 +100,8 @@ public:
     _interface.set_old_tools(poses);
   }
 
-  /// @brief What the motions of free tools hang on where they are now, to be
-  /// set with the poses. One for each tool.
+  /// @brief Set the motions of free tools at their present place, with the
+  /// poses. One for each tool.
   void set_freedoms(std::vector<Freedom> freedoms)
   {
     _interface.set_freedoms(std::move(freedoms));

@@ -21,7 +21,7 @@ Vec<D> centre(const Box<D>& box)
   return x;
 }
 
-/// What the build moves about: side by side in memory for every node
+/// Item that the build sorts: contiguous in memory for every node
 template <int D>
 struct Entry
 {

@@ -9,7 +9,7 @@
 
 namespace raymortar
 {
-/// What made a clip vertex: the moving segments differentiate through it
+/// Origin of a clip vertex: the moving segments differentiate through it
 struct Provenance
 {
   /// In order of preference where two vertices merge
@@ -53,8 +53,8 @@ struct ClipPolygon
 
 /// @brief Intersection of two convex polygons.
 ///
-/// Which corners are inside and which edges cross is decided exactly, so that
-/// masters which share corners share out the slave with neither gap nor
+/// Exact predicates decide which corners are inside and which edges cross, so
+/// that masters with common corners share out the slave with neither gap nor
 /// overlap; the position of a crossing comes from the two original edges, so
 /// that both masters of an edge compute the same point. Ties are broken as if
 /// the slave were shifted by (e, e^2), e -> 0+: a slave corner on the edge of

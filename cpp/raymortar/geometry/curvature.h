@@ -1,4 +1,4 @@
-// How tangents, normal and area of a facet change along the facet.
+// Derivatives of tangents, normal and area of a facet along the facet.
 #pragma once
 
 #include "raymortar/geometry/frame.h"

@@ -4,16 +4,16 @@
 
 namespace raymortar::tolerance
 {
-/// Surfaces face each other when n_s . n_m < -facing. Above it the projected
-/// master is so thin that the ray parameter loses half its digits.
+/// Surfaces face each other when n_s . n_m < -facing. Above it the projection
+/// of the master is so thin that the ray parameter loses half its digits.
 inline constexpr double facing = 1e-3;
 
 /// Clip vertices closer than this times the slave diameter are one vertex
 inline constexpr double merge = 2e-15;
 
-/// What sticks out of a closer layer by less than this times the extent is not
-/// cut off. Larger than `merge`: an edge between two vertices this close has
-/// a direction made of rounding errors, and its line would cut anywhere
+/// A part of a farther layer that sticks out by less than this times the extent
+/// is not cut off. Larger than `merge`: an edge between two vertices this close
+/// has a direction made of rounding errors, and its line would cut anywhere
 inline constexpr double cut = 1e-13;
 
 /// A 2x2 determinant larger than this times the sum of its two products is
@@ -36,8 +36,8 @@ inline constexpr double overlap = 1e-9;
 /// Uncovered share of a slave facet below which it counts as covered
 inline constexpr double coverage = 1e-11;
 
-/// Ray Newton stops after a step below this in reference coordinates: being
-/// quadratic, what is left then is its square, a rounding error
+/// Ray Newton stops after a step below this in reference coordinates: it
+/// converges quadratically, so the remaining error is a rounding error
 inline constexpr double ray_step = 1e-8;
 
 /// |n . n_m| below this: the ray runs along the facet

@@ -1,4 +1,4 @@
-// What polygons are taken apart into, for integration.
+// Tiles: parts of a polygon for integration.
 #pragma once
 
 #include "raymortar/core/types.h"
@@ -25,14 +25,13 @@ struct Tile
 /// @brief Tiles of a polygon with 3 to 8 vertices: ears, and then the core.
 ///
 /// An ear is the triangle of a vertex and its neighbours. Ears with next to no
-/// area are cut off, the smallest first; the core is what is left. So a vertex
-/// that comes close to another, or to the line between its neighbours, has no
-/// say in the points of the core: they are those of the polygon without it, and
-/// sums over all points are continuous where polygons gain or lose vertices.
-/// Where edges of slave and master coincide, rounding decides which of them
-/// cut, and a rule that hops with the number of vertices keeps Newton's method
-/// from converging. What depends on the vertex that comes first is less than
-/// the ears.
+/// area are cut off, the smallest first; the rest is the core. So a vertex that
+/// comes close to another, or to the line between its neighbours, does not move
+/// the points of the core: the polygon without this vertex has the same points,
+/// and sums over all points are continuous when polygons gain or lose vertices.
+/// If edges of slave and master coincide, rounding decides which of them cut,
+/// and a rule that jumps with the number of vertices keeps Newton's method from
+/// converging. The choice of the first vertex changes less than the ears do.
 struct Tiles
 {
   static constexpr int capacity =

@@ -6,8 +6,8 @@
 
 namespace raymortar
 {
-/// @brief What stands for uncovered parts [theory (5.9)-(5.11)]. It decides
-/// nothing: it hangs on the covered share, which is the state's.
+/// @brief Adds the equations of uncovered parts [theory (5.9)-(5.11)]. It
+/// decides nothing: the covered share comes from the state.
 class CoverTerm final : public Term
 {
 public:
@@ -29,7 +29,7 @@ public:
   [[nodiscard]] const CoverData& data() const { return _data; }
 
   Work residual(const ContactState& s, VectorSink& sink) const override;
-  /// Its pairs of facets are those of segments: the mortar term needs them
+  /// Segments have the same pairs of facets: the mortar term needs them
   Work tangent(const ContactState& s, MatrixSink& sink) const override;
 
 private:

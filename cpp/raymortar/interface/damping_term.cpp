@@ -58,7 +58,7 @@ FacetDistances distances_of(const FacetDistances& all,
   return {std::move(each), all.depth_is_default()};
 }
 
-/// Those of some facets that are not known yet
+/// Facets that are not known yet
 std::vector<Index> unknown(const std::vector<Index>& facets,
                            const std::vector<std::int8_t>& known)
 {
@@ -69,7 +69,7 @@ std::vector<Index> unknown(const std::vector<Index>& facets,
   return rest;
 }
 
-/// The same by the numbers that some facets have in the zone
+/// Number held facets as the zone does
 HeldFacets with_numbers(HeldFacets held, const std::vector<Index>& facets)
 {
   for (FacetBlock& one : held.facets)

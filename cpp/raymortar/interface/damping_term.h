@@ -1,4 +1,4 @@
-// What damps the multiplier next to held nodes.
+// Damping of the multiplier next to held nodes.
 #pragma once
 
 #include "raymortar/interface/held_facets.h"

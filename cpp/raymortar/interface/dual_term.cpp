@@ -115,7 +115,7 @@ private:
   std::vector<std::int8_t> _asked_for;
 
 public:
-  /// What was given in the columns of coefficients, where these vary
+  /// Values given in the columns of coefficients that vary, by facet
   std::vector<std::vector<ByCoefficients>> by_facet;
 };
 
@@ -166,7 +166,7 @@ void DualTerm::add_needs(const ContactState& s, PatternNeeds& needs) const
   _mortar.add_needs(s, needs);
   if (s.has_tools() or not s.moving_segments)
     return;
-  // What one master covers of a facet counts in the rows of all others
+  // The cover of a facet by one master counts in the rows of all others
   std::vector<std::vector<Index>> masters(
       static_cast<std::size_t>(s.slave.num_facets()));
   const auto on = [&](Index slave) -> std::vector<Index>&

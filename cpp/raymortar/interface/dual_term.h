@@ -6,8 +6,8 @@
 
 namespace raymortar
 {
-/// @brief `MortarTerm` whose tractions are those of dual functions, which are
-/// shape functions on each facet with values of its own  [theory
+/// @brief `MortarTerm` whose tractions are interpolated by dual functions,
+/// which are shape functions with separate values on each facet  [theory
 /// (4.27)-(4.29)].
 ///
 /// Rows of slave nodes, combined to test functions B, have - d lam alone.

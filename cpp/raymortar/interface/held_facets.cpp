@@ -20,7 +20,7 @@ Mat<F::dofs, F::dofs> roughness()
     return unit_deviation<F::shape, 1>();
   else
   {
-    // What is left of a parabola of height b is b (4 xi (1 - xi) - 2 / 3)
+    // A parabola of height b minus its mean is b (4 xi (1 - xi) - 2 / 3)
     static_assert(F::shape == Shape::interval);
     const Vec<F::dofs> height(-0.5, -0.5, 1.0);
     return 4.0 / 45.0 * height * height.transpose();

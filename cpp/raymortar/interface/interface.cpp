@@ -101,7 +101,7 @@ Interface::Interface(const InterfaceInput& input)
   add_smoothing();
 }
 
-/// What smooths the multiplier of held and of partly covered facets
+/// Add smoothing of the multiplier on held and on partly covered facets
 void Interface::add_smoothing()
 {
   if (_state.has_law_at_nodes())
@@ -308,7 +308,7 @@ void Interface::cast()
 {
   if (has_tied())
     return;
-  // What moves now is the rays alone, and the tangent is that of this function
+  // The rays alone move now: the tangent is without the motion of segments
   _state.moving_segments = false;
   _pipeline.cast(_state);
 }

@@ -56,7 +56,7 @@ public:
   bool move_tools(std::span<const Pose> poses);
   void set_old_tools(std::span<const Pose> poses);
 
-  /// @brief What the tools' motions hang on, one each, where they are.
+  /// @brief Set the motions of the tools at their present place, one each.
   void set_freedoms(std::vector<Freedom> freedoms);
 
   /// @brief Rows of the coupled system, (dofs, gdim); of the multipliers the

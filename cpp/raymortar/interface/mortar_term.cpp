@@ -24,7 +24,7 @@ Index segment_master(const ContactState& s, std::size_t q)
                    .master;
 }
 
-/// Those of one of these masters, or free tools
+/// Unknowns of one of these masters, or free tools
 Unknowns target_unknowns(const ContactState& s, Index target)
 {
   Unknowns unknowns;
@@ -59,8 +59,8 @@ std::vector<std::size_t> working_elements(const ContactState& s)
   return working;
 }
 
-/// Whether the block of an element is used, or one of those with other masters
-/// that its segments' vertices hang on
+/// Whether the block of an element is used, or a block with another master that
+/// moves its segments' vertices
 bool is_wanted(const ContactState& s, std::size_t e, const MatrixSink& sink)
 {
   if (sink.wants(unknowns_of(s, e)))
@@ -79,9 +79,9 @@ bool is_wanted(const ContactState& s, std::size_t e, const MatrixSink& sink)
                      });
 }
 
-/// Where a point of a segment hits another master, between the chord of an edge
-/// and the true one, or a nearer one: with moving segments the rows of the
-/// master that is hit have columns of the segment's
+/// A point of a segment may hit another master, between the chord of an edge
+/// and the true edge, or a nearer one: with moving segments the rows of the
+/// master that is hit have columns of the segment's master
 void add_couplings(const ContactState& s, PatternNeeds& needs)
 {
   for (std::size_t q = 0; q < s.points.size(); ++q)
@@ -101,7 +101,7 @@ void MortarTerm::add_needs(const ContactState& s, PatternNeeds& needs) const
   // All facets meet the free tools in the pattern anyway
   if (not _has_moving_segments or s.has_tools())
     return;
-  // Vertices of a segment hang on its master, wherever its points hit
+  // Vertices of a segment move with its master, wherever its points hit
   for (const Segment& segment : s.segmentation.segments)
     needs.pairs.push_back({segment.slave, segment.master});
   add_couplings(s, needs);

@@ -8,8 +8,8 @@ namespace raymortar
 class MortarTerm final : public Term
 {
 public:
-  /// @param[in] has_moving_segments Whether tangents are those of moving
-  /// segments, but for states whose rays alone were cast anew
+  /// @param[in] has_moving_segments Whether tangents include the motion of
+  /// segments, except in states whose rays alone were cast anew
   MortarTerm(std::unique_ptr<Assembler> assembler, bool has_moving_segments)
       : _assembler(std::move(assembler)),
         _has_moving_segments(has_moving_segments)

@@ -1,4 +1,4 @@
-// The law at nodes: what each node adds to the rows of its own multiplier.
+// Law at nodes: each node adds to the rows of its own multiplier.
 #pragma once
 
 #include "raymortar/interface/cover_term.h"
@@ -9,8 +9,8 @@ namespace raymortar
 /// @brief Rows of nodes whose law holds there  [theory (4.23)-(4.26)]. Elements
 /// give the derivatives by displacements.
 ///
-/// What smooths the multiplier of held and of partly covered facets is a length
-/// that the law takes together with gap and slip: its cone and its sign hold.
+/// The smoothing of the multiplier on held and on partly covered facets is a
+/// length that the law adds to gap and slip: its cone and its sign hold.
 class NodeTerm final : public Term
 {
 public:

@@ -1,4 +1,4 @@
-// What contact consists of: terms that add to residual and tangent.
+// Terms of contact: each adds to residual and tangent.
 #pragma once
 
 #include "raymortar/element/assembler.h"
@@ -62,9 +62,9 @@ struct Work
 
 /// @brief One share of the contact forces and of the multiplier's equation.
 ///
-/// What a term decides, it decides in `begin_step` from the accepted
-/// configuration and keeps until the next call. So residual and tangent are
-/// functions of the present state, whatever was computed before.
+/// A term takes its decisions in `begin_step` from the accepted configuration
+/// and keeps them until the next call. So residual and tangent are functions of
+/// the present state, whatever was computed before.
 class Term
 {
 public:

@@ -1,4 +1,4 @@
-// Which unknowns a block of a term belongs to.
+// Unknowns of a block of a term.
 #pragma once
 
 #include "raymortar/core/types.h"

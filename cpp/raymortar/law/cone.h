@@ -5,7 +5,7 @@
 
 namespace raymortar
 {
-/// How far outside the circle its radius is s again, in slacks
+/// Distance outside the circle beyond which the radius is s again, in slacks
 inline constexpr double fade = 100.0;
 
 /// @brief Radial return of q = T_n z = (I - n (x) n) z to the disc of radius s

@@ -144,7 +144,7 @@ private:
   add_slopes(const FrictionState<D, D>& s, const FrictionBound& bound,
              const TangentialProjection<D>& f, FrictionResponse<D, D>& r)
   {
-    // What a change of p does: along n, and to the radius of the disc
+    // Derivative by p: along n, and by the radius of the disc
     const Vec<D> by_p = s.n + bound.s_p * f.by_s;
     r.C_lam += by_p * s.n.transpose() + f.by_z;
     r.C_n = by_p * s.lam.transpose() + f.by_n;

@@ -1,4 +1,4 @@
-// What a contact law sees and gives at one integration point.
+// State and response of a contact law at one integration point.
 #pragma once
 
 #include "raymortar/core/types.h"

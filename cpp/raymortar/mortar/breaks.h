@@ -1,4 +1,4 @@
-// Where the true corners and edges of a master cut a slave facet, seen along
+// Cuts of a slave facet by the true corners and edges of a master, seen along
 // the slave's own rays.
 #pragma once
 
@@ -8,7 +8,8 @@
 
 namespace raymortar
 {
-/// @brief What a vertex of a segment hangs on: how it moves with the bodies.
+/// @brief Geometry that determines a vertex of a segment, and moves it with the
+/// bodies.
 struct Break
 {
   enum class Motion : std::int8_t

@@ -40,7 +40,8 @@ Vec<2> moment_of(const Region<3>& r)
   return sum;
 }
 
-/// What two regions have in common, by what cutting one from the other leaves
+/// Common part of two regions, known by the rest of one after cutting off the
+/// other
 template <int D>
 struct Common
 {
@@ -137,7 +138,7 @@ void note(std::vector<Rivalry>& rivalries, const Rivalry& one)
   add(one);
 }
 
-/// Cut `loser` by the winner's region; what is left is appended
+/// Cut `loser` by the winner's region and append the rest
 template <int D>
 void give_way(std::vector<Piece<D>>& pieces, std::size_t loser,
               const Region<D> winner)

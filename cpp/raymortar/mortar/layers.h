@@ -1,4 +1,4 @@
-// Where two layers of master lie over one slave point, the nearer one wins.
+// Layers: of two layers of master over one slave point, the nearer one wins.
 #pragma once
 
 #include "raymortar/mortar/overlap.h"
@@ -26,8 +26,8 @@ struct Rivalry
   auto operator<=>(const Rivalry&) const = default;
 };
 
-/// What the true ray from a point of the slave patch says of two masters:
-/// negative, the first is to be kept; positive, the second; zero, neither
+/// Order of two masters along the true ray from a point of the slave patch:
+/// negative, keep the first; positive, keep the second; zero, neither
 template <int D>
 using LayerOrder =
     std::function<int(Index first, Index second, const Vec<D - 1>& at)>;

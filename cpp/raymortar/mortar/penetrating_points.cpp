@@ -75,8 +75,8 @@ ToolRay ray_into_body(const Surface& slave, Index facet, const Vec<2>& xi)
   return {in_space<F::gdim>(frame.x), -in_space<F::gdim>(frame.n)};
 }
 
-/// How much of the body behind a facet counts: half of it, where its thickness
-/// is known
+/// Depth of the body behind a facet that counts: half of its thickness, if
+/// known
 double half_behind(const Surface& slave, const FacetDistances& range,
                    Index facet)
 {

@@ -38,7 +38,7 @@ struct IntegrationPoints
 /// @param[in] facet_rule Rule of the whole facet
 /// @param[in] complement Whether the uncovered part is asked for: only a
 /// multiplier lives there
-/// @param[in] of_revolution Whether areas are those of surfaces that the facets
+/// @param[in] of_revolution Whether areas are of the surfaces that the facets
 /// make in a full turn about the axis r = 0, in 2D [theory (2.12)]
 [[nodiscard]] IntegrationPoints
 make_points(const Surface& slave, const Segmentation& segmentation,

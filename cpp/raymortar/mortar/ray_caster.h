@@ -315,7 +315,7 @@ private:
                   [this](std::size_t k) { return is_certain(_layers[k]); });
     if (not is_open(kept))
       return kept;
-    // What it has sunk into has come from the side
+    // A layer that the point penetrates has come from the side
     return best(_layers,
                 [&](std::size_t k)
                 {
@@ -324,7 +324,7 @@ private:
                 });
   }
 
-  /// Where the point's old ray met the layers
+  /// Find where the point's old ray met the layers
   void look_back()
   {
     _has_looked_back = true;

@@ -1,4 +1,4 @@
-// Which segments next to the rim of a rigid tool are covered by it.
+// Coverage of segments next to the rim of a rigid tool.
 #pragma once
 
 #include "raymortar/mortar/points.h"
@@ -15,13 +15,13 @@ void add_place(IntegrationPoints& places, Index slave, const Vec<2>& xi);
 
 /// @brief Whether each segment counts as covered.
 ///
-/// Those do not whose middle ray enters no tool: what has cut them may be
-/// another side of it. With a multiplier, nor do open ones of a slave facet
-/// that lies along another face of a tool: beside a punch the slave tilts and
-/// sees the punch's sides, but pressure ends at the rim, where it is largest.
-/// What is open beyond would pull the multiplier down.
-/// @param[in] facets Of the tools, the masters of the segments
-/// @param[in] near Those near each slave facet
+/// A segment whose middle ray enters no tool does not count: another side of
+/// the tool may have cut it. With a multiplier, an open segment of a slave
+/// facet along another face of a tool does not count either: beside a punch the
+/// slave tilts and sees the punch's sides, but pressure ends at the rim, where
+/// it is largest. Open segments beyond would pull the multiplier down.
+/// @param[in] facets Facets of the tools, the masters of the segments
+/// @param[in] near Tool facets near each slave facet
 [[nodiscard]] std::vector<bool>
 segments_that_count(const Surface& slave, std::span<const PlacedTool> tools,
                     const Surface& facets, const Candidates& near,

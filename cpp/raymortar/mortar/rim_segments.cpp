@@ -203,7 +203,7 @@ Vec<2> middle_of(Shape shape)
                     });
 }
 
-/// Where no rim is near, one ray speaks for the facet
+/// Decide by one ray a facet with no rim nearby
 void find_inside(const Surface& slave, std::span<const PlacedTool> tools,
                  const FacetDistances& range, std::vector<Above>& above)
 {

@@ -90,7 +90,7 @@ struct MasterPatch
   {
     return {eta[e], eta[(e + 1) % count] - eta[e]};
   }
-  /// Where between the ends of an edge a point of the plane lies
+  /// Position of a point of the plane between the ends of an edge
   [[nodiscard]] double place_on_edge(std::size_t e,
                                      const typename F::RefPoint& at) const
   {
@@ -308,7 +308,7 @@ private:
     return flat;
   }
 
-  /// Where the slave ray through a corner of the master starts
+  /// Start of the slave ray through a corner of the master
   [[nodiscard]] static Vertex<T>
   under_corner(const typename S::NodeMatrix& nodes,
                const MasterPatch<M>& master, std::size_t corner, Vertex<T> v)

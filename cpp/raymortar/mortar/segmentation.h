@@ -65,7 +65,7 @@ struct Segmentation
   bool hang_on_past = false; ///< layers were chosen by the old positions
   std::int64_t clipped = 0;  ///< patch pairs that were clipped
 
-  /// What a polygon is integrated on
+  /// Tiles on which a polygon is integrated
   [[nodiscard]] Tiles tiles(const Segment& segment) const
   {
     return tiles_of(

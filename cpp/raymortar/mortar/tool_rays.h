@@ -9,10 +9,10 @@ namespace raymortar
 /// @brief Cast the ray of every covered point on some tools, which count as
 /// masters numbered as they come.
 ///
-/// Where rays meet several, a tool that the point is inside of goes before
-/// those ahead, and a near one before a far one.
-/// @param[in] range Reach, and a depth that was asked for: none limits how far
-/// a point may be inside a tool otherwise
+/// If a ray meets several tools, a tool around the point goes before those
+/// ahead, and a near one before a far one.
+/// @param[in] range Reach, and the depth if it was given: nothing else limits
+/// how far a point may be inside a tool
 [[nodiscard]] Hits cast_on_tools(const Surface& slave,
                                  std::span<const PlacedTool> tools,
                                  const IntegrationPoints& points,

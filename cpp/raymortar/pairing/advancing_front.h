@@ -7,9 +7,9 @@ namespace raymortar
 {
 /// @brief Pairs whose boxes overlap, found by an advancing front.
 ///
-/// As in Gander & Japhet [theory, References] what a facet meets is near to
-/// what its neighbour meets, and the front moves across edges, starting again
-/// for each connected part. It moves by patches of neighbours: the tree is
+/// Neighbouring facets meet neighbouring masters (Gander & Japhet [theory,
+/// References]): the front moves across edges, starting again for each
+/// connected part. It moves by patches of neighbours: the tree is
 /// asked once for a patch, and its facets are compared with what is found.
 /// Walking the master from facet to facet as well, as they do, is pang().
 /// @param[in] slaves, masters Boxes of the facets

@@ -20,10 +20,9 @@ struct BoxGroups
 
 /// @brief Boxes whose centres share a cell, cells along a Morton curve.
 ///
-/// Cells are cubes, sized for a surface of even boxes to have a few in each.
-/// Where there are more, a group takes the next ones by number, so that none
-/// is large. A box with infinite bounds, or such that are not numbers, may be
-/// in any.
+/// Cells are cubes, sized for a surface of even boxes to have a few in each. A
+/// fuller cell is divided by number, so that no group is large. A box with
+/// infinite bounds, or bounds that are not numbers, may be in any group.
 /// @complexity O(n): a radix sort
 template <int D>
 [[nodiscard]] BoxGroups group_by_cells(std::span<const Box<D>> boxes);

@@ -1,4 +1,4 @@
-// How far slave facets look for masters.
+// Search distances of slave facets.
 #pragma once
 
 #include "raymortar/core/types.h"

@@ -1,4 +1,4 @@
-// Which facets of a surface may meet others of the same one.
+// Pairs of facets of one surface that may meet.
 #pragma once
 
 #include "raymortar/pairing/candidates.h"

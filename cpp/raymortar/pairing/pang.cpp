@@ -110,7 +110,7 @@ private:
     }
   }
 
-  /// Marks are those of this slave facet from now on
+  /// Restart the marks with the masters that this slave facet has found
   void mark_found(Index slave)
   {
     ++_present;

@@ -37,8 +37,8 @@ struct Surface
   std::vector<Index> neighbours;     ///< (facets, edges), no_index at the rim
   std::vector<GlobalIndex> rows;     ///< of each component, (dofs, gdim)
   std::vector<GlobalIndex> facet_id; ///< global identification, (facets,)
-  /// How much of the undeformed body lies behind each facet, (facets,).
-  /// Infinite, or no array at all: not known. Length
+  /// Thickness of the undeformed body behind each facet, (facets,). Infinite,
+  /// or no array at all: not known. Length
   std::vector<double> thickness = {};
   /// Body of each facet, numbered alike on all ranks, (facets,). No array at
   /// all: all are of one

@@ -83,9 +83,9 @@ struct RigidBody
   /// Free rotation exp(theta) Q
   [[nodiscard]] Matrix turn() const;
   [[nodiscard]] Motion motion() const;
-  /// What prescribes position and forces: `moved`, `turned`, force, moment
+  /// Prescribed position and forces: `moved`, `turned`, force, moment
   [[nodiscard]] std::array<double, 12> loads() const;
-  /// How its points move by the unknowns of the coupled system
+  /// Motion of its points by the unknowns of the coupled system
   [[nodiscard]] Freedom freedom() const;
   [[nodiscard]] BodyForces forces() const;
   /// Take the present position as that of the accepted step

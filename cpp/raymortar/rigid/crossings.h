@@ -1,4 +1,5 @@
-// Where a line crosses the surface of a solid, and which crossing a ray meets.
+// Crossings of a line with the surface of a solid, and the one that a ray
+// meets.
 #pragma once
 
 #include <array>

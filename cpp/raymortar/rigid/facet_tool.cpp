@@ -155,8 +155,8 @@ private:
     return sum.normalized();
   }
 
-  /// Where a line meets a facet between its edges. On a bent one Newton's
-  /// method may need another start
+  /// Hit of a line between the edges of a facet. On a bent one Newton's method
+  /// may need another start
   [[nodiscard]] static RayHit<F> inside(const Vec<D>& x, const Vec<D>& n,
                                         const typename F::NodeMatrix& nodes)
   {

@@ -50,10 +50,8 @@ public:
 
 /// @brief Tool with a surface of facets, closed or open.
 ///
-/// What a ray has come through last is what tells whether a point is inside, as
-/// of other tools. So an open surface is a solid that goes on behind its
-/// facets.
-/// @complexity A ray costs O(log facets) where few lie along it
+/// The last crossing of a ray tells whether a point is inside. So an open
+/// surface is a solid that continues behind its facets.
 /// @throws Error for facets of other degrees
 [[nodiscard]] std::shared_ptr<const Tool> make_facet_tool(ToolFacets facets);
 } // namespace raymortar

@@ -1,4 +1,4 @@
-// How a rigid body that is free moves with its unknowns.
+// Motion of a free rigid body by its unknowns.
 #pragma once
 
 #include "raymortar/rigid/tool.h"

@@ -1,4 +1,4 @@
-// Where a rigid body is: how it has turned and moved since it was made.
+// Pose of a rigid body: its rotation and displacement since it was made.
 #pragma once
 
 #include "raymortar/core/types.h"
@@ -12,12 +12,12 @@ struct Pose
   Mat<3, 3> rotation = Mat<3, 3>::Identity();
   Vec<3> shift = Vec<3>::Zero(); ///< length
 
-  /// Where a point has got to
+  /// Present place of a point
   [[nodiscard]] Vec<3> point(const Vec<3>& X) const
   {
     return rotation * X + shift;
   }
-  /// Where a point has come from
+  /// Original place of a point
   [[nodiscard]] Vec<3> origin(const Vec<3>& x) const
   {
     return rotation.transpose() * (x - shift);

@@ -1,4 +1,4 @@
-// Where surfaces of facets end, and where they have sharp edges.
+// Rims: ends and sharp edges of surfaces of facets.
 #pragma once
 
 #include "raymortar/rigid/facet_tool.h"
@@ -6,9 +6,9 @@
 
 namespace raymortar
 {
-/// @brief Boxes of a surface's rim: of edges (in 2D ends) with a single facet,
-/// or with two whose normals turn away from each other by more than 30 degrees.
-/// Where slave facets lie below, what their rays meet jumps there.
+/// @brief Boxes of a surface's rim: edges (in 2D ends) with a single facet, or
+/// with two whose normals turn away from each other by more than 30 degrees.
+/// Rays of slave facets below a rim jump from facet to facet there.
 template <int D>
 [[nodiscard]] std::vector<Box<D>> rim_boxes(const ToolFacets& facets);
 

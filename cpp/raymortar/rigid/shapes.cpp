@@ -27,8 +27,8 @@ Crossings quadratic_crossings(double a, double b, double c, Counts&& counts)
   if (not(discriminant > 0.0))
     return found;
   const double root = std::sqrt(discriminant);
-  // Where the value falls, its derivative is -2 root. Each root by the formula
-  // that loses no digits
+  // The derivative at the falling root is -2 root. Each root is computed by the
+  // formula that loses no digits
   const double sum = b + std::copysign(root, b);
   const double large =
       a == 0.0 ? std::numeric_limits<double>::infinity() : -sum / a;

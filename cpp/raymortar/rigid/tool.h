@@ -53,7 +53,7 @@ struct PlacedTool
   std::shared_ptr<const Tool> tool;
   Pose now, old;
 
-  /// Where a point of the present tool was at the accepted step
+  /// Place of a point of the present tool at the accepted step
   [[nodiscard]] Vec<3> old_place(const Vec<3>& x) const
   {
     return old.point(now.origin(x));

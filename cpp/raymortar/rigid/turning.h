@@ -9,7 +9,7 @@ namespace raymortar
 /// @brief The matrix of v x.
 [[nodiscard]] Mat<3, 3> cross_matrix(const Vec<3>& v);
 
-/// @brief The vector v of the skew part of a matrix, which is that of v x.
+/// @brief The vector v whose cross product is the skew part of a matrix.
 [[nodiscard]] Vec<3> axial(const Mat<3, 3>& matrix);
 
 /// @brief Rotation about the direction of a vector by its length in radians.

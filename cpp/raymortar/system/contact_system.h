@@ -67,8 +67,8 @@ struct NodeWeights
 class ContactSystem
 {
 public:
-  /// @param[in] u Displacement of this rank's dofs, which `values` fills where
-  /// it is a Function of its own
+  /// @param[in] u Displacement of this rank's dofs; if it is a Function by
+  /// itself, `values` fills it
   ContactSystem(std::vector<SystemZone> zones, std::span<const double> u,
                 CoupledValues& values);
 
@@ -143,7 +143,7 @@ private:
   std::vector<double> _paired_at; ///< displacement and multipliers
   std::vector<double> _loads; ///< of all bodies, as `loads_changed` saw them
   RowGroups _groups;
-  /// Of the contacts whose law holds at nodes, made where they are asked for
+  /// Exchanges of contacts whose law holds at nodes, made at the first use
   mutable std::vector<std::unique_ptr<NodeExchange>> _exchanges;
   mutable std::vector<NodeSums> _sums; ///< of these contacts' local nodes
 };

@@ -6,7 +6,7 @@
 
 namespace raymortar
 {
-/// @brief Whether something is so on all ranks. Collective.
+/// @brief Whether a condition holds on all ranks. Collective.
 [[nodiscard]] bool everywhere(MPI_Comm comm, bool here);
 
 /// @brief Throw on all ranks what the first rank that failed has thrown.
