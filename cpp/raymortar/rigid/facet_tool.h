@@ -52,6 +52,7 @@ public:
 ///
 /// The last crossing of a ray tells whether a point is inside. So an open
 /// surface is a solid that continues behind its facets.
+/// @complexity A ray costs O(log facets) where few lie along it
 /// @throws Error for facets of other degrees
 [[nodiscard]] std::shared_ptr<const Tool> make_facet_tool(ToolFacets facets);
 } // namespace raymortar
