@@ -1,7 +1,7 @@
 // Number and index types shared by every stage.
 #pragma once
 
-#include <Eigen/Core>
+#include "raymortar/core/small.h"
 #include <cstdint>
 
 namespace raymortar
@@ -14,10 +14,4 @@ using GlobalIndex = std::int64_t;
 
 /// Marks "none" in local index arrays
 inline constexpr Index no_index = -1;
-
-template <int D>
-using Vec = Eigen::Matrix<double, D, 1>;
-
-template <int M, int N>
-using Mat = Eigen::Matrix<double, M, N>;
 } // namespace raymortar

@@ -6,7 +6,8 @@ namespace raymortar
 std::unique_ptr<Assembler> make_assembler(const ContactState& s)
 {
   if (s.has_tools() or s.slave.kind() != s.master.kind() or
-      s.frame == LawFrame::master or s.has_law_at_nodes())
+      s.slave.degree != s.slave.node_degree or s.frame == LawFrame::master or
+      s.has_law_at_nodes())
     return make_general_assembler(s);
   switch (s.slave.shape)
   {

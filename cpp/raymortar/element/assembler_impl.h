@@ -17,6 +17,7 @@ class AssemblerImpl final : public Assembler
   static constexpr int D = F::gdim;
   static constexpr int M = Layout::components;
   using States = ElementStates<F, is_frictional<Law>>;
+  using Motion = MovingSegments<F, L, Law>;
 
 public:
   void residual(const ContactState& s, const BlockSink& sink) const override
@@ -33,10 +34,32 @@ public:
                const BlockSink& sink,
                const CouplingSink& couplings) const override
   {
+    // Eigen aligns fixed-size blocks; the largest is too big for the stack
+    const auto kernel = std::make_unique<Kernel>();
+    std::unique_ptr<Motion> motion;
     if (s.moving_segments)
-      add_tangents<true>(s, elements, sink, couplings);
-    else
-      add_tangents<false>(s, elements, sink, couplings);
+      motion = std::make_unique<Motion>();
+    std::vector<double> alone(Layout::alone * Layout::alone);
+    for (const std::size_t e : elements)
+    {
+      const Data data = gather(s, e);
+      typename Motion::Element element{s, e, data, kernel->A, couplings, {}};
+      if (motion)
+        element.map.emplace(data.reference);
+      add_tangent(element, *kernel, motion.get());
+      if (motion)
+        motion->finish(element);
+      const int n = block_size(s, e);
+      if (n == Layout::size)
+      {
+        sink(e, kernel->A.data(), n);
+        continue;
+      }
+      for (int i = 0; i < n; ++i)
+        std::copy_n(kernel->A.data() + i * Layout::size, n,
+                    alone.data() + i * n);
+      sink(e, alone.data(), n);
+    }
   }
 
   [[nodiscard]] PointResults results(const ContactState& s) const override
@@ -52,44 +75,6 @@ public:
   }
 
 private:
-  template <bool Moving>
-  static void add_tangents(const ContactState& s,
-                           std::span<const std::size_t> elements,
-                           const BlockSink& sink, const CouplingSink& couplings)
-  {
-    // Eigen aligns fixed-size blocks; the largest is too big for the stack
-    const auto kernel = std::make_unique<Kernel>();
-    using Motion = std::conditional_t<Moving, MovingSegments<F, L, Law>, int>;
-    const auto motion = std::make_unique<Motion>();
-    std::vector<double> alone(Layout::alone * Layout::alone);
-    for (const std::size_t e : elements)
-    {
-      const Data data = gather(s, e);
-      if constexpr (Moving)
-      {
-        const typename Motion::Element element{
-            s, e, data, kernel->A, couplings, FlatMap<F>(data.reference)};
-        add_tangent(s, e, data, *kernel,
-                    [&](std::size_t q, auto&& integrand)
-                    { motion->add(element, q, integrand); });
-        motion->finish(element);
-      }
-      else
-        add_tangent(s, e, data, *kernel, [](std::size_t, auto&&) {});
-      const int n = block_size(s, e);
-      if (n == Layout::size)
-      {
-        sink(e, kernel->A.data(), n);
-        continue;
-      }
-      Eigen::Map<
-          Eigen::Matrix<double, Layout::alone, Layout::alone, Eigen::RowMajor>>(
-          alone.data()) =
-          kernel->A.template topLeftCorner<Layout::alone, Layout::alone>();
-      sink(e, alone.data(), n);
-    }
-  }
-
   [[nodiscard]] static int block_size(const ContactState& s, std::size_t e)
   {
     return s.elements.master[e] == no_index ? Layout::alone : Layout::size;
@@ -180,28 +165,30 @@ private:
                });
   }
 
-  /// Tangent at fixed points. `along` is called at each with its number and
-  /// what gives the integrand there with its derivative along the facet
-  template <class Along>
-  static void add_tangent(const ContactState& s, std::size_t e,
-                          const Data& data, Kernel& kernel, Along&& along)
+  /// Tangent at fixed points, and what their motion along the facet adds
+  /// @param[in,out] motion Null: points stay
+  static void add_tangent(const typename Motion::Element& element,
+                          Kernel& kernel, Motion* motion)
   {
     using Gradient = SurfaceGradient<F, L, Law>;
+    const ContactState& s = element.state;
+    const Data& data = element.data;
     kernel.A.setZero();
-    if (s.elements.master[e] == no_index)
+    if (s.elements.master[element.number] == no_index)
     {
-      for_points(s, e,
+      for_points(s, element.number,
                  [&](std::size_t number)
                  {
                    const auto q = element_point<F>(s, number);
                    const SlavePoint<F, L, Law> p(data, q);
                    kernel.add_miss_tangent(data, q, p);
-                   along(number, [&] { return Gradient::miss(data, q, p); });
+                   if (motion)
+                     motion->add(element, number, Gradient::miss(data, q, p));
                  });
       return;
     }
     const States states(data);
-    for_points(s, e,
+    for_points(s, element.number,
                [&](std::size_t number)
                {
                  const auto q = element_point<F>(s, number);
@@ -211,8 +198,9 @@ private:
                    return;
                  const HitSlopes<F, L, Law> slopes(data, q, p);
                  kernel.add_hit_tangent(data, p, slopes);
-                 along(number,
-                       [&] { return Gradient::hit(data, q, p, slopes); });
+                 if (motion)
+                   motion->add(element, number,
+                               Gradient::hit(data, q, p, slopes));
                });
   }
 
@@ -283,10 +271,7 @@ template <Shape S>
 [[nodiscard]] std::unique_ptr<Assembler>
 assembler_of_shape(const ContactState& s)
 {
-  if (s.slave.degree == 2)
-    return assembler_for<FacetType<S, 2, 2>>(s);
-  if (s.slave.node_degree == 2)
-    return assembler_for<FacetType<S, 1, 2>>(s);
-  return assembler_for<FacetType<S, 1, 1>>(s);
+  return s.slave.degree == 2 ? assembler_for<FacetType<S, 2, 2>>(s)
+                             : assembler_for<FacetType<S, 1, 1>>(s);
 }
 } // namespace raymortar

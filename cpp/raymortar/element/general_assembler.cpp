@@ -89,10 +89,29 @@ public:
                const BlockSink& sink,
                const CouplingSink& couplings) const override
   {
+    const auto kernel = std::make_unique<Kernel>();
+    const auto points = std::make_unique<Points>(
+        s,
+        Wanted{.old = is_frictional<Law>,
+               .target = true,
+               .bends = true,
+               .along = s.moving_segments},
+        _tractions.get());
+    std::unique_ptr<SegmentMotion<D>> motion;
     if (s.moving_segments)
-      add_tangents<true>(s, elements, sink, couplings);
-    else
-      add_tangents<false>(s, elements, sink, couplings);
+      motion = std::make_unique<SegmentMotion<D>>(s);
+    if constexpr (nodal)
+      points->nodes.emplace(s);
+    for (const std::size_t e : elements)
+    {
+      points->take(e);
+      const int size = points->shapes.size();
+      kernel->clear_tangent(size);
+      const bool moves = motion and has_moving_vertices(s, e);
+      add_points({e, points->shapes.alone(), size, kernel->A.data(), couplings},
+                 *points, *kernel, moves ? motion.get() : nullptr);
+      sink(e, kernel->A.data(), size);
+    }
   }
 
   [[nodiscard]] PointResults results(const ContactState& s) const override
@@ -159,76 +178,28 @@ private:
     }
   }
 
-  template <bool Moving>
-  void add_tangents(const ContactState& s,
-                    std::span<const std::size_t> elements,
-                    const BlockSink& sink, const CouplingSink& couplings) const
-  {
-    const auto kernel = std::make_unique<Kernel>();
-    const auto points =
-        std::make_unique<Points>(s,
-                                 Wanted{.old = is_frictional<Law>,
-                                        .target = true,
-                                        .bends = true,
-                                        .along = Moving},
-                                 _tractions.get());
-    using Motion = std::conditional_t<Moving, SegmentMotion<D>, int>;
-    std::unique_ptr<Motion> motion;
-    if constexpr (Moving)
-      motion = std::make_unique<Motion>(s);
-    if constexpr (nodal)
-      points->nodes.emplace(s);
-    for (const std::size_t e : elements)
-    {
-      points->take(e);
-      const int size = points->shapes.size();
-      kernel->clear_tangent(size);
-      if constexpr (Moving)
-      {
-        if (has_moving_vertices(s, e))
-          add_moving(
-              *points, e,
-              {e, points->shapes.alone(), size, kernel->A.data(), couplings},
-              *kernel, *motion);
-        else
-          add_fixed(*points, e, *kernel);
-      }
-      else
-        add_fixed(*points, e, *kernel);
-      sink(e, kernel->A.data(), size);
-    }
-  }
-
-  /// Tangent at fixed points
-  static void add_fixed(Points& points, std::size_t e, Kernel& kernel)
-  {
-    for_points(points, e,
-               [&](std::size_t) { add_point(points, kernel, [](auto&&) {}); });
-  }
-
-  /// Add the tangent of an element with moving segments
-  static void add_moving(Points& points, std::size_t e,
-                         const typename SegmentMotion<D>::Element& element,
-                         Kernel& kernel, SegmentMotion<D>& motion)
+  /// Tangent at fixed points, and what their motion along the facet adds
+  /// @param[in,out] motion Null: points stay
+  static void add_points(const typename SegmentMotion<D>::Element& element,
+                         Points& points, Kernel& kernel,
+                         SegmentMotion<D>* motion)
   {
     AnyIntegrand<D> integrand;
-    for_points(points, e,
+    for_points(points, element.number,
                [&](std::size_t q)
                {
-                 add_point(points, kernel,
-                           [&](auto&& set)
-                           {
-                             set(integrand);
-                             motion.add(element, q, integrand);
-                           });
+                 if (add_point(points, kernel, motion ? &integrand : nullptr))
+                   motion->add(element, q, integrand);
                });
-    motion.finish(element);
+    if (motion)
+      motion->finish(element);
   }
 
-  /// Add one point. `along` is called with what sets the integrand there, where
-  /// there is one
-  template <class Along>
-  static void add_point(const Points& at, Kernel& kernel, Along&& along)
+  /// Add one point
+  /// @param[out] along Integrand there, if it is asked for
+  /// @return Whether it is set
+  static bool add_point(const Points& at, Kernel& kernel,
+                        AnyIntegrand<D>* along)
   {
     using Gradient = TaylorGradient<D, Law>;
     const Data& e = at.data;
@@ -238,28 +209,27 @@ private:
       {
         const Slave p(e, at.at);
         kernel.add_miss_tangent(e, p, at.shapes);
-        along([&](AnyIntegrand<D>& f)
-              { Gradient::miss(e, at.at, p, at.shapes, f); });
+        if (along)
+          Gradient::miss(e, at.at, p, at.shapes, *along);
       }
-      return;
+      return Kernel::has_condition and along;
     }
     const Hit<true> p(e, at.at);
     // All that an open point does is what its multiplier does
     if (M == 0 and p.response.status == ContactStatus::open)
-      return;
+      return false;
     const HitSlopes<F, L, Law> slopes(e, at.at, p);
     kernel.add_hit_tangent(e, p, slopes, at.shapes);
     if constexpr (nodal)
       kernel.add_node_tangents(e, p, slopes, at.shapes, *at.nodes);
     if (const Freedom* freedom = at.target.freedom())
       add_turning(*freedom, p, at.shapes, kernel);
-    along(
-        [&](AnyIntegrand<D>& f)
-        {
-          Gradient::hit(e, at.at, p, slopes, at.shapes, f);
-          if constexpr (nodal)
-            Gradient::nodes(e, at.at, p, slopes, at.shapes, *at.nodes, f);
-        });
+    if (not along)
+      return false;
+    Gradient::hit(e, at.at, p, slopes, at.shapes, *along);
+    if constexpr (nodal)
+      Gradient::nodes(e, at.at, p, slopes, at.shapes, *at.nodes, *along);
+    return true;
   }
 
   /// Add that points of a body that turns move in circles: the force at the

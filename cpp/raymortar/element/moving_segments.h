@@ -33,22 +33,21 @@ public:
     typename Kernel::Matrix& A;
     /// Takes the columns of masters that are not the element's own
     const CouplingSink& couplings;
-    FlatMap<F> map;
+    std::optional<FlatMap<F>> map; ///< of the slave facet; set wherever it is called
   };
 
   /// @brief Add point q of element e, in the order of its points.
-  /// @param[in] integrand Gives the Integrand there
-  template <class Make>
-  void add(const Element& e, std::size_t q, Make&& integrand)
+  void add(const Element& e, std::size_t q,
+           const Integrand<F, L, Law>& integrand)
   {
     const Index segment = e.state.points.segment[q];
     if (segment != _segment)
     {
       finish(e);
       _segment = segment;
-      take(e.state, e.map);
+      take(e.state, *e.map);
     }
-    add_point(e.state, q, e.map, integrand());
+    add_point(e.state, q, *e.map, integrand);
   }
 
   /// @brief Vertices' share of the tangent, after the last point of an element.
@@ -115,7 +114,7 @@ private:
         continue;
       const typename F::RefPoint xi =
           s.segmentation.vertices[at].template head<T>();
-      const Motion dy = e.map.gradient(xi) *
+      const Motion dy = e.map->gradient(xi) *
                         rows_of<F>(segment_vertex_motion<F>(
                             s.segmentation, of, e.data.slave, master, at));
       add_motion<0, Layout::size>(_by_vertex[v], dy, 0, e.A, 0);
