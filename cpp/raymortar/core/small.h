@@ -24,7 +24,8 @@ using Plain = Eigen::Matrix<double, M, N, O, M, N>;
 
 /// So small that a copy costs nothing: Eigen's expressions save copies
 template <int M, int N>
-concept Small = M > 0 and N > 0 and M* N <= 27;
+concept Small = M >
+0 and N > 0 and M* N <= 27;
 
 /// Products are of matrices that are stored as Mat is
 template <int M, int N, int O>
@@ -89,7 +90,10 @@ operator*(const S& s, const detail::Plain<M, N, O>& a)
 template <int M, int N, int O, class S>
 requires detail::Small<M, N> and std::is_arithmetic_v<S>
 [[nodiscard, gnu::always_inline]] inline auto
-operator*(const detail::Plain<M, N, O>& a, const S& s) { return s * a; }
+operator*(const detail::Plain<M, N, O>& a, const S& s)
+{
+  return s * a;
+}
 
 template <int M, int N, int O, class S>
 requires detail::Small<M, N> and std::is_arithmetic_v<S>
@@ -104,8 +108,8 @@ operator/(const detail::Plain<M, N, O>& a, const S& s)
 
 template <int M, int N, int O>
 requires detail::Small<M, N>
-[[gnu::always_inline]] inline auto&
-operator+=(detail::Plain<M, N, O>& a, const detail::Plain<M, N, O>& b)
+[[gnu::always_inline]] inline auto& operator+=(detail::Plain<M, N, O>& a,
+                                               const detail::Plain<M, N, O>& b)
 {
   for (int i = 0; i < M * N; ++i)
     a.data()[i] += b.data()[i];
@@ -114,8 +118,8 @@ operator+=(detail::Plain<M, N, O>& a, const detail::Plain<M, N, O>& b)
 
 template <int M, int N, int O>
 requires detail::Small<M, N>
-[[gnu::always_inline]] inline auto&
-operator-=(detail::Plain<M, N, O>& a, const detail::Plain<M, N, O>& b)
+[[gnu::always_inline]] inline auto& operator-=(detail::Plain<M, N, O>& a,
+                                               const detail::Plain<M, N, O>& b)
 {
   for (int i = 0; i < M * N; ++i)
     a.data()[i] -= b.data()[i];
@@ -181,6 +185,35 @@ operator*(const detail::Plain<M, detail::columns<B>, O>& a,
         sum += a.data()[i + k * M] * b[j + k * N];
       c.data()[i + j * M] = sum;
     }
+  return c;
+}
+
+/// @brief to += factor * from, N numbers each.
+template <int N>
+[[gnu::always_inline]] inline void add_scaled(double factor, const double* from,
+                                              double* to)
+{
+  for (int n = 0; n < N; ++n)
+    to[n] += factor * from[n];
+}
+
+/// @brief Set a column of a matrix.
+template <int M, int N>
+[[gnu::always_inline]] inline void set_column(Mat<M, N>& to, int j,
+                                              const Vec<M>& column)
+{
+  for (int i = 0; i < M; ++i)
+    to.data()[i + j * M] = column.data()[i];
+}
+
+/// @brief A column of a matrix, by value.
+template <int M, int N>
+[[nodiscard, gnu::always_inline]] inline Vec<M> column(const Mat<M, N>& of,
+                                                       int j)
+{
+  Vec<M> c;
+  for (int i = 0; i < M; ++i)
+    c.data()[i] = of.data()[i + j * M];
   return c;
 }
 } // namespace raymortar

@@ -71,11 +71,11 @@ template <class F>
   const auto bent = [&c](const Curvature<D>& bend, int j) -> Vec<D>
   {
     return bend.t[static_cast<std::size_t>(j)] * c.along +
-           bend.n.col(j) * c.across;
+           c.across * column(bend.n, j);
   };
   Mat<D, F::tdim> rate;
   for (int j = 0; j < F::tdim; ++j)
-    rate.col(j) = bent(now, j) - carry * bent(old, j);
+    set_column(rate, j, bent(now, j) - carry * bent(old, j));
   return rate;
 }
 
@@ -93,15 +93,14 @@ template <class F, int R>
                                             const Mat<F::dofs, F::tdim>& dN_m)
 {
   constexpr int D = F::gdim;
-  const Mat<R, D - 1> by_dual = by_value * dual * c.across;
+  const Vec<F::dofs> along = dN_m * c.along;
+  const Mat<R, D - 1> by_dual = c.across * (by_value * dual);
+  const Mat<R, F::dofs> by_n = by_dual * dN_m.transpose();
   SideRows<F, R> rows;
-  for (int a = 0; a < F::dofs; ++a)
-  {
-    const double along = dN_m.row(a).dot(c.along);
-    const Vec<R> by_n = by_dual * dN_m.row(a).transpose();
-    rows.template middleCols<D>(a * D) =
-        along * by_value - by_n * now.n.transpose();
-  }
+  for (int r = 0; r < R; ++r)
+    for (int a = 0; a < F::dofs; ++a)
+      for (int i = 0; i < D; ++i)
+        rows(r, a * D + i) = along[a] * by_value(r, i) - by_n(r, a) * now.n[i];
   return rows;
 }
 } // namespace raymortar

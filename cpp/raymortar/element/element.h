@@ -49,11 +49,10 @@ public:
     add_slide_tangent(at.geometry, p.response.t, at.vary.deta, p.weight);
     if constexpr (M > 0)
     {
-      Rows<M, 2 * Layout::side> dC =
-          chain<M>(condition_slopes(p), p, at, Columns(p, at));
+      Rows<M, both> dC = chain<M>(condition_slopes(p), p, at, Columns(p, at));
       if (moves(e.measure))
-        dC.template leftCols<Layout::side>() +=
-            p.response.C * area_variation<F>(e.measure, at.geometry);
+        add_area<M>(p.response.C, area_variation<F>(e.measure, at.geometry),
+                    dC);
       add_condition_tangent(p, dC, p.response.C_lam);
     }
   }
@@ -64,36 +63,56 @@ public:
   {
     if constexpr (M > 0)
     {
-      Rows<M, 2 * Layout::side> dC = Rows<M, 2 * Layout::side>::Zero();
+      Rows<M, both> dC = Rows<M, both>::Zero();
       if (moves(e.measure))
-        dC.template leftCols<Layout::side>() =
-            Law::template without_hit<D>(p.lam) *
-            area_variation<F>(
-                e.measure,
-                slave_geometry<F>(p.slave, p.N_s, F::Disp::gradients(q.xi)));
+        add_area<M>(Law::template without_hit<D>(p.lam),
+                    area_variation<F>(
+                        e.measure, slave_geometry<F>(p.slave, p.N_s,
+                                                     F::Disp::gradients(q.xi))),
+                    dC);
       add_condition_tangent(p, dC, -Mat<M, M>::Identity());
     }
   }
 
 private:
+  static constexpr int side = Layout::side;
+  static constexpr int both = 2 * side;
+  using Columns = DofColumns<F, L, Law>;
+  template <int R, int C>
+  using Rows = typename Columns::template Rows<R, C>;
+
+  /// The entries of row i of A from some column on
+  [[nodiscard]] double* row(int i, int column = 0)
+  {
+    return A.data() + i * Layout::size + column;
+  }
+
+  /// Add numbers by [slave | master] to row i of A
+  void add_row(int i, double factor, const double* from)
+  {
+    add_scaled<side>(factor, from, row(i));
+    add_scaled<side>(factor, from + side, row(i, Layout::master));
+  }
+
   /// - int t . (v_s + g dn - v_m) dG
   template <bool Slopes>
   void add_work(const HitPoint<F, L, Law, Slopes>& p, const Vec<D>& t)
   {
+    double* const slave = b.data();
+    double* const master = b.data() + Layout::master;
     for (int a = 0; a < F::dofs; ++a)
     {
-      b.template segment<D>(a * D) -= p.weight * p.N_s[a] * t;
-      b.template segment<D>(Layout::master + a * D) += p.weight * p.N_m[a] * t;
+      add_scaled<D>(-p.weight * p.N_s[a], t.data(), slave + a * D);
+      add_scaled<D>(p.weight * p.N_m[a], t.data(), master + a * D);
     }
     if constexpr (is_frictional<Law>)
       if (p.has_couple())
       {
-        const Vec<F::dofs> turn =
-            F::Disp::gradients(p.xi) *
-            (dual_tangents<D>(p.slave).transpose() * t).eval();
+        const Vec<D - 1> along = dual_tangents<D>(p.slave).transpose() * t;
+        const Vec<F::dofs> turn = F::Disp::gradients(p.xi) * along;
         for (int a = 0; a < F::dofs; ++a)
-          b.template segment<D>(a * D) +=
-              (p.weight * p.g * turn[a]) * p.slave.n;
+          add_scaled<D>(p.weight * p.g * turn[a], p.slave.n.data(),
+                        slave + a * D);
       }
   }
 
@@ -104,24 +123,17 @@ private:
     {
       const double w = p.weight / p.gamma;
       for (int k = 0; k < Layout::multipliers; ++k)
-        b.template segment<M>(Layout::side + k * M) += w * p.shape[k] * C;
+        add_scaled<M>(w * p.shape[k], C.data(), b.data() + side + k * M);
     }
   }
 
-  using Columns = DofColumns<F, L, Law>;
-  template <int R, int C>
-  using Rows = typename Columns::template Rows<R, C>;
-
-  /// by_n dn, which has rank one per node  [theory (2.5)]
+  /// Add that the area varies with the slave, by which f is multiplied
   template <int R>
-  [[nodiscard]] static Rows<R, Layout::side> turn(const Mat<R, D>& by_n,
-                                                  const PointGeometry<F>& p)
+  static void add_area(const Vec<R>& f, const Rows<1, side>& area,
+                       Rows<R, both>& rows)
   {
-    Rows<R, Layout::side> rows;
-    for (int a = 0; a < F::dofs; ++a)
-      rows.template middleCols<D>(a * D) =
-          -(by_n * p.G_s.col(a)) * p.slave.n.transpose();
-    return rows;
+    for (int i = 0; i < R; ++i)
+      add_scaled<side>(f[i], area.data(), rows.data() + i * both);
   }
 
   /// Derivative of t in - t . (v_s + g dn - v_m), and of g dn: by what they
@@ -129,140 +141,183 @@ private:
   void add_traction_tangent(const Data& e, const HitPoint<F, L, Law>& p,
                             const HitSlopes<F, L, Law>& at)
   {
-    constexpr int side = Layout::side;
     const auto& r = p.response;
     const PointGeometry<F>& geometry = at.geometry;
-    const double w = p.weight;
-    if (moves(e.measure))
-      add_work_tangent<side>(
-          geometry, r.t * area_variation<F>(e.measure, geometry), 0, w);
     if constexpr (M == 0)
     {
-      const Rows<D, 2 * side> dt =
-          chain<D>(traction_slopes(p), p, at, Columns(p, at));
-      add_work_tangent<2 * side>(geometry, dt, 0, w);
+      const double w = p.weight;
+      Rows<D, both> dt = chain<D>(traction_slopes(p), p, at, Columns(p, at));
       if constexpr (is_frictional<Law>)
         if (p.has_couple())
-          add_couple_tangent(e, p, at, dt);
-    }
-    else if constexpr (M == 1)
-    {
-      add_work_tangent<side>(geometry, turn<D>(r.t_n, geometry), 0, w);
-      add_work_tangent<Layout::multipliers>(
-          geometry, r.t_lam * p.shape.transpose(), side, w);
+          add_couple_tangent(e, p, at, &dt);
+      if (moves(e.measure))
+        add_area<D>(r.t, area_variation<F>(e.measure, geometry), dt);
+      for (int a = 0; a < F::dofs; ++a)
+        for (int i = 0; i < D; ++i)
+        {
+          const double* const change = dt.data() + i * both;
+          add_row(a * D + i, -w * p.N_s[a], change);
+          add_row(Layout::master + a * D + i, w * p.N_m[a], change);
+        }
     }
     else
     {
-      for (int k = 0; k < Layout::multipliers; ++k)
-        for (int a = 0; a < F::dofs; ++a)
-        {
-          const int column = side + k * D, m = Layout::master + a * D;
-          A.template block<D, D>(a * D, column).diagonal().array() -=
-              w * p.N_s[a] * p.shape[k];
-          A.template block<D, D>(m, column).diagonal().array() +=
-              w * p.N_m[a] * p.shape[k];
-        }
-      if constexpr (is_frictional<Law>)
+      if (moves(e.measure))
       {
-        if (p.has_couple())
-          add_couple_tangent(e, p, at, Rows<D, 0>());
+        const Rows<1, side> area = area_variation<F>(e.measure, geometry);
+        for (int i = 0; i < D; ++i)
+          add_work_row<side>(p, i, p.weight * r.t[i], area.data(), 0);
       }
+      if constexpr (M == 1)
+        add_normal_tangent(p, geometry);
+      else
+        add_vector_tangent(p);
+    }
+    if constexpr (is_frictional<Law> and M > 0)
+      if (p.has_couple())
+        add_couple_tangent(e, p, at);
+  }
+
+  /// - dt_i (v_s - v_m)_i over C columns from one on, dt_i = factor * from
+  template <int C>
+  void add_work_row(const HitPoint<F, L, Law>& p, int i, double factor,
+                    const double* from, int column)
+  {
+    for (int a = 0; a < F::dofs; ++a)
+    {
+      add_scaled<C>(-factor * p.N_s[a], from, row(a * D + i, column));
+      add_scaled<C>(factor * p.N_m[a], from,
+                    row(Layout::master + a * D + i, column));
     }
   }
 
-  /// Derivative of - t . g dn  [theory (4.21)]
-  /// @param[in] dt That of t, over [slave | master]; empty where it is the
-  /// multiplier
-  template <int C>
-  void add_couple_tangent(const Data& e, const HitPoint<F, L, Law>& p,
-                          const HitSlopes<F, L, Law>& at, const Rows<D, C>& dt)
+  /// The traction is lam n, and n varies by one vector per node  [theory (2.5)]
+  void add_normal_tangent(const HitPoint<F, L, Law>& p,
+                          const PointGeometry<F>& geometry)
   {
-    constexpr int side = Layout::side;
+    const auto& r = p.response;
+    for (int i = 0; i < D; ++i)
+    {
+      Rows<1, side> turn;
+      for (int a = 0; a < F::dofs; ++a)
+      {
+        double by_node = 0.0;
+        for (int j = 0; j < D; ++j)
+          by_node -= r.t_n(i, j) * geometry.G_s(j, a);
+        for (int j = 0; j < D; ++j)
+          turn[a * D + j] = by_node * geometry.slave.n[j];
+      }
+      add_work_row<side>(p, i, p.weight, turn.data(), 0);
+      add_work_row<Layout::multipliers>(p, i, p.weight * r.t_lam(i, 0),
+                                        p.shape.data(), side);
+    }
+  }
+
+  /// The traction is the multiplier
+  void add_vector_tangent(const HitPoint<F, L, Law>& p)
+  {
+    for (int a = 0; a < F::dofs; ++a)
+      for (int k = 0; k < Layout::multipliers; ++k)
+      {
+        const double s = p.weight * p.N_s[a] * p.shape[k];
+        const double m = p.weight * p.N_m[a] * p.shape[k];
+        for (int i = 0; i < D; ++i)
+        {
+          *row(a * D + i, side + k * D + i) -= s;
+          *row(Layout::master + a * D + i, side + k * D + i) += m;
+        }
+      }
+  }
+
+  /// Derivative of - t . g dn  [theory (4.21)]
+  /// @param[in] dt That of t, over [slave | master]; null if it is the
+  /// multiplier
+  void add_couple_tangent(const Data& e, const HitPoint<F, L, Law>& p,
+                          const HitSlopes<F, L, Law>& at,
+                          const Rows<D, both>* dt = nullptr)
+  {
     const PointGeometry<F>& geometry = at.geometry;
     const Vec<D>& n = p.slave.n;
     const Vec<D> t = p.weight * p.response.t;
     const double w = p.weight * p.g;
-    const Mat<1, D> by_ends = at.vary.dual.row(D - 1);
-    Rows<1, 2 * side> dg =
-        Columns(p, at).template ray<1>(-p.g * by_ends, by_ends);
-    if (moves(e.measure))
-      dg.template head<side>() += p.g * area_variation<F>(e.measure, geometry);
+    // Derivative of g t, times the area
+    Rows<D, both> moment;
+    const Rows<1, both> dg = vary_arm(e, p, at);
+    for (int i = 0; i < D; ++i)
+      for (int c = 0; c < both; ++c)
+      {
+        double& entry = moment.data()[i * both + c];
+        entry = t[i] * dg[c];
+        if constexpr (M == 0)
+          entry += w * dt->data()[i * both + c];
+      }
     for (int a = 0; a < F::dofs; ++a)
     {
-      const Vec<D> G = geometry.G_s.col(a);
-      Rows<1, 2 * side> row = G.dot(t) * dg;
-      if constexpr (C > 0)
-        row += (w * G).transpose() * dt;
+      Rows<1, both> by_node;
+      for (int c = 0; c < both; ++c)
+      {
+        by_node[c] = geometry.G_s(0, a) * moment.data()[c];
+        for (int i = 1; i < D; ++i)
+          by_node[c] += geometry.G_s(i, a) * moment.data()[i * both + c];
+      }
       for (int i = 0; i < D; ++i)
       {
-        A.row(a * D + i).template head<side>() +=
-            n[i] * row.template head<side>();
-        A.row(a * D + i).template tail<side>() +=
-            n[i] * row.template tail<side>();
+        add_row(a * D + i, n[i], by_node.data());
+        if constexpr (M > 0)
+          for (int k = 0; k < Layout::multipliers; ++k)
+            for (int j = 0; j < D; ++j)
+              *row(a * D + i, side + k * D + j) +=
+                  w * p.shape[k] * n[i] * geometry.G_s(j, a);
       }
-      if constexpr (M > 0)
-        for (int k = 0; k < Layout::multipliers; ++k)
-          A.template block<D, D>(a * D, side + k * D) +=
-              (w * p.shape[k]) * n * G.transpose();
     }
     add_turning_tangent<D>(geometry.G_s, n, p.g * t, A);
   }
 
-  /// - dt . (v_s - v_m) over the C columns of dt, the first of which is given
-  template <int C>
-  void add_work_tangent(const PointGeometry<F>& p, const Rows<D, C>& dt,
-                        int column, double w)
+  /// Derivative of the ray's length times the area, per area
+  [[nodiscard]] static Rows<1, both> vary_arm(const Data& e,
+                                              const HitPoint<F, L, Law>& p,
+                                              const HitSlopes<F, L, Law>& at)
   {
-    for (int a = 0; a < F::dofs; ++a)
-      for (int i = 0; i < D; ++i)
-      {
-        A.row(a * D + i).template segment<C>(column) -=
-            (w * p.N_s[a]) * dt.row(i);
-        A.row(Layout::master + a * D + i).template segment<C>(column) +=
-            (w * p.N_m[a]) * dt.row(i);
-      }
+    const Mat<1, D> by_ends = at.vary.dual.row(D - 1);
+    Rows<1, both> dg = Columns(p, at).template ray<1>(-p.g * by_ends, by_ends);
+    if (moves(e.measure))
+      add_area<1>(Vec<1>(p.g), area_variation<F>(e.measure, at.geometry), dg);
+    return dg;
   }
 
   /// v_m(eta) is taken at another point of the master
   void add_slide_tangent(const PointGeometry<F>& p, const Vec<D>& t,
-                         const Rows<D - 1, 2 * Layout::side>& deta, double w)
+                         const Rows<D - 1, both>& deta, double w)
   {
-    constexpr int side = Layout::side;
     for (int a = 0; a < F::dofs; ++a)
     {
-      // Two halves: a load across two fresh stores would wait for both
-      const Vec<D - 1> by_eta = w * p.dN_m.row(a).transpose();
-      const Rows<1, side> by_s =
-          by_eta.transpose() * deta.template leftCols<side>();
-      const Rows<1, side> by_m =
-          by_eta.transpose() * deta.template rightCols<side>();
-      for (int i = 0; i < D; ++i)
+      Rows<1, both> by_node;
+      for (int c = 0; c < both; ++c)
       {
-        const int row = Layout::master + a * D + i;
-        A.row(row).template head<side>() += t[i] * by_s;
-        A.row(row).template tail<side>() += t[i] * by_m;
+        by_node[c] = w * p.dN_m(a, 0) * deta.data()[c];
+        if constexpr (D == 3)
+          by_node[c] += w * p.dN_m(a, 1) * deta.data()[both + c];
       }
+      for (int i = 0; i < D; ++i)
+        add_row(Layout::master + a * D + i, t[i], by_node.data());
     }
   }
 
   /// dC . mu / gamma; dC over [slave | master]
   void add_condition_tangent(const SlavePoint<F, L, Law>& p,
-                             const Rows<M, 2 * Layout::side>& dC,
-                             const Mat<M, M>& C_lam)
+                             const Rows<M, both>& dC, const Mat<M, M>& C_lam)
   {
-    constexpr int side = Layout::side;
     const double w = p.weight / p.gamma;
     for (int k = 0; k < Layout::multipliers; ++k)
     {
       const double test = w * p.shape[k];
       for (int i = 0; i < M; ++i)
       {
-        auto row = A.row(side + k * M + i);
-        row.template head<side>() += test * dC.row(i).template head<side>();
-        row.template tail<side>() += test * dC.row(i).template tail<side>();
+        const int r = side + k * M + i;
+        add_row(r, test, dC.data() + i * both);
         for (int j = 0; j < Layout::multipliers; ++j)
-          row.template segment<M>(side + j * M) +=
-              (test * p.shape[j]) * C_lam.row(i);
+          for (int l = 0; l < M; ++l)
+            *row(r, side + j * M + l) += test * p.shape[j] * C_lam(i, l);
       }
     }
   }

@@ -56,7 +56,7 @@ template <class F>
   p.N_s = N_s;
   p.dN_s = dN_s;
   p.dual = dual_tangents<F::gdim>(frame);
-  p.G_s.noalias() = p.dual * p.dN_s.transpose();
+  p.G_s = p.dual * p.dN_s.transpose();
   return p;
 }
 
@@ -94,19 +94,15 @@ template <class F>
   Variations<F> v;
   v.g = g;
   v.dual = A.inverse();
-  const auto n = p.slave.n.transpose();
   const Mat<D - 1, D> rho = v.dual.template topRows<D - 1>();
-  const Mat<D - 1, F::dofs> turn = g * rho * p.G_s;
-  for (int a = 0; a < F::dofs; ++a)
-  {
-    const int s = a * D, m = side + a * D;
-    for (int j = 0; j < D - 1; ++j)
-    {
-      auto row = v.deta.row(j);
-      row.template segment<D>(s) = p.N_s[a] * rho.row(j) - turn(j, a) * n;
-      row.template segment<D>(m) = -p.N_m[a] * rho.row(j);
-    }
-  }
+  const Mat<D - 1, F::dofs> turn = (g * rho) * p.G_s;
+  for (int j = 0; j < D - 1; ++j)
+    for (int a = 0; a < F::dofs; ++a)
+      for (int i = 0; i < D; ++i)
+      {
+        v.deta(j, a * D + i) = p.N_s[a] * rho(j, i) - turn(j, a) * p.slave.n[i];
+        v.deta(j, side + a * D + i) = -p.N_m[a] * rho(j, i);
+      }
   return v;
 }
 } // namespace raymortar

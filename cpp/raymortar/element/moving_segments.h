@@ -33,7 +33,8 @@ public:
     typename Kernel::Matrix& A;
     /// Takes the columns of masters that are not the element's own
     const CouplingSink& couplings;
-    std::optional<FlatMap<F>> map; ///< of the slave facet; set wherever it is called
+    std::optional<FlatMap<F>>
+        map; ///< of the slave facet; set wherever it is called
   };
 
   /// @brief Add point q of element e, in the order of its points.
@@ -69,13 +70,18 @@ private:
     const auto change =
         change_in_plane<F, Layout::size>(map, s.points.xi[q].template head<T>(),
                                          s.points.weight[q], at.f, at.f_xi);
-    _points.visit(s.segment_rules, static_cast<std::size_t>(s.points.place[q]),
-                  [&](std::size_t v, double N, const Mat<1, T>& dJ)
-                  {
-                    for (int t = 0; t < T; ++t)
-                      _by_vertex[v].col(t) +=
-                          N * change.by_y.col(t) + dJ[t] * change.by_measure;
-                  });
+    _points.visit(
+        s.segment_rules, static_cast<std::size_t>(s.points.place[q]),
+        [&](std::size_t v, double N, const Mat<1, T>& dJ)
+        {
+          for (int t = 0; t < T; ++t)
+          {
+            const double* const by_y = change.by_y.data() + t * Layout::size;
+            double* const sum = _by_vertex[v].data() + t * Layout::size;
+            for (int r = 0; r < Layout::size; ++r)
+              sum[r] += N * by_y[r] + dJ[t] * change.by_measure.data()[r];
+          }
+        });
   }
 
   /// Begin a segment
@@ -105,7 +111,10 @@ private:
     }
     _points.share_centre(
         [this](std::size_t v, double share)
-        { _by_vertex[v] += share * _by_vertex[Points::centre]; });
+        {
+          add_scaled<T * Layout::size>(share, _by_vertex[Points::centre].data(),
+                                       _by_vertex[v].data());
+        });
     for (std::size_t v = 0; v < static_cast<std::size_t>(of.size); ++v)
     {
       const std::size_t at = static_cast<std::size_t>(of.begin) + v;
@@ -114,9 +123,10 @@ private:
         continue;
       const typename F::RefPoint xi =
           s.segmentation.vertices[at].template head<T>();
-      const Motion dy = e.map->gradient(xi) *
-                        rows_of<F>(segment_vertex_motion<F>(
-                            s.segmentation, of, e.data.slave, master, at));
+      const Motion dy =
+          rows_of<F>(segment_vertex_motion<F>(s.segmentation, of, e.data.slave,
+                                              master, at),
+                     e.map->gradient(xi));
       add_motion<0, Layout::size>(_by_vertex[v], dy, 0, e.A, 0);
       if (own)
         add_motion<0, Layout::size>(_by_vertex[v], dy, side, e.A,
@@ -133,7 +143,7 @@ private:
                   hit == no_index ? nullptr : _hit_rows.data());
   }
 
-  using Motion = Eigen::Matrix<double, T, 2 * Layout::side, Eigen::RowMajor>;
+  using Motion = MotionRows<F>;
 
   /// Add some rows of A times one side's columns of dy to the rows of a block
   template <int First, int Count, class Block>
@@ -141,15 +151,17 @@ private:
                          int to)
   {
     constexpr int side = Layout::side;
+    constexpr int width = Block::ColsAtCompileTime;
+    const double* const first = dy.data() + from;
     for (int i = 0; i < Count; ++i)
     {
-      const int r = First + i;
-      auto row = block.row(i).template segment<side>(to);
-      if constexpr (T == 1)
-        row += A(r, 0) * dy.template segment<side>(from);
-      else
-        row += A(r, 0) * dy.row(0).template segment<side>(from) +
-               A(r, 1) * dy.row(1).template segment<side>(from);
+      double* const row = block.data() + i * width + to;
+      const double by_first = A(First + i, 0);
+      for (int k = 0; k < side; ++k)
+        if constexpr (T == 1)
+          row[k] += by_first * first[k];
+        else
+          row[k] += by_first * first[k] + A(First + i, 1) * first[k + 2 * side];
     }
   }
 

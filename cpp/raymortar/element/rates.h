@@ -95,10 +95,13 @@ template <int R, class Slopes, class F, int L, class Law, class Columns>
       }
     }
   }
-  Mat<R, D> by_ends = by_g * at.vary.dual.row(D - 1);
+  const Mat<1, D> along_ray = at.vary.dual.row(D - 1);
+  Mat<R, D> by_ends = by_g * along_ray;
   if constexpr (requires { law.by_w; })
-    by_ends -= (law.by_w * at.slip.by_eta).eval() *
-               at.vary.dual.template topRows<D - 1>();
+  {
+    const Mat<D - 1, D> rho = at.vary.dual.template topRows<D - 1>();
+    by_ends -= (law.by_w * at.slip.by_eta) * rho;
+  }
   if (at.frame.of_target)
     by_ends += by_n * at.frame.by_ends;
   Mat<R, D> by_turn = -at.vary.g * by_ends;
@@ -146,13 +149,15 @@ public:
   {
     const PointGeometry<F>& g = _at.geometry;
     Rows<R, 2 * side> rows;
-    for (int a = 0; a < F::dofs; ++a)
-    {
-      const Vec<R> turned = by_turn * g.G_s.col(a);
-      rows.template middleCols<D>(a * D) =
-          -turned * g.slave.n.transpose() - g.N_s[a] * by_ends;
-      rows.template middleCols<D>(side + a * D) = g.N_m[a] * by_ends;
-    }
+    const Mat<R, F::dofs> turned = by_turn * g.G_s;
+    for (int r = 0; r < R; ++r)
+      for (int a = 0; a < F::dofs; ++a)
+        for (int i = 0; i < D; ++i)
+        {
+          rows(r, a * D + i) =
+              -turned(r, a) * g.slave.n[i] - g.N_s[a] * by_ends(r, i);
+          rows(r, side + a * D + i) = g.N_m[a] * by_ends(r, i);
+        }
     return rows;
   }
 
@@ -168,20 +173,28 @@ public:
   {
     const Frame<D>& master = _p.old.master.now;
     const SpinSlopes<D>& spin = _at.slip.spin;
-    rows.template rightCols<side>() +=
+    const SideRows<F, R> slide =
         vary_convected<F, R>(_p.old.slide, spin.before(by_w), master,
                              _at.slip.dual, _at.geometry.dN_m);
+    for (int r = 0; r < R; ++r)
+      add_scaled<side>(1.0, slide.data() + r * side, half(rows, r, 1));
     if constexpr (D == 3)
-      rows +=
-          (by_w * spin.by_angle) *
+    {
+      const auto angle =
           vary_angle<F>(_p.old.spin, spin, _at.geometry, master, _at.slip.dual);
+      const Vec<R> by_angle = by_w * spin.by_angle;
+      for (int r = 0; r < R; ++r)
+        add_scaled<2 * side>(by_angle[r], angle.data(), half(rows, r, 0));
+    }
   }
 
   template <int R>
   void add_spring(const Mat<R, D>& by_spring, Rows<R, 2 * side>& rows) const
   {
-    rows.template leftCols<side>() +=
+    const SideRows<F, R> spring =
         vary_turned<F, R>(_p.old.spring, by_spring, _at.geometry);
+    for (int r = 0; r < R; ++r)
+      add_scaled<side>(1.0, spring.data() + r * side, half(rows, r, 0));
   }
 
   /// Fields and multiplier do not depend on displacements
@@ -191,6 +204,13 @@ public:
   }
 
 private:
+  /// The slave's part of a row, or the master's
+  template <int R>
+  [[nodiscard]] static double* half(Rows<R, 2 * side>& rows, int r, int of)
+  {
+    return rows.data() + (2 * r + of) * side;
+  }
+
   const HitPoint<F, L, Law>& _p;
   const HitSlopes<F, L, Law>& _at;
 };
@@ -221,7 +241,8 @@ public:
   /// Variation of the hit point
   [[nodiscard]] Mat<T, T> eta() const
   {
-    return _at.vary.dual.template topRows<T>() * (_p.slave.t + _q.g * _bend.n);
+    const Mat<T, D> rho = _at.vary.dual.template topRows<T>();
+    return rho * (_p.slave.t + _q.g * _bend.n);
   }
 
   template <int R>

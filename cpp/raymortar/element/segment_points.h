@@ -152,8 +152,9 @@ change_in_plane(const FlatMap<F>& map, const typename F::RefPoint& xi,
     const Mat<1, T> log_det = map.log_det_gradient(xi).transpose() * to_y;
     change.by_y.resize(f.rows(), T);
     for (int t = 0; t < T; ++t)
-      change.by_y.col(t) =
-          f_xi.col(0) * to_y(0, t) + f_xi.col(1) * to_y(1, t) - log_det[t] * f;
+      for (int r = 0; r < f.rows(); ++r)
+        change.by_y(r, t) = f_xi(r, 0) * to_y(0, t) + f_xi(r, 1) * to_y(1, t) -
+                            log_det[t] * f[r];
     change.by_measure = f / G.determinant();
   }
   return change;

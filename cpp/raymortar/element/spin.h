@@ -99,9 +99,9 @@ struct SpinSlopes<3>
     by_first = -other * beside;
     by_second = other * beside.cross(n);
     by_n = -spin.sine * cross_matrix(slide);
-    by_n -= by_angle * (n.dot(spin.first.value) * by_first +
-                        n.dot(spin.second.value) * by_second)
-                           .transpose();
+    const Vec<3> turn = n.dot(spin.first.value) * by_first +
+                        n.dot(spin.second.value) * by_second;
+    by_n -= by_angle * turn.transpose();
   }
 
   /// @brief Derivatives by a slide from those by what it turns to.
@@ -129,15 +129,17 @@ vary_angle(const Spin<3>& spin, const SpinSlopes<3>& by,
 {
   constexpr int side = Variations<F>::side;
   Eigen::Matrix<double, 1, 2 * side> rows;
+  const Vec<F::dofs> across = p.dN_s * spin.across;
   for (int a = 0; a < F::dofs; ++a)
-    rows.template segment<3>(a * 3) =
-        p.dN_s(a, 0) * by.by_first_now +
-        p.dN_s.row(a).dot(spin.across) * by.by_second_now;
-  rows.template tail<side>() =
-      vary_convected<F, 1>(spin.first, by.by_first.transpose(), now, dual,
-                           p.dN_m) +
-      vary_convected<F, 1>(spin.second, by.by_second.transpose(), now, dual,
-                           p.dN_m);
+    for (int i = 0; i < 3; ++i)
+      rows[a * 3 + i] =
+          p.dN_s(a, 0) * by.by_first_now[i] + across[a] * by.by_second_now[i];
+  const SideRows<F, 1> first = vary_convected<F, 1>(
+      spin.first, by.by_first.transpose(), now, dual, p.dN_m);
+  const SideRows<F, 1> second = vary_convected<F, 1>(
+      spin.second, by.by_second.transpose(), now, dual, p.dN_m);
+  for (int k = 0; k < side; ++k)
+    rows[side + k] = first[k] + second[k];
   return rows;
 }
 

@@ -103,16 +103,20 @@ private:
   {
     const Vec<D>& t = p.response.t;
     const Mat<F::dofs, T> N_m_xi = geometry.dN_m * eta_xi;
+    const double w = at.area.jacobian;
     for (int a = 0; a < F::dofs; ++a)
-    {
-      const int m = Layout::master + a * D;
-      out.f.template segment<D>(a * D) = -at.area.jacobian * p.N_s[a] * t;
-      out.f.template segment<D>(m) = at.area.jacobian * p.N_m[a] * t;
-      out.f_xi.template middleRows<D>(a * D) =
-          -at.area.jacobian * (p.N_s[a] * t_xi + t * geometry.dN_s.row(a));
-      out.f_xi.template middleRows<D>(m) =
-          at.area.jacobian * (p.N_m[a] * t_xi + t * N_m_xi.row(a));
-    }
+      for (int i = 0; i < D; ++i)
+      {
+        const int s = a * D + i, m = Layout::master + s;
+        out.f[s] = -w * p.N_s[a] * t[i];
+        out.f[m] = w * p.N_m[a] * t[i];
+        for (int j = 0; j < T; ++j)
+        {
+          out.f_xi(s, j) =
+              -w * (p.N_s[a] * t_xi(i, j) + t[i] * geometry.dN_s(a, j));
+          out.f_xi(m, j) = w * (p.N_m[a] * t_xi(i, j) + t[i] * N_m_xi(a, j));
+        }
+      }
   }
 
   /// - t . g dn  [theory (4.21)]
@@ -125,24 +129,28 @@ private:
     const Vec<D>& n = p.slave.n;
     const Vec<T> along = geometry.dual.transpose() * t;
     const Vec<F::dofs> turn = geometry.dN_s * along;
-    const Mat<1, T> g_xi =
-        -slopes.vary.dual.row(D - 1) * (p.slave.t + p.g * at.bend.n);
+    const Mat<1, D> along_ray = slopes.vary.dual.row(D - 1);
+    const Mat<1, T> g_xi = -(along_ray * (p.slave.t + p.g * at.bend.n));
     Mat<D, T> change = t_xi - n.dot(t) * at.bend.n;
     for (int j = 0; j < T; ++j)
-      change.col(j) -= at.bend.t[static_cast<std::size_t>(j)] * along;
-    Mat<F::dofs, T> turn_xi = p.g * geometry.G_s.transpose() * change;
+      set_column(change, j,
+                 column(change, j) -
+                     at.bend.t[static_cast<std::size_t>(j)] * along);
+    Mat<F::dofs, T> turn_xi = geometry.G_s.transpose() * (p.g * change);
     turn_xi += turn * g_xi;
     const auto bends = SecondGradients<F::shape, F::degree>::at(p.xi);
-    for (int j = 0; j < T; ++j)
-      for (int i = 0; i < T; ++i)
-        turn_xi.col(j) += p.g * along[i] * bends.col(i + j);
     const double w = at.area.jacobian;
     for (int a = 0; a < F::dofs; ++a)
-    {
-      out.f.template segment<D>(a * D) += w * p.g * turn[a] * n;
-      out.f_xi.template middleRows<D>(a * D) +=
-          w * (n * turn_xi.row(a) + p.g * turn[a] * at.bend.n);
-    }
+      for (int j = 0; j < T; ++j)
+      {
+        for (int i = 0; i < T; ++i)
+          turn_xi(a, j) += p.g * along[i] * bends(a, i + j);
+        for (int i = 0; i < D; ++i)
+          out.f_xi(a * D + i, j) +=
+              w * (n[i] * turn_xi(a, j) + p.g * turn[a] * at.bend.n(i, j));
+      }
+    for (int a = 0; a < F::dofs; ++a)
+      add_scaled<D>(w * p.g * turn[a], n.data(), out.f.data() + a * D);
   }
 
   /// C . mu / gamma
@@ -155,11 +163,14 @@ private:
       const double w = at.area.jacobian / p.gamma;
       const Mat<M, T> change = C_xi + C * (at.area.log_jacobian - at.log_gamma);
       for (int k = 0; k < Layout::multipliers; ++k)
-      {
-        out.f.template segment<M>(Layout::side + k * M) = w * p.shape[k] * C;
-        out.f_xi.template middleRows<M>(Layout::side + k * M) =
-            w * (p.shape[k] * change + C * at.shape_xi.row(k));
-      }
+        for (int i = 0; i < M; ++i)
+        {
+          const int r = Layout::side + k * M + i;
+          out.f[r] = w * p.shape[k] * C[i];
+          for (int j = 0; j < T; ++j)
+            out.f_xi(r, j) =
+                w * (p.shape[k] * change(i, j) + C[i] * at.shape_xi(k, j));
+        }
     }
   }
 };

@@ -103,30 +103,35 @@ template <class F, int R>
                                          const PointGeometry<F>& p)
 {
   constexpr int D = F::gdim;
-  SideRows<F, R> rows = SideRows<F, R>::Zero();
+  // - dn, on which the part along the normal and d direction depend
+  Mat<R, D> by_n = Mat<R, D>::Zero();
   if (c.whole)
-    for (int a = 0; a < F::dofs; ++a)
-      rows.template middleCols<D>(a * D) =
-          -c.outward * (by_value * p.G_s.col(a)) * p.slave.n.transpose();
-  if (c.squared == 0.0)
-    return rows;
-  // d direction = dt along - n x (dt across) + (t across) x dn
-  const Mat<R, D> by_along = by_value * c.by_direction();
-  for (int a = 0; a < F::dofs; ++a)
-    rows.template middleCols<D>(a * D) += p.dN_s.row(a).dot(c.along) * by_along;
-  if constexpr (D == 3)
+    by_n = c.outward * by_value;
+  Mat<R, D> by_along = Mat<R, D>::Zero(), by_across = Mat<R, D>::Zero();
+  Vec<F::dofs> along = Vec<F::dofs>::Zero(), across = Vec<F::dofs>::Zero();
+  if (c.squared > 0.0)
   {
-    const Mat<R, D> by_across = by_along * cross_matrix(p.slave.n);
-    const Mat<R, D> by_n =
-        by_along * cross_matrix(Vec<D>(p.slave.t * c.across));
-    for (int a = 0; a < F::dofs; ++a)
+    // d direction = dt along - n x (dt across) + (t across) x dn
+    by_along = by_value * c.by_direction();
+    along = p.dN_s * c.along;
+    if constexpr (D == 3)
     {
-      const Vec<R> turn = by_n * p.G_s.col(a);
-      rows.template middleCols<D>(a * D) -=
-          p.dN_s.row(a).dot(c.across) * by_across +
-          turn * p.slave.n.transpose();
+      by_across = by_along * cross_matrix(p.slave.n);
+      across = p.dN_s * c.across;
+      by_n += by_along * cross_matrix(p.slave.t * c.across);
     }
   }
+  const Mat<R, F::dofs> turn = by_n * p.G_s;
+  SideRows<F, R> rows;
+  for (int r = 0; r < R; ++r)
+    for (int a = 0; a < F::dofs; ++a)
+      for (int i = 0; i < D; ++i)
+      {
+        double& entry = rows(r, a * D + i);
+        entry = along[a] * by_along(r, i) - turn(r, a) * p.slave.n[i];
+        if constexpr (D == 3)
+          entry -= across[a] * by_across(r, i);
+      }
   return rows;
 }
 

@@ -21,35 +21,37 @@ void add_turning(const Gradients& G, const Vec<D>& n, const Vec<D>& f,
 
 /// @brief Add its tangent with f held, the second variation of - f . n [theory
 /// (4.19)].
-/// @param[in,out] A Tangent; the slave's dofs come first
+/// @param[in,out] A Tangent, row-major; the slave's dofs come first
 template <int D, class Gradients, class Matrix>
 void add_turning_tangent(const Gradients& G, const Vec<D>& n, const Vec<D>& f,
                          Matrix& A)
 {
-  constexpr int nodes = Gradients::ColsAtCompileTime;
-  constexpr int side = nodes == Eigen::Dynamic ? nodes : D * nodes;
-  using Rows = Eigen::Matrix<double, D, side, Eigen::RowMajor>;
   const double f_n = f.dot(n);
-  const Eigen::Index size = D * G.cols();
-  Rows turn(D, size), held(D, size); // - dn; what G_a . f varies with
-  for (Eigen::Index b = 0; b < G.cols(); ++b)
+  const int nodes = static_cast<int>(G.cols());
+  const auto stride = static_cast<int>(A.cols());
+  std::array<double, 9> by_f; // G_a . f
+  for (int a = 0; a < nodes; ++a)
   {
-    const Vec<D> G_b = G.col(b);
-    const Mat<D, D> turn_b = G_b * n.transpose();
-    turn.template middleCols<D>(b * D) = turn_b;
-    held.template middleCols<D>(b * D) =
-        f_n * turn_b - f.dot(G_b) * Mat<D, D>::Identity();
-  }
-  for (Eigen::Index a = 0; a < G.cols(); ++a)
-  {
-    const Vec<D> G_a = G.col(a);
-    const double f_a = f.dot(G_a);
-    Eigen::Matrix<double, 1, side> row = G_a[0] * held.row(0);
-    for (int i = 1; i < D; ++i)
-      row += G_a[i] * held.row(i);
+    by_f[static_cast<std::size_t>(a)] = 0.0;
     for (int i = 0; i < D; ++i)
-      A.row(a * D + i).segment(0, size) += n[i] * row - f_a * turn.row(i);
+      by_f[static_cast<std::size_t>(a)] += G(i, a) * f[i];
   }
+  for (int a = 0; a < nodes; ++a)
+    for (int b = 0; b < nodes; ++b)
+    {
+      const double f_a = by_f[static_cast<std::size_t>(a)];
+      const double f_b = by_f[static_cast<std::size_t>(b)];
+      double metric = 0.0;
+      for (int i = 0; i < D; ++i)
+        metric += G(i, a) * G(i, b);
+      for (int i = 0; i < D; ++i)
+      {
+        double* const to = A.data() + (a * D + i) * stride + b * D;
+        const double along = f_n * metric * n[i] - f_a * G(i, b);
+        for (int j = 0; j < D; ++j)
+          to[j] += along * n[j] - f_b * n[i] * G(j, a);
+      }
+    }
 }
 
 /// @brief Derivative of what multiplies the gradients of shape functions in - f

@@ -112,9 +112,12 @@ vertex_motion(const typename F::NodeMatrix& slave, const Master& master,
     return motion;
   // Applied to du_m - du_s - g dn, with dn = - sum_a G_a (n . du_a)
   const auto& by_u = system.by_u;
+  const Mat<F::tdim, F::dofs> turn = (g * by_u) * p.G_s;
   for (int a = 0; a < F::dofs; ++a)
-    motion.by_slave.template middleCols<D>(a * D) =
-        g * (by_u * p.G_s.col(a)) * p.slave.n.transpose() - p.N_s[a] * by_u;
+    for (int i = 0; i < D; ++i)
+      for (int t = 0; t < F::tdim; ++t)
+        motion.by_slave(t, a * D + i) =
+            turn(t, a) * p.slave.n[i] - p.N_s[a] * by_u(t, i);
   motion.by_master = by_u;
   motion.place.begin = hangs_on.eta;
   motion.place.end = hangs_on.eta;
@@ -188,12 +191,14 @@ flat_motion(const FlatPatch<F>& slave, const Master& master,
   motion.place.share = system.crosses ? z[1] : 0.0;
   motion.by_master = system.by_u;
   const Mat<F::tdim, FlatPatch<F>::corners> turn =
-      z[D - 1] * system.by_u * slave.G;
+      (z[D - 1] * system.by_u) * slave.G;
   for (int a = 0; a < F::dofs; ++a)
     for (int c = 0; c < FlatPatch<F>::corners; ++c)
-      motion.by_slave.template middleCols<D>(a * D) +=
-          slave.N(a, c) *
-          (turn.col(c) * slave.n.transpose() - N[c] * system.by_u);
+      for (int i = 0; i < D; ++i)
+        for (int t = 0; t < F::tdim; ++t)
+          motion.by_slave(t, a * D + i) +=
+              slave.N(a, c) *
+              (turn(t, c) * slave.n[i] - N[c] * system.by_u(t, i));
   return motion;
 }
 
@@ -227,19 +232,31 @@ template <class F>
          at.share * F::Disp::values(at.end.template head<F::tdim>());
 }
 
-/// @brief A motion as rows over the dofs [slave | master of the segment], both
-/// of type F.
+/// @brief Rows over the dofs [slave | master of the segment], both of type F.
 template <class F>
-[[nodiscard]] Mat<F::tdim, 2 * Variations<F>::side>
-rows_of(const VertexMotion<F>& motion)
+using MotionRows =
+    Eigen::Matrix<double, F::tdim, 2 * Variations<F>::side, Eigen::RowMajor>;
+
+/// @brief A motion as rows.
+/// @param[in] to_y Derivative of other coordinates by xi, in which it is wanted
+template <class F>
+[[nodiscard]] MotionRows<F>
+rows_of(const VertexMotion<F>& motion,
+        const Mat<F::tdim, F::tdim>& to_y = Mat<F::tdim, F::tdim>::Identity())
 {
-  constexpr int D = F::gdim;
+  constexpr int D = F::gdim, T = F::tdim;
   constexpr int side = Variations<F>::side;
-  Mat<F::tdim, 2 * side> rows;
-  rows.template leftCols<side>() = motion.by_slave;
   const Vec<F::dofs> N = master_shares<F>(motion.place);
-  for (int a = 0; a < F::dofs; ++a)
-    rows.template middleCols<D>(side + a * D) = N[a] * motion.by_master;
+  const Mat<T, D> by_master = to_y * motion.by_master;
+  MotionRows<F> rows;
+  for (int t = 0; t < T; ++t)
+    for (int k = 0; k < side; ++k)
+    {
+      rows(t, k) = to_y(t, 0) * motion.by_slave(0, k);
+      if constexpr (T == 2)
+        rows(t, k) += to_y(t, 1) * motion.by_slave(1, k);
+      rows(t, side + k) = N[k / D] * by_master(t, k % D);
+    }
   return rows;
 }
 } // namespace raymortar
